@@ -1,0 +1,140 @@
+"""The contract between a plan and a backend: make pictures, move them, compile passes, run them.
+
+A backend is a class with the interface of :class:`Backend`, found under the entry point group
+``passgraph.backends``.  It never sees the graph, only steps of a plan (:mod:`passgraph.plan.data`).
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.formats import Format
+from passgraph.graph import Geometry
+from passgraph.plan.data import DrawStep, PixelStep
+
+FloatBlock = NDArray[np.float32]
+IntBlock = NDArray[np.int32]
+
+
+@dataclass(frozen=True)
+class Block:
+    """Parameters of one stage, packed by :func:`passgraph.language.layout.pack`."""
+
+    floats: FloatBlock
+    ints: IntBlock
+
+
+@dataclass(frozen=True)
+class DeviceInfo:
+    """One device that a backend can use."""
+
+    name: str
+    driver: str
+    version: str
+    missing: str = ""  # why it cannot be used, with the command that mends it
+
+
+class PixelRunner(Protocol):
+    """A compiled pixel pass.  Sizes were fixed when it was compiled."""
+
+    def __call__(self, outputs: Sequence[Any], images: Sequence[Any], block: Block) -> None:
+        """Write ``outputs`` from ``images`` (storages, in the step's order)."""
+
+
+class DrawRunner(Protocol):
+    """A compiled draw."""
+
+    def __call__(
+        self, outputs: Sequence[Any], depth: Any, images: Sequence[Any], geometry: Any, vertex: Block, fragment: Block
+    ) -> None:
+        """Clear what the step clears, then draw."""
+
+
+class Backend(ABC):
+    """One device, opened.  It owns everything that it made until :meth:`close`.
+
+    Pictures on the host are (height, width, channels) float32 arrays with row 0 on top; depth pictures have one
+    channel.  A *storage* is whatever a backend keeps a picture in.
+    """
+
+    name: ClassVar[str]
+    #: Whether plans may fuse passes and leave static ones out: the reference runs everything as written.
+    optimises: ClassVar[bool] = True
+
+    def __init__(self, device: str | None = None) -> None:
+        """Open ``device`` (a number or a part of its name; None takes the first).
+
+        Raises DeviceMissingError with the command that installs what is not there.
+        """
+
+    @classmethod
+    @abstractmethod
+    def devices(cls) -> list[DeviceInfo]:
+        """What is here, or one entry that says what is missing.  Must not raise."""
+
+    @abstractmethod
+    def make(self, format: Format, size: tuple[int, int]) -> Any:  # noqa: A002
+        """A storage of (width, height) pixels, zeroed (depth 0, stencil 0)."""
+
+    @abstractmethod
+    def upload(self, storage: Any, picture: FloatBlock) -> None:
+        """Host picture into a storage.  Values are stored as they are; formats quantise by rounding to nearest even."""
+
+    @abstractmethod
+    def download(self, storage: Any) -> FloatBlock:
+        """A fresh host copy of a storage."""
+
+    @abstractmethod
+    def copy(self, source: Any, destination: Any) -> None:
+        """One storage into another of the same format and size (stencil too)."""
+
+    @abstractmethod
+    def geometry(self, mesh: Geometry) -> Any:
+        """A mesh on the device; made once per mesh and program."""
+
+    @abstractmethod
+    def pixel_pass(self, step: PixelStep) -> PixelRunner:
+        """Compile a pixel pass."""
+
+    @abstractmethod
+    def draw_pass(self, step: DrawStep) -> DrawRunner:
+        """Compile a draw."""
+
+    def finish(self) -> None:
+        """Wait until everything that was asked for has happened."""
+
+    @abstractmethod
+    def release(self, storage: Any) -> None:
+        """Give a storage back."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Give everything back; idempotent."""
+
+    def __enter__(self) -> Backend:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+#: Mesh attribute → (array name, components), in the order of passgraph.language.signature.VERTEX_FIELDS.
+ATTRIBUTES = {"position": ("positions", 3), "normal": ("normals", 3), "uv": ("uvs", 2), "color": ("colors", 4), "tangent": ("tangents", 4)}
+
+
+def vertex_attribute(mesh: Geometry, name: str) -> FloatBlock:
+    """One attribute as (n, components) float32, filled with its default where the mesh has none."""
+    from passgraph.language.signature import VERTEX_FIELDS
+
+    array_name, components = ATTRIBUTES[name]
+    array = getattr(mesh, array_name, None)
+    count = len(mesh.positions)
+    if array is None:
+        return np.broadcast_to(np.array(VERTEX_FIELDS[name][1], np.float32), (count, components)).copy()
+    return np.ascontiguousarray(array, np.float32).reshape(count, components)

@@ -1,0 +1,164 @@
+"""Vector and matrix operations, taken apart into scalar ones, sums in source order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeAlias
+
+from passgraph.language import scalar as s
+from passgraph.language.emitter import Emitter
+from passgraph.language.types import Matrix, Type
+
+Values: TypeAlias = list[s.Operand]
+Expansion: TypeAlias = Callable[[Emitter, list[Values], list[Type]], Values]
+
+ZERO, ONE = s.Lit("float", 0.0), s.Lit("float", 1.0)
+
+
+def dot(e: Emitter, a: Values, b: Values) -> s.Operand:
+    total = e.op("mul", a[0], b[0])
+    for x, y in zip(a[1:], b[1:], strict=True):
+        total = e.op("add", total, e.op("mul", x, y))
+    return total
+
+
+def _scale(e: Emitter, v: Values, k: s.Operand) -> Values:
+    return [e.op("mul", x, k) for x in v]
+
+
+def _subtract(e: Emitter, a: Values, b: Values) -> Values:
+    return [e.op("sub", x, y) for x, y in zip(a, b, strict=True)]
+
+
+def _cross(e: Emitter, args: list[Values], _: list[Type]) -> Values:
+    a, b = args
+    return [
+        e.op("sub", e.op("mul", a[i], b[j]), e.op("mul", a[j], b[i]))
+        for i, j in ((1, 2), (2, 0), (0, 1))
+    ]  # fmt: skip
+
+
+def _normalize(e: Emitter, args: list[Values], _: list[Type]) -> Values:
+    (v,) = args
+    length = e.op("sqrt", dot(e, v, v))
+    zero = e.op("equal", length, ZERO)
+    divisor = e.choose(zero, ONE, length)
+    return [e.op("div", x, divisor) for x in v]
+
+
+def _reflect(e: Emitter, args: list[Values], _: list[Type]) -> Values:
+    incident, normal = args
+    twice = e.op("mul", s.Lit("float", 2.0), dot(e, normal, incident))
+    return _subtract(e, incident, _scale(e, normal, twice))
+
+
+def _refract(e: Emitter, args: list[Values], _: list[Type]) -> Values:
+    incident, normal, (ratio,) = args
+    cosine = dot(e, normal, incident)
+    rest = e.op("sub", ONE, e.op("mul", cosine, cosine))
+    k = e.op("sub", ONE, e.op("mul", e.op("mul", ratio, ratio), rest))
+    total = e.op("less", k, ZERO)
+    root = e.op("sqrt", e.choose(total, ZERO, k))
+    along = e.op("add", e.op("mul", ratio, cosine), root)
+    bent = _subtract(e, _scale(e, incident, ratio), _scale(e, normal, along))
+    return [e.choose(total, ZERO, x) for x in bent]
+
+
+def _faceforward(e: Emitter, args: list[Values], _: list[Type]) -> Values:
+    normal, incident, reference = args
+    toward = e.op("less", dot(e, reference, incident), ZERO)
+    return [e.choose(toward, x, e.op("neg", x)) for x in normal]
+
+
+def _reduce(name: str) -> Expansion:
+    def expansion(e: Emitter, args: list[Values], _: list[Type]) -> Values:
+        result = args[0][0]
+        for value in args[0][1:]:
+            result = e.op(name, result, value)
+        return [result]
+
+    return expansion
+
+
+def columns(values: Values, size: int) -> list[Values]:
+    return [values[i * size : (i + 1) * size] for i in range(size)]
+
+
+def rows(values: Values, size: int) -> list[Values]:
+    return [values[i::size] for i in range(size)]
+
+
+def _matmul(e: Emitter, args: list[Values], types: list[Type]) -> Values:
+    a, b = args
+    left, right = types
+    if isinstance(left, Matrix) and isinstance(right, Matrix):
+        n = left.size
+        return [dot(e, row, column) for column in columns(b, n) for row in rows(a, n)]
+    if isinstance(left, Matrix):
+        return [dot(e, row, b) for row in rows(a, left.size)]
+    assert isinstance(right, Matrix)
+    return [dot(e, a, column) for column in columns(b, right.size)]
+
+
+def _minor(m: list[Values], row: int, column: int) -> list[Values]:
+    return [[v for r, v in enumerate(c) if r != row] for i, c in enumerate(m) if i != column]
+
+
+def _determinant_of(e: Emitter, m: list[Values]) -> s.Operand:
+    if len(m) == 1:
+        return m[0][0]
+    total: s.Operand | None = None
+    for i, column in enumerate(m):
+        term = e.op("mul", column[0], _determinant_of(e, _minor(m, 0, i)))
+        if total is None:
+            total = term
+        else:
+            total = e.op("sub" if i % 2 else "add", total, term)
+    assert total is not None
+    return total
+
+
+def _determinant(e: Emitter, args: list[Values], types: list[Type]) -> Values:
+    assert isinstance(types[0], Matrix)
+    return [_determinant_of(e, columns(args[0], types[0].size))]
+
+
+def _inverse(e: Emitter, args: list[Values], types: list[Type]) -> Values:
+    """Adjugate over determinant; a zero determinant gives NaN throughout."""
+    assert isinstance(types[0], Matrix)
+    n = types[0].size
+    m = columns(args[0], n)
+    determinant = _determinant_of(e, m)
+    singular = e.op("equal", determinant, ZERO)
+    nan = s.Lit("float", float("nan"))
+    cells = []
+    for column in range(n):
+        for row in range(n):
+            cofactor = _determinant_of(e, _minor(m, column, row))
+            signed = e.op("neg", cofactor) if (row + column) % 2 else cofactor
+            cells.append(e.choose(singular, nan, e.op("div", signed, determinant)))
+    return cells
+
+
+def _transpose(e: Emitter, args: list[Values], types: list[Type]) -> Values:
+    assert isinstance(types[0], Matrix)
+    return [v for row in rows(args[0], types[0].size) for v in row]
+
+
+EXPANSIONS: dict[str, Expansion] = {
+    "dot": lambda e, args, _: [dot(e, *args)],
+    "cross": _cross,
+    "length": lambda e, args, _: [e.op("sqrt", dot(e, args[0], args[0]))],
+    "distance": lambda e, args, _: [e.op("sqrt", dot(e, _subtract(e, *args), _subtract(e, *args)))],
+    "normalize": _normalize,
+    "faceforward": _faceforward,
+    "reflect": _reflect,
+    "refract": _refract,
+    "any": _reduce("logical_or"),
+    "all": _reduce("logical_and"),
+    "matmul": _matmul,
+    "transpose": _transpose,
+    "determinant": _determinant,
+    "inverse": _inverse,
+    "outer": lambda e, args, _: [e.op("mul", r, c) for c in args[1] for r in args[0]],
+}

@@ -1,0 +1,226 @@
+"""The typed intermediate representation: what a kernel means, before anything is optimised.
+
+A tree of expressions over scalars, vectors, matrices and arrays, with functions inlined, structs taken
+apart and one exit at the end.  The reference backend interprets it as it stands; :mod:`.lower` turns it
+into the scalar program that the other backends print.  Spans never take part in equality.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal as OneOf
+from typing import TypeAlias
+
+from passgraph.language.source import NOWHERE, Span
+from passgraph.language.types import Array, Scalar, Type, Value
+
+Number: TypeAlias = bool | int | float
+
+
+@dataclass(frozen=True, slots=True)
+class Literal:
+    """A number of the source or a captured constant."""
+
+    type: Scalar
+    value: Number
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """A captured constant array; ``values`` are flat, in component order."""
+
+    type: Array
+    values: tuple[Number, ...]
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Uniform:
+    """A parameter, or a field of a struct parameter (``light.color``); ``const`` ones are baked."""
+
+    type: Value | Array
+    name: str
+    const: bool = False
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Builtin:
+    """What the stage hands in: ``pixel``, ``output_size``, ``vertex.position``, ``varying.normal`` …"""
+
+    type: Value
+    name: str
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Local:
+    type: Value | Array
+    name: str
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Apply:
+    """One row of the operations table, applied."""
+
+    type: Value
+    operation: str
+    arguments: tuple[Expr, ...]
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Select:
+    """``a if condition else b``; both sides are pure, so evaluating both is allowed."""
+
+    type: Value
+    condition: Expr
+    then: Expr
+    orelse: Expr
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Swizzle:
+    type: Value
+    value: Expr
+    components: tuple[int, ...]
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Construct:
+    """A vector, matrix (by columns) or array from components listed in order; parts are flattened."""
+
+    type: Value | Array
+    arguments: tuple[Expr, ...]
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Index:
+    """An element of a vector, column of a matrix or entry of an array; the index is clamped into range."""
+
+    type: Value
+    value: Expr
+    index: Expr
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Insert:
+    """``value`` with the element at ``index`` replaced; an index out of range changes nothing."""
+
+    type: Value | Array
+    value: Expr
+    index: Expr
+    element: Expr
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Texel:
+    """One texel as vec4, at an offset from this pixel or at an absolute position; the border rule applies."""
+
+    type: Value
+    image: str
+    x: Expr
+    y: Expr
+    relative: bool
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Size:
+    """Width and height of an image, as ivec2."""
+
+    type: Value
+    image: str
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+Expr: TypeAlias = (
+    Literal | Table | Uniform | Builtin | Local | Apply | Select | Swizzle | Construct | Index | Insert | Texel | Size
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Assign:
+    name: str
+    value: Expr
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class If:
+    condition: Expr
+    then: tuple[Stmt, ...]
+    orelse: tuple[Stmt, ...]
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class For:
+    """``for name in range(start, stop, step)``; bounds are constants once Const parameters are known."""
+
+    name: str
+    start: Expr
+    stop: Expr
+    step: Expr
+    body: tuple[Stmt, ...]
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Break:
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Continue:
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+Stmt: TypeAlias = Assign | If | For | Break | Continue
+
+Stage: TypeAlias = OneOf["pixel", "vertex", "fragment", "function"]
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """One parameter of the signature, before structs are taken apart."""
+
+    name: str
+    type: Type
+    const: bool = False
+    default: object = None
+    has_default: bool = False
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Result:
+    """One output of a kernel: for pixel and fragment kernels a target, for vertex kernels a varying."""
+
+    name: str
+    type: Value
+    value: Expr
+
+
+@dataclass(frozen=True, slots=True)
+class Program:
+    """A whole kernel in the intermediate representation."""
+
+    name: str
+    stage: Stage
+    parameters: tuple[Parameter, ...]
+    body: tuple[Stmt, ...]
+    results: tuple[Result, ...]
+    keep: Expr | None = None  # false where a fragment is discarded; None when nothing discards
+    source: Span = field(default=NOWHERE, compare=False, repr=False)
+
+    @property
+    def images(self) -> tuple[str, ...]:
+        return tuple(p.name for p in self.parameters if str(p.type) == "Image")

@@ -1,0 +1,178 @@
+"""Kernels as objects: parsed where they are defined, checked for constants that changed since."""
+
+from __future__ import annotations
+
+import ast
+import dataclasses
+import inspect
+import sys
+import types as pytypes
+from collections.abc import Callable
+from typing import Any, TypeVar, cast, dataclass_transform
+
+from passgraph.errors import KernelError, PassgraphError
+from passgraph.language import ir
+from passgraph.language.parse import parse_kernel
+from passgraph.language.scope import TEXT_NAMES, FunctionSource, Scope, python_scope, text_scope
+from passgraph.language.signature import literal_value, read_signature, read_struct
+from passgraph.language.source import Source, fail, source_from_text, source_of
+from passgraph.language.types import Struct
+
+T = TypeVar("T")
+
+
+class Kernel:
+    """A parsed kernel of one stage.  ``program`` is its typed representation."""
+
+    def __init__(self, function: FunctionSource, stage: ir.Stage) -> None:
+        self.function = function
+        self.stage = stage
+        self.program = parse_kernel(function, stage)
+        self.name = function.name
+        self.__name__ = function.name
+        self.__doc__ = ast.get_docstring(function.node)
+
+    @property
+    def parameters(self) -> tuple[ir.Parameter, ...]:
+        return self.program.parameters
+
+    def check_constants(self) -> None:
+        """Raise when a captured constant no longer has the value that the kernel was built with."""
+        changed = self.function.scope.changed_constants()
+        if changed:
+            raise KernelError(
+                f"{self.program.source.file}:{self.program.source.line}: kernel {self.name} captured "
+                f"{', '.join(changed)} by value, and it changed since; make it a parameter, or define the kernel again"
+            )
+
+    def __repr__(self) -> str:
+        parameters = ", ".join(f"{p.name}: {p.type}" for p in self.parameters)
+        return f"<passgraph {self.stage} kernel {self.name}({parameters})>"
+
+
+def function_source(function: Callable[..., Any]) -> FunctionSource:
+    """The text and the surroundings of a Python function."""
+    if isinstance(function, (Kernel, type)) or not inspect.isfunction(function):
+        raise PassgraphError(f"a kernel is made from a function, got {type(function).__name__}")
+    source = source_of(function)
+    node = next((n for n in source.parse().body if isinstance(n, ast.FunctionDef)), None)
+    if node is None:
+        raise KernelError(f"{source.file}:{source.first_line}: a kernel is a def statement, not a lambda")
+    return FunctionSource(function.__name__, source, node, python_scope(function))
+
+
+def function(definition: Callable[..., T]) -> Callable[..., T]:
+    """Mark a function for use inside kernels; in ordinary Python it cannot be called.
+
+    Its parameters and result need types.  The body is inlined where it is called.
+    """
+    source = function_source(definition)
+    read_signature(source)
+
+    def marked(*_: Any, **__: Any) -> T:
+        raise PassgraphError(f"{source.name}() is a function of the kernel language; kernels call it, Python does not")
+
+    marked.__name__ = definition.__name__
+    marked.__doc__ = definition.__doc__
+    marked.__passgraph_function__ = source  # type: ignore[attr-defined]
+    return marked
+
+
+@dataclass_transform(frozen_default=True)
+def struct(cls: type[T]) -> type[T]:
+    """A class of typed fields for parameters and varyings; on the host a frozen dataclass.
+
+    >>> @struct
+    ... class Sun:
+    ...     direction: vec3
+    ...     strength: float = 1.0
+    """
+    source = source_of(cls)
+    node = next((n for n in source.parse().body if isinstance(n, ast.ClassDef)), None)
+    if node is None:
+        raise KernelError(f"{source.file}:{source.first_line}: @struct marks a class statement")
+    module = sys.modules.get(cls.__module__)
+    names: dict[str, object] = dict(vars(module)) if module else {}
+    frame: pytypes.FrameType | None = sys._getframe(1)
+    local_names = dict(frame.f_locals) if frame else {}
+
+    def lookup(name: str) -> object:
+        if name in local_names:
+            return local_names[name]
+        return names[name] if name in names else TEXT_NAMES[name]
+
+    made = read_struct(node, source, Scope(lookup))
+    result = dataclasses.dataclass(frozen=True)(cls)
+    result.__passgraph_struct__ = made  # type: ignore[attr-defined]
+    return result
+
+
+def text_functions(text: str, name: str = "<kernel text>") -> tuple[dict[str, FunctionSource], list[str]]:
+    """Functions, structs and constants of kernel text, without running any of it.
+
+    Returns
+    -------
+    tuple
+        Every function by name, and the names of those marked ``@kernel`` (or of all, where none is marked).
+
+    Raises
+    ------
+    KernelError
+        For a statement that is neither ``def``, ``class`` with typed fields, an assignment of numbers,
+        nor an import of passgraph (which is ignored: its names are there anyway).
+    """
+    source = source_from_text(text, name)
+    names: dict[str, object] = {}
+    functions: dict[str, FunctionSource] = {}
+    marked: list[str] = []
+    scope = text_scope(names)
+    for node in source.parse().body:
+        if isinstance(node, ast.FunctionDef):
+            functions[node.name] = names[node.name] = FunctionSource(node.name, source, node, scope)  # type: ignore[assignment]
+            if any(_last_name(d) == "kernel" for d in node.decorator_list):
+                marked.append(node.name)
+        elif isinstance(node, ast.ClassDef):
+            names[node.name] = read_struct(node, source, scope)
+        else:
+            _text_statement(node, source, scope, names)
+    return functions, marked or list(functions)
+
+
+def _last_name(node: ast.expr) -> str:
+    return node.id if isinstance(node, ast.Name) else getattr(node, "attr", "")
+
+
+def _text_statement(node: ast.stmt, source: Source, scope: Scope, names: dict[str, object]) -> None:
+    if isinstance(node, ast.Assign) and len(node.targets) == 1 and isinstance(node.targets[0], ast.Name):
+        names[node.targets[0].id] = literal_value(node.value, source, scope)
+    elif isinstance(node, ast.Import):
+        for alias in node.names:
+            if alias.name != "passgraph":
+                fail(source.span(node), f"kernel text cannot import {alias.name}; the language's names are there without import")
+            names[alias.asname or alias.name] = _language_module()
+    elif isinstance(node, ast.ImportFrom):
+        if node.module not in ("passgraph", "__future__"):
+            fail(source.span(node), f"kernel text cannot import {node.module}; the language's names are there without import")
+    elif not (isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)):
+        fail(source.span(node), "kernel text holds functions, structs and named numbers only")
+
+
+def _language_module() -> pytypes.ModuleType:
+    module = pytypes.ModuleType("passgraph")
+    vars(module).update(TEXT_NAMES)
+    return module
+
+
+def kernel_from_text(text: str, stage: ir.Stage, name: str | None = None, file: str = "<kernel text>") -> FunctionSource:
+    """The function to use as a kernel: the one named, or the last one marked ``@kernel``, or the last."""
+    functions, candidates = text_functions(text, file)
+    if not functions:
+        raise KernelError(f"{file}: no function is defined here; a kernel is written def name(...) -> vec4:")
+    if name is not None and name not in functions:
+        raise KernelError(f"{file}: no function {name!r} is defined here; there are {', '.join(functions)}")
+    return functions[name if name is not None else candidates[-1]]
+
+
+def struct_of(cls: object) -> Struct | None:
+    """The struct behind a class marked with :func:`struct`."""
+    return cast("Struct | None", getattr(cls, "__passgraph_struct__", None))

@@ -1,0 +1,537 @@
+"""From the typed representation to the scalar program.
+
+One walk does it all: constants fold, Const parameters are baked, loops unroll within bounds, vectors fall into
+components, conditional code becomes selections where short, and texel offsets are bounded into footprints.
+A kernel whose image is *fused* has that image's kernel computed in place of the read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import lru_cache
+
+from passgraph.language import ir
+from passgraph.language import scalar as s
+from passgraph.language.emitter import Emitter, eliminate_dead
+from passgraph.language.expand import EXPANSIONS
+from passgraph.language.library import prelude_function
+from passgraph.language.operations import OPERATIONS
+from passgraph.language.parse import parse_kernel
+from passgraph.language.scope import host_numbers
+from passgraph.language.source import NOWHERE, Span, fail
+from passgraph.language.types import Array, Matrix, Scalar, Type, component_count, element_of
+
+#: A loop is unrolled up to this many trips …
+MAX_UNROLLED_TRIPS = 64
+#: … as long as its copies stay below this many instructions altogether.
+MAX_UNROLLED_INSTRUCTIONS = 6_000
+#: No loop may make more trips than this; a longer one would hang a driver.
+MAX_TRIPS = 1 << 16
+
+
+@dataclass(frozen=True)
+class ImageFacts:
+    """What the graph knows about an image that a kernel reads."""
+
+    channels: int = 4
+    border: str = "clamp"
+    decode: str | None = None  # prelude function for r, g and b of each texel, such as decode_srgb
+    fused: Fused | None = None
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What the graph knows about a kernel when it is compiled."""
+
+    constants: Mapping[str, object] = field(default_factory=dict)
+    images: Mapping[str, ImageFacts] = field(default_factory=dict)
+    #: For each result: prelude functions applied to colour channels and to alpha before it is stored.
+    stores: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...] = ()
+    simplify: bool = True
+
+
+@dataclass(frozen=True)
+class Fused:
+    """A producer computed inside its consumer; its uniforms and images are named with ``prefix``."""
+
+    program: ir.Program
+    facts: Facts
+    prefix: str
+    output: int
+
+
+def lower(program: ir.Program, facts: Facts | None = None) -> s.ScalarProgram:
+    """The scalar program of a kernel under given facts.
+
+    Raises
+    ------
+    KernelError
+        Where a loop bound is not known, a texel offset is not bounded, or a loop is too long.
+    """
+    facts = facts or Facts()
+    shared = Shared(Emitter(facts.simplify))
+    lowering = Lowering(program, facts, shared, prefix="")
+    lowering.run()
+    emitter = shared.emitter
+    outputs = tuple(lowering.outputs())
+    keep = lowering.value(program.keep)[0] if program.keep is not None else None
+    if isinstance(keep, s.Lit) and keep.value:
+        keep = None
+    roots = [v for o in outputs for v in o.values] + ([keep] if keep is not None else [])
+    body = eliminate_dead(emitter.blocks[0], roots)
+    return shared.finish(program, body, outputs, keep)
+
+
+class Shared:
+    """What a kernel and everything fused into it have in common."""
+
+    def __init__(self, emitter: Emitter) -> None:
+        self.emitter = emitter
+        self.slots: dict[str, s.UniformSlot] = {}
+        self.uses: dict[str, s.ImageUse] = {}
+        self.counts = {"float": 0, "int": 0}
+        self.fused: dict[str, list[list[s.Operand]]] = {}
+        self.sources: list[Span] = []
+
+    def slot(self, name: str, type_: Type) -> s.UniformSlot:
+        if name not in self.slots:
+            block = "float" if element_of(type_).name == "float" else "int"
+            count = component_count(type_)
+            self.slots[name] = s.UniformSlot(name, type_, block, self.counts[block], count)
+            self.counts[block] += count
+        return self.slots[name]
+
+    def finish(
+        self, program: ir.Program, body: tuple[s.Instruction, ...], outputs: tuple[s.Output, ...], keep: s.Operand | None
+    ) -> s.ScalarProgram:
+        used = list(s.walk(body))
+        names = {i.variable for i in used if isinstance(i, (s.Read, s.Write))}
+        tables = {i.table for i in used if isinstance(i, s.LoadTable)}
+        builtins = {i.name for i in used if isinstance(i, s.LoadBuiltin)}
+        read = {i.image for i in used if isinstance(i, s.LoadTexel)}
+        read |= {b.split(".", 1)[1].rsplit(".", 1)[0] for b in builtins if b.startswith("size.")}
+        return s.ScalarProgram(
+            program.name,
+            program.stage,
+            body,
+            outputs,
+            keep,
+            tuple((n, t) for n, t in self.emitter.variables.items() if n in names),
+            tuple(self.slots.values()),
+            tuple((n, t, v) for n, (t, v) in self.emitter.tables.items() if n in tables),
+            tuple(use for use in self.uses.values() if use.name in read),
+            tuple((n, t) for n, t in self.emitter.builtins.items() if n in builtins),
+            (program.source, *self.sources),
+        )
+
+
+class Lowering:
+    """One kernel (or one fused producer, or one prelude function) on its way into the emitter."""
+
+    def __init__(
+        self,
+        program: ir.Program,
+        facts: Facts,
+        shared: Shared,
+        prefix: str,
+        arguments: dict[str, list[s.Operand]] | None = None,
+    ) -> None:
+        self.program, self.facts, self.shared, self.prefix = program, facts, shared, prefix
+        self.emitter = shared.emitter
+        self.arguments = arguments or {}
+        self.locals: dict[str, list[s.Operand]] = {}
+        self.loops: list[dict[tuple[str, int], str]] = []  # variables of the loops around, innermost last
+
+    def run(self) -> None:
+        self.block(self.program.body)
+
+    def outputs(self) -> list[s.Output]:
+        outputs = []
+        for i, result in enumerate(self.program.results):
+            values = self.value(result.value)
+            if i < len(self.facts.stores):
+                values = self._stored(values, *self.facts.stores[i])
+            outputs.append(s.Output(result.name, tuple(values)))
+        return outputs
+
+    def _stored(self, values: list[s.Operand], colour: tuple[str, ...], alpha: tuple[str, ...]) -> list[s.Operand]:
+        stored = []
+        for i, value in enumerate(values):
+            for function in alpha if i == 3 else colour:
+                value = self.prelude(function, [value])
+            stored.append(value)
+        return stored
+
+    # Statements
+
+    def block(self, statements: tuple[ir.Stmt, ...]) -> None:
+        for statement in statements:
+            if isinstance(statement, ir.Assign):
+                self.locals[statement.name] = self.value(statement.value)
+            elif isinstance(statement, ir.If):
+                self._if(statement)
+            elif isinstance(statement, ir.For):
+                self._for(statement)
+            else:
+                self._leave(statement)
+                return
+
+    def _leave(self, statement: ir.Break | ir.Continue) -> None:
+        """Break or continue: what the loop hands on is written first."""
+        for (name, i), variable in self.loops[-1].items():
+            self.emitter.push(s.Write(variable, self.locals[name][i]))
+        self.emitter.push(s.Break() if isinstance(statement, ir.Break) else s.Continue())
+
+    def _branch(self, statements: tuple[ir.Stmt, ...]) -> tuple[list[s.Instruction], dict[str, list[s.Operand]]]:
+        before = dict(self.locals)
+        self.emitter.begin()
+        self.block(statements)
+        after, self.locals = self.locals, before
+        return self.emitter.end(), after
+
+    def _if(self, statement: ir.If) -> None:
+        e = self.emitter
+        condition = self.value(statement.condition)[0]
+        if isinstance(condition, s.Lit) and e.simplify:
+            self.block(statement.then if condition.value else statement.orelse)
+            return
+        then, after_then = self._branch(statement.then)
+        orelse, after_else = self._branch(statement.orelse)
+        if e.simplify and e.selectable(then) and e.selectable(orelse):
+            for instruction in (*then, *orelse):
+                e.push(instruction)
+            for name in _assigned(after_then, after_else, self.locals):
+                a, b = _both(name, after_then, after_else)
+                self.locals[name] = [e.choose(condition, x, y) for x, y in zip(a, b, strict=True)]
+            return
+        left_then, left_else = _leaves(then), _leaves(orelse)
+        merged: dict[str, list[s.Operand]] = {}
+        reads: list[tuple[str, int, str]] = []
+        for name in _assigned(after_then, after_else, self.locals):
+            a, b = _both(name, after_then, after_else)
+            if left_then or left_else:
+                # The branch that left the loop has nothing to hand on; the other's values live in its block.
+                a, b = (b, b) if left_then else (a, a)
+            merged[name] = list(a)
+            for i, (x, y) in enumerate(zip(a, b, strict=True)):
+                if isinstance(x, s.Lit) and repr(x) == repr(y) and not (left_then or left_else):
+                    continue
+                if repr(x) == repr(y) and repr(x) in {repr(v) for v in self.locals.get(name, [])}:
+                    continue
+                variable = e.variable(x.type)
+                if not left_then:
+                    then.append(s.Write(variable, x))
+                if not left_else:
+                    orelse.append(s.Write(variable, y))
+                reads.append((name, i, variable))
+        e.push(s.If(condition, tuple(then), tuple(orelse)))
+        for name, i, variable in reads:
+            merged[name][i] = e.read(variable)
+        self.locals.update(merged)
+
+    def _for(self, statement: ir.For) -> None:
+        start, stop, step = (self._bound(b, statement.span) for b in (statement.start, statement.stop, statement.step))
+        if step == 0:
+            fail(statement.span, "the step of range() is 0")
+        trips = len(range(start, stop, step))
+        if trips > MAX_TRIPS:
+            fail(statement.span, f"this loop makes {trips} trips; at most {MAX_TRIPS} are allowed")
+        if not trips:
+            return
+        if self.emitter.simplify and trips <= MAX_UNROLLED_TRIPS and not _jumps(statement.body):
+            if self._unroll(statement, range(start, stop, step)):
+                return
+        self._loop(statement, start, stop, step)
+
+    def _unroll(self, statement: ir.For, trips: range) -> bool:
+        """Copy the body once a trip; give up after the first copy when all together would be too long."""
+        e = self.emitter
+        before, length, ids = dict(self.locals), len(e.blocks[-1]), e.ids
+        known = dict(e.known[-1])
+        for count, i in enumerate(trips):
+            self.locals[statement.name] = [s.Lit("int", i)]
+            self.block(statement.body)
+            grown = sum(1 for _ in s.walk(e.blocks[-1][length:]))
+            if count == 0 and grown * len(trips) > MAX_UNROLLED_INSTRUCTIONS:
+                self.locals, e.ids, e.known[-1] = before, ids, known
+                del e.blocks[-1][length:]
+                return False
+        return True
+
+    def _loop(self, statement: ir.For, start: int, stop: int, step: int) -> None:
+        e = self.emitter
+        carried: dict[tuple[str, int], str] = {}
+        for name in sorted(_names_assigned(statement.body)):
+            for i, value in enumerate(self.locals.get(name, [])):
+                carried[name, i] = e.variable(value.type)
+                e.push(s.Write(carried[name, i], value))
+        index = e.fresh("int")
+        last = range(start, stop, step)[-1]
+        e.ranges[index.id] = (min(start, last), max(start, last))
+        e.begin()
+        outer = dict(self.locals)
+        self.locals[statement.name] = [index]
+        for (name, i), variable in carried.items():
+            self.locals[name] = list(self.locals[name])
+            self.locals[name][i] = e.read(variable)
+        self.loops.append(carried)
+        self.block(statement.body)
+        self.loops.pop()
+        if not _leaves(e.blocks[-1]):
+            for (name, i), variable in carried.items():
+                e.push(s.Write(variable, self.locals[name][i]))
+        body = e.end()
+        e.push(s.For(index, start, stop, step, tuple(body)))
+        self.locals = outer
+        for (name, i), variable in carried.items():
+            self.locals[name] = list(self.locals[name])
+            self.locals[name][i] = e.read(variable)
+
+    def _bound(self, expression: ir.Expr, span: Span) -> int:
+        value = self.value(expression)[0]
+        if not isinstance(value, s.Lit):
+            fail(
+                span,
+                "a loop bound must be known when the graph is compiled: a number, a captured constant or a "
+                "Const[int] parameter; use a constant bound with a break",
+            )
+        return int(value.value)
+
+    # Expressions
+
+    def value(self, expression: ir.Expr) -> list[s.Operand]:
+        """The components of an expression."""
+        if isinstance(expression, ir.Literal):
+            return [s.Lit(expression.type.name, expression.value)]
+        if isinstance(expression, ir.Local):
+            return self.locals[expression.name]
+        if isinstance(expression, ir.Table):
+            return [s.Lit(element_of(expression.type).name, v) for v in expression.values]
+        if isinstance(expression, ir.Uniform):
+            return self._uniform(expression)
+        if isinstance(expression, ir.Builtin):
+            return self._builtin(expression)
+        if isinstance(expression, ir.Apply):
+            return self._apply(expression)
+        if isinstance(expression, ir.Select):
+            condition = self.value(expression.condition)[0]
+            then, orelse = self.value(expression.then), self.value(expression.orelse)
+            return [self.emitter.choose(condition, a, b) for a, b in zip(then, orelse, strict=True)]
+        if isinstance(expression, ir.Swizzle):
+            parts = self.value(expression.value)
+            return [parts[i] for i in expression.components]
+        if isinstance(expression, ir.Construct):
+            return [part for argument in expression.arguments for part in self.value(argument)]
+        if isinstance(expression, ir.Index):
+            return self._index(expression)
+        if isinstance(expression, ir.Insert):
+            return self._insert(expression)
+        if isinstance(expression, ir.Texel):
+            return self._texel(expression)
+        names = [f"size.{self.prefix}{expression.image}.{i}" for i in (0, 1)]
+        self._use(expression.image)
+        return [self.emitter.builtin(name, "int") for name in names]
+
+    def _builtin(self, expression: ir.Builtin) -> list[s.Operand]:
+        type_ = expression.type
+        if isinstance(type_, Scalar):
+            return [self.emitter.builtin(expression.name, type_.name)]
+        names = [f"{expression.name}.{i}" for i in range(component_count(type_))]
+        return [self.emitter.builtin(name, element_of(type_).name) for name in names]
+
+    def _uniform(self, expression: ir.Uniform) -> list[s.Operand]:
+        if expression.name in self.arguments:
+            return self.arguments[expression.name]
+        element = element_of(expression.type).name
+        if expression.const:
+            value = self._constant(expression)
+            return [s.Lit(element, v) for v in value]
+        slot = self.shared.slot(self.prefix + expression.name, expression.type)
+        return [self._slot_entry(slot, s.Lit("int", slot.offset + i), element) for i in range(slot.count)]
+
+    def _slot_entry(self, slot: s.UniformSlot, index: s.Operand, element: str) -> s.Operand:
+        value = self.emitter.uniform(slot.block, index)
+        return self.emitter.op("not_equal", value, s.Lit("int", 0)) if element == "bool" else value
+
+    def _constant(self, expression: ir.Uniform) -> list[ir.Number]:
+        parameter = next(p for p in self.program.parameters if p.name == expression.name)
+        if expression.name not in self.facts.constants and not parameter.has_default:
+            fail(parameter.span, f"Const parameter {expression.name!r} of {self.program.name} has no value")
+        value = self.facts.constants.get(expression.name, parameter.default)
+        return host_numbers(value, expression.type, f"{self.program.name}({expression.name})", parameter.span)
+
+    def _apply(self, expression: ir.Apply) -> list[s.Operand]:
+        row = OPERATIONS[expression.operation]
+        arguments = [self.value(a) for a in expression.arguments]
+        if row.kind == "expanded":
+            return EXPANSIONS[row.name](self.emitter, arguments, [a.type for a in expression.arguments])
+        size = max(len(a) for a in arguments)
+        spread = [a * size if len(a) == 1 else a for a in arguments]
+        results = []
+        for parts in zip(*spread, strict=True):
+            if row.kind == "prelude":
+                results.append(self.prelude(row.name, list(parts)))
+            else:
+                results.append(self.emitter.op(row.name, *parts, span=expression.span))
+        return results
+
+    def prelude(self, name: str, arguments: list[s.Operand]) -> s.Operand:
+        """A scalar function of the prelude, in place."""
+        if arguments[0].type == "int" and name in ("sign", "clamp"):
+            name += "_int"
+        program = _prelude_program(name)
+        bound = {p.name: [a] for p, a in zip(program.parameters, arguments, strict=True)}
+        inner = Lowering(program, Facts(simplify=self.facts.simplify), self.shared, "", bound)
+        inner.run()
+        return inner.value(program.results[0].value)[0]
+
+    def _index(self, expression: ir.Index) -> list[s.Operand]:
+        index = self.value(expression.index)[0]
+        width = component_count(expression.type)
+        base_type = expression.value.type
+        if isinstance(index, s.Lit):
+            parts = self.value(expression.value)
+            count = len(parts) // width
+            i = min(max(int(index.value), 0), count - 1)
+            return parts[i * width : (i + 1) * width]
+        if isinstance(base_type, Array) and isinstance(expression.value, (ir.Uniform, ir.Table)):
+            if not (isinstance(expression.value, ir.Uniform) and expression.value.name in self.arguments):
+                return self._indexed_load(expression.value, base_type, index, width)
+        parts = self.value(expression.value)
+        count = len(parts) // width
+        result = parts[:width]
+        for i in range(1, count):
+            here = self.emitter.op("greater_equal", index, s.Lit("int", i))
+            entry = parts[i * width : (i + 1) * width]
+            result = [self.emitter.choose(here, a, b) for a, b in zip(entry, result, strict=True)]
+        return result
+
+    def _indexed_load(
+        self, array: ir.Uniform | ir.Table, type_: Array, index: s.Operand, width: int
+    ) -> list[s.Operand]:
+        """A uniform array or constant table is read by address instead of chosen from."""
+        e = self.emitter
+        low, high = s.Lit("int", 0), s.Lit("int", type_.length - 1)
+        clamped = e.op("min", e.op("max", index, low), high)
+        base = e.op("mul", clamped, s.Lit("int", width))
+        element = element_of(type_).name
+        if isinstance(array, ir.Table):
+            name = next((n for n, (t, v) in e.tables.items() if (t, v) == (element, array.values)), f"table{len(e.tables)}")
+            return [e.table(name, element, array.values, e.op("add", base, s.Lit("int", i))) for i in range(width)]
+        slot = self.shared.slot(self.prefix + array.name, type_)
+        return [self._slot_entry(slot, e.op("add", base, s.Lit("int", slot.offset + i)), element) for i in range(width)]
+
+    def _insert(self, expression: ir.Insert) -> list[s.Operand]:
+        parts = list(self.value(expression.value))
+        index = self.value(expression.index)[0]
+        element = self.value(expression.element)
+        width = len(element)
+        for i in range(len(parts) // width):
+            if isinstance(index, s.Lit):
+                if i == index.value:
+                    parts[i * width : (i + 1) * width] = element
+                continue
+            here = self.emitter.op("equal", index, s.Lit("int", i))
+            for k in range(width):
+                parts[i * width + k] = self.emitter.choose(here, element[k], parts[i * width + k])
+        return parts
+
+    # Images
+
+    def _use(self, image: str, **changes: object) -> None:
+        facts = self.facts.images.get(image, ImageFacts())
+        name = self.prefix + image
+        use = self.shared.uses.get(name, s.ImageUse(name, facts.channels))
+        x, y = changes.get("x"), changes.get("y")
+        if isinstance(x, tuple) and isinstance(y, tuple):
+            if use.relative:
+                x, y = (min(use.x[0], x[0]), max(use.x[1], x[1])), (min(use.y[0], y[0]), max(use.y[1], y[1]))
+            use = s.ImageUse(name, use.channels, x, y, True, use.absolute)
+        if changes.get("absolute"):
+            use = s.ImageUse(name, use.channels, use.x, use.y, use.relative, True)
+        self.shared.uses[name] = use
+
+    def _texel(self, expression: ir.Texel) -> list[s.Operand]:
+        facts = self.facts.images.get(expression.image, ImageFacts())
+        x, y = self.value(expression.x)[0], self.value(expression.y)[0]
+        if facts.fused is not None:
+            return self._fused(facts, expression)
+        if expression.relative:
+            ranges = self.emitter.range_of(x), self.emitter.range_of(y)
+            if ranges[0] is None or ranges[1] is None:
+                fail(
+                    expression.span,
+                    "a texel offset must be a constant or bounded by a loop, so that the footprint is known; "
+                    "for offsets computed from data use image.texel(pixel() + offset)",
+                )
+            self._use(expression.image, x=ranges[0], y=ranges[1])
+        else:
+            self._use(expression.image, absolute=True)
+        name = self.prefix + expression.image
+        texel = self.emitter.texel(name, x, y, expression.relative, facts.border, facts.channels, expression.span)
+        if facts.decode is not None:
+            texel = [self.prelude(facts.decode, [c]) if i < min(3, facts.channels) else c for i, c in enumerate(texel)]
+        return texel
+
+    def _fused(self, facts: ImageFacts, expression: ir.Texel) -> list[s.Operand]:
+        """The producer's results for this pixel, computed once, stored through its format, padded to four."""
+        fused = facts.fused
+        assert fused is not None
+        if fused.prefix not in self.shared.fused:
+            producer = Lowering(fused.program, fused.facts, self.shared, fused.prefix)
+            producer.run()
+            self.shared.fused[fused.prefix] = [list(o.values) for o in producer.outputs()]
+            self.shared.sources.append(fused.program.source)
+        values = self.shared.fused[fused.prefix][fused.output]
+        if facts.decode is not None:
+            values = [self.prelude(facts.decode, [c]) if i < 3 else c for i, c in enumerate(values)]
+        missing = [s.Lit("float", v) for v in (0.0, 0.0, 0.0, 1.0)]
+        return [*values, *missing[len(values) :]]
+
+
+@lru_cache(maxsize=None)
+def _prelude_program(name: str) -> ir.Program:
+    return parse_kernel(prelude_function(name), "function")
+
+
+def _names_assigned(statements: tuple[ir.Stmt, ...]) -> set[str]:
+    names: set[str] = set()
+    for statement in statements:
+        if isinstance(statement, ir.Assign):
+            names.add(statement.name)
+        elif isinstance(statement, ir.If):
+            names |= _names_assigned(statement.then) | _names_assigned(statement.orelse)
+        elif isinstance(statement, ir.For):
+            names |= _names_assigned(statement.body)
+    return names
+
+
+def _jumps(statements: tuple[ir.Stmt, ...]) -> bool:
+    """Whether a break or continue of this loop is inside (not one of a loop within)."""
+    for statement in statements:
+        if isinstance(statement, (ir.Break, ir.Continue)):
+            return True
+        if isinstance(statement, ir.If) and (_jumps(statement.then) or _jumps(statement.orelse)):
+            return True
+    return False
+
+
+def _leaves(block: list[s.Instruction]) -> bool:
+    return bool(block) and isinstance(block[-1], (s.Break, s.Continue))
+
+
+def _assigned(*states: dict[str, list[s.Operand]]) -> list[str]:
+    then, orelse, before = states
+    names = dict.fromkeys([*then, *orelse])
+    return [n for n in names if then.get(n) is not before.get(n) or orelse.get(n) is not before.get(n)]
+
+
+def _both(
+    name: str, then: dict[str, list[s.Operand]], orelse: dict[str, list[s.Operand]]
+) -> tuple[list[s.Operand], list[s.Operand]]:
+    """A local after each branch; one that only one branch knows is not read behind the branch."""
+    return then.get(name, orelse.get(name, [])), orelse.get(name, then.get(name, []))
+
+
+__all__ = ["Facts", "Fused", "ImageFacts", "Matrix", "NOWHERE", "lower"]

@@ -1,0 +1,390 @@
+"""Scalar functions of the kernel language, written in the kernel language.
+
+The text of this file is parsed as kernels are and never runs as Python.  Each function uses primitives only,
+so every backend computes the same polynomial, and loops over pixels stay vectorisable (calls into a C
+library would not).  Reductions and coefficients follow the single-precision Cephes library (S. L. Moshier,
+1984-2000, netlib.org/cephes) unless a comment says otherwise.
+"""
+
+# mypy: disable-error-code="no-any-return"
+from __future__ import annotations
+
+from passgraph.language.symbols import bits_from_float, float_from_bits, floor, sqrt
+
+
+def sign(x: float) -> float:
+    return 1.0 if x > 0.0 else (-1.0 if x < 0.0 else 0.0)
+
+
+def sign_int(x: int) -> int:
+    return 1 if x > 0 else (-1 if x < 0 else 0)
+
+
+def clamp(x: float, low: float, high: float) -> float:
+    return min(max(x, low), high)
+
+
+def clamp_int(x: int, low: int, high: int) -> int:
+    return min(max(x, low), high)
+
+
+def saturate(x: float) -> float:
+    return min(max(x, 0.0), 1.0)
+
+
+def fract(x: float) -> float:
+    # Below a tiny negative x the subtraction rounds up to 1; the cap is the largest float32 below 1.
+    return min(x - floor(x), 0.999999940395355224609375)
+
+
+def mod(x: float, y: float) -> float:
+    return x - y * floor(x / y)
+
+
+def float_floor_divide(a: float, b: float) -> float:
+    return floor(a / b)
+
+
+def inversesqrt(x: float) -> float:
+    return 1.0 / sqrt(x)
+
+
+def step(edge: float, x: float) -> float:
+    return 0.0 if x < edge else 1.0
+
+
+def smoothstep(low: float, high: float, x: float) -> float:
+    width = high - low
+    inside = (x - low) / (1.0 if width == 0.0 else width)
+    t = min(max((0.0 if x < low else 1.0) if width == 0.0 else inside, 0.0), 1.0)
+    return t * t * (3.0 - 2.0 * t)
+
+
+def mix(x: float, y: float, a: float) -> float:
+    return x * (1.0 - a) + y * a
+
+
+def radians(x: float) -> float:
+    return x * 0.017453292519943295
+
+
+def degrees(x: float) -> float:
+    return x * 57.29577951308232
+
+
+def scale_by_power(m: float, n: int) -> float:
+    """m * 2**n in two steps, so that results below 2**-126 and above 2**127 come out right."""
+    half = n >> 1
+    return m * float_from_bits((half + 127) << 23) * float_from_bits((n - half + 127) << 23)
+
+
+def exp2(x: float) -> float:
+    # Outside [-160, 160] the result is 0 or infinity anyway; the clamp keeps the exponent's bits in range.
+    y = min(max(x, -160.0), 160.0)
+    whole = round(y)
+    f = y - whole
+    p = 1.535336188319500e-4
+    p = p * f + 1.339887440266574e-3
+    p = p * f + 9.618437357674640e-3
+    p = p * f + 5.550332471162809e-2
+    p = p * f + 2.402264791363012e-1
+    p = p * f + 6.931472028550421e-1
+    result = scale_by_power(p * f + 1.0, int(whole))
+    return x if x != x else result
+
+
+def exp(x: float) -> float:
+    y = min(max(x, -110.0), 110.0)
+    whole = round(y * 1.44269504088896341)
+    # ln 2 in two parts, the first with few bits, so that the product is exact (Cody and Waite).
+    f = (y - whole * 0.693359375) - whole * -2.12194440e-4
+    p = 1.9875691500e-4
+    p = p * f + 1.3981999507e-3
+    p = p * f + 8.3334519073e-3
+    p = p * f + 4.1665795894e-2
+    p = p * f + 1.6666665459e-1
+    p = p * f + 5.0000001201e-1
+    result = scale_by_power(p * f * f + f + 1.0, int(whole))
+    return x if x != x else result
+
+
+def log_exponent(x: float) -> float:
+    """The exponent e of x = m * 2**e with m in [sqrt(1/2), sqrt(2))."""
+    tiny = x < 1.17549435e-38
+    bits = bits_from_float(x * 8388608.0 if tiny else x)
+    # Subtracting the bits of sqrt(1/2) moves the cut between exponents there.
+    e = (bits - 0x3F3504F3) >> 23
+    return float(e) - (23.0 if tiny else 0.0)
+
+
+def log_mantissa(x: float) -> float:
+    tiny = x < 1.17549435e-38
+    bits = bits_from_float(x * 8388608.0 if tiny else x)
+    e = (bits - 0x3F3504F3) >> 23
+    return float_from_bits(bits - (e << 23))
+
+
+def log_tail(f: float) -> float:
+    """log(1 + f) - f for f in [sqrt(1/2) - 1, sqrt(2) - 1]."""
+    p = 7.0376836292e-2
+    p = p * f - 1.1514610310e-1
+    p = p * f + 1.1676998740e-1
+    p = p * f - 1.2420140846e-1
+    p = p * f + 1.4249322787e-1
+    p = p * f - 1.6668057665e-1
+    p = p * f + 2.0000714765e-1
+    p = p * f - 2.4999993993e-1
+    p = p * f + 3.3333331174e-1
+    return p * f * f * f - 0.5 * f * f
+
+
+def log_special(x: float, result: float) -> float:
+    infinity = float_from_bits(0x7F800000)
+    positive = infinity if x == infinity else result
+    return positive if x > 0.0 else (-infinity if x == 0.0 else float_from_bits(0x7FC00000))
+
+
+def log(x: float) -> float:
+    e = log_exponent(x)
+    f = log_mantissa(x) - 1.0
+    result = (log_tail(f) + e * -2.12194440e-4) + f + e * 0.693359375
+    return log_special(x, result)
+
+
+def log2(x: float) -> float:
+    e = log_exponent(x)
+    f = log_mantissa(x) - 1.0
+    tail = log_tail(f)
+    # log2(e) = 1 + 0.44269...: adding the 1 apart keeps the low bits.
+    result = tail * 0.44269504088896341 + f * 0.44269504088896341 + tail + f + e
+    return log_special(x, result)
+
+
+def pow(x: float, y: float) -> float:
+    """2**(y * log2 x) with the logarithm and the product carried in two floats each."""
+    e = log_exponent(x)
+    f = log_mantissa(x) - 1.0
+    tail = log_tail(f)
+    # log2 of the mantissa as high + low: high has 12 bits, so that high * (12 bits of y) is exact.
+    rough = tail * 0.44269504088896341 + f * 0.44269504088896341 + tail + f
+    high = float_from_bits(bits_from_float(rough) & -4096)
+    low = (f - high) + tail + (f + tail) * 0.44269504088896341
+    y_high = float_from_bits(bits_from_float(y) & -4096)
+    y_low = y - y_high
+    # y * (e + high + low), whole part taken out of each exact product before they are added.
+    a = y_high * e
+    a_whole = round(a)
+    b = y_high * high
+    b_whole = round(b)
+    rest = (a - a_whole) + (b - b_whole) + (y_low * e + (y_low * high + y * low))
+    rest_whole = round(rest)
+    whole = min(max(a_whole + b_whole + rest_whole, -300.0), 300.0)
+    in_range = exp2_kernel(rest - rest_whole, int(whole))
+    infinity = float_from_bits(0x7F800000)
+    at_zero = 0.0 if y > 0.0 else infinity
+    at_infinity = infinity if y > 0.0 else 0.0
+    ends = at_infinity if x == infinity else in_range
+    # An infinite exponent: the result is decided by which side of 1 the base lies on.
+    grows = (x > 1.0) == (y > 0.0)
+    extreme = infinity if grows else 0.0
+    ends = (1.0 if x == 1.0 else extreme) if abs(y) == infinity else ends
+    defined = ends if x > 0.0 else (at_zero if x == 0.0 else float_from_bits(0x7FC00000))
+    with_nan = y if y != y else defined
+    return 1.0 if y == 0.0 else with_nan
+
+
+def exp2_kernel(f: float, n: int) -> float:
+    """2**(f + n) for f in [-1/2, 1/2] and n in [-300, 300]."""
+    p = 1.535336188319500e-4
+    p = p * f + 1.339887440266574e-3
+    p = p * f + 9.618437357674640e-3
+    p = p * f + 5.550332471162809e-2
+    p = p * f + 2.402264791363012e-1
+    p = p * f + 6.931472028550421e-1
+    # Beyond +-160 nothing changes: infinity or zero.
+    return scale_by_power(p * f + 1.0, min(max(n, -160), 160))
+
+
+def sine_polynomial(r: float) -> float:
+    z = r * r
+    p = -1.9515295891e-4
+    p = p * z + 8.3321608736e-3
+    p = p * z - 1.6666654611e-1
+    return p * z * r + r
+
+
+def cosine_polynomial(r: float) -> float:
+    z = r * r
+    p = 2.443315711809948e-5
+    p = p * z - 1.388731625493765e-3
+    p = p * z + 4.166664568298827e-2
+    return p * z * z - 0.5 * z + 1.0
+
+
+def reduce_angle(x: float, quarter: float) -> float:
+    # pi / 2 in three parts of few bits: products with a whole number below 2**13 are exact.
+    return ((x - quarter * 1.5703125) - quarter * 4.837512969970703125e-4) - quarter * 7.549789954891882e-8
+
+
+def sin(x: float) -> float:
+    quarter = round(x * 0.63661977236758134)
+    r = reduce_angle(x, quarter)
+    k = int(quarter)
+    value = cosine_polynomial(r) if (k & 1) == 1 else sine_polynomial(r)
+    result = -value if (k & 2) == 2 else value
+    return result if abs(x) < 3.0e38 else x - x
+
+
+def cos(x: float) -> float:
+    quarter = round(x * 0.63661977236758134)
+    r = reduce_angle(x, quarter)
+    k = int(quarter)
+    value = sine_polynomial(r) if (k & 1) == 1 else cosine_polynomial(r)
+    result = -value if ((k + 1) & 2) == 2 else value
+    return result if abs(x) < 3.0e38 else x - x
+
+
+def tan(x: float) -> float:
+    quarter = round(x * 0.63661977236758134)
+    r = reduce_angle(x, quarter)
+    s = sine_polynomial(r)
+    c = cosine_polynomial(r)
+    result = -c / s if (int(quarter) & 1) == 1 else s / c
+    return result if abs(x) < 3.0e38 else x - x
+
+
+def arcsine_polynomial(z: float) -> float:
+    p = 4.2163199048e-2
+    p = p * z + 2.4181311049e-2
+    p = p * z + 4.5470025998e-2
+    p = p * z + 7.4953002686e-2
+    p = p * z + 1.6666752422e-1
+    return p * z
+
+
+def asin(x: float) -> float:
+    a = abs(x)
+    large = a > 0.5
+    z = 0.5 * (1.0 - a) if large else x * x
+    s = sqrt(z) if large else a
+    p = arcsine_polynomial(z) * s + s
+    result = 1.5707963267948966 - (p + p) if large else p
+    return -result if x < 0.0 else result
+
+
+def acos(x: float) -> float:
+    a = abs(x)
+    large = a > 0.5
+    z = 0.5 * (1.0 - a) if large else x * x
+    s = sqrt(z) if large else x
+    p = arcsine_polynomial(z) * s + s
+    outer = 3.14159265358979323846 - (p + p) if x < 0.0 else p + p
+    return outer if large else 1.5707963267948966 - p
+
+
+def atan(x: float) -> float:
+    a = abs(x)
+    big = a > 2.414213562373095
+    middle = a > 0.4142135623730950
+    base = 1.5707963267948966 if big else (0.7853981633974483 if middle else 0.0)
+    r = -1.0 / (a if big else 1.0) if big else ((a - 1.0) / (a + 1.0) if middle else a)
+    z = r * r
+    p = 8.05374449538e-2
+    p = p * z - 1.38776856032e-1
+    p = p * z + 1.99777106478e-1
+    p = p * z - 3.33329491539e-1
+    result = base + (p * z * r + r)
+    return -result if x < 0.0 else result
+
+
+def atan2(y: float, x: float) -> float:
+    infinity = float_from_bits(0x7F800000)
+    # Two infinities lie on a diagonal; an infinite quotient is settled by atan itself.
+    both = abs(x) == infinity and abs(y) == infinity
+    yy = (1.0 if y > 0.0 else -1.0) if both else y
+    xx = (1.0 if x > 0.0 else -1.0) if both else x
+    angle = atan(yy / (1.0 if xx == 0.0 else xx))
+    turned = angle + (3.14159265358979323846 if y >= 0.0 else -3.14159265358979323846)
+    off_axis = angle if xx > 0.0 else turned
+    on_axis = 1.5707963267948966 if y > 0.0 else (-1.5707963267948966 if y < 0.0 else 0.0)
+    result = on_axis if xx == 0.0 else off_axis
+    return x + y if x != x or y != y else result
+
+
+def sinh(x: float) -> float:
+    a = abs(x)
+    z = x * x
+    p = 2.03721912945e-4
+    p = p * z + 8.33028376239e-3
+    p = p * z + 1.66667160211e-1
+    small = p * z * x + x
+    # exp(a) overflows before sinh(a) does: halve the exponent's argument and multiply twice.
+    half = exp(0.5 * a)
+    large = 0.5 * half * half - 0.5 / (half * half)
+    return small if a < 1.0 else (-large if x < 0.0 else large)
+
+
+def cosh(x: float) -> float:
+    half = exp(0.5 * abs(x))
+    return 0.5 * half * half + 0.5 / (half * half)
+
+
+def tanh(x: float) -> float:
+    a = abs(x)
+    z = x * x
+    p = -5.70498872745e-3
+    p = p * z + 2.06390887954e-2
+    p = p * z - 5.37397155531e-2
+    p = p * z + 1.33314422036e-1
+    p = p * z - 3.33332819422e-1
+    small = p * z * x + x
+    large = 1.0 - 2.0 / (exp(2.0 * a) + 1.0)
+    return small if a < 0.625 else (-large if x < 0.0 else large)
+
+
+# What targets store.  A value is quantised before it is stored, so that storing is exact everywhere.
+
+
+def quantize_unorm8(x: float) -> float:
+    return round(min(max(x, 0.0), 1.0) * 255.0) / 255.0
+
+
+def quantize_unorm16(x: float) -> float:
+    return round(min(max(x, 0.0), 1.0) * 65535.0) / 65535.0
+
+
+def quantize_half(x: float) -> float:
+    """Nearest binary16, halves to even; 65520 and above become infinite."""
+    bits = bits_from_float(x)
+    size = bits & 0x7FFFFFFF
+    # Normal halves keep 10 of 23 mantissa bits: add half a unit less one, plus the last kept bit.
+    normal = (size + 0xFFF + ((size >> 13) & 1)) & -8192
+    # Below 2**-14 halves are multiples of 2**-24.
+    tiny = bits_from_float(round(float_from_bits(size) * 16777216.0) * 5.9604644775390625e-8)
+    rounded = tiny if size < 0x38800000 else normal
+    # 0x477FF000 is 65520: the first that rounds to infinity; above 0x7F800000 lies NaN.
+    finite = 0x7F800000 if size >= 0x477FF000 else rounded
+    result = size if size > 0x7F800000 else finite
+    return float_from_bits(result | (bits & -2147483648))
+
+
+def encode_srgb(x: float) -> float:
+    """Linear to sRGB (IEC 61966-2-1), for x in [0, 1]."""
+    c = min(max(x, 0.0), 1.0)
+    return 12.92 * c if c <= 0.0031308 else 1.055 * pow(c, 0.4166666666666667) - 0.055
+
+
+def decode_srgb(x: float) -> float:
+    """sRGB to linear (IEC 61966-2-1), for x in [0, 1]."""
+    return x / 12.92 if x <= 0.04045 else pow((x + 0.055) / 1.055, 2.4)
+
+
+def repeat_coordinate(i: int, size: int) -> int:
+    return i % size
+
+
+def mirror_coordinate(i: int, size: int) -> int:
+    m = i % (2 * size)
+    return min(m, 2 * size - 1 - m)
+
+

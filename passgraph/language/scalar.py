@@ -1,0 +1,247 @@
+"""The scalar program: what backends print.
+
+Straight-line instructions on ``bool``, ``int`` and ``float`` values, each assigned once, with structured ``If`` and
+``For`` around them.  What a branch or loop hands on goes through named variables (:class:`Read`, :class:`Write`).
+Only primitive rows of the operations table occur, so that a printer is a loop over a few instruction kinds.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+from passgraph.language.source import NOWHERE, Span
+
+#: Part of every key: raise it when the meaning of a program or of an emitter changes.
+FORMAT_VERSION = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Lit:
+    type: str
+    value: bool | int | float
+
+    def __repr__(self) -> str:
+        return f"{self.type}:{float(self.value).hex() if self.type == 'float' else self.value}"
+
+
+@dataclass(frozen=True, slots=True)
+class Val:
+    type: str
+    id: int
+
+    def __repr__(self) -> str:
+        return f"%{self.id}"
+
+
+Operand: TypeAlias = Lit | Val
+
+
+@dataclass(frozen=True, slots=True)
+class Op:
+    """A primitive operation; ``on`` is the scalar type of its arguments."""
+
+    to: Val
+    operation: str
+    on: str
+    arguments: tuple[Operand, ...]
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Choose:
+    """``then if condition else orelse``, both sides already computed."""
+
+    to: Val
+    condition: Operand
+    then: Operand
+    orelse: Operand
+
+
+@dataclass(frozen=True, slots=True)
+class LoadUniform:
+    """Entry ``index`` of the block of floats (``"float"``) or ints (``"int"``, bools too) of a pass."""
+
+    to: Val
+    block: str
+    index: Operand
+
+
+@dataclass(frozen=True, slots=True)
+class LoadTable:
+    to: Val
+    table: str
+    index: Operand
+
+
+@dataclass(frozen=True, slots=True)
+class LoadBuiltin:
+    """``pixel.0``, ``output_size.1``, ``size.IMAGE.0``, ``vertex.normal.2``, ``varying.uv.0``, ``front_facing`` …"""
+
+    to: Val
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class LoadTexel:
+    """The first ``len(to)`` channels of one texel; None where a channel is not used."""
+
+    to: tuple[Val | None, ...]
+    image: str
+    x: Operand
+    y: Operand
+    relative: bool
+    border: str
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Read:
+    to: Val
+    variable: str
+
+
+@dataclass(frozen=True, slots=True)
+class Write:
+    variable: str
+    value: Operand
+
+
+@dataclass(frozen=True, slots=True)
+class If:
+    condition: Operand
+    then: tuple[Instruction, ...]
+    orelse: tuple[Instruction, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class For:
+    index: Val
+    start: int
+    stop: int
+    step: int
+    body: tuple[Instruction, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Break:
+    pass
+
+
+@dataclass(frozen=True, slots=True)
+class Continue:
+    pass
+
+
+Instruction: TypeAlias = (
+    Op | Choose | LoadUniform | LoadTable | LoadBuiltin | LoadTexel | Read | Write | If | For | Break | Continue
+)
+
+
+@dataclass(frozen=True, slots=True)
+class UniformSlot:
+    """Where a parameter lies in its block: ``count`` entries from ``offset``, in component order."""
+
+    name: str
+    type: object  # a Scalar, Vector, Matrix or Array of passgraph.language.types
+    block: str
+    offset: int
+    count: int
+
+
+@dataclass(frozen=True, slots=True)
+class ImageUse:
+    """How a pass reads an image: relative offsets it reaches (x and y, inclusive), and whether it jumps."""
+
+    name: str
+    channels: int
+    x: tuple[int, int] = (0, 0)
+    y: tuple[int, int] = (0, 0)
+    relative: bool = False
+    absolute: bool = False
+
+    @property
+    def pointwise(self) -> bool:
+        """Reads this pixel only."""
+        return not self.absolute and self.x == (0, 0) and self.y == (0, 0)
+
+
+@dataclass(frozen=True, slots=True)
+class Output:
+    """One result: a target's channels, or a varying's components."""
+
+    name: str
+    values: tuple[Operand, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ScalarProgram:
+    name: str
+    stage: str
+    body: tuple[Instruction, ...]
+    outputs: tuple[Output, ...]
+    keep: Operand | None
+    variables: tuple[tuple[str, str], ...]  # name, scalar type
+    uniforms: tuple[UniformSlot, ...]
+    tables: tuple[tuple[str, str, tuple[bool | int | float, ...]], ...]  # name, scalar type, values
+    images: tuple[ImageUse, ...]
+    builtins: tuple[tuple[str, str], ...]  # name, scalar type
+    sources: tuple[Span, ...] = field(default=(), compare=False, repr=False)
+
+    @property
+    def key(self) -> str:
+        """SHA-256 of everything that decides what the program computes; names of kernels and files do not."""
+        parts = (FORMAT_VERSION, self.stage, self.body, self.outputs, self.keep, self.variables)
+        slots = [(s.block, s.offset, s.count) for s in self.uniforms]
+        text = repr((*parts, slots, [(n, t, [float(v).hex() for v in vs]) for n, t, vs in self.tables], self.images))
+        return hashlib.sha256(text.encode()).hexdigest()
+
+    @property
+    def float_count(self) -> int:
+        return sum(s.count for s in self.uniforms if s.block == "float")
+
+    @property
+    def int_count(self) -> int:
+        return sum(s.count for s in self.uniforms if s.block == "int")
+
+    def image(self, name: str) -> ImageUse:
+        return next(use for use in self.images if use.name == name)
+
+
+def walk(body: Iterable[Instruction]) -> Iterator[Instruction]:
+    """Every instruction, those inside branches and loops too."""
+    for instruction in body:
+        yield instruction
+        if isinstance(instruction, If):
+            yield from walk(instruction.then)
+            yield from walk(instruction.orelse)
+        elif isinstance(instruction, For):
+            yield from walk(instruction.body)
+
+
+def results_of(instruction: Instruction) -> tuple[Val, ...]:
+    """The values that an instruction defines."""
+    if isinstance(instruction, (Op, Choose, LoadUniform, LoadTable, LoadBuiltin, Read)):
+        return (instruction.to,)
+    if isinstance(instruction, LoadTexel):
+        return tuple(v for v in instruction.to if v is not None)
+    return ()
+
+
+def operands_of(instruction: Instruction) -> tuple[Operand, ...]:
+    """The values that an instruction itself uses (bodies of branches and loops apart)."""
+    if isinstance(instruction, Op):
+        return instruction.arguments
+    if isinstance(instruction, Choose):
+        return (instruction.condition, instruction.then, instruction.orelse)
+    if isinstance(instruction, (LoadUniform, LoadTable)):
+        return (instruction.index,)
+    if isinstance(instruction, LoadTexel):
+        return (instruction.x, instruction.y)
+    if isinstance(instruction, Write):
+        return (instruction.value,)
+    if isinstance(instruction, If):
+        return (instruction.condition,)
+    return ()

@@ -1,0 +1,263 @@
+"""What a name in a kernel stands for: a local never gets here, everything else does."""
+
+from __future__ import annotations
+
+import ast
+import builtins
+import dataclasses
+import enum
+import math
+import types as pytypes
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from passgraph.language import ir, symbols
+from passgraph.language.operations import INT_MAX, INT_MIN
+from passgraph.language.source import Source, Span, fail
+from passgraph.language.types import (
+    BOOL,
+    FLOAT,
+    INT,
+    NAMED,
+    Array,
+    Matrix,
+    Scalar,
+    Struct,
+    Type,
+    Vector,
+    component_count,
+    element_of,
+)
+
+#: Python's builtins that kernels may call, and the operation that each one is.
+BUILTINS = {
+    builtins.abs: "abs", builtins.min: "min", builtins.max: "max", builtins.round: "round",
+    builtins.pow: "pow", builtins.any: "any", builtins.all: "all", builtins.len: "len", builtins.range: "range",
+}  # fmt: skip
+
+#: Names that kernel text may use without importing them.
+TEXT_NAMES: dict[str, object] = {
+    **{name: marker for marker, name in symbols.TYPE_MARKERS.items()},
+    **symbols.FUNCTIONS,
+    **{function.__name__: function for function in BUILTINS},
+    "Const": symbols.Const,
+    "Array": symbols.Array,
+    "Vertex": symbols.Vertex,
+    "True": True,
+    "False": False,
+    "pi": math.pi,
+}
+
+
+@dataclass(frozen=True, eq=False)
+class FunctionSource:
+    """A function of the kernel language as text: what is parsed, inlined, never run."""
+
+    name: str
+    source: Source
+    node: ast.FunctionDef
+    scope: Scope
+
+
+@dataclass(eq=False)
+class Scope:
+    """Names around a kernel.  ``captured`` remembers every constant that was taken by value."""
+
+    names: Callable[[str], object]
+    captured: dict[str, object] = field(default_factory=dict)
+
+    def lookup(self, name: str, span: Span) -> object:
+        try:
+            return self.names(name)
+        except KeyError:
+            fail(
+                span,
+                f"name {name!r} is not defined here; a kernel sees its parameters, its own variables, functions marked "
+                "@pg.function, and numbers of the module",
+            )
+
+    def changed_constants(self) -> list[str]:
+        """Captured names whose value is not what the kernel was built with."""
+        changed = []
+        for name, then in self.captured.items():
+            try:
+                now = self.names(name.split(".")[0])
+                for part in name.split(".")[1:]:
+                    now = getattr(now, part)
+                if freeze(now) != then:
+                    changed.append(name)
+            except (KeyError, AttributeError, TypeError):
+                changed.append(name)
+        return changed
+
+
+def python_scope(function: Callable[..., Any]) -> Scope:
+    """Names as Python would find them: closure, module, builtins."""
+    cells = dict(zip(function.__code__.co_freevars, function.__closure__ or (), strict=True))
+
+    def names(name: str) -> object:
+        if name in cells:
+            try:
+                return cells[name].cell_contents
+            except ValueError:
+                raise KeyError(name) from None
+        if name in function.__globals__:
+            return function.__globals__[name]
+        if hasattr(builtins, name):
+            return getattr(builtins, name)
+        raise KeyError(name)
+
+    return Scope(names)
+
+
+def text_scope(own: Mapping[str, object]) -> Scope:
+    """Names of kernel text from anywhere: its own definitions and the language, nothing of Python."""
+    return Scope(lambda name: own[name] if name in own else TEXT_NAMES[name])
+
+
+def freeze(value: object) -> object:
+    """A comparable copy of a constant, or TypeError where it is not one."""
+    if isinstance(value, np.generic):
+        return value.item()
+    if isinstance(value, enum.Enum):
+        return freeze(value.value)
+    if isinstance(value, (bool, int, float)):
+        return value
+    if isinstance(value, (tuple, list)):
+        return tuple(freeze(v) for v in value)
+    if isinstance(value, np.ndarray):
+        return freeze(value.tolist())
+    raise TypeError(type(value).__name__)
+
+
+@dataclass(frozen=True, eq=False)
+class ModuleName:
+    """A module met in a dotted name."""
+
+    module: pytypes.ModuleType
+    path: str
+
+
+Meaning: TypeAlias = "Type | Struct | FunctionSource | symbols.Symbol | ModuleName | ir.Expr | str | type"
+
+
+def meaning_of(value: object, path: str, scope: Scope, span: Span) -> Any:
+    """Classify what a name leads to.
+
+    Returns a :class:`Type`, a :class:`Struct`, a :class:`FunctionSource`, a :class:`~.symbols.Symbol`, a module,
+    the name of a Python builtin, one of the generic markers (Const, Array, Vertex), or a constant expression.
+    """
+    if isinstance(value, (symbols.Symbol, FunctionSource, Struct)):
+        return value
+    if isinstance(value, pytypes.ModuleType):
+        return ModuleName(value, path)
+    if isinstance(value, type):
+        if value in symbols.TYPE_MARKERS:
+            return NAMED[symbols.TYPE_MARKERS[value]]
+        if value in (symbols.Const, symbols.Array, symbols.Vertex, tuple):
+            return value
+        struct = value.__dict__.get("__passgraph_struct__")
+        if isinstance(struct, Struct):
+            return struct
+        if dataclasses.is_dataclass(value):
+            fail(span, f"{path} is a plain dataclass; mark it with @pg.struct to use it in kernels")
+    attached = getattr(value, "__passgraph_function__", None)
+    if isinstance(attached, FunctionSource):
+        return attached
+    try:
+        if callable(value) and value in BUILTINS:
+            return BUILTINS[value]  # type: ignore[index]
+    except TypeError:
+        pass
+    try:
+        frozen = freeze(value)
+    except TypeError:
+        what = "a Python function; mark it with @pg.function" if callable(value) else f"a {type(value).__name__}"
+        fail(
+            span,
+            f"{path} is {what}, which kernels cannot use; they take numbers, tuples and arrays of numbers, "
+            "@pg.struct classes and @pg.function functions",
+        )
+    scope.captured[path] = frozen
+    return constant(value, path, span)
+
+
+def number(value: object, span: Span) -> ir.Literal:
+    """A literal of the language, checked against its ranges."""
+    if isinstance(value, np.generic):
+        value = value.item()
+    if isinstance(value, bool):
+        return ir.Literal(BOOL, value, span)
+    if isinstance(value, int):
+        if not INT_MIN <= value <= 0xFFFFFFFF:
+            fail(span, f"{value} does not fit 32 bits; write it as a float ({value}.0) or make it smaller")
+        return ir.Literal(INT, value if value <= INT_MAX else value - 2**32, span)
+    if isinstance(value, float):
+        with np.errstate(over="ignore"):
+            single = float(np.float32(value))
+        if math.isinf(single) and not math.isinf(value):
+            fail(span, f"{value} does not fit float32 (largest is 3.4e38)")
+        return ir.Literal(FLOAT, single, span)
+    fail(span, f"a {type(value).__name__} is not a number of the kernel language")
+
+
+def constant(value: object, path: str, span: Span) -> ir.Expr:
+    """A captured number, vector, matrix or table."""
+    marker = symbols.TYPE_MARKERS.get(type(value))
+    if isinstance(value, (bool, int, float, np.generic)) or isinstance(value, enum.Enum):
+        return number(value.value if isinstance(value, enum.Enum) else value, span)
+    if marker is not None and isinstance(value, tuple):
+        return typed_constant(value, NAMED[marker], path, span)
+    array = np.asarray(value)
+    if array.dtype.kind not in "bif" or array.size == 0:
+        fail(span, f"{path} must hold numbers of one type, got {array.dtype} of shape {array.shape}")
+    element = {"b": BOOL, "i": INT, "f": FLOAT}[array.dtype.kind]
+    if array.ndim == 1:
+        type_ = Array(element, array.shape[0])
+    elif array.ndim == 2 and 2 <= array.shape[1] <= 4:
+        type_ = Array(Vector(element, array.shape[1]), array.shape[0])
+    else:
+        fail(span, f"{path} has shape {array.shape}; kernels capture (n,) and (n, 2..4) tables")
+    return ir.Table(type_, tuple(number(v, span).value for v in array.ravel()), span)
+
+
+def typed_constant(value: object, type_: Type, path: str, span: Span) -> ir.Expr:
+    """A host value as a constant of a given type; numbers are converted to the element type."""
+    assert isinstance(type_, (Scalar, Vector, Matrix, Array))
+    flat = host_numbers(value, type_, path, span)
+    element = element_of(type_)
+    if isinstance(type_, Scalar):
+        return ir.Literal(element, flat[0], span)
+    if isinstance(type_, Array):
+        return ir.Table(type_, tuple(flat), span)
+    return ir.Construct(type_, tuple(ir.Literal(element, v, span) for v in flat), span)
+
+
+def host_numbers(value: object, type_: Type, path: str, span: Span) -> list[ir.Number]:
+    """Flatten a host value in component order, or fail naming ``path``; mat4 takes (4, 4) arrays row by row.
+
+    Host matrices are written as mathematics does, ``m[row][column]``; components are stored by columns.
+    """
+    array = np.asarray(value)
+    count = component_count(type_)
+    if isinstance(type_, Matrix) and array.shape == (type_.size, type_.size):
+        array = array.T
+    if isinstance(type_, Array) and isinstance(type_.element, Matrix) and array.ndim == 3:
+        array = np.swapaxes(array, 1, 2)
+    element = element_of(type_)
+    if array.size != count or array.dtype.kind not in "biuf":
+        fail(span, f"{path} must be {type_} ({count} numbers), got {describe(value)}")
+    if element is not FLOAT and array.dtype.kind == "f":
+        fail(span, f"{path} must be {type_}, got floats; convert them first")
+    convert: Callable[[Any], ir.Number] = {"bool": bool, "int": int, "float": float}[element.name]  # type: ignore[assignment]
+    return [number(convert(v), span).value for v in array.ravel().tolist()]
+
+
+def describe(value: object) -> str:
+    if isinstance(value, np.ndarray):
+        return f"an array of shape {value.shape}, {value.dtype}"
+    text = repr(value)
+    return text if len(text) < 60 else f"a {type(value).__name__}"

@@ -1,0 +1,229 @@
+"""Annotations and signatures: from Python's syntax to typed parameters."""
+
+from __future__ import annotations
+
+import ast
+from dataclasses import dataclass
+
+from passgraph.language import ir, symbols
+from passgraph.language.scope import FunctionSource, ModuleName, Scope, meaning_of, number, typed_constant
+from passgraph.language.source import Source, Span, fail
+from passgraph.language.types import (
+    NAMED,
+    Array,
+    ImageType,
+    Matrix,
+    Scalar,
+    Struct,
+    TupleType,
+    Type,
+    Vector,
+)
+
+#: What a mesh can hand to a vertex kernel, with the value where the mesh has none.
+VERTEX_FIELDS: dict[str, tuple[Type, tuple[float, ...]]] = {
+    "position": (NAMED["vec3"], (0, 0, 0)),
+    "normal": (NAMED["vec3"], (0, 0, 1)),
+    "uv": (NAMED["vec2"], (0, 0)),
+    "color": (NAMED["vec4"], (1, 1, 1, 1)),
+    "tangent": (NAMED["vec4"], (1, 0, 0, 1)),
+}
+VERTEX = Struct("Vertex", tuple((name, type_) for name, (type_, _) in VERTEX_FIELDS.items()))
+
+#: Longest array that a kernel may declare; 4,096 floats fill the smallest uniform block that GL 3.3 promises.
+MAX_ARRAY_LENGTH = 1024
+
+
+@dataclass(frozen=True)
+class Signature:
+    parameters: tuple[ir.Parameter, ...]
+    result: Type | None
+
+
+def resolve(node: ast.expr, scope: Scope, source: Source) -> object:
+    """The meaning of a (dotted) name."""
+    span = source.span(node)
+    if isinstance(node, ast.Name):
+        return meaning_of(scope.lookup(node.id, span), node.id, scope, span)
+    if isinstance(node, ast.Attribute):
+        base = resolve(node.value, scope, source)
+        if isinstance(base, ModuleName):
+            if not hasattr(base.module, node.attr):
+                fail(span, f"module {base.module.__name__} has no {node.attr!r}")
+            return meaning_of(getattr(base.module, node.attr), f"{base.path}.{node.attr}", scope, span)
+    fail(span, "a name is expected here")
+
+
+def annotation_type(node: ast.expr, scope: Scope, source: Source) -> tuple[Type, bool]:
+    """The type that an annotation names, and whether it is Const."""
+    span = source.span(node)
+    if isinstance(node, ast.Constant) and isinstance(node.value, str):
+        try:
+            inner = ast.parse(node.value, mode="eval").body
+        except SyntaxError:
+            fail(span, f"annotation {node.value!r} is not a type")
+        for part in ast.walk(inner):
+            ast.copy_location(part, node)
+        return annotation_type(inner, scope, source)
+    if isinstance(node, ast.Subscript):
+        generic = resolve(node.value, scope, source)
+        if generic is symbols.Const:
+            type_, _ = annotation_type(node.slice, scope, source)
+            return type_, True
+        if generic is symbols.Array:
+            return _array_type(node, scope, source), False
+        if generic is tuple:
+            members = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
+            return TupleType(tuple(annotation_type(m, scope, source)[0] for m in members)), False
+        fail(span, "only Const[T], Array[T, n] and tuple[...] take brackets")
+    if isinstance(node, ast.Constant) and node.value is None:
+        fail(span, "a kernel must return something; write -> vec4, -> tuple[vec4, float] or a @pg.struct")
+    meaning = resolve(node, scope, source)
+    if meaning is symbols.Vertex:
+        return VERTEX, False
+    if isinstance(meaning, (Scalar, Vector, Matrix, ImageType, Struct)):
+        return meaning, False
+    fail(span, f"{ast.unparse(node)} is not a type of the kernel language; it has {', '.join(NAMED)}, Array, structs")
+
+
+def _array_type(node: ast.Subscript, scope: Scope, source: Source) -> Array:
+    span = source.span(node)
+    if not (isinstance(node.slice, ast.Tuple) and len(node.slice.elts) == 2):
+        fail(span, "an array is written Array[element, length], for example Array[float, 15]")
+    element, _ = annotation_type(node.slice.elts[0], scope, source)
+    if not isinstance(element, (Scalar, Vector, Matrix)):
+        fail(span, f"array elements are scalars, vectors or matrices, got {element}")
+    length_node = node.slice.elts[1]
+    if isinstance(length_node, ast.Constant):
+        length: object = length_node.value
+    else:
+        meaning = resolve(length_node, scope, source)
+        length = meaning.value if isinstance(meaning, ir.Literal) else None
+    if not isinstance(length, int) or not 1 <= length <= MAX_ARRAY_LENGTH:
+        fail(span, f"array length must be a whole number from 1 to {MAX_ARRAY_LENGTH}, got {ast.unparse(length_node)}")
+    return Array(element, length)
+
+
+def read_signature(function: FunctionSource) -> Signature:
+    """Typed parameters and result of a function; every parameter needs an annotation."""
+    node, source, scope = function.node, function.source, function.scope
+    arguments = node.args
+    if arguments.vararg or arguments.kwarg:
+        fail(source.span(node), f"{function.name} takes *args or **kwargs; kernels have a fixed list of parameters")
+    positional = [*arguments.posonlyargs, *arguments.args]
+    defaults: list[ast.expr | None] = [None] * (len(positional) - len(arguments.defaults)) + list(arguments.defaults)
+    pairs = list(zip(positional, defaults, strict=True))
+    pairs += list(zip(arguments.kwonlyargs, arguments.kw_defaults, strict=True))
+    parameters = tuple(_parameter(argument, default, function) for argument, default in pairs)
+    result = None
+    if node.returns is not None:
+        result, _ = annotation_type(node.returns, scope, source)
+    else:
+        fail(source.span(node), f"{function.name} needs a return type, for example -> vec4")
+    return Signature(parameters, result)
+
+
+def _parameter(argument: ast.arg, default: ast.expr | None, function: FunctionSource) -> ir.Parameter:
+    source, scope = function.source, function.scope
+    span = source.span(argument)
+    if argument.annotation is None:
+        fail(span, f"parameter {argument.arg!r} needs a type, for example {argument.arg}: float")
+    type_, const = annotation_type(argument.annotation, scope, source)
+    if isinstance(type_, TupleType):
+        fail(span, "a parameter cannot be a tuple; use a vector, an Array or a @pg.struct")
+    if const and not isinstance(type_, (Scalar, Vector)):
+        fail(span, f"Const parameters are scalars or vectors, got {type_}")
+    if default is None:
+        return ir.Parameter(argument.arg, type_, const, span=span)
+    value = default_value(default, type_, argument.arg, source, scope)
+    return ir.Parameter(argument.arg, type_, const, value, True, span)
+
+
+def default_value(node: ast.expr, type_: Type, name: str, source: Source, scope: Scope) -> object:
+    """A default as plain data: numbers and tuples of them."""
+    span = source.span(node)
+    if isinstance(type_, (ImageType, Struct)):
+        fail(span, f"parameter {name!r} of type {type_} cannot have a default")
+    value = literal_value(node, source, scope)
+    typed_constant(value, type_, f"default of {name}", span)
+    return value
+
+
+def literal_value(node: ast.expr, source: Source, scope: Scope) -> object:
+    """Numbers, tuples and captured constants, evaluated without running Python."""
+    span = source.span(node)
+    if isinstance(node, ast.Constant):
+        return number(node.value, span).value
+    if isinstance(node, ast.UnaryOp) and isinstance(node.op, (ast.USub, ast.UAdd)):
+        inner = literal_value(node.operand, source, scope)
+        if isinstance(inner, (int, float)):
+            return -inner if isinstance(node.op, ast.USub) else inner
+    if isinstance(node, (ast.Tuple, ast.List)):
+        return tuple(literal_value(part, source, scope) for part in node.elts)
+    if isinstance(node, ast.BinOp) and isinstance(node.op, (ast.Mult, ast.Div, ast.Add, ast.Sub)):
+        left, right = literal_value(node.left, source, scope), literal_value(node.right, source, scope)
+        if isinstance(left, (int, float)) and isinstance(right, (int, float)):
+            return _fold(node.op, left, right, span)
+    if isinstance(node, ast.Call) and not node.keywords:
+        maker = resolve(node.func, scope, source)
+        if isinstance(maker, (Scalar, Vector, Matrix)):
+            parts = [literal_value(part, source, scope) for part in node.args]
+            return _construct(maker, parts, span)
+    if isinstance(node, (ast.Name, ast.Attribute)):
+        meaning = resolve(node, scope, source)
+        if isinstance(meaning, ir.Literal):
+            return meaning.value
+        if isinstance(meaning, ir.Construct):
+            return tuple(part.value for part in meaning.arguments if isinstance(part, ir.Literal))
+        if isinstance(meaning, ir.Table):
+            return meaning.values
+    fail(span, "a constant is expected here: a number, a tuple of numbers or a captured constant")
+
+
+def _fold(operator: ast.operator, left: float, right: float, span: Span) -> float:
+    if isinstance(operator, ast.Div):
+        if right == 0:
+            fail(span, "division by zero in a constant")
+        return left / right
+    if isinstance(operator, ast.Mult):
+        return left * right
+    return left + right if isinstance(operator, ast.Add) else left - right
+
+
+def _construct(maker: Scalar | Vector | Matrix, parts: list[object], span: Span) -> object:
+    flat: list[object] = []
+    for part in parts:
+        flat.extend(part if isinstance(part, tuple) else [part])
+    if isinstance(maker, Scalar):
+        if len(flat) != 1:
+            fail(span, f"{maker} takes one number")
+        return flat[0]
+    count = maker.size if isinstance(maker, Vector) else maker.size**2
+    if len(flat) == 1:
+        flat *= count
+    if len(flat) != count:
+        fail(span, f"{maker} takes {count} numbers, got {len(flat)}")
+    return tuple(flat)
+
+
+def read_struct(node: ast.ClassDef, source: Source, scope: Scope) -> Struct:
+    """A struct from its class statement: annotated fields, optional defaults, nothing else."""
+    fields: list[tuple[str, Type]] = []
+    defaults: list[tuple[str, object]] = []
+    for statement in node.body:
+        if isinstance(statement, ast.Pass) or (
+            isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant)
+        ):
+            continue
+        span = source.span(statement)
+        if not (isinstance(statement, ast.AnnAssign) and isinstance(statement.target, ast.Name)):
+            fail(span, f"struct {node.name} holds typed fields only, for example: normal: vec3")
+        type_, const = annotation_type(statement.annotation, scope, source)
+        if const or isinstance(type_, (ImageType, TupleType)):
+            fail(span, f"a struct field cannot be {'Const' if const else type_}")
+        fields.append((statement.target.id, type_))
+        if statement.value is not None:
+            defaults.append((statement.target.id, default_value(statement.value, type_, statement.target.id, source, scope)))
+    if not fields:
+        fail(source.span(node), f"struct {node.name} has no fields")
+    return Struct(node.name, tuple(fields), tuple(defaults))

@@ -1,0 +1,141 @@
+"""The types of the kernel language, as plain data.
+
+Scalars are ``bool``, ``int`` (32 bits, two's complement) and ``float`` (IEEE 754 binary32);
+vectors, square matrices and fixed-size arrays are built from them.  Structs exist only in source:
+the parser takes them apart into their fields, so nothing behind it knows them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+
+@dataclass(frozen=True, slots=True)
+class Scalar:
+    name: str
+
+    def __str__(self) -> str:
+        return self.name
+
+
+@dataclass(frozen=True, slots=True)
+class Vector:
+    element: Scalar
+    size: int
+
+    def __str__(self) -> str:
+        return {"float": "", "int": "i", "bool": "b"}[self.element.name] + f"vec{self.size}"
+
+
+@dataclass(frozen=True, slots=True)
+class Matrix:
+    """Square, of floats, made of columns as in GLSL: ``m[i]`` is column i, ``m * v`` transforms v."""
+
+    size: int
+
+    def __str__(self) -> str:
+        return f"mat{self.size}"
+
+
+@dataclass(frozen=True, slots=True)
+class Array:
+    element: Scalar | Vector | Matrix
+    length: int
+
+    def __str__(self) -> str:
+        return f"Array[{self.element}, {self.length}]"
+
+
+@dataclass(frozen=True, slots=True)
+class ImageType:
+    """A picture that a kernel reads; what it holds always arrives as vec4 (missing channels 0, 0, 1)."""
+
+    def __str__(self) -> str:
+        return "Image"
+
+
+@dataclass(frozen=True, slots=True)
+class Struct:
+    name: str
+    fields: tuple[tuple[str, Type], ...]
+    defaults: tuple[tuple[str, object], ...] = field(default=(), compare=False)
+
+    def __str__(self) -> str:
+        return self.name
+
+    def field_type(self, name: str) -> Type | None:
+        return dict(self.fields).get(name)
+
+
+@dataclass(frozen=True, slots=True)
+class TupleType:
+    """Several results of one kernel."""
+
+    members: tuple[Type, ...]
+
+    def __str__(self) -> str:
+        return "tuple[" + ", ".join(map(str, self.members)) + "]"
+
+
+Value: TypeAlias = Scalar | Vector | Matrix
+Type: TypeAlias = Scalar | Vector | Matrix | Array | ImageType | Struct | TupleType
+
+BOOL, INT, FLOAT = Scalar("bool"), Scalar("int"), Scalar("float")
+VEC2, VEC3, VEC4 = (Vector(FLOAT, n) for n in (2, 3, 4))
+IVEC2, IVEC3, IVEC4 = (Vector(INT, n) for n in (2, 3, 4))
+IMAGE = ImageType()
+
+#: What an annotation or a constructor call may say, by name.
+NAMED: dict[str, Type] = {
+    "bool": BOOL, "int": INT, "float": FLOAT,
+    "vec2": VEC2, "vec3": VEC3, "vec4": VEC4,
+    "ivec2": IVEC2, "ivec3": IVEC3, "ivec4": IVEC4,
+    "bvec2": Vector(BOOL, 2), "bvec3": Vector(BOOL, 3), "bvec4": Vector(BOOL, 4),
+    "mat2": Matrix(2), "mat3": Matrix(3), "mat4": Matrix(4),
+    "Image": IMAGE,
+}  # fmt: skip
+
+
+def element_of(type_: Type) -> Scalar:
+    """The scalar that a scalar, vector, matrix or array is made of."""
+    if isinstance(type_, Scalar):
+        return type_
+    if isinstance(type_, Vector):
+        return type_.element
+    if isinstance(type_, Matrix):
+        return FLOAT
+    if isinstance(type_, Array):
+        return element_of(type_.element)
+    raise TypeError(f"{type_} has no element type")
+
+
+def component_count(type_: Type) -> int:
+    """How many scalars a value of this type holds."""
+    if isinstance(type_, Scalar):
+        return 1
+    if isinstance(type_, Vector):
+        return type_.size
+    if isinstance(type_, Matrix):
+        return type_.size * type_.size
+    if isinstance(type_, Array):
+        return type_.length * component_count(type_.element)
+    raise TypeError(f"{type_} has no components")
+
+
+def shape_of(type_: Type) -> tuple[int, ...]:
+    """The array shape of one value: () for scalars, (n,) for vectors, (columns, rows) for matrices."""
+    if isinstance(type_, Scalar):
+        return ()
+    if isinstance(type_, Vector):
+        return (type_.size,)
+    if isinstance(type_, Matrix):
+        return (type_.size, type_.size)
+    if isinstance(type_, Array):
+        return (type_.length, *shape_of(type_.element))
+    raise TypeError(f"{type_} has no shape")
+
+
+def with_element(type_: Scalar | Vector, element: Scalar) -> Scalar | Vector:
+    """The same shape made of another scalar."""
+    return element if isinstance(type_, Scalar) else Vector(element, type_.size)

@@ -1,0 +1,181 @@
+"""Types of operations and the conversions that happen by themselves (int to float, never back)."""
+
+from __future__ import annotations
+
+from passgraph.language import ir
+from passgraph.language.operations import OPERATIONS
+from passgraph.language.source import Span, fail
+from passgraph.language.types import BOOL, FLOAT, INT, Matrix, Scalar, Type, Value, Vector, with_element
+
+_LETTERS = {"G": FLOAT, "I": INT, "B": BOOL, "f": FLOAT, "i": INT, "b": BOOL, "V": FLOAT, "v3": FLOAT}
+
+
+def widen(value: ir.Expr, type_: Type, span: Span, what: str) -> ir.Expr:
+    """``value`` as ``type_``: unchanged, or int to float; anything else is an error that names the mend."""
+    if value.type == type_:
+        return value
+    if isinstance(value.type, (Scalar, Vector)) and isinstance(type_, (Scalar, Vector)):
+        same_shape = isinstance(value.type, Scalar) == isinstance(type_, Scalar)
+        if same_shape and with_element(value.type, FLOAT) == type_ and _element(value.type) is INT:
+            if isinstance(value, ir.Literal):
+                return ir.Literal(FLOAT, float(value.value), value.span)
+            return ir.Apply(type_, "to_float", (value,), span)
+        if same_shape and with_element(type_, FLOAT) == value.type and _element(type_) is INT:
+            fail(span, f"{what} must be {type_}, got {value.type}; narrowing is never silent: write {type_}(...)")
+    fail(span, f"{what} must be {type_}, got {value.type}")
+
+
+def _element(type_: Value) -> Scalar:
+    return FLOAT if isinstance(type_, Matrix) else type_.element if isinstance(type_, Vector) else type_
+
+
+def apply(name: str, arguments: list[ir.Expr], span: Span) -> ir.Expr:
+    """An operation on typed arguments, with its result type, or an error that shows the signature."""
+    row = OPERATIONS[name]
+    if name == "matmul":
+        return _matmul(arguments, span)
+    wanted, result = (part.split() for part in row.signature.split("->"))
+    shown = _spoken(name)
+    if len(arguments) != len(wanted):
+        plural = "" if len(wanted) == 1 else "s"
+        fail(span, f"{shown} takes {len(wanted)} argument{plural}, got {len(arguments)} ({row.doc})")
+    for argument in arguments:
+        if not isinstance(argument.type, (Scalar, Vector, Matrix)):
+            fail(span, f"{shown} does not take {argument.type}")
+    size = _common_size(name, wanted, arguments, span)
+    element = _number_element(wanted, arguments, shown, span)
+    typed: list[ir.Expr] = []
+    for letter, argument in zip(wanted, arguments, strict=True):
+        target = element if letter == "N" else _LETTERS.get(letter, FLOAT)
+        typed.append(_fit(argument, letter, target, size, shown, span))
+    return ir.Apply(_result_type(result[0], size, element, typed), name, tuple(typed), span)
+
+
+def _common_size(name: str, wanted: list[str], arguments: list[ir.Expr], span: Span) -> int:
+    """How many components the vectors among the arguments have; 0 when all are scalars."""
+    size = 0
+    for letter, argument in zip(wanted, arguments, strict=True):
+        if not isinstance(argument.type, Vector) or letter in "fib":
+            continue
+        if size and argument.type.size != size:
+            fail(span, f"{_spoken(name)} mixes vectors of {size} and {argument.type.size} components")
+        size = argument.type.size
+        if letter == "v3" and size != 3:
+            fail(span, f"{_spoken(name)} is for vec3, got {argument.type}")
+    return size
+
+
+def _number_element(wanted: list[str], arguments: list[ir.Expr], shown: str, span: Span) -> Scalar:
+    """The element type shared by all ``N`` arguments: int when every one is, else float."""
+    elements = [
+        _element(a.type)
+        for letter, a in zip(wanted, arguments, strict=True)
+        if letter == "N" and isinstance(a.type, (Scalar, Vector))
+    ]
+    if BOOL in elements and shown not in ("float()", "int()"):
+        fail(span, f"{shown} takes numbers, got bool; write int(...) or float(...)")
+    if elements and all(e is BOOL for e in elements):
+        return BOOL
+    return INT if elements and all(e is INT for e in elements) else FLOAT
+
+
+def _fit(argument: ir.Expr, letter: str, element: Scalar, size: int, shown: str, span: Span) -> ir.Expr:
+    type_ = argument.type
+    if letter == "M":
+        if not isinstance(type_, Matrix):
+            fail(span, f"{shown} takes a matrix, got {type_}")
+        return argument
+    if isinstance(type_, Matrix):
+        fail(span, f"{shown} does not take {type_}")
+    assert isinstance(type_, (Scalar, Vector))
+    if letter in "fib" and not isinstance(type_, Scalar):
+        fail(span, f"{shown} takes a scalar {element} here, got {type_}")
+    if letter in ("V", "v3") and not isinstance(type_, Vector):
+        fail(span, f"{shown} takes vectors, got {type_}")
+    return widen(argument, with_element(type_, element), span, f"an argument of {shown}")
+
+
+def _result_type(letter: str, size: int, element: Scalar, arguments: list[ir.Expr]) -> Value:
+    if letter == "M":
+        first = arguments[0].type
+        return first if isinstance(first, Matrix) else Matrix(size)
+    scalar = element if letter == "N" else _LETTERS[letter]
+    if letter in "fib" or not size:
+        return scalar
+    return Vector(scalar, size)
+
+
+def _matmul(arguments: list[ir.Expr], span: Span) -> ir.Expr:
+    left, right = arguments
+    a, b = left.type, right.type
+    result: Value
+    if isinstance(a, Matrix) and isinstance(b, Matrix) and a == b:
+        result = a
+    elif isinstance(a, Matrix) and b == Vector(FLOAT, a.size):
+        result = b
+    elif isinstance(b, Matrix) and a == Vector(FLOAT, b.size):
+        result = a
+    else:
+        fail(span, f"cannot multiply {a} by {b}; a matN goes with matN or vecN of the same N")
+    return ir.Apply(result, "matmul", (left, right), span)
+
+
+_SPOKEN = {
+    "add": "+", "sub": "-", "mul": "*", "div": "/", "floor_divide": "//", "float_floor_divide": "//",
+    "int_mod": "%", "neg": "unary -", "less": "<", "less_equal": "<=", "greater": ">", "greater_equal": ">=",
+    "equal": "==", "not_equal": "!=", "logical_and": "and", "logical_or": "or", "logical_not": "not",
+    "bit_and": "&", "bit_or": "|", "bit_xor": "^", "bit_not": "~", "shift_left": "<<", "shift_right": ">>",
+    "to_float": "float()", "to_int": "int()",
+}  # fmt: skip
+
+
+def _spoken(name: str) -> str:
+    return _SPOKEN.get(name, f"{name}()")
+
+
+def binary(operator: str, left: ir.Expr, right: ir.Expr, span: Span) -> ir.Expr:
+    """``+ - * / // % **``, bits and comparisons on typed operands."""
+    matrices = isinstance(left.type, Matrix) or isinstance(right.type, Matrix)
+    if matrices and operator == "matmul":
+        return _matmul([left, right], span)
+    if operator == "matmul":
+        fail(span, f"@ multiplies matrices, got {left.type} @ {right.type}")
+    if matrices:
+        return _matrix_arithmetic(operator, left, right, span)
+    floats = any(isinstance(e.type, (Scalar, Vector)) and _element(e.type) is FLOAT for e in (left, right))
+    if operator == "mod":
+        return apply("mod" if floats else "int_mod", [left, right], span)
+    if operator == "floor_divide":
+        return apply("float_floor_divide" if floats else "floor_divide", [left, right], span)
+    return apply(operator, [left, right], span)
+
+
+def _matrix_arithmetic(operator: str, left: ir.Expr, right: ir.Expr, span: Span) -> ir.Expr:
+    """``*`` between matrices and vectors is the product; with scalars, and for + and -, it goes by column."""
+    if operator == "mul" and not isinstance(left.type, Scalar) and not isinstance(right.type, Scalar):
+        return _matmul([left, right], span)
+    if operator not in ("add", "sub", "mul", "div"):
+        fail(span, f"{_spoken(operator)} does not take matrices")
+    size = left.type.size if isinstance(left.type, Matrix) else right.type.size  # type: ignore[union-attr]
+    if isinstance(left.type, Matrix) and isinstance(right.type, Matrix) and left.type != right.type:
+        fail(span, f"{_spoken(operator)} mixes {left.type} and {right.type}")
+    if isinstance(left.type, Vector) or isinstance(right.type, Vector):
+        fail(span, f"{_spoken(operator)} does not take {left.type} and {right.type}")
+    column = Vector(FLOAT, size)
+
+    def part(value: ir.Expr, i: int) -> ir.Expr:
+        return ir.Index(column, value, ir.Literal(INT, i, span), span) if isinstance(value.type, Matrix) else value
+
+    columns = tuple(apply(operator, [part(left, i), part(right, i)], span) for i in range(size))
+    return ir.Construct(Matrix(size), columns, span)
+
+
+def unify(left: ir.Expr, right: ir.Expr, span: Span, what: str) -> tuple[ir.Expr, ir.Expr]:
+    """Both sides of a choice as one type."""
+    if left.type == right.type:
+        return left, right
+    for a, b, flip in ((left, right, False), (right, left, True)):
+        if isinstance(a.type, (Scalar, Vector)) and _element(a.type) is INT and with_element(a.type, FLOAT) == b.type:
+            widened = widen(a, b.type, span, what)
+            return (b, widened) if flip else (widened, b)
+    fail(span, f"{what} must have one type, got {left.type} and {right.type}")

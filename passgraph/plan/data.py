@@ -1,0 +1,178 @@
+"""A plan: what to run, in which order, in which memory.  Plain data; no device is needed to make or read one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+from passgraph.draw_state import DrawState
+from passgraph.formats import Format
+from passgraph.graph import DrawPass, PixelPass
+from passgraph.language.lower import Facts
+from passgraph.language.scalar import ScalarProgram
+from passgraph.targets import Derived, Value
+
+
+@dataclass(frozen=True, slots=True)
+class Options:
+    """Optimisations, each of which can be switched off; results are the same bits either way."""
+
+    cull: bool = True
+    fuse: bool = True
+    order: bool = True  # for least memory; off: as written
+    alias: bool = True
+    static: bool = True
+    simplify: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Resource:
+    """A logical picture: an input, a target, or what a target held last run."""
+
+    id: int
+    name: str
+    format: Format
+    size: tuple[int, int]  # width, height
+    kind: str  # "input", "target" or "history"
+    memory: int  # index into Plan.memories; several targets may share one
+    persistent: bool = False  # keeps its content between runs
+    history: int | None = None  # for targets with history: the resource that holds last run's content
+
+
+@dataclass(frozen=True, slots=True)
+class Memory:
+    """A physical allocation."""
+
+    format: Format
+    size: tuple[int, int]
+
+    @property
+    def bytes(self) -> int:
+        return self.format.bytes_per_pixel * self.size[0] * self.size[1]
+
+
+@dataclass(frozen=True, eq=False)
+class PixelStep:
+    """One full-screen pass: ``program`` for every pixel of ``outputs``."""
+
+    name: str
+    program: ScalarProgram
+    images: tuple[tuple[str, int], ...]  # image name in the program → resource id
+    outputs: tuple[int, ...]
+    size: tuple[int, int]
+    values: Mapping[str, object]  # parameter (with the prefix of a fused pass) → number, Value or Derived
+    source: PixelPass
+    facts: Facts
+    fused: tuple[str, ...] = ()  # names of passes computed inside this one
+    static: bool = False
+
+    @property
+    def reads(self) -> tuple[int, ...]:
+        return tuple(r for _, r in self.images)
+
+    @property
+    def writes(self) -> tuple[int, ...]:
+        return self.outputs
+
+
+@dataclass(frozen=True, eq=False)
+class DrawStep:
+    """One draw.  ``vertex`` has two outputs, the clip-space position and the scalars named in ``varyings``."""
+
+    name: str
+    vertex: ScalarProgram
+    fragment: ScalarProgram | None
+    varyings: tuple[str, ...]  # such as "normal.0": fragment builtins "varying.normal.0" in this order
+    images: tuple[tuple[str, int], ...]
+    outputs: tuple[int, ...]
+    clears: tuple[tuple[float, ...] | None, ...]  # for each output: clear to this, or None to draw over
+    depth: int | None
+    depth_clear: float | None  # None draws over (stencil too)
+    state: DrawState
+    size: tuple[int, int]
+    values: Mapping[str, object]
+    source: DrawPass
+    vertex_facts: Facts
+    fragment_facts: Facts
+    static: bool = False
+
+    @property
+    def reads(self) -> tuple[int, ...]:
+        over = [r for r, clear in zip(self.outputs, self.clears, strict=True) if clear is None]
+        if self.depth is not None and self.depth_clear is None:
+            over.append(self.depth)
+        return (*(r for _, r in self.images), *over)
+
+    @property
+    def writes(self) -> tuple[int, ...]:
+        return self.outputs if self.depth is None else (*self.outputs, self.depth)
+
+
+@dataclass(frozen=True, eq=False)
+class CopyStep:
+    """The content of one resource into another of the same format and size."""
+
+    name: str
+    source_resource: int
+    outputs: tuple[int, ...]
+    size: tuple[int, int]
+    static: bool = False
+    values: Mapping[str, object] = field(default_factory=dict)
+
+    @property
+    def reads(self) -> tuple[int, ...]:
+        return (self.source_resource,)
+
+    @property
+    def writes(self) -> tuple[int, ...]:
+        return self.outputs
+
+
+Step: TypeAlias = PixelStep | DrawStep | CopyStep
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """Steps in order, their pictures and memories, and what was decided on the way (``notes``)."""
+
+    steps: tuple[Step, ...]
+    resources: tuple[Resource, ...]
+    memories: tuple[Memory, ...]
+    inputs: Mapping[str, int]  # input name → resource id
+    outputs: Mapping[str, int]  # result name → resource id
+    size: tuple[int, int]
+    options: Options
+    notes: tuple[str, ...] = ()
+
+    @property
+    def values(self) -> dict[str, Value]:
+        """Every run value that some step needs, by name."""
+        found: dict[str, Value] = {}
+        for step in self.steps:
+            for value in step.values.values():
+                sources = (value,) if isinstance(value, Value) else value.sources if isinstance(value, Derived) else ()
+                found.update((source.name, source) for source in sources)
+        return found
+
+    @property
+    def bytes(self) -> int:
+        """Memory of all targets together."""
+        return sum(memory.bytes for memory in self.memories)
+
+    @property
+    def bytes_unaliased(self) -> int:
+        """What it would be with a memory of its own for each picture."""
+        return sum(Memory(r.format, r.size).bytes for r in self.resources)
+
+    def explain(self) -> str:
+        """What runs in which order and what was left out, fused, shared, and why."""
+        from passgraph.plan.explain import explain
+
+        return explain(self)
+
+    def svg(self) -> str:
+        """The plan as a drawing: steps from top to bottom, pictures beside them with their lifetimes."""
+        from passgraph.plan.svg import svg
+
+        return svg(self)

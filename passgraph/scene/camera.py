@@ -1,0 +1,152 @@
+"""The camera: where it stands, what it sees, and matrices that do not shake far from the origin."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi, tan
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from passgraph.errors import InputError
+from passgraph.scene.matrices import (
+    Float64,
+    Vec3,
+    are_parallel,
+    bounds_of,
+    corners_of,
+    look_rotation,
+    number,
+    perspective,
+    sphere_of,
+    translation,
+    unit,
+    vec3,
+)
+
+# From the target to the camera: a three-quarter view from about 25 degrees above.
+DEFAULT_DIRECTION: Vec3 = (0.55, 0.5, 0.85)
+# 40 degrees: close to a 50 mm lens on 35 mm film in height, little distortion of single objects.
+DEFAULT_FOV_RAD = 40.0 * pi / 180.0
+# Free room round a framed object, as a fraction of its extent in the picture.
+FRAME_MARGIN = 0.08
+
+
+@dataclass(frozen=True)
+class Camera:
+    """A perspective camera.
+
+    Attributes
+    ----------
+    eye, target : world points, scene units; float64, so an offset of 1e6 keeps ten digits
+    up : world direction that is up in the picture
+    vertical_fov_rad : full vertical angle, in ]0, pi[
+    near, far : distances along the view axis, scene units, 0 < near < far
+
+    >>> Camera(eye=(0, 0, 5), target=(0, 0, 0)).view_matrix()[2, 3].item()
+    -5.0
+    """
+
+    eye: Vec3
+    target: Vec3
+    up: Vec3 = (0.0, 1.0, 0.0)
+    vertical_fov_rad: float = DEFAULT_FOV_RAD
+    near: float = 0.1
+    far: float = 100.0
+
+    def __post_init__(self) -> None:
+        for field in ("eye", "target", "up"):
+            object.__setattr__(self, field, vec3(getattr(self, field), f"camera: {field}"))
+        object.__setattr__(self, "near", number(self.near, "camera: near", 0.0, np.inf, open_low=True))
+        object.__setattr__(self, "far", number(self.far, "camera: far", 0.0, np.inf, open_low=True))
+        fov = number(self.vertical_fov_rad, "camera: vertical_fov_rad", 0.0, pi * 0.999, open_low=True)
+        object.__setattr__(self, "vertical_fov_rad", fov)
+        if self.far <= self.near:
+            raise InputError(f"camera: expected near < far, got near {self.near:g} and far {self.far:g}")
+        if self.eye == self.target:
+            raise InputError(f"camera: eye and target are the same point {self.eye}; move one of them")
+        if not any(self.up):
+            raise InputError("camera: up: expected a vector that is not zero, got (0, 0, 0)")
+        if are_parallel(self.forward, self.up):
+            raise InputError(
+                f"camera: up {self.up} is parallel to the view direction; "
+                "choose another up, for example (0, 0, -1) for a view from above"
+            )
+
+    @property
+    def forward(self) -> Float64:
+        """Unit vector from the eye to the target, (3,) float64, world."""
+        return unit(np.subtract(self.target, self.eye))
+
+    def view_rotation(self) -> Float64:
+        """World to camera axes without the shift, (4, 4): for positions relative to the eye (`relative`)."""
+        return look_rotation(self.forward, self.up)
+
+    def view_matrix(self) -> Float64:
+        """World to camera frame, (4, 4) float64; far from the origin round `relative` instead."""
+        return self.view_rotation() @ translation(-np.array(self.eye))
+
+    def projection_matrix(self, aspect: float) -> Float64:
+        """Camera frame to OpenGL clip space, (4, 4) float64; ``aspect`` is width / height of the picture."""
+        ratio = number(aspect, "camera: aspect", 0.0, np.inf, open_low=True)
+        half = tan(0.5 * self.vertical_fov_rad)
+        return perspective(half * ratio, half, self.near, self.far)
+
+    def relative(self, transform: ArrayLike) -> Float64:
+        """An object's transform with the eye as origin, (4, 4) float64.
+
+        The large world coordinates cancel here, in float64; the result may be rounded to float32 safely:
+        ``projection @ view_rotation @ relative(transform) @ v``.
+
+        >>> camera = Camera(eye=(1e6, 0, 5), target=(1e6, 0, 0))
+        >>> camera.relative(translation((1e6, 0, 0)))[:3, 3].tolist()
+        [0.0, 0.0, -5.0]
+        """
+        return translation(-np.array(self.eye)) @ np.asarray(transform, dtype=np.float64)
+
+    @classmethod
+    def framing(
+        cls,
+        bounds: ArrayLike,
+        direction: ArrayLike | None = None,
+        aspect: float = 16.0 / 9.0,
+        vertical_fov_rad: float = DEFAULT_FOV_RAD,
+        depth_bounds: ArrayLike | None = None,
+    ) -> Camera:
+        """A camera that sees a whole box.
+
+        Parameters
+        ----------
+        bounds : (2, 3) world minimum and maximum of what must be in the picture
+        direction : from the target to the camera; the default is a three-quarter view from slightly above
+        aspect : width / height of the picture
+        vertical_fov_rad : full vertical angle
+        depth_bounds : (2, 3) larger box that near and far must hold too, such as a floor
+
+        >>> camera = Camera.framing([[-1, -1, -1], [1, 1, 1]])
+        >>> 0 < camera.near < camera.far
+        True
+        """
+        box = bounds_of(bounds, "camera: bounds")
+        centre, radius = sphere_of(box)
+        back = vec3(DEFAULT_DIRECTION if direction is None else direction, "camera: direction")
+        if not any(back):
+            raise InputError("camera: direction: expected a vector that is not zero, got (0, 0, 0)")
+        up = (0.0, 0.0, -1.0) if are_parallel(back, (0.0, 1.0, 0.0)) else (0.0, 1.0, 0.0)
+        away = unit(back)
+        fov = number(vertical_fov_rad, "camera: vertical_fov_rad", 0.0, pi * 0.999, open_low=True)
+        ratio = number(aspect, "camera: aspect", 0.0, np.inf, open_low=True)
+        half = tan(0.5 * fov) / (1.0 + FRAME_MARGIN)
+        rotation = look_rotation(-away, up)[:3, :3]
+        local = (corners_of(box) - centre) @ rotation.T
+        # a corner at z towards the eye is inside when |y| <= half * (distance - z)
+        needed = np.maximum(np.abs(local[:, 1]), np.abs(local[:, 0]) / ratio) / half + local[:, 2]
+        distance = max(float(needed.max()), 1.1 * float(local[:, 2].max()), 2.0 * radius)
+        eye = centre + distance * away
+        reach = corners_of(box if depth_bounds is None else bounds_of(depth_bounds, "camera: depth_bounds"))
+        depth = (reach - eye) @ -away
+        far = max(float(depth.max()), distance + radius) * 1.05
+        # what lies behind or very near the eye must not drag near to zero: depth precision goes with near/far
+        near = max(min(float(depth.min()), distance - radius) * 0.95, far * 2e-3)
+        near = min(near, 0.95 * float((distance - local[:, 2]).min()))
+        return cls(tuple(eye.tolist()), tuple(centre.tolist()), up, fov, near, far)

@@ -1,0 +1,190 @@
+"""What trimesh does not read of a glTF file: its cameras, its lights, and limits checked before allocation.
+
+Source: Khronos, glTF 2.0 specification; KHR_lights_punctual.
+"""
+
+from __future__ import annotations
+
+import json
+import struct
+from dataclasses import dataclass
+from math import pi
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from passgraph.errors import InputError
+from passgraph.scene.camera import Camera
+from passgraph.scene.light import Light
+from passgraph.scene.matrices import Float64
+
+# Values in accessors without a buffer are zeros made up by the reader: nothing in the file pays for them.
+MAX_UNBACKED_VALUES = 1 << 24
+UNREADABLE = ("KHR_draco_mesh_compression", "EXT_meshopt_compression")
+
+
+@dataclass(frozen=True)
+class Placed:
+    """A camera or light of the file: its JSON and the world matrix, (4, 4) float64, of its node."""
+
+    data: dict[str, Any]
+    world: Float64
+
+
+def read_header(file: Path) -> dict[str, Any]:
+    """The JSON of a .gltf or .glb file.
+
+    Raises
+    ------
+    InputError
+        Not JSON, not a GLB container, or truncated.
+    """
+    raw = file.read_bytes()
+    if file.suffix.lower() == ".glb":
+        if raw[:4] != b"glTF" or len(raw) < 20:
+            raise InputError(f"{file}: not a GLB file (it does not start with 'glTF' and a header)")
+        version, total, length = struct.unpack("<III", raw[4:16])
+        if version != 2:
+            raise InputError(f"{file}: glTF version {version}; expected 2, convert the file")
+        if total > len(raw) or 20 + length > len(raw):
+            raise InputError(f"{file}: truncated, {len(raw)} of {total} bytes are there")
+        raw = raw[20 : 20 + length]
+    try:
+        header = json.loads(raw)
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{file}: its JSON cannot be read ({str(error)[:80]})") from None
+    if not isinstance(header, dict) or not isinstance(header.get("asset"), dict):
+        raise InputError(f"{file}: not a glTF file (no 'asset' entry)")
+    version_text = str(header["asset"].get("version", "2.0"))
+    if not version_text.startswith("2"):
+        raise InputError(f"{file}: glTF version {version_text}; expected 2.0, convert the file")
+    return header
+
+
+def check_header(header: dict[str, Any], file: Path) -> None:
+    """Refuse compressed geometry, absurd counts and node cycles."""
+    for extension in UNREADABLE:
+        if extension in header.get("extensionsRequired", []):
+            raise InputError(f"{file}: compressed with {extension}, which is not read; save it uncompressed")
+    for index, accessor in enumerate(header.get("accessors", [])):
+        accessor = accessor if isinstance(accessor, dict) else {"count": accessor}
+        count = accessor.get("count", 0)
+        limit = MAX_UNBACKED_VALUES if "bufferView" not in accessor else 1 << 31
+        if not isinstance(count, int) or not 0 <= count <= limit:
+            raise InputError(f"{file}: accessor {index} has the absurd count {count!r}")
+    walk_nodes(header, file)
+
+
+def local_matrix(node: dict[str, Any]) -> Float64:
+    """The matrix of one node: given, or translation * rotation * scale."""
+    if "matrix" in node:
+        return np.array(node["matrix"], dtype=np.float64).reshape(4, 4).T
+    x, y, z, w = np.array(node.get("rotation", (0, 0, 0, 1)), dtype=np.float64)
+    result = np.eye(4)
+    result[:3, :3] = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    result[:3, :3] *= np.array(node.get("scale", (1, 1, 1)), dtype=np.float64)
+    result[:3, 3] = node.get("translation", (0, 0, 0))
+    return result
+
+
+def walk_nodes(header: dict[str, Any], file: Path) -> list[tuple[dict[str, Any], Float64]]:
+    """Nodes of the default scene with world matrices; a node has one parent, so a repeat is an error."""
+    nodes = header.get("nodes", [])
+    scenes = header.get("scenes", [])
+    found: list[tuple[dict[str, Any], Float64]] = []
+    seen: set[int] = set()
+    try:
+        roots = scenes[header.get("scene", 0)].get("nodes", []) if scenes else []
+        stack = [(index, np.eye(4)) for index in roots]
+        while stack:
+            index, parent = stack.pop()
+            if index in seen:
+                raise InputError(f"{file}: node {index} is reached twice; glTF nodes form a tree")
+            seen.add(index)
+            world = parent @ local_matrix(nodes[index])
+            found.append((nodes[index], world))
+            stack += [(child, world) for child in nodes[index].get("children", [])]
+    except (IndexError, KeyError, TypeError, ValueError, AttributeError) as error:
+        raise InputError(f"{file}: its tree of nodes is broken ({error})") from None
+    return found
+
+
+def cameras_of(header: dict[str, Any], file: Path, bounds: Float64) -> list[Camera]:
+    """The perspective cameras of the file, in the order of its nodes.
+
+    The target is put at the depth of the middle of ``bounds``, (2, 3); a missing far plane comes from them.
+    """
+    result = []
+    for node, world in walk_nodes(header, file):
+        if "camera" not in node:
+            continue
+        data = _entry(header, "cameras", node["camera"], file)
+        lens = data.get("perspective")
+        if not isinstance(lens, dict):
+            continue
+        eye = world[:3, 3]
+        forward, up = -world[:3, 2], world[:3, 1]
+        forward = forward / np.linalg.norm(forward)
+        depth = float((bounds.mean(axis=0) - eye) @ forward)
+        reach = float(np.linalg.norm(np.maximum(np.abs(bounds[0] - eye), np.abs(bounds[1] - eye))))
+        near = float(lens.get("znear", reach * 1e-3))
+        target = eye + forward * (depth if depth > 0.0 else max(reach, 1.0))
+        far = float(lens.get("zfar", max(reach * 1.05, near * 10.0)))
+        result.append(
+            Camera(tuple(eye.tolist()), tuple(target.tolist()), tuple(up.tolist()), lens["yfov"], near, far)
+        )
+    return result
+
+
+def lights_of(header: dict[str, Any], file: Path, bounds: Float64) -> list[Light]:
+    """The lights of KHR_lights_punctual.
+
+    The format has no size of a light: a directional one gets the default tangent 0.02, the others 1/50 of the
+    scene's diagonal. Its photometric units need an exposure that the format has not either: intensities are
+    scaled by one factor, so that all lights together show a white surface in the middle of the scene as 1.
+    """
+    table = header.get("extensions", {}).get("KHR_lights_punctual", {})
+    middle = bounds.mean(axis=0)
+    radius = float(np.linalg.norm(bounds[1] - bounds[0])) / 50.0
+    lights: list[tuple[Light, float]] = []
+    for node, world in walk_nodes(header, file):
+        reference = node.get("extensions", {}).get("KHR_lights_punctual", {}).get("light")
+        if reference is None:
+            continue
+        data = _entry(table, "lights", reference, file)
+        color, strength = data.get("color", (1.0, 1.0, 1.0)), float(data.get("intensity", 1.0))
+        name, place = str(data.get("name", node.get("name", "light"))), world[:3, 3]
+        distance = max(float(np.linalg.norm(middle - place)), radius, 1e-9)
+        if data.get("type") == "directional":
+            lights.append((Light.directional(-world[:3, 2], color, strength, name=name), 1.0))
+        elif data.get("type") == "spot":
+            cone = data.get("spot", {})
+            outer = float(cone.get("outerConeAngle", pi / 4))
+            inner = float(cone.get("innerConeAngle", 0.0))
+            made = Light.spot(place, -world[:3, 2], color, strength, radius, inner, outer, name)
+            lights.append((made, distance**-2))
+        else:
+            lights.append((Light.point(place, color, strength, radius, name), distance**-2))
+    total = sum(light.intensity * reach for light, reach in lights)
+    return [_scaled(light, 1.0 / total if total > 0.0 else 1.0) for light, _ in lights]
+
+
+def _scaled(light: Light, factor: float) -> Light:
+    from dataclasses import replace
+
+    return replace(light, intensity=light.intensity * factor)
+
+
+def _entry(table: dict[str, Any], key: str, index: Any, file: Path) -> dict[str, Any]:
+    try:
+        entry = table[key][index]
+    except (LookupError, TypeError):
+        raise InputError(f"{file}: a node names entry {index!r} of {key}, which is not there") from None
+    if not isinstance(entry, dict):
+        raise InputError(f"{file}: entry {index!r} of {key} is not an object")
+    return entry

@@ -1,0 +1,187 @@
+"""Lights with an extent: directional, point and spot, and the frames their shadow maps are drawn in."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import inf, pi
+from typing import Literal
+
+from numpy.typing import ArrayLike
+
+from passgraph.errors import InputError
+from passgraph.scene import light_frusta
+from passgraph.scene.matrices import Float64, Vec3, bounds_of, number, unit, vec3
+
+LightKind = Literal["directional", "point", "spot"]
+
+
+@dataclass(frozen=True)
+class Light:
+    """One light; `Light.directional`, `Light.point` and `Light.spot` are the usual way to make one.
+
+    Attributes
+    ----------
+    kind : "directional", "point" or "spot"
+    position : world, scene units; a directional light ignores it
+    direction : world unit vector along which the light travels; a point light ignores it
+    color : linear RGB, each 0 or more
+    intensity : 0 or more, scene-linear. A white diffuse surface that faces the light shows
+        ``color * intensity``: everywhere for a directional light, at distance 1 for the others, which fall
+        off with the square of the distance
+    radius : size of the emitter. Scene units for point and spot; for directional the tangent of the angular
+        radius, that is the radius of a disc seen at distance 1 (the sun: 0.00465). 0 gives hard shadows
+    cone_inner_rad, cone_outer_rad : half angles of a spot: full light inside the first, none past the second
+    name : used in messages
+
+    >>> Light.directional((0, -2, 0)).direction
+    (0.0, -1.0, 0.0)
+    """
+
+    kind: LightKind
+    position: Vec3 = (0.0, 0.0, 0.0)
+    direction: Vec3 = (0.0, -1.0, 0.0)
+    color: Vec3 = (1.0, 1.0, 1.0)
+    intensity: float = 1.0
+    radius: float = 0.0
+    cone_inner_rad: float = 0.0
+    cone_outer_rad: float = pi / 4
+    name: str = "light"
+
+    def __post_init__(self) -> None:
+        where = f"light {self.name!r}"
+        if self.kind not in ("directional", "point", "spot"):
+            raise InputError(f"{where}: kind: expected 'directional', 'point' or 'spot', got {self.kind!r}")
+        direction = vec3(self.direction, f"{where}: direction")
+        if not any(direction):
+            raise InputError(
+                f"{where}: direction: expected a vector that is not zero, got {self.direction!r}"
+            )
+        color = vec3(self.color, f"{where}: color")
+        if min(color) < 0.0:
+            raise InputError(f"{where}: color: expected linear RGB of 0 or more, got {self.color!r}")
+        outer = number(self.cone_outer_rad, f"{where}: cone_outer_rad", 0.0, pi / 2, open_low=True)
+        fields = {
+            "position": vec3(self.position, f"{where}: position"),
+            "direction": tuple(float(c) for c in unit(direction)),
+            "color": color,
+            "intensity": number(self.intensity, f"{where}: intensity", 0.0, inf),
+            "radius": number(self.radius, f"{where}: radius", 0.0, inf),
+            "cone_inner_rad": number(self.cone_inner_rad, f"{where}: cone_inner_rad", 0.0, outer),
+            "cone_outer_rad": outer,
+        }
+        for field, value in fields.items():
+            object.__setattr__(self, field, value)
+
+    @classmethod
+    def directional(
+        cls,
+        direction: ArrayLike,
+        color: ArrayLike = (1.0, 1.0, 1.0),
+        intensity: float = 1.0,
+        radius: float = 0.02,
+        name: str = "light",
+    ) -> Light:
+        """A light so far away that it comes from one direction; ``radius`` is a tangent, see the class."""
+        along = vec3(direction, f"light {name!r}: direction")
+        tint = vec3(color, f"light {name!r}: color")
+        return cls("directional", direction=along, color=tint, intensity=intensity, radius=radius, name=name)
+
+    @classmethod
+    def point(
+        cls,
+        position: ArrayLike,
+        color: ArrayLike = (1.0, 1.0, 1.0),
+        intensity: float = 1.0,
+        radius: float = 0.0,
+        name: str = "light",
+    ) -> Light:
+        """A sphere of ``radius`` scene units that shines in all directions.
+
+        >>> Light.point((0, 3, 0), radius=0.25).radius
+        0.25
+        """
+        place = vec3(position, f"light {name!r}: position")
+        tint = vec3(color, f"light {name!r}: color")
+        return cls("point", place, color=tint, intensity=intensity, radius=radius, name=name)
+
+    @classmethod
+    def spot(
+        cls,
+        position: ArrayLike,
+        direction: ArrayLike,
+        color: ArrayLike = (1.0, 1.0, 1.0),
+        intensity: float = 1.0,
+        radius: float = 0.0,
+        cone_inner_rad: float | None = None,
+        cone_outer_rad: float = pi / 4,
+        name: str = "light",
+    ) -> Light:
+        """A disc of ``radius`` that shines into a cone; the inner cone defaults to 2/3 of the outer."""
+        place = vec3(position, f"light {name!r}: position")
+        along = vec3(direction, f"light {name!r}: direction")
+        tint = vec3(color, f"light {name!r}: color")
+        inner = cone_outer_rad * 2.0 / 3.0 if cone_inner_rad is None else cone_inner_rad
+        return cls("spot", place, along, tint, intensity, radius, inner, cone_outer_rad, name)
+
+    def frustum(self, bounds: ArrayLike) -> tuple[Float64, Float64]:
+        """View and projection matrix of one shadow map that holds a world box.
+
+        Parameters
+        ----------
+        bounds : (2, 3) world minimum and maximum of all casters and receivers
+
+        Returns
+        -------
+        view : (4, 4) float64, world to light frame, a rotation and a shift (distances are kept)
+        projection : (4, 4) float64 to OpenGL clip space; square, so that a texel is as wide as it is high.
+            Directional: orthographic, holds the box. Spot: perspective over the cone, at most
+            `light_frusta.WIDEST_HALF_RAD` to each side. Point: perspective that holds the box.
+
+        Raises
+        ------
+        InputError
+            A point light too near to the box for one map; `cube_views` serves it.
+
+        >>> view, projection = Light.directional((0, -1, 0)).frustum([[-1, 0, -1], [1, 2, 1]])
+        >>> bool(abs((projection @ view @ [1, 2, 1, 1])[:3]).max() < 1)
+        True
+        """
+        box = bounds_of(bounds, f"light {self.name!r}: bounds")
+        if self.kind == "directional":
+            return light_frusta.directional(self.direction, box)
+        if self.kind == "spot":
+            return light_frusta.spot(self.position, self.direction, self.cone_outer_rad, box)
+        fitted = self.fitted_frustum(box)
+        if fitted is None:
+            raise InputError(
+                f"light {self.name!r}: the scene spans more than 150 degrees seen from this point light; "
+                "use its six cube_views(), or move it away from the scene"
+            )
+        return fitted
+
+    def view_matrix(self, bounds: ArrayLike) -> Float64:
+        """The first matrix of `frustum`."""
+        return self.frustum(bounds)[0]
+
+    def projection_matrix(self, bounds: ArrayLike) -> Float64:
+        """The second matrix of `frustum`."""
+        return self.frustum(bounds)[1]
+
+    def fitted_frustum(self, bounds: ArrayLike) -> tuple[Float64, Float64] | None:
+        """View and projection that hold the box as seen from a point or spot light.
+
+        Returns None where the box reaches further than 75 degrees from its middle, or holds the light.
+        """
+        if self.kind == "directional":
+            raise InputError(f"light {self.name!r}: fitted_frustum is for point and spot lights")
+        return light_frusta.fitted(self.position, bounds_of(bounds, f"light {self.name!r}: bounds"))
+
+    def cube_views(self) -> tuple[Float64, ...]:
+        """Six view matrices in the order and orientation of OpenGL cube map faces: +x, -x, +y, -y, +z, -z."""
+        if self.kind == "directional":
+            raise InputError(f"light {self.name!r}: cube_views is for point and spot lights")
+        return light_frusta.cube_views(self.position)
+
+    def cube_projection(self, bounds: ArrayLike) -> Float64:
+        """The 90 degree projection of every face of `cube_views`, near and far from the box."""
+        return light_frusta.cube_projection(self.position, bounds_of(bounds, f"light {self.name!r}: bounds"))

@@ -1,0 +1,175 @@
+"""What a surface looks like: base colour, textures, and how its alpha is used."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from passgraph.errors import InputError
+from passgraph.scene.matrices import number
+
+AlphaMode = Literal["opaque", "mask", "blend"]
+ColorSpace = Literal["srgb", "linear"]
+
+# Larger pictures are refused before they are decoded: 64 Mi texels are 256 MiB as RGBA bytes.
+MAX_TEXELS = 1 << 26
+
+
+@dataclass(frozen=True, eq=False)
+class Texture:
+    """A picture on a surface; it repeats in both directions, and row 0 is at v = 0.
+
+    Attributes
+    ----------
+    pixels : (h, w, 4) uint8
+    color_space : "srgb" for colours (alpha is always linear), "linear" for normals and heights
+    name : used in messages
+    """
+
+    pixels: NDArray[np.uint8]
+    color_space: ColorSpace = "srgb"
+    name: str = "texture"
+
+    @classmethod
+    def make(cls, pixels: ArrayLike, color_space: ColorSpace = "srgb", name: str = "texture") -> Texture:
+        """Check an array of bytes and bring it to four channels.
+
+        Parameters
+        ----------
+        pixels : (h, w), (h, w, 1), (h, w, 3) or (h, w, 4) uint8
+        color_space, name : see the class
+
+        Raises
+        ------
+        InputError
+            Wrong shape, type, colour space, or more than `MAX_TEXELS`.
+
+        >>> Texture.make(np.full((2, 2), 255, np.uint8)).decode()[0, 0].tolist()
+        [1.0, 1.0, 1.0, 1.0]
+        """
+        array = np.asarray(pixels)
+        if color_space not in ("srgb", "linear"):
+            raise InputError(
+                f"texture {name!r}: color_space: expected 'srgb' or 'linear', got {color_space!r}"
+            )
+        if array.ndim == 2:
+            array = array[:, :, None]
+        if array.ndim != 3 or array.shape[2] not in (1, 3, 4) or 0 in array.shape:
+            raise InputError(f"texture {name!r}: expected shape (h, w, 1, 3 or 4), got {np.shape(pixels)}")
+        if array.dtype != np.uint8:
+            raise InputError(f"texture {name!r}: expected uint8, got {array.dtype}; scale to 0..255 first")
+        height, width, channels = array.shape
+        check_texels(width, height, f"texture {name!r}")
+        full = np.full((height, width, 4), 255, np.uint8)
+        if channels == 1:
+            full[:, :, :3] = array
+        else:
+            full[:, :, :channels] = array
+        full.setflags(write=False)
+        return cls(full, color_space, name)
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """Width and height in texels."""
+        return self.pixels.shape[1], self.pixels.shape[0]
+
+    @cached_property
+    def has_alpha(self) -> bool:
+        """Whether any texel is not fully opaque."""
+        return bool((self.pixels[:, :, 3] < 255).any())
+
+    def decode(self) -> NDArray[np.float32]:
+        """The picture as (h, w, 4) float32 linear RGBA in [0, 1].
+
+        Source of the curve: IEC 61966-2-1 (sRGB).
+        """
+        result = self.pixels.astype(np.float32) / np.float32(255.0)
+        if self.color_space == "srgb":
+            result[:, :, :3] = srgb_to_linear(np.arange(256) / 255.0)[self.pixels[:, :, :3]]
+        return result
+
+
+@dataclass(frozen=True, eq=False)
+class Material:
+    """Attributes of a surface.
+
+    Attributes
+    ----------
+    name : used in messages
+    base_color : linear RGBA in [0, 1]; multiplies the texture and the vertex colours
+    base_color_texture : sRGB-encoded colours with linear alpha
+    normal_texture : linear; RGB in 0..255 stands for x, y, z in -1..1, y up in the picture (OpenGL, glTF)
+    height_texture : linear; red 255 is the surface itself, 0 is ``height_scale`` below it
+    height_scale : depth of the height map in texture units: 1 is as deep as the texture is wide
+    alpha_mode : "opaque" ignores alpha, "mask" drops texels below ``alpha_cutoff``, "blend" mixes
+    alpha_cutoff : in [0, 1], used by "mask"
+    double_sided : back faces are drawn, with the normal turned round
+
+    >>> Material(base_color=(1, 0.5, 0, 1)).alpha_mode
+    'opaque'
+    """
+
+    name: str = "material"
+    base_color: tuple[float, float, float, float] = (0.8, 0.8, 0.8, 1.0)
+    base_color_texture: Texture | None = None
+    normal_texture: Texture | None = None
+    height_texture: Texture | None = None
+    height_scale: float = 0.05
+    alpha_mode: AlphaMode = "opaque"
+    alpha_cutoff: float = 0.5
+    double_sided: bool = False
+
+    def __post_init__(self) -> None:
+        where = f"material {self.name!r}"
+        color = np.asarray(self.base_color, dtype=np.float64)
+        if color.shape != (4,) or not np.isfinite(color).all() or color.min() < 0.0 or color.max() > 1.0:
+            raise InputError(f"{where}: base_color: expected four numbers in [0, 1], got {self.base_color!r}")
+        object.__setattr__(self, "base_color", tuple(float(c) for c in color))
+        object.__setattr__(
+            self, "height_scale", number(self.height_scale, f"{where}: height_scale", 0.0, 1.0)
+        )
+        object.__setattr__(
+            self, "alpha_cutoff", number(self.alpha_cutoff, f"{where}: alpha_cutoff", 0.0, 1.0)
+        )
+        if self.alpha_mode not in ("opaque", "mask", "blend"):
+            raise InputError(
+                f"{where}: alpha_mode: expected 'opaque', 'mask' or 'blend', got {self.alpha_mode!r}"
+            )
+
+    @property
+    def needs_tangents(self) -> bool:
+        """Whether shading needs the tangents of the mesh: a normal map or a height map is present."""
+        return self.normal_texture is not None or self.height_texture is not None
+
+
+def check_texels(width: int, height: int, where: str) -> None:
+    """Refuse a picture of more than `MAX_TEXELS`; ``where`` names it in the error."""
+    if width * height > MAX_TEXELS:
+        raise InputError(
+            f"{where}: {width} x {height} texels are more than the limit of {MAX_TEXELS}; "
+            "scale the picture down"
+        )
+
+
+def srgb_to_linear(values: ArrayLike) -> NDArray[np.float32]:
+    """Decode sRGB values in [0, 1] to linear light (IEC 61966-2-1).
+
+    >>> srgb_to_linear([0.0, 1.0]).tolist()
+    [0.0, 1.0]
+    """
+    v = np.asarray(values, dtype=np.float64)
+    return np.where(v <= 0.04045, v / 12.92, ((v + 0.055) / 1.055) ** 2.4).astype(np.float32)
+
+
+def linear_to_srgb(values: ArrayLike) -> NDArray[np.float32]:
+    """Encode linear light in [0, 1] as sRGB (IEC 61966-2-1).
+
+    >>> linear_to_srgb([0.0, 1.0]).round(6).tolist()
+    [0.0, 1.0]
+    """
+    v = np.clip(np.asarray(values, dtype=np.float64), 0.0, 1.0)
+    return np.where(v <= 0.0031308, v * 12.92, 1.055 * v ** (1 / 2.4) - 0.055).astype(np.float32)

@@ -1,0 +1,255 @@
+"""Render targets, inputs and values: the handles that a graph is written with.  Plain data, no device."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from passgraph.errors import GraphError
+from passgraph.formats import Format, format_named
+
+if TYPE_CHECKING:
+    from passgraph.graph import Pass
+
+BORDERS = ("clamp", "zero", "repeat", "mirror")
+#: Largest side of a target, in pixels: what GL 3.3 hardware offers in practice.
+MAX_SIDE = 1 << 15
+
+
+@dataclass(frozen=True, slots=True)
+class Absolute:
+    """A size in pixels."""
+
+    width: int
+    height: int
+
+
+@dataclass(frozen=True, slots=True)
+class Relative:
+    """A fraction of the output's size, rounded up."""
+
+    scale: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Like:
+    """A fraction of the size of another target or input, rounded up."""
+
+    other: Target
+    scale: float = 1.0
+
+
+SizeClass: TypeAlias = Absolute | Relative | Like
+
+
+@dataclass(frozen=True, eq=False)
+class TargetSpec:
+    """A render target as declared: what a pass writes ``into``."""
+
+    name: str
+    format: Format
+    size: SizeClass | None = None
+    clear: tuple[float, ...] | None = None
+
+    def __repr__(self) -> str:
+        return f"<target {self.name} {self.format.name}>"
+
+
+@dataclass(frozen=True, eq=False)
+class InputSpec:
+    """A picture that each run brings; format and size are bound at the first run where left open."""
+
+    name: str
+    format: Format | None = None
+    size: tuple[int, int] | None = None
+    static: bool = False
+
+    def __repr__(self) -> str:
+        return f"<input {self.name}>"
+
+
+@dataclass(frozen=True)
+class Target:
+    """The content of a target at one point of the graph: what a pass returns and another one reads.
+
+    Drawing into it again gives a new handle; this one goes on meaning the content from before.
+    """
+
+    spec: TargetSpec | InputSpec
+    made_by: Pass | None = None  # None for inputs and for history
+    slot: int = 0  # which of the pass's outputs; -1 is its depth
+    is_previous: bool = False
+    border_rule: str = "clamp"
+
+    @property
+    def name(self) -> str:
+        return self.spec.name
+
+    @property
+    def depth(self) -> Target:
+        """The depth (and stencil) target of the same draw."""
+        depth = getattr(self.made_by, "depth", None)
+        if depth is None:
+            raise GraphError(f"target {self.name!r} was not drawn with a depth target; give pg.draw(depth=pg.target(...))")
+        return replace(self, spec=depth, slot=-1)
+
+    def border(self, rule: str) -> Target:
+        """The same content with another rule for reads outside: clamp, zero, repeat or mirror."""
+        if rule not in BORDERS:
+            raise GraphError(f"there is no border rule {rule!r}; the rules are {', '.join(BORDERS)}")
+        return replace(self, border_rule=rule)
+
+    @property
+    def content(self) -> Target:
+        """The handle without its border rule: two handles of one content are equal."""
+        return replace(self, border_rule="clamp")
+
+    def __repr__(self) -> str:
+        return f"<{'previous ' if self.is_previous else ''}{self.spec!r}>"
+
+
+def target(
+    name: str,
+    format: str | Format = "rgba16f",  # noqa: A002 (the field's word)
+    size: tuple[int, int] | None = None,
+    *,
+    scale: float | None = None,
+    like: Target | None = None,
+    clear: float | tuple[float, ...] | None = None,
+) -> TargetSpec:
+    """Declare a render target.
+
+    Parameters
+    ----------
+    name
+        What results are read by, and what messages say.
+    format
+        One of :data:`passgraph.formats.FORMATS`.
+    size
+        (width, height) in pixels.  Left out: like the first image that its pass reads, or like the output.
+    scale
+        Fraction of the output (or of ``like``) instead of a size, above 0.
+    like
+        A target or input whose size it takes.
+    clear
+        What a draw clears it to first (default 0; depth 1), unless it draws into what is there.
+
+    Raises
+    ------
+    GraphError
+        For an unknown format or a size that cannot be.
+
+    Examples
+    --------
+    >>> target("bloom", "rgba16f", scale=0.5)
+    <target bloom rgba16f>
+    """
+    made = format_named(format)
+    if not name or not isinstance(name, str):
+        raise GraphError(f"a target needs a name, got {name!r}")
+    if size is not None and (scale is not None or like is not None):
+        raise GraphError(f"target {name!r} has both a size and a scale; give one")
+    size_class: SizeClass | None = None
+    if size is not None:
+        size_class = Absolute(*checked_size(size, f"target {name!r}"))
+    elif like is not None:
+        size_class = Like(like, checked_scale(1.0 if scale is None else scale, name))
+    elif scale is not None:
+        size_class = Relative(checked_scale(scale, name))
+    values = None if clear is None else (clear,) if isinstance(clear, (int, float)) else tuple(clear)
+    if values is not None and len(values) not in (1, made.channels):
+        raise GraphError(f"target {name!r} ({made.name}) clears to 1 or {made.channels} numbers, got {len(values)}")
+    return TargetSpec(name, made, size_class, values)
+
+
+def checked_size(size: object, what: str) -> tuple[int, int]:
+    """(width, height) as ints within limits, or GraphError."""
+    if not (isinstance(size, (tuple, list)) and len(size) == 2 and all(isinstance(v, int) and not isinstance(v, bool) for v in size)):
+        raise GraphError(f"{what} needs a size (width, height) in whole pixels, got {size!r}")
+    width, height = size
+    if not (1 <= width <= MAX_SIDE and 1 <= height <= MAX_SIDE):
+        raise GraphError(f"{what} is {width}x{height} pixels; each side must be 1 to {MAX_SIDE}")
+    return width, height
+
+
+def checked_scale(scale: float, name: str) -> float:
+    if not 0 < scale <= 16:
+        raise GraphError(f"target {name!r} has scale {scale!r}; it must be above 0 and at most 16")
+    return float(scale)
+
+
+def Input(  # noqa: N802 (a noun for data, like the class it makes)
+    name: str,
+    format: str | Format | None = None,  # noqa: A002
+    size: tuple[int, int] | None = None,
+    *,
+    static: bool = False,
+    border: str = "clamp",
+) -> Target:
+    """A picture that each run brings by name.
+
+    ``static=True`` promises that it changes rarely: passes that depend on static inputs only run once and again
+    when one of them is given anew.
+
+    >>> Input("frame")
+    <<input frame>>
+    """
+    made = None if format is None else format_named(format)
+    bound = None if size is None else checked_size(size, f"input {name!r}")
+    return Target(InputSpec(name, made, bound, static)).border(border)
+
+
+def previous(spec: TargetSpec | Target) -> Target:
+    """What a target held at the end of the last run; zero at the first."""
+    if isinstance(spec, Target):
+        if not isinstance(spec.spec, TargetSpec):
+            raise GraphError(f"input {spec.name!r} has no history; keep a copy of it in a target")
+        spec = spec.spec
+    return Target(spec, is_previous=True)
+
+
+@dataclass(frozen=True)
+class Value:
+    """A number, vector, matrix or object that each run brings by name.
+
+    ``static`` works as for inputs.  :meth:`map` derives another value from it on the host.
+
+    >>> exposure = Value("exposure", float)
+    >>> exposure.map(lambda stops: 2.0**stops).name
+    'exposure'
+    """
+
+    name: str
+    type: object = float
+    static: bool = False
+    default: object = None
+
+    def map(self, function: Callable[[Any], object]) -> Derived:
+        """A value computed on the host from this one, at each run in which it changes."""
+        return Derived((self,), function)
+
+
+@dataclass(frozen=True)
+class Derived:
+    """A value computed on the host from run values."""
+
+    sources: tuple[Value, ...]
+    function: Callable[..., object]
+
+    @property
+    def name(self) -> str:
+        return "+".join(source.name for source in self.sources)
+
+    @property
+    def static(self) -> bool:
+        return all(source.static for source in self.sources)
+
+    def map(self, function: Callable[[Any], object]) -> Derived:
+        inner = self.function
+        return Derived(self.sources, lambda *values: function(inner(*values)))
+
+
+def combine(function: Callable[..., object], *values: Value) -> Derived:
+    """A value computed on the host from several run values."""
+    return Derived(values, function)

@@ -1,0 +1,109 @@
+#!/usr/bin/env bash
+# Formats, lints, type-checks and tests passgraph: bash tests/run.sh [arguments for pytest]
+#
+#   PYTHON            the interpreter to build the virtual environment with (default: python3, 3.11 or later)
+#   PASSGRAPH_VENV    where that environment is (default: .venv-tests in the checkout)
+#   PASSGRAPH_EXPECT  devices that must be here; a missing one fails, it does not skip (default: gl,opencl,numpy)
+#
+# Every step runs, also after one has failed; the exit status is 0 only if all passed.
+set -euo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+heading() { printf '\n=== %s\n' "$*"; }
+stop() {
+    printf 'tests/run.sh: %s\n' "$*" >&2
+    exit 2
+}
+
+venv=${PASSGRAPH_VENV:-.venv-tests}
+export PASSGRAPH_EXPECT=${PASSGRAPH_EXPECT-gl,opencl,numpy}
+
+python=${PYTHON:-python3}
+command -v "$python" >/dev/null ||
+    stop "no $python here; install Python 3.11 or later (sudo apt-get install python3 python3-venv), or set PYTHON"
+version=$("$python" -c 'import sys; print("%d.%d" % sys.version_info[:2])')
+"$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' ||
+    stop "$(command -v "$python") is Python $version; passgraph needs 3.11 or later; set PYTHON to a newer one"
+
+# Debian and Ubuntu ship Python without venv; an interpreter from elsewhere has it.
+lacks_venv() { ! "$python" -c 'import ensurepip, venv' 2>/dev/null; }
+
+heading "system packages"
+# Runs apt-get as root, through sudo where that needs no password or can ask for one.
+as_root() {
+    if [ "$(id -u)" -eq 0 ]; then
+        env DEBIAN_FRONTEND=noninteractive "$@"
+    elif command -v sudo >/dev/null && { sudo -n true 2>/dev/null || [ -t 0 ]; }; then
+        sudo env DEBIAN_FRONTEND=noninteractive "$@"
+    else
+        return 1
+    fi
+}
+installed() { [ "$(dpkg-query -W -f='${db:Status-Status}' "$1" 2>/dev/null)" = installed ]; }
+missing=()
+if ! command -v dpkg-query >/dev/null; then
+    echo "not Debian or Ubuntu: install OpenGL with EGL (Mesa), an OpenCL loader and PoCL, and oclgrind yourself"
+else
+    for package in libegl1 libgl1 libgl1-mesa-dri libgles2 ocl-icd-libopencl1 pocl-opencl-icd oclgrind; do
+        installed "$package" || missing+=("$package")
+    done
+    if lacks_venv && [ ! -x "$venv/bin/pip" ]; then missing+=("python$version-venv"); fi
+    if [ ${#missing[@]} -eq 0 ]; then
+        echo "all here"
+    else
+        echo "missing: ${missing[*]}"
+        left=()
+        if as_root apt-get update -q; then
+            # One at a time: a distribution that lacks one of them still gets the others.
+            for package in "${missing[@]}"; do
+                as_root apt-get install -q -y --no-install-recommends "$package" || left+=("$package")
+            done
+        else
+            left=("${missing[@]}")
+        fi
+        if [ ${#left[@]} -gt 0 ]; then
+            echo "could not install them here; tests that need one of them will fail. Install them with:"
+            echo "    sudo apt-get update && sudo apt-get install ${left[*]}"
+        fi
+    fi
+fi
+
+heading "virtual environment $venv"
+if [ ! -x "$venv/bin/pip" ]; then
+    lacks_venv && stop "$(command -v "$python") has no venv module; run: sudo apt-get install python$version-venv"
+    "$python" -m venv "$venv"
+fi
+# The environment is made again when what it depends on changes: dependencies, checkout, interpreter.
+stamp="$venv/passgraph-stamp"
+key="$(sha256sum pyproject.toml | cut -d' ' -f1) $PWD $("$venv/bin/python" -V)"
+if [ -f "$stamp" ] && [ "$(cat "$stamp")" = "$key" ]; then
+    echo "up to date"
+else
+    "$venv/bin/python" -m pip install --quiet --disable-pip-version-check -e '.[all,dev]'
+    printf '%s\n' "$key" >"$stamp"
+fi
+bin=$(cd "$venv/bin" && pwd)
+# Tests that start the passgraph command find the one of this checkout.
+export PATH="$bin:$PATH"
+
+failed=()
+step() {
+    heading "$*"
+    "$bin/$1" "${@:2}" || failed+=("$*")
+}
+step ruff format --check .
+step ruff check .
+step mypy
+if [ ${#failed[@]} -gt 0 ]; then
+    heading "failed before the tests"
+    printf '%s\n' "${failed[@]}"
+fi
+# tests/test_layout.py repeats these failures, so that the last lines tell the whole result.
+PASSGRAPH_FAILED_STEPS=$(printf '%s;' ${failed[@]+"${failed[@]}"})
+export PASSGRAPH_FAILED_STEPS=${PASSGRAPH_FAILED_STEPS#;}
+
+heading "pytest"
+status=0
+"$bin/python" -m pytest -n 2 "$@" || status=$?
+if [ "$status" -eq 0 ] && [ ${#failed[@]} -gt 0 ]; then status=1; fi
+exit "$status"
