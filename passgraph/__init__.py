@@ -1,0 +1,51 @@
+"""Write a post-effect once, in Python; run it on OpenGL, OpenCL or the CPU; know by how much they differ.
+
+>>> import numpy as np
+>>> import passgraph as pg
+>>> invert = pg.kernel(source="def invert(color: Image) -> vec4: return vec4(1.0 - color[0, 0].rgb, 1.0)")
+>>> program = pg.compile(invert(pg.Input("frame")), backend="reference")
+>>> program(frame=np.full((1, 1, 4), 0.25, np.float32))["invert"][0, 0, 0].item()
+0.75
+>>> program.close()
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from passgraph.draw_state import Blend, Stencil
+from passgraph.drawing import draw
+from passgraph.errors import BackendError, DeviceMissingError, GraphError, InputError, KernelError, PassgraphError
+from passgraph.graph import fragment, graph, kernel, vertex
+from passgraph.language.kernel import function, struct
+from passgraph.language.symbols import *  # noqa: F403 (every name of the kernel language)
+from passgraph.plan.data import Options
+from passgraph.program import Program, Result, compile  # noqa: A004
+from passgraph.targets import Input, Target, Value, combine, previous, target
+
+if TYPE_CHECKING:
+    from passgraph.pictures import load, save
+    from passgraph.scene import Camera, Light, Material, Mesh, Scene
+
+__version__ = "0.1.0"
+
+_LATER = {
+    "load": "passgraph.pictures", "save": "passgraph.pictures",
+    **dict.fromkeys(("Camera", "Light", "Material", "Mesh", "Scene"), "passgraph.scene"),
+}  # fmt: skip
+
+
+def __getattr__(name: str) -> Any:
+    """Pictures and scenes are loaded when first used, so that importing passgraph stays cheap."""
+    if name in _LATER:
+        from importlib import import_module
+
+        return getattr(import_module(_LATER[name]), name)
+    raise AttributeError(f"module 'passgraph' has no attribute {name!r}")
+
+
+__all__ = [
+    "BackendError", "Blend", "Camera", "DeviceMissingError", "GraphError", "Input", "InputError", "KernelError", "Light",
+    "Material", "Mesh", "Options", "PassgraphError", "Program", "Result", "Scene", "Stencil", "Target", "Value", "combine",
+    "compile", "draw", "fragment", "function", "graph", "kernel", "load", "previous", "save", "struct", "target", "vertex",
+]  # fmt: skip

@@ -7,7 +7,16 @@ from dataclasses import dataclass
 from passgraph.errors import GraphError
 
 COMPARE = ("never", "less", "equal", "less_equal", "greater", "not_equal", "greater_equal", "always")
-STENCIL_OPERATIONS = ("keep", "zero", "replace", "increment", "increment_wrap", "decrement", "decrement_wrap", "invert")
+STENCIL_OPERATIONS = (
+    "keep",
+    "zero",
+    "replace",
+    "increment",
+    "increment_wrap",
+    "decrement",
+    "decrement_wrap",
+    "invert",
+)
 FACTORS = (
     "zero", "one", "source_color", "one_minus_source_color", "destination_color", "one_minus_destination_color",
     "source_alpha", "one_minus_source_alpha", "destination_alpha", "one_minus_destination_alpha",
@@ -78,7 +87,11 @@ class Stencil:
         _one_of("stencil compare", self.compare, COMPARE)
         for operation in (self.fail, self.depth_fail, self.passed):
             _one_of("stencil operation", operation, STENCIL_OPERATIONS)
-        for what, value in (("reference", self.reference), ("read mask", self.read_mask), ("write mask", self.write_mask)):
+        for what, value in (
+            ("reference", self.reference),
+            ("read mask", self.read_mask),
+            ("write mask", self.write_mask),
+        ):
             if not 0 <= value <= 255:
                 raise GraphError(f"stencil {what} is {value}; it must be 0 to 255")
 

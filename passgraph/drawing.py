@@ -23,7 +23,7 @@ def draw(
     into: Any = None,
     depth: TargetSpec | Target | None = None,
     stencil: Stencil | None = None,
-    blend: str | Blend | None | tuple[str | Blend | None, ...] = None,
+    blend: str | Blend | tuple[str | Blend | None, ...] | None = None,
     cull: str = "none",
     depth_compare: str = "less",
     depth_write: bool = True,
@@ -81,7 +81,18 @@ def draw(
         if image.spec in written and not image.is_previous:
             raise GraphError(f"{where} reads and writes target {image.name!r}; write into another one")
     made = DrawPass(
-        pass_name, geometry, vertex, fragment, images, bound, constants, specs, loads, depth_spec, depth_load, state
+        pass_name,
+        geometry,
+        vertex,
+        fragment,
+        images,
+        bound,
+        constants,
+        specs,
+        loads,
+        depth_spec,
+        depth_load,
+        state,
     )
     handles = tuple(Target(spec, made, slot) for slot, spec in enumerate(specs))
     if not handles:
@@ -116,13 +127,19 @@ def check_geometry(geometry: Geometry, where: str) -> None:
     """Shapes, finite numbers and index ranges; an error names the first bad one."""
     positions, triangles = np.asarray(geometry.positions), np.asarray(geometry.triangles)
     if positions.ndim != 2 or positions.shape[1] != 3 or triangles.ndim != 2 or triangles.shape[1] != 3:
-        raise GraphError(f"{where}: positions must be (n, 3) and triangles (m, 3), got {positions.shape} and {triangles.shape}")
+        raise GraphError(
+            f"{where}: positions must be (n, 3) and triangles (m, 3), got {positions.shape} and {triangles.shape}"
+        )
     if not len(positions) or not len(triangles):
-        raise GraphError(f"{where}: the mesh is empty ({len(positions)} vertices, {len(triangles)} triangles)")
+        raise GraphError(
+            f"{where}: the mesh is empty ({len(positions)} vertices, {len(triangles)} triangles)"
+        )
     finite = np.isfinite(positions).all(axis=1)
     if not finite.all():
         first = int(np.argmin(finite))
-        raise GraphError(f"{where}: {np.count_nonzero(~finite)} vertices are NaN or infinite, first vertex {first}")
+        raise GraphError(
+            f"{where}: {np.count_nonzero(~finite)} vertices are NaN or infinite, first vertex {first}"
+        )
     low, high = int(triangles.min()), int(triangles.max())
     if low < 0 or high >= len(positions):
         bad = high if high >= len(positions) else low
@@ -141,22 +158,34 @@ def _output(given: Any, where: str) -> tuple[TargetSpec, Target | None]:
     if isinstance(given, Target) and isinstance(given.spec, TargetSpec) and not given.is_previous:
         return given.spec, given.content
     if isinstance(given, Target):
-        raise GraphError(f"{where} cannot draw into {given.name!r}, an input or last frame's content; copy it with a kernel first")
+        raise GraphError(
+            f"{where} cannot draw into {given.name!r}, an input or last frame's content; copy it with a kernel first"
+        )
     raise GraphError(f"{where} draws into pg.target(...) or a handle, got {type(given).__name__}")
 
 
 def _check_outputs(
-    specs: tuple[TargetSpec, ...], depth: TargetSpec | None, fragment: Kernel | None, stencil: Stencil | None, where: str
+    specs: tuple[TargetSpec, ...],
+    depth: TargetSpec | None,
+    fragment: Kernel | None,
+    stencil: Stencil | None,
+    where: str,
 ) -> None:
     if not specs and depth is None:
         raise GraphError(f"{where} has no target; give into= or depth=")
     if depth is not None and not depth.format.is_depth:
-        raise GraphError(f"{where}: depth target {depth.name!r} is {depth.format.name}; use depth32f or depth32f_stencil8")
+        raise GraphError(
+            f"{where}: depth target {depth.name!r} is {depth.format.name}; use depth32f or depth32f_stencil8"
+        )
     if stencil is not None and (depth is None or not depth.format.stencil):
-        raise GraphError(f"{where} tests the stencil and needs depth=pg.target(..., format='depth32f_stencil8')")
+        raise GraphError(
+            f"{where} tests the stencil and needs depth=pg.target(..., format='depth32f_stencil8')"
+        )
     results = fragment.program.results if fragment is not None else ()
     if len(results) != len(specs):
-        raise GraphError(f"{where}: the fragment kernel returns {len(results)} result(s), and there are {len(specs)} target(s)")
+        raise GraphError(
+            f"{where}: the fragment kernel returns {len(results)} result(s), and there are {len(specs)} target(s)"
+        )
     for spec, result in zip(specs, results, strict=True):
         _check_result((fragment or result).name, spec, result.type)
     if len({*specs, depth}) != len(specs) + 1:
@@ -173,10 +202,14 @@ def _blends(given: Any, specs: tuple[TargetSpec, ...], where: str) -> tuple[Blen
     for part, spec in zip(parts, specs, strict=True):
         if isinstance(part, str):
             if part not in BLENDS:
-                raise GraphError(f"{where}: there is no blend {part!r}; there are {', '.join(BLENDS)} and pg.Blend(...)")
+                raise GraphError(
+                    f"{where}: there is no blend {part!r}; there are {', '.join(BLENDS)} and pg.Blend(...)"
+                )
             part = BLENDS[part]
         if part is not None and not spec.format.blendable:
-            raise GraphError(f"{where}: target {spec.name!r} is {spec.format.name}, which cannot be blended; use a linear format")
+            raise GraphError(
+                f"{where}: target {spec.name!r} is {spec.format.name}, which cannot be blended; use a linear format"
+            )
         blends.append(part)
     return tuple(blends)
 
@@ -188,7 +221,9 @@ def _masks(
         return ()
     parts = given if given and isinstance(given[0], tuple) else (given,) * len(specs)
     if len(parts) != len(specs) or any(len(part) != 4 for part in parts):
-        raise GraphError(f"{where}: color_mask is four bools (red, green, blue, alpha), once or for each target")
+        raise GraphError(
+            f"{where}: color_mask is four bools (red, green, blue, alpha), once or for each target"
+        )
     return tuple((bool(r), bool(g), bool(b), bool(a)) for r, g, b, a in parts)
 
 
@@ -203,9 +238,13 @@ def _arguments(
         if kernel is None:
             continue
         # The stage's own struct (the mesh's vertex, the varyings) is not a parameter of the draw.
-        names = [p.name for p in kernel.parameters if not isinstance(p.type, Struct) or _is_plain(kernel, p.name)]
+        names = [
+            p.name for p in kernel.parameters if not isinstance(p.type, Struct) or _is_plain(kernel, p.name)
+        ]
         known.update(names)
-        missing = [p.name for p in kernel.parameters if p.name in names and p.name not in given and not p.has_default]
+        missing = [
+            p.name for p in kernel.parameters if p.name in names and p.name not in given and not p.has_default
+        ]
         if missing:
             raise GraphError(f"{where}: {kernel.stage} kernel {kernel.name} needs {', '.join(missing)}")
         picked = _Picked(kernel, names)
@@ -214,7 +253,9 @@ def _arguments(
             into.update(part)  # type: ignore[attr-defined]
     surplus = [key for key in given if key not in known]
     if surplus:
-        raise GraphError(f"{where} has no parameter {surplus[0]!r}; its kernels have {', '.join(sorted(known)) or 'none'}")
+        raise GraphError(
+            f"{where} has no parameter {surplus[0]!r}; its kernels have {', '.join(sorted(known)) or 'none'}"
+        )
     return images, values, constants
 
 

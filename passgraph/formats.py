@@ -39,7 +39,11 @@ class Format:
     @property
     def store(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
         """Prelude functions that colour channels and alpha pass through before they are stored."""
-        quantize = {"half": ("quantize_half",), "unorm8": ("quantize_unorm8",), "unorm16": ("quantize_unorm16",)}
+        quantize = {
+            "half": ("quantize_half",),
+            "unorm8": ("quantize_unorm8",),
+            "unorm16": ("quantize_unorm16",),
+        }
         alpha = quantize.get(self.kind, ())
         return (("encode_srgb", *alpha) if self.srgb else alpha), alpha
 

@@ -110,11 +110,15 @@ def _specs(into: Any, kernel: Kernel, name: str) -> tuple[TargetSpec, ...]:
     specs = tuple(into) if isinstance(into, (tuple, list)) else (into,)
     for spec in specs:
         if isinstance(spec, Target):
-            raise GraphError(f"pass {name!r} writes every pixel of {spec.name!r}; give a new pg.target(...), not a handle")
+            raise GraphError(
+                f"pass {name!r} writes every pixel of {spec.name!r}; give a new pg.target(...), not a handle"
+            )
         if not isinstance(spec, TargetSpec):
             raise GraphError(f"pass {name!r} writes into pg.target(...), got {type(spec).__name__}")
     if len(specs) != len(results):
-        raise GraphError(f"kernel {kernel.name} returns {len(results)} result(s), and pass {name!r} has {len(specs)} target(s)")
+        raise GraphError(
+            f"kernel {kernel.name} returns {len(results)} result(s), and pass {name!r} has {len(specs)} target(s)"
+        )
     if len(set(specs)) != len(specs):
         raise GraphError(f"pass {name!r} writes one target twice")
     return specs
@@ -135,11 +139,15 @@ def bind(kernel: Kernel, arguments: Sequence[Any], named: Mapping[str, Any]) -> 
     """Arguments by parameter name."""
     names = [p.name for p in kernel.parameters]
     if len(arguments) > len(names):
-        raise GraphError(f"kernel {kernel.name} takes {len(names)} arguments ({', '.join(names)}), got {len(arguments)}")
+        raise GraphError(
+            f"kernel {kernel.name} takes {len(names)} arguments ({', '.join(names)}), got {len(arguments)}"
+        )
     bound = dict(zip(names, arguments, strict=False))
     for key, value in named.items():
         if key not in names:
-            raise GraphError(f"kernel {kernel.name} has no parameter {key!r}; it has {', '.join(names) or 'none'}")
+            raise GraphError(
+                f"kernel {kernel.name} has no parameter {key!r}; it has {', '.join(names) or 'none'}"
+            )
         if key in bound:
             raise GraphError(f"kernel {kernel.name} gets {key!r} twice")
         bound[key] = value
@@ -163,7 +171,9 @@ def split_arguments(
             images[parameter.name] = _image(given, where)
         elif parameter.const:
             if isinstance(given, (Value, Derived, Target)):
-                raise GraphError(f"{where} is Const: it is baked when the graph is compiled and takes a number, got {given!r}")
+                raise GraphError(
+                    f"{where} is Const: it is baked when the graph is compiled and takes a number, got {given!r}"
+                )
             components(given, parameter.type, where)
             constants[parameter.name] = given
         else:
@@ -173,9 +183,13 @@ def split_arguments(
 
 def _image(given: Any, where: str) -> Target:
     if isinstance(given, TargetSpec):
-        raise GraphError(f"{where}: target {given.name!r} is declared but not written; pass what its pass returned")
+        raise GraphError(
+            f"{where}: target {given.name!r} is declared but not written; pass what its pass returned"
+        )
     if not isinstance(given, Target):
-        raise GraphError(f"{where} is an Image and takes a target or pg.Input(...), got {type(given).__name__}")
+        raise GraphError(
+            f"{where} is an Image and takes a target or pg.Input(...), got {type(given).__name__}"
+        )
     return given
 
 
@@ -196,7 +210,9 @@ def leaves(value: object, type_: Type, name: str) -> list[tuple[str, Type, objec
     parts: list[tuple[str, Type, object]] = []
     for field_name, field_type in type_.fields:
         if not hasattr(value, field_name):
-            raise GraphError(f"{name} is {type_.name} and needs a field {field_name!r}, which {type(value).__name__} lacks")
+            raise GraphError(
+                f"{name} is {type_.name} and needs a field {field_name!r}, which {type(value).__name__} lacks"
+            )
         parts += leaves(getattr(value, field_name), field_type, f"{name}.{field_name}")
     return parts
 
@@ -205,7 +221,9 @@ def leaves(value: object, type_: Type, name: str) -> list[tuple[str, Type, objec
 def kernel(definition: Callable[..., Any]) -> PixelKernel: ...
 @overload
 def kernel(*, source: str, name: str | None = None) -> PixelKernel: ...
-def kernel(definition: Callable[..., Any] | None = None, *, source: str | None = None, name: str | None = None) -> PixelKernel:
+def kernel(
+    definition: Callable[..., Any] | None = None, *, source: str | None = None, name: str | None = None
+) -> PixelKernel:
     """A kernel that runs once for each pixel of its target(s).
 
     Use it as a decorator, or give ``source``: text is parsed and never executed, so it may come from strangers.
@@ -224,12 +242,16 @@ def kernel(definition: Callable[..., Any] | None = None, *, source: str | None =
     return PixelKernel(_definition(definition, source, name), "pixel")
 
 
-def vertex(definition: Callable[..., Any] | None = None, *, source: str | None = None, name: str | None = None) -> Kernel:
+def vertex(
+    definition: Callable[..., Any] | None = None, *, source: str | None = None, name: str | None = None
+) -> Kernel:
     """A kernel that runs once a vertex and returns a struct with ``position: vec4`` in clip space."""
     return Kernel(_definition(definition, source, name), "vertex")
 
 
-def fragment(definition: Callable[..., Any] | None = None, *, source: str | None = None, name: str | None = None) -> Kernel:
+def fragment(
+    definition: Callable[..., Any] | None = None, *, source: str | None = None, name: str | None = None
+) -> Kernel:
     """A kernel that runs once a fragment, on the interpolated struct of the vertex kernel."""
     return Kernel(_definition(definition, source, name), "fragment")
 
@@ -261,7 +283,9 @@ def graph(*outputs: Target) -> nx.DiGraph:
         if target in seen:
             continue
         seen.add(target)
-        kind = "input" if isinstance(target.spec, InputSpec) else "history" if target.is_previous else "target"
+        kind = (
+            "input" if isinstance(target.spec, InputSpec) else "history" if target.is_previous else "target"
+        )
         made.add_node(target, kind=kind, name=target.name)
         if target.made_by is None:
             continue

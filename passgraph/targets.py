@@ -91,7 +91,9 @@ class Target:
         """The depth (and stencil) target of the same draw."""
         depth = getattr(self.made_by, "depth", None)
         if depth is None:
-            raise GraphError(f"target {self.name!r} was not drawn with a depth target; give pg.draw(depth=pg.target(...))")
+            raise GraphError(
+                f"target {self.name!r} was not drawn with a depth target; give pg.draw(depth=pg.target(...))"
+            )
         return replace(self, spec=depth, slot=-1)
 
     def border(self, rule: str) -> Target:
@@ -111,7 +113,7 @@ class Target:
 
 def target(
     name: str,
-    format: str | Format = "rgba16f",  # noqa: A002 (the field's word)
+    format: str | Format = "rgba16f",
     size: tuple[int, int] | None = None,
     *,
     scale: float | None = None,
@@ -159,13 +161,19 @@ def target(
         size_class = Relative(checked_scale(scale, name))
     values = None if clear is None else (clear,) if isinstance(clear, (int, float)) else tuple(clear)
     if values is not None and len(values) not in (1, made.channels):
-        raise GraphError(f"target {name!r} ({made.name}) clears to 1 or {made.channels} numbers, got {len(values)}")
+        raise GraphError(
+            f"target {name!r} ({made.name}) clears to 1 or {made.channels} numbers, got {len(values)}"
+        )
     return TargetSpec(name, made, size_class, values)
 
 
 def checked_size(size: object, what: str) -> tuple[int, int]:
     """(width, height) as ints within limits, or GraphError."""
-    if not (isinstance(size, (tuple, list)) and len(size) == 2 and all(isinstance(v, int) and not isinstance(v, bool) for v in size)):
+    if not (
+        isinstance(size, (tuple, list))
+        and len(size) == 2
+        and all(isinstance(v, int) and not isinstance(v, bool) for v in size)
+    ):
         raise GraphError(f"{what} needs a size (width, height) in whole pixels, got {size!r}")
     width, height = size
     if not (1 <= width <= MAX_SIDE and 1 <= height <= MAX_SIDE):
@@ -179,9 +187,9 @@ def checked_scale(scale: float, name: str) -> float:
     return float(scale)
 
 
-def Input(  # noqa: N802 (a noun for data, like the class it makes)
+def Input(
     name: str,
-    format: str | Format | None = None,  # noqa: A002
+    format: str | Format | None = None,
     size: tuple[int, int] | None = None,
     *,
     static: bool = False,

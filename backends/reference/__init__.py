@@ -1,0 +1,76 @@
+"""The reference backend: a float64 interpreter of the typed representation and an exact rasteriser.
+
+It is the meaning that other backends are held to.  In reading order: ``domain`` and ``interpreter`` (the
+walker), ``number_domain`` (float64), ``images`` and ``stage`` (what a kernel sees), ``pixel_pass``; then
+``draw_pass`` with ``raster_clip``, ``raster_setup``, ``raster_cover``, ``output_tests`` and ``output_merge``.
+"""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+import numpy as np
+
+from passgraph.backends.base import Backend, DeviceInfo, FloatBlock
+from passgraph.backends.reference.draw_pass import ReferenceDrawPass
+from passgraph.backends.reference.pixel_pass import ReferencePixelPass
+from passgraph.backends.reference.storage import Storage, quantised
+from passgraph.errors import BackendError
+from passgraph.formats import Format
+from passgraph.graph import Geometry
+from passgraph.plan.data import DrawStep, PixelStep
+
+
+class ReferenceBackend(Backend):
+    """NumPy in float64; only stores round."""
+
+    name: ClassVar[str] = "reference"
+    optimises: ClassVar[bool] = False
+
+    def __init__(self, device: str | None = None) -> None:
+        self.device = device
+
+    @classmethod
+    def devices(cls) -> list[DeviceInfo]:
+        return [DeviceInfo("CPU, float64", "numpy", np.__version__)]
+
+    def make(self, format: Format, size: tuple[int, int]) -> Storage:
+        return Storage.make(format, size)
+
+    def upload(self, storage: Storage, picture: FloatBlock) -> None:
+        wanted = storage.pixels.shape
+        array = np.asarray(picture, np.float32)
+        if array.size != storage.pixels.size or array.shape[:2] != wanted[:2]:
+            raise BackendError(
+                f"upload of {array.shape} into a storage of {wanted}: both must have one shape"
+            )
+        storage.pixels[...] = quantised(storage.format, array.reshape(wanted))
+
+    def download(self, storage: Storage) -> FloatBlock:
+        return storage.pixels.copy()
+
+    def download_stencil(self, storage: Storage) -> np.ndarray[Any, np.dtype[np.uint8]]:
+        """The stencil of a depth-stencil picture, (height, width)."""
+        if storage.stencil is None:
+            raise BackendError(f"format {storage.format.name} has no stencil; use depth32f_stencil8")
+        return storage.stencil.copy()
+
+    def copy(self, source: Storage, destination: Storage) -> None:
+        destination.pixels[...] = source.pixels
+        if source.stencil is not None and destination.stencil is not None:
+            destination.stencil[...] = source.stencil
+
+    def geometry(self, mesh: Geometry) -> Geometry:
+        return mesh
+
+    def pixel_pass(self, step: PixelStep) -> ReferencePixelPass:
+        return ReferencePixelPass(step)
+
+    def draw_pass(self, step: DrawStep) -> ReferenceDrawPass:
+        return ReferenceDrawPass(step)
+
+    def release(self, storage: Storage) -> None:
+        """Nothing to give back: the arrays go with the last reference to them."""
+
+    def close(self) -> None:
+        """Nothing to close."""

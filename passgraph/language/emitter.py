@@ -15,7 +15,17 @@ from passgraph.language.source import NOWHERE, Span
 #: Branches at most this long become selections, which vectorise; longer ones stay branches.
 MAX_SELECTED_INSTRUCTIONS = 12
 _RESULT = {"N": "", "G": "float", "I": "int", "B": "bool", "f": "float", "i": "int", "b": "bool"}
-_COMMUTATIVE = {"add", "mul", "equal", "not_equal", "logical_and", "logical_or", "bit_and", "bit_or", "bit_xor"}
+_COMMUTATIVE = {
+    "add",
+    "mul",
+    "equal",
+    "not_equal",
+    "logical_and",
+    "logical_or",
+    "bit_and",
+    "bit_or",
+    "bit_xor",
+}
 
 
 class Emitter:
@@ -127,7 +137,9 @@ class Emitter:
     def uniform(self, block: str, index: s.Operand) -> s.Operand:
         return self._load(("uniform", block, repr(index)), block, lambda to: s.LoadUniform(to, block, index))
 
-    def table(self, name: str, type_: str, values: tuple[bool | int | float, ...], index: s.Operand) -> s.Operand:
+    def table(
+        self, name: str, type_: str, values: tuple[bool | int | float, ...], index: s.Operand
+    ) -> s.Operand:
         self.tables[name] = (type_, values)
         return self._load(("table", name, repr(index)), type_, lambda to: s.LoadTable(to, name, index))
 
@@ -233,7 +245,9 @@ def eliminate_dead(body: list[s.Instruction], roots: list[s.Operand]) -> tuple[s
             return tuple(_sweep(body, needed, live_variables))
 
 
-def _mark(body: list[s.Instruction] | tuple[s.Instruction, ...], needed: set[int], variables: set[str]) -> bool:
+def _mark(
+    body: list[s.Instruction] | tuple[s.Instruction, ...], needed: set[int], variables: set[str]
+) -> bool:
     """Mark backwards; true when something in the block has an effect."""
     effect = False
     for instruction in reversed(body):
@@ -261,7 +275,10 @@ def _sweep(
     kept: list[s.Instruction] = []
     for instruction in body:
         if isinstance(instruction, s.If):
-            then, orelse = _sweep(instruction.then, needed, variables), _sweep(instruction.orelse, needed, variables)
+            then, orelse = (
+                _sweep(instruction.then, needed, variables),
+                _sweep(instruction.orelse, needed, variables),
+            )
             if then or orelse:
                 kept.append(replace(instruction, then=tuple(then), orelse=tuple(orelse)))
         elif isinstance(instruction, s.For):
@@ -277,6 +294,8 @@ def _sweep(
                 to = to[:-1]
             if to:
                 kept.append(replace(instruction, to=to))
-        elif isinstance(instruction, (s.Break, s.Continue)) or any(v.id in needed for v in s.results_of(instruction)):
+        elif isinstance(instruction, (s.Break, s.Continue)) or any(
+            v.id in needed for v in s.results_of(instruction)
+        ):
             kept.append(instruction)
     return kept

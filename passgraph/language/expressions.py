@@ -106,7 +106,9 @@ class Expressions:
     def condition(self, node: ast.expr) -> ir.Expr:
         value = self.value(node)
         if value.type != BOOL:
-            mend = "use any(...) or all(...)" if isinstance(value.type, Vector) else "compare it with something"
+            mend = (
+                "use any(...) or all(...)" if isinstance(value.type, Vector) else "compare it with something"
+            )
             fail(self.span(node), f"a condition must be bool, got {value.type}; {mend}")
         return value
 
@@ -214,7 +216,11 @@ class Expressions:
             return apply("div", [one, self._whole_power(base, -n, span)], span)
         if n == 0:
             ones = ir.Literal(element_of(base.type), 1 if element_of(base.type) is INT else 1.0, span)
-            return ones if isinstance(base.type, Scalar) else ir.Construct(base.type, (ones,) * base.type.size, span)
+            return (
+                ones
+                if isinstance(base.type, Scalar)
+                else ir.Construct(base.type, (ones,) * base.type.size, span)
+            )
         base = self.frame.name_it(base, span)
         result: ir.Expr | None = None
         square = base
@@ -332,7 +338,9 @@ class Expressions:
             (array,) = [self.value(a) for a in node.args] or [None]
             if array is None or not isinstance(array.type, (Array, Vector)):
                 fail(span, "len() takes an array or a vector")
-            return ir.Literal(INT, array.type.length if isinstance(array.type, Array) else array.type.size, span)
+            return ir.Literal(
+                INT, array.type.length if isinstance(array.type, Array) else array.type.size, span
+            )
         if name == "range":
             fail(span, "range() belongs in a for statement: for i in range(n)")
         if name == "discard":
@@ -387,9 +395,14 @@ class Expressions:
         if isinstance(base, ImageValue):
             if not (isinstance(node.slice, ast.Tuple) and len(node.slice.elts) == 2):
                 fail(span, "an image takes two offsets in texels: image[dx, dy] (image[0, 0] is this pixel)")
-            x, y = (widen(self.value(part), INT, self.span(part), "a texel offset") for part in node.slice.elts)
+            x, y = (
+                widen(self.value(part), INT, self.span(part), "a texel offset") for part in node.slice.elts
+            )
             if self.frame.stage != "pixel":
-                fail(span, f"image[dx, dy] is relative to a pixel of a full-screen pass; in a {self.frame.stage} kernel use .texel()")
+                fail(
+                    span,
+                    f"image[dx, dy] is relative to a pixel of a full-screen pass; in a {self.frame.stage} kernel use .texel()",
+                )
             return ir.Texel(VEC4, base.name, x, y, True, span)
         if isinstance(base, TupleValue):
             if isinstance(node.slice, ast.Constant) and isinstance(node.slice.value, int):
@@ -422,7 +435,10 @@ class Expressions:
         if not isinstance(count, ir.Literal) or count.type is not INT or int(count.value) < 1:
             fail(span, "[value] * n needs a whole constant n >= 1")
         if int(count.value) * len(node.left.elts) > MAX_ARRAY_LENGTH:
-            fail(span, f"an array has at most {MAX_ARRAY_LENGTH} elements, got {int(count.value) * len(node.left.elts)}")
+            fail(
+                span,
+                f"an array has at most {MAX_ARRAY_LENGTH} elements, got {int(count.value) * len(node.left.elts)}",
+            )
         members = [self.frame.name_it(self.value(part), span) for part in node.left.elts]
         return self._array(members * int(count.value), span)
 
@@ -520,7 +536,10 @@ def convert_elements(value: ir.Expr, element: Scalar, span: Span) -> ir.Expr:
     if isinstance(value.type, Scalar):
         return convert(value, element, span)
     assert isinstance(value.type, Vector)
-    parts = tuple(convert(ir.Swizzle(value.type.element, value, (i,), span), element, span) for i in range(value.type.size))
+    parts = tuple(
+        convert(ir.Swizzle(value.type.element, value, (i,), span), element, span)
+        for i in range(value.type.size)
+    )
     return ir.Construct(Vector(element, value.type.size), parts, span)
 
 
@@ -542,10 +561,17 @@ def index_into(base: ir.Expr, index: ir.Expr, span: Span) -> ir.Expr:
 def choose(condition: ir.Expr, then: Part, orelse: Part, span: Span) -> Part:
     """A conditional value, field by field for structs."""
     if isinstance(then, StructValue) and isinstance(orelse, StructValue) and then.struct == orelse.struct:
-        fields = {name: choose(condition, then.fields[name], orelse.fields[name], span) for name in then.fields}
+        fields = {
+            name: choose(condition, then.fields[name], orelse.fields[name], span) for name in then.fields
+        }
         return StructValue(then.struct, fields)
-    if isinstance(then, (StructValue, ImageValue, TupleValue)) or isinstance(orelse, (StructValue, ImageValue, TupleValue)):
-        fail(span, f"both sides of a conditional must have one type, got {part_type(then)} and {part_type(orelse)}")
+    if isinstance(then, (StructValue, ImageValue, TupleValue)) or isinstance(
+        orelse, (StructValue, ImageValue, TupleValue)
+    ):
+        fail(
+            span,
+            f"both sides of a conditional must have one type, got {part_type(then)} and {part_type(orelse)}",
+        )
     one, other = unify(then, orelse, span, "both sides of a conditional")
     if isinstance(one.type, (Array, ImageType)):
         fail(span, f"a conditional cannot choose between values of type {one.type}; use if statements")

@@ -142,7 +142,19 @@ class Size:
 
 
 Expr: TypeAlias = (
-    Literal | Table | Uniform | Builtin | Local | Apply | Select | Swizzle | Construct | Index | Insert | Texel | Size
+    Literal
+    | Table
+    | Uniform
+    | Builtin
+    | Local
+    | Apply
+    | Select
+    | Swizzle
+    | Construct
+    | Index
+    | Insert
+    | Texel
+    | Size
 )
 
 

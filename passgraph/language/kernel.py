@@ -70,7 +70,9 @@ def function(definition: Callable[..., T]) -> Callable[..., T]:
     read_signature(source)
 
     def marked(*_: Any, **__: Any) -> T:
-        raise PassgraphError(f"{source.name}() is a function of the kernel language; kernels call it, Python does not")
+        raise PassgraphError(
+            f"{source.name}() is a function of the kernel language; kernels call it, Python does not"
+        )
 
     marked.__name__ = definition.__name__
     marked.__doc__ = definition.__doc__
@@ -148,11 +150,17 @@ def _text_statement(node: ast.stmt, source: Source, scope: Scope, names: dict[st
     elif isinstance(node, ast.Import):
         for alias in node.names:
             if alias.name != "passgraph":
-                fail(source.span(node), f"kernel text cannot import {alias.name}; the language's names are there without import")
+                fail(
+                    source.span(node),
+                    f"kernel text cannot import {alias.name}; the language's names are there without import",
+                )
             names[alias.asname or alias.name] = _language_module()
     elif isinstance(node, ast.ImportFrom):
         if node.module not in ("passgraph", "__future__"):
-            fail(source.span(node), f"kernel text cannot import {node.module}; the language's names are there without import")
+            fail(
+                source.span(node),
+                f"kernel text cannot import {node.module}; the language's names are there without import",
+            )
     elif not (isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)):
         fail(source.span(node), "kernel text holds functions, structs and named numbers only")
 
@@ -163,7 +171,9 @@ def _language_module() -> pytypes.ModuleType:
     return module
 
 
-def kernel_from_text(text: str, stage: ir.Stage, name: str | None = None, file: str = "<kernel text>") -> FunctionSource:
+def kernel_from_text(
+    text: str, stage: ir.Stage, name: str | None = None, file: str = "<kernel text>"
+) -> FunctionSource:
     """The function to use as a kernel: the one named, or the last one marked ``@kernel``, or the last."""
     functions, candidates = text_functions(text, file)
     if not functions:

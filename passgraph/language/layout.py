@@ -35,7 +35,9 @@ def components(value: object, type_: Type, name: str) -> NDArray[np.float64]:
     return array.ravel().astype(np.float64)
 
 
-def pack(program: ScalarProgram, values: Mapping[str, object]) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+def pack(
+    program: ScalarProgram, values: Mapping[str, object]
+) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
     """The two blocks of a pass from values by slot name."""
     floats = np.zeros(max(1, program.float_count), np.float32)
     ints = np.zeros(max(1, program.int_count), np.int32)

@@ -31,7 +31,11 @@ def functions_of(source: Source, extra: dict[str, object] | None = None) -> dict
     """Every function defined in a text; they see each other and the language."""
     names: dict[str, object] = dict(extra or {})
     functions: dict[str, FunctionSource] = {}
-    scope = Scope(lambda name: functions[name] if name in functions else names[name] if name in names else TEXT_NAMES[name])
+    scope = Scope(
+        lambda name: (
+            functions[name] if name in functions else names[name] if name in names else TEXT_NAMES[name]
+        )
+    )
     for node in source.parse().body:
         if isinstance(node, ast.FunctionDef):
             functions[node.name] = FunctionSource(node.name, source, node, scope)

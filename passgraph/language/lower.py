@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from functools import lru_cache
+from functools import cache
 
 from passgraph.language import ir
 from passgraph.language import scalar as s
@@ -103,7 +103,11 @@ class Shared:
         return self.slots[name]
 
     def finish(
-        self, program: ir.Program, body: tuple[s.Instruction, ...], outputs: tuple[s.Output, ...], keep: s.Operand | None
+        self,
+        program: ir.Program,
+        body: tuple[s.Instruction, ...],
+        outputs: tuple[s.Output, ...],
+        keep: s.Operand | None,
     ) -> s.ScalarProgram:
         used = list(s.walk(body))
         names = {i.variable for i in used if isinstance(i, (s.Read, s.Write))}
@@ -155,7 +159,9 @@ class Lowering:
             outputs.append(s.Output(result.name, tuple(values)))
         return outputs
 
-    def _stored(self, values: list[s.Operand], colour: tuple[str, ...], alpha: tuple[str, ...]) -> list[s.Operand]:
+    def _stored(
+        self, values: list[s.Operand], colour: tuple[str, ...], alpha: tuple[str, ...]
+    ) -> list[s.Operand]:
         stored = []
         for i, value in enumerate(values):
             for function in alpha if i == 3 else colour:
@@ -183,7 +189,9 @@ class Lowering:
             self.emitter.push(s.Write(variable, self.locals[name][i]))
         self.emitter.push(s.Break() if isinstance(statement, ir.Break) else s.Continue())
 
-    def _branch(self, statements: tuple[ir.Stmt, ...]) -> tuple[list[s.Instruction], dict[str, list[s.Operand]]]:
+    def _branch(
+        self, statements: tuple[ir.Stmt, ...]
+    ) -> tuple[list[s.Instruction], dict[str, list[s.Operand]]]:
         before = dict(self.locals)
         self.emitter.begin()
         self.block(statements)
@@ -231,7 +239,9 @@ class Lowering:
         self.locals.update(merged)
 
     def _for(self, statement: ir.For) -> None:
-        start, stop, step = (self._bound(b, statement.span) for b in (statement.start, statement.stop, statement.step))
+        start, stop, step = (
+            self._bound(b, statement.span) for b in (statement.start, statement.stop, statement.step)
+        )
         if step == 0:
             fail(statement.span, "the step of range() is 0")
         trips = len(range(start, stop, step))
@@ -417,10 +427,18 @@ class Lowering:
         base = e.op("mul", clamped, s.Lit("int", width))
         element = element_of(type_).name
         if isinstance(array, ir.Table):
-            name = next((n for n, (t, v) in e.tables.items() if (t, v) == (element, array.values)), f"table{len(e.tables)}")
-            return [e.table(name, element, array.values, e.op("add", base, s.Lit("int", i))) for i in range(width)]
+            name = next(
+                (n for n, (t, v) in e.tables.items() if (t, v) == (element, array.values)),
+                f"table{len(e.tables)}",
+            )
+            return [
+                e.table(name, element, array.values, e.op("add", base, s.Lit("int", i))) for i in range(width)
+            ]
         slot = self.shared.slot(self.prefix + array.name, type_)
-        return [self._slot_entry(slot, e.op("add", base, s.Lit("int", slot.offset + i)), element) for i in range(width)]
+        return [
+            self._slot_entry(slot, e.op("add", base, s.Lit("int", slot.offset + i)), element)
+            for i in range(width)
+        ]
 
     def _insert(self, expression: ir.Insert) -> list[s.Operand]:
         parts = list(self.value(expression.value))
@@ -469,9 +487,14 @@ class Lowering:
         else:
             self._use(expression.image, absolute=True)
         name = self.prefix + expression.image
-        texel = self.emitter.texel(name, x, y, expression.relative, facts.border, facts.channels, expression.span)
+        texel = self.emitter.texel(
+            name, x, y, expression.relative, facts.border, facts.channels, expression.span
+        )
         if facts.decode is not None:
-            texel = [self.prelude(facts.decode, [c]) if i < min(3, facts.channels) else c for i, c in enumerate(texel)]
+            texel = [
+                self.prelude(facts.decode, [c]) if i < min(3, facts.channels) else c
+                for i, c in enumerate(texel)
+            ]
         return texel
 
     def _fused(self, facts: ImageFacts, expression: ir.Texel) -> list[s.Operand]:
@@ -490,7 +513,7 @@ class Lowering:
         return [*values, *missing[len(values) :]]
 
 
-@lru_cache(maxsize=None)
+@cache
 def _prelude_program(name: str) -> ir.Program:
     return parse_kernel(prelude_function(name), "function")
 
@@ -534,4 +557,4 @@ def _both(
     return then.get(name, orelse.get(name, [])), orelse.get(name, then.get(name, []))
 
 
-__all__ = ["Facts", "Fused", "ImageFacts", "Matrix", "NOWHERE", "lower"]
+__all__ = ["NOWHERE", "Facts", "Fused", "ImageFacts", "Matrix", "lower"]

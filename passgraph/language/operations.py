@@ -157,14 +157,27 @@ def _add(row: Operation) -> None:
 
 
 def _primitive(
-    name: str, signature: str, doc: str, reference: Callable[..., Values], *, ulp: float = 0.0, **spell: tuple[str, str, str]
+    name: str,
+    signature: str,
+    doc: str,
+    reference: Callable[..., Values],
+    *,
+    ulp: float = 0.0,
+    **spell: tuple[str, str, str],
 ) -> None:
     rows = tuple(spell.items())
     _add(Operation(name, signature, doc, reference, "primitive", ulp, spelling=rows))
 
 
 def _composite(
-    kind: str, name: str, signature: str, doc: str, reference: Callable[..., Values], *, ulp: float, absolute: float = 0.0
+    kind: str,
+    name: str,
+    signature: str,
+    doc: str,
+    reference: Callable[..., Values],
+    *,
+    ulp: float,
+    absolute: float = 0.0,
 ) -> None:
     _add(Operation(name, signature, doc, reference, kind, ulp, absolute))
 
@@ -182,7 +195,9 @@ _primitive("sub", "N N -> N", "a - b", _arith(np.subtract), ulp=0.5,
            float=_same("({0} - {1})"), int=_same("int32({0} - {1})", "({0} - {1})", "pg_sub({0}, {1})"))  # fmt: skip
 _primitive("mul", "N N -> N", "a * b, component by component", _arith(np.multiply), ulp=0.5,
            float=_same("({0} * {1})"), int=_same("int32({0} * {1})", "({0} * {1})", "pg_mul({0}, {1})"))  # fmt: skip
-_primitive("div", "G G -> G", "a / b; IEEE 754 on a zero divisor", np.divide, ulp=2.5, float=_same("({0} / {1})"))
+_primitive(
+    "div", "G G -> G", "a / b; IEEE 754 on a zero divisor", np.divide, ulp=2.5, float=_same("({0} / {1})")
+)
 _primitive("neg", "N -> N", "-a", lambda a: wrap32(-a) if _is_int(a) else -a,
            float=_same("(-{0})"), int=_same("int32(-{0})", "(-{0})", "pg_sub(0, {0})"))  # fmt: skip
 _primitive("floor_divide", "I I -> I", "a // b, floored as in Python; a // 0 is 0", _floor_divide,
@@ -198,12 +213,22 @@ _primitive("max", "N N -> N", "b if a < b else a", _maximum,
 _primitive("abs", "N -> N", "the magnitude", lambda a: wrap32(np.abs(a)) if _is_int(a) else np.abs(a),
            float=_same("abs({0})", "abs({0})", "fabs({0})"),
            int=_same("int32(abs({0}))", "abs({0})", "pg_abs({0})"))  # fmt: skip
-_primitive("floor", "G -> G", "the largest whole number not above", np.floor, float=_same("np.floor({0})", "floor({0})"))
-_primitive("ceil", "G -> G", "the smallest whole number not below", np.ceil, float=_same("np.ceil({0})", "ceil({0})"))
+_primitive(
+    "floor",
+    "G -> G",
+    "the largest whole number not above",
+    np.floor,
+    float=_same("np.floor({0})", "floor({0})"),
+)
+_primitive(
+    "ceil", "G -> G", "the smallest whole number not below", np.ceil, float=_same("np.ceil({0})", "ceil({0})")
+)
 _primitive("trunc", "G -> G", "the whole part", np.trunc, float=_same("np.trunc({0})", "trunc({0})"))
 _primitive("round", "G -> G", "the nearest whole number, halves to even", np.rint,
            float=_same("np.rint({0})", "roundEven({0})", "rint({0})"))  # fmt: skip
-_primitive("sqrt", "G -> G", "the square root, x >= 0", np.sqrt, ulp=3.0, float=_same("np.sqrt({0})", "sqrt({0})"))
+_primitive(
+    "sqrt", "G -> G", "the square root, x >= 0", np.sqrt, ulp=3.0, float=_same("np.sqrt({0})", "sqrt({0})")
+)
 
 # Comparison and logic.
 _comparison("less", "<", "a < b", np.less)
@@ -248,13 +273,24 @@ _composite(_P, "sign", "N -> N", "-1, 0 or 1; 0 for 0 and for NaN",
            lambda a: np.where(a > 0, 1, np.where(a < 0, -1, 0)).astype(a.dtype), ulp=0)  # fmt: skip
 _composite(_P, "clamp", "N N N -> N", "min(max(x, low), high)",
            lambda x, low, high: _minimum(_maximum(x, low), high), ulp=0)  # fmt: skip
-_composite(_P, "saturate", "G -> G", "clamp(x, 0, 1)", lambda x: _minimum(_maximum(x, x * 0), x * 0 + 1), ulp=0)
+_composite(
+    _P, "saturate", "G -> G", "clamp(x, 0, 1)", lambda x: _minimum(_maximum(x, x * 0), x * 0 + 1), ulp=0
+)
 _composite(_P, "fract", "G -> G", "x - floor(x), capped below 1",
            lambda x: _minimum(x - np.floor(x), np.full_like(x, BELOW_ONE)), ulp=1)  # fmt: skip
 _composite(_P, "mod", "G G -> G", "x - y * floor(x / y)", _modulo, ulp=1, absolute=0)
 _composite(_P, "inversesqrt", "G -> G", "1 / sqrt(x), x > 0", lambda x: 1 / np.sqrt(x), ulp=4)
-_composite(_P, "step", "G G -> G", "0 where x < edge, else 1", lambda edge, x: np.where(x < edge, 0.0, 1.0), ulp=0)
-_composite(_P, "smoothstep", "G G G -> G", "Hermite step between two edges; equal edges give step", _smoothstep, ulp=8)
+_composite(
+    _P, "step", "G G -> G", "0 where x < edge, else 1", lambda edge, x: np.where(x < edge, 0.0, 1.0), ulp=0
+)
+_composite(
+    _P,
+    "smoothstep",
+    "G G G -> G",
+    "Hermite step between two edges; equal edges give step",
+    _smoothstep,
+    ulp=8,
+)
 _composite(_P, "mix", "G G G -> G", "x * (1 - a) + y * a", lambda x, y, a: x * (1 - a) + y * a, ulp=3)
 _composite(_P, "exp2", "G -> G", "2 to the power x", np.exp2, ulp=3)
 _composite(_P, "exp", "G -> G", "e to the power x", np.exp, ulp=3)
@@ -287,7 +323,14 @@ _composite(_E, "faceforward", "V V V -> V", "n where dot(reference, incident) < 
            lambda n, i, r: np.where((_dot(r, i) < 0)[..., None], n, -n), ulp=0)  # fmt: skip
 _composite(_E, "reflect", "V V -> V", "incident mirrored by a unit normal",
            lambda i, n: i - 2 * _dot(n, i)[..., None] * n, ulp=8)  # fmt: skip
-_composite(_E, "refract", "V V f -> V", "incident refracted at a unit normal; zero on total reflection", _refract, ulp=16)
+_composite(
+    _E,
+    "refract",
+    "V V f -> V",
+    "incident refracted at a unit normal; zero on total reflection",
+    _refract,
+    ulp=16,
+)
 _composite(_E, "any", "B -> b", "whether one component holds", lambda v: np.any(v, axis=-1), ulp=0)
 _composite(_E, "all", "B -> b", "whether every component holds", lambda v: np.all(v, axis=-1), ulp=0)
 _composite(_E, "matmul", "M * -> *", "matrix product, columns as in GLSL", _matmul, ulp=6)

@@ -66,7 +66,10 @@ class Builder:
     def emit(self, statement: ir.Stmt) -> None:
         self.emitted += 1
         if self.emitted > MAX_STATEMENTS:
-            fail(statement.span, f"the kernel grows past {MAX_STATEMENTS} statements once its functions are inlined")
+            fail(
+                statement.span,
+                f"the kernel grows past {MAX_STATEMENTS} statements once its functions are inlined",
+            )
         self.blocks[-1].append(statement)
 
     def fresh(self, hint: str) -> str:
@@ -170,7 +173,9 @@ class Frame:
     def inline_library(self, name: str, arguments: list[Part], span: Span) -> Part:
         return self.inline(library_function(name), (arguments, {}), span)
 
-    def inline(self, function: FunctionSource, arguments: tuple[list[Part], dict[str, Part]], span: Span) -> Part:
+    def inline(
+        self, function: FunctionSource, arguments: tuple[list[Part], dict[str, Part]], span: Span
+    ) -> Part:
         """The body of a function in place of a call."""
         builder = self.builder
         if function.node in builder.calls:
@@ -184,9 +189,13 @@ class Frame:
         bound = _bind(function, signature.parameters, arguments, span)
         for parameter in signature.parameters:
             if parameter.name in bound:
-                part = coerce(bound[parameter.name], parameter.type, span, f"{function.name}({parameter.name})")
+                part = coerce(
+                    bound[parameter.name], parameter.type, span, f"{function.name}({parameter.name})"
+                )
             else:
-                part = self.default(parameter.default, parameter.type, f"{function.name}({parameter.name})", span)
+                part = self.default(
+                    parameter.default, parameter.type, f"{function.name}({parameter.name})", span
+                )
             frame.bind(parameter.name, parameter.type, part, span)
         frame.run()
         builder.calls.pop()
@@ -300,7 +309,10 @@ class Frame:
         index = Variable(INT, self.builder.fresh(name), loop_index=True)
         shadowed, had = self.variables.get(name), name in self.assigned
         if shadowed is not None and shadowed.type is not INT:
-            fail(self.source.span(node.target), f"{name!r} is {shadowed.type} already; give the index another name")
+            fail(
+                self.source.span(node.target),
+                f"{name!r} is {shadowed.type} already; give the index another name",
+            )
         self.parts.pop(name, None)
         self.variables[name] = index
         before = set(self.assigned)
@@ -320,7 +332,10 @@ class Frame:
         assert isinstance(node, ast.Call)
         if node.keywords or not 1 <= len(node.args) <= 3:
             fail(span, "range() takes 1 to 3 whole numbers")
-        bounds = [widen(self.expressions.value(a), INT, self.source.span(a), "a bound of range()") for a in node.args]
+        bounds = [
+            widen(self.expressions.value(a), INT, self.source.span(a), "a bound of range()")
+            for a in node.args
+        ]
         zero, one = ir.Literal(INT, 0, span), ir.Literal(INT, 1, span)
         if len(bounds) == 1:
             return zero, bounds[0], one
@@ -344,7 +359,10 @@ class Frame:
         if self.stage != "fragment":
             fail(span, f"discard() exists in fragment kernels, not in a {self.stage} kernel")
         if self.in_function:
-            fail(span, "discard() belongs in the fragment kernel itself; return a bool from the function instead")
+            fail(
+                span,
+                "discard() belongs in the fragment kernel itself; return a bool from the function instead",
+            )
         self.builder.discards = True
         self.emit(ir.Assign("$keep", ir.Literal(BOOL, False, span), span))
         self._leave(span)
@@ -360,7 +378,9 @@ class Frame:
             self._assign(node.target, self.expressions.part(load), span)
         elif isinstance(node, ast.AnnAssign):
             self._annotated(node, span)
-        elif isinstance(node, ast.Pass) or (isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)):
+        elif isinstance(node, ast.Pass) or (
+            isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
+        ):
             return
         elif isinstance(node, ast.Expr):
             fail(span, "this value is not used; a kernel has no side effects")
@@ -385,7 +405,10 @@ class Frame:
             if not isinstance(part, TupleValue) or len(part.members) != len(target.elts):
                 fail(span, f"cannot unpack {part_type(part)} into {len(target.elts)} names")
             # All right-hand sides are computed before the first name changes.
-            parts = [m if isinstance(m, (StructValue, ImageValue, TupleValue)) else self._freeze(m, span) for m in part.members]
+            parts = [
+                m if isinstance(m, (StructValue, ImageValue, TupleValue)) else self._freeze(m, span)
+                for m in part.members
+            ]
             for element, member in zip(target.elts, parts, strict=True):
                 self._assign(element, member, span)
         elif isinstance(target, (ast.Attribute, ast.Subscript)):
@@ -434,7 +457,9 @@ class Frame:
         else:
             fail(span, "only variables can be assigned to")
 
-    def _replaced(self, target: ast.Attribute | ast.Subscript, base: ir.Expr, value: ir.Expr, span: Span) -> ir.Expr:
+    def _replaced(
+        self, target: ast.Attribute | ast.Subscript, base: ir.Expr, value: ir.Expr, span: Span
+    ) -> ir.Expr:
         if isinstance(target, ast.Attribute):
             if not isinstance(base.type, Vector):
                 fail(span, f"{base.type} has no attribute {target.attr!r}")
@@ -523,7 +548,10 @@ def _returns(node: ast.stmt) -> bool:
     for part in ast.walk(node):
         if isinstance(part, ast.Return):
             return True
-        if isinstance(part, ast.Call) and getattr(part.func, "id", getattr(part.func, "attr", "")) == "discard":
+        if (
+            isinstance(part, ast.Call)
+            and getattr(part.func, "id", getattr(part.func, "attr", "")) == "discard"
+        ):
             return True
     return False
 
@@ -533,7 +561,11 @@ def _always_returns(nodes: list[ast.stmt], frame: Frame) -> bool:
     for node in nodes:
         if isinstance(node, ast.Return) or _is_discard(node, frame):
             return True
-        if isinstance(node, ast.If) and _always_returns(node.body, frame) and _always_returns(node.orelse, frame):
+        if (
+            isinstance(node, ast.If)
+            and _always_returns(node.body, frame)
+            and _always_returns(node.orelse, frame)
+        ):
             return True
     return False
 
@@ -583,7 +615,9 @@ def parse_kernel(function: FunctionSource, stage: ir.Stage) -> ir.Program:
     frame.run()
     results = tuple(_results(frame.result))
     keep = ir.Local(BOOL, "$keep", span) if builder.discards else None
-    return ir.Program(function.name, stage, signature.parameters, tuple(builder.blocks[0]), results, keep, span)
+    return ir.Program(
+        function.name, stage, signature.parameters, tuple(builder.blocks[0]), results, keep, span
+    )
 
 
 def _parameter_part(parameter: ir.Parameter, stage: ir.Stage) -> Part:
@@ -638,7 +672,10 @@ def _check_result(function: FunctionSource, stage: ir.Stage, result: Type, span:
     for name, type_ in members:
         if not isinstance(type_, (Scalar, Vector)) or element_of(type_) is not FLOAT:
             what = f"result {name}" if name else "the result"
-            fail(span, f"{what} of {function.name} must be float or a float vector, as targets hold; got {type_}")
+            fail(
+                span,
+                f"{what} of {function.name} must be float or a float vector, as targets hold; got {type_}",
+            )
 
 
 def _check_parameter(parameter: ir.Parameter, stage: ir.Stage, function: FunctionSource) -> None:
@@ -650,7 +687,10 @@ def _check_parameter(parameter: ir.Parameter, stage: ir.Stage, function: Functio
     if isinstance(type_, Struct) and type_ != VERTEX and stage == "fragment":
         first = next(p for p in function.node.args.args if True)
         if parameter.name != first.arg:
-            fail(parameter.span, "the varyings are a fragment kernel's first parameter; give other values one by one")
+            fail(
+                parameter.span,
+                "the varyings are a fragment kernel's first parameter; give other values one by one",
+            )
 
 
 __all__ = ["Scope", "Source", "parse_kernel"]

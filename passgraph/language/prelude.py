@@ -386,5 +386,3 @@ def repeat_coordinate(i: int, size: int) -> int:
 def mirror_coordinate(i: int, size: int) -> int:
     m = i % (2 * size)
     return min(m, 2 * size - 1 - m)
-
-

@@ -175,7 +175,9 @@ def meaning_of(value: object, path: str, scope: Scope, span: Span) -> Any:
     try:
         frozen = freeze(value)
     except TypeError:
-        what = "a Python function; mark it with @pg.function" if callable(value) else f"a {type(value).__name__}"
+        what = (
+            "a Python function; mark it with @pg.function" if callable(value) else f"a {type(value).__name__}"
+        )
         fail(
             span,
             f"{path} is {what}, which kernels cannot use; they take numbers, tuples and arrays of numbers, "

@@ -83,7 +83,10 @@ def annotation_type(node: ast.expr, scope: Scope, source: Source) -> tuple[Type,
         return VERTEX, False
     if isinstance(meaning, (Scalar, Vector, Matrix, ImageType, Struct)):
         return meaning, False
-    fail(span, f"{ast.unparse(node)} is not a type of the kernel language; it has {', '.join(NAMED)}, Array, structs")
+    fail(
+        span,
+        f"{ast.unparse(node)} is not a type of the kernel language; it has {', '.join(NAMED)}, Array, structs",
+    )
 
 
 def _array_type(node: ast.Subscript, scope: Scope, source: Source) -> Array:
@@ -100,7 +103,10 @@ def _array_type(node: ast.Subscript, scope: Scope, source: Source) -> Array:
         meaning = resolve(length_node, scope, source)
         length = meaning.value if isinstance(meaning, ir.Literal) else None
     if not isinstance(length, int) or not 1 <= length <= MAX_ARRAY_LENGTH:
-        fail(span, f"array length must be a whole number from 1 to {MAX_ARRAY_LENGTH}, got {ast.unparse(length_node)}")
+        fail(
+            span,
+            f"array length must be a whole number from 1 to {MAX_ARRAY_LENGTH}, got {ast.unparse(length_node)}",
+        )
     return Array(element, length)
 
 
@@ -109,9 +115,14 @@ def read_signature(function: FunctionSource) -> Signature:
     node, source, scope = function.node, function.source, function.scope
     arguments = node.args
     if arguments.vararg or arguments.kwarg:
-        fail(source.span(node), f"{function.name} takes *args or **kwargs; kernels have a fixed list of parameters")
+        fail(
+            source.span(node),
+            f"{function.name} takes *args or **kwargs; kernels have a fixed list of parameters",
+        )
     positional = [*arguments.posonlyargs, *arguments.args]
-    defaults: list[ast.expr | None] = [None] * (len(positional) - len(arguments.defaults)) + list(arguments.defaults)
+    defaults: list[ast.expr | None] = [None] * (len(positional) - len(arguments.defaults)) + list(
+        arguments.defaults
+    )
     pairs = list(zip(positional, defaults, strict=True))
     pairs += list(zip(arguments.kwonlyargs, arguments.kw_defaults, strict=True))
     parameters = tuple(_parameter(argument, default, function) for argument, default in pairs)
@@ -223,7 +234,12 @@ def read_struct(node: ast.ClassDef, source: Source, scope: Scope) -> Struct:
             fail(span, f"a struct field cannot be {'Const' if const else type_}")
         fields.append((statement.target.id, type_))
         if statement.value is not None:
-            defaults.append((statement.target.id, default_value(statement.value, type_, statement.target.id, source, scope)))
+            defaults.append(
+                (
+                    statement.target.id,
+                    default_value(statement.value, type_, statement.target.id, source, scope),
+                )
+            )
     if not fields:
         fail(source.span(node), f"struct {node.name} has no fields")
     return Struct(node.name, tuple(fields), tuple(defaults))

@@ -6,16 +6,29 @@ import ast
 import inspect
 import linecache
 import textwrap
+import types as pytypes
+import unicodedata
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NoReturn
 
 from passgraph.errors import KernelError, PassgraphError
 
+#: Longest kernel text taken from a stranger, in characters; the longest kernel of our own has about 5,000.
+MAX_SOURCE_CHARACTERS = 200_000
+#: Longest line of kernel text, in characters.
+MAX_LINE_CHARACTERS = 10_000
+#: Deepest nesting of statements and expressions; ``a + b + c + …`` nests once for each term.
+MAX_NESTING = 200
+#: A longer source line is shown in part, around the caret.
+_SHOWN_CHARACTERS = 160
+
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """A stretch of one source line; ``line`` counts from 1, columns from 0."""
+    """A stretch of one source line; ``line`` counts from 1, columns count characters from 0."""
 
     file: str
     line: int
@@ -25,8 +38,23 @@ class Span:
 
     def point_at(self, message: str) -> str:
         """The message with file, line, the source line and a caret below it."""
-        caret = " " * self.column + "^" * max(1, self.end_column - self.column)
-        return f"{self.file}:{self.line}: {message}\n    {self.text.rstrip()}\n    {caret}"
+        column, end, text = self.column, self.end_column, self.text.rstrip()
+        if len(text) > _SHOWN_CHARACTERS:
+            start = max(0, column - _SHOWN_CHARACTERS // 2)
+            text = text[start : start + _SHOWN_CHARACTERS]
+            column, end = column - start, min(end - start, len(text))
+        before = "".join(map(_blank, text[:column].ljust(column)))
+        under = "".join(_blank(c).replace(" ", "^") for c in text[column:end])
+        return f"{self.file}:{self.line}: {message}\n    {text}\n    {before}{under or '^'}"
+
+
+def _blank(character: str) -> str:
+    """Spaces as wide as a character in a terminal; a tab stays a tab."""
+    if character == "\t" or character.isascii():
+        return character if character == "\t" else " "
+    if unicodedata.combining(character):
+        return ""
+    return "  " if unicodedata.east_asian_width(character) in "WF" else " "
 
 
 NOWHERE = Span("<passgraph>", 0, 0, 1)
@@ -45,31 +73,63 @@ class Source:
     first_line: int = 1
     indent: int = 0  # columns that dedenting took away
 
+    @cached_property
+    def lines(self) -> list[str]:
+        # Only the line ends that Python's own parser knows; str.splitlines has more.
+        return self.text.replace("\r\n", "\n").replace("\r", "\n").split("\n")
+
+    def _line(self, number: int) -> str:
+        return self.lines[number - 1] if 0 < number <= len(self.lines) else ""
+
     def span(self, node: ast.AST) -> Span:
+        """Where a node begins, and where it ends on that line."""
         line = getattr(node, "lineno", 1)
         column = getattr(node, "col_offset", 0)
         end = getattr(node, "end_col_offset", column + 1) or column + 1
-        lines = self.text.splitlines()
-        text = lines[line - 1] if 0 < line <= len(lines) else ""
+        text = self._line(line)
+        if not text.isascii():
+            # Columns of ast count UTF-8 bytes; a caret counts characters.
+            raw = text.encode()
+            column, end = (len(raw[:c].decode(errors="ignore")) for c in (column, end))
         if (getattr(node, "end_lineno", line) or line) > line:
             end = len(text.rstrip())
-        # Columns of ast count UTF-8 bytes; a caret counts characters.
-        raw = text.encode()
-        column, end = len(raw[:column].decode(errors="ignore")), len(raw[:end].decode(errors="ignore"))
         return Span(self.file, self.first_line + line - 1, column, end, text)
 
     def parse(self) -> ast.Module:
+        """The syntax tree.
+
+        Raises
+        ------
+        KernelError
+            For what is not Python, and for nesting that would exhaust the stack.
+        """
         try:
-            return ast.parse(self.text)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # such as unknown escapes in a docstring
+                tree = ast.parse(self.text)
         except SyntaxError as error:
             line = error.lineno or 1
             column = max(0, (error.offset or 1) - 1)
-            lines = self.text.splitlines()
-            text = lines[line - 1] if 0 < line <= len(lines) else ""
-            span = Span(self.file, self.first_line + line - 1, column, column + 1, text)
+            span = Span(self.file, self.first_line + line - 1, column, column + 1, self._line(line))
             raise KernelError(span.point_at(f"this is not Python: {error.msg}")) from None
         except (ValueError, RecursionError, MemoryError) as error:
-            raise KernelError(f"{self.file}: kernel text cannot be parsed: {error}") from None
+            raise KernelError(f"{self.file}: kernel text cannot be parsed: {error or 'nested too deeply'}") from None
+        self._check_nesting(tree)
+        return tree
+
+    def _check_nesting(self, tree: ast.AST) -> None:
+        pending: list[tuple[ast.AST, int]] = [(tree, 0)]
+        while pending:
+            node, depth = pending.pop()
+            if depth > MAX_NESTING and hasattr(node, "lineno"):
+                fail(self.span(node), f"this nests deeper than {MAX_NESTING}; give parts of it names")
+            pending.extend((child, depth + 1) for child in ast.iter_child_nodes(node))
+
+
+def _dedented(lines: list[str]) -> tuple[str, int]:
+    """Text without the indent of its first line; comments and strings may stand further left."""
+    indent = lines[0][: len(lines[0]) - len(lines[0].lstrip())]
+    return "".join(line[len(indent) :] if line.startswith(indent) else line for line in lines), len(indent)
 
 
 def source_of(function: Callable[..., object] | type) -> Source:
@@ -90,19 +150,47 @@ def source_of(function: Callable[..., object] | type) -> Source:
             f"the source of {name} cannot be found (defined by exec or on the command line?); "
             "put it in a file or a notebook cell, or pass the text: pg.kernel(source=...)"
         ) from None
-    text = "".join(lines)
-    dedented = textwrap.dedent(text)
-    indent = len(lines[0]) - len(lines[0].lstrip())
-    return Source(file, dedented, max(1, first), indent)
+    text, indent = _dedented(lines)
+    return Source(file, text, max(1, first), indent)
 
 
-#: Longest kernel text taken from a stranger, in characters; the longest kernel of our own has about 5,000.
-MAX_SOURCE_CHARACTERS = 200_000
+def source_of_class(cls: type, frame: pytypes.FrameType | None) -> Source:
+    """The text of a class statement that is running in ``frame``.
+
+    Python 3.11 finds classes by name and only in modules with a file; the line that is running also finds those of
+    notebook cells, and the right one of two with one name.
+    """
+    if frame is not None:
+        file = frame.f_code.co_filename
+        linecache.checkcache(file)
+        lines = linecache.getlines(file, frame.f_globals)
+        for node in _classes("".join(lines), cls.__name__):
+            first = min([node.lineno, *(d.lineno for d in node.decorator_list)])
+            if first <= frame.f_lineno <= (node.end_lineno or node.lineno):
+                text, indent = _dedented(lines[first - 1 : node.end_lineno])
+                return Source(file, text, first, indent)
+    return source_of(cls)
+
+
+def _classes(text: str, name: str) -> list[ast.ClassDef]:
+    try:
+        return [n for n in ast.walk(ast.parse(text)) if isinstance(n, ast.ClassDef) and n.name == name]
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return []
 
 
 def source_from_text(text: str, name: str = "<kernel text>") -> Source:
+    """Kernel text from anywhere, within limits that keep parsing quick."""
     if not isinstance(text, str):
         raise PassgraphError(f"kernel source must be str, got {type(text).__name__}")
     if len(text) > MAX_SOURCE_CHARACTERS:
-        raise KernelError(f"{name}: kernel text has {len(text)} characters; at most {MAX_SOURCE_CHARACTERS} are read")
-    return Source(name, textwrap.dedent(text))
+        raise KernelError(
+            f"{name}: kernel text has {len(text)} characters; at most {MAX_SOURCE_CHARACTERS} are read"
+        )
+    source = Source(name, textwrap.dedent(text))
+    for number, line in enumerate(source.lines, 1):
+        if len(line) > MAX_LINE_CHARACTERS:
+            raise KernelError(
+                f"{name}:{number}: this line has {len(line)} characters; at most {MAX_LINE_CHARACTERS} are read"
+            )
+    return source

@@ -144,6 +144,7 @@ class Plan:
     size: tuple[int, int]
     options: Options
     notes: tuple[str, ...] = ()
+    static_inputs: frozenset[str] = frozenset()
 
     @property
     def values(self) -> dict[str, Value]:

@@ -1,0 +1,246 @@
+"""The backend: storages, transfers and passes on one OpenGL context."""
+
+from __future__ import annotations
+
+import ctypes
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.backends.base import Backend, DeviceInfo, FloatBlock
+from passgraph.backends.gl import functions as g
+from passgraph.backends.gl import state as fixed
+from passgraph.backends.gl.context import Context, device_names
+from passgraph.backends.gl.geometry import Mesh
+from passgraph.backends.gl.objects import Objects
+from passgraph.backends.gl.passes import DrawRun, PixelRun
+from passgraph.backends.gl.programs import Programs
+from passgraph.backends.gl.textures import (
+    Layout,
+    Texture,
+    decoded,
+    empty,
+    encoded,
+    layout_of,
+    stencil_of,
+    stored_clear,
+)
+from passgraph.errors import BackendError, DeviceMissingError
+from passgraph.formats import Format
+from passgraph.graph import Geometry
+from passgraph.plan.data import DrawStep, PixelStep
+
+#: Texture parameters: nearest for both filters, clamp to edge, one mip level, no depth comparison.
+_PARAMETERS = {0x2801: g.NEAREST, 0x2800: g.NEAREST, 0x2802: 0x812F, 0x2803: 0x812F, 0x813D: 0, 0x884C: 0}
+
+
+class GLBackend(Backend):
+    """OpenGL 3.3 off screen.  Every call makes the context current and puts the one before back."""
+
+    name: ClassVar[str] = "gl"
+
+    def __init__(self, device: str | None = None) -> None:
+        self.closed = False
+        self.context = Context(_device_number(device))
+        with self.context as gl:
+            self.objects = Objects(gl)
+            self.programs = Programs(self.objects)
+            self.max_size = gl.integer(g.MAX_TEXTURE_SIZE)
+            self.max_targets = gl.integer(g.MAX_DRAW_BUFFERS)
+            self.no_vertices = self.objects.new("VertexArray")
+        self._layouts: dict[Format, Layout] = {}
+
+    @classmethod
+    def devices(cls) -> list[DeviceInfo]:
+        try:
+            return [DeviceInfo(*names) for names in device_names()]
+        except DeviceMissingError as error:
+            return [DeviceInfo("none", "OpenGL", "", missing=str(error))]
+
+    # Storages
+
+    def make(self, format: Format, size: tuple[int, int]) -> Texture:
+        with self.context as gl:
+            gl.drain()
+            texture = self._texture(format, size)
+            self._zero(texture)
+            gl.check(f"making a {format.name} target of {size[0]} x {size[1]}")
+        return texture
+
+    def _texture(self, format_: Format, size: tuple[int, int], layout: Layout | None = None) -> Texture:
+        layout = layout or self._layout(format_)
+        gl, (width, height) = self.context.gl, size
+        what = f"a {format_.name} target of {width} x {height} ({layout_bytes(layout, size) / 2**20:.0f} MiB)"
+        if max(size) > self.max_size:
+            raise BackendError(
+                f"gl: {what} is too large: this device takes {self.max_size} pixels a side; "
+                "use a smaller size, or the numpy backend"
+            )
+        arguments = (layout.internal, width, height, 0, layout.external, layout.type, None)
+        gl.TexImage2D(g.PROXY_TEXTURE_2D, 0, *arguments)
+        accepted = ctypes.c_int(0)
+        gl.GetTexLevelParameteriv(g.PROXY_TEXTURE_2D, 0, g.TEXTURE_WIDTH, ctypes.byref(accepted))
+        if accepted.value != width:
+            raise BackendError(f"gl: this device has no room for {what}; use a smaller size or format")
+        name = self.objects.new("Texture")
+        gl.ActiveTexture(g.TEXTURE0)
+        gl.BindTexture(g.TEXTURE_2D, name)
+        for parameter, value in _PARAMETERS.items():
+            gl.TexParameteri(g.TEXTURE_2D, parameter, value)
+        fixed.set_transfers(gl)
+        gl.TexImage2D(g.TEXTURE_2D, 0, *arguments)
+        gl.BindTexture(g.TEXTURE_2D, 0)
+        texture = Texture(name, format_, size, layout)
+        try:
+            gl.check(f"making {what}")
+        except BackendError:
+            self.objects.forget(texture)
+            raise
+        return texture
+
+    def _layout(self, format_: Format) -> Layout:
+        """Three channels stay three where the driver can draw into them (OpenGL does not promise it)."""
+        if format_ not in self._layouts:
+            layout = layout_of(format_, padded=False)
+            if format_.channels == 3:
+                probe = self._texture(format_, (1, 1), layout)
+                try:
+                    self.objects.framebuffer((probe,), None)
+                except BackendError:
+                    layout = layout_of(format_, padded=True)
+                self.objects.forget(probe)
+            self._layouts[format_] = layout
+        return self._layouts[format_]
+
+    def _zero(self, texture: Texture) -> None:
+        gl = self.context.gl
+        is_depth = texture.format.is_depth
+        framebuffer = self.objects.framebuffer(() if is_depth else (texture,), texture if is_depth else None)
+        fixed.set_pixel_pass(gl, framebuffer, texture.size)
+        zero = stored_clear((0.0,) * texture.format.channels, texture)
+        stencil = 0 if texture.format.stencil else None
+        fixed.clear_targets(gl, [] if is_depth else [(0, zero)], 0.0 if is_depth else None, stencil)
+        self.unbind()
+
+    def release(self, storage: Any) -> None:
+        if self.closed:
+            return
+        with self.context:
+            if isinstance(storage, Mesh):
+                storage.release()
+            else:
+                self.objects.forget(storage)
+
+    # Transfers
+
+    def upload(self, storage: Texture, picture: FloatBlock) -> None:
+        """The stencil of a depth-stencil storage becomes 0."""
+        data, (width, height) = encoded(picture, storage), storage.size
+        with self.context as gl:
+            gl.drain()
+            fixed.set_transfers(gl)
+            gl.ActiveTexture(g.TEXTURE0)
+            gl.BindTexture(g.TEXTURE_2D, storage.name)
+            layout = storage.layout
+            gl.TexSubImage2D(
+                g.TEXTURE_2D, 0, 0, 0, width, height, layout.external, layout.type, data.ctypes.data
+            )
+            gl.BindTexture(g.TEXTURE_2D, 0)
+            gl.check(f"uploading a {storage.format.name} picture of {width} x {height}")
+
+    def download(self, storage: Texture) -> FloatBlock:
+        return decoded(self._stored(storage), storage)
+
+    def download_stencil(self, storage: Texture) -> NDArray[np.uint8]:
+        """The stencil of a depth-stencil storage, (height, width)."""
+        if not storage.format.stencil:
+            raise BackendError(f"gl: a {storage.format.name} target has no stencil")
+        return stencil_of(self._stored(storage))
+
+    def _stored(self, storage: Texture) -> NDArray[Any]:
+        data = empty(storage)
+        with self.context as gl:
+            gl.drain()
+            fixed.set_transfers(gl)
+            gl.ActiveTexture(g.TEXTURE0)
+            gl.BindTexture(g.TEXTURE_2D, storage.name)
+            layout = storage.layout
+            gl.GetTexImage(g.TEXTURE_2D, 0, layout.external, layout.type, data.ctypes.data)
+            gl.BindTexture(g.TEXTURE_2D, 0)
+            gl.check(f"downloading a {storage.format.name} picture")
+        return data
+
+    def copy(self, source: Texture, destination: Texture) -> None:
+        if (source.format, source.size) != (destination.format, destination.size):
+            raise BackendError(
+                f"gl: cannot copy {source.format.name} {source.size} into "
+                f"{destination.format.name} {destination.size}; format and size must be the same"
+            )
+        (width, height), bits = source.size, g.COLOR_BUFFER_BIT
+        if source.format.is_depth:
+            bits = g.DEPTH_BUFFER_BIT | (g.STENCIL_BUFFER_BIT if source.format.stencil else 0)
+        with self.context as gl:
+            gl.drain()
+            names = [
+                self.objects.framebuffer((), t) if t.format.is_depth else self.objects.framebuffer((t,), None)
+                for t in (source, destination)
+            ]
+            fixed.set_pixel_pass(gl, names[1], destination.size)
+            gl.BindFramebuffer(g.READ_FRAMEBUFFER, names[0])
+            gl.BlitFramebuffer(0, 0, width, height, 0, 0, width, height, bits, g.NEAREST)
+            self.unbind()
+            gl.check(f"copying a {source.format.name} target")
+
+    # Passes
+
+    def geometry(self, mesh: Geometry) -> Mesh:
+        with self.context as gl:
+            gl.drain()
+            return Mesh(self.objects, mesh)
+
+    def pixel_pass(self, step: PixelStep) -> PixelRun:
+        with self.context as gl:
+            gl.drain()
+            return PixelRun(self, step)
+
+    def draw_pass(self, step: DrawStep) -> DrawRun:
+        with self.context as gl:
+            gl.drain()
+            return DrawRun(self, step)
+
+    def unbind(self) -> None:
+        """Leave nothing of ours bound, so that deleting and reading elsewhere meet no surprise."""
+        gl = self.context.gl
+        gl.BindVertexArray(0)
+        gl.UseProgram(0)
+        gl.BindFramebuffer(g.FRAMEBUFFER, 0)
+
+    def finish(self) -> None:
+        with self.context as gl:
+            gl.Finish()
+
+    def close(self) -> None:
+        if self.closed:
+            return
+        self.closed = True
+        with self.context:
+            self.objects.delete_all()
+        self.context.release()
+
+
+def layout_bytes(layout: Layout, size: tuple[int, int]) -> int:
+    return int(np.dtype(layout.dtype).itemsize * layout.channels * size[0] * size[1])
+
+
+def _device_number(device: str | None) -> int:
+    """A device's number from a number or a part of its name."""
+    if device is None:
+        return 0
+    if device.isdigit():
+        return int(device)
+    names = [names[0] for names in device_names()]
+    for number, name in enumerate(names):
+        if device.lower() in name.lower():
+            return number
+    raise DeviceMissingError(f"gl: no device is called {device!r}; there are {', '.join(names)}")

@@ -1,0 +1,123 @@
+"""The OpenGL functions and constants that this backend uses, called through ctypes.
+
+A table of its own, loaded from the current context: it works in a foreign context as in ours, keeps no state
+(so nothing goes stale when an engine changes state behind it), raises nothing in somebody else's next call,
+and one call costs about half a microsecond.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from typing import Any
+
+from passgraph.errors import BackendError, DeviceMissingError
+
+#: Letters of the signatures: arguments, then ":" and the result.
+_TYPES: dict[str, Any] = {
+    "u": ctypes.c_uint, "i": ctypes.c_int, "f": ctypes.c_float, "b": ctypes.c_ubyte,
+    "p": ctypes.c_void_p, "s": ctypes.c_char_p, "n": ctypes.c_ssize_t,
+}  # fmt: skip
+
+SIGNATURES = """
+    ActiveTexture(u)  AttachShader(uu)  BindBuffer(uu)  BindFramebuffer(uu)  BindSampler(uu)
+    BindTexture(uu)  BindVertexArray(u)  BlendColor(ffff)  BlendEquationSeparate(uu)
+    BlendFuncSeparate(uuuu)  BlitFramebuffer(iiiiiiiiuu)  BufferData(unpu)
+    CheckFramebufferStatus(u:u)  ClearBufferfi(uifi)  ClearBufferfv(uip)  ColorMask(bbbb)
+    ColorMaski(ubbbb)  CompileShader(u)  CreateProgram(:u)  CreateShader(u:u)  CullFace(u)
+    DeleteBuffers(ip)  DeleteFramebuffers(ip)  DeleteProgram(u)  DeleteShader(u)  DeleteTextures(ip)
+    DeleteVertexArrays(ip)  DepthFunc(u)  DepthMask(b)  Disable(u)  Disablei(uu)  DrawArrays(uii)
+    DrawBuffers(ip)  DrawElements(uiup)  Enable(u)  Enablei(uu)  EnableVertexAttribArray(u)
+    Finish()  Flush()  FramebufferTexture2D(uuuui)  FrontFace(u)  GenBuffers(ip)
+    GenFramebuffers(ip)  GenTextures(ip)  GenVertexArrays(ip)  GetError(:u)  GetIntegerv(up)
+    GetProgramInfoLog(uipp)  GetProgramiv(uup)  GetShaderInfoLog(uipp)  GetShaderiv(uup)
+    GetString(u:s)  GetStringi(uu:s)  GetTexImage(uiuup)  GetTexLevelParameteriv(uiup)
+    GetUniformLocation(us:i)  IsBuffer(u:b)  IsFramebuffer(u:b)  IsProgram(u:b)  IsTexture(u:b)
+    IsVertexArray(u:b)  LinkProgram(u)  PixelStorei(ui)  PolygonMode(uu)  PolygonOffset(ff)
+    ReadBuffer(u)  ShaderSource(uipp)  StencilFunc(uiu)  StencilMask(u)  StencilOp(uuu)
+    TexImage2D(uiiiiiuup)  TexParameteri(uui)  TexSubImage2D(uiiiiiuup)  Uniform1i(ii)
+    Uniform2i(iii)  Uniform4fv(iip)  Uniform4iv(iip)  UseProgram(u)  VertexAttribPointer(uiubip)
+    Viewport(iiii)
+"""
+#: Not in 3.3: from 4.0 or ARB_draw_buffers_blend; None where missing.
+OPTIONAL = "BlendFuncSeparatei(uuuuu) BlendEquationSeparatei(uuu)"
+
+NO_ERROR, OUT_OF_MEMORY = 0, 0x505
+ERRORS = {
+    0x500: "invalid enum", 0x501: "invalid value", 0x502: "invalid operation", OUT_OF_MEMORY: "out of memory",
+    0x506: "invalid framebuffer operation",
+}  # fmt: skip
+FRAMEBUFFER, READ_FRAMEBUFFER, DRAW_FRAMEBUFFER = 0x8D40, 0x8CA8, 0x8CA9
+FRAMEBUFFER_COMPLETE, COLOR_ATTACHMENT0 = 0x8CD5, 0x8CE0
+DEPTH_ATTACHMENT, DEPTH_STENCIL_ATTACHMENT = 0x8D00, 0x821A
+TEXTURE_2D, PROXY_TEXTURE_2D, TEXTURE0, TEXTURE_WIDTH = 0x0DE1, 0x8064, 0x84C0, 0x1000
+COLOR, DEPTH, STENCIL, DEPTH_STENCIL = 0x1800, 0x1801, 0x1802, 0x84F9
+COLOR_BUFFER_BIT, DEPTH_BUFFER_BIT, STENCIL_BUFFER_BIT = 0x4000, 0x100, 0x400
+ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER, STATIC_DRAW = 0x8892, 0x8893, 0x88E4
+PIXEL_PACK_BUFFER, PIXEL_UNPACK_BUFFER = 0x88EB, 0x88EC
+FLOAT, UNSIGNED_INT, TRIANGLES, NEAREST = 0x1406, 0x1405, 0x0004, 0x2600
+FRONT, BACK, FRONT_AND_BACK, FILL, CLOCKWISE = 0x404, 0x405, 0x408, 0x1B02, 0x900
+VERTEX_SHADER, FRAGMENT_SHADER, COMPILE_STATUS, LINK_STATUS, INFO_LOG_LENGTH = (
+    0x8B31,
+    0x8B30,
+    0x8B81,
+    0x8B82,
+    0x8B84,
+)
+VENDOR, RENDERER, VERSION = 0x1F00, 0x1F01, 0x1F02
+MAX_TEXTURE_SIZE, MAX_DRAW_BUFFERS, MAX_TEXTURE_UNITS = 0x0D33, 0x8824, 0x8872
+MAX_FRAGMENT_UNIFORMS, MAX_VERTEX_UNIFORMS, MAX_VARYINGS = 0x8B49, 0x8B4A, 0x8B4B
+
+
+class Functions:
+    """``gl.Clear(...)`` and the like, from a loader of addresses."""
+
+    def __init__(self, address_of: Callable[[str], int]) -> None:
+        for entry in (*SIGNATURES.split(), *OPTIONAL.split()):
+            name, _, signature = entry.removesuffix(")").partition("(")
+            address = address_of(f"gl{name}")
+            if not address and entry in SIGNATURES.split():
+                raise DeviceMissingError(f"this OpenGL driver has no gl{name}; passgraph needs OpenGL 3.3")
+            arguments, _, result = signature.partition(":")
+            kind = ctypes.CFUNCTYPE(
+                _TYPES[result] if result else None, *(_TYPES[letter] for letter in arguments)
+            )
+            setattr(self, name, kind(address) if address else None)
+
+    def __getattr__(self, name: str) -> Any:
+        raise AttributeError(f"gl{name} is not in passgraph.backends.gl.functions.SIGNATURES")
+
+    def integer(self, what: int) -> int:
+        value = ctypes.c_int(0)
+        self.GetIntegerv(what, ctypes.byref(value))
+        return value.value
+
+    def text(self, what: int) -> str:
+        return (self.GetString(what) or b"").decode(errors="replace")
+
+    def new(self, kind: str) -> int:
+        """The name of a new object: ``Texture``, ``Buffer``, ``Framebuffer`` or ``VertexArray``."""
+        name = ctypes.c_uint(0)
+        getattr(self, f"Gen{kind}s")(1, ctypes.byref(name))
+        return name.value
+
+    def delete(self, kind: str, name: int) -> None:
+        if kind == "Program":
+            self.DeleteProgram(name)
+        else:
+            getattr(self, f"Delete{kind}s")(1, ctypes.byref(ctypes.c_uint(name)))
+
+    def drain(self) -> None:
+        """Forget errors that somebody else left."""
+        for _ in range(16):
+            if self.GetError() == NO_ERROR:
+                return
+
+    def check(self, doing: str) -> None:
+        """Raise BackendError when something failed since the last check."""
+        error = self.GetError()
+        if error != NO_ERROR:
+            self.drain()
+            what = ERRORS.get(error, hex(error))
+            mend = "; use smaller or fewer targets" if error == OUT_OF_MEMORY else ""
+            raise BackendError(f"gl: {what} while {doing}{mend}")

@@ -1,0 +1,238 @@
+"""Prints scalar programs as GLSL 3.30.
+
+Memory row 0 is the top row of every picture.  In a pixel pass ``gl_FragCoord`` therefore counts rows as
+kernels do; a draw turns clip space upside down in the vertex shader, so that it counts alike there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from passgraph.backends.base import ATTRIBUTES
+from passgraph.backends.printing import FLOOR_DIVIDE, INT_MOD, MIRROR, REPEAT, Listing, Printer
+from passgraph.language import scalar as s
+
+#: Drivers may reorder float arithmetic unless values are ``precise``, which 3.30 has through an extension.
+HEADER = """#version 330 core
+#ifdef GL_ARB_gpu_shader5
+#extension GL_ARB_gpu_shader5 : enable
+#define PRECISE precise
+#else
+#define PRECISE
+#endif"""
+#: One triangle that covers the viewport.
+FULLSCREEN = """#version 330 core
+void main()
+{
+    gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0);
+}
+"""
+#: The fragment shader of a draw that writes depth and stencil only.
+NO_COLOUR = "#version 330 core\nvoid main()\n{\n}\n"
+
+FUNCTIONS = {
+    "pg_isnan": "bool pg_isnan(float x) { return (floatBitsToInt(x) & 0x7fffffff) > 0x7f800000; }",
+    "pg_isinf": "bool pg_isinf(float x) { return (floatBitsToInt(x) & 0x7fffffff) == 0x7f800000; }",
+    "pg_to_int": """
+int pg_to_int(float x)
+{
+    if (pg_isnan(x)) { return 0; }
+    if (x >= 2147483648.0) { return 2147483647; }
+    if (x < -2147483648.0) { return -2147483647 - 1; }
+    return int(x);
+}
+""",
+    "pg_floor_divide": FLOOR_DIVIDE,
+    "pg_int_mod": INT_MOD,
+    "pg_repeat": REPEAT,
+    "pg_mirror": MIRROR,
+}
+LETTERS = "xyzw"
+
+
+@dataclass(frozen=True)
+class Names:
+    """Uniform names of one stage: both stages of a draw are linked together, so each has its own."""
+
+    floats: str
+    ints: str
+    image: str
+
+
+NAMES = {
+    "pixel": Names("pg_floats", "pg_ints", "pg_image"),
+    "vertex": Names("pg_vertex_floats", "pg_vertex_ints", "pg_vertex_image"),
+    "fragment": Names("pg_floats", "pg_ints", "pg_image"),
+}
+
+
+def vec4_count(components: int) -> int:
+    return (components + 3) // 4
+
+
+class GLSL(Printer):
+    """A program of any stage as one shader; ``varyings`` names the scalars sent from vertex to fragment."""
+
+    target: ClassVar[str] = "glsl"
+
+    def __init__(self, program: s.ScalarProgram, varyings: tuple[str, ...] = ()) -> None:
+        super().__init__(program)
+        self.varyings = varyings
+        self.own = NAMES[program.stage]
+        self.image_numbers = {use.name: k for k, use in enumerate(program.images)}
+        #: Names that the top of main declares, in order: what they are computed from.
+        self.declarations: dict[str, str] = {}
+
+    # Hooks
+
+    def float_from_bits(self, bits: int) -> str:
+        return f"intBitsToFloat({self.int_literal(bits)})"
+
+    def declared(self, type_: str) -> str:
+        # Comparisons too: an imprecise !(a < b) may become a >= b, which NaN tells apart.
+        return self.types[type_] if type_ == "int" else f"PRECISE {self.types[type_]}"
+
+    def uniform(self, block: str, index: str | int) -> str:
+        name = self.own.floats if block == "float" else self.own.ints
+        if isinstance(index, int):
+            return f"{name}[{index // 4}].{LETTERS[index % 4]}"
+        return f"{name}[{index} >> 2][{index} & 3]"
+
+    def builtin(self, name: str) -> str:
+        head, _, rest = name.partition(".")
+        if head == "pixel":
+            return f"{self._pixel()}.{LETTERS[int(rest)]}"
+        if head == "output_size":
+            return f"pg_output_size.{LETTERS[int(rest)]}"
+        if head == "size":
+            image, _, axis = rest.rpartition(".")
+            return f"{self._size(image)}.{LETTERS[int(axis)]}"
+        if head == "vertex":
+            attribute, _, component = rest.partition(".")
+            return f"in_{attribute}.{LETTERS[int(component)]}"
+        if head == "varying":
+            return varying_place(self.varyings.index(rest))
+        return {"front_facing": "gl_FrontFacing", "fragment_depth": "gl_FragCoord.z"}[name]
+
+    def operation(self, op: s.Op, arguments: list[str]) -> str:
+        # Compilers that assume no NaN fold x != x away; bits they leave alone.
+        if op.on == "float" and op.operation in ("equal", "not_equal") and arguments[0] == arguments[1]:
+            return f"{'!' if op.operation == 'equal' else ''}pg_isnan({arguments[0]})"
+        return super().operation(op, arguments)
+
+    def texel(self, load: s.LoadTexel) -> None:
+        image = f"{self.own.image}{self.image_numbers[load.image]}"
+        places: list[str] = []
+        inside: list[str] = []
+        for axis, offset in zip("xy", (load.x, load.y), strict=True):
+            place, check = self._place(load, axis, offset)
+            places.append(place)
+            inside += check
+        first = next(v for v in load.to if v is not None)
+        here = places == [f"{self._pixel()}.x", f"{self._pixel()}.y"] if load.relative else False
+        position = self._pixel() if here else f"ivec2({places[0]}, {places[1]})"
+        fetch = f"texelFetch({image}, {position}, 0)"
+        if inside:
+            fetch = f"({' && '.join(inside)}) ? {fetch} : vec4(0.0)"
+        self.line(f"vec4 t{first.id} = {fetch};")
+        for value, letter in zip(load.to, LETTERS, strict=False):
+            if value is not None:
+                self.name(value, f"t{first.id}.{letter}")
+
+    def _place(self, load: s.LoadTexel, axis: str, offset: s.Operand) -> tuple[str, list[str]]:
+        """One coordinate brought inside, and the conditions under which a zero border shows the texel."""
+        known = int(offset.value) if isinstance(offset, s.Lit) else None
+        text = self.operand(offset)
+        if load.relative:
+            pixel = f"{self._pixel()}.{axis}"
+            if known == 0:
+                return pixel, []  # the image is as large as the target
+            text = f"{pixel} + {text}"
+        count = f"{self._size(load.image)}.{axis}"
+        if load.border in ("repeat", "mirror"):
+            return f"pg_{load.border}({text}, {count})", []
+        low, high = True, True
+        if known is not None:
+            low, high = (known < 0, known > 0) if load.relative else (known < 0, True)
+        clamped = text if not low else f"max({text}, 0)"
+        clamped = clamped if not high else f"min({clamped}, {count} - 1)"
+        if load.border == "clamp":
+            return clamped, []
+        return clamped, [f"{text} >= 0"] * low + [f"{text} < {count}"] * high
+
+    def _pixel(self) -> str:
+        self.declarations["pg_pixel"] = "ivec2 pg_pixel = ivec2(gl_FragCoord.xy);"
+        return "pg_pixel"
+
+    def _size(self, image: str) -> str:
+        number = self.image_numbers[image]
+        name = f"pg_size{number}"
+        self.declarations[name] = f"ivec2 {name} = textureSize({self.own.image}{number}, 0);"
+        return name
+
+    # Whole shaders
+
+    def shader(self) -> Listing:
+        """The complete source."""
+        self.depth = 1
+        self.variables()
+        self.block(self.program.body)
+        self.results()
+        self.depth = 0
+        self.line("}")
+        declared = "".join(f"\n    {text}" for text in self.declarations.values())
+        parts = [HEADER, *self.interface(), self.called(FUNCTIONS), f"void main()\n{{{declared}"]
+        self.front("\n".join(part for part in parts if part))
+        return self.listing()
+
+    def interface(self) -> list[str]:
+        """Uniforms, tables, inputs and outputs."""
+        program, lines = self.program, []
+        if program.float_count:
+            lines.append(f"uniform vec4 {self.own.floats}[{vec4_count(program.float_count)}];")
+        if program.int_count:
+            lines.append(f"uniform ivec4 {self.own.ints}[{vec4_count(program.int_count)}];")
+        if any(name.startswith("output_size") for name, _ in program.builtins):
+            lines.append("uniform ivec2 pg_output_size;")
+        lines += [f"uniform sampler2D {self.own.image}{k};" for k in range(len(program.images))]
+        for name, type_, values in program.tables:
+            items = ", ".join(self.literal(s.Lit(type_, v)) for v in values)
+            lines.append(f"const {type_} {name}[{len(values)}] = {type_}[{len(values)}]({items});")
+        direction = "out" if program.stage == "vertex" else "in"
+        lines += [f"{direction} vec4 pg_varying{k};" for k in range(vec4_count(len(self.varyings)))]
+        if program.stage == "vertex":
+            for k, (attribute, (_, size)) in enumerate(ATTRIBUTES.items()):
+                if attribute in attributes_of(program):
+                    lines.append(f"layout(location = {k}) in vec{size} in_{attribute};")
+        else:
+            lines += [f"layout(location = {k}) out vec4 pg_out{k};" for k in range(len(program.outputs))]
+        return lines
+
+    def results(self) -> None:
+        program = self.program
+        if program.stage == "vertex":
+            x, y, z, w = (self.operand(v) for v in program.outputs[0].values)
+            self.line(f"gl_Position = vec4({x}, -({y}), {z}, {w});")
+            sent = program.outputs[1].values if len(program.outputs) > 1 else ()
+            for k in range(vec4_count(len(sent))):
+                self.line(f"pg_varying{k} = {self._vec4(sent[4 * k : 4 * k + 4], ('0.0',) * 4)};")
+            return
+        if program.keep is not None:
+            self.line(f"if (!{self.operand(program.keep)}) {{ discard; }}")
+        for k, output in enumerate(program.outputs):
+            self.line(f"pg_out{k} = {self._vec4(output.values, ('0.0', '0.0', '0.0', '1.0'))};")
+
+    def _vec4(self, values: tuple[s.Operand, ...], missing: tuple[str, ...]) -> str:
+        return f"vec4({', '.join([*(self.operand(v) for v in values), *missing[len(values) :]])})"
+
+
+def varying_place(index: int) -> str:
+    """Where the scalar varying of this number travels."""
+    return f"pg_varying{index // 4}.{LETTERS[index % 4]}"
+
+
+def attributes_of(program: s.ScalarProgram) -> tuple[str, ...]:
+    """Mesh attributes that a vertex program reads, in the order of ATTRIBUTES."""
+    read = {name.split(".")[1] for name, _ in program.builtins if name.startswith("vertex.")}
+    return tuple(name for name in ATTRIBUTES if name in read)

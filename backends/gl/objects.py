@@ -1,0 +1,70 @@
+"""Every OpenGL object of one backend, so that closing leaves none alive; framebuffers made when needed."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+
+from passgraph.backends.gl import functions as g
+from passgraph.backends.gl.functions import Functions
+from passgraph.backends.gl.textures import Texture
+from passgraph.errors import BackendError
+
+
+class Objects:
+    """Names of live objects by kind."""
+
+    def __init__(self, gl: Functions) -> None:
+        self.gl = gl
+        self.alive: set[tuple[str, int]] = set()
+        self.framebuffers: dict[tuple[tuple[int, ...], int], int] = {}
+
+    def new(self, kind: str) -> int:
+        name = self.gl.new(kind)
+        self.alive.add((kind, name))
+        return name
+
+    def delete(self, kind: str, name: int) -> None:
+        if (kind, name) in self.alive:
+            self.alive.remove((kind, name))
+            self.gl.delete(kind, name)
+
+    def delete_all(self) -> None:
+        self.framebuffers.clear()
+        for kind, name in list(self.alive):
+            self.delete(kind, name)
+
+    def framebuffer(self, colours: Sequence[Texture], depth: Texture | None) -> int:
+        """The framebuffer object over these textures."""
+        key = (tuple(t.name for t in colours), 0 if depth is None else depth.name)
+        if key not in self.framebuffers:
+            self.framebuffers[key] = self._make_framebuffer(colours, depth)
+        return self.framebuffers[key]
+
+    def _make_framebuffer(self, colours: Sequence[Texture], depth: Texture | None) -> int:
+        gl, name = self.gl, self.new("Framebuffer")
+        gl.BindFramebuffer(g.FRAMEBUFFER, name)
+        for k, texture in enumerate(colours):
+            attachment = g.COLOR_ATTACHMENT0 + k
+            gl.FramebufferTexture2D(g.FRAMEBUFFER, attachment, g.TEXTURE_2D, texture.name, 0)
+        if depth is not None:
+            attachment = g.DEPTH_STENCIL_ATTACHMENT if depth.format.stencil else g.DEPTH_ATTACHMENT
+            gl.FramebufferTexture2D(g.FRAMEBUFFER, attachment, g.TEXTURE_2D, depth.name, 0)
+        count = max(1, len(colours))
+        buffers = (ctypes.c_uint * count)(*(g.COLOR_ATTACHMENT0 + k for k in range(len(colours))))
+        gl.DrawBuffers(count, buffers)
+        gl.ReadBuffer(buffers[0])
+        status = gl.CheckFramebufferStatus(g.FRAMEBUFFER)
+        if status != g.FRAMEBUFFER_COMPLETE:
+            self.delete("Framebuffer", name)
+            formats = ", ".join(t.format.name for t in (*colours, *(() if depth is None else (depth,))))
+            raise BackendError(f"gl: this driver cannot draw into {formats} together (status {status:#x})")
+        return name
+
+    def forget(self, texture: Texture) -> None:
+        """Delete a texture and the framebuffers over it."""
+        for key, name in list(self.framebuffers.items()):
+            if texture.name in key[0] or texture.name == key[1]:
+                del self.framebuffers[key]
+                self.delete("Framebuffer", name)
+        self.delete("Texture", texture.name)

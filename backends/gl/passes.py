@@ -1,0 +1,102 @@
+"""Compiled passes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from passgraph.backends.base import Block
+from passgraph.backends.gl import functions as g
+from passgraph.backends.gl import state as fixed
+from passgraph.backends.gl.geometry import Mesh
+from passgraph.backends.gl.glsl import attributes_of
+from passgraph.backends.gl.textures import Texture, stored_clear
+from passgraph.errors import BackendError
+from passgraph.language.scalar import ScalarProgram
+from passgraph.plan.data import DrawStep, PixelStep
+
+if TYPE_CHECKING:
+    from passgraph.backends.gl.backend import GLBackend
+
+
+def _order(step: PixelStep | DrawStep, program: ScalarProgram) -> list[int]:
+    """For each image of a program, its place among the images of the step."""
+    names = [name for name, _ in step.images]
+    return [names.index(use.name) for use in program.images]
+
+
+class PixelRun:
+    """A pixel pass: one triangle over the whole target."""
+
+    def __init__(self, backend: GLBackend, step: PixelStep) -> None:
+        self.backend, self.step = backend, step
+        self.program = backend.programs.pixel(step.program)
+        self.order = _order(step, step.program)
+
+    def __call__(self, outputs: Sequence[Texture], images: Sequence[Texture], block: Block) -> None:
+        backend, step = self.backend, self.step
+        with backend.context as gl:
+            gl.drain()
+            fixed.set_pixel_pass(gl, backend.objects.framebuffer(outputs, None), step.size)
+            fixed.bind_images(gl, [images[i] for i in self.order])
+            gl.UseProgram(self.program.name)
+            self.program.send(gl, step.program.stage, block)
+            self.program.send_size(gl, step.size)
+            gl.BindVertexArray(backend.no_vertices)
+            gl.DrawArrays(g.TRIANGLES, 0, 3)
+            backend.unbind()
+            gl.check(f"running pass {step.name!r}")
+
+
+class DrawRun:
+    """A draw: clears, then the triangles of a mesh."""
+
+    def __init__(self, backend: GLBackend, step: DrawStep) -> None:
+        self.backend, self.step = backend, step
+        fixed.check_blends(backend.context.gl, step.state.blend, f"draw {step.name!r}")
+        if len(step.outputs) > backend.max_targets:
+            raise BackendError(
+                f"gl: draw {step.name!r} has {len(step.outputs)} targets; "
+                f"this device takes {backend.max_targets}"
+            )
+        self.program = backend.programs.draw(step.vertex, step.fragment, step.varyings)
+        self.attributes = attributes_of(step.vertex)
+        self.order = _order(step, step.vertex)
+        if step.fragment is not None:
+            self.order += _order(step, step.fragment)
+
+    def __call__(
+        self,
+        outputs: Sequence[Texture],
+        depth: Texture | None,
+        images: Sequence[Texture],
+        geometry: Mesh,
+        vertex: Block,
+        fragment: Block,
+    ) -> None:
+        backend, step, program = self.backend, self.step, self.program
+        with backend.context as gl:
+            gl.drain()
+            fixed.set_common(gl, backend.objects.framebuffer(outputs, depth), step.size)
+            self._clear(gl, outputs, depth)
+            fixed.set_draw(gl, step.state, list(outputs), depth)
+            fixed.bind_images(gl, [images[i] for i in self.order])
+            gl.UseProgram(program.name)
+            program.send(gl, "vertex", vertex)
+            if step.fragment is not None:
+                program.send(gl, "fragment", fragment)
+            program.send_size(gl, step.size)
+            geometry.bind(self.attributes)
+            gl.DrawElements(g.TRIANGLES, geometry.count, g.UNSIGNED_INT, None)
+            backend.unbind()
+            gl.check(f"running draw {step.name!r}")
+
+    def _clear(self, gl: Any, outputs: Sequence[Texture], depth: Texture | None) -> None:
+        step = self.step
+        colours = [
+            (k, stored_clear(value, texture))
+            for k, (value, texture) in enumerate(zip(step.clears, outputs, strict=True))
+            if value is not None
+        ]
+        stencil = step.state.clear_stencil if depth is not None and depth.format.stencil else None
+        fixed.clear_targets(gl, colours, step.depth_clear if depth is not None else None, stencil)

@@ -1,0 +1,194 @@
+"""Linked programs: compiled once for each pair of shaders, with uniforms sent only when they change."""
+
+from __future__ import annotations
+
+import ctypes
+import re
+from dataclasses import dataclass, field
+from typing import Any
+
+from passgraph.backends.base import Block
+from passgraph.backends.gl import functions as g
+from passgraph.backends.gl.glsl import FULLSCREEN, GLSL, NAMES, NO_COLOUR, vec4_count
+from passgraph.backends.gl.objects import Objects
+from passgraph.backends.printing import Listing
+from passgraph.errors import BackendError
+from passgraph.language.scalar import ScalarProgram
+from passgraph.language.source import NOWHERE
+
+#: Where drivers write the line: "0:12(5): error" (Mesa), "0(12) : error" (NVIDIA), "ERROR: 0:12:" (others).
+_LINE = re.compile(r"\b\d+[:(](\d+)[):(]")
+
+
+@dataclass
+class StageUniforms:
+    """Locations of one stage's blocks, and the bytes last sent."""
+
+    floats: int
+    ints: int
+    float_vectors: int
+    int_vectors: int
+    sent_floats: bytes = b""
+    sent_ints: bytes = b""
+
+
+@dataclass
+class Program:
+    """A linked program and its uniforms."""
+
+    name: int
+    stages: dict[str, StageUniforms] = field(default_factory=dict)
+    output_size: int = -1
+    sent_size: tuple[int, int] = (0, 0)
+
+    def send(self, gl: Any, stage: str, block: Block) -> None:
+        """A stage's block; the program is in use."""
+        own = self.stages[stage]
+        if own.float_vectors:
+            data = block.floats.tobytes()
+            if data != own.sent_floats:
+                gl.Uniform4fv(own.floats, own.float_vectors, data.ljust(16 * own.float_vectors, b"\0"))
+                own.sent_floats = data
+        if own.int_vectors:
+            data = block.ints.tobytes()
+            if data != own.sent_ints:
+                gl.Uniform4iv(own.ints, own.int_vectors, data.ljust(16 * own.int_vectors, b"\0"))
+                own.sent_ints = data
+
+    def send_size(self, gl: Any, size: tuple[int, int]) -> None:
+        if self.output_size >= 0 and size != self.sent_size:
+            gl.Uniform2i(self.output_size, *size)
+            self.sent_size = size
+
+
+class Programs:
+    """The programs of one backend, by the keys of what they were made from."""
+
+    def __init__(self, objects: Objects) -> None:
+        self.objects = objects
+        self.made: dict[tuple[str, str, tuple[str, ...]], Program] = {}
+        gl = objects.gl
+        self.limits = {
+            "vertex": gl.integer(g.MAX_VERTEX_UNIFORMS),
+            "fragment": gl.integer(g.MAX_FRAGMENT_UNIFORMS),
+        }
+        self.max_varyings = gl.integer(g.MAX_VARYINGS)
+        self.max_textures = gl.integer(g.MAX_TEXTURE_UNITS)
+
+    def pixel(self, program: ScalarProgram) -> Program:
+        key = ("", program.key, ())
+        if key not in self.made:
+            self._check(program)
+            fragment = GLSL(program).shader()
+            self.made[key] = self._link(Listing(FULLSCREEN, (NOWHERE,)), fragment, (program,))
+        return self.made[key]
+
+    def draw(
+        self, vertex: ScalarProgram, fragment: ScalarProgram | None, varyings: tuple[str, ...]
+    ) -> Program:
+        key = (vertex.key, "" if fragment is None else fragment.key, varyings)
+        if key not in self.made:
+            self._check(vertex)
+            if len(varyings) > self.max_varyings:
+                raise BackendError(
+                    f"gl: vertex kernel {vertex.name} hands over {len(varyings)} floats; "
+                    f"this device takes {self.max_varyings}"
+                )
+            first = GLSL(vertex, varyings).shader()
+            if fragment is None:
+                self.made[key] = self._link(first, Listing(NO_COLOUR, (NOWHERE,)), (vertex,))
+            else:
+                self._check(fragment)
+                self.made[key] = self._link(first, GLSL(fragment, varyings).shader(), (vertex, fragment))
+        return self.made[key]
+
+    def _check(self, program: ScalarProgram) -> None:
+        """What the device must hold, before a driver says so in its own words."""
+        limit = self.limits["vertex" if program.stage == "vertex" else "fragment"]
+        needed = 4 * (vec4_count(program.float_count) + vec4_count(program.int_count))
+        if needed > limit:
+            raise BackendError(
+                f"gl: kernel {program.name} has {needed} numbers as parameters; this device takes {limit}. "
+                "Make some of them Const, or put them into a picture"
+            )
+        if len(program.images) > self.max_textures:
+            raise BackendError(
+                f"gl: kernel {program.name} reads {len(program.images)} images; this device takes "
+                f"{self.max_textures}. Compile with fuse=False or split the kernel"
+            )
+
+    def _link(self, vertex: Listing, fragment: Listing, programs: tuple[ScalarProgram, ...]) -> Program:
+        gl = self.objects.gl
+        shaders: list[int] = []
+        name = gl.CreateProgram()
+        self.objects.alive.add(("Program", name))
+        try:
+            for kind, listing in ((g.VERTEX_SHADER, vertex), (g.FRAGMENT_SHADER, fragment)):
+                shaders.append(self._compile(kind, listing, programs[-1].name))
+                gl.AttachShader(name, shaders[-1])
+            gl.LinkProgram(name)
+            if not _status(gl.GetProgramiv, name, g.LINK_STATUS):
+                log = _log(gl.GetProgramiv, gl.GetProgramInfoLog, name)
+                raise BackendError(
+                    f"gl: the driver cannot link {' and '.join(p.name for p in programs)}: {log}"
+                )
+        except BackendError:
+            self.objects.delete("Program", name)
+            raise
+        finally:
+            for shader in shaders:
+                gl.DeleteShader(shader)
+        return self._described(name, programs)
+
+    def _compile(self, kind: int, listing: Listing, kernel: str) -> int:
+        gl = self.objects.gl
+        shader: int = gl.CreateShader(kind)
+        source = ctypes.c_char_p(listing.text.encode())
+        gl.ShaderSource(shader, 1, ctypes.byref(source), None)
+        gl.CompileShader(shader)
+        if not _status(gl.GetShaderiv, shader, g.COMPILE_STATUS):
+            log = _log(gl.GetShaderiv, gl.GetShaderInfoLog, shader)
+            gl.DeleteShader(shader)
+            raise BackendError(pointed(log, listing, kernel))
+        return shader
+
+    def _described(self, name: int, programs: tuple[ScalarProgram, ...]) -> Program:
+        gl, made, unit = self.objects.gl, Program(name), 0
+        gl.UseProgram(name)
+        for program in programs:
+            names = NAMES[program.stage]
+            made.stages[program.stage] = StageUniforms(
+                gl.GetUniformLocation(name, names.floats.encode()),
+                gl.GetUniformLocation(name, names.ints.encode()),
+                vec4_count(program.float_count),
+                vec4_count(program.int_count),
+            )
+            for k in range(len(program.images)):
+                gl.Uniform1i(gl.GetUniformLocation(name, f"{names.image}{k}".encode()), unit)
+                unit += 1
+        made.output_size = gl.GetUniformLocation(name, b"pg_output_size")
+        gl.UseProgram(0)
+        return made
+
+
+def pointed(log: str, listing: Listing, kernel: str) -> str:
+    """A driver's message with the kernel line behind the first generated line that it names."""
+    first = next((line for line in log.splitlines() if line.strip()), "no message")
+    found = _LINE.search(first)
+    message = f"the OpenGL driver refuses kernel {kernel}: {first.strip()}"
+    if found is None:
+        return f"gl: {message}"
+    return listing.span_at(int(found.group(1))).point_at(message)
+
+
+def _status(query: Any, name: int, what: int) -> int:
+    value = ctypes.c_int(0)
+    query(name, what, ctypes.byref(value))
+    return value.value
+
+
+def _log(query: Any, read: Any, name: int) -> str:
+    size = max(1, _status(query, name, g.INFO_LOG_LENGTH))
+    text = ctypes.create_string_buffer(size)
+    read(name, size, None, text)
+    return text.value.decode(errors="replace").strip()

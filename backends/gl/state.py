@@ -1,0 +1,160 @@
+"""Fixed-function state of passes, set in full before each: nothing is assumed about what others left."""
+
+from __future__ import annotations
+
+import ctypes
+from typing import Any
+
+from passgraph.backends.gl import functions as g
+from passgraph.backends.gl.functions import Functions
+from passgraph.backends.gl.textures import Texture
+from passgraph.draw_state import COMPARE, Blend, DrawState
+from passgraph.errors import BackendError
+
+_COMPARE = {name: 0x200 + k for k, name in enumerate(COMPARE)}
+_STENCIL = {
+    "keep": 0x1E00, "zero": 0, "replace": 0x1E01, "increment": 0x1E02, "increment_wrap": 0x8507,
+    "decrement": 0x1E03, "decrement_wrap": 0x8508, "invert": 0x150A,
+}  # fmt: skip
+_FACTORS = {
+    "zero": 0, "one": 1, "source_color": 0x300, "one_minus_source_color": 0x301, "source_alpha": 0x302,
+    "one_minus_source_alpha": 0x303, "destination_alpha": 0x304, "one_minus_destination_alpha": 0x305,
+    "destination_color": 0x306, "one_minus_destination_color": 0x307,
+}  # fmt: skip
+_EQUATIONS = {"add": 0x8006, "min": 0x8007, "max": 0x8008, "subtract": 0x800A, "reverse_subtract": 0x800B}
+_CULL = {"back": g.BACK, "front": g.FRONT}
+
+BLEND, CULL_FACE, DEPTH_TEST, STENCIL_TEST, SCISSOR_TEST = 0xBE2, 0xB44, 0xB71, 0xB90, 0xC11
+_POLYGON_OFFSET_FILL, _DEPTH_CLAMP, _RASTERIZER_DISCARD, _FRAMEBUFFER_SRGB = 0x8037, 0x864F, 0x8C89, 0x8DB9
+#: Always off: what a host program may have left on and what would change pictures.
+_OFF = (
+    SCISSOR_TEST, _DEPTH_CLAMP, _RASTERIZER_DISCARD, _FRAMEBUFFER_SRGB,
+    0x0BD0,  # dithering
+    0x0BF2,  # logic operation
+    0x0B41,  # polygon smoothing
+    0x809E, 0x80A0, 0x8E51,  # sample alpha to coverage, sample coverage, sample mask
+    0x3000, 0x3001, 0x3002, 0x3003, 0x3004, 0x3005,  # clip distances
+)  # fmt: skip
+_PIXEL_STORE = {
+    0xCF5: 1, 0xCF2: 0, 0xCF3: 0, 0xCF4: 0, 0xCF0: 0,  # unpack alignment, row length, skips, swapped bytes
+    0xD05: 1, 0xD02: 0, 0xD03: 0, 0xD04: 0, 0xD00: 0,  # pack
+}  # fmt: skip
+
+
+def set_common(gl: Functions, framebuffer: int, size: tuple[int, int]) -> None:
+    """What pixel passes, draws and clears share: the framebuffer, no surprises, all channels written."""
+    gl.BindFramebuffer(g.FRAMEBUFFER, framebuffer)
+    gl.Viewport(0, 0, *size)
+    for switch in _OFF:
+        gl.Disable(switch)
+    gl.PolygonMode(g.FRONT_AND_BACK, g.FILL)
+    gl.ColorMask(1, 1, 1, 1)
+
+
+def set_pixel_pass(gl: Functions, framebuffer: int, size: tuple[int, int]) -> None:
+    """No tests, no blending, every channel."""
+    set_common(gl, framebuffer, size)
+    for switch in (BLEND, CULL_FACE, DEPTH_TEST, STENCIL_TEST):
+        gl.Disable(switch)
+
+
+def set_transfers(gl: Functions) -> None:
+    """Tightly packed rows, no pixel buffers."""
+    gl.BindBuffer(g.PIXEL_PACK_BUFFER, 0)
+    gl.BindBuffer(g.PIXEL_UNPACK_BUFFER, 0)
+    for what, value in _PIXEL_STORE.items():
+        gl.PixelStorei(what, value)
+
+
+def bind_images(gl: Functions, images: list[Texture]) -> None:
+    """Textures from unit 0 on, without sampler objects (those would override how a texture is read)."""
+    for unit, image in enumerate(images):
+        gl.ActiveTexture(g.TEXTURE0 + unit)
+        gl.BindTexture(g.TEXTURE_2D, image.name)
+        gl.BindSampler(unit, 0)
+
+
+def set_draw(gl: Functions, state: DrawState, outputs: list[Texture], depth: Texture | None) -> None:
+    """Everything in a DrawState; :func:`set_common` came before, and clears are done."""
+    # The vertex shader turns pictures upside down, so fronts are clockwise here.
+    gl.FrontFace(g.CLOCKWISE)
+    _switch(gl, CULL_FACE, state.cull != "none")
+    if state.cull != "none":
+        gl.CullFace(_CULL[state.cull])
+    _switch(gl, DEPTH_TEST, depth is not None)
+    gl.DepthFunc(_COMPARE[state.depth_compare])
+    gl.DepthMask(int(state.depth_write))
+    factor, units = state.polygon_offset
+    _switch(gl, _POLYGON_OFFSET_FILL, (factor, units) != (0.0, 0.0))
+    gl.PolygonOffset(factor, units)
+    _set_stencil(gl, state)
+    _set_blend(gl, state.blend)
+    for k, texture in enumerate(outputs):
+        mask = state.color_mask[k] if state.color_mask else (True,) * 4
+        # Alpha behind a three-channel target stays 1, which is what a missing alpha reads as.
+        red, green, blue, alpha = (int(on) for on in (*mask[:3], mask[3] and not texture.padded))
+        gl.ColorMaski(k, red, green, blue, alpha)
+
+
+def _set_stencil(gl: Functions, state: DrawState) -> None:
+    stencil = state.stencil
+    _switch(gl, STENCIL_TEST, stencil is not None)
+    if stencil is not None:
+        gl.StencilFunc(_COMPARE[stencil.compare], stencil.reference, stencil.read_mask)
+        gl.StencilOp(_STENCIL[stencil.fail], _STENCIL[stencil.depth_fail], _STENCIL[stencil.passed])
+        gl.StencilMask(stencil.write_mask)
+
+
+def check_blends(gl: Functions, blends: tuple[Blend | None, ...], where: str) -> None:
+    """Whether this driver can blend targets in different ways, where the draw asks for it."""
+    if len({b for b in blends if b is not None}) > 1 and getattr(gl, "BlendFuncSeparatei") is None:  # noqa: B009
+        raise BackendError(
+            f"gl: {where} blends its targets in different ways, which takes OpenGL 4.0 or "
+            "GL_ARB_draw_buffers_blend, and this driver has neither; use one blend for all, or several draws"
+        )
+
+
+def _set_blend(gl: Functions, blends: tuple[Blend | None, ...]) -> None:
+    gl.Disable(BLEND)
+    different = len({b for b in blends if b is not None}) > 1
+    for k, blend in enumerate(blends):
+        if blend is None:
+            continue
+        gl.Enablei(BLEND, k)
+        source, destination, equation = blend.alpha_terms
+        factors = (
+            _FACTORS[blend.source],
+            _FACTORS[blend.destination],
+            _FACTORS[source],
+            _FACTORS[destination],
+        )
+        equations = (_EQUATIONS[blend.equation], _EQUATIONS[equation])
+        if different:
+            gl.BlendFuncSeparatei(k, *factors)
+            gl.BlendEquationSeparatei(k, *equations)
+        else:
+            gl.BlendFuncSeparate(*factors)
+            gl.BlendEquationSeparate(*equations)
+
+
+def _switch(gl: Functions, what: int, on: bool) -> None:
+    if on:
+        gl.Enable(what)
+    else:
+        gl.Disable(what)
+
+
+def clear_targets(
+    gl: Functions, colours: list[tuple[int, Any]], depth: float | None, stencil: int | None
+) -> None:
+    """Clear colour attachments (number, four floats), depth and stencil; masks are opened for it."""
+    for number, value in colours:
+        gl.ClearBufferfv(g.COLOR, number, value.ctypes.data)
+    if depth is None:
+        return
+    gl.DepthMask(1)
+    gl.StencilMask(0xFF)
+    if stencil is None:
+        gl.ClearBufferfv(g.DEPTH, 0, (ctypes.c_float * 1)(depth))
+    else:
+        gl.ClearBufferfi(g.DEPTH_STENCIL, 0, depth, stencil)

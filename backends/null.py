@@ -1,0 +1,85 @@
+"""The null backend: plans and compiles as usual, runs nothing; for tests of schedules and documentation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+
+from passgraph.backends.base import Backend, DeviceInfo, FloatBlock
+from passgraph.formats import Format
+from passgraph.graph import Geometry
+from passgraph.plan.data import DrawStep, PixelStep
+
+
+@dataclass(eq=False)
+class NullStorage:
+    """A picture in name only."""
+
+    format: Format
+    size: tuple[int, int]
+
+
+@dataclass
+class NullRunner:
+    """Notes that its step was run."""
+
+    step: PixelStep | DrawStep
+    calls: list[str]
+
+    def __call__(self, *_: Any, **__: Any) -> None:
+        self.calls.append(self.step.name)
+
+
+class NullBackend(Backend):
+    """Every picture reads as zeros; what would have happened is in ``compiled``, ``calls`` and ``storages``.
+
+    ``calls`` holds the names of steps in the order in which they were run; ``storages`` what was made and
+    not yet released.
+    """
+
+    name: ClassVar[str] = "null"
+
+    def __init__(self, device: str | None = None) -> None:
+        self.compiled: list[str] = []
+        self.calls: list[str] = []
+        self.storages: list[NullStorage] = []
+
+    @classmethod
+    def devices(cls) -> list[DeviceInfo]:
+        return [DeviceInfo("nothing", "null", "1")]
+
+    def make(self, format: Format, size: tuple[int, int]) -> NullStorage:
+        self.storages.append(NullStorage(format, size))
+        return self.storages[-1]
+
+    def upload(self, storage: NullStorage, picture: FloatBlock) -> None:
+        """Forgets the picture."""
+
+    def download(self, storage: NullStorage) -> FloatBlock:
+        width, height = storage.size
+        return np.zeros((height, width, storage.format.channels), np.float32)
+
+    def copy(self, source: NullStorage, destination: NullStorage) -> None:
+        """Nothing to copy."""
+
+    def geometry(self, mesh: Geometry) -> Geometry:
+        return mesh
+
+    def pixel_pass(self, step: PixelStep) -> NullRunner:
+        return self._compile(step)
+
+    def draw_pass(self, step: DrawStep) -> NullRunner:
+        return self._compile(step)
+
+    def _compile(self, step: PixelStep | DrawStep) -> NullRunner:
+        self.compiled.append(step.name)
+        return NullRunner(step, self.calls)
+
+    def release(self, storage: NullStorage) -> None:
+        if storage in self.storages:
+            self.storages.remove(storage)
+
+    def close(self) -> None:
+        self.storages.clear()

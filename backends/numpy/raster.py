@@ -1,0 +1,207 @@
+"""Host side of a draw: vertices, triangles into tiles, tiles into pixels, each step over all threads."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.backends.base import Block, vertex_attribute
+from passgraph.backends.numpy.jit import load_module
+from passgraph.backends.numpy.raster_code import attributes_of, tile_module, vertex_module
+from passgraph.backends.numpy.workers import Workers
+from passgraph.plan.data import DrawStep
+
+if TYPE_CHECKING:
+    from passgraph.backends.numpy.backend import Storage
+    from passgraph.graph import Geometry
+
+#: Triangles (and vertices) in one piece of work.
+CHUNK = 4096
+_CULL = {"none": 0, "back": 1, "front": 2}
+
+
+class Raster:
+    """A compiled draw.  Its scratch arrays live as long as it does and grow to what the mesh needs."""
+
+    def __init__(self, step: DrawStep, workers: Workers) -> None:
+        from passgraph.backends.numpy import raster_setup
+
+        self.step, self.workers, self.setup = step, workers, raster_setup
+        self.width, self.height = step.size
+        self.attributes = attributes_of(step)
+        self.vertices = load_module(vertex_module(step), step.name).vertices
+        self.tile = load_module(tile_module(step), step.name).tile
+        uses = step.fragment.images if step.fragment is not None else ()
+        names = [name for name, _ in step.images]
+        self.image_order = [names.index(use.name) for use in uses]
+        self.tiles_x = -(-self.width // raster_setup.TILE)
+        self.tiles_y = -(-self.height // raster_setup.TILE)
+        self._mesh: Geometry | None = None
+        self._warm_up()
+
+    def _warm_up(self) -> None:
+        """Compile by drawing nothing."""
+        from passgraph.backends.numpy.backend import _blanks, _dummies
+
+        mesh = _Nothing()
+        uniforms = Block(np.zeros(1, np.float32), np.zeros(1, np.int32))
+        self._prepare(mesh)
+        self._transform(mesh, uniforms)
+        self._assemble(mesh)
+        self._mesh = None
+        lists = np.zeros(1, np.int32)
+        self.tile(
+            0, 0, 0, 0, lists, self.made, self.window_x, self.window_y, self.depth, self.inverse_w, self.varyings, 1, 1,
+            *_dummies(len(self.image_order)), *_blanks(len(self.step.outputs)),
+            np.zeros(1, np.float32), np.zeros(1, np.uint8), uniforms.floats, uniforms.ints,
+        )  # fmt: skip
+
+    def __call__(
+        self, outputs: Sequence[Storage], depth: Storage | None, images: Sequence[Storage], geometry: Geometry,
+        vertex: Block, fragment: Block,
+    ) -> None:  # fmt: skip
+        self._clear(outputs, depth)
+        self._prepare(geometry)
+        self._transform(geometry, vertex)
+        ends = self._assemble(geometry)
+        offsets, lists = self._bin(ends)
+        self._draw(outputs, depth, images, fragment, offsets, lists)
+
+    def _clear(self, outputs: Sequence[Storage], depth: Storage | None) -> None:
+        from passgraph.backends.numpy.backend import quantized
+
+        for storage, clear in zip(outputs, self.step.clears, strict=True):
+            if clear is not None:
+                values = quantized(np.array(clear, np.float32), storage.format)
+                storage.values.reshape(-1, len(clear))[:] = values
+        if depth is not None and self.step.depth_clear is not None:
+            depth.values.fill(self.step.depth_clear)
+            if depth.stencil is not None:
+                depth.stencil.fill(self.step.state.clear_stencil)
+
+    def _prepare(self, mesh: Geometry) -> None:
+        """Attributes and scratch for a mesh, kept from run to run."""
+        if self._mesh is mesh:
+            return
+        self._mesh = mesh
+        self.arrays = [vertex_attribute(mesh, name) for name in self.attributes]
+        self.triangles: NDArray[np.int32] = np.ascontiguousarray(mesh.triangles, np.int32)
+        self.kinds = np.zeros(len(self.triangles), np.uint8)
+        self._size_vertices(len(mesh.positions))
+        self.made = np.zeros((max(1, len(self.triangles)), 8), np.int32)
+
+    def _size_vertices(self, count: int) -> None:
+        varyings = len(self.step.varyings)
+        self.clip = np.zeros((count, 4), np.float64)
+        self.varyings = np.zeros((count, varyings), np.float32)
+        self.window_x, self.window_y = np.zeros(count, np.int32), np.zeros(count, np.int32)
+        self.depth, self.inverse_w = np.zeros(count, np.float64), np.zeros(count, np.float64)
+
+    def _chunks(self, count: int) -> list[tuple[int, int]]:
+        return [(first, min(count, first + CHUNK)) for first in range(0, count, CHUNK)]
+
+    def _transform(self, mesh: Geometry, block: Block) -> None:
+        chunks = self._chunks(len(mesh.positions))
+
+        def piece(number: int) -> None:
+            first, last = chunks[number]
+            self.vertices(first, last, *self.arrays, block.floats, block.ints, self.clip, self.varyings)
+            self.setup.project(
+                first, last, self.clip, self.width, self.height, self.window_x, self.window_y, self.depth, self.inverse_w
+            )
+
+        self.workers.each(piece, len(chunks))
+
+    def _assemble(self, mesh: Geometry) -> list[tuple[int, int]]:
+        """Triangles to draw, chunk by chunk; returns where each chunk's lie."""
+        chunks = self._chunks(len(self.triangles))
+        counts = [(0, 0)] * len(chunks)
+
+        def classify(number: int) -> None:
+            first, last = chunks[number]
+            counts[number] = self.setup.classify(first, last, self.triangles, self.clip, self.kinds)
+
+        self.workers.each(classify, len(chunks))
+        corners = self.setup.MAX_CORNERS
+        room = [direct + (corners - 2) * clipped for direct, clipped in counts]
+        # Each plane adds at most two vertices to a polygon.
+        fresh = [12 * clipped for _, clipped in counts]
+        self._grow(len(mesh.positions) + sum(fresh), sum(room))
+        starts = np.concatenate([[0], np.cumsum(room)]).astype(int)
+        frees = len(mesh.positions) + np.concatenate([[0], np.cumsum(fresh)]).astype(int)
+        ends: list[tuple[int, int]] = [(0, 0)] * len(chunks)
+        cull = _CULL[self.step.state.cull]
+
+        def assemble(number: int) -> None:
+            first, last = chunks[number]
+            end = self.setup.assemble(
+                first, last, self.triangles, self.kinds, self.clip, self.varyings, int(frees[number]), self.width, self.height,
+                cull, self.window_x, self.window_y, self.depth, self.inverse_w, self.made, int(starts[number]),
+            )  # fmt: skip
+            ends[number] = (int(starts[number]), end)
+
+        self.workers.each(assemble, len(chunks))
+        return ends
+
+    def _grow(self, vertices: int, triangles: int) -> None:
+        """More room, keeping what is there."""
+        for name in ("clip", "varyings", "window_x", "window_y", "depth", "inverse_w"):
+            array = getattr(self, name)
+            if len(array) < vertices:
+                grown = np.zeros((vertices, *array.shape[1:]), array.dtype)
+                grown[: len(array)] = array
+                setattr(self, name, grown)
+        if len(self.made) < triangles:
+            self.made = np.zeros((triangles, 8), np.int32)
+
+    def _bin(self, ends: list[tuple[int, int]]) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
+        """Each tile's triangles in submission order: offsets of tiles into one list."""
+        tiles = self.tiles_x * self.tiles_y
+        counts = np.zeros((len(ends), tiles), np.int64)
+
+        def count(number: int) -> None:
+            self.setup.count_tiles(*ends[number], self.made, self.tiles_x, counts[number])
+
+        self.workers.each(count, len(ends))
+        by_tile = counts.T.ravel()
+        starts = np.concatenate([[0], np.cumsum(by_tile)])
+        cursors = np.ascontiguousarray(starts[:-1].reshape(tiles, len(ends)).T)
+        lists = np.empty(max(1, int(starts[-1])), np.int32)
+
+        def fill(number: int) -> None:
+            self.setup.fill_tiles(*ends[number], self.made, self.tiles_x, cursors[number], lists)
+
+        self.workers.each(fill, len(ends))
+        return starts[:: len(ends)].astype(np.int64), lists
+
+    def _draw(
+        self, outputs: Sequence[Storage], depth: Storage | None, images: Sequence[Storage], block: Block,
+        offsets: NDArray[np.int64], lists: NDArray[np.int32],
+    ) -> None:  # fmt: skip
+        from passgraph.backends.numpy.backend import _image_arguments
+
+        arguments = _image_arguments(images, self.image_order)
+        stores = [output.values for output in outputs]
+        depths = depth.values if depth is not None else np.zeros(1, np.float32)
+        stencil = depth.stencil if depth is not None and depth.stencil is not None else np.zeros(1, np.uint8)
+        busy = np.flatnonzero(np.diff(offsets))
+
+        def piece(number: int) -> None:
+            tile = int(busy[number])
+            self.tile(
+                tile % self.tiles_x, tile // self.tiles_x, int(offsets[tile]), int(offsets[tile + 1]), lists, self.made,
+                self.window_x, self.window_y, self.depth, self.inverse_w, self.varyings, self.width, self.height,
+                *arguments, *stores, depths, stencil, block.floats, block.ints,
+            )  # fmt: skip
+
+        self.workers.each(piece, len(busy))
+
+
+class _Nothing:
+    """A mesh that covers nothing: one vertex, one triangle of it."""
+
+    positions = np.zeros((1, 3), np.float32)
+    triangles = np.zeros((1, 3), np.int32)

@@ -1,0 +1,221 @@
+"""The opencl backend: one device, its queue, and everything made on it."""
+
+from __future__ import annotations
+
+from contextlib import contextmanager
+from collections.abc import Iterator
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.backends.base import Backend, Block, DeviceInfo, DrawRunner, FloatBlock, PixelRunner
+from passgraph.backends.opencl.devices import choose, device_infos
+from passgraph.backends.opencl.programs import Programs
+from passgraph.backends.opencl.storage import ImageLayout, Storage, decode, encode
+from passgraph.errors import BackendError
+from passgraph.formats import Format
+from passgraph.graph import Geometry
+from passgraph.plan.data import DrawStep, PixelStep
+
+
+class OpenCLBackend(Backend):
+    """Runs passes on an OpenCL 1.2 device.
+
+    ``device`` is a number counted over all platforms, or a part of a device's or platform's name.
+    """
+
+    name: ClassVar[str] = "opencl"
+
+    def __init__(self, device: str | None = None) -> None:
+        super().__init__(device)
+        self.device = choose(device)
+        import pyopencl as cl
+
+        self.cl = cl
+        self.context: Any = cl.Context([self.device])
+        self.queue: Any = cl.CommandQueue(self.context, self.device)
+        self.programs = Programs(self.context, self.device)
+        self.alive: dict[int, Any] = {}  # every buffer not yet given back, by its id
+        self.scratch: dict[str, Any] = {}  # buffers that draws share, by purpose; they only grow
+        self.closed = False
+        self.is_cpu = bool(self.device.type & cl.device_type.CPU)
+        self.max_bytes = int(self.device.max_mem_alloc_size)
+
+    @classmethod
+    def devices(cls) -> list[DeviceInfo]:
+        return device_infos()
+
+    # Buffers
+
+    def allocate(self, size: int, what: str) -> Any:
+        """A buffer of so many bytes, registered until :meth:`free`.
+
+        Raises
+        ------
+        BackendError
+            When the device has no room, with what was wanted and what there is.
+        """
+        self.check_open()
+        size = max(int(size), 4)
+        if size > self.max_bytes:
+            raise BackendError(
+                f"{what} needs {size:,} bytes; {self.device.name.strip()} gives at most {self.max_bytes:,} at once "
+                f"(of {self.device.global_mem_size:,}); use a smaller size or format"
+            )
+        with self.reported(f"making {what} of {size:,} bytes"):
+            buffer = self.cl.Buffer(self.context, self.cl.mem_flags.READ_WRITE, size)
+        self.alive[buffer.int_ptr] = buffer
+        return buffer
+
+    def free(self, buffer: Any) -> None:
+        if buffer is not None and self.alive.pop(buffer.int_ptr, None) is not None:
+            buffer.release()
+
+    def scratch_buffer(self, purpose: str, size: int) -> Any:
+        """A buffer that every draw may use while its commands are queued."""
+        held = self.scratch.get(purpose)
+        if held is None or held.size < size:
+            self.free(held)
+            self.scratch.pop(purpose, None)
+            # Half as much again, so that slowly growing needs do not allocate each time.
+            roomy = min(size + size // 2, self.max_bytes) if held is not None else size
+            self.scratch[purpose] = self.allocate(max(size, roomy), f"scratch memory ({purpose})")
+        return self.scratch[purpose]
+
+    def fill(self, buffer: Any, size: int) -> None:
+        self.cl.enqueue_fill_buffer(self.queue, buffer, np.uint8(0), 0, size)
+
+    def write(self, buffer: Any, array: NDArray[Any]) -> None:
+        """Host array into a buffer.  The array must not change until :meth:`finish`."""
+        self.cl.enqueue_copy(self.queue, buffer, array, is_blocking=False)
+
+    def read(self, buffer: Any, array: NDArray[Any]) -> None:
+        self.cl.enqueue_copy(self.queue, array, buffer, is_blocking=True)
+
+    @contextmanager
+    def reported(self, doing: str) -> Iterator[None]:
+        """Driver errors as BackendError that says what was being done."""
+        try:
+            yield
+        except self.cl.MemoryError as error:
+            raise BackendError(
+                f"{self.device.name.strip()} is out of memory while {doing} "
+                f"({self.device.global_mem_size:,} bytes in all): {error}"
+            ) from None
+        except self.cl.Error as error:
+            raise BackendError(f"the OpenCL driver failed while {doing}: {error}") from None
+
+    # Pictures
+
+    def make(self, format: Format, size: tuple[int, int]) -> Storage:  # noqa: A002
+        pixels = size[0] * size[1]
+        layout = ImageLayout(format.kind, format.channels, size)
+        what = f"a target of {size[0]}x{size[1]} pixels {format.name}"
+        storage = Storage(format, size, self.allocate(layout.bytes, what))
+        self.fill(storage.buffer, layout.bytes)
+        if format.stencil:
+            storage.stencil = self.allocate(pixels, f"the stencil of {what}")
+            self.fill(storage.stencil, pixels)
+        return storage
+
+    def upload(self, storage: Storage, picture: FloatBlock) -> None:
+        self.check_open()
+        array = encode(picture, storage)
+        with self.reported("uploading a picture"):
+            self.cl.enqueue_copy(self.queue, storage.buffer, array, is_blocking=True)
+
+    def download(self, storage: Storage) -> FloatBlock:
+        self.check_open()
+        from passgraph.backends.opencl.storage import DTYPES
+
+        stored = np.empty(storage.shape, DTYPES[storage.format.kind])
+        with self.reported("downloading a picture"):
+            self.read(storage.buffer, stored)
+        return decode(stored, storage.format.kind)
+
+    def download_stencil(self, storage: Storage) -> NDArray[np.uint8]:
+        """The stencil of a depth-stencil storage, (height, width)."""
+        stored = np.empty(storage.shape[:2], np.uint8)
+        with self.reported("downloading a stencil"):
+            self.read(storage.stencil, stored)
+        return stored
+
+    def copy(self, source: Storage, destination: Storage) -> None:
+        if source.layout != destination.layout:
+            raise BackendError(f"cannot copy {source.layout} into {destination.layout}")
+        with self.reported("copying a picture"):
+            self.cl.enqueue_copy(self.queue, destination.buffer, source.buffer, byte_count=source.layout.bytes)
+            if source.stencil is not None and destination.stencil is not None:
+                pixels = source.size[0] * source.size[1]
+                self.cl.enqueue_copy(self.queue, destination.stencil, source.stencil, byte_count=pixels)
+
+    def release(self, storage: Storage) -> None:
+        if not storage.released:
+            storage.released = True
+            self.free(storage.buffer)
+            self.free(storage.stencil)
+
+    # Passes
+
+    def geometry(self, mesh: Geometry) -> Any:
+        from passgraph.backends.opencl.geometry import DeviceMesh
+
+        self.check_open()
+        return DeviceMesh(self, mesh)
+
+    def pixel_pass(self, step: PixelStep) -> PixelRunner:
+        from passgraph.backends.opencl.pixel import PixelPassRunner
+
+        self.check_open()
+        return PixelPassRunner(self, step)
+
+    def draw_pass(self, step: DrawStep) -> DrawRunner:
+        from passgraph.backends.opencl.raster import DrawPassRunner
+
+        self.check_open()
+        return DrawPassRunner(self, step)
+
+    def finish(self) -> None:
+        if not self.closed:
+            with self.reported("finishing"):
+                self.queue.finish()
+
+    def check_open(self) -> None:
+        if self.closed:
+            raise BackendError("this opencl backend was closed; open another one")
+
+    def close(self) -> None:
+        if self.closed:
+            return
+        self.finish()
+        self.closed = True
+        for buffer in list(self.alive.values()):
+            self.free(buffer)
+        self.scratch.clear()
+        self.programs.close()
+        # pyopencl gives a context back when its last Python object goes: hold none.
+        self.queue = None
+        self.context = None
+        self.programs.context = None
+
+
+class Uniforms:
+    """The parameters of one stage on the device, written again only when they change."""
+
+    def __init__(self, backend: OpenCLBackend, floats: int, ints: int, what: str) -> None:
+        self.backend = backend
+        self.sizes = max(1, floats), max(1, ints)
+        self.buffers = tuple(backend.allocate(4 * n, f"the parameters of {what}") for n in self.sizes)
+        self.held: list[bytes] = [b"", b""]
+
+    def update(self, block: Block) -> None:
+        for i, array in enumerate((block.floats, block.ints)):
+            raw = array.tobytes()
+            if raw != self.held[i]:
+                self.backend.write(self.buffers[i], np.frombuffer(raw, np.uint8))
+                self.held[i] = raw
+
+    def fits_constant(self) -> bool:
+        """Whether every block fits into the device's constant memory."""
+        return 4 * max(self.sizes) <= int(self.backend.device.max_constant_buffer_size)

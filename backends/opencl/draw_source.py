@@ -1,0 +1,236 @@
+"""OpenCL C of one draw: its kernels and its state around the text of raster.cl and pixels.cl."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from passgraph.backends.base import ATTRIBUTES
+from passgraph.backends.opencl.draw_tests import blended, compare, stencil_update
+from passgraph.backends.opencl.opencl_c import (
+    ELEMENTS,
+    INT_LIMIT,
+    OpenCLPrinter,
+    join,
+    load_expression,
+    package_text,
+    prologue,
+    store_expression,
+)
+from passgraph.backends.opencl.storage import ImageLayout
+from passgraph.backends.printing import Listing
+from passgraph.language.scalar import ScalarProgram
+from passgraph.plan.data import DrawStep
+
+CULL = {"none": 0, "back": 1, "front": 2}
+
+
+@dataclass(frozen=True)
+class DrawLayouts:
+    """What the storages of a draw look like."""
+
+    images: tuple[ImageLayout, ...]
+    outputs: tuple[ImageLayout, ...]
+    depth: bool
+    stencil: bool
+
+
+def draw_source(step: DrawStep, layouts: DrawLayouts, tile: int, *, serial: bool, constant: bool) -> Listing:
+    """The whole source; ``serial`` gives a tile to one work-item instead of a work-group."""
+    return join(
+        prologue(constant),
+        _defines(step, layouts, tile, serial),
+        _vertex(step),
+        package_text("raster.cl"),
+        _clear(step, layouts),
+        _shade(step, layouts),
+        package_text("pixels.cl"),
+    )
+
+
+def vertex_attributes(program: ScalarProgram) -> list[str]:
+    """Attributes that a vertex kernel reads, in a fixed order."""
+    read = {name.split(".")[1] for name, _ in program.builtins if name.startswith("vertex.")}
+    return [name for name in ATTRIBUTES if name in read]
+
+
+def _defines(step: DrawStep, layouts: DrawLayouts, tile: int, serial: bool) -> str:
+    width, height = step.size
+    factor, units = (OpenCLPrinter(step.vertex, {}).float_literal(n) for n in step.state.polygon_offset)
+    fragment = step.fragment
+    resources = [f"__global const {ELEMENTS[o.kind]}* restrict image{i}" for i, o in enumerate(layouts.images)]
+    resources += [f"__global {ELEMENTS[o.kind]}* restrict out{i}" for i, o in enumerate(layouts.outputs)]
+    resources += ["__global float* restrict depths"] if layouts.depth else []
+    resources += ["__global uchar* restrict stencils"] if layouts.stencil else []
+    resources += ["PG_UNIFORMS float* restrict floats", "PG_UNIFORMS int* restrict ints"]
+    names = [text.split()[-1] for text in resources]
+    # The raster kernels have parameters of these names of their own.
+    resources = [
+        text.removesuffix(name) + f"pg_{name}" for text, name in zip(resources, names, strict=True)
+    ]
+    rows = {
+        "PG_WIDTH": width,
+        "PG_HEIGHT": height,
+        "PG_TILE": tile,
+        "PG_TILES_X": -(-width // tile),
+        "PG_TILES_Y": -(-height // tile),
+        "PG_SENT": len(step.varyings),
+        "PG_CULL": CULL[step.state.cull],
+        "PG_OFFSET": int(step.state.polygon_offset != (0.0, 0.0)),
+        "PG_OFFSET_FACTOR": factor,
+        "PG_OFFSET_UNITS": units,
+        "PG_DEPTH": int(layouts.depth),
+        "PG_READS_DEPTH": int(fragment is not None and any(n == "fragment_depth" for n, _ in fragment.builtins)),
+        "PG_SERIAL": int(serial),
+        "PG_INDEX": "int" if width * height * 4 < INT_LIMIT else "long",
+        "PG_RESOURCES": ", ".join(resources),
+        "PG_PASS": ", ".join(f"pg_{name}" for name in names),
+    }
+    return "".join(f"#define {name} {value}\n" for name, value in rows.items())
+
+
+def _vertex(step: DrawStep) -> Listing:
+    """``pg_vertices``: clip positions and varyings of every vertex."""
+    program = step.vertex
+    builtins = {}
+    for attribute, (_, components) in ATTRIBUTES.items():
+        for k in range(components):
+            builtins[f"vertex.{attribute}.{k}"] = f"in_{attribute}[{components} * vertex + {k}]"
+    printer = OpenCLPrinter(program, builtins, prefix="pg_vertex_")
+    parameters = [f"__global const float* restrict in_{name}" for name in vertex_attributes(program)]
+    parameters += ["PG_UNIFORMS float* restrict floats", "PG_UNIFORMS int* restrict ints"]
+    parameters += ["__global float* restrict clip", "__global float* restrict sent", "int count"]
+    printer.open(f"__kernel void pg_vertices({', '.join(parameters)})")
+    printer.line("int vertex = (int)get_global_id(0);\nif (vertex >= count) { return; }")
+    printer.variables()
+    printer.block(program.body)
+    position, *others = program.outputs
+    for k, value in enumerate(position.values):
+        printer.line(f"clip[4 * vertex + {k}] = {printer.operand(value)};")
+    sent = [value for output in others for value in output.values]
+    for k, value in enumerate(sent):
+        printer.line(f"sent[{len(sent)} * vertex + {k}] = {printer.operand(value)};")
+    return printer.close()
+
+
+def _clear(step: DrawStep, layouts: DrawLayouts) -> str:
+    """``pg_clear_pixel``: what the draw clears, at one pixel."""
+    printer = OpenCLPrinter(step.vertex, {})
+    lines = []
+    for i, (values, layout) in enumerate(zip(step.clears, layouts.outputs, strict=True)):
+        if values is None:
+            continue
+        spread = values * layout.channels if len(values) == 1 else values
+        for k, value in enumerate(spread):
+            stored = store_expression(layout.kind, printer.float_literal(value))
+            lines.append(f"pg_out{i}[at * {layout.channels} + {k}] = {stored};")
+    if layouts.depth and step.depth_clear is not None:
+        lines.append(f"pg_depths[at] = {printer.float_literal(step.depth_clear)};")
+        if layouts.stencil:
+            lines.append(f"pg_stencils[at] = {step.state.clear_stencil & 255};")
+    body = "".join(f"    {line}\n" for line in lines)
+    return (
+        "void pg_clear_pixel(int x, int y, PG_RESOURCES)\n"
+        f"{{\n    PG_INDEX at = (PG_INDEX)y * PG_WIDTH + x;\n{body}}}\n"
+    )
+
+
+def _shade(step: DrawStep, layouts: DrawLayouts) -> Listing:
+    """``pg_shade``: tests, the fragment kernel and the writes for a covered pixel."""
+    program = step.fragment if step.fragment is not None else EMPTY
+    width, height = step.size
+    builtins = {
+        "pixel.0": "x",
+        "pixel.1": "y",
+        "output_size.0": str(width),
+        "output_size.1": str(height),
+        "front_facing": "front",
+        "fragment_depth": "depth",
+        **{f"varying.{name}": f"varying{k}" for k, name in enumerate(step.varyings)},
+    }
+    images = {
+        name: (f"pg_image{i}", layout)
+        for i, ((name, _), layout) in enumerate(zip(step.images, layouts.images, strict=True))
+    }
+    printer = FragmentPrinter(program, builtins, images, prefix="pg_fragment_")
+    printer.open(
+        "void pg_shade(int x, int y, float u, float v, float depth, bool front, "
+        "__global const float* tri, PG_RESOURCES)"
+    )
+    printer.line("PG_INDEX at = (PG_INDEX)y * PG_WIDTH + x;")
+    early, late = _tests(step, layouts, discards=program.keep is not None)
+    printer.line(early)
+    if step.varyings:
+        printer.line("float near = tri[3] + (tri[4] - tri[3]) * u + (tri[5] - tri[3]) * v;")
+    for k in range(len(step.varyings)):
+        a, b, c = (f"tri[{8 + 3 * k + j}]" for j in range(3))
+        printer.line(f"float varying{k} = ({a} + ({b} - {a}) * u + ({c} - {a}) * v) / near;")
+    printer.variables()
+    printer.block(program.body)
+    if program.keep is not None:
+        printer.line(f"if (!({printer.operand(program.keep)})) {{ return; }}")
+    printer.line(late)
+    for i, output in enumerate(program.outputs):
+        _write(printer, step, i, layouts.outputs[i], [printer.operand(value) for value in output.values])
+    return printer.close()
+
+
+class FragmentPrinter(OpenCLPrinter):
+    """A fragment kernel's uniforms come with the resources of the draw."""
+
+    def uniform(self, block: str, index: str | int) -> str:
+        return f"pg_{block}s[{index}]"
+
+
+EMPTY = ScalarProgram("none", "fragment", (), (), None, (), (), (), (), ())
+
+
+def _tests(step: DrawStep, layouts: DrawLayouts, *, discards: bool) -> tuple[str, str]:
+    """Stencil and depth, split into what runs before the fragment kernel and what runs after it.
+
+    A discarded fragment changes nothing, so a kernel that discards runs before anything is written.
+    """
+    state = step.state
+    if not layouts.depth:
+        return "", ""
+    passes = compare(state.depth_compare, "depth", "pg_depths[at]")
+    write = "pg_depths[at] = depth;" if state.depth_write else ""
+    if state.stencil is None or not layouts.stencil:
+        reject = f"if (!({passes})) {{ return; }}"
+        return (reject, write) if discards else (f"{reject}\n{write}", "")
+    stencil = state.stencil
+    masked = f"((int)pg_stencils[at] & {stencil.read_mask})"
+    lines = [
+        f"if (!({compare(stencil.compare, str(stencil.reference & stencil.read_mask), masked)})) {{",
+        f"    {stencil_update(stencil.fail, stencil)}",
+        "    return;",
+        "}",
+        f"if (!({passes})) {{",
+        f"    {stencil_update(stencil.depth_fail, stencil)}",
+        "    return;",
+        "}",
+        stencil_update(stencil.passed, stencil),
+        write,
+    ]
+    text = "\n".join(lines)
+    return ("", text) if discards else (text, "")
+
+
+def _write(printer: OpenCLPrinter, step: DrawStep, i: int, layout: ImageLayout, values: Sequence[str]) -> None:
+    """Blend, mask and store one target."""
+    state = step.state
+    mask = state.color_mask[i] if state.color_mask else (True,) * 4
+    blend = state.blend[i] if state.blend else None
+    at = [f"at * {layout.channels} + {k}" for k in range(layout.channels)]
+    results = list(values)
+    if blend is not None:
+        stored = [load_expression(layout.kind, f"pg_out{i}", index) for index in at]
+        for k, (value, old) in enumerate(zip(values, stored, strict=True)):
+            if layout.kind.startswith("unorm"):
+                value = f"clamp({value}, 0.0f, 1.0f)"
+            printer.line(f"float s{i}_{k} = {value}, d{i}_{k} = {old};")
+        source, destination = ([f"{c}{i}_{k}" for k in range(layout.channels)] for c in "sd")
+        results = blended(blend, source, destination)
+    for k, result in enumerate(results):
+        if mask[k]:
+            printer.line(f"pg_out{i}[{at[k]}] = {store_expression(layout.kind, result)};")

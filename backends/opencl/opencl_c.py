@@ -1,0 +1,167 @@
+"""Prints scalar programs in OpenCL C 1.2."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib import resources
+from typing import ClassVar
+
+from passgraph.backends.opencl.storage import ImageLayout
+from passgraph.backends.printing import FLOOR_DIVIDE, INT_MOD, MIRROR, REPEAT, Listing, Printer
+from passgraph.language import scalar as s
+from passgraph.language.source import NOWHERE
+
+#: Kind of a format → element type of its buffer.
+ELEMENTS = {"float": "float", "depth": "float", "half": "ushort", "unorm8": "uchar", "unorm16": "ushort"}
+#: The first index that no longer fits into int.
+INT_LIMIT = 1 << 31
+
+FUNCTIONS = {
+    "pg_floor_divide": FLOOR_DIVIDE,
+    "pg_int_mod": INT_MOD,
+    "pg_repeat": REPEAT,
+    "pg_mirror": MIRROR,
+}
+
+
+def package_text(name: str) -> str:
+    """An OpenCL C file of this package."""
+    return resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
+
+
+def load_expression(kind: str, image: str, index: str) -> str:
+    """One channel as float."""
+    if kind == "half":
+        return f"pg_load_half({image}[{index}])"
+    if kind == "unorm8":
+        return f"((float){image}[{index}] / 255.0f)"
+    if kind == "unorm16":
+        return f"((float){image}[{index}] / 65535.0f)"
+    return f"{image}[{index}]"
+
+
+def store_expression(kind: str, value: str) -> str:
+    """What is stored for a float; one that the format holds is stored as it is."""
+    if kind == "half":
+        return f"pg_store_half({value})"
+    if kind == "unorm8":
+        return f"convert_uchar_sat_rte(({value}) * 255.0f)"
+    if kind == "unorm16":
+        return f"convert_ushort_sat_rte(({value}) * 65535.0f)"
+    return value
+
+
+def join(*parts: Listing | str) -> Listing:
+    """Pieces of source one after the other; text of our own has no kernel behind it."""
+    texts, spans = [], []
+    for part in parts:
+        listing = part if isinstance(part, Listing) else Listing(part, (NOWHERE,) * part.count("\n"))
+        texts.append(listing.text)
+        spans.extend(listing.spans)
+    return Listing("".join(texts), tuple(spans))
+
+
+def prologue(constant_uniforms: bool) -> str:
+    """What every source begins with."""
+    space = "__constant" if constant_uniforms else "__global const"
+    functions = "".join(FUNCTIONS.values())
+    return f"#define PG_UNIFORMS {space}\n{package_text('helpers.cl')}{functions}"
+
+
+class OpenCLPrinter(Printer):
+    """The body of one program; the enclosing function is the caller's.
+
+    ``builtins`` maps names to expressions; ``images`` names to buffer parameter and layout.  With ``inner``
+    every relative texel is known to lie inside, so that no border code is printed.
+    """
+
+    target = "opencl"
+    float_suffix: ClassVar[str] = "f"
+
+    def __init__(
+        self,
+        program: s.ScalarProgram,
+        builtins: Mapping[str, str],
+        images: Mapping[str, tuple[str, ImageLayout]] | None = None,
+        *,
+        inner: bool = False,
+        prefix: str = "",
+    ) -> None:
+        super().__init__(program)
+        self.builtins = builtins
+        self.images = images or {}
+        self.inner = inner
+        self.prefix = prefix  # of tables, so that two programs fit into one source
+        self.indices = 0
+
+    def float_from_bits(self, bits: int) -> str:
+        return f"as_float({self.int_literal(bits)})"
+
+    def uniform(self, block: str, index: str | int) -> str:
+        return f"{block}s[{index}]"
+
+    def table(self, name: str, index: str) -> str:
+        return f"{self.prefix}{name}[{index}]"
+
+    def builtin(self, name: str) -> str:
+        if name.startswith("size."):
+            image, _, axis = name.removeprefix("size.").rpartition(".")
+            return str(self.images[image][1].size[int(axis)])
+        return self.builtins[name]
+
+    def texel(self, load: s.LoadTexel) -> None:
+        buffer, layout = self.images[load.image]
+        x, y = self.operand(load.x), self.operand(load.y)
+        if load.relative:
+            x, y = (self._moved(axis, offset) for axis, offset in (("x", load.x), ("y", load.y)))
+        inside = load.relative and (self.inner or self._here(load))
+        self.indices += 1
+        index, here = f"i{self.indices}", f"h{self.indices}"
+        width, height = layout.size
+        if not inside and load.border == "zero":
+            self.line(f"bool {here} = {x} >= 0 && {x} < {width} && {y} >= 0 && {y} < {height};")
+        if not inside:
+            x, y = self._bordered(load.border, x, width), self._bordered(load.border, y, height)
+        type_ = "int" if width * height * layout.channels < INT_LIMIT else "long"
+        at = f"(({type_}){y} * {width} + {x})"
+        self.line(f"{type_} {index} = {at if layout.channels == 1 else f'{at} * {layout.channels}'};")
+        for channel, value in enumerate(load.to):
+            if value is None:
+                continue
+            texel = load_expression(layout.kind, buffer, f"{index} + {channel}" if channel else index)
+            if not inside and load.border == "zero":
+                texel = f"({here} ? {texel} : 0.0f)"
+            self.value(value, texel)
+
+    def _moved(self, axis: str, offset: s.Operand) -> str:
+        if isinstance(offset, s.Lit):
+            number = int(offset.value)
+            return axis if number == 0 else f"({axis} {'+' if number > 0 else '-'} {abs(number)})"
+        return f"({axis} + {self.operand(offset)})"
+
+    @staticmethod
+    def _here(load: s.LoadTexel) -> bool:
+        return all(isinstance(offset, s.Lit) and offset.value == 0 for offset in (load.x, load.y))
+
+    @staticmethod
+    def _bordered(border: str, position: str, count: int) -> str:
+        if border == "repeat":
+            return f"pg_repeat({position}, {count})"
+        if border == "mirror":
+            return f"pg_mirror({position}, {count})"
+        return f"clamp({position}, 0, {count - 1})"
+
+    def open(self, head: str) -> None:
+        """Tables, then the function's head and variables."""
+        for name, type_, values in self.program.tables:
+            element = "int" if type_ == "bool" else type_
+            entries = ", ".join(self.literal(s.Lit(element, value)) for value in values)
+            self.line(f"__constant {element} {self.prefix}{name}[{len(values)}] = {{{entries}}};")
+        self.line(head)
+        self.line("{")
+        self.depth += 1
+
+    def close(self) -> Listing:
+        self.depth -= 1
+        self.line("}")
+        return self.listing()

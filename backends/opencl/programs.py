@@ -1,0 +1,62 @@
+"""Builds generated source: once a process and source; pyopencl or the driver keep binaries on disk."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from typing import Any
+
+from passgraph.backends.printing import Listing
+from passgraph.errors import BackendError
+from passgraph.language.source import NOWHERE
+
+#: ``file.cl:12:5: error: …`` (clang, so PoCL, Intel, AMD) and ``<kernel>:12:5: error: …`` (NVIDIA).
+MESSAGE = re.compile(r":(\d+):\d+:\s*(?:fatal )?error")
+#: Characters of a driver's log that an error repeats.
+LOG_CHARACTERS = 2000
+
+
+class Programs:
+    """Built programs of one context by source text."""
+
+    def __init__(self, context: Any, device: Any) -> None:
+        import pyopencl as cl
+
+        self.context = context
+        rounded = device.single_fp_config & cl.device_fp_config.CORRECTLY_ROUNDED_DIVIDE_SQRT
+        self.options = ["-cl-std=CL1.2", *(["-cl-fp32-correctly-rounded-divide-sqrt"] if rounded else [])]
+        self.built: dict[str, Any] = {}
+
+    def build(self, listing: Listing, what: str) -> Any:
+        """The built program of a source.
+
+        Raises
+        ------
+        BackendError
+            When the driver refuses it, naming the kernel's file and line and what the driver said.
+        """
+        import pyopencl as cl
+
+        if listing.text not in self.built:
+            program = cl.Program(self.context, listing.text)
+            try:
+                with warnings.catch_warnings():
+                    # Compilers talk even when all is well.
+                    warnings.simplefilter("ignore", cl.CompilerWarning)
+                    self.built[listing.text] = program.build(self.options)
+            except cl.Error as error:
+                raise build_error(listing, what, str(error)) from None
+        return self.built[listing.text]
+
+    def close(self) -> None:
+        self.built.clear()
+
+
+def build_error(listing: Listing, what: str, log: str) -> BackendError:
+    """The kernel line behind the first error in a compiler's log."""
+    found = MESSAGE.search(log)
+    span = listing.span_at(int(found.group(1))) if found else NOWHERE
+    if span == NOWHERE:
+        span = next((one for one in listing.spans if one != NOWHERE), NOWHERE)
+    message = f"the OpenCL driver refuses {what}; this is a defect of passgraph or of the driver. It said:"
+    return BackendError(f"{span.point_at(message)}\n{log.strip()[:LOG_CHARACTERS]}")

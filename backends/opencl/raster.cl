@@ -1,0 +1,287 @@
+// Triangles into tiles, tiles into pixels; docs/rasterisation.md has the rules by number.
+//
+// The host defines, before this text: PG_WIDTH, PG_HEIGHT, PG_TILE, PG_TILES_X, PG_TILES_Y, PG_SENT (varyings),
+// PG_CULL (0 none, 1 back, 2 front), PG_OFFSET and its two numbers, PG_RESOURCES and PG_PASS (parameters and
+// arguments: images, targets, depth, stencil, uniforms), pg_clear_pixel() and pg_shade().
+
+// A triangle in slot t: six window coordinates in 1/256 pixel, wound so that its area is positive;
+// the box of pixels that it can touch (x, X, y, Y; empty where x > X); whether it faces front.
+#define PG_INTS 12
+// Three depths, three 1/w, 1/area, polygon offset, then for each varying three values over w.
+#define PG_FLOATS (8 + 3 * PG_SENT)
+#define PG_CORNER (4 + PG_SENT)
+
+typedef struct { float v[PG_CORNER]; } pg_corner;
+
+// Distance inside a plane of rule 1.  The sign of a float sum is exact, so this is z >= -w and so on.
+float pg_distance(const float* p, int plane)
+{
+    float x = p[0], y = p[1], z = p[2], w = p[3];
+    if (plane == 0) { return z + w; }
+    if (plane == 1) { return w - z; }
+    if (plane == 2) { return 8.0f * w - x; }
+    if (plane == 3) { return 8.0f * w + x; }
+    return plane == 4 ? 8.0f * w - y : 8.0f * w + y;
+}
+
+// One bit for each plane that a point lies outside of; NaN is outside of all.
+int pg_outside(float4 p)
+{
+    float v[4] = {p.x, p.y, p.z, p.w};
+    int code = 0;
+    for (int plane = 0; plane < 6; ++plane) { code |= pg_distance(v, plane) >= 0.0f ? 0 : 1 << plane; }
+    return code;
+}
+
+// How many slots a triangle gets: seven where it is clipped, as six planes can make a nonagon of it.
+int pg_slots(int a, int b, int c)
+{
+    if ((a & b & c) != 0) { return 0; }
+    return (a | b | c) == 0 ? 1 : 7;
+}
+
+int pg_clip(const pg_corner* in, int count, pg_corner* out, int plane)
+{
+    int made = 0;
+    for (int i = 0; i < count; ++i) {
+        int next = i + 1 < count ? i + 1 : 0;
+        float a = pg_distance(in[i].v, plane), b = pg_distance(in[next].v, plane);
+        bool here = a >= 0.0f, there = b >= 0.0f;
+        if (here) { out[made++] = in[i]; }
+        if (here != there) {
+            // From the inside vertex, so that both triangles at a shared edge get the same point.
+            int from = here ? i : next, to = here ? next : i;
+            float d = here ? a : b, e = here ? b : a;
+            float t = d / (d - e);
+            for (int k = 0; k < PG_CORNER; ++k) {
+                out[made].v[k] = in[from].v[k] + (in[to].v[k] - in[from].v[k]) * t;
+            }
+            ++made;
+        }
+    }
+    return made;
+}
+
+// Rule 5: units are steps of a float depth at the triangle's largest depth.
+float pg_depth_offset(float3 z, int2 a, int2 b, int2 c, float inverse_area)
+{
+#if PG_OFFSET
+    float2 u = convert_float2(b - a), v = convert_float2(c - a);
+    float du = z.y - z.x, dv = z.z - z.x;
+    float slope_x = fabs(du * v.y - dv * u.y), slope_y = fabs(dv * u.x - du * v.x);
+    // Coordinates are in 1/256 pixel and the area in 1/65536.
+    float slope = (slope_x < slope_y ? slope_y : slope_x) * inverse_area * 256.0f;
+    float largest = fmax(fmax(z.x, z.y), z.z);
+    int exponent = max((int)((as_uint(largest) >> 23) & 255u), 1) - 127;
+    return PG_OFFSET_FACTOR * slope + PG_OFFSET_UNITS * ldexp(1.0f, exponent - 23);
+#else
+    return 0.0f;
+#endif
+}
+
+// Rules 2, 3 and 5 for one triangle without parts outside.
+void pg_emit(const float* a, const float* b, const float* c, __global int* ints, __global float* floats)
+{
+    const float* corner[3] = {a, b, c};
+    float x[3], y[3];
+    ints[6] = 1;
+    ints[7] = 0;
+    ints[8] = 1;
+    ints[9] = 0;
+    for (int i = 0; i < 3; ++i) {
+        float w = corner[i][3];
+        x[i] = rint((corner[i][0] / w * 0.5f + 0.5f) * PG_WIDTH * 256.0f);
+        y[i] = rint((0.5f - corner[i][1] / w * 0.5f) * PG_HEIGHT * 256.0f);
+        // The guard band bounds these by 5 * 32768 * 256; what is not below (NaN) is not drawn.
+        if (!(fabs(x[i]) < 1.0e8f && fabs(y[i]) < 1.0e8f)) { return; }
+    }
+    int2 p = (int2)((int)x[0], (int)y[0]), q = (int2)((int)x[1], (int)y[1]), r = (int2)((int)x[2], (int)y[2]);
+    long area = (long)(q.x - p.x) * (r.y - p.y) - (long)(q.y - p.y) * (r.x - p.x);
+    if (area == 0) { return; }
+    // y runs down here: counter-clockwise with y up is negative.
+    int front = area < 0 ? 1 : 0;
+#if PG_CULL == 1
+    if (front == 0) { return; }
+#elif PG_CULL == 2
+    if (front == 1) { return; }
+#endif
+    // Pixels whose centre lies in the box: 256 * i + 128 between the smallest and the largest coordinate.
+    int2 low = max((min(min(p, q), r) + 127) >> 8, (int2)(0, 0));
+    int2 high = min((max(max(p, q), r) - 128) >> 8, (int2)(PG_WIDTH - 1, PG_HEIGHT - 1));
+    if (low.x > high.x || low.y > high.y) { return; }
+    if (front) {
+        int2 s = q;
+        q = r;
+        r = s;
+        corner[1] = c;
+        corner[2] = b;
+        area = -area;
+    }
+    ints[0] = p.x;
+    ints[1] = p.y;
+    ints[2] = q.x;
+    ints[3] = q.y;
+    ints[4] = r.x;
+    ints[5] = r.y;
+    ints[6] = low.x;
+    ints[7] = high.x;
+    ints[8] = low.y;
+    ints[9] = high.y;
+    ints[10] = front;
+    float depth[3];
+    for (int i = 0; i < 3; ++i) {
+        float w = corner[i][3];
+        depth[i] = corner[i][2] / w * 0.5f + 0.5f;
+        floats[i] = depth[i];
+        floats[3 + i] = 1.0f / w;
+        for (int k = 0; k < PG_SENT; ++k) { floats[8 + 3 * k + i] = corner[i][4 + k] / w; }
+    }
+    floats[6] = 1.0f / (float)area;
+    floats[7] = pg_depth_offset((float3)(depth[0], depth[1], depth[2]), p, q, r, floats[6]);
+}
+
+pg_corner pg_fetch(__global const float* clip, __global const float* sent, int vertex)
+{
+    pg_corner made;
+    for (int k = 0; k < 4; ++k) { made.v[k] = clip[4 * vertex + k]; }
+    for (int k = 0; k < PG_SENT; ++k) { made.v[4 + k] = sent[PG_SENT * vertex + k]; }
+    return made;
+}
+
+// A triangle that some plane cuts, into its seven slots.
+void pg_emit_clipped(pg_corner a, pg_corner b, pg_corner c, int code, __global int* ints, __global float* floats)
+{
+    pg_corner first[9], second[9];
+    first[0] = a;
+    first[1] = b;
+    first[2] = c;
+    int count = 3;
+    for (int plane = 0; plane < 6; plane += 2) {
+        if (plane > 0) {
+            // The guard band is applied only where a corner that is left lies outside of it.
+            code = 0;
+            for (int i = 0; i < count; ++i) {
+                code |= pg_distance(first[i].v, plane) >= 0.0f ? 0 : 1 << plane;
+                code |= pg_distance(first[i].v, plane + 1) >= 0.0f ? 0 : 2 << plane;
+            }
+        }
+        for (int k = plane; k < plane + 2; ++k) {
+            if ((code & (1 << k)) == 0) { continue; }
+            int made = pg_clip(first, count, second, k);
+            for (int i = 0; i < made; ++i) { first[i] = second[i]; }
+            count = made;
+        }
+    }
+    for (int i = 0; i < 7; ++i) {
+        ints[i * PG_INTS + 6] = 1;
+        ints[i * PG_INTS + 7] = 0;
+        if (i + 2 < count) {
+            pg_emit(first[0].v, first[i + 1].v, first[i + 2].v, ints + i * PG_INTS, floats + i * PG_FLOATS);
+        }
+    }
+}
+
+// Whether a triangle may cover a centre in a tile: for each edge, the corner of the tile that lies deepest inside.
+bool pg_touches(__global const int* ints, int tile_x, int tile_y)
+{
+    int2 low = max((int2)(ints[6], ints[8]), (int2)(tile_x, tile_y) * PG_TILE) * 256 + 128;
+    int2 high = min((int2)(ints[7], ints[9]), (int2)(tile_x, tile_y) * PG_TILE + (PG_TILE - 1)) * 256 + 128;
+    for (int i = 0; i < 3; ++i) {
+        int j = i < 2 ? i + 1 : 0;
+        int2 a = (int2)(ints[2 * i], ints[2 * i + 1]), d = (int2)(ints[2 * j], ints[2 * j + 1]) - a;
+        int x = d.y > 0 ? low.x : high.x, y = d.x > 0 ? high.y : low.y;
+        if ((long)d.x * (y - a.y) - (long)d.y * (x - a.x) < 0) { return false; }
+    }
+    return true;
+}
+
+// Slots that a chunk of triangles needs.
+__kernel void pg_count(
+    __global const float* restrict clip, __global const int* restrict triangles, int first, int count, int chunk,
+    int chunks, __global int* restrict slots)
+{
+    int id = (int)get_global_id(0);
+    if (id >= chunks) { return; }
+    int needed = 0;
+    int end = min(count, (id + 1) * chunk);
+    for (int t = id * chunk; t < end; ++t) {
+        __global const int* corner = triangles + 3 * (first + t);
+        int a = pg_outside(vload4(corner[0], clip)), b = pg_outside(vload4(corner[1], clip));
+        needed += pg_slots(a, b, pg_outside(vload4(corner[2], clip)));
+    }
+    slots[id] = needed;
+}
+
+// A chunk's triangles into their slots, and how many of them fall into each tile.
+__kernel void pg_setup(
+    __global const float* restrict clip, __global const float* restrict sent, __global const int* restrict triangles,
+    int first, int count, int chunk, int chunks, __global const int* restrict starts, __global int* restrict ints,
+    __global float* restrict floats, __global int* restrict bins)
+{
+    int id = (int)get_global_id(0);
+    if (id >= chunks) { return; }
+    __global int* bin = bins + (long)id * PG_TILES_X * PG_TILES_Y;
+    for (int i = 0; i < PG_TILES_X * PG_TILES_Y; ++i) { bin[i] = 0; }
+    int slot = starts[id];
+    int end = min(count, (id + 1) * chunk);
+    for (int t = id * chunk; t < end; ++t) {
+        __global const int* index = triangles + 3 * (first + t);
+        int a = pg_outside(vload4(index[0], clip)), b = pg_outside(vload4(index[1], clip));
+        int c = pg_outside(vload4(index[2], clip));
+        int made = pg_slots(a, b, c);
+        if (made == 0) { continue; }
+        pg_corner p = pg_fetch(clip, sent, index[0]), q = pg_fetch(clip, sent, index[1]);
+        pg_corner r = pg_fetch(clip, sent, index[2]);
+        __global int* into = ints + (long)slot * PG_INTS;
+        __global float* into_floats = floats + (long)slot * PG_FLOATS;
+        if (made == 1) {
+            pg_emit(p.v, q.v, r.v, into, into_floats);
+        } else {
+            pg_emit_clipped(p, q, r, a | b | c, into, into_floats);
+        }
+        for (int k = 0; k < made; ++k, into += PG_INTS) {
+            if (into[6] > into[7]) { continue; }
+            int x = into[6] / PG_TILE, far_x = into[7] / PG_TILE, y = into[8] / PG_TILE, far_y = into[9] / PG_TILE;
+            for (int v = y; v <= far_y; ++v) {
+                for (int u = x; u <= far_x; ++u) { bin[v * PG_TILES_X + u] += pg_touches(into, u, v) ? 1 : 0; }
+            }
+        }
+        slot += made;
+    }
+}
+
+// For each tile: counts of the chunks become where each chunk begins in the tile's list; and the list's length.
+__kernel void pg_scan(__global int* restrict bins, int chunks, __global int* restrict totals)
+{
+    int tile = (int)get_global_id(0);
+    if (tile >= PG_TILES_X * PG_TILES_Y) { return; }
+    int total = 0;
+    for (int id = 0; id < chunks; ++id) {
+        __global int* bin = bins + (long)id * PG_TILES_X * PG_TILES_Y + tile;
+        int here = *bin;
+        *bin = total;
+        total += here;
+    }
+    totals[tile] = total;
+}
+
+// Slots of a chunk into the lists of the tiles, in order of submission.
+__kernel void pg_fill(
+    __global const int* restrict starts, int chunks, __global const int* restrict ints, __global int* restrict bins,
+    __global const int* restrict tile_starts, __global int* restrict list)
+{
+    int id = (int)get_global_id(0);
+    if (id >= chunks) { return; }
+    __global int* bin = bins + (long)id * PG_TILES_X * PG_TILES_Y;
+    for (int slot = starts[id]; slot < starts[id + 1]; ++slot) {
+        __global const int* from = ints + (long)slot * PG_INTS;
+        if (from[6] > from[7]) { continue; }
+        int x = from[6] / PG_TILE, far_x = from[7] / PG_TILE, y = from[8] / PG_TILE, far_y = from[9] / PG_TILE;
+        for (int v = y; v <= far_y; ++v) {
+            for (int u = x; u <= far_x; ++u) {
+                int tile = v * PG_TILES_X + u;
+                if (pg_touches(from, u, v)) { list[tile_starts[tile] + bin[tile]++] = slot; }
+            }
+        }
+    }
+}

@@ -1,0 +1,193 @@
+"""Draws: the host side of the rasteriser in raster.cl.
+
+Vertices are transformed, triangles set up chunk by chunk, counted into tiles, listed by tile in order of
+submission, and each tile is drawn.  No atomics: what a pixel becomes never depends on timing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from passgraph.backends.base import Block
+from passgraph.backends.opencl.draw_source import DrawLayouts, draw_source, vertex_attributes
+from passgraph.backends.opencl.storage import Storage
+from passgraph.errors import BackendError
+from passgraph.plan.data import DrawStep
+
+if TYPE_CHECKING:
+    from passgraph.backends.opencl.backend import OpenCLBackend
+    from passgraph.backends.opencl.geometry import DeviceMesh
+
+#: Side of a tile in pixels: for CPUs (one work-item a tile) and for others (a work-group of 256).
+TILE_SERIAL, TILE_PARALLEL = 32, 16
+#: Chunks that triangles are split into, and the largest table of chunks by tiles, in entries.
+MAX_CHUNKS, MAX_TABLE = 256, 1 << 22
+#: Work-items of a group in kernels over vertices, chunks and tiles.
+GROUP = 64
+#: Slots and lists larger than this are made for parts of the mesh, one after the other.
+MAX_SCRATCH_BYTES = 1 << 28
+KERNELS = ("pg_vertices", "pg_count", "pg_setup", "pg_scan", "pg_fill", "pg_tiles")
+
+
+class DrawPassRunner:
+    """One draw.  It is compiled for the formats of the first storages that it meets, and for others then."""
+
+    def __init__(self, backend: OpenCLBackend, step: DrawStep, *, serial: bool | None = None) -> None:
+        from passgraph.backends.opencl.backend import Uniforms
+
+        self.backend, self.step = backend, step
+        self.what = f"draw {step.name!r}"
+        # A work-item for each tile pays on CPUs, where a work-group's work-items run one after the other.
+        self.serial = backend.is_cpu if serial is None else serial
+        self.tile = TILE_SERIAL if self.serial else TILE_PARALLEL
+        self.tiles = -(-step.size[0] // self.tile), -(-step.size[1] // self.tile)
+        vertex, fragment = step.vertex, step.fragment
+        self.vertex_uniforms = Uniforms(backend, vertex.float_count, vertex.int_count, self.what)
+        counts = (fragment.float_count, fragment.int_count) if fragment is not None else (0, 0)
+        self.fragment_uniforms = Uniforms(backend, *counts, self.what)
+        self.attributes = vertex_attributes(vertex)
+        self.kernels: dict[DrawLayouts, dict[str, Any]] = {}
+        self.max_scratch = min(MAX_SCRATCH_BYTES, backend.max_bytes)
+
+    def __call__(
+        self,
+        outputs: Sequence[Storage],
+        depth: Storage | None,
+        images: Sequence[Storage],
+        geometry: DeviceMesh,
+        vertex: Block,
+        fragment: Block,
+    ) -> None:
+        self.backend.check_open()
+        kernels = self._kernels(outputs, depth, images)
+        self.vertex_uniforms.update(vertex)
+        self.fragment_uniforms.update(fragment)
+        resources = [storage.buffer for storage in (*images, *outputs)]
+        if depth is not None:
+            resources += [depth.buffer] if depth.stencil is None else [depth.buffer, depth.stencil]
+        resources += self.fragment_uniforms.buffers
+        with self.backend.reported(f"running {self.what}"):
+            clip, sent = self._vertices(kernels, geometry)
+            Triangles(self, kernels, geometry, clip, sent, resources).draw(0, geometry.triangle_count)
+
+    def _kernels(self, outputs: Sequence[Storage], depth: Storage | None, images: Sequence[Storage]) -> dict[str, Any]:
+        layouts = DrawLayouts(
+            tuple(image.layout for image in images),
+            tuple(output.layout for output in outputs),
+            depth is not None,
+            depth is not None and depth.stencil is not None,
+        )
+        if layouts not in self.kernels:
+            constant = self.vertex_uniforms.fits_constant() and self.fragment_uniforms.fits_constant()
+            source = draw_source(self.step, layouts, self.tile, serial=self.serial, constant=constant)
+            built = self.backend.programs.build(source, self.what)
+            self.kernels[layouts] = {name: self.backend.cl.Kernel(built, name) for name in KERNELS}
+        return self.kernels[layouts]
+
+    def _vertices(self, kernels: dict[str, Any], geometry: DeviceMesh) -> tuple[Any, Any]:
+        count = geometry.vertex_count
+        clip = self.backend.scratch_buffer("clip positions", 16 * count)
+        sent = self.backend.scratch_buffer("varyings", 4 * count * len(self.step.varyings))
+        attributes = [geometry.attribute(name) for name in self.attributes]
+        arguments = (*attributes, *self.vertex_uniforms.buffers, clip, sent, np.int32(count))
+        self.launch(kernels["pg_vertices"], count, arguments)
+        return clip, sent
+
+    def launch(self, kernel: Any, items: int, arguments: Sequence[Any], group: int = GROUP) -> None:
+        """A kernel over so many work-items in a row, rounded up to whole groups."""
+        kernel.set_args(*arguments)
+        self.backend.cl.enqueue_nd_range_kernel(
+            self.backend.queue, kernel, (-(-items // group) * group,), (group,)
+        )
+
+
+class Triangles:
+    """The triangles of one draw on their way to pixels, in parts where memory for all at once lacks."""
+
+    def __init__(
+        self,
+        runner: DrawPassRunner,
+        kernels: dict[str, Any],
+        mesh: DeviceMesh,
+        clip: Any,
+        sent: Any,
+        resources: Sequence[Any],
+    ) -> None:
+        self.runner, self.kernels, self.mesh = runner, kernels, mesh
+        self.clip, self.sent, self.resources = clip, sent, resources
+        self.backend = runner.backend
+        self.tile_count = runner.tiles[0] * runner.tiles[1]
+        self.cleared = False
+        # Chunks are the unit of work on CPUs; elsewhere they are spread over groups.
+        self.group = 1 if runner.serial else GROUP
+
+    def draw(self, first: int, count: int) -> None:
+        """Triangles ``first`` to ``first + count``; halves of them where lists would be too long."""
+        chunks = max(1, min(count, MAX_CHUNKS, MAX_TABLE // self.tile_count))
+        chunk = -(-count // chunks)
+        span = np.int32(first), np.int32(count), np.int32(chunk), np.int32(chunks)
+        starts, slots = self._starts(span, chunks)
+        floats = 8 + 3 * len(self.runner.step.varyings)
+        if slots * 4 * max(12, floats) > self.runner.max_scratch:
+            self._halves(first, count)
+            return
+        buffers = (
+            self.backend.scratch_buffer("triangles", slots * 4 * 12),
+            self.backend.scratch_buffer("triangle values", slots * 4 * floats),
+        )
+        bins = self.backend.scratch_buffer("bins", 4 * chunks * self.tile_count)
+        mesh = self.mesh.triangles
+        arguments = (self.clip, self.sent, mesh, *span, starts, *buffers, bins)
+        self.runner.launch(self.kernels["pg_setup"], chunks, arguments, self.group)
+        tile_starts, length = self._tile_starts(bins, chunks)
+        if 4 * length > self.runner.max_scratch:
+            self._halves(first, count)
+            return
+        listed = self.backend.scratch_buffer("tile lists", 4 * length)
+        arguments = (starts, np.int32(chunks), buffers[0], bins, tile_starts, listed)
+        self.runner.launch(self.kernels["pg_fill"], chunks, arguments, self.group)
+        self._tiles(buffers, listed, tile_starts)
+
+    def _halves(self, first: int, count: int) -> None:
+        if count < 2:
+            raise BackendError(
+                f"{self.runner.what}: one triangle needs more than {self.runner.max_scratch:,} bytes of scratch memory"
+            )
+        half = count // 2
+        self.draw(first, half)
+        self.draw(first + half, count - half)
+
+    def _starts(self, span: tuple[Any, ...], chunks: int) -> tuple[Any, int]:
+        """Where each chunk's slots begin, and how many there are."""
+        counted = self.backend.scratch_buffer("chunks", 4 * (chunks + 1))
+        arguments = (self.clip, self.mesh.triangles, *span, counted)
+        self.runner.launch(self.kernels["pg_count"], chunks, arguments, self.group)
+        return self._summed(counted, chunks, "chunk starts")
+
+    def _tile_starts(self, bins: Any, chunks: int) -> tuple[Any, int]:
+        """Where each tile's list begins, and the length of all together."""
+        totals = self.backend.scratch_buffer("tile totals", 4 * self.tile_count)
+        self.runner.launch(self.kernels["pg_scan"], self.tile_count, (bins, np.int32(chunks), totals))
+        return self._summed(totals, self.tile_count, "tile starts")
+
+    def _summed(self, counts: Any, count: int, purpose: str) -> tuple[Any, int]:
+        """Running sums from 0 on, on the device, and the last of them."""
+        read = np.empty(count, np.int32)
+        self.backend.read(counts, read)
+        sums = np.zeros(count + 1, np.int64)
+        np.cumsum(read, out=sums[1:])
+        starts = self.backend.scratch_buffer(purpose, 4 * (count + 1))
+        self.backend.write(starts, np.minimum(sums, 2**31 - 1).astype(np.int32))
+        return starts, int(sums[-1])
+
+    def _tiles(self, buffers: tuple[Any, Any], listed: Any, tile_starts: Any) -> None:
+        kernel = self.kernels["pg_tiles"]
+        clear = np.int32(0 if self.cleared else 1)
+        self.cleared = True
+        kernel.set_args(*buffers, listed, tile_starts, clear, *self.resources)
+        side, (across, down) = self.runner.tile, self.runner.tiles
+        items, group = ((across * down,), (1,)) if self.runner.serial else ((across * side, down * side), (side, side))
+        self.backend.cl.enqueue_nd_range_kernel(self.backend.queue, kernel, items, group)

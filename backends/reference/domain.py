@@ -1,0 +1,103 @@
+"""What the interpreter computes with: a domain of values and a domain of masks.
+
+The walker in :mod:`.interpreter` never looks inside a value.  Numbers (:mod:`.number_domain`) are one domain;
+intervals can be another, with masks that know "surely" and "perhaps", without a change to the walker.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import Generic, TypeVar
+
+from passgraph.language import ir
+from passgraph.language.types import Array, Type, Value
+
+V = TypeVar("V")  # the values of many lanes (pixels, fragments, vertices) at once
+M = TypeVar("M")  # which lanes are meant
+
+
+class Domain(ABC, Generic[V, M]):
+    """Primitive evaluation over all lanes at once."""
+
+    @abstractmethod
+    def constant(self, type_: Type, numbers: Sequence[ir.Number]) -> V:
+        """One value for all lanes, from numbers in component order."""
+
+    @abstractmethod
+    def whole(self, value: V) -> int:
+        """An int that is the same in all lanes, such as a loop bound."""
+
+    @abstractmethod
+    def apply(self, operation: str, arguments: Sequence[V]) -> V:
+        """A row of the operations table; scalars beside vectors are spread."""
+
+    @abstractmethod
+    def select(self, condition: V, then: V, orelse: V) -> V:
+        """``then`` in the lanes where ``condition`` (a bool) holds, ``orelse`` in the others."""
+
+    @abstractmethod
+    def swizzle(self, value: V, components: tuple[int, ...]) -> V:
+        """Some components of a vector; a single one gives a scalar."""
+
+    @abstractmethod
+    def construct(self, type_: Value | Array, parts: Sequence[V]) -> V:
+        """All components of all parts in order."""
+
+    @abstractmethod
+    def index(self, value: V, index: V) -> V:
+        """Element, column or entry; the index is clamped into range."""
+
+    @abstractmethod
+    def insert(self, value: V, index: V, element: V) -> V:
+        """``value`` with one element replaced; an index out of range changes nothing."""
+
+    # Masks
+
+    @abstractmethod
+    def everywhere(self) -> M:
+        """All lanes."""
+
+    @abstractmethod
+    def nowhere(self) -> M:
+        """No lane."""
+
+    @abstractmethod
+    def some(self, mask: M) -> bool:
+        """Whether any lane is (perhaps) in the mask."""
+
+    @abstractmethod
+    def narrow(self, mask: M, condition: V, holds: bool) -> M:
+        """The lanes of ``mask`` where ``condition`` is ``holds``."""
+
+    @abstractmethod
+    def join(self, one: M, other: M) -> M:
+        """Lanes of either."""
+
+    @abstractmethod
+    def without(self, mask: M, gone: M) -> M:
+        """Lanes of ``mask`` that are not in ``gone``."""
+
+    @abstractmethod
+    def merge(self, mask: M, new: V, old: V) -> V:
+        """``new`` in the lanes of the mask, ``old`` in the others."""
+
+
+class Surroundings(ABC, Generic[V]):
+    """What a stage reads from outside: parameters, stage values, pictures."""
+
+    @abstractmethod
+    def uniform(self, expression: ir.Uniform) -> V:
+        """A parameter, Const ones too."""
+
+    @abstractmethod
+    def builtin(self, expression: ir.Builtin) -> V:
+        """``pixel``, ``vertex.normal``, ``varying.uv`` …"""
+
+    @abstractmethod
+    def texel(self, image: str, x: V, y: V, relative: bool) -> V:
+        """One texel as vec4 under the image's border rule."""
+
+    @abstractmethod
+    def size(self, image: str) -> V:
+        """Width and height as ivec2."""

@@ -1,0 +1,172 @@
+"""Draws: vertex kernel, clipping, coverage, tests, fragment kernel, output."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.backends.base import ATTRIBUTES, Block, vertex_attribute
+from passgraph.backends.reference.number_domain import Numbers
+from passgraph.backends.reference.output_merge import write
+from passgraph.backends.reference.output_tests import last_of_each, passing
+from passgraph.backends.reference.raster_clip import Vertices, clip_triangles
+from passgraph.backends.reference.raster_cover import Fragments, cover
+from passgraph.backends.reference.raster_setup import ScreenTriangles, to_window
+from passgraph.backends.reference.stage import LANES, BoundStage, Builtins, Stage, given
+from passgraph.backends.reference.storage import Float32, Storage, stored
+from passgraph.graph import Geometry
+from passgraph.language.types import component_count, shape_of
+from passgraph.plan.data import DrawStep
+
+Float64 = NDArray[np.float64]
+Ints = NDArray[np.int64]
+
+ALL_CHANNELS = (True, True, True, True)
+
+
+class ReferenceDrawPass:
+    """A draw, interpreted and rasterised by docs/rasterisation.md."""
+
+    def __init__(self, step: DrawStep) -> None:
+        self.step = step
+        source = step.source
+        self.vertex = Stage(source.vertex.program, step.vertex, step.vertex_facts)
+        self.fragment: Stage | None = None
+        if source.fragment is not None and step.fragment is not None:
+            self.fragment = Stage(source.fragment.program, step.fragment, step.fragment_facts)
+        self.varyings: dict[str, tuple[slice, tuple[int, ...]]] = {}
+        column = 4
+        for result in source.vertex.program.results:
+            width = component_count(result.type)
+            self.varyings[f"varying.{result.name}"] = slice(column, column + width), shape_of(result.type)
+            column += width
+
+    def __call__(
+        self,
+        outputs: Sequence[Storage],
+        depth: Storage | None,
+        images: Sequence[Storage],
+        geometry: Geometry,
+        vertex: Block,
+        fragment: Block,
+    ) -> None:
+        self._clear(outputs, depth)
+        names = [name for name, _ in self.step.images]
+        bound = None if self.fragment is None else self.fragment.bind(fragment, names, images)
+        with np.errstate(all="ignore"):
+            vertices = self._vertices(self.vertex.bind(vertex), geometry)
+            clipped, triangles = clip_triangles(
+                vertices, np.asarray(geometry.triangles, np.int64).reshape(-1, 3)
+            )
+            screen = to_window(clipped, triangles, self.step.size, self.step.state)
+            for fragments in cover(screen, self.step.size):
+                self._merge(_Covered(fragments, screen, clipped, self), bound, outputs, depth)
+
+    def _clear(self, outputs: Sequence[Storage], depth: Storage | None) -> None:
+        for output, clear in zip(outputs, self.step.clears, strict=True):
+            if clear is not None:
+                colour = np.broadcast_to(np.asarray(clear, np.float64), (1, output.format.channels))
+                output.pixels[...] = stored(output.format, colour)
+        if depth is not None and self.step.depth_clear is not None:
+            depth.pixels[...] = self.step.depth_clear
+            if depth.stencil is not None:
+                depth.stencil[...] = self.step.state.clear_stencil
+
+    def _vertices(self, bound: BoundStage, geometry: Geometry) -> Vertices:
+        """The vertex kernel over all vertices; positions and varyings are float32 on every backend."""
+        attributes = {f"vertex.{name}": vertex_attribute(geometry, name) for name in ATTRIBUTES}
+        count = len(geometry.positions)
+        parts = [np.empty((0, max(columns.stop for columns, _ in self.varyings.values())))]
+        for first in range(0, count, LANES):
+            last = min(first + LANES, count)
+            lanes = {
+                name: given(values[first:last].astype(np.float64)) for name, values in attributes.items()
+            }
+            results, _ = bound.run(last - first, lanes)
+            named = zip(bound.program.results, results, strict=True)
+            position = next(values for result, values in named if result.name == "position")
+            rows = [position, *(values.reshape(last - first, -1) for values in results)]
+            parts.append(np.concatenate(rows, axis=1).astype(np.float32).astype(np.float64))
+        return Vertices(np.concatenate(parts))
+
+    def _merge(
+        self, covered: _Covered, bound: BoundStage | None, outputs: Sequence[Storage], depth: Storage | None
+    ) -> None:
+        """One batch of fragments through kernel, tests and output.
+
+        The kernel runs first only where it may discard; else only for fragments whose colour can be seen.
+        """
+        state = self.step.state
+        colours: list[Float64] | None = None
+        if bound is not None and bound.program.keep is not None:
+            colours, keep = covered.shade(bound)
+            kept = np.flatnonzero(keep)
+            covered, colours = covered.take(kept), [c[kept] for c in colours]
+        passed = np.flatnonzero(passing(depth, state, covered.pixel, covered.depth))
+        if bound is None or not outputs:
+            return
+        blends = state.blend or (None,) * len(outputs)
+        masks = state.color_mask or (ALL_CHANNELS,) * len(outputs)
+        last = last_of_each(covered.pixel[passed])
+        if not any(blends):
+            passed, last = passed[last], np.arange(len(last))
+        covered = covered.take(passed)
+        colours = covered.shade(bound)[0] if colours is None else [c[passed] for c in colours]
+        for output, values, mask, blend in zip(outputs, colours, masks, blends, strict=True):
+            chosen = last if blend is None else slice(None)
+            write(output, covered.pixel[chosen], values[chosen], mask, blend)
+
+
+class _Covered:
+    """Fragments with what the rules derive from their place in the triangle."""
+
+    def __init__(
+        self, fragments: Fragments, screen: ScreenTriangles, vertices: Vertices, draw: ReferenceDrawPass
+    ) -> None:
+        self.fragments, self.screen, self.vertices, self.draw = fragments, screen, vertices, draw
+        self.width, self.height = draw.step.size
+        self.pixel = fragments.y * self.width + fragments.x
+        weights, owner = fragments.weights, fragments.triangle
+        depth = (weights * screen.depth[owner]).sum(axis=1) + screen.offset[owner]
+        self.depth: Float32 = np.clip(depth, 0.0, 1.0).astype(np.float32)
+        over_w = weights * screen.inverse_w[owner]
+        self.perspective = over_w / over_w.sum(axis=1, keepdims=True)
+
+    def take(self, chosen: Ints | slice) -> _Covered:
+        return _Covered(self.fragments[chosen], self.screen, self.vertices, self.draw)
+
+    def shade(self, bound: BoundStage) -> tuple[list[Float64], NDArray[np.bool_]]:
+        """The fragment kernel's results (n, channels), and which fragments it keeps."""
+        count = len(self.fragments)
+        colours = [np.empty((count, component_count(r.type))) for r in bound.program.results]
+        keep = np.ones(count, np.bool_)
+        for first in range(0, count, LANES):
+            part = slice(first, min(first + LANES, count))
+            results, kept = bound.run(part.stop - first, self.take(part).builtins())
+            for colour, values in zip(colours, results, strict=True):
+                colour[part] = values.reshape(part.stop - first, -1)
+            if kept is not None:
+                keep[part] = kept
+        return colours, keep
+
+    def builtins(self) -> Builtins:
+        fragments = self.fragments
+        made: dict[str, Callable[[], Numbers]] = {
+            "pixel": lambda: np.stack([fragments.x, fragments.y], axis=1),
+            "output_size": given(np.array([[self.width, self.height]], np.int64)),
+            "front_facing": lambda: self.screen.front[fragments.triangle],
+            "fragment_depth": lambda: self.depth.astype(np.float64),
+        }
+        for name, (columns, shape) in self.draw.varyings.items():
+            made[name] = self._varying(columns, shape)
+        return made
+
+    def _varying(self, columns: slice, shape: tuple[int, ...]) -> Callable[[], Numbers]:
+        def interpolate() -> Numbers:
+            corners = self.vertices.rows[:, columns][self.screen.corners[self.fragments.triangle]]
+            values: Numbers = np.einsum("nk,nkc->nc", self.perspective, corners)
+            return values.reshape(len(values), *shape)
+
+        return interpolate

@@ -1,0 +1,120 @@
+"""Walks the typed representation of a kernel, all lanes at once: the living definition of the language.
+
+Control flow is masks.  Both sides of an ``if`` run under theirs; a lane that breaks leaves the mask of its
+loop, one that continues leaves it until the next trip.  Expressions are pure, so computing them in lanes that
+are not active does no harm.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Generic
+
+from passgraph.backends.reference.domain import Domain, M, Surroundings, V
+from passgraph.language import ir
+from passgraph.language.types import INT
+
+
+@dataclass
+class _Loop(Generic[M]):
+    """The innermost loop: lanes that have left it."""
+
+    broken: M
+
+
+class Interpreter(Generic[V, M]):
+    """One run of a program in one domain."""
+
+    def __init__(self, program: ir.Program, domain: Domain[V, M], surroundings: Surroundings[V]) -> None:
+        self.program, self.domain, self.surroundings = program, domain, surroundings
+        self.locals: dict[str, V] = {}
+        self.loops: list[_Loop[M]] = []
+
+    def run(self) -> tuple[dict[str, V], V | None]:
+        """Results by name, and where fragments are kept (None: everywhere)."""
+        self.block(self.program.body, self.domain.everywhere())
+        results = {result.name: self.value(result.value) for result in self.program.results}
+        return results, None if self.program.keep is None else self.value(self.program.keep)
+
+    # Statements
+
+    def block(self, statements: tuple[ir.Stmt, ...], active: M) -> M:
+        """Run statements in the active lanes; gives the lanes that reach the end.
+
+        When none left on the way, that is the very mask that came in.
+        """
+        for statement in statements:
+            if not self.domain.some(active):
+                return active
+            if isinstance(statement, ir.Assign):
+                self._assign(statement, active)
+            elif isinstance(statement, ir.If):
+                active = self._if(statement, active)
+            elif isinstance(statement, ir.For):
+                self._for(statement, active)
+            else:
+                if isinstance(statement, ir.Break):
+                    self.loops[-1].broken = self.domain.join(self.loops[-1].broken, active)
+                return self.domain.nowhere()
+        return active
+
+    def _assign(self, statement: ir.Assign, active: M) -> None:
+        value = self.value(statement.value)
+        old = self.locals.get(statement.name)
+        self.locals[statement.name] = value if old is None else self.domain.merge(active, value, old)
+
+    def _if(self, statement: ir.If, active: M) -> M:
+        condition = self.value(statement.condition)
+        then = self.domain.narrow(active, condition, True)
+        orelse = self.domain.narrow(active, condition, False)
+        after_then, after_else = self.block(statement.then, then), self.block(statement.orelse, orelse)
+        if after_then is then and after_else is orelse:
+            return active
+        return self.domain.join(after_then, after_else)
+
+    def _for(self, statement: ir.For, active: M) -> None:
+        bounds = (statement.start, statement.stop, statement.step)
+        start, stop, step = (self.domain.whole(self.value(bound)) for bound in bounds)
+        for i in range(start, stop, step):
+            self.locals[statement.name] = self.domain.constant(INT, (i,))
+            self.loops.append(_Loop(self.domain.nowhere()))
+            self.block(statement.body, active)
+            active = self.domain.without(active, self.loops.pop().broken)
+            if not self.domain.some(active):
+                break
+
+    # Expressions
+
+    def value(self, expression: ir.Expr) -> V:
+        domain = self.domain
+        if isinstance(expression, ir.Literal):
+            return domain.constant(expression.type, (expression.value,))
+        if isinstance(expression, ir.Local):
+            return self.locals[expression.name]
+        if isinstance(expression, ir.Apply):
+            return domain.apply(expression.operation, [self.value(a) for a in expression.arguments])
+        if isinstance(expression, ir.Swizzle):
+            return domain.swizzle(self.value(expression.value), expression.components)
+        if isinstance(expression, ir.Construct):
+            return domain.construct(expression.type, [self.value(a) for a in expression.arguments])
+        if isinstance(expression, ir.Select):
+            then, orelse = self.value(expression.then), self.value(expression.orelse)
+            return domain.select(self.value(expression.condition), then, orelse)
+        if isinstance(expression, ir.Index):
+            return domain.index(self.value(expression.value), self.value(expression.index))
+        if isinstance(expression, ir.Insert):
+            value, index = self.value(expression.value), self.value(expression.index)
+            return domain.insert(value, index, self.value(expression.element))
+        if isinstance(expression, ir.Table):
+            return domain.constant(expression.type, expression.values)
+        return self._outside(expression)
+
+    def _outside(self, expression: ir.Uniform | ir.Builtin | ir.Texel | ir.Size) -> V:
+        if isinstance(expression, ir.Uniform):
+            return self.surroundings.uniform(expression)
+        if isinstance(expression, ir.Builtin):
+            return self.surroundings.builtin(expression)
+        if isinstance(expression, ir.Texel):
+            x, y = self.value(expression.x), self.value(expression.y)
+            return self.surroundings.texel(expression.image, x, y, expression.relative)
+        return self.surroundings.size(expression.image)

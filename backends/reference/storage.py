@@ -1,0 +1,71 @@
+"""Where pictures live, and how a value becomes what a format can hold."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.formats import Format
+
+Float32 = NDArray[np.float32]
+Float64 = NDArray[np.float64]
+
+
+@dataclass(eq=False)
+class Storage:
+    """A picture as stored: (height, width, channels) float32 with row 0 on top.
+
+    ``stencil`` is (height, width) bytes, for formats that have one.
+    """
+
+    format: Format
+    size: tuple[int, int]
+    pixels: Float32
+    stencil: NDArray[np.uint8] | None = None
+
+    @classmethod
+    def make(cls, format_: Format, size: tuple[int, int]) -> Storage:
+        width, height = size
+        stencil = np.zeros((height, width), np.uint8) if format_.stencil else None
+        return cls(format_, size, np.zeros((height, width, format_.channels), np.float32), stencil)
+
+    @property
+    def flat(self) -> Float32:
+        """The pixels row by row, (pixels, channels): a view."""
+        return self.pixels.reshape(-1, self.format.channels)
+
+
+def encode_srgb(linear: NDArray[Any]) -> Float64:
+    """IEC 61966-2-1, linear [0, 1] to encoded [0, 1]; beyond is clamped."""
+    x = np.clip(np.asarray(linear, np.float64), 0.0, 1.0)
+    return np.where(x <= 0.0031308, 12.92 * x, 1.055 * np.power(x, 1 / 2.4) - 0.055)
+
+
+def decode_srgb(encoded: NDArray[Any]) -> Float64:
+    """IEC 61966-2-1, encoded to linear."""
+    x = np.asarray(encoded, np.float64)
+    with np.errstate(all="ignore"):
+        return np.where(x <= 0.04045, x / 12.92, np.power((x + 0.055) / 1.055, 2.4))
+
+
+def quantised(format_: Format, values: NDArray[Any]) -> Float32:
+    """The nearest values that the format holds, halves to even, by way of float32; NaN in a unorm is 0."""
+    with np.errstate(all="ignore"):
+        single = np.asarray(values).astype(np.float32)
+        if format_.kind == "half":
+            return single.astype(np.float16).astype(np.float32)
+        if format_.kind in ("unorm8", "unorm16"):
+            steps = 255.0 if format_.kind == "unorm8" else 65535.0
+            number = np.where(np.isnan(single), 0.0, np.clip(single.astype(np.float64), 0.0, 1.0))
+            return np.asarray(np.rint(number * steps) / steps).astype(np.float32)
+    return single
+
+
+def stored(format_: Format, values: NDArray[Any]) -> Float32:
+    """What a kernel's result (…, channels) becomes in a target: sRGB formats hold encoded colour."""
+    if format_.srgb:
+        values = np.concatenate([encode_srgb(values[..., :3]), values[..., 3:]], axis=-1)
+    return quantised(format_, values)

@@ -1,0 +1,67 @@
+"""Finds backends by name: built-in ones, and others through the entry point group ``passgraph.backends``."""
+
+from __future__ import annotations
+
+import difflib
+import os
+from importlib import import_module
+from importlib.metadata import entry_points
+
+from passgraph.backends.base import Backend
+from passgraph.errors import BackendError
+
+GROUP = "passgraph.backends"
+#: Environment variable that names the backend where none is given.
+DEFAULT_VARIABLE = "PASSGRAPH_BACKEND"
+BUILT_IN = {
+    "reference": "passgraph.backends.reference:ReferenceBackend",
+    "numpy": "passgraph.backends.numpy:NumpyBackend",
+    "gl": "passgraph.backends.gl:GLBackend",
+    "opencl": "passgraph.backends.opencl:OpenCLBackend",
+    "null": "passgraph.backends.null:NullBackend",
+}
+
+
+def backend_names() -> list[str]:
+    """Built-in backends first, then those that other packages bring."""
+    others = sorted({entry.name for entry in entry_points(group=GROUP)} - set(BUILT_IN))
+    return [*BUILT_IN, *others]
+
+
+def backend_class(name: str) -> type[Backend]:
+    """The class of a backend; importing it loads no driver.
+
+    Raises
+    ------
+    BackendError
+        For a name that no installed package provides, or a package that fails to load.
+    """
+    path = BUILT_IN.get(name)
+    if path is None:
+        found = [entry for entry in entry_points(group=GROUP) if entry.name == name]
+        if not found:
+            near = difflib.get_close_matches(name, backend_names(), n=1)
+            hint = f" (did you mean {near[0]!r}?)" if near else ""
+            raise BackendError(f"there is no backend {name!r}{hint}; there are {', '.join(backend_names())}")
+        path = found[0].value
+    module, _, attribute = path.partition(":")
+    try:
+        made = getattr(import_module(module), attribute)
+    except (ImportError, AttributeError) as error:
+        raise BackendError(f"backend {name!r} ({path}) cannot be loaded: {error}") from error
+    if not (isinstance(made, type) and issubclass(made, Backend)):
+        raise BackendError(f"backend {name!r} ({path}) is not a subclass of passgraph.backends.base.Backend")
+    return made
+
+
+def open_backend(name: str | None = None) -> Backend:
+    """Open ``"gl"``, ``"opencl:1"`` (a device by number or part of its name) …; None takes the default, numpy.
+
+    Raises
+    ------
+    BackendError
+        For an unknown name; DeviceMissingError with the install command where a driver is missing.
+    """
+    full = name or os.environ.get(DEFAULT_VARIABLE) or "numpy"
+    base, _, device = full.partition(":")
+    return backend_class(base)(device or None)

@@ -1,0 +1,234 @@
+"""A plan on a device: its pictures, its compiled steps, one run after another."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.errors import GraphError, InputError
+from passgraph.language.layout import components
+from passgraph.language.scalar import ScalarProgram
+from passgraph.plan.data import CopyStep, DrawStep, PixelStep, Plan, Step
+from passgraph.targets import Derived, Value
+
+if TYPE_CHECKING:
+    from passgraph.backends.base import Backend, Block
+
+Picture = NDArray[np.float32]
+
+
+class Execution:
+    """Owns a plan's storages until :meth:`release`."""
+
+    def __init__(self, plan: Plan, backend: Backend) -> None:
+        from passgraph.backends.base import Block
+
+        self.plan, self.backend = plan, backend
+        self.memories: list[Any] = []
+        #: Resource id → memory index; history swaps two of them behind each run.
+        self.places = [resource.memory for resource in plan.resources]
+        self._geometries: dict[int, Any] = {}
+        self._empty = Block(np.zeros(1, np.float32), np.zeros(1, np.int32))
+        self._overrides: dict[tuple[str, str], object] = {}
+        self._uploaded: dict[str, object] = {}
+        self._static_seen: dict[str, object] | None = None
+        self._runs: list[tuple[Step, Callable[[dict[Any, object]], None]]] = []
+        self._swap_due = False
+        try:
+            for memory in plan.memories:
+                self.memories.append(backend.make(memory.format, memory.size))
+            for step in plan.steps:
+                self._runs.append((step, self._compile(step)))
+        except BaseException:
+            self.release()
+            raise
+
+    def _storage(self, resource: int) -> Any:
+        return self.memories[self.places[resource]]
+
+    # Compiling: each step becomes a function of this run's values.
+
+    def _compile(self, step: Step) -> Callable[[dict[Any, object]], None]:
+        if isinstance(step, CopyStep):
+            return lambda _: self.backend.copy(self._storage(step.source_resource), self._storage(step.outputs[0]))
+        if isinstance(step, PixelStep):
+            run = self.backend.pixel_pass(step)
+            block = Uniforms(step.program, step, self._overrides)
+            image_ids = [r for _, r in step.images]
+            return lambda values: run(
+                [self._storage(r) for r in step.outputs], [self._storage(r) for r in image_ids], block.pack(values)
+            )
+        return self._compile_draw(step)
+
+    def _compile_draw(self, step: DrawStep) -> Callable[[dict[Any, object]], None]:
+        run = self.backend.draw_pass(step)
+        mesh = step.source.geometry
+        if id(mesh) not in self._geometries:
+            self._geometries[id(mesh)] = self.backend.geometry(mesh)
+        geometry = self._geometries[id(mesh)]
+        vertex = Uniforms(step.vertex, step, self._overrides)
+        fragment = Uniforms(step.fragment, step, self._overrides) if step.fragment is not None else None
+        image_ids = [r for _, r in step.images]
+
+        def draw(values: dict[Any, object]) -> None:
+            run(
+                [self._storage(r) for r in step.outputs],
+                None if step.depth is None else self._storage(step.depth),
+                [self._storage(r) for r in image_ids],
+                geometry,
+                vertex.pack(values),
+                fragment.pack(values) if fragment is not None else self._empty,
+            )
+
+        return draw
+
+    # Running
+
+    def run(
+        self,
+        pictures: Mapping[str, Picture],
+        given: Mapping[str, object],
+        observe: Callable[[Step, dict[str, Picture]], None] | None,
+    ) -> None:
+        values = self._values(given)
+        static = {name: values[name] for name, handle in self.plan.values.items() if handle.static}
+        static_changed = self._changed(static)
+        self._static_seen = None  # until this run has ended well, nothing counts as done
+        static_changed |= self._upload(pictures)
+        self._swap_history()
+        for step, execute in self._runs:
+            if step.static and not static_changed:
+                continue
+            execute(values)
+            if observe is not None:
+                written = {self.plan.resources[r].name: self.download(r) for r in step.writes}
+                observe(step, written)
+        self._static_seen, self._swap_due = static, True
+
+    def _swap_history(self) -> None:
+        """What the last run wrote becomes history; at the start of a run, so that results can be read behind it."""
+        if self._swap_due:
+            self._swap_due = False
+            for resource in self.plan.resources:
+                if resource.history is not None:
+                    places = self.places
+                    places[resource.id], places[resource.history] = places[resource.history], places[resource.id]
+
+    def _values(self, given: Mapping[str, object]) -> dict[Any, object]:
+        """Run values by handle; derived ones are computed when first asked for."""
+        needed = self.plan.values
+        surplus = [name for name in given if name not in needed]
+        if surplus:
+            known = ", ".join([*self.plan.inputs, *needed]) or "nothing"
+            raise InputError(f"there is no input or value {surplus[0]!r} in this graph; it takes {known}")
+        values: dict[Any, object] = {}
+        for name, handle in needed.items():
+            value = given.get(name, handle.default)
+            if value is None:
+                raise InputError(f"value {name!r} is missing; run the program as program({name}=...)")
+            if isinstance(handle.type, type) and handle.type not in (int, float, bool) and handle.type.__module__ != "passgraph.language.symbols":
+                if not isinstance(value, handle.type):
+                    raise InputError(f"value {name!r} must be a {handle.type.__name__}, got {type(value).__name__}")
+            values[name] = value
+        return values
+
+    def _upload(self, pictures: Mapping[str, Picture]) -> bool:
+        """Inputs to the device; true when a static one is new."""
+        changed = False
+        static = self.plan.static_inputs
+        for name, resource in self.plan.inputs.items():
+            picture = pictures[name]
+            if name in static and self._uploaded.get(name) is picture:
+                continue
+            self.backend.upload(self._storage(resource), picture)
+            self._uploaded[name] = picture
+            changed |= name in static
+        return changed
+
+    def _changed(self, static: dict[str, object]) -> bool:
+        """Whether a static value is another one than in the last run; arrays count as new whenever given anew."""
+        seen = self._static_seen
+        return seen is None or any(not _same(seen.get(name), value) for name, value in static.items())
+
+    def override(self, step: str, name: str, value: object) -> None:
+        """Another value for a plain parameter of a step."""
+        found = [s for s in self.plan.steps if s.name == step or (isinstance(s, PixelStep) and step in s.fused)]
+        if not found:
+            raise GraphError(f"there is no pass {step!r}; there are {', '.join(s.name for s in self.plan.steps)}")
+        keys = [k for k in found[0].values if k == name or k.endswith("/" + name)]
+        if not keys:
+            raise GraphError(f"pass {step!r} has no parameter {name!r} to set; it has {', '.join(found[0].values) or 'none'}")
+        self._overrides[found[0].name, keys[0]] = value
+        self._static_seen = None
+
+    def download(self, resource: int) -> Picture:
+        """A picture of the last run."""
+        return self.backend.download(self._storage(resource))
+
+    def release(self) -> None:
+        for memory in self.memories:
+            self.backend.release(memory)
+        self.memories = []
+
+
+def _same(one: object, other: object) -> bool:
+    plain = (bool, int, float, str, tuple)
+    return one is other or (type(one) is type(other) and isinstance(one, plain) and bool(one == other))
+
+
+class Uniforms:
+    """The parameters of one stage: constant parts packed once, run values at each run."""
+
+    def __init__(self, program: ScalarProgram, step: Step, overrides: Mapping[tuple[str, str], object]) -> None:
+        from passgraph.backends.base import Block
+
+        self.step, self.overrides = step, overrides
+        self.floats = np.zeros(max(1, program.float_count), np.float32)
+        self.ints = np.zeros(max(1, program.int_count), np.int32)
+        self.block: Block = Block(self.floats, self.ints)
+        self.constant: list[Any] = []
+        self.changing: list[Any] = []
+        for slot in program.uniforms:
+            base, _, path = slot.name.rpartition("/")
+            parameter, *fields = path.split(".")
+            key = f"{base}/{parameter}" if base else parameter
+            entry = (slot, key, fields)
+            value = step.values[key]
+            (self.changing if isinstance(value, (Value, Derived)) else self.constant).append(entry)
+        for entry in self.constant:
+            self._store(entry, step.values[entry[1]])
+
+    def _store(self, entry: Any, value: object) -> None:
+        slot, key, fields = entry
+        for name in fields:
+            if not hasattr(value, name):
+                raise InputError(f"{key!r} needs a field {name!r}, which {type(value).__name__} lacks")
+            value = getattr(value, name)
+        target = self.floats if slot.block == "float" else self.ints
+        target[slot.offset : slot.offset + slot.count] = components(value, slot.type, f"{slot.name} of pass {self.step.name!r}")
+
+    def pack(self, values: dict[Any, object]) -> Block:
+        """The block for this run."""
+        for entry in self.changing:
+            handle = self.step.values[entry[1]]
+            self._store(entry, self.overrides.get((self.step.name, entry[1]), resolve(handle, values)))
+        if self.overrides:
+            for entry in self.constant:
+                key = (self.step.name, entry[1])
+                if key in self.overrides:
+                    self._store(entry, self.overrides[key])
+        return self.block
+
+
+def resolve(handle: object, values: dict[Any, object]) -> object:
+    """What a handle stands for in this run."""
+    if isinstance(handle, Value):
+        return values[handle.name]
+    assert isinstance(handle, Derived)
+    # By identity: a default inside the handle may be an array, which has no hash.
+    if id(handle) not in values:
+        values[id(handle)] = handle.function(*(values[source.name] for source in handle.sources))
+    return values[id(handle)]

@@ -1,0 +1,312 @@
+"""One function body on its way to the intermediate representation: its names, its variables, its exit."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import cast
+
+from passgraph.language import ir
+from passgraph.language.assignments import Assignments
+from passgraph.language.expressions import STAGE_VALUES, Expressions
+from passgraph.language.library import library_function
+from passgraph.language.scope import FunctionSource, Scope, typed_constant
+from passgraph.language.signature import Signature, read_signature
+from passgraph.language.source import Span, fail
+from passgraph.language.statements import Statements
+from passgraph.language.types import (
+    BOOL,
+    Array,
+    ImageType,
+    Matrix,
+    Scalar,
+    Struct,
+    TupleType,
+    Type,
+    Value,
+    Vector,
+    component_count,
+    element_of,
+)
+from passgraph.language.values import ImageValue, Part, StructValue, TupleValue, coerce, part_type
+
+#: Calls inside calls; deeper is almost surely recursion through a chain.
+MAX_CALL_DEPTH = 32
+#: Statements after inlining; more than this is a runaway, not a kernel.
+MAX_STATEMENTS = 20_000
+#: Expressions after inlining, counted as nodes of the syntax tree.
+MAX_EXPRESSIONS = 60_000
+
+
+@dataclass
+class Builder:
+    """What all frames of one kernel share."""
+
+    stage: ir.Stage
+    blocks: list[list[ir.Stmt]] = field(default_factory=lambda: [[]])
+    count: int = 0
+    emitted: int = 0
+    expressions: int = 0
+    calls: list[ast.FunctionDef] = field(default_factory=list)
+    discards: bool = False
+    signatures: dict[FunctionSource, Signature] = field(default_factory=dict)
+    assigned: dict[FunctionSource, frozenset[str]] = field(default_factory=dict)
+    #: For each function inlined, the names that its body captured: this kernel's own record.
+    scopes: dict[FunctionSource, Scope] = field(default_factory=dict)
+
+    def emit(self, statement: ir.Stmt) -> None:
+        self.emitted += 1
+        if self.emitted > MAX_STATEMENTS:
+            fail(
+                statement.span,
+                f"the kernel grows past {MAX_STATEMENTS} statements once its functions are inlined",
+            )
+        self.blocks[-1].append(statement)
+
+    def count_expression(self, span: Span) -> None:
+        self.expressions += 1
+        if self.expressions > MAX_EXPRESSIONS:
+            fail(span, f"the kernel grows past {MAX_EXPRESSIONS} expressions once its functions are inlined")
+
+    def fresh(self, hint: str) -> str:
+        self.count += 1
+        return f"{hint}.{self.count}"
+
+    def signature(self, function: FunctionSource) -> Signature:
+        if function not in self.signatures:
+            self.signatures[function] = read_signature(function)
+        return self.signatures[function]
+
+    def assigned_names(self, function: FunctionSource) -> frozenset[str]:
+        """Every name that a body assigns to: its locals, as Python decides it."""
+        if function not in self.assigned:
+            self.assigned[function] = frozenset(_assigned_names(function.node.body))
+        return self.assigned[function]
+
+    def scope(self, function: FunctionSource) -> Scope:
+        if function not in self.scopes:
+            self.scopes[function] = Scope(function.scope.names)
+        return self.scopes[function]
+
+
+@dataclass
+class Variable:
+    """A local: one IR name, or one variable a field for structs."""
+
+    type: Type
+    name: str = ""
+    fields: dict[str, Variable] = field(default_factory=dict)
+    loop_index: bool = False
+
+
+class Frame:
+    """One function body being parsed."""
+
+    def __init__(self, function: FunctionSource, builder: Builder, result: Type) -> None:
+        self.function, self.builder, self.result_type = function, builder, result
+        self.source, self.scope, self.stage = function.source, builder.scope(function), builder.stage
+        self.expressions, self.assignments = Expressions(self), Assignments(self)
+        self.statements = Statements(self)
+        self.parts: dict[str, Part] = {}  # parameters, read-only
+        self.variables: dict[str, Variable] = {}
+        self.assigned: set[str] = set()  # variables that have a value here
+        self.locals = builder.assigned_names(function)
+        self.result = new_variable(result, builder.fresh(f"{function.name}.result"))
+        self.returned = builder.fresh(f"{function.name}.returned")
+        self.in_function = bool(builder.calls[1:])
+
+    # Names
+
+    def knows(self, name: str) -> bool:
+        return name in self.parts or name in self.locals
+
+    def read(self, name: str, span: Span) -> Part | None:
+        """The value of a local name, or None where the name is not local."""
+        if name in self.parts:
+            return self.parts[name]
+        if name not in self.locals:
+            return None
+        if name not in self.assigned:
+            fail(span, f"{name!r} may not have a value here; give it one before the branch or loop")
+        return read_variable(self.variables[name], span)
+
+    def store(self, variable: Variable, part: Part, span: Span, what: str) -> None:
+        """Assign to a variable, field by field for structs and tuples."""
+        value = self._fitted(part, variable.type, span, what)
+        if variable.fields:
+            # Fields may be computed from the variable itself: all values come before the first assignment.
+            value = self.name_part(value, span, keep_locals=False)
+        self._assign(variable, value, span)
+
+    def _fitted(self, part: Part, type_: Type, span: Span, what: str) -> Part:
+        if not isinstance(type_, TupleType):
+            return coerce(part, type_, span, what)
+        if not isinstance(part, TupleValue) or len(part.members) != len(type_.members):
+            fail(span, f"{what} must be {type_}, got {part_type(part)}")
+        pairs = zip(part.members, type_.members, strict=True)
+        return TupleValue(tuple(self._fitted(p, t, span, what) for p, t in pairs))
+
+    def _assign(self, variable: Variable, part: Part, span: Span) -> None:
+        if isinstance(part, TupleValue):
+            for member, value in zip(variable.fields.values(), part.members, strict=True):
+                self._assign(member, value, span)
+        elif isinstance(part, StructValue):
+            for name, member in variable.fields.items():
+                self._assign(member, part.fields[name], span)
+        elif not isinstance(part, ImageValue):
+            self.emit(ir.Assign(variable.name, part, span))
+
+    def emit(self, statement: ir.Stmt) -> None:
+        self.builder.emit(statement)
+
+    def name_it(self, value: ir.Expr, span: Span, *, keep_locals: bool = True) -> ir.Expr:
+        """The value behind a name, so that using it twice computes it once."""
+        kept = (ir.Literal, ir.Uniform, ir.Builtin, ir.Table)
+        if isinstance(value, kept) or (keep_locals and isinstance(value, ir.Local)):
+            return value
+        name = self.builder.fresh("t")
+        self.emit(ir.Assign(name, value, span))
+        return ir.Local(value.type, name, span)
+
+    def name_part(self, part: Part, span: Span, *, keep_locals: bool = True) -> Part:
+        """:meth:`name_it` for every field of a struct and member of a tuple."""
+        if isinstance(part, StructValue):
+            fields = {n: self.name_part(p, span, keep_locals=keep_locals) for n, p in part.fields.items()}
+            return StructValue(part.struct, fields)
+        if isinstance(part, TupleValue):
+            members = (self.name_part(p, span, keep_locals=keep_locals) for p in part.members)
+            return TupleValue(tuple(members))
+        return part if isinstance(part, ImageValue) else self.name_it(part, span, keep_locals=keep_locals)
+
+    # What expressions ask of their frame
+
+    def default(self, value: object, type_: Type, what: str, span: Span) -> ir.Expr:
+        return typed_constant(value, type_, what, span)
+
+    def stage_value(self, name: str, arguments: list[ir.Expr], span: Span) -> ir.Expr:
+        type_, stages = STAGE_VALUES[name]
+        if arguments:
+            fail(span, f"{name}() takes no arguments")
+        if self.stage not in stages:
+            fail(span, f"{name}() exists in {' and '.join(stages)} kernels, not in a {self.stage} kernel")
+        if name == "uv":
+            return cast(ir.Expr, self.inline_library("pixel_uv", [], span))
+        return ir.Builtin(cast(Value, type_), name, span)
+
+    def inline_library(self, name: str, arguments: list[Part], span: Span) -> Part:
+        return self.inline(library_function(name), (arguments, {}), span)
+
+    def inline(
+        self, function: FunctionSource, arguments: tuple[list[Part], dict[str, Part]], span: Span
+    ) -> Part:
+        """The body of a function in place of a call."""
+        builder = self.builder
+        if function.node in builder.calls:
+            fail(span, f"{function.name} calls itself; the kernel language has no recursion")
+        if len(builder.calls) >= MAX_CALL_DEPTH:
+            fail(span, f"calls nest deeper than {MAX_CALL_DEPTH}")
+        signature = builder.signature(function)
+        builder.calls.append(function.node)
+        frame = Frame(function, builder, signature.result)
+        bound = _bind(function, signature.parameters, arguments, span)
+        for parameter in signature.parameters:
+            what = f"{function.name}({parameter.name})"
+            if parameter.name in bound:
+                part = coerce(bound[parameter.name], parameter.type, span, what)
+            else:
+                part = self.default(parameter.default, parameter.type, what, span)
+            frame.bind(parameter.name, parameter.type, part, span)
+        frame.run()
+        builder.calls.pop()
+        return read_variable(frame.result, span)
+
+    def bind(self, name: str, type_: Type, part: Part, span: Span) -> None:
+        """A parameter: by name where it is only read, a variable of its own where the body assigns to it."""
+        if name in self.locals:
+            if isinstance(type_, ImageType):
+                fail(span, f"parameter {name!r} is an Image and cannot be assigned to")
+            self.variables[name] = variable = new_variable(type_, self.builder.fresh(name))
+            self.assigned.add(name)
+            self.store(variable, part, span, name)
+        else:
+            self.parts[name] = self.name_part(part, span) if self.in_function else part
+
+    def run(self) -> None:
+        """The body, with its result in ``self.result`` at the end."""
+        node = self.function.node
+        self.emit(ir.Assign(self.returned, ir.Literal(BOOL, False), self.source.span(node)))
+        self._zero(self.result)
+        if not self.statements.block(node.body):
+            fail(self.source.span(node), f"{self.function.name} may end without returning {self.result_type}")
+
+    def _zero(self, variable: Variable) -> None:
+        for member in variable.fields.values():
+            self._zero(member)
+        if not variable.fields:
+            self.emit(ir.Assign(variable.name, zero_of(variable.type)))
+
+
+def new_variable(type_: Type, name: str) -> Variable:
+    """A variable with one IR name for each plain part of its type."""
+    if isinstance(type_, Struct):
+        return Variable(type_, name, {n: new_variable(t, f"{name}.{n}") for n, t in type_.fields})
+    if isinstance(type_, TupleType):
+        members = {str(i): new_variable(t, f"{name}.{i}") for i, t in enumerate(type_.members)}
+        return Variable(type_, name, members)
+    return Variable(type_, name)
+
+
+def read_variable(variable: Variable, span: Span) -> Part:
+    if isinstance(variable.type, Struct):
+        fields = {name: read_variable(part, span) for name, part in variable.fields.items()}
+        return StructValue(variable.type, fields)
+    if isinstance(variable.type, TupleType):
+        return TupleValue(tuple(read_variable(part, span) for part in variable.fields.values()))
+    return ir.Local(cast("Value | Array", variable.type), variable.name, span)
+
+
+def zero_of(type_: Type) -> ir.Expr:
+    if isinstance(type_, Scalar):
+        return ir.Literal(type_, {"bool": False, "int": 0, "float": 0.0}[type_.name])
+    assert isinstance(type_, (Vector, Matrix, Array))
+    zero = zero_of(element_of(type_))
+    return ir.Construct(type_, (zero,) * component_count(type_))
+
+
+def _assigned_names(nodes: Iterable[ast.stmt]) -> set[str]:
+    names = set()
+    for node in nodes:
+        for part in ast.walk(node):
+            if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store):
+                names.add(part.id)
+            elif isinstance(part, (ast.Attribute, ast.Subscript)) and isinstance(part.ctx, ast.Store):
+                base: ast.expr = part
+                while isinstance(base, (ast.Attribute, ast.Subscript)):
+                    base = base.value
+                if isinstance(base, ast.Name):
+                    names.add(base.id)
+    return names
+
+
+def _bind(
+    function: FunctionSource,
+    parameters: tuple[ir.Parameter, ...],
+    arguments: tuple[list[Part], dict[str, Part]],
+    span: Span,
+) -> dict[str, Part]:
+    positional, named = arguments
+    names = [p.name for p in parameters]
+    if len(positional) > len(names):
+        fail(span, f"{function.name} takes {len(names)} arguments, got {len(positional)}")
+    bound = dict(zip(names, positional, strict=False))
+    for name, part in named.items():
+        if name not in names:
+            fail(span, f"{function.name} has no parameter {name!r}; it has {', '.join(names)}")
+        if name in bound:
+            fail(span, f"{function.name} gets {name!r} twice")
+        bound[name] = part
+    missing = [p.name for p in parameters if p.name not in bound and not p.has_default]
+    if missing:
+        fail(span, f"{function.name} needs {', '.join(missing)}")
+    return bound

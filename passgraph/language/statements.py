@@ -1,0 +1,244 @@
+"""Statements: branches, loops and exits.
+
+``return`` and ``discard`` anywhere in a body become one exit at its end: code behind a conditional return moves
+into the other branch, and a return inside a loop leaves the loop and sets a flag that guards the rest.
+"""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from passgraph.language import ir, symbols
+from passgraph.language.signature import resolve
+from passgraph.language.source import Span, fail
+from passgraph.language.types import BOOL, INT
+from passgraph.language.typing_rules import widen
+
+if TYPE_CHECKING:
+    from passgraph.language.frame import Frame
+
+_REFUSED: dict[type[ast.stmt], str] = {
+    ast.While: "while; write for i in range(bound) with a break",
+    ast.FunctionDef: "functions inside functions; mark one outside with @pg.function",
+    ast.ClassDef: "classes inside functions", ast.Import: "import", ast.ImportFrom: "import",
+    ast.Try: "try", ast.With: "with", ast.Raise: "raise", ast.Assert: "assert", ast.Delete: "del",
+    ast.Global: "global", ast.Nonlocal: "nonlocal", ast.Match: "match; write if and elif",
+}  # fmt: skip
+
+
+class Statements:
+    """Parses the statements of one function body into the builder's current block."""
+
+    def __init__(self, frame: Frame) -> None:
+        self.frame = frame
+        self.loops: list[str] = []  # indices of the loops around, as written
+
+    def span(self, node: ast.AST) -> Span:
+        return self.frame.source.span(node)
+
+    def block(self, nodes: Iterable[ast.stmt]) -> bool:
+        """Parse statements into the current block; true when every path through them returns."""
+        pending = list(nodes)
+        for position, node in enumerate(pending):
+            rest = pending[position + 1 :]
+            if isinstance(node, ast.If):
+                return self._if(node, rest)
+            if isinstance(node, ast.For):
+                self._for(node)
+                if _returns(node):
+                    return self._guarded(rest, node)
+            elif isinstance(node, ast.Return):
+                self._return(node)
+                return True
+            elif self._is_discard(node):
+                self._discard(node)
+                return True
+            elif isinstance(node, (ast.Break, ast.Continue)):
+                span = self.span(node)
+                if not self.loops:
+                    fail(span, "break and continue belong inside a for loop")
+                self.frame.emit(ir.Break(span) if isinstance(node, ast.Break) else ir.Continue(span))
+                return False
+            else:
+                self._simple(node)
+        return False
+
+    def _captured(self, nodes: Iterable[ast.stmt]) -> tuple[tuple[ir.Stmt, ...], bool]:
+        """Statements of a block of their own, and whether every path through them returns."""
+        blocks = self.frame.builder.blocks
+        blocks.append([])
+        returns = self.block(nodes)
+        return tuple(blocks.pop()), returns
+
+    def _if(self, node: ast.If, rest: list[ast.stmt]) -> bool:
+        frame, span = self.frame, self.span(node.test)
+        condition = frame.expressions.condition(node.test)
+        then_returns, else_returns = self._always_returns(node.body), self._always_returns(node.orelse)
+        # What follows a branch that returned belongs to the other branch alone.
+        then_nodes = [*node.body, *rest] if else_returns and not then_returns else node.body
+        else_nodes = [*node.orelse, *rest] if then_returns and not else_returns else node.orelse
+        before = set(frame.assigned)
+        then, then_done = self._captured(then_nodes)
+        after_then, frame.assigned = frame.assigned, before
+        orelse, else_done = self._captured(else_nodes)
+        # A branch that left has no say in what is assigned behind it.
+        if else_done or _jumps(orelse):
+            frame.assigned = after_then
+        elif not (then_done or _jumps(then)):
+            frame.assigned &= after_then
+        frame.emit(ir.If(condition, then, orelse, span))
+        if then_returns or else_returns:
+            return then_done and else_done
+        if _returns(node):
+            return self._guarded(rest, node)
+        return self.block(rest)
+
+    def _guarded(self, rest: list[ast.stmt], node: ast.stmt) -> bool:
+        """``rest`` under the condition that nothing has returned yet."""
+        frame, span = self.frame, self.span(node)
+        returned = ir.Local(BOOL, frame.returned, span)
+        if self.loops:
+            # Inside a loop a return has left it: an inner loop hands that on to the one around.
+            if isinstance(node, ast.For):
+                frame.emit(ir.If(returned, (ir.Break(span),), (), span))
+            return self.block(rest)
+        if not rest:
+            return False
+        body, done = self._captured(rest)
+        still_here = ir.Apply(BOOL, "logical_not", (returned,), span)
+        frame.emit(ir.If(still_here, body, (), span))
+        return done
+
+    # Loops
+
+    def _for(self, node: ast.For) -> None:
+        from passgraph.language.frame import Variable
+
+        frame, span = self.frame, self.span(node.iter)
+        if node.orelse:
+            fail(self.span(node.orelse[0]), "the kernel language has no for ... else")
+        if not isinstance(node.target, ast.Name):
+            fail(self.span(node.target), "a for loop has one index: for i in range(n)")
+        start, stop, step = self._range(node.iter, span)
+        name = node.target.id
+        if name in self.loops:
+            fail(self.span(node.target), f"{name!r} is the index of a loop around; give this one another name")
+        index = Variable(INT, frame.builder.fresh(name), loop_index=True)
+        outer = frame.variables.pop(name, None)
+        if outer is not None and outer.type is not INT:
+            fail(self.span(node.target), f"{name!r} is {outer.type} already; give the index another name")
+        before = set(frame.assigned)
+        frame.variables[name] = index
+        frame.assigned.add(name)
+        self.loops.append(name)
+        body, _ = self._captured(node.body)
+        self.loops.pop()
+        frame.assigned = before
+        del frame.variables[name]
+        if outer is not None:
+            # The name meant an int before the loop and holds the last index behind it, as in Python.
+            frame.variables[name] = outer
+            body = (ir.Assign(outer.name, ir.Local(INT, index.name, span), span), *body)
+        frame.emit(ir.For(index.name, start, stop, step, body, span))
+
+    def _range(self, node: ast.expr, span: Span) -> tuple[ir.Expr, ir.Expr, ir.Expr]:
+        expressions = self.frame.expressions
+        is_range = isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "range"
+        if not is_range or self.frame.knows("range"):
+            fail(span, "a for loop runs over range(...): for i in range(len(values))")
+        assert isinstance(node, ast.Call)
+        if node.keywords or not 1 <= len(node.args) <= 3:
+            fail(span, "range() takes 1 to 3 whole numbers")
+        bounds = [widen(expressions.value(a), INT, self.span(a), "a bound of range()") for a in node.args]
+        zero, one = ir.Literal(INT, 0, span), ir.Literal(INT, 1, span)
+        if len(bounds) == 1:
+            return zero, bounds[0], one
+        return bounds[0], bounds[1], bounds[2] if len(bounds) == 3 else one
+
+    # Exits
+
+    def _return(self, node: ast.Return) -> None:
+        frame, span = self.frame, self.span(node)
+        if node.value is None:
+            fail(span, f"{frame.function.name} must return {frame.result_type}")
+        part = frame.expressions.part(node.value)
+        frame.store(frame.result, part, span, f"the result of {frame.function.name}")
+        self._leave(span)
+
+    def _leave(self, span: Span) -> None:
+        self.frame.emit(ir.Assign(self.frame.returned, ir.Literal(BOOL, True, span), span))
+        if self.loops:
+            self.frame.emit(ir.Break(span))
+
+    def _is_discard(self, node: ast.stmt) -> bool:
+        if not (isinstance(node, ast.Expr) and isinstance(node.value, ast.Call)):
+            return False
+        function = node.value.func
+        if not _may_be_discard(function) or self.frame.knows(_first_name(function)):
+            return False
+        return resolve(function, self.frame.scope, self.frame.source) is symbols.discard
+
+    def _discard(self, node: ast.stmt) -> None:
+        frame, span = self.frame, self.span(node)
+        assert isinstance(node, ast.Expr)
+        assert isinstance(node.value, ast.Call)
+        if node.value.args or node.value.keywords:
+            fail(span, "discard() takes no arguments; put it below an if")
+        if frame.stage != "fragment":
+            fail(span, f"discard() exists in fragment kernels, not in a {frame.stage} kernel")
+        if frame.in_function:
+            fail(span, "discard() belongs in the fragment kernel itself; return a bool from the function instead")
+        frame.builder.discards = True
+        frame.emit(ir.Assign("$keep", ir.Literal(BOOL, False, span), span))
+        self._leave(span)
+
+    def _always_returns(self, nodes: list[ast.stmt]) -> bool:
+        """Whether a block ends in a return on every path, read off its shape."""
+        for node in nodes:
+            if isinstance(node, ast.Return) or self._is_discard(node):
+                return True
+            if isinstance(node, ast.If):
+                if self._always_returns(node.body) and self._always_returns(node.orelse):
+                    return True
+        return False
+
+    # Everything else
+
+    def _simple(self, node: ast.stmt) -> None:
+        span = self.span(node)
+        if isinstance(node, (ast.Assign, ast.AugAssign, ast.AnnAssign)):
+            self.frame.assignments.statement(node, span)
+        elif isinstance(node, ast.Pass) or (isinstance(node, ast.Expr) and _is_docstring(node.value)):
+            return
+        elif isinstance(node, ast.Expr):
+            fail(span, "this value is not used; a kernel has no side effects")
+        else:
+            fail(span, f"the kernel language has no {_REFUSED.get(type(node), type(node).__name__)}")
+
+
+def _is_docstring(node: ast.expr) -> bool:
+    return isinstance(node, ast.Constant) and (isinstance(node.value, str) or node.value is ...)
+
+
+def _jumps(block: tuple[ir.Stmt, ...]) -> bool:
+    return bool(block) and isinstance(block[-1], (ir.Break, ir.Continue))
+
+
+def _first_name(node: ast.expr) -> str:
+    while isinstance(node, ast.Attribute):
+        node = node.value
+    return node.id if isinstance(node, ast.Name) else ""
+
+
+def _may_be_discard(function: ast.expr) -> bool:
+    return "discard" in (getattr(function, "id", ""), getattr(function, "attr", "")) and bool(_first_name(function))
+
+
+def _returns(node: ast.stmt) -> bool:
+    """Whether a return (or discard) is inside."""
+    for part in ast.walk(node):
+        if isinstance(part, ast.Return) or (isinstance(part, ast.Call) and _may_be_discard(part.func)):
+            return True
+    return False

@@ -1,0 +1,183 @@
+"""Last phase: resources, lifetimes, shared memory, what runs once, and the steps themselves."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from passgraph.formats import Format
+from passgraph.graph import DrawPass, Pass
+from passgraph.plan.collect import Work
+from passgraph.plan.data import CopyStep, DrawStep, Memory, PixelStep, Plan, Resource, Step
+from passgraph.plan.order import Copies
+from passgraph.targets import Derived, InputSpec, Target, TargetSpec, Value
+
+
+class Resources:
+    """Pictures by content; draws over a content share its picture."""
+
+    def __init__(self, work: Work) -> None:
+        self.work = work
+        self.list: list[Resource] = []
+        self.by_content: dict[Target, int] = {}
+
+    def add(self, name: str, format_: Format, size: tuple[int, int], kind: str) -> int:
+        self.list.append(Resource(len(self.list), name, format_, size, kind, -1))
+        return len(self.list) - 1
+
+    def of(self, target: Target) -> int:
+        content = target.content
+        if content not in self.by_content:
+            kind = "input" if isinstance(content.spec, InputSpec) else "history" if content.is_previous else "target"
+            name = f"previous {content.name}" if content.is_previous else content.name
+            self.by_content[content] = self.add(name, self.work.format_of(content), self.work.size_of(content), kind)
+        return self.by_content[content]
+
+
+def emit(work: Work, sequence: tuple[list[Pass], Copies]) -> Plan:
+    order, copies = sequence
+    resources = Resources(work)
+    steps: list[Step] = []
+    for node in order:
+        _share_pictures(node, resources, copies, steps)
+        steps.append(_step(node, work, resources))
+    outputs = {name: resources.of(target) for name, target in work.outputs.items()}
+    inputs = {spec.name: resources.of(Target(spec)) for spec in work.inputs if Target(spec) in resources.by_content}
+    finals = {resources.of(target): resources.of(Target(spec, is_previous=True)) for spec, target in work.final.items()}
+    steps, static = _mark_static(steps, resources.list, set(finals), work)
+    persistent = {*outputs.values(), *finals, *finals.values(), *inputs.values(), *_handed_on(steps, static)}
+    listed = [replace(r, persistent=r.id in persistent, history=finals.get(r.id)) for r in resources.list]
+    listed, memories = _memories(listed, steps, work)
+    return Plan(
+        tuple(steps), tuple(listed), tuple(memories), inputs, outputs, work.size, work.options, tuple(work.notes),
+        frozenset(spec.name for spec in work.inputs if spec.static),
+    )
+
+
+def _share_pictures(node: Pass, resources: Resources, copies: Copies, steps: list[Step]) -> None:
+    """What a draw writes over keeps its picture, or gets a copy of it where the old content is still needed."""
+    if not isinstance(node, DrawPass):
+        return
+    for spec, load, slot in _loads(node):
+        new = Target(spec, node, slot)
+        if load is None:
+            continue
+        old = resources.of(load)
+        if (load.content, node) in copies:
+            fresh = resources.of(new)
+            steps.append(CopyStep(f"copy {load.name}", old, (fresh,), resources.list[old].size))
+        else:
+            resources.by_content[new] = old
+
+
+def _loads(node: DrawPass) -> list[tuple[TargetSpec, Target | None, int]]:
+    rows = [(spec, load, slot) for slot, (spec, load) in enumerate(zip(node.into, node.loads, strict=True))]
+    if node.depth is not None:
+        rows.append((node.depth, node.depth_load, -1))
+    return rows
+
+
+def _step(node: Pass, work: Work, resources: Resources) -> Step:
+    low = work.passes[node]
+    images = tuple((name, resources.of(target)) for name, target in low.images.items())
+    outputs = tuple(resources.of(Target(spec, node, slot)) for slot, spec in enumerate(node.into))
+    if not isinstance(node, DrawPass):
+        assert low.program is not None
+        return PixelStep(low.name, low.program, images, outputs, low.size, low.values, node, low.facts, low.fused)
+    assert low.vertex is not None
+    depth = None if node.depth is None else resources.of(Target(node.depth, node, -1))
+    return DrawStep(
+        low.name, low.vertex, low.fragment, low.varyings, images, outputs,
+        tuple(_clear(spec) if load is None else None for spec, load in zip(node.into, node.loads, strict=True)),
+        depth,
+        None if node.depth is None or node.depth_load is not None else _depth_clear(node.depth),
+        node.state, low.size, low.values, node, low.vertex_facts, low.facts,
+    )  # fmt: skip
+
+
+def _clear(spec: TargetSpec) -> tuple[float, ...]:
+    values = spec.clear or (0.0,)
+    return values * spec.format.channels if len(values) == 1 else values
+
+
+def _depth_clear(spec: TargetSpec) -> float:
+    return spec.clear[0] if spec.clear else 1.0
+
+
+def _mark_static(
+    steps: list[Step], resources: list[Resource], with_history: set[int], work: Work
+) -> tuple[list[Step], set[int]]:
+    """Steps whose every source is static run once; a picture written by one static and one other step is not."""
+    if not work.options.static:
+        return steps, set()
+    # A picture with history changes its memory at each run, so what it holds must be written at each run.
+    changing = with_history | {r.id for r in resources if r.kind == "history"}
+    changing |= {
+        r.id for r in resources if r.kind == "input" and not any(s.name == r.name and s.static for s in work.inputs)
+    }
+    while True:
+        before = len(changing)
+        for step in steps:
+            values = [v for v in step.values.values() if isinstance(v, (Value, Derived))]
+            if any(r in changing for r in (*step.reads, *step.writes)) or any(not v.static for v in values):
+                changing.update(step.writes)
+        if len(changing) == before:
+            break
+    marked: list[Step] = []
+    static: set[int] = set()
+    for step in steps:
+        runs_once = not any(r in changing for r in step.writes)
+        marked.append(replace(step, static=runs_once))
+        if runs_once:
+            static.update(step.writes)
+            work.notes.append(f"pass {step.name} depends on static inputs only: runs once")
+    return marked, static
+
+
+def _handed_on(steps: list[Step], static: set[int]) -> set[int]:
+    """Static pictures that must outlive the run: those that a step of every run reads."""
+    return {r for step in steps if not step.static for r in step.reads if r in static}
+
+
+def _memories(resources: list[Resource], steps: list[Step], work: Work) -> tuple[list[Resource], list[Memory]]:
+    """Targets of one format and size share memory where their lifetimes are disjoint from *all* that share it."""
+    spans = lifetimes(resources, steps)
+    static_only = {r for step in steps if step.static for r in step.writes}
+    memories: list[Memory] = []
+    occupants: list[list[int]] = []
+    placed: list[Resource] = []
+    for resource in sorted(resources, key=lambda r: (spans[r.id][0], r.id)):
+        slot = None
+        if work.options.alias and not resource.persistent:
+            for index, memory in enumerate(memories):
+                same = memory == Memory(resource.format, resource.size)
+                free = all(disjoint(spans[resource.id], spans[other]) for other in occupants[index])
+                shareable = not any(resources[o].persistent for o in occupants[index])
+                # A step that runs once must not scribble over a picture of every run, nor the other way round.
+                alike = all((o in static_only) == (resource.id in static_only) for o in occupants[index])
+                if same and free and shareable and alike:
+                    slot = index
+                    break
+        if slot is None:
+            slot = len(memories)
+            memories.append(Memory(resource.format, resource.size))
+            occupants.append([])
+        else:
+            shared = ", ".join(resources[o].name for o in occupants[slot])
+            work.notes.append(f"target {resource.name} shares the memory of {shared}: never alive together")
+        occupants[slot].append(resource.id)
+        placed.append(replace(resource, memory=slot))
+    return sorted(placed, key=lambda r: r.id), memories
+
+
+def lifetimes(resources: list[Resource], steps: list[Step]) -> dict[int, tuple[int, int]]:
+    """First and last step (inclusive) that touches each resource."""
+    spans: dict[int, tuple[int, int]] = {}
+    for index, step in enumerate(steps):
+        for resource in (*step.reads, *step.writes):
+            first, _ = spans.get(resource, (index, index))
+            spans[resource] = (first, index)
+    return {r.id: (0, len(steps)) if r.persistent else spans.get(r.id, (0, 0)) for r in resources}
+
+
+def disjoint(a: tuple[int, int], b: tuple[int, int]) -> bool:
+    return a[1] < b[0] or b[1] < a[0]

@@ -1,0 +1,36 @@
+"""A plan in words."""
+
+from __future__ import annotations
+
+from passgraph.plan.data import DrawStep, PixelStep, Plan, Step
+
+
+def explain(plan: Plan) -> str:
+    """Steps in order, memory, and what was left out, fused or shared."""
+    lines = [f"{len(plan.steps)} steps, output {plan.size[0]}x{plan.size[1]}"]
+    names = {r.id: r.name for r in plan.resources}
+    for number, step in enumerate(plan.steps, 1):
+        reads = ", ".join(dict.fromkeys(names[r] for r in step.reads)) or "nothing"
+        writes = ", ".join(names[r] for r in step.writes)
+        once = "; runs once" if step.static else ""
+        lines.append(f"{number:3}. {step.name}: {reads} → {writes} ({_kind(step)}, {step.size[0]}x{step.size[1]}{once})")
+    saved = plan.bytes_unaliased - plan.bytes
+    lines.append(
+        f"memory: {_mebibytes(plan.bytes)} in {len(plan.memories)} pictures for {len(plan.resources)} targets and inputs"
+        + (f"; sharing saves {_mebibytes(saved)}" if saved else "")
+    )
+    lines += [f"- {note}" for note in plan.notes]
+    return "\n".join(lines)
+
+
+def _kind(step: Step) -> str:
+    if isinstance(step, PixelStep):
+        inside = f" with {', '.join(step.fused)}" if step.fused else ""
+        return "pixels" + inside
+    if isinstance(step, DrawStep):
+        return f"draws {len(step.source.geometry.triangles)} triangles"
+    return "copies"
+
+
+def _mebibytes(count: int) -> str:
+    return f"{count / 2**20:.1f} MiB"

@@ -1,0 +1,83 @@
+"""Fuses chains of pixel passes: a producer that is read only at the same pixel is computed inside its reader.
+
+What is fused stays what it was, bit for bit: the producer's result passes through its target's format on the way.
+Fusion stops where a pass jumps, reads neighbours, changes size, is wanted as an output or by someone else.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from passgraph.graph import PixelPass
+from passgraph.language.lower import Fused, ImageFacts, lower
+from passgraph.language.scalar import walk
+from passgraph.plan.collect import Lowered, Work
+from passgraph.plan.specialise import reads_size
+from passgraph.targets import Target
+
+#: A fused program longer than this stays two passes: compile time grows faster than what is saved.
+MAX_FUSED_INSTRUCTIONS = 1500
+
+
+def fuse(work: Work) -> None:
+    if not work.options.fuse:
+        return
+    # Producers first, so that a chain grows from its head.
+    for consumer in list(work.passes.values()):
+        if isinstance(consumer.node, PixelPass) and consumer.node in work.passes:
+            for image, target in list(consumer.images.items()):
+                if image in consumer.images and _fusable(target, image, consumer, work):
+                    _fuse_into(consumer, target, work)
+
+
+def _fusable(target: Target, image: str, consumer: Lowered, work: Work) -> bool:
+    producer = work.passes.get(target.made_by) if target.made_by is not None else None
+    if producer is None or not isinstance(producer.node, PixelPass) or producer.size != consumer.size:
+        return False
+    assert consumer.program is not None and producer.program is not None
+    wanted = {t.content for t in work.roots()}
+    made = [Target(spec, producer.node, slot) for slot, spec in enumerate(producer.node.into)]
+    if any(t in wanted for t in made):
+        return False
+    readers = [low for low in work.passes.values() if any(t.made_by is producer.node for t in low.node.reads)]
+    if readers != [consumer]:
+        return False
+    if _static(producer) and not _static(consumer):
+        return False
+    names = [name for name, t in consumer.images.items() if t.made_by is producer.node]
+    if any(not consumer.program.image(name).pointwise or reads_size(consumer.program, name) for name in names):
+        return False
+    total = sum(1 for _ in walk(producer.program.body)) + sum(1 for _ in walk(consumer.program.body))
+    return total <= MAX_FUSED_INSTRUCTIONS
+
+
+def _static(lowered: Lowered) -> bool:
+    """Whether every direct input is static; good enough to keep load-time passes apart from per-frame ones."""
+    images = all(getattr(t.spec, "static", False) for t in lowered.images.values())
+    return bool(lowered.images) and images
+
+
+def _fuse_into(consumer: Lowered, target: Target, work: Work) -> None:
+    assert target.made_by is not None and isinstance(consumer.node, PixelPass)
+    producer = work.passes[target.made_by]
+    assert isinstance(producer.node, PixelPass)
+    prefix = f"p{producer.index}/"
+    images = dict(consumer.facts.images)
+    for name, read in consumer.node.images.items():
+        if read.made_by is producer.node:
+            fused = Fused(producer.node.kernel.program, producer.facts, prefix, read.slot)
+            images[name] = ImageFacts(read.spec.format.channels, read.border_rule, work.format_of(read).decode, fused)  # type: ignore[union-attr]
+            consumer.images.pop(name, None)
+    consumer.facts = replace(consumer.facts, images=images)
+    consumer.images |= {_prefixed(prefix, n): t for n, t in producer.images.items()}
+    consumer.values |= {_prefixed(prefix, n): v for n, v in producer.values.items()}
+    consumer.program = lower(consumer.node.kernel.program, consumer.facts)
+    consumer.images = {use.name: consumer.images[use.name] for use in consumer.program.images}
+    consumer.fused = (*producer.fused, producer.name, *consumer.fused)
+    work.notes.append(f"fused pass {producer.name} into {consumer.name}: read at the same pixel, by it alone")
+    del work.passes[producer.node]
+
+
+def _prefixed(prefix: str, name: str) -> str:
+    """Names that already carry the prefix of a pass fused earlier keep it."""
+    return name if "/" in name else prefix + name

@@ -1,0 +1,116 @@
+"""Lowers every kernel under what the graph knows, then drops what no output needs."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from passgraph.errors import GraphError
+from passgraph.graph import DrawPass, Pass, PixelPass
+from passgraph.language.emitter import eliminate_dead
+from passgraph.language.lower import Facts, ImageFacts, lower
+from passgraph.language.scalar import LoadBuiltin, Output, ScalarProgram, walk
+from passgraph.plan.collect import Lowered, Work, drawn_over
+from passgraph.targets import Target
+
+
+def image_facts(target: Target, work: Work) -> ImageFacts:
+    made = work.format_of(target)
+    return ImageFacts(made.channels, target.border_rule, made.decode)
+
+
+def specialise(work: Work) -> None:
+    for lowered in work.passes.values():
+        node = lowered.node
+        lowered.values = dict(node.values)
+        images = {name: image_facts(target, work) for name, target in node.images.items()}
+        if isinstance(node, PixelPass):
+            stores = tuple(spec.format.store for spec in node.into)
+            lowered.facts = Facts(node.constants, images, stores, work.options.simplify)
+            lowered.program = lower(node.kernel.program, lowered.facts)
+            lowered.images = used_images(lowered.program, node.images)
+            check_relative(lowered, work)
+        else:
+            _specialise_draw(node, lowered, images, work)
+
+
+def _specialise_draw(node: DrawPass, lowered: Lowered, images: dict[str, ImageFacts], work: Work) -> None:
+    blends = node.state.blend or (None,) * len(node.into)
+    # A blended target is quantised after blending, by the backend.
+    stores = tuple(((), ()) if blend else spec.format.store for spec, blend in zip(node.into, blends, strict=True))
+    simplify = work.options.simplify
+    lowered.vertex_facts = Facts(node.constants, {}, (), simplify)
+    lowered.facts = Facts(node.constants, images, stores, simplify)
+    vertex = lower(node.vertex.program, lowered.vertex_facts)
+    if node.fragment is not None:
+        lowered.fragment = lower(node.fragment.program, lowered.facts)
+        lowered.images = used_images(lowered.fragment, node.images)
+    lowered.varyings = varyings_of(lowered.fragment)
+    lowered.vertex = link(vertex, lowered.varyings)
+
+
+def varyings_of(fragment: ScalarProgram | None) -> tuple[str, ...]:
+    """The scalars that the fragment kernel really reads, such as ``normal.0``."""
+    if fragment is None:
+        return ()
+    return tuple(name.removeprefix("varying.") for name, _ in fragment.builtins if name.startswith("varying."))
+
+
+def link(vertex: ScalarProgram, varyings: tuple[str, ...]) -> ScalarProgram:
+    """The vertex program with two outputs, position and the wanted varyings, and nothing that only served others."""
+    outputs = {output.name: output.values for output in vertex.outputs}
+    wanted = []
+    for name in varyings:
+        field, _, component = name.partition(".")
+        wanted.append(outputs[field][int(component or 0)])
+    made = (Output("position", outputs["position"]), Output("varyings", tuple(wanted)))
+    roots = [value for output in made for value in output.values]
+    body = eliminate_dead(list(vertex.body), roots)
+    used = {i.name for i in walk(body) if isinstance(i, LoadBuiltin)}
+    builtins = tuple((n, t) for n, t in vertex.builtins if n in used)
+    return replace(vertex, outputs=made, body=body, builtins=builtins)
+
+
+def used_images(program: ScalarProgram, images: object) -> dict[str, Target]:
+    assert isinstance(images, dict) or hasattr(images, "items")
+    return {use.name: images[use.name] for use in program.images}  # type: ignore[index]
+
+
+def check_relative(lowered: Lowered, work: Work) -> None:
+    """``image[dx, dy]`` needs the image to have the pass's size."""
+    assert lowered.program is not None
+    for use in lowered.program.images:
+        size = work.size_of(lowered.images[use.name])
+        if use.relative and size != lowered.size:
+            raise GraphError(
+                f"pass {lowered.name!r} reads {lowered.images[use.name].name!r} ({size[0]}x{size[1]}) by relative offsets and is "
+                f"{lowered.size[0]}x{lowered.size[1]} itself; read it by .sample(uv()) or make the sizes equal"
+            )
+
+
+def cull(work: Work) -> None:
+    """Keep the passes that an output or history still needs once unused images are known."""
+    if not work.options.cull:
+        return
+    needed: set[Pass] = set()
+    still_read: set[object] = set()
+    pending = [t.made_by for t in work.outputs.values() if t.made_by is not None]
+    while pending:
+        node = pending.pop()
+        if node in needed:
+            continue
+        needed.add(node)
+        lowered = work.passes[node]
+        # What is read of the last run must be written in this one.
+        history = [t.spec for t in lowered.images.values() if t.is_previous]
+        still_read.update(history)
+        needs = [*lowered.images.values(), *drawn_over(node), *(work.final[s] for s in history)]  # type: ignore[index]
+        pending += [t.made_by for t in needs if t.made_by is not None]
+    for node in [n for n in work.passes if n not in needed]:
+        work.notes.append(f"left out pass {node.name}: nothing that reaches an output reads it")
+        del work.passes[node]
+    for spec in [s for s in work.final if s not in still_read]:
+        del work.final[spec]
+
+
+def reads_size(program: ScalarProgram, image: str) -> bool:
+    return any(name.startswith(f"size.{image}.") for name, _ in program.builtins)

@@ -1,0 +1,48 @@
+"""A plan as a drawing: one row a step, one column a picture, a bar for its lifetime."""
+
+from __future__ import annotations
+
+from html import escape
+
+from passgraph.plan.data import Plan
+from passgraph.plan.emit import lifetimes
+
+ROW_PX, COLUMN_PX, LEFT_PX, TOP_PX = 34, 84, 300, 110
+#: Hues, one a memory, that stay apart for the commonest kinds of colour blindness (Okabe and Ito, 2008).
+COLOURS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442", "#999999")
+
+
+def svg(plan: Plan) -> str:
+    """The drawing as SVG text; pictures that share memory have one colour."""
+    spans = lifetimes(list(plan.resources), list(plan.steps))
+    width = LEFT_PX + COLUMN_PX * len(plan.resources) + 20
+    height = TOP_PX + ROW_PX * (len(plan.steps) + 1)
+    parts = [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}" '
+        'font-family="sans-serif" font-size="12">',
+        f'<rect width="{width}" height="{height}" fill="white"/>',
+    ]
+    for column, resource in enumerate(plan.resources):
+        x = LEFT_PX + column * COLUMN_PX + COLUMN_PX // 2
+        first, last = spans[resource.id]
+        top, bottom = TOP_PX + first * ROW_PX, TOP_PX + min(last + 1, len(plan.steps)) * ROW_PX
+        colour = COLOURS[resource.memory % len(COLOURS)]
+        title = f"{resource.name}: {resource.format.name} {resource.size[0]}x{resource.size[1]}, memory {resource.memory}"
+        parts.append(
+            f'<rect x="{x - 9}" y="{top + 3}" width="18" height="{bottom - top - 6}" rx="6" fill="{colour}" fill-opacity="0.5">'
+            f"<title>{escape(title)}</title></rect>"
+        )
+        parts.append(f'<text x="{x}" y="{TOP_PX - 8}" transform="rotate(-35 {x} {TOP_PX - 8})">{escape(resource.name)}</text>')
+    for row, step in enumerate(plan.steps):
+        y = TOP_PX + row * ROW_PX + ROW_PX // 2
+        note = " (runs once)" if step.static else ""
+        parts.append(f'<text x="12" y="{y + 4}">{row + 1}. {escape(step.name)}{note}</text>')
+        parts.append(f'<line x1="12" x2="{width - 12}" y1="{y + 17}" y2="{y + 17}" stroke="#ddd"/>')
+        for resource_id in step.reads:
+            x = LEFT_PX + resource_id * COLUMN_PX + COLUMN_PX // 2
+            parts.append(f'<circle cx="{x}" cy="{y}" r="5" fill="white" stroke="black"/>')
+        for resource_id in step.writes:
+            x = LEFT_PX + resource_id * COLUMN_PX + COLUMN_PX // 2
+            parts.append(f'<circle cx="{x}" cy="{y}" r="5" fill="black"/>')
+    parts.append(f'<text x="12" y="20" fill="#555">● writes  ○ reads  bar: lifetime, colour: memory ({len(plan.memories)})</text>')
+    return "\n".join([*parts, "</svg>"])

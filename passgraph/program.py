@@ -1,0 +1,298 @@
+"""A compiled graph: bind inputs, run the plan on a backend, read results."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import replace
+from os import PathLike
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.errors import GraphError, InputError
+from passgraph.formats import Format, format_named
+from passgraph.plan.data import Options, Plan, Step
+from passgraph.targets import InputSpec, Target, TargetSpec, checked_size
+
+if TYPE_CHECKING:
+    from passgraph.backends.base import Backend
+    from passgraph.execution import Execution
+
+Picture: TypeAlias = NDArray[np.float32]
+Outputs: TypeAlias = "Target | Iterable[Target] | Mapping[str, Target]"
+Observer: TypeAlias = Callable[[Step, dict[str, Picture]], None]
+
+
+class Result(Mapping[str, Picture]):
+    """Pictures by target name: (height, width, channels) float32, row 0 on top."""
+
+    def __init__(self, pictures: dict[str, Picture]) -> None:
+        self._pictures = pictures
+
+    def __getitem__(self, name: str) -> Picture:
+        if name not in self._pictures:
+            raise KeyError(f"there is no result {name!r}; there are {', '.join(self._pictures)}")
+        return self._pictures[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._pictures)
+
+    def __len__(self) -> int:
+        return len(self._pictures)
+
+    def save(self, path: str | PathLike[str], name: str | None = None) -> None:
+        """Write a result (the first where no name is given) as PNG, EXR …; the file is written whole or not at all.
+
+        Values above 1 are clipped in 8-bit formats; use a tone-mapping effect, or EXR.
+        """
+        from passgraph.pictures import save
+
+        save(path, self[name or next(iter(self))])
+
+
+class Program:
+    """What :func:`compile` returns.  Call it with inputs and values by name.
+
+    It owns its pictures and compiled passes until :meth:`close` (it is a context manager too).
+    """
+
+    def __init__(self, outputs: dict[str, Target], backend: Backend, owns: bool, size: Any, options: Options) -> None:
+        self._outputs, self.backend, self._owns = outputs, backend, owns
+        self._size, self._options = size, options if backend.optimises else replace(options, fuse=False, simplify=True)
+        self._inputs = _inputs_of(outputs)
+        self._bound: dict[str, tuple[Format, tuple[int, int]]] = {}
+        self._plan: Plan | None = None
+        self._execution: Execution | None = None
+        self._overrides: dict[tuple[str, str], object] = {}
+        self._static_pictures: dict[str, tuple[Any, Any]] = {}
+        self._closed = False
+        self.replanned = 0  # how often an input of another size or format made a new plan
+
+    @property
+    def plan(self) -> Plan:
+        """The plan; where inputs were left open it exists after the first run."""
+        if self._plan is None:
+            self._make_plan()
+        assert self._plan is not None
+        return self._plan
+
+    def explain(self) -> str:
+        return self.plan.explain()
+
+    def _make_plan(self) -> None:
+        from passgraph.execution import Execution
+        from passgraph.plan.build import build
+
+        if self._closed:
+            raise GraphError("this program is closed")
+        # Nothing is left half made where the new plan fails: the next run starts afresh.
+        if self._execution is not None:
+            self._execution.release()
+        self._execution = self._plan = None
+        plan = build(self._outputs, self._size, self._bound, self._options)
+        self._execution = Execution(plan, self.backend)
+        self._plan = plan
+        for (step, name), value in self._overrides.items():
+            self._execution.override(step, name, value)
+
+    def __call__(self, **given: Any) -> Result:
+        """Run once and read every output.
+
+        Raises
+        ------
+        InputError
+            For a missing, surplus or unfit input or value, by name.
+        """
+        self.run(**given)
+        return self.read()
+
+    def run(self, _observe: Observer | None = None, /, **given: Any) -> None:
+        """Run once without reading anything back.
+
+        ``_observe(step, pictures)`` is called behind every step with what it wrote: slow, for looking.
+        """
+        if self._closed:
+            raise GraphError("this program is closed")
+        pictures = self._pictures(given)
+        if self._bind(pictures) or self._plan is None:
+            self._make_plan()
+        assert self._execution is not None
+        values = {name: value for name, value in given.items() if name not in self._inputs}
+        self._execution.run(pictures, values, _observe)
+
+    def read(self, name: str | None = None) -> Result:
+        """The outputs of the last run (or one of them)."""
+        if self._execution is None:
+            raise GraphError("nothing has run yet")
+        if name is not None:
+            _known(name, self.plan.outputs)
+        names = list(self.plan.outputs) if name is None else [name]
+        return Result({n: self._execution.download(self.plan.outputs[n]) for n in names})
+
+    def set(self, step: str, name: str, value: object) -> None:
+        """Change a plain parameter of a pass, by the pass's name and the parameter's."""
+        if self._execution is None:
+            self._make_plan()
+        assert self._execution is not None
+        self._execution.override(step, name, value)
+        self._overrides[step, name] = value
+
+    def finish(self) -> None:
+        """Wait for the device."""
+        self.backend.finish()
+
+    def _pictures(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        pictures = {}
+        for name, spec in self._inputs.items():
+            if name not in given:
+                raise InputError(f"input {name!r} is missing; run the program as program({name}=picture)")
+            seen, checked = self._static_pictures.get(name, (None, None))
+            if not spec.static or seen is not given[name]:
+                checked = checked_picture(given[name], spec)
+            if spec.static:
+                # The same object again is the same picture: what depends on it does not run again.
+                self._static_pictures[name] = given[name], checked
+            pictures[name] = checked
+        return pictures
+
+    def _bind(self, pictures: Mapping[str, Any]) -> bool:
+        """Formats and sizes of this run's inputs; true when they differ from the plan's."""
+        bound = {}
+        for name, spec in self._inputs.items():
+            array = pictures[name]
+            height, width, channels = array.shape
+            made = spec.format or format_named({1: "r32f", 2: "rg32f", 3: "rgb32f", 4: "rgba32f"}[channels])
+            bound[name] = (made, (width, height))
+        changed = bound != self._bound
+        if changed and self._plan is not None:
+            self.replanned += 1
+        self._bound = bound
+        return changed
+
+    def close(self) -> None:
+        """Give back every picture and compiled pass; the backend too when the program opened it."""
+        if self._closed:
+            return
+        self._closed = True
+        if self._execution is not None:
+            self._execution.release()
+        if self._owns:
+            self.backend.close()
+
+    def __enter__(self) -> Program:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def _known(name: str, outputs: Mapping[str, int]) -> None:
+    if name not in outputs:
+        raise GraphError(f"there is no output {name!r}; there are {', '.join(outputs)}")
+
+
+def checked_picture(given: Any, spec: InputSpec) -> NDArray[Any]:
+    """An input as (height, width, channels) float32; uint8 and uint16 count from 0 to 1.
+
+    Raises
+    ------
+    InputError
+        For what is not a picture, holds no numbers, or does not fit the declared size or channels.
+    """
+    array = np.asarray(given)
+    what = f"input {spec.name!r}"
+    if array.dtype.kind not in "fuib" or array.ndim not in (2, 3):
+        raise InputError(f"{what} must be an array (height, width, channels) of numbers, got {array.dtype} of shape {array.shape}")
+    if array.ndim == 2:
+        array = array[:, :, None]
+    height, width, channels = array.shape
+    if not (height and width and 1 <= channels <= 4):
+        raise InputError(f"{what} must have 1 to 4 channels and at least one pixel, got shape {array.shape}")
+    if spec.format is not None and channels != spec.format.channels:
+        raise InputError(f"{what} is {spec.format.name} with {spec.format.channels} channel(s), got {channels}")
+    if spec.size is not None and (width, height) != spec.size:
+        raise InputError(f"{what} is declared {spec.size[0]}x{spec.size[1]} pixels, got {width}x{height}")
+    if array.dtype == np.uint8 or array.dtype == np.uint16:
+        return np.asarray(array / np.float32(np.iinfo(array.dtype).max), np.float32)
+    if array.dtype.kind in "uib":
+        raise InputError(f"{what} has dtype {array.dtype}; give float32 (0 to 1 for colours), uint8 or uint16")
+    return np.ascontiguousarray(array, np.float32)
+
+
+def _inputs_of(outputs: Mapping[str, Target]) -> dict[str, InputSpec]:
+    """Every input behind the outputs, by name."""
+    from passgraph.plan.collect import inputs_behind
+
+    return inputs_behind(list(outputs.values()))
+
+
+def named_outputs(outputs: Any) -> dict[str, Target]:
+    """One target, several, or a mapping, as a mapping by result name."""
+    if isinstance(outputs, (Target, TargetSpec)):
+        outputs = [outputs]
+    if isinstance(outputs, Mapping):
+        return dict(outputs)
+    named: dict[str, Target] = {}
+    for target in outputs:
+        if not isinstance(target, Target):
+            what = f"target {target.name!r} is declared but not written" if isinstance(target, TargetSpec) else repr(target)
+            raise GraphError(f"compile takes targets that passes returned, got {what}")
+        if target.name in named:
+            raise GraphError(f"two outputs are called {target.name!r}; give a mapping: pg.compile({{'first': ..., 'second': ...}})")
+        named[target.name] = target
+    return named
+
+
+def compile(  # noqa: A001 (the verb that users expect)
+    outputs: Outputs,
+    backend: str | Backend | None = None,
+    size: tuple[int, int] | None = None,
+    options: Options | None = None,
+) -> Program:
+    """Plan the graph behind some targets and make it ready to run.
+
+    Parameters
+    ----------
+    outputs
+        One target, several, or ``{name: target}``; results are read by target name or by the given name.
+    backend
+        ``"numpy"`` (default), ``"gl"``, ``"opencl"``, ``"opencl:1"``, ``"reference"``, or an open backend, which
+        then stays yours to close.
+    size
+        (width, height) of the output in pixels; left out, the size of the first input.
+    options
+        Optimisations to switch off.
+
+    Raises
+    ------
+    GraphError, KernelError
+        For what does not fit; with inputs whose size is open, at the first run.
+    DeviceMissingError
+        Where the backend's driver is missing, with the command that installs it.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from passgraph.graph import kernel
+    >>> from passgraph.targets import Input
+    >>> invert = kernel(source="def invert(color: Image) -> vec4: return vec4(1.0 - color[0, 0].rgb, 1.0)")
+    >>> with compile(invert(Input("frame")), backend="reference") as program:
+    ...     program(frame=np.zeros((2, 3, 4), np.float32))["invert"].shape
+    (2, 3, 4)
+    """
+    from passgraph.backends.registry import open_backend
+
+    named = named_outputs(outputs)
+    bound = None if size is None else checked_size(size, "the output")
+    owns = backend is None or isinstance(backend, str)
+    opened = open_backend(backend) if backend is None or isinstance(backend, str) else backend
+    program = Program(named, opened, owns, bound, options or Options())
+    try:
+        if all(spec.size and spec.format for spec in program._inputs.values()):
+            program._bound = {n: (s.format, s.size) for n, s in program._inputs.items()}  # type: ignore[misc]
+            program._make_plan()
+    except BaseException:
+        program.close()
+        raise
+    return program

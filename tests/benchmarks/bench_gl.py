@@ -1,0 +1,139 @@
+"""What the gl backend costs against hand-written shaders run by moderngl in the same context.
+
+    python tests/benchmarks/bench_gl.py [runs]
+
+Medians of interleaved runs at 1920 x 1080, rgba32f; a run ends when the device has finished it.
+"""
+
+from __future__ import annotations
+
+import statistics
+import sys
+import time
+from collections.abc import Callable
+from typing import Any
+
+import moderngl
+import numpy as np
+
+import passgraph as pg
+from passgraph.backends.base import Block
+from passgraph.backends.gl import GLBackend
+from passgraph.formats import format_named
+from passgraph.language.layout import pack
+from passgraph.plan.build import build
+from passgraph.plan.data import PixelStep
+
+SIZE = (1920, 1080)
+WEIGHTS = (0.2126, 0.7152, 0.0722)
+TAPS = [float(w) for w in np.exp(-(np.arange(-7, 8) ** 2) / (2 * 3.0**2))]
+
+BLACK_AND_WHITE = """
+def black_and_white(color: Image, weights: vec3) -> vec4:
+    c = color[0, 0]
+    y = dot(c.rgb, weights)
+    return vec4(y, y, y, c.a)
+"""
+GAUSSIAN = """
+def gaussian(color: Image, weights: Array[float, 15]) -> vec4:
+    total = vec4(0.0)
+    for i in range(15):
+        total = total + color[i - 7, 0] * weights[i]
+    return total
+"""
+BLACK_AND_WHITE_GLSL = """
+#version 330 core
+uniform sampler2D color; uniform vec3 weights; out vec4 result;
+void main() {
+    vec4 c = texelFetch(color, ivec2(gl_FragCoord.xy), 0);
+    float y = dot(c.rgb, weights);
+    result = vec4(y, y, y, c.a);
+}
+"""
+GAUSSIAN_GLSL = """
+#version 330 core
+uniform sampler2D color; uniform float weights[15]; out vec4 result;
+void main() {
+    ivec2 here = ivec2(gl_FragCoord.xy), last = textureSize(color, 0) - 1;
+    vec4 total = vec4(0.0);
+    for (int i = 0; i < 15; i++) {
+        total += texelFetch(color, ivec2(clamp(here.x + i - 7, 0, last.x), here.y), 0) * weights[i];
+    }
+    result = total;
+}
+"""
+FULLSCREEN_GLSL = """
+#version 330 core
+void main() { gl_Position = vec4(vec2(gl_VertexID & 1, gl_VertexID >> 1) * 4.0 - 1.0, 0.0, 1.0); }
+"""
+
+
+def ours(backend: GLBackend, source: str, weights: Any, picture: Any) -> tuple[Callable[[], None], Any]:
+    format_ = format_named("rgba32f")
+    into = pg.target("out", format="rgba32f")
+    output = pg.kernel(source=source)(pg.Input("color"), weights, into=into)
+    step = build({"out": output}, SIZE, {"color": (format_, SIZE)}).steps[0]
+    assert isinstance(step, PixelStep)
+    image, target = backend.make(format_, SIZE), backend.make(format_, SIZE)
+    backend.upload(image, picture)
+    run = backend.pixel_pass(step)
+    block = Block(*pack(step.program, {"weights": weights}))
+
+    def go() -> None:
+        run([target], [image], block)
+        backend.finish()
+
+    return go, lambda: backend.download(target)
+
+
+def by_hand(
+    backend: GLBackend, context: moderngl.Context, source: str, weights: Any, picture: Any
+) -> tuple[Callable[[], None], Any]:
+    program = context.program(vertex_shader=FULLSCREEN_GLSL, fragment_shader=source)
+    program["weights"] = weights
+    image, target = context.texture(SIZE, 4, picture.tobytes(), dtype="f4"), context.texture(SIZE, 4, dtype="f4")
+    framebuffer, triangle = context.framebuffer([target]), context.vertex_array(program, [])
+
+    def go() -> None:
+        with backend.context:
+            framebuffer.use()
+            image.use(0)
+            triangle.render(moderngl.TRIANGLES, vertices=3)
+            context.finish()
+
+    def read() -> Any:
+        return np.frombuffer(target.read(), np.float32).reshape(SIZE[1], SIZE[0], 4)
+
+    return go, read
+
+
+def seconds(run: Callable[[], None]) -> float:
+    start = time.perf_counter()
+    run()
+    return time.perf_counter() - start
+
+
+def main(runs: int = 15) -> None:
+    picture = np.random.default_rng(1).random((SIZE[1], SIZE[0], 4), np.float32)
+    with GLBackend() as backend, backend.context:
+        context = moderngl.create_context(context=backend.context.native)
+        print(context.info["GL_RENDERER"])
+        cases = (
+            ("black and white", BLACK_AND_WHITE, BLACK_AND_WHITE_GLSL, WEIGHTS),
+            ("15-tap Gaussian", GAUSSIAN, GAUSSIAN_GLSL, TAPS),
+        )
+        for name, source, shader, weights in cases:
+            mine, read_mine = ours(backend, source, weights, picture)
+            hand, read_hand = by_hand(backend, context, shader, weights, picture)
+            mine(), hand()
+            difference = float(np.abs(read_mine() - read_hand()).max())
+            pairs = [(seconds(mine), seconds(hand)) for _ in range(runs)]
+            a, b = (statistics.median(column) for column in zip(*pairs, strict=True))
+            print(
+                f"{name}: gl {a * 1e3:.2f} ms, by hand {b * 1e3:.2f} ms, ratio {a / b:.3f}, "
+                f"largest difference {difference:.1e}"
+            )
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 15)

@@ -1,0 +1,66 @@
+"""What every test may use: the backends that are here, one after another.
+
+PASSGRAPH_EXPECT names devices that must be here (``gl,opencl,numpy``): a missing one fails instead of skipping.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from functools import lru_cache
+
+import pytest
+
+from passgraph.backends.base import Backend
+from passgraph.backends.registry import backend_class, open_backend
+from passgraph.errors import PassgraphError
+
+#: Backends that are held against the reference.
+DEVICES = ("gl", "opencl", "numpy")
+
+
+def expected_devices() -> set[str]:
+    return {name.strip() for name in os.environ.get("PASSGRAPH_EXPECT", "").split(",") if name.strip()}
+
+
+@lru_cache
+def why_missing(name: str) -> str:
+    """Empty where a backend can be opened, else the reason that it gives."""
+    try:
+        devices = backend_class(name).devices()
+    except PassgraphError as error:
+        return str(error)
+    if any(not device.missing for device in devices):
+        return ""
+    return devices[0].missing if devices else "it lists no device"
+
+
+def require(name: str) -> None:
+    """Skip, or fail where the environment expects the device."""
+    reason = why_missing(name)
+    if reason and name in expected_devices():
+        pytest.fail(f"backend {name} is expected here and missing: {reason}", pytrace=False)
+    if reason:
+        pytest.skip(f"backend {name} is not here: {reason}")
+
+
+@pytest.fixture(params=DEVICES)
+def backend_name(request: pytest.FixtureRequest) -> str:
+    """The name of each device backend, one test run apiece."""
+    name: str = request.param
+    require(name)
+    return name
+
+
+@pytest.fixture
+def backend(backend_name: str) -> Iterator[Backend]:
+    """Each device backend, opened; closed behind the test."""
+    with open_backend(backend_name) as opened:
+        yield opened
+
+
+@pytest.fixture
+def reference() -> Iterator[Backend]:
+    """The float64 interpreter that says what is right."""
+    with open_backend("reference") as opened:
+        yield opened
