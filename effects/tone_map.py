@@ -66,6 +66,7 @@ def tone_map(
     curve: Curve = "aces",
     encode: bool = True,
     into: pg.TargetSpec | None = None,
+    name: str = "tone_map",
 ) -> pg.Target:
     """A scene-linear picture as a display shows it. NaN and negative values become black, infinity white.
 
@@ -75,7 +76,8 @@ def tone_map(
     exposure_stops : factor 2 a stop, -16 to 16; may be a ``pg.Value``
     curve : "linear" clips at 1; "reinhard" x / (1 + x); "hable" filmic, white at 11.2; "aces" Narkowicz's fit
     encode : sRGB-encode the result; off leaves it linear in [0, 1]
-    into : where it goes; left out, 8 bits a channel where encoded, else float16
+    into : where it goes; left out, 8 bits a channel where encoded, else float16, with the name ``name``
+    name : of the pass
 
     Source: E. Reinhard et al., "Photographic Tone Reproduction for Digital Images", 2002, eq. 3; J. Hable,
     "Uncharted 2: HDR Lighting", GDC 2010; K. Narkowicz, "ACES Filmic Tone Mapping Curve", 2015.
@@ -90,8 +92,8 @@ def tone_map(
     """
     if curve not in CURVES:
         raise pg.GraphError(f"tone_map: curve cannot be {curve!r}; it is one of {', '.join(CURVES)}")
-    target = into or pg.target("tone_map", "rgba8" if encode else "rgba16f")
+    target = into or pg.target(name, "rgba8" if encode else "rgba16f")
     made: pg.Target = tone(
-        frame, exposure_stops, CURVES.index(curve), encode, into=target, name="tone_map"
+        frame, exposure_stops, CURVES.index(curve), encode, into=target, name=name
     )
     return made

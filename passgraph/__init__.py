@@ -21,17 +21,17 @@ from passgraph.language.kernel import function, struct
 from passgraph.language.symbols import *  # noqa: F403 (every name of the kernel language)
 from passgraph.plan.data import Options
 from passgraph.program import Program, Result, compile  # noqa: A004
-from passgraph.targets import Input, Target, Value, combine, previous, target
+from passgraph.targets import OUTPUT_SIZE, Derived, Input, Target, TargetSpec, Value, combine, previous, target
 
 if TYPE_CHECKING:
     from passgraph.pictures import load, save
-    from passgraph.scene import Camera, Light, Material, Mesh, Scene
+    from passgraph.scene import Camera, Light, Material, Mesh, Node, Scene, Texture
 
 __version__ = "0.1.0"
 
 _LATER = {
     "load": "passgraph.pictures", "save": "passgraph.pictures",
-    **dict.fromkeys(("Camera", "Light", "Material", "Mesh", "Scene"), "passgraph.scene"),
+    **dict.fromkeys(("Camera", "Light", "Material", "Mesh", "Node", "Scene", "Texture"), "passgraph.scene"),
 }  # fmt: skip
 
 
@@ -45,7 +45,7 @@ def __getattr__(name: str) -> Any:
 
 
 __all__ = [
-    "BackendError", "Blend", "Camera", "DeviceMissingError", "GraphError", "Input", "InputError", "KernelError", "Light",
-    "Material", "Mesh", "Options", "PassgraphError", "Program", "Result", "Scene", "Stencil", "Target", "Value", "combine",
-    "compile", "draw", "fragment", "function", "graph", "kernel", "load", "previous", "save", "struct", "target", "vertex",
+    "OUTPUT_SIZE", "BackendError", "Blend", "Camera", "Derived", "DeviceMissingError", "GraphError", "Input", "InputError",
+    "KernelError", "Light", "Material", "Mesh", "Node", "Options", "PassgraphError", "Program", "Result", "Scene", "Stencil",
+    "Target", "TargetSpec", "Texture", "Value", "combine", "compile", "draw", "fragment", "function", "graph", "kernel", "load", "previous", "save", "struct", "target", "vertex",
 ]  # fmt: skip

@@ -18,7 +18,8 @@ STENCIL_OPERATIONS = (
     "invert",
 )
 FACTORS = (
-    "zero", "one", "source_color", "one_minus_source_color", "destination_color", "one_minus_destination_color",
+    "zero", "one", "source_color", "one_minus_source_color",
+    "destination_color", "one_minus_destination_color",
     "source_alpha", "one_minus_source_alpha", "destination_alpha", "one_minus_destination_alpha",
 )  # fmt: skip
 EQUATIONS = ("add", "subtract", "reverse_subtract", "min", "max")
@@ -44,9 +45,9 @@ class Blend:
     def __post_init__(self) -> None:
         for what, value in (("source", self.source), ("destination", self.destination)):
             _one_of(f"blend {what} factor", value, FACTORS)
-        for value in (self.source_alpha, self.destination_alpha):
-            if value is not None:
-                _one_of("blend alpha factor", value, FACTORS)
+        for factor in (self.source_alpha, self.destination_alpha):
+            if factor is not None:
+                _one_of("blend alpha factor", factor, FACTORS)
         for value in (self.equation, self.equation_alpha or self.equation):
             _one_of("blend equation", value, EQUATIONS)
 
@@ -100,8 +101,8 @@ class Stencil:
 class DrawState:
     """Everything about a draw that is neither geometry, kernel nor target.
 
-    Front faces wind counter-clockwise as seen with y up.  ``polygon_offset`` is (factor, units): depth moves by
-    factor * max(|dz/dx|, |dz/dy|) + units * r with r the smallest step of a float depth at the triangle's
+    Front faces wind counter-clockwise as seen with y up.  ``polygon_offset`` is (factor, units): depth moves
+    by factor * max(|dz/dx|, |dz/dy|) + units * r with r the smallest step of a float depth at the triangle's
     largest depth, 2**(exponent - 23), as OpenGL 3.3 section 3.6.4 has it.
     """
 

@@ -39,8 +39,8 @@ def draw(
     Parameters
     ----------
     geometry
-        A mesh: ``positions`` (n, 3) float32, ``triangles`` (m, 3) int32 and any of ``normals``, ``uvs``, ``colors``,
-        ``tangents``.
+        A mesh: ``positions`` (n, 3) float32, ``triangles`` (m, 3) int32 and any of ``normals``, ``uvs``,
+        ``colors``, ``tangents``.
     vertex, fragment
         Kernels made with :func:`passgraph.vertex` and :func:`passgraph.fragment`.  Without a fragment kernel
         only depth and stencil are written.
@@ -118,8 +118,8 @@ def _check_kernels(vertex: Kernel, fragment: Kernel | None, where: str) -> None:
             if sent.get(field_name) != field_type:
                 got = sent.get(field_name, "nothing")
                 raise GraphError(
-                    f"{where}: fragment kernel {fragment.name} takes {field_name}: {field_type}, and vertex kernel {vertex.name} "
-                    f"hands over {got}; use one struct for both"
+                    f"{where}: fragment kernel {fragment.name} takes {field_name}: {field_type}, and vertex "
+                    f"kernel {vertex.name} hands over {got}; use one struct for both"
                 )
 
 
@@ -128,7 +128,8 @@ def check_geometry(geometry: Geometry, where: str) -> None:
     positions, triangles = np.asarray(geometry.positions), np.asarray(geometry.triangles)
     if positions.ndim != 2 or positions.shape[1] != 3 or triangles.ndim != 2 or triangles.shape[1] != 3:
         raise GraphError(
-            f"{where}: positions must be (n, 3) and triangles (m, 3), got {positions.shape} and {triangles.shape}"
+            f"{where}: positions must be (n, 3) and triangles (m, 3), got {positions.shape} and "
+            f"{triangles.shape}"
         )
     if not len(positions) or not len(triangles):
         raise GraphError(
@@ -159,7 +160,8 @@ def _output(given: Any, where: str) -> tuple[TargetSpec, Target | None]:
         return given.spec, given.content
     if isinstance(given, Target):
         raise GraphError(
-            f"{where} cannot draw into {given.name!r}, an input or last frame's content; copy it with a kernel first"
+            f"{where} cannot draw into {given.name!r}, an input or last frame's content; copy it with a "
+            "kernel first"
         )
     raise GraphError(f"{where} draws into pg.target(...) or a handle, got {type(given).__name__}")
 
@@ -184,7 +186,8 @@ def _check_outputs(
     results = fragment.program.results if fragment is not None else ()
     if len(results) != len(specs):
         raise GraphError(
-            f"{where}: the fragment kernel returns {len(results)} result(s), and there are {len(specs)} target(s)"
+            f"{where}: the fragment kernel returns {len(results)} result(s), and there are {len(specs)} "
+            "target(s)"
         )
     for spec, result in zip(specs, results, strict=True):
         _check_result((fragment or result).name, spec, result.type)
@@ -208,7 +211,8 @@ def _blends(given: Any, specs: tuple[TargetSpec, ...], where: str) -> tuple[Blen
             part = BLENDS[part]
         if part is not None and not spec.format.blendable:
             raise GraphError(
-                f"{where}: target {spec.name!r} is {spec.format.name}, which cannot be blended; use a linear format"
+                f"{where}: target {spec.name!r} is {spec.format.name}, which cannot be blended; use a linear "
+                "format"
             )
         blends.append(part)
     return tuple(blends)

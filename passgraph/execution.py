@@ -12,7 +12,7 @@ from passgraph.errors import GraphError, InputError
 from passgraph.language.layout import components
 from passgraph.language.scalar import ScalarProgram
 from passgraph.plan.data import CopyStep, DrawStep, PixelStep, Plan, Step
-from passgraph.targets import Derived, Value
+from passgraph.targets import OUTPUT_SIZE, Derived, Value
 
 if TYPE_CHECKING:
     from passgraph.backends.base import Backend, Block
@@ -126,7 +126,7 @@ class Execution:
             raise InputError(f"there is no input or value {surplus[0]!r} in this graph; it takes {known}")
         values: dict[Any, object] = {}
         for name, handle in needed.items():
-            value = given.get(name, handle.default)
+            value = given.get(name, self.plan.size if handle is OUTPUT_SIZE else handle.default)
             if value is None:
                 raise InputError(f"value {name!r} is missing; run the program as program({name}=...)")
             if isinstance(handle.type, type) and handle.type not in (int, float, bool) and handle.type.__module__ != "passgraph.language.symbols":
@@ -167,6 +167,10 @@ class Execution:
     def download(self, resource: int) -> Picture:
         """A picture of the last run."""
         return self.backend.download(self._storage(resource))
+
+    def replace(self, resource: int, picture: Picture) -> None:
+        """Put another picture in the place of what a step wrote: for comparing pass by pass."""
+        self.backend.upload(self._storage(resource), picture)
 
     def release(self) -> None:
         for memory in self.memories:

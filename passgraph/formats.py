@@ -16,8 +16,8 @@ from passgraph.errors import GraphError
 class Format:
     """One way to store a pixel.
 
-    ``kind`` is ``"float"``, ``"half"``, ``"unorm8"``, ``"unorm16"`` or ``"depth"``.  sRGB formats hold encoded
-    values: kernels read and write linear ones.
+    ``kind`` is ``"float"``, ``"half"``, ``"unorm8"``, ``"unorm16"`` or ``"depth"``.  sRGB formats hold
+    encoded values: kernels read and write linear ones.
     """
 
     name: str
@@ -90,6 +90,6 @@ def format_named(name: str | Format) -> Format:
         return name
     if name not in FORMATS:
         near = difflib.get_close_matches(str(name), FORMATS, n=1)
-        hint = f"; did you mean {near[0]!r}?" if near else ""
+        hint = f"; did you mean {near[0]!r}?" if near else "."
         raise GraphError(f"there is no format {name!r}{hint} Formats are {', '.join(FORMATS)}")
     return FORMATS[name]

@@ -95,7 +95,8 @@ class PixelKernel(Kernel):
         images, values, constants = split_arguments(self, bound)
         if any(spec in (t.spec for t in images.values() if not t.is_previous) for spec in specs):
             raise GraphError(
-                f"pass {name or self.name!r} reads and writes one target; write into another one, or read last frame's by pg.previous()"
+                f"pass {name or self.name!r} reads and writes one target; write into another one, or read "
+                "last frame's by pg.previous()"
             )
         made = PixelPass(name or self.name, self, images, values, constants, specs)
         targets = tuple(Target(spec, made, slot) for slot, spec in enumerate(specs))
@@ -117,7 +118,8 @@ def _specs(into: Any, kernel: Kernel, name: str) -> tuple[TargetSpec, ...]:
             raise GraphError(f"pass {name!r} writes into pg.target(...), got {type(spec).__name__}")
     if len(specs) != len(results):
         raise GraphError(
-            f"kernel {kernel.name} returns {len(results)} result(s), and pass {name!r} has {len(specs)} target(s)"
+            f"kernel {kernel.name} returns {len(results)} result(s), and pass {name!r} has {len(specs)} "
+            "target(s)"
         )
     if len(set(specs)) != len(specs):
         raise GraphError(f"pass {name!r} writes one target twice")
@@ -128,10 +130,11 @@ def _check_result(name: str, spec: TargetSpec, type_: Type) -> None:
     if spec.format.is_depth:
         raise GraphError(f"kernel {name} cannot write depth target {spec.name!r}; depth is written by draws")
     if channels_of(type_) != spec.format.channels:
-        fits = [f for f in ("r", "rg", "rgb", "rgba")][channels_of(type_) - 1]
+        fits = ("r", "rg", "rgb", "rgba")[channels_of(type_) - 1]
         raise GraphError(
             f"kernel {name} returns {type_}, and target {spec.name!r} has {spec.format.channels} channel(s) "
-            f"({spec.format.name}); use a format such as {fits}32f or return {spec.format.channels} component(s)"
+            f"({spec.format.name}); use a format such as {fits}32f or return {spec.format.channels} "
+            "component(s)"
         )
 
 
@@ -172,7 +175,8 @@ def split_arguments(
         elif parameter.const:
             if isinstance(given, (Value, Derived, Target)):
                 raise GraphError(
-                    f"{where} is Const: it is baked when the graph is compiled and takes a number, got {given!r}"
+                    f"{where} is Const: it is baked when the graph is compiled and takes a number, got "
+                    f"{given!r}"
                 )
             components(given, parameter.type, where)
             constants[parameter.name] = given
@@ -226,7 +230,8 @@ def kernel(
 ) -> PixelKernel:
     """A kernel that runs once for each pixel of its target(s).
 
-    Use it as a decorator, or give ``source``: text is parsed and never executed, so it may come from strangers.
+    Use it as a decorator, or give ``source``: text is parsed and never executed, so it may come from
+    strangers.
 
     Raises
     ------

@@ -145,14 +145,15 @@ class Program:
     def _pictures(self, given: Mapping[str, Any]) -> dict[str, Any]:
         pictures = {}
         for name, spec in self._inputs.items():
-            if name not in given:
+            picture = given.get(name, spec.default)
+            if picture is None:
                 raise InputError(f"input {name!r} is missing; run the program as program({name}=picture)")
             seen, checked = self._static_pictures.get(name, (None, None))
-            if not spec.static or seen is not given[name]:
-                checked = checked_picture(given[name], spec)
+            if not spec.static or seen is not picture:
+                checked = checked_picture(picture, spec)
             if spec.static:
                 # The same object again is the same picture: what depends on it does not run again.
-                self._static_pictures[name] = given[name], checked
+                self._static_pictures[name] = picture, checked
             pictures[name] = checked
         return pictures
 

@@ -51,6 +51,7 @@ class TargetSpec:
     format: Format
     size: SizeClass | None = None
     clear: tuple[float, ...] | None = None
+    notes: tuple[str, ...] = ()  # what an effect decided, for plan.explain()
 
     def __repr__(self) -> str:
         return f"<target {self.name} {self.format.name}>"
@@ -64,6 +65,7 @@ class InputSpec:
     format: Format | None = None
     size: tuple[int, int] | None = None
     static: bool = False
+    default: object = None  # the picture of runs that bring none
 
     def __repr__(self) -> str:
         return f"<input {self.name}>"
@@ -119,6 +121,7 @@ def target(
     scale: float | None = None,
     like: Target | None = None,
     clear: float | tuple[float, ...] | None = None,
+    notes: tuple[str, ...] = (),
 ) -> TargetSpec:
     """Declare a render target.
 
@@ -136,6 +139,8 @@ def target(
         A target or input whose size it takes.
     clear
         What a draw clears it to first (default 0; depth 1), unless it draws into what is there.
+    notes
+        What an effect decided and why, shown by ``plan.explain()``.
 
     Raises
     ------
@@ -164,7 +169,7 @@ def target(
         raise GraphError(
             f"target {name!r} ({made.name}) clears to 1 or {made.channels} numbers, got {len(values)}"
         )
-    return TargetSpec(name, made, size_class, values)
+    return TargetSpec(name, made, size_class, values, notes)
 
 
 def checked_size(size: object, what: str) -> tuple[int, int]:
@@ -194,18 +199,19 @@ def Input(
     *,
     static: bool = False,
     border: str = "clamp",
+    default: object = None,
 ) -> Target:
     """A picture that each run brings by name.
 
-    ``static=True`` promises that it changes rarely: passes that depend on static inputs only run once and again
-    when one of them is given anew.
+    ``static=True`` promises that it changes rarely: passes that depend on static inputs only run once and
+    again when one of them is given anew.  ``default`` is the picture of runs that bring none (a texture).
 
     >>> Input("frame")
     <<input frame>>
     """
     made = None if format is None else format_named(format)
     bound = None if size is None else checked_size(size, f"input {name!r}")
-    return Target(InputSpec(name, made, bound, static)).border(border)
+    return Target(InputSpec(name, made, bound, static, default)).border(border)
 
 
 def previous(spec: TargetSpec | Target) -> Target:
@@ -261,3 +267,8 @@ class Derived:
 def combine(function: Callable[..., object], *values: Value) -> Derived:
     """A value computed on the host from several run values."""
     return Derived(values, function)
+
+
+#: (width, height) of the output in pixels as a value, filled in by the program: for what depends on the
+#: aspect ratio.
+OUTPUT_SIZE = Value("output_size", tuple, static=True)

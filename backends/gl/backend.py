@@ -47,6 +47,7 @@ class GLBackend(Backend):
             self.objects = Objects(gl)
             self.programs = Programs(self.objects)
             self.max_size = gl.integer(g.MAX_TEXTURE_SIZE)
+            self.max_viewport = gl.integer(g.MAX_VIEWPORT)
             self.max_targets = gl.integer(g.MAX_DRAW_BUFFERS)
             self.no_vertices = self.objects.new("VertexArray")
         self._layouts: dict[Format, Layout] = {}

@@ -35,12 +35,12 @@ SIGNATURES = """
     GetUniformLocation(us:i)  IsBuffer(u:b)  IsFramebuffer(u:b)  IsProgram(u:b)  IsTexture(u:b)
     IsVertexArray(u:b)  LinkProgram(u)  PixelStorei(ui)  PolygonMode(uu)  PolygonOffset(ff)
     ReadBuffer(u)  ShaderSource(uipp)  StencilFunc(uiu)  StencilMask(u)  StencilOp(uuu)
-    TexImage2D(uiiiiiuup)  TexParameteri(uui)  TexSubImage2D(uiiiiiuup)  Uniform1i(ii)
-    Uniform2i(iii)  Uniform4fv(iip)  Uniform4iv(iip)  UseProgram(u)  VertexAttribPointer(uiubip)
-    Viewport(iiii)
+    TexImage2D(uiiiiiuup)  TexParameteri(uui)  TexSubImage2D(uiiiiiuup)  Uniform1f(if)  Uniform1i(ii)
+    Uniform2i(iii)  Uniform1fv(iip)  Uniform1iv(iip)  Uniform4fv(iip)  Uniform4iv(iip)
+    UseProgram(u)  VertexAttribPointer(uiubip)  Viewport(iiii)
 """
-#: Not in 3.3: from 4.0 or ARB_draw_buffers_blend; None where missing.
-OPTIONAL = "BlendFuncSeparatei(uuuuu) BlendEquationSeparatei(uuu)"
+#: Not in 3.3: from ARB_draw_buffers_blend and ARB_viewport_array; None where missing.
+OPTIONAL = "BlendFuncSeparatei(uuuuu) BlendEquationSeparatei(uuu) ViewportIndexedf(uffff)"
 
 NO_ERROR, OUT_OF_MEMORY = 0, 0x505
 ERRORS = {
@@ -66,6 +66,7 @@ VERTEX_SHADER, FRAGMENT_SHADER, COMPILE_STATUS, LINK_STATUS, INFO_LOG_LENGTH = (
 )
 VENDOR, RENDERER, VERSION = 0x1F00, 0x1F01, 0x1F02
 MAX_TEXTURE_SIZE, MAX_DRAW_BUFFERS, MAX_TEXTURE_UNITS = 0x0D33, 0x8824, 0x8872
+MAX_VIEWPORT = 0x0D3A
 MAX_FRAGMENT_UNIFORMS, MAX_VERTEX_UNIFORMS, MAX_VARYINGS = 0x8B49, 0x8B4A, 0x8B4B
 
 
@@ -88,9 +89,10 @@ class Functions:
         raise AttributeError(f"gl{name} is not in passgraph.backends.gl.functions.SIGNATURES")
 
     def integer(self, what: int) -> int:
-        value = ctypes.c_int(0)
-        self.GetIntegerv(what, ctypes.byref(value))
-        return value.value
+        """The first number of a limit (the widths of pairs)."""
+        values = (ctypes.c_int * 4)()
+        self.GetIntegerv(what, values)
+        return values[0]
 
     def text(self, what: int) -> str:
         return (self.GetString(what) or b"").decode(errors="replace")

@@ -25,11 +25,19 @@ def _order(step: PixelStep | DrawStep, program: ScalarProgram) -> list[int]:
     return [names.index(use.name) for use in program.images]
 
 
+def _check_targets(backend: GLBackend, step: PixelStep | DrawStep) -> None:
+    if len(step.outputs) > backend.max_targets:
+        raise BackendError(
+            f"gl: pass {step.name!r} has {len(step.outputs)} targets; this device takes {backend.max_targets}"
+        )
+
+
 class PixelRun:
     """A pixel pass: one triangle over the whole target."""
 
     def __init__(self, backend: GLBackend, step: PixelStep) -> None:
         self.backend, self.step = backend, step
+        _check_targets(backend, step)
         self.program = backend.programs.pixel(step.program)
         self.order = _order(step, step.program)
 
@@ -54,12 +62,9 @@ class DrawRun:
     def __init__(self, backend: GLBackend, step: DrawStep) -> None:
         self.backend, self.step = backend, step
         fixed.check_blends(backend.context.gl, step.state.blend, f"draw {step.name!r}")
-        if len(step.outputs) > backend.max_targets:
-            raise BackendError(
-                f"gl: draw {step.name!r} has {len(step.outputs)} targets; "
-                f"this device takes {backend.max_targets}"
-            )
+        _check_targets(backend, step)
         self.program = backend.programs.draw(step.vertex, step.fragment, step.varyings)
+        self.guard = fixed.guard_band(backend.context.gl, step.size, backend.max_viewport)
         self.attributes = attributes_of(step.vertex)
         self.order = _order(step, step.vertex)
         if step.fragment is not None:
@@ -79,9 +84,11 @@ class DrawRun:
             gl.drain()
             fixed.set_common(gl, backend.objects.framebuffer(outputs, depth), step.size)
             self._clear(gl, outputs, depth)
+            fixed.set_guard_band(gl, step.size, self.guard)
             fixed.set_draw(gl, step.state, list(outputs), depth)
             fixed.bind_images(gl, [images[i] for i in self.order])
             gl.UseProgram(program.name)
+            program.send_guard(gl, self.guard)
             program.send(gl, "vertex", vertex)
             if step.fragment is not None:
                 program.send(gl, "fragment", fragment)

@@ -9,7 +9,7 @@ from typing import Any
 
 from passgraph.backends.base import Block
 from passgraph.backends.gl import functions as g
-from passgraph.backends.gl.glsl import FULLSCREEN, GLSL, NAMES, NO_COLOUR, vec4_count
+from passgraph.backends.gl.glsl import FULLSCREEN, GLSL, NAMES, NO_COLOUR, in_vectors, vec4_count
 from passgraph.backends.gl.objects import Objects
 from passgraph.backends.printing import Listing
 from passgraph.errors import BackendError
@@ -26,8 +26,8 @@ class StageUniforms:
 
     floats: int
     ints: int
-    float_vectors: int
-    int_vectors: int
+    float_count: int
+    int_count: int
     sent_floats: bytes = b""
     sent_ints: bytes = b""
 
@@ -39,26 +39,34 @@ class Program:
     name: int
     stages: dict[str, StageUniforms] = field(default_factory=dict)
     output_size: int = -1
+    guard: int = -1
     sent_size: tuple[int, int] = (0, 0)
+    sent_guard: int = 0
 
     def send(self, gl: Any, stage: str, block: Block) -> None:
         """A stage's block; the program is in use."""
         own = self.stages[stage]
-        if own.float_vectors:
+        if own.float_count:
             data = block.floats.tobytes()
             if data != own.sent_floats:
-                gl.Uniform4fv(own.floats, own.float_vectors, data.ljust(16 * own.float_vectors, b"\0"))
+                _send(gl.Uniform1fv, gl.Uniform4fv, own.floats, own.float_count, data)
                 own.sent_floats = data
-        if own.int_vectors:
+        if own.int_count:
             data = block.ints.tobytes()
             if data != own.sent_ints:
-                gl.Uniform4iv(own.ints, own.int_vectors, data.ljust(16 * own.int_vectors, b"\0"))
+                _send(gl.Uniform1iv, gl.Uniform4iv, own.ints, own.int_count, data)
                 own.sent_ints = data
 
     def send_size(self, gl: Any, size: tuple[int, int]) -> None:
         if self.output_size >= 0 and size != self.sent_size:
             gl.Uniform2i(self.output_size, *size)
             self.sent_size = size
+
+    def send_guard(self, gl: Any, times: int) -> None:
+        """What clip coordinates are multiplied with, for a viewport so many times too large."""
+        if times != self.sent_guard:
+            gl.Uniform1f(self.guard, 1 / times)
+            self.sent_guard = times
 
 
 class Programs:
@@ -160,13 +168,14 @@ class Programs:
             made.stages[program.stage] = StageUniforms(
                 gl.GetUniformLocation(name, names.floats.encode()),
                 gl.GetUniformLocation(name, names.ints.encode()),
-                vec4_count(program.float_count),
-                vec4_count(program.int_count),
+                program.float_count,
+                program.int_count,
             )
             for k in range(len(program.images)):
                 gl.Uniform1i(gl.GetUniformLocation(name, f"{names.image}{k}".encode()), unit)
                 unit += 1
         made.output_size = gl.GetUniformLocation(name, b"pg_output_size")
+        made.guard = gl.GetUniformLocation(name, b"pg_guard")
         gl.UseProgram(0)
         return made
 
@@ -179,6 +188,13 @@ def pointed(log: str, listing: Listing, kernel: str) -> str:
     if found is None:
         return f"gl: {message}"
     return listing.span_at(int(found.group(1))).point_at(message)
+
+
+def _send(scalars: Any, vectors: Any, location: int, count: int, data: bytes) -> None:
+    if in_vectors(count):
+        vectors(location, vec4_count(count), data.ljust(16 * vec4_count(count), b"\0"))
+    else:
+        scalars(location, count, data)
 
 
 def _status(query: Any, name: int, what: int) -> int:

@@ -35,10 +35,29 @@ _OFF = (
     0x809E, 0x80A0, 0x8E51,  # sample alpha to coverage, sample coverage, sample mask
     0x3000, 0x3001, 0x3002, 0x3003, 0x3004, 0x3005,  # clip distances
 )  # fmt: skip
+#: Triangles are cut at 8 times the target, not at its edges: a cut rounds the end of an edge to a subpixel,
+#: which moves the pixels that it covers.  Powers of two, because dividing by them is exact.
+GUARD_BANDS = (8, 4, 2)
 _PIXEL_STORE = {
     0xCF5: 1, 0xCF2: 0, 0xCF3: 0, 0xCF4: 0, 0xCF0: 0,  # unpack alignment, row length, skips, swapped bytes
     0xD05: 1, 0xD02: 0, 0xD03: 0, 0xD04: 0, 0xD00: 0,  # pack
 }  # fmt: skip
+
+
+def guard_band(gl: Functions, size: tuple[int, int], limit: int) -> int:
+    """How many times larger than the target the viewport of a draw can be: 8, 4, 2 or 1."""
+    whole = gl.ViewportIndexedf is not None or not (size[0] % 2 or size[1] % 2)
+    return next((times for times in GUARD_BANDS if whole and max(size) * times <= limit), 1)
+
+
+def set_guard_band(gl: Functions, size: tuple[int, int], times: int) -> None:
+    """A larger viewport around the target; the vertex shader makes clip coordinates smaller to match."""
+    left, top = (-(times - 1) * side / 2 for side in size)
+    width, height = (times * side for side in size)
+    if left.is_integer() and top.is_integer():
+        gl.Viewport(int(left), int(top), width, height)
+    else:
+        gl.ViewportIndexedf(0, left, top, width, height)
 
 
 def set_common(gl: Functions, framebuffer: int, size: tuple[int, int]) -> None:

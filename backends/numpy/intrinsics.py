@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from llvmlite import ir
-from numba import int32, njit, types
+from numba import float32, int32, njit, types
 from numba.extending import intrinsic
 
 _FLOAT, _INT = ir.FloatType(), ir.IntType(32)

@@ -89,8 +89,8 @@ def texel_lines(i: s.LoadTexel, printer: Printer, numbers: dict[str, int], progr
         return [
             f"{printer.operand(v)} = {array}[uint64({at} + {channel})]" for channel, v in enumerate(i.to) if v is not None
         ]
-    x = f"x + int64({printer.operand(i.x)})" if i.relative else f"int64({printer.operand(i.x)})"
-    y = f"y + int64({printer.operand(i.y)})" if i.relative else f"int64({printer.operand(i.y)})"
+    x = f"(x + int64({printer.operand(i.x)}))" if i.relative else f"int64({printer.operand(i.x)})"
+    y = f"(y + int64({printer.operand(i.y)}))" if i.relative else f"int64({printer.operand(i.y)})"
     lines = [*border_lines(f"{tag}_x", x, width, i.border), *border_lines(f"{tag}_y", y, height, i.border)]
     at = f"({tag}_y * {width} + {tag}_x) * {channels}"
     lines.append(f"{tag}_i = {at}")

@@ -168,7 +168,7 @@ class Raster:
         self.workers.each(count, len(ends))
         by_tile = counts.T.ravel()
         starts = np.concatenate([[0], np.cumsum(by_tile)])
-        cursors = np.ascontiguousarray(starts[:-1].reshape(tiles, len(ends)).T)
+        cursors = starts[:-1].reshape(tiles, len(ends)).T.copy()  # filling moves them on
         lists = np.empty(max(1, int(starts[-1])), np.int32)
 
         def fill(number: int) -> None:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from contextlib import contextmanager
+import weakref
 from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any, ClassVar
 
 import numpy as np
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from passgraph.backends.base import Backend, Block, DeviceInfo, DrawRunner, FloatBlock, PixelRunner
 from passgraph.backends.opencl.devices import choose, device_infos
 from passgraph.backends.opencl.programs import Programs
-from passgraph.backends.opencl.storage import ImageLayout, Storage, decode, encode
+from passgraph.backends.opencl.storage import DTYPES, ImageLayout, Storage, decode, encode
 from passgraph.errors import BackendError
 from passgraph.formats import Format
 from passgraph.graph import Geometry
@@ -60,8 +61,8 @@ class OpenCLBackend(Backend):
         size = max(int(size), 4)
         if size > self.max_bytes:
             raise BackendError(
-                f"{what} needs {size:,} bytes; {self.device.name.strip()} gives at most {self.max_bytes:,} at once "
-                f"(of {self.device.global_mem_size:,}); use a smaller size or format"
+                f"{what} needs {size:,} bytes; {self.device.name.strip()} gives at most {self.max_bytes:,} "
+                f"at once (of {self.device.global_mem_size:,}); use a smaller size or format"
             )
         with self.reported(f"making {what} of {size:,} bytes"):
             buffer = self.cl.Buffer(self.context, self.cl.mem_flags.READ_WRITE, size)
@@ -71,6 +72,10 @@ class OpenCLBackend(Backend):
     def free(self, buffer: Any) -> None:
         if buffer is not None and self.alive.pop(buffer.int_ptr, None) is not None:
             buffer.release()
+
+    def free_with(self, owner: object, buffer: Any) -> None:
+        """Free a buffer when its owner is no more."""
+        weakref.finalize(owner, self.free, buffer).atexit = False
 
     def scratch_buffer(self, purpose: str, size: int) -> Any:
         """A buffer that every draw may use while its commands are queued."""
@@ -84,7 +89,7 @@ class OpenCLBackend(Backend):
         return self.scratch[purpose]
 
     def fill(self, buffer: Any, size: int) -> None:
-        self.cl.enqueue_fill_buffer(self.queue, buffer, np.uint8(0), 0, size)
+        self.cl.enqueue_fill_buffer(self.queue, buffer, np.zeros(1, np.uint8), 0, size)
 
     def write(self, buffer: Any, array: NDArray[Any]) -> None:
         """Host array into a buffer.  The array must not change until :meth:`finish`."""
@@ -108,7 +113,7 @@ class OpenCLBackend(Backend):
 
     # Pictures
 
-    def make(self, format: Format, size: tuple[int, int]) -> Storage:  # noqa: A002
+    def make(self, format: Format, size: tuple[int, int]) -> Storage:
         pixels = size[0] * size[1]
         layout = ImageLayout(format.kind, format.channels, size)
         what = f"a target of {size[0]}x{size[1]} pixels {format.name}"
@@ -127,8 +132,6 @@ class OpenCLBackend(Backend):
 
     def download(self, storage: Storage) -> FloatBlock:
         self.check_open()
-        from passgraph.backends.opencl.storage import DTYPES
-
         stored = np.empty(storage.shape, DTYPES[storage.format.kind])
         with self.reported("downloading a picture"):
             self.read(storage.buffer, stored)
@@ -145,7 +148,9 @@ class OpenCLBackend(Backend):
         if source.layout != destination.layout:
             raise BackendError(f"cannot copy {source.layout} into {destination.layout}")
         with self.reported("copying a picture"):
-            self.cl.enqueue_copy(self.queue, destination.buffer, source.buffer, byte_count=source.layout.bytes)
+            self.cl.enqueue_copy(
+                self.queue, destination.buffer, source.buffer, byte_count=source.layout.bytes
+            )
             if source.stencil is not None and destination.stencil is not None:
                 pixels = source.size[0] * source.size[1]
                 self.cl.enqueue_copy(self.queue, destination.stencil, source.stencil, byte_count=pixels)
@@ -207,6 +212,8 @@ class Uniforms:
         self.backend = backend
         self.sizes = max(1, floats), max(1, ints)
         self.buffers = tuple(backend.allocate(4 * n, f"the parameters of {what}") for n in self.sizes)
+        for buffer in self.buffers:
+            backend.free_with(self, buffer)
         self.held: list[bytes] = [b"", b""]
 
     def update(self, block: Block) -> None:

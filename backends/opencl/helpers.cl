@@ -5,7 +5,7 @@ int pg_add(int a, int b) { return as_int(as_uint(a) + as_uint(b)); }
 int pg_sub(int a, int b) { return as_int(as_uint(a) - as_uint(b)); }
 int pg_mul(int a, int b) { return as_int(as_uint(a) * as_uint(b)); }
 int pg_shl(int a, int b) { return as_int(as_uint(a) << (as_uint(b) & 31u)); }
-int pg_abs(int a) { return a < 0 ? pg_sub(0, a) : a; }
+int pg_abs(int a) { return as_int(abs(a)); }
 
 // By bits, so that no compiler assumes them away.
 bool pg_isnan(float x) { return (as_uint(x) & 0x7FFFFFFFu) > 0x7F800000u; }

@@ -9,7 +9,7 @@ from typing import ClassVar
 from passgraph.backends.opencl.storage import ImageLayout
 from passgraph.backends.printing import FLOOR_DIVIDE, INT_MOD, MIRROR, REPEAT, Listing, Printer
 from passgraph.language import scalar as s
-from passgraph.language.source import NOWHERE
+from passgraph.language.source import NOWHERE, Span
 
 #: Kind of a format → element type of its buffer.
 ELEMENTS = {"float": "float", "depth": "float", "half": "ushort", "unorm8": "uchar", "unorm16": "ushort"}
@@ -53,7 +53,8 @@ def store_expression(kind: str, value: str) -> str:
 
 def join(*parts: Listing | str) -> Listing:
     """Pieces of source one after the other; text of our own has no kernel behind it."""
-    texts, spans = [], []
+    texts: list[str] = []
+    spans: list[Span] = []
     for part in parts:
         listing = part if isinstance(part, Listing) else Listing(part, (NOWHERE,) * part.count("\n"))
         texts.append(listing.text)

@@ -1,15 +1,14 @@
 """Pixel passes: one work-item a pixel.
 
-A pass that reads neighbours runs as two kernels.  The inner one covers the block of pixels whose reads all lie
-inside, so that no border code keeps its loads from vectorising; the other one the strips around.
+A pass that reads neighbours runs as two kernels.  The inner one covers the block of pixels whose reads all
+lie inside, so that no border code keeps its loads from vectorising; the other one the strips around.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
-
-import numpy as np
 
 from passgraph.backends.base import Block
 from passgraph.backends.opencl.opencl_c import ELEMENTS, OpenCLPrinter, join, prologue, store_expression
@@ -21,14 +20,17 @@ from passgraph.plan.data import PixelStep
 if TYPE_CHECKING:
     from passgraph.backends.opencl.backend import OpenCLBackend
 
-#: Work-items of a group along x.  Measured on PoCL: 64 costs 5 % more on a copy, 1024 gains nothing.
+#: Work-items of a group along x, on CPUs: from 64 on, a pass that only copies runs at the speed of memory.
 GROUP = 128
 #: The same on graphics processors: a few warps.
 GROUP_GPU = 64
 
 
 def pixel_source(
-    program: ScalarProgram, images: Sequence[tuple[str, ImageLayout]], outputs: Sequence[ImageLayout], constant: bool
+    program: ScalarProgram,
+    images: Sequence[tuple[str, ImageLayout]],
+    outputs: Sequence[ImageLayout],
+    constant: bool,
 ) -> Listing:
     """Kernels ``pg_pixel`` (with borders) and ``pg_inner`` (without)."""
     return join(
@@ -66,22 +68,56 @@ def _kernel(
         type_ = "int" if width * height * layout.channels < 1 << 31 else "long"
         printer.line(f"{type_} o{i} = (({type_})y * {width} + x) * {layout.channels};")
         for channel, value in enumerate(output.values):
-            printer.line(f"out{i}[o{i} + {channel}] = {store_expression(layout.kind, printer.operand(value))};")
+            printer.line(
+                f"out{i}[o{i} + {channel}] = {store_expression(layout.kind, printer.operand(value))};"
+            )
     return printer.close()
 
 
 def inner_block(program: ScalarProgram, size: tuple[int, int], group: int) -> tuple[int, int, int, int]:
-    """(x, y, width, height) of the pixels whose relative reads all lie inside; the width whole groups."""
+    """(x, y, width, height) of the pixels whose reads all lie inside; empty below one group's width."""
     uses = [use for use in program.images if use.relative]
     left, top = (max([0, *(-getattr(use, axis)[0] for use in uses)]) for axis in "xy")
     right, bottom = (max([0, *(getattr(use, axis)[1] for use in uses)]) for axis in "xy")
-    width = max(0, size[0] - left - right) // group * group
-    height = max(0, size[1] - top - bottom)
-    return (left, top, width, height) if width and height else (0, 0, 0, 0)
+    width, height = size[0] - left - right, size[1] - top - bottom
+    return (left, top, width, height) if width >= group and height > 0 else (0, 0, 0, 0)
+
+
+@dataclass(eq=False)
+class Launch:
+    """One kernel with its arguments, over a range of pixels."""
+
+    kernel: Any
+    items: tuple[int, int]
+    group: tuple[int, int] | None
+    first: tuple[int, int]
+    cut: Any
+
+    def bind(self, buffers: Sequence[Any]) -> None:
+        self.kernel.set_args(*buffers, self.cut)
+
+
+class Launches:
+    """What a pass runs for storages of some formats and sizes."""
+
+    def __init__(self, listed: list[Launch]) -> None:
+        self.listed = listed
+        self.bound: list[Any] = []
+
+    def run(self, backend: OpenCLBackend, buffers: list[Any]) -> None:
+        if len(self.bound) != len(buffers) or any(
+            a is not b for a, b in zip(self.bound, buffers, strict=True)
+        ):
+            self.bound = buffers
+            for launch in self.listed:
+                launch.bind(buffers)
+        enqueue, queue = backend.cl.enqueue_nd_range_kernel, backend.queue
+        for launch in self.listed:
+            enqueue(queue, launch.kernel, launch.items, launch.group, launch.first)
 
 
 class PixelPassRunner:
-    """One pixel pass.  It is compiled for the formats of the first storages that it meets, and for others then."""
+    """One pixel pass, compiled when it first meets storages of some formats and sizes."""
 
     def __init__(self, backend: OpenCLBackend, step: PixelStep) -> None:
         from passgraph.backends.opencl.backend import Uniforms
@@ -90,39 +126,47 @@ class PixelPassRunner:
         self.step = step
         self.what = f"pass {step.name!r}"
         self.uniforms = Uniforms(backend, step.program.float_count, step.program.int_count, self.what)
-        self.kernels: dict[tuple[ImageLayout, ...], tuple[Any, Any]] = {}
+        self.launches: dict[tuple[ImageLayout, ...], Launches] = {}
 
     def __call__(self, outputs: Sequence[Storage], images: Sequence[Storage], block: Block) -> None:
         backend = self.backend
         backend.check_open()
-        layouts = tuple(storage.layout for storage in (*images, *outputs))
-        if layouts not in self.kernels:
-            self.kernels[layouts] = self._compile(layouts, len(images))
-        self.uniforms.update(block)
-        arguments = [storage.buffer for storage in (*images, *outputs)]
-        arguments += self.uniforms.buffers
+        storages = (*images, *outputs)
+        layouts = tuple([storage.layout for storage in storages])
+        if layouts not in self.launches:
+            self.launches[layouts] = self._compile(layouts, len(images))
         with backend.reported(f"running {self.what}"):
-            self._run(*self.kernels[layouts], arguments, outputs[0].size)
+            self.uniforms.update(block)
+            buffers = [storage.buffer for storage in storages]
+            self.launches[layouts].run(backend, [*buffers, *self.uniforms.buffers])
 
-    def _compile(self, layouts: tuple[ImageLayout, ...], image_count: int) -> tuple[Any, Any]:
+    def _compile(self, layouts: tuple[ImageLayout, ...], image_count: int) -> Launches:
         names = [name for name, _ in self.step.images]
         images = list(zip(names, layouts[:image_count], strict=True))
         constant = self.uniforms.fits_constant()
         source = pixel_source(self.step.program, images, layouts[image_count:], constant)
         built = self.backend.programs.build(source, self.what)
-        cl = self.backend.cl
-        return cl.Kernel(built, "pg_pixel"), cl.Kernel(built, "pg_inner")
+        with self.backend.reported(f"making the kernels of {self.what}"):
+            return Launches(self._launches(built, layouts[-1].size))
 
-    def _run(self, bordered: Any, inner: Any, arguments: list[Any], size: tuple[int, int]) -> None:
-        cl, queue = self.backend.cl, self.backend.queue
+    def _launches(self, built: Any, size: tuple[int, int]) -> list[Launch]:
+        cl = self.backend.cl
         group = GROUP if self.backend.is_cpu else GROUP_GPU
         x, y, width, height = inner_block(self.step.program, size, group)
+        ranges: list[tuple[str, tuple[int, int], Any, tuple[int, int], Any]] = []
         if width:
-            inner.set_args(*arguments, cl.cltypes.make_int4(0, 0, 0, 0))
-            cl.enqueue_nd_range_kernel(queue, inner, (width, height), (group, 1), (x, y))
-        for strip, cut, offset in strips(size, (x, y, width, height)):
-            bordered.set_args(*arguments, cl.cltypes.make_int4(*cut))
-            cl.enqueue_nd_range_kernel(queue, bordered, strip, None, offset)
+            whole = width // group * group
+            ranges.append(("pg_inner", (whole, height), (group, 1), (x, y), (0, 0, 0, 0)))
+            if whole < width:
+                # The last group overlaps: some pixels twice are cheaper than a group of another size.
+                last = x + width - group, y
+                ranges.append(("pg_inner", (group, height), (group, 1), last, (0, 0, 0, 0)))
+        for strip, cut, first in strips(size, (x, y, width, height)):
+            ranges.append(("pg_pixel", strip, None, first, cut))
+        return [
+            Launch(cl.Kernel(built, name), items, local, first, cl.cltypes.make_int4(*cut))
+            for name, items, local, first, cut in ranges
+        ]
 
 
 def strips(
@@ -133,7 +177,7 @@ def strips(
     Returns
     -------
     list
-        (work-items along x and y, cut, first work-item) for each; a coordinate from ``cut`` on skips the block.
+        (work-items along x and y, cut, first work-item) for each; coordinates from ``cut`` on skip the block.
     """
     x, y, width, height = block
     found = []

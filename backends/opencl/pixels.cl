@@ -33,7 +33,7 @@ void pg_covered(int x, int y, long e, long f, int front, __global const float* t
 // One work-item a tile, for CPUs: each triangle's own box of pixels.
 __kernel void pg_tiles(
     __global const int* restrict ints, __global const float* restrict tri_floats, __global const int* restrict list,
-    __global const int* restrict tile_starts, int clear, PG_RESOURCES)
+    __global const int* restrict tile_starts, int clear, PG_KERNEL_RESOURCES)
 {
     int tile = (int)get_global_id(0);
     int left = tile % PG_TILES_X * PG_TILE, top = tile / PG_TILES_X * PG_TILE;
@@ -64,7 +64,7 @@ __kernel void pg_tiles(
 // One work-item a pixel and a work-group a tile.
 __kernel __attribute__((reqd_work_group_size(PG_TILE, PG_TILE, 1))) void pg_tiles(
     __global const int* restrict ints, __global const float* restrict tri_floats, __global const int* restrict list,
-    __global const int* restrict tile_starts, int clear, PG_RESOURCES)
+    __global const int* restrict tile_starts, int clear, PG_KERNEL_RESOURCES)
 {
     int tile = (int)(get_group_id(1) * PG_TILES_X + get_group_id(0));
     int x = (int)get_global_id(0), y = (int)get_global_id(1);

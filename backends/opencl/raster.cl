@@ -1,8 +1,8 @@
 // Triangles into tiles, tiles into pixels; docs/rasterisation.md has the rules by number.
 //
 // The host defines, before this text: PG_WIDTH, PG_HEIGHT, PG_TILE, PG_TILES_X, PG_TILES_Y, PG_SENT (varyings),
-// PG_CULL (0 none, 1 back, 2 front), PG_OFFSET and its two numbers, PG_RESOURCES and PG_PASS (parameters and
-// arguments: images, targets, depth, stencil, uniforms), pg_clear_pixel() and pg_shade().
+// PG_CULL (0 none, 1 back, 2 front), PG_OFFSET and its two numbers, and PG_RESOURCES and PG_PASS (parameters
+// and arguments: images, targets, depth, stencil, uniforms).  pixels.cl needs pg_clear_pixel() and pg_shade().
 
 // A triangle in slot t: six window coordinates in 1/256 pixel, wound so that its area is positive;
 // the box of pixels that it can touch (x, X, y, Y; empty where x > X); whether it faces front.

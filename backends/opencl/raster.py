@@ -33,7 +33,7 @@ KERNELS = ("pg_vertices", "pg_count", "pg_setup", "pg_scan", "pg_fill", "pg_tile
 
 
 class DrawPassRunner:
-    """One draw.  It is compiled for the formats of the first storages that it meets, and for others then."""
+    """One draw, compiled when it first meets storages of some formats."""
 
     def __init__(self, backend: OpenCLBackend, step: DrawStep, *, serial: bool | None = None) -> None:
         from passgraph.backends.opencl.backend import Uniforms
@@ -73,7 +73,9 @@ class DrawPassRunner:
             clip, sent = self._vertices(kernels, geometry)
             Triangles(self, kernels, geometry, clip, sent, resources).draw(0, geometry.triangle_count)
 
-    def _kernels(self, outputs: Sequence[Storage], depth: Storage | None, images: Sequence[Storage]) -> dict[str, Any]:
+    def _kernels(
+        self, outputs: Sequence[Storage], depth: Storage | None, images: Sequence[Storage]
+    ) -> dict[str, Any]:
         layouts = DrawLayouts(
             tuple(image.layout for image in images),
             tuple(output.layout for output in outputs),
@@ -84,7 +86,8 @@ class DrawPassRunner:
             constant = self.vertex_uniforms.fits_constant() and self.fragment_uniforms.fits_constant()
             source = draw_source(self.step, layouts, self.tile, serial=self.serial, constant=constant)
             built = self.backend.programs.build(source, self.what)
-            self.kernels[layouts] = {name: self.backend.cl.Kernel(built, name) for name in KERNELS}
+            with self.backend.reported(f"making the kernels of {self.what}"):
+                self.kernels[layouts] = {name: self.backend.cl.Kernel(built, name) for name in KERNELS}
         return self.kernels[layouts]
 
     def _vertices(self, kernels: dict[str, Any], geometry: DeviceMesh) -> tuple[Any, Any]:
@@ -140,21 +143,22 @@ class Triangles:
         )
         bins = self.backend.scratch_buffer("bins", 4 * chunks * self.tile_count)
         mesh = self.mesh.triangles
-        arguments = (self.clip, self.sent, mesh, *span, starts, *buffers, bins)
-        self.runner.launch(self.kernels["pg_setup"], chunks, arguments, self.group)
+        setup = (self.clip, self.sent, mesh, *span, starts, *buffers, bins)
+        self.runner.launch(self.kernels["pg_setup"], chunks, setup, self.group)
         tile_starts, length = self._tile_starts(bins, chunks)
         if 4 * length > self.runner.max_scratch:
             self._halves(first, count)
             return
         listed = self.backend.scratch_buffer("tile lists", 4 * length)
-        arguments = (starts, np.int32(chunks), buffers[0], bins, tile_starts, listed)
-        self.runner.launch(self.kernels["pg_fill"], chunks, arguments, self.group)
+        fill = (starts, np.int32(chunks), buffers[0], bins, tile_starts, listed)
+        self.runner.launch(self.kernels["pg_fill"], chunks, fill, self.group)
         self._tiles(buffers, listed, tile_starts)
 
     def _halves(self, first: int, count: int) -> None:
         if count < 2:
             raise BackendError(
-                f"{self.runner.what}: one triangle needs more than {self.runner.max_scratch:,} bytes of scratch memory"
+                f"{self.runner.what}: one triangle needs more than {self.runner.max_scratch:,} bytes "
+                "of scratch memory"
             )
         half = count // 2
         self.draw(first, half)
@@ -189,5 +193,7 @@ class Triangles:
         self.cleared = True
         kernel.set_args(*buffers, listed, tile_starts, clear, *self.resources)
         side, (across, down) = self.runner.tile, self.runner.tiles
-        items, group = ((across * down,), (1,)) if self.runner.serial else ((across * side, down * side), (side, side))
+        items, group = (
+            ((across * down,), (1,)) if self.runner.serial else ((across * side, down * side), (side, side))
+        )
         self.backend.cl.enqueue_nd_range_kernel(self.backend.queue, kernel, items, group)

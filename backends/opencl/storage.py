@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -37,7 +38,7 @@ class Storage:
     def shape(self) -> tuple[int, int, int]:
         return self.size[1], self.size[0], self.format.channels
 
-    @property
+    @cached_property
     def layout(self) -> ImageLayout:
         return ImageLayout(self.format.kind, self.format.channels, self.size)
 
@@ -72,13 +73,13 @@ def encode(picture: FloatBlock, storage: Storage) -> NDArray[Any]:
     kind = storage.format.kind
     if kind in UNORM_ONE:
         with np.errstate(invalid="ignore"):
-            scaled = np.rint(np.clip(array, 0, 1) * np.float32(UNORM_ONE[kind]))
-            return np.nan_to_num(scaled).astype(DTYPES[kind], order="C")
+            scaled: FloatBlock = np.rint(np.clip(np.nan_to_num(array), 0, 1) * np.float32(UNORM_ONE[kind]))
+            return scaled.astype(DTYPES[kind], order="C")
     with np.errstate(over="ignore"):  # above 65504 a half is infinite
         return np.ascontiguousarray(array, DTYPES[kind])
 
 
 def decode(stored: NDArray[Any], kind: str) -> FloatBlock:
     """Stored values as float32; unorm values are k / 255 or k / 65535, rounded once."""
-    array = stored.astype(np.float32, copy=False)
+    array: FloatBlock = stored.astype(np.float32, copy=False)
     return array / np.float32(UNORM_ONE[kind]) if kind in UNORM_ONE else array

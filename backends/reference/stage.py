@@ -37,6 +37,8 @@ class Stage:
 
     def __init__(self, program: ir.Program, scalar: ScalarProgram, facts: Facts) -> None:
         self.program, self.facts = program, facts
+        #: What it computes with; acceptance bounds are found by replacing it with a noisy one.
+        self.domain = NumberDomain()
         self.slots: dict[str, UniformSlot] = {slot.name: slot for slot in scalar.uniforms}
 
     def bind(self, block: Block, names: Sequence[str] = (), storages: Sequence[Storage] = ()) -> BoundStage:
@@ -53,7 +55,7 @@ class BoundStage:
     """A stage ready to run over lanes; values that all lanes share are read once."""
 
     def __init__(self, stage: Stage, block: Block, images: dict[str, SampledImage]) -> None:
-        self.program, self.images = stage.program, images
+        self.program, self.images, self.domain = stage.program, images, stage.domain
         self.facts, self.slots, self.block = stage.facts, stage.slots, block
         self._uniforms: dict[str, Numbers] = {}
 
@@ -85,7 +87,7 @@ class BoundStage:
     def run(self, count: int, builtins: Builtins) -> tuple[list[Numbers], NDArray[np.bool_] | None]:
         """Results as (count, …) arrays, and which lanes are kept (None: all)."""
         with np.errstate(all="ignore"):
-            interpreter = Interpreter(self.program, NumberDomain(), _Lanes(self, builtins))
+            interpreter = Interpreter(self.program, self.domain, _Lanes(self, builtins))
             values, keep = interpreter.run()
         results = []
         for result in self.program.results:

@@ -1,6 +1,12 @@
 """The kernel language: text → typed representation → scalar program.
 
-Read in the order in which a kernel passes through: :mod:`.types`, :mod:`.symbols` (what users write),
-:mod:`.source` and :mod:`.scope` (text and names), :mod:`.signature`, :mod:`.expressions`, :mod:`.parse`
-(to :mod:`.ir`), :mod:`.operations` and :mod:`.prelude` (what operations mean), :mod:`.lower` (to :mod:`.scalar`).
+Read in the order in which a kernel passes through:
+
+1. :mod:`.types`, :mod:`.symbols` (what users write), :mod:`.source`, :mod:`.scope` (text and names),
+   :mod:`.kernel`.
+2. :mod:`.signature`, :mod:`.parse`, :mod:`.frame`, :mod:`.statements`, :mod:`.assignments`,
+   :mod:`.expressions`, :mod:`.values`, :mod:`.variables` and :mod:`.typing_rules` (to :mod:`.ir`).
+3. :mod:`.operations`, :mod:`.prelude` and :mod:`.library` (what operations mean).
+4. :mod:`.facts`, :mod:`.lower`, :mod:`.expand`, :mod:`.emitter` and :mod:`.liveness` (to :mod:`.scalar`),
+   :mod:`.layout`.
 """

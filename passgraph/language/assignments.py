@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import ast
-from typing import TYPE_CHECKING, cast
+from typing import TYPE_CHECKING
 
 from passgraph.language import ir
 from passgraph.language.signature import annotation_type
 from passgraph.language.source import Span, fail
 from passgraph.language.types import (
     INT,
-    Array,
     ImageType,
     Scalar,
     Struct,
     TupleType,
     Type,
-    Value,
     Vector,
 )
 from passgraph.language.typing_rules import widen
@@ -30,9 +28,10 @@ from passgraph.language.values import (
     part_type,
     swizzle_components,
 )
+from passgraph.language.variables import Variable, new_variable
 
 if TYPE_CHECKING:
-    from passgraph.language.frame import Frame, Variable
+    from passgraph.language.frame import Frame
 
 
 class Assignments:
@@ -79,8 +78,6 @@ class Assignments:
             fail(span, "this cannot be assigned to")
 
     def _name(self, name: str, part: Part, span: Span) -> None:
-        from passgraph.language.frame import new_variable
-
         frame = self.frame
         if holds_image(part):
             fail(span, "an Image cannot be given another name")
@@ -134,7 +131,7 @@ class Assignments:
         index = widen(frame.expressions.value(target.slice), INT, span, "an index")
         element = index_into(base, index, span)
         value = widen(value, element.type, span, ast.unparse(target))
-        return ir.Insert(cast("Value | Array", base.type), base, index, value, span)
+        return ir.Insert(base.type, base, index, value, span)
 
     def _with_components(self, name: str, base: ir.Expr, value: ir.Expr, span: Span) -> ir.Expr:
         """``base.name = value`` for a swizzle that names each component once."""
@@ -158,7 +155,9 @@ class Assignments:
 
 
 def holds_image(part: Part) -> bool:
-    return isinstance(part, ImageValue) or (isinstance(part, TupleValue) and any(map(holds_image, part.members)))
+    return isinstance(part, ImageValue) or (
+        isinstance(part, TupleValue) and any(map(holds_image, part.members))
+    )
 
 
 def _type_of(part: Part) -> Type:

@@ -1,19 +1,21 @@
-"""Builds a scalar program: numbers values, folds constants, shares common subexpressions, drops what is unused."""
+"""Builds a scalar program: numbers values, folds constants, shares what is common, drops dead code."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import replace
-from typing import cast
+from typing import TypeAlias, cast
 
 import numpy as np
 
 from passgraph.language import scalar as s
-from passgraph.language.operations import OPERATIONS
-from passgraph.language.source import NOWHERE, Span
+from passgraph.language.liveness import eliminate_dead
+from passgraph.language.operations import INT_MAX, INT_MIN, OPERATIONS
+from passgraph.language.source import NOWHERE, Span, fail
 
 #: Branches at most this long become selections, which vectorise; longer ones stay branches.
 MAX_SELECTED_INSTRUCTIONS = 12
+#: Expressions lowered and instructions made for one kernel, loops unrolled.
+MAX_STEPS = 400_000
 _RESULT = {"N": "", "G": "float", "I": "int", "B": "bool", "f": "float", "i": "int", "b": "bool"}
 _COMMUTATIVE = {
     "add",
@@ -40,14 +42,24 @@ class Emitter:
         self.ranges: dict[int, tuple[int, int]] = {}  # loop indices: inclusive
         self.tables: dict[str, tuple[str, tuple[bool | int | float, ...]]] = {}
         self.builtins: dict[str, str] = {}
+        self.steps = 0
+        self.span = NOWHERE  # of the statement being lowered, for errors
+        self.made: dict[int, s.Op | s.Choose] = {}
 
     # Values
+
+    def step(self) -> None:
+        """Counts work, so that no text makes compiling endless."""
+        self.steps += 1
+        if self.steps > MAX_STEPS:
+            fail(self.span, f"the kernel takes more than {MAX_STEPS} steps to compile; make loops shorter")
 
     def fresh(self, type_: str) -> s.Val:
         self.ids += 1
         return s.Val(type_, self.ids)
 
     def push(self, instruction: s.Instruction) -> None:
+        self.step()
         self.blocks[-1].append(instruction)
 
     def _shared(self, key: tuple[object, ...]) -> object | None:
@@ -73,7 +85,9 @@ class Emitter:
         if shared is not None:
             return cast(s.Operand, shared)
         to = self.fresh(result)
-        self.push(s.Op(to, name, on, arguments, span))
+        made = s.Op(to, name, on, arguments, span)
+        self.push(made)
+        self.made[to.id] = made
         self.known[-1][key] = to
         return to
 
@@ -120,7 +134,9 @@ class Emitter:
         if shared is not None:
             return cast(s.Operand, shared)
         to = self.fresh(then.type)
-        self.push(s.Choose(to, condition, then, orelse))
+        made = s.Choose(to, condition, then, orelse)
+        self.push(made)
+        self.made[to.id] = made
         self.known[-1][key] = to
         return to
 
@@ -130,7 +146,7 @@ class Emitter:
         return self.op("logical_or", kept, other)
 
     def builtin(self, name: str, type_: str) -> s.Operand:
-        """Loaded once, at the very top of the program, wherever it is first met."""
+        """Loaded where it is first met; in a branch or loop for what is inside only."""
         self.builtins[name] = type_
         return self._load(("builtin", name), type_, lambda to: s.LoadBuiltin(to, name))
 
@@ -192,36 +208,52 @@ class Emitter:
         return cheap and len(block) <= MAX_SELECTED_INSTRUCTIONS
 
     def range_of(self, value: s.Operand, depth: int = 0) -> tuple[int, int] | None:
-        """Bounds of an int made of literals and loop indices by + - * min max, or None."""
+        """Bounds of an int made of literals and loop indices (+ - * // % min max abs, choices), or None."""
         if isinstance(value, s.Lit):
             return int(value.value), int(value.value)
         if value.id in self.ranges:
             return self.ranges[value.id]
-        if depth > 16:
+        made = self.made.get(value.id)
+        if made is None or depth > 16:
             return None
-        for block in reversed(self.blocks):
-            for instruction in reversed(block):
-                if isinstance(instruction, s.Op) and instruction.to == value:
-                    return self._op_range(instruction, depth + 1)
-        return None
+        arguments = made.arguments if isinstance(made, s.Op) else (made.then, made.orelse)
+        parts = [self.range_of(a, depth + 1) for a in arguments if a.type == "int"]
+        known = [part for part in parts if part is not None]
+        if not known or len(known) < len(arguments):
+            return None
+        bounds = _op_range(made.operation, *known) if isinstance(made, s.Op) else _union(*known)
+        return bounds if bounds is not None and bounds[0] >= INT_MIN and bounds[1] <= INT_MAX else None
 
-    def _op_range(self, op: s.Op, depth: int) -> tuple[int, int] | None:
-        parts = [self.range_of(a, depth) for a in op.arguments]
-        if any(p is None for p in parts) or op.operation not in ("add", "sub", "mul", "neg", "min", "max"):
-            return None
-        a = cast("tuple[int, int]", parts[0])
-        b = cast("tuple[int, int]", parts[-1])
-        if op.operation == "add":
-            return a[0] + b[0], a[1] + b[1]
-        if op.operation == "sub":
-            return a[0] - b[1], a[1] - b[0]
-        if op.operation == "neg":
-            return -a[1], -a[0]
-        if op.operation == "mul":
-            products = [p * q for p in a for q in b]
-            return min(products), max(products)
-        pick = min if op.operation == "min" else max
+
+Range: TypeAlias = tuple[int, int]
+
+
+def _union(a: Range, b: Range) -> Range:
+    return min(a[0], b[0]), max(a[1], b[1])
+
+
+def _op_range(operation: str, a: Range, b: Range = (0, 0)) -> Range | None:
+    if operation == "add":
+        return a[0] + b[0], a[1] + b[1]
+    if operation == "sub":
+        return a[0] - b[1], a[1] - b[0]
+    if operation == "neg":
+        return -a[1], -a[0]
+    if operation == "abs":
+        low = 0 if a[0] <= 0 <= a[1] else min(abs(a[0]), abs(a[1]))
+        return low, max(abs(a[0]), abs(a[1]))
+    if operation == "mul":
+        products = [p * q for p in a for q in b]
+        return min(products), max(products)
+    if operation in ("min", "max"):
+        pick = min if operation == "min" else max
         return pick(a[0], b[0]), pick(a[1], b[1])
+    if operation == "floor_divide" and b[0] > 0:
+        quotients = [p // q for p in a for q in b]
+        return min(quotients), max(quotients)
+    if operation == "int_mod" and b[0] > 0:
+        return 0, b[1] - 1
+    return None
 
 
 def fold(name: str, result: str, arguments: tuple[s.Lit, ...]) -> s.Lit:
@@ -234,68 +266,4 @@ def fold(name: str, result: str, arguments: tuple[s.Lit, ...]) -> s.Lit:
     return s.Lit(result, bool(value) if result == "bool" else int(value))
 
 
-def eliminate_dead(body: list[s.Instruction], roots: list[s.Operand]) -> tuple[s.Instruction, ...]:
-    """Drop what no result depends on."""
-    needed: set[int] = {r.id for r in roots if isinstance(r, s.Val)}
-    live_variables: set[str] = set()
-    while True:
-        before = len(needed), len(live_variables)
-        _mark(body, needed, live_variables)
-        if (len(needed), len(live_variables)) == before:
-            return tuple(_sweep(body, needed, live_variables))
-
-
-def _mark(
-    body: list[s.Instruction] | tuple[s.Instruction, ...], needed: set[int], variables: set[str]
-) -> bool:
-    """Mark backwards; true when something in the block has an effect."""
-    effect = False
-    for instruction in reversed(body):
-        if isinstance(instruction, s.If):
-            here = _mark(instruction.then, needed, variables) | _mark(instruction.orelse, needed, variables)
-        elif isinstance(instruction, s.For):
-            here = _mark(instruction.body, needed, variables)
-        elif isinstance(instruction, s.Write):
-            here = instruction.variable in variables
-        elif isinstance(instruction, (s.Break, s.Continue)):
-            here = True
-        else:
-            here = any(v.id in needed for v in s.results_of(instruction))
-            if here and isinstance(instruction, s.Read):
-                variables.add(instruction.variable)
-        if here:
-            effect = True
-            needed.update(a.id for a in s.operands_of(instruction) if isinstance(a, s.Val))
-    return effect
-
-
-def _sweep(
-    body: list[s.Instruction] | tuple[s.Instruction, ...], needed: set[int], variables: set[str]
-) -> list[s.Instruction]:
-    kept: list[s.Instruction] = []
-    for instruction in body:
-        if isinstance(instruction, s.If):
-            then, orelse = (
-                _sweep(instruction.then, needed, variables),
-                _sweep(instruction.orelse, needed, variables),
-            )
-            if then or orelse:
-                kept.append(replace(instruction, then=tuple(then), orelse=tuple(orelse)))
-        elif isinstance(instruction, s.For):
-            inner = _sweep(instruction.body, needed, variables)
-            if any(isinstance(i, s.Write) for i in s.walk(inner)):
-                kept.append(replace(instruction, body=tuple(inner)))
-        elif isinstance(instruction, s.Write):
-            if instruction.variable in variables:
-                kept.append(instruction)
-        elif isinstance(instruction, s.LoadTexel):
-            to = tuple(v if v is not None and v.id in needed else None for v in instruction.to)
-            while to and to[-1] is None:
-                to = to[:-1]
-            if to:
-                kept.append(replace(instruction, to=to))
-        elif isinstance(instruction, (s.Break, s.Continue)) or any(
-            v.id in needed for v in s.results_of(instruction)
-        ):
-            kept.append(instruction)
-    return kept
+__all__ = ["Emitter", "eliminate_dead", "fold"]

@@ -110,10 +110,7 @@ def _determinant_of(e: Emitter, m: list[Values]) -> s.Operand:
     total: s.Operand | None = None
     for i, column in enumerate(m):
         term = e.op("mul", column[0], _determinant_of(e, _minor(m, 0, i)))
-        if total is None:
-            total = term
-        else:
-            total = e.op("sub" if i % 2 else "add", total, term)
+        total = term if total is None else e.op("sub" if i % 2 else "add", total, term)
     assert total is not None
     return total
 

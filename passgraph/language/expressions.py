@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import ast
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 from passgraph.language import ir, symbols
 from passgraph.language.operations import OPERATIONS
@@ -19,41 +18,32 @@ from passgraph.language.types import (
     VEC2,
     VEC4,
     Array,
-    ImageType,
     Matrix,
     Scalar,
     Struct,
     Type,
     Vector,
-    component_count,
     element_of,
-    with_element,
 )
 from passgraph.language.typing_rules import apply, binary, unify, widen
+from passgraph.language.values import (
+    ImageValue,
+    Part,
+    StructValue,
+    TupleValue,
+    check_clamp,
+    choose,
+    coerce,
+    construct,
+    index_into,
+    part_type,
+    select,
+    swizzle,
+)
 
 if TYPE_CHECKING:
-    from passgraph.language.parse import Frame
+    from passgraph.language.frame import Frame
 
-
-@dataclass(frozen=True)
-class StructValue:
-    """A struct taken apart: one value a field."""
-
-    struct: Struct
-    fields: dict[str, Part]
-
-
-@dataclass(frozen=True)
-class ImageValue:
-    name: str
-
-
-@dataclass(frozen=True)
-class TupleValue:
-    members: tuple[Part, ...]
-
-
-Part: TypeAlias = ir.Expr | StructValue | ImageValue | TupleValue
 
 _BINARY: dict[type[ast.operator], str] = {
     ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul", ast.Div: "div", ast.FloorDiv: "floor_divide",
@@ -64,27 +54,17 @@ _COMPARE: dict[type[ast.cmpop], str] = {
     ast.Lt: "less", ast.LtE: "less_equal", ast.Gt: "greater", ast.GtE: "greater_equal",
     ast.Eq: "equal", ast.NotEq: "not_equal",
 }  # fmt: skip
-_SWIZZLES = ("xyzw", "rgba", "stpq")
 #: Whole exponents up to this size become multiplications, which are defined for negative bases too.
 _MAX_EXPANDED_POWER = 16
 
 _REFUSED: dict[type[ast.expr], str] = {
     ast.Lambda: "lambda; write a @pg.function", ast.Dict: "dictionaries; use a @pg.struct",
-    ast.Set: "sets", ast.ListComp: "comprehensions; write a for loop", ast.SetComp: "comprehensions; write a for loop",
-    ast.DictComp: "comprehensions; write a for loop", ast.GeneratorExp: "generators; write a for loop",
-    ast.Await: "await", ast.Yield: "yield", ast.YieldFrom: "yield from", ast.JoinedStr: "strings",
-    ast.NamedExpr: ":=; assign on a line of its own", ast.Starred: "* arguments",
+    ast.Set: "sets", ast.ListComp: "comprehensions; write a for loop",
+    ast.SetComp: "comprehensions; write a for loop", ast.DictComp: "comprehensions; write a for loop",
+    ast.GeneratorExp: "generators; write a for loop", ast.Await: "await", ast.Yield: "yield",
+    ast.YieldFrom: "yield from", ast.JoinedStr: "strings", ast.NamedExpr: ":=; assign on a line of its own",
+    ast.Starred: "* arguments",
 }  # fmt: skip
-
-
-def part_type(part: Part) -> str:
-    if isinstance(part, StructValue):
-        return part.struct.name
-    if isinstance(part, ImageValue):
-        return "Image"
-    if isinstance(part, TupleValue):
-        return "tuple"
-    return str(part.type)
 
 
 class Expressions:
@@ -114,6 +94,7 @@ class Expressions:
 
     def part(self, node: ast.expr) -> Part:
         span = self.span(node)
+        self.frame.builder.count_expression(span)
         if isinstance(node, ast.Constant):
             if isinstance(node.value, (bool, int, float)):
                 return number(node.value, span)
@@ -194,7 +175,13 @@ class Expressions:
         left = self.value(node.left)
         if isinstance(node.op, ast.Pow):
             return self._power(left, node.right, span)
-        return binary(_BINARY[type(node.op)], left, self.value(node.right), span)
+        return self._arithmetic(_BINARY[type(node.op)], left, self.value(node.right), span)
+
+    def _arithmetic(self, operator: str, left: ir.Expr, right: ir.Expr, span: Span) -> ir.Expr:
+        if isinstance(left.type, Matrix) or isinstance(right.type, Matrix):
+            # Sums of matrices and products with scalars go by column and use both sides once for each.
+            left, right = (self.frame.name_it(side, span) for side in (left, right))
+        return binary(operator, left, right, span)
 
     def _power(self, base: ir.Expr, node: ast.expr, span: Span) -> ir.Expr:
         exponent = self.value(node)
@@ -209,7 +196,7 @@ class Expressions:
         return apply("pow", [base, exponent], span)
 
     def _whole_power(self, base: ir.Expr, n: int, span: Span) -> ir.Expr:
-        if not isinstance(base.type, (Scalar, Vector)):
+        if not isinstance(base.type, (Scalar, Vector)) or element_of(base.type) is BOOL:
             fail(span, f"** does not take {base.type}")
         if n < 0:
             one = ir.Literal(FLOAT, 1.0, span)
@@ -245,7 +232,7 @@ class Expressions:
         if isinstance(value, ir.Literal) and value.type is not BOOL:
             return number(-value.value, span)
         if isinstance(value.type, Matrix):
-            return binary("mul", ir.Literal(FLOAT, -1.0, span), value, span)
+            return self._arithmetic("mul", ir.Literal(FLOAT, -1.0, span), value, span)
         return apply("neg", [value], span)
 
     def _bool(self, node: ast.BoolOp) -> ir.Expr:
@@ -263,6 +250,8 @@ class Expressions:
             if type(operator) not in _COMPARE:
                 fail(span, "the kernel language has no 'is' and no 'in'; compare values with == or !=")
             right = self.value(right_node)
+            if len(node.ops) > 1:  # the middle of a < b < c is used twice
+                right = self.frame.name_it(right, span)
             if left.type == BOOL and right.type == BOOL and isinstance(operator, (ast.Eq, ast.NotEq)):
                 one, other = (apply("to_int", [side], span) for side in (left, right))
             else:
@@ -275,8 +264,10 @@ class Expressions:
 
     def _choice(self, node: ast.IfExp) -> Part:
         span = self.span(node)
-        condition = self.condition(node.test)
-        return choose(condition, self.part(node.body), self.part(node.orelse), span)
+        condition, then, orelse = self.condition(node.test), self.part(node.body), self.part(node.orelse)
+        if isinstance(then, StructValue):
+            condition = self.frame.name_it(condition, span)
+        return choose(condition, then, orelse, span)
 
     # Calls
 
@@ -299,7 +290,7 @@ class Expressions:
         if node.keywords:
             fail(span, f"{ast.unparse(node.func)} takes no keyword arguments")
         if isinstance(meaning, (Scalar, Vector, Matrix)):
-            return construct(meaning, [self.value(a) for a in node.args], span)
+            return construct(meaning, [self.value(a) for a in node.args], span, self.frame.name_it)
         name = meaning.name if isinstance(meaning, symbols.Symbol) else meaning
         if isinstance(name, str):
             return self._builtin(name, node, span)
@@ -335,12 +326,11 @@ class Expressions:
 
     def _builtin(self, name: str, node: ast.Call, span: Span) -> Part:
         if name == "len":
-            (array,) = [self.value(a) for a in node.args] or [None]
-            if array is None or not isinstance(array.type, (Array, Vector)):
-                fail(span, "len() takes an array or a vector")
-            return ir.Literal(
-                INT, array.type.length if isinstance(array.type, Array) else array.type.size, span
-            )
+            types = [self.value(a).type for a in node.args]
+            type_ = types[0] if len(types) == 1 else None
+            if not isinstance(type_, (Array, Vector)):
+                fail(span, "len() takes one array or vector")
+            return ir.Literal(INT, type_.length if isinstance(type_, Array) else type_.size, span)
         if name == "range":
             fail(span, "range() belongs in a for statement: for i in range(n)")
         if name == "discard":
@@ -356,11 +346,11 @@ class Expressions:
         if name == "select":
             if len(arguments) != 3:
                 fail(span, "select() takes a condition, the value where it holds and the value elsewhere")
-            return _select(arguments, span)
+            return select(arguments, span, self.frame.name_it)
         if name == "atan" and len(arguments) == 2:
             name = "atan2"
         if name == "clamp":
-            _check_clamp(arguments, span)
+            check_clamp(arguments, span)
         if name in OPERATIONS:
             return apply(name, arguments, span)
         fail(span, f"the kernel language has no {name}()")
@@ -401,20 +391,25 @@ class Expressions:
             if self.frame.stage != "pixel":
                 fail(
                     span,
-                    f"image[dx, dy] is relative to a pixel of a full-screen pass; in a {self.frame.stage} kernel use .texel()",
+                    "image[dx, dy] is relative to a pixel of a full-screen pass; "
+                    f"in a {self.frame.stage} kernel use .texel()",
                 )
             return ir.Texel(VEC4, base.name, x, y, True, span)
         if isinstance(base, TupleValue):
-            if isinstance(node.slice, ast.Constant) and isinstance(node.slice.value, int):
-                if -len(base.members) <= node.slice.value < len(base.members):
-                    return base.members[node.slice.value]
-            fail(span, f"a tuple of {len(base.members)} takes a constant index in range")
+            return self._member(base, node.slice, span)
         if isinstance(base, StructValue):
             fail(span, f"{base.struct.name} is read by field, not by index")
         if isinstance(node.slice, (ast.Slice, ast.Tuple)):
             fail(span, "the kernel language has no slices; use a swizzle such as v.xy")
         index = widen(self.value(node.slice), INT, span, "an index")
         return index_into(base, index, span)
+
+    def _member(self, base: TupleValue, index: ast.expr, span: Span) -> Part:
+        position = self.value(index)
+        count = len(base.members)
+        if isinstance(position, ir.Literal) and position.type is INT and -count <= position.value < count:
+            return base.members[int(position.value)]
+        fail(span, f"a tuple of {count} takes a constant index in range")
 
     def _array(self, members: list[ir.Expr], span: Span) -> ir.Expr:
         if not members:
@@ -434,11 +429,9 @@ class Expressions:
         count = self.value(node.right)
         if not isinstance(count, ir.Literal) or count.type is not INT or int(count.value) < 1:
             fail(span, "[value] * n needs a whole constant n >= 1")
-        if int(count.value) * len(node.left.elts) > MAX_ARRAY_LENGTH:
-            fail(
-                span,
-                f"an array has at most {MAX_ARRAY_LENGTH} elements, got {int(count.value) * len(node.left.elts)}",
-            )
+        total = int(count.value) * len(node.left.elts)
+        if total > MAX_ARRAY_LENGTH:
+            fail(span, f"an array has at most {MAX_ARRAY_LENGTH} elements, got {total}")
         members = [self.frame.name_it(self.value(part), span) for part in node.left.elts]
         return self._array(members * int(count.value), span)
 
@@ -451,168 +444,3 @@ STAGE_VALUES: dict[str, tuple[Type, tuple[str, ...]]] = {
     "front_facing": (BOOL, ("fragment",)),
     "fragment_depth": (FLOAT, ("fragment",)),
 }
-
-
-def swizzle(base: ir.Expr, name: str, span: Span) -> ir.Expr:
-    assert isinstance(base.type, Vector)
-    components = swizzle_components(name, base.type, span)
-    type_ = base.type.element if len(components) == 1 else Vector(base.type.element, len(components))
-    return ir.Swizzle(type_, base, components, span)
-
-
-def swizzle_components(name: str, type_: Vector, span: Span) -> tuple[int, ...]:
-    for letters in _SWIZZLES:
-        if name and all(letter in letters for letter in name):
-            components = tuple(letters.index(letter) for letter in name)
-            if len(components) > 4:
-                fail(span, f"a swizzle has at most 4 letters, got .{name}")
-            if max(components) >= type_.size:
-                fail(span, f"{type_} has no component {letters[max(components)]!r}")
-            return components
-    fail(span, f"{type_} has no attribute {name!r}; swizzles use xyzw, rgba or stpq, one set at a time")
-
-
-def construct(type_: Scalar | Vector | Matrix, arguments: list[ir.Expr], span: Span) -> ir.Expr:
-    """``float(x)``, ``vec3(a, b)``, ``mat3(m4)``: GLSL's constructors."""
-    for argument in arguments:
-        if not isinstance(argument.type, (Scalar, Vector, Matrix)):
-            fail(span, f"{type_}() does not take {argument.type}")
-    if isinstance(type_, Scalar):
-        if len(arguments) != 1 or not isinstance(arguments[0].type, Scalar):
-            fail(span, f"{type_}() takes one scalar")
-        return convert(arguments[0], type_, span)
-    if isinstance(type_, Matrix):
-        return _construct_matrix(type_, arguments, span)
-    count = sum(component_count(a.type) for a in arguments)
-    if len(arguments) == 1 and isinstance(arguments[0].type, Scalar):
-        return ir.Construct(type_, (convert(arguments[0], type_.element, span),) * type_.size, span)
-    if len(arguments) == 1 and isinstance(arguments[0].type, Vector) and count > type_.size:
-        cut = swizzle(arguments[0], "xyzw"[: type_.size], span)
-        return convert_elements(cut, type_.element, span)
-    if count != type_.size or any(isinstance(a.type, Matrix) for a in arguments):
-        fail(span, f"{type_}() takes {type_.size} components, got {count}")
-    return ir.Construct(type_, tuple(convert_elements(a, type_.element, span) for a in arguments), span)
-
-
-def _construct_matrix(type_: Matrix, arguments: list[ir.Expr], span: Span) -> ir.Expr:
-    size = type_.size
-    zero, one = ir.Literal(FLOAT, 0.0, span), ir.Literal(FLOAT, 1.0, span)
-    if len(arguments) == 1 and isinstance(arguments[0].type, Scalar):
-        diagonal = convert(arguments[0], FLOAT, span)
-        parts = tuple(diagonal if c == r else zero for c in range(size) for r in range(size))
-        return ir.Construct(type_, parts, span)
-    if len(arguments) == 1 and isinstance(arguments[0].type, Matrix):
-        given = arguments[0].type.size
-        cells = []
-        for c in range(size):
-            for r in range(size):
-                if c < given and r < given:
-                    column = ir.Index(Vector(FLOAT, given), arguments[0], ir.Literal(INT, c, span), span)
-                    cells.append(ir.Swizzle(FLOAT, column, (r,), span))
-                else:
-                    cells.append(one if c == r else zero)
-        return ir.Construct(type_, tuple(cells), span)
-    count = sum(component_count(a.type) for a in arguments)
-    if count != size * size:
-        fail(span, f"{type_}() takes {size * size} components (columns first), got {count}")
-    return ir.Construct(type_, tuple(convert_elements(a, FLOAT, span) for a in arguments), span)
-
-
-def convert(value: ir.Expr, type_: Scalar, span: Span) -> ir.Expr:
-    """An explicit scalar conversion."""
-    if value.type == type_:
-        return value
-    if type_ is BOOL:
-        zero = ir.Literal(INT, 0, span) if value.type is INT else ir.Literal(FLOAT, 0.0, span)
-        return apply("not_equal", [value, zero], span)
-    if isinstance(value, ir.Literal) and type_ is FLOAT:
-        return ir.Literal(FLOAT, float(value.value), span)
-    return ir.Apply(type_, "to_float" if type_ is FLOAT else "to_int", (value,), span)
-
-
-def convert_elements(value: ir.Expr, element: Scalar, span: Span) -> ir.Expr:
-    if element_of(value.type) is element:
-        return value
-    if isinstance(value.type, Scalar):
-        return convert(value, element, span)
-    assert isinstance(value.type, Vector)
-    parts = tuple(
-        convert(ir.Swizzle(value.type.element, value, (i,), span), element, span)
-        for i in range(value.type.size)
-    )
-    return ir.Construct(Vector(element, value.type.size), parts, span)
-
-
-def index_into(base: ir.Expr, index: ir.Expr, span: Span) -> ir.Expr:
-    type_ = base.type
-    if isinstance(type_, Array):
-        count, element = type_.length, type_.element
-    elif isinstance(type_, Matrix):
-        count, element = type_.size, Vector(FLOAT, type_.size)
-    elif isinstance(type_, Vector):
-        count, element = type_.size, type_.element
-    else:
-        fail(span, f"{type_} cannot be indexed")
-    if isinstance(index, ir.Literal) and not 0 <= int(index.value) < count:
-        fail(span, f"index {index.value} is outside {type_} (0 to {count - 1})")
-    return ir.Index(element, base, index, span)
-
-
-def choose(condition: ir.Expr, then: Part, orelse: Part, span: Span) -> Part:
-    """A conditional value, field by field for structs."""
-    if isinstance(then, StructValue) and isinstance(orelse, StructValue) and then.struct == orelse.struct:
-        fields = {
-            name: choose(condition, then.fields[name], orelse.fields[name], span) for name in then.fields
-        }
-        return StructValue(then.struct, fields)
-    if isinstance(then, (StructValue, ImageValue, TupleValue)) or isinstance(
-        orelse, (StructValue, ImageValue, TupleValue)
-    ):
-        fail(
-            span,
-            f"both sides of a conditional must have one type, got {part_type(then)} and {part_type(orelse)}",
-        )
-    one, other = unify(then, orelse, span, "both sides of a conditional")
-    if isinstance(one.type, (Array, ImageType)):
-        fail(span, f"a conditional cannot choose between values of type {one.type}; use if statements")
-    return ir.Select(one.type, condition, one, other, span)  # type: ignore[arg-type]
-
-
-def _select(arguments: list[ir.Expr], span: Span) -> ir.Expr:
-    """Component by component: ``select(bvec, a, b)``."""
-    condition, then, orelse = arguments
-    then, orelse = unify(then, orelse, span, "both sides of select()")
-    if condition.type == BOOL:
-        return ir.Select(then.type, condition, then, orelse, span)  # type: ignore[arg-type]
-    if not (isinstance(condition.type, Vector) and condition.type.element is BOOL):
-        fail(span, f"select() takes bool or a bvec first, got {condition.type}")
-    if not isinstance(then.type, Vector) or then.type.size != condition.type.size:
-        fail(span, f"select() takes {condition.type.size} components on each side, got {then.type}")
-    parts = []
-    for i in range(then.type.size):
-        c = ir.Swizzle(BOOL, condition, (i,), span)
-        a, b = (ir.Swizzle(then.type.element, side, (i,), span) for side in (then, orelse))
-        parts.append(ir.Select(then.type.element, c, a, b, span))
-    return ir.Construct(with_element(then.type, then.type.element), tuple(parts), span)
-
-
-def coerce(part: Part, type_: Type, span: Span, what: str) -> Part:
-    """A value where a declared type is wanted."""
-    if isinstance(type_, Struct):
-        if isinstance(part, StructValue) and part.struct == type_:
-            return part
-        fail(span, f"{what} must be {type_}, got {part_type(part)}")
-    if isinstance(type_, ImageType):
-        if isinstance(part, ImageValue):
-            return part
-        fail(span, f"{what} must be an Image, got {part_type(part)}")
-    if isinstance(part, (StructValue, ImageValue, TupleValue)):
-        fail(span, f"{what} must be {type_}, got {part_type(part)}")
-    return widen(part, type_, span, what)
-
-
-def _check_clamp(arguments: list[ir.Expr], span: Span) -> None:
-    if len(arguments) == 3:
-        low, high = arguments[1], arguments[2]
-        if isinstance(low, ir.Literal) and isinstance(high, ir.Literal) and low.value > high.value:
-            fail(span, f"clamp() has its bounds the wrong way round: {low.value} > {high.value}")

@@ -12,10 +12,10 @@ from typing import Any, TypeVar, cast, dataclass_transform
 
 from passgraph.errors import KernelError, PassgraphError
 from passgraph.language import ir
-from passgraph.language.parse import parse_kernel
+from passgraph.language.parse import parse_with_scopes
 from passgraph.language.scope import TEXT_NAMES, FunctionSource, Scope, python_scope, text_scope
 from passgraph.language.signature import literal_value, read_signature, read_struct
-from passgraph.language.source import Source, fail, source_from_text, source_of
+from passgraph.language.source import Source, fail, source_from_text, source_of, source_of_class
 from passgraph.language.types import Struct
 
 T = TypeVar("T")
@@ -27,7 +27,8 @@ class Kernel:
     def __init__(self, function: FunctionSource, stage: ir.Stage) -> None:
         self.function = function
         self.stage = stage
-        self.program = parse_kernel(function, stage)
+        self.program, scopes = parse_with_scopes(function, stage)
+        self._scopes = tuple(scopes.values())
         self.name = function.name
         self.__name__ = function.name
         self.__doc__ = ast.get_docstring(function.node)
@@ -38,11 +39,12 @@ class Kernel:
 
     def check_constants(self) -> None:
         """Raise when a captured constant no longer has the value that the kernel was built with."""
-        changed = self.function.scope.changed_constants()
+        changed = [name for scope in self._scopes for name in scope.changed_constants()]
         if changed:
             raise KernelError(
                 f"{self.program.source.file}:{self.program.source.line}: kernel {self.name} captured "
-                f"{', '.join(changed)} by value, and it changed since; make it a parameter, or define the kernel again"
+                f"{', '.join(changed)} by value, and it changed since; make it a parameter, or define the "
+                "kernel again"
             )
 
     def __repr__(self) -> str:
@@ -55,9 +57,14 @@ def function_source(function: Callable[..., Any]) -> FunctionSource:
     if isinstance(function, (Kernel, type)) or not inspect.isfunction(function):
         raise PassgraphError(f"a kernel is made from a function, got {type(function).__name__}")
     source = source_of(function)
-    node = next((n for n in source.parse().body if isinstance(n, ast.FunctionDef)), None)
-    if node is None:
+    if function.__name__ == "<lambda>":
         raise KernelError(f"{source.file}:{source.first_line}: a kernel is a def statement, not a lambda")
+    node = next((n for n in source.parse().body if isinstance(n, ast.FunctionDef)), None)
+    if node is None or node.name != inspect.unwrap(function).__name__:
+        raise KernelError(
+            f"{source.file}:{source.first_line}: the text of {function.__name__} is not here any more; "
+            "the file changed after it was imported"
+        )
     return FunctionSource(function.__name__, source, node, python_scope(function))
 
 
@@ -89,13 +96,13 @@ def struct(cls: type[T]) -> type[T]:
     ...     direction: vec3
     ...     strength: float = 1.0
     """
-    source = source_of(cls)
+    frame: pytypes.FrameType | None = sys._getframe(1)
+    source = source_of_class(cls, frame)
     node = next((n for n in source.parse().body if isinstance(n, ast.ClassDef)), None)
     if node is None:
         raise KernelError(f"{source.file}:{source.first_line}: @struct marks a class statement")
     module = sys.modules.get(cls.__module__)
     names: dict[str, object] = dict(vars(module)) if module else {}
-    frame: pytypes.FrameType | None = sys._getframe(1)
     local_names = dict(frame.f_locals) if frame else {}
 
     def lookup(name: str) -> object:
@@ -130,7 +137,7 @@ def text_functions(text: str, name: str = "<kernel text>") -> tuple[dict[str, Fu
     scope = text_scope(names)
     for node in source.parse().body:
         if isinstance(node, ast.FunctionDef):
-            functions[node.name] = names[node.name] = FunctionSource(node.name, source, node, scope)  # type: ignore[assignment]
+            functions[node.name] = names[node.name] = FunctionSource(node.name, source, node, scope)
             if any(_last_name(d) == "kernel" for d in node.decorator_list):
                 marked.append(node.name)
         elif isinstance(node, ast.ClassDef):

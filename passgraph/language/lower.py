@@ -1,64 +1,34 @@
 """From the typed representation to the scalar program.
 
-One walk does it all: constants fold, Const parameters are baked, loops unroll within bounds, vectors fall into
-components, conditional code becomes selections where short, and texel offsets are bounded into footprints.
-A kernel whose image is *fused* has that image's kernel computed in place of the read.
+One walk does it all: constants fold, Const parameters are baked, loops unroll within bounds, vectors fall
+into components, conditional code becomes selections where short, and texel offsets are bounded into
+footprints.  A kernel whose image is *fused* has that image's kernel computed in place of the read.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
 from functools import cache
+from typing import TypeGuard
 
+from passgraph.errors import KernelError
 from passgraph.language import ir
 from passgraph.language import scalar as s
 from passgraph.language.emitter import Emitter, eliminate_dead
 from passgraph.language.expand import EXPANSIONS
+from passgraph.language.facts import Facts, Fused, ImageFacts, Shared
 from passgraph.language.library import prelude_function
 from passgraph.language.operations import OPERATIONS
 from passgraph.language.parse import parse_kernel
 from passgraph.language.scope import host_numbers
 from passgraph.language.source import NOWHERE, Span, fail
-from passgraph.language.types import Array, Matrix, Scalar, Type, component_count, element_of
+from passgraph.language.types import Array, Scalar, component_count, element_of
 
 #: A loop is unrolled up to this many trips …
 MAX_UNROLLED_TRIPS = 64
 #: … as long as its copies stay below this many instructions altogether.
 MAX_UNROLLED_INSTRUCTIONS = 6_000
-#: No loop may make more trips than this; a longer one would hang a driver.
+#: Loops may make at most this many trips, nested ones together; longer ones would hang a driver.
 MAX_TRIPS = 1 << 16
-
-
-@dataclass(frozen=True)
-class ImageFacts:
-    """What the graph knows about an image that a kernel reads."""
-
-    channels: int = 4
-    border: str = "clamp"
-    decode: str | None = None  # prelude function for r, g and b of each texel, such as decode_srgb
-    fused: Fused | None = None
-
-
-@dataclass(frozen=True)
-class Facts:
-    """What the graph knows about a kernel when it is compiled."""
-
-    constants: Mapping[str, object] = field(default_factory=dict)
-    images: Mapping[str, ImageFacts] = field(default_factory=dict)
-    #: For each result: prelude functions applied to colour channels and to alpha before it is stored.
-    stores: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...] = ()
-    simplify: bool = True
-
-
-@dataclass(frozen=True)
-class Fused:
-    """A producer computed inside its consumer; its uniforms and images are named with ``prefix``."""
-
-    program: ir.Program
-    facts: Facts
-    prefix: str
-    output: int
 
 
 def lower(program: ir.Program, facts: Facts | None = None) -> s.ScalarProgram:
@@ -70,6 +40,14 @@ def lower(program: ir.Program, facts: Facts | None = None) -> s.ScalarProgram:
         Where a loop bound is not known, a texel offset is not bounded, or a loop is too long.
     """
     facts = facts or Facts()
+    try:
+        return _lower(program, facts)
+    except RecursionError:
+        message = f"{program.name} nests too deeply (calls, branches and expressions together)"
+        raise KernelError(program.source.point_at(message)) from None
+
+
+def _lower(program: ir.Program, facts: Facts) -> s.ScalarProgram:
     shared = Shared(Emitter(facts.simplify))
     lowering = Lowering(program, facts, shared, prefix="")
     lowering.run()
@@ -81,53 +59,6 @@ def lower(program: ir.Program, facts: Facts | None = None) -> s.ScalarProgram:
     roots = [v for o in outputs for v in o.values] + ([keep] if keep is not None else [])
     body = eliminate_dead(emitter.blocks[0], roots)
     return shared.finish(program, body, outputs, keep)
-
-
-class Shared:
-    """What a kernel and everything fused into it have in common."""
-
-    def __init__(self, emitter: Emitter) -> None:
-        self.emitter = emitter
-        self.slots: dict[str, s.UniformSlot] = {}
-        self.uses: dict[str, s.ImageUse] = {}
-        self.counts = {"float": 0, "int": 0}
-        self.fused: dict[str, list[list[s.Operand]]] = {}
-        self.sources: list[Span] = []
-
-    def slot(self, name: str, type_: Type) -> s.UniformSlot:
-        if name not in self.slots:
-            block = "float" if element_of(type_).name == "float" else "int"
-            count = component_count(type_)
-            self.slots[name] = s.UniformSlot(name, type_, block, self.counts[block], count)
-            self.counts[block] += count
-        return self.slots[name]
-
-    def finish(
-        self,
-        program: ir.Program,
-        body: tuple[s.Instruction, ...],
-        outputs: tuple[s.Output, ...],
-        keep: s.Operand | None,
-    ) -> s.ScalarProgram:
-        used = list(s.walk(body))
-        names = {i.variable for i in used if isinstance(i, (s.Read, s.Write))}
-        tables = {i.table for i in used if isinstance(i, s.LoadTable)}
-        builtins = {i.name for i in used if isinstance(i, s.LoadBuiltin)}
-        read = {i.image for i in used if isinstance(i, s.LoadTexel)}
-        read |= {b.split(".", 1)[1].rsplit(".", 1)[0] for b in builtins if b.startswith("size.")}
-        return s.ScalarProgram(
-            program.name,
-            program.stage,
-            body,
-            outputs,
-            keep,
-            tuple((n, t) for n, t in self.emitter.variables.items() if n in names),
-            tuple(self.slots.values()),
-            tuple((n, t, v) for n, (t, v) in self.emitter.tables.items() if n in tables),
-            tuple(use for use in self.uses.values() if use.name in read),
-            tuple((n, t) for n, t in self.emitter.builtins.items() if n in builtins),
-            (program.source, *self.sources),
-        )
 
 
 class Lowering:
@@ -146,9 +77,24 @@ class Lowering:
         self.arguments = arguments or {}
         self.locals: dict[str, list[s.Operand]] = {}
         self.loops: list[dict[tuple[str, int], str]] = []  # variables of the loops around, innermost last
+        self.trips = 1  # of the loops around together
 
     def run(self) -> None:
+        for image in self.program.images:
+            fused = self._facts(image).fused
+            # Producers come first: what is computed inside a branch or loop would not be there behind it.
+            if fused is not None and fused.prefix not in self.shared.fused:
+                self._produce(fused)
         self.block(self.program.body)
+
+    def _facts(self, image: str) -> ImageFacts:
+        return self.facts.images.get(image, ImageFacts())
+
+    def _produce(self, fused: Fused) -> None:
+        producer = Lowering(fused.program, fused.facts, self.shared, fused.prefix)
+        producer.run()
+        self.shared.fused[fused.prefix] = [list(o.values) for o in producer.outputs()]
+        self.shared.sources.append(fused.program.source)
 
     def outputs(self) -> list[s.Output]:
         outputs = []
@@ -172,7 +118,10 @@ class Lowering:
     # Statements
 
     def block(self, statements: tuple[ir.Stmt, ...]) -> None:
+        """Statements up to the first after which nothing runs any more."""
         for statement in statements:
+            if statement.span is not NOWHERE and not self.arguments:
+                self.emitter.span = statement.span
             if isinstance(statement, ir.Assign):
                 self.locals[statement.name] = self.value(statement.value)
             elif isinstance(statement, ir.If):
@@ -180,10 +129,11 @@ class Lowering:
             elif isinstance(statement, ir.For):
                 self._for(statement)
             else:
-                self._leave(statement)
+                self._jump(statement)
+            if _leaves(self.emitter.blocks[-1]):
                 return
 
-    def _leave(self, statement: ir.Break | ir.Continue) -> None:
+    def _jump(self, statement: ir.Break | ir.Continue) -> None:
         """Break or continue: what the loop hands on is written first."""
         for (name, i), variable in self.loops[-1].items():
             self.emitter.push(s.Write(variable, self.locals[name][i]))
@@ -206,26 +156,26 @@ class Lowering:
             return
         then, after_then = self._branch(statement.then)
         orelse, after_else = self._branch(statement.orelse)
+        names = sorted(_names_assigned(statement.then) | _names_assigned(statement.orelse))
         if e.simplify and e.selectable(then) and e.selectable(orelse):
             for instruction in (*then, *orelse):
                 e.push(instruction)
-            for name in _assigned(after_then, after_else, self.locals):
+            for name in names:
                 a, b = _both(name, after_then, after_else)
                 self.locals[name] = [e.choose(condition, x, y) for x, y in zip(a, b, strict=True)]
             return
         left_then, left_else = _leaves(then), _leaves(orelse)
         merged: dict[str, list[s.Operand]] = {}
         reads: list[tuple[str, int, str]] = []
-        for name in _assigned(after_then, after_else, self.locals):
+        for name in names:
             a, b = _both(name, after_then, after_else)
             if left_then or left_else:
                 # The branch that left the loop has nothing to hand on; the other's values live in its block.
                 a, b = (b, b) if left_then else (a, a)
             merged[name] = list(a)
+            outside = {repr(v) for v in self.locals.get(name, [])}
             for i, (x, y) in enumerate(zip(a, b, strict=True)):
-                if isinstance(x, s.Lit) and repr(x) == repr(y) and not (left_then or left_else):
-                    continue
-                if repr(x) == repr(y) and repr(x) in {repr(v) for v in self.locals.get(name, [])}:
+                if repr(x) == repr(y) and (isinstance(x, s.Lit) or repr(x) in outside):
                     continue
                 variable = e.variable(x.type)
                 if not left_then:
@@ -245,26 +195,31 @@ class Lowering:
         if step == 0:
             fail(statement.span, "the step of range() is 0")
         trips = len(range(start, stop, step))
-        if trips > MAX_TRIPS:
-            fail(statement.span, f"this loop makes {trips} trips; at most {MAX_TRIPS} are allowed")
+        if trips * self.trips > MAX_TRIPS:
+            around = "" if self.trips == 1 else f" inside loops of {self.trips}"
+            fail(
+                statement.span,
+                f"this loop makes {trips} trips{around}; at most {MAX_TRIPS} are allowed together",
+            )
         if not trips:
             return
-        if self.emitter.simplify and trips <= MAX_UNROLLED_TRIPS and not _jumps(statement.body):
-            if self._unroll(statement, range(start, stop, step)):
-                return
-        self._loop(statement, start, stop, step)
+        self.trips *= trips
+        short = trips <= MAX_UNROLLED_TRIPS and not _jumps(statement.body)
+        if not (self.emitter.simplify and short and self._unroll(statement, range(start, stop, step))):
+            self._loop(statement, start, stop, step)
+        self.trips //= trips
 
     def _unroll(self, statement: ir.For, trips: range) -> bool:
         """Copy the body once a trip; give up after the first copy when all together would be too long."""
         e = self.emitter
         before, length, ids = dict(self.locals), len(e.blocks[-1]), e.ids
-        known = dict(e.known[-1])
+        known, uses = dict(e.known[-1]), dict(self.shared.uses)
         for count, i in enumerate(trips):
             self.locals[statement.name] = [s.Lit("int", i)]
             self.block(statement.body)
-            grown = sum(1 for _ in s.walk(e.blocks[-1][length:]))
-            if count == 0 and grown * len(trips) > MAX_UNROLLED_INSTRUCTIONS:
-                self.locals, e.ids, e.known[-1] = before, ids, known
+            grown = sum(1 for _ in s.walk(e.blocks[-1][length:])) if count == 0 else 0
+            if grown * len(trips) > MAX_UNROLLED_INSTRUCTIONS:
+                self.locals, e.ids, e.known[-1], self.shared.uses = before, ids, known, uses
                 del e.blocks[-1][length:]
                 return False
         return True
@@ -312,6 +267,7 @@ class Lowering:
 
     def value(self, expression: ir.Expr) -> list[s.Operand]:
         """The components of an expression."""
+        self.emitter.step()
         if isinstance(expression, ir.Literal):
             return [s.Lit(expression.type.name, expression.value)]
         if isinstance(expression, ir.Local):
@@ -401,13 +357,13 @@ class Lowering:
         width = component_count(expression.type)
         base_type = expression.value.type
         if isinstance(index, s.Lit):
-            parts = self.value(expression.value)
-            count = len(parts) // width
-            i = min(max(int(index.value), 0), count - 1)
-            return parts[i * width : (i + 1) * width]
-        if isinstance(base_type, Array) and isinstance(expression.value, (ir.Uniform, ir.Table)):
-            if not (isinstance(expression.value, ir.Uniform) and expression.value.name in self.arguments):
-                return self._indexed_load(expression.value, base_type, index, width)
+            i = min(max(int(index.value), 0), component_count(base_type) // width - 1)
+            if isinstance(expression.value, ir.Table):
+                numbers = expression.value.values[i * width : (i + 1) * width]
+                return [s.Lit(element_of(base_type).name, v) for v in numbers]
+            return self.value(expression.value)[i * width : (i + 1) * width]
+        if self._is_addressable(expression.value):
+            return self._indexed_load(expression.value, index, width)
         parts = self.value(expression.value)
         count = len(parts) // width
         result = parts[:width]
@@ -417,23 +373,24 @@ class Lowering:
             result = [self.emitter.choose(here, a, b) for a, b in zip(entry, result, strict=True)]
         return result
 
-    def _indexed_load(
-        self, array: ir.Uniform | ir.Table, type_: Array, index: s.Operand, width: int
-    ) -> list[s.Operand]:
+    def _is_addressable(self, array: ir.Expr) -> TypeGuard[ir.Uniform | ir.Table]:
+        """Whether an array lies in memory; others exist as values only."""
+        if isinstance(array, ir.Uniform) and isinstance(array.type, Array):
+            return array.name not in self.arguments
+        return isinstance(array, ir.Table)
+
+    def _indexed_load(self, array: ir.Uniform | ir.Table, index: s.Operand, width: int) -> list[s.Operand]:
         """A uniform array or constant table is read by address instead of chosen from."""
-        e = self.emitter
-        low, high = s.Lit("int", 0), s.Lit("int", type_.length - 1)
+        e, type_ = self.emitter, array.type
+        low, high = s.Lit("int", 0), s.Lit("int", component_count(type_) // width - 1)
         clamped = e.op("min", e.op("max", index, low), high)
         base = e.op("mul", clamped, s.Lit("int", width))
         element = element_of(type_).name
         if isinstance(array, ir.Table):
-            name = next(
-                (n for n, (t, v) in e.tables.items() if (t, v) == (element, array.values)),
-                f"table{len(e.tables)}",
-            )
-            return [
-                e.table(name, element, array.values, e.op("add", base, s.Lit("int", i))) for i in range(width)
-            ]
+            same = (n for n, (t, v) in e.tables.items() if (t, repr(v)) == (element, repr(array.values)))
+            name = next(same, f"table{len(e.tables)}")
+            addresses = (e.op("add", base, s.Lit("int", i)) for i in range(width))
+            return [e.table(name, element, array.values, address) for address in addresses]
         slot = self.shared.slot(self.prefix + array.name, type_)
         return [
             self._slot_entry(slot, e.op("add", base, s.Lit("int", slot.offset + i)), element)
@@ -458,7 +415,7 @@ class Lowering:
     # Images
 
     def _use(self, image: str, **changes: object) -> None:
-        facts = self.facts.images.get(image, ImageFacts())
+        facts = self._facts(image)
         name = self.prefix + image
         use = self.shared.uses.get(name, s.ImageUse(name, facts.channels))
         x, y = changes.get("x"), changes.get("y")
@@ -471,10 +428,10 @@ class Lowering:
         self.shared.uses[name] = use
 
     def _texel(self, expression: ir.Texel) -> list[s.Operand]:
-        facts = self.facts.images.get(expression.image, ImageFacts())
-        x, y = self.value(expression.x)[0], self.value(expression.y)[0]
+        facts = self._facts(expression.image)
         if facts.fused is not None:
-            return self._fused(facts, expression)
+            return self._fused(facts.fused, facts.decode)
+        x, y = self.value(expression.x)[0], self.value(expression.y)[0]
         if expression.relative:
             ranges = self.emitter.range_of(x), self.emitter.range_of(y)
             if ranges[0] is None or ranges[1] is None:
@@ -497,18 +454,11 @@ class Lowering:
             ]
         return texel
 
-    def _fused(self, facts: ImageFacts, expression: ir.Texel) -> list[s.Operand]:
-        """The producer's results for this pixel, computed once, stored through its format, padded to four."""
-        fused = facts.fused
-        assert fused is not None
-        if fused.prefix not in self.shared.fused:
-            producer = Lowering(fused.program, fused.facts, self.shared, fused.prefix)
-            producer.run()
-            self.shared.fused[fused.prefix] = [list(o.values) for o in producer.outputs()]
-            self.shared.sources.append(fused.program.source)
+    def _fused(self, fused: Fused, decode: str | None) -> list[s.Operand]:
+        """The producer's results for this pixel, stored through its format, padded to four."""
         values = self.shared.fused[fused.prefix][fused.output]
-        if facts.decode is not None:
-            values = [self.prelude(facts.decode, [c]) if i < 3 else c for i, c in enumerate(values)]
+        if decode is not None:
+            values = [self.prelude(decode, [c]) if i < 3 else c for i, c in enumerate(values)]
         missing = [s.Lit("float", v) for v in (0.0, 0.0, 0.0, 1.0)]
         return [*values, *missing[len(values) :]]
 
@@ -540,21 +490,26 @@ def _jumps(statements: tuple[ir.Stmt, ...]) -> bool:
     return False
 
 
-def _leaves(block: list[s.Instruction]) -> bool:
-    return bool(block) and isinstance(block[-1], (s.Break, s.Continue))
-
-
-def _assigned(*states: dict[str, list[s.Operand]]) -> list[str]:
-    then, orelse, before = states
-    names = dict.fromkeys([*then, *orelse])
-    return [n for n in names if then.get(n) is not before.get(n) or orelse.get(n) is not before.get(n)]
+def _leaves(block: list[s.Instruction] | tuple[s.Instruction, ...]) -> bool:
+    """Whether nothing behind this block runs: it ends in a jump, or in branches that both do."""
+    if not block:
+        return False
+    last = block[-1]
+    if isinstance(last, s.If):
+        return _leaves(last.then) and _leaves(last.orelse)
+    return isinstance(last, (s.Break, s.Continue))
 
 
 def _both(
     name: str, then: dict[str, list[s.Operand]], orelse: dict[str, list[s.Operand]]
 ) -> tuple[list[s.Operand], list[s.Operand]]:
-    """A local after each branch; one that only one branch knows is not read behind the branch."""
-    return then.get(name, orelse.get(name, [])), orelse.get(name, then.get(name, []))
+    """A local after each branch; where only one knows it, the other returned, and zeros stand in."""
+    a, b = then.get(name), orelse.get(name)
+    some = a if a is not None else b
+    zeros: list[s.Operand] = [
+        s.Lit(v.type, {"float": 0.0, "int": 0, "bool": False}[v.type]) for v in some or []
+    ]
+    return (zeros if a is None else a), (zeros if b is None else b)
 
 
-__all__ = ["NOWHERE", "Facts", "Fused", "ImageFacts", "Matrix", "lower"]
+__all__ = ["Facts", "Fused", "ImageFacts", "lower"]

@@ -5,8 +5,8 @@ the kernel language itself, see :mod:`.prelude`; every target then computes the 
 *expanded* (vector and matrix operations, taken apart by :mod:`.expand`).
 
 Signatures are written in letters: ``N`` a number of any size (int or float), ``G`` floats of any size,
-``I`` ints, ``B`` bools, ``V`` a float vector, ``v3`` a vec3, ``M`` a matrix, ``f i b`` scalars.  A letter that
-occurs twice stands for one type, except that a scalar may stand beside vectors and is then spread.
+``I`` ints, ``B`` bools, ``V`` a float vector, ``v3`` a vec3, ``M`` a matrix, ``f i b`` scalars.  A letter
+that occurs twice stands for one type, except that a scalar may stand beside vectors and is then spread.
 """
 
 from __future__ import annotations
@@ -68,13 +68,13 @@ def _arith(function: Callable[[Values, Values], Values]) -> Callable[[Values, Va
 def _floor_divide(a: Values, b: Values) -> Values:
     if _is_int(a):
         return wrap32(np.where(b == 0, 0, a // np.where(b == 0, 1, b)))
-    return np.floor(a / b)
+    return np.asarray(np.floor(a / b))
 
 
 def _modulo(a: Values, b: Values) -> Values:
     if _is_int(a):
         return wrap32(np.where(b == 0, 0, a % np.where(b == 0, 1, b)))
-    return a - b * np.floor(a / b)
+    return np.asarray(a - b * np.floor(a / b))
 
 
 def _to_int(a: Values) -> Values:
@@ -82,7 +82,7 @@ def _to_int(a: Values) -> Values:
     if a.dtype.kind != "f":
         return a.astype(np.int64)
     clean = np.where(np.isnan(a), 0.0, a)
-    return np.trunc(np.clip(clean, INT_MIN, INT_MAX)).astype(np.int64)
+    return np.asarray(np.trunc(np.clip(clean, INT_MIN, INT_MAX)).astype(np.int64))
 
 
 def _minimum(a: Values, b: Values) -> Values:
@@ -102,7 +102,7 @@ def _smoothstep(low: Values, high: Values, x: Values) -> Values:
     width = high - low
     t = np.where(width == 0, np.where(x < low, 0.0, 1.0), (x - low) / np.where(width == 0, 1.0, width))
     t = _minimum(_maximum(t, np.zeros_like(t)), np.ones_like(t))
-    return t * t * (3 - 2 * t)
+    return np.asarray(t * t * (3 - 2 * t))
 
 
 def _dot(a: Values, b: Values) -> Values:
@@ -119,10 +119,10 @@ def _refract(incident: Values, normal: Values, ratio: Values) -> Values:
 def _matmul(a: Values, b: Values) -> Values:
     """Columns on axis -2: M*v, v*M and M*N with the meaning of GLSL."""
     if a.ndim == 3 and b.ndim == 3:
-        return np.einsum("ncr,nkc->nkr", a, b)
+        return np.asarray(np.einsum("ncr,nkc->nkr", a, b))
     if a.ndim == 3:
-        return np.einsum("ncr,nc->nr", a, b)
-    return np.einsum("nr,ncr->nc", a, b)
+        return np.asarray(np.einsum("ncr,nc->nr", a, b))
+    return np.asarray(np.einsum("nr,ncr->nc", a, b))
 
 
 def _shift(function: Callable[[Values, Values], Values]) -> Callable[[Values, Values], Values]:
@@ -187,48 +187,41 @@ def _comparison(name: str, sign: str, doc: str, reference: Callable[..., Values]
     _primitive(name, "N N -> B", doc, reference, float=text, int=text)
 
 
+# fmt: off
 # Arithmetic.  Float rows are correctly rounded except where a target's standard gives less: GLSL and OpenCL
 # both allow 2.5 ULP for a quotient and 3 for a square root.
 _primitive("add", "N N -> N", "a + b", _arith(np.add), ulp=0.5,
-           float=_same("({0} + {1})"), int=_same("int32({0} + {1})", "({0} + {1})", "pg_add({0}, {1})"))  # fmt: skip
+           float=_same("({0} + {1})"), int=_same("int32({0} + {1})", "({0} + {1})", "pg_add({0}, {1})"))
 _primitive("sub", "N N -> N", "a - b", _arith(np.subtract), ulp=0.5,
-           float=_same("({0} - {1})"), int=_same("int32({0} - {1})", "({0} - {1})", "pg_sub({0}, {1})"))  # fmt: skip
+           float=_same("({0} - {1})"), int=_same("int32({0} - {1})", "({0} - {1})", "pg_sub({0}, {1})"))
 _primitive("mul", "N N -> N", "a * b, component by component", _arith(np.multiply), ulp=0.5,
-           float=_same("({0} * {1})"), int=_same("int32({0} * {1})", "({0} * {1})", "pg_mul({0}, {1})"))  # fmt: skip
-_primitive(
-    "div", "G G -> G", "a / b; IEEE 754 on a zero divisor", np.divide, ulp=2.5, float=_same("({0} / {1})")
-)
+           float=_same("({0} * {1})"), int=_same("int32({0} * {1})", "({0} * {1})", "pg_mul({0}, {1})"))
+_primitive("div", "G G -> G", "a / b; IEEE 754 on a zero divisor", np.divide, ulp=2.5,
+           float=_same("({0} / {1})"))
 _primitive("neg", "N -> N", "-a", lambda a: wrap32(-a) if _is_int(a) else -a,
-           float=_same("(-{0})"), int=_same("int32(-{0})", "(-{0})", "pg_sub(0, {0})"))  # fmt: skip
+           float=_same("(-{0})"), int=_same("int32(-{0})", "(-{0})", "pg_sub(0, {0})"))
 _primitive("floor_divide", "I I -> I", "a // b, floored as in Python; a // 0 is 0", _floor_divide,
-           int=_same("pg_floor_divide({0}, {1})"))  # fmt: skip
+           int=_same("pg_floor_divide({0}, {1})"))
 _primitive("int_mod", "I I -> I", "a % b with the sign of b, as in Python; a % 0 is 0", _modulo,
-           int=_same("pg_int_mod({0}, {1})"))  # fmt: skip
+           int=_same("pg_int_mod({0}, {1})"))
 _primitive("min", "N N -> N", "b if b < a else a", _minimum,
            float=_same("({1} if {1} < {0} else {0})", "({1} < {0} ? {1} : {0})"),
-           int=_same("({1} if {1} < {0} else {0})", "({1} < {0} ? {1} : {0})"))  # fmt: skip
+           int=_same("({1} if {1} < {0} else {0})", "({1} < {0} ? {1} : {0})"))
 _primitive("max", "N N -> N", "b if a < b else a", _maximum,
            float=_same("({1} if {0} < {1} else {0})", "({0} < {1} ? {1} : {0})"),
-           int=_same("({1} if {0} < {1} else {0})", "({0} < {1} ? {1} : {0})"))  # fmt: skip
+           int=_same("({1} if {0} < {1} else {0})", "({0} < {1} ? {1} : {0})"))
 _primitive("abs", "N -> N", "the magnitude", lambda a: wrap32(np.abs(a)) if _is_int(a) else np.abs(a),
            float=_same("abs({0})", "abs({0})", "fabs({0})"),
-           int=_same("int32(abs({0}))", "abs({0})", "pg_abs({0})"))  # fmt: skip
-_primitive(
-    "floor",
-    "G -> G",
-    "the largest whole number not above",
-    np.floor,
-    float=_same("np.floor({0})", "floor({0})"),
-)
-_primitive(
-    "ceil", "G -> G", "the smallest whole number not below", np.ceil, float=_same("np.ceil({0})", "ceil({0})")
-)
+           int=_same("int32(abs({0}))", "abs({0})", "pg_abs({0})"))
+_primitive("floor", "G -> G", "the largest whole number not above", np.floor,
+           float=_same("np.floor({0})", "floor({0})"))
+_primitive("ceil", "G -> G", "the smallest whole number not below", np.ceil,
+           float=_same("np.ceil({0})", "ceil({0})"))
 _primitive("trunc", "G -> G", "the whole part", np.trunc, float=_same("np.trunc({0})", "trunc({0})"))
 _primitive("round", "G -> G", "the nearest whole number, halves to even", np.rint,
-           float=_same("np.rint({0})", "roundEven({0})", "rint({0})"))  # fmt: skip
-_primitive(
-    "sqrt", "G -> G", "the square root, x >= 0", np.sqrt, ulp=3.0, float=_same("np.sqrt({0})", "sqrt({0})")
-)
+           float=_same("np.rint({0})", "roundEven({0})", "rint({0})"))
+_primitive("sqrt", "G -> G", "the square root, x >= 0", np.sqrt, ulp=3.0,
+           float=_same("np.sqrt({0})", "sqrt({0})"))
 
 # Comparison and logic.
 _comparison("less", "<", "a < b", np.less)
@@ -241,9 +234,9 @@ _primitive("logical_and", "B B -> B", "a and b", np.logical_and, bool=_same("({0
 _primitive("logical_or", "B B -> B", "a or b", np.logical_or, bool=_same("({0} or {1})", "({0} || {1})"))
 _primitive("logical_not", "B -> B", "not a", np.logical_not, bool=_same("(not {0})", "(!{0})"))
 _primitive("isnan", "G -> B", "whether it is not a number", np.isnan,
-           float=_same("({0} != {0})", "pg_isnan({0})", "pg_isnan({0})"))  # fmt: skip
+           float=_same("({0} != {0})", "pg_isnan({0})", "pg_isnan({0})"))
 _primitive("isinf", "G -> B", "whether it is infinite", np.isinf,
-           float=_same("(abs({0}) == float32(np.inf))", "pg_isinf({0})", "pg_isinf({0})"))  # fmt: skip
+           float=_same("(abs({0}) == float32(np.inf))", "pg_isinf({0})", "pg_isinf({0})"))
 
 # Bits.
 _primitive("bit_and", "I I -> I", "a & b", np.bitwise_and, int=_same("({0} & {1})"))
@@ -251,46 +244,38 @@ _primitive("bit_or", "I I -> I", "a | b", np.bitwise_or, int=_same("({0} | {1})"
 _primitive("bit_xor", "I I -> I", "a ^ b", np.bitwise_xor, int=_same("({0} ^ {1})"))
 _primitive("bit_not", "I -> I", "~a", np.bitwise_not, int=_same("int32(~{0})", "(~{0})"))
 _primitive("shift_left", "I I -> I", "a << (b & 31)", _shift(np.left_shift),
-           int=_same("int32({0} << ({1} & int32(31)))", "({0} << ({1} & 31))", "pg_shl({0}, {1})"))  # fmt: skip
+           int=_same("int32({0} << ({1} & int32(31)))", "({0} << ({1} & 31))", "pg_shl({0}, {1})"))
 _primitive("shift_right", "I I -> I", "a >> (b & 31), keeping the sign", _shift(np.right_shift),
-           int=_same("int32({0} >> ({1} & int32(31)))", "({0} >> ({1} & 31))"))  # fmt: skip
+           int=_same("int32({0} >> ({1} & int32(31)))", "({0} >> ({1} & 31))"))
 _primitive("bits_from_float", "f -> i", "the bits of a float32", _float_bits,
-           float=_same("pg_bits({0})", "floatBitsToInt({0})", "as_int({0})"))  # fmt: skip
+           float=_same("pg_bits({0})", "floatBitsToInt({0})", "as_int({0})"))
 _primitive("float_from_bits", "i -> f", "the float32 with these bits", _bits_float,
-           int=_same("pg_float({0})", "intBitsToFloat({0})", "as_float({0})"))  # fmt: skip
+           int=_same("pg_float({0})", "intBitsToFloat({0})", "as_float({0})"))
 
 # Conversions.  float -> int saturates and turns NaN into 0, which no target promises by itself.
 _primitive("to_float", "N -> G", "as float", lambda a: np.asarray(a).astype(np.float64), ulp=0.5,
            int=_same("float32({0})", "float({0})", "(float)({0})"),
-           bool=_same("(float32(1.0) if {0} else float32(0.0))", "({0} ? 1.0 : 0.0)", "({0} ? 1.0f : 0.0f)"))  # fmt: skip
+           bool=_same("(float32(1.0) if {0} else float32(0.0))", "({0} ? 1.0 : 0.0)", "({0} ? 1.0f : 0.0f)"))
 _primitive("to_int", "N -> I", "as int, toward zero; saturates, NaN gives 0", _to_int,
            float=_same("pg_to_int({0})"),
-           bool=_same("(int32(1) if {0} else int32(0))", "({0} ? 1 : 0)"))  # fmt: skip
+           bool=_same("(int32(1) if {0} else int32(0))", "({0} ? 1 : 0)"))
 
 # Scalar functions written in the kernel language (prelude.py): one polynomial on every backend.
 _P = "prelude"
 _composite(_P, "sign", "N -> N", "-1, 0 or 1; 0 for 0 and for NaN",
-           lambda a: np.where(a > 0, 1, np.where(a < 0, -1, 0)).astype(a.dtype), ulp=0)  # fmt: skip
+           lambda a: np.where(a > 0, 1, np.where(a < 0, -1, 0)).astype(a.dtype), ulp=0)
 _composite(_P, "clamp", "N N N -> N", "min(max(x, low), high)",
-           lambda x, low, high: _minimum(_maximum(x, low), high), ulp=0)  # fmt: skip
-_composite(
-    _P, "saturate", "G -> G", "clamp(x, 0, 1)", lambda x: _minimum(_maximum(x, x * 0), x * 0 + 1), ulp=0
-)
+           lambda x, low, high: _minimum(_maximum(x, low), high), ulp=0)
+_composite(_P, "saturate", "G -> G", "clamp(x, 0, 1)",
+           lambda x: _minimum(_maximum(x, np.zeros_like(x)), np.ones_like(x)), ulp=0)
 _composite(_P, "fract", "G -> G", "x - floor(x), capped below 1",
-           lambda x: _minimum(x - np.floor(x), np.full_like(x, BELOW_ONE)), ulp=1)  # fmt: skip
+           lambda x: _minimum(x - np.floor(x), np.full_like(x, BELOW_ONE)), ulp=1)
 _composite(_P, "mod", "G G -> G", "x - y * floor(x / y)", _modulo, ulp=1, absolute=0)
 _composite(_P, "inversesqrt", "G -> G", "1 / sqrt(x), x > 0", lambda x: 1 / np.sqrt(x), ulp=4)
-_composite(
-    _P, "step", "G G -> G", "0 where x < edge, else 1", lambda edge, x: np.where(x < edge, 0.0, 1.0), ulp=0
-)
-_composite(
-    _P,
-    "smoothstep",
-    "G G G -> G",
-    "Hermite step between two edges; equal edges give step",
-    _smoothstep,
-    ulp=8,
-)
+_composite(_P, "step", "G G -> G", "0 where x < edge, else 1",
+           lambda edge, x: np.where(x < edge, 0.0, 1.0), ulp=0)
+_composite(_P, "smoothstep", "G G G -> G", "Hermite step between two edges; equal edges give step",
+           _smoothstep, ulp=8)
 _composite(_P, "mix", "G G G -> G", "x * (1 - a) + y * a", lambda x, y, a: x * (1 - a) + y * a, ulp=3)
 _composite(_P, "exp2", "G -> G", "2 to the power x", np.exp2, ulp=3)
 _composite(_P, "exp", "G -> G", "e to the power x", np.exp, ulp=3)
@@ -304,7 +289,7 @@ _composite(_P, "asin", "G -> G", "arc sine, radians, -1 <= x <= 1", np.arcsin, u
 _composite(_P, "acos", "G -> G", "arc cosine, radians, -1 <= x <= 1", np.arccos, ulp=6, absolute=2**-22)
 _composite(_P, "atan", "G -> G", "arc tangent, radians", np.arctan, ulp=5)
 _composite(_P, "atan2", "G G -> G", "angle of the vector (x, y), written atan(y, x); atan(0, 0) is 0",
-           lambda y, x: np.where((x == 0) & (y == 0), 0.0, np.arctan2(y, x)), ulp=8)  # fmt: skip
+           lambda y, x: np.where((x == 0) & (y == 0), 0.0, np.arctan2(y + 0.0, x)), ulp=8)
 _composite(_P, "sinh", "G -> G", "hyperbolic sine", np.sinh, ulp=8, absolute=2**-24)
 _composite(_P, "cosh", "G -> G", "hyperbolic cosine", np.cosh, ulp=8)
 _composite(_P, "tanh", "G -> G", "hyperbolic tangent", np.tanh, ulp=8)
@@ -319,18 +304,13 @@ _composite(_E, "cross", "v3 v3 -> v3", "vector product", np.cross, ulp=3)
 _composite(_E, "length", "V -> f", "Euclidean length", lambda v: np.sqrt(_dot(v, v)), ulp=5)
 _composite(_E, "distance", "V V -> f", "length(a - b)", lambda a, b: np.sqrt(_dot(a - b, a - b)), ulp=6)
 _composite(_E, "normalize", "V -> V", "the vector at length 1; zero stays zero", _normalize, ulp=8)
-_composite(_E, "faceforward", "V V V -> V", "n where dot(reference, incident) < 0, else -n (n, incident, reference)",
-           lambda n, i, r: np.where((_dot(r, i) < 0)[..., None], n, -n), ulp=0)  # fmt: skip
+_composite(_E, "faceforward", "V V V -> V",
+           "(n, incident, reference): n where dot(reference, incident) < 0, else -n",
+           lambda n, i, r: np.where((_dot(r, i) < 0)[..., None], n, -n), ulp=0)
 _composite(_E, "reflect", "V V -> V", "incident mirrored by a unit normal",
-           lambda i, n: i - 2 * _dot(n, i)[..., None] * n, ulp=8)  # fmt: skip
-_composite(
-    _E,
-    "refract",
-    "V V f -> V",
-    "incident refracted at a unit normal; zero on total reflection",
-    _refract,
-    ulp=16,
-)
+           lambda i, n: i - 2 * _dot(n, i)[..., None] * n, ulp=8)
+_composite(_E, "refract", "V V f -> V", "incident refracted at a unit normal; zero on total reflection",
+           _refract, ulp=16)
 _composite(_E, "any", "B -> b", "whether one component holds", lambda v: np.any(v, axis=-1), ulp=0)
 _composite(_E, "all", "B -> b", "whether every component holds", lambda v: np.all(v, axis=-1), ulp=0)
 _composite(_E, "matmul", "M * -> *", "matrix product, columns as in GLSL", _matmul, ulp=6)
@@ -338,4 +318,5 @@ _composite(_E, "transpose", "M -> M", "rows and columns swapped", lambda m: np.s
 _composite(_E, "determinant", "M -> f", "determinant", np.linalg.det, ulp=32)
 _composite(_E, "inverse", "M -> M", "inverse; NaN where the determinant is 0", _inverse, ulp=64)
 _composite(_E, "outer", "V V -> M", "column vector times row vector (GLSL outerProduct)",
-           lambda a, b: np.einsum("nr,nc->ncr", a, b), ulp=0.5)  # fmt: skip
+           lambda a, b: np.einsum("nr,nc->ncr", a, b), ulp=0.5)
+# fmt: on

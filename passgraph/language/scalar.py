@@ -1,8 +1,9 @@
 """The scalar program: what backends print.
 
-Straight-line instructions on ``bool``, ``int`` and ``float`` values, each assigned once, with structured ``If`` and
-``For`` around them.  What a branch or loop hands on goes through named variables (:class:`Read`, :class:`Write`).
-Only primitive rows of the operations table occur, so that a printer is a loop over a few instruction kinds.
+Straight-line instructions on ``bool``, ``int`` and ``float`` values, each assigned once, with structured
+``If`` and ``For`` around them.  What a branch or loop hands on goes through named variables (:class:`Read`,
+:class:`Write`).  Only primitive rows of the operations table occur, so that a printer is a loop over a few
+instruction kinds.
 """
 
 from __future__ import annotations
@@ -78,7 +79,7 @@ class LoadTable:
 
 @dataclass(frozen=True, slots=True)
 class LoadBuiltin:
-    """``pixel.0``, ``output_size.1``, ``size.IMAGE.0``, ``vertex.normal.2``, ``varying.uv.0``, ``front_facing`` …"""
+    """``pixel.0``, ``output_size.1``, ``size.IMAGE.0``, ``vertex.normal.2``, ``varying.uv.0`` …"""
 
     to: Val
     name: str

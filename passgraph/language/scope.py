@@ -32,20 +32,24 @@ from passgraph.language.types import (
     element_of,
 )
 
+#: Longest table that a kernel may capture: as long as the longest array that it may declare.
+MAX_TABLE_ENTRIES = 1024
 #: Python's builtins that kernels may call, and the operation that each one is.
-BUILTINS = {
+BUILTINS: dict[object, str] = {
     builtins.abs: "abs", builtins.min: "min", builtins.max: "max", builtins.round: "round",
-    builtins.pow: "pow", builtins.any: "any", builtins.all: "all", builtins.len: "len", builtins.range: "range",
+    builtins.pow: "pow", builtins.any: "any", builtins.all: "all", builtins.len: "len",
+    builtins.range: "range",
 }  # fmt: skip
 
 #: Names that kernel text may use without importing them.
 TEXT_NAMES: dict[str, object] = {
     **{name: marker for marker, name in symbols.TYPE_MARKERS.items()},
     **symbols.FUNCTIONS,
-    **{function.__name__: function for function in BUILTINS},
+    **{name: function for function, name in BUILTINS.items()},
     "Const": symbols.Const,
     "Array": symbols.Array,
     "Vertex": symbols.Vertex,
+    "tuple": tuple,
     "True": True,
     "False": False,
     "pi": math.pi,
@@ -75,8 +79,8 @@ class Scope:
         except KeyError:
             fail(
                 span,
-                f"name {name!r} is not defined here; a kernel sees its parameters, its own variables, functions marked "
-                "@pg.function, and numbers of the module",
+                f"name {name!r} is not defined here; a kernel sees its parameters, its own variables, "
+                "functions marked @pg.function, and numbers of the module",
             )
 
     def changed_constants(self) -> list[str]:
@@ -87,7 +91,7 @@ class Scope:
                 now = self.names(name.split(".")[0])
                 for part in name.split(".")[1:]:
                     now = getattr(now, part)
-                if freeze(now) != then:
+                if repr(freeze(now)) != repr(then):  # tells -0.0 from 0.0, 1 from True, and NaN is NaN
                     changed.append(name)
             except (KeyError, AttributeError, TypeError):
                 changed.append(name)
@@ -147,8 +151,9 @@ Meaning: TypeAlias = "Type | Struct | FunctionSource | symbols.Symbol | ModuleNa
 def meaning_of(value: object, path: str, scope: Scope, span: Span) -> Any:
     """Classify what a name leads to.
 
-    Returns a :class:`Type`, a :class:`Struct`, a :class:`FunctionSource`, a :class:`~.symbols.Symbol`, a module,
-    the name of a Python builtin, one of the generic markers (Const, Array, Vertex), or a constant expression.
+    Returns a :class:`Type`, a :class:`Struct`, a :class:`FunctionSource`, a :class:`~.symbols.Symbol`, a
+    module, the name of a Python builtin, one of the generic markers (Const, Array, Vertex), or a constant
+    expression.
     """
     if isinstance(value, (symbols.Symbol, FunctionSource, Struct)):
         return value
@@ -167,17 +172,14 @@ def meaning_of(value: object, path: str, scope: Scope, span: Span) -> Any:
     attached = getattr(value, "__passgraph_function__", None)
     if isinstance(attached, FunctionSource):
         return attached
-    try:
-        if callable(value) and value in BUILTINS:
-            return BUILTINS[value]  # type: ignore[index]
-    except TypeError:
-        pass
+    if isinstance(value, pytypes.BuiltinFunctionType | type) and value in BUILTINS:
+        return BUILTINS[value]
+    if isinstance(value, (tuple, list, np.ndarray)) and len(value) > MAX_TABLE_ENTRIES:
+        fail(span, f"{path} has {len(value)} entries; kernels capture at most {MAX_TABLE_ENTRIES}")
     try:
         frozen = freeze(value)
     except TypeError:
-        what = (
-            "a Python function; mark it with @pg.function" if callable(value) else f"a {type(value).__name__}"
-        )
+        what = _described(value)
         fail(
             span,
             f"{path} is {what}, which kernels cannot use; they take numbers, tuples and arrays of numbers, "
@@ -185,6 +187,12 @@ def meaning_of(value: object, path: str, scope: Scope, span: Span) -> Any:
         )
     scope.captured[path] = frozen
     return constant(value, path, span)
+
+
+def _described(value: object) -> str:
+    if isinstance(value, pytypes.FunctionType):
+        return "a Python function; mark it with @pg.function"
+    return f"the class {value.__name__}" if isinstance(value, type) else f"a {type(value).__name__}"
 
 
 def number(value: object, span: Span) -> ir.Literal:
@@ -195,7 +203,8 @@ def number(value: object, span: Span) -> ir.Literal:
         return ir.Literal(BOOL, value, span)
     if isinstance(value, int):
         if not INT_MIN <= value <= 0xFFFFFFFF:
-            fail(span, f"{value} does not fit 32 bits; write it as a float ({value}.0) or make it smaller")
+            shown = str(value) if abs(value) < 10**40 else f"a whole number of {value.bit_length()} bits"
+            fail(span, f"{shown} does not fit 32 bits; write it as a float, such as 3e9, or make it smaller")
         return ir.Literal(INT, value if value <= INT_MAX else value - 2**32, span)
     if isinstance(value, float):
         with np.errstate(over="ignore"):
@@ -209,7 +218,7 @@ def number(value: object, span: Span) -> ir.Literal:
 def constant(value: object, path: str, span: Span) -> ir.Expr:
     """A captured number, vector, matrix or table."""
     marker = symbols.TYPE_MARKERS.get(type(value))
-    if isinstance(value, (bool, int, float, np.generic)) or isinstance(value, enum.Enum):
+    if isinstance(value, (bool, int, float, np.generic, enum.Enum)):
         return number(value.value if isinstance(value, enum.Enum) else value, span)
     if marker is not None and isinstance(value, tuple):
         return typed_constant(value, NAMED[marker], path, span)
@@ -254,7 +263,7 @@ def host_numbers(value: object, type_: Type, path: str, span: Span) -> list[ir.N
         fail(span, f"{path} must be {type_} ({count} numbers), got {describe(value)}")
     if element is not FLOAT and array.dtype.kind == "f":
         fail(span, f"{path} must be {type_}, got floats; convert them first")
-    convert: Callable[[Any], ir.Number] = {"bool": bool, "int": int, "float": float}[element.name]  # type: ignore[assignment]
+    convert: Callable[[Any], ir.Number] = {"bool": bool, "int": int, "float": float}[element.name]
     return [number(convert(v), span).value for v in array.ravel().tolist()]
 
 

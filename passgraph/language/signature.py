@@ -18,6 +18,7 @@ from passgraph.language.types import (
     TupleType,
     Type,
     Vector,
+    component_count,
 )
 
 #: What a mesh can hand to a vertex kernel, with the value where the mesh has none.
@@ -37,7 +38,7 @@ MAX_ARRAY_LENGTH = 1024
 @dataclass(frozen=True)
 class Signature:
     parameters: tuple[ir.Parameter, ...]
-    result: Type | None
+    result: Type
 
 
 def resolve(node: ast.expr, scope: Scope, source: Source) -> object:
@@ -60,7 +61,7 @@ def annotation_type(node: ast.expr, scope: Scope, source: Source) -> tuple[Type,
     if isinstance(node, ast.Constant) and isinstance(node.value, str):
         try:
             inner = ast.parse(node.value, mode="eval").body
-        except SyntaxError:
+        except (SyntaxError, ValueError, RecursionError, MemoryError):
             fail(span, f"annotation {node.value!r} is not a type")
         for part in ast.walk(inner):
             ast.copy_location(part, node)
@@ -74,7 +75,10 @@ def annotation_type(node: ast.expr, scope: Scope, source: Source) -> tuple[Type,
             return _array_type(node, scope, source), False
         if generic is tuple:
             members = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
-            return TupleType(tuple(annotation_type(m, scope, source)[0] for m in members)), False
+            types = tuple(annotation_type(m, scope, source)[0] for m in members)
+            if any(isinstance(t, ImageType) for t in types):
+                fail(span, "a tuple cannot hold an Image")
+            return TupleType(types), False
         fail(span, "only Const[T], Array[T, n] and tuple[...] take brackets")
     if isinstance(node, ast.Constant) and node.value is None:
         fail(span, "a kernel must return something; write -> vec4, -> tuple[vec4, float] or a @pg.struct")
@@ -83,9 +87,10 @@ def annotation_type(node: ast.expr, scope: Scope, source: Source) -> tuple[Type,
         return VERTEX, False
     if isinstance(meaning, (Scalar, Vector, Matrix, ImageType, Struct)):
         return meaning, False
+    known = ", ".join(NAMED)
     fail(
         span,
-        f"{ast.unparse(node)} is not a type of the kernel language; it has {', '.join(NAMED)}, Array, structs",
+        f"{ast.unparse(node)} is not a type of the kernel language; it has {known}, Array, structs",
     )
 
 
@@ -102,10 +107,11 @@ def _array_type(node: ast.Subscript, scope: Scope, source: Source) -> Array:
     else:
         meaning = resolve(length_node, scope, source)
         length = meaning.value if isinstance(meaning, ir.Literal) else None
-    if not isinstance(length, int) or not 1 <= length <= MAX_ARRAY_LENGTH:
+    if not isinstance(length, int) or isinstance(length, bool) or not 1 <= length <= MAX_ARRAY_LENGTH:
         fail(
             span,
-            f"array length must be a whole number from 1 to {MAX_ARRAY_LENGTH}, got {ast.unparse(length_node)}",
+            f"array length must be a whole number from 1 to {MAX_ARRAY_LENGTH}, got "
+            f"{ast.unparse(length_node)}",
         )
     return Array(element, length)
 
@@ -120,17 +126,16 @@ def read_signature(function: FunctionSource) -> Signature:
             f"{function.name} takes *args or **kwargs; kernels have a fixed list of parameters",
         )
     positional = [*arguments.posonlyargs, *arguments.args]
-    defaults: list[ast.expr | None] = [None] * (len(positional) - len(arguments.defaults)) + list(
-        arguments.defaults
-    )
+    defaults: list[ast.expr | None] = [None] * (len(positional) - len(arguments.defaults))
+    defaults += arguments.defaults
     pairs = list(zip(positional, defaults, strict=True))
     pairs += list(zip(arguments.kwonlyargs, arguments.kw_defaults, strict=True))
     parameters = tuple(_parameter(argument, default, function) for argument, default in pairs)
-    result = None
-    if node.returns is not None:
-        result, _ = annotation_type(node.returns, scope, source)
-    else:
+    if node.returns is None:
         fail(source.span(node), f"{function.name} needs a return type, for example -> vec4")
+    result, const = annotation_type(node.returns, scope, source)
+    if const or isinstance(result, ImageType):
+        fail(source.span(node.returns), f"{function.name} cannot return {'Const' if const else 'an Image'}")
     return Signature(parameters, result)
 
 
@@ -184,21 +189,31 @@ def literal_value(node: ast.expr, source: Source, scope: Scope) -> object:
         meaning = resolve(node, scope, source)
         if isinstance(meaning, ir.Literal):
             return meaning.value
-        if isinstance(meaning, ir.Construct):
-            return tuple(part.value for part in meaning.arguments if isinstance(part, ir.Literal))
-        if isinstance(meaning, ir.Table):
-            return meaning.values
+        if isinstance(meaning, (ir.Construct, ir.Table)):
+            return _host_value(meaning)
     fail(span, "a constant is expected here: a number, a tuple of numbers or a captured constant")
+
+
+def _host_value(constant: ir.Construct | ir.Table) -> object:
+    """A captured vector, matrix or table as the host would write it."""
+    if isinstance(constant, ir.Table):
+        width = component_count(constant.type.element)
+        rows = [constant.values[i : i + width] for i in range(0, len(constant.values), width)]
+        return constant.values if width == 1 else tuple(rows)
+    flat = [part.value for part in constant.arguments if isinstance(part, ir.Literal)]
+    return next(cls for cls, name in symbols.TYPE_MARKERS.items() if name == str(constant.type))(*flat)  # type: ignore[operator]
 
 
 def _fold(operator: ast.operator, left: float, right: float, span: Span) -> float:
     if isinstance(operator, ast.Div):
         if right == 0:
             fail(span, "division by zero in a constant")
-        return left / right
-    if isinstance(operator, ast.Mult):
-        return left * right
-    return left + right if isinstance(operator, ast.Add) else left - right
+        result = left / right
+    elif isinstance(operator, ast.Mult):
+        result = left * right
+    else:
+        result = left + right if isinstance(operator, ast.Add) else left - right
+    return number(result, span).value
 
 
 def _construct(maker: Scalar | Vector | Matrix, parts: list[object], span: Span) -> object:
@@ -209,12 +224,10 @@ def _construct(maker: Scalar | Vector | Matrix, parts: list[object], span: Span)
         if len(flat) != 1:
             fail(span, f"{maker} takes one number")
         return flat[0]
-    count = maker.size if isinstance(maker, Vector) else maker.size**2
-    if len(flat) == 1:
-        flat *= count
-    if len(flat) != count:
+    count = component_count(maker)
+    if len(flat) not in (1, count):
         fail(span, f"{maker} takes {count} numbers, got {len(flat)}")
-    return tuple(flat)
+    return next(cls for cls, name in symbols.TYPE_MARKERS.items() if name == str(maker))(*flat)  # type: ignore[operator]
 
 
 def read_struct(node: ast.ClassDef, source: Source, scope: Scope) -> Struct:

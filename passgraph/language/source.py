@@ -113,7 +113,9 @@ class Source:
             span = Span(self.file, self.first_line + line - 1, column, column + 1, self._line(line))
             raise KernelError(span.point_at(f"this is not Python: {error.msg}")) from None
         except (ValueError, RecursionError, MemoryError) as error:
-            raise KernelError(f"{self.file}: kernel text cannot be parsed: {error or 'nested too deeply'}") from None
+            raise KernelError(
+                f"{self.file}: kernel text cannot be parsed: {str(error) or 'nested too deeply'}"
+            ) from None
         self._check_nesting(tree)
         return tree
 
@@ -157,8 +159,8 @@ def source_of(function: Callable[..., object] | type) -> Source:
 def source_of_class(cls: type, frame: pytypes.FrameType | None) -> Source:
     """The text of a class statement that is running in ``frame``.
 
-    Python 3.11 finds classes by name and only in modules with a file; the line that is running also finds those of
-    notebook cells, and the right one of two with one name.
+    Python 3.11 finds classes by name and only in modules with a file; the line that is running also finds
+    those of notebook cells, and the right one of two with one name.
     """
     if frame is not None:
         file = frame.f_code.co_filename
@@ -190,7 +192,8 @@ def source_from_text(text: str, name: str = "<kernel text>") -> Source:
     source = Source(name, textwrap.dedent(text))
     for number, line in enumerate(source.lines, 1):
         if len(line) > MAX_LINE_CHARACTERS:
+            limit = MAX_LINE_CHARACTERS
             raise KernelError(
-                f"{name}:{number}: this line has {len(line)} characters; at most {MAX_LINE_CHARACTERS} are read"
+                f"{name}:{number}: this line has {len(line)} characters; at most {limit} are read"
             )
     return source

@@ -1,7 +1,7 @@
 """Statements: branches, loops and exits.
 
-``return`` and ``discard`` anywhere in a body become one exit at its end: code behind a conditional return moves
-into the other branch, and a return inside a loop leaves the loop and sets a flag that guards the rest.
+``return`` and ``discard`` anywhere in a body become one exit at its end: code behind a conditional return
+moves into the other branch, and a return inside a loop leaves the loop and sets a flag that guards the rest.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from passgraph.language.signature import resolve
 from passgraph.language.source import Span, fail
 from passgraph.language.types import BOOL, INT
 from passgraph.language.typing_rules import widen
+from passgraph.language.variables import Variable
 
 if TYPE_CHECKING:
     from passgraph.language.frame import Frame
@@ -114,8 +115,6 @@ class Statements:
     # Loops
 
     def _for(self, node: ast.For) -> None:
-        from passgraph.language.frame import Variable
-
         frame, span = self.frame, self.span(node.iter)
         if node.orelse:
             fail(self.span(node.orelse[0]), "the kernel language has no for ... else")
@@ -124,7 +123,9 @@ class Statements:
         start, stop, step = self._range(node.iter, span)
         name = node.target.id
         if name in self.loops:
-            fail(self.span(node.target), f"{name!r} is the index of a loop around; give this one another name")
+            fail(
+                self.span(node.target), f"{name!r} is the index of a loop around; give this one another name"
+            )
         index = Variable(INT, frame.builder.fresh(name), loop_index=True)
         outer = frame.variables.pop(name, None)
         if outer is not None and outer.type is not INT:
@@ -189,7 +190,10 @@ class Statements:
         if frame.stage != "fragment":
             fail(span, f"discard() exists in fragment kernels, not in a {frame.stage} kernel")
         if frame.in_function:
-            fail(span, "discard() belongs in the fragment kernel itself; return a bool from the function instead")
+            fail(
+                span,
+                "discard() belongs in the fragment kernel itself; return a bool from the function instead",
+            )
         frame.builder.discards = True
         frame.emit(ir.Assign("$keep", ir.Literal(BOOL, False, span), span))
         self._leave(span)
@@ -199,9 +203,8 @@ class Statements:
         for node in nodes:
             if isinstance(node, ast.Return) or self._is_discard(node):
                 return True
-            if isinstance(node, ast.If):
-                if self._always_returns(node.body) and self._always_returns(node.orelse):
-                    return True
+            if isinstance(node, ast.If) and all(map(self._always_returns, (node.body, node.orelse))):
+                return True
         return False
 
     # Everything else
@@ -233,7 +236,9 @@ def _first_name(node: ast.expr) -> str:
 
 
 def _may_be_discard(function: ast.expr) -> bool:
-    return "discard" in (getattr(function, "id", ""), getattr(function, "attr", "")) and bool(_first_name(function))
+    return "discard" in (getattr(function, "id", ""), getattr(function, "attr", "")) and bool(
+        _first_name(function)
+    )
 
 
 def _returns(node: ast.stmt) -> bool:

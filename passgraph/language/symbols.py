@@ -7,6 +7,7 @@ that a kernel may capture.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
@@ -38,10 +39,14 @@ class _Constant(tuple[Any, ...]):
         for argument in arguments:
             numbers.extend(argument if isinstance(argument, Iterable) else [argument])
         if len(numbers) == 1:
-            numbers *= cls.size
+            numbers = cls._filled(numbers[0])
         if len(numbers) != cls.size:
             raise PassgraphError(f"{cls.__name__} takes {cls.size} numbers, got {len(numbers)}")
         return super().__new__(cls, numbers)
+
+    @classmethod
+    def _filled(cls, number: Any) -> list[Any]:
+        return [number] * cls.size
 
     if TYPE_CHECKING:  # what kernels do with a value is checked by the parser, not by Python's checkers
 
@@ -96,20 +101,28 @@ class bvec4(_Constant):
     size = 4
 
 
-class mat2(_Constant):
+class _MatrixConstant(_Constant):
+    @classmethod
+    def _filled(cls, number: Any) -> list[Any]:
+        """One number on the diagonal, as in GLSL."""
+        side = math.isqrt(cls.size)
+        return [number if i % (side + 1) == 0 else number * 0 for i in range(cls.size)]
+
+
+class mat2(_MatrixConstant):
     size = 4
 
 
-class mat3(_Constant):
+class mat3(_MatrixConstant):
     size = 9
 
 
-class mat4(_Constant):
+class mat4(_MatrixConstant):
     size = 16
 
 
 class Image:
-    """A picture that a kernel reads: ``image[dx, dy]``, ``image.texel(p)``, ``image.sample(uv)``, ``image.size``."""
+    """A picture: ``image[dx, dy]``, ``image.texel(p)``, ``image.sample(uv)`` and ``image.size``."""
 
     if TYPE_CHECKING:
         size: Any
@@ -155,7 +168,7 @@ def _functions(names: str) -> dict[str, Symbol]:
     return {name: Symbol(name) for name in names.split()}
 
 
-#: Functions that Python's own namespace lacks; ``abs min max round pow int float bool any all len`` are builtins.
+#: Functions that Python's namespace lacks; ``abs min max round pow int float bool any all len`` are builtins.
 FUNCTIONS = _functions(
     "dot cross length distance normalize faceforward reflect refract outer transpose inverse determinant "
     "mix clamp step smoothstep saturate sign floor ceil trunc fract mod "

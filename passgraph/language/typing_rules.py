@@ -5,7 +5,20 @@ from __future__ import annotations
 from passgraph.language import ir
 from passgraph.language.operations import OPERATIONS
 from passgraph.language.source import Span, fail
-from passgraph.language.types import BOOL, FLOAT, INT, Matrix, Scalar, Type, Value, Vector, with_element
+from passgraph.language.types import (
+    BOOL,
+    FLOAT,
+    INT,
+    Array,
+    Matrix,
+    Scalar,
+    Type,
+    Value,
+    Vector,
+    component_count,
+    element_of,
+    with_element,
+)
 
 _LETTERS = {"G": FLOAT, "I": INT, "B": BOOL, "f": FLOAT, "i": INT, "b": BOOL, "V": FLOAT, "v3": FLOAT}
 
@@ -14,6 +27,10 @@ def widen(value: ir.Expr, type_: Type, span: Span, what: str) -> ir.Expr:
     """``value`` as ``type_``: unchanged, or int to float; anything else is an error that names the mend."""
     if value.type == type_:
         return value
+    if isinstance(value.type, Array) and isinstance(type_, Array):
+        wider = _widen_array(value, type_, span, what)
+        if wider is not None:
+            return wider
     if isinstance(value.type, (Scalar, Vector)) and isinstance(type_, (Scalar, Vector)):
         same_shape = isinstance(value.type, Scalar) == isinstance(type_, Scalar)
         if same_shape and with_element(value.type, FLOAT) == type_ and _element(value.type) is INT:
@@ -26,6 +43,20 @@ def widen(value: ir.Expr, type_: Type, span: Span, what: str) -> ir.Expr:
                 f"{what} must be {type_}, got {value.type}; narrowing is never silent: write {type_}(...)",
             )
     fail(span, f"{what} must be {type_}, got {value.type}")
+
+
+def _widen_array(value: ir.Expr, type_: Array, span: Span, what: str) -> ir.Expr | None:
+    """A written-out or captured array of ints where floats are wanted."""
+    given = value.type
+    if not isinstance(given, Array) or given.length != type_.length or element_of(given) is not INT:
+        return None
+    if element_of(type_) is not FLOAT or component_count(given) != component_count(type_):
+        return None
+    if isinstance(value, ir.Table):
+        return ir.Table(type_, tuple(float(v) for v in value.values), span)
+    if isinstance(value, ir.Construct):
+        return ir.Construct(type_, tuple(widen(a, type_.element, span, what) for a in value.arguments), span)
+    return None
 
 
 def _element(type_: Value) -> Scalar:

@@ -87,6 +87,8 @@ def collect(
     _check_values(passes, bound)
     for index, node in enumerate(passes):
         work.passes[node] = Lowered(node, _pass_size(node, work), index)
+    written = dict.fromkeys(spec for node in passes for spec in node.into)
+    work.notes += [note for spec in written for note in spec.notes]
     work.final = _final_contents(passes)
     return work
 
@@ -180,8 +182,9 @@ def _output_size(
     for target in outputs.values():
         if isinstance(target.spec, TargetSpec) and isinstance(target.spec.size, Absolute):
             return target.spec.size.width, target.spec.size.height
-    if inputs:
-        return next(iter(inputs.values()))[1]
+    for spec, (_, input_size) in inputs.items():
+        if spec.default is None:  # textures do not set the output's size
+            return input_size
     raise GraphError("the output's size is not known: give pg.compile(..., size=(width, height))")
 
 

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from passgraph.graph import PixelPass
+from passgraph.graph import Pass, PixelPass
 from passgraph.language.lower import Fused, ImageFacts, lower
 from passgraph.language.scalar import walk
 from passgraph.plan.collect import Lowered, Work
 from passgraph.plan.specialise import reads_size
-from passgraph.targets import Target
+from passgraph.targets import Derived, InputSpec, Target, Value
 
 #: A fused program longer than this stays two passes: compile time grows faster than what is saved.
 MAX_FUSED_INSTRUCTIONS = 1500
@@ -22,15 +22,16 @@ MAX_FUSED_INSTRUCTIONS = 1500
 def fuse(work: Work) -> None:
     if not work.options.fuse:
         return
+    static = _static_passes(work)
     # Producers first, so that a chain grows from its head.
     for consumer in list(work.passes.values()):
         if isinstance(consumer.node, PixelPass) and consumer.node in work.passes:
             for image, target in list(consumer.images.items()):
-                if image in consumer.images and _fusable(target, image, consumer, work):
+                if image in consumer.images and _fusable(target, consumer, static, work):
                     _fuse_into(consumer, target, work)
 
 
-def _fusable(target: Target, image: str, consumer: Lowered, work: Work) -> bool:
+def _fusable(target: Target, consumer: Lowered, static: set[Pass], work: Work) -> bool:
     producer = work.passes.get(target.made_by) if target.made_by is not None else None
     if producer is None or not isinstance(producer.node, PixelPass) or producer.size != consumer.size:
         return False
@@ -42,7 +43,7 @@ def _fusable(target: Target, image: str, consumer: Lowered, work: Work) -> bool:
     readers = [low for low in work.passes.values() if any(t.made_by is producer.node for t in low.node.reads)]
     if readers != [consumer]:
         return False
-    if _static(producer) and not _static(consumer):
+    if producer.node in static and consumer.node not in static:
         return False
     names = [name for name, t in consumer.images.items() if t.made_by is producer.node]
     if any(not consumer.program.image(name).pointwise or reads_size(consumer.program, name) for name in names):
@@ -51,10 +52,19 @@ def _fusable(target: Target, image: str, consumer: Lowered, work: Work) -> bool:
     return total <= MAX_FUSED_INSTRUCTIONS
 
 
-def _static(lowered: Lowered) -> bool:
-    """Whether every direct input is static; good enough to keep load-time passes apart from per-frame ones."""
-    images = all(getattr(t.spec, "static", False) for t in lowered.images.values())
-    return bool(lowered.images) and images
+def _static_passes(work: Work) -> set[Pass]:
+    """Passes that depend on static inputs, directly or through others, and on nothing that changes.
+
+    What depends on no picture at all does not count: it is cheap to compute again.
+    """
+    static: set[Pass] = set()
+    for node, lowered in work.passes.items():  # producers first
+        values = [v for v in lowered.values.values() if isinstance(v, (Value, Derived))]
+        images = lowered.images.values()
+        still = [t.spec.static if isinstance(t.spec, InputSpec) else t.made_by in static for t in images]
+        if still and all(still) and all(value.static for value in values):
+            static.add(node)
+    return static
 
 
 def _fuse_into(consumer: Lowered, target: Target, work: Work) -> None:

@@ -1,0 +1,82 @@
+"""Fewer draws: nodes that look alike become one mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+import passgraph as pg
+
+Float64 = NDArray[np.float64]
+#: A part smaller than this share of the scene keeps a mesh of its own: float32 positions relative to a common
+#: origin would round it by more than a thousandth of its size.
+SMALLEST_PART = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class Batch:
+    """Triangles that one draw can take: their material, and where the mesh's origin lies in the world."""
+
+    mesh: pg.Mesh
+    material: pg.Material
+    origin: Float64
+    receives: bool = True
+
+
+def is_textured(material: pg.Material) -> bool:
+    """Whether drawing it needs texture coordinates at all."""
+    maps = (material.base_color_texture, material.normal_texture, material.height_texture)
+    return any(texture is not None for texture in maps)
+
+
+def batches(scene: pg.Scene) -> list[Batch]:
+    """The scene in as few meshes as its materials allow; base colours become vertex colours.
+
+    Positions are world positions relative to the batch's origin, subtracted in float64, so that a scene far from the
+    world's origin keeps its shape.
+    """
+    box = scene.bounds()
+    extent = float(np.linalg.norm(box[1] - box[0]))
+    groups: dict[tuple[object, ...], list[pg.Node]] = {}
+    for number, node in enumerate(scene.nodes):
+        low, high = node.bounds
+        alone = float(np.linalg.norm(high - low)) < SMALLEST_PART * extent
+        look: object = id(node.material) if is_textured(node.material) else _plain(node.material)
+        key = (look, node.material.double_sided, node.receives, number if alone else None)
+        groups.setdefault(key, []).append(node)
+    made = [_batch(nodes, box.mean(axis=0)) for nodes in groups.values()]
+    # what blends is drawn behind everything opaque
+    return sorted(made, key=lambda batch: batch.material.alpha_mode == "blend")
+
+
+def _plain(material: pg.Material) -> tuple[object, ...]:
+    cutoff = material.alpha_cutoff if material.alpha_mode == "mask" else None
+    return (material.alpha_mode, cutoff)
+
+
+def _batch(nodes: list[pg.Node], centre: Float64) -> Batch:
+    material = nodes[0].material
+    origin = centre if len(nodes) > 1 else nodes[0].bounds.mean(axis=0)
+    mesh = merged(nodes, origin)
+    return Batch(mesh.with_tangents() if material.needs_tangents else mesh, material, origin, nodes[0].receives)
+
+
+def merged(nodes: Iterable[pg.Node], origin: Float64) -> pg.Mesh:
+    """One mesh of placed nodes, relative to ``origin``, with uvs and with base colours in the vertex colours."""
+    columns: list[list[NDArray[np.floating]]] = [[], [], [], []]
+    triangles, first = [], 0
+    for node in nodes:
+        linear, mesh = node.transform[:3, :3], node.mesh
+        positions = mesh.positions.astype(np.float64) @ linear.T + (node.transform[:3, 3] - origin)
+        normals = mesh.normals.astype(np.float64) @ np.linalg.inv(linear)
+        parts = (positions, normals, mesh.uvs, mesh.colors * np.float32(node.material.base_color))
+        for column, part in zip(columns, parts, strict=True):
+            column.append(part)
+        faces = mesh.triangles + first
+        triangles.append(faces[:, ::-1] if node.flips_winding else faces)
+        first += mesh.vertex_count
+    positions, normals, uvs, colors = (np.concatenate(column) for column in columns)
+    return pg.Mesh.make(positions, np.concatenate(triangles), normals, uvs, colors, name="merged")

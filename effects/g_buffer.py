@@ -1,0 +1,221 @@
+"""The scene as the camera sees it, unlit: colour, normals and linear depth in one pass."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import passgraph as pg
+from passgraph import Const, Image, cross, discard, dot, front_facing, mat3, mat4, normalize, vec2, vec3, vec4
+from passgraph.effects.batches import Batch, batches, is_textured
+from passgraph.effects.geometry import pack_normal
+from passgraph.effects.textures import TextureInputs
+from passgraph.effects.views import View
+
+#: Layers that parallax looks through; the crossing between two layers is interpolated.
+PARALLAX_STEPS = 8
+#: The view is treated as no flatter than this (cosine), or the texture would smear at grazing angles.
+FLATTEST_VIEW = 0.25
+
+
+@pg.struct
+class Surface:
+    """What a vertex hands over, in the camera's frame."""
+
+    position: vec4
+    normal: vec3
+    tangent: vec4
+    view: vec3
+    uv: vec2
+    color: vec4
+
+
+@pg.vertex
+def place(vertex: pg.Vertex, clip_from_local: mat4, view_from_local: mat4) -> Surface:
+    """Vertices to clip space; normals and tangents to the camera's frame (a rotation: scales are in the mesh)."""
+    turn = mat3(view_from_local)
+    local = vec4(vertex.position, 1.0)
+    return Surface(
+        clip_from_local * local,
+        turn * vertex.normal,
+        vec4(turn * vertex.tangent.xyz, vertex.tangent.w),
+        (view_from_local * local).xyz,
+        vertex.uv,
+        vertex.color,
+    )
+
+
+@pg.function
+def sided(normal: vec3, double_sided: bool) -> vec3:
+    """The unit normal, turned toward the viewer on back faces."""
+    n = normalize(normal)
+    return -n if double_sided and not front_facing() else n
+
+
+@pg.function
+def parallax(heights: Image, surface: Surface, n: vec3, scale: float) -> vec2:
+    """Texture coordinates where the line of sight meets the height map.
+
+    Source: N. Tatarchuk, "Dynamic Parallax Occlusion Mapping", 2006.
+    """
+    t = normalize(surface.tangent.xyz)
+    b = cross(n, t) * surface.tangent.w
+    toward = normalize(-surface.view)
+    size = vec2(heights.size)
+    flat = max(dot(n, toward), FLATTEST_VIEW)
+    # one unit of depth moves the coordinates by this; v grows against the bitangent
+    slide = vec2(-dot(t, toward), dot(b, toward) * size.x / size.y) * (scale / flat)
+    before = 1.0 - heights.sample(surface.uv).r
+    found = 0.0
+    hit = before <= 0.0
+    for i in range(1, PARALLAX_STEPS + 1):
+        layer = float(i) / float(PARALLAX_STEPS)
+        if not hit:
+            here = 1.0 - heights.sample(surface.uv + slide * layer).r - layer
+            if here <= 0.0:
+                hit = True
+                found = layer - here / (here - before) / float(PARALLAX_STEPS)
+            before = here
+    return surface.uv + slide * found
+
+
+@pg.function
+def bent(normals: Image, at: vec2, surface: Surface, n: vec3) -> vec3:
+    """The normal that a normal map gives."""
+    texel = normals.sample(at).xyz * 2.0 - 1.0
+    t = normalize(surface.tangent.xyz)
+    return normalize(t * texel.x + cross(n, t) * (surface.tangent.w * texel.y) + n * texel.z)
+
+
+@pg.fragment
+def plain(
+    surface: Surface, double_sided: Const[bool], receives: Const[float], masked: Const[bool], cutoff: float
+) -> tuple[vec4, vec4, float]:
+    """A surface without textures: colour, normals, distance along the view axis."""
+    if masked and surface.color.a < cutoff:
+        discard()
+    packed = pack_normal(sided(surface.normal, double_sided))
+    return vec4(surface.color.rgb, receives), vec4(packed, packed), -surface.view.z
+
+
+@pg.fragment
+def textured(
+    surface: Surface, base_map: Image, normal_map: Image, height_map: Image, height_scale: float,
+    has_base: Const[bool], has_normals: Const[bool], has_heights: Const[bool],
+    double_sided: Const[bool], receives: Const[float], masked: Const[bool], cutoff: float,
+) -> tuple[vec4, vec4, float]:  # fmt: skip
+    """A surface with any of base colour, normal and height map."""
+    n = sided(surface.normal, double_sided)
+    at = surface.uv
+    if has_heights:
+        at = parallax(height_map, surface, n, height_scale)
+    color = surface.color
+    if has_base:
+        color = color * base_map.sample(at)
+    if masked and color.a < cutoff:
+        discard()
+    shown = n
+    if has_normals:
+        shown = bent(normal_map, at, surface, n)
+    return vec4(color.rgb, receives), vec4(pack_normal(shown), pack_normal(n)), -surface.view.z
+
+
+@pg.fragment
+def tinted(surface: Surface) -> vec4:
+    """A translucent surface without textures: colour and opacity."""
+    return surface.color
+
+
+@pg.fragment
+def tinted_textured(surface: Surface, base_map: Image) -> vec4:
+    """A translucent surface with a base colour map."""
+    return surface.color * base_map.sample(surface.uv)
+
+
+@dataclass(frozen=True)
+class GBuffer:
+    """Targets of one size, each of the nearest opaque surface.
+
+    Attributes
+    ----------
+    color : rgba16f, linear base colour, translucent surfaces mixed in; alpha is 1 where shadows are received
+    normals : rgba16f, packed: the normal after normal maps (red, green) and that of the surface (blue, alpha)
+    depth : r32f, distance along the view axis in scene units; 0 where there is no surface
+    """
+
+    color: pg.Target
+    normals: pg.Target
+    depth: pg.Target
+
+
+def g_buffer(
+    scene: pg.Scene, view: View, textures: TextureInputs, background: tuple[float, float, float]
+) -> GBuffer:
+    """Draw the scene's attributes, one draw for each look (see `passgraph.effects.batches`)."""
+    into: tuple[pg.Target | pg.TargetSpec, ...] = (
+        pg.target("base_color", "rgba16f", scale=1.0, clear=(*background, 0.0)),
+        pg.target("normals", "rgba16f", scale=1.0),
+        pg.target("depth", "r32f", scale=1.0),
+    )
+    depth: pg.Target | pg.TargetSpec = pg.target("depth_test", "depth32f", scale=1.0)
+    listed = batches(scene)
+    opaque = [batch for batch in listed if batch.material.alpha_mode != "blend"]
+    if not opaque:
+        raise pg.GraphError(f"scene {scene.name!r}: every surface is translucent; shadows need an opaque one")
+    for batch in opaque:
+        into = _draw(batch, view, textures, into, depth)
+        depth = into[0].depth  # type: ignore[union-attr]
+    color = into[0]
+    for batch in listed[len(opaque) :]:
+        color = _draw_translucent(batch, view, textures, color, depth)
+    _, normals, linear = into
+    assert isinstance(color, pg.Target) and isinstance(normals, pg.Target) and isinstance(linear, pg.Target)
+    return GBuffer(color, normals, linear)
+
+
+def _matrices(batch: Batch, view: View) -> dict[str, pg.Derived]:
+    return {"clip_from_local": view.clip_from(batch.origin), "view_from_local": view.view_from(batch.origin)}
+
+
+def _draw(
+    batch: Batch, view: View, textures: TextureInputs,
+    into: tuple[pg.Target | pg.TargetSpec, ...], depth: pg.Target | pg.TargetSpec,
+) -> tuple[pg.Target, ...]:  # fmt: skip
+    material = batch.material
+    values: dict[str, object] = {
+        "double_sided": material.double_sided, "receives": float(batch.receives),
+        "masked": material.alpha_mode == "mask", "cutoff": material.alpha_cutoff, **_matrices(batch, view),
+    }  # fmt: skip
+    if is_textured(material):
+        maps = {
+            "base_map": (material.base_color_texture, "base color"),
+            "normal_map": (material.normal_texture, "normals"),
+            "height_map": (material.height_texture, "height"),
+        }
+        inputs = {key: textures.of(texture, use) for key, (texture, use) in maps.items() if texture is not None}
+        any_input = next(iter(inputs.values()))  # stands in for maps that are not there; their code is left out
+        values |= {key: inputs.get(key, any_input) for key in maps}
+        values |= {f"has_{word}": f"{key}" in inputs for word, key in
+                   (("base", "base_map"), ("normals", "normal_map"), ("heights", "height_map"))}  # fmt: skip
+        values["height_scale"] = material.height_scale
+    made: tuple[pg.Target, ...] = pg.draw(
+        batch.mesh, vertex=place, fragment=textured if is_textured(material) else plain, into=into, depth=depth,
+        cull="none" if material.double_sided else "back",
+        name=f"surfaces: {material.name if is_textured(material) else 'untextured'}", values=values,
+    )  # fmt: skip
+    return made
+
+
+def _draw_translucent(
+    batch: Batch, view: View, textures: TextureInputs, color: pg.Target | pg.TargetSpec, depth: pg.Target | pg.TargetSpec
+) -> pg.Target:
+    """Mixed into the colour of what lies behind, so that it takes that surface's light and shadow."""
+    values: dict[str, object] = dict(_matrices(batch, view))
+    texture = batch.material.base_color_texture
+    if texture is not None:
+        values["base_map"] = textures.of(texture, "base color")
+    made: pg.Target = pg.draw(
+        batch.mesh, vertex=place, fragment=tinted if texture is None else tinted_textured, into=color, depth=depth,
+        depth_write=False, blend="alpha", color_mask=(True, True, True, False),
+        cull="none" if batch.material.double_sided else "back", name=f"translucent: {batch.material.name}", values=values,
+    )  # fmt: skip
+    return made

@@ -1,0 +1,178 @@
+"""Light that reaches each pixel, with and without shadows; one pointwise kernel a light, so that they fuse."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import passgraph as pg
+from passgraph import Const, Image, dot, floor, ivec2, length, normalize, smoothstep, sqrt, vec2, vec3, vec4
+from passgraph.effects.geometry import facing, unpack_normal, view_ray
+from passgraph.effects.views import LightFrame
+
+KINDS: tuple[Literal["directional", "point", "spot"], ...] = ("directional", "point", "spot")
+#: How far a receiver is lifted along its normal, in texels of the shadow map and times the sine of the light's angle:
+#: the four texels of a lookup lie up to sqrt(2) texels away, where a plane's depth differs by sqrt(2) * tan(angle); the
+#: rest is for vertices rounded to 1/256 texel.  A plane then never shadows itself, at any angle.
+NORMAL_OFFSET_TEXELS = 1.5
+#: Vertices are rounded to 1/256 pixel on the screen too, which moves a position by as much.
+SCREEN_ROUNDING = 1.0 / 256.0
+#: Irradiance of the ambient light from below, relative to that from above.
+GROUND_SHARE = 0.6
+
+
+@pg.function
+def light_at(light: LightFrame, position: vec3, normal: vec3, kind: int) -> vec4:
+    """Diffuse light (rgb) without shadows, scene-linear, on a white surface; alpha is unused."""
+    if kind == 0:
+        return vec4(light.color * facing(normal, light.place), 1.0)
+    offset = light.place - position
+    far = max(length(offset), 1e-6)
+    toward = offset / far
+    strength = facing(normal, toward) / (far * far)
+    if kind == 2:
+        strength = strength * smoothstep(light.cone.x, light.cone.y, -dot(toward, light.axis))
+    return vec4(light.color * strength, 1.0)
+
+
+@pg.function
+def toward_light(light: LightFrame, position: vec3, kind: int) -> vec3:
+    """Unit direction to the light."""
+    return light.place if kind == 0 else normalize(light.place - position)
+
+
+@pg.function
+def on_face(direction: vec3, face: int) -> bool:
+    """Whether a world direction belongs to this face of a cube map (+x, -x, +y, -y, +z, -z); each has exactly one."""
+    x, y, z = abs(direction.x), abs(direction.y), abs(direction.z)
+    mine = 4 if direction.z > 0.0 else 5
+    if y >= x and y >= z:
+        mine = 2 if direction.y > 0.0 else 3
+    if x >= y and x >= z:
+        mine = 0 if direction.x > 0.0 else 1
+    return mine == face
+
+
+@pg.function
+def arrives(map: Image, light: LightFrame, position: vec3, surface: vec3, lift: float, kind: int) -> float:
+    """The share of four texels, bilinearly weighted, whose caster does not lie before the receiver; 1 outside the map.
+
+    Source: W. Reeves et al., "Rendering Antialiased Shadows with Depth Maps", 1987; the normal offset after
+    D. Holbert, "Saying Goodbye to Shadow Acne", GDC 2011, with the derivation at NORMAL_OFFSET_TEXELS.
+    """
+    toward = toward_light(light, position, kind)
+    cosine = dot(surface, toward)
+    if cosine <= 0.0:
+        return 0.0
+    depth = dot(light.depth_row, vec4(position, 1.0))
+    texel = light.texel if kind == 0 else light.texel * max(depth, 0.0)
+    offset = NORMAL_OFFSET_TEXELS * texel * sqrt(max(1.0 - cosine * cosine, 0.0)) + lift
+    lifted = vec4(position + surface * offset, 1.0)
+    clip = light.map_from_view * lifted
+    if clip.w <= 0.0:
+        return 1.0
+    at = vec2(0.5 + 0.5 * clip.x / clip.w, 0.5 - 0.5 * clip.y / clip.w)
+    if at.x < 0.0 or at.x > 1.0 or at.y < 0.0 or at.y > 1.0:
+        return 1.0
+    limit = dot(light.depth_row, lifted) - light.bias
+    p = at * vec2(map.size) - 0.5
+    corner = floor(p)
+    f = p - corner
+    first = ivec2(corner)
+    a = 1.0 if map.texel(first).r >= limit else 0.0
+    b = 1.0 if map.texel(first + ivec2(1, 0)).r >= limit else 0.0
+    c = 1.0 if map.texel(first + ivec2(0, 1)).r >= limit else 0.0
+    d = 1.0 if map.texel(first + ivec2(1, 1)).r >= limit else 0.0
+    top = a + (b - a) * f.x
+    bottom = c + (d - c) * f.x
+    return top + (bottom - top) * f.y
+
+
+@pg.kernel
+def ambient_light(normals: Image, ambient: vec3, up: vec3) -> tuple[vec3, vec3]:
+    """Light from all around, twice: what arrives without shadows, and with them."""
+    share = 0.5 + 0.5 * dot(unpack_normal(normals[0, 0].xy), up)
+    light = ambient * (GROUND_SHARE + (1.0 - GROUND_SHARE) * share)
+    return light, light
+
+
+@pg.kernel
+def add_light(
+    free: Image, shadowed: Image, normals: Image, depth: Image, light: LightFrame, tan_half: vec2, kind: Const[int]
+) -> tuple[vec3, vec3]:
+    """One light that nothing shadows, added to both sums."""
+    position = view_ray(tan_half) * depth[0, 0].r
+    more = light_at(light, position, unpack_normal(normals[0, 0].xy), kind).rgb
+    return free[0, 0].rgb + more, shadowed[0, 0].rgb + more
+
+
+@pg.kernel
+def add_shadowed_light(
+    free: Image, shadowed: Image, normals: Image, depth: Image, map: Image,
+    light: LightFrame, tan_half: vec2, kind: Const[int], face: Const[int],
+) -> tuple[vec3, vec3]:  # fmt: skip
+    """One light with its shadow map (or one face of its cube map), added to both sums."""
+    far = depth[0, 0].r
+    position = view_ray(tan_half) * far
+    packed = normals[0, 0]
+    more = light_at(light, position, unpack_normal(packed.xy), kind).rgb
+    if face >= 0 and not on_face(light.world * (position - light.place), face):
+        more = vec3(0.0)
+    lift = far * tan_half.y * SCREEN_ROUNDING / float(depth.size.y)
+    share = arrives(map, light, position, unpack_normal(packed.zw), lift, kind)
+    return free[0, 0].rgb + more, shadowed[0, 0].rgb + more * share
+
+
+@pg.function
+def share_of(shadowed: float, free: float) -> float:
+    """1 where there is no light to take away."""
+    return shadowed / free if free > 1e-12 else 1.0
+
+
+@pg.kernel
+def split(free: Image, shadowed: Image, color: Image, depth: Image) -> tuple[vec4, vec4]:
+    """RTT1, the textured scene without shadows, and RTT2, white objects with shadows only."""
+    base = color[0, 0]
+    light = free[0, 0].rgb
+    dim = shadowed[0, 0].rgb
+    share = vec3(share_of(dim.r, light.r), share_of(dim.g, light.g), share_of(dim.b, light.b))
+    here = depth[0, 0].r > 0.0
+    lit = base.rgb * light if here else base.rgb
+    return vec4(lit, 1.0), vec4(share if here and base.a > 0.5 else vec3(1.0), 1.0)
+
+
+@pg.kernel
+def split_rgb(free: Image, shadowed: Image, color: Image, depth: Image) -> tuple[vec3, vec4]:
+    """`split` for 96-bit targets."""
+    base = color[0, 0]
+    light = free[0, 0].rgb
+    dim = shadowed[0, 0].rgb
+    share = vec3(share_of(dim.r, light.r), share_of(dim.g, light.g), share_of(dim.b, light.b))
+    here = depth[0, 0].r > 0.0
+    lit = base.rgb * light if here else base.rgb
+    return lit, vec4(share if here and base.a > 0.5 else vec3(1.0), 1.0)
+
+
+@pg.kernel
+def lit(free: Image, color: Image, depth: Image) -> vec4:
+    """The textured scene where nothing throws a shadow."""
+    base = color[0, 0]
+    return vec4(base.rgb * free[0, 0].rgb if depth[0, 0].r > 0.0 else base.rgb, 1.0)
+
+
+@pg.kernel
+def lit_rgb(free: Image, color: Image, depth: Image) -> vec3:
+    """`lit` for 96-bit targets."""
+    base = color[0, 0]
+    return base.rgb * free[0, 0].rgb if depth[0, 0].r > 0.0 else base.rgb
+
+
+@pg.kernel
+def multiply(unshadowed: Image, shadows: Image) -> vec4:
+    """RTT4 = RTT1 × RTT3."""
+    return vec4(unshadowed[0, 0].rgb * shadows[0, 0].rgb, 1.0)
+
+
+@pg.kernel
+def multiply_rgb(unshadowed: Image, shadows: Image) -> vec3:
+    """`multiply` for 96-bit targets."""
+    return unshadowed[0, 0].rgb * shadows[0, 0].rgb

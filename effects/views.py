@@ -1,0 +1,205 @@
+"""What the camera and the lights mean to kernels: matrices relative to the eye, composed in float64."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from math import cos, tan
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import passgraph as pg
+from passgraph import mat3, mat4, vec2, vec3, vec4
+from passgraph.scene.matrices import translation
+
+Float64 = NDArray[np.float64]
+#: Relative error of a depth after a few float32 operations, with room to spare.
+DEPTH_ROUNDING = 4e-6
+
+
+@pg.struct
+class LightFrame:
+    """A light as the picture's kernels see it: in the camera's frame, the eye at the origin."""
+
+    map_from_view: mat4  # to the clip space of its shadow map
+    depth_row: vec4  # distance along the light's axis
+    place: vec3  # where it stands; for directional lights the unit vector toward it
+    axis: vec3  # where it shines
+    world: mat3  # camera axes to world axes
+    color: vec3  # scene-linear, times intensity
+    cone: vec2  # cosines of the outer and inner half angle
+    texel: float  # width of a map's texel, in scene units; per unit of depth for perspective maps
+    bias: float  # what rounding may add to a depth, in scene units
+
+
+@dataclass(frozen=True)
+class View:
+    """The camera as a run value, and what is derived from it."""
+
+    camera: pg.Value
+
+    def view_from(self, origin: Float64) -> pg.Derived:
+        """Positions relative to ``origin`` (world) to the camera's frame, (4, 4)."""
+        return self.camera.map(lambda camera: view_from_world(camera, origin))
+
+    def clip_from(self, origin: Float64) -> pg.Derived:
+        """Positions relative to ``origin`` (world) to clip space, (4, 4)."""
+
+        def matrix(camera: pg.Camera, size: tuple[int, int]) -> Float64:
+            made: Float64 = camera.projection_matrix(size[0] / size[1]) @ view_from_world(camera, origin)
+            return made
+
+        return pg.combine(matrix, self.camera, pg.OUTPUT_SIZE)
+
+    def tan_half(self) -> pg.Derived:
+        """Tangents of half the horizontal and vertical angle of view."""
+
+        def tangents(camera: pg.Camera, size: tuple[int, int]) -> tuple[float, float]:
+            half = tan(0.5 * camera.vertical_fov_rad)
+            return half * size[0] / size[1], half
+
+        return pg.combine(tangents, self.camera, pg.OUTPUT_SIZE)
+
+    def up(self) -> pg.Derived:
+        """World +y in the camera's frame."""
+        return self.camera.map(lambda camera: camera.view_rotation()[:3, 1])
+
+
+def view_from_world(camera: pg.Camera, origin: Float64) -> Float64:
+    """World positions relative to ``origin`` to the camera's frame; large offsets cancel in float64."""
+    return camera.view_rotation() @ camera.relative(translation(origin))
+
+
+@dataclass(frozen=True, eq=False)
+class MapView:
+    """How one shadow map looks at the scene; a cube map is six of these."""
+
+    light: pg.Value
+    casters: Casters
+    face: int = -1  # of a cube: +x, -x, +y, -y, +z, -z
+
+    def frustum(self, light: pg.Light) -> tuple[Float64, Float64]:
+        """View and projection matrix, (4, 4) each, for the light of this run."""
+        default = self.light.default
+        assert isinstance(default, pg.Light)
+        if light.kind != default.kind:
+            raise pg.InputError(
+                f"value {self.light.name!r} was a {default.kind} light when the effect was built, and is now a {light.kind} "
+                "one; build the effect again with that light in the scene"
+            )
+        bounds = self.casters.bounds_for(light)
+        if self.face >= 0:
+            return light.cube_views()[self.face], light.cube_projection(bounds)
+        return light.frustum(bounds)
+
+    def clip_from(self, origin: Float64) -> pg.Derived:
+        """Caster positions relative to ``origin`` (world) to the map's clip space."""
+
+        def matrix(light: pg.Light) -> Float64:
+            view, projection = self.frustum(light)
+            return projection @ view @ translation(origin)
+
+        return self.light.map(matrix)
+
+    def depth_row(self, origin: Float64) -> pg.Derived:
+        """What gives the depth of positions relative to ``origin``, in scene units along the light's axis."""
+        return self.light.map(lambda light: -(self.frustum(light)[0] @ translation(origin))[2])
+
+    def frame(self, view: View, map_size: int) -> pg.Derived:
+        """The light for the picture's kernels."""
+        return pg.combine(lambda camera, light: self._frame(camera, light, map_size), view.camera, self.light)
+
+    def _frame(self, camera: pg.Camera, light: pg.Light, map_size: int) -> LightFrame:
+        rotation = camera.view_rotation()
+        view, projection = self.frustum(light)
+        light_from_view = view @ translation(camera.eye) @ rotation.T
+        directional = light.kind == "directional"
+        toward = -np.array(light.direction) if directional else np.subtract(light.position, camera.eye)
+        low, high = self.casters.scene_bounds
+        reach = float(np.linalg.norm(high - low)) + float(np.linalg.norm(0.5 * (low + high) - camera.eye))
+        if not directional:
+            reach += float(np.linalg.norm(toward))
+        made: Any = LightFrame(
+            projection @ light_from_view, -light_from_view[2],
+            rotation[:3, :3] @ toward, rotation[:3, :3] @ light.direction, rotation[:3, :3].T,
+            np.array(light.color) * light.intensity, (cos(light.cone_outer_rad), cos(light.cone_inner_rad)),
+            2.0 / (float(projection[0, 0]) * map_size), DEPTH_ROUNDING * reach,
+        )  # fmt: skip
+        assert isinstance(made, LightFrame)
+        return made
+
+
+@dataclass(frozen=True, eq=False)
+class Casters:
+    """What throws shadows, with boxes for fitting shadow maps."""
+
+    nodes: tuple[pg.Node, ...]
+    scene_bounds: Float64
+    grounds: tuple[tuple[int, Float64, float], ...] = field(default=())  # node, normal and offset of its plane
+
+    @property
+    def origin(self) -> Float64:
+        """World position that caster meshes are relative to."""
+        return np.asarray(self.scene_bounds.mean(axis=0), np.float64)
+
+    @classmethod
+    def of(cls, scene: pg.Scene) -> Casters:
+        """The casting nodes; flat ones with the whole scene on one side are remembered as grounds."""
+        nodes = tuple(node for node in scene.nodes if node.casts and node.material.alpha_mode != "blend")
+        found = []
+        for index, node in enumerate(nodes):
+            plane = _plane_below(node, scene)
+            if plane is not None:
+                found.append((index, *plane))
+        return cls(nodes, scene.bounds(), tuple(found))
+
+    def shadowing_nodes(self) -> list[pg.Node]:
+        """The casting nodes without grounds, or all where there is nothing else."""
+        flat = {index for index, _, _ in self.grounds}
+        return [node for index, node in enumerate(self.nodes) if index not in flat] or list(self.nodes)
+
+    def bounds_for(self, light: pg.Light) -> Float64:
+        """A box of all that can shadow something under this light: a ground lit from above cannot."""
+        harmless = set()
+        for index, normal, offset in self.grounds:
+            if light.kind == "directional":
+                above = float(normal @ light.direction) <= 0.0
+            else:
+                above = float(normal @ np.array(light.position)) >= offset
+            if above:
+                harmless.add(index)
+        boxes = [node.bounds for index, node in enumerate(self.nodes) if index not in harmless]
+        if not boxes:
+            return self.scene_bounds
+        return np.stack([np.min([b[0] for b in boxes], axis=0), np.max([b[1] for b in boxes], axis=0)])
+
+
+def _plane_below(node: pg.Node, scene: pg.Scene) -> tuple[Float64, float] | None:
+    """Normal and offset of a flat node's plane when every vertex of the scene lies on its front, else None."""
+    low, high = scene.bounds()
+    extent = float(np.linalg.norm(high - low))
+    if float(np.linalg.norm(node.bounds[1] - node.bounds[0])) < 0.25 * extent:
+        return None  # too small to matter for the fit
+    centre = 0.5 * (low + high)
+    points = _world(node, centre)
+    a, b, c = points[node.mesh.triangles[0]]
+    normal = np.cross(b - a, c - a)
+    size = float(np.linalg.norm(normal))
+    if size == 0.0:
+        return None
+    normal = normal / size
+    if float(np.abs((points - a) @ normal).max()) > 1e-6 * extent:
+        return None
+    sides = np.concatenate([(_world(other, centre) - a) @ normal for other in scene.nodes])
+    slack = 1e-4 * extent
+    if sides.min() < -slack:
+        normal, sides = -normal, -sides
+    if sides.min() < -slack:
+        return None
+    return normal, float(normal @ (a + centre))
+
+
+def _world(node: pg.Node, origin: Float64) -> Float64:
+    points: Float64 = node.mesh.positions @ node.transform[:3, :3].T + (node.transform[:3, 3] - origin)
+    return points

@@ -1,0 +1,38 @@
+"""``passgraph backends``: what is here, and what is missing and how to install it."""
+
+from __future__ import annotations
+
+import click
+
+from passgraph.errors import PassgraphError
+
+
+@click.command()
+def backends() -> None:
+    """Show every backend with its devices, drivers and versions, or what installs what is missing."""
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
+
+    from passgraph.backends.base import DeviceInfo
+    from passgraph.backends.registry import backend_class, backend_names
+
+    table = Table()
+    for heading in ("backend", "device", "driver", "version"):
+        table.add_column(heading, overflow="fold")
+    missing: list[str] = []
+    for name in backend_names():
+        try:
+            devices = backend_class(name).devices()
+        except PassgraphError as error:
+            devices = [DeviceInfo("", "", "", str(error))]
+        for number, device in enumerate(devices):
+            if device.missing:
+                missing.append(f"{name}: {' '.join(device.missing.split())}")
+            else:
+                label = f"{name}:{number}" if len(devices) > 1 else name
+                table.add_row(*(escape(text) for text in (label, device.name, device.driver, device.version)))
+    console = Console(highlight=False, soft_wrap=True)
+    console.print(table)
+    for line in missing:
+        console.print(f"missing: {line}", markup=False)

@@ -1,0 +1,110 @@
+"""``passgraph compare``: every backend against the reference, pass by pass."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import click
+
+from passgraph.commands.options import BackendType, EffectCommand, chosen_effect, given_parameters, size_option
+from passgraph.commands.progress import progress
+from passgraph.commands.sources import Job, picture_job, scene_job
+from passgraph.compare import BackendReport, Report
+from passgraph.compare import compare as compare_backends
+from passgraph.effects.registry import Effect
+from passgraph.errors import InputError
+
+#: The reference interprets every operation in float64, several times: large pictures take minutes.
+COMPARE_SIZE = (320, 180)
+
+
+@click.command(cls=EffectCommand)
+@click.argument("source", metavar="[SCENE_OR_PICTURE]", required=False, type=click.Path(path_type=Path))
+@click.option("--effect", "-e", required=True, help="What is computed.")
+@click.option("--backend", "-b", "backends", multiple=True, type=BackendType(), help="Backend to test; may be repeated. Without it all.")
+@size_option(COMPARE_SIZE)
+@click.option("--depth", type=click.Path(path_type=Path), help="Depth picture, for effects that take one.")
+@click.option("--linear", is_flag=True, help="Decode 8- and 16-bit pictures from sRGB to linear light first.")
+@click.option(
+    "--isolate/--accumulate", default=True, show_default=True,
+    help="Judge each pass on the reference's pictures, or on what errors add up to.",
+)  # fmt: skip
+@click.pass_context
+def compare(
+    ctx: click.Context,
+    /,
+    source: Path | None,
+    effect: str,
+    backends: tuple[str, ...],
+    size: tuple[int, int],
+    depth: Path | None,
+    linear: bool,
+    isolate: bool,
+    **_: Any,
+) -> int:
+    """Run an effect on every backend and hold each render target against the float64 reference.
+
+    Bounds follow from the operations of each pass and the format of each target.  Exit status: 0 all within
+    bounds, 1 a backend diverges or fails, 2 an error.  Pictures keep their own size.
+    """
+    chosen = chosen_effect(effect)
+    with progress("reading") as say:
+        job = job_of(chosen, source, size, depth, linear, given_parameters(ctx, chosen))
+        report = compare_backends(
+            job.outputs, backends or None, size=job.size, isolate=isolate, progress=say, **job.given
+        )
+    show(report, isolate)
+    return 0 if report.within_bounds else 1
+
+
+def job_of(
+    effect: Effect, source: Path | None, size: tuple[int, int] | None, depth: Path | None, linear: bool, parameters: dict[str, Any]
+) -> Job:
+    """A scene or a picture, as the effect takes it."""
+    if effect.takes == "scene":
+        return scene_job(effect, source, size, parameters)
+    if source is None:
+        raise InputError(f"effect {effect.name} needs a picture: name a file")
+    return picture_job(effect, source, depth, linear, parameters)
+
+
+def show(report: Report, isolate: bool) -> None:
+    """A table a backend, then its verdict in words."""
+    from rich.console import Console
+
+    # Where no terminal sets a width, columns keep theirs.
+    console = Console(highlight=False, soft_wrap=True, width=None if sys.stdout.isatty() else 200)
+    for backend in report.backends:
+        if backend.missing or backend.failed:
+            what = f"missing: {backend.missing}" if backend.missing else f"failed: {backend.failed}"
+            console.print(f"{backend.name}: {' '.join(what.split())}", markup=False)
+            continue
+        console.print(_table(backend, isolate))
+        divergence = backend.first_divergence
+        verdict = f"diverges first in {divergence}" if divergence else "within bounds"
+        console.print(f"{backend.name}: {verdict}\n", markup=False)
+    if all(backend.missing for backend in report.backends):
+        console.print("no backend is here to be compared; see: passgraph backends")
+
+
+def _table(backend: BackendReport, isolate: bool) -> Any:
+    from rich import box
+    from rich.markup import escape
+    from rich.table import Table
+
+    table = Table(title=f"{backend.name} against the reference", title_justify="left", box=box.SIMPLE_HEAD)
+    for heading in ("pass", "target"):
+        table.add_column(heading, overflow="fold")
+    for heading in ("max error", "RMSE", "differing", "beyond bound"):
+        table.add_column(heading, justify="right", overflow="fold")
+    if isolate:
+        table.add_column("adds up to", justify="right", overflow="fold")
+    table.add_column("verdict", overflow="fold")
+    for target in backend.targets:
+        cells = [escape(target.step), escape(f"{target.target} ({target.format.name})"), f"{target.max_error:.3g}"]
+        cells += [f"{target.rmse:.3g}", f"{target.differing:.2%}", f"{target.outside:.3%}"]
+        cells += [f"{target.accumulated_max:.3g}"] if isolate else []
+        table.add_row(*cells, "within" if target.within_bounds else "[bold red]diverges[/]")
+    return table

@@ -1,0 +1,96 @@
+"""The command group, and how errors reach the terminal: one line on stderr, status 2, never a traceback."""
+
+from __future__ import annotations
+
+import os
+import sys
+import warnings
+from collections.abc import Sequence
+from importlib import import_module
+
+import click
+
+from passgraph.errors import PassgraphError
+
+#: Set, an unforeseen error shows its traceback.
+TRACEBACK_VARIABLE = "PASSGRAPH_TRACEBACK"
+#: Commands by name, each with its one line for the list; a command is imported when it is used.
+COMMANDS = {
+    "render": "Render a scene with an effect to a picture.",
+    "apply": "Apply an effect to a picture.",
+    "compare": "Hold every backend against the reference, pass by pass.",
+    "backends": "Show which backends and devices are here.",
+    "plan": "Explain what runs for an effect, in which order and memory.",
+}
+
+
+class _Commands(click.Group):
+    """Lists commands without importing them, so that help is quick."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        if cmd_name not in COMMANDS:
+            return None
+        found: click.Command = getattr(import_module(f"passgraph.commands.{cmd_name}"), cmd_name)
+        return found
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl(list(COMMANDS.items()))
+
+
+@click.command(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
+@click.version_option(package_name="passgraph", prog_name="passgraph")
+def group() -> None:
+    """Write a post-effect once, in Python; run it on OpenGL, OpenCL or the CPU; know by how much they differ."""
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line and exit."""
+    sys.exit(run(None if arguments is None else list(arguments)))
+
+
+def run(arguments: list[str] | None) -> int:
+    """The exit status: 0 well, 1 a backend diverges, 2 an error, 130 interrupted."""
+    try:
+        with warnings.catch_warnings():
+            # Drivers and compilers talk even when all is well; what matters here is raised.
+            warnings.simplefilter("ignore")
+            status = group.main(arguments, prog_name="passgraph", standalone_mode=False)
+            sys.stdout.flush()
+    except (KeyboardInterrupt, click.Abort):
+        click.echo("passgraph: interrupted", err=True)
+        return 130
+    except BrokenPipeError:
+        # The reader (head, less) has had enough; Python would complain again when it flushes at exit.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 141
+    except click.exceptions.NoArgsIsHelpError as error:
+        error.show()
+        return 2
+    except Exception as error:
+        if os.environ.get(TRACEBACK_VARIABLE):
+            raise
+        return failed(error)
+    return status if isinstance(status, int) else 0
+
+
+def failed(error: Exception) -> int:
+    """Print an error as one line."""
+    if isinstance(error, click.ClickException):
+        text = error.format_message()
+        context = getattr(error, "ctx", None)
+        if isinstance(error, click.UsageError) and context is not None:
+            text += f" (see {context.command_path} --help)"
+    elif isinstance(error, PassgraphError):
+        text = str(error)
+    elif isinstance(error, MemoryError):
+        text = f"not enough memory ({error or 'none left'}); use a smaller --size or picture"
+    elif isinstance(error, OSError):
+        text = f"{error.filename}: {error.strerror}" if error.filename and error.strerror else str(error)
+    else:
+        text = f"unforeseen {type(error).__name__}: {error}; set {TRACEBACK_VARIABLE}=1 to see where"
+    click.echo(f"passgraph: error: {' '.join(text.split())}", err=True)
+    return 2

@@ -1,0 +1,50 @@
+"""``passgraph plan``: what runs for an effect, in which order and memory, and why."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from passgraph.commands.compare import job_of
+from passgraph.commands.files import check_path, write_text
+from passgraph.commands.options import EffectCommand, chosen_effect, given_parameters, size_option
+from passgraph.commands.sources import RENDER_SIZE
+
+
+@click.command(cls=EffectCommand)
+@click.argument("source", metavar="[SCENE_OR_PICTURE]", required=False, type=click.Path(path_type=Path))
+@click.option("--effect", "-e", required=True, help="What is planned.")
+@size_option(RENDER_SIZE)
+@click.option("--depth", type=click.Path(path_type=Path), help="Depth picture, for effects that take one.")
+@click.option("--svg", type=click.Path(path_type=Path), metavar="FILE", help="Draw the plan into an SVG file too.")
+@click.option("--off", multiple=True, type=click.Choice(["cull", "fuse", "order", "alias", "static"]), help="Leave an optimisation out.")
+@click.pass_context
+def plan(
+    ctx: click.Context,
+    /,
+    source: Path | None,
+    effect: str,
+    size: tuple[int, int],
+    depth: Path | None,
+    svg: Path | None,
+    off: tuple[str, ...],
+    **_: Any,
+) -> None:
+    """Explain the plan of an effect: steps in order, memory, and what was left out, fused or shared.
+
+    No driver is needed and nothing runs.  Pictures keep their own size.
+    """
+    from passgraph.plan.build import build
+    from passgraph.plan.data import Options
+
+    if svg is not None:
+        check_path(svg)
+    chosen = chosen_effect(effect)
+    job = job_of(chosen, source, size, depth, False, given_parameters(ctx, chosen))
+    made = build(job.outputs, job.size, None, Options(**dict.fromkeys(off, False)))
+    click.echo(made.explain())
+    if svg is not None:
+        write_text(svg, made.svg())
+        click.echo(f"{svg}: drawn")

@@ -1,0 +1,61 @@
+"""``passgraph render``: a scene with an effect to a picture."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from passgraph.commands.files import FLOAT_SUFFIXES
+from passgraph.commands.options import (
+    EffectCommand,
+    backend_option,
+    capture_option,
+    given_parameters,
+    output_option,
+    size_option,
+)
+from passgraph.commands.progress import progress
+from passgraph.commands.running import check_outputs, run_and_save
+from passgraph.commands.sources import RENDER_SIZE, accepts, scene_job
+
+
+class RenderCommand(EffectCommand):
+    default_effect = "soft-shadow"
+    takes = ("scene",)
+
+
+@click.command(cls=RenderCommand)
+@click.argument("scene", required=False, type=click.Path(path_type=Path))
+@click.option("--effect", "-e", default="soft-shadow", show_default=True, help="What renders it.")
+@backend_option
+@size_option(RENDER_SIZE)
+@output_option
+@capture_option
+@click.pass_context
+def render(
+    ctx: click.Context,
+    /,
+    scene: Path | None,
+    effect: str,
+    backend: str | None,
+    size: tuple[int, int],
+    output: Path,
+    capture: Path | None,
+    **_: Any,
+) -> None:
+    """Render SCENE (.glb .gltf .obj .off .ply .stl) with an effect; without SCENE the one that comes with passgraph.
+
+    Into .exr and .npy goes the HDR result, without the transform for display.
+    """
+    assert isinstance(ctx.command, EffectCommand)
+    chosen = ctx.command.effect_of(ctx)
+    assert chosen is not None
+    check_outputs(output, capture)
+    parameters = given_parameters(ctx, chosen)
+    if output.suffix.lower() in FLOAT_SUFFIXES and accepts(chosen, "display"):
+        parameters.setdefault("display", False)
+    with progress("reading the scene"):
+        job = scene_job(chosen, scene, size, parameters)
+    run_and_save(job, backend, output, capture)

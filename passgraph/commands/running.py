@@ -1,0 +1,57 @@
+"""Compiles and runs a job, times it, and writes its picture: what ``render`` and ``apply`` have in common."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from time import perf_counter
+
+import click
+
+from passgraph.commands.capture import Capture
+from passgraph.commands.files import check_folder, check_picture_path
+from passgraph.commands.progress import progress
+from passgraph.commands.sources import Job
+
+
+def check_outputs(output: Path, capture: Path | None) -> None:
+    """Refuse what cannot be written before the long work."""
+    check_picture_path(output)
+    if capture is not None:
+        check_folder(capture)
+
+
+def run_and_save(job: Job, backend: str | None, output: Path, capture: Path | None) -> None:
+    """Run a job once and write its first output."""
+    from passgraph.pictures import save
+    from passgraph.plan.data import Options
+    from passgraph.program import compile
+
+    observer = None if capture is None else Capture(capture)
+    options = Options() if observer is None else Options(fuse=False, alias=False)
+    with progress("compiling") as say:
+        start = perf_counter()
+        with compile(job.outputs, backend, job.size, options) as program:
+            compiled = perf_counter()
+            say(f"running on {program.backend.name}")
+            if observer is None:
+                program.run(**job.given)
+            else:
+                program.run(observer, **job.given)
+            program.finish()
+            ran = perf_counter()
+            picture = program.read(next(iter(job.outputs)))
+            name = program.backend.name
+        say(f"writing {output}")
+        array = next(iter(picture.values()))
+        save(output, array)
+    height, width = array.shape[:2]
+    looking = " (with capture)" if observer is not None else ""
+    click.echo(
+        f"{output}: {width}x{height} by {name}; compile {_time(compiled - start)}, run {_time(ran - compiled)}{looking}"
+    )
+    if observer is not None:
+        observer.report()
+
+
+def _time(seconds: float) -> str:
+    return f"{seconds * 1e3:.1f} ms" if seconds < 1 else f"{seconds:.2f} s"

@@ -1,0 +1,107 @@
+"""From what stands on the command line to a graph and what its run brings."""
+
+from __future__ import annotations
+
+import inspect
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.effects.registry import Effect
+from passgraph.errors import InputError
+from passgraph.graph import kernel
+from passgraph.program import named_outputs
+from passgraph.targets import Input, Target, Value
+
+if TYPE_CHECKING:
+    from passgraph.scene import Scene
+
+#: Size of rendered pictures where none is asked for.
+RENDER_SIZE = (1280, 720)
+
+
+@dataclass(frozen=True)
+class Job:
+    """A graph, its output's size, and the inputs and values of a run."""
+
+    outputs: dict[str, Target]
+    size: tuple[int, int]
+    given: dict[str, Any] = field(default_factory=dict)
+
+
+def picture_job(effect: Effect, path: Path, depth: Path | None, linear: bool, parameters: dict[str, Any]) -> Job:
+    """An effect on a picture file."""
+    frame = _load(path, linear)
+    targets, given = [_input("frame", frame)], {"frame": frame}
+    if effect.takes == "picture+depth":
+        if depth is None:
+            raise InputError(f"effect {effect.name} needs --depth FILE: linear depth of each pixel of {path}")
+        given["depth"] = _load(depth, False)[:, :, :1]
+        if given["depth"].shape[:2] != frame.shape[:2]:
+            raise InputError(f"{depth}: is {_size_text(given['depth'])} pixels, and {path} is {_size_text(frame)}")
+        targets.append(_input("depth", given["depth"]))
+    elif depth is not None:
+        raise InputError(f"effect {effect.name} takes no --depth")
+    made = effect.function(*targets, **parameters)
+    if isinstance(made, Target) and made.made_by is None:
+        # A blur of radius 0 returns its input, which no pass computes.
+        made = kernel(source="def unchanged(color: Image) -> vec4: return color[0, 0]")(made)
+    return Job(named_outputs(made), (frame.shape[1], frame.shape[0]), given)
+
+
+def scene_job(effect: Effect, path: Path | None, size: tuple[int, int] | None, parameters: dict[str, Any]) -> Job:
+    """An effect on a scene file, or on the scene that comes with passgraph."""
+    scene = load_scene(path)
+    made = named_outputs(effect.function(scene, **parameters))
+    return Job(made, size or RENDER_SIZE, values_of(scene, made))
+
+
+def load_scene(path: Path | None) -> Scene:
+    from passgraph.scene import Scene
+
+    scene = Scene.shipped() if path is None else Scene.load(path)
+    for line in scene.warnings:
+        click.echo(f"passgraph: warning: {line}", err=True)
+    return scene
+
+
+def values_of(scene: Scene, outputs: dict[str, Target]) -> dict[str, Any]:
+    """What a scene says about run values that have no default: its camera and its lights."""
+    from passgraph.graph import graph
+    from passgraph.targets import Derived
+
+    known: dict[str, Any] = {"camera": scene.camera, "lights": scene.lights}
+    known |= {f"light{i}": light for i, light in enumerate(scene.lights)}
+    if scene.lights:
+        known["light"] = scene.lights[0]
+    given = {}
+    for node, kind in graph(*outputs.values()).nodes(data="kind"):
+        for value in node.values.values() if kind == "pass" else ():
+            for source in (value,) if isinstance(value, Value) else value.sources if isinstance(value, Derived) else ():
+                if source.default is None and source.name in known:
+                    given[source.name] = known[source.name]
+    return given
+
+
+def _load(path: Path, linear: bool) -> NDArray[np.float32]:
+    from passgraph.pictures import load
+
+    return load(path, linear=linear)
+
+
+def _input(name: str, picture: NDArray[np.float32]) -> Target:
+    height, width, channels = picture.shape
+    return Input(name, "rgba32f" if channels == 4 else "r32f", (width, height))
+
+
+def _size_text(picture: NDArray[np.float32]) -> str:
+    return f"{picture.shape[1]}x{picture.shape[0]}"
+
+
+def accepts(effect: Effect, parameter: str) -> bool:
+    """Whether an effect's function has a keyword that its table may not list."""
+    return parameter in inspect.signature(effect.function).parameters

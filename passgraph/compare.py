@@ -1,0 +1,286 @@
+"""Runs a graph on several backends and says by how much they differ from the reference, pass by pass.
+
+>>> import numpy as np
+>>> import passgraph as pg
+>>> halve = pg.kernel(source="def halve(color: Image) -> vec4: return color[0, 0] * 0.5")
+>>> report = compare(halve(pg.Input("frame")), ["reference"], frame=np.ones((2, 3, 4), np.float32))
+>>> report.within_bounds, report.backends[0].targets[0].max_error
+(True, 0.0)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.acceptance import SAMPLES, NoisyReference, OperationClass, bounds, operation_class
+from passgraph.backends.base import Backend
+from passgraph.backends.reference import ReferenceBackend
+from passgraph.backends.registry import backend_names, open_backend
+from passgraph.errors import DeviceMissingError, InputError, PassgraphError
+from passgraph.execution import Execution
+from passgraph.formats import Format, format_named
+from passgraph.plan.build import build
+from passgraph.plan.collect import inputs_behind
+from passgraph.plan.data import Options, Plan, Step
+from passgraph.program import Outputs, checked_picture, named_outputs
+from passgraph.targets import checked_size
+
+Picture: TypeAlias = NDArray[np.float32]
+Pictures: TypeAlias = dict[tuple[int, int], Picture]  # (step, resource) → what the step wrote
+
+#: Every pass as written, every picture in memory of its own: what is compared is what passes compute.
+OPTIONS = Options(fuse=False, alias=False, static=False)
+
+
+@dataclass(frozen=True)
+class TargetReport:
+    """What one pass wrote into one target on one backend, against the reference.
+
+    Attributes
+    ----------
+    step, target : names
+    format : of the target
+    operations : what the pass does and how many pixels may therefore lie outside their bound
+    max_error, rmse : of all values of all channels
+    differing : share of pixels whose values are not the very same
+    outside : share of pixels beyond their bound
+    worst : (column, row) of the pixel that is farthest beyond its bound, or of the largest error where none is
+    worst_got, worst_expected, worst_bound : values of the channel that is worst there
+    accumulated_max, accumulated_rmse : with this backend's own pictures as input, errors of earlier passes included
+    """
+
+    step: str
+    target: str
+    format: Format
+    operations: OperationClass
+    max_error: float
+    rmse: float
+    differing: float
+    outside: float
+    worst: tuple[int, int]
+    worst_got: float
+    worst_expected: float
+    worst_bound: float
+    accumulated_max: float = 0.0
+    accumulated_rmse: float = 0.0
+
+    @property
+    def within_bounds(self) -> bool:
+        return self.outside <= self.operations.outside
+
+    def __str__(self) -> str:
+        column, row = self.worst
+        verdict = "within its bound" if self.within_bounds else f"beyond its bound at {self.outside:.3%} of pixels"
+        return (
+            f"pass {self.step}, target {self.target}: {verdict}; worst at column {column}, row {row}: "
+            f"{self.worst_got:.9g} against {self.worst_expected:.9g}, bound {self.worst_bound:.3g}"
+        )
+
+
+@dataclass(frozen=True)
+class BackendReport:
+    """One backend: its targets in schedule order, or why there are none."""
+
+    name: str
+    targets: tuple[TargetReport, ...] = ()
+    missing: str = ""  # the driver or device is not here; what installs it
+    failed: str = ""  # it was opened and then raised this
+
+    @property
+    def within_bounds(self) -> bool:
+        """Whether it ran and every target is within bounds."""
+        return bool(self.targets) and not self.failed and self.first_divergence is None
+
+    @property
+    def first_divergence(self) -> TargetReport | None:
+        """The first target, in schedule order, that is beyond its bound."""
+        return next((target for target in self.targets if not target.within_bounds), None)
+
+
+@dataclass(frozen=True)
+class Report:
+    """All backends against the reference."""
+
+    backends: tuple[BackendReport, ...]
+    plan: Plan
+
+    @property
+    def within_bounds(self) -> bool:
+        """Whether some backend ran and none diverges or failed; missing ones do not count."""
+        ran = [report for report in self.backends if not report.missing]
+        return bool(ran) and all(report.within_bounds for report in ran)
+
+
+def compare(
+    outputs: Outputs,
+    backends: Iterable[str | Backend] | None = None,
+    *,
+    size: tuple[int, int] | None = None,
+    isolate: bool = True,
+    samples: int = SAMPLES,
+    progress: Callable[[str], None] = lambda _: None,
+    **given: Any,
+) -> Report:
+    """Run a graph on backends and hold every target of every pass against the reference.
+
+    Parameters
+    ----------
+    outputs
+        As for :func:`passgraph.compile`.
+    backends
+        Names or open backends; left out, every one that is installed.
+    size
+        (width, height) of the output in pixels, as for :func:`passgraph.compile`.
+    isolate
+        Give each pass of each backend the reference's pictures to work on, so that a difference is that
+        pass's own; errors that add up are reported beside it.  Off: verdicts are on what adds up.
+    samples
+        Noisy runs of the reference behind each bound.
+    progress
+        Called with what is being done.
+    **given
+        Inputs and values of the run, by name.
+
+    Raises
+    ------
+    GraphError, InputError
+        As for compiling and running; what a tested backend raises is in its report.
+    """
+    plan, pictures, values = _plan(outputs, size, given)
+    progress("reference")
+    with ReferenceBackend() as reference:
+        expected = _run(plan, reference, pictures, values, None)
+    fed = expected if isolate else None
+    spread = {key: np.zeros(picture.shape) for key, picture in expected.items()}
+    for seed in range(samples):
+        progress(f"bounds, {seed + 1} of {samples}")
+        with NoisyReference(seed) as noisy:
+            for key, picture in _run(plan, noisy, pictures, values, fed).items():
+                spread[key] = np.maximum(spread[key], distance(picture, expected[key]))
+    limits = {key: bounds(plan.resources[key[1]].format, expected[key], spread[key]) for key in expected}
+    reports = []
+    for chosen in backends if backends is not None else [n for n in backend_names() if n not in ("reference", "null")]:
+        name = chosen if isinstance(chosen, str) else chosen.name
+        progress(name)
+        reports.append(_judge(chosen, name, plan, pictures, values, expected, limits, isolate))
+    return Report(tuple(reports), plan)
+
+
+def _plan(
+    outputs: Outputs, size: tuple[int, int] | None, given: Mapping[str, Any]
+) -> tuple[Plan, dict[str, Picture], dict[str, Any]]:
+    named = named_outputs(outputs)
+    specs = inputs_behind(list(named.values()))
+    pictures, bound = {}, {}
+    for name, spec in specs.items():
+        picture = given.get(name, spec.default)
+        if picture is None:
+            raise InputError(f"input {name!r} is missing; give {name}=picture")
+        pictures[name] = checked_picture(picture, spec)
+        height, width, channels = pictures[name].shape
+        made = spec.format or format_named({1: "r32f", 2: "rg32f", 3: "rgb32f", 4: "rgba32f"}[channels])
+        bound[name] = (made, (width, height))
+    plan = build(named, None if size is None else checked_size(size, "the output"), bound, OPTIONS)
+    return plan, pictures, {name: value for name, value in given.items() if name not in specs}
+
+
+def _run(
+    plan: Plan, backend: Backend, pictures: Mapping[str, Picture], values: Mapping[str, Any], fed: Pictures | None
+) -> Pictures:
+    """What every step wrote.  With ``fed`` its place is taken by those pictures before the next step reads it."""
+    execution = Execution(plan, backend)
+    order = {id(step): number for number, step in enumerate(plan.steps)}
+    written: Pictures = {}
+
+    def observe(step: Step, _: dict[str, Picture]) -> None:
+        for resource in step.writes:
+            key = order[id(step)], resource
+            written[key] = execution.download(resource)
+            # A stencil cannot be uploaded, so a picture with one stays the backend's own.
+            if fed is not None and not plan.resources[resource].format.stencil:
+                execution.replace(resource, fed[key])
+
+    try:
+        execution.run(pictures, values, observe)
+    finally:
+        execution.release()
+    return written
+
+
+def _judge(
+    chosen: str | Backend,
+    name: str,
+    plan: Plan,
+    pictures: Mapping[str, Picture],
+    values: Mapping[str, Any],
+    expected: Pictures,
+    limits: Mapping[tuple[int, int], NDArray[np.float64]],
+    isolate: bool,
+) -> BackendReport:
+    """One backend opened, run and measured; what it raises becomes its report."""
+    try:
+        backend = open_backend(chosen) if isinstance(chosen, str) else chosen
+    except DeviceMissingError as error:
+        return BackendReport(name, missing=str(error))
+    except PassgraphError as error:
+        return BackendReport(name, failed=str(error))
+    try:
+        whole = _run(plan, backend, pictures, values, None)
+        judged = _run(plan, backend, pictures, values, expected) if isolate else whole
+    except PassgraphError as error:
+        return BackendReport(name, failed=str(error))
+    finally:
+        if isinstance(chosen, str):
+            backend.close()
+    targets = [
+        _measure(plan, key, judged[key], expected[key], limits[key], whole[key]) for key in expected
+    ]
+    return BackendReport(name, tuple(targets))
+
+
+def distance(picture: Picture, reference: Picture) -> NDArray[np.float64]:
+    """How far values lie apart; 0 where both are the same infinity or both NaN, infinite where only one is."""
+    a, b = np.asarray(picture, np.float64), np.asarray(reference, np.float64)
+    with np.errstate(invalid="ignore"):
+        apart = np.abs(a - b)
+    apart = np.where(np.isnan(apart), np.inf, apart)
+    return np.where((a == b) | (np.isnan(a) & np.isnan(b)), 0.0, apart)
+
+
+def _measure(
+    plan: Plan, key: tuple[int, int], got: Picture, reference: Picture, limit: NDArray[np.float64], whole: Picture
+) -> TargetReport:
+    step, resource = plan.steps[key[0]], plan.resources[key[1]]
+    apart = distance(got, reference)
+    # A bound may be infinite where a sample was; nothing can be said there, and nothing is beyond it.
+    beyond = apart - limit
+    beyond = np.where(np.isfinite(beyond), beyond, np.where(np.isinf(apart) & np.isfinite(limit), np.inf, -1.0))
+    outside = (beyond > 0).any(axis=2)
+    score = beyond if outside.any() else apart
+    row, column, channel = (int(i) for i in np.unravel_index(np.argmax(score), score.shape))
+    accumulated = distance(whole, reference)
+    return TargetReport(
+        step.name,
+        resource.name,
+        resource.format,
+        operation_class(step),
+        float(apart.max()),
+        _rmse(apart),
+        float((apart > 0).any(axis=2).mean()),
+        float(outside.mean()),
+        (column, row),
+        float(got[row, column, channel]),
+        float(reference[row, column, channel]),
+        float(limit[row, column, channel]),
+        float(accumulated.max()),
+        _rmse(accumulated),
+    )
+
+
+def _rmse(apart: NDArray[np.float64]) -> float:
+    return float(np.sqrt(np.mean(apart * apart)))

@@ -1,0 +1,90 @@
+"""What the graph knows about a kernel when it is compiled, and what it shares with kernels fused into it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from passgraph.language import ir
+from passgraph.language import scalar as s
+from passgraph.language.emitter import Emitter
+from passgraph.language.source import Span
+from passgraph.language.types import Type, component_count, element_of
+
+
+@dataclass(frozen=True)
+class ImageFacts:
+    """What the graph knows about an image that a kernel reads."""
+
+    channels: int = 4
+    border: str = "clamp"
+    decode: str | None = None  # prelude function for r, g and b of each texel, such as decode_srgb
+    fused: Fused | None = None
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What the graph knows about a kernel when it is compiled."""
+
+    constants: Mapping[str, object] = field(default_factory=dict)
+    images: Mapping[str, ImageFacts] = field(default_factory=dict)
+    #: For each result: prelude functions applied to colour channels and to alpha before it is stored.
+    stores: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...] = ()
+    simplify: bool = True
+
+
+@dataclass(frozen=True)
+class Fused:
+    """A producer computed inside its consumer; its uniforms and images are named with ``prefix``."""
+
+    program: ir.Program
+    facts: Facts
+    prefix: str
+    output: int
+
+
+class Shared:
+    """What a kernel and everything fused into it have in common."""
+
+    def __init__(self, emitter: Emitter) -> None:
+        self.emitter = emitter
+        self.slots: dict[str, s.UniformSlot] = {}
+        self.uses: dict[str, s.ImageUse] = {}
+        self.counts = {"float": 0, "int": 0}
+        self.fused: dict[str, list[list[s.Operand]]] = {}
+        self.sources: list[Span] = []
+
+    def slot(self, name: str, type_: Type) -> s.UniformSlot:
+        if name not in self.slots:
+            block = "float" if element_of(type_).name == "float" else "int"
+            count = component_count(type_)
+            self.slots[name] = s.UniformSlot(name, type_, block, self.counts[block], count)
+            self.counts[block] += count
+        return self.slots[name]
+
+    def finish(
+        self,
+        program: ir.Program,
+        body: tuple[s.Instruction, ...],
+        outputs: tuple[s.Output, ...],
+        keep: s.Operand | None,
+    ) -> s.ScalarProgram:
+        used = list(s.walk(body))
+        names = {i.variable for i in used if isinstance(i, (s.Read, s.Write))}
+        tables = {i.table for i in used if isinstance(i, s.LoadTable)}
+        builtins = {i.name for i in used if isinstance(i, s.LoadBuiltin)}
+        read = {i.image for i in used if isinstance(i, s.LoadTexel)}
+        read |= {b.split(".", 1)[1].rsplit(".", 1)[0] for b in builtins if b.startswith("size.")}
+        return s.ScalarProgram(
+            program.name,
+            program.stage,
+            body,
+            outputs,
+            keep,
+            tuple((n, t) for n, t in self.emitter.variables.items() if n in names),
+            tuple(self.slots.values()),
+            tuple((n, t, v) for n, (t, v) in self.emitter.tables.items() if n in tables),
+            tuple(use for use in self.uses.values() if use.name in read),
+            tuple((n, t) for n, t in self.emitter.builtins.items() if n in builtins),
+            (program.source, *self.sources),
+        )

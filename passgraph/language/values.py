@@ -1,0 +1,226 @@
+"""What an expression can be while parsing, and how values are built, converted and chosen between."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from passgraph.language import ir
+from passgraph.language.source import Span, fail
+from passgraph.language.types import (
+    BOOL,
+    FLOAT,
+    INT,
+    Array,
+    ImageType,
+    Matrix,
+    Scalar,
+    Struct,
+    Type,
+    Value,
+    Vector,
+    component_count,
+    element_of,
+)
+from passgraph.language.typing_rules import apply, unify, widen
+
+
+@dataclass(frozen=True)
+class StructValue:
+    """A struct taken apart: one value a field."""
+
+    struct: Struct
+    fields: dict[str, Part]
+
+
+@dataclass(frozen=True)
+class ImageValue:
+    name: str
+
+
+@dataclass(frozen=True)
+class TupleValue:
+    members: tuple[Part, ...]
+
+
+Part: TypeAlias = ir.Expr | StructValue | ImageValue | TupleValue
+#: Puts a value behind a name, so that an expression that uses it several times does not grow.
+Namer: TypeAlias = Callable[[ir.Expr, Span], ir.Expr]
+
+_SWIZZLES = ("xyzw", "rgba", "stpq")
+
+
+def part_type(part: Part) -> str:
+    if isinstance(part, StructValue):
+        return part.struct.name
+    if isinstance(part, ImageValue):
+        return "Image"
+    if isinstance(part, TupleValue):
+        return "tuple"
+    return str(part.type)
+
+
+def swizzle(base: ir.Expr, name: str, span: Span) -> ir.Expr:
+    assert isinstance(base.type, Vector)
+    components = swizzle_components(name, base.type, span)
+    type_ = base.type.element if len(components) == 1 else Vector(base.type.element, len(components))
+    return ir.Swizzle(type_, base, components, span)
+
+
+def swizzle_components(name: str, type_: Vector, span: Span) -> tuple[int, ...]:
+    for letters in _SWIZZLES:
+        if name and all(letter in letters for letter in name):
+            components = tuple(letters.index(letter) for letter in name)
+            if len(components) > 4:
+                fail(span, f"a swizzle has at most 4 letters, got .{name}")
+            if max(components) >= type_.size:
+                fail(span, f"{type_} has no component {letters[max(components)]!r}")
+            return components
+    fail(span, f"{type_} has no attribute {name!r}; swizzles use xyzw, rgba or stpq, one set at a time")
+
+
+# Constructors and conversions
+
+
+def construct(type_: Scalar | Vector | Matrix, arguments: list[ir.Expr], span: Span, name: Namer) -> ir.Expr:
+    """``float(x)``, ``vec3(a, b)``, ``mat3(m4)``: GLSL's constructors."""
+    for argument in arguments:
+        if not isinstance(argument.type, (Scalar, Vector, Matrix)):
+            fail(span, f"{type_}() does not take {argument.type}")
+    if isinstance(type_, Scalar):
+        if len(arguments) != 1 or not isinstance(arguments[0].type, Scalar):
+            fail(span, f"{type_}() takes one scalar")
+        return convert(arguments[0], type_, span)
+    if isinstance(type_, Matrix):
+        return _construct_matrix(type_, arguments, span, name)
+    count = sum(component_count(a.type) for a in arguments)
+    if len(arguments) == 1 and isinstance(arguments[0].type, Scalar):
+        component = name(convert(arguments[0], type_.element, span), span)
+        return ir.Construct(type_, (component,) * type_.size, span)
+    if len(arguments) == 1 and isinstance(arguments[0].type, Vector) and count > type_.size:
+        return convert(swizzle(arguments[0], "xyzw"[: type_.size], span), type_.element, span)
+    if count != type_.size or any(isinstance(a.type, Matrix) for a in arguments):
+        fail(span, f"{type_}() takes {type_.size} components, got {count}")
+    if len(arguments) == 1:
+        return convert(arguments[0], type_.element, span)
+    return ir.Construct(type_, tuple(convert(a, type_.element, span) for a in arguments), span)
+
+
+def _construct_matrix(type_: Matrix, arguments: list[ir.Expr], span: Span, name: Namer) -> ir.Expr:
+    size = type_.size
+    zero, one = ir.Literal(FLOAT, 0.0, span), ir.Literal(FLOAT, 1.0, span)
+    if len(arguments) == 1 and isinstance(arguments[0].type, Scalar):
+        diagonal = name(convert(arguments[0], FLOAT, span), span)
+        parts = tuple(diagonal if c == r else zero for c in range(size) for r in range(size))
+        return ir.Construct(type_, parts, span)
+    if len(arguments) == 1 and isinstance(arguments[0].type, Matrix):
+        given, matrix = arguments[0].type.size, name(arguments[0], span)
+        cells = []
+        for c in range(size):
+            for r in range(size):
+                cell: ir.Expr = one if c == r else zero
+                if c < given and r < given:
+                    column = ir.Index(Vector(FLOAT, given), matrix, ir.Literal(INT, c, span), span)
+                    cell = ir.Swizzle(FLOAT, column, (r,), span)
+                cells.append(cell)
+        return ir.Construct(type_, tuple(cells), span)
+    count = sum(component_count(a.type) for a in arguments)
+    if count != size * size or any(isinstance(a.type, Matrix) for a in arguments):
+        fail(span, f"{type_}() takes {size * size} components (columns first), got {count}")
+    return ir.Construct(type_, tuple(convert(a, FLOAT, span) for a in arguments), span)
+
+
+def convert(value: ir.Expr, element: Scalar, span: Span) -> ir.Expr:
+    """An explicit conversion of a scalar or vector to components of another type."""
+    assert isinstance(value.type, (Scalar, Vector))
+    if element_of(value.type) is element:
+        return value
+    if element is BOOL:
+        zero = ir.Literal(INT, 0, span) if element_of(value.type) is INT else ir.Literal(FLOAT, 0.0, span)
+        return apply("not_equal", [value, zero], span)
+    if isinstance(value, ir.Literal) and element is FLOAT:
+        return ir.Literal(FLOAT, float(value.value), span)
+    type_: Value = element if isinstance(value.type, Scalar) else Vector(element, value.type.size)
+    return ir.Apply(type_, "to_float" if element is FLOAT else "to_int", (value,), span)
+
+
+def index_into(base: ir.Expr, index: ir.Expr, span: Span) -> ir.Expr:
+    type_ = base.type
+    element: Value
+    if isinstance(type_, Array):
+        count, element = type_.length, type_.element
+    elif isinstance(type_, Matrix):
+        count, element = type_.size, Vector(FLOAT, type_.size)
+    elif isinstance(type_, Vector):
+        count, element = type_.size, type_.element
+    else:
+        fail(span, f"{type_} cannot be indexed")
+    if isinstance(index, ir.Literal) and not 0 <= int(index.value) < count:
+        fail(span, f"index {index.value} is outside {type_} (0 to {count - 1})")
+    return ir.Index(element, base, index, span)
+
+
+# Choices
+
+
+def choose(condition: ir.Expr, then: Part, orelse: Part, span: Span) -> Part:
+    """A conditional value, field by field for structs; ``condition`` may be used several times."""
+    if isinstance(then, StructValue) and isinstance(orelse, StructValue) and then.struct == orelse.struct:
+        fields = {n: choose(condition, then.fields[n], orelse.fields[n], span) for n in then.fields}
+        return StructValue(then.struct, fields)
+    composite = (StructValue, ImageValue, TupleValue)
+    if isinstance(then, composite) or isinstance(orelse, composite):
+        fail(
+            span,
+            f"both sides of a conditional must have one type, got {part_type(then)} and {part_type(orelse)}",
+        )
+    one, other = unify(then, orelse, span, "both sides of a conditional")
+    if isinstance(one.type, Array):
+        fail(span, f"a conditional cannot choose between values of type {one.type}; use if statements")
+    return ir.Select(one.type, condition, one, other, span)
+
+
+def select(arguments: list[ir.Expr], span: Span, name: Namer) -> ir.Expr:
+    """Component by component: ``select(bvec, a, b)``."""
+    condition, then, orelse = arguments
+    then, orelse = unify(then, orelse, span, "both sides of select()")
+    if isinstance(then.type, Array):
+        fail(span, f"select() takes scalars, vectors and matrices, got {then.type}")
+    if condition.type == BOOL:
+        return ir.Select(then.type, condition, then, orelse, span)
+    if not (isinstance(condition.type, Vector) and condition.type.element is BOOL):
+        fail(span, f"select() takes bool or a bvec first, got {condition.type}")
+    if not isinstance(then.type, Vector) or then.type.size != condition.type.size:
+        fail(span, f"select() takes {condition.type.size} components on each side, got {then.type}")
+    condition, then, orelse = (name(part, span) for part in (condition, then, orelse))
+    assert isinstance(then.type, Vector)
+    element, parts = then.type.element, []
+    for i in range(then.type.size):
+        c = ir.Swizzle(BOOL, condition, (i,), span)
+        a, b = (ir.Swizzle(element, side, (i,), span) for side in (then, orelse))
+        parts.append(ir.Select(element, c, a, b, span))
+    return ir.Construct(then.type, tuple(parts), span)
+
+
+def coerce(part: Part, type_: Type, span: Span, what: str) -> Part:
+    """A value where a declared type is wanted."""
+    if isinstance(type_, Struct):
+        if isinstance(part, StructValue) and part.struct == type_:
+            return part
+        fail(span, f"{what} must be {type_}, got {part_type(part)}")
+    if isinstance(type_, ImageType):
+        if isinstance(part, ImageValue):
+            return part
+        fail(span, f"{what} must be an Image, got {part_type(part)}")
+    if isinstance(part, (StructValue, ImageValue, TupleValue)):
+        fail(span, f"{what} must be {type_}, got {part_type(part)}")
+    return widen(part, type_, span, what)
+
+
+def check_clamp(arguments: list[ir.Expr], span: Span) -> None:
+    """Constant bounds of clamp() in the right order."""
+    if len(arguments) == 3:
+        low, high = arguments[1], arguments[2]
+        if isinstance(low, ir.Literal) and isinstance(high, ir.Literal) and low.value > high.value:
+            fail(span, f"clamp() has its bounds the wrong way round: {low.value} > {high.value}")

@@ -1,0 +1,98 @@
+"""The text of shaders; no device is needed."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from passgraph.backends.gl.glsl import GLSL
+from passgraph.graph import kernel
+from passgraph.language import scalar as s
+from passgraph.language.lower import Facts, ImageFacts, lower
+
+
+def printer(source: str = "def one(color: Image) -> float: return color[0, 0].r", **facts: object) -> GLSL:
+    return GLSL(lower(kernel(source=source).program, Facts(**facts)))  # type: ignore[arg-type]
+
+
+def shader(source: str, border: str = "clamp") -> str:
+    return printer(source, images={"color": ImageFacts(border=border)}).shader().text
+
+
+def test_float_literals_have_all_digits() -> None:
+    assert printer().literal(s.Lit("float", 0.1)) == "0.10000000149011612"
+
+
+def test_negative_literals_stand_in_brackets() -> None:
+    assert printer().literal(s.Lit("float", -1.5)) == "(-1.5)"
+    assert printer().literal(s.Lit("int", -3)) == "(-3)"
+
+
+def test_the_smallest_int_is_written_as_a_difference() -> None:
+    assert printer().literal(s.Lit("int", -(2**31))) == "(-2147483647 - 1)"
+
+
+@pytest.mark.parametrize(
+    ("value", "bits"),
+    [
+        (math.inf, "2139095040"),
+        (-math.inf, "(-8388608)"),
+        (math.nan, "2143289344"),
+        (-0.0, "(-2147483647 - 1)"),
+        (1e-40, "71362"),
+        (1e39, "2139095040"),
+    ],
+)
+def test_what_has_no_literal_is_made_from_bits(value: float, bits: str) -> None:
+    assert printer().literal(s.Lit("float", value)) == f"intBitsToFloat({bits})"
+
+
+def test_this_pixel_is_read_without_a_border_rule() -> None:
+    text = shader("def one(color: Image) -> vec4: return color[0, 0]")
+    assert "texelFetch(pg_image0, pg_pixel, 0)" in text and "textureSize" not in text
+
+
+def test_an_offset_is_held_on_the_side_where_it_leaves() -> None:
+    text = shader("def one(color: Image) -> vec4: return color[-1, 0]")
+    assert "texelFetch(pg_image0, ivec2(max(pg_pixel.x + (-1), 0), pg_pixel.y), 0)" in text
+
+
+def test_float_values_are_precise_where_the_driver_can() -> None:
+    text = shader("def one(color: Image) -> float: return color[0, 0].r * 2.0")
+    assert "PRECISE float" in text and "#define PRECISE precise" in text
+
+
+def test_a_value_compared_with_itself_asks_for_nan_by_its_bits() -> None:
+    text = shader("def one(color: Image) -> float:\n    c = color[0, 0].r\n    return 0.0 if c != c else c")
+    assert "pg_isnan(t1.x)" in text
+
+
+def test_only_called_functions_are_printed() -> None:
+    text = shader("def one(color: Image) -> float: return float(int(color[0, 0].r))")
+    assert "int pg_to_int" in text and "bool pg_isnan" in text and "pg_mirror" not in text
+
+
+def test_uniform_blocks_are_declared_only_when_used() -> None:
+    assert "pg_floats" not in shader("def one(color: Image) -> vec4: return color[0, 0]")
+    text = shader("def one(color: Image, w: Array[float, 5]) -> float: return color[0, 0].r * w[4]")
+    assert "uniform float pg_floats[5];" in text and "pg_floats[4]" in text
+
+
+def test_long_uniform_blocks_are_packed_into_vectors() -> None:
+    text = shader("def one(color: Image, w: Array[float, 1001]) -> float: return color[0, 0].r * w[1000]")
+    assert "uniform vec4 pg_floats[251];" in text and "pg_floats[250].x" in text
+
+
+def test_a_generated_line_knows_its_kernel_line() -> None:
+    source = "def one(color: Image) -> float:\n    c = color[0, 0].r\n    d = c * 3.0\n    return sqrt(d)"
+    listing = printer(source).shader()
+    lines = listing.text.splitlines()
+    number = 1 + next(i for i, line in enumerate(lines) if "* 3.0" in line)
+    assert listing.span_at(number).line == 3
+
+
+def test_lines_of_the_prelude_belong_to_the_kernel_line_that_calls_it() -> None:
+    source = "def one(color: Image) -> float:\n    c = color[0, 0].r * 2.0\n    return sin(c)"
+    listing = printer(source).shader()
+    assert {span.file for span in listing.spans} == {"<kernel text>"}

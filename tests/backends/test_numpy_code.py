@@ -1,0 +1,143 @@
+"""The numpy backend's generated code: cached on disk, vectorisable, the same bits on any number of threads."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import passgraph as pg
+from passgraph.backends.numpy.backend import NumpyBackend
+from passgraph.backends.numpy.jit import cache_folder, load_module
+from passgraph.backends.numpy.pixel_code import pixel_module
+from passgraph.errors import BackendError
+from passgraph.plan.data import PixelStep
+
+GATHER = """
+def gather(color: Image, other: Image) -> float:
+    position = ivec2(color[0, 0].xy * 100.0)
+    lit = 0.0
+    for i in range(-1, 2):
+        for j in range(-1, 2):
+            lit += 1.0 if other.texel(position + ivec2(i, j)).r > 0.5 else 0.0
+    return lit / 9.0
+"""
+BLUR = """
+def blur(color: Image, across: Const[int] = 1) -> vec4:
+    total = vec4(0.0)
+    for i in range(-7, 8):
+        total += color[i * across, i * (1 - across)] * exp(-0.03 * float(i * i))
+    return total
+"""
+
+
+def pixel_step(text: str) -> PixelStep:
+    kernel = pg.kernel(source=text)
+    images = [pg.Input(p.name, "rgba32f", (64, 48)) for p in kernel.parameters if str(p.type) == "Image"]
+    with pg.compile(kernel(*images), backend="null") as program:
+        (step,) = program.plan.steps
+    assert isinstance(step, PixelStep)
+    return step
+
+
+def test_arrays_are_promised_not_to_overlap(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("PASSGRAPH_CACHE", str(tmp_path))  # a new folder: code from a cache keeps no text
+    module = load_module(pixel_module(pixel_step(GATHER), (1,)) + "# compiled afresh\n", "gather")
+    call = [*[np.zeros(4, np.float32), 1, 1] * 2, np.zeros(1, np.float32), np.zeros(1, np.float32), np.zeros(1, np.int32)]
+    module.rows(0, 0, 1, 1, *call)
+    assert "noalias" in next(iter(module.rows.inspect_llvm().values()))
+
+
+def test_compiled_code_is_vectorised(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One kernel whose loop is vectorised has packed instructions; a scalar one would have none of them."""
+    monkeypatch.setenv("PASSGRAPH_CACHE", str(tmp_path))
+    text = pixel_module(pixel_step(BLUR), (4,)) + "# another key: compiled afresh\n"
+    module = load_module(text, "blur")
+    module.rows(0, 0, 1, 1, np.zeros(4, np.float32), 1, 1, np.zeros(4, np.float32), np.zeros(1, np.float32), np.zeros(1, np.int32))
+    assembly = next(iter(module.rows.inspect_asm().values()))
+    assert "mulps" in assembly or "fmul\tv" in assembly
+
+
+def run_twice(backend: str) -> np.ndarray:
+    picture = np.random.default_rng(1).random((97, 131, 4), np.float32)
+    kernel = pg.kernel(source=BLUR)
+    with pg.compile(kernel(kernel(pg.Input("frame"), into=pg.target("a", "rgba16f")), across=0), backend=backend) as program:
+        return program(frame=picture)["blur"]
+
+
+@pytest.mark.parametrize("threads", [1, 2, 3, 8])
+def test_any_number_of_threads_gives_the_same_bits(threads: int) -> None:
+    np.testing.assert_array_equal(run_twice("numpy:1"), run_twice(f"numpy:{threads}"))
+
+
+@pytest.mark.parametrize("border", ["clamp", "zero", "repeat", "mirror"])
+@pytest.mark.parametrize("size", [(1, 1), (2, 3), (5, 1), (16, 16), (33, 20)])
+def test_border_and_interior_agree_with_the_reference(border: str, size: tuple[int, int]) -> None:
+    """Footprint wider than some of the pictures: every pixel is then a border pixel."""
+    picture = np.random.default_rng(2).random((size[1], size[0], 4), np.float32)
+    kernel = pg.kernel(source=BLUR)
+    results = []
+    for name in ("reference", "numpy"):
+        with pg.compile(kernel(pg.Input("frame", border=border)), backend=name) as program:
+            results.append(program(frame=picture)["blur"])
+    np.testing.assert_allclose(results[1], results[0], rtol=15 * 2.0**-23)
+
+
+SECOND = """
+import sys, time, numpy as np
+import passgraph as pg
+begin = time.perf_counter()
+kernel = pg.kernel(source=sys.argv[1])
+with pg.compile(kernel(pg.Input("frame")), backend="numpy") as program:
+    program(frame=np.zeros((16, 16, 4), np.float32))
+from passgraph.backends.numpy import jit
+hits = sum(sum(m.rows.stats.cache_hits.values()) for m in jit._loaded.values() if hasattr(m, "rows"))
+misses = sum(sum(m.rows.stats.cache_misses.values()) for m in jit._loaded.values() if hasattr(m, "rows"))
+print(hits, misses)
+"""
+
+
+def test_a_second_process_starts_with_compiled_code(tmp_path: Path) -> None:
+    environment = {**os.environ, "PASSGRAPH_CACHE": str(tmp_path)}
+    counts = []
+    for _ in range(2):
+        made = subprocess.run(
+            [sys.executable, "-c", SECOND, BLUR], env=environment, capture_output=True, text=True, check=True, timeout=120
+        )
+        counts.append(made.stdout.split())
+    assert counts == [["0", "1"], ["1", "0"]]
+
+
+def test_a_cache_that_others_may_write_to_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Code from there is run, so it must be the user's alone."""
+    (tmp_path / "numba").mkdir(mode=0o777)
+    (tmp_path / "numba").chmod(0o777)
+    monkeypatch.setenv("PASSGRAPH_CACHE", str(tmp_path))
+    with pytest.raises(BackendError, match="others may write.*chmod 700"):
+        cache_folder()
+
+
+def test_generated_code_holds_no_name_of_the_users() -> None:
+    text = pixel_module(pixel_step(GATHER.replace("color", "os_system").replace("gather", "evil")), (1,))
+    assert "os_system" not in text and "evil" not in text
+
+
+def test_device_is_a_number_of_threads() -> None:
+    with NumpyBackend("3") as backend:
+        assert backend.workers.count == 3
+    with pytest.raises(BackendError, match="number of threads.*'fast'"):
+        NumpyBackend("fast")
+
+
+def test_an_exception_in_one_thread_reaches_the_caller() -> None:
+    with NumpyBackend("2") as backend:
+
+        def fail(piece: int) -> None:
+            raise ValueError(str(piece))
+
+        with pytest.raises(ValueError, match=r"\d"):
+            backend.workers.each(fail, 8)
