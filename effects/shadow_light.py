@@ -10,9 +10,11 @@ from passgraph.effects.geometry import facing, unpack_normal, view_ray
 from passgraph.effects.views import LightFrame
 
 KINDS: tuple[Literal["directional", "point", "spot"], ...] = ("directional", "point", "spot")
-#: How far a receiver is lifted along its normal, in texels of the shadow map and times the sine of the light's angle:
-#: the four texels of a lookup lie up to sqrt(2) texels away, where a plane's depth differs by sqrt(2) * tan(angle); the
-#: rest is for vertices rounded to 1/256 texel.  A plane then never shadows itself, at any angle.
+#: How far a receiver is lifted along its normal, in texels and times the part of the normal that lies in the map's
+#: plane.  On the plane n·p = -k, a lookup at q texels' distance (in scene units at the receiver's depth) meets the plane
+#: at a depth that a lift of q * |n in the map's plane| along n makes up for, in parallel and in perspective maps
+#: alike; the four texels of a lookup lie up to sqrt(2) texels away, and the rest is for vertices rounded to 1/256
+#: texel.  A plane then never shadows itself, at any angle.
 NORMAL_OFFSET_TEXELS = 1.5
 #: Vertices are rounded to 1/256 pixel on the screen too, which moves a position by as much.
 SCREEN_ROUNDING = 1.0 / 256.0
@@ -63,9 +65,10 @@ def arrives(map: Image, light: LightFrame, position: vec3, surface: vec3, lift: 
     cosine = dot(surface, toward)
     if cosine <= 0.0:
         return 0.0
+    along = dot(surface, light.depth_row.xyz)
     depth = dot(light.depth_row, vec4(position, 1.0))
     texel = light.texel if kind == 0 else light.texel * max(depth, 0.0)
-    offset = NORMAL_OFFSET_TEXELS * texel * sqrt(max(1.0 - cosine * cosine, 0.0)) + lift
+    offset = NORMAL_OFFSET_TEXELS * texel * sqrt(max(1.0 - along * along, 0.0)) + lift
     lifted = vec4(position + surface * offset, 1.0)
     clip = light.map_from_view * lifted
     if clip.w <= 0.0:

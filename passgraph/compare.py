@@ -51,6 +51,7 @@ class TargetReport:
     outside : share of pixels beyond their bound
     worst : (column, row) of the pixel that is farthest beyond its bound, or of the largest error where none is
     worst_got, worst_expected, worst_bound : values of the channel that is worst there
+    median_bound : half of all values are held to less than this
     accumulated_max, accumulated_rmse : with this backend's own pictures as input, errors of earlier passes included
     """
 
@@ -66,6 +67,7 @@ class TargetReport:
     worst_got: float
     worst_expected: float
     worst_bound: float
+    median_bound: float
     accumulated_max: float = 0.0
     accumulated_rmse: float = 0.0
 
@@ -277,6 +279,7 @@ def _measure(
         float(got[row, column, channel]),
         float(reference[row, column, channel]),
         float(limit[row, column, channel]),
+        float(np.median(limit)),
         float(accumulated.max()),
         _rmse(accumulated),
     )

@@ -86,7 +86,7 @@ def _defines(step: DrawStep, layouts: DrawLayouts, tile: int, serial: bool) -> s
         "PG_SERIAL": int(serial),
         "PG_INDEX": "int" if width * height * 4 < INT_LIMIT else "long",
         "PG_KERNEL_RESOURCES": ", ".join(resources),
-        # Inlining restrict into a kernel leaves marks behind that oclgrind does not know; the kernel's own suffice.
+        # The kernel's own restrict suffices; oclgrind does not know what inlining more of them leaves.
         "PG_RESOURCES": ", ".join(resources).replace(" restrict ", " "),
         "PG_PASS": ", ".join(f"pg_{name}" for name in names),
     }

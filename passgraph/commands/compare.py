@@ -75,16 +75,16 @@ def show(report: Report, isolate: bool) -> None:
     from rich.console import Console
 
     # Where no terminal sets a width, columns keep theirs.
-    console = Console(highlight=False, soft_wrap=True, width=None if sys.stdout.isatty() else 200)
+    console = Console(highlight=False, width=None if sys.stdout.isatty() else 200)
     for backend in report.backends:
         if backend.missing or backend.failed:
             what = f"missing: {backend.missing}" if backend.missing else f"failed: {backend.failed}"
-            console.print(f"{backend.name}: {' '.join(what.split())}", markup=False)
+            console.print(f"{backend.name}: {' '.join(what.split())}", markup=False, soft_wrap=True)
             continue
         console.print(_table(backend, isolate))
         divergence = backend.first_divergence
         verdict = f"diverges first in {divergence}" if divergence else "within bounds"
-        console.print(f"{backend.name}: {verdict}\n", markup=False)
+        console.print(f"{backend.name}: {verdict}\n", markup=False, soft_wrap=True)
     if all(backend.missing for backend in report.backends):
         console.print("no backend is here to be compared; see: passgraph backends")
 
@@ -97,14 +97,14 @@ def _table(backend: BackendReport, isolate: bool) -> Any:
     table = Table(title=f"{backend.name} against the reference", title_justify="left", box=box.SIMPLE_HEAD)
     for heading in ("pass", "target"):
         table.add_column(heading, overflow="fold")
-    for heading in ("max error", "RMSE", "differing", "beyond bound"):
+    for heading in ("max error", "RMSE", "differing", "median bound", "beyond"):
         table.add_column(heading, justify="right", overflow="fold")
     if isolate:
         table.add_column("adds up to", justify="right", overflow="fold")
     table.add_column("verdict", overflow="fold")
     for target in backend.targets:
         cells = [escape(target.step), escape(f"{target.target} ({target.format.name})"), f"{target.max_error:.3g}"]
-        cells += [f"{target.rmse:.3g}", f"{target.differing:.2%}", f"{target.outside:.3%}"]
+        cells += [f"{target.rmse:.3g}", f"{target.differing:.2%}", f"{target.median_bound:.3g}", f"{target.outside:.3%}"]
         cells += [f"{target.accumulated_max:.3g}"] if isolate else []
         table.add_row(*cells, "within" if target.within_bounds else "[bold red]diverges[/]")
     return table

@@ -109,54 +109,39 @@ def exp(x: float) -> float:
 
 
 def log_exponent(x: float) -> float:
-    """The exponent e of x = m * 2**e with m in [sqrt(1/2), sqrt(2))."""
+    """The exponent e of x = m * 2**e with m in [2/3, 4/3)."""
     tiny = x < 1.17549435e-38
     bits = bits_from_float(x * 8388608.0 if tiny else x)
-    # Subtracting the bits of sqrt(1/2) moves the cut between exponents there.
-    e = (bits - 0x3F3504F3) >> 23
+    # Subtracting the bits of 2/3 moves the cut between exponents there.
+    e = (bits - 0x3F2AAAAB) >> 23
     return float(e) - (23.0 if tiny else 0.0)
 
 
 def log_mantissa(x: float) -> float:
     tiny = x < 1.17549435e-38
     bits = bits_from_float(x * 8388608.0 if tiny else x)
-    e = (bits - 0x3F3504F3) >> 23
+    e = (bits - 0x3F2AAAAB) >> 23
     return float_from_bits(bits - (e << 23))
 
 
 def log_quartic(f: float) -> float:
-    """log(1 + f) - f + f**2 / 2 - f**3 / 3 for f in [sqrt(1/2) - 1, sqrt(2) - 1]."""
-    # Fitted for the least error of the logarithm: 2**-31 of it.
-    p = -0.06098915264
-    p = p * f + 0.1065001041
-    p = p * f - 0.1075472161
-    p = p * f + 0.1102160364
-    p = p * f - 0.1243370175
-    p = p * f + 0.1428735405
-    p = p * f - 0.1666889638
-    p = p * f + 0.1999997199
-    p = p * f - 0.2499997616
+    """log(1 + f) - f + f**2 / 2 - f**3 / 3 for f in [-1/3, 1/3]."""
+    # Fitted so that the error is least beside the logarithm: 2**-30 of it.
+    p = 0.1195845902
+    p = p * f - 0.1283010989
+    p = p * f + 0.1076955572
+    p = p * f - 0.1219941825
+    p = p * f + 0.1430271715
+    p = p * f - 0.166792959
+    p = p * f + 0.1999968141
+    p = p * f - 0.2499982715
     square = f * f
     return p * square * square
 
 
-def log_cubic(f: float) -> float:
-    """log(1 + f) - f + f * f / 2 for f in [sqrt(1/2) - 1, sqrt(2) - 1]."""
-    p = 7.0376836292e-2
-    p = p * f - 1.1514610310e-1
-    p = p * f + 1.1676998740e-1
-    p = p * f - 1.2420140846e-1
-    p = p * f + 1.4249322787e-1
-    p = p * f - 1.6668057665e-1
-    p = p * f + 2.0000714765e-1
-    p = p * f - 2.4999993993e-1
-    p = p * f + 3.3333331174e-1
-    return p * f * f * f
-
-
 def log_tail(f: float) -> float:
-    """log(1 + f) - f for f in [sqrt(1/2) - 1, sqrt(2) - 1]."""
-    return log_cubic(f) - 0.5 * f * f
+    """log(1 + f) - f for f in [-1/3, 1/3]."""
+    return log_quartic(f) + f * f * (f * 0.3333333433 - 0.5)
 
 
 def log_special(x: float, result: float) -> float:
@@ -195,7 +180,7 @@ def pow(x: float, y: float) -> float:
     f_low = f - f_high
     square = f_high * f_high
     rest_of_square = (f_high + 0.5 * f_low) * f_low
-    cubic = square * f * 0.3333333333 + f * rest_of_square * 0.6666666667
+    cubic = square * f * 0.3333333433 + f * rest_of_square * 0.6666666667
     small = (cubic + log_quartic(f)) - rest_of_square
     high = upper_bits(f - 0.5 * square + small)
     low = ((f - high) - 0.5 * square) + small

@@ -1,0 +1,260 @@
+"""Comparing backends: what agrees passes, what was planted is found, and the first pass to blame is named."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import passgraph as pg
+from passgraph import Image, vec4
+from passgraph.acceptance import COPY, DECISION, DRAW, GATHER, SMOOTH, STORES, bounds, operation_class, step_size
+from passgraph.backends.base import Backend
+from passgraph.backends.reference import ReferenceBackend
+from passgraph.backends.reference.pixel_pass import ReferencePixelPass
+from passgraph.compare import OPTIONS, Report, compare, distance
+from passgraph.errors import BackendError, DeviceMissingError
+from passgraph.formats import FORMATS, format_named
+from passgraph.plan.build import build
+from passgraph.plan.data import PixelStep
+from passgraph.targets import Target
+
+halve = pg.kernel(source="def halve(color: Image) -> vec4: return color[0, 0] * 0.5")
+blur = pg.kernel(source="def blur(color: Image) -> vec4: return (color[-1, 0] + color[0, 0] + color[1, 0]) * (1.0 / 3.0)")
+cut = pg.kernel(source="def cut(color: Image) -> vec4: return vec4(1.0) if color[0, 0].r < 0.5 else vec4(0.0)")
+curve = pg.kernel(source="def curve(color: Image) -> vec4: return pow(color[0, 0], vec4(2.2)) + sin(color[0, 0] * 9.0)")
+cancel = pg.kernel(source="def cancel(color: Image) -> vec4: return (color[0, 0] * 1000.1 + 4096.3) - 4096.3")
+fill = pg.kernel(source="def fill(level: float) -> vec4: return vec4(level)")
+frame = pg.Input("frame")
+
+
+def picture(seed: int = 0, height: int = 24, width: int = 40) -> np.ndarray:
+    return np.random.default_rng(seed).random((height, width, 4)).astype(np.float32)
+
+
+class Skewed(ReferenceBackend):
+    """The reference with a mistake in one pass: every value a little too large, or one pixel far off."""
+
+    name = "skewed"
+
+    def __init__(self, wrong: str, factor: float = 1.0, pixel: tuple[int, int] | None = None) -> None:
+        super().__init__()
+        self.wrong, self.factor, self.pixel = wrong, factor, pixel
+
+    def pixel_pass(self, step: PixelStep) -> ReferencePixelPass:
+        run = super().pixel_pass(step)
+        if step.name != self.wrong:
+            return run
+
+        def skewed(outputs, images, block):  # type: ignore[no-untyped-def]
+            run(outputs, images, block)
+            if self.pixel is None:
+                outputs[0].pixels[...] *= np.float32(self.factor)
+            else:
+                outputs[0].pixels[self.pixel[1], self.pixel[0]] += 0.25
+
+        return skewed  # type: ignore[return-value]
+
+
+def chain(fmt: str = "rgba32f") -> Target:
+    target = frame
+    for name in ("first", "second", "third"):
+        target = blur(target, into=pg.target(name, fmt), name=name)
+    return target
+
+
+@pytest.mark.parametrize("fmt", ["rgba32f", "rgba16f", "rgba8", "rgba16", "rgba8_srgb"])
+def test_every_backend_is_within_bounds(backend_name: str, fmt: str) -> None:
+    for kernel in (blur, curve, cut, cancel):
+        report = compare(kernel(frame, into=pg.target("out", fmt)), [backend_name], frame=picture())
+        assert report.within_bounds, report.backends[0].failed or str(report.backends[0].first_divergence)
+
+
+def test_the_reference_agrees_with_itself() -> None:
+    report = compare(chain(), ["reference"], frame=picture())
+    assert [target.max_error for target in report.backends[0].targets] == [0.0, 0.0, 0.0]
+    assert [target.differing for target in report.backends[0].targets] == [0.0, 0.0, 0.0]
+
+
+def test_a_wrong_pass_is_named_and_those_behind_it_are_not_blamed() -> None:
+    report = compare(chain(), [Skewed("second", 1.0 + 1e-5)], frame=picture())
+    (backend,) = report.backends
+    assert not report.within_bounds
+    assert [target.within_bounds for target in backend.targets] == [True, False, True]
+    assert backend.first_divergence is not None
+    assert backend.first_divergence.step == "second"
+    assert backend.targets[2].max_error == 0.0
+    assert backend.targets[2].accumulated_max > 0.0
+
+
+def test_without_isolation_errors_add_up() -> None:
+    report = compare(chain(), [Skewed("second", 1.0 + 1e-4)], frame=picture(), isolate=False)
+    assert [target.within_bounds for target in report.backends[0].targets] == [True, False, False]
+
+
+@pytest.mark.parametrize("fmt", ["rgba32f", "rgba16f", "rgba8"])
+def test_one_wrong_pixel_is_found_where_it_is(fmt: str) -> None:
+    report = compare(chain(fmt), [Skewed("second", pixel=(7, 3))], frame=picture() * np.float32(0.5))
+    worst = report.backends[0].first_divergence
+    assert worst is not None
+    assert (worst.step, worst.worst) == ("second", (7, 3))
+    assert worst.worst_got - worst.worst_expected == pytest.approx(0.25, abs=1e-3)
+    assert "pass second, target second: beyond its bound" in str(worst)
+    assert "column 7, row 3" in str(worst)
+
+
+def test_decisions_may_fall_the_other_way_at_few_pixels_only() -> None:
+    given = {"frame": picture(0, 100, 100)}
+    few = compare(cut(frame, name="cut"), [Skewed("cut", pixel=(5, 5))], **given)
+    assert few.within_bounds
+    assert few.backends[0].targets[0].outside == pytest.approx(1e-4)
+    assert not compare(cut(frame, name="cut"), [Skewed("cut", 0.5)], **given).within_bounds
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [
+        ("color[0, 0] * 2.0", "color[0, 0] * 2.00001"),
+        ("floor(color[0, 0] * 8.0)", "round(color[0, 0] * 8.0)"),
+        ("max(color[0, 0], vec4(0.5))", "min(color[0, 0], vec4(0.5))"),
+        ("color[1, 0]", "color[0, 1]"),
+        ("exp2(color[0, 0])", "exp(color[0, 0])"),
+        ("color.sample(uv())", "color.sample(uv() + vec2(0.001, 0.0))"),
+        ("color[0, 0] - 0.5", "0.5 - color[0, 0]"),
+    ],
+)
+def test_a_planted_operation_is_caught(right: str, wrong: str) -> None:
+    """Were bounds vacuous, another operation in its place would pass."""
+    texts = [f"def op(color: Image) -> vec4: return {text}" for text in (right, wrong)]
+    meant, planted = (pg.kernel(source=text) for text in texts)
+
+    class Planted(ReferenceBackend):
+        name = "planted"
+
+        def pixel_pass(self, step: PixelStep) -> ReferencePixelPass:
+            other = build({"x": planted(step.source.images["color"])}, step.size, options=OPTIONS).steps[0]
+            assert isinstance(other, PixelStep)
+            return super().pixel_pass(replace(step, program=other.program, source=other.source, facts=other.facts))
+
+    known = pg.Input("frame", "rgba32f", (40, 24))
+    assert compare(meant(known), ["reference"], frame=picture()).within_bounds
+    assert not compare(meant(known), [Planted()], frame=picture()).within_bounds
+
+
+def test_missing_and_failing_backends_are_listed(monkeypatch: pytest.MonkeyPatch) -> None:
+    class Failing(ReferenceBackend):
+        name = "failing"
+
+        def pixel_pass(self, step: PixelStep) -> ReferencePixelPass:
+            raise BackendError("the compiler gave up")
+
+    def gone(name: str) -> Backend:
+        raise DeviceMissingError("no driver; run: apt-get install driver")
+
+    monkeypatch.setattr("passgraph.compare.open_backend", gone)
+    report = compare(chain(), ["gl", Failing()], frame=picture())
+    assert [(b.name, b.missing, b.failed) for b in report.backends] == [
+        ("gl", "no driver; run: apt-get install driver", ""),
+        ("failing", "", "the compiler gave up"),
+    ]
+    assert not report.within_bounds
+    assert not Report((report.backends[0],), report.plan).within_bounds
+
+
+def test_missing_inputs_are_named() -> None:
+    with pytest.raises(pg.InputError, match="input 'frame' is missing"):
+        compare(chain(), ["reference"])
+
+
+def test_an_open_backend_stays_open() -> None:
+    @contextmanager
+    def watched() -> Iterator[Skewed]:
+        backend = Skewed("none")
+        backend.close = lambda: pytest.fail("closed")  # type: ignore[method-assign]
+        yield backend
+
+    with watched() as backend:
+        assert compare(chain(), [backend], frame=picture()).within_bounds
+
+
+# Bounds
+
+
+def test_distance_knows_what_is_not_finite() -> None:
+    a = np.array([[[1.0], [np.nan], [np.inf], [np.nan], [np.inf]]], np.float32)
+    b = np.array([[[1.5], [np.nan], [np.inf], [1.0], [-np.inf]]], np.float32)
+    assert distance(a, b).ravel().tolist() == [0.5, 0.0, 0.0, np.inf, np.inf]
+
+
+def test_every_kind_of_format_has_a_bound_with_its_reason() -> None:
+    assert {made.kind for made in FORMATS.values()} == set(STORES)
+    assert all(row.reason and row.steps > 0 for row in STORES.values())
+
+
+@pytest.mark.parametrize(
+    ("fmt", "value", "step"),
+    [
+        ("r8", 0.3, 1 / 255), ("r16", 0.3, 1 / 65535), ("r16f", 1.0, 2.0**-10), ("r16f", 0.75, 2.0**-11),
+        ("r16f", 0.0, 2.0**-24), ("r32f", 1.0, 2.0**-23), ("r32f", 0.0, 2.0**-126), ("depth32f", 0.5, 2.0**-24),
+    ],
+)  # fmt: skip
+def test_steps_of_formats(fmt: str, value: float, step: float) -> None:
+    made = step_size(format_named(fmt), np.full((1, 1, 1), value, np.float32))
+    assert made.item() == pytest.approx(step, rel=1e-12)
+
+
+def test_bounds_grow_with_the_spread() -> None:
+    reference = np.ones((1, 1, 1), np.float32)
+    none, some = (bounds(format_named("r32f"), reference, np.full((1, 1, 1), s)) for s in (0.0, 1e-3))
+    assert none.item() == pytest.approx(2 * 2.0**-23)
+    assert some.item() == pytest.approx(4e-3, rel=1e-3)
+
+
+def test_cancellation_widens_the_bound_and_plain_copies_do_not() -> None:
+    wide = compare(cancel(frame), ["reference"], frame=picture()).backends[0].targets[0].median_bound
+    tight = compare(halve(frame), ["reference"], frame=picture()).backends[0].targets[0].median_bound
+    assert tight < 1e-6 < 1e-4 < wide < 1e-2
+
+
+def test_classes_follow_from_operations() -> None:
+    def class_of(target: Target) -> object:
+        return operation_class(build({"out": target}, (4, 4), {"frame": (format_named("rgba32f"), (4, 4))}, OPTIONS).steps[-1])
+
+    assert class_of(halve(frame)) is SMOOTH
+    assert class_of(blur(frame)) is GATHER
+    assert class_of(cut(frame)) is DECISION
+    assert COPY.outside == SMOOTH.outside == GATHER.outside == 0.0
+    assert 0.0 < DECISION.outside < DRAW.outside <= 0.01
+
+
+@pg.struct
+class Corner:
+    position: vec4
+    uv: pg.vec2
+
+
+@pg.vertex
+def place(vertex: pg.Vertex) -> Corner:
+    return Corner(vec4(vertex.position, 1.0), vertex.uv)
+
+
+@pg.fragment
+def paint(corner: Corner, texture: Image) -> vec4:
+    return texture.sample(corner.uv)
+
+
+def test_draws_agree_on_every_backend(backend_name: str) -> None:
+    positions = np.array([[-0.9, -0.8, 0.1], [0.9, -0.7, 0.5], [0.1, 0.9, 0.9]], np.float32)
+    mesh = pg.Mesh.make(positions, np.array([[0, 1, 2]]), uvs=np.array([[0, 0], [1, 0], [0.5, 1]], np.float32))
+    color = pg.draw(
+        mesh, vertex=place, fragment=paint, texture=frame, into=pg.target("color", "rgba16f", scale=1.0),
+        depth=pg.target("depth", "depth32f", scale=1.0),
+    )  # fmt: skip
+    out = blur(color, into=pg.target("out", "rgba16f"))
+    report = compare({"out": out, "depth": color.depth}, [backend_name], frame=picture(), size=(64, 48))
+    (backend,) = report.backends
+    assert [target.operations for target in backend.targets] == [DRAW, DRAW, GATHER]
+    assert report.within_bounds, backend.failed or str(backend.first_divergence)
