@@ -1,7 +1,8 @@
 """Effects: functions from targets (or a scene) to targets, one family a file.
 
-Reading order: black_and_white, tone_map, blur; then soft shadows: geometry, views, batches, textures, g_buffer,
-shadow_map, shadow_light, shadow_blur, soft_shadow.  `passgraph.effects.registry` lists them with their parameters.
+Reading order: black_and_white, tone_map, blur; then soft shadows: geometry, views, batches, textures,
+g_buffer, shadow_map, shadow_light, lighting, shadow_blur, soft_shadow.  `passgraph.effects.registry` lists
+them with their parameters.
 """
 
 from passgraph.effects.black_and_white import black_and_white

@@ -35,8 +35,8 @@ def is_textured(material: pg.Material) -> bool:
 def batches(scene: pg.Scene) -> list[Batch]:
     """The scene in as few meshes as its materials allow; base colours become vertex colours.
 
-    Positions are world positions relative to the batch's origin, subtracted in float64, so that a scene far from the
-    world's origin keeps its shape.
+    Positions are world positions relative to the batch's origin, subtracted in float64, so that a scene far
+    from the world's origin keeps its shape.
     """
     box = scene.bounds()
     extent = float(np.linalg.norm(box[1] - box[0]))
@@ -61,18 +61,25 @@ def _batch(nodes: list[pg.Node], centre: Float64) -> Batch:
     material = nodes[0].material
     origin = centre if len(nodes) > 1 else nodes[0].bounds.mean(axis=0)
     mesh = merged(nodes, origin)
-    return Batch(mesh.with_tangents() if material.needs_tangents else mesh, material, origin, nodes[0].receives)
+    return Batch(
+        mesh.with_tangents() if material.needs_tangents else mesh, material, origin, nodes[0].receives
+    )
 
 
 def merged(nodes: Iterable[pg.Node], origin: Float64) -> pg.Mesh:
-    """One mesh of placed nodes, relative to ``origin``, with uvs and with base colours in the vertex colours."""
+    """One mesh of placed nodes, relative to ``origin``, with base colours in the vertex colours."""
     columns: list[list[NDArray[np.floating]]] = [[], [], [], []]
     triangles, first = [], 0
     for node in nodes:
         linear, mesh = node.transform[:3, :3], node.mesh
         positions = mesh.positions.astype(np.float64) @ linear.T + (node.transform[:3, 3] - origin)
         normals = mesh.normals.astype(np.float64) @ np.linalg.inv(linear)
-        parts = (positions, normals, mesh.uvs, mesh.colors * np.float32(node.material.base_color))
+        parts: tuple[NDArray[np.floating], ...] = (
+            positions,
+            normals,
+            mesh.uvs,
+            mesh.colors * np.array(node.material.base_color, np.float32),
+        )
         for column, part in zip(columns, parts, strict=True):
             column.append(part)
         faces = mesh.triangles + first

@@ -1,5 +1,7 @@
 """Black and white: the smallest effect."""
 
+# mypy: disable-error-code="no-any-return"
+# Values of the kernel language are Any to Python's type checkers.
 from __future__ import annotations
 
 import passgraph as pg
@@ -40,5 +42,7 @@ def black_and_white(
     >>> picture[0, 0].round(4).tolist() == [np.float32(0.7152)] * 3 + [1.0]
     True
     """
-    made: pg.Target = luma(frame, weights, into=into or pg.target("black_and_white", "rgba32f"), name="black_and_white")
+    made: pg.Target = luma(
+        frame, weights, into=into or pg.target("black_and_white", "rgba32f"), name="black_and_white"
+    )
     return made

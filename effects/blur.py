@@ -1,5 +1,7 @@
 """Blurs in two passes, horizontally and vertically."""
 
+# mypy: disable-error-code="no-any-return"
+# Values of the kernel language are Any to Python's type checkers.
 from __future__ import annotations
 
 from functools import lru_cache
@@ -56,7 +58,8 @@ def gaussian_blur(
     ----------
     color : any picture, linear light; outside it the rule of ``color.border(...)`` holds
     sigma_px : standard deviation, 0 to 100 px; 0 returns ``color`` itself
-    radius_px : taps to each side, 0 to 300 (7 makes 15 taps); left out, three sigma; 0 returns ``color`` itself
+    radius_px : taps to each side, 0 to 300 (7 makes 15 taps); left out, three sigma; 0 returns ``color``
+        itself
     into : where it goes; left out, float32 with the name ``name``
     name : of the passes and targets
 
@@ -138,16 +141,17 @@ def depth_aware_blur(
     mask : what is blurred, any range
     depth : red is the distance along the view axis in scene units, above 0; of the size of ``mask``
     radius_px : taps to each side, 0 to 63; 0 returns ``mask`` itself
-    tolerance : how far a tap may lie off the plane through the centre, as a share of the centre's distance; above 0
+    tolerance : how far a tap may lie off the plane through the centre, as a share of the centre's distance;
+        above 0
     into : where it goes; left out, float32 with the name ``name``
     name : of the passes and targets
 
-    The weight of a tap is (1 - t²)² for the distance t (1 = radius + 1), times how well its depth fits the plane
-    through the centre, so that slanted floors are blurred as well as upright walls. The centre counts
-    always, which keeps the sum of weights at 1 or more.
+    The weight of a tap is (1 - t²)² for the distance t (1 = radius + 1), times how well its depth fits the
+    plane through the centre, so that slanted floors are blurred as well as upright walls. The centre
+    counts always, which keeps the sum of weights at 1 or more.
 
-    Source: C. Tomasi, R. Manduchi, "Bilateral Filtering for Gray and Color Images", 1998, with a plane in place
-    of a constant.
+    Source: C. Tomasi, R. Manduchi, "Bilateral Filtering for Gray and Color Images", 1998, with a plane in
+    place of a constant.
 
     Examples
     --------

@@ -1,11 +1,29 @@
 """The scene as the camera sees it, unlit: colour, normals and linear depth in one pass."""
 
+# mypy: disable-error-code="no-any-return"
+# Values of the kernel language are Any to Python's type checkers.
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import passgraph as pg
-from passgraph import Const, Image, cross, discard, dot, front_facing, mat3, mat4, normalize, vec2, vec3, vec4
+from passgraph import (
+    Const,
+    Image,
+    clamp,
+    cross,
+    discard,
+    dot,
+    floor,
+    front_facing,
+    ivec2,
+    mat3,
+    mat4,
+    normalize,
+    vec2,
+    vec3,
+    vec4,
+)
 from passgraph.effects.batches import Batch, batches, is_textured
 from passgraph.effects.geometry import pack_normal
 from passgraph.effects.textures import TextureInputs
@@ -31,7 +49,7 @@ class Surface:
 
 @pg.vertex
 def place(vertex: pg.Vertex, clip_from_local: mat4, view_from_local: mat4) -> Surface:
-    """Vertices to clip space; normals and tangents to the camera's frame (a rotation: scales are in the mesh)."""
+    """Vertices to clip space; normals and tangents to the camera's frame, by a rotation."""
     turn = mat3(view_from_local)
     local = vec4(vertex.position, 1.0)
     return Surface(
@@ -64,18 +82,20 @@ def parallax(heights: Image, surface: Surface, n: vec3, scale: float) -> vec2:
     flat = max(dot(n, toward), FLATTEST_VIEW)
     # one unit of depth moves the coordinates by this; v grows against the bitangent
     slide = vec2(-dot(t, toward), dot(b, toward) * size.x / size.y) * (scale / flat)
-    before = 1.0 - heights.sample(surface.uv).r
-    found = 0.0
-    hit = before <= 0.0
-    for i in range(1, PARALLAX_STEPS + 1):
-        layer = float(i) / float(PARALLAX_STEPS)
-        if not hit:
-            here = 1.0 - heights.sample(surface.uv + slide * layer).r - layer
-            if here <= 0.0:
-                hit = True
-                found = layer - here / (here - before) / float(PARALLAX_STEPS)
-            before = here
-    return surface.uv + slide * found
+    start = surface.uv * size
+    found = PARALLAX_STEPS
+    for i in range(PARALLAX_STEPS):
+        # the nearest texel tells the layer; the crossing inside the layer is found from filtered heights
+        if found == PARALLAX_STEPS:
+            layer = float(i) / float(PARALLAX_STEPS)
+            if 1.0 - heights.texel(ivec2(floor(start + slide * size * layer))).r <= layer:
+                found = i
+    low = max(float(found) - 1.0, 0.0) / float(PARALLAX_STEPS)
+    high = float(found) / float(PARALLAX_STEPS)
+    above = 1.0 - heights.sample(surface.uv + slide * low).r - low
+    below = 1.0 - heights.sample(surface.uv + slide * high).r - high
+    crossing = clamp(above / max(above - below, 1e-6), 0.0, 1.0)
+    return surface.uv + slide * (low + (high - low) * crossing)
 
 
 @pg.function
@@ -163,7 +183,7 @@ def g_buffer(
         raise pg.GraphError(f"scene {scene.name!r}: every surface is translucent; shadows need an opaque one")
     for batch in opaque:
         into = _draw(batch, view, textures, into, depth)
-        depth = into[0].depth  # type: ignore[union-attr]
+        depth = into[0].depth
     color = into[0]
     for batch in listed[len(opaque) :]:
         color = _draw_translucent(batch, view, textures, color, depth)
@@ -191,22 +211,30 @@ def _draw(
             "normal_map": (material.normal_texture, "normals"),
             "height_map": (material.height_texture, "height"),
         }
-        inputs = {key: textures.of(texture, use) for key, (texture, use) in maps.items() if texture is not None}
-        any_input = next(iter(inputs.values()))  # stands in for maps that are not there; their code is left out
+        inputs = {
+            key: textures.of(texture, use) for key, (texture, use) in maps.items() if texture is not None
+        }
+        any_input = next(
+            iter(inputs.values())
+        )  # stands in for maps that are not there; their code is left out
         values |= {key: inputs.get(key, any_input) for key in maps}
         values |= {f"has_{word}": f"{key}" in inputs for word, key in
                    (("base", "base_map"), ("normals", "normal_map"), ("heights", "height_map"))}  # fmt: skip
         values["height_scale"] = material.height_scale
     made: tuple[pg.Target, ...] = pg.draw(
-        batch.mesh, vertex=place, fragment=textured if is_textured(material) else plain, into=into, depth=depth,
-        cull="none" if material.double_sided else "back",
+        batch.mesh, vertex=place, fragment=textured if is_textured(material) else plain, into=into,
+        depth=depth, cull="none" if material.double_sided else "back",
         name=f"surfaces: {material.name if is_textured(material) else 'untextured'}", values=values,
     )  # fmt: skip
     return made
 
 
 def _draw_translucent(
-    batch: Batch, view: View, textures: TextureInputs, color: pg.Target | pg.TargetSpec, depth: pg.Target | pg.TargetSpec
+    batch: Batch,
+    view: View,
+    textures: TextureInputs,
+    color: pg.Target | pg.TargetSpec,
+    depth: pg.Target | pg.TargetSpec,
 ) -> pg.Target:
     """Mixed into the colour of what lies behind, so that it takes that surface's light and shadow."""
     values: dict[str, object] = dict(_matrices(batch, view))
@@ -214,8 +242,9 @@ def _draw_translucent(
     if texture is not None:
         values["base_map"] = textures.of(texture, "base color")
     made: pg.Target = pg.draw(
-        batch.mesh, vertex=place, fragment=tinted if texture is None else tinted_textured, into=color, depth=depth,
-        depth_write=False, blend="alpha", color_mask=(True, True, True, False),
-        cull="none" if batch.material.double_sided else "back", name=f"translucent: {batch.material.name}", values=values,
+        batch.mesh, vertex=place, fragment=tinted if texture is None else tinted_textured, into=color,
+        depth=depth, depth_write=False, blend="alpha", color_mask=(True, True, True, False),
+        cull="none" if batch.material.double_sided else "back", name=f"translucent: {batch.material.name}",
+        values=values,
     )  # fmt: skip
     return made

@@ -1,5 +1,7 @@
 """Functions that several effects' kernels share: packed normals, positions from depth."""
 
+# mypy: disable-error-code="no-any-return"
+# Values of the kernel language are Any to Python's type checkers.
 from __future__ import annotations
 
 import passgraph as pg

@@ -75,58 +75,112 @@ class Effect:
         raise KeyError(f"effect {self.name!r} has no parameter {name!r}; it has {known}")
 
 
-_WEIGHTS = Parameter("weights", "rgb", (0.2126, 0.7152, 0.0722), 0.0, 1.0, "", "share of red, green and blue (Rec. 709)")
-_EXPOSURE = Parameter("exposure_stops", "float", 0.0, -16.0, 16.0, "stops", "brightness before the curve: factor 2 a stop")
+_WEIGHTS = Parameter(
+    "weights", "rgb", (0.2126, 0.7152, 0.0722), 0.0, 1.0, "", "share of red, green and blue (Rec. 709)"
+)
+_EXPOSURE = Parameter(
+    "exposure_stops", "float", 0.0, -16.0, 16.0, "stops", "brightness before the curve: factor 2 a stop"
+)
 _CURVES = ("linear", "reinhard", "hable", "aces")
 _CURVE = Parameter("curve", "choice", "aces", help="how high values are compressed", choices=_CURVES)
 _SRGB = Parameter("encode", "bool", True, help="encode as sRGB for display and 8-bit files")
 
 _SOFT_SHADOW = (
-    Parameter("softness", "float", None, 0.0, None, "scene units", "half width of shadow edges; left out: from the lights' radius; 0: hard"),
-    Parameter("blur", "choice", "world", help="width in scene units, or in pixels as in plain blurs", choices=("world", "constant")),
+    Parameter(
+        "softness",
+        "float",
+        None,
+        0.0,
+        None,
+        "scene units",
+        "half width of shadow edges; left out: from the lights' radius; 0: hard",
+    ),
+    Parameter(
+        "blur",
+        "choice",
+        "world",
+        help="width in scene units, or in pixels as in plain blurs",
+        choices=("world", "constant"),
+    ),
     Parameter("radius_px", "int", 7, 1, 31, "px", "taps to each side; the width itself with blur=constant"),
     Parameter("map_size", "int", 1024, 16, 8192, "texels", "width and height of each shadow map"),
+    Parameter(
+        "map_blur_px", "int", 0, 0, 31, "texels", "blurs the shadow maps instead, which softens nothing"
+    ),
     Parameter("ambient", "float", 0.25, 0.0, None, "", "light that no shadow takes away, scene-linear"),
-    Parameter("background", "rgb", (0.32, 0.42, 0.55), 0.0, None, "", "linear colour where there is no surface"),
-    Parameter("hdr_format", "choice", "rgba16f", help="of the lit picture; rgb32f is 96-bit HDR", choices=("rgba16f", "rgb32f", "rgba32f")),
-    Parameter("exposure_stops", "float", 0.0, -16.0, 16.0, "stops", "brightness before the curve: factor 2 a stop"),
+    Parameter(
+        "background", "rgb", (0.32, 0.42, 0.55), 0.0, None, "", "linear colour where there is no surface"
+    ),
+    Parameter(
+        "hdr_format",
+        "choice",
+        "rgba16f",
+        help="of the lit picture; rgb32f is 96-bit HDR",
+        choices=("rgba16f", "rgb32f", "rgba32f"),
+    ),
+    Parameter(
+        "exposure_stops", "float", 0.0, -16.0, 16.0, "stops", "brightness before the curve: factor 2 a stop"
+    ),
     Parameter("curve", "choice", "linear", help="how high values are compressed", choices=_CURVES),
     Parameter("display", "bool", True, help="tone-mapped sRGB; off: the HDR result"),
-)  # fmt: skip
+)
 
 EFFECTS: dict[str, Effect] = {
     effect.name: effect
     for effect in (
         Effect(
-            "black-and-white", "passgraph.effects.black_and_white:black_and_white", "picture",
-            (_WEIGHTS,), "Luma of each pixel.",
+            "black-and-white",
+            "passgraph.effects.black_and_white:black_and_white",
+            "picture",
+            (_WEIGHTS,),
+            "Luma of each pixel.",
         ),
         Effect(
-            "tone-map", "passgraph.effects.tone_map:tone_map", "picture",
-            (_EXPOSURE, _CURVE, _SRGB), "Scene-linear HDR to a display.",
+            "tone-map",
+            "passgraph.effects.tone_map:tone_map",
+            "picture",
+            (_EXPOSURE, _CURVE, _SRGB),
+            "Scene-linear HDR to a display.",
         ),
         Effect(
-            "gaussian-blur", "passgraph.effects.blur:gaussian_blur", "picture",
+            "gaussian-blur",
+            "passgraph.effects.blur:gaussian_blur",
+            "picture",
             (
                 Parameter("sigma_px", "float", 3.0, 0.0, 100.0, "px", "standard deviation"),
-                Parameter("radius_px", "int", None, 0, 300, "px", "taps to each side; left out: 3 sigma, rounded up"),
+                Parameter(
+                    "radius_px", "int", None, 0, 300, "px", "taps to each side; left out: 3 sigma, rounded up"
+                ),
             ),
             "Gaussian blur, horizontally, then vertically.",
         ),
         Effect(
-            "depth-aware-blur", "passgraph.effects.blur:depth_aware_blur", "picture+depth",
+            "depth-aware-blur",
+            "passgraph.effects.blur:depth_aware_blur",
+            "picture+depth",
             (
                 Parameter("radius_px", "int", 7, 0, 63, "px", "taps to each side"),
-                Parameter("tolerance", "float", 0.05, 0.0, None, "relative", "difference of depth, as a share of it, that still mixes"),
+                Parameter(
+                    "tolerance",
+                    "float",
+                    0.05,
+                    0.0,
+                    None,
+                    "relative",
+                    "difference of depth, as a share of it, that still mixes",
+                ),
             ),
             "Blur that stops where depth jumps.",
         ),
         Effect(
-            "soft-shadow", "passgraph.effects.soft_shadow:soft_shadow", "scene",
-            _SOFT_SHADOW, "A scene with soft shadows by post-effect.",
+            "soft-shadow",
+            "passgraph.effects.soft_shadow:soft_shadow",
+            "scene",
+            _SOFT_SHADOW,
+            "A scene with soft shadows by post-effect.",
         ),
     )
-}  # fmt: skip
+}
 
 
 def effect_named(name: str) -> Effect:

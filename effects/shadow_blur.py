@@ -1,5 +1,7 @@
 """RTT3: shadows blurred along the surfaces that they lie on."""
 
+# mypy: disable-error-code="no-any-return"
+# Values of the kernel language are Any to Python's type checkers.
 from __future__ import annotations
 
 from functools import lru_cache
@@ -9,7 +11,8 @@ import passgraph as pg
 from passgraph import Const, Image, ceil, clamp, dot, ivec2, output_size, pixel, vec2, vec4
 from passgraph.effects.geometry import unpack_normal, view_ray
 
-#: A tap counts less the farther it lies off the receiver's plane, and not at all at this share of the blur's radius.
+#: A tap counts less the farther it lies off the receiver's plane, and not at all at this share of the blur's
+#: radius.
 OFF_PLANE = 0.5
 #: Pixels are never blurred by less: RTT2's edges are jagged at the size of a shadow map's texel.
 SMALLEST_RADIUS_PX = 1.0
@@ -23,7 +26,13 @@ def along_surfaces(radius: int) -> Any:
 
     @pg.kernel
     def blur(
-        shadows: Image, normals: Image, depth: Image, softness: float, tan_half: vec2, dx: Const[int], dy: Const[int]
+        shadows: Image,
+        normals: Image,
+        depth: Image,
+        softness: float,
+        tan_half: vec2,
+        dx: Const[int],
+        dy: Const[int],
     ) -> vec4:
         here = pixel()
         far = depth[0, 0].r
@@ -37,8 +46,8 @@ def along_surfaces(radius: int) -> Any:
         spacing = clamp(ceil(wide / float(radius)), 1.0, WIDEST_SPACING_PX)
         reach = clamp(wide, SMALLEST_RADIUS_PX, spacing * float(radius)) + 1.0
         stride = int(spacing)
-        # a spread tap is the mean of two texels, so that none is skipped up to a spacing of 2; beyond it rows and
-        # columns start at different phases
+        # a spread tap is the mean of two texels, so that none is skipped up to a spacing of 2; beyond it rows
+        # and columns start at different phases
         half = stride // 2
         line = here.x * dy + here.y * dx
         phase = (line + line // stride) % stride - half if stride > 2 else 0
@@ -84,16 +93,32 @@ def blur_along_surfaces(
     tan_half : tangents of half the angles of view
     radius_px : taps to each side, 1 to 31
 
-    A pixel at distance z blurs over softness / (2 * tan_half / height * z) pixels to each side.  A tap's weight is
-    (1 - t²)² for its distance t, times 1 - (h / (OFF_PLANE * softness))² for its height h over the plane
-    through the receiver: depth weighs in relative to the surface, so that slanted floors are blurred and silhouettes
-    are not crossed.  The centre's own small weight keeps the sum above 0.
+    A pixel at distance z blurs over softness / (2 * tan_half / height * z) pixels to each side.  A tap's
+    weight is (1 - t²)² for its distance t, times 1 - (h / (OFF_PLANE * softness))² for its height h over the
+    plane through the receiver: depth weighs in relative to the surface, so that slanted floors are blurred
+    and silhouettes are not crossed.  The centre's own small weight keeps the sum above 0.
     """
     blur = along_surfaces(radius_px)
     across = blur(
-        shadows, normals, depth, softness, tan_half, 1, 0, into=pg.target("shadows_blurred_x", "rgba16f"), name="shadow blur x"
+        shadows,
+        normals,
+        depth,
+        softness,
+        tan_half,
+        1,
+        0,
+        into=pg.target("shadows_blurred_x", "rgba16f"),
+        name="shadow blur x",
     )
     made: pg.Target = blur(
-        across, normals, depth, softness, tan_half, 0, 1, into=pg.target("shadows_blurred", "rgba16f"), name="shadow blur y"
+        across,
+        normals,
+        depth,
+        softness,
+        tan_half,
+        0,
+        1,
+        into=pg.target("shadows_blurred", "rgba16f"),
+        name="shadow blur y",
     )
     return made

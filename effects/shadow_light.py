@@ -1,5 +1,7 @@
-"""Light that reaches each pixel, with and without shadows; one pointwise kernel a light, so that they fuse."""
+"""Light that reaches each pixel, with and without shadows: one pointwise kernel a light; they fuse."""
 
+# mypy: disable-error-code="no-any-return"
+# Values of the kernel language are Any to Python's type checkers.
 from __future__ import annotations
 
 from typing import Literal
@@ -10,12 +12,16 @@ from passgraph.effects.geometry import facing, unpack_normal, view_ray
 from passgraph.effects.views import LightFrame
 
 KINDS: tuple[Literal["directional", "point", "spot"], ...] = ("directional", "point", "spot")
-#: How far a receiver is lifted along its normal, in texels and times the part of the normal that lies in the map's
-#: plane.  On the plane n·p = -k, a lookup at q texels' distance (in scene units at the receiver's depth) meets the plane
-#: at a depth that a lift of q * |n in the map's plane| along n makes up for, in parallel and in perspective maps
-#: alike; the four texels of a lookup lie up to sqrt(2) texels away, and the rest is for vertices rounded to 1/256
-#: texel.  A plane then never shadows itself, at any angle.
+#: How far a receiver is lifted along its normal, in texels and times the part of the normal that lies in the
+#: map's plane.  On the plane n·p = -k, a lookup at q texels' distance (in scene units at the receiver's
+#: depth) meets the plane at a depth that a lift of q * |n in the map's plane| along n makes up for, in
+#: parallel and in perspective maps alike; the four texels of a lookup lie up to sqrt(2) texels away, and the
+#: rest is for vertices rounded to 1/256 texel.  A plane then never shadows itself, at any angle.
 NORMAL_OFFSET_TEXELS = 1.5
+#: A caster nearer to the receiver than this many texels does not count: where two surfaces meet in a hollow
+#: edge, the texels of one lie before the other. Thin cards lose as much of the shadow at their foot, solid
+#: bodies nothing.
+DEPTH_SLACK_TEXELS = 1.5
 #: Vertices are rounded to 1/256 pixel on the screen too, which moves a position by as much.
 SCREEN_ROUNDING = 1.0 / 256.0
 #: Irradiance of the ambient light from below, relative to that from above.
@@ -44,7 +50,7 @@ def toward_light(light: LightFrame, position: vec3, kind: int) -> vec3:
 
 @pg.function
 def on_face(direction: vec3, face: int) -> bool:
-    """Whether a world direction belongs to this face of a cube map (+x, -x, +y, -y, +z, -z); each has exactly one."""
+    """Whether a world direction belongs to this face of a cube map (+x, -x, +y, -y, +z, -z), and no other."""
     x, y, z = abs(direction.x), abs(direction.y), abs(direction.z)
     mine = 4 if direction.z > 0.0 else 5
     if y >= x and y >= z:
@@ -56,7 +62,7 @@ def on_face(direction: vec3, face: int) -> bool:
 
 @pg.function
 def arrives(map: Image, light: LightFrame, position: vec3, surface: vec3, lift: float, kind: int) -> float:
-    """The share of four texels, bilinearly weighted, whose caster does not lie before the receiver; 1 outside the map.
+    """The share of four texels (bilinear weights) whose caster is not before the receiver; 1 outside the map.
 
     Source: W. Reeves et al., "Rendering Antialiased Shadows with Depth Maps", 1987; the normal offset after
     D. Holbert, "Saying Goodbye to Shadow Acne", GDC 2011, with the derivation at NORMAL_OFFSET_TEXELS.
@@ -76,7 +82,7 @@ def arrives(map: Image, light: LightFrame, position: vec3, surface: vec3, lift: 
     at = vec2(0.5 + 0.5 * clip.x / clip.w, 0.5 - 0.5 * clip.y / clip.w)
     if at.x < 0.0 or at.x > 1.0 or at.y < 0.0 or at.y > 1.0:
         return 1.0
-    limit = dot(light.depth_row, lifted) - light.bias
+    limit = dot(light.depth_row, lifted) - light.bias - DEPTH_SLACK_TEXELS * texel
     p = at * vec2(map.size) - 0.5
     corner = floor(p)
     f = p - corner
@@ -100,7 +106,13 @@ def ambient_light(normals: Image, ambient: vec3, up: vec3) -> tuple[vec3, vec3]:
 
 @pg.kernel
 def add_light(
-    free: Image, shadowed: Image, normals: Image, depth: Image, light: LightFrame, tan_half: vec2, kind: Const[int]
+    free: Image,
+    shadowed: Image,
+    normals: Image,
+    depth: Image,
+    light: LightFrame,
+    tan_half: vec2,
+    kind: Const[int],
 ) -> tuple[vec3, vec3]:
     """One light that nothing shadows, added to both sums."""
     position = view_ray(tan_half) * depth[0, 0].r

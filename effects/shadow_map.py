@@ -47,7 +47,7 @@ def distance_of_cut_out(caster: Caster, base_map: Image, cutoff: float) -> float
 
 @dataclass(frozen=True, eq=False)
 class CasterMesh:
-    """Casters that one draw takes, relative to the origin of `Casters`; ``cut_out`` has a texture with holes."""
+    """Casters that one draw takes, relative to the origin of `Casters`; ``cut_out`` has holes."""
 
     mesh: pg.Mesh
     cut_out: pg.Material | None = None

@@ -10,13 +10,10 @@ import numpy as np
 
 import passgraph as pg
 from passgraph.effects.blur import gaussian_blur
-from passgraph.effects.g_buffer import GBuffer, g_buffer
+from passgraph.effects.g_buffer import g_buffer
+from passgraph.effects.lighting import Lighting
 from passgraph.effects.shadow_blur import blur_along_surfaces
 from passgraph.effects.shadow_light import (
-    KINDS,
-    add_light,
-    add_shadowed_light,
-    ambient_light,
     lit,
     lit_rgb,
     multiply,
@@ -24,10 +21,9 @@ from passgraph.effects.shadow_light import (
     split,
     split_rgb,
 )
-from passgraph.effects.shadow_map import caster_meshes, shadow_map
 from passgraph.effects.textures import TextureInputs
 from passgraph.effects.tone_map import Curve, tone_map
-from passgraph.effects.views import Casters, MapView, View
+from passgraph.effects.views import Casters, View
 
 HdrFormat = Literal["rgba16f", "rgb32f", "rgba32f"]
 HDR_FORMATS: tuple[HdrFormat, ...] = ("rgba16f", "rgb32f", "rgba32f")
@@ -72,6 +68,7 @@ def soft_shadow(
     blur: Literal["world", "constant"] = "world",
     radius_px: int = 7,
     map_size: int = 1024,
+    map_blur_px: int = 0,
     ambient: float | tuple[float, float, float] = 0.25,
     background: tuple[float, float, float] = SKY,
     hdr_format: HdrFormat = "rgba16f",
@@ -79,16 +76,19 @@ def soft_shadow(
     curve: Curve = "linear",
     display: bool = True,
 ) -> pg.Target:
-    """A scene with soft shadows: each light's shadow map, one mask of all shadows, blurred, times the lit scene.
+    """A scene with soft shadows: a shadow map a light, one mask of all shadows, blurred, times the lit scene.
 
     Parameters
     ----------
-    scene : what is drawn; geometry and materials are built in, the camera and the lights are values of each run
-    softness : half width of shadow edges in scene units, 0 or more; left out, from the lights' radius and the size of
-        the casters; 0 leaves the blur out
+    scene : what is drawn; geometry and materials are built in, the camera and the lights are values of each
+        run
+    softness : half width of shadow edges in scene units, 0 or more; left out, from the lights' radius and the
+        size of the casters; 0 leaves the blur out
     blur : "world" keeps that width in the scene; "constant" blurs ``radius_px`` pixels wherever the camera is
     radius_px : taps to each side, 1 to 31 (7 makes 15); with blur="constant" the width itself
     map_size : texels along each side of a shadow map, 16 to 8192
+    map_blur_px : blurs the shadow maps themselves, before they are compared, 0 to 31 texels to each side: a
+        depth is not a colour, so that this moves edges and softens nothing; here to be seen, 0 is right
     ambient : scene-linear light (or its red, green, blue) from all around that no shadow takes away
     background : scene-linear colour where there is no surface
     hdr_format : of RTT1 and RTT4: "rgba16f", "rgba32f", or "rgb32f", which is 96-bit HDR
@@ -97,23 +97,25 @@ def soft_shadow(
 
     Returns
     -------
-    The target "picture", or "soft_shadow" with ``display=False``.  A run takes ``camera=``, and ``light=`` (with several
-    lights ``light0=``, ``light1=`` …); what is left out is as in the scene.
+    The target "picture", or "soft_shadow" with ``display=False``.  A run takes ``camera=``, and ``light=``
+    (with several lights ``light0=``, ``light1=`` …); what is left out is as in the scene.
 
-    Source: soft shadows by blurring the shadow mask on the screen, with a depth texture against its shrinking as the
-    camera recedes. Deviations: the mask is the share of each channel's light that arrives, so that many lights need
-    one blur; the blur's width is given in scene units; translucent surfaces take the shadow of what lies behind them.
+    Source: soft shadows by blurring the shadow mask on the screen, with a depth texture against its shrinking
+    as the camera recedes. Deviations: the mask is the share of each channel's light that arrives, so that
+    many lights need one blur; the blur's width is given in scene units; translucent surfaces take the shadow
+    of what lies behind them.
 
     Examples
     --------
     >>> picture = soft_shadow(pg.Scene.shipped(), map_size=64)
     >>> with pg.compile(picture, backend="null", size=(32, 18)) as program:
     ...     [step.name for step in program.plan.steps][-3:]
-    ['shadow blur x', 'shadow blur y', 'picture']
+    ['unshadowed and shadows', 'shadow blur x', 'picture']
     """
     return soft_shadow_passes(
-        scene, softness=softness, blur=blur, radius_px=radius_px, map_size=map_size, ambient=ambient, background=background,
-        hdr_format=hdr_format, exposure_stops=exposure_stops, curve=curve, display=display,
+        scene, softness=softness, blur=blur, radius_px=radius_px, map_size=map_size,
+        map_blur_px=map_blur_px, ambient=ambient, background=background, hdr_format=hdr_format,
+        exposure_stops=exposure_stops, curve=curve, display=display,
     ).picture  # fmt: skip
 
 
@@ -124,6 +126,7 @@ def soft_shadow_passes(
     blur: Literal["world", "constant"] = "world",
     radius_px: int = 7,
     map_size: int = 1024,
+    map_blur_px: int = 0,
     ambient: float | tuple[float, float, float] = 0.25,
     background: tuple[float, float, float] = SKY,
     hdr_format: HdrFormat = "rgba16f",
@@ -139,7 +142,7 @@ def soft_shadow_passes(
     >>> passes.shadows_blurred is passes.shadows
     True
     """
-    _check(softness, blur, radius_px, map_size, hdr_format)
+    _check(softness, blur, radius_px, map_size, map_blur_px, hdr_format)
     notes: list[str] = []
     view = View(pg.Value("camera", pg.Camera, default=scene.camera))
     textures = TextureInputs()
@@ -148,18 +151,25 @@ def soft_shadow_passes(
         pg.Value("light" if len(scene.lights) == 1 else f"light{i}", pg.Light, static=True, default=light)
         for i, light in enumerate(scene.lights)
     ]
-    lighting = _Lighting(scene, view, seen, lights, textures, map_size, notes)
+    lighting = Lighting(scene, view, seen, lights, textures, map_size, map_blur_px, notes)
     free, shadowed = lighting.sums((ambient,) * 3 if isinstance(ambient, (int, float)) else ambient)
     wide = hdr_format == "rgb32f"
     if not lighting.maps:
         made: pg.Target = (lit_rgb if wide else lit)(
-            free, seen.color, seen.depth, into=pg.target("unshadowed", hdr_format, notes=tuple(notes)), name="unshadowed"
+            free,
+            seen.color,
+            seen.depth,
+            into=pg.target("unshadowed", hdr_format, notes=tuple(notes)),
+            name="unshadowed",
         )
         picture = _shown(made, exposure_stops, curve) if display else made
-        return SoftShadow(picture, made, made, None, None, seen.depth, seen.normals, seen.color, (), tuple(notes))
+        return SoftShadow(
+            picture, made, made, None, None, seen.depth, seen.normals, seen.color, (), tuple(notes)
+        )
     unshadowed, shadows = (split_rgb if wide else split)(
         free, shadowed, seen.color, seen.depth,
-        into=(pg.target("unshadowed", hdr_format), pg.target("shadows", "rgba16f")), name="unshadowed and shadows",
+        into=(pg.target("unshadowed", hdr_format), pg.target("shadows", "rgba16f")),
+        name="unshadowed and shadows",
     )  # fmt: skip
     width = _softness(softness, lights, lighting.casters)
     if width is None:
@@ -175,73 +185,21 @@ def soft_shadow_passes(
     )
     picture = _shown(result, exposure_stops, curve) if display else result
     return SoftShadow(
-        picture, result, unshadowed, shadows, blurred, seen.depth, seen.normals, seen.color, tuple(lighting.maps), tuple(notes)
+        picture,
+        result,
+        unshadowed,
+        shadows,
+        blurred,
+        seen.depth,
+        seen.normals,
+        seen.color,
+        tuple(lighting.maps),
+        tuple(notes),
     )
 
 
 def _shown(hdr: pg.Target, exposure_stops: float | pg.Value, curve: Curve) -> pg.Target:
     return tone_map(hdr, exposure_stops, curve, into=pg.target("picture", "rgba8"), name="picture")
-
-
-@dataclass
-class _Lighting:
-    """Adds one light after another to the two sums."""
-
-    scene: pg.Scene
-    view: View
-    seen: GBuffer
-    lights: Sequence[pg.Value]
-    textures: TextureInputs
-    map_size: int
-    notes: list[str]
-
-    def __post_init__(self) -> None:
-        self.casters = Casters.of(self.scene)
-        self.maps: list[pg.Target] = []
-
-    def sums(self, ambient: tuple[float, float, float]) -> tuple[pg.Target, pg.Target]:
-        """Light on white surfaces without and with shadows."""
-        free, shadowed = ambient_light(
-            self.seen.normals, ambient, self.view.up(), into=_pair("ambient"), name="ambient light"
-        )
-        receives = any(node.receives for node in self.scene.nodes)
-        if not self.lights:
-            self.notes.append("no shadows: the scene has no light")
-        elif not self.casters.nodes:
-            self.notes.append("no shadows: nothing in the scene casts one")
-        elif not receives:
-            self.notes.append("no shadows: nothing in the scene receives one")
-        needed = bool(self.casters.nodes) and receives
-        meshes = caster_meshes(self.casters) if needed and self.lights else []
-        for value in self.lights:
-            light = value.default
-            assert isinstance(light, pg.Light)
-            kind, common = KINDS.index(light.kind), (self.seen.normals, self.seen.depth)
-            for face in self._faces(light) if needed else (-1,):
-                name = value.name if face < 0 else f"{value.name} face {face}"
-                look = MapView(value, self.casters, face)
-                frame = look.frame(self.view, self.map_size)
-                if not needed:
-                    free, shadowed = add_light(
-                        free, shadowed, *common, frame, self.view.tan_half(), kind, into=_pair(name), name=name
-                    )
-                    continue
-                seen = shadow_map(look, meshes, self.textures, self.map_size, f"shadow map of {name}")
-                self.maps.append(seen)
-                free, shadowed = add_shadowed_light(
-                    free, shadowed, *common, seen, frame, self.view.tan_half(), kind, face, into=_pair(name), name=name
-                )
-        return free, shadowed
-
-    def _faces(self, light: pg.Light) -> Sequence[int]:
-        """One map where the light sees all casters in one view, else the six faces of a cube."""
-        if light.kind == "point" and light.fitted_frustum(self.casters.bounds_for(light)) is None:
-            return range(6)
-        return (-1,)
-
-
-def _pair(name: str) -> tuple[pg.TargetSpec, pg.TargetSpec]:
-    return pg.target(f"{name}, free", "rgb32f"), pg.target(f"{name}, shadowed", "rgb32f")
 
 
 def _softness(given: float | pg.Value | None, lights: Sequence[pg.Value], casters: Casters) -> object:
@@ -258,7 +216,11 @@ def _softness(given: float | pg.Value | None, lights: Sequence[pg.Value], caster
         """Penumbra half widths at that distance behind a caster, weighted by intensity."""
         widths, weights = [], []
         for light in given_lights:
-            far = 1.0 if light.kind == "directional" else max(float(np.linalg.norm(np.subtract(light.position, centre))), away)
+            far = (
+                1.0
+                if light.kind == "directional"
+                else max(float(np.linalg.norm(np.subtract(light.position, centre))), away)
+            )
             widths.append(light.radius * away / far)
             weights.append(light.intensity + 1e-12)
         return float(np.average(widths, weights=weights))
@@ -266,7 +228,9 @@ def _softness(given: float | pg.Value | None, lights: Sequence[pg.Value], caster
     return pg.combine(width, *lights)
 
 
-def _check(softness: object, blur: str, radius_px: int, map_size: int, hdr_format: str) -> None:
+def _check(
+    softness: object, blur: str, radius_px: int, map_size: int, map_blur_px: int, hdr_format: str
+) -> None:
     if isinstance(softness, (int, float)) and not 0.0 <= softness < float("inf"):
         raise pg.GraphError(f"soft_shadow: softness must be 0 or more scene units, got {softness!r}")
     if blur not in ("world", "constant"):
@@ -275,5 +239,9 @@ def _check(softness: object, blur: str, radius_px: int, map_size: int, hdr_forma
         raise pg.GraphError(f"soft_shadow: radius_px must be 1 to 31, got {radius_px!r}")
     if not 16 <= map_size <= 8192:
         raise pg.GraphError(f"soft_shadow: map_size must be 16 to 8192, got {map_size!r}")
+    if not 0 <= map_blur_px <= 31:
+        raise pg.GraphError(f"soft_shadow: map_blur_px must be 0 to 31, got {map_blur_px!r}")
     if hdr_format not in HDR_FORMATS:
-        raise pg.GraphError(f"soft_shadow: hdr_format cannot be {hdr_format!r}; it is one of {', '.join(HDR_FORMATS)}")
+        raise pg.GraphError(
+            f"soft_shadow: hdr_format cannot be {hdr_format!r}; it is one of {', '.join(HDR_FORMATS)}"
+        )

@@ -15,7 +15,7 @@ class TextureInputs:
         self._made: dict[tuple[int, str], pg.Target] = {}
 
     def of(self, texture: Texture, use: str) -> pg.Target:
-        """The input of a texture: ``use`` is "base color" (linear RGBA), "normals" or "height" (one channel)."""
+        """The input of a texture: ``use`` is "base color" (linear RGBA), "normals" or "height" (one)."""
         key = (id(texture), use)
         if key not in self._made:
             pixels = texture.decode()
@@ -26,5 +26,7 @@ class TextureInputs:
                 kind = "rgba16f" if use == "base color" else "rgba8"
             name = f"{texture.name} ({use} {len(self._made)})"
             picture = np.ascontiguousarray(pixels)
-            self._made[key] = pg.Input(name, kind, texture.size, static=True, border="repeat", default=picture)
+            self._made[key] = pg.Input(
+                name, kind, texture.size, static=True, border="repeat", default=picture
+            )
         return self._made[key]

@@ -1,5 +1,7 @@
 """Tone mapping: scene-linear HDR to what a display shows."""
 
+# mypy: disable-error-code="no-any-return"
+# Values of the kernel language are Any to Python's type checkers.
 from __future__ import annotations
 
 from typing import Literal
@@ -93,7 +95,5 @@ def tone_map(
     if curve not in CURVES:
         raise pg.GraphError(f"tone_map: curve cannot be {curve!r}; it is one of {', '.join(CURVES)}")
     target = into or pg.target(name, "rgba8" if encode else "rgba16f")
-    made: pg.Target = tone(
-        frame, exposure_stops, CURVES.index(curve), encode, into=target, name=name
-    )
+    made: pg.Target = tone(frame, exposure_stops, CURVES.index(curve), encode, into=target, name=name)
     return made

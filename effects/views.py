@@ -85,8 +85,8 @@ class MapView:
         assert isinstance(default, pg.Light)
         if light.kind != default.kind:
             raise pg.InputError(
-                f"value {self.light.name!r} was a {default.kind} light when the effect was built, and is now a {light.kind} "
-                "one; build the effect again with that light in the scene"
+                f"value {self.light.name!r} was a {default.kind} light when the effect was built, and is now "
+                f"a {light.kind} one; build the effect again with that light in the scene"
             )
         bounds = self.casters.bounds_for(light)
         if self.face >= 0:
@@ -120,7 +120,8 @@ class MapView:
         reach = float(np.linalg.norm(high - low)) + float(np.linalg.norm(0.5 * (low + high) - camera.eye))
         if not directional:
             reach += float(np.linalg.norm(toward))
-        made: Any = LightFrame(
+        make: Any = LightFrame  # its fields are numpy arrays on the host, vectors and matrices in kernels
+        made = make(
             projection @ light_from_view, -light_from_view[2],
             rotation[:3, :3] @ toward, rotation[:3, :3] @ light.direction, rotation[:3, :3].T,
             np.array(light.color) * light.intensity, (cos(light.cone_outer_rad), cos(light.cone_inner_rad)),
@@ -136,7 +137,9 @@ class Casters:
 
     nodes: tuple[pg.Node, ...]
     scene_bounds: Float64
-    grounds: tuple[tuple[int, Float64, float], ...] = field(default=())  # node, normal and offset of its plane
+    grounds: tuple[tuple[int, Float64, float], ...] = field(
+        default=()
+    )  # node, normal and offset of its plane
 
     @property
     def origin(self) -> Float64:
@@ -176,7 +179,7 @@ class Casters:
 
 
 def _plane_below(node: pg.Node, scene: pg.Scene) -> tuple[Float64, float] | None:
-    """Normal and offset of a flat node's plane when every vertex of the scene lies on its front, else None."""
+    """Normal and offset of a flat node's plane with every vertex of the scene on its front, else None."""
     low, high = scene.bounds()
     extent = float(np.linalg.norm(high - low))
     if float(np.linalg.norm(node.bounds[1] - node.bounds[0])) < 0.25 * extent:

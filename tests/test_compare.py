@@ -11,7 +11,17 @@ import pytest
 
 import passgraph as pg
 from passgraph import Image, vec4
-from passgraph.acceptance import COPY, DECISION, DRAW, GATHER, SMOOTH, STORES, bounds, operation_class, step_size
+from passgraph.acceptance import (
+    COPY,
+    DECISION,
+    DRAW,
+    GATHER,
+    SMOOTH,
+    STORES,
+    bounds,
+    operation_class,
+    step_size,
+)
 from passgraph.backends.base import Backend
 from passgraph.backends.reference import ReferenceBackend
 from passgraph.backends.reference.pixel_pass import ReferencePixelPass
@@ -23,9 +33,15 @@ from passgraph.plan.data import PixelStep
 from passgraph.targets import Target
 
 halve = pg.kernel(source="def halve(color: Image) -> vec4: return color[0, 0] * 0.5")
-blur = pg.kernel(source="def blur(color: Image) -> vec4: return (color[-1, 0] + color[0, 0] + color[1, 0]) * (1.0 / 3.0)")
-cut = pg.kernel(source="def cut(color: Image) -> vec4: return vec4(1.0) if color[0, 0].r < 0.5 else vec4(0.0)")
-curve = pg.kernel(source="def curve(color: Image) -> vec4: return pow(color[0, 0], vec4(2.2)) + sin(color[0, 0] * 9.0)")
+blur = pg.kernel(
+    source="def blur(color: Image) -> vec4: return (color[-1, 0] + color[0, 0] + color[1, 0]) * (1.0 / 3.0)"
+)
+cut = pg.kernel(
+    source="def cut(color: Image) -> vec4: return vec4(1.0) if color[0, 0].r < 0.5 else vec4(0.0)"
+)
+curve = pg.kernel(
+    source="def curve(color: Image) -> vec4: return pow(color[0, 0], vec4(2.2)) + sin(color[0, 0] * 9.0)"
+)
 cancel = pg.kernel(source="def cancel(color: Image) -> vec4: return (color[0, 0] * 1000.1 + 4096.3) - 4096.3")
 fill = pg.kernel(source="def fill(level: float) -> vec4: return vec4(level)")
 frame = pg.Input("frame")
@@ -137,7 +153,9 @@ def test_a_planted_operation_is_caught(right: str, wrong: str) -> None:
         def pixel_pass(self, step: PixelStep) -> ReferencePixelPass:
             other = build({"x": planted(step.source.images["color"])}, step.size, options=OPTIONS).steps[0]
             assert isinstance(other, PixelStep)
-            return super().pixel_pass(replace(step, program=other.program, source=other.source, facts=other.facts))
+            return super().pixel_pass(
+                replace(step, program=other.program, source=other.source, facts=other.facts)
+            )
 
     known = pg.Input("frame", "rgba32f", (40, 24))
     assert compare(meant(known), ["reference"], frame=picture()).within_bounds
@@ -221,7 +239,9 @@ def test_cancellation_widens_the_bound_and_plain_copies_do_not() -> None:
 
 def test_classes_follow_from_operations() -> None:
     def class_of(target: Target) -> object:
-        return operation_class(build({"out": target}, (4, 4), {"frame": (format_named("rgba32f"), (4, 4))}, OPTIONS).steps[-1])
+        return operation_class(
+            build({"out": target}, (4, 4), {"frame": (format_named("rgba32f"), (4, 4))}, OPTIONS).steps[-1]
+        )
 
     assert class_of(halve(frame)) is SMOOTH
     assert class_of(blur(frame)) is GATHER
@@ -248,7 +268,9 @@ def paint(corner: Corner, texture: Image) -> vec4:
 
 def test_draws_agree_on_every_backend(backend_name: str) -> None:
     positions = np.array([[-0.9, -0.8, 0.1], [0.9, -0.7, 0.5], [0.1, 0.9, 0.9]], np.float32)
-    mesh = pg.Mesh.make(positions, np.array([[0, 1, 2]]), uvs=np.array([[0, 0], [1, 0], [0.5, 1]], np.float32))
+    mesh = pg.Mesh.make(
+        positions, np.array([[0, 1, 2]]), uvs=np.array([[0, 0], [1, 0], [0.5, 1]], np.float32)
+    )
     color = pg.draw(
         mesh, vertex=place, fragment=paint, texture=frame, into=pg.target("color", "rgba16f", scale=1.0),
         depth=pg.target("depth", "depth32f", scale=1.0),

@@ -84,7 +84,7 @@ class NumpyBackend(Backend):
         from passgraph.backends.numpy.pixel_code import pixel_module
 
         channels = tuple(len(output.values) for output in step.program.outputs)
-        module = load_module(pixel_module(step, channels), step.name)
+        module = load_module(*pixel_module(step, channels), step.name)
         width, height = step.size
         order = _image_order(step.program.images, step.images)
         rows = max(1, min(height, MIN_PIXELS_A_PIECE // width))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from passgraph.backends.numpy.printer import Printer, indented
+from passgraph.backends.numpy.jit import indented
 from passgraph.draw_state import Blend, Stencil
 from passgraph.formats import Format
 from passgraph.plan.data import DrawStep
@@ -21,12 +21,10 @@ def stencil_compare(stencil: Stencil, compare: dict[str, str]) -> list[str]:
     return ["held = int64(stencil[uint64(i)])", f"stencil_passes = {test}"]
 
 
-def merge_lines(
-    step: DrawStep, fragment: Printer | None, tests: list[str], write_depth: list[str], kernel: list[str]
-) -> list[str]:
+def merge_lines(step: DrawStep, tests: list[str], write_depth: list[str], kernel: list[str]) -> list[str]:
     """Tests, updates, and colour where both tests pass; ``kernel`` runs only there unless it ran before."""
     stencil = step.state.stencil
-    colour = [*write_depth, *kernel, *(_colour(step, fragment) if fragment is not None else [])]
+    colour = [*write_depth, *kernel, *_colour(step)]
     lines = list(tests)
     if stencil is not None:
         lines += _stencil_update(stencil)
@@ -43,14 +41,17 @@ def _stencil_update(stencil: Stencil) -> list[str]:
     return [f"changed = {choice}", f"stencil[uint64(i)] = uint8((held & {keep}) | (changed & {change}))"]
 
 
-def _colour(step: DrawStep, fragment: Printer) -> list[str]:
+def _colour(step: DrawStep) -> list[str]:
     lines: list[str] = []
+    place = 0
+    outputs = step.fragment.outputs if step.fragment is not None else ()
     blends = step.state.blend or (None,) * len(step.outputs)
     masks = step.state.color_mask or ((True,) * 4,) * len(step.outputs)
     specs = step.source.into
-    for number, (output, blend, mask, spec) in enumerate(zip(fragment.program.outputs, blends, masks, specs, strict=True)):
-        values = [fragment.operand(v) for v in output.values]
-        count = len(values)
+    for number, (output, blend, mask, spec) in enumerate(zip(outputs, blends, masks, specs, strict=True)):
+        count = len(output.values)
+        values = [f"r[{place + channel}]" for channel in range(count)]
+        place += count
         if blend is not None:
             more, values = _blend(blend, values, number, spec.format)
             lines += more

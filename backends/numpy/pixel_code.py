@@ -1,4 +1,4 @@
-"""Generated code of a pixel pass: rows of the output, with the border apart from the interior.
+"""Generated code of a pixel pass: loops over rows of the output, with the border apart from the interior.
 
 In the interior every relative offset lies inside its image, so clamps leave the inner loop and LLVM vectorises it.
 """
@@ -8,58 +8,69 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from passgraph.backends.numpy.channels import single_channel
-from passgraph.backends.numpy.printer import HEADER, Printer, border_lines, identifier, indented
+from passgraph.backends.numpy.jit import HEADER, indented
+from passgraph.backends.numpy.llvm_names import argument_names
 from passgraph.language import scalar as s
 from passgraph.plan.data import PixelStep
 
 
-def pixel_module(step: PixelStep, channels: tuple[int, ...]) -> str:
-    """A module with one function ``rows``; ``channels`` are those of the outputs."""
+def pixel_module(step: PixelStep, channels: tuple[int, ...]) -> tuple[str, dict[str, object]]:
+    """Text of a module with one function ``rows``, and the names to put into it; ``channels`` are the outputs'."""
     program = step.program
-    images = [use.name for use in program.images]
+    one = single_channel(program, channels)
+    inner, count = (one, channels[0]) if one is not None else (program, 0)
     arguments = ["y0", "y1", "width", "height"]
-    for index in range(len(images)):
+    for index in range(len(program.images)):
         arguments += [f"im{index}", f"im{index}_w", f"im{index}_h"]
     arguments += [f"out{index}" for index in range(len(channels))] + ["floats", "ints"]
-    builtins = {
+    tuple_text = ", ".join(argument_names(inner, [builtin(name, program) for name, _ in inner.builtins]))
+    interior, edge = _interior(inner, tuple_text, count), _edge(inner, tuple_text, count)
+    lines = _loops(_reach(program), interior, edge)
+    text = [
+        HEADER,
+        f"inside = body_intrinsic(PROGRAM, True, {count})",
+        f"border = body_intrinsic(PROGRAM, False, {count})",
+        f"def rows({', '.join(arguments)}):",
+        *indented(lines),
+        "rows = compiled(rows)",
+        "",
+    ]
+    return "\n".join(text), {"PROGRAM": inner}
+
+
+def builtin(name: str, program: s.ScalarProgram) -> str:
+    """What a builtin of a pixel pass is in generated code."""
+    known = {
         "pixel.0": "int32(x)", "pixel.1": "int32(y)",
         "output_size.0": "int32(width)", "output_size.1": "int32(height)",
     }  # fmt: skip
-    for index, name in enumerate(images):
-        builtins |= {f"size.{name}.0": f"int32(im{index}_w)", f"size.{name}.1": f"int32(im{index}_h)"}
-    numbers = {name: index for index, name in enumerate(images)}
-    one = single_channel(program, channels)
-    inner = one or program
-    count = channels[0] if one is not None else 0
-
-    def printer(inside: bool) -> Printer:
-        return Printer(inner, builtins, lambda i, p: texel_lines(i, p, numbers, program, inside, count))
-
-    inside, border = printer(True), printer(False)
-    loops = _loops(_reach(program), _interior(inside, count), _edge(border, count))
-    text = [HEADER, *inside.tables(), "", f"def rows({', '.join(arguments)}):"]
-    return "\n".join([*text, *indented([*inside.hoisted(), *loops]), "", "rows = compiled(rows)", ""])
+    if name in known:
+        return known[name]
+    image, _, axis = name.removeprefix("size.").rpartition(".")
+    index = [use.name for use in program.images].index(image)
+    return f"int32(im{index}_{'wh'[int(axis)]})"
 
 
-def _interior(printer: Printer, count: int) -> Callable[[str, str], list[str]]:
+def _interior(program: s.ScalarProgram, given: str, count: int) -> Callable[[str, str], list[str]]:
     """The loop over a stretch of a row; by single numbers where all channels are alike."""
 
     def loop(first: str, last: str) -> list[str]:
         if count:
-            store = f"out0[uint64(row * {count} + j)] = {printer.operand(printer.program.outputs[0].values[0])}"
-            return [f"for j in range({first} * {count}, {last} * {count}):", *indented([*printer.body(), store])]
-        return [f"for x in range({first}, {last}):", *indented([*printer.body(), *_stores(printer)])]
+            body = [f"r = inside(({given},))", f"out0[uint64(row * {count} + j)] = r[0]"]
+            return ["x = 0", f"for j in range({first} * {count}, {last} * {count}):", *indented(body)]
+        body = ["j = 0", f"r = inside(({given},))", *_stores(program)]
+        return [f"for x in range({first}, {last}):", *indented(body)]
 
     return loop
 
 
-def _edge(printer: Printer, count: int) -> Callable[[str, str], list[str]]:
+def _edge(program: s.ScalarProgram, given: str, count: int) -> Callable[[str, str], list[str]]:
     def loop(first: str, last: str) -> list[str]:
         if count:
-            store = f"out0[uint64((row + x) * {count} + channel)] = {printer.operand(printer.program.outputs[0].values[0])}"
-            body = [f"for channel in range({count}):", *indented([*printer.body(), store])]
+            call = [f"r = border(({given},))", f"out0[uint64((row + x) * {count} + j)] = r[0]"]
+            body = [f"for j in range({count}):", *indented(call)]
         else:
-            body = [*printer.body(), *_stores(printer)]
+            body = ["j = 0", f"r = border(({given},))", *_stores(program)]
         return [f"for x in range({first}, {last}):", *indented(body)]
 
     return loop
@@ -100,44 +111,11 @@ def _loops(
     ]
 
 
-def _stores(printer: Printer) -> list[str]:
-    lines = []
-    for number, output in enumerate(printer.program.outputs):
+def _stores(program: s.ScalarProgram) -> list[str]:
+    lines, place = [], 0
+    for number, output in enumerate(program.outputs):
         count = len(output.values)
-        for channel, value in enumerate(output.values):
-            lines.append(f"out{number}[uint64((row + x) * {count} + {channel})] = {printer.operand(value)}")
+        for channel in range(count):
+            lines.append(f"out{number}[uint64((row + x) * {count} + {channel})] = r[{place}]")
+            place += 1
     return lines
-
-
-def texel_lines(
-    i: s.LoadTexel, printer: Printer, numbers: dict[str, int], program: s.ScalarProgram, inside: bool, alike: int = 0
-) -> list[str]:
-    """Statements that read a texel.  ``alike``: one channel stands for this many, indexed by ``j`` or ``channel``."""
-    number = numbers[i.image]
-    channels = program.image(i.image).channels
-    array, width, height = f"im{number}", f"im{number}_w", f"im{number}_h"
-    tag = identifier(next(printer.operand(v) for v in i.to if v is not None))
-    if i.relative and inside:
-        across, down = _offset(i.x, printer), _offset(i.y, printer)
-        if alike:
-            at = [f"row * {channels} + j + ({across} + {down} * width) * {channels}"]
-        else:
-            at = [f"(row + x + {across} + {down} * width) * {channels} + {channel}" for channel in range(channels)]
-        return [f"{printer.operand(v)} = {array}[uint64({a})]" for a, v in zip(at, i.to, strict=False) if v is not None]
-    x = f"(x + {_offset(i.x, printer)})" if i.relative else _offset(i.x, printer)
-    y = f"(y + {_offset(i.y, printer)})" if i.relative else _offset(i.y, printer)
-    lines = [*border_lines(f"{tag}_x", x, width, i.border), *border_lines(f"{tag}_y", y, height, i.border)]
-    lines.append(f"{tag}_i = ({tag}_y * {width} + {tag}_x) * {channels}")
-    if i.border == "zero":
-        lines.append(f"{tag}_in = ({tag}_x == {x}) & ({tag}_y == {y})")
-    for channel, v in enumerate(i.to):
-        if v is not None:
-            read = f"{array}[uint64({tag}_i + {'channel' if alike else channel})]"
-            read = f"({read} if {tag}_in else float32(0.0))" if i.border == "zero" else read
-            lines.append(f"{printer.operand(v)} = {read}")
-    return lines
-
-
-def _offset(value: s.Operand, printer: Printer) -> str:
-    """A texel coordinate or offset as int64."""
-    return f"({int(value.value)})" if isinstance(value, s.Lit) else f"int64({printer.operand(value)})"

@@ -32,8 +32,8 @@ class Raster:
         self.step, self.workers, self.setup = step, workers, raster_setup
         self.width, self.height = step.size
         self.attributes = attributes_of(step)
-        self.vertices = load_module(vertex_module(step), step.name).vertices
-        self.tile = load_module(tile_module(step), step.name).tile
+        self.vertices = load_module(*vertex_module(step), step.name).vertices
+        self.tile = load_module(*tile_module(step), step.name).tile
         uses = step.fragment.images if step.fragment is not None else ()
         names = [name for name, _ in step.images]
         self.image_order = [names.index(use.name) for use in uses]

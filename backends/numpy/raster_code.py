@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from passgraph.backends.numpy.jit import HEADER, indented
+from passgraph.backends.numpy.llvm_names import argument_names
 from passgraph.backends.numpy.merge_code import merge_lines, stencil_compare
-from passgraph.backends.numpy.pixel_code import texel_lines
-from passgraph.backends.numpy.printer import HEADER, Printer, indented
+from passgraph.backends.numpy.pixel_code import builtin
 from passgraph.backends.numpy.raster_setup import TILE
+from passgraph.language.scalar import walk
 from passgraph.plan.data import DrawStep
 
+#: A longer fragment kernel is compiled apart from the loop over pixels, where it would take LLVM seconds.
+MAX_INLINED_INSTRUCTIONS = 100
 _COMPARE = {
     "never": "False", "less": "{0} < {1}", "equal": "{0} == {1}", "less_equal": "{0} <= {1}", "greater": "{0} > {1}",
     "not_equal": "{0} != {1}", "greater_equal": "{0} >= {1}", "always": "True",
@@ -35,50 +39,47 @@ def attributes_of(step: DrawStep) -> list[str]:
     return sorted({name.split(".")[1] for name, _ in step.vertex.builtins if name.startswith("vertex.")})
 
 
-def vertex_module(step: DrawStep) -> str:
+def vertex_module(step: DrawStep) -> tuple[str, dict[str, object]]:
     """A module with ``vertices(first, last, attributes…, floats, ints, clip, varyings)``."""
     program = step.vertex
     names = attributes_of(step)
-    builtins = {
-        name: f"a_{name.split('.')[1]}[v, {name.split('.')[2]}]" for name, _ in program.builtins if name.startswith("vertex.")
-    }
-    printer = Printer(program, builtins, lambda i, p: [])
-    position, varyings = program.outputs
-    stores = [f"clip[v, {c}] = {printer.operand(value)}" for c, value in enumerate(position.values)]
-    stores += [f"varyings[v, {c}] = {printer.operand(value)}" for c, value in enumerate(varyings.values)]
+    builtins = [f"a_{name.split('.')[1]}[v, {name.split('.')[2]}]" for name, _ in program.builtins]
+    given = ", ".join(argument_names(program, builtins))
+    stores = [f"clip[v, {c}] = r[{c}]" for c in range(4)]
+    stores += [f"varyings[v, {c}] = r[{c + 4}]" for c in range(len(step.varyings))]
     arguments = ", ".join(["first", "last", *(f"a_{n}" for n in names), "floats", "ints", "clip", "varyings"])
-    lines = [*printer.hoisted(), "for v in range(first, last):", *indented([*printer.body(), *stores])]
-    return "\n".join([HEADER, *printer.tables(), f"def vertices({arguments}):", *indented(lines), "vertices = compiled(vertices)", ""])
+    lines = ["x = y = row = width = j = 0", "for v in range(first, last):", *indented([f"r = body(({given},))", *stores])]
+    text = [HEADER, "body = body_intrinsic(PROGRAM, False)", f"def vertices({arguments}):", *indented(lines)]
+    return "\n".join([*text, "vertices = compiled(vertices)", ""]), {"PROGRAM": program}
 
 
-def tile_module(step: DrawStep) -> str:
+def tile_module(step: DrawStep) -> tuple[str, dict[str, object]]:
     """A module with ``tile(...)``, which draws one tile's triangles in order."""
-    images = [use.name for use in step.fragment.images] if step.fragment is not None else []
+    images = len(step.fragment.images) if step.fragment is not None else 0
     arguments = ["tile_x", "tile_y", "begin", "end", "lists", "made", "wx", "wy", "wz", "iw", "vary", "width", "height"]
-    for index in range(len(images)):
+    for index in range(images):
         arguments += [f"im{index}", f"im{index}_w", f"im{index}_h"]
     arguments += [f"out{index}" for index in range(len(step.outputs))]
     arguments += ["depth", "stencil", "floats", "ints"]
-    printer = _fragment_printer(step, images)
-    head = printer.hoisted() if printer is not None else []
-    tables = printer.tables() if printer is not None else []
-    lines = [*head, *_triangle_loop(step, _pixel_lines(step, printer))]
-    return "\n".join([HEADER, *tables, f"def tile({', '.join(arguments)}):", *indented(lines), "tile = compiled(tile)", ""])
+    text = [HEADER]
+    if step.fragment is not None:
+        apart = sum(1 for _ in walk(step.fragment.body)) > MAX_INLINED_INSTRUCTIONS
+        text.append(f"body = body_intrinsic(PROGRAM, False, apart={apart})")
+    text += [f"def tile({', '.join(arguments)}):", *indented(["j = 0", *_triangle_loop(step, _pixel_lines(step))])]
+    programs: dict[str, object] = {} if step.fragment is None else {"PROGRAM": step.fragment}
+    return "\n".join([*text, "tile = compiled(tile)", ""]), programs
 
 
-def _fragment_printer(step: DrawStep, images: list[str]) -> Printer | None:
-    if step.fragment is None:
-        return None
-    numbers = {name: index for index, name in enumerate(images)}
-    builtins = {
-        "pixel.0": "int32(x)", "pixel.1": "int32(y)", "output_size.0": "int32(width)", "output_size.1": "int32(height)",
-        "front_facing": "front", "fragment_depth": "z",
-    }  # fmt: skip
-    builtins |= {f"varying.{name}": f"float32((q{i} + q{i}x * dx) * w)" for i, name in enumerate(step.varyings)}
-    for index, name in enumerate(images):
-        builtins |= {f"size.{name}.0": f"int32(im{index}_w)", f"size.{name}.1": f"int32(im{index}_h)"}
+def _fragment_call(step: DrawStep) -> list[str]:
+    """The kernel on one fragment; results in ``r``."""
     program = step.fragment
-    return Printer(program, builtins, lambda i, p: texel_lines(i, p, numbers, program, False))
+    if program is None:
+        return []
+    varyings = {f"varying.{name}": f"float32((q{i} + q{i}x * dx) * w)" for i, name in enumerate(step.varyings)}
+    stage = {"front_facing": "front", "fragment_depth": "z"}
+    names = [varyings.get(name) or stage.get(name) or builtin(name, program) for name, _ in program.builtins]
+    lines = ["w = 1.0 / (i_row + ipx * dx)"] if step.varyings else []
+    return [*lines, f"r = body(({', '.join(argument_names(program, names))},))"]
 
 
 def _triangle_loop(step: DrawStep, pixel: list[str]) -> list[str]:
@@ -161,32 +162,21 @@ def _offset(step: DrawStep) -> list[str]:
     ]
 
 
-def _pixel_lines(step: DrawStep, fragment: Printer | None) -> list[str]:
+def _pixel_lines(step: DrawStep) -> list[str]:
     """One fragment: depth, tests, kernel, merge."""
     lines = ["dx = float(x)", "z = float32(min(max(z_row + zpx * dx, 0.0), 1.0))", "i = row + x"]
-    kernel: list[str] = []
-    if fragment is not None:
-        if step.varyings:
-            kernel.append("w = 1.0 / (i_row + ipx * dx)")
-        kernel += fragment.body()
-    has_depth, stencil = step.depth is not None, step.state.stencil
-    passes = "True"
-    if has_depth:
-        passes = _COMPARE[step.state.depth_compare].format("z", "depth[uint64(i)]")
+    program, stencil = step.fragment, step.state.stencil
+    kernel = _fragment_call(step)
+    has_depth = step.depth is not None
+    passes = _COMPARE[step.state.depth_compare].format("z", "depth[uint64(i)]") if has_depth else "True"
     tests = [f"depth_passes = {passes}"]
     tests += stencil_compare(stencil, _COMPARE) if stencil is not None else ["stencil_passes = True"]
     write_depth = ["depth[uint64(i)] = z"] if has_depth and step.state.depth_write else []
-    discards = fragment is not None and fragment.program.keep is not None
-    if discards:
-        assert fragment is not None and fragment.program.keep is not None
-        keep = fragment.operand(fragment.program.keep)
-        merged = [*merge_lines(step, fragment, tests, write_depth, [])]
-        early = [] if stencil is not None else [f"if {passes}:"]
-        body = [*kernel, f"if {keep}:", *indented(merged)]
-        return [*lines, *early, *(indented(body) if early else body)]
-    if fragment is None and stencil is None and write_depth and step.state.depth_compare in ("less", "less_equal"):
+    if program is not None and program.keep is not None:
+        place = sum(len(output.values) for output in program.outputs)
+        body = [*kernel, f"if r[{place}] != float32(0.0):", *indented(merge_lines(step, tests, write_depth, []))]
+        return [*lines, *([f"if {passes}:", *indented(body)] if stencil is None else body)]
+    if program is None and stencil is None and write_depth and step.state.depth_compare in ("less", "less_equal"):
         # Storing always lets LLVM vectorise the span; a tile belongs to one thread.
         return [*lines, f"depth[uint64(i)] = z if {passes} else depth[uint64(i)]"]
-    return [*lines, *merge_lines(step, fragment, tests, write_depth, kernel)]
-
-
+    return [*lines, *merge_lines(step, tests, write_depth, kernel)]

@@ -89,11 +89,13 @@ class OpenCLBackend(Backend):
         return self.scratch[purpose]
 
     def fill(self, buffer: Any, size: int) -> None:
-        self.cl.enqueue_fill_buffer(self.queue, buffer, np.zeros(1, np.uint8), 0, size)
+        # Some drivers find room only when a buffer is first used.
+        with self.reported(f"clearing {size:,} bytes"):
+            self.cl.enqueue_fill_buffer(self.queue, buffer, np.zeros(1, np.uint8), 0, size)
 
-    def write(self, buffer: Any, array: NDArray[Any]) -> None:
-        """Host array into a buffer.  The array must not change until :meth:`finish`."""
-        self.cl.enqueue_copy(self.queue, buffer, array, is_blocking=False)
+    def write(self, buffer: Any, array: NDArray[Any]) -> Any:
+        """Host array, which must not change, into a buffer.  Dropping the returned event waits for it."""
+        return self.cl.enqueue_copy(self.queue, buffer, array, is_blocking=False)
 
     def read(self, buffer: Any, array: NDArray[Any]) -> None:
         self.cl.enqueue_copy(self.queue, array, buffer, is_blocking=True)
@@ -215,12 +217,13 @@ class Uniforms:
         for buffer in self.buffers:
             backend.free_with(self, buffer)
         self.held: list[bytes] = [b"", b""]
+        self.writing: list[Any] = [None, None]
 
     def update(self, block: Block) -> None:
         for i, array in enumerate((block.floats, block.ints)):
             raw = array.tobytes()
             if raw != self.held[i]:
-                self.backend.write(self.buffers[i], np.frombuffer(raw, np.uint8))
+                self.writing[i] = self.backend.write(self.buffers[i], np.frombuffer(raw, np.uint8))
                 self.held[i] = raw
 
     def fits_constant(self) -> bool:

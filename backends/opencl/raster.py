@@ -23,8 +23,10 @@ if TYPE_CHECKING:
 
 #: Side of a tile in pixels: for CPUs (one work-item a tile) and for others (a work-group of 256).
 TILE_SERIAL, TILE_PARALLEL = 32, 16
-#: Chunks that triangles are split into, and the largest table of chunks by tiles, in entries.
-MAX_CHUNKS, MAX_TABLE = 256, 1 << 22
+#: Chunks that triangles are split into (a work-item each), on CPUs and on others.
+MAX_CHUNKS, MAX_CHUNKS_PARALLEL = 256, 4096
+#: The largest table of chunks by tiles, in entries.
+MAX_TABLE = 1 << 22
 #: Work-items of a group in kernels over vertices, chunks and tiles.
 GROUP = 64
 #: Slots and lists larger than this are made for parts of the mesh, one after the other.
@@ -129,7 +131,8 @@ class Triangles:
 
     def draw(self, first: int, count: int) -> None:
         """Triangles ``first`` to ``first + count``; halves of them where lists would be too long."""
-        chunks = max(1, min(count, MAX_CHUNKS, MAX_TABLE // self.tile_count))
+        most = MAX_CHUNKS if self.runner.serial else MAX_CHUNKS_PARALLEL
+        chunks = max(1, min(count, most, MAX_TABLE // self.tile_count))
         chunk = -(-count // chunks)
         span = np.int32(first), np.int32(count), np.int32(chunk), np.int32(chunks)
         starts, slots = self._starts(span, chunks)

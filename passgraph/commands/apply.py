@@ -7,7 +7,14 @@ from typing import Any
 
 import click
 
-from passgraph.commands.options import backend_option, capture_option, chosen_effect, given_parameters, options_of, output_option
+from passgraph.commands.options import (
+    backend_option,
+    capture_option,
+    chosen_effect,
+    given_parameters,
+    options_of,
+    output_option,
+)
 from passgraph.commands.running import check_outputs, run_and_save
 from passgraph.commands.sources import picture_job
 from passgraph.effects.registry import EFFECTS, Effect

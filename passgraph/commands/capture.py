@@ -48,7 +48,8 @@ def file_name(name: str) -> str:
 def viewable(picture: NDArray[np.float32]) -> tuple[NDArray[np.float32], str]:
     """Gray or RGB in [0, 1], and in words what is shown.
 
-    Values within [0, 1] are shown as they are; others from their smallest to their largest.  Alpha is left
+    Colours within [0, 1] are shown as they are; others, and single channels such as depth, from their smallest to
+    their largest value.  Alpha is left
     out, since data in it would make the picture invisible; NaN is magenta.
 
     >>> viewable(np.array([[[2.0], [4.0]]], np.float32))[1]
@@ -61,9 +62,9 @@ def viewable(picture: NDArray[np.float32]) -> tuple[NDArray[np.float32], str]:
     finite = colours[np.isfinite(colours)]
     low, high = (float(finite.min()), float(finite.max())) if finite.size else (0.0, 1.0)
     shown = "as stored"
-    if low < 0.0 or high > 1.0:
+    if low < 0.0 or high > 1.0 or channels == 1:
         shown = f"black is {low:.6g}, white is {high:.6g}"
-        colours = (colours.astype(np.float64) - low) / max(high - low, 1e-30)
+        colours = ((colours.astype(np.float64) - low) / max(high - low, 1e-30)).astype(np.float32)
     missing = np.isnan(colours).any(axis=2)
     view = np.clip(np.nan_to_num(colours, nan=0.0, posinf=1.0, neginf=0.0), 0.0, 1.0).astype(np.float32)
     if missing.any():

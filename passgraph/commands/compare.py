@@ -8,7 +8,13 @@ from typing import Any
 
 import click
 
-from passgraph.commands.options import BackendType, EffectCommand, chosen_effect, given_parameters, size_option
+from passgraph.commands.options import (
+    BackendType,
+    EffectCommand,
+    chosen_effect,
+    given_parameters,
+    size_option,
+)
 from passgraph.commands.progress import progress
 from passgraph.commands.sources import Job, picture_job, scene_job
 from passgraph.compare import BackendReport, Report
@@ -23,7 +29,14 @@ COMPARE_SIZE = (320, 180)
 @click.command(cls=EffectCommand)
 @click.argument("source", metavar="[SCENE_OR_PICTURE]", required=False, type=click.Path(path_type=Path))
 @click.option("--effect", "-e", required=True, help="What is computed.")
-@click.option("--backend", "-b", "backends", multiple=True, type=BackendType(), help="Backend to test; may be repeated. Without it all.")
+@click.option(
+    "--backend",
+    "-b",
+    "backends",
+    multiple=True,
+    type=BackendType(),
+    help="Backend to test; may be repeated. Without it all.",
+)
 @size_option(COMPARE_SIZE)
 @click.option("--depth", type=click.Path(path_type=Path), help="Depth picture, for effects that take one.")
 @click.option("--linear", is_flag=True, help="Decode 8- and 16-bit pictures from sRGB to linear light first.")
@@ -60,7 +73,12 @@ def compare(
 
 
 def job_of(
-    effect: Effect, source: Path | None, size: tuple[int, int] | None, depth: Path | None, linear: bool, parameters: dict[str, Any]
+    effect: Effect,
+    source: Path | None,
+    size: tuple[int, int] | None,
+    depth: Path | None,
+    linear: bool,
+    parameters: dict[str, Any],
 ) -> Job:
     """A scene or a picture, as the effect takes it."""
     if effect.takes == "scene":
@@ -103,8 +121,17 @@ def _table(backend: BackendReport, isolate: bool) -> Any:
         table.add_column("adds up to", justify="right", overflow="fold")
     table.add_column("verdict", overflow="fold")
     for target in backend.targets:
-        cells = [escape(target.step), escape(f"{target.target} ({target.format.name})"), f"{target.max_error:.3g}"]
-        cells += [f"{target.rmse:.3g}", f"{target.differing:.2%}", f"{target.median_bound:.3g}", f"{target.outside:.3%}"]
+        cells = [
+            escape(target.step),
+            escape(f"{target.target} ({target.format.name})"),
+            f"{target.max_error:.3g}",
+        ]
+        cells += [
+            f"{target.rmse:.3g}",
+            f"{target.differing:.2%}",
+            f"{target.median_bound:.3g}",
+            f"{target.outside:.3%}",
+        ]
         cells += [f"{target.accumulated_max:.3g}"] if isolate else []
         table.add_row(*cells, "within" if target.within_bounds else "[bold red]diverges[/]")
     return table

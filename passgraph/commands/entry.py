@@ -10,6 +10,7 @@ from importlib import import_module
 
 import click
 
+import passgraph
 from passgraph.errors import PassgraphError
 
 #: Set, an unforeseen error shows its traceback.
@@ -41,8 +42,10 @@ class _Commands(click.Group):
             formatter.write_dl(list(COMMANDS.items()))
 
 
-@click.command(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
-@click.version_option(package_name="passgraph", prog_name="passgraph")
+@click.command(
+    cls=_Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110}
+)
+@click.version_option(passgraph.__version__, prog_name="passgraph")
 def group() -> None:
     """Write a post-effect once, in Python; run it on OpenGL, OpenCL or the CPU; know by how much they differ."""
 
@@ -63,6 +66,8 @@ def run(arguments: list[str] | None) -> int:
     except (KeyboardInterrupt, click.Abort):
         click.echo("passgraph: interrupted", err=True)
         return 130
+    except SystemExit:
+        return 141  # click has met a broken pipe
     except BrokenPipeError:
         # The reader (head, less) has had enough; Python would complain again when it flushes at exit.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
@@ -87,7 +92,7 @@ def failed(error: Exception) -> int:
     elif isinstance(error, PassgraphError):
         text = str(error)
     elif isinstance(error, MemoryError):
-        text = f"not enough memory ({error or 'none left'}); use a smaller --size or picture"
+        text = f"not enough memory ({str(error) or 'none left'}); use a smaller --size or picture"
     elif isinstance(error, OSError):
         text = f"{error.filename}: {error.strerror}" if error.filename and error.strerror else str(error)
     else:

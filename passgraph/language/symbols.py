@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Generic, TypeVar
 
 from passgraph.errors import PassgraphError
 
@@ -143,8 +143,12 @@ class Vertex:
         tangent: Any
 
 
-class Const(Generic[T]):
-    """A parameter that is baked into the kernel when the graph is compiled: ``taps: Const[int]``."""
+if TYPE_CHECKING:
+    Const = Annotated[T, "baked"]  # to Python's type checkers a Const[int] is an int
+else:
+
+    class Const(Generic[T]):
+        """A parameter that is baked into the kernel when the graph is compiled: ``taps: Const[int]``."""
 
 
 class Array(Generic[T]):

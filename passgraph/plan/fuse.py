@@ -11,7 +11,7 @@ from dataclasses import replace
 from passgraph.graph import Pass, PixelPass
 from passgraph.language.lower import Fused, ImageFacts, lower
 from passgraph.language.scalar import walk
-from passgraph.plan.collect import Lowered, Work
+from passgraph.plan.collect import Lowered, Work, drawn_over
 from passgraph.plan.specialise import reads_size
 from passgraph.targets import Derived, InputSpec, Target, Value
 
@@ -40,16 +40,23 @@ def _fusable(target: Target, consumer: Lowered, static: set[Pass], work: Work) -
     made = [Target(spec, producer.node, slot) for slot, spec in enumerate(producer.node.into)]
     if any(t in wanted for t in made):
         return False
-    readers = [low for low in work.passes.values() if any(t.made_by is producer.node for t in low.node.reads)]
+    # Images now read, those of passes fused before too: their readers are gone from the graph but not from the work.
+    readers = [low for low in work.passes.values() if any(t.made_by is producer.node for t in _contents(low))]
     if readers != [consumer]:
         return False
     if producer.node in static and consumer.node not in static:
         return False
     names = [name for name, t in consumer.images.items() if t.made_by is producer.node]
+    if any("/" in name for name in names):
+        return False  # also read by a pass that was fused into the consumer
     if any(not consumer.program.image(name).pointwise or reads_size(consumer.program, name) for name in names):
         return False
     total = sum(1 for _ in walk(producer.program.body)) + sum(1 for _ in walk(consumer.program.body))
     return total <= MAX_FUSED_INSTRUCTIONS
+
+
+def _contents(lowered: Lowered) -> list[Target]:
+    return [*lowered.images.values(), *drawn_over(lowered.node)]
 
 
 def _static_passes(work: Work) -> set[Pass]:

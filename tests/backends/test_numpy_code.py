@@ -46,7 +46,7 @@ def pixel_step(text: str) -> PixelStep:
 
 def test_arrays_are_promised_not_to_overlap(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PASSGRAPH_CACHE", str(tmp_path))  # a new folder: code from a cache keeps no text
-    module = load_module(pixel_module(pixel_step(GATHER), (1,)) + "# compiled afresh\n", "gather")
+    module = load_module(*pixel_module(pixel_step(GATHER), (1,)), "gather")
     call = [*[np.zeros(4, np.float32), 1, 1] * 2, np.zeros(1, np.float32), np.zeros(1, np.float32), np.zeros(1, np.int32)]
     module.rows(0, 0, 1, 1, *call)
     assert "noalias" in next(iter(module.rows.inspect_llvm().values()))
@@ -55,8 +55,8 @@ def test_arrays_are_promised_not_to_overlap(tmp_path: Path, monkeypatch: pytest.
 def test_compiled_code_is_vectorised(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """One kernel whose loop is vectorised has packed instructions; a scalar one would have none of them."""
     monkeypatch.setenv("PASSGRAPH_CACHE", str(tmp_path))
-    text = pixel_module(pixel_step(BLUR), (4,)) + "# another key: compiled afresh\n"
-    module = load_module(text, "blur")
+    text, programs = pixel_module(pixel_step(BLUR), (4,))
+    module = load_module(text + "# another key: compiled afresh\n", programs, "blur")
     module.rows(0, 0, 1, 1, np.zeros(4, np.float32), 1, 1, np.zeros(4, np.float32), np.zeros(1, np.float32), np.zeros(1, np.int32))
     assembly = next(iter(module.rows.inspect_asm().values()))
     assert "mulps" in assembly or "fmul\tv" in assembly
@@ -122,7 +122,7 @@ def test_a_cache_that_others_may_write_to_is_refused(tmp_path: Path, monkeypatch
 
 
 def test_generated_code_holds_no_name_of_the_users() -> None:
-    text = pixel_module(pixel_step(GATHER.replace("color", "os_system").replace("gather", "evil")), (1,))
+    text, _ = pixel_module(pixel_step(GATHER.replace("color", "os_system").replace("gather", "evil")), (1,))
     assert "os_system" not in text and "evil" not in text
 
 

@@ -14,6 +14,7 @@ from passgraph.scene.matrices import translation
 from passgraph.scene.shipped import box
 
 Picture = NDArray[np.float32]
+Float64 = NDArray[np.float64]
 SIZE = (96, 64)
 
 
@@ -26,7 +27,9 @@ def floor(half: float = 4.0, **options: Any) -> pg.Node:
 
 def cube(at: Sequence[float] = (0.0, 0.0, 0.0), size: float = 1.0, **options: Any) -> pg.Node:
     """A cube that stands with its middle at ``at``."""
-    return pg.Node(box(size), pg.Material("grey", (0.5, 0.5, 0.5, 1)), translation(at), name="cube", **options)
+    return pg.Node(
+        box(size), pg.Material("grey", (0.5, 0.5, 0.5, 1)), translation(at), name="cube", **options
+    )
 
 
 def from_above(height: float = 8.0, x: float = 0.5) -> pg.Camera:
@@ -42,7 +45,7 @@ def sun(elevation_deg: float = 45.0, azimuth_deg: float = 0.0, **options: Any) -
     return pg.Light.directional(direction, **{"radius": 0.0, **options})
 
 
-def floor_places(camera: pg.Camera, size: tuple[int, int] = SIZE) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def floor_places(camera: pg.Camera, size: tuple[int, int] = SIZE) -> tuple[Float64, Float64]:
     """World x and z of each pixel's centre on the floor, for a camera from above."""
     width, height = size
     half = tan(0.5 * camera.vertical_fov_rad) * camera.eye[1]
@@ -57,13 +60,22 @@ def moved(scene: pg.Scene, offset: Sequence[float]) -> pg.Scene:
     camera, light = scene.camera, scene.lights[0]
     nodes = [pg.Node(n.mesh, n.material, translation(by) @ n.transform, n.name) for n in scene.nodes]
     camera = pg.Camera(
-        tuple(by + camera.eye), tuple(by + camera.target), camera.up, camera.vertical_fov_rad, camera.near, camera.far
+        tuple(by + camera.eye),
+        tuple(by + camera.target),
+        camera.up,
+        camera.vertical_fov_rad,
+        camera.near,
+        camera.far,
     )
-    light = pg.Light(light.kind, tuple(by + light.position), light.direction, light.color, light.intensity, light.radius)
+    light = pg.Light(
+        light.kind, tuple(by + light.position), light.direction, light.color, light.intensity, light.radius
+    )
     return pg.Scene(tuple(nodes), camera, (light,), scene.name)
 
 
-def render(*targets: pg.Target, size: tuple[int, int] = SIZE, backend: str = "reference", **values: Any) -> dict[str, Picture]:
+def render(
+    *targets: pg.Target, size: tuple[int, int] = SIZE, backend: str = "reference", **values: Any
+) -> dict[str, Picture]:
     """One run; pictures by target name."""
     with pg.compile(targets, backend=backend, size=size) as program:
         return dict(program(**values))

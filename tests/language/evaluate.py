@@ -34,8 +34,8 @@ def _whole(a: Lanes) -> Lanes:
 
 
 COMPUTE: dict[str, Callable[..., Lanes]] = {
-    "add": lambda a, b: a + b, "sub": lambda a, b: a - b, "mul": lambda a, b: a * b, "div": lambda a, b: a / b,
-    "neg": lambda a: -a, "floor_divide": _whole_divide, "int_mod": _whole_mod,
+    "add": lambda a, b: a + b, "sub": lambda a, b: a - b, "mul": lambda a, b: a * b,
+    "div": lambda a, b: a / b, "neg": lambda a: -a, "floor_divide": _whole_divide, "int_mod": _whole_mod,
     "min": lambda a, b: np.where(b < a, b, a), "max": lambda a, b: np.where(a < b, b, a), "abs": np.abs,
     "floor": np.floor, "ceil": np.ceil, "trunc": np.trunc, "round": np.rint, "sqrt": np.sqrt,
     "less": np.less, "less_equal": np.less_equal, "greater": np.greater, "greater_equal": np.greater_equal,

@@ -39,7 +39,7 @@ def plan(*outputs: Target, **options: bool) -> Plan:
     return build({target.name: target for target in outputs}, options=Options(**options))
 
 
-def named(kernel: object, *images: Target, name: str, format: str = "rgba32f", **settings: object) -> Target:  # noqa: A002
+def named(kernel: object, *images: Target, name: str, format: str = "rgba32f", **settings: object) -> Target:
     made: Target = kernel(*images, into=pg.target(name, format, **settings), name=name)  # type: ignore[operator]
     return made
 
@@ -63,7 +63,11 @@ def test_what_only_fed_a_dropped_pass_goes_with_it() -> None:
     first = named(copy, frame, name="first")
     second = named(copy, first, name="second")
     assert steps(plan(either(frame, second, False, name="out"), fuse=False)) == ["out"]
-    assert set(steps(plan(either(frame, second, False, name="out"), fuse=False, cull=False))) == {"first", "second", "out"}
+    assert set(steps(plan(either(frame, second, False, name="out"), fuse=False, cull=False))) == {
+        "first",
+        "second",
+        "out",
+    }
 
 
 def test_history_that_only_a_dropped_pass_reads_is_dropped() -> None:
@@ -101,7 +105,9 @@ def test_both_results_of_a_pass_fuse_into_their_one_reader() -> None:
 
 
 @pytest.mark.parametrize(
-    ("kernel", "why"), [(left, "neighbours"), (zoom, "jumps"), (sized, "the picture's size is read")], ids=lambda v: str(v)
+    ("kernel", "why"),
+    [(left, "neighbours"), (zoom, "jumps"), (sized, "the picture's size is read")],
+    ids=lambda v: str(v),
 )
 def test_nothing_fuses_into_a_pass_that_reads_elsewhere(kernel: object, why: str) -> None:
     first = named(copy, frame, name="first")
@@ -134,6 +140,15 @@ def test_work_that_runs_once_is_not_fused_into_work_of_every_frame() -> None:
     once = named(copy, still, name="once")
     assert steps(plan(named(add, once, frame, name="out"))) == ["once", "out"]
     assert steps(plan(named(copy, once, name="out"))) == ["out"]
+
+
+def test_a_picture_read_by_a_fused_pass_and_by_its_reader_is_still_written() -> None:
+    """Once ``middle`` is inside ``out``, ``first`` has one reader, which reads it twice."""
+    first = named(copy, frame, name="first")
+    middle = named(copy, first, name="middle")
+    assert steps(plan(named(add, middle, first, name="out"))) == ["first", "out"]
+    other = named(copy, first, name="other")
+    assert steps(plan(named(add, middle, frame, name="out"), other)) == ["first", "out", "other"]
 
 
 def test_fusion_can_be_switched_off() -> None:
@@ -184,7 +199,12 @@ def test_lifetimes_reach_from_first_to_last_touch() -> None:
     b = named(left, a, name="b")
     c = named(add, named(left, b, name="between"), a, name="c")
     made = plan(c, fuse=False)
-    spans = {r.name: s for r, s in zip(made.resources, lifetimes(list(made.resources), list(made.steps)).values(), strict=True)}
+    spans = {
+        r.name: s
+        for r, s in zip(
+            made.resources, lifetimes(list(made.resources), list(made.steps)).values(), strict=True
+        )
+    }
     assert spans == {"frame": (0, 4), "a": (0, 3), "b": (1, 2), "between": (2, 3), "c": (0, 4)}
 
 
@@ -240,7 +260,9 @@ def test_only_one_format_and_size_shares() -> None:
 def test_outputs_inputs_and_history_keep_their_memory() -> None:
     spec = pg.target("first", "rgba32f")
     first = copy(frame, into=spec, name="first")
-    out = named(left, named(left, named(add, first, pg.previous(spec), name="mixed"), name="more"), name="out")
+    out = named(
+        left, named(left, named(add, first, pg.previous(spec), name="mixed"), name="more"), name="out"
+    )
     made = plan(out, first)
     for resource in made.resources:
         if resource.name in ("frame", "first", "previous first", "out"):
@@ -332,7 +354,13 @@ def paint(corner: Corner, color: pg.vec3) -> vec4:
 
 def drawn(into: object, name: str, **settings: object) -> Target:
     made: Target = pg.draw(
-        TRIANGLE, vertex=place, fragment=paint, into=into, color=(1.0, 0.0, 0.0), name=name, **settings  # type: ignore[arg-type]
+        TRIANGLE,
+        vertex=place,
+        fragment=paint,
+        into=into,
+        color=(1.0, 0.0, 0.0),
+        name=name,
+        **settings,  # type: ignore[arg-type]
     )
     return made
 

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 import passgraph as pg
+from passgraph import vec4
 from passgraph.backends.null import NullBackend
 from passgraph.formats import format_named
-from passgraph import vec4
 from passgraph.graph import PixelPass
 from passgraph.plan.build import build
 from passgraph.plan.collect import MAX_PICTURE_BYTES
@@ -41,7 +41,9 @@ def test_nothing_to_compile() -> None:
 
 
 def test_an_output_that_no_pass_writes() -> None:
-    with pytest.raises(pg.GraphError, match=r"target 'lost' is declared but not written; compile what its pass returned"):
+    with pytest.raises(
+        pg.GraphError, match=r"target 'lost' is declared but not written; compile what its pass returned"
+    ):
         build({"lost": pg.target("lost")})  # type: ignore[dict-item]
 
 
@@ -53,7 +55,9 @@ def test_an_output_that_is_no_target() -> None:
 def test_an_output_that_is_an_input_or_history() -> None:
     assert refusal(frame) == "output 'out0' is an input, which no pass computes; put a pass behind it"
     last = pg.previous(pg.target("t"))
-    assert refusal(last) == "output 'out0' is last frame's content, which no pass computes; put a pass behind it"
+    assert (
+        refusal(last) == "output 'out0' is last frame's content, which no pass computes; put a pass behind it"
+    )
 
 
 def test_a_cycle_is_named_pass_by_pass() -> None:
@@ -130,7 +134,10 @@ def test_a_size_taken_from_what_is_made_later() -> None:
     late = copy(frame, into=pg.target("late", "rgba32f"), name="later")
     early = fill(1.0, into=pg.target("early", like=late), name="sooner")
     text = refusal(early, size=(8, 4))
-    assert text == "pass 'sooner' takes its size from 'late', which no pass before it makes; give that one a size"
+    assert (
+        text
+        == "pass 'sooner' takes its size from 'late', which no pass before it makes; give that one a size"
+    )
 
 
 def test_a_target_too_large() -> None:
@@ -151,7 +158,9 @@ def test_history_that_nothing_writes() -> None:
 
 
 def test_compile_wants_what_passes_returned() -> None:
-    with pytest.raises(pg.GraphError, match="compile takes targets that passes returned, got target 't' is declared"):
+    with pytest.raises(
+        pg.GraphError, match="compile takes targets that passes returned, got target 't' is declared"
+    ):
         pg.compile(pg.target("t"), backend=NullBackend())  # type: ignore[arg-type]
     with pytest.raises(pg.GraphError, match="compile takes targets that passes returned, got 3"):
         pg.compile([3], backend=NullBackend())  # type: ignore[list-item]
@@ -179,7 +188,10 @@ def test_compile_without_size_says_so_at_once() -> None:
 
 def test_read_before_the_first_run() -> None:
     open_input = pg.Input("open")
-    with pg.compile(copy(open_input), backend=NullBackend()) as program, pytest.raises(pg.GraphError, match="nothing has run yet"):
+    with (
+        pg.compile(copy(open_input), backend=NullBackend()) as program,
+        pytest.raises(pg.GraphError, match="nothing has run yet"),
+    ):
         program.read()
 
 
@@ -212,15 +224,24 @@ def test_set_names_what_is_missing() -> None:
         ({"frame": "photo.png"}, "input 'frame' must be an array (height, width, channels) of numbers"),
         ({"frame": np.zeros((4, 8, 3), np.float32)}, "input 'frame' is rgba32f with 4 channel(s), got 3"),
         ({"frame": np.zeros((5, 8, 4), np.float32)}, "input 'frame' is declared 8x4 pixels, got 8x5"),
-        ({"frame": np.zeros((0, 8, 4), np.float32)}, "input 'frame' must have 1 to 4 channels and at least one pixel"),
+        (
+            {"frame": np.zeros((0, 8, 4), np.float32)},
+            "input 'frame' must have 1 to 4 channels and at least one pixel",
+        ),
         ({"frame": np.zeros((4, 8, 4), np.int32)}, "input 'frame' has dtype int32; give float32"),
-        ({"frame": np.zeros((4, 8, 4), np.float32)}, "value 'gain' is missing; run the program as program(gain=...)"),
+        (
+            {"frame": np.zeros((4, 8, 4), np.float32)},
+            "value 'gain' is missing; run the program as program(gain=...)",
+        ),
         (
             {"frame": np.zeros((4, 8, 4), np.float32), "gain": 1.0, "more": 2},
             "there is no input or value 'more' in this graph; it takes frame, gain",
         ),
         ({"frame": np.zeros((4, 8, 4), np.float32), "gain": "much"}, "factor of pass 'scaled' must be float"),
-        ({"frame": np.zeros((4, 8, 4), np.float32), "gain": (1.0, 2.0)}, "factor of pass 'scaled' must be float"),
+        (
+            {"frame": np.zeros((4, 8, 4), np.float32), "gain": (1.0, 2.0)},
+            "factor of pass 'scaled' must be float",
+        ),
     ],
 )
 def test_runs_name_what_does_not_fit(given: dict[str, object], message: str) -> None:
@@ -250,7 +271,10 @@ def test_a_plan_that_fails_leaves_a_usable_program() -> None:
 
 
 def test_a_format_that_is_not_there_is_close_to_one_that_is() -> None:
-    with pytest.raises(pg.GraphError, match="there is no format 'rgba16'; did you mean|there is no format 'rgb_16f'; did you mean"):
+    with pytest.raises(
+        pg.GraphError,
+        match="there is no format 'rgba16'; did you mean|there is no format 'rgb_16f'; did you mean",
+    ):
         format_named("rgb_16f")
 
 

@@ -1,0 +1,228 @@
+"""A scalar program as one numba intrinsic: its body is built in LLVM directly.
+
+numba compiles the loops around it.  Handing it the body as Python text would work too, but type inference and SSA over
+a thousand lines take ten times as long as all of LLVM's optimisations.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from llvmlite import ir
+from numba import types
+from numba.core import cgutils
+from numba.extending import intrinsic
+
+from passgraph.backends.numpy.llvm_names import argument_names
+from passgraph.backends.numpy.llvm_ops import F32, I32, I64, TYPES, constant, emit_operation
+from passgraph.language import scalar as s
+
+
+def body_intrinsic(program: s.ScalarProgram, inside: bool, alike: int = 0, apart: bool = False) -> Any:
+    """A function of one tuple for generated code to call; see :func:`argument_names` for what it holds.
+
+    Returns a tuple of float32: every output's components one after another, then 1 or 0 for ``keep`` if there is one.
+    ``inside``: relative reads need no border rule.  ``alike``: one channel stands for this many (see channels.py).
+    ``apart``: a function of its own, not inlined: for loops that do not vectorise anyway, LLVM takes a fraction of the time.
+    """
+    count = sum(len(output.values) for output in program.outputs) + (program.keep is not None)
+    result = types.UniTuple(types.float32, count)
+
+    @intrinsic
+    def body(typing_context: Any, values: Any) -> Any:
+        def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            kind = signature.args[0]
+            if apart:
+                results = _call_apart(program, context, builder, kind, arguments[0])
+            else:
+                results = Body(program, context, builder, kind, arguments[0], inside, alike).results()
+            return context.make_tuple(builder, result, results)
+
+        return result(values), generate
+
+    return body
+
+
+def _call_apart(program: s.ScalarProgram, context: Any, builder: Any, kind: Any, values: Any) -> list[Any]:
+    """Call the body as a function beside the caller; results come back as one LLVM struct."""
+    count = sum(len(output.values) for output in program.outputs) + (program.keep is not None)
+    made = ir.LiteralStructType([F32] * count)
+    function = ir.Function(builder.module, ir.FunctionType(made, [values.type]), f"body_{program.key[:16]}")
+    function.linkage = "internal"
+    function.attributes.add("noinline")
+    inner = ir.IRBuilder(function.append_basic_block("entry"))
+    results = Body(program, context, inner, kind, function.args[0], False, 0).results()
+    packed = ir.Constant(made, ir.Undefined)
+    for place, value in enumerate(results):
+        packed = inner.insert_value(packed, value, place)
+    inner.ret(packed)
+    returned = builder.call(function, [values])
+    return [builder.extract_value(returned, place) for place in range(count)]
+
+
+class Body:
+    """One program on its way into a builder."""
+
+    def __init__(
+        self, program: s.ScalarProgram, context: Any, builder: Any, tuple_type: Any, tuple_value: Any, inside: bool, alike: int
+    ) -> None:
+        self.program, self.context, self.builder = program, context, builder
+        self.inside, self.alike = inside, alike
+        builtins = [name for name, _ in program.builtins]
+        names = argument_names(program, builtins)
+        self.given = {name: builder.extract_value(tuple_value, i) for i, name in enumerate(names)}
+        self.kinds = {name: tuple_type.types[i] for i, name in enumerate(names)}
+        self.numbers = {use.name: i for i, use in enumerate(program.images)}
+        self.values: dict[int, Any] = {}
+        self.slots = {name: cgutils.alloca_once(builder, TYPES[kind]) for name, kind in program.variables}
+        self.tables: dict[str, Any] = {}
+        self.loops: list[tuple[Any, Any]] = []  # (next trip, behind the loop)
+
+    def results(self) -> list[Any]:
+        """Emit everything; the outputs' components, then ``keep`` as 1 or 0."""
+        self.block(self.program.body)
+        values = [self.operand(value) for output in self.program.outputs for value in output.values]
+        if self.program.keep is not None:
+            values.append(self.builder.uitofp(self.operand(self.program.keep), F32))
+        return values
+
+    def operand(self, value: s.Operand) -> Any:
+        return constant(value) if isinstance(value, s.Lit) else self.values[value.id]
+
+    def block(self, instructions: tuple[s.Instruction, ...]) -> None:
+        for instruction in instructions:
+            if self.builder.block.is_terminated:
+                return
+            self._emit(instruction)
+
+    def _emit(self, i: s.Instruction) -> None:
+        b = self.builder
+        if isinstance(i, s.Op):
+            self.values[i.to.id] = emit_operation(b, i.operation, i.on, [self.operand(a) for a in i.arguments])
+        elif isinstance(i, s.Choose):
+            self.values[i.to.id] = b.select(self.operand(i.condition), self.operand(i.then), self.operand(i.orelse))
+        elif isinstance(i, s.LoadUniform):
+            index = b.sext(self.operand(i.index), I64)
+            self.values[i.to.id] = self._load(f"{i.block}s", index, TYPES[i.block])
+        elif isinstance(i, s.LoadTable):
+            self.values[i.to.id] = self._table(i)
+        elif isinstance(i, s.LoadBuiltin):
+            self.values[i.to.id] = self.given[i.name]
+        elif isinstance(i, s.LoadTexel):
+            self._texel(i)
+        elif isinstance(i, s.Read):
+            self.values[i.to.id] = b.load(self.slots[i.variable], typ=TYPES[i.to.type])
+        elif isinstance(i, s.Write):
+            b.store(self.operand(i.value), self.slots[i.variable])
+        elif isinstance(i, s.If):
+            self._if(i)
+        elif isinstance(i, s.For):
+            self._for(i)
+        else:
+            b.branch(self.loops[-1][1] if isinstance(i, s.Break) else self.loops[-1][0])
+
+    # Memory
+
+    def _data(self, name: str) -> Any:
+        array = self.context.make_array(self.kinds[name])(self.context, self.builder, self.given[name])
+        return array.data
+
+    def _load(self, name: str, index: Any, type_: Any) -> Any:
+        pointer = self.builder.gep(self._data(name), [index], inbounds=True, source_etype=type_)
+        return self.builder.load(pointer, typ=type_)
+
+    def _table(self, i: s.LoadTable) -> Any:
+        if i.table not in self.tables:
+            kind, values = next((kind, values) for name, kind, values in self.program.tables if name == i.table)
+            array = ir.Constant(ir.ArrayType(TYPES[kind], len(values)), [constant(s.Lit(kind, v)) for v in values])
+            self.tables[i.table] = cgutils.global_constant(self.builder, f"table_{self.program.key[:12]}_{i.table}", array)
+        table = self.tables[i.table]
+        index = self.builder.sext(self.operand(i.index), I64)
+        element = TYPES[i.to.type]
+        pointer = self.builder.gep(table, [ir.Constant(I64, 0), index], inbounds=True)
+        return self.builder.load(pointer, typ=element)
+
+    def _texel(self, i: s.LoadTexel) -> None:
+        number = self.numbers[i.image]
+        channels = ir.Constant(I64, self.program.images[number].channels)
+        b = self.builder
+        x, y = b.sext(self.operand(i.x), I64), b.sext(self.operand(i.y), I64)
+        outside = None
+        if i.relative and self.inside:
+            offset = b.add(x, b.mul(y, self.given["width"]))
+            if self.alike:
+                at = b.add(b.add(b.mul(self.given["row"], channels), self.given["j"]), b.mul(offset, channels))
+            else:
+                at = b.mul(b.add(b.add(self.given["row"], self.given["x"]), offset), channels)
+        else:
+            if i.relative:
+                x, y = b.add(self.given["x"], x), b.add(self.given["y"], y)
+            width, height = self.given[f"im{number}_w"], self.given[f"im{number}_h"]
+            inner_x, inner_y = border(b, i.border, x, width), border(b, i.border, y, height)
+            if i.border == "zero":
+                outside = b.or_(b.icmp_signed("!=", inner_x, x), b.icmp_signed("!=", inner_y, y))
+            at = b.mul(b.add(b.mul(inner_y, width), inner_x), channels)
+            if self.alike:
+                at = b.add(at, self.given["j"])
+        for channel, value in enumerate(i.to):
+            if value is not None:
+                index = at if self.alike else b.add(at, ir.Constant(I64, channel))
+                loaded = self._load(f"im{number}", index, F32)
+                self.values[value.id] = loaded if outside is None else b.select(outside, ir.Constant(F32, 0.0), loaded)
+
+    # Control
+
+    def _if(self, i: s.If) -> None:
+        b = self.builder
+        then, orelse, behind = (b.append_basic_block(name) for name in ("then", "else", "behind"))
+        b.cbranch(self.operand(i.condition), then, orelse)
+        for block, instructions in ((then, i.then), (orelse, i.orelse)):
+            b.position_at_end(block)
+            self.block(instructions)
+            if not b.block.is_terminated:
+                b.branch(behind)
+        b.position_at_end(behind)
+
+    def _for(self, i: s.For) -> None:
+        b = self.builder
+        slot = cgutils.alloca_once(b, I32)
+        b.store(ir.Constant(I32, i.start), slot)
+        check, body, following, behind = (b.append_basic_block(name) for name in ("check", "body", "next", "behind"))
+        b.branch(check)
+        b.position_at_end(check)
+        index = b.load(slot, typ=I32)
+        sign = "<" if i.step > 0 else ">"
+        b.cbranch(b.icmp_signed(sign, index, ir.Constant(I32, i.stop)), body, behind)
+        b.position_at_end(body)
+        self.values[i.index.id] = index
+        self.loops.append((following, behind))
+        self.block(i.body)
+        self.loops.pop()
+        if not b.block.is_terminated:
+            b.branch(following)
+        b.position_at_end(following)
+        b.store(b.add(index, ir.Constant(I32, i.step)), slot)
+        b.branch(check)
+        b.position_at_end(behind)
+
+
+def border(b: Any, rule: str, coordinate: Any, size: Any) -> Any:
+    """A coordinate brought into range."""
+    zero, one = ir.Constant(I64, 0), ir.Constant(I64, 1)
+    last = b.sub(size, one)
+    if rule == "repeat":
+        return _floor_modulo(b, coordinate, size)
+    if rule == "mirror":
+        twice = b.add(size, size)
+        m = _floor_modulo(b, coordinate, twice)
+        back = b.sub(b.sub(twice, one), m)
+        return b.select(b.icmp_signed("<", back, m), back, m)
+    low = b.select(b.icmp_signed("<", coordinate, zero), zero, coordinate)
+    return b.select(b.icmp_signed(">", low, last), last, low)
+
+
+def _floor_modulo(b: Any, value: Any, size: Any) -> Any:
+    rest = b.srem(value, size)
+    return b.select(b.icmp_signed("<", rest, ir.Constant(I64, 0)), b.add(rest, size), rest)
+
+

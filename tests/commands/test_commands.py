@@ -1,0 +1,472 @@
+"""Every command from end to end, and every way to go wrong: one line, status 2, no traceback, no partial file."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import passgraph as pg
+from passgraph.backends.reference import ReferenceBackend
+from passgraph.commands.entry import COMMANDS, run
+from passgraph.effects.registry import EFFECTS
+from passgraph.errors import DeviceMissingError
+
+root = Path(__file__).resolve().parents[2]
+SMALL = ["--size", "48x27", "--map-size", "32"]
+
+
+@pytest.fixture(autouse=True)
+def in_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Commands run in an empty folder with one picture in it."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("PASSGRAPH_TRACEBACK", raising=False)
+    y, x = np.mgrid[0:20, 0:30] / 32
+    pg.save("in.png", np.dstack([x, y, 1 - x, np.ones_like(x)]).astype(np.float32))
+    return tmp_path
+
+
+class Outcome:
+    def __init__(self, arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+        capsys.readouterr()
+        self.status = run(arguments)
+        self.out, self.err = capsys.readouterr()
+
+
+def well(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    outcome = Outcome(list(arguments), capsys)
+    assert outcome.status == 0, outcome.err
+    assert outcome.err == ""
+    return outcome.out
+
+
+def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
+    """The one line on stderr; nothing is printed or left behind."""
+    before = sorted(Path.cwd().rglob("*"))
+    outcome = Outcome(list(arguments), capsys)
+    assert outcome.status == 2
+    assert outcome.out == ""
+    assert outcome.err.count("\n") == 1
+    assert outcome.err.startswith("passgraph: error: ")
+    assert "Traceback" not in outcome.err
+    assert sorted(Path.cwd().rglob("*")) == before
+    return outcome.err
+
+
+# render
+
+
+def test_render_writes_the_shipped_scene(capsys: pytest.CaptureFixture[str]) -> None:
+    out = well(capsys, "render", *SMALL, "-o", "shadow.png", "-b", "numpy")
+    assert out.startswith("shadow.png: 48x27 by numpy; compile ")
+    assert ", run " in out
+    picture = pg.load("shadow.png")
+    assert picture.shape == (27, 48, 4)
+    assert picture[..., :3].std() > 0.05
+
+
+def test_render_to_exr_keeps_what_is_above_one(capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("OpenEXR")
+    well(capsys, "render", *SMALL, "-o", "hdr.exr", "-b", "numpy", "--ambient", "4")
+    well(capsys, "render", *SMALL, "-o", "shown.exr", "-b", "numpy", "--ambient", "4", "--display")
+    assert pg.load("hdr.exr").max() > 1.5
+    assert pg.load("shown.exr").max() <= 1.0
+
+
+def test_render_reads_a_scene_file(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("box.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    well(capsys, "render", "box.obj", "--effect", "soft-shadow", *SMALL, "-o", "box.png", "-b", "numpy")
+    assert pg.load("box.png").shape == (27, 48, 4)
+
+
+def test_render_captures_every_target(capsys: pytest.CaptureFixture[str]) -> None:
+    out = well(capsys, "render", *SMALL, "-o", "shadow.png", "-b", "numpy", "--capture", "steps")
+    exact = {path.stem for path in Path("steps").glob("*.npy")}
+    assert exact == {path.stem for path in Path("steps").glob("*.png")}
+    assert f"{len(exact)} targets in steps" in out
+    assert any("shadow_map" in name for name in exact)
+    depth = next(path for path in sorted(Path("steps").glob("*.npy")) if path.stem.endswith("-depth"))
+    values = np.load(depth)
+    assert f"{depth.stem}.png  48x27, black is {values.min():.6g}, white is {values.max():.6g}" in out
+    assert pg.load(depth.with_suffix(".png"))[..., 0].max() == 1.0
+
+
+# apply
+
+
+def test_apply_black_and_white(capsys: pytest.CaptureFixture[str]) -> None:
+    out = well(capsys, "apply", "black-and-white", "in.png", "-o", "gray.png", "--weights", "1", "0", "0")
+    assert out.startswith("gray.png: 30x20 by numpy; compile ")
+    made = pg.load("gray.png")
+    assert np.array_equal(made[..., 0], made[..., 1])
+    assert np.abs(made[..., 0] - pg.load("in.png")[..., 0]).max() <= 1 / 255
+
+
+@pytest.mark.parametrize("name", [n for n, e in EFFECTS.items() if e.takes == "picture"])
+@pytest.mark.parametrize("suffix", [".png", ".jpg", ".tif", ".webp", ".npy"])
+def test_apply_writes_every_format(capsys: pytest.CaptureFixture[str], name: str, suffix: str) -> None:
+    well(capsys, "apply", name, "in.png", "-o", f"out{suffix}", "-b", "reference")
+    assert pg.load(f"out{suffix}").shape == (20, 30, 4)
+
+
+def test_apply_on_each_backend_gives_one_picture(
+    capsys: pytest.CaptureFixture[str], backend_name: str
+) -> None:
+    for name in ("reference", backend_name):
+        well(capsys, "apply", "gaussian-blur", "in.png", "-o", f"{name}.png", "-b", name, "--sigma-px", "1.5")
+    assert np.abs(pg.load("reference.png") - pg.load(f"{backend_name}.png")).max() <= 1 / 255 + 1e-6
+
+
+def test_apply_with_a_depth_picture(capsys: pytest.CaptureFixture[str]) -> None:
+    np.save("depth.npy", np.full((20, 30), 3.0, np.float32))
+    well(
+        capsys,
+        "apply",
+        "depth-aware-blur",
+        "in.png",
+        "--depth",
+        "depth.npy",
+        "-o",
+        "out.png",
+        "-b",
+        "reference",
+    )
+    np.save("depth.npy", np.full((20, 31), 3.0, np.float32))
+    assert "depth.npy: is 31x20 pixels, and in.png is 30x20" in refused(
+        capsys, "apply", "depth-aware-blur", "in.png", "--depth", "depth.npy", "-o", "two.png"
+    )
+
+
+def test_a_blur_of_width_zero_copies(capsys: pytest.CaptureFixture[str]) -> None:
+    well(capsys, "apply", "gaussian-blur", "in.png", "-o", "out.png", "--sigma-px", "0", "-b", "reference")
+    assert np.array_equal(pg.load("out.png"), pg.load("in.png"))
+
+
+def test_linear_decodes_the_input(capsys: pytest.CaptureFixture[str]) -> None:
+    well(capsys, "apply", "black-and-white", "in.png", "-o", "linear.npy", "--linear", "-b", "reference")
+    well(capsys, "apply", "black-and-white", "in.png", "-o", "stored.npy", "-b", "reference")
+    assert np.load("linear.npy").mean() < np.load("stored.npy").mean() - 0.05
+
+
+def test_apply_captures(capsys: pytest.CaptureFixture[str]) -> None:
+    out = well(
+        capsys, "apply", "gaussian-blur", "in.png", "-o", "out.png", "--capture", "steps", "-b", "reference"
+    )
+    assert "2 targets in steps (exact values in the npy files):" in out
+    assert len(list(Path("steps").iterdir())) == 4
+
+
+# compare
+
+
+def test_compare_holds_every_backend_against_the_reference(
+    capsys: pytest.CaptureFixture[str], backend_name: str
+) -> None:
+    out = well(
+        capsys, "compare", "in.png", "--effect", "gaussian-blur", "--sigma-px", "1", "-b", backend_name
+    )
+    assert f"{backend_name} against the reference" in out
+    assert f"{backend_name}: within bounds" in out
+    assert "gaussian_blur_x (rgba32f)" in out
+
+
+def test_compare_renders_scenes_too(capsys: pytest.CaptureFixture[str]) -> None:
+    out = well(
+        capsys, "compare", "--effect", "soft-shadow", "--size", "32x18", "--map-size", "16", "-b", "numpy"
+    )
+    assert "numpy: within bounds" in out
+    assert "picture (rgba8)" in out
+
+
+class Wrong(ReferenceBackend):
+    """Downloads everything a little too bright."""
+
+    name = "wrong"
+
+    def download(self, storage):  # type: ignore[no-untyped-def]
+        return super().download(storage) * np.float32(1.01)
+
+
+def test_compare_ends_with_one_where_a_backend_diverges(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("passgraph.compare.open_backend", lambda name: Wrong())
+    outcome = Outcome(["compare", "in.png", "-e", "black-and-white", "-b", "gl"], capsys)
+    assert outcome.status == 1
+    assert (
+        "gl: diverges first in pass black_and_white, target black_and_white: beyond its bound at"
+        in outcome.out
+    )
+    assert "worst at column" in outcome.out
+
+
+def test_compare_lists_what_is_missing(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def gone(name: str) -> ReferenceBackend:
+        raise DeviceMissingError("no OpenGL; run:\n    apt-get install libegl1")
+
+    monkeypatch.setattr("passgraph.compare.open_backend", gone)
+    outcome = Outcome(["compare", "in.png", "-e", "black-and-white"], capsys)
+    assert outcome.status == 1
+    assert "gl: missing: no OpenGL; run: apt-get install libegl1" in outcome.out
+    assert "no backend is here to be compared; see: passgraph backends" in outcome.out
+
+
+# backends, plan
+
+
+def test_backends_lists_all(capsys: pytest.CaptureFixture[str]) -> None:
+    out = well(capsys, "backends")
+    for name in ("reference", "numpy", "gl", "opencl", "null"):
+        assert name in out
+
+
+def test_backends_tells_how_to_install_what_is_missing(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from passgraph.backends.base import DeviceInfo
+
+    missing = [DeviceInfo("", "", "", "no driver; run: apt-get install x")]
+    monkeypatch.setattr(ReferenceBackend, "devices", classmethod(lambda cls: missing))
+    assert "missing: reference: no driver; run: apt-get install x" in well(capsys, "backends")
+
+
+def test_plan_explains_and_draws(capsys: pytest.CaptureFixture[str]) -> None:
+    out = well(capsys, "plan", "--effect", "soft-shadow", "--size", "64x36", "--svg", "plan.svg")
+    assert "steps, output 64x36" in out
+    assert "memory: " in out
+    assert "fused pass " in out
+    assert Path("plan.svg").read_text().startswith("<svg ")
+    assert "fused pass" not in well(capsys, "plan", "--effect", "soft-shadow", "--off", "fuse")
+
+
+def test_plan_of_a_picture(capsys: pytest.CaptureFixture[str]) -> None:
+    out = well(capsys, "plan", "in.png", "--effect", "gaussian-blur")
+    assert "1. gaussian_blur_x: frame → gaussian_blur_x (pixels, 30x20)" in out
+
+
+# help
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [[], *([name] for name in COMMANDS), *(["apply", n] for n, e in EFFECTS.items() if e.takes != "scene")],
+)
+def test_help(capsys: pytest.CaptureFixture[str], arguments: list[str]) -> None:
+    assert "Usage: passgraph" in well(capsys, *arguments, "--help")
+
+
+@pytest.mark.parametrize("effect", EFFECTS.values(), ids=lambda effect: effect.name)
+def test_help_shows_every_parameter_with_unit_and_range(capsys: pytest.CaptureFixture[str], effect) -> None:  # type: ignore[no-untyped-def]
+    commands = [["plan", "--effect", effect.name], ["compare", "-e", effect.name]]
+    commands.append(
+        ["render", "--effect", effect.name] if effect.takes == "scene" else ["apply", effect.name]
+    )
+    for command in commands:
+        text = " ".join(well(capsys, *command, "--help").split()).replace("- ", "-")
+        for parameter in effect.parameters:
+            assert "--" + parameter.name.replace("_", "-") in text
+            assert parameter.unit in text
+            if parameter.low is not None and parameter.high is not None and parameter.type == "int":
+                assert f"{parameter.low}<=x<={parameter.high}" in text
+
+
+def test_help_without_an_effect_shows_all_of_them(capsys: pytest.CaptureFixture[str]) -> None:
+    text = well(capsys, "compare", "--help")
+    assert all(f"Parameters of --effect {name}" in text for name in EFFECTS)
+
+
+def test_version(capsys: pytest.CaptureFixture[str]) -> None:
+    assert well(capsys, "--version").startswith("passgraph, version ")
+
+
+def test_without_a_command_the_help_is_shown(capsys: pytest.CaptureFixture[str]) -> None:
+    outcome = Outcome([], capsys)
+    assert outcome.status == 2
+    assert "Usage: passgraph" in outcome.err
+
+
+# Errors
+
+BLUR = ["apply", "gaussian-blur", "in.png", "-o", "out.png"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["frobnicate"], "No such command 'frobnicate'"),
+        (["apply", "blurr", "in.png", "-o", "out.png"], "there is no effect 'blurr'"),
+        (["apply", "gausian-blur", "in.png", "-o", "out.png"], "did you mean 'gaussian-blur'?"),
+        (["apply", "soft-shadow", "in.png", "-o", "out.png"], "takes a scene; use: passgraph render --effect soft-shadow"),
+        (["render", "--effect", "nope", "-o", "out.png"], "there is no effect 'nope'; there are black-and-white"),
+        (["render", "--effect", "tone-map", "-o", "out.png"], "effect 'tone-map' takes a picture"),
+        (["render", "-o"], "Option '-o' requires an argument"),
+        (["render"], "Missing option '--output' / '-o'"),
+        (["render", "-o", "out.png", "--effect"], "Option '--effect' requires an argument"),
+        (["render", "--size", "0x5", "-o", "out.png"], "each side must be 1 to 32768 pixels"),
+        (["render", "--size", "99999x5", "-o", "out.png"], "each side must be 1 to 32768 pixels"),
+        (["render", "--size", "9" * 5000 + "x5", "-o", "out.png"], "each side must be 1 to 32768 pixels"),
+        (["render", "--size", "12", "-o", "out.png"], "is not a size; write width x height in pixels"),
+        (["render", "--size", "-3x4", "-o", "out.png"], "is not a size"),
+        (["render", "--size", "1.5x4", "-o", "out.png"], "is not a size"),
+        (["render", "nope.glb", "-o", "out.png"], "nope.glb: no such file"),
+        (["render", "in.png", "-o", "out.png"], "in.png"),
+        (["render", "-b", "vulkan", "-o", "out.png"], "there is no backend 'vulkan'"),
+        (["render", "-o", "out.bmp"], "unknown suffix '.bmp'; expected one of .png"),
+        (["render", "-o", "out"], "unknown suffix ''"),
+        (["render", "-o", "folder/out.png"], "does not exist; make it first"),
+        (["render", "-o", "out.png", "--capture", "a/b"], "a/b: cannot be made a folder"),
+        (["render", "-o", "out.png", "--capture", "in.png"], "in.png: cannot be made a folder"),
+        (["render", "-o", "out.png", "--map-size", "7"], "7 is not in the range 16<=x<=8192"),
+        (["render", "-o", "out.png", "--map-size", "7.5"], "'7.5' is not a valid integer"),
+        (["render", "-o", "out.png", "--softness", "nan"], "nan is not a finite number"),
+        (["render", "-o", "out.png", "--background", "1", "2"], "Option '--background' requires 3 arguments"),
+        (["render", "-o", "out.png", "--curve", "wiggly"], "'wiggly' is not one of 'linear', 'reinhard'"),
+        (["render", "-o", "out.png", "--sigma-px", "3"], "No such option '--sigma-px'"),
+        (["apply", "gaussian-blur", "nope.png", "-o", "out.png"], "nope.png: no such file"),
+        (["apply", "gaussian-blur", ".", "-o", "out.png"], "is a directory; expected a picture file"),
+        ([*BLUR, "--sigma-px", "-1"], "-1.0 is not in the range 0.0<=x<=100.0"),
+        ([*BLUR, "--sigma-px", "inf"], "inf is not in the range"),
+        ([*BLUR, "--sigma-px", "wide"], "'wide' is not a valid float"),
+        ([*BLUR, "-b", "opencl:77"], "OpenCL"),
+        ([*BLUR, "more.png"], "Got unexpected extra argument (more.png)"),
+        (["apply", "depth-aware-blur", "in.png", "-o", "out.png"], "Missing option '--depth'"),
+        (["compare", "in.png"], "Missing option '--effect' / '-e'"),
+        (["compare", "--effect", "tone-map"], "effect tone-map needs a picture: name a file"),
+        (["compare", "in.png", "-e", "tone-map", "--depth", "in.png"], "effect tone-map takes no --depth"),
+        (["compare", "in.png", "-e", "depth-aware-blur"], "needs --depth FILE"),
+        (["compare", "in.png", "-e", "tone-map", "-b", "nope"], "there is no backend 'nope'"),
+        (["plan", "in.png", "--effect", "tone-map", "--svg", "folder/plan.svg"], "does not exist; make it first"),
+        (["plan", "in.png", "--effect", "tone-map", "--off", "everything"], "'everything' is not one of 'cull', 'fuse'"),
+        (["backends", "all"], "Got unexpected extra argument"),
+    ],
+)  # fmt: skip
+def test_refusals(capsys: pytest.CaptureFixture[str], arguments: list[str], message: str) -> None:
+    assert message in refused(capsys, *arguments)
+
+
+@pytest.mark.parametrize("content", [b"", b"not a picture at all", b"\x89PNG\r\n\x1a\n" + b"\0" * 40])
+def test_broken_pictures(capsys: pytest.CaptureFixture[str], content: bytes) -> None:
+    Path("broken.png").write_bytes(content)
+    assert "broken.png: " in refused(capsys, "apply", "gaussian-blur", "broken.png", "-o", "out.png")
+
+
+def test_a_truncated_picture(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("half.png").write_bytes(Path("in.png").read_bytes()[:90])
+    assert "half.png: truncated or corrupt" in refused(
+        capsys, "apply", "tone-map", "half.png", "-o", "out.png"
+    )
+
+
+def test_an_unwritable_output_is_refused_before_the_work(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("passgraph.commands.render.scene_job", lambda *_: pytest.fail("work began"))
+    for output in ("nowhere/out.png", "out.bmp", "folder.png"):
+        Path("folder.png").mkdir(exist_ok=True)
+        refused(capsys, "render", "-o", output)
+
+
+def test_a_folder_without_permission(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    locked = tmp_path / "locked"
+    locked.mkdir()
+    locked.chmod(0o500)
+    if os.access(locked, os.W_OK):
+        pytest.skip("this user may write everywhere")
+    assert "cannot be written (Permission denied)" in refused(capsys, *BLUR[:-1], "locked/out.png")
+
+
+def test_a_failure_leaves_the_old_file(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    Path("out.png").write_bytes(b"precious")
+
+    def full(*_: object) -> None:
+        raise OSError(28, "No space left on device", "out.png")
+
+    monkeypatch.setattr("passgraph.pictures.os.replace", full)
+    outcome = Outcome([*BLUR, "-b", "reference"], capsys)
+    assert outcome.status == 2
+    assert "No space left on device" in outcome.err
+    assert Path("out.png").read_bytes() == b"precious"
+    assert not list(Path.cwd().glob(".passgraph*"))
+
+
+def test_a_missing_driver_is_one_line_with_its_cure(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def gone(self: ReferenceBackend, device: str | None = None) -> None:
+        raise DeviceMissingError("no driver here;\n  run: apt-get install driver")
+
+    monkeypatch.setattr(ReferenceBackend, "__init__", gone)
+    assert "no driver here; run: apt-get install driver" in refused(capsys, *BLUR, "-b", "reference")
+
+
+@pytest.mark.parametrize(
+    ("raised", "status", "text"),
+    [
+        (KeyboardInterrupt(), 130, "passgraph: interrupted"),
+        (MemoryError("32 GiB"), 2, "not enough memory (32 GiB); use a smaller --size or picture"),
+        (PermissionError(13, "Permission denied", "x"), 2, "x: Permission denied"),
+        (
+            RuntimeError("a driver\nbroke"),
+            2,
+            "unforeseen RuntimeError: a driver broke; set PASSGRAPH_TRACEBACK=1 to see where",
+        ),
+    ],
+    ids=lambda value: type(value).__name__,
+)
+def test_what_is_raised_inside(
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    raised: BaseException,
+    status: int,
+    text: str,
+) -> None:
+    def fail(*_: object) -> None:
+        raise raised
+
+    monkeypatch.setattr("passgraph.commands.apply.run_and_save", fail)
+    outcome = Outcome(BLUR, capsys)
+    assert outcome.status == status
+    assert text in outcome.err
+    assert outcome.err.strip().count("\n") == 0
+
+
+# In a process of its own
+
+
+def process(*arguments: str, **settings: object) -> subprocess.CompletedProcess[str]:
+    environment = {**os.environ, "PYTHONPATH": str(root)}
+    return subprocess.run(
+        [sys.executable, "-m", "passgraph", *arguments], capture_output=True, text=True, env=environment, check=False, **settings  # type: ignore[call-overload]
+    )  # fmt: skip
+
+
+def test_python_m_passgraph() -> None:
+    made = process("apply", "black-and-white", "in.png", "-o", "gray.png", "-b", "reference")
+    assert (made.returncode, made.stderr) == (0, "")
+    assert Path("gray.png").exists()
+
+
+def test_a_process_fails_with_one_line() -> None:
+    made = process("apply", "black-and-white", "nope.png", "-o", "gray.png")
+    assert made.returncode == 2
+    assert made.stdout == ""
+    assert made.stderr.startswith("passgraph: error: nope.png: no such file")
+    assert made.stderr.count("\n") == 1
+
+
+def test_a_reader_that_leaves_early_is_no_error() -> None:
+    command = f"{sys.executable} -m passgraph --help | true; exit ${{PIPESTATUS[0]}}"
+    environment = {**os.environ, "PYTHONPATH": str(root)}
+    made = subprocess.run(
+        ["bash", "-c", command], capture_output=True, text=True, env=environment, check=False
+    )
+    assert made.returncode in (0, 141)
+    assert made.stderr == ""
