@@ -1,13 +1,14 @@
 """How far a conforming backend may be from the reference: one table, derived from operations and formats.
 
-Each row of :data:`passgraph.language.operations.OPERATIONS` states how many ULP of float32 a conforming backend's
-result may lie off.  What this means for a pixel is found by stochastic arithmetic: the reference runs a pass
+Each row of :data:`passgraph.language.operations.OPERATIONS` states how many ULP of float32 a conforming
+backend's result may lie off.  What this means for a pixel is found by stochastic arithmetic: the reference runs a pass
 again, each operation moved up or down by its whole bound at random, and the spread of the results is what
-rounding may do to that pixel: cancellation, poles and neighbours included.  No test has an epsilon of its own.
+rounding may do to that pixel: cancellation, poles and neighbours included.  No test has an epsilon of its
+own.
 
 Source: D. S. Parker, Monte Carlo Arithmetic, UCLA CSD-970002, 1997; J. Vignes, A stochastic arithmetic for
-reliable scientific computation, Math. Comput. Simul. 35 (1993).  Deviation: two-sided full-bound steps instead of
-uniform noise, so that few samples suffice.
+reliable scientific computation, Math. Comput. Simul. 35 (1993).  Deviation: two-sided full-bound steps instead
+of uniform noise, so that few samples suffice.
 """
 
 from __future__ import annotations
@@ -47,7 +48,8 @@ SPREAD = 4.0
 #: ULP that interpolation over a triangle may lose, relative to the largest value of the draw: three
 #: products, two sums, a quotient (2.5) and the quotient 1/w (2.5), each twice for weights and values.
 INTERPOLATION_ULP = 8.0
-#: How far a triangle's corner may lie from where the reference has it, in pixels.  The reference snaps to 1/256;
+#: How far a triangle's corner may lie from where the reference has it, in pixels.  The reference snaps to
+#: 1/256;
 #: OpenGL leaves the grid and its rounding open, and drivers interpolate from positions before snapping.
 SNAP_PX = 1.0 / 256.0
 
@@ -92,7 +94,7 @@ STORES = {
 
 @dataclass(frozen=True, slots=True)
 class OperationClass:
-    """What a pass does, as far as it decides which pixels may lie outside their bound, and how many of them."""
+    """What a pass does, as far as it decides how many pixels may lie outside their bound."""
 
     name: str
     outside: float  # ceiling, as a share of all pixels
@@ -112,8 +114,8 @@ DRAW = OperationClass(
 COPY = OperationClass("copy", 0.0, "bits are moved")
 #: Rows whose result jumps.
 JUMPS = {
-    "less", "less_equal", "greater", "greater_equal", "equal", "not_equal", "floor", "ceil", "trunc", "round", "fract",
-    "mod", "step", "sign", "to_int", "float_floor_divide", "bits_from_float",
+    "less", "less_equal", "greater", "greater_equal", "equal", "not_equal", "floor", "ceil", "trunc", "round",
+    "fract", "mod", "step", "sign", "to_int", "float_floor_divide", "bits_from_float",
 }  # fmt: skip
 
 
@@ -237,14 +239,15 @@ class _NoisyBoundStage(BoundStage):
         if not name.startswith("varying."):
             return value
 
-        def noisy() -> Numbers:
+        def disturbed() -> Numbers:
             exact = value()
             if not exact.size:
                 return exact
             largest = np.abs(exact).max(axis=0, keepdims=True)
-            return exact + self.noise.signs(exact.shape) * largest * (INTERPOLATION_ULP * ULP)
+            noisy: Numbers = exact + self.noise.signs(exact.shape) * largest * (INTERPOLATION_ULP * ULP)
+            return noisy
 
-        return noisy
+        return disturbed
 
 
 class NoisyReference(ReferenceBackend):

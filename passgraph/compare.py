@@ -49,10 +49,10 @@ class TargetReport:
     max_error, rmse : of all values of all channels
     differing : share of pixels whose values are not the very same
     outside : share of pixels beyond their bound
-    worst : (column, row) of the pixel that is farthest beyond its bound, or of the largest error where none is
+    worst : (column, row) of the pixel that is farthest beyond its bound; where none is, of the largest error
     worst_got, worst_expected, worst_bound : values of the channel that is worst there
     median_bound : half of all values are held to less than this
-    accumulated_max, accumulated_rmse : with this backend's own pictures as input, errors of earlier passes included
+    accumulated_max, accumulated_rmse : on this backend's own pictures, with errors of earlier passes
     """
 
     step: str
@@ -202,7 +202,7 @@ def _run(
     values: Mapping[str, Any],
     fed: Pictures | None,
 ) -> Pictures:
-    """What every step wrote.  With ``fed`` its place is taken by those pictures before the next step reads it."""
+    """What every step wrote; pictures of ``fed`` take its place before the next step reads it."""
     execution = Execution(plan, backend)
     order = {id(step): number for number, step in enumerate(plan.steps)}
     written: Pictures = {}
@@ -252,7 +252,7 @@ def _judge(
 
 
 def distance(picture: Picture, reference: Picture) -> NDArray[np.float64]:
-    """How far values lie apart; 0 where both are the same infinity or both NaN, infinite where only one is."""
+    """How far values lie apart; 0 for the same infinity or two NaN, infinite where only one is."""
     a, b = np.asarray(picture, np.float64), np.asarray(reference, np.float64)
     with np.errstate(invalid="ignore"):
         apart = np.abs(a - b)

@@ -1,6 +1,7 @@
 """What every test may use: the backends that are here, one after another.
 
-PASSGRAPH_EXPECT names devices that must be here (``gl,opencl,numpy``): a missing one fails instead of skipping.
+PASSGRAPH_EXPECT names devices that must be here (``gl,opencl,numpy``): a missing one fails, it does
+not skip.
 """
 
 from __future__ import annotations

@@ -216,7 +216,8 @@ def test_every_kind_of_format_has_a_bound_with_its_reason() -> None:
     ("fmt", "value", "step"),
     [
         ("r8", 0.3, 1 / 255), ("r16", 0.3, 1 / 65535), ("r16f", 1.0, 2.0**-10), ("r16f", 0.75, 2.0**-11),
-        ("r16f", 0.0, 2.0**-24), ("r32f", 1.0, 2.0**-23), ("r32f", 0.0, 2.0**-126), ("depth32f", 0.5, 2.0**-24),
+        ("r16f", 0.0, 2.0**-24), ("r32f", 1.0, 2.0**-23), ("r32f", 0.0, 2.0**-126),
+        ("depth32f", 0.5, 2.0**-24),
     ],
 )  # fmt: skip
 def test_steps_of_formats(fmt: str, value: float, step: float) -> None:

@@ -1,4 +1,4 @@
-"""``passgraph apply EFFECT``: an effect on a picture; one subcommand an effect, made from the effects' table."""
+"""``passgraph apply EFFECT``: an effect on a picture; subcommands are made from the effects' table."""
 
 from __future__ import annotations
 

@@ -47,7 +47,10 @@ class _Commands(click.Group):
 )
 @click.version_option(passgraph.__version__, prog_name="passgraph")
 def group() -> None:
-    """Write a post-effect once, in Python; run it on OpenGL, OpenCL or the CPU; know by how much they differ."""
+    """Write a post-effect once, in Python; run it on OpenGL, OpenCL or the CPU.
+
+    Know by how much they differ.
+    """
 
 
 def main(arguments: Sequence[str] | None = None) -> None:

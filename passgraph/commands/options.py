@@ -147,7 +147,8 @@ def chosen_effect(name: str) -> Effect:
 class EffectCommand(click.Command):
     """A command whose ``--effect`` decides which further options there are.
 
-    With an effect given, help and parsing know that effect's parameters; help without one shows every effect's.
+    With an effect given, help and parsing know that effect's parameters; help without one shows those of
+    every effect.
     """
 
     #: Effect where none is given.

@@ -45,7 +45,9 @@ def render(
     capture: Path | None,
     **_: Any,
 ) -> None:
-    """Render SCENE (.glb .gltf .obj .off .ply .stl) with an effect; without SCENE the one that comes with passgraph.
+    """Render SCENE (.glb .gltf .obj .off .ply .stl) with an effect.
+
+    Without SCENE it is the one that comes with passgraph.
 
     Into .exr and .npy goes the HDR result, without the transform for display.
     """

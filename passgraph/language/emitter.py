@@ -15,7 +15,7 @@ from passgraph.language.source import NOWHERE, Span, fail
 #: Branches at most this long become selections, which vectorise; longer ones stay branches.
 MAX_SELECTED_INSTRUCTIONS = 12
 #: Expressions lowered and instructions made for one kernel, loops unrolled.
-MAX_STEPS = 400_000
+MAX_STEPS = 300_000
 _RESULT = {"N": "", "G": "float", "I": "int", "B": "bool", "f": "float", "i": "int", "b": "bool"}
 _COMMUTATIVE = {
     "add",

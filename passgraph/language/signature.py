@@ -33,6 +33,8 @@ VERTEX = Struct("Vertex", tuple((name, type_) for name, (type_, _) in VERTEX_FIE
 
 #: Longest array that a kernel may declare; 4,096 floats fill the smallest uniform block that GL 3.3 promises.
 MAX_ARRAY_LENGTH = 1024
+#: Most fields of a struct, those of structs within it counted.
+MAX_STRUCT_FIELDS = 256
 
 
 @dataclass(frozen=True)
@@ -230,10 +232,16 @@ def _construct(maker: Scalar | Vector | Matrix, parts: list[object], span: Span)
     return next(cls for cls, name in symbols.TYPE_MARKERS.items() if name == str(maker))(*flat)  # type: ignore[operator]
 
 
+def _leaf_count(type_: Type) -> int:
+    return sum(_leaf_count(t) for _, t in type_.fields) if isinstance(type_, Struct) else 1
+
+
 def read_struct(node: ast.ClassDef, source: Source, scope: Scope) -> Struct:
     """A struct from its class statement: annotated fields, optional defaults, nothing else."""
     fields: list[tuple[str, Type]] = []
     defaults: list[tuple[str, object]] = []
+    if node.bases or node.keywords:
+        fail(source.span(node), f"struct {node.name} has a base class; structs stand alone")
     for statement in node.body:
         if isinstance(statement, ast.Pass) or (
             isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant)
@@ -245,6 +253,8 @@ def read_struct(node: ast.ClassDef, source: Source, scope: Scope) -> Struct:
         type_, const = annotation_type(statement.annotation, scope, source)
         if const or isinstance(type_, (ImageType, TupleType)):
             fail(span, f"a struct field cannot be {'Const' if const else type_}")
+        if statement.target.id in dict(fields):
+            fail(span, f"struct {node.name} has two fields {statement.target.id!r}")
         fields.append((statement.target.id, type_))
         if statement.value is not None:
             defaults.append(
@@ -255,4 +265,10 @@ def read_struct(node: ast.ClassDef, source: Source, scope: Scope) -> Struct:
             )
     if not fields:
         fail(source.span(node), f"struct {node.name} has no fields")
+    count = sum(_leaf_count(type_) for _, type_ in fields)
+    if count > MAX_STRUCT_FIELDS:
+        fail(
+            source.span(node),
+            f"struct {node.name} has {count} fields, nested ones too; at most {MAX_STRUCT_FIELDS}",
+        )
     return Struct(node.name, tuple(fields), tuple(defaults))

@@ -18,7 +18,7 @@ LIGHTS = {
     "cube": (pg.Light.point((0.2, 1.2, 1.0), (1, 0.9, 0.7), 1.5, radius=0.1),),
     "two": (sun(40, 30, radius=0.1, color=(1, 0.3, 0.3)), sun(50, 200, radius=0.1, color=(0.3, 0.3, 1))),
 }
-#: A surface's edge may fall to the other side of a pixel's centre, and a caster's to the other side of a texel's.
+#: An edge may fall to the other side of a pixel's or of a texel's centre.
 SHARE_ON_EDGES = 0.005
 
 

@@ -1,11 +1,11 @@
-"""Kernel text from strangers: parsed, never executed; every text ends quickly, in a program or in a KernelError."""
+"""Kernel text from strangers: never executed; every text ends quickly, in a program or in a KernelError."""
 
 from __future__ import annotations
 
 import resource
 import sys
 import time
-from typing import Any
+from pathlib import Path
 
 import pytest
 
@@ -30,12 +30,14 @@ def doubling(levels: int, first: str = "x * 1.5", call: str = "f{0}(x) + f{0}(x 
 
 def nested_loops(depth: int, trips: int, inner: str) -> str:
     lines = [f"{'    ' * (n + 1)}for i{n} in range({trips}):" for n in range(depth)]
-    return "def k(c: Image) -> float:\n    x = c[0, 0].x\n" + "\n".join(lines) + f"\n{'    ' * (depth + 1)}{inner}\n    return x\n"
+    inner = "    " * (depth + 1) + inner
+    return "\n".join(["def k(c: Image) -> float:", "    x = c[0, 0].x", *lines, inner, "    return x\n"])
 
 
 def nested_ifs(depth: int) -> str:
     lines = [f"{'    ' * (n + 1)}if x > {n}.0:" for n in range(depth)]
-    return "def k(c: Image) -> float:\n    x = c[0, 0].x\n" + "\n".join(lines) + f"\n{'    ' * (depth + 1)}x = 1.0\n    return x\n"
+    inner = "    " * (depth + 1) + "x = 1.0"
+    return "\n".join(["def k(c: Image) -> float:", "    x = c[0, 0].x", *lines, inner, "    return x\n"])
 
 
 WIDE = "vec4(" * 60 + "x" + ").x" * 60
@@ -50,14 +52,19 @@ HOSTILE = {
     "a chain of comparisons": body("return 1.0 if " + " < ".join(["x"] * 3000) + " else 0.0"),
     "conditionals": body("return " + "1.0 if x > 1.0 else " * 3000 + "x"),
     "powers": body("return " + "x**" * 3000 + "2"),
-    "elif": body("if x > 0.0:\n        x = 1.0\n" + "".join(
-        f"    elif x > {n}.0:\n        x = 2.0\n" for n in range(2000)) + "    return x"),
+    "elif": body(
+        "if x > 0.0:\n        x = 1.0\n"
+        + "".join(f"    elif x > {n}.0:\n        x = 2.0\n" for n in range(2000))
+        + "    return x"
+    ),
     "nested ifs": nested_ifs(90),
     "too deep ifs": nested_ifs(150),
     "a million characters": body("return x  #" + "a" * 1_000_000),
     "a long line": body("return " + " + ".join(["x"] * 10_000)),
     "many lines": body("\n    ".join(["x = x + 1.0"] * 15_000) + "\n    return x"),
-    "many lines with wide letters": body("\n    ".join(["x = x + 1.0  # é日本語"] * 8_000) + "\n    return x"),
+    "many lines with wide letters": body(
+        "\n    ".join(["x = x + 1.0  # é日本語"] * 8_000) + "\n    return x"
+    ),
     "a long integer": body("return x + " + "9" * 100_000),
     "a long hexadecimal integer": body("return x + 0x" + "f" * 9_000),
     "a huge integer": body("return x + " + str(2**4000)),
@@ -70,37 +77,54 @@ HOSTILE = {
     "nested ranges of long bodies": nested_loops(8, 4, "x = " + " + ".join(["x * 1.5"] * 90)),
     "a zero step": body("for i in range(0, 9, 0): x = x + 1.0\n    return x"),
     "a long array": body("a = [x] * 1000000000\n    return a[0]"),
-    "an array of matrices": body("a = [mat4(x)] * 1024\n    for i in range(65000): a[i] = a[i + 1]\n    return a[0][0].x"),
-    "array shifts": body("a = [x] * 1024\n    " + "\n    ".join(f"for i in range(60000): a[{n}] = a[{n + 1}]" for n in range(9)) +
-                         "\n    return a[0]"),
+    "an array of matrices": body(
+        "a = [mat4(x)] * 1024\n    for i in range(65000): a[i] = a[i + 1]\n    return a[0][0].x"
+    ),
+    "array shifts": body(
+        "a = [x] * 1024\n    "
+        + "\n    ".join(f"for i in range(60000): a[{n}] = a[{n + 1}]" for n in range(9))
+        + "\n    return a[0]"
+    ),
     "an array parameter": "def k(a: Array[mat4, 1000000000]) -> float: return a[0][0].x",
     "functions that double": doubling(30),
     "functions that quadruple": doubling(20, call="f{0}(x) + f{0}(x) + f{0}(x) + f{0}(x)"),
     "big functions many times": doubling(9, first=" * ".join(["(x + 1.5)"] * 150)),
     "functions that recurse": "def f(x: float) -> float: return f(x) + 1.0\n" + body("return f(x)"),
     "functions that recurse in a ring": (
-        "def f(x: float) -> float: return g(x)\ndef g(x: float) -> float: return f(x)\n" + body("return f(x)")),
+        "def f(x: float) -> float: return g(x)\ndef g(x: float) -> float: return f(x)\n" + body("return f(x)")
+    ),
     "splats of splats": body(f"return {WIDE}"),
-    "selects of selects": body("v = vec4(x)\n    return " + "select(less(v, v), v, " * 60 + "v" + ")" * 60 + ".x"),
+    "selects of selects": body(
+        "v = vec4(x)\n    return " + "select(less(v, v), v, " * 60 + "v" + ")" * 60 + ".x"
+    ),
     "conversions of conversions": body("return " + "float(int(" * 60 + "x" + "))" * 60),
     "vector conversions": body("v = vec4(x)\n    return " + "vec4(ivec4(" * 60 + "v" + "))" * 60 + ".x"),
     "matrix sums": body("m = mat4(x)\n    return (" + "(" * 60 + "m" + " + m)" * 60 + ")[0].x"),
     "matrices of matrices": body("m = mat4(x)\n    return " + "mat4(" * 60 + "m" + ")" * 60 + "[0].x"),
     "inverses": body("m = mat4(x)\n    return " + "inverse(" * 100 + "m" + ")" * 100 + "[0].x"),
     "tuples of tuples": body("t = (x, x)\n" + "    t = (t[0], t[1])\n" * 3000 + "    return t[0]"),
-    "growing tuples": body("a0 = (x, x)\n" + "".join(f"    a{n + 1} = (a{n}, a{n})\n" for n in range(40)) + "    return x"),
-    "constants that grow": "A0 = (1, 1)\n" + "".join(f"A{n + 1} = (A{n}, A{n})\n" for n in range(60)) + body("return x"),
+    "growing tuples": body(
+        "a0 = (x, x)\n" + "".join(f"    a{n + 1} = (a{n}, a{n})\n" for n in range(40)) + "    return x"
+    ),
+    "constants that grow": "A0 = (1, 1)\n"
+    + "".join(f"A{n + 1} = (A{n}, A{n})\n" for n in range(60))
+    + body("return x"),
     "a constant product": "N = " + "*".join(["2147483647"] * 150) + "\n" + body("return x + N"),
-    "structs of structs": "class S0:\n    v: float\n" + "".join(
-        f"class S{n + 1}:\n    a: S{n}\n    b: S{n}\n" for n in range(40)) + "def k(s: S40) -> float: return 1.0",
+    "structs of structs": "class S0:\n    v: float\n"
+    + "".join(f"class S{n + 1}:\n    a: S{n}\n    b: S{n}\n" for n in range(40))
+    + "def k(s: S40) -> float: return 1.0",
     "annotations in strings": "def k(c: " + "'" + "Image" + "'" * 99 + ") -> float: return 1.0",
     "an annotation with a null": "def k(c: 'Im\\0age') -> float: return 1.0",
     "a deep annotation": "def k(c: 'tuple[" + "tuple[" * 90 + "float" + "]" * 91 + "') -> float: return 1.0",
     "a null": "def k(c: Image) -> float:\0 return 1.0",
     "a surrogate": "def k(c: Image) -> float: return 1.0  # \udcff",
     "many parameters": "def k(" + ", ".join(f"p{n}: mat4" for n in range(5000)) + ") -> float: return 1.0",
-    "dead branches": body("\n    ".join(f"if x > {n}.0: x = x + 1.0" for n in range(3000)) + "\n    return x"),
-    "returns in branches": body("\n    ".join(f"if x > {n}.0: return x" for n in range(3000)) + "\n    return x"),
+    "dead branches": body(
+        "\n    ".join(f"if x > {n}.0: x = x + 1.0" for n in range(3000)) + "\n    return x"
+    ),
+    "returns in branches": body(
+        "\n    ".join(f"if x > {n}.0: return x" for n in range(3000)) + "\n    return x"
+    ),
     "decorators": "@kernel(__import__('os').system('touch /tmp/passgraph-was-here'))\n" + body("return x"),
 }
 
@@ -109,21 +133,58 @@ HOSTILE = {
 def test_every_text_ends_quickly(name: str) -> None:
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     begin = time.process_time()
+    message = ""
     try:
         lower(kernel(source=HOSTILE[name], name="k").program)
     except PassgraphError as error:
-        assert len(str(error)) < 3000
+        message = str(error)
+    assert len(message) < 3000
     assert time.process_time() - begin < SECONDS
     assert (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) / 1024 < MEGABYTES
 
 
-@pytest.mark.parametrize("text", [
-    "__import__('os')", "__import__('os').system('true')", "open('/etc/passwd')", "eval('1')", "exec('1')", "getattr(x, 'y')",
-    "().__class__.__bases__[0].__subclasses__()", "x.__class__", "c.__init__", "c[0, 0].__class__", "pg.__loader__",
-    "passgraph.__dict__", "passgraph.errors", "passgraph.sys", "globals()", "vec3.__init__", "vec3.__mro__", "dot.name",
-    "(lambda: 1.0)()", "[x for x in (1, 2)][0]", "f'{x}'", "'a' * 9", "b'1'", "1j", "...", "None", "print(x)", "len.__self__",
-    "int('5')", "float('nan')", "range(3)", "x if (y := 2) else x", "abs.__call__(x)", "type(x)", "Image", "Const", "kernel",
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "text",
+    [
+        "__import__('os')",
+        "__import__('os').system('true')",
+        "open('/etc/passwd')",
+        "eval('1')",
+        "exec('1')",
+        "getattr(x, 'y')",
+        "().__class__.__bases__[0].__subclasses__()",
+        "x.__class__",
+        "c.__init__",
+        "c[0, 0].__class__",
+        "pg.__loader__",
+        "passgraph.__dict__",
+        "passgraph.errors",
+        "passgraph.sys",
+        "globals()",
+        "vec3.__init__",
+        "vec3.__mro__",
+        "dot.name",
+        "(lambda: 1.0)()",
+        "[x for x in (1, 2)][0]",
+        "f'{x}'",
+        "'a' * 9",
+        "b'1'",
+        "1j",
+        "...",
+        "None",
+        "print(x)",
+        "len.__self__",
+        "int('5')",
+        "float('nan')",
+        "range(3)",
+        "x if (y := 2) else x",
+        "abs.__call__(x)",
+        "type(x)",
+        "Image",
+        "Const",
+        "kernel",
+    ],
+)
 def test_nothing_of_python_can_be_reached(text: str) -> None:
     source = f"import passgraph\nimport passgraph as pg\ndef k(c: Image) -> float:\n    x = 1.0\n    return {text}\n"
     with pytest.raises(PassgraphError) as caught:
@@ -131,24 +192,38 @@ def test_nothing_of_python_can_be_reached(text: str) -> None:
     assert "<kernel text>:5" in str(caught.value)
 
 
-@pytest.mark.parametrize("text", [
-    "import os", "from os import system", "import passgraph.program", "from . import x", "raise SystemExit", "x = open('a')",
-    "x = [1 for _ in range(9)]", "while True: pass", "if True:\n    pass", "def f(): pass\nf()", "x: int = 3", "x, y = 1, 2", "del dot",
-    "class A(print('a')):\n    x: float", "class A:\n    x: float = open('a')", "class A:\n    def f(self): pass",
-])  # fmt: skip
+@pytest.mark.parametrize(
+    "text",
+    [
+        "import os",
+        "from os import system",
+        "import passgraph.program",
+        "from . import x",
+        "raise SystemExit",
+        "x = open('a')",
+        "x = [1 for _ in range(9)]",
+        "while True: pass",
+        "if True:\n    pass",
+        "def f(): pass\nf()",
+        "x: int = 3",
+        "x, y = 1, 2",
+        "del dot",
+        "class A(print('a')):\n    x: float",
+        "class A:\n    x: float = open('a')",
+        "class A:\n    def f(self): pass",
+    ],
+)
 def test_text_holds_definitions_only(text: str) -> None:
     with pytest.raises(PassgraphError):
-        kernel(source=f"{text}\ndef k(c: Image) -> float: return A(1.0).x" if "class" in text else f"{text}\n{body('return x')}")
+        kernel(source=f"{text}\n{body('return x')}")
 
 
 def test_names_that_look_alike_are_what_python_takes_them_for() -> None:
     """Python folds full-width letters to plain ones; Cyrillic ones stay strangers."""
     lower(kernel(source=body("return ａｂｓ(x)")).program)
     with pytest.raises(PassgraphError, match="not defined"):
-        kernel(source=body("return аbs(x)"))  # noqa: RUF001 (a Cyrillic letter is the point)
+        kernel(source=body("return аbs(x)"))
 
 
-def test_hostile_text_ran_nothing(tmp_path: Any) -> None:
-    from pathlib import Path
-
+def test_hostile_text_ran_nothing() -> None:
     assert not Path("/tmp/passgraph-was-here").exists()

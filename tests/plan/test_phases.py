@@ -221,8 +221,8 @@ def test_pictures_that_are_never_alive_together_share_memory() -> None:
 def test_a_picture_must_be_apart_from_everything_in_a_memory() -> None:
     """Granite's mistake is to ask one occupant of a memory only.
 
-    ``second`` takes the memory of ``first``, which is over, and lives to the end; ``third`` is apart from ``first``
-    but not from ``second``.
+    ``second`` takes the memory of ``first``, which is over, and lives to the end; ``third`` is apart from
+    ``first`` but not from ``second``.
     """
     first = named(left, frame, name="first")
     second = named(left, named(left, first, name="between"), name="second")
@@ -302,7 +302,8 @@ def test_a_target_with_history_is_written_in_every_run() -> None:
 def test_size_classes() -> None:
     sizes = {}
     for name, settings in {
-        "absolute": {"size": (3, 2)}, "relative": {"scale": 0.3}, "like": {"like": frame, "scale": 0.5}, "open": {},
+        "absolute": {"size": (3, 2)}, "relative": {"scale": 0.3}, "like": {"like": frame, "scale": 0.5},
+        "open": {},
     }.items():  # fmt: skip
         target = named(zoom, frame, name=name, **settings)
         made = build({"out": target}, (10, 7))

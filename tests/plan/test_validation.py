@@ -101,7 +101,8 @@ def test_two_values_of_one_name() -> None:
     first = scaled(frame, pg.Value("gain", float), into=pg.target("a"))
     second = scaled(first, pg.Value("gain", float, static=True), into=pg.target("b"), name="second")
     assert refusal(second) == (
-        "two different values are called 'gain' (one in pass 'second'); use one handle, or give them two names"
+        "two different values are called 'gain' (one in pass 'second'); "
+        "use one handle, or give them two names"
     )
     assert build({"x": scaled(scaled(frame, pg.Value("gain")), pg.Value("gain"), into=pg.target("y"))})
 
@@ -143,7 +144,8 @@ def test_a_size_taken_from_what_is_made_later() -> None:
 def test_a_target_too_large() -> None:
     huge = fill(1.0, into=pg.target("huge", "rgba32f", scale=16.0))
     assert refusal(huge, size=(20_000, 10)) == (
-        f"target 'huge' would be 320000x160 rgba32f (0.8 GiB); the limits are {MAX_SIDE} a side and {MAX_PICTURE_BYTES >> 30} GiB"
+        f"target 'huge' would be 320000x160 rgba32f (0.8 GiB); "
+        f"the limits are {MAX_SIDE} a side and {MAX_PICTURE_BYTES >> 30} GiB"
     )
 
 
@@ -196,9 +198,9 @@ def test_read_before_the_first_run() -> None:
 
 
 def test_read_of_what_is_no_output() -> None:
-    with pg.compile(copy(frame), backend=NullBackend()) as program:
-        with pytest.raises(pg.GraphError, match="there is no output 'x'; there are copy"):
-            program.read("x")
+    program = pg.compile(copy(frame), backend=NullBackend())
+    with program, pytest.raises(pg.GraphError, match="there is no output 'x'; there are copy"):
+        program.read("x")
 
 
 def test_a_closed_program() -> None:
@@ -273,7 +275,7 @@ def test_a_plan_that_fails_leaves_a_usable_program() -> None:
 def test_a_format_that_is_not_there_is_close_to_one_that_is() -> None:
     with pytest.raises(
         pg.GraphError,
-        match="there is no format 'rgba16'; did you mean|there is no format 'rgb_16f'; did you mean",
+        match="there is no format 'rgb_16f'; did you mean",
     ):
         format_named("rgb_16f")
 
