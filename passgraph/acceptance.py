@@ -1,14 +1,14 @@
 """How far a conforming backend may be from the reference: one table, derived from operations and formats.
 
 Each row of :data:`passgraph.language.operations.OPERATIONS` states how many ULP of float32 a conforming
-backend's result may lie off.  What this means for a pixel is found by stochastic arithmetic: the reference runs a pass
-again, each operation moved up or down by its whole bound at random, and the spread of the results is what
-rounding may do to that pixel: cancellation, poles and neighbours included.  No test has an epsilon of its
-own.
+backend's result may lie off.  What this means for a pixel is found by stochastic arithmetic: the reference
+runs a pass again, each operation moved up or down by its whole bound at random, and the spread of the
+results is what rounding may do to that pixel: cancellation, poles and neighbours included.  No test has an
+epsilon of its own.
 
 Source: D. S. Parker, Monte Carlo Arithmetic, UCLA CSD-970002, 1997; J. Vignes, A stochastic arithmetic for
-reliable scientific computation, Math. Comput. Simul. 35 (1993).  Deviation: two-sided full-bound steps instead
-of uniform noise, so that few samples suffice.
+reliable scientific computation, Math. Comput. Simul. 35 (1993).  Deviation: two-sided full-bound steps
+instead of uniform noise, so that few samples suffice.
 """
 
 from __future__ import annotations
@@ -49,8 +49,7 @@ SPREAD = 4.0
 #: products, two sums, a quotient (2.5) and the quotient 1/w (2.5), each twice for weights and values.
 INTERPOLATION_ULP = 8.0
 #: How far a triangle's corner may lie from where the reference has it, in pixels.  The reference snaps to
-#: 1/256;
-#: OpenGL leaves the grid and its rounding open, and drivers interpolate from positions before snapping.
+#: 1/256; OpenGL leaves the grid and its rounding open, and drivers interpolate from unsnapped positions.
 SNAP_PX = 1.0 / 256.0
 
 

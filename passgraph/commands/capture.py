@@ -48,8 +48,8 @@ def file_name(name: str) -> str:
 def viewable(picture: NDArray[np.float32]) -> tuple[NDArray[np.float32], str]:
     """Gray or RGB in [0, 1], and in words what is shown.
 
-    Colours within [0, 1] are shown as they are; others, and single channels such as depth, from their smallest
-    to their largest value.  Alpha is left
+    Colours within [0, 1] are shown as they are; others, and single channels such as depth, from their
+    smallest to their largest value.  Alpha is left
     out, since data in it would make the picture invisible; NaN is magenta.
 
     >>> viewable(np.array([[[2.0], [4.0]]], np.float32))[1]

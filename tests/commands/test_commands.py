@@ -441,11 +441,10 @@ def test_what_is_raised_inside(
 # In a process of its own
 
 
-def process(*arguments: str, **settings: object) -> subprocess.CompletedProcess[str]:
+def process(*arguments: str) -> subprocess.CompletedProcess[str]:
     environment = {**os.environ, "PYTHONPATH": str(root)}
-    return subprocess.run(
-        [sys.executable, "-m", "passgraph", *arguments], capture_output=True, text=True, env=environment, check=False, **settings  # type: ignore[call-overload]
-    )  # fmt: skip
+    command = [sys.executable, "-m", "passgraph", *arguments]
+    return subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
 
 
 def test_python_m_passgraph() -> None:

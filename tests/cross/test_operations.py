@@ -124,7 +124,9 @@ def run(text: str, backend: str, a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def terms(row: Operation, a: np.ndarray, b: np.ndarray, expected: np.ndarray) -> np.ndarray:
-    """What the ulps are counted of: the result, or for mix the larger of its two terms, which may cancel."""
+    """What the ulps are counted of: the result, or the larger of two terms that cancel (mix, mod)."""
+    if row.name == "mod":
+        return np.maximum(np.abs(expected), np.abs(a[..., :1]).astype(np.float64))
     if row.name != "mix":
         return expected
     x, y, t = (v.astype(np.float64) for v in (a[..., :1], b[..., :1], a[..., 1:2]))

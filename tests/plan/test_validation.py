@@ -255,9 +255,9 @@ def test_runs_name_what_does_not_fit(given: dict[str, object], message: str) -> 
 
 def test_a_value_of_another_class() -> None:
     lamp = pg.Value("lamp", SimpleNamespace).map(lambda given: given.power)
-    with pg.compile(scaled(frame, lamp), backend=NullBackend()) as program:
-        with pytest.raises(pg.InputError, match="value 'lamp' must be a SimpleNamespace, got float"):
-            program(frame=np.zeros((4, 8, 4), np.float32), lamp=1.0)
+    program = pg.compile(scaled(frame, lamp), backend=NullBackend())
+    with program, pytest.raises(pg.InputError, match="value 'lamp' must be a SimpleNamespace, got float"):
+        program(frame=np.zeros((4, 8, 4), np.float32), lamp=1.0)
 
 
 def test_a_plan_that_fails_leaves_a_usable_program() -> None:
