@@ -51,7 +51,13 @@ class DrawRunner(Protocol):
     """A compiled draw."""
 
     def __call__(
-        self, outputs: Sequence[Any], depth: Any, images: Sequence[Any], geometry: Any, vertex: Block, fragment: Block
+        self,
+        outputs: Sequence[Any],
+        depth: Any,
+        images: Sequence[Any],
+        geometry: Any,
+        vertex: Block,
+        fragment: Block,
     ) -> None:
         """Clear what the step clears, then draw."""
 
@@ -79,7 +85,7 @@ class Backend(ABC):
         """What is here, or one entry that says what is missing.  Must not raise."""
 
     @abstractmethod
-    def make(self, format: Format, size: tuple[int, int]) -> Any:  # noqa: A002
+    def make(self, format: Format, size: tuple[int, int]) -> Any:
         """A storage of (width, height) pixels, zeroed (depth 0, stencil 0)."""
 
     @abstractmethod
@@ -125,7 +131,13 @@ class Backend(ABC):
 
 
 #: Mesh attribute → (array name, components), in the order of passgraph.language.signature.VERTEX_FIELDS.
-ATTRIBUTES = {"position": ("positions", 3), "normal": ("normals", 3), "uv": ("uvs", 2), "color": ("colors", 4), "tangent": ("tangents", 4)}
+ATTRIBUTES = {
+    "position": ("positions", 3),
+    "normal": ("normals", 3),
+    "uv": ("uvs", 2),
+    "color": ("colors", 4),
+    "tangent": ("tangents", 4),
+}
 
 
 def vertex_attribute(mesh: Geometry, name: str) -> FloatBlock:

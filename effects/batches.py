@@ -61,9 +61,7 @@ def _batch(nodes: list[pg.Node], centre: Float64) -> Batch:
     material = nodes[0].material
     origin = centre if len(nodes) > 1 else nodes[0].bounds.mean(axis=0)
     mesh = merged(nodes, origin)
-    return Batch(
-        mesh.with_tangents() if material.needs_tangents else mesh, material, origin, nodes[0].receives
-    )
+    return Batch(mesh.with_tangents() if material.needs_tangents else mesh, material, origin, nodes[0].receives)
 
 
 def merged(nodes: Iterable[pg.Node], origin: Float64) -> pg.Mesh:

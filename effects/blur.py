@@ -172,7 +172,5 @@ def depth_aware_blur(
         return mask
     blur = _edge_aware(radius_px)
     across = blur(mask, depth, tolerance, 1, 0, into=pg.target(f"{name}_x", "rgba32f"), name=f"{name}_x")
-    made: pg.Target = blur(
-        across, depth, tolerance, 0, 1, into=into or pg.target(name, "rgba32f"), name=f"{name}_y"
-    )
+    made: pg.Target = blur(across, depth, tolerance, 0, 1, into=into or pg.target(name, "rgba32f"), name=f"{name}_y")
     return made

@@ -167,9 +167,7 @@ class GBuffer:
     depth: pg.Target
 
 
-def g_buffer(
-    scene: pg.Scene, view: View, textures: TextureInputs, background: tuple[float, float, float]
-) -> GBuffer:
+def g_buffer(scene: pg.Scene, view: View, textures: TextureInputs, background: tuple[float, float, float]) -> GBuffer:
     """Draw the scene's attributes, one draw for each look (see `passgraph.effects.batches`)."""
     into: tuple[pg.Target | pg.TargetSpec, ...] = (
         pg.target("base_color", "rgba16f", scale=1.0, clear=(*background, 0.0)),
@@ -211,12 +209,8 @@ def _draw(
             "normal_map": (material.normal_texture, "normals"),
             "height_map": (material.height_texture, "height"),
         }
-        inputs = {
-            key: textures.of(texture, use) for key, (texture, use) in maps.items() if texture is not None
-        }
-        any_input = next(
-            iter(inputs.values())
-        )  # stands in for maps that are not there; their code is left out
+        inputs = {key: textures.of(texture, use) for key, (texture, use) in maps.items() if texture is not None}
+        any_input = next(iter(inputs.values()))  # stands in for maps that are not there; their code is left out
         values |= {key: inputs.get(key, any_input) for key in maps}
         values |= {f"has_{word}": f"{key}" in inputs for word, key in
                    (("base", "base_map"), ("normals", "normal_map"), ("heights", "height_map"))}  # fmt: skip

@@ -15,9 +15,7 @@ def pack_normal(n: vec3) -> vec2:
     Source: Q. Meyer et al., "On Floating-Point Normal Vectors", 2010.
     """
     p = vec2(n.x, n.y) / max(abs(n.x) + abs(n.y) + abs(n.z), 1e-20)
-    folded = vec2(
-        (1.0 - abs(p.y)) * (1.0 if p.x >= 0.0 else -1.0), (1.0 - abs(p.x)) * (1.0 if p.y >= 0.0 else -1.0)
-    )
+    folded = vec2((1.0 - abs(p.y)) * (1.0 if p.x >= 0.0 else -1.0), (1.0 - abs(p.x)) * (1.0 if p.y >= 0.0 else -1.0))
     return folded if n.z < 0.0 else p
 
 

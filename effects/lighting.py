@@ -68,9 +68,7 @@ class Lighting:
                 seen = shadow_map(look, meshes, self.textures, self.map_size, f"shadow map of {name}")
                 self.maps.append(seen)
                 # does not soften shadows (see soft_shadow); without a radius it is the map itself
-                seen = gaussian_blur(
-                    seen, self.map_blur_px / 2.0, self.map_blur_px, name=f"blurred map of {name}"
-                )
+                seen = gaussian_blur(seen, self.map_blur_px / 2.0, self.map_blur_px, name=f"blurred map of {name}")
                 free, shadowed = add_shadowed_light(
                     free,
                     shadowed,

@@ -104,13 +104,9 @@ _SOFT_SHADOW = (
     ),
     Parameter("radius_px", "int", 7, 1, 31, "px", "taps to each side; the width itself with blur=constant"),
     Parameter("map_size", "int", 1024, 16, 8192, "texels", "width and height of each shadow map"),
-    Parameter(
-        "map_blur_px", "int", 0, 0, 31, "texels", "blurs the shadow maps instead, which softens nothing"
-    ),
+    Parameter("map_blur_px", "int", 0, 0, 31, "texels", "blurs the shadow maps instead, which softens nothing"),
     Parameter("ambient", "float", 0.25, 0.0, None, "", "light that no shadow takes away, scene-linear"),
-    Parameter(
-        "background", "rgb", (0.32, 0.42, 0.55), 0.0, None, "", "linear colour where there is no surface"
-    ),
+    Parameter("background", "rgb", (0.32, 0.42, 0.55), 0.0, None, "", "linear colour where there is no surface"),
     Parameter(
         "hdr_format",
         "choice",
@@ -118,9 +114,7 @@ _SOFT_SHADOW = (
         help="of the lit picture; rgb32f is 96-bit HDR",
         choices=("rgba16f", "rgb32f", "rgba32f"),
     ),
-    Parameter(
-        "exposure_stops", "float", 0.0, -16.0, 16.0, "stops", "brightness before the curve: factor 2 a stop"
-    ),
+    Parameter("exposure_stops", "float", 0.0, -16.0, 16.0, "stops", "brightness before the curve: factor 2 a stop"),
     Parameter("curve", "choice", "linear", help="how high values are compressed", choices=_CURVES),
     Parameter("display", "bool", True, help="tone-mapped sRGB; off: the HDR result"),
 )
@@ -148,9 +142,7 @@ EFFECTS: dict[str, Effect] = {
             "picture",
             (
                 Parameter("sigma_px", "float", 3.0, 0.0, 100.0, "px", "standard deviation"),
-                Parameter(
-                    "radius_px", "int", None, 0, 300, "px", "taps to each side; left out: 3 sigma, rounded up"
-                ),
+                Parameter("radius_px", "int", None, 0, 300, "px", "taps to each side; left out: 3 sigma, rounded up"),
             ),
             "Gaussian blur, horizontally, then vertically.",
         ),

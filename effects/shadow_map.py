@@ -65,9 +65,7 @@ def caster_meshes(casters: Casters) -> list[CasterMesh]:
     ]
 
 
-def shadow_map(
-    view: MapView, meshes: list[CasterMesh], textures: TextureInputs, map_size: int, name: str
-) -> pg.Target:
+def shadow_map(view: MapView, meshes: list[CasterMesh], textures: TextureInputs, map_size: int, name: str) -> pg.Target:
     """Draw every caster as one light sees it.
 
     Returns

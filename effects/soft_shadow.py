@@ -163,9 +163,7 @@ def soft_shadow_passes(
             name="unshadowed",
         )
         picture = _shown(made, exposure_stops, curve) if display else made
-        return SoftShadow(
-            picture, made, made, None, None, seen.depth, seen.normals, seen.color, (), tuple(notes)
-        )
+        return SoftShadow(picture, made, made, None, None, seen.depth, seen.normals, seen.color, (), tuple(notes))
     unshadowed, shadows = (split_rgb if wide else split)(
         free, shadowed, seen.color, seen.depth,
         into=(pg.target("unshadowed", hdr_format), pg.target("shadows", "rgba16f")),
@@ -228,9 +226,7 @@ def _softness(given: float | pg.Value | None, lights: Sequence[pg.Value], caster
     return pg.combine(width, *lights)
 
 
-def _check(
-    softness: object, blur: str, radius_px: int, map_size: int, map_blur_px: int, hdr_format: str
-) -> None:
+def _check(softness: object, blur: str, radius_px: int, map_size: int, map_blur_px: int, hdr_format: str) -> None:
     if isinstance(softness, (int, float)) and not 0.0 <= softness < float("inf"):
         raise pg.GraphError(f"soft_shadow: softness must be 0 or more scene units, got {softness!r}")
     if blur not in ("world", "constant"):
@@ -242,6 +238,4 @@ def _check(
     if not 0 <= map_blur_px <= 31:
         raise pg.GraphError(f"soft_shadow: map_blur_px must be 0 to 31, got {map_blur_px!r}")
     if hdr_format not in HDR_FORMATS:
-        raise pg.GraphError(
-            f"soft_shadow: hdr_format cannot be {hdr_format!r}; it is one of {', '.join(HDR_FORMATS)}"
-        )
+        raise pg.GraphError(f"soft_shadow: hdr_format cannot be {hdr_format!r}; it is one of {', '.join(HDR_FORMATS)}")

@@ -54,9 +54,7 @@ def tone(color: Image, exposure_stops: float, curve: Const[int], encode: Const[b
     """Exposure, curve, encoding."""
     here = color[0, 0]
     lit = here.rgb * exp2(exposure_stops)
-    shown = vec3(
-        compress(finite(lit.r), curve), compress(finite(lit.g), curve), compress(finite(lit.b), curve)
-    )
+    shown = vec3(compress(finite(lit.r), curve), compress(finite(lit.g), curve), compress(finite(lit.b), curve))
     if encode:
         shown = vec3(encode_srgb(shown.r), encode_srgb(shown.g), encode_srgb(shown.b))
     return vec4(shown, min(finite(here.a), 1.0))

@@ -137,9 +137,7 @@ class Casters:
 
     nodes: tuple[pg.Node, ...]
     scene_bounds: Float64
-    grounds: tuple[tuple[int, Float64, float], ...] = field(
-        default=()
-    )  # node, normal and offset of its plane
+    grounds: tuple[tuple[int, Float64, float], ...] = field(default=())  # node, normal and offset of its plane
 
     @property
     def origin(self) -> Float64:

@@ -15,13 +15,30 @@ from typing import TYPE_CHECKING, Any
 
 from passgraph.draw_state import Blend, Stencil
 from passgraph.drawing import draw
-from passgraph.errors import BackendError, DeviceMissingError, GraphError, InputError, KernelError, PassgraphError
+from passgraph.errors import (
+    BackendError,
+    DeviceMissingError,
+    GraphError,
+    InputError,
+    KernelError,
+    PassgraphError,
+)
 from passgraph.graph import fragment, graph, kernel, vertex
 from passgraph.language.kernel import function, struct
 from passgraph.language.symbols import *  # noqa: F403 (every name of the kernel language)
 from passgraph.plan.data import Options
-from passgraph.program import Program, Result, compile  # noqa: A004
-from passgraph.targets import OUTPUT_SIZE, Derived, Input, Target, TargetSpec, Value, combine, previous, target
+from passgraph.program import Program, Result, compile
+from passgraph.targets import (
+    OUTPUT_SIZE,
+    Derived,
+    Input,
+    Target,
+    TargetSpec,
+    Value,
+    combine,
+    previous,
+    target,
+)
 
 if TYPE_CHECKING:
     from passgraph.pictures import load, save
@@ -45,7 +62,9 @@ def __getattr__(name: str) -> Any:
 
 
 __all__ = [
-    "OUTPUT_SIZE", "BackendError", "Blend", "Camera", "Derived", "DeviceMissingError", "GraphError", "Input", "InputError",
-    "KernelError", "Light", "Material", "Mesh", "Node", "Options", "PassgraphError", "Program", "Result", "Scene", "Stencil",
-    "Target", "TargetSpec", "Texture", "Value", "combine", "compile", "draw", "fragment", "function", "graph", "kernel", "load", "previous", "save", "struct", "target", "vertex",
+    "OUTPUT_SIZE", "BackendError", "Blend", "Camera", "Derived", "DeviceMissingError", "GraphError", "Input",
+    "InputError", "KernelError", "Light", "Material", "Mesh", "Node", "Options", "PassgraphError", "Program", "Result",
+    "Scene", "Stencil",
+    "Target", "TargetSpec", "Texture", "Value", "combine", "compile", "draw", "fragment", "function", "graph", "kernel",
+    "load", "previous", "save", "struct", "target", "vertex",
 ]  # fmt: skip

@@ -66,12 +66,8 @@ class StoreBound:
 STORES = {
     row.kind: row
     for row in (
-        StoreBound(
-            "float", 2.0, "stored as computed; one ULP for the result, one for how the reference rounds"
-        ),
-        StoreBound(
-            "half", 1.0, "kernels quantise to nearest even; near a half-way point the neighbour is right too"
-        ),
+        StoreBound("float", 2.0, "stored as computed; one ULP for the result, one for how the reference rounds"),
+        StoreBound("half", 1.0, "kernels quantise to nearest even; near a half-way point the neighbour is right too"),
         StoreBound(
             "unorm8",
             1.0,
@@ -101,9 +97,7 @@ class OperationClass:
 
 
 SMOOTH = OperationClass("arithmetic", 0.0, "continuous in its inputs: the bound holds at every pixel")
-GATHER = OperationClass(
-    "sums over neighbours", 0.0, "continuous in its inputs: the bound holds at every pixel"
-)
+GATHER = OperationClass("sums over neighbours", 0.0, "continuous in its inputs: the bound holds at every pixel")
 DECISION = OperationClass(
     "decisions", 0.001, "a comparison or a floor may fall the other way where its operands nearly meet"
 )
@@ -218,9 +212,7 @@ class _NoisyBoundStage(BoundStage):
         self.noise, self.size = stage.noise, stage.size
 
     def run(self, count: int, builtins: Builtins) -> tuple[list[Numbers], NDArray[np.bool_] | None]:
-        results, keep = super().run(
-            count, {name: self._varied(name, value) for name, value in builtins.items()}
-        )
+        results, keep = super().run(count, {name: self._varied(name, value) for name, value in builtins.items()})
         if self.program.stage == "vertex":
             names = [result.name for result in self.program.results]
             at = names.index("position")
@@ -263,11 +255,7 @@ class NoisyReference(ReferenceBackend):
 
     def draw_pass(self, step: DrawStep) -> ReferenceDrawPass:
         made, source = super().draw_pass(step), step.source
-        made.vertex = _NoisyStage(
-            source.vertex.program, step.vertex, step.vertex_facts, self.noise, step.size
-        )
+        made.vertex = _NoisyStage(source.vertex.program, step.vertex, step.vertex_facts, self.noise, step.size)
         if source.fragment is not None and step.fragment is not None:
-            made.fragment = _NoisyStage(
-                source.fragment.program, step.fragment, step.fragment_facts, self.noise
-            )
+            made.fragment = _NoisyStage(source.fragment.program, step.fragment, step.fragment_facts, self.noise)
         return made

@@ -77,9 +77,7 @@ class TargetReport:
 
     def __str__(self) -> str:
         column, row = self.worst
-        verdict = (
-            "within its bound" if self.within_bounds else f"beyond its bound at {self.outside:.3%} of pixels"
-        )
+        verdict = "within its bound" if self.within_bounds else f"beyond its bound at {self.outside:.3%} of pixels"
         return (
             f"pass {self.step}, target {self.target}: {verdict}; worst at column {column}, row {row}: "
             f"{self.worst_got:.9g} against {self.worst_expected:.9g}, bound {self.worst_bound:.3g}"
@@ -168,9 +166,7 @@ def compare(
                 spread[key] = np.maximum(spread[key], distance(picture, expected[key]))
     limits = {key: bounds(plan.resources[key[1]].format, expected[key], spread[key]) for key in expected}
     reports = []
-    for chosen in (
-        backends if backends is not None else [n for n in backend_names() if n not in ("reference", "null")]
-    ):
+    for chosen in backends if backends is not None else [n for n in backend_names() if n not in ("reference", "null")]:
         name = chosen if isinstance(chosen, str) else chosen.name
         progress(name)
         reports.append(_judge(chosen, name, plan, pictures, values, expected, limits, isolate))
@@ -272,9 +268,7 @@ def _measure(
     apart = distance(got, reference)
     # A bound may be infinite where a sample was; nothing can be said there, and nothing is beyond it.
     beyond = apart - limit
-    beyond = np.where(
-        np.isfinite(beyond), beyond, np.where(np.isinf(apart) & np.isfinite(limit), np.inf, -1.0)
-    )
+    beyond = np.where(np.isfinite(beyond), beyond, np.where(np.isinf(apart) & np.isfinite(limit), np.inf, -1.0))
     outside = (beyond > 0).any(axis=2)
     score = beyond if outside.any() else apart
     row, column, channel = (int(i) for i in np.unravel_index(np.argmax(score), score.shape))

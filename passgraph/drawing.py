@@ -128,19 +128,14 @@ def check_geometry(geometry: Geometry, where: str) -> None:
     positions, triangles = np.asarray(geometry.positions), np.asarray(geometry.triangles)
     if positions.ndim != 2 or positions.shape[1] != 3 or triangles.ndim != 2 or triangles.shape[1] != 3:
         raise GraphError(
-            f"{where}: positions must be (n, 3) and triangles (m, 3), got {positions.shape} and "
-            f"{triangles.shape}"
+            f"{where}: positions must be (n, 3) and triangles (m, 3), got {positions.shape} and {triangles.shape}"
         )
     if not len(positions) or not len(triangles):
-        raise GraphError(
-            f"{where}: the mesh is empty ({len(positions)} vertices, {len(triangles)} triangles)"
-        )
+        raise GraphError(f"{where}: the mesh is empty ({len(positions)} vertices, {len(triangles)} triangles)")
     finite = np.isfinite(positions).all(axis=1)
     if not finite.all():
         first = int(np.argmin(finite))
-        raise GraphError(
-            f"{where}: {np.count_nonzero(~finite)} vertices are NaN or infinite, first vertex {first}"
-        )
+        raise GraphError(f"{where}: {np.count_nonzero(~finite)} vertices are NaN or infinite, first vertex {first}")
     low, high = int(triangles.min()), int(triangles.max())
     if low < 0 or high >= len(positions):
         bad = high if high >= len(positions) else low
@@ -160,8 +155,7 @@ def _output(given: Any, where: str) -> tuple[TargetSpec, Target | None]:
         return given.spec, given.content
     if isinstance(given, Target):
         raise GraphError(
-            f"{where} cannot draw into {given.name!r}, an input or last frame's content; copy it with a "
-            "kernel first"
+            f"{where} cannot draw into {given.name!r}, an input or last frame's content; copy it with a kernel first"
         )
     raise GraphError(f"{where} draws into pg.target(...) or a handle, got {type(given).__name__}")
 
@@ -180,14 +174,11 @@ def _check_outputs(
             f"{where}: depth target {depth.name!r} is {depth.format.name}; use depth32f or depth32f_stencil8"
         )
     if stencil is not None and (depth is None or not depth.format.stencil):
-        raise GraphError(
-            f"{where} tests the stencil and needs depth=pg.target(..., format='depth32f_stencil8')"
-        )
+        raise GraphError(f"{where} tests the stencil and needs depth=pg.target(..., format='depth32f_stencil8')")
     results = fragment.program.results if fragment is not None else ()
     if len(results) != len(specs):
         raise GraphError(
-            f"{where}: the fragment kernel returns {len(results)} result(s), and there are {len(specs)} "
-            "target(s)"
+            f"{where}: the fragment kernel returns {len(results)} result(s), and there are {len(specs)} target(s)"
         )
     for spec, result in zip(specs, results, strict=True):
         _check_result((fragment or result).name, spec, result.type)
@@ -211,23 +202,18 @@ def _blends(given: Any, specs: tuple[TargetSpec, ...], where: str) -> tuple[Blen
             part = BLENDS[part]
         if part is not None and not spec.format.blendable:
             raise GraphError(
-                f"{where}: target {spec.name!r} is {spec.format.name}, which cannot be blended; use a linear "
-                "format"
+                f"{where}: target {spec.name!r} is {spec.format.name}, which cannot be blended; use a linear format"
             )
         blends.append(part)
     return tuple(blends)
 
 
-def _masks(
-    given: Any, specs: tuple[TargetSpec, ...], where: str
-) -> tuple[tuple[bool, bool, bool, bool], ...]:
+def _masks(given: Any, specs: tuple[TargetSpec, ...], where: str) -> tuple[tuple[bool, bool, bool, bool], ...]:
     if given is None:
         return ()
     parts = given if given and isinstance(given[0], tuple) else (given,) * len(specs)
     if len(parts) != len(specs) or any(len(part) != 4 for part in parts):
-        raise GraphError(
-            f"{where}: color_mask is four bools (red, green, blue, alpha), once or for each target"
-        )
+        raise GraphError(f"{where}: color_mask is four bools (red, green, blue, alpha), once or for each target")
     return tuple((bool(r), bool(g), bool(b), bool(a)) for r, g, b, a in parts)
 
 
@@ -242,13 +228,9 @@ def _arguments(
         if kernel is None:
             continue
         # The stage's own struct (the mesh's vertex, the varyings) is not a parameter of the draw.
-        names = [
-            p.name for p in kernel.parameters if not isinstance(p.type, Struct) or _is_plain(kernel, p.name)
-        ]
+        names = [p.name for p in kernel.parameters if not isinstance(p.type, Struct) or _is_plain(kernel, p.name)]
         known.update(names)
-        missing = [
-            p.name for p in kernel.parameters if p.name in names and p.name not in given and not p.has_default
-        ]
+        missing = [p.name for p in kernel.parameters if p.name in names and p.name not in given and not p.has_default]
         if missing:
             raise GraphError(f"{where}: {kernel.stage} kernel {kernel.name} needs {', '.join(missing)}")
         picked = _Picked(kernel, names)

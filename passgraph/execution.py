@@ -59,7 +59,9 @@ class Execution:
             block = Uniforms(step.program, step, self._overrides)
             image_ids = [r for _, r in step.images]
             return lambda values: run(
-                [self._storage(r) for r in step.outputs], [self._storage(r) for r in image_ids], block.pack(values)
+                [self._storage(r) for r in step.outputs],
+                [self._storage(r) for r in image_ids],
+                block.pack(values),
             )
         return self._compile_draw(step)
 
@@ -115,7 +117,10 @@ class Execution:
             for resource in self.plan.resources:
                 if resource.history is not None:
                     places = self.places
-                    places[resource.id], places[resource.history] = places[resource.history], places[resource.id]
+                    places[resource.id], places[resource.history] = (
+                        places[resource.history],
+                        places[resource.id],
+                    )
 
     def _values(self, given: Mapping[str, object]) -> dict[Any, object]:
         """Run values by handle; derived ones are computed when first asked for."""
@@ -129,9 +134,8 @@ class Execution:
             value = given.get(name, self.plan.size if handle is OUTPUT_SIZE else handle.default)
             if value is None:
                 raise InputError(f"value {name!r} is missing; run the program as program({name}=...)")
-            if isinstance(handle.type, type) and handle.type not in (int, float, bool) and handle.type.__module__ != "passgraph.language.symbols":
-                if not isinstance(value, handle.type):
-                    raise InputError(f"value {name!r} must be a {handle.type.__name__}, got {type(value).__name__}")
+            if is_object_type(handle.type) and not isinstance(value, handle.type):  # type: ignore[arg-type]
+                raise InputError(f"value {name!r} must be a {handle.type.__name__}, got {type(value).__name__}")  # type: ignore[attr-defined]
             values[name] = value
         return values
 
@@ -160,7 +164,9 @@ class Execution:
             raise GraphError(f"there is no pass {step!r}; there are {', '.join(s.name for s in self.plan.steps)}")
         keys = [k for k in found[0].values if k == name or k.endswith("/" + name)]
         if not keys:
-            raise GraphError(f"pass {step!r} has no parameter {name!r} to set; it has {', '.join(found[0].values) or 'none'}")
+            raise GraphError(
+                f"pass {step!r} has no parameter {name!r} to set; it has {', '.join(found[0].values) or 'none'}"
+            )
         self._overrides[found[0].name, keys[0]] = value
         self._static_seen = None
 
@@ -181,6 +187,12 @@ class Execution:
 def _same(one: object, other: object) -> bool:
     plain = (bool, int, float, str, tuple)
     return one is other or (type(one) is type(other) and isinstance(one, plain) and bool(one == other))
+
+
+def is_object_type(type_: object) -> bool:
+    """Whether a value's type is a class of its own, such as Camera; numbers and vectors are checked when packed."""
+    plain = type_ in (int, float, bool) or getattr(type_, "__module__", "") == "passgraph.language.symbols"
+    return isinstance(type_, type) and not plain
 
 
 class Uniforms:
@@ -212,7 +224,9 @@ class Uniforms:
                 raise InputError(f"{key!r} needs a field {name!r}, which {type(value).__name__} lacks")
             value = getattr(value, name)
         target = self.floats if slot.block == "float" else self.ints
-        target[slot.offset : slot.offset + slot.count] = components(value, slot.type, f"{slot.name} of pass {self.step.name!r}")
+        target[slot.offset : slot.offset + slot.count] = components(
+            value, slot.type, f"{slot.name} of pass {self.step.name!r}"
+        )
 
     def pack(self, values: dict[Any, object]) -> Block:
         """The block for this run."""

@@ -118,8 +118,7 @@ def _specs(into: Any, kernel: Kernel, name: str) -> tuple[TargetSpec, ...]:
             raise GraphError(f"pass {name!r} writes into pg.target(...), got {type(spec).__name__}")
     if len(specs) != len(results):
         raise GraphError(
-            f"kernel {kernel.name} returns {len(results)} result(s), and pass {name!r} has {len(specs)} "
-            "target(s)"
+            f"kernel {kernel.name} returns {len(results)} result(s), and pass {name!r} has {len(specs)} target(s)"
         )
     if len(set(specs)) != len(specs):
         raise GraphError(f"pass {name!r} writes one target twice")
@@ -148,9 +147,7 @@ def bind(kernel: Kernel, arguments: Sequence[Any], named: Mapping[str, Any]) -> 
     bound = dict(zip(names, arguments, strict=False))
     for key, value in named.items():
         if key not in names:
-            raise GraphError(
-                f"kernel {kernel.name} has no parameter {key!r}; it has {', '.join(names) or 'none'}"
-            )
+            raise GraphError(f"kernel {kernel.name} has no parameter {key!r}; it has {', '.join(names) or 'none'}")
         if key in bound:
             raise GraphError(f"kernel {kernel.name} gets {key!r} twice")
         bound[key] = value
@@ -175,8 +172,7 @@ def split_arguments(
         elif parameter.const:
             if isinstance(given, (Value, Derived, Target)):
                 raise GraphError(
-                    f"{where} is Const: it is baked when the graph is compiled and takes a number, got "
-                    f"{given!r}"
+                    f"{where} is Const: it is baked when the graph is compiled and takes a number, got {given!r}"
                 )
             components(given, parameter.type, where)
             constants[parameter.name] = given
@@ -187,13 +183,9 @@ def split_arguments(
 
 def _image(given: Any, where: str) -> Target:
     if isinstance(given, TargetSpec):
-        raise GraphError(
-            f"{where}: target {given.name!r} is declared but not written; pass what its pass returned"
-        )
+        raise GraphError(f"{where}: target {given.name!r} is declared but not written; pass what its pass returned")
     if not isinstance(given, Target):
-        raise GraphError(
-            f"{where} is an Image and takes a target or pg.Input(...), got {type(given).__name__}"
-        )
+        raise GraphError(f"{where} is an Image and takes a target or pg.Input(...), got {type(given).__name__}")
     return given
 
 
@@ -288,9 +280,7 @@ def graph(*outputs: Target) -> nx.DiGraph:
         if target in seen:
             continue
         seen.add(target)
-        kind = (
-            "input" if isinstance(target.spec, InputSpec) else "history" if target.is_previous else "target"
-        )
+        kind = "input" if isinstance(target.spec, InputSpec) else "history" if target.is_previous else "target"
         made.add_node(target, kind=kind, name=target.name)
         if target.made_by is None:
             continue

@@ -47,9 +47,7 @@ _options: dict[str, dict[str, Any]] = {
 _pillow_limit = threading.Lock()
 
 
-def load(
-    path: str | os.PathLike[str], *, max_pixels: int = 1 << 28, linear: bool = False
-) -> NDArray[np.float32]:
+def load(path: str | os.PathLike[str], *, max_pixels: int = 1 << 28, linear: bool = False) -> NDArray[np.float32]:
     """Read a picture file; what it is, is told by its content and not by its name.
 
     Parameters
@@ -277,8 +275,7 @@ def _decode_16_bit(file: Path, data: bytes, image: ImageFile) -> NDArray[np.floa
     other = _open_with_pillow(file, data)
     layout = f"{mode};16{swapped}"
     other.tile = [
-        tile._replace(args=(layout, *tile.args[1:]) if isinstance(tile.args, tuple) else layout)
-        for tile in other.tile
+        tile._replace(args=(layout, *tile.args[1:]) if isinstance(tile.args, tuple) else layout) for tile in other.tile
     ]
     values = np.asarray(image).astype(np.uint16) << 8 | np.asarray(other)
     scaled = values.astype(np.float32) / np.float32(65535)
@@ -314,9 +311,7 @@ def _decode_npy(file: Path, data: bytes, max_pixels: int) -> tuple[NDArray[np.fl
     """An array saved by numpy: (h, w) or (h, w, 1 | 2 | 3 | 4) of floats, uint8 or uint16."""
     stream = io.BytesIO(data)
     version = np.lib.format.read_magic(stream)
-    read_header = (
-        np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
-    )
+    read_header = np.lib.format.read_array_header_1_0 if version == (1, 0) else np.lib.format.read_array_header_2_0
     shape, _, dtype = read_header(stream)
     if len(shape) not in (2, 3) or (len(shape) == 3 and shape[2] not in (1, 2, 3, 4)):
         raise InputError(f"{file}: has shape {shape}; expected (h, w) or (h, w, 1 to 4)")
@@ -338,9 +333,7 @@ def _decode_exr(file: Path, max_pixels: int) -> NDArray[np.float32]:
     _check_size(file, x1 - x0 + 1, y1 - y0 + 1, max_pixels)
     names = {channel.name for channel in header["channels"]}
     found = next((order for order in (["R", "G", "B"], ["Y"]) if names.issuperset(order)), None)
-    if found is None or any(
-        channel.xSampling != 1 or channel.ySampling != 1 for channel in header["channels"]
-    ):
+    if found is None or any(channel.xSampling != 1 or channel.ySampling != 1 for channel in header["channels"]):
         raise InputError(
             f"{file}: has the channels {', '.join(sorted(names))}; expected R, G, B or Y, with or without A,"
             " none subsampled"
@@ -348,9 +341,7 @@ def _decode_exr(file: Path, max_pixels: int) -> NDArray[np.float32]:
     order = [*found, "A"] if "A" in names else found
     content = openexr.File(os.fspath(file), separate_channels=True)
     if not content.parts:
-        raise InputError(
-            f"{file}: truncated or corrupt (not all rows are there); make or copy the file again"
-        )
+        raise InputError(f"{file}: truncated or corrupt (not all rows are there); make or copy the file again")
     channels = content.channels()
     stored = np.stack([np.asarray(channels[name].pixels, np.float32) for name in order], axis=-1)
     if (left, top, right, bottom) == (x0, y0, x1, y1):
@@ -385,9 +376,7 @@ def _checked(file: Path, picture: object) -> NDArray[Any]:
         shape = np.shape(pixels)
         raise InputError(f"{file}: a picture of shape {shape}; expected (h, w) or (h, w, 1 to 4)")
     if 0 in pixels.shape:
-        raise InputError(
-            f"{file}: a picture of {pixels.shape[1]}×{pixels.shape[0]} pixels; expected at least 1×1"
-        )
+        raise InputError(f"{file}: a picture of {pixels.shape[1]}×{pixels.shape[0]} pixels; expected at least 1×1")
     if pixels.dtype.kind != "f" and pixels.dtype != np.uint8:
         raise InputError(f"{file}: a picture of dtype {pixels.dtype}; expected float in [0, 1] or uint8")
     return pixels
@@ -426,9 +415,7 @@ def _encode_with_pillow(file: Path, pixels: NDArray[np.uint8], kind: str) -> byt
     channels = pixels.shape[2]
     if kind == "JPEG" and channels in (2, 4):
         if pixels[..., -1].min() < 255:
-            raise InputError(
-                f"{file}: JPEG has no transparency; save as .png, or pass picture[..., :{channels - 1}]"
-            )
+            raise InputError(f"{file}: JPEG has no transparency; save as .png, or pass picture[..., :{channels - 1}]")
         pixels = np.ascontiguousarray(pixels[..., :-1])
     buffer = io.BytesIO()
     image = pillow.fromarray(pixels[..., 0] if pixels.shape[2] == 1 else pixels)

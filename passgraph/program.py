@@ -59,7 +59,10 @@ class Program:
 
     def __init__(self, outputs: dict[str, Target], backend: Backend, owns: bool, size: Any, options: Options) -> None:
         self._outputs, self.backend, self._owns = outputs, backend, owns
-        self._size, self._options = size, options if backend.optimises else replace(options, fuse=False, simplify=True)
+        self._size, self._options = (
+            size,
+            options if backend.optimises else replace(options, fuse=False, simplify=True),
+        )
         self._inputs = _inputs_of(outputs)
         self._bound: dict[str, tuple[Format, tuple[int, int]]] = {}
         self._plan: Plan | None = None
@@ -204,7 +207,9 @@ def checked_picture(given: Any, spec: InputSpec) -> NDArray[Any]:
     array = np.asarray(given)
     what = f"input {spec.name!r}"
     if array.dtype.kind not in "fuib" or array.ndim not in (2, 3):
-        raise InputError(f"{what} must be an array (height, width, channels) of numbers, got {array.dtype} of shape {array.shape}")
+        raise InputError(
+            f"{what} must be an array (height, width, channels) of numbers, got {array.dtype} of shape {array.shape}"
+        )
     if array.ndim == 2:
         array = array[:, :, None]
     height, width, channels = array.shape
@@ -237,15 +242,21 @@ def named_outputs(outputs: Any) -> dict[str, Target]:
     named: dict[str, Target] = {}
     for target in outputs:
         if not isinstance(target, Target):
-            what = f"target {target.name!r} is declared but not written" if isinstance(target, TargetSpec) else repr(target)
+            what = (
+                f"target {target.name!r} is declared but not written"
+                if isinstance(target, TargetSpec)
+                else repr(target)
+            )
             raise GraphError(f"compile takes targets that passes returned, got {what}")
         if target.name in named:
-            raise GraphError(f"two outputs are called {target.name!r}; give a mapping: pg.compile({{'first': ..., 'second': ...}})")
+            raise GraphError(
+                f"two outputs are called {target.name!r}; give a mapping: pg.compile({{'first': ..., 'second': ...}})"
+            )
         named[target.name] = target
     return named
 
 
-def compile(  # noqa: A001 (the verb that users expect)
+def compile(
     outputs: Outputs,
     backend: str | Backend | None = None,
     size: tuple[int, int] | None = None,

@@ -166,9 +166,7 @@ def target(
         size_class = Relative(checked_scale(scale, name))
     values = None if clear is None else (clear,) if isinstance(clear, (int, float)) else tuple(clear)
     if values is not None and len(values) not in (1, made.channels):
-        raise GraphError(
-            f"target {name!r} ({made.name}) clears to 1 or {made.channels} numbers, got {len(values)}"
-        )
+        raise GraphError(f"target {name!r} ({made.name}) clears to 1 or {made.channels} numbers, got {len(values)}")
     return TargetSpec(name, made, size_class, values, notes)
 
 

@@ -41,11 +41,7 @@ def test_a_far_offset_does_not_shake():
 
     def seen(offset):
         camera = Camera((offset + 1, 2, 3), (offset, 0, 0))
-        matrix = (
-            camera.projection_matrix(1.5)
-            @ camera.view_rotation()
-            @ camera.relative(translation((offset, 0, 0)))
-        )
+        matrix = camera.projection_matrix(1.5) @ camera.view_rotation() @ camera.relative(translation((offset, 0, 0)))
         return matrix.astype(np.float32) @ point
 
     assert np.abs(seen(1e6) - seen(0.0)).max() < 1e-6

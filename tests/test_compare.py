@@ -36,12 +36,8 @@ halve = pg.kernel(source="def halve(color: Image) -> vec4: return color[0, 0] * 
 blur = pg.kernel(
     source="def blur(color: Image) -> vec4: return (color[-1, 0] + color[0, 0] + color[1, 0]) * (1.0 / 3.0)"
 )
-cut = pg.kernel(
-    source="def cut(color: Image) -> vec4: return vec4(1.0) if color[0, 0].r < 0.5 else vec4(0.0)"
-)
-curve = pg.kernel(
-    source="def curve(color: Image) -> vec4: return pow(color[0, 0], vec4(2.2)) + sin(color[0, 0] * 9.0)"
-)
+cut = pg.kernel(source="def cut(color: Image) -> vec4: return vec4(1.0) if color[0, 0].r < 0.5 else vec4(0.0)")
+curve = pg.kernel(source="def curve(color: Image) -> vec4: return pow(color[0, 0], vec4(2.2)) + sin(color[0, 0] * 9.0)")
 cancel = pg.kernel(source="def cancel(color: Image) -> vec4: return (color[0, 0] * 1000.1 + 4096.3) - 4096.3")
 fill = pg.kernel(source="def fill(level: float) -> vec4: return vec4(level)")
 frame = pg.Input("frame")
@@ -153,9 +149,7 @@ def test_a_planted_operation_is_caught(right: str, wrong: str) -> None:
         def pixel_pass(self, step: PixelStep) -> ReferencePixelPass:
             other = build({"x": planted(step.source.images["color"])}, step.size, options=OPTIONS).steps[0]
             assert isinstance(other, PixelStep)
-            return super().pixel_pass(
-                replace(step, program=other.program, source=other.source, facts=other.facts)
-            )
+            return super().pixel_pass(replace(step, program=other.program, source=other.source, facts=other.facts))
 
     known = pg.Input("frame", "rgba32f", (40, 24))
     assert compare(meant(known), ["reference"], frame=picture()).within_bounds
@@ -269,9 +263,7 @@ def paint(corner: Corner, texture: Image) -> vec4:
 
 def test_draws_agree_on_every_backend(backend_name: str) -> None:
     positions = np.array([[-0.9, -0.8, 0.1], [0.9, -0.7, 0.5], [0.1, 0.9, 0.9]], np.float32)
-    mesh = pg.Mesh.make(
-        positions, np.array([[0, 1, 2]]), uvs=np.array([[0, 0], [1, 0], [0.5, 1]], np.float32)
-    )
+    mesh = pg.Mesh.make(positions, np.array([[0, 1, 2]]), uvs=np.array([[0, 0], [1, 0], [0.5, 1]], np.float32))
     color = pg.draw(
         mesh, vertex=place, fragment=paint, texture=frame, into=pg.target("color", "rgba16f", scale=1.0),
         depth=pg.target("depth", "depth32f", scale=1.0),

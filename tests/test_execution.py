@@ -251,9 +251,7 @@ def show(corner: Corner, texture: Image) -> vec4:
 
 
 def drawn(into: object, level: float, name: str) -> pg.Target:
-    made: pg.Target = pg.draw(
-        QUAD, vertex=place, fragment=paint, into=into, blend="add", level=level, name=name
-    )
+    made: pg.Target = pg.draw(QUAD, vertex=place, fragment=paint, into=into, blend="add", level=level, name=name)
     return made
 
 

@@ -39,9 +39,7 @@ def packages() -> set[str]:
 def run_python(code: str) -> str:
     """What a new interpreter prints; the checkout comes first, so that this passgraph is the one tested."""
     environment = {**os.environ, "PYTHONPATH": str(root)}
-    result = subprocess.run(
-        [sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=False
-    )
+    result = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=environment, check=False)
     assert result.returncode == 0, result.stderr
     return result.stdout
 
@@ -60,9 +58,7 @@ def test_pyproject_lists_the_packages_that_exist() -> None:
 
 
 def test_every_module_is_in_a_package() -> None:
-    homeless = {
-        name for name in modules() if name != "passgraph" and name.rpartition(".")[0] not in packages()
-    }
+    homeless = {name for name in modules() if name != "passgraph" and name.rpartition(".")[0] not in packages()}
     assert homeless == set(), "folders without __init__.py are left out of the wheel"
 
 
@@ -73,9 +69,7 @@ def test_links_lead_to_the_top_level(name: str) -> None:
 
 
 def test_bare_names_stay_free() -> None:
-    code = (
-        "import sys, passgraph.backends, passgraph.effects; print({'backends', 'effects'} & set(sys.modules))"
-    )
+    code = "import sys, passgraph.backends, passgraph.effects; print({'backends', 'effects'} & set(sys.modules))"
     assert run_python(code) == "set()\n"
 
 
@@ -178,7 +172,5 @@ def test_imports_go_one_way(part: str, later: list[str]) -> None:
 
 
 def test_no_modules_import_each_other_in_a_circle() -> None:
-    circles = [
-        sorted(part) for part in nx.strongly_connected_components(import_graph(inside_functions=False))
-    ]
+    circles = [sorted(part) for part in nx.strongly_connected_components(import_graph(inside_functions=False))]
     assert [circle for circle in circles if len(circle) > 1] == []

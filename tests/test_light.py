@@ -53,11 +53,7 @@ def test_every_corner_is_in_one_cube_face(position):
     for view in light.cube_views():
         ndc, w = clip(view, projection, corners_of(BOX) + 1e-9)
         depth = w / max(np.abs(corners_of(BOX) - np.array(position)).max(), 1e-9)
-        seen |= (
-            (np.abs(ndc[:, :2]).max(axis=1) <= 1.0 + 1e-6)
-            & (w > 0)
-            & ((np.abs(ndc[:, 2]) <= 1) | (depth < 1e-2))
-        )
+        seen |= (np.abs(ndc[:, :2]).max(axis=1) <= 1.0 + 1e-6) & (w > 0) & ((np.abs(ndc[:, 2]) <= 1) | (depth < 1e-2))
     assert seen.all()
 
 

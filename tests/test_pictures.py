@@ -354,9 +354,7 @@ def test_decompression_bomb_is_refused_before_decoding(tmp_path: Path) -> None:
     (tmp_path / "bomb.png").write_bytes(png(60000, 60000, 8, 6, bytes(100)))
     refused(r"60000×60000 = 3600000000 pixels; expected at most 268435456", load, tmp_path / "bomb.png")
     header = io.BytesIO()
-    np.lib.format.write_array_header_1_0(
-        header, {"descr": "<f4", "fortran_order": False, "shape": (1 << 20, 1 << 20)}
-    )
+    np.lib.format.write_array_header_1_0(header, {"descr": "<f4", "fortran_order": False, "shape": (1 << 20, 1 << 20)})
     (tmp_path / "bomb.npy").write_bytes(header.getvalue())
     refused("1048576×1048576 = ", load, tmp_path / "bomb.npy")
 
@@ -365,9 +363,7 @@ def test_max_pixels_is_the_limit(tmp_path: Path) -> None:
     limit = Image.MAX_IMAGE_PIXELS
     save(tmp_path / "a.png", bytes_of[3])
     assert load(tmp_path / "a.png", max_pixels=35).shape == (7, 5, 4)
-    refused(
-        r"5×7 = 35 pixels; expected at most 34; raise max_pixels", load, tmp_path / "a.png", max_pixels=34
-    )
+    refused(r"5×7 = 35 pixels; expected at most 34; raise max_pixels", load, tmp_path / "a.png", max_pixels=34)
     assert limit == Image.MAX_IMAGE_PIXELS
 
 
@@ -509,9 +505,7 @@ def test_permissions_follow_the_umask(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("verb", ["load", "save"])
-def test_missing_openexr_says_what_to_install(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, verb: str
-) -> None:
+def test_missing_openexr_says_what_to_install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, verb: str) -> None:
     monkeypatch.setitem(__import__("sys").modules, "OpenEXR", None)
     (tmp_path / "a.exr").write_bytes(b"\x76\x2f\x31\x01")
     arguments = {"load": (), "save": (bytes_of[3],)}[verb]

@@ -43,16 +43,12 @@ def obj(folder, text, mtl=None, name="m.obj"):
 def gltf(folder, positions, indices, *, attributes=None, node=None, **extra):
     """A minimal glTF with one triangle mesh and a binary file beside it."""
     tables = [("POSITION", np.asarray(positions, np.float32), "VEC3", 5126)]
-    tables += [
-        (k, np.asarray(v, np.float32), f"VEC{np.shape(v)[1]}", 5126) for k, v in (attributes or {}).items()
-    ]
+    tables += [(k, np.asarray(v, np.float32), f"VEC{np.shape(v)[1]}", 5126) for k, v in (attributes or {}).items()]
     tables.append(("indices", np.asarray(indices, np.uint16).reshape(-1), "SCALAR", 5123))
     blob, views, accessors = b"", [], []
     for _, table, kind, component in tables:
         views.append({"buffer": 0, "byteOffset": len(blob), "byteLength": table.nbytes})
-        accessors.append(
-            {"bufferView": len(accessors), "componentType": component, "count": len(table), "type": kind}
-        )
+        accessors.append({"bufferView": len(accessors), "componentType": component, "count": len(table), "type": kind})
         blob += table.tobytes() + b"\0" * (-table.nbytes % 4)
     (folder / "m.bin").write_bytes(blob)
     primitive = {"attributes": {t[0]: i for i, t in enumerate(tables[:-1])}, "indices": len(tables) - 1}
@@ -133,9 +129,7 @@ def test_corners_with_other_normals_keep_their_own_uv(tmp_path):
 
 
 def test_normals_are_smooth_across_texture_seams(tmp_path):
-    text = (
-        "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nvt 1 0\nvt 0 1\nvt .5 .5\nf 1/1 2/2 3/3\nf 1/4 3/2 4/3\n"
-    )
+    text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nvt 1 0\nvt 0 1\nvt .5 .5\nf 1/1 2/2 3/3\nf 1/4 3/2 4/3\n"
     mesh = Scene.load(obj(tmp_path, text), ground=False).nodes[0].mesh
     at_origin = mesh.normals[(mesh.positions == 0).all(axis=1)]
     assert len(at_origin) == 2
@@ -201,9 +195,7 @@ def test_gltf_camera_and_lights_are_used(tmp_path):
     ]
     lights = {"KHR_lights_punctual": {"lights": [{"type": "point", "intensity": 800, "color": [1, 0.5, 0]}]}}
     cameras = [{"type": "perspective", "perspective": {"yfov": 0.7, "znear": 0.5}}]
-    path = gltf(
-        tmp_path, *TRIANGLE, nodes=nodes, scenes=[{"nodes": [0, 1, 2]}], cameras=cameras, extensions=lights
-    )
+    path = gltf(tmp_path, *TRIANGLE, nodes=nodes, scenes=[{"nodes": [0, 1, 2]}], cameras=cameras, extensions=lights)
     scene = Scene.load(path)
     assert scene.camera.eye == (0.0, 0.0, 7.0)
     assert scene.camera.vertical_fov_rad == 0.7
@@ -364,9 +356,7 @@ def test_bad_gltf_is_refused(tmp_path, change, message):
 
 
 def test_gltf_index_out_of_range_is_refused(tmp_path):
-    with pytest.raises(
-        InputError, match=r"1 of 1 name a vertex outside 0..2, the first is triangle 0 \[0, 1, 900\]"
-    ):
+    with pytest.raises(InputError, match=r"1 of 1 name a vertex outside 0..2, the first is triangle 0 \[0, 1, 900\]"):
         Scene.load(gltf(tmp_path, TRIANGLE[0], [[0, 1, 900]]))
 
 

@@ -93,9 +93,7 @@ def test_merge_of_nothing_is_refused():
         merge([])
 
 
-@pytest.mark.parametrize(
-    ("mesh", "volume"), [(box(1.0), 1.0), (ball(1.0), 4.18879), (cylinder(1.0, 2.0), 6.28318)]
-)
+@pytest.mark.parametrize(("mesh", "volume"), [(box(1.0), 1.0), (ball(1.0), 4.18879), (cylinder(1.0, 2.0), 6.28318)])
 def test_simple_solids_are_closed_and_wound_outward(mesh, volume):
     solid = trimesh.Trimesh(mesh.positions, mesh.triangles, process=False)
     face, vertex = solid.face_normals, mesh.normals[mesh.triangles].mean(axis=1)

@@ -144,9 +144,7 @@ class GLBackend(Backend):
             gl.ActiveTexture(g.TEXTURE0)
             gl.BindTexture(g.TEXTURE_2D, storage.name)
             layout = storage.layout
-            gl.TexSubImage2D(
-                g.TEXTURE_2D, 0, 0, 0, width, height, layout.external, layout.type, data.ctypes.data
-            )
+            gl.TexSubImage2D(g.TEXTURE_2D, 0, 0, 0, width, height, layout.external, layout.type, data.ctypes.data)
             gl.BindTexture(g.TEXTURE_2D, 0)
             gl.check(f"uploading a {storage.format.name} picture of {width} x {height}")
 

@@ -69,9 +69,7 @@ class Context:
         before = self._current.state()
         try:
             if sys.platform.startswith("linux"):
-                self.native = glcontext.get_backend_by_name("egl")(
-                    glversion=330, mode="standalone", device_index=index
-                )
+                self.native = glcontext.get_backend_by_name("egl")(glversion=330, mode="standalone", device_index=index)
             else:
                 self.native = glcontext.default_backend()(glversion=330, mode="standalone")
         except Exception as error:  # glcontext raises plain Exception, and ImportError for absent libraries

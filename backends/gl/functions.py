@@ -80,9 +80,7 @@ class Functions:
             if not address and entry in SIGNATURES.split():
                 raise DeviceMissingError(f"this OpenGL driver has no gl{name}; passgraph needs OpenGL 3.3")
             arguments, _, result = signature.partition(":")
-            kind = ctypes.CFUNCTYPE(
-                _TYPES[result] if result else None, *(_TYPES[letter] for letter in arguments)
-            )
+            kind = ctypes.CFUNCTYPE(_TYPES[result] if result else None, *(_TYPES[letter] for letter in arguments))
             setattr(self, name, kind(address) if address else None)
 
     def __getattr__(self, name: str) -> Any:

@@ -204,11 +204,7 @@ class GLSL(Printer):
             (self.own.ints, program.int_count, "int", "ivec4"),
         ):
             if count:
-                entry = (
-                    f"{vector} {name}[{vec4_count(count)}]"
-                    if in_vectors(count)
-                    else f"{scalar} {name}[{count}]"
-                )
+                entry = f"{vector} {name}[{vec4_count(count)}]" if in_vectors(count) else f"{scalar} {name}[{count}]"
                 lines.append(f"uniform {entry};")
         if any(name.startswith("output_size") for name, _ in program.builtins):
             lines.append("uniform ivec2 pg_output_size;")

@@ -91,9 +91,7 @@ class Programs:
             self.made[key] = self._link(Listing(FULLSCREEN, (NOWHERE,)), fragment, (program,))
         return self.made[key]
 
-    def draw(
-        self, vertex: ScalarProgram, fragment: ScalarProgram | None, varyings: tuple[str, ...]
-    ) -> Program:
+    def draw(self, vertex: ScalarProgram, fragment: ScalarProgram | None, varyings: tuple[str, ...]) -> Program:
         key = (vertex.key, "" if fragment is None else fragment.key, varyings)
         if key not in self.made:
             self._check(vertex)
@@ -137,9 +135,7 @@ class Programs:
             gl.LinkProgram(name)
             if not _status(gl.GetProgramiv, name, g.LINK_STATUS):
                 log = _log(gl.GetProgramiv, gl.GetProgramInfoLog, name)
-                raise BackendError(
-                    f"gl: the driver cannot link {' and '.join(p.name for p in programs)}: {log}"
-                )
+                raise BackendError(f"gl: the driver cannot link {' and '.join(p.name for p in programs)}: {log}")
         except BackendError:
             self.objects.delete("Program", name)
             raise

@@ -163,9 +163,7 @@ def _switch(gl: Functions, what: int, on: bool) -> None:
         gl.Disable(what)
 
 
-def clear_targets(
-    gl: Functions, colours: list[tuple[int, Any]], depth: float | None, stencil: int | None
-) -> None:
+def clear_targets(gl: Functions, colours: list[tuple[int, Any]], depth: float | None, stencil: int | None) -> None:
     """Clear colour attachments (number, four floats), depth and stencil; masks are opened for it."""
     for number, value in colours:
         gl.ClearBufferfv(g.COLOR, number, value.ctypes.data)

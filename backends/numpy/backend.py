@@ -47,14 +47,16 @@ class NumpyBackend(Backend):
 
         return [DeviceInfo(f"{platform.machine()}, {thread_count()} threads", "numba", version("numba"))]
 
-    def make(self, format: Format, size: tuple[int, int]) -> Storage:  # noqa: A002
+    def make(self, format: Format, size: tuple[int, int]) -> Storage:
         count = size[0] * size[1]
         try:
             values = np.zeros(count * format.channels, np.float32)
             stencil = np.zeros(count, np.uint8) if format.stencil else None
         except MemoryError:
             needed = count * format.channels * 4 / 2**30
-            raise BackendError(f"a {size[0]}x{size[1]} {format.name} target needs {needed:.1f} GiB, which is not there") from None
+            raise BackendError(
+                f"a {size[0]}x{size[1]} {format.name} target needs {needed:.1f} GiB, which is not there"
+            ) from None
         return Storage(format, size, values, stencil)
 
     def upload(self, storage: Storage, picture: FloatBlock) -> None:
@@ -98,12 +100,21 @@ class NumpyBackend(Backend):
             def piece(number: int) -> None:
                 first = number * rows
                 module.rows(
-                    first, min(height, first + rows), width, height, *arguments, *stores, block.floats, block.ints
+                    first,
+                    min(height, first + rows),
+                    width,
+                    height,
+                    *arguments,
+                    *stores,
+                    block.floats,
+                    block.ints,
                 )
 
             workers.each(piece, pieces)
 
-        warm_up(lambda: module.rows(0, 0, width, height, *_dummies(len(order)), *_blanks(len(channels)), *_no_uniforms()))
+        warm_up(
+            lambda: module.rows(0, 0, width, height, *_dummies(len(order)), *_blanks(len(channels)), *_no_uniforms())
+        )
         return run
 
     def draw_pass(self, step: DrawStep) -> DrawRunner:

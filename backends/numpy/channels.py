@@ -11,7 +11,17 @@ from dataclasses import replace
 from passgraph.language import scalar as s
 from passgraph.language.emitter import eliminate_dead
 
-_COMMUTATIVE = {"add", "mul", "equal", "not_equal", "logical_and", "logical_or", "bit_and", "bit_or", "bit_xor"}
+_COMMUTATIVE = {
+    "add",
+    "mul",
+    "equal",
+    "not_equal",
+    "logical_and",
+    "logical_or",
+    "bit_and",
+    "bit_or",
+    "bit_xor",
+}
 #: Builtins that do not tell one channel's loop index from another's.
 _SHARED_BUILTINS = ("output_size.", "size.", "pixel.1")
 
@@ -75,7 +85,11 @@ def _shape(
             if instruction.operation in _COMMUTATIVE:
                 parts = sorted(parts, key=lambda part: part or 0)
         elif isinstance(instruction, (s.LoadUniform, s.LoadTable, s.LoadBuiltin)):
-            detail = (getattr(instruction, "block", None) or getattr(instruction, "table", None) or getattr(instruction, "name", None),)
+            detail = (
+                getattr(instruction, "block", None)
+                or getattr(instruction, "table", None)
+                or getattr(instruction, "name", None),
+            )
         key = (name, *detail, *parts)
     memo[value.id] = numbering.setdefault(key, len(numbering))
     return memo[value.id]

@@ -4,6 +4,7 @@ Generated text is written as a module named by its key into the user's own cache
 numba caches only what has a file.  A second process starts with the compiled code.
 """
 
+# mypy: disable-error-code="no-untyped-call,misc,unused-ignore"
 from __future__ import annotations
 
 import hashlib
@@ -96,7 +97,9 @@ def cache_folder() -> Path:
         folder.mkdir(parents=True, exist_ok=True, mode=0o700)
         status = folder.stat()
     except OSError as error:
-        raise BackendError(f"the cache folder {folder} cannot be made ({error}); name another one in {CACHE_VARIABLE}") from error
+        raise BackendError(
+            f"the cache folder {folder} cannot be made ({error}); name another one in {CACHE_VARIABLE}"
+        ) from error
     if os.name == "posix" and (status.st_uid != os.getuid() or status.st_mode & (stat.S_IWGRP | stat.S_IWOTH)):
         raise BackendError(
             f"the cache folder {folder} belongs to another user or others may write to it; "

@@ -4,6 +4,7 @@ numba compiles the loops around it.  Handing it the body as Python text would wo
 a thousand lines take ten times as long as all of LLVM's optimisations.
 """
 
+# mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
 
 from typing import Any
@@ -23,7 +24,8 @@ def body_intrinsic(program: s.ScalarProgram, inside: bool, alike: int = 0, apart
 
     Returns a tuple of float32: every output's components one after another, then 1 or 0 for ``keep`` if there is one.
     ``inside``: relative reads need no border rule.  ``alike``: one channel stands for this many (see channels.py).
-    ``apart``: a function of its own, not inlined: for loops that do not vectorise anyway, LLVM takes a fraction of the time.
+    ``apart``: a function of its own, not inlined: where the loop does not vectorise anyway, LLVM takes a
+    fraction of the time.
     """
     count = sum(len(output.values) for output in program.outputs) + (program.keep is not None)
     result = types.UniTuple(types.float32, count)
@@ -64,7 +66,14 @@ class Body:
     """One program on its way into a builder."""
 
     def __init__(
-        self, program: s.ScalarProgram, context: Any, builder: Any, tuple_type: Any, tuple_value: Any, inside: bool, alike: int
+        self,
+        program: s.ScalarProgram,
+        context: Any,
+        builder: Any,
+        tuple_type: Any,
+        tuple_value: Any,
+        inside: bool,
+        alike: int,
     ) -> None:
         self.program, self.context, self.builder = program, context, builder
         self.inside, self.alike = inside, alike
@@ -135,7 +144,9 @@ class Body:
         if i.table not in self.tables:
             kind, values = next((kind, values) for name, kind, values in self.program.tables if name == i.table)
             array = ir.Constant(ir.ArrayType(TYPES[kind], len(values)), [constant(s.Lit(kind, v)) for v in values])
-            self.tables[i.table] = cgutils.global_constant(self.builder, f"table_{self.program.key[:12]}_{i.table}", array)
+            self.tables[i.table] = cgutils.global_constant(
+                self.builder, f"table_{self.program.key[:12]}_{i.table}", array
+            )
         table = self.tables[i.table]
         index = self.builder.sext(self.operand(i.index), I64)
         element = TYPES[i.to.type]
@@ -224,5 +235,3 @@ def border(b: Any, rule: str, coordinate: Any, size: Any) -> Any:
 def _floor_modulo(b: Any, value: Any, size: Any) -> Any:
     rest = b.srem(value, size)
     return b.select(b.icmp_signed("<", rest, ir.Constant(I64, 0)), b.add(rest, size), rest)
-
-

@@ -86,14 +86,16 @@ _FLOAT: dict[str, Callable[..., Any]] = {
 }  # fmt: skip
 _INT: dict[str, Callable[..., Any]] = {
     "add": lambda b, x, y: b.add(x, y), "sub": lambda b, x, y: b.sub(x, y), "mul": lambda b, x, y: b.mul(x, y),
-    "neg": lambda b, x: b.sub(_int(0), x), "abs": lambda b, x: b.select(b.icmp_signed("<", x, _int(0)), b.sub(_int(0), x), x),
+    "neg": lambda b, x: b.sub(_int(0), x),
+    "abs": lambda b, x: b.select(b.icmp_signed("<", x, _int(0)), b.sub(_int(0), x), x),
     "floor_divide": _floor_divide, "int_mod": _int_mod,
     "min": lambda b, x, y: b.select(b.icmp_signed("<", y, x), y, x),
     "max": lambda b, x, y: b.select(b.icmp_signed("<", x, y), y, x),
     "less": lambda b, x, y: b.icmp_signed("<", x, y), "less_equal": lambda b, x, y: b.icmp_signed("<=", x, y),
     "greater": lambda b, x, y: b.icmp_signed(">", x, y), "greater_equal": lambda b, x, y: b.icmp_signed(">=", x, y),
     "equal": lambda b, x, y: b.icmp_signed("==", x, y), "not_equal": lambda b, x, y: b.icmp_signed("!=", x, y),
-    "bit_and": lambda b, x, y: b.and_(x, y), "bit_or": lambda b, x, y: b.or_(x, y), "bit_xor": lambda b, x, y: b.xor(x, y),
+    "bit_and": lambda b, x, y: b.and_(x, y), "bit_or": lambda b, x, y: b.or_(x, y),
+    "bit_xor": lambda b, x, y: b.xor(x, y),
     "bit_not": lambda b, x: b.not_(x),
     "shift_left": lambda b, x, y: b.shl(x, _shift(b, y)), "shift_right": lambda b, x, y: b.ashr(x, _shift(b, y)),
     "float_from_bits": lambda b, x: b.bitcast(x, F32), "to_float": lambda b, x: b.sitofp(x, F32),

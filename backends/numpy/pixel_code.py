@@ -87,7 +87,9 @@ def _reach(program: s.ScalarProgram) -> tuple[int, int, int, int]:
 
 
 def _loops(
-    reach: tuple[int, int, int, int], inside: Callable[[str, str], list[str]], border: Callable[[str, str], list[str]]
+    reach: tuple[int, int, int, int],
+    inside: Callable[[str, str], list[str]],
+    border: Callable[[str, str], list[str]],
 ) -> list[str]:
     left, right, up, down = reach
     if not any(reach):
@@ -105,7 +107,13 @@ def _loops(
                 "last = right if inner else width",
                 *inside("first", "last"),
                 "for part in range(2):",
-                *indented(["begin = 0 if part == 0 else last", "end = first if part == 0 else width", *border("begin", "end")]),
+                *indented(
+                    [
+                        "begin = 0 if part == 0 else last",
+                        "end = first if part == 0 else width",
+                        *border("begin", "end"),
+                    ]
+                ),
             ]
         ),
     ]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -110,7 +110,15 @@ class Raster:
             first, last = chunks[number]
             self.vertices(first, last, *self.arrays, block.floats, block.ints, self.clip, self.varyings)
             self.setup.project(
-                first, last, self.clip, self.width, self.height, self.window_x, self.window_y, self.depth, self.inverse_w
+                first,
+                last,
+                self.clip,
+                self.width,
+                self.height,
+                self.window_x,
+                self.window_y,
+                self.depth,
+                self.inverse_w,
             )
 
         self.workers.each(piece, len(chunks))
@@ -138,7 +146,8 @@ class Raster:
         def assemble(number: int) -> None:
             first, last = chunks[number]
             end = self.setup.assemble(
-                first, last, self.triangles, self.kinds, self.clip, self.varyings, int(frees[number]), self.width, self.height,
+                first, last, self.triangles, self.kinds, self.clip, self.varyings, int(frees[number]),
+                self.width, self.height,
                 cull, self.window_x, self.window_y, self.depth, self.inverse_w, self.made, int(starts[number]),
             )  # fmt: skip
             ends[number] = (int(starts[number]), end)

@@ -48,7 +48,11 @@ def vertex_module(step: DrawStep) -> tuple[str, dict[str, object]]:
     stores = [f"clip[v, {c}] = r[{c}]" for c in range(4)]
     stores += [f"varyings[v, {c}] = r[{c + 4}]" for c in range(len(step.varyings))]
     arguments = ", ".join(["first", "last", *(f"a_{n}" for n in names), "floats", "ints", "clip", "varyings"])
-    lines = ["x = y = row = width = j = 0", "for v in range(first, last):", *indented([f"r = body(({given},))", *stores])]
+    lines = [
+        "x = y = row = width = j = 0",
+        "for v in range(first, last):",
+        *indented([f"r = body(({given},))", *stores]),
+    ]
     text = [HEADER, "body = body_intrinsic(PROGRAM, False)", f"def vertices({arguments}):", *indented(lines)]
     return "\n".join([*text, "vertices = compiled(vertices)", ""]), {"PROGRAM": program}
 
@@ -56,7 +60,21 @@ def vertex_module(step: DrawStep) -> tuple[str, dict[str, object]]:
 def tile_module(step: DrawStep) -> tuple[str, dict[str, object]]:
     """A module with ``tile(...)``, which draws one tile's triangles in order."""
     images = len(step.fragment.images) if step.fragment is not None else 0
-    arguments = ["tile_x", "tile_y", "begin", "end", "lists", "made", "wx", "wy", "wz", "iw", "vary", "width", "height"]
+    arguments = [
+        "tile_x",
+        "tile_y",
+        "begin",
+        "end",
+        "lists",
+        "made",
+        "wx",
+        "wy",
+        "wz",
+        "iw",
+        "vary",
+        "width",
+        "height",
+    ]
     for index in range(images):
         arguments += [f"im{index}", f"im{index}_w", f"im{index}_h"]
     arguments += [f"out{index}" for index in range(len(step.outputs))]
@@ -65,7 +83,10 @@ def tile_module(step: DrawStep) -> tuple[str, dict[str, object]]:
     if step.fragment is not None:
         apart = sum(1 for _ in walk(step.fragment.body)) > MAX_INLINED_INSTRUCTIONS
         text.append(f"body = body_intrinsic(PROGRAM, False, apart={apart})")
-    text += [f"def tile({', '.join(arguments)}):", *indented(["j = 0", *_triangle_loop(step, _pixel_lines(step))])]
+    text += [
+        f"def tile({', '.join(arguments)}):",
+        *indented(["j = 0", *_triangle_loop(step, _pixel_lines(step))]),
+    ]
     programs: dict[str, object] = {} if step.fragment is None else {"PROGRAM": step.fragment}
     return "\n".join([*text, "tile = compiled(tile)", ""]), programs
 
@@ -85,9 +106,11 @@ def _fragment_call(step: DrawStep) -> list[str]:
 def _triangle_loop(step: DrawStep, pixel: list[str]) -> list[str]:
     """Triangles of the tile, rows of the triangle, the span of each row."""
     varyings = range(len(step.varyings))
-    planes = [_plane("zp", "wz[a]", "wz[b]", "wz[c]"), _plane("ip", "iw[a]", "iw[b]", "iw[c]")] if step.varyings else [
-        _plane("zp", "wz[a]", "wz[b]", "wz[c]")
-    ]
+    planes = (
+        [_plane("zp", "wz[a]", "wz[b]", "wz[c]"), _plane("ip", "iw[a]", "iw[b]", "iw[c]")]
+        if step.varyings
+        else [_plane("zp", "wz[a]", "wz[b]", "wz[c]")]
+    )
     for i in varyings:
         planes.append(_plane(f"p{i}", *(f"vary[{v}, {i}] * iw[{v}]" for v in "abc")))
     rows = ["z_row = zp + zpx * ox + zpy * (oy + y)"]
@@ -107,7 +130,8 @@ def _triangle_loop(step: DrawStep, pixel: list[str]) -> list[str]:
                 "x1, y1 = int64(wx[b]) - x0, int64(wy[b]) - y0",
                 "x2, y2 = int64(wx[c]) - x0, int64(wy[c]) - y0",
                 "left, top = max(int64(made[t, 4]), x_low), max(int64(made[t, 5]), y_low)",
-                f"right, bottom = min(int64(made[t, 6]), x_low + {TILE - 1}), min(int64(made[t, 7]), y_low + {TILE - 1})",
+                f"right = min(int64(made[t, 6]), x_low + {TILE - 1})",
+                f"bottom = min(int64(made[t, 7]), y_low + {TILE - 1})",
                 "scale = 256.0 / float(x1 * y2 - x2 * y1)",
                 # The plane's origin is the first corner; ox and oy lead from it to a pixel's centre.
                 "ox, oy = 0.5 - x0 / 256.0, 0.5 - y0 / 256.0",
@@ -174,7 +198,11 @@ def _pixel_lines(step: DrawStep) -> list[str]:
     write_depth = ["depth[uint64(i)] = z"] if has_depth and step.state.depth_write else []
     if program is not None and program.keep is not None:
         place = sum(len(output.values) for output in program.outputs)
-        body = [*kernel, f"if r[{place}] != float32(0.0):", *indented(merge_lines(step, tests, write_depth, []))]
+        body = [
+            *kernel,
+            f"if r[{place}] != float32(0.0):",
+            *indented(merge_lines(step, tests, write_depth, [])),
+        ]
         return [*lines, *([f"if {passes}:", *indented(body)] if stencil is None else body)]
     if program is None and stencil is None and write_depth and step.state.depth_compare in ("less", "less_equal"):
         # Storing always lets LLVM vectorise the span; a tile belongs to one thread.

@@ -1,10 +1,10 @@
 """From clip coordinates to binned triangles: projection, clipping, snapping, culling, tiles.
 
-The rules are those of docs/rasterisation.md.  Work is cut into chunks of triangles in submission order; a tile's list is
-the chunks' lists one after another, so order is kept without locks.
+The rules are those of docs/rasterisation.md.  Work is cut into chunks of triangles in submission order; a tile's list
+is the chunks' lists one after another, so order is kept without locks.
 """
 
-# mypy: disable-error-code="untyped-decorator"
+# mypy: disable-error-code="untyped-decorator,arg-type"
 from __future__ import annotations
 
 from typing import Any
@@ -25,7 +25,17 @@ GUARD_BAND = 8.0
 REJECTED, DIRECT, CLIPPED = 0, 1, 2
 
 
-def _project(first: Any, last: Any, clip: Any, width: Any, height: Any, window_x: Any, window_y: Any, depth: Any, inverse_w: Any) -> None:
+def _project(
+    first: Any,
+    last: Any,
+    clip: Any,
+    width: Any,
+    height: Any,
+    window_x: Any,
+    window_y: Any,
+    depth: Any,
+    inverse_w: Any,
+) -> None:
     """Window coordinates of vertices in front of the eye; others are never used unclipped."""
     for v in range(first, last):
         w = clip[v, 3]
@@ -136,7 +146,18 @@ def _clip(t: Any, triangles: Any, clip: Any, varyings: Any, free: Any, corners: 
     return count, free
 
 
-def _keep(a: Any, b: Any, c: Any, window_x: Any, window_y: Any, width: Any, height: Any, cull: Any, made: Any, at: Any) -> Any:
+def _keep(
+    a: Any,
+    b: Any,
+    c: Any,
+    window_x: Any,
+    window_y: Any,
+    width: Any,
+    height: Any,
+    cull: Any,
+    made: Any,
+    at: Any,
+) -> Any:
     """Write one triangle if it has area, faces the right way and may touch a pixel centre; wound to positive area."""
     x0, y0 = np.int64(window_x[a]), np.int64(window_y[a])
     x1, y1 = np.int64(window_x[b]), np.int64(window_y[b])
@@ -160,7 +181,8 @@ def _keep(a: Any, b: Any, c: Any, window_x: Any, window_y: Any, width: Any, heig
 
 
 def _assemble(
-    first: Any, last: Any, triangles: Any, kinds: Any, clip: Any, varyings: Any, free: Any, width: Any, height: Any, cull: Any,
+    first: Any, last: Any, triangles: Any, kinds: Any, clip: Any, varyings: Any, free: Any,
+    width: Any, height: Any, cull: Any,
     window_x: Any, window_y: Any, depth: Any, inverse_w: Any, made: Any, at: Any,
 ) -> Any:  # fmt: skip
     """Triangles of one chunk, ready to be drawn, from ``made[at]`` on; returns where they end."""
@@ -168,7 +190,18 @@ def _assemble(
     cut = np.empty(16, np.int64)
     for t in range(first, last):
         if kinds[t] == DIRECT:
-            at = keep(triangles[t, 0], triangles[t, 1], triangles[t, 2], window_x, window_y, width, height, cull, made, at)
+            at = keep(
+                triangles[t, 0],
+                triangles[t, 1],
+                triangles[t, 2],
+                window_x,
+                window_y,
+                width,
+                height,
+                cull,
+                made,
+                at,
+            )
         elif kinds[t] == CLIPPED:
             begin = free
             count, free = clip_triangle(t, triangles, clip, varyings, free, corners, cut)
@@ -179,7 +212,18 @@ def _assemble(
                     good = False
             if good:
                 for k in range(1, count - 1):
-                    at = keep(corners[0], corners[k], corners[k + 1], window_x, window_y, width, height, cull, made, at)
+                    at = keep(
+                        corners[0],
+                        corners[k],
+                        corners[k + 1],
+                        window_x,
+                        window_y,
+                        width,
+                        height,
+                        cull,
+                        made,
+                        at,
+                    )
     return at
 
 

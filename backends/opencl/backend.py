@@ -150,9 +150,7 @@ class OpenCLBackend(Backend):
         if source.layout != destination.layout:
             raise BackendError(f"cannot copy {source.layout} into {destination.layout}")
         with self.reported("copying a picture"):
-            self.cl.enqueue_copy(
-                self.queue, destination.buffer, source.buffer, byte_count=source.layout.bytes
-            )
+            self.cl.enqueue_copy(self.queue, destination.buffer, source.buffer, byte_count=source.layout.bytes)
             if source.stencil is not None and destination.stencil is not None:
                 pixels = source.size[0] * source.size[1]
                 self.cl.enqueue_copy(self.queue, destination.stencil, source.stencil, byte_count=pixels)

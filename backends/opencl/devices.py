@@ -22,9 +22,7 @@ def all_devices() -> list[Any]:
     try:
         import pyopencl as cl
     except ImportError as error:
-        raise DeviceMissingError(
-            f"the opencl backend needs pyopencl ({error}); install it: {INSTALL_MODULE}"
-        ) from None
+        raise DeviceMissingError(f"the opencl backend needs pyopencl ({error}); install it: {INSTALL_MODULE}") from None
     try:
         found = [
             device

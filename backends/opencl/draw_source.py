@@ -58,9 +58,7 @@ def _defines(step: DrawStep, layouts: DrawLayouts, tile: int, serial: bool) -> s
     width, height = step.size
     factor, units = (OpenCLPrinter(step.vertex, {}).float_literal(n) for n in step.state.polygon_offset)
     fragment = step.fragment
-    resources = [
-        f"__global const {ELEMENTS[o.kind]}* restrict image{i}" for i, o in enumerate(layouts.images)
-    ]
+    resources = [f"__global const {ELEMENTS[o.kind]}* restrict image{i}" for i, o in enumerate(layouts.images)]
     resources += [f"__global {ELEMENTS[o.kind]}* restrict out{i}" for i, o in enumerate(layouts.outputs)]
     resources += ["__global float* restrict depths"] if layouts.depth else []
     resources += ["__global uchar* restrict stencils"] if layouts.stencil else []
@@ -80,9 +78,7 @@ def _defines(step: DrawStep, layouts: DrawLayouts, tile: int, serial: bool) -> s
         "PG_OFFSET_FACTOR": factor,
         "PG_OFFSET_UNITS": units,
         "PG_DEPTH": int(layouts.depth),
-        "PG_READS_DEPTH": int(
-            fragment is not None and any(n == "fragment_depth" for n, _ in fragment.builtins)
-        ),
+        "PG_READS_DEPTH": int(fragment is not None and any(n == "fragment_depth" for n, _ in fragment.builtins)),
         "PG_SERIAL": int(serial),
         "PG_INDEX": "int" if width * height * 4 < INT_LIMIT else "long",
         "PG_KERNEL_RESOURCES": ", ".join(resources),
@@ -220,9 +216,7 @@ def _tests(step: DrawStep, layouts: DrawLayouts, *, discards: bool) -> tuple[str
     return ("", text) if discards else (text, "")
 
 
-def _write(
-    printer: OpenCLPrinter, step: DrawStep, i: int, layout: ImageLayout, values: Sequence[str]
-) -> None:
+def _write(printer: OpenCLPrinter, step: DrawStep, i: int, layout: ImageLayout, values: Sequence[str]) -> None:
     """Blend, mask and store one target."""
     state = step.state
     mask = state.color_mask[i] if state.color_mask else (True,) * 4

@@ -31,9 +31,7 @@ class DeviceMesh:
         return self.attributes[name]
 
     def _upload(self, array: Any, what: str) -> Any:
-        buffer = self.backend.allocate(
-            array.nbytes, f"the {what} of a mesh of {self.vertex_count:,} vertices"
-        )
+        buffer = self.backend.allocate(array.nbytes, f"the {what} of a mesh of {self.vertex_count:,} vertices")
         self.backend.free_with(self, buffer)
         with self.backend.reported(f"uploading {what}"):
             self.backend.cl.enqueue_copy(self.backend.queue, buffer, array, is_blocking=True)

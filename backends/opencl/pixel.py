@@ -68,9 +68,7 @@ def _kernel(
         type_ = "int" if width * height * layout.channels < 1 << 31 else "long"
         printer.line(f"{type_} o{i} = (({type_})y * {width} + x) * {layout.channels};")
         for channel, value in enumerate(output.values):
-            printer.line(
-                f"out{i}[o{i} + {channel}] = {store_expression(layout.kind, printer.operand(value))};"
-            )
+            printer.line(f"out{i}[o{i} + {channel}] = {store_expression(layout.kind, printer.operand(value))};")
     return printer.close()
 
 
@@ -105,9 +103,7 @@ class Launches:
         self.bound: list[Any] = []
 
     def run(self, backend: OpenCLBackend, buffers: list[Any]) -> None:
-        if len(self.bound) != len(buffers) or any(
-            a is not b for a, b in zip(self.bound, buffers, strict=True)
-        ):
+        if len(self.bound) != len(buffers) or any(a is not b for a, b in zip(self.bound, buffers, strict=True)):
             self.bound = buffers
             for launch in self.listed:
                 launch.bind(buffers)

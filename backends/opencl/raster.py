@@ -75,9 +75,7 @@ class DrawPassRunner:
             clip, sent = self._vertices(kernels, geometry)
             Triangles(self, kernels, geometry, clip, sent, resources).draw(0, geometry.triangle_count)
 
-    def _kernels(
-        self, outputs: Sequence[Storage], depth: Storage | None, images: Sequence[Storage]
-    ) -> dict[str, Any]:
+    def _kernels(self, outputs: Sequence[Storage], depth: Storage | None, images: Sequence[Storage]) -> dict[str, Any]:
         layouts = DrawLayouts(
             tuple(image.layout for image in images),
             tuple(output.layout for output in outputs),
@@ -104,9 +102,7 @@ class DrawPassRunner:
     def launch(self, kernel: Any, items: int, arguments: Sequence[Any], group: int = GROUP) -> None:
         """A kernel over so many work-items in a row, rounded up to whole groups."""
         kernel.set_args(*arguments)
-        self.backend.cl.enqueue_nd_range_kernel(
-            self.backend.queue, kernel, (-(-items // group) * group,), (group,)
-        )
+        self.backend.cl.enqueue_nd_range_kernel(self.backend.queue, kernel, (-(-items // group) * group,), (group,))
 
 
 class Triangles:
@@ -160,8 +156,7 @@ class Triangles:
     def _halves(self, first: int, count: int) -> None:
         if count < 2:
             raise BackendError(
-                f"{self.runner.what}: one triangle needs more than {self.runner.max_scratch:,} bytes "
-                "of scratch memory"
+                f"{self.runner.what}: one triangle needs more than {self.runner.max_scratch:,} bytes of scratch memory"
             )
         half = count // 2
         self.draw(first, half)
@@ -196,7 +191,5 @@ class Triangles:
         self.cleared = True
         kernel.set_args(*buffers, listed, tile_starts, clear, *self.resources)
         side, (across, down) = self.runner.tile, self.runner.tiles
-        items, group = (
-            ((across * down,), (1,)) if self.runner.serial else ((across * side, down * side), (side, side))
-        )
+        items, group = ((across * down,), (1,)) if self.runner.serial else ((across * side, down * side), (side, side))
         self.backend.cl.enqueue_nd_range_kernel(self.backend.queue, kernel, items, group)

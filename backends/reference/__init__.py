@@ -41,9 +41,7 @@ class ReferenceBackend(Backend):
         wanted = storage.pixels.shape
         array = np.asarray(picture, np.float32)
         if array.size != storage.pixels.size or array.shape[:2] != wanted[:2]:
-            raise BackendError(
-                f"upload of {array.shape} into a storage of {wanted}: both must have one shape"
-            )
+            raise BackendError(f"upload of {array.shape} into a storage of {wanted}: both must have one shape")
         storage.pixels[...] = quantised(storage.format, array.reshape(wanted))
 
     def download(self, storage: Storage) -> FloatBlock:

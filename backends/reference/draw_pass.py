@@ -57,9 +57,7 @@ class ReferenceDrawPass:
         bound = None if self.fragment is None else self.fragment.bind(fragment, names, images)
         with np.errstate(all="ignore"):
             vertices = self._vertices(self.vertex.bind(vertex), geometry)
-            clipped, triangles = clip_triangles(
-                vertices, np.asarray(geometry.triangles, np.int64).reshape(-1, 3)
-            )
+            clipped, triangles = clip_triangles(vertices, np.asarray(geometry.triangles, np.int64).reshape(-1, 3))
             screen = to_window(clipped, triangles, self.step.size, self.step.state)
             for fragments in cover(screen, self.step.size):
                 self._merge(_Covered(fragments, screen, clipped, self), bound, outputs, depth)
@@ -81,9 +79,7 @@ class ReferenceDrawPass:
         parts = [np.empty((0, max(columns.stop for columns, _ in self.varyings.values())))]
         for first in range(0, count, LANES):
             last = min(first + LANES, count)
-            lanes = {
-                name: given(values[first:last].astype(np.float64)) for name, values in attributes.items()
-            }
+            lanes = {name: given(values[first:last].astype(np.float64)) for name, values in attributes.items()}
             results, _ = bound.run(last - first, lanes)
             named = zip(bound.program.results, results, strict=True)
             position = next(values for result, values in named if result.name == "position")

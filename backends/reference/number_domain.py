@@ -27,10 +27,7 @@ KINDS: dict[str, type[np.generic]] = {"float": np.float64, "int": np.int64, "boo
 def together(values: Sequence[Numbers]) -> list[Numbers]:
     """The same values with one length on axis 0."""
     count = max(len(value) for value in values)
-    return [
-        value if len(value) == count else np.broadcast_to(value, (count, *value.shape[1:]))
-        for value in values
-    ]
+    return [value if len(value) == count else np.broadcast_to(value, (count, *value.shape[1:])) for value in values]
 
 
 def spread(values: Sequence[Numbers]) -> list[Numbers]:
@@ -53,9 +50,7 @@ class NumberDomain(Domain[Numbers, Lanes]):
     def whole(self, value: Numbers) -> int:
         first = int(value[0])
         if (value != first).any():
-            raise BackendError(
-                "a loop bound differs between pixels; it must be known when the graph is compiled"
-            )
+            raise BackendError("a loop bound differs between pixels; it must be known when the graph is compiled")
         return first
 
     def apply(self, operation: str, arguments: Sequence[Numbers]) -> Numbers:

@@ -30,9 +30,7 @@ FACTORS: dict[str, Callable[[Float64, Float64, Float64, Float64], Any]] = {
 }
 
 
-def write(
-    storage: Storage, pixel: Ints, colours: Float64, mask: tuple[bool, ...], blend: Blend | None
-) -> None:
+def write(storage: Storage, pixel: Ints, colours: Float64, mask: tuple[bool, ...], blend: Blend | None) -> None:
     """Colours (n, channels) of fragments in the order of submission; without a blend, one a pixel."""
     if blend is None:
         _put(storage, pixel, stored(storage.format, colours), mask)
@@ -58,9 +56,7 @@ def blended(blend: Blend, source: Float64, destination: Float64) -> Float64:
     colour = (blend.source, blend.destination, blend.equation)
     parts = [_equation(colour, source[:, :3], source_alpha, destination[:, :3], destination_alpha)]
     if source.shape[1] == 4:
-        parts.append(
-            _equation(blend.alpha_terms, source_alpha, source_alpha, destination_alpha, destination_alpha)
-        )
+        parts.append(_equation(blend.alpha_terms, source_alpha, source_alpha, destination_alpha, destination_alpha))
     return np.concatenate(parts, axis=1)
 
 

@@ -82,9 +82,7 @@ def passing(storage: Storage | None, state: DrawState, pixel: Ints, depth: Float
 
 def _stencil_test(stencil: Stencil, stencils: NDArray[np.uint8], at: Ints, nearer: Lanes) -> Lanes:
     old = stencils[at].astype(np.int64)
-    allowed = COMPARE[stencil.compare](
-        np.int64(stencil.reference & stencil.read_mask), old & stencil.read_mask
-    )
+    allowed = COMPARE[stencil.compare](np.int64(stencil.reference & stencil.read_mask), old & stencil.read_mask)
     fail, depth_fail, both = (
         OPERATIONS[operation](old, stencil.reference)
         for operation in (stencil.fail, stencil.depth_fail, stencil.passed)

@@ -36,9 +36,7 @@ class ScreenTriangles:
         return len(self.area)
 
 
-def to_window(
-    vertices: Vertices, triangles: Ints, size: tuple[int, int], state: DrawState
-) -> ScreenTriangles:
+def to_window(vertices: Vertices, triangles: Ints, size: tuple[int, int], state: DrawState) -> ScreenTriangles:
     """Snap, drop what has no area or is culled, and wind all one way."""
     width, height = size
     used = np.unique(triangles)

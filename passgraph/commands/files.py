@@ -17,9 +17,7 @@ FLOAT_SUFFIXES = (".exr", ".npy")
 def check_picture_path(path: Path) -> None:
     """Raise InputError where a picture cannot be written there."""
     if path.suffix.lower() not in type_of_suffix:
-        raise InputError(
-            f"{path}: unknown suffix {path.suffix!r}; expected one of {' '.join(type_of_suffix)}"
-        )
+        raise InputError(f"{path}: unknown suffix {path.suffix!r}; expected one of {' '.join(type_of_suffix)}")
     if path.suffix.lower() == ".exr" and find_spec("OpenEXR") is None:
         raise InputError(f"{path}: OpenEXR is not installed; run: pip install 'passgraph[exr]'")
     check_path(path)
@@ -46,9 +44,7 @@ def check_folder(path: Path) -> None:
     try:
         path.mkdir(exist_ok=True)
     except OSError as error:
-        raise InputError(
-            f"{path}: cannot be made a folder ({error.strerror}); make its parent first"
-        ) from error
+        raise InputError(f"{path}: cannot be made a folder ({error.strerror}); make its parent first") from error
     check_path(path / "probe")
 
 

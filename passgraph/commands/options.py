@@ -23,22 +23,14 @@ class SizeType(click.ParamType[tuple[int, int]]):
 
     name = "WxH"
 
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[int, int]:
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, int]:
         if isinstance(value, tuple):
             return value
         width, _, height = str(value).lower().replace("×", "x").partition("x")
         if not (width.isascii() and width.isdigit() and height.isascii() and height.isdigit()):
-            self.fail(
-                f"{value!r} is not a size; write width x height in pixels, such as 1280x720", param, ctx
-            )
+            self.fail(f"{value!r} is not a size; write width x height in pixels, such as 1280x720", param, ctx)
         # More digits than the limit has cannot fit, and int() refuses thousands of them.
-        if (
-            len(width) > 9
-            or len(height) > 9
-            or not (1 <= int(width) <= MAX_SIDE and 1 <= int(height) <= MAX_SIDE)
-        ):
+        if len(width) > 9 or len(height) > 9 or not (1 <= int(width) <= MAX_SIDE and 1 <= int(height) <= MAX_SIDE):
             self.fail(f"{value!r}: each side must be 1 to {MAX_SIDE} pixels", param, ctx)
         return int(width), int(height)
 
@@ -211,6 +203,4 @@ def options_of(effect: Effect) -> list[click.Option]:
 def given_parameters(ctx: click.Context, effect: Effect) -> dict[str, Any]:
     """Parameters that were written on the command line; what is left out stays the effect's own choice."""
     sources = {p.name: ctx.get_parameter_source(p.name) for p in effect.parameters}
-    return {
-        name: ctx.params[name] for name, source in sources.items() if source is not ParameterSource.DEFAULT
-    }
+    return {name: ctx.params[name] for name, source in sources.items() if source is not ParameterSource.DEFAULT}

@@ -18,9 +18,7 @@ from passgraph.commands.sources import RENDER_SIZE
 @click.option("--effect", "-e", required=True, help="What is planned.")
 @size_option(RENDER_SIZE)
 @click.option("--depth", type=click.Path(path_type=Path), help="Depth picture, for effects that take one.")
-@click.option(
-    "--svg", type=click.Path(path_type=Path), metavar="FILE", help="Draw the plan into an SVG file too."
-)
+@click.option("--svg", type=click.Path(path_type=Path), metavar="FILE", help="Draw the plan into an SVG file too.")
 @click.option(
     "--off",
     multiple=True,

@@ -47,8 +47,7 @@ def run_and_save(job: Job, backend: str | None, output: Path, capture: Path | No
     height, width = array.shape[:2]
     looking = " (with capture)" if observer is not None else ""
     click.echo(
-        f"{output}: {width}x{height} by {name}; compile {_time(compiled - start)}, "
-        f"run {_time(ran - compiled)}{looking}"
+        f"{output}: {width}x{height} by {name}; compile {_time(compiled - start)}, run {_time(ran - compiled)}{looking}"
     )
     if observer is not None:
         observer.report()

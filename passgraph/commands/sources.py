@@ -33,9 +33,7 @@ class Job:
     given: dict[str, Any] = field(default_factory=dict)
 
 
-def picture_job(
-    effect: Effect, path: Path, depth: Path | None, linear: bool, parameters: dict[str, Any]
-) -> Job:
+def picture_job(effect: Effect, path: Path, depth: Path | None, linear: bool, parameters: dict[str, Any]) -> Job:
     """An effect on a picture file."""
     frame = _load(path, linear)
     targets, given = [_input("frame", frame)], {"frame": frame}
@@ -44,9 +42,7 @@ def picture_job(
             raise InputError(f"effect {effect.name} needs --depth FILE: linear depth of each pixel of {path}")
         given["depth"] = _load(depth, False)[:, :, :1]
         if given["depth"].shape[:2] != frame.shape[:2]:
-            raise InputError(
-                f"{depth}: is {_size_text(given['depth'])} pixels, and {path} is {_size_text(frame)}"
-            )
+            raise InputError(f"{depth}: is {_size_text(given['depth'])} pixels, and {path} is {_size_text(frame)}")
         targets.append(_input("depth", given["depth"]))
     elif depth is not None:
         raise InputError(f"effect {effect.name} takes no --depth")
@@ -57,9 +53,7 @@ def picture_job(
     return Job(named_outputs(made), (frame.shape[1], frame.shape[0]), given)
 
 
-def scene_job(
-    effect: Effect, path: Path | None, size: tuple[int, int] | None, parameters: dict[str, Any]
-) -> Job:
+def scene_job(effect: Effect, path: Path | None, size: tuple[int, int] | None, parameters: dict[str, Any]) -> Job:
     """An effect on a scene file, or on the scene that comes with passgraph."""
     scene = load_scene(path)
     made = named_outputs(effect.function(scene, **parameters))
@@ -87,9 +81,7 @@ def values_of(scene: Scene, outputs: dict[str, Target]) -> dict[str, Any]:
     given = {}
     for node, kind in graph(*outputs.values()).nodes(data="kind"):
         for value in node.values.values() if kind == "pass" else ():
-            for source in (
-                (value,) if isinstance(value, Value) else value.sources if isinstance(value, Derived) else ()
-            ):
+            for source in (value,) if isinstance(value, Value) else value.sources if isinstance(value, Derived) else ():
                 if source.default is None and source.name in known:
                     given[source.name] = known[source.name]
     return given

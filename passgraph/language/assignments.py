@@ -97,6 +97,8 @@ class Assignments:
         if variable is not None:
             frame.store(variable, part, span, ast.unparse(target))
             return
+        if isinstance(base_node, ast.Name) and base_node.id not in frame.variables:
+            fail(span, f"{base_node.id!r} is not a variable of this kernel and cannot be changed")
         base = frame.expressions.part(base_node)
         if isinstance(base, StructValue):
             fail(span, f"{ast.unparse(target)} cannot be assigned to")
@@ -106,8 +108,6 @@ class Assignments:
             fail(span, f"cannot assign {part_type(part)} to a part of a value")
         if not isinstance(base_node, (ast.Name, ast.Attribute, ast.Subscript)):
             fail(span, "only variables can be assigned to")
-        if isinstance(base_node, ast.Name) and base_node.id not in frame.variables:
-            fail(span, f"{base_node.id!r} is not a variable of this kernel and cannot be changed")
         self.assign(base_node, self._replaced(target, base, part, span), span)
 
     def _variable(self, target: ast.expr) -> Variable | None:
@@ -121,9 +121,7 @@ class Assignments:
                 return base.fields.get(target.attr)
         return None
 
-    def _replaced(
-        self, target: ast.Attribute | ast.Subscript, base: ir.Expr, value: ir.Expr, span: Span
-    ) -> ir.Expr:
+    def _replaced(self, target: ast.Attribute | ast.Subscript, base: ir.Expr, value: ir.Expr, span: Span) -> ir.Expr:
         frame = self.frame
         base = frame.name_it(base, span)
         if isinstance(target, ast.Attribute):
@@ -155,9 +153,7 @@ class Assignments:
 
 
 def holds_image(part: Part) -> bool:
-    return isinstance(part, ImageValue) or (
-        isinstance(part, TupleValue) and any(map(holds_image, part.members))
-    )
+    return isinstance(part, ImageValue) or (isinstance(part, TupleValue) and any(map(holds_image, part.members)))
 
 
 def _type_of(part: Part) -> Type:

@@ -153,9 +153,7 @@ class Emitter:
     def uniform(self, block: str, index: s.Operand) -> s.Operand:
         return self._load(("uniform", block, repr(index)), block, lambda to: s.LoadUniform(to, block, index))
 
-    def table(
-        self, name: str, type_: str, values: tuple[bool | int | float, ...], index: s.Operand
-    ) -> s.Operand:
+    def table(self, name: str, type_: str, values: tuple[bool | int | float, ...], index: s.Operand) -> s.Operand:
         self.tables[name] = (type_, values)
         return self._load(("table", name, repr(index)), type_, lambda to: s.LoadTable(to, name, index))
 

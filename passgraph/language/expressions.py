@@ -6,7 +6,6 @@ import ast
 from typing import TYPE_CHECKING
 
 from passgraph.language import ir, symbols
-from passgraph.language.operations import OPERATIONS
 from passgraph.language.scope import FunctionSource, ModuleName, number
 from passgraph.language.signature import MAX_ARRAY_LENGTH, resolve
 from passgraph.language.source import Span, fail
@@ -86,9 +85,7 @@ class Expressions:
     def condition(self, node: ast.expr) -> ir.Expr:
         value = self.value(node)
         if value.type != BOOL:
-            mend = (
-                "use any(...) or all(...)" if isinstance(value.type, Vector) else "compare it with something"
-            )
+            mend = "use any(...) or all(...)" if isinstance(value.type, Vector) else "compare it with something"
             fail(self.span(node), f"a condition must be bool, got {value.type}; {mend}")
         return value
 
@@ -203,11 +200,7 @@ class Expressions:
             return apply("div", [one, self._whole_power(base, -n, span)], span)
         if n == 0:
             ones = ir.Literal(element_of(base.type), 1 if element_of(base.type) is INT else 1.0, span)
-            return (
-                ones
-                if isinstance(base.type, Scalar)
-                else ir.Construct(base.type, (ones,) * base.type.size, span)
-            )
+            return ones if isinstance(base.type, Scalar) else ir.Construct(base.type, (ones,) * base.type.size, span)
         base = self.frame.name_it(base, span)
         result: ir.Expr | None = None
         square = base
@@ -351,9 +344,7 @@ class Expressions:
             name = "atan2"
         if name == "clamp":
             check_clamp(arguments, span)
-        if name in OPERATIONS:
-            return apply(name, arguments, span)
-        fail(span, f"the kernel language has no {name}()")
+        return apply(name, arguments, span)
 
     def _make_struct(self, struct: Struct, node: ast.Call) -> StructValue:
         span = self.span(node)
@@ -385,9 +376,7 @@ class Expressions:
         if isinstance(base, ImageValue):
             if not (isinstance(node.slice, ast.Tuple) and len(node.slice.elts) == 2):
                 fail(span, "an image takes two offsets in texels: image[dx, dy] (image[0, 0] is this pixel)")
-            x, y = (
-                widen(self.value(part), INT, self.span(part), "a texel offset") for part in node.slice.elts
-            )
+            x, y = (widen(self.value(part), INT, self.span(part), "a texel offset") for part in node.slice.elts)
             if self.frame.stage != "pixel":
                 fail(
                     span,

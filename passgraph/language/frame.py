@@ -175,9 +175,7 @@ class Frame:
     def inline_library(self, name: str, arguments: list[Part], span: Span) -> Part:
         return self.inline(library_function(name), (arguments, {}), span)
 
-    def inline(
-        self, function: FunctionSource, arguments: tuple[list[Part], dict[str, Part]], span: Span
-    ) -> Part:
+    def inline(self, function: FunctionSource, arguments: tuple[list[Part], dict[str, Part]], span: Span) -> Part:
         """The body of a function in place of a call."""
         builder = self.builder
         if function.node in builder.calls:

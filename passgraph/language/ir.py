@@ -142,19 +142,7 @@ class Size:
 
 
 Expr: TypeAlias = (
-    Literal
-    | Table
-    | Uniform
-    | Builtin
-    | Local
-    | Apply
-    | Select
-    | Swizzle
-    | Construct
-    | Index
-    | Insert
-    | Texel
-    | Size
+    Literal | Table | Uniform | Builtin | Local | Apply | Select | Swizzle | Construct | Index | Insert | Texel | Size
 )
 
 

@@ -77,9 +77,7 @@ def function(definition: Callable[..., T]) -> Callable[..., T]:
     read_signature(source)
 
     def marked(*_: Any, **__: Any) -> T:
-        raise PassgraphError(
-            f"{source.name}() is a function of the kernel language; kernels call it, Python does not"
-        )
+        raise PassgraphError(f"{source.name}() is a function of the kernel language; kernels call it, Python does not")
 
     marked.__name__ = definition.__name__
     marked.__doc__ = definition.__doc__

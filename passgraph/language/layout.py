@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from passgraph.errors import InputError
 from passgraph.language.scalar import ScalarProgram
-from passgraph.language.scope import describe
+from passgraph.language.scope import as_array, describe
 from passgraph.language.types import Array, Matrix, Type, component_count, element_of
 
 
@@ -21,7 +21,7 @@ def components(value: object, type_: Type, name: str) -> NDArray[np.float64]:
     InputError
         When shape or kind do not fit, naming the parameter.
     """
-    array = np.asarray(value)
+    array = as_array(value)
     if array.dtype.kind not in "biuf":
         raise InputError(f"{name} must be {type_} ({component_count(type_)} numbers), got {describe(value)}")
     if isinstance(type_, Matrix) and array.shape == (type_.size, type_.size):
@@ -35,9 +35,7 @@ def components(value: object, type_: Type, name: str) -> NDArray[np.float64]:
     return array.ravel().astype(np.float64)
 
 
-def pack(
-    program: ScalarProgram, values: Mapping[str, object]
-) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
+def pack(program: ScalarProgram, values: Mapping[str, object]) -> tuple[NDArray[np.float32], NDArray[np.int32]]:
     """The two blocks of a pass from values by slot name."""
     floats = np.zeros(max(1, program.float_count), np.float32)
     ints = np.zeros(max(1, program.int_count), np.int32)

@@ -32,9 +32,7 @@ def functions_of(source: Source, extra: dict[str, object] | None = None) -> dict
     names: dict[str, object] = dict(extra or {})
     functions: dict[str, FunctionSource] = {}
     scope = Scope(
-        lambda name: (
-            functions[name] if name in functions else names[name] if name in names else TEXT_NAMES[name]
-        )
+        lambda name: functions[name] if name in functions else names[name] if name in names else TEXT_NAMES[name]
     )
     for node in source.parse().body:
         if isinstance(node, ast.FunctionDef):

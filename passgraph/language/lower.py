@@ -105,9 +105,7 @@ class Lowering:
             outputs.append(s.Output(result.name, tuple(values)))
         return outputs
 
-    def _stored(
-        self, values: list[s.Operand], colour: tuple[str, ...], alpha: tuple[str, ...]
-    ) -> list[s.Operand]:
+    def _stored(self, values: list[s.Operand], colour: tuple[str, ...], alpha: tuple[str, ...]) -> list[s.Operand]:
         stored = []
         for i, value in enumerate(values):
             for function in alpha if i == 3 else colour:
@@ -139,9 +137,7 @@ class Lowering:
             self.emitter.push(s.Write(variable, self.locals[name][i]))
         self.emitter.push(s.Break() if isinstance(statement, ir.Break) else s.Continue())
 
-    def _branch(
-        self, statements: tuple[ir.Stmt, ...]
-    ) -> tuple[list[s.Instruction], dict[str, list[s.Operand]]]:
+    def _branch(self, statements: tuple[ir.Stmt, ...]) -> tuple[list[s.Instruction], dict[str, list[s.Operand]]]:
         before = dict(self.locals)
         self.emitter.begin()
         self.block(statements)
@@ -189,9 +185,7 @@ class Lowering:
         self.locals.update(merged)
 
     def _for(self, statement: ir.For) -> None:
-        start, stop, step = (
-            self._bound(b, statement.span) for b in (statement.start, statement.stop, statement.step)
-        )
+        start, stop, step = (self._bound(b, statement.span) for b in (statement.start, statement.stop, statement.step))
         if step == 0:
             fail(statement.span, "the step of range() is 0")
         trips = len(range(start, stop, step))
@@ -392,10 +386,7 @@ class Lowering:
             addresses = (e.op("add", base, s.Lit("int", i)) for i in range(width))
             return [e.table(name, element, array.values, address) for address in addresses]
         slot = self.shared.slot(self.prefix + array.name, type_)
-        return [
-            self._slot_entry(slot, e.op("add", base, s.Lit("int", slot.offset + i)), element)
-            for i in range(width)
-        ]
+        return [self._slot_entry(slot, e.op("add", base, s.Lit("int", slot.offset + i)), element) for i in range(width)]
 
     def _insert(self, expression: ir.Insert) -> list[s.Operand]:
         parts = list(self.value(expression.value))
@@ -444,14 +435,9 @@ class Lowering:
         else:
             self._use(expression.image, absolute=True)
         name = self.prefix + expression.image
-        texel = self.emitter.texel(
-            name, x, y, expression.relative, facts.border, facts.channels, expression.span
-        )
+        texel = self.emitter.texel(name, x, y, expression.relative, facts.border, facts.channels, expression.span)
         if facts.decode is not None:
-            texel = [
-                self.prelude(facts.decode, [c]) if i < min(3, facts.channels) else c
-                for i, c in enumerate(texel)
-            ]
+            texel = [self.prelude(facts.decode, [c]) if i < min(3, facts.channels) else c for i, c in enumerate(texel)]
         return texel
 
     def _fused(self, fused: Fused, decode: str | None) -> list[s.Operand]:
@@ -506,9 +492,7 @@ def _both(
     """A local after each branch; where only one knows it, the other returned, and zeros stand in."""
     a, b = then.get(name), orelse.get(name)
     some = a if a is not None else b
-    zeros: list[s.Operand] = [
-        s.Lit(v.type, {"float": 0.0, "int": 0, "bool": False}[v.type]) for v in some or []
-    ]
+    zeros: list[s.Operand] = [s.Lit(v.type, {"float": 0.0, "int": 0, "bool": False}[v.type]) for v in some or []]
     return (zeros if a is None else a), (zeros if b is None else b)
 
 

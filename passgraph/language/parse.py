@@ -44,9 +44,7 @@ def parse_kernel(function: FunctionSource, stage: ir.Stage) -> ir.Program:
     return program
 
 
-def parse_with_scopes(
-    function: FunctionSource, stage: ir.Stage
-) -> tuple[ir.Program, Mapping[FunctionSource, Scope]]:
+def parse_with_scopes(function: FunctionSource, stage: ir.Stage) -> tuple[ir.Program, Mapping[FunctionSource, Scope]]:
     """The kernel, and for each function in it the scope that recorded which constants it captured."""
     builder = Builder(stage)
     try:

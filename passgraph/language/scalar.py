@@ -137,18 +137,7 @@ class Continue:
 
 
 Instruction: TypeAlias = (
-    Op
-    | Choose
-    | LoadUniform
-    | LoadTable
-    | LoadBuiltin
-    | LoadTexel
-    | Read
-    | Write
-    | If
-    | For
-    | Break
-    | Continue
+    Op | Choose | LoadUniform | LoadTable | LoadBuiltin | LoadTexel | Read | Write | If | For | Break | Continue
 )
 
 
@@ -207,9 +196,7 @@ class ScalarProgram:
         """SHA-256 of everything that decides what the program computes; names of kernels and files do not."""
         parts = (FORMAT_VERSION, self.stage, self.body, self.outputs, self.keep, self.variables)
         slots = [(s.block, s.offset, s.count) for s in self.uniforms]
-        text = repr(
-            (*parts, slots, [(n, t, [float(v).hex() for v in vs]) for n, t, vs in self.tables], self.images)
-        )
+        text = repr((*parts, slots, [(n, t, [float(v).hex() for v in vs]) for n, t, vs in self.tables], self.images))
         return hashlib.sha256(text.encode()).hexdigest()
 
     @property

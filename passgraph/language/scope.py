@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from passgraph.language import ir, symbols
 from passgraph.language.operations import INT_MAX, INT_MIN
@@ -215,6 +216,14 @@ def number(value: object, span: Span) -> ir.Literal:
     fail(span, f"a {type(value).__name__} is not a number of the kernel language")
 
 
+def as_array(value: object) -> NDArray[Any]:
+    """As NumPy sees it; what has no shape becomes an array of objects, which every check refuses."""
+    try:
+        return np.asarray(value)
+    except ValueError:
+        return np.array(None)
+
+
 def constant(value: object, path: str, span: Span) -> ir.Expr:
     """A captured number, vector, matrix or table."""
     marker = symbols.TYPE_MARKERS.get(type(value))
@@ -222,7 +231,7 @@ def constant(value: object, path: str, span: Span) -> ir.Expr:
         return number(value.value if isinstance(value, enum.Enum) else value, span)
     if marker is not None and isinstance(value, tuple):
         return typed_constant(value, NAMED[marker], path, span)
-    array = np.asarray(value)
+    array = as_array(value)
     if array.dtype.kind not in "bif" or array.size == 0:
         fail(span, f"{path} must hold numbers of one type, got {array.dtype} of shape {array.shape}")
     element = {"b": BOOL, "i": INT, "f": FLOAT}[array.dtype.kind]
@@ -252,7 +261,7 @@ def host_numbers(value: object, type_: Type, path: str, span: Span) -> list[ir.N
 
     Host matrices are written as mathematics does, ``m[row][column]``; components are stored by columns.
     """
-    array = np.asarray(value)
+    array = as_array(value)
     count = component_count(type_)
     if isinstance(type_, Matrix) and array.shape == (type_.size, type_.size):
         array = array.T

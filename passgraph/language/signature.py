@@ -112,8 +112,7 @@ def _array_type(node: ast.Subscript, scope: Scope, source: Source) -> Array:
     if not isinstance(length, int) or isinstance(length, bool) or not 1 <= length <= MAX_ARRAY_LENGTH:
         fail(
             span,
-            f"array length must be a whole number from 1 to {MAX_ARRAY_LENGTH}, got "
-            f"{ast.unparse(length_node)}",
+            f"array length must be a whole number from 1 to {MAX_ARRAY_LENGTH}, got {ast.unparse(length_node)}",
         )
     return Array(element, length)
 

@@ -186,14 +186,10 @@ def source_from_text(text: str, name: str = "<kernel text>") -> Source:
     if not isinstance(text, str):
         raise PassgraphError(f"kernel source must be str, got {type(text).__name__}")
     if len(text) > MAX_SOURCE_CHARACTERS:
-        raise KernelError(
-            f"{name}: kernel text has {len(text)} characters; at most {MAX_SOURCE_CHARACTERS} are read"
-        )
+        raise KernelError(f"{name}: kernel text has {len(text)} characters; at most {MAX_SOURCE_CHARACTERS} are read")
     source = Source(name, textwrap.dedent(text))
     for number, line in enumerate(source.lines, 1):
         if len(line) > MAX_LINE_CHARACTERS:
             limit = MAX_LINE_CHARACTERS
-            raise KernelError(
-                f"{name}:{number}: this line has {len(line)} characters; at most {limit} are read"
-            )
+            raise KernelError(f"{name}:{number}: this line has {len(line)} characters; at most {limit} are read")
     return source

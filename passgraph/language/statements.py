@@ -123,9 +123,7 @@ class Statements:
         start, stop, step = self._range(node.iter, span)
         name = node.target.id
         if name in self.loops:
-            fail(
-                self.span(node.target), f"{name!r} is the index of a loop around; give this one another name"
-            )
+            fail(self.span(node.target), f"{name!r} is the index of a loop around; give this one another name")
         index = Variable(INT, frame.builder.fresh(name), loop_index=True)
         outer = frame.variables.pop(name, None)
         if outer is not None and outer.type is not INT:
@@ -236,9 +234,7 @@ def _first_name(node: ast.expr) -> str:
 
 
 def _may_be_discard(function: ast.expr) -> bool:
-    return "discard" in (getattr(function, "id", ""), getattr(function, "attr", "")) and bool(
-        _first_name(function)
-    )
+    return "discard" in (getattr(function, "id", ""), getattr(function, "attr", "")) and bool(_first_name(function))
 
 
 def _returns(node: ast.stmt) -> bool:

@@ -198,11 +198,7 @@ def _matrix_arithmetic(operator: str, left: ir.Expr, right: ir.Expr, span: Span)
     column = Vector(FLOAT, size)
 
     def part(value: ir.Expr, i: int) -> ir.Expr:
-        return (
-            ir.Index(column, value, ir.Literal(INT, i, span), span)
-            if isinstance(value.type, Matrix)
-            else value
-        )
+        return ir.Index(column, value, ir.Literal(INT, i, span), span) if isinstance(value.type, Matrix) else value
 
     columns = tuple(apply(operator, [part(left, i), part(right, i)], span) for i in range(size))
     return ir.Construct(Matrix(size), columns, span)
@@ -213,11 +209,7 @@ def unify(left: ir.Expr, right: ir.Expr, span: Span, what: str) -> tuple[ir.Expr
     if left.type == right.type:
         return left, right
     for a, b, flip in ((left, right, False), (right, left, True)):
-        if (
-            isinstance(a.type, (Scalar, Vector))
-            and _element(a.type) is INT
-            and with_element(a.type, FLOAT) == b.type
-        ):
+        if isinstance(a.type, (Scalar, Vector)) and _element(a.type) is INT and with_element(a.type, FLOAT) == b.type:
             widened = widen(a, b.type, span, what)
             return (b, widened) if flip else (widened, b)
     fail(span, f"{what} must have one type, got {left.type} and {right.type}")

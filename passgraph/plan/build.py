@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from passgraph.errors import GraphError
 from passgraph.formats import Format
 from passgraph.plan.collect import collect
 from passgraph.plan.data import Options, Plan

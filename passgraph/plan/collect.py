@@ -14,9 +14,20 @@ from passgraph.graph import DrawPass, Pass, PixelPass
 from passgraph.language.lower import Facts
 from passgraph.language.scalar import ScalarProgram
 from passgraph.plan.data import Options
-from passgraph.targets import MAX_SIDE, Absolute, Derived, InputSpec, Like, Relative, Target, TargetSpec, Value
+from passgraph.targets import (
+    MAX_SIDE,
+    Absolute,
+    Derived,
+    InputSpec,
+    Like,
+    Relative,
+    Target,
+    TargetSpec,
+    Value,
+)
 
-#: Largest picture that a plan will ask memory for, in bytes; a typing error in a size should not swap a machine to death.
+#: Largest picture that a plan will ask memory for, in bytes: a typing error in a size should not swap a machine to
+#: death.
 MAX_PICTURE_BYTES = 16 << 30
 
 
@@ -133,7 +144,9 @@ def _reachable(outputs: list[Target]) -> list[Pass]:
         return list(nx.lexicographical_topological_sort(dependencies, key=lambda n: -ranks[n]))
     except nx.NetworkXUnfeasible:
         cycle = " → ".join(edge[0].name for edge in nx.find_cycle(dependencies))
-        raise GraphError(f"passes form a cycle: {cycle}; read last frame's content with pg.previous() where it closes") from None
+        raise GraphError(
+            f"passes form a cycle: {cycle}; read last frame's content with pg.previous() where it closes"
+        ) from None
 
 
 def _bind_inputs(
@@ -146,7 +159,10 @@ def _bind_inputs(
         format_ = spec.format or given_format
         size = spec.size or given_size
         if format_ is None or size is None:
-            raise GraphError(f"input {name!r} has no size or format yet; run the program with it, or declare them: pg.Input({name!r}, 'rgba32f', (w, h))")
+            raise GraphError(
+                f"input {name!r} has no size or format yet; run the program with it, or "
+                f"declare them: pg.Input({name!r}, 'rgba32f', (w, h))"
+            )
         bound[spec] = (format_named(format_), size)
     return bound
 
@@ -162,7 +178,9 @@ def _input_specs(passes: list[Pass]) -> dict[str, InputSpec]:
     for target in [*(t for node in passes for t in node.reads), *lenders]:
         for found in _inputs_behind(target):
             if specs.setdefault(found.name, found) is not found:
-                raise GraphError(f"two different inputs are called {found.name!r}; use one handle, or give them two names")
+                raise GraphError(
+                    f"two different inputs are called {found.name!r}; use one handle, or give them two names"
+                )
     return specs
 
 
@@ -175,7 +193,9 @@ def _inputs_behind(target: Target) -> list[InputSpec]:
 
 
 def _output_size(
-    size: tuple[int, int] | None, inputs: Mapping[InputSpec, tuple[Format, tuple[int, int]]], outputs: Mapping[str, Target]
+    size: tuple[int, int] | None,
+    inputs: Mapping[InputSpec, tuple[Format, tuple[int, int]]],
+    outputs: Mapping[str, Target],
 ) -> tuple[int, int]:
     if size is not None:
         return size
@@ -195,7 +215,9 @@ def _check_names(passes: list[Pass]) -> None:
         depth = node.depth if isinstance(node, DrawPass) else None
         for spec in (*node.into, *((depth,) if depth is not None else ())):
             if names.setdefault(spec.name, spec) is not spec:
-                raise GraphError(f"two different targets are called {spec.name!r} (one in pass {node.name!r}); give them two names")
+                raise GraphError(
+                    f"two different targets are called {spec.name!r} (one in pass {node.name!r}); give them two names"
+                )
 
 
 def _check_values(passes: list[Pass], inputs: Mapping[InputSpec, object]) -> None:
@@ -209,7 +231,8 @@ def _check_values(passes: list[Pass], inputs: Mapping[InputSpec, object]) -> Non
                 first = known.setdefault(value.name, value)
                 if first.type is not value.type or first.static != value.static:
                     raise GraphError(
-                        f"two different values are called {value.name!r} (one in pass {node.name!r}); use one handle, or give them two names"
+                        f"two different values are called {value.name!r} (one in pass {node.name!r}); "
+                        "use one handle, or give them two names"
                     )
                 if value.name in names:
                     raise GraphError(f"an input and a value are both called {value.name!r}; give them two names")
@@ -248,7 +271,10 @@ def _known_size(target: Target, node: Pass, work: Work) -> tuple[int, int]:
     if target.spec not in work.sizes:
         if isinstance(target.spec.size, Absolute):
             return target.spec.size.width, target.spec.size.height
-        raise GraphError(f"pass {node.name!r} takes its size from {target.name!r}, which no pass before it makes; give that one a size")
+        raise GraphError(
+            f"pass {node.name!r} takes its size from {target.name!r}, which no pass before it makes; "
+            "give that one a size"
+        )
     return work.sizes[target.spec]
 
 
@@ -274,7 +300,9 @@ def _final_contents(passes: list[Pass]) -> dict[TargetSpec, Target]:
         assert isinstance(spec, TargetSpec)
         writers = [node for node in passes if spec in node.into or (isinstance(node, DrawPass) and node.depth is spec)]
         if not writers:
-            raise GraphError(f"last frame's {spec.name!r} is read, and no pass behind the outputs writes it; compile its pass too")
+            raise GraphError(
+                f"last frame's {spec.name!r} is read, and no pass behind the outputs writes it; compile its pass too"
+            )
         last = writers[-1]
         slot = last.into.index(spec) if spec in last.into else -1
         final[spec] = Target(spec, last, slot)

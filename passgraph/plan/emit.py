@@ -48,7 +48,14 @@ def emit(work: Work, sequence: tuple[list[Pass], Copies]) -> Plan:
     listed = [replace(r, persistent=r.id in persistent, history=finals.get(r.id)) for r in resources.list]
     listed, memories = _memories(listed, steps, work)
     return Plan(
-        tuple(steps), tuple(listed), tuple(memories), inputs, outputs, work.size, work.options, tuple(work.notes),
+        tuple(steps),
+        tuple(listed),
+        tuple(memories),
+        inputs,
+        outputs,
+        work.size,
+        work.options,
+        tuple(work.notes),
         frozenset(spec.name for spec in work.inputs if spec.static),
     )
 

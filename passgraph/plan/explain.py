@@ -13,11 +13,13 @@ def explain(plan: Plan) -> str:
         reads = ", ".join(dict.fromkeys(names[r] for r in step.reads)) or "nothing"
         writes = ", ".join(names[r] for r in step.writes)
         once = "; runs once" if step.static else ""
-        lines.append(f"{number:3}. {step.name}: {reads} → {writes} ({_kind(step)}, {step.size[0]}x{step.size[1]}{once})")
+        lines.append(
+            f"{number:3}. {step.name}: {reads} → {writes} ({_kind(step)}, {step.size[0]}x{step.size[1]}{once})"
+        )
     saved = plan.bytes_unaliased - plan.bytes
     lines.append(
-        f"memory: {_mebibytes(plan.bytes)} in {len(plan.memories)} pictures for {len(plan.resources)} targets and inputs"
-        + (f"; sharing saves {_mebibytes(saved)}" if saved else "")
+        f"memory: {_mebibytes(plan.bytes)} in {len(plan.memories)} pictures for "
+        f"{len(plan.resources)} targets and inputs" + (f"; sharing saves {_mebibytes(saved)}" if saved else "")
     )
     lines += [f"- {note}" for note in plan.notes]
     return "\n".join(lines)

@@ -83,7 +83,8 @@ def _fuse_into(consumer: Lowered, target: Target, work: Work) -> None:
     for name, read in consumer.node.images.items():
         if read.made_by is producer.node:
             fused = Fused(producer.node.kernel.program, producer.facts, prefix, read.slot)
-            images[name] = ImageFacts(read.spec.format.channels, read.border_rule, work.format_of(read).decode, fused)  # type: ignore[union-attr]
+            made = work.format_of(read)
+            images[name] = ImageFacts(made.channels, read.border_rule, made.decode, fused)
             consumer.images.pop(name, None)
     consumer.facts = replace(consumer.facts, images=images)
     consumer.images |= {_prefixed(prefix, n): t for n, t in producer.images.items()}

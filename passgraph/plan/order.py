@@ -38,7 +38,9 @@ def dependencies(work: Work) -> tuple[nx.DiGraph, Copies]:
             waits = any(nx.has_path(graph, lowered.node, r) for r in others)
             if shared or waits:
                 copies.add((content, lowered.node))
-                work.notes.append(f"copied {content.name} before {lowered.name} draws over it: its content is still needed")
+                work.notes.append(
+                    f"copied {content.name} before {lowered.name} draws over it: its content is still needed"
+                )
             else:
                 graph.add_edges_from((r, lowered.node) for r in others)
     return graph, copies

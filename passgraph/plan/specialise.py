@@ -82,7 +82,8 @@ def check_relative(lowered: Lowered, work: Work) -> None:
         size = work.size_of(lowered.images[use.name])
         if use.relative and size != lowered.size:
             raise GraphError(
-                f"pass {lowered.name!r} reads {lowered.images[use.name].name!r} ({size[0]}x{size[1]}) by relative offsets and is "
+                f"pass {lowered.name!r} reads {lowered.images[use.name].name!r} ({size[0]}x{size[1]}) "
+                f"by relative offsets and is "
                 f"{lowered.size[0]}x{lowered.size[1]} itself; read it by .sample(uv()) or make the sizes equal"
             )
 

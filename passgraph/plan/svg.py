@@ -27,12 +27,17 @@ def svg(plan: Plan) -> str:
         first, last = spans[resource.id]
         top, bottom = TOP_PX + first * ROW_PX, TOP_PX + min(last + 1, len(plan.steps)) * ROW_PX
         colour = COLOURS[resource.memory % len(COLOURS)]
-        title = f"{resource.name}: {resource.format.name} {resource.size[0]}x{resource.size[1]}, memory {resource.memory}"
+        title = (
+            f"{resource.name}: {resource.format.name} {resource.size[0]}x{resource.size[1]}, memory {resource.memory}"
+        )
         parts.append(
-            f'<rect x="{x - 9}" y="{top + 3}" width="18" height="{bottom - top - 6}" rx="6" fill="{colour}" fill-opacity="0.5">'
+            f'<rect x="{x - 9}" y="{top + 3}" width="18" height="{bottom - top - 6}" rx="6" '
+            f'fill="{colour}" fill-opacity="0.5">'
             f"<title>{escape(title)}</title></rect>"
         )
-        parts.append(f'<text x="{x}" y="{TOP_PX - 8}" transform="rotate(-35 {x} {TOP_PX - 8})">{escape(resource.name)}</text>')
+        parts.append(
+            f'<text x="{x}" y="{TOP_PX - 8}" transform="rotate(-35 {x} {TOP_PX - 8})">{escape(resource.name)}</text>'
+        )
     for row, step in enumerate(plan.steps):
         y = TOP_PX + row * ROW_PX + ROW_PX // 2
         note = " (runs once)" if step.static else ""
@@ -44,5 +49,7 @@ def svg(plan: Plan) -> str:
         for resource_id in step.writes:
             x = LEFT_PX + resource_id * COLUMN_PX + COLUMN_PX // 2
             parts.append(f'<circle cx="{x}" cy="{y}" r="5" fill="black"/>')
-    parts.append(f'<text x="12" y="20" fill="#555">● writes  ○ reads  bar: lifetime, colour: memory ({len(plan.memories)})</text>')
+    parts.append(
+        f'<text x="12" y="20" fill="#555">● writes ○ reads bar: lifetime, colour: memory ({len(plan.memories)})</text>'
+    )
     return "\n".join([*parts, "</svg>"])

@@ -54,9 +54,7 @@ def floor_material(size: int = 512, seed: int = 7) -> Material:
         name,
         (1.0, 1.0, 1.0, 1.0),
         Texture.make(_bytes(linear_to_srgb(color)), "srgb", f"{name} base colour"),
-        Texture.make(
-            _bytes(0.5 + 0.5 * _normals(height, HEIGHT_SCALE * size)), "linear", f"{name} normal map"
-        ),
+        Texture.make(_bytes(0.5 + 0.5 * _normals(height, HEIGHT_SCALE * size)), "linear", f"{name} normal map"),
         Texture.make(_bytes(height), "linear", f"{name} height map"),
         height_scale=HEIGHT_SCALE,
     )
@@ -82,9 +80,7 @@ def floor_node(bounds: ArrayLike, tile: float | None = None, name: str = "floor"
     place = np.array([centre[0], box[0, 1], centre[2]])
     corners = np.array([[-1, 0, 1], [1, 0, 1], [1, 0, -1], [-1, 0, -1]]) * half
     uvs = np.array([[0, 1], [1, 1], [1, 0], [0, 0]]) * (2.0 * pairs)
-    mesh = Mesh.make(
-        corners, np.array([[0, 1, 2], [0, 2, 3]]), np.tile([0.0, 1.0, 0.0], (4, 1)), uvs, name=name
-    )
+    mesh = Mesh.make(corners, np.array([[0, 1, 2], [0, 2, 3]]), np.tile([0.0, 1.0, 0.0], (4, 1)), uvs, name=name)
     return Node(mesh, floor_material(), translation(place), name)
 
 

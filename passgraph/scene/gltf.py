@@ -135,9 +135,7 @@ def cameras_of(header: dict[str, Any], file: Path, bounds: Float64) -> list[Came
         near = float(lens.get("znear", reach * 1e-3))
         target = eye + forward * (depth if depth > 0.0 else max(reach, 1.0))
         far = float(lens.get("zfar", max(reach * 1.05, near * 10.0)))
-        result.append(
-            Camera(tuple(eye.tolist()), tuple(target.tolist()), tuple(up.tolist()), lens["yfov"], near, far)
-        )
+        result.append(Camera(tuple(eye.tolist()), tuple(target.tolist()), tuple(up.tolist()), lens["yfov"], near, far))
     return result
 
 

@@ -53,9 +53,7 @@ class Light:
             raise InputError(f"{where}: kind: expected 'directional', 'point' or 'spot', got {self.kind!r}")
         direction = vec3(self.direction, f"{where}: direction")
         if not any(direction):
-            raise InputError(
-                f"{where}: direction: expected a vector that is not zero, got {self.direction!r}"
-            )
+            raise InputError(f"{where}: direction: expected a vector that is not zero, got {self.direction!r}")
         color = vec3(self.color, f"{where}: color")
         if min(color) < 0.0:
             raise InputError(f"{where}: color: expected linear RGB of 0 or more, got {self.color!r}")

@@ -151,9 +151,7 @@ def _read(file: Path, folder: FolderReader) -> Any:
         if folder.missing:
             raise InputError(f"{file}: its file {folder.missing[0]} is missing beside it") from None
         detail = (str(error).strip().splitlines() or [type(error).__name__])[0][:120]
-        raise InputError(
-            f"{file}: cannot be read as {kind.upper()}, it is corrupt or truncated ({detail})"
-        ) from None
+        raise InputError(f"{file}: cannot be read as {kind.upper()}, it is corrupt or truncated ({detail})") from None
 
 
 def _exact_factors(header: dict[str, Any]) -> dict[str, list[float]]:
@@ -187,9 +185,7 @@ def _nodes(loaded: Any, file: Path, reader: MaterialReader, turn: Float64) -> li
         mesh, offset = made[key]
         transform = turn @ np.asarray(matrix, dtype=np.float64) @ offset
         if not np.isfinite(transform).all() or is_singular(transform):
-            reader.warnings.append(
-                f"node {name!r}: its transform has a scale of zero or is not finite; skipped"
-            )
+            reader.warnings.append(f"node {name!r}: its transform has a scale of zero or is not finite; skipped")
             continue
         material = reader.read(getattr(geometry.visual, "material", None))
         nodes.append(Node(mesh, material, transform, str(name)))
@@ -205,9 +201,7 @@ def _framed(nodes: list[Node], file: Path, notes: list[str]) -> Scene:
     boxes = np.stack([node.bounds for node in nodes])
     bounds = np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
     if not np.isfinite(bounds).all() or sphere_of(bounds)[1] > 1e15:
-        raise InputError(
-            f"{file}: its extent {bounds.tolist()} is beyond what float32 can draw; scale it down"
-        )
+        raise InputError(f"{file}: its extent {bounds.tolist()} is beyond what float32 can draw; scale it down")
     return Scene(tuple(nodes), Camera.framing(bounds), (default_light(),), file.name, tuple(notes))
 
 

@@ -87,9 +87,7 @@ class MaterialReader:
         normal, height = self._bump(bump, name, "norm" in extra or "map_kn" in extra)
         return Material(name, _rgba(color), texture, normal, height, 0.02, mode, 0.5, False)
 
-    def _bump(
-        self, words: list[str] | None, name: str, is_normal: bool
-    ) -> tuple[Texture | None, Texture | None]:
+    def _bump(self, words: list[str] | None, name: str, is_normal: bool) -> tuple[Texture | None, Texture | None]:
         """A normal or a height map: MTL says 'bump' for both, a coloured picture is a normal map."""
         if not words:
             return None, None
@@ -108,9 +106,7 @@ class MaterialReader:
             return texture, False
         pixels = np.full_like(alpha.pixels, 255) if texture is None else texture.pixels.copy()
         if pixels.shape != alpha.pixels.shape:
-            self.warnings.append(
-                f"material {name!r}: its opacity map has another size than its colours; left out"
-            )
+            self.warnings.append(f"material {name!r}: its opacity map has another size than its colours; left out")
             return texture, False
         pixels[:, :, 3] = alpha.pixels[:, :, 3] if alpha.has_alpha else alpha.pixels[:, :, 0]
         return Texture.make(pixels, "srgb", f"{name} base colour"), True

@@ -53,9 +53,7 @@ class Texture:
         """
         array = np.asarray(pixels)
         if color_space not in ("srgb", "linear"):
-            raise InputError(
-                f"texture {name!r}: color_space: expected 'srgb' or 'linear', got {color_space!r}"
-            )
+            raise InputError(f"texture {name!r}: color_space: expected 'srgb' or 'linear', got {color_space!r}")
         if array.ndim == 2:
             array = array[:, :, None]
         if array.ndim != 3 or array.shape[2] not in (1, 3, 4) or 0 in array.shape:
@@ -129,16 +127,10 @@ class Material:
         if color.shape != (4,) or not np.isfinite(color).all() or color.min() < 0.0 or color.max() > 1.0:
             raise InputError(f"{where}: base_color: expected four numbers in [0, 1], got {self.base_color!r}")
         object.__setattr__(self, "base_color", tuple(float(c) for c in color))
-        object.__setattr__(
-            self, "height_scale", number(self.height_scale, f"{where}: height_scale", 0.0, 1.0)
-        )
-        object.__setattr__(
-            self, "alpha_cutoff", number(self.alpha_cutoff, f"{where}: alpha_cutoff", 0.0, 1.0)
-        )
+        object.__setattr__(self, "height_scale", number(self.height_scale, f"{where}: height_scale", 0.0, 1.0))
+        object.__setattr__(self, "alpha_cutoff", number(self.alpha_cutoff, f"{where}: alpha_cutoff", 0.0, 1.0))
         if self.alpha_mode not in ("opaque", "mask", "blend"):
-            raise InputError(
-                f"{where}: alpha_mode: expected 'opaque', 'mask' or 'blend', got {self.alpha_mode!r}"
-            )
+            raise InputError(f"{where}: alpha_mode: expected 'opaque', 'mask' or 'blend', got {self.alpha_mode!r}")
 
     @property
     def needs_tangents(self) -> bool:
@@ -150,8 +142,7 @@ def check_texels(width: int, height: int, where: str) -> None:
     """Refuse a picture of more than `MAX_TEXELS`; ``where`` names it in the error."""
     if width * height > MAX_TEXELS:
         raise InputError(
-            f"{where}: {width} x {height} texels are more than the limit of {MAX_TEXELS}; "
-            "scale the picture down"
+            f"{where}: {width} x {height} texels are more than the limit of {MAX_TEXELS}; scale the picture down"
         )
 
 

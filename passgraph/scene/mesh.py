@@ -129,9 +129,7 @@ class Mesh:
         return dataclasses.replace(self, tangents=tangents, has_tangents=True)
 
 
-def merge(
-    parts: Sequence[tuple[Mesh, Float64]], origin: ArrayLike = (0.0, 0.0, 0.0), name: str = "merged"
-) -> Mesh:
+def merge(parts: Sequence[tuple[Mesh, Float64]], origin: ArrayLike = (0.0, 0.0, 0.0), name: str = "merged") -> Mesh:
     """One mesh of positions and normals from many placed ones, for drawing shadow casters in one call.
 
     Parameters

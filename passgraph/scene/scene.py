@@ -81,9 +81,7 @@ class Scene:
         )
 
     @classmethod
-    def load(
-        cls, path: str | PathLike[str], *, ground: bool | None = None, up: Literal["y", "z"] = "y"
-    ) -> Scene:
+    def load(cls, path: str | PathLike[str], *, ground: bool | None = None, up: Literal["y", "z"] = "y") -> Scene:
         """Load a model or scene file; see `passgraph.scene.load.load_scene`."""
         from passgraph.scene.load import load_scene
 

@@ -40,9 +40,7 @@ def shipped_scene(segments: int = 16) -> Scene:
         floor,
         Node(teapot_mesh(segments), Material("glaze", TEAL), rotation_y(0.35), "teapot"),
         Node(cylinder(0.16, 4.2), Material("chalk", CHALK), translation((-3.5, 0.0, 2.2)), "pillar"),
-        Node(
-            box(1.1), Material("terracotta", TERRACOTTA), translation((2.6, 0, -2.6)) @ rotation_y(0.5), "box"
-        ),
+        Node(box(1.1), Material("terracotta", TERRACOTTA), translation((2.6, 0, -2.6)) @ rotation_y(0.5), "box"),
         Node(ball(0.55), Material("ochre", OCHRE), translation((2.5, 0.55, 2.3)), "ball"),
     )
     camera = Camera((3.2, 6.6, 10.6), (0.2, 0.75, 0.1), vertical_fov_rad=0.57, near=1.0, far=60.0)

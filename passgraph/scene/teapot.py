@@ -102,9 +102,7 @@ def _solid(
     """One solid: welded points (n, 3), triangles outward, smoothing group (m,), corner normals (m, 3, 3)."""
     side = segments + 1
     corner = np.arange(side * side).reshape(side, side)[:-1, :-1].reshape(-1, 1)
-    quad = np.concatenate(
-        [corner, corner + 1, corner + side + 1, corner, corner + side + 1, corner + side], axis=1
-    )
+    quad = np.concatenate([corner, corner + 1, corner + side + 1, corner, corner + side + 1, corner + side], axis=1)
     quad = quad.reshape(-1, 3)
     faces, groups = [], []
     for index, (part, _, _, mirrored) in enumerate(grids):
@@ -149,9 +147,7 @@ def _caps(points: Float64, triangles: NDArray[np.int64]) -> tuple[Float64, NDArr
     return np.concatenate([points, np.stack(added)]), np.array(caps, dtype=np.int64)
 
 
-def _with_creases(
-    points: Float64, triangles: NDArray[np.int64], group: NDArray[np.int64], normals: Float64
-) -> Mesh:
+def _with_creases(points: Float64, triangles: NDArray[np.int64], group: NDArray[np.int64], normals: Float64) -> Mesh:
     """One vertex for each pair of point and smoothing group; normals are averaged within."""
     pair = triangles * (_CAP_GROUP + 1) + group[:, None]
     used, index = np.unique(pair, return_inverse=True)

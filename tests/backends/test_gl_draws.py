@@ -214,9 +214,7 @@ def test_depth_compares_as_the_reference_does(compare: str) -> None:
         near, far = two_boxes()
         first = pg.draw(near, vertex=place, fragment=paint, into=pg.target("color", format="rgba32f"),
                         depth=pg.target("depth", format="depth32f"), depth_compare="always")  # fmt: skip
-        second = pg.draw(
-            far, vertex=place, fragment=paint, into=first, depth=first.depth, depth_compare=compare
-        )
+        second = pg.draw(far, vertex=place, fragment=paint, into=first, depth=first.depth, depth_compare=compare)
         return {"color": second, "depth": second.depth}
 
     agree(build)
@@ -230,17 +228,13 @@ def test_depth_stays_when_it_is_not_written() -> None:
 
 
 def test_a_depth_only_draw_needs_no_fragment_kernel() -> None:
-    target = pg.draw(
-        Soup(box(2, 1, 5, 3), depth=0.25), vertex=place, depth=pg.target("depth", format="depth32f")
-    )
+    target = pg.draw(Soup(box(2, 1, 5, 3), depth=0.25), vertex=place, depth=pg.target("depth", format="depth32f"))
     got = run({"depth": target})["depth"][..., 0]
     assert got[1, 2] == 0.25 and got[0, 0] == 1 and np.count_nonzero(got == 0.25) == 6
 
 
 def test_a_depth_target_is_read_by_a_later_pass() -> None:
-    depth = pg.draw(
-        Soup(box(2, 1, 5, 3), depth=0.25), vertex=place, depth=pg.target("depth", format="depth32f")
-    )
+    depth = pg.draw(Soup(box(2, 1, 5, 3), depth=0.25), vertex=place, depth=pg.target("depth", format="depth32f"))
     copy = pg.kernel(source="def copy(image: Image) -> float: return image[0, 0].r")
     got = run({"copy": copy(depth, into=pg.target("copy", format="r32f"))})["copy"][..., 0]
     assert got[1, 2] == 0.25 and got[0, 0] == 1
@@ -279,9 +273,7 @@ def test_masks_hold_channels_back() -> None:
 
 def test_a_mask_of_one_draw_does_not_reach_the_next() -> None:
     mesh = Soup(box(0, 0, 16, 12), (0.25, 0.5, 0.75, 1.0))
-    masked = pg.draw(
-        mesh, vertex=place, fragment=paint, into=pg.target("a", format="rgba32f"), color_mask=(False,) * 4
-    )
+    masked = pg.draw(mesh, vertex=place, fragment=paint, into=pg.target("a", format="rgba32f"), color_mask=(False,) * 4)
     plain = pg.draw(mesh, vertex=place, fragment=paint, into=pg.target("b", format="rgba32f"))
     got = run({"a": masked, "b": plain})
     assert not got["a"].any() and got["b"][4, 4].tolist() == [0.25, 0.5, 0.75, 1.0]
@@ -297,9 +289,7 @@ def test_several_targets_are_drawn_at_once() -> None:
 def test_a_target_is_cleared_to_its_colour() -> None:
     into = pg.target("color", format="rgba32f", clear=(0.1, 0.2, 0.3, 0.4))
     target = pg.draw(Soup(box(0, 0, 1, 1)), vertex=place, fragment=paint, into=into)
-    np.testing.assert_array_equal(
-        run({"color": target})["color"][5, 5], np.array([0.1, 0.2, 0.3, 0.4], np.float32)
-    )
+    np.testing.assert_array_equal(run({"color": target})["color"][5, 5], np.array([0.1, 0.2, 0.3, 0.4], np.float32))
 
 
 def test_drawing_over_a_handle_keeps_what_was_there() -> None:
@@ -322,9 +312,7 @@ BLENDS = [
 
 
 @pytest.mark.parametrize("blend", BLENDS, ids=str)
-@pytest.mark.parametrize(
-    ("format_", "tolerance"), [("rgba32f", 1e-6), ("rgba16f", 1e-3), ("rgba8", 1.01 / 255)]
-)
+@pytest.mark.parametrize(("format_", "tolerance"), [("rgba32f", 1e-6), ("rgba16f", 1e-3), ("rgba8", 1.01 / 255)])
 def test_blends_combine_as_the_reference_does(blend: Any, format_: str, tolerance: float) -> None:
     def build() -> dict[str, Any]:
         under = Soup(box(0, 0, 12, 12), (0.5, 0.25, 0.75, 0.5))
@@ -343,9 +331,7 @@ def paint_rgb(painted: Painted) -> vec3:
 def test_the_alpha_that_a_target_lacks_is_one() -> None:
     def build() -> dict[str, Any]:
         into = pg.target("color", format="rgb32f")
-        first = pg.draw(
-            Soup(box(0, 0, 16, 12), (0.5, 0.25, 0.75, 0.5)), vertex=place, fragment=paint_rgb, into=into
-        )
+        first = pg.draw(Soup(box(0, 0, 16, 12), (0.5, 0.25, 0.75, 0.5)), vertex=place, fragment=paint_rgb, into=into)
         blend = Blend("one_minus_destination_alpha", "destination_alpha")
         over = Soup(box(4, 0, 16, 12), (0.25, 0.5, 0.5, 0.75))
         return {"color": pg.draw(over, vertex=place, fragment=paint_rgb, into=first, blend=blend)}
@@ -381,9 +367,7 @@ def test_different_blends_are_refused_where_the_driver_has_none(monkeypatch: pyt
     a, b = pg.draw(Soup(box(0, 0, 8, 12)), vertex=place, fragment=twice, into=into, blend=("add", "alpha"))
     with GLBackend() as backend:
         monkeypatch.setattr(backend.context.gl, "BlendFuncSeparatei", None)
-        with pytest.raises(
-            BackendError, match=r"blends its targets in different ways, which takes OpenGL 4\.0"
-        ):
+        with pytest.raises(BackendError, match=r"blends its targets in different ways, which takes OpenGL 4\.0"):
             pg.compile({"a": a, "b": b}, backend=backend, size=SIZE)()
 
 
@@ -466,9 +450,7 @@ def test_both_stages_have_uniforms_of_their_own_and_images_keep_their_order() ->
         values={"heights": heights, "tints": tints, "lift": 0.125, "n": 2, "strength": 2.0},
     )
     with pg.compile({"color": target, "depth": target.depth}, backend="gl", size=SIZE) as program:
-        got = program(
-            heights=np.array([[[0.25], [0.5]]], np.float32), tints=np.array([[[0.25, 1, 1, 1]]], np.float32)
-        )
+        got = program(heights=np.array([[[0.25], [0.5]]], np.float32), tints=np.array([[[0.25, 1, 1, 1]]], np.float32))
     assert got["color"][3, 3].tolist() == [0.5, 0.25, 0.0, 2.0] and got["depth"][3, 3, 0] == 0.625
 
 

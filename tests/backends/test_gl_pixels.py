@@ -73,9 +73,7 @@ def both(color: Image) -> tuple[vec4, float]:
 
 
 def test_several_targets_are_written_at_once() -> None:
-    first, second = both(
-        pg.Input("color"), into=(pg.target("a", format="rgba32f"), pg.target("b", format="r32f"))
-    )
+    first, second = both(pg.Input("color"), into=(pg.target("a", format="rgba32f"), pg.target("b", format="r32f")))
     with pg.compile([first, second], backend="gl") as program:
         result = program(color=PICTURE)
     assert np.array_equal(result["a"], PICTURE) and np.array_equal(result["b"], PICTURE[..., 1:2])
@@ -106,9 +104,7 @@ def one(color: Image) -> vec4:
 
 
 def test_an_infinite_constant_is_infinite() -> None:
-    source = (
-        "def one(color: Image) -> vec2: return vec2(float_from_bits(0x7F800000), float_from_bits(-8388608))"
-    )
+    source = "def one(color: Image) -> vec2: return vec2(float_from_bits(0x7F800000), float_from_bits(-8388608))"
     assert run(source)[0, 0].tolist() == [np.inf, -np.inf]
 
 

@@ -47,7 +47,12 @@ def pixel_step(text: str) -> PixelStep:
 def test_arrays_are_promised_not_to_overlap(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PASSGRAPH_CACHE", str(tmp_path))  # a new folder: code from a cache keeps no text
     module = load_module(*pixel_module(pixel_step(GATHER), (1,)), "gather")
-    call = [*[np.zeros(4, np.float32), 1, 1] * 2, np.zeros(1, np.float32), np.zeros(1, np.float32), np.zeros(1, np.int32)]
+    call = [
+        *[np.zeros(4, np.float32), 1, 1] * 2,
+        np.zeros(1, np.float32),
+        np.zeros(1, np.float32),
+        np.zeros(1, np.int32),
+    ]
     module.rows(0, 0, 1, 1, *call)
     assert "noalias" in next(iter(module.rows.inspect_llvm().values()))
 
@@ -57,7 +62,18 @@ def test_compiled_code_is_vectorised(tmp_path: Path, monkeypatch: pytest.MonkeyP
     monkeypatch.setenv("PASSGRAPH_CACHE", str(tmp_path))
     text, programs = pixel_module(pixel_step(BLUR), (4,))
     module = load_module(text + "# another key: compiled afresh\n", programs, "blur")
-    module.rows(0, 0, 1, 1, np.zeros(4, np.float32), 1, 1, np.zeros(4, np.float32), np.zeros(1, np.float32), np.zeros(1, np.int32))
+    module.rows(
+        0,
+        0,
+        1,
+        1,
+        np.zeros(4, np.float32),
+        1,
+        1,
+        np.zeros(4, np.float32),
+        np.zeros(1, np.float32),
+        np.zeros(1, np.int32),
+    )
     assembly = next(iter(module.rows.inspect_asm().values()))
     assert "mulps" in assembly or "fmul\tv" in assembly
 
@@ -65,7 +81,9 @@ def test_compiled_code_is_vectorised(tmp_path: Path, monkeypatch: pytest.MonkeyP
 def run_twice(backend: str) -> np.ndarray:
     picture = np.random.default_rng(1).random((97, 131, 4), np.float32)
     kernel = pg.kernel(source=BLUR)
-    with pg.compile(kernel(kernel(pg.Input("frame"), into=pg.target("a", "rgba16f")), across=0), backend=backend) as program:
+    with pg.compile(
+        kernel(kernel(pg.Input("frame"), into=pg.target("a", "rgba16f")), across=0), backend=backend
+    ) as program:
         return program(frame=picture)["blur"]
 
 
@@ -106,7 +124,12 @@ def test_a_second_process_starts_with_compiled_code(tmp_path: Path) -> None:
     counts = []
     for _ in range(2):
         made = subprocess.run(
-            [sys.executable, "-c", SECOND, BLUR], env=environment, capture_output=True, text=True, check=True, timeout=120
+            [sys.executable, "-c", SECOND, BLUR],
+            env=environment,
+            capture_output=True,
+            text=True,
+            check=True,
+            timeout=120,
         )
         counts.append(made.stdout.split())
     assert counts == [["0", "1"], ["1", "0"]]
@@ -117,7 +140,7 @@ def test_a_cache_that_others_may_write_to_is_refused(tmp_path: Path, monkeypatch
     (tmp_path / "numba").mkdir(mode=0o777)
     (tmp_path / "numba").chmod(0o777)
     monkeypatch.setenv("PASSGRAPH_CACHE", str(tmp_path))
-    with pytest.raises(BackendError, match="others may write.*chmod 700"):
+    with pytest.raises(BackendError, match=r"others may write.*chmod 700"):
         cache_folder()
 
 
@@ -129,7 +152,7 @@ def test_generated_code_holds_no_name_of_the_users() -> None:
 def test_device_is_a_number_of_threads() -> None:
     with NumpyBackend("3") as backend:
         assert backend.workers.count == 3
-    with pytest.raises(BackendError, match="number of threads.*'fast'"):
+    with pytest.raises(BackendError, match=r"number of threads.*'fast'"):
         NumpyBackend("fast")
 
 

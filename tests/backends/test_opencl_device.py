@@ -89,9 +89,7 @@ def test_a_picture_of_another_shape_is_refused(device: OpenCLBackend) -> None:
 
 def test_what_does_not_fit_is_refused_before_it_is_made(device: OpenCLBackend) -> None:
     device.max_bytes = 1000
-    with pytest.raises(
-        BackendError, match=r"a target of 16x16 pixels rgba32f needs 4,096 bytes; .* at most 1,000"
-    ):
+    with pytest.raises(BackendError, match=r"a target of 16x16 pixels rgba32f needs 4,096 bytes; .* at most 1,000"):
         device.make(FORMATS["rgba32f"], (16, 16))
 
 
@@ -144,9 +142,7 @@ def python(code: str, **environment: str) -> str:
 
 
 def test_import_loads_no_driver() -> None:
-    assert (
-        python("import passgraph.backends.opencl, sys; print('pyopencl' in sys.modules)").strip() == "False"
-    )
+    assert python("import passgraph.backends.opencl, sys; print('pyopencl' in sys.modules)").strip() == "False"
 
 
 def test_close_gives_everything_back(device: OpenCLBackend) -> None:
@@ -206,9 +202,7 @@ with OpenCLBackend() as device:
 
     def files() -> set[Path]:
         # PoCL notes the time of last use of a program, so only what was compiled counts.
-        return {
-            path for path in tmp_path.rglob("*") if path.suffix in (".so", ".bc") or path.name == "binary"
-        }
+        return {path for path in tmp_path.rglob("*") if path.suffix in (".so", ".bc") or path.name == "binary"}
 
     # PoCL looks at the first, pyopencl's own cache (used for other drivers) at the second.
     places = {"POCL_CACHE_DIR": str(tmp_path / "pocl"), "XDG_CACHE_HOME": str(tmp_path)}
@@ -222,16 +216,12 @@ with OpenCLBackend() as device:
 
 def test_a_refused_build_names_the_kernel_line_and_repeats_the_driver() -> None:
     span = Span("effect.py", 12, 4, 9, "    a + b")
-    error = build_error(
-        Listing("int x;\nbroken\n", (span, span)), "pass 'glow'", "tmp.cl:2:1: error: unknown type"
-    )
+    error = build_error(Listing("int x;\nbroken\n", (span, span)), "pass 'glow'", "tmp.cl:2:1: error: unknown type")
     assert str(error).startswith("effect.py:12: the OpenCL driver refuses pass 'glow'")
     assert "unknown type" in str(error)
 
 
-def test_a_build_that_fails_is_a_backend_error(
-    device: OpenCLBackend, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_build_that_fails_is_a_backend_error(device: OpenCLBackend, monkeypatch: pytest.MonkeyPatch) -> None:
     from passgraph.language.operations import OPERATIONS, Operation
 
     wrong = OPERATIONS["mul"]

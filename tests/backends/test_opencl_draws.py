@@ -75,9 +75,7 @@ def device() -> Iterator[Backend]:
         yield opened
 
 
-def mesh(
-    corners: Sequence[Sequence[float]], triangles: Sequence[Sequence[int]], colors: Any = None
-) -> Triangles:
+def mesh(corners: Sequence[Sequence[float]], triangles: Sequence[Sequence[int]], colors: Any = None) -> Triangles:
     made = None if colors is None else np.array(colors, np.float32)
     return Triangles(np.array(corners, np.float32), np.array(triangles, np.int32), made)
 
@@ -129,9 +127,7 @@ def test_a_fan_around_odd_places_covers_each_pixel_once(device: Backend) -> None
 
 def test_centres_on_top_and_left_edges_are_inside(device: Backend) -> None:
     square = [pixel_corner(x, y) for x, y in ((2.5, 3.5), (6.5, 3.5), (6.5, 7.5), (2.5, 7.5))]
-    drawn = run(
-        device, pg.draw(mesh(square, [(0, 1, 2), (0, 2, 3)]), vertex=flat, fragment=white, into=colour())
-    )
+    drawn = run(device, pg.draw(mesh(square, [(0, 1, 2), (0, 2, 3)]), vertex=flat, fragment=white, into=colour()))
     expected = np.zeros((SIZE[1], SIZE[0]))
     expected[3:7, 2:6] = 1
     np.testing.assert_array_equal(drawn[..., 0], expected)
@@ -142,9 +138,7 @@ def test_positions_are_rounded_to_a_256th_of_a_pixel(device: Backend) -> None:
     covered = []
     for shift in (1 / 600, 1 / 300):
         square = [pixel_corner(x, y) for x, y in ((2.5 + shift, 3), (6, 3), (6, 7), (2.5 + shift, 7))]
-        drawn = run(
-            device, pg.draw(mesh(square, [(0, 1, 2), (0, 2, 3)]), vertex=flat, fragment=white, into=colour())
-        )
+        drawn = run(device, pg.draw(mesh(square, [(0, 1, 2), (0, 2, 3)]), vertex=flat, fragment=white, into=colour()))
         covered.append(bool(drawn[5, 2, 0]))
     assert covered == [True, False]
 
@@ -159,9 +153,7 @@ def test_the_near_plane_cuts_a_floor(device: Backend) -> None:
     """A floor below the eye, from behind it to far away, fills the lower half up to the near edge."""
     corners = [(-50, -0.5, 5), (50, -0.5, 5), (50, -0.5, -500), (-50, -0.5, -500)]
     floor = mesh(corners, [(0, 1, 2), (0, 2, 3)])
-    drawn = run(device, pg.draw(floor, vertex=perspective, fragment=white, into=colour(), blend="add"))[
-        ..., 0
-    ]
+    drawn = run(device, pg.draw(floor, vertex=perspective, fragment=white, into=colour(), blend="add"))[..., 0]
     # The near edge projects to y = -0.5: three quarters down; the far one to the horizon.
     expected = np.zeros((SIZE[1], SIZE[0]))
     expected[6:9] = 1
@@ -202,9 +194,7 @@ def test_culling_drops_a_side(device: Backend) -> None:
 
 
 def test_the_nearest_wins(device: Backend) -> None:
-    near = pg.draw(
-        quad(-0.5, (1, 0, 0, 1), 0.5), vertex=flat, fragment=painted, into=colour(), depth=depth_target()
-    )
+    near = pg.draw(quad(-0.5, (1, 0, 0, 1), 0.5), vertex=flat, fragment=painted, into=colour(), depth=depth_target())
     far = pg.draw(quad(0.5, (0, 1, 0, 1)), vertex=flat, fragment=painted, into=near, depth=near.depth)
     drawn = run(device, far)
     assert drawn[6, 8].tolist() == [1, 0, 0, 1]
@@ -212,9 +202,7 @@ def test_the_nearest_wins(device: Backend) -> None:
 
 
 def test_depth_without_writing_keeps_the_stored_depth(device: Backend) -> None:
-    made = pg.draw(
-        quad(-0.5), vertex=flat, fragment=white, into=colour(), depth=depth_target(), depth_write=False
-    )
+    made = pg.draw(quad(-0.5), vertex=flat, fragment=white, into=colour(), depth=depth_target(), depth_write=False)
     np.testing.assert_array_equal(run(device, made.depth), 1)
 
 

@@ -153,27 +153,21 @@ def test_blending_happens_in_the_order_of_submission(device: Backend) -> None:
 def test_blends(device: Backend, blend: Any, result: float) -> None:
     """0.25 (alpha 0.25) drawn over 0.5 (alpha 0.5)."""
     cleared = colour(clear=0.5)
-    drawn = run(
-        device, pg.draw(quad(color=(0.25,) * 4), vertex=flat, fragment=painted, into=cleared, blend=blend)
-    )
+    drawn = run(device, pg.draw(quad(color=(0.25,) * 4), vertex=flat, fragment=painted, into=cleared, blend=blend))
     assert drawn[3, 3, 0] == result
 
 
 def test_blending_quantises_behind_it(device: Backend) -> None:
     """0.3 + 0.3 in 8 bits: the sum of unrounded 0.3 and stored 77/255."""
     first = pg.draw(quad(color=(0.3,) * 4), vertex=flat, fragment=painted, into=colour("rgba8"), blend="add")
-    drawn = run(
-        device, pg.draw(quad(color=(0.3,) * 4), vertex=flat, fragment=painted, into=first, blend="add")
-    )
+    drawn = run(device, pg.draw(quad(color=(0.3,) * 4), vertex=flat, fragment=painted, into=first, blend="add"))
     stored = np.rint(np.float32(0.3) * 255) / 255
     assert np.rint(drawn[3, 3, 0] * 255) == np.rint((0.3 + stored) * 255)
 
 
 def test_unorm_targets_clamp_before_blending(device: Backend) -> None:
     low = quad(color=(-5, 0.5, 9, 1))
-    drawn = run(
-        device, pg.draw(low, vertex=flat, fragment=painted, into=colour("rgba8", clear=0.5), blend="add")
-    )
+    drawn = run(device, pg.draw(low, vertex=flat, fragment=painted, into=colour("rgba8", clear=0.5), blend="add"))
     np.testing.assert_array_equal(np.rint(drawn[3, 3] * 255), [128, 255, 255, 255])
 
 
@@ -223,7 +217,5 @@ def test_discarded_fragments_leave_the_stencil(device: Backend) -> None:
 
 @pytest.mark.parametrize("format_", ["rgba8", "rgba16", "rgba16f", "rgba32f"])
 def test_targets_of_each_kind_hold_what_was_drawn(device: Backend, format_: str) -> None:
-    drawn = run(
-        device, pg.draw(quad(color=(0.2, 0.4, 0.6, 1)), vertex=flat, fragment=painted, into=colour(format_))
-    )
+    drawn = run(device, pg.draw(quad(color=(0.2, 0.4, 0.6, 1)), vertex=flat, fragment=painted, into=colour(format_)))
     np.testing.assert_allclose(drawn[3, 3], [0.2, 0.4, 0.6, 1], atol=2e-3)

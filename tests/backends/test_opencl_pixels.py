@@ -31,9 +31,7 @@ def noise(width: int, height: int, channels: int = 4) -> Picture:
     return np.random.default_rng(3).random((height, width, channels), np.float32)
 
 
-def run(
-    device: OpenCLBackend, text: str, picture: Picture, border: str = "clamp", format_: str = "rgba32f"
-) -> Picture:
+def run(device: OpenCLBackend, text: str, picture: Picture, border: str = "clamp", format_: str = "rgba32f") -> Picture:
     """The result of a kernel with one image parameter."""
     kernel = pg.kernel(source=text)
     letters = "rgba"[: picture.shape[2]] if picture.shape[2] > 1 else "r"
@@ -47,17 +45,14 @@ PAD = {"clamp": "edge", "zero": "constant", "repeat": "wrap", "mirror": "symmetr
 
 @pytest.mark.parametrize("size", [(1, 1), (3, 2), (130, 5), (300, 9)])
 @pytest.mark.parametrize("border", list(PAD))
-def test_neighbours_outside_follow_the_border_rule(
-    device: OpenCLBackend, border: str, size: tuple[int, int]
-) -> None:
+def test_neighbours_outside_follow_the_border_rule(device: OpenCLBackend, border: str, size: tuple[int, int]) -> None:
     """Sums of exact values, at sizes with and without an inner block."""
     picture = np.rint(noise(*size) * 64).astype(np.float32)
     text = "def box(c: Image) -> vec4: return c[-1, 0] + c[2, 0] + c[0, -2] + c[0, 1]"
     padded = np.pad(picture, ((2, 2), (2, 2), (0, 0)), mode=PAD[border])  # type: ignore[call-overload]
     width, height = size
     expected = sum(
-        padded[2 + dy : 2 + dy + height, 2 + dx : 2 + dx + width]
-        for dx, dy in ((-1, 0), (2, 0), (0, -2), (0, 1))
+        padded[2 + dy : 2 + dy + height, 2 + dx : 2 + dx + width] for dx, dy in ((-1, 0), (2, 0), (0, -2), (0, 1))
     )
     np.testing.assert_array_equal(run(device, text, picture, border), expected)
 
@@ -127,9 +122,7 @@ def test_halves_are_rounded_to_nearest_even(device: OpenCLBackend) -> None:
 
 def test_nan_passes_through_a_half_target(device: OpenCLBackend) -> None:
     picture = np.full((1, 1, 1), np.nan, np.float32)
-    assert np.isnan(
-        run(device, "def copy(c: Image) -> float: return c[0, 0].r", picture, format_="r16f")
-    ).all()
+    assert np.isnan(run(device, "def copy(c: Image) -> float: return c[0, 0].r", picture, format_="r16f")).all()
 
 
 def ints(device: OpenCLBackend, expression: str, a: list[int], b: list[int]) -> list[int]:
@@ -196,9 +189,9 @@ def tell(c: Image) -> vec2:
 
 def test_division_by_zero_is_that_of_ieee_754(device: OpenCLBackend) -> None:
     picture = np.array([1, -1, 0], np.float32).reshape(1, -1, 1)
-    got = run(
-        device, "def d(c: Image) -> float: return c[0, 0].r / (c[0, 0].r * 0.0)", picture, format_="r32f"
-    )[0, :, 0]
+    got = run(device, "def d(c: Image) -> float: return c[0, 0].r / (c[0, 0].r * 0.0)", picture, format_="r32f")[
+        0, :, 0
+    ]
     assert got[0] == np.inf
     assert got[1] == np.inf
     assert np.isnan(got[2])

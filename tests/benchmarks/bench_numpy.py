@@ -1,6 +1,6 @@
 """B&W and a 15-tap Gaussian on ``numpy`` beside a parallel copy and OpenCV: medians and ratios of one process.
 
-    python tests/benchmarks/bench_numpy.py
+python tests/benchmarks/bench_numpy.py
 """
 
 from __future__ import annotations
@@ -36,8 +36,7 @@ def interleaved(jobs: dict[str, Callable[[], object]]) -> dict[str, float]:
 def parallel_copy(source: np.ndarray, target: np.ndarray) -> Callable[[], object]:
     count = thread_count()
     pool = ThreadPoolExecutor(count)
-    cuts = np.linspace(0, len(source), count + 1).astype(int)
-    parts = [(source[a:b], target[a:b]) for a, b in zip(cuts[:-1], cuts[1:], strict=True)]
+    parts = list(zip(np.array_split(source, count), np.array_split(target, count), strict=True))
     return lambda: list(pool.map(lambda part: np.copyto(part[1], part[0]), parts))
 
 
@@ -57,7 +56,9 @@ def main() -> dict[str, float]:
         # The steps alone: uploading is a copy of its own.
         "B&W": lambda: [execute({}) for _, execute in gray._execution._runs],
         "Gaussian 15": lambda: [execute({}) for _, execute in blur._execution._runs],
-        "OpenCV sepFilter2D 15": lambda: cv2.sepFilter2D(picture, -1, weights, weights, borderType=cv2.BORDER_REPLICATE),
+        "OpenCV sepFilter2D 15": lambda: cv2.sepFilter2D(
+            picture, -1, weights, weights, borderType=cv2.BORDER_REPLICATE
+        ),
     }
     times = interleaved(jobs)
     for name, value in times.items():

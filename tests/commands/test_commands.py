@@ -113,9 +113,7 @@ def test_apply_writes_every_format(capsys: pytest.CaptureFixture[str], name: str
     assert pg.load(f"out{suffix}").shape == (20, 30, 4)
 
 
-def test_apply_on_each_backend_gives_one_picture(
-    capsys: pytest.CaptureFixture[str], backend_name: str
-) -> None:
+def test_apply_on_each_backend_gives_one_picture(capsys: pytest.CaptureFixture[str], backend_name: str) -> None:
     for name in ("reference", backend_name):
         well(capsys, "apply", "gaussian-blur", "in.png", "-o", f"{name}.png", "-b", name, "--sigma-px", "1.5")
     assert np.abs(pg.load("reference.png") - pg.load(f"{backend_name}.png")).max() <= 1 / 255 + 1e-6
@@ -153,9 +151,7 @@ def test_linear_decodes_the_input(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_apply_captures(capsys: pytest.CaptureFixture[str]) -> None:
-    out = well(
-        capsys, "apply", "gaussian-blur", "in.png", "-o", "out.png", "--capture", "steps", "-b", "reference"
-    )
+    out = well(capsys, "apply", "gaussian-blur", "in.png", "-o", "out.png", "--capture", "steps", "-b", "reference")
     assert "2 targets in steps (exact values in the npy files):" in out
     assert len(list(Path("steps").iterdir())) == 4
 
@@ -166,18 +162,14 @@ def test_apply_captures(capsys: pytest.CaptureFixture[str]) -> None:
 def test_compare_holds_every_backend_against_the_reference(
     capsys: pytest.CaptureFixture[str], backend_name: str
 ) -> None:
-    out = well(
-        capsys, "compare", "in.png", "--effect", "gaussian-blur", "--sigma-px", "1", "-b", backend_name
-    )
+    out = well(capsys, "compare", "in.png", "--effect", "gaussian-blur", "--sigma-px", "1", "-b", backend_name)
     assert f"{backend_name} against the reference" in out
     assert f"{backend_name}: within bounds" in out
     assert "gaussian_blur_x (rgba32f)" in out
 
 
 def test_compare_renders_scenes_too(capsys: pytest.CaptureFixture[str]) -> None:
-    out = well(
-        capsys, "compare", "--effect", "soft-shadow", "--size", "32x18", "--map-size", "16", "-b", "numpy"
-    )
+    out = well(capsys, "compare", "--effect", "soft-shadow", "--size", "32x18", "--map-size", "16", "-b", "numpy")
     assert "numpy: within bounds" in out
     assert "picture (rgba8)" in out
 
@@ -197,16 +189,11 @@ def test_compare_ends_with_one_where_a_backend_diverges(
     monkeypatch.setattr("passgraph.compare.open_backend", lambda name: Wrong())
     outcome = Outcome(["compare", "in.png", "-e", "black-and-white", "-b", "gl"], capsys)
     assert outcome.status == 1
-    assert (
-        "gl: diverges first in pass black_and_white, target black_and_white: beyond its bound at"
-        in outcome.out
-    )
+    assert "gl: diverges first in pass black_and_white, target black_and_white: beyond its bound at" in outcome.out
     assert "worst at column" in outcome.out
 
 
-def test_compare_lists_what_is_missing(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_compare_lists_what_is_missing(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     def gone(name: str) -> ReferenceBackend:
         raise DeviceMissingError("no OpenGL; run:\n    apt-get install libegl1")
 
@@ -264,9 +251,7 @@ def test_help(capsys: pytest.CaptureFixture[str], arguments: list[str]) -> None:
 @pytest.mark.parametrize("effect", EFFECTS.values(), ids=lambda effect: effect.name)
 def test_help_shows_every_parameter_with_unit_and_range(capsys: pytest.CaptureFixture[str], effect) -> None:  # type: ignore[no-untyped-def]
     commands = [["plan", "--effect", effect.name], ["compare", "-e", effect.name]]
-    commands.append(
-        ["render", "--effect", effect.name] if effect.takes == "scene" else ["apply", effect.name]
-    )
+    commands.append(["render", "--effect", effect.name] if effect.takes == "scene" else ["apply", effect.name])
     for command in commands:
         text = " ".join(well(capsys, *command, "--help").split()).replace("- ", "-")
         for parameter in effect.parameters:
@@ -358,9 +343,7 @@ def test_broken_pictures(capsys: pytest.CaptureFixture[str], content: bytes) -> 
 
 def test_a_truncated_picture(capsys: pytest.CaptureFixture[str]) -> None:
     Path("half.png").write_bytes(Path("in.png").read_bytes()[:90])
-    assert "half.png: truncated or corrupt" in refused(
-        capsys, "apply", "tone-map", "half.png", "-o", "out.png"
-    )
+    assert "half.png: truncated or corrupt" in refused(capsys, "apply", "tone-map", "half.png", "-o", "out.png")
 
 
 def test_an_unwritable_output_is_refused_before_the_work(
@@ -381,9 +364,7 @@ def test_a_folder_without_permission(capsys: pytest.CaptureFixture[str], tmp_pat
     assert "cannot be written (Permission denied)" in refused(capsys, *BLUR[:-1], "locked/out.png")
 
 
-def test_a_failure_leaves_the_old_file(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_failure_leaves_the_old_file(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     Path("out.png").write_bytes(b"precious")
 
     def full(*_: object) -> None:
@@ -464,8 +445,6 @@ def test_a_process_fails_with_one_line() -> None:
 def test_a_reader_that_leaves_early_is_no_error() -> None:
     command = f"{sys.executable} -m passgraph --help | true; exit ${{PIPESTATUS[0]}}"
     environment = {**os.environ, "PYTHONPATH": str(root)}
-    made = subprocess.run(
-        ["bash", "-c", command], capture_output=True, text=True, env=environment, check=False
-    )
+    made = subprocess.run(["bash", "-c", command], capture_output=True, text=True, env=environment, check=False)
     assert made.returncode in (0, 141)
     assert made.stderr == ""

@@ -18,7 +18,7 @@ from passgraph.draw_state import BLENDS, COMPARE, EQUATIONS, FACTORS, STENCIL_OP
 from passgraph.language.kernel import Kernel, kernel_from_text
 
 sys.path.insert(0, str(Path(__file__).parent))
-from meshes import Soup, quad, soup  # noqa: E402
+from meshes import Soup, quad, soup
 
 SIZE = (83, 61)
 #: Interpolated colours and depths: a few operations in float32 on numbers below 1 (rasterisation rule 5).
@@ -26,7 +26,7 @@ INTERPOLATION = 64 * 2.0**-24
 #: A driver may evaluate a triangle's planes at corners that it has not rounded to 1/256 pixel (llvmpipe does): each of
 #: three corners is off by up to half of that on either axis.
 SNAPPING = 3 * 2 * (1 / 512)
-#: Share of pixels that may differ because a comparison ties within that: the ceiling that keeps the check from going empty.
+#: Share of pixels that may differ because a comparison ties within that; the ceiling keeps the check from going empty.
 AMBIGUOUS_SHARE = 0.004
 
 KERNELS = """
@@ -66,7 +66,8 @@ def draw_twice(name: str, **state: object) -> dict[str, pg.Target]:
     mesh = state.pop("mesh", None) or soup(40, seed=11)
     color_format, depth_format = str(state.pop("format", "rgba32f")), "depth32f_stencil8"
     base = pg.draw(
-        soup(12, seed=5), vertex=stage("place"), fragment=stage("paint"), into=pg.target("color", color_format, clear=0.25),
+        soup(12, seed=5), vertex=stage("place"), fragment=stage("paint"),
+        into=pg.target("color", color_format, clear=0.25),
         depth=pg.target("depth", depth_format), name="base", stencil=Stencil(passed="increment"),
     )  # fmt: skip
     over = pg.draw(mesh, vertex=vertex, fragment=fragment, into=base, depth=base.depth, name=name, **state)
@@ -92,7 +93,9 @@ def assert_agree(outputs: dict[str, pg.Target], backend: str, quantum: float = 0
     for name in expected:
         bound = INTERPOLATION + quantum + SNAPPING * slope(expected[name])
         wrong = np.abs(got[name] - expected[name]).max(axis=-1) > bound
-        assert wrong.mean() <= AMBIGUOUS_SHARE, f"{name}: {wrong.sum()} pixels differ, first (y, x) = {np.argwhere(wrong)[0]}"
+        assert wrong.mean() <= AMBIGUOUS_SHARE, (
+            f"{name}: {wrong.sum()} pixels differ, first (y, x) = {np.argwhere(wrong)[0]}"
+        )
     assert np.ptp(expected["color"]) > 0.1, "an empty picture proves nothing"
     again = run(outputs, backend)
     for name in got:
@@ -147,7 +150,7 @@ def test_blend_equation(equation: str, backend_name: str) -> None:
 
 @pytest.mark.parametrize(("format", "quantum"), [("rgba8", 2 / 255), ("rgba16f", 2.0**-10), ("rgba16", 2 / 65535)])
 def test_blend_into_format(format: str, quantum: float, backend_name: str) -> None:
-    """Blending quantises after each triangle: a rounding that falls the other way is one step, and may meet a second."""
+    """Blending quantises after each triangle: a rounding that falls the other way is a step, and may meet a second."""
     outputs = draw_twice("over", blend="alpha", format=format, mesh=soup(6, 3))
     assert_agree(outputs, backend_name, quantum)
 
@@ -191,7 +194,13 @@ def test_depth_only(backend_name: str) -> None:
 
 def test_every_pixel_of_a_quad_is_hit_once(backend_name: str) -> None:
     """Two triangles that share an edge, added: 1 everywhere, not 0 and not 2."""
-    seam = pg.draw(quad(), vertex=stage("place"), fragment=stage("paint"), into=pg.target("color", "rgba32f"), blend="add")
+    seam = pg.draw(
+        quad(),
+        vertex=stage("place"),
+        fragment=stage("paint"),
+        into=pg.target("color", "rgba32f"),
+        blend="add",
+    )
     np.testing.assert_array_equal(run({"color": seam}, backend_name)["color"], 1.0)
 
 
@@ -221,7 +230,12 @@ def test_degenerate_triangles_draw_nothing(backend_name: str) -> None:
 
 @pytest.mark.parametrize("size", [(1, 1), (1, 7), (65, 1), (64, 64), (129, 3)])
 def test_any_size(size: tuple[int, int], backend_name: str) -> None:
-    out = pg.draw(quad(color=(1, 0.5, 0.25, 1)), vertex=stage("place"), fragment=stage("paint"), into=pg.target("color", "rgba32f"))
+    out = pg.draw(
+        quad(color=(1, 0.5, 0.25, 1)),
+        vertex=stage("place"),
+        fragment=stage("paint"),
+        into=pg.target("color", "rgba32f"),
+    )
     with pg.compile(out, backend=backend_name, size=size) as program:
         picture = program()["color"]
     assert picture.shape == (size[1], size[0], 4)

@@ -12,13 +12,35 @@ import passgraph as pg
 from passgraph.language.operations import OPERATIONS, Operation
 
 #: Zeros, ones, halves, range ends, tiny and huge numbers of either sign, then ordinary ones.
-SPECIAL = [0.0, 1.0, 0.5, 1.5, 2.5, 3.5, 1e-3, 1e-20, 1.17549435e-38, 1e20, 3e38, 0.1, 0.3, 0.7, 2.0, 3.0, 7.0, 100.0, 255.0, 8191.0]
+SPECIAL = [
+    0.0,
+    1.0,
+    0.5,
+    1.5,
+    2.5,
+    3.5,
+    1e-3,
+    1e-20,
+    1.17549435e-38,
+    1e20,
+    3e38,
+    0.1,
+    0.3,
+    0.7,
+    2.0,
+    3.0,
+    7.0,
+    100.0,
+    255.0,
+    8191.0,
+]
 NOT_FINITE = [np.inf, -np.inf, np.nan]
 #: Below this results may be flushed to zero (denormals).
 SMALLEST_NORMAL = 2.0**-126
 
 INFIX = {
-    "add": "+", "sub": "-", "mul": "*", "div": "/", "floor_divide": "//", "float_floor_divide": "//", "int_mod": "%", "mod": "%",
+    "add": "+", "sub": "-", "mul": "*", "div": "/", "floor_divide": "//", "float_floor_divide": "//",
+    "int_mod": "%", "mod": "%",
     "less": "<", "less_equal": "<=", "greater": ">", "greater_equal": ">=", "equal": "==", "not_equal": "!=",
     "logical_and": "and", "logical_or": "or", "bit_and": "&", "bit_or": "|", "bit_xor": "^",
     "shift_left": "<<", "shift_right": ">>",
@@ -29,7 +51,8 @@ PREFIX = {"neg": "-{0}", "logical_not": "not {0}", "bit_not": "~{0}", "to_float"
 #: Documented domains: (operand index, low, high).
 DOMAINS: dict[str, list[tuple[int, float, float]]] = {
     "sqrt": [(0, 0, 3.4e38)], "inversesqrt": [(0, 1e-37, 3.4e38)], "log": [(0, 0, 3.4e38)], "log2": [(0, 0, 3.4e38)],
-    "sin": [(0, -8192, 8192)], "cos": [(0, -8192, 8192)], "tan": [(0, -8192, 8192)], "asin": [(0, -1, 1)], "acos": [(0, -1, 1)],
+    "sin": [(0, -8192, 8192)], "cos": [(0, -8192, 8192)], "tan": [(0, -8192, 8192)],
+    "asin": [(0, -1, 1)], "acos": [(0, -1, 1)],
     "pow": [(0, 0, 3.4e38)], "div": [(1, 2**-126, 2**126)],
 }  # fmt: skip
 #: Operations that divide, whose bound is stated away from quotients that round to a neighbouring whole number.
@@ -134,10 +157,17 @@ def terms(row: Operation, a: np.ndarray, b: np.ndarray, expected: np.ndarray) ->
 
 
 def check(row: Operation, text: str, backend: str, a: np.ndarray, b: np.ndarray, inside: np.ndarray) -> None:
-    expected, got = run(text, "reference", a, b).astype(np.float64), run(text, backend, a, b).astype(np.float64)
+    expected, got = (
+        run(text, "reference", a, b).astype(np.float64),
+        run(text, backend, a, b).astype(np.float64),
+    )
     with np.errstate(all="ignore"):
         error = np.abs(got - expected)
-        agree = (got == expected) | (np.isnan(got) & np.isnan(expected)) | (error <= distance_bound(terms(row, a, b, expected), row))
+        agree = (
+            (got == expected)
+            | (np.isnan(got) & np.isnan(expected))
+            | (error <= distance_bound(terms(row, a, b, expected), row))
+        )
         # A result within its bound of the largest float may overflow.
         huge = np.abs(expected) > 3.4e38
     agree |= huge & (np.abs(got) > 3.4e38)
@@ -157,7 +187,16 @@ def test_scalar_operation_is_within_its_bound(row: Operation, backend_name: str)
     special = ~(np.isfinite(a[..., 0]) & np.isfinite(b[..., 0]))
     # NaN into min, max and what is built on them is a checked condition of the language, not a value.
     inside = in_domain(row, a, b)
-    if row.name in ("mod", "float_floor_divide", "smoothstep", "mix", "atan2", "pow", "fract", "floor_divide"):
+    if row.name in (
+        "mod",
+        "float_floor_divide",
+        "smoothstep",
+        "mix",
+        "atan2",
+        "pow",
+        "fract",
+        "floor_divide",
+    ):
         inside &= ~special
     check(row, scalar_kernel(row), backend_name, a, b, inside)
 

@@ -27,9 +27,7 @@ def floor(half: float = 4.0, **options: Any) -> pg.Node:
 
 def cube(at: Sequence[float] = (0.0, 0.0, 0.0), size: float = 1.0, **options: Any) -> pg.Node:
     """A cube that stands with its middle at ``at``."""
-    return pg.Node(
-        box(size), pg.Material("grey", (0.5, 0.5, 0.5, 1)), translation(at), name="cube", **options
-    )
+    return pg.Node(box(size), pg.Material("grey", (0.5, 0.5, 0.5, 1)), translation(at), name="cube", **options)
 
 
 def from_above(height: float = 8.0, x: float = 0.5) -> pg.Camera:

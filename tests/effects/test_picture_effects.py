@@ -31,9 +31,7 @@ def test_black_and_white_is_the_weighted_sum_and_keeps_alpha() -> None:
 
 
 def test_black_and_white_of_white_is_white() -> None:
-    assert run(black_and_white(FRAME), frame=np.ones((1, 1, 4), np.float32))[0, 0].tolist() == pytest.approx(
-        [1.0] * 4
-    )
+    assert run(black_and_white(FRAME), frame=np.ones((1, 1, 4), np.float32))[0, 0].tolist() == pytest.approx([1.0] * 4)
 
 
 @pytest.mark.parametrize("curve", ["linear", "reinhard", "hable", "aces"])
@@ -108,9 +106,7 @@ def test_depth_aware_blur_blurs_a_slanted_plane_as_an_upright_one() -> None:
     step = (np.arange(24) < 12).astype(np.float32)
     mask = np.tile(step, (16, 1))
     upright = np.full((16, 24), 5.0, np.float32)
-    slanted = np.tile(
-        (1.0 / np.linspace(0.1, 0.5, 24)).astype(np.float32), (16, 1)
-    )  # a plane: 1 / depth is linear
+    slanted = np.tile((1.0 / np.linspace(0.1, 0.5, 24)).astype(np.float32), (16, 1))  # a plane: 1 / depth is linear
     made = depth_aware_blur(pg.Input("mask"), pg.Input("depth"), 5, 0.02)
     flat = run(made, mask=mask, depth=upright)[:, :, 0]
     steep = run(made, mask=mask, depth=slanted)[:, :, 0]

@@ -111,9 +111,7 @@ def _card() -> pg.Node:
 
 
 @pytest.mark.parametrize("elevation", [10.0, 45.0, 80.0])
-@pytest.mark.parametrize(
-    ("node", "foot", "gap_texels"), [(cube(), 0.5, 0.0), (_card(), 0.0, 3.0)], ids=["box", "card"]
-)
+@pytest.mark.parametrize(("node", "foot", "gap_texels"), [(cube(), 0.5, 0.0), (_card(), 0.0, 3.0)], ids=["box", "card"])
 def test_no_light_shines_through_under_what_stands_on_the_floor(
     node: pg.Node, foot: float, gap_texels: float, elevation: float
 ) -> None:
@@ -260,9 +258,7 @@ def test_a_node_can_refuse_shadows() -> None:
 def test_cut_out_casters_let_light_through_their_holes() -> None:
     pixels = np.full((8, 8, 4), 255, np.uint8)
     pixels[:, 4:, 3] = 0
-    material = pg.Material(
-        "half", (1, 1, 1, 1), pg.Texture.make(pixels), alpha_mode="mask", double_sided=True
-    )
+    material = pg.Material("half", (1, 1, 1, 1), pg.Texture.make(pixels), alpha_mode="mask", double_sided=True)
     corners = np.array([[-1, 0, 1], [1, 0, 1], [1, 0, -1], [-1, 0, -1.0]]) * 0.5
     mesh = pg.Mesh.make(corners, [[0, 1, 2], [0, 2, 3]], uvs=[[0, 1], [1, 1], [1, 0], [0, 0]])
     sheet = pg.Node(mesh, material, translation((0, 1, 0)), "sheet")

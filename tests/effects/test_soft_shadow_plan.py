@@ -89,9 +89,7 @@ def test_untextured_nodes_are_one_draw_without_texture_code() -> None:
 
 def _textured(**maps: pg.Texture) -> pg.Scene:
     node = NODES[0]
-    mesh = pg.Mesh.make(
-        node.mesh.positions, node.mesh.triangles, node.mesh.normals, [[0, 1], [1, 1], [1, 0], [0, 0]]
-    )
+    mesh = pg.Mesh.make(node.mesh.positions, node.mesh.triangles, node.mesh.normals, [[0, 1], [1, 1], [1, 0], [0, 0]])
     return pg.Scene((pg.Node(mesh, pg.Material("tiles", (1, 1, 1, 1), **maps)), cube()), CAMERA, (sun(),))  # type: ignore[arg-type]
 
 
@@ -115,9 +113,7 @@ def test_maps_that_are_not_there_are_not_read() -> None:
 def test_flat_normal_and_height_maps_change_nothing() -> None:
     flat = _textured(normal_texture=_texture((128, 128, 255)), height_texture=_texture((255, 255, 255)))
     plain = pg.Scene((pg.Node(NODES[0].mesh, pg.Material("tiles", (1, 1, 1, 1))), cube()), CAMERA, (sun(),))
-    made = [
-        render(soft_shadow(s, map_size=64, softness=0.0, display=False))["soft_shadow"] for s in (flat, plain)
-    ]
+    made = [render(soft_shadow(s, map_size=64, softness=0.0, display=False))["soft_shadow"] for s in (flat, plain)]
     # 128 / 255 is not exactly one half
     np.testing.assert_allclose(made[0], made[1], atol=6e-3)
 
@@ -138,8 +134,6 @@ def test_fused_and_unfused_plans_agree() -> None:
     picture = soft_shadow(scene, map_size=64)
     results = []
     for fuse in (True, False):
-        with pg.compile(
-            picture, backend="reference", size=(48, 27), options=pg.Options(fuse=fuse)
-        ) as program:
+        with pg.compile(picture, backend="reference", size=(48, 27), options=pg.Options(fuse=fuse)) as program:
             results.append(program()["picture"])
     np.testing.assert_array_equal(results[0], results[1])

@@ -52,16 +52,12 @@ COMPUTE: dict[str, Callable[..., Lanes]] = {
 class Evaluator:
     """One run of a program over ``lanes`` pixels."""
 
-    def __init__(
-        self, program: s.ScalarProgram, lanes: int, fetch: Fetch | None = None, **blocks: Lanes
-    ) -> None:
+    def __init__(self, program: s.ScalarProgram, lanes: int, fetch: Fetch | None = None, **blocks: Lanes) -> None:
         self.program, self.lanes, self.fetch, self.blocks = program, lanes, fetch, blocks
         self.values: dict[int, Lanes] = {}
         self.variables = {name: np.zeros(lanes, DTYPES[type_]) for name, type_ in program.variables}
         self.tables = {n: np.array(v, DTYPES[t]) for n, t, v in program.tables}
-        self.jumps: list[
-            list[Lanes]
-        ] = []  # of each loop around: lanes that left it, lanes that left this trip
+        self.jumps: list[list[Lanes]] = []  # of each loop around: lanes that left it, lanes that left this trip
         with np.errstate(all="ignore"):
             self.block(program.body, np.ones(lanes, bool))
 

@@ -17,9 +17,7 @@ Column = NDArray[Any]
 
 def parsed(body: str, result: str = "float", before: str = "", parameters: str = "c: Image") -> PixelKernel:
     """A kernel ``k`` around some lines; ``x y z w`` are the channels of its image."""
-    names = (
-        "    x, y, z, w = c[0, 0].x, c[0, 0].y, c[0, 0].z, c[0, 0].w\n" if parameters == "c: Image" else ""
-    )
+    names = "    x, y, z, w = c[0, 0].x, c[0, 0].y, c[0, 0].z, c[0, 0].w\n" if parameters == "c: Image" else ""
     lines = "\n".join("    " + line for line in body.splitlines())
     return kernel(source=f"{before}\n\ndef k({parameters}) -> {result}:\n{names}{lines}\n", name="k")
 

@@ -62,9 +62,7 @@ HOSTILE = {
     "a million characters": body("return x  #" + "a" * 1_000_000),
     "a long line": body("return " + " + ".join(["x"] * 10_000)),
     "many lines": body("\n    ".join(["x = x + 1.0"] * 15_000) + "\n    return x"),
-    "many lines with wide letters": body(
-        "\n    ".join(["x = x + 1.0  # é日本語"] * 8_000) + "\n    return x"
-    ),
+    "many lines with wide letters": body("\n    ".join(["x = x + 1.0  # é日本語"] * 8_000) + "\n    return x"),
     "a long integer": body("return x + " + "9" * 100_000),
     "a long hexadecimal integer": body("return x + 0x" + "f" * 9_000),
     "a huge integer": body("return x + " + str(2**4000)),
@@ -94,9 +92,7 @@ HOSTILE = {
         "def f(x: float) -> float: return g(x)\ndef g(x: float) -> float: return f(x)\n" + body("return f(x)")
     ),
     "splats of splats": body(f"return {WIDE}"),
-    "selects of selects": body(
-        "v = vec4(x)\n    return " + "select(less(v, v), v, " * 60 + "v" + ")" * 60 + ".x"
-    ),
+    "selects of selects": body("v = vec4(x)\n    return " + "select(less(v, v), v, " * 60 + "v" + ")" * 60 + ".x"),
     "conversions of conversions": body("return " + "float(int(" * 60 + "x" + "))" * 60),
     "vector conversions": body("v = vec4(x)\n    return " + "vec4(ivec4(" * 60 + "v" + "))" * 60 + ".x"),
     "matrix sums": body("m = mat4(x)\n    return (" + "(" * 60 + "m" + " + m)" * 60 + ")[0].x"),
@@ -119,12 +115,8 @@ HOSTILE = {
     "a null": "def k(c: Image) -> float:\0 return 1.0",
     "a surrogate": "def k(c: Image) -> float: return 1.0  # \udcff",
     "many parameters": "def k(" + ", ".join(f"p{n}: mat4" for n in range(5000)) + ") -> float: return 1.0",
-    "dead branches": body(
-        "\n    ".join(f"if x > {n}.0: x = x + 1.0" for n in range(3000)) + "\n    return x"
-    ),
-    "returns in branches": body(
-        "\n    ".join(f"if x > {n}.0: return x" for n in range(3000)) + "\n    return x"
-    ),
+    "dead branches": body("\n    ".join(f"if x > {n}.0: x = x + 1.0" for n in range(3000)) + "\n    return x"),
+    "returns in branches": body("\n    ".join(f"if x > {n}.0: return x" for n in range(3000)) + "\n    return x"),
     "decorators": "@kernel(__import__('os').system('touch /tmp/passgraph-was-here'))\n" + body("return x"),
 }
 

@@ -236,8 +236,7 @@ def test_matrix_operations_agree_with_numpy(size: int) -> None:
     body = f"m = mat{size}({', '.join(numbers)})\n"
     wide = [c.astype(np.float64) for c in columns]
     flat = [
-        wide[(i * 7) % 4] * (((i * 5) % 7 - 3) / 4) + (3.0 if i % (size + 1) == 0 else 0.25)
-        for i in range(size**2)
+        wide[(i * 7) % 4] * (((i * 5) % 7 - 3) / 4) + (3.0 if i % (size + 1) == 0 else 0.25) for i in range(size**2)
     ]
     m = np.stack(flat, -1).reshape(-1, size, size)  # [lane, column, row]
     v = np.stack(wide[:size], -1)
@@ -368,10 +367,7 @@ def test_clamp_is_min_of_max_with_bounds_reversed_too() -> None:
 def test_ints_wrap_at_32_bits() -> None:
     """Sums, differences and products of every pair of hard ints, compared with Python's integers."""
     hard = [0, 1, -1, 2, 3, 7, 31, 32, 65535, 65536, 2**30, 2**31 - 1, -(2**31), -(2**31) + 1, 123456789]
-    a, b = (
-        np.array(v, np.int32).view(np.float32)
-        for v in zip(*[(p, q) for p in hard for q in hard], strict=True)
-    )
+    a, b = (np.array(v, np.int32).view(np.float32) for v in zip(*[(p, q) for p in hard for q in hard], strict=True))
 
     def wrap(v: int) -> int:
         return (v + 2**31) % 2**32 - 2**31

@@ -201,9 +201,7 @@ def test_lifetimes_reach_from_first_to_last_touch() -> None:
     made = plan(c, fuse=False)
     spans = {
         r.name: s
-        for r, s in zip(
-            made.resources, lifetimes(list(made.resources), list(made.steps)).values(), strict=True
-        )
+        for r, s in zip(made.resources, lifetimes(list(made.resources), list(made.steps)).values(), strict=True)
     }
     assert spans == {"frame": (0, 4), "a": (0, 3), "b": (1, 2), "between": (2, 3), "c": (0, 4)}
 
@@ -260,9 +258,7 @@ def test_only_one_format_and_size_shares() -> None:
 def test_outputs_inputs_and_history_keep_their_memory() -> None:
     spec = pg.target("first", "rgba32f")
     first = copy(frame, into=spec, name="first")
-    out = named(
-        left, named(left, named(add, first, pg.previous(spec), name="mixed"), name="more"), name="out"
-    )
+    out = named(left, named(left, named(add, first, pg.previous(spec), name="mixed"), name="more"), name="out")
     made = plan(out, first)
     for resource in made.resources:
         if resource.name in ("frame", "first", "previous first", "out"):

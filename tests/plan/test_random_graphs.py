@@ -93,9 +93,7 @@ class Growing:
         elif operation == "either":
             self.keep(either(a, b, flag, into=self.spec(size_a, format_), name=name), size_a)
         elif operation == "history":
-            last = (
-                pg.previous(a) if a.made_by is not None else pg.previous(spec := self.spec(size_a, format_))
-            )
+            last = pg.previous(a) if a.made_by is not None else pg.previous(spec := self.spec(size_a, format_))
             into = self.spec(size_a, format_) if a.made_by is not None else spec
             self.keep(add(b, last, into=into, name=name), size_a)
         elif operation == "gain":
@@ -114,9 +112,7 @@ class Growing:
                 size_a,
             )  # fmt: skip
         else:
-            self.keep(
-                {"copy": copy, "left": left}[operation](a, into=self.spec(size_a, format_), name=name), size_a
-            )
+            self.keep({"copy": copy, "left": left}[operation](a, into=self.spec(size_a, format_), name=name), size_a)
 
 
 OPERATIONS = (
@@ -233,9 +229,7 @@ def test_each_optimisation_off_equals_on(outputs: dict[str, Target]) -> None:
             found = run(outputs, backend, replace(pg.Options(), **{off: False}))
             for number, (one, other) in enumerate(zip(expected, found, strict=True)):
                 for name in one:
-                    assert np.array_equal(one[name], other[name], equal_nan=True), (
-                        f"{off} off, run {number}, {name}"
-                    )
+                    assert np.array_equal(one[name], other[name], equal_nan=True), f"{off} off, run {number}, {name}"
 
 
 @pytest.mark.slow

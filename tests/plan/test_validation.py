@@ -55,9 +55,7 @@ def test_an_output_that_is_no_target() -> None:
 def test_an_output_that_is_an_input_or_history() -> None:
     assert refusal(frame) == "output 'out0' is an input, which no pass computes; put a pass behind it"
     last = pg.previous(pg.target("t"))
-    assert (
-        refusal(last) == "output 'out0' is last frame's content, which no pass computes; put a pass behind it"
-    )
+    assert refusal(last) == "output 'out0' is last frame's content, which no pass computes; put a pass behind it"
 
 
 def test_a_cycle_is_named_pass_by_pass() -> None:
@@ -101,8 +99,7 @@ def test_two_values_of_one_name() -> None:
     first = scaled(frame, pg.Value("gain", float), into=pg.target("a"))
     second = scaled(first, pg.Value("gain", float, static=True), into=pg.target("b"), name="second")
     assert refusal(second) == (
-        "two different values are called 'gain' (one in pass 'second'); "
-        "use one handle, or give them two names"
+        "two different values are called 'gain' (one in pass 'second'); use one handle, or give them two names"
     )
     assert build({"x": scaled(scaled(frame, pg.Value("gain")), pg.Value("gain"), into=pg.target("y"))})
 
@@ -135,10 +132,7 @@ def test_a_size_taken_from_what_is_made_later() -> None:
     late = copy(frame, into=pg.target("late", "rgba32f"), name="later")
     early = fill(1.0, into=pg.target("early", like=late), name="sooner")
     text = refusal(early, size=(8, 4))
-    assert (
-        text
-        == "pass 'sooner' takes its size from 'late', which no pass before it makes; give that one a size"
-    )
+    assert text == "pass 'sooner' takes its size from 'late', which no pass before it makes; give that one a size"
 
 
 def test_a_target_too_large() -> None:
@@ -160,9 +154,7 @@ def test_history_that_nothing_writes() -> None:
 
 
 def test_compile_wants_what_passes_returned() -> None:
-    with pytest.raises(
-        pg.GraphError, match="compile takes targets that passes returned, got target 't' is declared"
-    ):
+    with pytest.raises(pg.GraphError, match="compile takes targets that passes returned, got target 't' is declared"):
         pg.compile(pg.target("t"), backend=NullBackend())  # type: ignore[arg-type]
     with pytest.raises(pg.GraphError, match="compile takes targets that passes returned, got 3"):
         pg.compile([3], backend=NullBackend())  # type: ignore[list-item]

@@ -1,0 +1,436 @@
+"""Every error of the language and the graph: what provokes it, where its caret stands, what it says.
+
+In kernel text ``«…»`` marks what the caret must point at.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from passgraph.draw_state import Blend, DrawState, Stencil
+from passgraph.drawing import draw
+from passgraph.formats import format_named
+from passgraph.graph import fragment, kernel, vertex
+from passgraph.language import symbols
+from passgraph.language.kernel import function, struct
+from passgraph.language.lower import Facts, lower
+from passgraph.language.source import source_from_text
+from passgraph.targets import Input, Value, previous, target
+
+HEAD = "def k(c: Image, n: int, v: vec3, m: mat3) -> float:\n    x = c[0, 0].x\n    "
+STRUCT = "class S:\n    a: float\n    b: vec3\n\n"
+HELPER = "def f(a: float, b: float = 1.0) -> float: return a + b\n\n"
+
+#: Lines of a pixel kernel and words of the message.
+BODIES: list[tuple[str, str]] = [
+    # names and values
+    ("return «y»", "name 'y' is not defined here; a kernel sees its parameters"),
+    ("return «dot»", "dot is a function; call it"),
+    ("return «vec3»", "vec3 is not a value"),
+    ("return «'a'»", "numbers and bools, not str"),
+    ("return x + «c»", "a value is expected here, got Image"),
+    ("return «lambda: 1.0»", "no lambda; write a @pg.function"),
+    ("return x if «v» else x", "a condition must be bool, got vec3; use any(...) or all(...)"),
+    ("return x if «n» else x", "compare it with something"),
+    ("return «x.y»", "float has no attribute 'y'"),
+    ("return «c.width»", "an Image has [dx, dy], .texel(ivec2), .sample(vec2) and .size, not .width"),
+    ("t = (x, x)\n    return «t.x»", "a tuple has no attributes; unpack it first"),
+    ("return «v.w»", "vec3 has no component 'w'"),
+    ("return «v.q1»", "swizzles use xyzw, rgba or stpq"),
+    ("return «v.xxxxx».x", "a swizzle has at most 4 letters"),
+    ("return x + «4294967296»", "does not fit 32 bits"),
+    ("return x + «1e39»", "does not fit float32"),
+    ("return x + «1j»", "numbers and bools, not complex"),
+    # operators
+    ("return («m**2»)[0].x", "** does not take mat3"),
+    ("return 1.0 if «x is x» else x", "no 'is' and no 'in'"),
+    ("return «x @ x»", "@ multiplies matrices, got float @ float"),
+    ("return («m % 2.0»)[0].x", "% does not take matrices"),
+    ("return («m + mat2(1.0)»)[0].x", "+ mixes mat3 and mat2"),
+    ("return («m + v»)[0].x", "+ does not take mat3 and vec3"),
+    ("return («m * vec2(x)»).x", "cannot multiply mat3 by vec2"),
+    ("return («v + vec2(x)»).x", "+ mixes vectors of 3 and 2 components"),
+    ("return «x + (x > 1.0)»", "+ takes numbers, got bool"),
+    ("return float(«x & 1»)", "an argument of & must be int, got float"),
+    ("return «sin(m)»[0].x", "sin() does not take mat3"),
+    ("return «dot(x, x)»", "dot() takes vectors, got float"),
+    ("return «cross(vec2(x), vec2(x))».x", "cross() is for vec3, got vec2"),
+    ("return «inverse(x)»", "inverse() takes a matrix, got float"),
+    ("return «refract(v, v, v)».x", "takes a scalar float here, got vec3"),
+    ("return «sin(x, x)»", "sin() takes 1 argument, got 2 (sine, radians"),
+    ("return «sin([x, x])»", "sin() does not take Array[float, 2]"),
+    # calls
+    ("return «x(1)»", "x is a value here, not a function"),
+    ("return «pi(1)»", "pi is not a function of the kernel language"),
+    ("return «sin(x)(x)»", "only named functions can be called"),
+    ("return «v.dot(v)»", "values have no methods; got .dot()"),
+    ("return «sin(x=x)»", "sin takes no keyword arguments"),
+    ("return «c.sample()».x", "an Image is read by"),
+    ("return «c.fetch(v)».x", "an Image is read by"),
+    ("return float(«range(3)»)", "range() belongs in a for statement"),
+    ("return «discard()»", "discard() is a statement"),
+    ("return sin(«*v»)", "no * arguments"),
+    ("return f(«*v»)", "the kernel language has no * arguments"),
+    ("return f(**«v»)", "no ** arguments"),
+    ("return float(«len(x)»)", "len() takes one array or vector"),
+    ("return «select(True, x)»", "select() takes a condition"),
+    ("return «select(True, [x], [x])»[0]", "select() takes scalars, vectors and matrices"),
+    ("return «select(x, x, x)»", "select() takes bool or a bvec first, got float"),
+    ("return «select(less(v, v), x, x)»", "select() takes 3 components on each side, got float"),
+    ("return «clamp(x, 2.0, 1.0)»", "bounds the wrong way round: 2.0 > 1.0"),
+    ("return «pixel(1)».x", "pixel() takes no arguments"),
+    ("return «fragment_depth()»", "exists in fragment kernels, not in a pixel kernel"),
+    ("return «f(x, x, x)»", "f takes 2 arguments, got 3"),
+    ("return «f(x, z=x)»", "f has no parameter 'z'; it has a, b"),
+    ("return «f(x, a=x)»", "f gets 'a' twice"),
+    ("return «f()»", "f needs a"),
+    ("return «f(v)»", "f(a) must be float, got vec3"),
+    ("return «f(c)»", "f(a) must be float, got Image"),
+    ("return «g(x)».x", "must be an Image, got float"),
+    ("return «h(x)»", "must be S, got float"),
+    # constructors, arrays, structs
+    ("return «float(v)»", "float() takes one scalar"),
+    ("return «vec3([x])».x", "vec3() does not take Array[float, 1]"),
+    ("return «vec3(x, x)».x", "vec3() takes 3 components, got 2"),
+    ("return «mat2(x, x)»[0].x", "mat2() takes 4 components (columns first), got 2"),
+    ("return «x[0]»", "float cannot be indexed"),
+    ("return «v[3]»", "index 3 is outside vec3 (0 to 2)"),
+    ("return «v[0:2]».x", "no slices; use a swizzle"),
+    ("return «v[1.5]»", "an index must be int, got float"),
+    ("return «c[0]».x", "an image takes two offsets in texels"),
+    ("return c[«0.5», 0].x", "a texel offset must be int, got float; narrowing is never silent: write int(...)"),
+    ("return «(x, x)[2]»", "a tuple of 2 takes a constant index in range"),
+    ("a = «[]»\n    return x", "an array needs at least one element"),
+    ("a = «[" + ", ".join(["x"] * 1025) + "]»\n    return x", "an array has at most 1024 elements, got 1025"),
+    ("a = «[[x]]»\n    return x", "array elements are scalars, vectors or matrices"),
+    ("a = «[x] * n»\n    return x", "[value] * n needs a whole constant n >= 1"),
+    ("a = «[x] * 2000»\n    return x", "an array has at most 1024 elements, got 2000"),
+    ("return «[x, v]»[0]", "the elements of an array must have one type, got float and vec3"),
+    ("s = S(x, v)\n    return «s.c»", "S has no field 'c'; it has a, b"),
+    ("s = S(x, v)\n    return «s[0]»", "S is read by field, not by index"),
+    ("s = «S(x, v, x)»\n    return x", "S has 2 fields, got 3 values"),
+    ("s = «S(x, v, a=x)»\n    return x", "S has no field 'a' left to set"),
+    ("s = «S(x)»\n    return x", "S needs a value for field 'b'"),
+    (
+        "return («S(x, v) if x > 1.0 else x»).a",
+        "both sides of a conditional must have one type, got S and float",
+    ),
+    ("return («[x] if x > 1.0 else [x]»)[0]", "cannot choose between values of type Array[float, 1]"),
+    ("return «v if x > 1.0 else x»", "both sides of a conditional must have one type, got vec3 and float"),
+    # assignments
+    ("«d = c»\n    return x", "an Image cannot be given another name"),
+    ("«a = b = x»\n    return x", "one assignment a line"),
+    ("«a: Image = c»\n    return x", "a variable is a scalar, vector, matrix, array or struct"),
+    ("«a: float»\n    return x", "a typed variable is written name: type = value"),
+    ("«a, b = x»\n    return x", "cannot unpack float into 2 names"),
+    ("«a, *b = x, x»\n    return x", "this cannot be assigned to"),
+    ("t = (x, x)\n    «t[0] = x»\n    return x", "a kernel writes to its result, not to tuple"),
+    ("«x = v»\n    return x", "'x' must be float, got vec3"),
+    ("for i in range(3):\n        «i = 2»\n    return x", "'i' is a loop index and cannot be assigned to"),
+    ("a = v\n    «a.xx = v.xy»\n    return x", ".xx names a component twice"),
+    ("a = x\n    «a.y = x»\n    return x", "float has no attribute 'y'"),
+    ("a = v\n    «a.x = S(x, v)»\n    return x", "cannot assign S to a part of a value"),
+    ("s = S(x, v)\n    «s.c = x»\n    return x", "s.c cannot be assigned to"),
+    ("«sin(v).x = x»\n    return x", "only variables can be assigned to"),
+    ("«V.x = x»\n    return x", "'V' is not a variable of this kernel"),
+    # statements
+    ("return «a»\n    a = x", "'a' may not have a value here"),
+    ("if x > 1.0:\n        a = x\n    return «a»", "'a' may not have a value here; give it one before the branch"),
+    ("for i in range(2):\n        x = x + 1.0\n    else:\n        «x = 1.0»\n    return x", "no for ... else"),
+    ("for «i, j» in range(2): x = x + 1.0\n    return x", "a for loop has one index"),
+    ("for i in range(2):\n        for «i» in range(2): x = x + 1.0\n    return x", "is the index of a loop around"),
+    ("a = x\n    for «a» in range(2): x = x + 1.0\n    return x", "'a' is float already"),
+    ("for i in «v»: x = x + 1.0\n    return x", "a for loop runs over range(...)"),
+    ("for i in «range()»: x = x + 1.0\n    return x", "range() takes 1 to 3 whole numbers"),
+    ("for i in range(«x»): x = x + 1.0\n    return x", "a bound of range() must be int, got float"),
+    ("«return»", "k must return float"),
+    ("«break»\n    return x", "break and continue belong inside a for loop"),
+    ("«discard()»\n    return x", "discard() exists in fragment kernels, not in a pixel kernel"),
+    ("«discard(x)»\n    return x", "discard() takes no arguments"),
+    ("«sin(x)»\n    return x", "this value is not used; a kernel has no side effects"),
+    ("«while x > 1.0: x = x - 1.0»\n    return x", "no while; write for i in range(bound) with a break"),
+    # found when the graph is compiled
+    ("for i in «range(0, 9, 0)»: x = x + 1.0\n    return x", "the step of range() is 0"),
+    ("for i in «range(100000)»: x = x + 1.0\n    return x", "this loop makes 100000 trips; at most 65536"),
+    ("for i in range(300):\n        for j in «range(300)»: x = x + 1.0\n    return x", "trips inside loops of 300"),
+    ("for i in «range(n)»: x = x + 1.0\n    return x", "a loop bound must be known when the graph is compiled"),
+    ("return «c[n, 0]».x", "a texel offset must be a constant or bounded by a loop"),
+]
+_DEEP = "1.0 + (" * 45 + "{}" + ")" * 45
+#: Whole texts, the kernel last.
+TEXTS: list[tuple[str, str]] = [
+    ("def k(«c») -> float: return 1.0", "parameter 'c' needs a type, for example c: float"),
+    ("«def k(c: Image): return 1.0»", "k needs a return type, for example -> vec4"),
+    ("«def k(*c: Image) -> float: return 1.0»", "k takes *args or **kwargs"),
+    ("def k(c: Image) -> «None»: return 1.0", "a kernel must return something"),
+    ("def k(c: Image) -> «Image»: return c", "k cannot return an Image"),
+    ("def k(c: Image) -> «Const[float]»: return 1.0", "k cannot return Const"),
+    ("def k(c: Image) -> «tuple[Image, float]»: return c, 1.0", "a tuple cannot hold an Image"),
+    ("def k(c: «sin») -> float: return 1.0", "sin is not a type of the kernel language; it has bool"),
+    ("def k(c: «'1 +'») -> float: return 1.0", "annotation '1 +' is not a type"),
+    ("def k(c: «int[3]») -> float: return 1.0", "only Const[T], Array[T, n] and tuple[...] take brackets"),
+    ("def k(c: «Array[float]») -> float: return 1.0", "an array is written Array[element, length]"),
+    ("def k(c: «Array[Image, 3]») -> float: return 1.0", "array elements are scalars, vectors or matrices, got Image"),
+    ("def k(c: «Array[float, 0]») -> float: return 1.0", "array length must be a whole number from 1 to 1024, got 0"),
+    ("def k(c: «1 + 2») -> float: return 1.0", "a name is expected here"),
+    ("def k(«c: tuple[float, float]») -> float: return 1.0", "a parameter cannot be a tuple"),
+    ("def k(«c: Const[mat2]») -> float: return 1.0", "Const parameters are scalars or vectors, got mat2"),
+    ("def k(c: Image = «1») -> float: return 1.0", "of type Image cannot have a default"),
+    ("def k(a: float = «abs») -> float: return 1.0", "a constant is expected here"),
+    ("def k(a: float = «1 / 0») -> float: return 1.0", "division by zero in a constant"),
+    ("def k(a: float = «float(1, 2)») -> float: return 1.0", "float takes one number"),
+    ("def k(a: vec3 = «vec3(1, 2)») -> float: return 1.0", "vec3 takes 3 numbers, got 2"),
+    ("def k(a: vec3 = «(1, 2)») -> float: return 1.0", "default of a must be vec3 (3 numbers), got (1, 2)"),
+    ("def k(a: vec3 = «((1, 2), 3)») -> float: return 1.0", "default of a must be vec3 (3 numbers)"),
+    ("def k(a: int = «1.5») -> float: return 1.0", "default of a must be int, got floats; convert them first"),
+    ("def k(a: int = «'a'») -> float: return 1.0", "a str is not a number of the kernel language"),
+    ("«class S:»\n    pass\ndef k(s: S) -> float: return 1.0", "struct S has no fields"),
+    ("«class S(T):»\n    a: float\ndef k(s: S) -> float: return 1.0", "struct S has a base class"),
+    ("class S:\n    «a = 1»\ndef k(s: S) -> float: return 1.0", "struct S holds typed fields only"),
+    ("class S:\n    «a: Image»\ndef k(s: S) -> float: return 1.0", "a struct field cannot be Image"),
+    ("class S:\n    a: int\n    «a: float»\ndef k(s: S) -> float: return 1.0", "struct S has two fields 'a'"),
+    (
+        "class S:\n" + "".join(f"    a{n}: float\n" for n in range(256)) + "«class T:»\n    a: S\n    b: S\n"
+        "def k(s: T) -> float: return 1.0",
+        "struct T has 512 fields, nested ones too; at most 256",
+    ),
+    ("«import os»\ndef k(c: Image) -> float: return 1.0", "kernel text cannot import os"),
+    ("«from os import path»\ndef k(c: Image) -> float: return 1.0", "kernel text cannot import os"),
+    ("«print(1)»\ndef k(c: Image) -> float: return 1.0", "kernel text holds functions, structs and named numbers only"),
+    ("import passgraph as pg\ndef k(c: Image) -> float: return «pg.os»", "module passgraph has no 'os'"),
+    ("import passgraph as pg\ndef k(c: Image) -> float: return «pg.__dict__»", "is a dict, which kernels cannot use"),
+    ("W = ((1, 2), (3,))\ndef k(c: Image) -> float: return «W»[0]", "W must hold numbers of one type"),
+    ("W = (((1, 2),), ((3, 4),))\ndef k(c: Image) -> float: return «W»[0]", "W has shape (2, 1, 2); kernels capture"),
+    (
+        "W = (" + "1, " * 1025 + ")\ndef k(c: Image) -> float: return «W»[0]",
+        "W has 1025 entries; kernels capture at most",
+    ),
+    ("«def k(c: Image) -> float:»\n    if c[0, 0].x > 1.0: return 1.0", "k may end without returning float"),
+    ("«def k(c: Image) -> int: return 1»", "the result of k must be float or a float vector, as targets hold; got int"),
+    ("«def k(c: Image) -> tuple[float, int]: return 1.0, 1»", "result 1 of k must be float or a float vector"),
+    ("def k(c: Image) -> vec4:\n    «return 1.0»", "the result of k must be vec4, got float"),
+    ("def k(c: Image) -> tuple[float, float]:\n    «return 1.0»", "must be tuple[float, float], got float"),
+    (
+        "def f(c: Image) -> float:\n    c = 1.0\n    return c\ndef k(c: Image) -> float: return «f(c)»",
+        "parameter 'c' is an Image and cannot be assigned to",
+    ),
+    ("def f(a: float) -> float: return «f(a)»\ndef k(c: Image) -> float: return f(1.0)", "f calls itself"),
+    (
+        "def f0(a: float) -> float: return a\n"
+        + "".join(
+            f"def f{n + 1}(a: float) -> float: return {'«' if n == 9 else ''}f{n}(a){'»' if n == 9 else ''}\n"
+            for n in range(40)
+        )
+        + "def k(c: Image) -> float: return f40(1.0)",
+        "calls nest deeper than 32",
+    ),
+    (
+        "def f0(a: float) -> float: return a\n"
+        + "".join(f"def f{n + 1}(a: float) -> float: return {_DEEP.format(f'f{n}(a)')}\n" for n in range(30))
+        + "«def k(c: Image) -> float: return f30(1.0)»",
+        "k nests too deeply (calls, branches and expressions together)",
+    ),
+    (
+        "def k(«v: Vertex») -> float: return 1.0",
+        "a pixel kernel has no vertex; only @pg.vertex kernels take one",
+    ),
+    (
+        "def k(«n: Const[int]») -> float:\n    x = 1.0\n    for i in range(n): x = x + 1.0\n    return x",
+        "Const parameter 'n' of k has no value",
+    ),
+    ("def k(c: Image) -> float: return 1.0 +«»", "this is not Python"),
+    (
+        "def k(c: Image) -> float: return " + "«1.0»" + " + 1.0" * 300,
+        "this nests deeper than 200; give parts of it names",
+    ),
+]
+
+VARYING = "class P:\n    position: vec4\n    normal: vec3\n\n"
+#: Stage, whole text, words.
+STAGES: list[tuple[Callable[..., Any], str, str]] = [
+    (
+        vertex,
+        "«def k(v: Vertex) -> vec4: return vec4(1.0)»",
+        "a vertex kernel returns a @pg.struct whose field position",
+    ),
+    (
+        vertex,
+        "class P:\n    position: vec4\n    i: int\n\n«def k(v: Vertex) -> P: return P(vec4(1.0), 1)»",
+        "varyings are floats and float vectors; i of P is not",
+    ),
+    (
+        vertex,
+        VARYING + "def k(v: Vertex, «c: Image») -> P: return P(vec4(1.0), v.normal)",
+        "vertex kernels read no images",
+    ),
+    (
+        fragment,
+        VARYING + "def k(p: P, «q: P») -> vec4: return p.position",
+        "the varyings are a fragment kernel's first parameter",
+    ),
+    (fragment, VARYING + "def k(p: P, c: Image) -> vec4: return «c[0, 0]»", "in a fragment kernel use .texel()"),
+    (
+        fragment,
+        VARYING + "def f(a: float) -> float:\n    «discard()»\n    return a\ndef k(p: P) -> float: return f(1.0)",
+        "discard() belongs in the fragment kernel itself",
+    ),
+    (
+        vertex,
+        VARYING + "def k(v: Vertex) -> P:\n    «discard()»\n    return P(vec4(1.0), v.normal)",
+        "not in a vertex kernel",
+    ),
+]
+
+
+class Mesh:
+    """A triangle."""
+
+    def __init__(self, positions: Any = ((0, 0, 0), (1, 0, 0), (0, 1, 0)), triangles: Any = ((0, 1, 2),)) -> None:
+        self.positions = np.array(positions, np.float32)
+        self.triangles = np.array(triangles, np.int32)
+
+
+INVERT = kernel(source="def invert(c: Image, gain: float = 1.0) -> vec4: return gain - c[0, 0]")
+TWO = kernel(source="def two(c: Image) -> tuple[vec4, vec4]: return c[0, 0], c[0, 0]")
+TAPS = kernel(source="def taps(c: Image, n: Const[int]) -> vec4: return c[0, 0] * float(n)")
+LIGHT = kernel(source=STRUCT + "def light(c: Image, s: S) -> vec4: return c[0, 0] * s.a")
+PLACE = vertex(source=VARYING + "def place(v: Vertex) -> P: return P(vec4(v.position, 1.0), v.normal)")
+PAINT = fragment(source=VARYING + "def paint(p: P) -> vec4: return vec4(p.normal, 1.0)")
+GLOW = fragment(source=VARYING + "def glow(p: P, gain: float, c: Image) -> vec4: return c.sample(vec2(gain))")
+OTHER = fragment(source="class Q:\n    glow: vec2\n\ndef other(q: Q) -> vec4: return q.glow.xyxy")
+FRAME, COLOR, DEPTH = Input("frame"), target("color"), target("depth", "depth32f")
+
+
+@function
+def halved(a: float) -> float:
+    return a / 2.0
+
+
+def drawn(**changed: Any) -> Any:
+    return draw(changed.pop("geometry", Mesh()), **{"vertex": PLACE, "fragment": PAINT, "into": COLOR, **changed})
+
+
+#: Python that provokes an error, and words of it.
+CALLS: list[tuple[Callable[[], Any], str]] = [
+    (lambda: kernel(3), "a kernel is made from a function, got int"),  # type: ignore[call-overload]
+    (lambda: kernel(), "from a function or from source=..., one of the two"),  # type: ignore[call-overload]
+    (lambda: kernel(lambda c: c), "a kernel is a def statement, not a lambda"),
+    (lambda: halved(1.0), "halved() is a function of the kernel language; kernels call it, Python does not"),
+    (lambda: struct(test_words), "@struct marks a class statement"),  # type: ignore[type-var]
+    (lambda: struct(type("Made", (), {})), "the source of Made cannot be found"),
+    (lambda: kernel(source="X = 1"), "no function is defined here; a kernel is written def name(...) -> vec4:"),
+    (lambda: kernel(source="def f() -> float: return 1.0", name="g"), "no function 'g' is defined here; there are f"),
+    (lambda: kernel(source=3), "kernel source must be str, got int"),  # type: ignore[call-overload]
+    (lambda: source_from_text("#" * 300_000), "kernel text has 300000 characters; at most 200000"),
+    (lambda: source_from_text("\n#" + "a" * 20_000), "<kernel text>:2: this line has 20001 characters; at most 10000"),
+    (lambda: kernel(source="x = " + "-" * 9000 + "1"), "kernel text cannot be parsed"),
+    (lambda: symbols.dot(1, 2), "dot() exists inside kernels only; on the host use numpy"),
+    (lambda: symbols.vec3(1, 2), "vec3 takes 3 numbers, got 2"),
+    (lambda: INVERT(FRAME, "a"), "gain must be float|parameter 'gain' must be float (1 numbers), got 'a'"),
+    (lambda: INVERT(FRAME, (1, 2)), "parameter 'gain' must be float (1 numbers), got (1, 2)"),
+    (lambda: TAPS(FRAME, 1.5), "parameter 'n' must be int, got floats (1.5); convert them first"),
+    (lambda: INVERT(FRAME, into=(COLOR, COLOR)), "returns 1 result(s), and pass 'invert' has 2 target(s)"),
+    (lambda: TWO(FRAME, into=(COLOR, COLOR)), "pass 'two' writes one target twice"),
+    (lambda: INVERT(FRAME, into=DEPTH), "cannot write depth target 'depth'; depth is written by draws"),
+    (lambda: INVERT(FRAME, into=target("t", "r8")), "kernel invert returns vec4, and target 't' has 1 channel(s) (r8)"),
+    (lambda: INVERT(FRAME, 1, 2), "kernel invert takes 2 arguments (c, gain), got 3"),
+    (lambda: INVERT(), "kernel invert needs c"),
+    (lambda: INVERT(COLOR), "target 'color' is declared but not written; pass what its pass returned"),
+    (lambda: INVERT(3), "'c' is an Image and takes a target or pg.Input(...), got int"),
+    (lambda: INVERT(FRAME, FRAME), "'gain' is float, got the target 'frame'; declare the parameter as Image"),
+    (lambda: INVERT(INVERT(FRAME, into=COLOR), into=COLOR), "pass 'invert' reads and writes one target"),
+    (
+        lambda: INVERT(FRAME, into=INVERT(FRAME)),
+        "writes every pixel of 'invert'; give a new pg.target(...), not a handle",
+    ),
+    (lambda: INVERT(FRAME, into=3), "pass 'invert' writes into pg.target(...), got int"),
+    (lambda: INVERT(FRAME, gian=2), "kernel invert has no parameter 'gian'; it has c, gain"),
+    (lambda: INVERT(FRAME, c=FRAME), "kernel invert gets 'c' twice"),
+    (lambda: LIGHT(FRAME, 3), "is S and needs a field 'a', which int lacks"),
+    (lambda: TAPS(FRAME, Value("n")), "is Const: it is baked when the graph is compiled and takes a number, got"),
+    (lambda: drawn(into=3), "draw 'paint' draws into pg.target(...) or a handle, got int"),
+    (lambda: drawn(geometry=Mesh(((0, 0),))), "positions must be (n, 3) and triangles (m, 3), got (1, 2) and (1, 3)"),
+    (lambda: drawn(geometry=Mesh(triangles=np.zeros((0, 3)))), "the mesh is empty (3 vertices, 0 triangles)"),
+    (
+        lambda: drawn(geometry=Mesh(((0, 0, 0), (0, np.nan, 0), (1, 1, 1)))),
+        "1 vertices are NaN or infinite, first vertex 1",
+    ),
+    (lambda: drawn(geometry=Mesh(triangles=((0, 1, 3),))), "a triangle names vertex 3; the mesh has 3"),
+    (
+        lambda: drawn(into=FRAME),
+        "cannot draw into 'frame', an input or last frame's content; copy it with a kernel first",
+    ),
+    (lambda: drawn(fragment=None, into=None), "draw 'place' has no target; give into= or depth="),
+    (lambda: drawn(depth=COLOR), "depth target 'color' is rgba16f; use depth32f or depth32f_stencil8"),
+    (
+        lambda: drawn(stencil=Stencil(), depth=DEPTH),
+        "tests the stencil and needs depth=pg.target(..., format='depth32f_stencil8')",
+    ),
+    (lambda: drawn(into=(COLOR, target("b"))), "the fragment kernel returns 1 result(s), and there are 2 target(s)"),
+    (
+        lambda: drawn(
+            fragment=fragment(source=VARYING + "def two(p: P) -> tuple[vec4, vec4]: return p.position, p.position"),
+            into=(COLOR, COLOR),
+        ),
+        "draw 'two' writes one target twice",
+    ),
+    (lambda: drawn(blend=("add", "add")), "draw 'paint' has 2 blends for 1 targets"),
+    (lambda: drawn(color_mask=(True, False)), "color_mask is four bools (red, green, blue, alpha)"),
+    (lambda: drawn(gain=1.0), "draw 'paint' has no parameter 'gain'; its kernels have none"),
+    (lambda: drawn(fragment=GLOW, gain=1.0), "fragment kernel glow needs c"),
+    (lambda: drawn(fragment=GLOW, gain=1.0, c=drawn()), "draw 'glow' reads and writes target 'color'"),
+    (lambda: drawn(vertex=PAINT), "needs a vertex kernel made with @pg.vertex, got"),
+    (lambda: drawn(fragment=OTHER), "takes glow: vec2, and vertex kernel place hands over nothing; use one struct"),
+    (
+        lambda: drawn(into=target("t", "rgba8_srgb"), blend="add"),
+        "is rgba8_srgb, which cannot be blended; use a linear format",
+    ),
+    (lambda: drawn(blend="addd"), "there is no blend 'addd'; there are add, alpha"),
+    (lambda: target(""), "a target needs a name, got ''"),
+    (lambda: target("t", size=(4, 4), scale=0.5), "target 't' has both a size and a scale; give one"),
+    (lambda: target("t", clear=(1.0, 2.0)), "target 't' (rgba16f) clears to 1 or 4 numbers, got 2"),
+    (lambda: target("t", size=(4.5, 4)), "target 't' needs a size (width, height) in whole pixels"),  # type: ignore[arg-type]
+    (lambda: Input("t", size=(0, 4)), "input 't' is 0x4 pixels; each side must be 1 to 32768"),
+    (lambda: target("t", scale=0.0), "target 't' has scale 0.0; it must be above 0 and at most 16"),
+    (lambda: FRAME.depth, "target 'frame' was not drawn with a depth target"),
+    (lambda: FRAME.border("black"), "there is no border rule 'black'; the rules are clamp, zero, repeat, mirror"),
+    (lambda: previous(FRAME), "input 'frame' has no history; keep a copy of it in a target"),
+    (lambda: Blend("two"), "blend source factor cannot be 'two'; it is one of zero, one"),
+    (lambda: DrawState(cull="both"), "cull cannot be 'both'; it is one of none, back, front"),
+    (lambda: Stencil(reference=256), "stencil reference is 256; it must be 0 to 255"),
+    (lambda: format_named("rgba8_srbg"), "there is no format 'rgba8_srbg'; did you mean 'rgba8_srgb'? Formats are r8"),
+    (lambda: format_named("x"), "there is no format 'x'. Formats are r8"),
+]
+
+
+def test_words() -> None:
+    """Stands in for something that is not a class."""
+
+
+#: Texts too large for a table: grown by functions, loops and branches.
+def grown(levels: int, first: str) -> str:
+    lines = [f"def f0(x: float) -> float: return {first}"]
+    lines += [f"def f{n + 1}(x: float) -> float: return f{n}(x) + f{n}(x + 1.0)" for n in range(levels)]
+    return "\n".join([*lines, f"def k(c: Image) -> float: return f{levels}(c[0, 0].x)"])
+
+
+def compiled(text: str, **facts: Any) -> Any:
+    return lower(kernel(source=text, name="k").program, Facts(**facts))
+
+
+CALLS += [
+    (lambda: compiled(grown(30, "x")), "the kernel grows past 20000 statements once its functions are inlined"),
+    (lambda: compiled(grown(10, "*".join(["x"] * 150))), "the kernel grows past 60000 expressions"),
+    (
+        lambda: compiled(
+            "def k(c: Image) -> float:\n    x = c[0, 0].x\n"
+            + "".join("    " * (n + 1) + f"for i{n} in range(2):\n" for n in range(15))
+            + "    " * 16
+            + "x = x * x + x\n    return x"
+        ),
+        "the kernel takes more than 300000 steps to compile; make loops shorter",
+    ),
+]
