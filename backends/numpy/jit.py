@@ -48,7 +48,9 @@ def dispatcher_class() -> type[Any]:
     3x3 neighbourhood runs at half the speed.  numba has the flag but no option for it, so the target options are
     swapped for a subclass that sets it; pinned by a test that looks for ``noalias`` in the compiled code.
     """
+    from numba.core.caching import FunctionCache
     from numba.core.cpu import CPUTargetOptions
+    from numba.core.runtime import rtsys
     from numba.core.registry import CPUDispatcher, CPUTarget, cpu_target
 
     class NoAliasOptions(CPUTargetOptions):  # type: ignore[misc]
@@ -68,8 +70,19 @@ def dispatcher_class() -> type[Any]:
         def target_context(self) -> Any:
             return cpu_target.target_context
 
+    class QuickCache(FunctionCache):
+        """Loads machine code without first loading numba's thousands of typing rules, which only compiling needs."""
+
+        def load_overload(self, sig: Any, target_context: Any) -> Any:
+            rtsys.initialize(target_context)
+            with self._guard_against_spurious_io_errors():
+                return self._load_overload(sig, target_context)
+
     class NoAliasDispatcher(CPUDispatcher):  # type: ignore[misc]
         targetdescr = NoAliasTarget("cpu")
+
+        def enable_caching(self) -> None:
+            self._cache = QuickCache(self.py_func)
 
     return NoAliasDispatcher
 

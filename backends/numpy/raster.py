@@ -50,7 +50,7 @@ class Raster:
         uniforms = Block(np.zeros(1, np.float32), np.zeros(1, np.int32))
         self._prepare(mesh)
         self._transform(mesh, uniforms)
-        self._assemble(mesh)
+        self._bin(self._assemble(mesh))
         self._mesh = None
         lists = np.zeros(1, np.int32)
         self.tile(

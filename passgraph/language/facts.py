@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from passgraph.language import ir
 from passgraph.language import scalar as s
@@ -84,7 +84,20 @@ class Shared:
             tuple((n, t) for n, t in self.emitter.variables.items() if n in names),
             tuple(self.slots.values()),
             tuple((n, t, v) for n, (t, v) in self.emitter.tables.items() if n in tables),
-            tuple(use for use in self.uses.values() if use.name in read),
+            tuple(self._live_use(use, used) for use in self.uses.values() if use.name in read),
             tuple((n, t) for n, t in self.emitter.builtins.items() if n in builtins),
             (program.source, *self.sources),
         )
+
+    def _live_use(self, use: s.ImageUse, used: list[s.Instruction]) -> s.ImageUse:
+        """What is left of an image's footprint when dead code has gone."""
+        live = s.ImageUse(use.name, use.channels)
+        for i in used:
+            if not (isinstance(i, s.LoadTexel) and i.image == use.name):
+                continue
+            x, y = self.emitter.range_of(i.x), self.emitter.range_of(i.y)
+            if i.relative and x is not None and y is not None:
+                live = live.reaching(x, y)
+            else:
+                live = replace(live, absolute=True)
+        return live

@@ -207,13 +207,13 @@ class Lowering:
         """Copy the body once a trip; give up after the first copy when all together would be too long."""
         e = self.emitter
         before, length, ids = dict(self.locals), len(e.blocks[-1]), e.ids
-        known, uses = dict(e.known[-1]), dict(self.shared.uses)
+        known = dict(e.known[-1])
         for count, i in enumerate(trips):
             self.locals[statement.name] = [s.Lit("int", i)]
             self.block(statement.body)
             grown = sum(1 for _ in s.walk(e.blocks[-1][length:])) if count == 0 else 0
             if grown * len(trips) > MAX_UNROLLED_INSTRUCTIONS:
-                self.locals, e.ids, e.known[-1], self.shared.uses = before, ids, known, uses
+                self.locals, e.ids, e.known[-1] = before, ids, known
                 del e.blocks[-1][length:]
                 return False
         return True
@@ -405,18 +405,10 @@ class Lowering:
 
     # Images
 
-    def _use(self, image: str, **changes: object) -> None:
-        facts = self._facts(image)
+    def _use(self, image: str) -> None:
+        """Note that an image is read; how far is seen when dead code has gone."""
         name = self.prefix + image
-        use = self.shared.uses.get(name, s.ImageUse(name, facts.channels))
-        x, y = changes.get("x"), changes.get("y")
-        if isinstance(x, tuple) and isinstance(y, tuple):
-            if use.relative:
-                x, y = (min(use.x[0], x[0]), max(use.x[1], x[1])), (min(use.y[0], y[0]), max(use.y[1], y[1]))
-            use = s.ImageUse(name, use.channels, x, y, True, use.absolute)
-        if changes.get("absolute"):
-            use = s.ImageUse(name, use.channels, use.x, use.y, use.relative, True)
-        self.shared.uses[name] = use
+        self.shared.uses.setdefault(name, s.ImageUse(name, self._facts(image).channels))
 
     def _texel(self, expression: ir.Texel) -> list[s.Operand]:
         facts = self._facts(expression.image)
@@ -431,9 +423,7 @@ class Lowering:
                     "a texel offset must be a constant or bounded by a loop, so that the footprint is known; "
                     "for offsets computed from data use image.texel(pixel() + offset)",
                 )
-            self._use(expression.image, x=ranges[0], y=ranges[1])
-        else:
-            self._use(expression.image, absolute=True)
+        self._use(expression.image)
         name = self.prefix + expression.image
         texel = self.emitter.texel(name, x, y, expression.relative, facts.border, facts.channels, expression.span)
         if facts.decode is not None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 from passgraph.language.source import NOWHERE, Span
@@ -162,6 +162,13 @@ class ImageUse:
     y: tuple[int, int] = (0, 0)
     relative: bool = False
     absolute: bool = False
+
+    def reaching(self, x: tuple[int, int], y: tuple[int, int]) -> ImageUse:
+        """The same use with these relative offsets read too."""
+        if self.relative:
+            x = min(self.x[0], x[0]), max(self.x[1], x[1])
+            y = min(self.y[0], y[0]), max(self.y[1], y[1])
+        return replace(self, x=x, y=y, relative=True)
 
     @property
     def pointwise(self) -> bool:

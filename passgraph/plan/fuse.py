@@ -23,15 +23,30 @@ def fuse(work: Work) -> None:
     if not work.options.fuse:
         return
     static = _static_passes(work)
+    lengths = {node: _length(lowered) for node, lowered in work.passes.items()}
+    grown: dict[Pass, Lowered] = {}
     # Producers first, so that a chain grows from its head.
     for consumer in list(work.passes.values()):
         if isinstance(consumer.node, PixelPass) and consumer.node in work.passes:
             for image, target in list(consumer.images.items()):
-                if image in consumer.images and _fusable(target, consumer, static, work):
+                if image in consumer.images and _fusable(target, consumer, static, lengths, work):
+                    assert target.made_by is not None
+                    lengths[consumer.node] += lengths[target.made_by]
+                    grown.pop(target.made_by, None)
+                    grown[consumer.node] = consumer
                     _fuse_into(consumer, target, work)
+    # Lowered once, when all that belongs inside is known.
+    for consumer in grown.values():
+        assert isinstance(consumer.node, PixelPass)
+        consumer.program = lower(consumer.node.kernel.program, consumer.facts)
+        consumer.images = {use.name: consumer.images[use.name] for use in consumer.program.images}
 
 
-def _fusable(target: Target, consumer: Lowered, static: set[Pass], work: Work) -> bool:
+def _length(lowered: Lowered) -> int:
+    return sum(1 for _ in walk(lowered.program.body)) if lowered.program is not None else 0
+
+
+def _fusable(target: Target, consumer: Lowered, static: set[Pass], lengths: dict[Pass, int], work: Work) -> bool:
     producer = work.passes.get(target.made_by) if target.made_by is not None else None
     if producer is None or not isinstance(producer.node, PixelPass) or producer.size != consumer.size:
         return False
@@ -51,8 +66,7 @@ def _fusable(target: Target, consumer: Lowered, static: set[Pass], work: Work) -
         return False  # also read by a pass that was fused into the consumer
     if any(not consumer.program.image(name).pointwise or reads_size(consumer.program, name) for name in names):
         return False
-    total = sum(1 for _ in walk(producer.program.body)) + sum(1 for _ in walk(consumer.program.body))
-    return total <= MAX_FUSED_INSTRUCTIONS
+    return lengths[producer.node] + lengths[consumer.node] <= MAX_FUSED_INSTRUCTIONS
 
 
 def _contents(lowered: Lowered) -> list[Target]:
@@ -89,8 +103,6 @@ def _fuse_into(consumer: Lowered, target: Target, work: Work) -> None:
     consumer.facts = replace(consumer.facts, images=images)
     consumer.images |= {_prefixed(prefix, n): t for n, t in producer.images.items()}
     consumer.values |= {_prefixed(prefix, n): v for n, v in producer.values.items()}
-    consumer.program = lower(consumer.node.kernel.program, consumer.facts)
-    consumer.images = {use.name: consumer.images[use.name] for use in consumer.program.images}
     consumer.fused = (*producer.fused, producer.name, *consumer.fused)
     work.notes.append(f"fused pass {producer.name} into {consumer.name}: read at the same pixel, by it alone")
     del work.passes[producer.node]

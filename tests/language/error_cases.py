@@ -48,7 +48,7 @@ BODIES: list[tuple[str, str]] = [
     ("return («m**2»)[0].x", "** does not take mat3"),
     ("return 1.0 if «x is x» else x", "no 'is' and no 'in'"),
     ("return «x @ x»", "@ multiplies matrices, got float @ float"),
-    ("return («m % 2.0»)[0].x", "% does not take matrices"),
+    ("return («m % 2.0»)[0].x", "mod() does not take matrices"),
     ("return («m + mat2(1.0)»)[0].x", "+ mixes mat3 and mat2"),
     ("return («m + v»)[0].x", "+ does not take mat3 and vec3"),
     ("return («m * vec2(x)»).x", "cannot multiply mat3 by vec2"),
