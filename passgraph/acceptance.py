@@ -142,7 +142,8 @@ def step_size(format_: Format, picture: Picture) -> NDArray[np.float64]:
     if format_.kind == "half":
         return np.exp2(np.maximum(np.floor(np.log2(np.maximum(finite, 2.0**-14))), -14.0) - 10.0)
     if format_.kind in ("unorm8", "unorm16"):
-        return np.full(size.shape, format_.unit)
+        # A step between two stored values is itself rounded to float32, once at either end.
+        return np.full(size.shape, format_.unit + ULP)
     if format_.kind == "depth":
         return np.full(size.shape, 2.0**-24)  # of 1, the largest depth
     # Denormals may be flushed, so a step is never below the smallest normal number.

@@ -15,7 +15,7 @@ from passgraph.language.source import NOWHERE, Span, fail
 #: Branches at most this long become selections, which vectorise; longer ones stay branches.
 MAX_SELECTED_INSTRUCTIONS = 12
 #: Expressions lowered and instructions made for one kernel, loops unrolled.
-MAX_STEPS = 300_000
+MAX_STEPS = 200_000
 _RESULT = {"N": "", "G": "float", "I": "int", "B": "bool", "f": "float", "i": "int", "b": "bool"}
 _COMMUTATIVE = {
     "add",
@@ -56,6 +56,9 @@ class Emitter:
 
     def fresh(self, type_: str) -> s.Val:
         self.ids += 1
+        # A loop whose unrolling was given up hands its numbers back: nothing may be known of them any more.
+        self.made.pop(self.ids, None)
+        self.ranges.pop(self.ids, None)
         return s.Val(type_, self.ids)
 
     def push(self, instruction: s.Instruction) -> None:

@@ -33,6 +33,7 @@ class Operation:
     ``reference`` takes and returns float64, int64 or bool arrays, a batch on the first axis and components
     behind it.  ``ulp`` bounds the distance of any conforming backend's float32 result from the exact value,
     in units in the last place, on the documented domain; ``absolute`` is added to it.
+    For rows in :data:`OF_TERMS` the unit is that of the largest term of the sum instead of the result.
     """
 
     name: str
@@ -320,3 +321,9 @@ _composite(_E, "inverse", "M -> M", "inverse; NaN where the determinant is 0", _
 _composite(_E, "outer", "V V -> M", "column vector times row vector (GLSL outerProduct)",
            lambda a, b: np.einsum("nr,nc->ncr", a, b), ulp=0.5)
 # fmt: on
+
+#: Rows that add terms of both signs.  Where terms cancel, their rounding stays while the result is small, so
+#: the bound counts units in the last place of the largest term.
+OF_TERMS = frozenset({
+    "mod", "mix", "dot", "cross", "reflect", "refract", "matmul", "determinant", "inverse",
+})  # fmt: skip

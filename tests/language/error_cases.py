@@ -431,6 +431,6 @@ CALLS += [
             + "    " * 16
             + "x = x * x + x\n    return x"
         ),
-        "the kernel takes more than 300000 steps to compile; make loops shorter",
+        "the kernel takes more than 200000 steps to compile; make loops shorter",
     ),
 ]

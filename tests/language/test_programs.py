@@ -331,7 +331,8 @@ def test_keys_do_not_depend_on_names_or_places() -> None:
 
 def test_keys_depend_on_constants_borders_and_formats() -> None:
     keys = [
-        key("return x + 1.0"), key("return x + 2.0"), key("return x + W", "W = 3.0\n"), key("return x + W", "W = 4.0\n"),
+        key("return x + 1.0"), key("return x + 2.0"),
+        key("return x + W", "W = 3.0\n"), key("return x + W", "W = 4.0\n"),
         key("return x + 1.0", images={"c": ImageFacts(border="zero")}),
         key("return x + 1.0", images={"c": ImageFacts(channels=1)}),
         key("return x + 1.0", images={"c": ImageFacts(decode="decode_srgb")}), key("return x + 1.0", simplify=False),

@@ -1,0 +1,47 @@
+"""docs/kernels.md says what is so: its code parses, its table is the operations table."""
+
+from __future__ import annotations
+
+import linecache
+import re
+import sys
+import types
+from pathlib import Path
+
+import pytest
+
+import passgraph
+from passgraph.language.kernel import Kernel
+from passgraph.language.lower import Facts, lower
+from passgraph.language.operations import OPERATIONS
+from passgraph.language.reference_table import markdown
+
+PAGE = Path(passgraph.__file__).parent.parent / "docs" / "kernels.md"
+TEXT = PAGE.read_text(encoding="utf-8")
+BLOCKS = re.findall(r"```python\n(.*?)```", TEXT, re.DOTALL)
+
+
+def test_the_table_is_the_operations_table() -> None:
+    """To mend: put the output of passgraph.language.reference_table.markdown() between the marks."""
+    shown = TEXT.split("reference_table.markdown() -->\n")[1].split("<!-- end of operations")[0]
+    assert shown.strip() == markdown().strip()
+    assert all(row.doc and row.doc in markdown().replace("\\|", "|") for row in OPERATIONS.values())
+
+
+@pytest.mark.parametrize("block", BLOCKS, ids=lambda block: re.findall(r"def (\w+)", block)[-1])
+def test_every_block_of_the_page_is_a_kernel(block: str, tmp_path: Path) -> None:
+    path = tmp_path / "block.py"
+    path.write_text("import passgraph as pg\nfrom passgraph.language.symbols import *\n\n" + block, encoding="utf-8")
+    module = types.ModuleType("block")
+    sys.modules["block"] = module
+    linecache.checkcache(str(path))
+    exec(compile(path.read_text(encoding="utf-8"), str(path), "exec"), vars(module))
+    del sys.modules["block"]
+    made = [value for value in vars(module).values() if isinstance(value, Kernel)]
+    assert made
+    for kernel in made:
+        assert lower(kernel.program, Facts()).outputs
+
+
+def test_there_are_blocks_to_check() -> None:
+    assert len(BLOCKS) >= 6
