@@ -4,7 +4,7 @@ Generated text is written as a module named by its key into the user's own cache
 numba caches only what has a file.  A second process starts with the compiled code.
 """
 
-# mypy: disable-error-code="no-untyped-call,misc,unused-ignore"
+# mypy: disable-error-code="no-untyped-call,misc,unused-ignore,attr-defined"
 from __future__ import annotations
 
 import hashlib
@@ -50,8 +50,8 @@ def dispatcher_class() -> type[Any]:
     """
     from numba.core.caching import FunctionCache
     from numba.core.cpu import CPUTargetOptions
-    from numba.core.runtime import rtsys
     from numba.core.registry import CPUDispatcher, CPUTarget, cpu_target
+    from numba.core.runtime import rtsys
 
     class NoAliasOptions(CPUTargetOptions):  # type: ignore[misc]
         def finalize(self, flags: Any, options: Any) -> None:

@@ -95,7 +95,7 @@ def reach(color: Image) -> vec4:
     frame = picture(size, 4)
     target = kernel(pg.Input("frame", border=border), into=pg.target("out", "rgba32f"))
     expected, got = run(target, "reference", frame), run(target, backend_name, frame)
-    # Sums of four terms below 20; the filter's position is rounded at |x| < 200, a slope of at most 1.4 a texel times 8.
+    # Sums of four terms below 20; the filter's position is rounded at |x| < 200, its slope is at most 8 * 1.4 a texel.
     np.testing.assert_allclose(got, expected, rtol=0, atol=8 * 1.4 * 2 * 200 * 2.0**-23 + 20 * 2.0**-22)
 
 
@@ -111,7 +111,8 @@ def test_picture_effect_agrees_in_every_target(name: str, backend_name: str) -> 
 
 
 def test_two_runs_are_the_same_bits(backend_name: str) -> None:
-    kernel = pg.kernel(source="def wave(c: Image) -> vec4: return sin(c[0, 0] * 40.0) * exp(c[1, 0]) + c.sample(uv() * 0.9)")
+    text = "def wave(c: Image) -> vec4: return sin(c[0, 0] * 40.0) * exp(c[1, 0]) + c.sample(uv() * 0.9)"
+    kernel = pg.kernel(source=text)
     frame = picture((129, 65), 4)
     target = kernel(pg.Input("frame"), into=pg.target("out", "rgba32f"))
     np.testing.assert_array_equal(run(target, backend_name, frame), run(target, backend_name, frame))
