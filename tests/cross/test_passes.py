@@ -1,4 +1,4 @@
-"""Pixel passes on every backend: each format, border, size, and each effect that takes pictures, against the reference."""
+"""Pixel passes on every backend against the reference: each format, border and size, each effect on pictures."""
 
 from __future__ import annotations
 
