@@ -119,6 +119,9 @@ class Backend(ABC):
     def release(self, storage: Any) -> None:
         """Give a storage back."""
 
+    def release_geometry(self, geometry: Any) -> None:
+        """Give a mesh back, where it is more than the arrays that it came from."""
+
     @abstractmethod
     def close(self) -> None:
         """Give everything back; idempotent."""

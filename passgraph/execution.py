@@ -179,9 +179,13 @@ class Execution:
         self.backend.upload(self._storage(resource), picture)
 
     def release(self) -> None:
+        """Give back pictures, meshes and, by letting go of them, compiled steps."""
         for memory in self.memories:
             self.backend.release(memory)
-        self.memories = []
+        for geometry in self._geometries.values():
+            self.backend.release_geometry(geometry)
+        self.memories, self._runs = [], []
+        self._geometries.clear()
 
 
 def _same(one: object, other: object) -> bool:

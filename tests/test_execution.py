@@ -268,3 +268,42 @@ def test_draws_over_content_keep_old_content_for_who_needs_it(backend: Backend) 
                 "two": 5.0,
                 "both": 11.0,
             }
+
+
+def test_closing_a_program_gives_its_meshes_back(backend: Backend) -> None:
+    """The backend stays open and is the caller's: nothing of the program may stay alive in it."""
+    import gc
+
+    from passgraph.backends.gl import GLBackend
+    from passgraph.backends.opencl import OpenCLBackend
+    from passgraph.scene import Mesh
+
+    source = """
+class Corner:
+    position: vec4
+
+def place(vertex: Vertex) -> Corner:
+    return Corner(vec4(vertex.position, 1.0))
+
+def paint(corner: Corner) -> vec4:
+    return vec4(1.0)
+"""
+    place, paint = pg.vertex(source=source, name="place"), pg.fragment(source=source, name="paint")
+
+    def alive() -> object:
+        gc.collect()
+        if isinstance(backend, GLBackend):
+            # Compiled programs stay for the next program with the same kernels.
+            return sorted(kind for kind, _ in backend.objects.alive if kind not in ("Program", "Shader"))
+        return len(backend.alive) if isinstance(backend, OpenCLBackend) else None
+
+    def draw() -> None:
+        mesh = Mesh.make([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], [[0, 1, 2]])
+        out = pg.draw(mesh, vertex=place, fragment=paint, into=pg.target("out", "rgba8"))
+        with pg.compile(out, backend=backend, size=(8, 8)) as program:
+            assert program()["out"].any()
+
+    draw()
+    before = alive()
+    draw()
+    assert alive() == before

@@ -128,10 +128,12 @@ class GLBackend(Backend):
         if self.closed:
             return
         with self.context:
-            if isinstance(storage, Mesh):
-                storage.release()
-            else:
-                self.objects.forget(storage)
+            self.objects.forget(storage)
+
+    def release_geometry(self, geometry: Mesh) -> None:
+        if not self.closed:
+            with self.context:
+                geometry.release()
 
     # Transfers
 

@@ -227,7 +227,7 @@ def test_a_build_that_fails_is_a_backend_error(device: OpenCLBackend, monkeypatc
     wrong = OPERATIONS["mul"]
     broken: Any = Operation(
         wrong.name, wrong.signature, wrong.doc, wrong.reference, wrong.kind, wrong.ulp,
-        spelling=(("float", ("", "", "no_such_function({0}, {1})")),),
+        spelling=(("float", ("", "no_such_function({0}, {1})")),),
     )  # fmt: skip
     monkeypatch.setitem(OPERATIONS, "mul", broken)
     with pytest.raises(
