@@ -1,10 +1,10 @@
-"""How far a conforming backend may be from the reference: one table, derived from operations and formats.
+"""How far a conforming backend may be from the reference: one table, by operation and format.
 
 Each row of :data:`passgraph.language.operations.OPERATIONS` states how many ULP of float32 a conforming
 backend's result may lie off.  What this means for a pixel is found by stochastic arithmetic: the reference
 runs a pass again, each operation moved up or down by its whole bound at random, and the spread of the
-results is what rounding may do to that pixel: cancellation, poles and neighbours included.  No test has an
-epsilon of its own.
+results estimates what rounding may do to that pixel: cancellation, poles and neighbours included.  It is an
+estimate from few samples, not a proof; what it says is the same for every test, and none has an epsilon of its own.
 
 Source: D. S. Parker, Monte Carlo Arithmetic, UCLA CSD-970002, 1997; J. Vignes, A stochastic arithmetic for
 reliable scientific computation, Math. Comput. Simul. 35 (1993).  Deviation: two-sided full-bound steps
@@ -41,9 +41,8 @@ Picture = NDArray[np.float32]
 ULP = 2.0**-23
 #: Noisy runs of the reference for each pass.
 SAMPLES = 4
-#: The spread of few samples times this covers rounding that is worse than theirs: results of n operations
-#: spread by sqrt(n) bounds, samples step by the whole bound where real rounding is uniform within it (a
-#: standard deviation of 0.58 bounds), so 4 samples' largest deviation times 4 is about 7 standard deviations.
+#: The spread of few samples times this covers rounding worse than theirs.  A judgement, not a derivation: samples step
+#: by whole bounds where real rounding is spread within them; planted errors in passes and draws are still caught.
 SPREAD = 4.0
 #: ULP that interpolation over a triangle may lose, relative to the largest value of the draw: three
 #: products, two sums, a quotient (2.5) and the quotient 1/w (2.5), each twice for weights and values.
@@ -165,6 +164,22 @@ def bounds(format_: Format, reference: Picture, spread: NDArray[np.float64]) -> 
     return SPREAD * spread + STORES[format_.kind].steps * step_size(format_, reference)
 
 
+def largest_term(operation: str, arguments: Sequence[Numbers]) -> Numbers:
+    """For sums of terms that may cancel (OF_TERMS), what their rounding is relative to; 0 for all others."""
+    sizes = [np.abs(argument) for argument in arguments]
+    if operation == "mod":
+        return np.asarray(sizes[0])
+    if operation == "mix":
+        return np.asarray(np.maximum(sizes[0], sizes[1]))
+    if operation in ("dot", "matmul"):
+        return OPERATIONS[operation].reference(*sizes)
+    if operation in ("cross", "reflect", "refract"):
+        # Every term is a product of a component of one vector and components of the other.
+        one, other = (np.max(size, axis=-1, keepdims=True) for size in sizes[:2])
+        return np.asarray(one * np.maximum(other, other * other if operation != "cross" else other))
+    return np.zeros(())
+
+
 class NoisyDomain(NumberDomain):
     """Numbers where each operation is off by its whole bound, up or down at random."""
 
@@ -176,7 +191,8 @@ class NoisyDomain(NumberDomain):
         row = OPERATIONS[operation]
         if exact.dtype.kind != "f" or not (row.ulp or row.absolute):
             return exact
-        moved = exact + self.signs(exact.shape) * (np.abs(exact) * (row.ulp * ULP) + row.absolute)
+        magnitude = np.maximum(np.abs(exact), largest_term(operation, arguments))
+        moved = exact + self.signs(exact.shape) * (magnitude * (row.ulp * ULP) + row.absolute)
         if row.ulp > 0.5 or row.kind != "primitive":
             return moved
         # A correctly rounded operation hits what float32 can hold: whole numbers stay whole.

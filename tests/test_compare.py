@@ -274,3 +274,40 @@ def test_draws_agree_on_every_backend(backend_name: str) -> None:
     (backend,) = report.backends
     assert [target.operations for target in backend.targets] == [DRAW, DRAW, GATHER]
     assert report.within_bounds, backend.failed or str(backend.first_divergence)
+
+
+class WrongDraw(ReferenceBackend):
+    """The reference with a mistake behind each draw."""
+
+    name = "wrong draw"
+
+    def __init__(self, mistake: str) -> None:
+        super().__init__()
+        self.mistake = mistake
+
+    def draw_pass(self, step):  # type: ignore[no-untyped-def]
+        run = super().draw_pass(step)
+
+        def wrong(outputs, depth, images, geometry, vertex, fragment):  # type: ignore[no-untyped-def]
+            run(outputs, depth, images, geometry, vertex, fragment)
+            if self.mistake == "half a percent brighter":
+                outputs[0].pixels[...] *= np.float32(1.005)
+            elif self.mistake == "one pixel to the right":
+                outputs[0].pixels[...] = np.roll(outputs[0].pixels, 1, axis=1)
+            else:
+                depth.pixels[depth.pixels < 1] += np.float32(2.0**-10)
+
+        return wrong
+
+
+@pytest.mark.parametrize("mistake", ["half a percent brighter", "one pixel to the right", "depth off by 2**-10"])
+def test_a_mistake_in_a_draw_is_caught(mistake: str) -> None:
+    positions = np.array([[-0.9, -0.8, 0.1], [0.9, -0.7, 0.5], [0.1, 0.9, 0.9]], np.float32)
+    mesh = pg.Mesh.make(positions, np.array([[0, 1, 2]]), uvs=np.array([[0, 0], [1, 0], [0.5, 1]], np.float32))
+    color = pg.draw(
+        mesh, vertex=place, fragment=paint, texture=frame, into=pg.target("color", "rgba32f", scale=1.0),
+        depth=pg.target("depth", "depth32f", scale=1.0),
+    )  # fmt: skip
+    with WrongDraw(mistake) as backend:
+        report = compare({"color": color, "depth": color.depth}, [backend], frame=picture(), size=(64, 48))
+    assert not report.within_bounds
