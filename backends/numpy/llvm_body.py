@@ -14,18 +14,20 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
-from passgraph.backends.numpy.llvm_names import argument_names
-from passgraph.backends.numpy.llvm_ops import F32, I32, I64, TYPES, constant, emit_operation
+from passgraph.backends.numpy.llvm_names import PLANE_ARGUMENTS, VARYINGS, argument_names, is_varying
+from passgraph.backends.numpy.llvm_ops import F32, F64, I32, I64, TYPES, constant, emit_operation
 from passgraph.language import scalar as s
 
 
-def body_intrinsic(program: s.ScalarProgram, inside: bool, alike: int = 0, apart: bool = False) -> Any:
+def body_intrinsic(
+    program: s.ScalarProgram, inside: bool, alike: int = 0, apart: bool = False, varyings: tuple[str, ...] = ()
+) -> Any:
     """A function of one tuple for generated code to call; see :func:`argument_names` for what it holds.
 
     Returns a tuple of float32: every output's components one after another, then 1 or 0 for ``keep`` if there is one.
     ``inside``: relative reads need no border rule.  ``alike``: one channel stands for this many (see channels.py).
     ``apart``: a function of its own, not inlined: where the loop does not vectorise anyway, LLVM takes a
-    fraction of the time.
+    fraction of the time.  ``varyings``: in the order of the planes that they are interpolated from.
     """
     count = sum(len(output.values) for output in program.outputs) + (program.keep is not None)
     result = types.UniTuple(types.float32, count)
@@ -35,9 +37,9 @@ def body_intrinsic(program: s.ScalarProgram, inside: bool, alike: int = 0, apart
         def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             kind = signature.args[0]
             if apart:
-                results = _call_apart(program, context, builder, kind, arguments[0])
+                results = _call_apart(program, context, builder, kind, arguments[0], varyings)
             else:
-                results = Body(program, context, builder, kind, arguments[0], inside, alike).results()
+                results = Body(program, context, builder, kind, arguments[0], inside, alike, varyings).results()
             return context.make_tuple(builder, result, results)
 
         return result(values), generate
@@ -45,7 +47,9 @@ def body_intrinsic(program: s.ScalarProgram, inside: bool, alike: int = 0, apart
     return body
 
 
-def _call_apart(program: s.ScalarProgram, context: Any, builder: Any, kind: Any, values: Any) -> list[Any]:
+def _call_apart(
+    program: s.ScalarProgram, context: Any, builder: Any, kind: Any, values: Any, varyings: tuple[str, ...]
+) -> list[Any]:
     """Call the body as a function beside the caller; results come back as one LLVM struct."""
     count = sum(len(output.values) for output in program.outputs) + (program.keep is not None)
     made = ir.LiteralStructType([F32] * count)
@@ -53,7 +57,7 @@ def _call_apart(program: s.ScalarProgram, context: Any, builder: Any, kind: Any,
     function.linkage = "internal"
     function.attributes.add("noinline")
     inner = ir.IRBuilder(function.append_basic_block("entry"))
-    results = Body(program, context, inner, kind, function.args[0], False, 0).results()
+    results = Body(program, context, inner, kind, function.args[0], False, 0, varyings).results()
     packed = ir.Constant(made, ir.Undefined)
     for place, value in enumerate(results):
         packed = inner.insert_value(packed, value, place)
@@ -74,11 +78,12 @@ class Body:
         tuple_value: Any,
         inside: bool,
         alike: int,
+        varyings: tuple[str, ...],
     ) -> None:
         self.program, self.context, self.builder = program, context, builder
-        self.inside, self.alike = inside, alike
-        builtins = [name for name, _ in program.builtins]
-        names = argument_names(program, builtins)
+        self.inside, self.alike, self.varyings = inside, alike, varyings
+        builtins = [name for name, _ in program.builtins if not is_varying(name)]
+        names = argument_names(program, builtins) + (PLANE_ARGUMENTS if varyings else [])
         self.given = {name: builder.extract_value(tuple_value, i) for i, name in enumerate(names)}
         self.kinds = {name: tuple_type.types[i] for i, name in enumerate(names)}
         self.numbers = {use.name: i for i, use in enumerate(program.images)}
@@ -116,7 +121,7 @@ class Body:
         elif isinstance(i, s.LoadTable):
             self.values[i.to.id] = self._table(i)
         elif isinstance(i, s.LoadBuiltin):
-            self.values[i.to.id] = self.given[i.name]
+            self.values[i.to.id] = self._varying(i.name) if is_varying(i.name) else self.given[i.name]
         elif isinstance(i, s.LoadTexel):
             self._texel(i)
         elif isinstance(i, s.Read):
@@ -129,6 +134,14 @@ class Body:
             self._for(i)
         else:
             b.branch(self.loops[-1][1] if isinstance(i, s.Break) else self.loops[-1][0])
+
+    def _varying(self, name: str) -> Any:
+        """Perspective-correct: the plane of v/w at this fragment, times w (rasterisation rule 5)."""
+        b = self.builder
+        row = VARYINGS + self.varyings.index(name.removeprefix("varying."))
+        start = self._load("values", ir.Constant(I64, row), F64)
+        step = self._load("planes", ir.Constant(I64, 3 * row + 1), F64)
+        return b.fptrunc(b.fmul(b.fadd(start, b.fmul(step, self.given["dx"])), self.given["w"]), F32)
 
     # Memory
 

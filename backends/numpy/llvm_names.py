@@ -11,3 +11,17 @@ def argument_names(program: ScalarProgram, builtins: list[str]) -> list[str]:
     for index in range(len(program.images)):
         names += [f"im{index}", f"im{index}_w", f"im{index}_h"]
     return [*names, "floats", "ints"]
+
+
+#: Members behind those where a fragment kernel has varyings: the planes' values at the row's start, the planes, the way
+#: along the row, and w at this fragment.
+PLANE_ARGUMENTS = ["values", "planes", "dx", "w"]
+
+
+def is_varying(name: str) -> bool:
+    return name.startswith("varying.")
+
+
+#: Rows of a triangle's planes: depth, 1/w, then the varyings.  Each is the value at the first corner and the change
+#: along x and along y.
+DEPTH, INVERSE_W, VARYINGS = 0, 1, 2

@@ -11,7 +11,7 @@ from llvmlite import ir
 
 from passgraph.language import scalar as s
 
-F32, I32, I64, BOOL = ir.FloatType(), ir.IntType(32), ir.IntType(64), ir.IntType(1)
+F32, F64, I32, I64, BOOL = ir.FloatType(), ir.DoubleType(), ir.IntType(32), ir.IntType(64), ir.IntType(1)
 TYPES = {"float": F32, "int": I32, "bool": BOOL}
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from passgraph.backends.numpy.jit import HEADER, indented
-from passgraph.backends.numpy.llvm_names import argument_names
+from passgraph.backends.numpy.llvm_names import PLANE_ARGUMENTS, VARYINGS, argument_names, is_varying
 from passgraph.backends.numpy.merge_code import merge_lines, stencil_compare
 from passgraph.backends.numpy.pixel_code import builtin
 from passgraph.backends.numpy.raster_setup import TILE
@@ -16,22 +16,6 @@ _COMPARE = {
     "never": "False", "less": "{0} < {1}", "equal": "{0} == {1}", "less_equal": "{0} <= {1}", "greater": "{0} > {1}",
     "not_equal": "{0} != {1}", "greater_equal": "{0} >= {1}", "always": "True",
 }  # fmt: skip
-
-_SPAN = """\
-for edge in range(3):
-    value = e0 if edge == 0 else (e1 if edge == 1 else e2)
-    step = s0 if edge == 0 else (s1 if edge == 1 else s2)
-    if step == 0:
-        if value < 0:
-            last = first - 1
-    elif step > 0:
-        if value < 0:
-            first = max(first, left + int64(np.ceil(-value / step)))
-    else:
-        if value < 0:
-            last = first - 1
-        else:
-            last = min(last, left + int64(np.floor(value / -step)))"""
 
 
 def attributes_of(step: DrawStep) -> list[str]:
@@ -79,10 +63,10 @@ def tile_module(step: DrawStep) -> tuple[str, dict[str, object]]:
         arguments += [f"im{index}", f"im{index}_w", f"im{index}_h"]
     arguments += [f"out{index}" for index in range(len(step.outputs))]
     arguments += ["depth", "stencil", "floats", "ints"]
-    text = [HEADER]
+    text = [HEADER, "from passgraph.backends.numpy.raster_triangle import row_values, span, triangle"]
     if step.fragment is not None:
         apart = sum(1 for _ in walk(step.fragment.body)) > MAX_INLINED_INSTRUCTIONS
-        text.append(f"body = body_intrinsic(PROGRAM, False, apart={apart})")
+        text.append(f"body = body_intrinsic(PROGRAM, False, apart={apart}, varyings={step.varyings!r})")
     text += [
         f"def tile({', '.join(arguments)}):",
         *indented(["j = 0", *_triangle_loop(step, _pixel_lines(step))]),
@@ -92,69 +76,45 @@ def tile_module(step: DrawStep) -> tuple[str, dict[str, object]]:
 
 
 def _fragment_call(step: DrawStep) -> list[str]:
-    """The kernel on one fragment; results in ``r``."""
+    """The kernel on one fragment; results in ``r``.  It takes its varyings from the row's planes."""
     program = step.fragment
     if program is None:
         return []
-    varyings = {f"varying.{name}": f"float32((q{i} + q{i}x * dx) * w)" for i, name in enumerate(step.varyings)}
     stage = {"front_facing": "front", "fragment_depth": "z"}
-    names = [varyings.get(name) or stage.get(name) or builtin(name, program) for name, _ in program.builtins]
-    lines = ["w = 1.0 / (i_row + ipx * dx)"] if step.varyings else []
-    return [*lines, f"r = body(({', '.join(argument_names(program, names))},))"]
+    names = [stage.get(name) or builtin(name, program) for name, _ in program.builtins if not is_varying(name)]
+    given = argument_names(program, names)
+    lines = []
+    if step.varyings:
+        lines.append("w = 1.0 / (values[1] + planes[1, 1] * dx)")
+        given += PLANE_ARGUMENTS
+    return [*lines, f"r = body(({', '.join(given)},))"]
 
 
 def _triangle_loop(step: DrawStep, pixel: list[str]) -> list[str]:
     """Triangles of the tile, rows of the triangle, the span of each row."""
-    varyings = range(len(step.varyings))
-    planes = (
-        [_plane("zp", "wz[a]", "wz[b]", "wz[c]"), _plane("ip", "iw[a]", "iw[b]", "iw[c]")]
-        if step.varyings
-        else [_plane("zp", "wz[a]", "wz[b]", "wz[c]")]
-    )
-    for i in varyings:
-        planes.append(_plane(f"p{i}", *(f"vary[{v}, {i}] * iw[{v}]" for v in "abc")))
-    rows = ["z_row = zp + zpx * ox + zpy * (oy + y)"]
-    if step.varyings:
-        rows.append("i_row = ip + ipx * ox + ipy * (oy + y)")
-        rows += [f"q{i} = p{i} + p{i}x * ox + p{i}y * (oy + y)" for i in varyings]
-        rows += [f"q{i}x = p{i}x" for i in varyings]
+    factor, units = step.state.polygon_offset
+    count = VARYINGS + len(step.varyings) if step.varyings else 1
+    last = TILE - 1
     return [
+        f"planes, values, edges = np.empty(({count}, 3)), np.empty({count}), np.empty(9, np.int64)",
         f"x_low, y_low = tile_x * {TILE}, tile_y * {TILE}",
         "for n in range(begin, end):",
         *indented(
             [
-                "t = lists[n]",
-                "a, b, c = made[t, 0], made[t, 1], made[t, 2]",
-                "front = made[t, 3] != 0",
-                "x0, y0 = int64(wx[a]), int64(wy[a])",
-                "x1, y1 = int64(wx[b]) - x0, int64(wy[b]) - y0",
-                "x2, y2 = int64(wx[c]) - x0, int64(wy[c]) - y0",
-                "left, top = max(int64(made[t, 4]), x_low), max(int64(made[t, 5]), y_low)",
-                f"right = min(int64(made[t, 6]), x_low + {TILE - 1})",
-                f"bottom = min(int64(made[t, 7]), y_low + {TILE - 1})",
-                "scale = 256.0 / float(x1 * y2 - x2 * y1)",
-                # The plane's origin is the first corner; ox and oy lead from it to a pixel's centre.
-                "ox, oy = 0.5 - x0 / 256.0, 0.5 - y0 / 256.0",
-                *(line for plane in planes for line in plane),
-                *_offset(step),
-                # Edge a→b, b→c, c→a: positive inside; minus one where the edge is neither top nor left.
-                "s0, s1, s2 = -y1 * 256, -(y2 - y1) * 256, y2 * 256",
-                "r0, r1, r2 = x1 * 256, (x2 - x1) * 256, -x2 * 256",
-                "px, py = left * 256 + 128 - x0, top * 256 + 128 - y0",
-                "g0 = x1 * py - y1 * px - (0 if y1 < 0 or (y1 == 0 and x1 > 0) else 1)",
-                "g1 = (x2 - x1) * (py - y1) - (y2 - y1) * (px - x1) "
-                "- (0 if y2 - y1 < 0 or (y2 == y1 and x2 > x1) else 1)",
-                "g2 = -x2 * (py - y2) + y2 * (px - x2) - (0 if -y2 < 0 or (y2 == 0 and -x2 > 0) else 1)",
+                "corners = made[lists[n]]",
+                "front = corners[3] != 0",
+                "left, top = max(int64(corners[4]), x_low), max(int64(corners[5]), y_low)",
+                f"right, bottom = min(int64(corners[6]), x_low + {last}), min(int64(corners[7]), y_low + {last})",
+                f"to_x, to_y = triangle(corners, wx, wy, wz, iw, vary, {factor!r}, {units!r}, left, top, "
+                "planes, edges)",
                 "for y in range(top, bottom + 1):",
                 *indented(
                     [
-                        "down = y - top",
-                        "e0, e1, e2 = g0 + r0 * down, g1 + r1 * down, g2 + r2 * down",
-                        "first, last = left, right",
-                        *_SPAN.splitlines(),
+                        "first, last = span(edges, y - top, left, right)",
                         "if first > last:",
                         "    continue",
-                        *rows,
+                        "row_values(planes, to_x, to_y + y, values)",
+                        "z_row, z_step = values[0], planes[0, 1]",
                         "row = y * width",
                         "for x in range(first, last + 1):",
                         *indented(pixel),
@@ -165,30 +125,9 @@ def _triangle_loop(step: DrawStep, pixel: list[str]) -> list[str]:
     ]
 
 
-def _plane(name: str, a: str, b: str, c: str) -> list[str]:
-    """Value at the first corner and its change along x and y, in float64."""
-    return [
-        f"{name} = float({a})",
-        f"d1, d2 = {b} - {name}, {c} - {name}",
-        f"{name}x = (d1 * y2 - d2 * y1) * scale",
-        f"{name}y = (d2 * x1 - d1 * x2) * scale",
-    ]
-
-
-def _offset(step: DrawStep) -> list[str]:
-    factor, units = step.state.polygon_offset
-    if factor == 0 and units == 0:
-        return []
-    return [
-        "deepest = max(abs(wz[a]), abs(wz[b]), abs(wz[c]))",
-        "smallest = 2.0 ** (np.floor(np.log2(deepest)) - 23.0) if deepest > 0.0 else 0.0",
-        f"zp = zp + {factor!r} * max(abs(zpx), abs(zpy)) + {units!r} * smallest",
-    ]
-
-
 def _pixel_lines(step: DrawStep) -> list[str]:
     """One fragment: depth, tests, kernel, merge."""
-    lines = ["dx = float(x)", "z = float32(min(max(z_row + zpx * dx, 0.0), 1.0))", "i = row + x"]
+    lines = ["dx = float(x)", "z = float32(min(max(z_row + z_step * dx, 0.0), 1.0))", "i = row + x"]
     program, stencil = step.fragment, step.state.stencil
     kernel = _fragment_call(step)
     has_depth = step.depth is not None
