@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from html import escape
 
 from passgraph.plan.data import Plan
 from passgraph.plan.emit import lifetimes
 
-ROW_PX, COLUMN_PX, LEFT_PX, TOP_PX = 34, 84, 300, 110
-#: Hues, one a memory, that stay apart for the commonest kinds of colour blindness (Okabe and Ito, 2008).
-COLOURS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442", "#999999")
+ROW_PX, COLUMN_PX, LEFT_PX = 34, 56, 300
+#: Room above the first row for a title, and for each letter of a name written at 45 degrees.
+TITLE_PX, LETTER_PX, LABEL_DEGREES = 40, 5, -45
+#: Hues, one for each memory that several pictures share; they stay apart for the commonest kinds of colour blindness
+#: (Okabe and Ito, 2008).
+COLOURS = ("#0072b2", "#e69f00", "#009e73", "#cc79a7", "#56b4e9", "#d55e00", "#f0e442")
+ALONE = "#999999"
 
 
 def svg(plan: Plan) -> str:
-    """The drawing as SVG text; pictures that share memory have one colour."""
+    """The drawing as SVG text; pictures that share memory have one colour, others are grey."""
     spans = lifetimes(list(plan.resources), list(plan.steps))
-    width = LEFT_PX + COLUMN_PX * len(plan.resources) + 20
-    height = TOP_PX + ROW_PX * (len(plan.steps) + 1)
+    top_px = TITLE_PX + LETTER_PX * max((len(r.name) for r in plan.resources), default=0)
+    uses = Counter(r.memory for r in plan.resources)
+    shared = [memory for memory, count in uses.items() if count > 1]
+    width = LEFT_PX + COLUMN_PX * len(plan.resources) + top_px
+    height = top_px + ROW_PX * (len(plan.steps) + 1)
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}" '
         'font-family="sans-serif" font-size="12">',
@@ -25,8 +33,9 @@ def svg(plan: Plan) -> str:
     for column, resource in enumerate(plan.resources):
         x = LEFT_PX + column * COLUMN_PX + COLUMN_PX // 2
         first, last = spans[resource.id]
-        top, bottom = TOP_PX + first * ROW_PX, TOP_PX + min(last + 1, len(plan.steps)) * ROW_PX
-        colour = COLOURS[resource.memory % len(COLOURS)]
+        top, bottom = top_px + first * ROW_PX, top_px + min(last + 1, len(plan.steps)) * ROW_PX
+        memory = resource.memory
+        colour = COLOURS[shared.index(memory) % len(COLOURS)] if memory in shared else ALONE
         title = (
             f"{resource.name}: {resource.format.name} {resource.size[0]}x{resource.size[1]}, memory {resource.memory}"
         )
@@ -36,10 +45,11 @@ def svg(plan: Plan) -> str:
             f"<title>{escape(title)}</title></rect>"
         )
         parts.append(
-            f'<text x="{x}" y="{TOP_PX - 8}" transform="rotate(-35 {x} {TOP_PX - 8})">{escape(resource.name)}</text>'
+            f'<text x="{x}" y="{top_px - 8}" transform="rotate({LABEL_DEGREES} {x} {top_px - 8})">'
+            f"{escape(resource.name)}</text>"
         )
     for row, step in enumerate(plan.steps):
-        y = TOP_PX + row * ROW_PX + ROW_PX // 2
+        y = top_px + row * ROW_PX + ROW_PX // 2
         note = " (runs once)" if step.static else ""
         parts.append(f'<text x="12" y="{y + 4}">{row + 1}. {escape(step.name)}{note}</text>')
         parts.append(f'<line x1="12" x2="{width - 12}" y1="{y + 17}" y2="{y + 17}" stroke="#ddd"/>')
@@ -50,6 +60,7 @@ def svg(plan: Plan) -> str:
             x = LEFT_PX + resource_id * COLUMN_PX + COLUMN_PX // 2
             parts.append(f'<circle cx="{x}" cy="{y}" r="5" fill="black"/>')
     parts.append(
-        f'<text x="12" y="20" fill="#555">● writes ○ reads bar: lifetime, colour: memory ({len(plan.memories)})</text>'
+        '<text x="12" y="20" fill="#555">● writes ○ reads, bar: lifetime, one colour: one memory '
+        f"({len(plan.memories)})</text>"
     )
     return "\n".join([*parts, "</svg>"])
