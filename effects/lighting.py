@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import passgraph as pg
 from passgraph.effects.blur import gaussian_blur
 from passgraph.effects.g_buffer import GBuffer
-from passgraph.effects.shadow_light import KINDS, add_light, add_shadowed_light, ambient_light
+from passgraph.effects.shadow_filters import ShadowFilter
+from passgraph.effects.shadow_light import KINDS, add_filtered_light, add_light, add_shadowed_light, ambient_light
 from passgraph.effects.shadow_map import caster_meshes, shadow_map
 from passgraph.effects.textures import TextureInputs
 from passgraph.effects.views import Casters, MapView, View
@@ -26,6 +28,10 @@ class Lighting:
     map_size: int
     map_blur_px: int
     notes: list[str]
+    shadow_filter: ShadowFilter = "blur"
+    pcf_size: int = 5
+    taps: int = 32
+    width: object = 0.0
 
     def __post_init__(self) -> None:
         self.casters = Casters.of(self.scene)
@@ -69,18 +75,13 @@ class Lighting:
                 self.maps.append(seen)
                 # does not soften shadows (see soft_shadow); without a radius it is the map itself
                 seen = gaussian_blur(seen, self.map_blur_px / 2.0, self.map_blur_px, name=f"blurred map of {name}")
-                free, shadowed = add_shadowed_light(
-                    free,
-                    shadowed,
-                    *common,
-                    seen,
-                    frame,
-                    self.view.tan_half(),
-                    kind,
-                    face,
-                    into=_pair(name),
-                    name=name,
-                )
+                before, after = (free, shadowed, *common, seen, frame, self.view.tan_half()), (kind, face)
+                how: dict[str, Any] = {"into": _pair(name), "name": name}
+                if self.shadow_filter == "blur":
+                    free, shadowed = add_shadowed_light(*before, *after, **how)
+                else:
+                    add = add_filtered_light(self.shadow_filter, self.pcf_size, self.taps)
+                    free, shadowed = add(*before, self.width, *after, **how)
         return free, shadowed
 
     def _faces(self, light: pg.Light) -> Sequence[int]:

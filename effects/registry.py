@@ -96,6 +96,15 @@ _SOFT_SHADOW = (
         "half width of shadow edges; left out: from the lights' radius; 0: hard",
     ),
     Parameter(
+        "shadow_filter",
+        "choice",
+        "blur",
+        help="blur on the screen, or filter where the map is compared",
+        choices=("blur", "hard", "pcf", "disc", "pcss"),
+    ),
+    Parameter("pcf_size", "int", 5, 1, 15, "texels", "texels along each side with shadow_filter=pcf, odd"),
+    Parameter("taps", "int", 32, 1, 128, "", "comparisons with shadow_filter=disc, and of each step of pcss"),
+    Parameter(
         "blur",
         "choice",
         "world",
@@ -117,6 +126,22 @@ _SOFT_SHADOW = (
     Parameter("exposure_stops", "float", 0.0, -16.0, 16.0, "stops", "brightness before the curve: factor 2 a stop"),
     Parameter("curve", "choice", "linear", help="how high values are compressed", choices=_CURVES),
     Parameter("display", "bool", True, help="tone-mapped sRGB; off: the HDR result"),
+)
+
+_FIVE_PASS = (
+    Parameter(
+        "kernel",
+        "choice",
+        "normalised",
+        help="of the blur; faithful: as printed in 2005, brighter and shifted",
+        choices=("normalised", "faithful"),
+    ),
+    Parameter("weights", "choice", "host", help="where they are computed", choices=("host", "kernel")),
+    Parameter("map_size", "int", 512, 16, 8192, "texels", "width and height of the shadow map"),
+    Parameter("mask_format", "choice", "r16f", help="of the shadow mask", choices=("r8", "r16f", "r32f")),
+    Parameter("ambient", "float", 0.0, 0.0, None, "", "light that nothing takes away, scene-linear"),
+    Parameter("background", "rgb", (0.0, 0.0, 0.0), 0.0, None, "", "linear colour where there is no surface"),
+    Parameter("display", "bool", True, help="8-bit sRGB; off: the linear result"),
 )
 
 EFFECTS: dict[str, Effect] = {
@@ -147,6 +172,17 @@ EFFECTS: dict[str, Effect] = {
             "Gaussian blur, horizontally, then vertically.",
         ),
         Effect(
+            "bloom",
+            "passgraph.effects.bloom:bloom",
+            "picture",
+            (
+                Parameter("threshold", "float", 1.0, 0.0, None, "", "what is above it glows, scene-linear"),
+                Parameter("intensity", "float", 0.5, 0.0, None, "", "factor on the glow"),
+                Parameter("levels", "int", 4, 1, 8, "", "halvings; each doubles the glow's width"),
+            ),
+            "Glow around what is bright, by dual filtering.",
+        ),
+        Effect(
             "depth-aware-blur",
             "passgraph.effects.blur:depth_aware_blur",
             "picture+depth",
@@ -170,6 +206,13 @@ EFFECTS: dict[str, Effect] = {
             "scene",
             _SOFT_SHADOW,
             "A scene with soft shadows by post-effect.",
+        ),
+        Effect(
+            "five-pass",
+            "passgraph.effects.five_pass:five_pass",
+            "scene",
+            _FIVE_PASS,
+            "A spotlit scene with a soft shadow in five passes, as of 2005.",
         ),
     )
 }

@@ -4,11 +4,13 @@
 # Values of the kernel language are Any to Python's type checkers.
 from __future__ import annotations
 
-from typing import Literal
+from functools import lru_cache
+from typing import Any, Literal
 
 import passgraph as pg
-from passgraph import Const, Image, dot, floor, ivec2, length, normalize, smoothstep, sqrt, vec2, vec3, vec4
+from passgraph import Const, Image, dot, floor, ivec2, length, smoothstep, sqrt, vec2, vec3, vec4
 from passgraph.effects.geometry import facing, unpack_normal, view_ray
+from passgraph.effects.shadow_filters import DEPTH_SLACK_TEXELS, ShadowFilter, lookup, toward_light
 from passgraph.effects.views import LightFrame
 
 KINDS: tuple[Literal["directional", "point", "spot"], ...] = ("directional", "point", "spot")
@@ -18,10 +20,6 @@ KINDS: tuple[Literal["directional", "point", "spot"], ...] = ("directional", "po
 #: parallel and in perspective maps alike; the four texels of a lookup lie up to sqrt(2) texels away, and the
 #: rest is for vertices rounded to 1/256 texel.  A plane then never shadows itself, at any angle.
 NORMAL_OFFSET_TEXELS = 1.5
-#: A caster nearer to the receiver than this many texels does not count: where two surfaces meet in a hollow
-#: edge, the texels of one lie before the other. Thin cards lose as much of the shadow at their foot, solid
-#: bodies nothing.
-DEPTH_SLACK_TEXELS = 1.5
 #: Vertices are rounded to 1/256 pixel on the screen too, which moves a position by as much.
 SCREEN_ROUNDING = 1.0 / 256.0
 #: Irradiance of the ambient light from below, relative to that from above.
@@ -40,12 +38,6 @@ def light_at(light: LightFrame, position: vec3, normal: vec3, kind: int) -> vec4
     if kind == 2:
         strength = strength * smoothstep(light.cone.x, light.cone.y, -dot(toward, light.axis))
     return vec4(light.color * strength, 1.0)
-
-
-@pg.function
-def toward_light(light: LightFrame, position: vec3, kind: int) -> vec3:
-    """Unit direction to the light."""
-    return light.place if kind == 0 else normalize(light.place - position)
 
 
 @pg.function
@@ -135,6 +127,29 @@ def add_shadowed_light(
     lift = far * tan_half.y * SCREEN_ROUNDING / float(depth.size.y)
     share = arrives(map, light, position, unpack_normal(packed.zw), lift, kind)
     return free[0, 0].rgb + more, shadowed[0, 0].rgb + more * share
+
+
+@lru_cache(maxsize=64)
+def add_filtered_light(shadow_filter: ShadowFilter, pcf_size: int, taps: int) -> Any:
+    """`add_shadowed_light` with another lookup, see `passgraph.effects.shadow_filters.lookup`."""
+    share_lit = lookup(shadow_filter, pcf_size, taps)
+
+    @pg.kernel
+    def add_filtered(
+        free: Image, shadowed: Image, normals: Image, depth: Image, map: Image,
+        light: LightFrame, tan_half: vec2, width: float, kind: Const[int], face: Const[int],
+    ) -> tuple[vec3, vec3]:  # fmt: skip
+        far = depth[0, 0].r
+        position = view_ray(tan_half) * far
+        packed = normals[0, 0]
+        more = light_at(light, position, unpack_normal(packed.xy), kind).rgb
+        if face >= 0 and not on_face(light.world * (position - light.place), face):
+            more = vec3(0.0)
+        lift = far * tan_half.y * SCREEN_ROUNDING / float(depth.size.y)
+        share = share_lit(map, light, position, unpack_normal(packed.zw), lift, width, kind, face)
+        return free[0, 0].rgb + more, shadowed[0, 0].rgb + more * share
+
+    return add_filtered
 
 
 @pg.function

@@ -13,6 +13,7 @@ from passgraph.effects.blur import gaussian_blur
 from passgraph.effects.g_buffer import g_buffer
 from passgraph.effects.lighting import Lighting
 from passgraph.effects.shadow_blur import blur_along_surfaces
+from passgraph.effects.shadow_filters import SHADOW_FILTERS, ShadowFilter
 from passgraph.effects.shadow_light import (
     lit,
     lit_rgb,
@@ -65,6 +66,9 @@ def soft_shadow(
     scene: pg.Scene,
     *,
     softness: float | pg.Value | None = None,
+    shadow_filter: ShadowFilter = "blur",
+    pcf_size: int = 5,
+    taps: int = 32,
     blur: Literal["world", "constant"] = "world",
     radius_px: int = 7,
     map_size: int = 1024,
@@ -84,6 +88,12 @@ def soft_shadow(
         run
     softness : half width of shadow edges in scene units, 0 or more; left out, from the lights' radius and the
         size of the casters; 0 leaves the blur out
+    shadow_filter : "blur" blurs the shadows on the screen. The others filter where the map is compared, and
+        nothing is blurred after that: "hard" compares one texel, "pcf" the mean of ``pcf_size`` squared,
+        "disc" of ``taps`` over a disc of ``softness``, "pcss" over a disc as wide as the light's radius and
+        the casters' distance make the penumbra
+    pcf_size : texels along each side with "pcf", odd, 1 to 15
+    taps : of "disc", and of the search and of the filter of "pcss", 1 to 128
     blur : "world" keeps that width in the scene; "constant" blurs ``radius_px`` pixels wherever the camera is
     radius_px : taps to each side, 1 to 31 (7 makes 15); with blur="constant" the width itself
     map_size : texels along each side of a shadow map, 16 to 8192
@@ -113,7 +123,8 @@ def soft_shadow(
     ['unshadowed and shadows', 'shadow blur x', 'picture']
     """
     return soft_shadow_passes(
-        scene, softness=softness, blur=blur, radius_px=radius_px, map_size=map_size,
+        scene, softness=softness, shadow_filter=shadow_filter, pcf_size=pcf_size, taps=taps,
+        blur=blur, radius_px=radius_px, map_size=map_size,
         map_blur_px=map_blur_px, ambient=ambient, background=background, hdr_format=hdr_format,
         exposure_stops=exposure_stops, curve=curve, display=display,
     ).picture  # fmt: skip
@@ -123,6 +134,9 @@ def soft_shadow_passes(
     scene: pg.Scene,
     *,
     softness: float | pg.Value | None = None,
+    shadow_filter: ShadowFilter = "blur",
+    pcf_size: int = 5,
+    taps: int = 32,
     blur: Literal["world", "constant"] = "world",
     radius_px: int = 7,
     map_size: int = 1024,
@@ -143,6 +157,7 @@ def soft_shadow_passes(
     True
     """
     _check(softness, blur, radius_px, map_size, map_blur_px, hdr_format)
+    _check_filter(shadow_filter, pcf_size, taps)
     notes: list[str] = []
     view = View(pg.Value("camera", pg.Camera, default=scene.camera))
     textures = TextureInputs()
@@ -151,7 +166,11 @@ def soft_shadow_passes(
         pg.Value("light" if len(scene.lights) == 1 else f"light{i}", pg.Light, static=True, default=light)
         for i, light in enumerate(scene.lights)
     ]
-    lighting = Lighting(scene, view, seen, lights, textures, map_size, map_blur_px, notes)
+    lighting = Lighting(
+        scene, view, seen, lights, textures, map_size, map_blur_px, notes, shadow_filter, pcf_size, taps
+    )
+    width = _softness(softness, lights, lighting.casters)
+    lighting.width = 0.0 if width is None or shadow_filter != "disc" else width
     free, shadowed = lighting.sums((ambient,) * 3 if isinstance(ambient, (int, float)) else ambient)
     wide = hdr_format == "rgb32f"
     if not lighting.maps:
@@ -169,8 +188,10 @@ def soft_shadow_passes(
         into=(pg.target("unshadowed", hdr_format), pg.target("shadows", "rgba16f")),
         name="unshadowed and shadows",
     )  # fmt: skip
-    width = _softness(softness, lights, lighting.casters)
-    if width is None:
+    if shadow_filter != "blur":
+        notes.append(f"no blur: shadow_filter={shadow_filter!r} filters where the map is compared")
+        blurred = shadows
+    elif width is None:
         notes.append("no blur: the shadows' softness is 0")
         blurred = shadows
     elif blur == "constant":
@@ -224,6 +245,16 @@ def _softness(given: float | pg.Value | None, lights: Sequence[pg.Value], caster
         return float(np.average(widths, weights=weights))
 
     return pg.combine(width, *lights)
+
+
+def _check_filter(shadow_filter: str, pcf_size: int, taps: int) -> None:
+    if shadow_filter not in SHADOW_FILTERS:
+        known = ", ".join(SHADOW_FILTERS)
+        raise pg.GraphError(f"soft_shadow: shadow_filter cannot be {shadow_filter!r}; it is one of {known}")
+    if not 1 <= pcf_size <= 15 or pcf_size % 2 == 0:
+        raise pg.GraphError(f"soft_shadow: pcf_size must be odd, 1 to 15, got {pcf_size!r}")
+    if not 1 <= taps <= 128:
+        raise pg.GraphError(f"soft_shadow: taps must be 1 to 128, got {taps!r}")
 
 
 def _check(softness: object, blur: str, radius_px: int, map_size: int, map_blur_px: int, hdr_format: str) -> None:

@@ -31,6 +31,8 @@ class LightFrame:
     cone: vec2  # cosines of the outer and inner half angle
     texel: float  # width of a map's texel, in scene units; per unit of depth for perspective maps
     bias: float  # what rounding may add to a depth, in scene units
+    radius: float  # of the light, scene units; for directional lights of a disc seen at distance 1
+    near: float  # depth before which there is no caster, in scene units
 
 
 @dataclass(frozen=True)
@@ -120,12 +122,15 @@ class MapView:
         reach = float(np.linalg.norm(high - low)) + float(np.linalg.norm(0.5 * (low + high) - camera.eye))
         if not directional:
             reach += float(np.linalg.norm(toward))
+        scale, shift = float(projection[2, 2]), float(projection[2, 3])
+        near = (shift + 1.0) / scale if directional else shift / (scale - 1.0)
         make: Any = LightFrame  # its fields are numpy arrays on the host, vectors and matrices in kernels
         made = make(
             projection @ light_from_view, -light_from_view[2],
             rotation[:3, :3] @ toward, rotation[:3, :3] @ light.direction, rotation[:3, :3].T,
             np.array(light.color) * light.intensity, (cos(light.cone_outer_rad), cos(light.cone_inner_rad)),
             2.0 / (float(projection[0, 0]) * map_size), DEPTH_ROUNDING * reach,
+            light.radius, near,
         )  # fmt: skip
         assert isinstance(made, LightFrame)
         return made

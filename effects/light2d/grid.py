@@ -1,0 +1,95 @@
+"""The distance grid, and the dark rims along walls that it makes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+import passgraph as pg
+from passgraph.effects.light2d.buffers import drawn
+from passgraph.effects.light2d.world import Float64, Point, Wall, Window, distance_to_edge
+
+
+def distance_grid(window: Window, walls: Sequence[Wall], cell: float = 1.5) -> NDArray[np.float32]:
+    """Distance of each cell's middle to the nearest wall, world units; 0 inside closed walls, infinite without walls.
+
+    Parameters
+    ----------
+    window : the part of the world; a last cell that juts out of it counts
+    walls : obstacles
+    cell : side of a cell, world units, above 0
+
+    Returns
+    -------
+    (rows, columns), row 0 on top, as pictures are
+
+    >>> distance_grid(Window(0, 0, 4, 2), [Wall.box(0, 0, 1, 2)], 1.0)
+    array([[0. , 0.5, 1.5, 2.5],
+           [0. , 0.5, 1.5, 2.5]], dtype=float32)
+    """
+    if not cell > 0.0:
+        raise pg.GraphError(f"distance grid: cell must be above 0, got {cell!r}")
+    columns = max(round((window.right - window.left) / cell + 0.499), 1)
+    rows = max(round((window.top - window.bottom) / cell + 0.499), 1)
+    grid = np.full((rows, columns), np.inf, np.float32)
+    for row in range(rows):
+        for column in range(columns):
+            middle = window.left + (column + 0.5) * cell, window.top - (row + 0.5) * cell
+            for wall in walls:
+                from_edge = partial(distance_to_edge, middle)
+                near = 0.0 if inside(wall, middle) else min(from_edge((*a, *b)) for a, b in wall.edges)
+                grid[row, column] = min(grid[row, column], near)
+    return grid
+
+
+def inside(wall: Wall, place: Point) -> bool:
+    """Whether a closed wall holds a place: a ray to the right crosses its outline an odd number of times."""
+    if not wall.closed or len(wall.points) < 3:
+        return False
+    x, y = place
+    crossed = [
+        (ay > y) != (by > y) and x < ax + (y - ay) / (by - ay) * (bx - ax)
+        for (ax, ay), (bx, by) in wall.edges
+        if ay != by
+    ]
+    return sum(crossed) % 2 == 1
+
+
+def reach(grid: NDArray[np.float32] | Float64, window: Window, place: Point, cell: float, thinnest: float) -> float:
+    """How long a moving thing's shadow may be: the grid's distance at ``place`` plus the thinnest wall, world units."""
+    column = int((place[0] - window.left) / cell)
+    row = int((window.top - place[1]) / cell)
+    height, width = grid.shape
+    return float(grid[min(max(row, 0), height - 1), min(max(column, 0), width - 1)]) + thinnest
+
+
+def occlusion(
+    scene: pg.Target,
+    grid: NDArray[np.float32],
+    threshold: float,
+    darkness: float = 0.5,
+    into: pg.TargetSpec | None = None,
+    name: str = "occlusion",
+) -> pg.Target:
+    """A scene darkened near walls: one texel a cell, black where the wall is near, stretched bilinearly over it.
+
+    Parameters
+    ----------
+    scene : any picture whose window starts at the grid's upper left corner and ends with its last cells
+    grid : from `distance_grid`
+    threshold : cells nearer to a wall are black, world units, 0 or more
+    darkness : opacity of black, 0 to 1
+    into : where it goes; left out, float16 of the scene's size with the name ``name``
+    name : of the passes and targets
+    """
+    if not 0.0 <= darkness <= 1.0:
+        raise pg.GraphError(f"{name}: darkness must be 0 to 1, got {darkness!r}")
+    texels = np.zeros((*grid.shape, 4), np.float32)
+    texels[:, :, 3] = np.where(grid < threshold, darkness, 0.0)
+    rims = pg.Input(f"{name}_texels", "rgba8", (grid.shape[1], grid.shape[0]), static=True, default=texels)
+    copy = drawn(scene, into or pg.target(name, "rgba16f", like=scene), f"{name}_scene")
+    over = pg.Blend("source_alpha", "one_minus_source_alpha", source_alpha="zero", destination_alpha="one")
+    return drawn(rims, copy, name, blend=over)

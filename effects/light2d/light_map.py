@@ -1,0 +1,156 @@
+"""The static light map: what each light sheds, with walls' shadows, added up once; multiplied onto the scene."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import asin, cos, hypot, pi, sin
+from typing import Literal
+
+import numpy as np
+
+import passgraph as pg
+from passgraph.effects.light2d.buffers import WHOLE, black, drawn, whole
+from passgraph.effects.light2d.penumbra import gradient, padded, penumbra_kernel
+from passgraph.effects.light2d.shapes import around, in_window, shadow_of
+from passgraph.effects.light2d.smoothing import mixed_light
+from passgraph.effects.light2d.world import Float64, Light2D, Point, Wall, Window, edges_near
+
+Penumbra = Literal["exact", "none", "rotate", "move", "mixed"]
+PENUMBRAS: tuple[Penumbra, ...] = ("exact", "none", "rotate", "move", "mixed")
+#: The scene is destination, the light map source: scene × light, for colour and alpha.
+ONTO_SCENE = pg.Blend("zero", "source_color")
+
+
+def light_map(
+    window: Window,
+    lights: Sequence[Light2D],
+    walls: Sequence[Wall],
+    size: tuple[int, int],
+    penumbra: Penumbra = "exact",
+    draws: int = 8,
+    ambient: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    format: str = "rgba16f",
+    name: str = "light_map",
+) -> pg.Target:
+    """Everything that the lights shed, shadows included; it reads no input, so a program computes it once.
+
+    Parameters
+    ----------
+    window : the part of the world in the picture
+    lights : any number; each takes a buffer of its own, cleared, lit, darkened by shadows, and added
+    walls : obstacles; the inside of a closed one is dark
+    size : (width, height) of the map, px
+    penumbra : "exact" computes the visible share of each lamp's angle; walls must not reach into a lamp, and
+        128 edges may lie within its reach.  "none" takes lamps as points.  "rotate" draws the shadows several
+        times, turned about the lamp, "move" with the lamp's middle moved across its disc.  "mixed" blurs a
+        point's shadow by halved pictures, sharp at the wall and softer with the way behind it
+    draws : of "rotate" and "move", 2 to 64
+    ambient : linear RGB everywhere, 0 or more
+    format : of the map and its buffers, four channels, blendable; alpha is 1
+    name : of the map and, with the light's number, of its buffers
+
+    Source: for "exact", the angle that segments leave of a disc, by a sweep over their intervals; a place's
+    light is proportional to the angle, which holds for a lamp that is equally bright from every side.
+
+    Examples
+    --------
+    >>> lamp = Light2D((2.0, 2.0), radius=4.0)
+    >>> made = light_map(Window(0, 0, 4, 4), [lamp], [Wall.box(3, 1, 3.5, 3)], (8, 8), penumbra="none")
+    >>> with pg.compile(made, backend="reference") as program:
+    ...     red = program()["light_map"][:, :, 0]
+    >>> bool(red[4, 3] > 0.9), red[4, 7].item()
+    (True, 0.0)
+    """
+    if penumbra not in PENUMBRAS:
+        raise pg.GraphError(f"{name}: penumbra cannot be {penumbra!r}; it is one of {', '.join(PENUMBRAS)}")
+    if not 2 <= draws <= 64:
+        raise pg.GraphError(f"{name}: draws must be 2 to 64, got {draws}")
+    total: pg.Target = pg.draw(
+        whole(), vertex=in_window, fragment=black, into=pg.target(name, format, size, clear=(*ambient, 1.0)),
+        blend="add", name=f"{name}_ambient", values={"clip": WHOLE.clip},
+    )  # fmt: skip
+    for number, light in enumerate(lights):
+        edges = edges_near(walls, light)
+        label = f"{name}_{number}"
+        if penumbra == "exact" and light.size > 0.0 and len(edges):
+            buffer = _exact(window, light, edges, pg.target(label, format, size), label)
+            total = drawn(buffer, total, f"{label}_add", blend="add")
+            continue
+        if penumbra == "mixed" and light.size > 0.0 and len(edges):
+            total = drawn(mixed_light(window, light, edges, size, name=label), total, f"{label}_add", blend="add")
+            continue
+        several = light.size > 0.0 and penumbra in ("rotate", "move")
+        parts = _spread(light, edges, penumbra, draws) if several else [(light.position, edges)]
+        for part, (place, turned) in enumerate(parts):
+            at = f"{label}.{part}" if several else label
+            buffer = _hard(window, light, place, turned, pg.target(at, format, size), at)
+            total = drawn(buffer, total, f"{at}_add", 1.0 / len(parts), blend="add")
+    return total
+
+
+def _values(window: Window, light: Light2D) -> dict[str, object]:
+    return {"clip": window.clip, "color": light.color, "light": (*light.position, light.radius, light.size)}
+
+
+def _exact(window: Window, light: Light2D, edges: Float64, into: pg.TargetSpec, name: str) -> pg.Target:
+    filled = padded(edges)
+    made: pg.Target = pg.draw(
+        around(light.position, light.radius), vertex=in_window, fragment=penumbra_kernel(len(filled)),
+        into=into, name=name, values={**_values(window, light), "edges": filled.astype(np.float32)},
+    )  # fmt: skip
+    return made
+
+
+def _hard(window: Window, light: Light2D, source: Point, edges: Float64, into: pg.TargetSpec, name: str) -> pg.Target:
+    """A cleared buffer, the light's gradient, and over it shadows as from a point."""
+    lit: pg.Target = pg.draw(
+        around(light.position, light.radius), vertex=in_window, fragment=gradient, into=into, name=name,
+        values=_values(window, light),
+    )  # fmt: skip
+    if len(edges):
+        lit = pg.draw(
+            shadow_of(edges, source), vertex=in_window, fragment=black, into=lit, name=f"{name}_shadow",
+            values={"clip": window.clip},
+        )  # fmt: skip
+    return lit
+
+
+def _spread(light: Light2D, edges: Float64, how: Penumbra, draws: int) -> list[tuple[Point, Float64]]:
+    """Where the light stands in each draw, and which edges throw its shadows."""
+    x, y = light.position
+    if how == "move":
+        # equal parts of the disc's area on a spiral: even from every side
+        golden = pi * (3.0 - 5.0**0.5)
+        steps = [(light.size * ((i + 0.5) / draws) ** 0.5, i * golden) for i in range(draws)]
+        return [((x + r * cos(t), y + r * sin(t)), edges) for r, t in steps]
+    # the lamp's half angle as the nearest wall sees it
+    near = (
+        max(min(hypot(ex - x, ey - y) for e in edges for ex, ey in (e[:2], e[2:])), light.size) if len(edges) else 1.0
+    )
+    half = asin(min(light.size / near, 1.0))
+    parts = []
+    for i in range(draws):
+        turn = half * ((2.0 * i + 1.0) / draws - 1.0)
+        rotation = np.array([[cos(turn), sin(turn)], [-sin(turn), cos(turn)]])
+        turned = (edges.reshape(-1, 2) - light.position) @ rotation + light.position
+        parts.append((light.position, turned.reshape(-1, 4)))
+    return parts
+
+
+def lit(
+    scene: pg.Target,
+    light: pg.Target,
+    into: pg.TargetSpec | None = None,
+    name: str = "lit",
+) -> pg.Target:
+    """A scene under a light map: the scene is drawn, and the map over it with factors zero and source_color.
+
+    Parameters
+    ----------
+    scene : the picture without light, linear
+    light : the map, any size; stretched bilinearly
+    into : where it goes; left out, float16 of the scene's size with the name ``name``
+    name : of the passes and target
+    """
+    copy = drawn(scene, into or pg.target(name, "rgba16f", like=scene), f"{name}_scene")
+    return drawn(light, copy, name, blend=ONTO_SCENE)

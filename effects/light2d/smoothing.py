@@ -1,0 +1,125 @@
+"""Soft shadows from hard ones by smaller pictures: an even mix of them, and one that knows how soft each place is."""
+
+# mypy: disable-error-code="no-any-return"
+# Values of the kernel language are Any to Python's type checkers.
+from __future__ import annotations
+
+import passgraph as pg
+from passgraph import Image, length, log2, saturate, uv, vec2, vec3, vec4
+from passgraph.effects.light2d.buffers import drawn
+from passgraph.effects.light2d.penumbra import cross2, falloff
+from passgraph.effects.light2d.shapes import Spot, in_window, shadow_of
+from passgraph.effects.light2d.world import Float64, Light2D, Window
+
+#: A halving scaled up bilinearly turns a hard edge into one about this many of its texels wide.
+TEXELS_PER_EDGE = 2.0
+
+
+@pg.kernel
+def stretched(picture: Image) -> vec4:
+    """Another size, four texels weighted bilinearly."""
+    return picture.sample(uv())
+
+
+def _halves(picture: pg.Target, levels: int, name: str) -> list[pg.Target]:
+    """The picture and its halvings, ``levels`` together."""
+    chain = [picture]
+    for level in range(1, levels):
+        label = f"{name}_half{level}"
+        into = pg.target(label, "rgba32f", like=picture, scale=0.5**level)
+        chain.append(stretched(chain[-1], into=into, name=label))
+    return chain
+
+
+def smoothed(light: pg.Target, levels: int = 3, format: str = "rgba16f", name: str = "smoothed") -> pg.Target:
+    """A light map mixed in equal parts with its halvings, each scaled up bilinearly and added.
+
+    Parameters
+    ----------
+    light : the map, any size
+    levels : the map itself and its halvings, 1 to 6
+    format : of the result, four channels, blendable
+    name : of the result and, with a number, of the halvings
+    """
+    if not 1 <= levels <= 6:
+        raise pg.GraphError(f"{name}: levels must be 1 to 6, got {levels}")
+    total: pg.Target | pg.TargetSpec = pg.target(name, format, like=light)
+    for number, part in enumerate(_halves(light, levels, name)):
+        total = drawn(part, total, f"{name}_add{number}", 1.0 / levels, blend="add")
+    assert isinstance(total, pg.Target)
+    return total
+
+
+@pg.function
+def place_in(at: vec2, clip: vec4) -> vec2:
+    """World place of a point of the picture, ``at`` from 0 to 1; ``clip`` is `Window.clip`."""
+    return vec2((2.0 * at.x - 1.0 - clip.z) / clip.x, (1.0 - 2.0 * at.y - clip.w) / clip.y)
+
+
+@pg.fragment
+def shadow_width(spot: Spot, clip: vec4, light: vec4, pixels_per_unit: float) -> vec4:
+    """Red is shadow; green how wide the soft edge is here, px: the lamp's width, as seen through the wall's edge."""
+    ray = place_in(uv(), clip) - light.xy
+    along = spot.edge.zw - spot.edge.xy
+    # how many times farther from the lamp than the wall this place is
+    times = cross2(ray, along) / cross2(spot.edge.xy - light.xy, along)
+    return vec4(1.0, 2.0 * light.w * max(times - 1.0, 0.0) * pixels_per_unit, 0.0, 0.0)
+
+
+@pg.kernel
+def gathered(sofar: Image, half: Image) -> vec4:
+    """Sums of shadow and of width over the halvings: their ratio is a width also beside the shadow."""
+    return sofar[0, 0] + half.sample(uv())
+
+
+@pg.kernel
+def blended(sofar: Image, half: Image, width: Image, level: float) -> vec4:
+    """A step toward a smaller picture, where the edge is as wide as its texels."""
+    w = width[0, 0]
+    wanted = log2(max(w.g / max(w.r, 1e-6), 1e-6) / TEXELS_PER_EDGE)
+    return sofar[0, 0] + (half.sample(uv()) - sofar[0, 0]) * saturate(wanted - level + 1.0)
+
+
+@pg.kernel
+def shaded(shadow: Image, clip: vec4, light: vec4, color: vec3) -> vec4:
+    """The light's gradient, less the shadow."""
+    far = length(place_in(uv(), clip) - light.xy)
+    return vec4(color * (falloff(far, light.z) * (1.0 - saturate(shadow[0, 0].r))), 0.0)
+
+
+def mixed_light(
+    window: Window, light: Light2D, edges: Float64, size: tuple[int, int], levels: int = 6, name: str = "mixed"
+) -> pg.Target:
+    """One light whose shadows are sharp at the wall and soft far behind it, by choosing among halvings.
+
+    A point's shadow is drawn with the width that its soft edge would have; halvings carry that width past
+    the edge, and each place takes the halving whose texels are as wide as it asks.
+
+    Parameters
+    ----------
+    window : the part of the world in the picture, pixels as wide as high
+    light : with ``size`` above 0
+    edges : (n, 4) as x, y, x, y, n above 0
+    size : (width, height) of the picture, px
+    levels : the shadow itself and its halvings, 2 to 8
+    name : of the passes and targets
+    """
+    if not 2 <= levels <= 8:
+        raise pg.GraphError(f"{name}: levels must be 2 to 8, got {levels}")
+    where = {"clip": window.clip, "light": (*light.position, light.radius, light.size)}
+    mask: pg.Target = pg.draw(
+        shadow_of(edges, light.position), vertex=in_window, fragment=shadow_width, name=f"{name}_mask",
+        into=pg.target(f"{name}_mask", "rgba32f", size), blend="max",
+        values={**where, "pixels_per_unit": size[0] / (window.right - window.left)},
+    )  # fmt: skip
+    halves = _halves(mask, levels, name)
+    width = mask
+    for level, half in enumerate(halves[1:], 1):
+        label = f"{name}_width{level}"
+        width = gathered(width, half, into=pg.target(label, "rgba32f"), name=label)
+    shadow = mask
+    for level, half in enumerate(halves[1:], 1):
+        label = f"{name}_mix{level}"
+        shadow = blended(shadow, half, width, float(level), into=pg.target(label, "rgba32f"), name=label)
+    made: pg.Target = shaded(shadow, color=light.color, into=pg.target(name, "rgba32f"), name=name, **where)
+    return made

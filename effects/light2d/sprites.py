@@ -1,0 +1,187 @@
+"""Shadows of moving things: one or two sprites a thing, of which only place, angle and scale change."""
+
+# mypy: disable-error-code="no-any-return,type-arg,valid-type,index"
+# Values of the kernel language are Any to Python's type checkers.
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from math import atan, cos, hypot, inf, sin
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import passgraph as pg
+from passgraph import Array, Image, uv, vec4
+from passgraph.effects.light2d.shapes import Shape, Spot
+from passgraph.effects.light2d.world import Light2D, Point, Window
+
+#: Angles in radians under which a lamp sees a thing: below the first the two sprites are one.
+ONE_SPRITE = 0.12
+#: From the first angle on the shadow fades; at the second it is gone.
+FADE = (1.0, 1.6)
+#: Opacity of one sprite's core.
+CORE = 0.65
+#: The sprite: opaque in the middle of its width, fading along its length; its pivot is the middle of the left side.
+SPRITE = CORE * np.outer([0.3, 1.0, 1.0, 0.3], [1.0, 0.85, 0.5, 0.0])
+
+
+@dataclass(frozen=True, slots=True)
+class Mover:
+    """A rectangle that moves.
+
+    Attributes
+    ----------
+    position : its middle, world units
+    half : half its width and half its height, world units, above 0
+    angle_rad : turned counter-clockwise by this
+    """
+
+    position: Point
+    half: Point = (0.5, 0.5)
+    angle_rad: float = 0.0
+
+    def across(self, x: float, y: float) -> float:
+        """Length of its projection on the axis perpendicular to the unit direction (x, y)."""
+        c, s = cos(self.angle_rad), sin(self.angle_rad)
+        return 2.0 * (self.half[0] * abs(c * y - s * x) + self.half[1] * abs(s * y + c * x))
+
+
+def nearest(lights: Sequence[Light2D], place: Point) -> Light2D | None:
+    """The lamp nearest to a place, of those that reach it."""
+    near, best = None, inf
+    for light in lights:
+        way = hypot(place[0] - light.position[0], place[1] - light.position[1])
+        if way < min(best, light.radius):
+            near, best = light, way
+    return near
+
+
+def sprite_table(
+    movers: Sequence[Mover], lights: Sequence[Light2D], reach: Callable[[Point], float], count: int
+) -> NDArray[np.float32]:
+    """Two sprites for each of ``count`` things, (4 · count, 4): pivot and opacity, then both axes; absent ones are 0.
+
+    Parameters
+    ----------
+    movers : ``count`` or fewer
+    lights : each thing is shaded by the nearest alone
+    reach : longest shadow from a place, world units: the distance grid's value plus the thinnest wall
+    count : room in the table
+    """
+    if len(movers) > count:
+        raise pg.GraphError(f"moving shadows: {len(movers)} things, and there is room for {count}")
+    table = np.zeros((4 * count, 4), np.float32)
+    for number, mover in enumerate(movers):
+        light = nearest(lights, mover.position)
+        if light is None:
+            continue
+        x, y = mover.position[0] - light.position[0], mover.position[1] - light.position[1]
+        way = hypot(x, y)
+        if way == 0.0:
+            continue
+        width = mover.across(x / way, y / way)
+        angle = 2.0 * atan(0.5 * width / way)
+        fade = min(max((FADE[1] - angle) / (FADE[1] - FADE[0]), 0.0), 1.0)
+        length = min(reach(mover.position), light.radius - way)
+        if angle >= ONE_SPRITE:
+            # beyond this the inner sides of the two sprites part, and light would show between them
+            length = min(length, way)
+        turns = [(0.0, 2.0)] if angle < ONE_SPRITE else [(-0.5 * angle, 1.0), (0.5 * angle, 1.0)]
+        for side, (turn, factor) in enumerate(turns):
+            c, s = cos(turn) / way, sin(turn) / way
+            along = x * c - y * s, x * s + y * c
+            row = 4 * number + 2 * side
+            table[row] = (*mover.position, fade * factor, 0.0)
+            table[row + 1] = (along[0] * length, along[1] * length, -along[1] * 0.5 * width, along[0] * 0.5 * width)
+    return table
+
+
+@lru_cache(maxsize=16)
+def _placed(rows: int) -> Any:
+    @pg.vertex
+    def placed(vertex: pg.Vertex, clip: vec4, table: Array[vec4, rows]) -> Spot:
+        first = min(2 * int(vertex.position.z + 0.5), rows - 2)
+        axes = table[first + 1]
+        pivot = table[first]
+        at = pivot.xy + axes.xy * vertex.position.x + axes.zw * vertex.position.y
+        corner = vec4(at.x * clip.x + clip.z, at.y * clip.y + clip.w, 0.0, 1.0)
+        return Spot(corner, at, vertex.uv, vec4(0.0, 0.0, 0.0, pivot.z))
+
+    return placed
+
+
+@pg.fragment
+def shadow_sprite(spot: Spot, sprite: Image) -> vec4:
+    """Black, as opaque as the sprite."""
+    return vec4(0.0, 0.0, 0.0, min(sprite.sample(spot.uv).r * spot.edge.a, 1.0))
+
+
+@pg.kernel
+def faded(before: Image, now: Image, share: float) -> vec4:
+    """A step from the last frame's shadow to this one's."""
+    return before[0, 0] + (now[0, 0] - before[0, 0]) * share
+
+
+@pg.kernel
+def darkened(scene: Image, shadow: Image) -> vec4:
+    """The scene behind the shadow; alpha is the scene's."""
+    c = scene[0, 0]
+    return vec4(c.rgb * (1.0 - shadow.sample(uv()).a), c.a)
+
+
+def moving_shadows(
+    scene: pg.Target,
+    window: Window,
+    lights: Sequence[Light2D],
+    movers: pg.Value,
+    count: int,
+    reach: Callable[[Point], float] = lambda place: inf,
+    share: float | pg.Value = 1.0,
+    into: pg.TargetSpec | None = None,
+    name: str = "moving_shadows",
+) -> pg.Target:
+    """A scene with shadows of moving things, two sprites each.
+
+    Parameters
+    ----------
+    scene : any picture of the window
+    window, lights : as in `light_map`
+    movers : a value that runs bring: a sequence of `Mover`
+    count : most things at once, 1 to 32
+    reach : longest shadow from a place, world units, such as `passgraph.effects.light2d.grid.reach`
+    share : how far shadows go from the last frame's to this one's, above 0, 1 or less; below 1 a shadow that
+        jumps to another lamp fades over, and one that moves leaves a trail; may be a ``pg.Value``
+    into : where it goes; left out, float32 with the name ``name``
+    name : of the passes and targets
+
+    A pair's shadow is at most as long as the way from the lamp, where the sprites' inner sides meet.
+    A lamp so near that it sees a thing under more than 1 radian throws a fading shadow, and none from 1.6 on.
+    """
+    if not 1 <= count <= 32:
+        raise pg.GraphError(f"{name}: count must be 1 to 32, got {count}")
+    sprite = pg.Input(f"{name}_sprite", "r32f", (4, 4), static=True, default=SPRITE.astype(np.float32))
+    layer: pg.Target = pg.draw(
+        _unit_quads(2 * count), vertex=_placed(4 * count), fragment=shadow_sprite, name=f"{name}_sprites",
+        into=pg.target(f"{name}_sprites", "rgba16f", like=scene), blend="alpha",
+        values={
+            "clip": window.clip, "sprite": sprite,
+            "table": movers.map(lambda given: sprite_table(given, lights, reach, count)),
+        },
+    )  # fmt: skip
+    if isinstance(share, pg.Value) or share != 1.0:
+        kept = pg.target(f"{name}_faded", "rgba16f", like=scene)
+        layer = faded(pg.previous(kept), layer, share, into=kept, name=f"{name}_faded")
+    made: pg.Target = darkened(scene, layer, into=into or pg.target(name, "rgba32f"), name=name)
+    return made
+
+
+def _unit_quads(count: int) -> Shape:
+    """Quads from (0, -1) to (1, 1), numbered in z."""
+    corners = np.tile([[0.0, -1.0], [1.0, -1.0], [1.0, 1.0], [0.0, 1.0]], (count, 1))
+    positions = np.column_stack([corners, np.repeat(np.arange(count), 4)]).astype(np.float32)
+    triangles = (4 * np.arange(count)[:, None] + [0, 1, 2, 0, 2, 3]).reshape(-1, 3).astype(np.int32)
+    uvs = np.column_stack([corners[:, 0], 0.5 - 0.5 * corners[:, 1]]).astype(np.float32)
+    return Shape(positions, triangles, uvs, np.zeros((4 * count, 4), np.float32))

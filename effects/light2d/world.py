@@ -1,0 +1,134 @@
+"""Lights and walls of a flat world, and where they lie in a picture."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from math import hypot, isfinite
+
+import numpy as np
+from numpy.typing import NDArray
+
+import passgraph as pg
+
+Point = tuple[float, float]
+Float64 = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Window:
+    """The rectangle of the world that fills a picture; y points up, row 0 of the picture is its top.
+
+    Attributes
+    ----------
+    left, bottom, right, top : world units; right above left, top above bottom
+
+    >>> Window(0, 0, 8, 4).pixels((2.0, 3.0), (80, 40))
+    (20.0, 10.0)
+    """
+
+    left: float
+    bottom: float
+    right: float
+    top: float
+
+    def __post_init__(self) -> None:
+        if not (self.left < self.right and self.bottom < self.top):
+            raise pg.GraphError(f"window {self} needs left < right and bottom < top")
+
+    def pixels(self, place: Point, size: tuple[int, int]) -> Point:
+        """A place of the world in pixels of a (width, height) picture; the first pixel's centre is (0.5, 0.5)."""
+        x = (place[0] - self.left) / (self.right - self.left) * size[0]
+        return x, (self.top - place[1]) / (self.top - self.bottom) * size[1]
+
+    def world(self, pixel: Point, size: tuple[int, int]) -> Point:
+        """The inverse of `pixels`."""
+        x = self.left + pixel[0] / size[0] * (self.right - self.left)
+        return x, self.top - pixel[1] / size[1] * (self.top - self.bottom)
+
+    @property
+    def clip(self) -> tuple[float, float, float, float]:
+        """(scale x, scale y, offset x, offset y) from the world to clip space."""
+        sx, sy = 2.0 / (self.right - self.left), 2.0 / (self.top - self.bottom)
+        return sx, sy, -1.0 - sx * self.left, -1.0 - sy * self.bottom
+
+    @property
+    def corners(self) -> tuple[Point, Point, Point, Point]:
+        return (self.left, self.bottom), (self.right, self.bottom), (self.right, self.top), (self.left, self.top)
+
+
+@dataclass(frozen=True, slots=True)
+class Light2D:
+    """A round lamp in the plane.
+
+    Attributes
+    ----------
+    position : its middle, world units
+    color : linear RGB at the middle, each 0 or more
+    radius : where its light ends, world units, above 0; it falls as (1 - (distance / radius)²)²
+    size : radius of the luminous disc, world units, 0 or more and below ``radius``; 0 casts hard shadows
+    """
+
+    position: Point
+    color: tuple[float, float, float] = (1.0, 1.0, 1.0)
+    radius: float = 10.0
+    size: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not all(isfinite(v) for v in (*self.position, *self.color, self.radius, self.size)):
+            raise pg.GraphError(f"{self}: every number must be finite")
+        if not (self.radius > 0.0 and 0.0 <= self.size < self.radius):
+            raise pg.GraphError(f"{self}: radius must be above 0, and size from 0 to below radius")
+        if min(self.color) < 0.0:
+            raise pg.GraphError(f"{self}: color must be 0 or more")
+
+    def moved(self, by: Point) -> Light2D:
+        return Light2D((self.position[0] + by[0], self.position[1] + by[1]), self.color, self.radius, self.size)
+
+
+@dataclass(frozen=True, slots=True)
+class Wall:
+    """An obstacle that lets no light through: an outline of straight edges.
+
+    Attributes
+    ----------
+    points : two or more corners, world units, in order
+    closed : whether the last corner joins the first; the inside of a closed wall is dark
+    """
+
+    points: tuple[Point, ...]
+    closed: bool = True
+
+    def __post_init__(self) -> None:
+        if len(self.points) < 2 or not all(isfinite(v) for point in self.points for v in point):
+            raise pg.GraphError(f"a wall needs two or more finite corners, got {self.points}")
+
+    @classmethod
+    def box(cls, left: float, bottom: float, right: float, top: float) -> Wall:
+        """An upright rectangle."""
+        return cls(((left, bottom), (right, bottom), (right, top), (left, top)))
+
+    @property
+    def edges(self) -> tuple[tuple[Point, Point], ...]:
+        ends = self.points[1:] + (self.points[:1] if self.closed and len(self.points) > 2 else ())
+        return tuple(zip(self.points, ends, strict=False))
+
+
+def edges_near(walls: Iterable[Wall], light: Light2D) -> Float64:
+    """The edges (n, 4) as x, y, x, y that are near enough to stand in a light's way."""
+    edges = [(*a, *b) for wall in walls for a, b in wall.edges if a != b]
+    near = [edge for edge in edges if distance_to_edge(light.position, edge) < light.radius]
+    return np.array(near, np.float64).reshape(-1, 4)
+
+
+def distance_to_edge(place: Point, edge: tuple[float, float, float, float]) -> float:
+    """World units.
+
+    >>> distance_to_edge((0.0, 2.0), (-1.0, 0.0, 1.0, 0.0))
+    2.0
+    """
+    ax, ay, dx, dy = edge[0], edge[1], edge[2] - edge[0], edge[3] - edge[1]
+    length = dx * dx + dy * dy
+    t = ((place[0] - ax) * dx + (place[1] - ay) * dy) / length if length > 0.0 else 0.0
+    t = min(max(t, 0.0), 1.0)
+    return hypot(place[0] - ax - t * dx, place[1] - ay - t * dy)

@@ -1,0 +1,105 @@
+"""Shadows of moving things by sprites."""
+
+from __future__ import annotations
+
+from math import atan, hypot, inf, pi
+
+import numpy as np
+import pytest
+
+import passgraph as pg
+from passgraph.effects.light2d import Light2D, Window
+from passgraph.effects.light2d.sprites import FADE, Mover, moving_shadows, nearest, sprite_table
+from tests.effects.scenes import Picture
+
+WINDOW = Window(-8, -8, 8, 8)
+LAMP = Light2D((-4.0, 0.0), radius=12.0)
+OTHER = Light2D((6.0, 6.0), radius=6.0)
+SIDE = 64
+WHITE = np.ones((SIDE, SIDE, 4), np.float32)
+
+
+def far(place: tuple[float, float]) -> float:
+    return inf
+
+
+def run(movers: list[Mover], backend: str = "reference") -> Picture:
+    made = moving_shadows(pg.Input("scene"), WINDOW, [LAMP, OTHER], pg.Value("movers"), 4)
+    with pg.compile(made, backend=backend) as program:
+        return program(scene=WHITE, movers=movers)["moving_shadows"]
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.3, pi / 4, 2.0])
+def test_the_width_is_the_projection_of_the_corners(angle: float) -> None:
+    mover = Mover((0, 0), (1.0, 0.4), angle)
+    corners = np.array([[1, 0.4], [1, -0.4], [-1, 0.4], [-1, -0.4]])
+    turned = corners @ np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+    assert mover.across(1.0, 0.0) == pytest.approx(np.ptp(turned[:, 1]))
+    assert mover.across(0.6, 0.8) == pytest.approx(np.ptp(turned @ [-0.8, 0.6]))
+
+
+def test_two_sprites_are_turned_by_the_angle_that_the_lamp_sees() -> None:
+    table = sprite_table([Mover((0, 0), (0.5, 0.5))], [LAMP], far, 1)
+    half = atan(0.5 / 4)
+    np.testing.assert_allclose(np.arctan2(table[[1, 3], 1], table[[1, 3], 0]), [-half, half], atol=1e-6)
+    np.testing.assert_allclose(np.hypot(table[[1, 3], 2], table[[1, 3], 3]), 0.5, atol=1e-6)
+
+
+def test_far_away_one_sprite_is_twice_as_opaque() -> None:
+    table = sprite_table([Mover((4, 0), (0.2, 0.2))], [LAMP], far, 1)
+    assert table[0, 2] == 2.0
+    assert not table[2:].any()
+
+
+def test_near_the_lamp_the_shadow_fades_out() -> None:
+    opacity = [sprite_table([Mover((-4 + way, 0))], [LAMP], far, 1)[0, 2] for way in (0.4, 0.7, 0.8, 2.0)]
+    assert opacity[0] == 0.0
+    assert 0.0 < opacity[1] < opacity[2] < opacity[3] == 1.0
+    assert 2 * atan(0.5 / 0.4) > FADE[1]
+
+
+def test_shadows_end_where_the_grid_says() -> None:
+    table = sprite_table([Mover((0, 0))], [LAMP], lambda place: 2.5, 1)
+    assert hypot(table[1, 0], table[1, 1]) == pytest.approx(2.5)
+    pair = sprite_table([Mover((0, 0))], [LAMP], far, 1)  # two sprites part beyond the way from the lamp
+    assert hypot(pair[1, 0], pair[1, 1]) == pytest.approx(4.0)
+
+
+def test_each_thing_is_shaded_by_the_nearest_lamp_alone() -> None:
+    assert nearest([LAMP, OTHER], (0.0, 0.0)) is LAMP
+    assert nearest([LAMP, OTHER], (5.0, 5.0)) is OTHER
+    assert nearest([OTHER], (-5.0, -5.0)) is None
+    with pytest.raises(pg.GraphError, match="there is room for 1"):
+        sprite_table([Mover((0, 0)), Mover((1, 1))], [LAMP], far, 1)
+
+
+def test_it_is_darkest_behind_the_middle_and_bright_before_and_beside() -> None:
+    shown = run([Mover((0, 0), (1.0, 1.0))])[:, :, 0]
+    x, y = (int(v) for v in WINDOW.pixels((1.5, 0.0), (SIDE, SIDE)))
+    column = shown[:, x]
+    assert column[y] < 0.6
+    assert column[y] <= column.min() + 0.02
+    assert column[y - 25] == column[y + 25] == 1.0
+    np.testing.assert_allclose(shown, shown[::-1], atol=2e-3)
+    assert shown[y, int(WINDOW.pixels((-2.0, 0.0), (SIDE, SIDE))[0])] == 1.0
+
+
+def test_every_backend_agrees_with_the_reference(backend_name: str) -> None:
+    movers = [Mover((0, 0), (1.0, 0.6), 0.4), Mover((-4, 5), (0.2, 0.3), 1.0), Mover((5, 4.3), (0.3, 0.3))]
+    got, expected = run(movers, backend_name), run(movers)
+    assert (expected < 0.9).any()
+    off = (abs(got - expected) > 2e-3).any(axis=2).mean()
+    assert off <= 0.005, f"{off:.2%} of the pixels differ by more than 2e-3"
+
+
+def test_a_shadow_that_jumps_fades_over(backend_name: str) -> None:
+    made = moving_shadows(pg.Input("scene"), WINDOW, [LAMP], pg.Value("movers"), 1, share=0.5)
+    here, there = [Mover((0, 0))], [Mover((0, 5))]
+    shadow = 1.0 - run(here)
+    with pg.compile(made, backend=backend_name) as program:
+        for frame in range(4):
+            left = 1.0 - program(scene=WHITE, movers=here if frame < 3 else there)["moving_shadows"]
+            if frame < 3:
+                np.testing.assert_allclose(left, shadow * (1 - 0.5 ** (frame + 1)), atol=4e-3)
+    moved = 1.0 - run(there)
+    np.testing.assert_allclose(left, 0.5 * moved + 0.5 * 0.875 * shadow, atol=4e-3)
