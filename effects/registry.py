@@ -144,6 +144,31 @@ _FIVE_PASS = (
     Parameter("display", "bool", True, help="8-bit sRGB; off: the linear result"),
 )
 
+_PLANAR = (
+    Parameter("height", "float", 0.0, None, None, "scene units", "of the plane, world y"),
+    Parameter("top", "rgb", (1.0, 1.0, 1.0), 0.0, None, "", "linear colour of the plane's upper face"),
+    Parameter("top_opacity", "float", 0.7, 0.0, 1.0, "", "what is left over shows the reflection"),
+    Parameter("bottom", "rgb", (0.25, 0.2, 0.2), 0.0, None, "", "linear colour of the plane's lower face"),
+    Parameter("bottom_opacity", "float", 1.0, 0.0, 1.0, "", "what is left over shows the reflection"),
+    Parameter("darkness", "float", 0.6, 0.0, 1.0, "", "share of the colour that each light's shadow takes"),
+    Parameter("lift", "float", 0.001, 0.0, None, "scene units", "of the shadows over the plane"),
+    Parameter("ambient", "float", 0.25, 0.0, None, "", "light from all around, scene-linear"),
+    Parameter("fog", "choice", "linear", help="OpenGL's fog modes", choices=("none", "linear", "exp", "exp2")),
+    Parameter("fog_color", "rgb", (0.32, 0.42, 0.55), 0.0, None, "", "linear; also where there is no surface"),
+    Parameter("fog_start", "float", 10.0, None, None, "scene units", "of linear fog, along the view axis"),
+    Parameter("fog_end", "float", 40.0, None, None, "scene units", "of linear fog, above fog_start"),
+    Parameter("fog_density", "float", 0.05, 0.0, None, "per scene unit", "of exp and exp2"),
+    Parameter("display", "bool", True, help="sRGB; off: the HDR result"),
+)
+
+_CONTACT = (
+    Parameter("height", "float", 0.0, None, None, "scene units", "of the floor, world y"),
+    Parameter("threshold", "float", 0.3, 1e-6, None, "scene units", "what is higher throws no contact shadow"),
+    Parameter("darkness", "float", 0.7, 0.0, 1.0, "", "share of the light that is taken at contact"),
+    Parameter("map_size", "int", 256, 16, 4096, "texels", "along each side of the view from above"),
+    Parameter("display", "bool", True, help="sRGB; off: the HDR result"),
+)
+
 EFFECTS: dict[str, Effect] = {
     effect.name: effect
     for effect in (
@@ -213,6 +238,20 @@ EFFECTS: dict[str, Effect] = {
             "scene",
             _FIVE_PASS,
             "A spotlit scene with a soft shadow in five passes, as of 2005.",
+        ),
+        Effect(
+            "planar",
+            "passgraph.effects.planar:planar",
+            "scene",
+            _PLANAR,
+            "Reflection in, and shadows on, a plane, by a stencil buffer; fog.",
+        ),
+        Effect(
+            "contact",
+            "passgraph.effects.contact:contact",
+            "scene",
+            _CONTACT,
+            "Soft shadows, and a floor darkened near contacts.",
         ),
     )
 }

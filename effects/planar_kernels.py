@@ -1,0 +1,116 @@
+"""Kernels of `passgraph.effects.planar`: lit surfaces, flattened casters, fog."""
+
+# mypy: disable-error-code="no-any-return"
+# Values of the kernel language are Any to Python's type checkers.
+from __future__ import annotations
+
+import passgraph as pg
+from passgraph import Const, Image, discard, dot, exp, length, mat4, normalize, vec2, vec3, vec4
+
+
+@pg.struct
+class Lit:
+    """A vertex with world axes, the eye at the origin."""
+
+    position: vec4
+    normal: vec3
+    place: vec3
+    height: float  # over the plane, scene units
+    uv: vec2
+    color: vec4
+
+
+@pg.struct
+class Shade:
+    """A caster's vertex, flattened onto the plane."""
+
+    position: vec4
+    above: float  # the plane, on the side of the light
+    beyond: float  # positive between the plane and the light
+
+
+@pg.vertex
+def place_lit(vertex: pg.Vertex, clip_from_local: mat4, eye_from_local: mat4, height_row: vec4) -> Lit:
+    """Where it is drawn and where it is lit are apart: a reflection is the lit object, seen elsewhere."""
+    local = vec4(vertex.position, 1.0)
+    place = eye_from_local * local
+    return Lit(clip_from_local * local, vertex.normal, place.xyz, dot(height_row, local), vertex.uv, vertex.color)
+
+
+@pg.function
+def one_light(light: vec4, color: vec4, place: vec3, n: vec3) -> vec3:
+    """Diffuse light; ``light.w`` is 0 for a direction toward it, 1 for a position."""
+    offset = light.xyz - place * light.w
+    far = max(length(offset), 1e-6)
+    strength = max(dot(n, offset), 0.0) / far
+    if light.w > 0.5:
+        strength = strength / (far * far)
+    return color.rgb * strength
+
+
+@pg.function
+def light_on(lights: mat4, colors: mat4, place: vec3, normal: vec3, ambient: vec3) -> vec3:
+    """All lights: one column each, black where there are fewer."""
+    n = normalize(normal)
+    a, b = vec4(1.0, 0.0, 0.0, 0.0), vec4(0.0, 1.0, 0.0, 0.0)
+    c, d = vec4(0.0, 0.0, 1.0, 0.0), vec4(0.0, 0.0, 0.0, 1.0)
+    total = ambient + one_light(lights * a, colors * a, place, n) + one_light(lights * b, colors * b, place, n)
+    return total + one_light(lights * c, colors * c, place, n) + one_light(lights * d, colors * d, place, n)
+
+
+@pg.fragment
+def lit_object(
+    surface: Lit, base_map: Image, lights: mat4, colors: mat4, ambient: vec3, keep: float,
+    has_map: Const[bool], cutoff: float,
+) -> vec4:  # fmt: skip
+    """A lit surface; ``keep`` is the side of the plane that is drawn, 0 for both."""
+    if surface.height * keep < 0.0:
+        discard()
+    color = surface.color
+    if has_map:
+        color = color * base_map.sample(surface.uv)
+    if color.a < cutoff:
+        discard()
+    return vec4(color.rgb * light_on(lights, colors, surface.place, surface.normal, ambient), color.a)
+
+
+@pg.fragment
+def lit_plane(
+    surface: Lit, base_map: Image, lights: mat4, colors: mat4, ambient: vec3, face: vec4, side: float,
+    has_map: Const[bool],
+) -> vec4:  # fmt: skip
+    """The face of the plane that the eye sees, with that face's colour and opacity."""
+    color = face.rgb
+    if has_map:
+        color = color * base_map.sample(surface.uv).rgb
+    return vec4(color * light_on(lights, colors, surface.place, vec3(0.0, side, 0.0), ambient), face.a)
+
+
+@pg.vertex
+def flatten(vertex: pg.Vertex, clip_from_local: mat4, above_row: vec4, beyond_row: vec4) -> Shade:
+    """A caster onto the plane, away from the light."""
+    local = vec4(vertex.position, 1.0)
+    return Shade(clip_from_local * local, dot(above_row, local), dot(beyond_row, local))
+
+
+@pg.fragment
+def darken(shade: Shade, left: float) -> vec4:
+    """The share of the colour that a shadow leaves; what is not between plane and light throws none."""
+    if shade.above < 0.0 or shade.beyond <= 0.0:
+        discard()
+    return vec4(left, left, left, 1.0)
+
+
+@pg.kernel
+def fogged(color: Image, depth: Image, planes: vec2, fog_color: vec3, fog: vec3, kind: Const[int]) -> vec4:
+    """OpenGL's fog over the distance along the view axis; ``fog`` is start, end, density."""
+    near, far = planes.x, planes.y
+    z = near * far / (far - depth[0, 0].r * (far - near))
+    f = (fog.y - z) / (fog.y - fog.x)
+    if kind == 2:
+        f = exp(-fog.z * z)
+    if kind == 3:
+        f = exp(-(fog.z * z) * (fog.z * z))
+    f = min(max(f, 0.0), 1.0)
+    here = color[0, 0]
+    return vec4(fog_color + (here.rgb - fog_color) * f, here.a)
