@@ -9,19 +9,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from passgraph.language import scalar as s
-from passgraph.language.emitter import eliminate_dead
+from passgraph.language.emitter import COMMUTATIVE, eliminate_dead
 
-_COMMUTATIVE = {
-    "add",
-    "mul",
-    "equal",
-    "not_equal",
-    "logical_and",
-    "logical_or",
-    "bit_and",
-    "bit_or",
-    "bit_xor",
-}
 #: Builtins that do not tell one channel's loop index from another's.
 _SHARED_BUILTINS = ("output_size.", "size.", "pixel.1")
 
@@ -82,7 +71,7 @@ def _shape(
         detail: tuple[object, ...] = ()
         if isinstance(instruction, s.Op):
             detail = (instruction.operation, instruction.on)
-            if instruction.operation in _COMMUTATIVE:
+            if instruction.operation in COMMUTATIVE:
                 parts = sorted(parts, key=lambda part: part or 0)
         elif isinstance(instruction, (s.LoadUniform, s.LoadTable, s.LoadBuiltin)):
             detail = (

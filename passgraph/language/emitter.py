@@ -17,7 +17,7 @@ MAX_SELECTED_INSTRUCTIONS = 12
 #: Expressions lowered and instructions made for one kernel, loops unrolled.
 MAX_STEPS = 200_000
 _RESULT = {"N": "", "G": "float", "I": "int", "B": "bool", "f": "float", "i": "int", "b": "bool"}
-_COMMUTATIVE = {
+COMMUTATIVE = {
     "add",
     "mul",
     "equal",
@@ -81,7 +81,7 @@ class Emitter:
             folded = self._fold(name, result, arguments)
             if folded is not None:
                 return folded
-            if name in _COMMUTATIVE:
+            if name in COMMUTATIVE:
                 arguments = tuple(sorted(arguments, key=lambda a: (isinstance(a, s.Lit), repr(a))))
         key = (name, on, *map(repr, arguments))
         shared = self._shared(key)
