@@ -72,6 +72,9 @@ class Backend(ABC):
     name: ClassVar[str]
     #: Whether plans may fuse passes and leave static ones out: the reference runs everything as written.
     optimises: ClassVar[bool] = True
+    #: Whether corners are rounded to the grid of docs/rasterisation.md before anything is computed from them.
+    #: Where the grid is a driver's own, bounds allow for a step of it.
+    snaps: ClassVar[bool] = True
 
     def __init__(self, device: str | None = None) -> None:
         """Open ``device`` (a number or a part of its name; None takes the first).

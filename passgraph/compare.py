@@ -17,16 +17,15 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.acceptance import SAMPLES, NoisyReference, OperationClass, bounds, operation_class
 from passgraph.backends.base import Backend
-from passgraph.backends.reference import ReferenceBackend
 from passgraph.backends.registry import backend_names, open_backend
 from passgraph.errors import DeviceMissingError, InputError, PassgraphError
 from passgraph.execution import Execution
 from passgraph.formats import Format, format_named
+from passgraph.oracle.backend import Allowed, OracleBackend, outside
 from passgraph.plan.build import build
 from passgraph.plan.collect import inputs_behind
-from passgraph.plan.data import Options, Plan, Step
+from passgraph.plan.data import CopyStep, DrawStep, Options, Plan, Step
 from passgraph.program import Outputs, checked_picture, named_outputs
 from passgraph.targets import checked_size
 
@@ -37,50 +36,64 @@ Pictures: TypeAlias = dict[tuple[int, int], Picture]  # (step, resource) → wha
 OPTIONS = Options(fuse=False, alias=False, static=False)
 
 
+#: Share of pixels of a target that may be ambiguous before its verdict says little.
+MOST_AMBIGUOUS = 0.05
+
+
 @dataclass(frozen=True)
 class TargetReport:
-    """What one pass wrote into one target on one backend, against the reference.
+    """What one pass wrote into one target on one backend, given the reference's pictures to work on.
 
     Attributes
     ----------
     step, target : names
     format : of the target
-    operations : what the pass does and how many pixels may therefore lie outside their bound
-    max_error, rmse : of all values of all channels
+    max_error, rmse : against the reference, of all values of all channels
     differing : share of pixels whose values are not the very same
-    outside : share of pixels beyond their bound
-    worst : (column, row) of the pixel that is farthest beyond its bound; where none is, of the largest error
-    worst_got, worst_expected, worst_bound : values of the channel that is worst there
-    median_bound : half of all values are held to less than this
+    outside : share of pixels with a value that no conforming backend may have
+    ambiguous : share of pixels where rounding may turn a decision, and the outcomes lie apart
+    decisions : operations that rounding may turn, and in how many pixels, most first
+    worst : (column, row) of the pixel that is farthest outside; where none is, of the largest error
+    worst_got, worst_expected, worst_low, worst_high : values of the channel that is worst there, and what is allowed
+    median_width : half of all intervals are narrower than this
     accumulated_max, accumulated_rmse : on this backend's own pictures, with errors of earlier passes
     """
 
     step: str
     target: str
     format: Format
-    operations: OperationClass
     max_error: float
     rmse: float
     differing: float
     outside: float
+    ambiguous: float
+    decisions: tuple[tuple[str, int], ...]
     worst: tuple[int, int]
     worst_got: float
     worst_expected: float
-    worst_bound: float
-    median_bound: float
+    worst_low: float
+    worst_high: float
+    median_width: float
     accumulated_max: float = 0.0
     accumulated_rmse: float = 0.0
 
     @property
     def within_bounds(self) -> bool:
-        return self.outside <= self.operations.outside
+        """Whether every value is one that a conforming backend may have."""
+        return self.outside == 0.0
+
+    @property
+    def decided(self) -> bool:
+        """Whether few enough pixels are ambiguous for the verdict to mean something."""
+        return self.ambiguous <= MOST_AMBIGUOUS
 
     def __str__(self) -> str:
         column, row = self.worst
-        verdict = "within its bound" if self.within_bounds else f"beyond its bound at {self.outside:.3%} of pixels"
+        verdict = "within its bounds" if self.within_bounds else f"outside its bounds at {self.outside:.3%} of pixels"
         return (
             f"pass {self.step}, target {self.target}: {verdict}; worst at column {column}, row {row}: "
-            f"{self.worst_got:.9g} against {self.worst_expected:.9g}, bound {self.worst_bound:.3g}"
+            f"{self.worst_got:.9g} where the reference has {self.worst_expected:.9g} and {self.worst_low:.9g} to "
+            f"{self.worst_high:.9g} is allowed"
         )
 
 
@@ -123,12 +136,13 @@ def compare(
     backends: Iterable[str | Backend] | None = None,
     *,
     size: tuple[int, int] | None = None,
-    isolate: bool = True,
-    samples: int = SAMPLES,
     progress: Callable[[str], None] = lambda _: None,
     **given: Any,
 ) -> Report:
-    """Run a graph on backends and hold every target of every pass against the reference.
+    """Run a graph on backends and hold every target of every pass against what a conforming backend may compute.
+
+    Each pass of each backend is given the reference's pictures to work on, so that a difference is that pass's
+    own; errors that add up are reported beside it.  What is allowed comes from :mod:`passgraph.oracle`.
 
     Parameters
     ----------
@@ -138,11 +152,6 @@ def compare(
         Names or open backends; left out, every one that is installed.
     size
         (width, height) of the output in pixels, as for :func:`passgraph.compile`.
-    isolate
-        Give each pass of each backend the reference's pictures to work on, so that a difference is that
-        pass's own; errors that add up are reported beside it.  Off: verdicts are on what adds up.
-    samples
-        Noisy runs of the reference behind each bound.
     progress
         Called with what is being done.
     **given
@@ -154,23 +163,9 @@ def compare(
         As for compiling and running; what a tested backend raises is in its report.
     """
     plan, pictures, values = _plan(outputs, size, given)
-    progress("reference")
-    with ReferenceBackend() as reference:
-        expected = _run(plan, reference, pictures, values, None)
-    fed = expected if isolate else None
-    spread = {key: np.zeros(picture.shape) for key, picture in expected.items()}
-    for seed in range(samples):
-        progress(f"bounds, {seed + 1} of {samples}")
-        with NoisyReference(seed) as noisy:
-            for key, picture in _run(plan, noisy, pictures, values, fed).items():
-                spread[key] = np.maximum(spread[key], distance(picture, expected[key]))
-    limits = {key: bounds(plan.resources[key[1]].format, expected[key], spread[key]) for key in expected}
-    reports = []
-    for chosen in backends if backends is not None else [n for n in backend_names() if n not in ("reference", "null")]:
-        name = chosen if isinstance(chosen, str) else chosen.name
-        progress(name)
-        reports.append(_judge(chosen, name, plan, pictures, values, expected, limits, isolate))
-    return Report(tuple(reports), plan)
+    judge = _Judge(plan, pictures, values, progress)
+    chosen = backends if backends is not None else [n for n in backend_names() if n not in ("reference", "null")]
+    return Report(tuple(judge.report(backend) for backend in chosen), plan)
 
 
 def _plan(
@@ -218,33 +213,62 @@ def _run(
     return written
 
 
-def _judge(
-    chosen: str | Backend,
-    name: str,
-    plan: Plan,
-    pictures: Mapping[str, Picture],
-    values: Mapping[str, Any],
-    expected: Pictures,
-    limits: Mapping[tuple[int, int], NDArray[np.float64]],
-    isolate: bool,
-) -> BackendReport:
-    """One backend opened, run and measured; what it raises becomes its report."""
-    try:
-        backend = open_backend(chosen) if isinstance(chosen, str) else chosen
-    except DeviceMissingError as error:
-        return BackendReport(name, missing=str(error))
-    except PassgraphError as error:
-        return BackendReport(name, failed=str(error))
-    try:
-        whole = _run(plan, backend, pictures, values, None)
-        judged = _run(plan, backend, pictures, values, expected) if isolate else whole
-    except PassgraphError as error:
-        return BackendReport(name, failed=str(error))
-    finally:
-        if isinstance(chosen, str):
-            backend.close()
-    targets = [_measure(plan, key, judged[key], expected[key], limits[key], whole[key]) for key in expected]
-    return BackendReport(name, tuple(targets))
+class _Judge:
+    """The reference's pictures, and what conforming backends may write instead, found when first needed."""
+
+    def __init__(
+        self,
+        plan: Plan,
+        pictures: Mapping[str, Picture],
+        values: Mapping[str, Any],
+        progress: Callable[[str], None],
+    ) -> None:
+        self.plan, self.pictures, self.values, self.progress = plan, pictures, values, progress
+        self.expected: Pictures = {}
+        self._allowed: dict[bool, dict[tuple[int, int], Allowed]] = {}
+
+    def allowed(self, snaps: bool) -> dict[tuple[int, int], Allowed]:
+        """By step and resource, for backends that snap corners as documented or for those that need not."""
+        snaps = snaps or not any(isinstance(step, DrawStep) for step in self.plan.steps)
+        if snaps not in self._allowed:
+            self.progress("reference and bounds")
+            oracle = OracleBackend(snaps)
+            self.expected = _run(self.plan, oracle, self.pictures, self.values, None)
+            self._allowed[snaps] = {
+                (number, resource): allowed
+                for number, step in enumerate(self.plan.steps)
+                for resource, allowed in zip(step.writes, self._of(oracle, number, step), strict=True)
+            }
+        return self._allowed[snaps]
+
+    def _of(self, oracle: OracleBackend, number: int, step: Step) -> list[Allowed]:
+        if isinstance(step, CopyStep):
+            return [Allowed.exactly(self.expected[number, resource]) for resource in step.writes]
+        return oracle.found[id(step)]
+
+    def report(self, chosen: str | Backend) -> BackendReport:
+        """One backend opened, run and measured; what it raises becomes its report."""
+        name = chosen if isinstance(chosen, str) else chosen.name
+        try:
+            backend = open_backend(chosen) if isinstance(chosen, str) else chosen
+        except DeviceMissingError as error:
+            return BackendReport(name, missing=str(error))
+        except PassgraphError as error:
+            return BackendReport(name, failed=str(error))
+        allowed = self.allowed(backend.snaps)
+        self.progress(name)
+        try:
+            whole = _run(self.plan, backend, self.pictures, self.values, None)
+            judged = _run(self.plan, backend, self.pictures, self.values, self.expected)
+        except PassgraphError as error:
+            return BackendReport(name, failed=str(error))
+        finally:
+            if isinstance(chosen, str):
+                backend.close()
+        targets = [
+            _measure(self.plan, key, judged[key], self.expected[key], allowed[key], whole[key]) for key in self.expected
+        ]
+        return BackendReport(name, tuple(targets))
 
 
 def distance(picture: Picture, reference: Picture) -> NDArray[np.float64]:
@@ -257,36 +281,30 @@ def distance(picture: Picture, reference: Picture) -> NDArray[np.float64]:
 
 
 def _measure(
-    plan: Plan,
-    key: tuple[int, int],
-    got: Picture,
-    reference: Picture,
-    limit: NDArray[np.float64],
-    whole: Picture,
+    plan: Plan, key: tuple[int, int], got: Picture, reference: Picture, allowed: Allowed, whole: Picture
 ) -> TargetReport:
     step, resource = plan.steps[key[0]], plan.resources[key[1]]
     apart = distance(got, reference)
-    # A bound may be infinite where a sample was; nothing can be said there, and nothing is beyond it.
-    beyond = apart - limit
-    beyond = np.where(np.isfinite(beyond), beyond, np.where(np.isinf(apart) & np.isfinite(limit), np.inf, -1.0))
-    outside = (beyond > 0).any(axis=2)
-    score = beyond if outside.any() else apart
+    beyond = outside(got, allowed.values)
+    score = np.where(beyond, apart, -1.0) if beyond.any() else apart
     row, column, channel = (int(i) for i in np.unravel_index(np.argmax(score), score.shape))
     accumulated = distance(whole, reference)
     return TargetReport(
         step.name,
         resource.name,
         resource.format,
-        operation_class(step),
         float(apart.max()),
         _rmse(apart),
         float((apart > 0).any(axis=2).mean()),
-        float(outside.mean()),
+        float(beyond.any(axis=2).mean()),
+        float(allowed.ambiguous.mean()),
+        tuple(allowed.names.most_common()),
         (column, row),
         float(got[row, column, channel]),
         float(reference[row, column, channel]),
-        float(limit[row, column, channel]),
-        float(np.median(limit)),
+        float(allowed.values.lo[row, column, channel]),
+        float(allowed.values.hi[row, column, channel]),
+        float(np.median(allowed.values.width)),
         float(accumulated.max()),
         _rmse(accumulated),
     )

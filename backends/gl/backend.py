@@ -39,6 +39,7 @@ class GLBackend(Backend):
     """OpenGL 3.3 off screen.  Every call makes the context current and puts the one before back."""
 
     name: ClassVar[str] = "gl"
+    snaps: ClassVar[bool] = False
 
     def __init__(self, device: str | None = None) -> None:
         self.closed = False

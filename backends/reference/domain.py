@@ -82,6 +82,9 @@ class Domain(ABC, Generic[V, M]):
     def merge(self, mask: M, new: V, old: V) -> V:
         """``new`` in the lanes of the mask, ``old`` in the others."""
 
+    def focus(self, mask: M) -> None:
+        """Only these lanes will use what is computed from here on."""
+
 
 class Surroundings(ABC, Generic[V]):
     """What a stage reads from outside: parameters, stage values, pictures."""

@@ -55,6 +55,12 @@ class SampledImage:
             result[np.broadcast_to(outside, place.shape), : self.channels] = 0.0
         return result
 
+    def everything(self) -> NDArray[np.float64]:
+        """All that a read can give, one a row."""
+        inside = self.fetch(*np.divmod(np.arange(self.width * self.height), self.width)[::-1])
+        outside = self.fetch(np.array([-1]), np.array([-1]))
+        return np.concatenate([inside, outside])
+
 
 def blank_image() -> SampledImage:
     """Stands in for an image that only dead code reads."""

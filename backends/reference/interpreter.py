@@ -33,6 +33,7 @@ class Interpreter(Generic[V, M]):
     def run(self) -> tuple[dict[str, V], V | None]:
         """Results by name, and where fragments are kept (None: everywhere)."""
         self.block(self.program.body, self.domain.everywhere())
+        self.domain.focus(self.domain.everywhere())
         results = {result.name: self.value(result.value) for result in self.program.results}
         return results, None if self.program.keep is None else self.value(self.program.keep)
 
@@ -46,6 +47,7 @@ class Interpreter(Generic[V, M]):
         for statement in statements:
             if not self.domain.some(active):
                 return active
+            self.domain.focus(active)
             if isinstance(statement, ir.Assign):
                 self._assign(statement, active)
             elif isinstance(statement, ir.If):

@@ -37,7 +37,6 @@ class Stage:
 
     def __init__(self, program: ir.Program, scalar: ScalarProgram, facts: Facts) -> None:
         self.program, self.facts = program, facts
-        #: What it computes with; acceptance bounds are found by replacing it with a noisy one.
         self.domain = NumberDomain()
         self.slots: dict[str, UniformSlot] = {slot.name: slot for slot in scalar.uniforms}
 

@@ -16,14 +16,15 @@ from passgraph.commands.options import (
     size_option,
 )
 from passgraph.commands.progress import progress
-from passgraph.commands.sources import Job, picture_job, scene_job
+from passgraph.commands.sources import Job, picture_job, scene_job, world_job
 from passgraph.compare import BackendReport, Report
 from passgraph.compare import compare as compare_backends
 from passgraph.effects.registry import Effect
 from passgraph.errors import InputError
 
-#: The reference interprets every operation in float64, several times: large pictures take minutes.
-COMPARE_SIZE = (320, 180)
+#: The reference interprets every operation over intervals, for every way that decisions may fall: large pictures
+#: take minutes.
+COMPARE_SIZE = (160, 90)
 
 
 @click.command(cls=EffectCommand)
@@ -40,10 +41,6 @@ COMPARE_SIZE = (320, 180)
 @size_option(COMPARE_SIZE)
 @click.option("--depth", type=click.Path(path_type=Path), help="Depth picture, for effects that take one.")
 @click.option("--linear", is_flag=True, help="Decode 8- and 16-bit pictures from sRGB to linear light first.")
-@click.option(
-    "--isolate/--accumulate", default=True, show_default=True,
-    help="Judge each pass on the reference's pictures, or on what errors add up to.",
-)  # fmt: skip
 @click.pass_context
 def compare(
     ctx: click.Context,
@@ -54,21 +51,20 @@ def compare(
     size: tuple[int, int],
     depth: Path | None,
     linear: bool,
-    isolate: bool,
     **_: Any,
 ) -> int:
     """Run an effect on every backend and hold each render target against the float64 reference.
 
-    Bounds follow from the operations of each pass and the format of each target.  Exit status: 0 all within
-    bounds, 1 a backend diverges or fails, 2 an error.  Pictures keep their own size.
+    Each pass works on the reference's pictures, so that a difference is its own.  What it may write follows from
+    the rounding that each operation and format allows; where rounding may turn a decision (a comparison, which
+    texel is read), the pixel counts as ambiguous.  Exit status: 0 all within bounds, 1 a backend diverges or
+    fails, 2 an error.  Pictures keep their own size.
     """
     chosen = chosen_effect(effect)
     with progress("reading") as say:
         job = job_of(chosen, source, size, depth, linear, given_parameters(ctx, chosen))
-        report = compare_backends(
-            job.outputs, backends or None, size=job.size, isolate=isolate, progress=say, **job.given
-        )
-    show(report, isolate)
+        report = compare_backends(job.outputs, backends or None, size=job.size, progress=say, **job.given)
+    show(report)
     return 0 if report.within_bounds else 1
 
 
@@ -80,15 +76,17 @@ def job_of(
     linear: bool,
     parameters: dict[str, Any],
 ) -> Job:
-    """A scene or a picture, as the effect takes it."""
+    """A scene, a flat world or a picture, as the effect takes it."""
     if effect.takes == "scene":
         return scene_job(effect, source, size, parameters)
+    if effect.takes == "world2d":
+        return world_job(effect, source, size, parameters)
     if source is None:
         raise InputError(f"effect {effect.name} needs a picture: name a file")
     return picture_job(effect, source, depth, linear, parameters)
 
 
-def show(report: Report, isolate: bool) -> None:
+def show(report: Report) -> None:
     """A table a backend, then its verdict in words."""
     from rich.console import Console
 
@@ -99,7 +97,7 @@ def show(report: Report, isolate: bool) -> None:
             what = f"missing: {backend.missing}" if backend.missing else f"failed: {backend.failed}"
             console.print(f"{backend.name}: {' '.join(what.split())}", markup=False, soft_wrap=True)
             continue
-        console.print(_table(backend, isolate))
+        console.print(_table(backend))
         divergence = backend.first_divergence
         verdict = f"diverges first in {divergence}" if divergence else "within bounds"
         console.print(f"{backend.name}: {verdict}\n", markup=False, soft_wrap=True)
@@ -107,7 +105,7 @@ def show(report: Report, isolate: bool) -> None:
         console.print("no backend is here to be compared; see: passgraph backends")
 
 
-def _table(backend: BackendReport, isolate: bool) -> Any:
+def _table(backend: BackendReport) -> Any:
     from rich import box
     from rich.markup import escape
     from rich.table import Table
@@ -115,23 +113,21 @@ def _table(backend: BackendReport, isolate: bool) -> Any:
     table = Table(title=f"{backend.name} against the reference", title_justify="left", box=box.SIMPLE_HEAD)
     for heading in ("pass", "target"):
         table.add_column(heading, overflow="fold")
-    for heading in ("max error", "RMSE", "differing", "median bound", "beyond"):
+    for heading in ("max error", "RMSE", "differing", "median width", "ambiguous", "outside", "adds up to"):
         table.add_column(heading, justify="right", overflow="fold")
-    if isolate:
-        table.add_column("adds up to", justify="right", overflow="fold")
     table.add_column("verdict", overflow="fold")
     for target in backend.targets:
-        cells = [
+        verdict = "within" if target.within_bounds else "[bold red]diverges[/]"
+        table.add_row(
             escape(target.step),
             escape(f"{target.target} ({target.format.name})"),
             f"{target.max_error:.3g}",
-        ]
-        cells += [
             f"{target.rmse:.3g}",
             f"{target.differing:.2%}",
-            f"{target.median_bound:.3g}",
+            f"{target.median_width:.3g}",
+            f"{target.ambiguous:.3%}",
             f"{target.outside:.3%}",
-        ]
-        cells += [f"{target.accumulated_max:.3g}"] if isolate else []
-        table.add_row(*cells, "within" if target.within_bounds else "[bold red]diverges[/]")
+            f"{target.accumulated_max:.3g}",
+            verdict if target.decided else f"{verdict}, mostly ambiguous",
+        )
     return table

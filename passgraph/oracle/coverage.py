@@ -1,0 +1,266 @@
+"""Which pixels a triangle may cover, and what is interpolated there, when corners are not exactly known.
+
+A corner may lie a little off by rounding of the vertex kernel and of the window transform.  Where backends
+snap as rule 2 of docs/rasterisation.md says, most of that is gone behind the snapping: a corner is on one point
+of the grid, or on one of few.  OpenGL leaves the grid and its rounding open, and drivers interpolate from
+unsnapped corners: there a corner may be anywhere within a step of the grid.  Edge functions and barycentric
+weights are bounded over all such corners to first order, with the products of two errors added.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.backends.reference.raster_clip import Vertices, clip_triangles
+from passgraph.backends.reference.raster_cover import expand
+from passgraph.draw_state import DrawState
+from passgraph.oracle.interval import Float64, Interval, Lanes, rounded
+
+Ints = NDArray[np.int64]
+
+ULP = 2.0**-23
+#: The grid of positions, in pixels (rule 2 of docs/rasterisation.md).
+SNAP_PX = 1.0 / 256.0
+#: ULP that the window transform loses: a quotient (2.5), two products, a sum.
+WINDOW_ULP = 5.5
+#: ULP that interpolation loses, relative to the largest corner: weights (an edge function and a quotient), 1/w
+#: (2.5), products with it and with the value, two sums, the last quotient (2.5).
+INTERPOLATION_ULP = 12.0
+#: ULP that a corner made by clipping loses, relative to the largest number of its column.
+CLIP_ULP = 4.0
+
+
+@dataclass(frozen=True)
+class Corners:
+    """Vertices as computed in float64, with how far each number may be off: rows (n, columns) of both."""
+
+    values: Float64
+    errors: Float64
+
+
+@dataclass(frozen=True)
+class Triangles:
+    """Clipped triangles on the screen, in pixels with row 0 on top; (m, 3) each unless said otherwise."""
+
+    corners: Ints  # rows of ``rows``
+    x: Float64
+    y: Float64
+    off: Float64  # how far x and y may be off
+    depth: Float64
+    depth_off: Float64
+    inverse_w: Float64
+    inverse_w_off: Float64
+    area: Float64  # (m,), twice the signed area, negative where the front is seen
+    area_off: Float64
+    offset: Interval  # (m,), what polygon offset adds to the depth
+    rows: Corners
+
+    @property
+    def sliver(self) -> Lanes:
+        """Triangles that may have no area, or either side in front."""
+        return np.asarray(~(np.abs(self.area) > self.area_off) & ((self.area != 0) | (self.area_off > 0)))
+
+    def __len__(self) -> int:
+        return len(self.area)
+
+
+def triangles(vertices: Corners, indices: Ints, size: tuple[int, int], state: DrawState, snapped: bool) -> Triangles:
+    """Clip, project, and drop what is surely culled; ``snapped`` corners lie on the grid."""
+    columns = vertices.values.shape[1]
+    count = len(vertices.values)
+    both, corners = clip_triangles(Vertices(np.concatenate([vertices.values, vertices.errors], axis=1)), indices)
+    values, errors = both.rows[:, :columns], np.abs(both.rows[:, columns:])
+    if len(values) > count:
+        errors[count:] += CLIP_ULP * ULP * np.abs(vertices.values).max(axis=0)
+    rows = Corners(values, errors)
+    width, height = size
+    w, w_off = values[:, 3], errors[:, 3]
+    room = np.maximum(np.abs(w) - w_off, 1e-300)
+    ratio = values[:, :3] / w[:, None]
+    ratio_off = (errors[:, :3] + np.abs(ratio) * w_off[:, None]) / room[:, None]
+    x, y = (ratio[:, 0] * 0.5 + 0.5) * width, (0.5 - ratio[:, 1] * 0.5) * height
+    rounding = WINDOW_ULP * ULP * (np.abs(ratio[:, :2]) * 0.5 + 0.5) * [width, height]
+    off = (ratio_off[:, :2] * 0.5 * [width, height] + rounding).max(axis=1)
+    if snapped:
+        x, y, off = _snapped(x, y, off)
+    else:
+        off += SNAP_PX
+    depth, depth_off = ratio[:, 2] * 0.5 + 0.5, ratio_off[:, 2] * 0.5 + WINDOW_ULP * ULP
+    inverse_w, inverse_w_off = 1.0 / w, w_off / (np.abs(w) * room) + 2.5 * ULP / np.abs(w)
+    at = [a[corners] for a in (x, y, off, depth, depth_off, inverse_w, inverse_w_off)]
+    area, area_off = _area(at[0], at[1], at[2])
+    surely = np.abs(area) > area_off
+    front = area < 0
+    gone = {"none": np.zeros_like(front), "back": surely & ~front, "front": surely & front}[state.cull]
+    gone |= (area == 0) & (area_off == 0)
+    kept = np.flatnonzero(np.isfinite(at[0]).all(axis=1) & np.isfinite(at[1]).all(axis=1) & ~gone)
+    picked = [a[kept] for a in at]
+    offset = _offset(picked[0], picked[1], picked[3], picked[2], picked[4], area[kept], area_off[kept], state)
+    return Triangles(
+        corners[kept], picked[0], picked[1], picked[2], picked[3], picked[4], picked[5], picked[6],
+        area[kept], area_off[kept], offset, rows,
+    )  # fmt: skip
+
+
+def _snapped(x: Float64, y: Float64, off: Float64) -> tuple[Float64, Float64, Float64]:
+    """The middle of the points of the grid that a corner may be on, and how far they reach from it."""
+    low, high = ([np.rint((v + e) / SNAP_PX) * SNAP_PX for v in (x, y)] for e in (-off, off))
+    middle = [0.5 * (a + b) for a, b in zip(low, high, strict=True)]
+    reach = [0.5 * (b - a) for a, b in zip(low, high, strict=True)]
+    return middle[0], middle[1], np.maximum(*reach)
+
+
+def _others(values: Float64) -> tuple[Float64, Float64]:
+    """Of each corner the next one and the one behind that."""
+    return np.roll(values, -1, axis=1), np.roll(values, -2, axis=1)
+
+
+def _area(x: Float64, y: Float64, off: Float64) -> tuple[Float64, Float64]:
+    (x1, x2), (y1, y2) = _others(x), _others(y)
+    area = (x[:, 1] - x[:, 0]) * (y[:, 2] - y[:, 0]) - (x[:, 2] - x[:, 0]) * (y[:, 1] - y[:, 0])
+    first_order = (off * (np.abs(y1 - y2) + np.abs(x1 - x2))).sum(axis=1)
+    return area, first_order + 6.0 * off.max(axis=1, initial=0.0) ** 2
+
+
+def _offset(
+    x: Float64, y: Float64, depth: Float64, off: Float64, depth_off: Float64, area: Float64, area_off: Float64,
+    state: DrawState,
+) -> Interval:  # fmt: skip
+    """factor · largest slope + units · 2^(e − 23) (rule 5), over all corners."""
+    factor, units = state.polygon_offset
+    if (factor, units) == (0.0, 0.0):
+        return Interval.point(np.zeros(len(area)))
+    room = np.maximum(np.abs(area) - area_off, 0.0)
+    (x1, x2), (y1, y2) = _others(x), _others(y)
+    middle = depth.mean(axis=1, keepdims=True)
+    slopes = []
+    for side in (y1 - y2, x2 - x1):
+        slope = np.abs(((depth - middle) * side).sum(axis=1)) / np.abs(area)
+        spread = (np.abs(depth - middle) * 2.0 * off.max(axis=1, keepdims=True)).sum(axis=1)
+        spread += (depth_off * np.abs(side)).sum(axis=1) + slope * area_off
+        slopes.append((np.maximum(slope - spread / room, 0.0), slope + spread / room))
+    low, high = np.maximum(slopes[0][0], slopes[1][0]), np.maximum(slopes[0][1], slopes[1][1])
+    largest = np.abs(depth).max(axis=1)
+    units_of = [
+        2.0 ** (np.frexp(np.maximum(largest + e, 2.0**-126))[1] - 24.0)
+        for e in (-depth_off.max(axis=1), depth_off.max(axis=1))
+    ]
+    ends = [factor * s + units * u for s in (low, high) for u in units_of]
+    return rounded(np.fmin.reduce(ends), np.fmax.reduce(ends), np.zeros(len(area), np.bool_), 2.0)
+
+
+@dataclass(frozen=True)
+class Fragments:
+    """Pixels that a triangle may cover, in the order of submission."""
+
+    triangle: Ints
+    x: Ints
+    y: Ints
+    surely: Lanes
+    weights: Float64  # (n, 3) barycentric
+    off: Float64  # (n, 3), how far they may be off
+
+    def __len__(self) -> int:
+        return len(self.triangle)
+
+    def take(self, chosen: NDArray[np.generic]) -> Fragments:
+        return Fragments(*(getattr(self, n)[chosen] for n in ("triangle", "x", "y", "surely", "weights", "off")))
+
+
+def cover(found: Triangles, size: tuple[int, int]) -> Iterator[Fragments]:
+    """All of them, in batches."""
+    width, height = size
+    reach = found.off.max(axis=1, initial=0.0)
+    first_x, last_x = _pixels(found.x, reach, width)
+    first_y, last_y = _pixels(found.y, reach, height)
+    columns = np.maximum(last_x - first_x + 1, 0)
+    for owner, place in expand(columns * np.maximum(last_y - first_y + 1, 0)):
+        row, column = np.divmod(place, columns[owner])
+        yield _inside(found, owner, first_x[owner] + column, first_y[owner] + row)
+
+
+def _pixels(position: Float64, reach: Float64, limit: int) -> tuple[Ints, Ints]:
+    low = np.clip(np.ceil(position.min(axis=1) - reach - 0.5), 0, limit)
+    high = np.clip(np.floor(position.max(axis=1) + reach - 0.5), -1, limit - 1)
+    return low.astype(np.int64), high.astype(np.int64)
+
+
+def _inside(found: Triangles, owner: Ints, column: Ints, row: Ints) -> Fragments:
+    cx, cy = column + 0.5, row + 0.5
+    x, y, off = found.x[owner], found.y[owner], found.off[owner]
+    edges, errors = np.empty((len(owner), 3)), np.empty((len(owner), 3))
+    away = np.abs(x - cx[:, None]) + np.abs(y - cy[:, None])
+    for k in range(3):
+        a, b = (k + 1) % 3, (k + 2) % 3
+        edges[:, k] = (x[:, b] - x[:, a]) * (cy - y[:, a]) - (y[:, b] - y[:, a]) * (cx - x[:, a])
+        errors[:, k] = off[:, a] * away[:, b] + off[:, b] * away[:, a] + 4.0 * off[:, a] * off[:, b]
+    area, area_off, sliver = found.area[owner], found.area_off[owner], found.sliver[owner]
+    turned = edges * np.sign(area)[:, None]
+    on_edge = (turned == 0) & (errors == 0)
+    if on_edge.any():  # rule 4: a centre on an edge is inside at top and left edges only
+        turned = np.where(on_edge, np.where(_owning(x, y, np.sign(area)), 1.0, -1.0), turned)
+    perhaps = (turned >= -errors).all(axis=1) | (sliver & ((-turned >= -errors).all(axis=1) | (area == 0)))
+    surely = (turned > errors).all(axis=1) & ~sliver
+    kept = np.flatnonzero(perhaps)
+    with np.errstate(all="ignore"):
+        weights = edges[kept] / area[kept, None]
+        room = np.abs(area[kept]) - area_off[kept]
+        weights_off = (errors[kept] + np.abs(weights) * area_off[kept, None]) / room[:, None]
+    weights_off[sliver[kept]] = np.inf
+    return Fragments(owner[kept], column[kept], row[kept], surely[kept], weights, weights_off)
+
+
+def _owning(x: Float64, y: Float64, turn: Float64) -> Lanes:
+    """Edges (opposite corner k) that own a centre on them, as wound so that the area is positive."""
+    dx, dy = ((np.roll(v, -2, axis=1) - np.roll(v, -1, axis=1)) * turn[:, None] for v in (x, y))
+    return np.asarray((dy < 0) | ((dy == 0) & (dx > 0)))
+
+
+def depth_of(found: Triangles, fragments: Fragments) -> Interval:
+    """Interpolated, offset and clamped; (n,)."""
+    at = fragments.triangle
+    depth = found.depth[at]
+    middle = (fragments.weights * depth).sum(axis=1)
+    off = (
+        _spread(fragments.off, depth, middle)
+        + found.depth_off[at].max(axis=1)
+        + INTERPOLATION_ULP * ULP * np.abs(depth).max(axis=1)
+    )
+    low, high = middle - off + found.offset.lo[at], middle + off + found.offset.hi[at]
+    strange = ~np.isfinite(low + high)
+    made = rounded(np.clip(low, 0.0, 1.0), np.clip(high, 0.0, 1.0), np.zeros(len(at), np.bool_), 0.5)
+    return Interval(np.where(strange, 0.0, made.lo), np.where(strange, 1.0, made.hi), made.nan)
+
+
+def _spread(weights_off: Float64, corners: Float64, middle: Float64) -> Float64:
+    """What weights that are off (their sum is not) do to an interpolated value."""
+    apart = np.abs(corners - middle[:, None])
+    return np.asarray(np.where(apart > 0, weights_off * apart, 0.0).sum(axis=1))
+
+
+def varying_of(found: Triangles, fragments: Fragments, columns: slice) -> Interval:
+    """Perspective interpolation of some columns, (n, columns)."""
+    at = fragments.triangle
+    inverse_w, inverse_w_off = found.inverse_w[at], found.inverse_w_off[at]
+    over_w = fragments.weights * inverse_w
+    total = over_w.sum(axis=1)
+    weights = over_w / total[:, None]
+    total_off = _spread(fragments.off, inverse_w, total) + inverse_w_off.max(axis=1)
+    room = np.abs(total) - total_off
+    own = fragments.off * np.abs(inverse_w) + np.abs(fragments.weights) * inverse_w_off
+    off = (own + np.abs(weights) * total_off[:, None]) / np.where(room > 0, room, 0.0)[:, None]
+    corners = found.rows.values[:, columns][found.corners[at]]
+    corners_off = found.rows.errors[:, columns][found.corners[at]].max(axis=1)
+    made = np.einsum("nk,nkc->nc", weights, corners)
+    parts = []
+    for c in range(corners.shape[2]):
+        spread = _spread(off, corners[:, :, c], made[:, c])
+        parts.append(spread + corners_off[:, c] + INTERPOLATION_ULP * ULP * np.abs(corners[:, :, c]).max(axis=1))
+    error = np.stack(parts, axis=1) if parts else np.zeros_like(made)
+    strange = ~np.isfinite(made + error)
+    low, high = np.where(strange, -np.inf, made - error), np.where(strange, np.inf, made + error)
+    return Interval(low, high, strange)

@@ -1,0 +1,150 @@
+"""The rows of the operations table over intervals: exact meaning from the table, widened by the row's own bound.
+
+Sums and products are :mod:`.interval`'s; here is what they cannot give: functions of one or more numbers,
+by where they rise and fall.  Jumps (floor, comparisons) are not here: see :mod:`.decisions`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.language.operations import OPERATIONS
+from passgraph.oracle.interval import Float64, Interval, Lanes, flushed, hull, rounded, where
+
+Function = Callable[..., Interval]
+
+#: Where the documented domain of an angle ends.
+LARGEST_ANGLE = 8192.0
+
+
+def _widened(name: str, lo: Float64, hi: Float64, nan: Lanes) -> Interval:
+    row = OPERATIONS[name]
+    return rounded(lo, hi, nan, max(row.ulp, 1.0), row.absolute)
+
+
+def monotone(name: str, *, falls: bool = False, low: float = -np.inf, high: float = np.inf) -> Function:
+    """A function that only rises (or only falls) on its documented domain; beyond it nothing is promised."""
+    reference = OPERATIONS[name].reference
+
+    def apply(a: Interval) -> Interval:
+        first, last = (np.clip(x, low, high) for x in ((a.hi, a.lo) if falls else (a.lo, a.hi)))
+        outside = (a.lo < low) | (a.hi > high)
+        made = _widened(name, reference(first), reference(last), a.nan | outside)
+        return where((a.hi < low) | (a.lo > high), Interval.anything(a.shape), made)
+
+    return apply
+
+
+def corners(name: str, *arguments: Interval) -> tuple[Float64, Float64, Lanes]:
+    """Smallest and largest result at all combinations of bounds: the range, where each argument alone is monotone."""
+    reference = OPERATIONS[name].reference
+    lo: NDArray[Any] = np.array(np.nan)
+    hi: NDArray[Any] = np.array(np.nan)
+    nan = np.zeros((), np.bool_)
+    for number in range(2 ** len(arguments)):
+        bounds = [a.hi if number >> i & 1 else a.lo for i, a in enumerate(arguments)]
+        value = reference(*np.broadcast_arrays(*bounds))
+        lo, hi, nan = np.fmin(lo, value), np.fmax(hi, value), nan | np.isnan(value)
+    for a in arguments:
+        nan = nan | a.nan
+    return lo, hi, nan
+
+
+def _sine_like(name: str) -> Function:
+    """|derivative| <= 1, so the middle of the interval and its half width bound the result."""
+    reference = OPERATIONS[name].reference
+
+    def apply(a: Interval) -> Interval:
+        middle, half = 0.5 * (a.lo + a.hi), 0.5 * a.width
+        value = reference(middle)
+        made = _widened(name, np.maximum(value - half, -1.0), np.minimum(value + half, 1.0), a.nan | np.isnan(value))
+        return where(a.magnitude <= LARGEST_ANGLE, made, Interval.anything(a.shape))
+
+    return apply
+
+
+def _tan(a: Interval) -> Interval:
+    branch = np.floor(a.lo / np.pi + 0.5)
+    one_branch = (branch == np.floor(a.hi / np.pi + 0.5)) & (a.magnitude <= LARGEST_ANGLE)
+    made = _widened("tan", np.tan(a.lo), np.tan(a.hi), a.nan)
+    return where(one_branch, made, Interval.anything(a.shape))
+
+
+def _even(name: str) -> Function:
+    """Falls to 0, rises from there."""
+    reference = OPERATIONS[name].reference
+
+    def apply(a: Interval) -> Interval:
+        nearest = np.where(a.has(0.0), 0.0, np.minimum(np.abs(a.lo), np.abs(a.hi)))
+        return _widened(name, reference(nearest), reference(a.magnitude), a.nan)
+
+    return apply
+
+
+def _pow(x: Interval, y: Interval) -> Interval:
+    """Monotone in x and in y for x > 0; below 0 nothing is promised, at 0 only for y >= 0."""
+    base = Interval(np.maximum(x.lo, 0.0), np.maximum(x.hi, 0.0), x.nan)
+    made = _widened("pow", *corners("pow", base, y))
+    undefined = (x.lo < 0) | (x.has(0.0) & (y.lo < 0))
+    made = where((y.lo == 0) & (y.hi == 0), Interval.point(np.ones_like(made.lo)), made)
+    return where(undefined, hull(made, Interval.anything(made.shape)), made)
+
+
+def _atan2(y: Interval, x: Interval) -> Interval:
+    lo, hi, nan = corners("atan2", y, x)
+    around = y.has(0.0) & (x.lo <= 0) & ~(y.exact & x.exact)
+    lo, hi = np.where(around, -np.pi, lo), np.where(around, np.pi, hi)
+    # Beside the cut, -0 and denormals of y decide between π and -π.
+    beside = (np.abs(y.lo) < 2.0**-126) & (x.hi < 0)
+    lo = np.where(beside, -np.pi, lo)
+    return _widened("atan2", lo, hi, nan)
+
+
+def _mix(x: Interval, y: Interval, a: Interval) -> Interval:
+    """Linear in each argument; rounding is relative to its larger term."""
+    lo, hi, nan = corners("mix", x, y, a)
+    size = np.maximum(1.0, np.abs(a.lo)), np.maximum(1.0, np.abs(1 - a.lo))
+    largest = np.maximum(x.magnitude * size[1], y.magnitude * size[0])
+    term = OPERATIONS["mix"].ulp * 2.0**-23 * np.nan_to_num(largest, nan=0.0, posinf=0.0)
+    exact = (lo == hi) & ((a.lo == 0) | (a.lo == 1)) & a.exact  # x * 1 + y * 0: nothing is rounded
+    return rounded(np.where(exact, lo, lo - term), np.where(exact, hi, hi + term), nan, 0.5)
+
+
+def _radians_like(name: str) -> Function:
+    reference = OPERATIONS[name].reference
+    return lambda a: _widened(name, reference(a.lo), reference(a.hi), a.nan)
+
+
+#: Rows of one and more numbers that have no jump.
+FUNCTIONS: dict[str, Function] = {
+    **{name: monotone(name) for name in ("exp2", "exp", "atan", "sinh", "tanh")},
+    **{name: monotone(name, low=0.0) for name in ("log", "log2")},
+    "inversesqrt": monotone("inversesqrt", falls=True, low=0.0),
+    "asin": monotone("asin", low=-1.0, high=1.0),
+    "acos": monotone("acos", falls=True, low=-1.0, high=1.0),
+    "sin": _sine_like("sin"),
+    "cos": _sine_like("cos"),
+    "tan": _tan,
+    "cosh": _even("cosh"),
+    "pow": _pow,
+    "atan2": _atan2,
+    "mix": _mix,
+    "radians": _radians_like("radians"),
+    "degrees": _radians_like("degrees"),
+}
+
+
+def increasing(function: Callable[[NDArray[Any]], NDArray[Any]], a: Interval, ulp: float, scale: float) -> Interval:
+    """A rising function outside the table (sRGB curves), ``ulp`` units of the result plus ``scale`` off."""
+    lo, hi = function(a.lo), function(a.hi)
+    slack = ulp * 2.0**-23
+    return flushed(Interval(lo - slack * (np.abs(lo) + scale), hi + slack * (np.abs(hi) + scale), a.nan))
+
+
+def broadcast(arguments: Sequence[Interval]) -> list[Interval]:
+    shape = np.broadcast_shapes(*(a.shape for a in arguments))
+    return [a.map(lambda x: np.broadcast_to(x, shape)) for a in arguments]

@@ -1,0 +1,221 @@
+"""Intervals of float32 results: every value that a conforming backend may have at a place, and whether NaN is one.
+
+Bounds are float64 arrays with the lanes (pixels, fragments, vertices) on axis 0, as in the reference backend.
+Arithmetic follows R. E. Moore, Interval Analysis, 1966; that each operation is widened by what its target's
+standard allows follows the WebGPU conformance suite's floating-point primer (gpuweb/cts, docs/fp_primer.md).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Float64 = NDArray[np.float64]
+Lanes = NDArray[np.bool_]
+
+FLOAT_MAX = float(np.finfo(np.float32).max)
+#: Below this a backend may flush to zero, what it reads and what it makes.
+SMALLEST_NORMAL = 2.0**-126
+#: Beyond this divisor OpenGL promises nothing of a quotient: its reciprocal may be flushed.
+LARGEST_DIVISOR = 2.0**126
+
+
+@dataclass(frozen=True, eq=False)
+class Interval:
+    """Numbers from ``lo`` to ``hi`` (equal shapes), and NaN where ``nan`` holds.
+
+    Where both bounds are NaN there is no number: the value is NaN for sure.
+    """
+
+    lo: Float64
+    hi: Float64
+    nan: Lanes
+
+    @classmethod
+    def point(cls, numbers: NDArray[Any]) -> Interval:
+        """Exactly these numbers."""
+        exact = np.asarray(numbers, np.float64)
+        return cls(exact, exact, np.isnan(exact))
+
+    @classmethod
+    def of(cls, numbers: NDArray[Any]) -> Interval:
+        """Numbers that a backend reads: denormals may have become 0."""
+        return flushed(cls.point(numbers))
+
+    @classmethod
+    def anything(cls, shape: tuple[int, ...]) -> Interval:
+        """No statement at all."""
+        return cls(np.full(shape, -np.inf), np.full(shape, np.inf), np.ones(shape, np.bool_))
+
+    def map(self, function: Callable[[NDArray[Any]], NDArray[Any]]) -> Interval:
+        """The same rearrangement of all three arrays."""
+        return Interval(function(self.lo), function(self.hi), function(self.nan))
+
+    def both(self, function: Callable[[Float64], Float64]) -> Interval:
+        """Both bounds through a function that does not fall."""
+        return Interval(function(self.lo), function(self.hi), self.nan)
+
+    def take(self, chosen: NDArray[Any] | slice) -> Interval:
+        """Some of the lanes."""
+        return Interval(self.lo[chosen], self.hi[chosen], self.nan[chosen])
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        return self.lo.shape
+
+    @property
+    def ndim(self) -> int:
+        return self.lo.ndim
+
+    def __len__(self) -> int:
+        return len(self.lo)
+
+    @property
+    def exact(self) -> Lanes:
+        """Where only one number is possible."""
+        return np.asarray((self.lo == self.hi) & ~self.nan)
+
+    @property
+    def width(self) -> Float64:
+        """Distance of the bounds; 0 for one number, infinite or not, and for a sure NaN."""
+        with np.errstate(invalid="ignore"):
+            return np.asarray(np.where((self.lo == self.hi) | np.isnan(self.lo), 0.0, self.hi - self.lo))
+
+    def has(self, number: float) -> Lanes:
+        return np.asarray((self.lo <= number) & (self.hi >= number))
+
+    @property
+    def magnitude(self) -> Float64:
+        """The largest absolute value."""
+        return np.asarray(np.maximum(np.abs(self.lo), np.abs(self.hi)))
+
+
+def flushed(a: Interval) -> Interval:
+    """With 0 where a number too small to be normal may be in it."""
+    lo = np.where((a.lo > 0) & (a.lo < SMALLEST_NORMAL), 0.0, a.lo)
+    hi = np.where((a.hi < 0) & (a.hi > -SMALLEST_NORMAL), 0.0, a.hi)
+    return Interval(lo, hi, a.nan)
+
+
+def hull(a: Interval, b: Interval) -> Interval:
+    """Everything that either may be; a sure NaN adds no number."""
+    return Interval(np.fmin(a.lo, b.lo), np.fmax(a.hi, b.hi), a.nan | b.nan)
+
+
+def where(condition: Lanes, a: Interval, b: Interval) -> Interval:
+    return Interval(np.where(condition, a.lo, b.lo), np.where(condition, a.hi, b.hi), np.where(condition, a.nan, b.nan))
+
+
+def rounded(lo: Float64, hi: Float64, nan: Lanes, ulp: float, absolute: float = 0.0) -> Interval:
+    """Bounds of exact results widened to what float32 may hold of them.
+
+    Up to one ULP is any of the rounding modes: outward to the next float32, so that what float32 holds
+    exactly stays.  More is that many units in the last place of the bound itself, and ``absolute``.
+    """
+    if ulp > 1.0 or absolute > 0.0:
+        lo = lo - np.nan_to_num(ulp * spacing(lo) + absolute, nan=0.0)
+        hi = hi + np.nan_to_num(ulp * spacing(hi) + absolute, nan=0.0)
+    return flushed(Interval(_down(lo), _up(hi), nan))
+
+
+def spacing(number: Float64) -> Float64:
+    """One ULP of float32 at each number; 0 where it is not finite."""
+    size = np.minimum(np.abs(number), FLOAT_MAX).astype(np.float32)
+    unit = np.spacing(np.maximum(size, np.float32(SMALLEST_NORMAL))).astype(np.float64)
+    return np.where(np.isfinite(number), unit, 0.0)
+
+
+def _down(x: Float64) -> Float64:
+    nearest = x.astype(np.float32)
+    return np.where(nearest > x, np.nextafter(nearest, np.float32(-np.inf)), nearest).astype(np.float64)
+
+
+def _up(x: Float64) -> Float64:
+    nearest = x.astype(np.float32)
+    return np.where(nearest < x, np.nextafter(nearest, np.float32(np.inf)), nearest).astype(np.float64)
+
+
+# Arithmetic
+
+
+def add(a: Interval, b: Interval, ulp: float = 0.5) -> Interval:
+    lo, hi = a.lo + b.lo, a.hi + b.hi
+    cancel = ((a.hi == np.inf) & (b.lo == -np.inf)) | ((a.lo == -np.inf) & (b.hi == np.inf))
+    # Of a NaN at one end only, numbers may still be left beside it.
+    one = np.isnan(lo) != np.isnan(hi)
+    lo, hi = np.where(one & np.isnan(lo), -np.inf, lo), np.where(one & np.isnan(hi), np.inf, hi)
+    return rounded(lo, hi, a.nan | b.nan | cancel, ulp)
+
+
+def neg(a: Interval) -> Interval:
+    return Interval(-a.hi, -a.lo, a.nan)
+
+
+def sub(a: Interval, b: Interval, ulp: float = 0.5) -> Interval:
+    return add(a, neg(b), ulp)
+
+
+def mul(a: Interval, b: Interval, ulp: float = 0.5) -> Interval:
+    products = (a.lo * b.lo, a.lo * b.hi, a.hi * b.lo, a.hi * b.hi)
+    lo, hi = products[0], products[0]
+    for product in products[1:]:
+        lo, hi = np.fmin(lo, product), np.fmax(hi, product)
+    infinite_a, infinite_b = np.isinf(a.magnitude), np.isinf(b.magnitude)
+    undefined = (a.has(0.0) & infinite_b) | (b.has(0.0) & infinite_a)
+    return rounded(lo, hi, a.nan | b.nan | undefined, ulp)
+
+
+def square(a: Interval) -> Interval:
+    """a * a with both factors the same number."""
+    low, high = a.lo * a.lo, a.hi * a.hi
+    lo = np.where(a.has(0.0), 0.0, np.minimum(low, high))
+    return rounded(lo, np.maximum(low, high), a.nan, 0.5)
+
+
+def div(a: Interval, b: Interval, ulp: float = 2.5) -> Interval:
+    quotients = (a.lo / b.lo, a.lo / b.hi, a.hi / b.lo, a.hi / b.hi)
+    lo, hi = quotients[0], quotients[0]
+    for quotient in quotients[1:]:
+        lo, hi = np.fmin(lo, quotient), np.fmax(hi, quotient)
+    nan = a.nan | b.nan | (np.isinf(a.magnitude) & np.isinf(b.magnitude)) | (a.has(0.0) & b.has(0.0))
+    tiny = b.magnitude > LARGEST_DIVISOR
+    lo, hi = np.where(tiny, np.minimum(lo, 0.0), lo), np.where(tiny, np.maximum(hi, 0.0), hi)
+    pole = b.has(0.0) & ~((b.lo == 0) & (b.hi == 0))
+    lo, hi = np.where(pole, -np.inf, lo), np.where(pole, np.inf, hi)
+    return rounded(lo, hi, nan, ulp)
+
+
+def sqrt(a: Interval, ulp: float = 3.0) -> Interval:
+    """Below 0 nothing is promised."""
+    outside = a.lo < 0
+    lo, hi = np.sqrt(np.maximum(a.lo, 0.0)), np.sqrt(np.maximum(a.hi, 0.0))
+    result = rounded(lo, hi, a.nan | outside, ulp)
+    result = where(a.exact & (a.lo == 0), Interval.point(lo), result)  # 0 has its exact root on every target
+    return where(a.hi < 0, Interval.anything(lo.shape), result)
+
+
+def absolute(a: Interval) -> Interval:
+    lo = np.where(a.has(0.0), 0.0, np.minimum(np.abs(a.lo), np.abs(a.hi)))
+    return Interval(lo, a.magnitude, a.nan)
+
+
+def minimum(a: Interval, b: Interval) -> Interval:
+    """``b if b < a else a``: a NaN in ``b`` gives a, one in ``a`` stays."""
+    both = Interval(np.minimum(a.lo, b.lo), np.minimum(a.hi, b.hi), a.nan)
+    return _with_nan(a, b, both)
+
+
+def maximum(a: Interval, b: Interval) -> Interval:
+    """``b if a < b else a``."""
+    both = Interval(np.maximum(a.lo, b.lo), np.maximum(a.hi, b.hi), a.nan)
+    return _with_nan(a, b, both)
+
+
+def _with_nan(a: Interval, b: Interval, both: Interval) -> Interval:
+    result = where(b.nan, hull(a, both), both)
+    result = where(np.isnan(b.lo), a, result)
+    return where(np.isnan(a.lo), a, result)
