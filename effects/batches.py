@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -47,9 +47,15 @@ def batches(scene: pg.Scene) -> list[Batch]:
         look: object = id(node.material) if is_textured(node.material) else _plain(node.material)
         key = (look, node.material.double_sided, node.receives, number if alone else None)
         groups.setdefault(key, []).append(node)
-    made = [_batch(nodes, box.mean(axis=0)) for nodes in groups.values()]
+    made = [_batch(nodes) for nodes in groups.values()]
     # what blends is drawn behind everything opaque
     return sorted(made, key=lambda batch: batch.material.alpha_mode == "blend")
+
+
+def bounds_of(nodes: Sequence[pg.Node]) -> Float64:
+    """The world box round some nodes, (2, 3): minimum, maximum."""
+    boxes = np.stack([node.bounds for node in nodes])
+    return np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
 
 
 def _plain(material: pg.Material) -> tuple[object, ...]:
@@ -57,9 +63,9 @@ def _plain(material: pg.Material) -> tuple[object, ...]:
     return (material.alpha_mode, cutoff)
 
 
-def _batch(nodes: list[pg.Node], centre: Float64) -> Batch:
+def _batch(nodes: list[pg.Node]) -> Batch:
     material = nodes[0].material
-    origin = centre if len(nodes) > 1 else nodes[0].bounds.mean(axis=0)
+    origin = bounds_of(nodes).mean(axis=0)
     mesh = merged(nodes, origin)
     return Batch(mesh.with_tangents() if material.needs_tangents else mesh, material, origin, nodes[0].receives)
 

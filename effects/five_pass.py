@@ -15,6 +15,7 @@ from passgraph.effects.batches import Batch, batches
 from passgraph.effects.five_pass_blur import BlurKernel, WeightsFrom, blur_mask
 from passgraph.effects.g_buffer import Surface, place, sided
 from passgraph.effects.geometry import facing
+from passgraph.effects.passes import picture_of
 from passgraph.effects.shadow_filters import caster_at, receiver_at
 from passgraph.effects.shadow_light import KINDS
 from passgraph.effects.shadow_map import NOTHING, caster_meshes, shadow_map
@@ -106,53 +107,6 @@ def lit(
     return vec4(made, 1.0)
 
 
-def five_pass(
-    scene: pg.Scene,
-    *,
-    kernel: BlurKernel = "normalised",
-    weights: WeightsFrom = "host",
-    map_size: int = 512,
-    mask_format: MaskFormat = "r16f",
-    ambient: float = 0.0,
-    background: tuple[float, float, float] = (0.0, 0.0, 0.0),
-    spotlight: pg.Texture | None = None,
-    display: bool = True,
-) -> pg.Target:
-    """A scene under one light with a soft shadow, in the five passes of 2006.
-
-    Parameters
-    ----------
-    scene : what is drawn; its first light is used, and has to see all casters in one view
-    kernel : "normalised" blurs symmetrically with weights that add up to 1; "faithful" blurs as printed: each
-        pass makes the mask 1.0665 times as bright (1.137 both) and moves it 0.408 texel, to the left and up
-    weights : computed by the "host", or by the "kernel" for each pixel
-    map_size : texels along each side of the shadow map, 16 to 8192
-    mask_format : of the mask and its blurs; "r8" cuts what the faithful kernel brightens beyond 1
-    ambient : scene-linear light that neither shadow nor spotlight takes away, 0 or more
-    background : scene-linear colour where there is no surface
-    spotlight : a picture that the light projects, over the whole shadow map; left out, a soft round spot
-    display : return an 8-bit sRGB picture; off, scene-linear rgba16f
-
-    Returns
-    -------
-    The target "picture". A run takes ``camera=`` and ``light=``; what is left out is as in the scene.
-
-    Source: "Soft-Edged Shadows", GameDev.net article 2193, 2005. Deviations: comparisons against the plane of
-    the receiver in place of a constant offset; the texture matrix is applied for each pixel; translucent
-    surfaces are left out; ambient light, 0 there.
-
-    Examples
-    --------
-    >>> with pg.compile(five_pass(pg.Scene.shipped(), map_size=64), backend="null", size=(32, 18)) as program:
-    ...     sorted({step.name for step in program.plan.steps})[2:]
-    ['pass 3: blur x', 'pass 4: blur y', 'pass 5: lit scene']
-    """
-    return five_pass_targets(
-        scene, kernel=kernel, weights=weights, map_size=map_size, mask_format=mask_format,
-        ambient=ambient, background=background, spotlight=spotlight, display=display,
-    ).picture  # fmt: skip
-
-
 def five_pass_targets(
     scene: pg.Scene,
     *,
@@ -215,6 +169,39 @@ def five_pass_targets(
     return FivePass(map_, mask, across, blurred, into)
 
 
+@picture_of(five_pass_targets)
+def five_pass() -> None:
+    """A scene under one light with a soft shadow, in the five passes of 2006.
+
+    Parameters
+    ----------
+    scene : what is drawn; it has one light, which has to see all casters in one view
+    kernel : "normalised" blurs symmetrically with weights that add up to 1; "faithful" blurs as printed: each
+        pass makes the mask 1.0665 times as bright (1.137 both) and moves it 0.408 texel, to the left and up
+    weights : computed by the "host", or by the "kernel" for each pixel
+    map_size : texels along each side of the shadow map, 16 to 8192
+    mask_format : of the mask and its blurs; "r8" cuts what the faithful kernel brightens beyond 1
+    ambient : scene-linear light that neither shadow nor spotlight takes away, 0 or more
+    background : scene-linear colour where there is no surface
+    spotlight : a picture that the light projects, over the whole shadow map; left out, a soft round spot
+    display : return an 8-bit sRGB picture; off, scene-linear rgba16f
+
+    Returns
+    -------
+    The target "picture". A run takes ``camera=`` and ``light=``; what is left out is as in the scene.
+
+    Source: "Soft-Edged Shadows", GameDev.net article 2193, 2005. Deviations: comparisons against the plane of
+    the receiver in place of a constant offset; the texture matrix is applied for each pixel; translucent
+    surfaces are left out; ambient light, 0 there.
+
+    Examples
+    --------
+    >>> with pg.compile(five_pass(pg.Scene.shipped(), map_size=64), backend="null", size=(32, 18)) as program:
+    ...     sorted({step.name for step in program.plan.steps})[2:]
+    ['pass 3: blur x', 'pass 4: blur y', 'pass 5: lit scene']
+    """
+
+
 def round_spot() -> pg.Texture:
     """The spotlight's picture where none is given: white, fading to black toward a circle inside the border."""
     at = (np.arange(SPOT_TEXELS) + 0.5) / SPOT_TEXELS * 2.0 - 1.0
@@ -256,6 +243,12 @@ def _encoded(x: float) -> float:
 def _check(scene: pg.Scene, map_size: int, mask_format: str, ambient: float) -> None:
     if not scene.lights:
         raise pg.GraphError(f"five_pass: scene {scene.name!r} has no light")
+    if len(scene.lights) > 1:
+        names = ", ".join(repr(light.name) for light in scene.lights)
+        raise pg.GraphError(
+            f"five_pass: one light, and scene {scene.name!r} has {len(scene.lights)}: {names}; choose with "
+            "scene.with_(lights=[...]), or use soft_shadow, which takes any number"
+        )
     if not 16 <= map_size <= 8192:
         raise pg.GraphError(f"five_pass: map_size must be 16 to 8192, got {map_size!r}")
     if mask_format not in MASK_FORMATS:

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import passgraph as pg
 from passgraph.effects.blur import gaussian_blur
 from passgraph.effects.g_buffer import GBuffer
-from passgraph.effects.shadow_filters import ShadowFilter
-from passgraph.effects.shadow_light import KINDS, add_filtered_light, add_light, add_shadowed_light, ambient_light
-from passgraph.effects.shadow_map import caster_meshes, shadow_map
+from passgraph.effects.moment_maps import MomentView, blurred_moments, with_width
+from passgraph.effects.shadow_filters import FilterFrame
+from passgraph.effects.shadow_light import KINDS, add_light, add_shadowed_light, ambient_light
+from passgraph.effects.shadow_lookup import FilterChoice
+from passgraph.effects.shadow_map import CasterMesh, caster_meshes, shadow_map
 from passgraph.effects.textures import TextureInputs
 from passgraph.effects.views import Casters, MapView, View
 
@@ -25,16 +26,14 @@ class Lighting:
     seen: GBuffer
     lights: Sequence[pg.Value]
     textures: TextureInputs
+    casters: Casters
     map_size: int
     map_blur_px: int
     notes: list[str]
-    shadow_filter: ShadowFilter = "blur"
-    pcf_size: int = 5
-    taps: int = 32
-    width: object = 0.0
+    filter: FilterChoice
+    width: object  # half that of edges in scene units: a number, a value, or None for 0
 
     def __post_init__(self) -> None:
-        self.casters = Casters.of(self.scene)
         self.maps: list[pg.Target] = []
 
     def sums(self, ambient: tuple[float, float, float]) -> tuple[pg.Target, pg.Target]:
@@ -57,38 +56,47 @@ class Lighting:
             kind, common = KINDS.index(light.kind), (self.seen.normals, self.seen.depth)
             for face in self._faces(light) if needed else (-1,):
                 name = value.name if face < 0 else f"{value.name} face {face}"
-                look = MapView(value, self.casters, face)
-                frame = look.frame(self.view, self.map_size)
-                if not needed:
-                    free, shadowed = add_light(
-                        free,
-                        shadowed,
-                        *common,
-                        frame,
-                        self.view.tan_half(),
-                        kind,
-                        into=_pair(name),
-                        name=name,
+                look = self._view(value, face)
+                frame, tan_half = look.frame(self.view, self.map_size), self.view.tan_half()
+                if needed:
+                    map_, by = self._map(look, meshes, name)
+                    free, shadowed = add_shadowed_light(self.filter)(
+                        free, shadowed, *common, map_, frame, tan_half, by, kind, face, into=_pair(name), name=name
                     )
-                    continue
-                seen = shadow_map(look, meshes, self.textures, self.map_size, f"shadow map of {name}")
-                self.maps.append(seen)
-                # does not soften shadows (see soft_shadow); without a radius it is the map itself
-                seen = gaussian_blur(seen, self.map_blur_px / 2.0, self.map_blur_px, name=f"blurred map of {name}")
-                before, after = (free, shadowed, *common, seen, frame, self.view.tan_half()), (kind, face)
-                how: dict[str, Any] = {"into": _pair(name), "name": name}
-                if self.shadow_filter == "blur":
-                    free, shadowed = add_shadowed_light(*before, *after, **how)
                 else:
-                    add = add_filtered_light(self.shadow_filter, self.pcf_size, self.taps)
-                    free, shadowed = add(*before, self.width, *after, **how)
+                    free, shadowed = add_light(
+                        free, shadowed, *common, frame, tan_half, kind, into=_pair(name), name=name
+                    )
         return free, shadowed
+
+    def _view(self, light: pg.Value, face: int) -> MapView:
+        if self.filter.blurs_maps:
+            return MomentView(light, self.casters, face, self.map_size, 0.0 if self.width is None else self.width)
+        return MapView(light, self.casters, face)
+
+    def _map(self, look: MapView, meshes: list[CasterMesh], name: str) -> tuple[pg.Target, object]:
+        """What a lookup reads: the map of one light, and what each run sets of the filter."""
+        map_ = shadow_map(look, meshes, self.textures, self.map_size, f"shadow map of {name}")
+        self.maps.append(map_)
+        # does not soften shadows (see soft_shadow); without a radius it is the map itself
+        map_ = gaussian_blur(map_, self.map_blur_px / 2.0, self.map_blur_px, name=f"blurred map of {name}")
+        if isinstance(look, MomentView):
+            by = look.filter_frame(self.filter)
+            return blurred_moments(map_, self.filter, by, self.width is not None, self.map_size, name), by
+        if self.filter.name == "disc" and self.width is not None:
+            return map_, with_width(only_width, self.width)
+        return map_, only_width(0.0)
 
     def _faces(self, light: pg.Light) -> Sequence[int]:
         """One map where the light sees all casters in one view, else the six faces of a cube."""
         if light.kind == "point" and light.fitted_frustum(self.casters.bounds_for(light)) is None:
             return range(6)
         return (-1,)
+
+
+def only_width(width: float) -> FilterFrame:
+    """What filters of depths are set by."""
+    return FilterFrame(width, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 def _pair(name: str) -> tuple[pg.TargetSpec, pg.TargetSpec]:

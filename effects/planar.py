@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import passgraph as pg
+from passgraph.effects.passes import picture_of
 from passgraph.effects.planar_draws import Draws
 from passgraph.effects.planar_kernels import fogged
 from passgraph.effects.planar_matrices import LIGHTS_MOST, ground_of
@@ -34,64 +35,6 @@ class Planar:
     objects: pg.Target
     shadowed: pg.Target
     fogged: pg.Target
-
-
-def planar(
-    scene: pg.Scene,
-    *,
-    height: float = 0.0,
-    top: Color = (1.0, 1.0, 1.0),
-    top_opacity: float = 0.7,
-    bottom: Color = (0.25, 0.2, 0.2),
-    bottom_opacity: float = 1.0,
-    darkness: float = 0.6,
-    lift: float = 0.001,
-    ambient: float = 0.25,
-    fog: Fog = "linear",
-    fog_color: Color = (0.32, 0.42, 0.55),
-    fog_start: float = 10.0,
-    fog_end: float = 40.0,
-    fog_density: float = 0.05,
-    display: bool = True,
-) -> pg.Target:
-    """A scene that is mirrored in, and throws shadows on, a plane parallel to XOZ, in fog.
-
-    Parameters
-    ----------
-    scene : a flat node at ``height`` is the plane (with its base colour map); without one, a square is made
-    height : of the plane, world y
-    top, bottom : linear colours of the plane's faces, each 0 or more; a texture multiplies them
-    top_opacity, bottom_opacity : 0 to 1; what is left over shows the reflection
-    darkness : share of the colour that the shadow of each light takes, once a pixel, 0 to 1
-    lift : of the shadows over the plane, scene units, 0 or more; beside it they have a polygon offset
-    ambient : scene-linear light from all around, 0 or more
-    fog : OpenGL's "linear", "exp", "exp2", or "none"
-    fog_color : scene-linear; also where there is no surface
-    fog_start, fog_end : of linear fog, scene units along the view axis, start below end
-    fog_density : of the exponential ones, per scene unit, 0 or more
-    display : return an 8-bit sRGB picture; off, the scene-linear HDR target
-
-    Returns
-    -------
-    The target "picture", or the scene-linear one with ``display=False``.  A run takes ``camera=``, and
-    ``light=`` (with several lights ``light0=``, ``light1=`` …, four at most).
-
-    Source: J. Blinn, "Me and My (Fake) Shadow", 1988; M. Woo et al., "OpenGL Programming Guide" (the red
-    book), 3rd edition, chapter 14, shadows and reflections; OpenGL 2.1, section 3.10 (fog).  Deviations: a
-    bit of the stencil for each light, so that the shadows of two lights add up and those of two objects do
-    not; the reflection's fog is that of the plane it is seen in.  Spot lights shine in all directions.
-
-    Examples
-    --------
-    >>> with pg.compile(planar(pg.Scene.shipped()), backend="null", size=(32, 18)) as program:
-    ...     program.plan.steps[0].name
-    '1 stencil'
-    """
-    return planar_passes(
-        scene, height=height, top=top, top_opacity=top_opacity, bottom=bottom, bottom_opacity=bottom_opacity,
-        darkness=darkness, lift=lift, ambient=ambient, fog=fog, fog_color=fog_color, fog_start=fog_start,
-        fog_end=fog_end, fog_density=fog_density, display=display,
-    ).picture  # fmt: skip
 
 
 def planar_passes(
@@ -150,3 +93,42 @@ def planar_passes(
         )  # fmt: skip
     picture = tone_map(result, 0.0, "linear", into=pg.target("picture", "rgba8"), name="picture") if display else result
     return Planar(picture, reflection, objects, shadowed, result)
+
+
+@picture_of(planar_passes)
+def planar() -> None:
+    """A scene that is mirrored in, and throws shadows on, a plane parallel to XOZ, in fog.
+
+    Parameters
+    ----------
+    scene : a flat node at ``height`` is the plane (with its base colour map); without one, a square is made
+    height : of the plane, world y
+    top, bottom : linear colours of the plane's faces, each 0 or more; a texture multiplies them
+    top_opacity, bottom_opacity : 0 to 1; what is left over shows the reflection
+    darkness : share of the colour that the shadow of each light takes, once a pixel, 0 to 1
+    lift : of the shadows over the plane, scene units; beside it they have a polygon offset. With 0 they have
+        neither and speckle with the plane: here to be seen
+    ambient : scene-linear light from all around, 0 or more
+    fog : OpenGL's "linear", "exp", "exp2", or "none"
+    fog_color : scene-linear; also where there is no surface
+    fog_start, fog_end : of linear fog, scene units along the view axis, start below end
+    fog_density : of the exponential ones, per scene unit, 0 or more
+    display : return an 8-bit sRGB picture; off, the scene-linear HDR target
+
+    Returns
+    -------
+    The target "picture", or the scene-linear one with ``display=False``.  A run takes ``camera=``, and
+    ``light=`` (with several lights ``light0=``, ``light1=`` …, four at most).
+
+    Source: J. Blinn, "Me and My (Fake) Shadow", 1988; M. Woo et al., "OpenGL Programming Guide" (the red
+    book), 3rd edition, chapter 14, shadows and reflections; OpenGL 2.1, section 3.10 (fog).  Deviations: a
+    bit of the stencil for each light, so that the shadows of two lights add up and those of two objects do
+    not; the reflection's fog is that of the plane it is seen in; a spot's shadows end with its cone; the
+    shadow of a translucent object lets its colour through, and where several overlap one of them counts.
+
+    Examples
+    --------
+    >>> with pg.compile(planar(pg.Scene.shipped()), backend="null", size=(32, 18)) as program:
+    ...     program.plan.steps[0].name
+    '1 stencil'
+    """

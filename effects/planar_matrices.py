@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import cos
 
 import numpy as np
 from numpy.typing import NDArray
 
 import passgraph as pg
+from passgraph.effects.shadow_light import KINDS
 
 Float64 = NDArray[np.float64]
 #: Lights are the columns of one matrix.
@@ -71,10 +73,27 @@ def homogeneous(light: pg.Light, origin: Float64) -> Float64:
     return np.append(np.subtract(light.position, origin), 1.0)
 
 
-def lights_from(camera: pg.Camera, *lights: pg.Light) -> tuple[Float64, Float64]:
-    """Places and colours as columns, world axes, relative to the eye."""
-    places, colors = np.zeros((4, 4)), np.zeros((4, 4))
+def side_of(light: pg.Light, origin: Float64, level: float) -> float:
+    """1 where a light is on or over y = ``level`` relative to ``origin``, -1 under it."""
+    place = homogeneous(light, origin)
+    return 1.0 if place[1] - level * place[3] >= 0.0 else -1.0
+
+
+def cone(light: pg.Light) -> tuple[float, float]:
+    """Cosines of the outer and inner half angle; below all cosines where there is no cone."""
+    return (cos(light.cone_outer_rad), cos(light.cone_inner_rad)) if light.kind == "spot" else (-3.0, -2.0)
+
+
+def lights_from(camera: pg.Camera, *lights: pg.Light) -> tuple[Float64, Float64, Float64]:
+    """Places, colours and axes as columns, world axes, relative to the eye.
+
+    The last row holds the kind by its number, the cosine of the inner and that of the outer half angle.
+    """
+    places, colors, axes = np.zeros((4, 4)), np.zeros((4, 4)), np.zeros((4, 4))
     for column, light in enumerate(lights):
-        places[:, column] = homogeneous(light, np.asarray(camera.eye))
-        colors[:3, column] = np.asarray(light.color) * light.intensity
-    return places, colors
+        outer, inner = cone(light)
+        places[:3, column] = homogeneous(light, np.asarray(camera.eye))[:3]
+        places[3, column] = KINDS.index(light.kind)
+        colors[:, column] = *(np.asarray(light.color) * light.intensity), inner
+        axes[:, column] = *light.direction, outer
+    return places, colors, axes

@@ -10,9 +10,9 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Any, Literal
 
-ParameterType = Literal["float", "int", "bool", "choice", "rgb"]
-#: What an effect is applied to: one picture; a mask and a linear depth picture; a scene.
-Takes = Literal["picture", "picture+depth", "scene"]
+ParameterType = Literal["float", "int", "bool", "choice", "rgb", "picture"]
+#: What an effect is applied to: one picture; a mask and a linear depth picture; a scene; a flat world and a size.
+Takes = Literal["picture", "picture+depth", "scene", "world2d"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,7 +22,8 @@ class Parameter:
     Attributes
     ----------
     name : the keyword
-    type : "float", "int", "bool", "choice" or "rgb" (three floats)
+    type : "float", "int", "bool", "choice", "rgb" (three floats) or "picture" (a target;
+        on the command line a file)
     default : what the effect takes where nothing is given; None means that the effect chooses, see ``help``
     low, high : inclusive range of numbers (of each of the three for "rgb"); None where there is no limit
     unit : such as "px" or "stops"; empty for pure numbers
@@ -81,7 +82,7 @@ _WEIGHTS = Parameter(
 _EXPOSURE = Parameter(
     "exposure_stops", "float", 0.0, -16.0, 16.0, "stops", "brightness before the curve: factor 2 a stop"
 )
-_CURVES = ("linear", "reinhard", "hable", "aces")
+_CURVES = ("linear", "reinhard", "hable", "aces", "agx", "pbr-neutral")
 _CURVE = Parameter("curve", "choice", "aces", help="how high values are compressed", choices=_CURVES)
 _SRGB = Parameter("encode", "bool", True, help="encode as sRGB for display and 8-bit files")
 
@@ -99,11 +100,16 @@ _SOFT_SHADOW = (
         "shadow_filter",
         "choice",
         "blur",
-        help="blur on the screen, or filter where the map is compared",
-        choices=("blur", "hard", "pcf", "disc", "pcss"),
+        help="blur on the screen, filter where the map is compared, or blur maps of moments",
+        choices=("blur", "hard", "pcf", "disc", "pcss", "vsm", "evsm4", "msm"),
     ),
     Parameter("pcf_size", "int", 5, 1, 15, "texels", "texels along each side with shadow_filter=pcf, odd"),
     Parameter("taps", "int", 32, 1, 128, "", "comparisons with shadow_filter=disc, and of each step of pcss"),
+    Parameter("bleed", "float", None, 0.0, 0.9, "", "share of light that counts as none with vsm, evsm4 and msm"),
+    Parameter("exponent", "float", 40.0, 1.0, 42.0, "", "of shadow_filter=evsm4: more leaks less"),
+    Parameter(
+        "moment_format", "choice", "rgba32f", help="of the map of shadow_filter=msm", choices=("rgba32f", "rgba16")
+    ),
     Parameter(
         "blur",
         "choice",
@@ -151,7 +157,7 @@ _PLANAR = (
     Parameter("bottom", "rgb", (0.25, 0.2, 0.2), 0.0, None, "", "linear colour of the plane's lower face"),
     Parameter("bottom_opacity", "float", 1.0, 0.0, 1.0, "", "what is left over shows the reflection"),
     Parameter("darkness", "float", 0.6, 0.0, 1.0, "", "share of the colour that each light's shadow takes"),
-    Parameter("lift", "float", 0.001, 0.0, None, "scene units", "of the shadows over the plane"),
+    Parameter("lift", "float", 0.001, 0.0, None, "scene units", "of the shadows over the plane; with 0 they speckle"),
     Parameter("ambient", "float", 0.25, 0.0, None, "", "light from all around, scene-linear"),
     Parameter("fog", "choice", "linear", help="OpenGL's fog modes", choices=("none", "linear", "exp", "exp2")),
     Parameter("fog_color", "rgb", (0.32, 0.42, 0.55), 0.0, None, "", "linear; also where there is no surface"),
@@ -162,11 +168,69 @@ _PLANAR = (
 )
 
 _CONTACT = (
-    Parameter("height", "float", 0.0, None, None, "scene units", "of the floor, world y"),
+    Parameter("height", "float", 0.0, None, None, "scene units", "of the floor's plane, world y"),
     Parameter("threshold", "float", 0.3, 1e-6, None, "scene units", "what is higher throws no contact shadow"),
     Parameter("darkness", "float", 0.7, 0.0, 1.0, "", "share of the light that is taken at contact"),
     Parameter("map_size", "int", 256, 16, 4096, "texels", "along each side of the view from above"),
     Parameter("display", "bool", True, help="sRGB; off: the HDR result"),
+)
+
+_AMBIENT_OCCLUSION = (
+    Parameter("method", "choice", "gtao", help="horizons, or points of a hemisphere", choices=("gtao", "ssao")),
+    Parameter(
+        "radius",
+        "float",
+        None,
+        1e-6,
+        None,
+        "scene units",
+        "how far things take light; left out: 8 % of the scene's size",
+    ),
+    Parameter("slices", "int", 2, 1, 64, "", "of gtao: planes through the line of sight, a pixel"),
+    Parameter("steps", "int", 4, 1, 256, "", "of gtao: taps to each side of a slice"),
+    Parameter("falloff", "float", 0.6, 1e-3, 1.0, "", "of gtao: share of the radius over which things fade out"),
+    Parameter("thickness", "float", 0.0, 0.0, 1.0, "", "of gtao: how fast a horizon sinks behind thin things"),
+    Parameter("taps", "int", 16, 1, 256, "", "of ssao: points of the hemisphere, a pixel"),
+    Parameter("bias", "float", 0.02, 0.0, 1.0, "of the radius", "of ssao: how far before a point a thing hides it"),
+    Parameter("range_check", "bool", True, help="of ssao: far things take nothing; off: they leave halos"),
+    Parameter("power", "float", 1.0, 0.0, None, "", "exponent on the visibility; more is darker"),
+    Parameter("half_resolution", "bool", False, help="search at half the size, then enlarge along surfaces"),
+    Parameter("denoise", "bool", True, help="average over the 4 by 4 pixels of the noise"),
+    Parameter("bounces", "bool", False, help="lighten by what hidden surfaces of the same colour reflect"),
+    Parameter("ambient", "float", 0.5, 0.0, None, "", "light from all around, scene-linear; it alone is dimmed"),
+    Parameter("display", "bool", True, help="sRGB; off: the HDR result"),
+)
+
+_LIGHT2D = (
+    Parameter(
+        "penumbra",
+        "choice",
+        "exact",
+        help="of lamps: the exact angle in sight, none, or shadows drawn several times or blurred",
+        choices=("exact", "none", "rotate", "move", "mixed"),
+    ),
+    Parameter("draws", "int", 8, 2, 64, "", "of penumbra=rotate and penumbra=move"),
+    Parameter("rims", "float", 0.5, 0.0, 1.0, "", "darkness of the rims along walls"),
+    Parameter(
+        "near", "choice", "fade", help="of moving shadows near a lamp: fade, or more sprites", choices=("fade", "fan")
+    ),
+    Parameter(
+        "lens",
+        "choice",
+        "none",
+        help="dirt on the lens: where it is bright, at spots of light, or by a map of them",
+        choices=("none", "bright", "spots", "map"),
+    ),
+    Parameter("lens_strength", "float", 1.0, 0.0, None, "", "factor on the dirt"),
+    Parameter("exposure_stops", "float", 0.0, -16.0, 16.0, "stops", "brightness: factor 2 a stop"),
+    Parameter("display", "bool", True, help="sRGB; off: the linear HDR result"),
+)
+
+_LENS = (
+    Parameter(
+        "dirt", "picture", None, help="how much light the dirt scatters, as it is stored; left out: dust, smears"
+    ),
+    Parameter("strength", "float", 1.0, 0.0, None, "", "factor on the dirt"),
 )
 
 EFFECTS: dict[str, Effect] = {
@@ -206,6 +270,13 @@ EFFECTS: dict[str, Effect] = {
                 Parameter("levels", "int", 4, 1, 8, "", "halvings; each doubles the glow's width"),
             ),
             "Glow around what is bright, by dual filtering.",
+        ),
+        Effect(
+            "dirty-lens",
+            "passgraph.effects.lens:dirty_lens",
+            "picture",
+            _LENS,
+            "Dirt on the lens where the picture is bright.",
         ),
         Effect(
             "depth-aware-blur",
@@ -252,6 +323,20 @@ EFFECTS: dict[str, Effect] = {
             "scene",
             _CONTACT,
             "Soft shadows, and a floor darkened near contacts.",
+        ),
+        Effect(
+            "ambient-occlusion",
+            "passgraph.effects.ambient_occlusion:ambient_occlusion",
+            "scene",
+            _AMBIENT_OCCLUSION,
+            "Soft shadows, and light from all around dimmed in corners.",
+        ),
+        Effect(
+            "light2d",
+            "passgraph.effects.light2d.picture:light2d",
+            "world2d",
+            _LIGHT2D,
+            "A flat world with soft shadows, seen from above.",
         ),
     )
 }

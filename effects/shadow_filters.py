@@ -1,24 +1,28 @@
-"""Shadow lookups without a blur on the screen: one comparison, several in the map, or as wide as the light asks.
+"""Shadow lookups in a map of depths: one comparison, several, or as wide a disc as the light asks.
 
-Every tap compares one texel with the depth that the receiver's own plane has there, so that wide filters do
-not need a larger offset than narrow ones.
+Every tap of a filter compares one texel with the depth that the receiver's own plane has there, so that wide
+filters do not need a larger offset than narrow ones.
 """
 
 # mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
 from __future__ import annotations
 
-from functools import lru_cache
-from math import cos, pi, sin, sqrt
-from typing import Any, Literal
+import math
+from math import cos, pi, sin
+from typing import Any
 
 import passgraph as pg
-from passgraph import Image, dot, floor, ivec2, length, normalize, vec2, vec3, vec4
+from passgraph import Image, dot, floor, ivec2, length, normalize, sqrt, vec2, vec3, vec4
 from passgraph.effects.shadow_map import NOTHING
 from passgraph.effects.views import LightFrame
 
-ShadowFilter = Literal["blur", "hard", "pcf", "disc", "pcss"]
-SHADOW_FILTERS: tuple[ShadowFilter, ...] = ("blur", "hard", "pcf", "disc", "pcss")
+#: How far "blur" lifts a receiver along its normal, in texels and times the part of the normal that lies in
+#: the map's plane.  On the plane n·p = -k, a lookup at q texels' distance (in scene units at the receiver's
+#: depth) meets the plane at a depth that a lift of q * |n in the map's plane| along n makes up for, in
+#: parallel and in perspective maps alike; the four texels of a lookup lie up to sqrt(2) texels away, and the
+#: rest is for vertices rounded to 1/256 texel.  A plane then never shadows itself, at any angle.
+NORMAL_OFFSET_TEXELS = 1.5
 #: A caster nearer to the receiver than this many texels does not count: where two surfaces meet in a hollow
 #: edge, the texels of one lie before the other. Thin cards lose as much of the shadow at their foot, solid
 #: bodies nothing.
@@ -31,6 +35,18 @@ CONE_SLOPE = 1.0
 NORMAL_ROUNDING = 2.0**-10
 #: No filter reads farther than this share of the map's width: taps would lie too far apart to find casters.
 FARTHEST = 0.5
+
+
+@pg.struct
+class FilterFrame:
+    """What each run sets of a filter; depths beyond ``near`` are for maps of moments."""
+
+    width: float  # half width of edges, scene units
+    bleed: float  # a share of light so small counts as none
+    exponent: float  # of the warp of exponential moments
+    near: float  # depth that counts as -1, scene units
+    scale: float  # of depths to -1 … 1, per scene unit
+    radius: float  # half width of the map's blur, texels
 
 
 @pg.struct
@@ -96,17 +112,22 @@ def receiver_at(map: Image, light: LightFrame, position: vec3, surface: vec3, li
 
 
 @pg.function
+def limit_at(receiver: Receiver, away: vec2, kind: int) -> float:
+    """Depth that the caster of a texel lies before, whose centre is so many texels from the receiver's place."""
+    plane = receiver.depth + dot(receiver.slope, away)
+    if kind != 0:
+        plane = 1.0 / max(1.0 / receiver.depth + dot(receiver.slope, away), 1e-20)
+    return min(plane, receiver.depth) - CONE_SLOPE * receiver.texel * length(away) - receiver.slack
+
+
+@pg.function
 def caster_at(map: Image, receiver: Receiver, offset: vec2, kind: int, face: int) -> float:
     """Depth of the caster before the receiver, so many texels beside it; NOTHING where there is none.
 
     Beyond the border of a map there is no caster; beyond that of a cube's face the nearest texel counts.
     """
     texel = floor(receiver.place + offset)
-    away = texel + 0.5 - receiver.place
-    plane = receiver.depth + dot(receiver.slope, away)
-    if kind != 0:
-        plane = 1.0 / max(1.0 / receiver.depth + dot(receiver.slope, away), 1e-20)
-    limit = min(plane, receiver.depth) - CONE_SLOPE * receiver.texel * length(away) - receiver.slack
+    limit = limit_at(receiver, texel + 0.5 - receiver.place, kind)
     size = vec2(map.size)
     inside = face >= 0 or (texel.x >= 0.0 and texel.y >= 0.0 and texel.x < size.x and texel.y < size.y)
     found = map.texel(ivec2(texel)).r
@@ -136,34 +157,54 @@ def vogel_disc(taps: int) -> tuple[tuple[float, float], ...]:
     """
     if taps == 1:
         return ((0.0, 0.0),)
-    turn = pi * (3.0 - sqrt(5.0))
-    radii = [sqrt((i + 0.5) / taps) for i in range(taps)]
+    turn = pi * (3.0 - math.sqrt(5.0))
+    radii = [math.sqrt((i + 0.5) / taps) for i in range(taps)]
     return tuple((r * cos(i * turn), r * sin(i * turn)) for i, r in enumerate(radii))
 
 
-@lru_cache(maxsize=64)
-def lookup(shadow_filter: ShadowFilter, pcf_size: int, taps: int) -> Any:
-    """The kernel function of a filter: the share of the light that arrives, 0 to 1.
+@pg.function
+def bilinear(
+    map: Image, light: LightFrame, position: vec3, surface: vec3, lift: float, by: FilterFrame, kind: int, face: int
+) -> float:
+    """The share of four texels (bilinear weights) whose caster is not before the receiver; 1 outside the map.
 
-    Parameters
-    ----------
-    shadow_filter : "hard", "pcf", "disc" or "pcss", see `passgraph.effects.soft_shadow.soft_shadow`
-    pcf_size : texels along each side of "pcf", odd
-    taps : of "disc" and of each of the two steps of "pcss"
+    Source: W. Reeves et al., "Rendering Antialiased Shadows with Depth Maps", 1987; the normal offset after
+    D. Holbert, "Saying Goodbye to Shadow Acne", GDC 2011, with the derivation at NORMAL_OFFSET_TEXELS.
     """
-    if shadow_filter == "disc":
-        return _disc(taps)
-    if shadow_filter == "pcss":
-        return _pcss(taps)
-    return _square(1 if shadow_filter == "hard" else pcf_size)
+    if dot(surface, toward_light(light, position, kind)) <= 0.0:
+        return 0.0
+    along = dot(surface, light.depth_row.xyz)
+    depth = dot(light.depth_row, vec4(position, 1.0))
+    texel = light.texel if kind == 0 else light.texel * max(depth, 0.0)
+    offset = NORMAL_OFFSET_TEXELS * texel * sqrt(max(1.0 - along * along, 0.0)) + lift
+    lifted = vec4(position + surface * offset, 1.0)
+    clip = light.map_from_view * lifted
+    if clip.w <= 0.0:
+        return 1.0
+    at = vec2(0.5 + 0.5 * clip.x / clip.w, 0.5 - 0.5 * clip.y / clip.w)
+    if at.x < 0.0 or at.x > 1.0 or at.y < 0.0 or at.y > 1.0:
+        return 1.0
+    limit = dot(light.depth_row, lifted) - light.bias - DEPTH_SLACK_TEXELS * texel
+    p = at * vec2(map.size) - 0.5
+    corner = floor(p)
+    f = p - corner
+    first = ivec2(corner)
+    a = 1.0 if map.texel(first).r >= limit else 0.0
+    b = 1.0 if map.texel(first + ivec2(1, 0)).r >= limit else 0.0
+    c = 1.0 if map.texel(first + ivec2(0, 1)).r >= limit else 0.0
+    d = 1.0 if map.texel(first + ivec2(1, 1)).r >= limit else 0.0
+    top = a + (b - a) * f.x
+    bottom = c + (d - c) * f.x
+    return top + (bottom - top) * f.y
 
 
-def _square(side: int) -> Any:
+def square(side: int) -> Any:
+    """The lookup of "pcf" with so many texels along each side, odd; of "hard" with 1."""
     half = side // 2
 
     @pg.function
-    def square(
-        map: Image, light: LightFrame, position: vec3, surface: vec3, lift: float, width: float, kind: int, face: int
+    def mean_of_square(
+        map: Image, light: LightFrame, position: vec3, surface: vec3, lift: float, by: FilterFrame, kind: int, face: int
     ) -> float:
         """side × side comparisons, the mean of them.
 
@@ -178,35 +219,37 @@ def _square(side: int) -> Any:
                 lit += 1.0 if caster_at(map, receiver, vec2(x, y), kind, face) >= NOTHING else 0.0
         return mean_of(lit, side * side)
 
-    return square
+    return mean_of_square
 
 
-def _disc(taps: int) -> Any:
+def disc(taps: int) -> Any:
+    """The lookup of "disc"."""
     places: Any = vogel_disc(taps)
 
     @pg.function
-    def disc(
-        map: Image, light: LightFrame, position: vec3, surface: vec3, lift: float, width: float, kind: int, face: int
+    def mean_of_disc(
+        map: Image, light: LightFrame, position: vec3, surface: vec3, lift: float, by: FilterFrame, kind: int, face: int
     ) -> float:
-        """Comparisons spread over a disc of ``width`` scene units."""
+        """Comparisons spread over a disc of ``by.width`` scene units."""
         receiver = receiver_at(map, light, position, surface, lift, kind)
         if receiver.share >= 0.0:
             return receiver.share
-        reach = min(width / receiver.texel, receiver.farthest)
+        reach = min(by.width / receiver.texel, receiver.farthest)
         lit = 0.0
         for i in range(taps):
             lit += 1.0 if caster_at(map, receiver, places[i] * reach, kind, face) >= NOTHING else 0.0
         return mean_of(lit, taps)
 
-    return disc
+    return mean_of_disc
 
 
-def _pcss(taps: int) -> Any:
+def pcss(taps: int) -> Any:
+    """The lookup of "pcss"; the search and the filter have so many taps each."""
     places: Any = vogel_disc(taps)
 
     @pg.function
-    def pcss(
-        map: Image, light: LightFrame, position: vec3, surface: vec3, lift: float, width: float, kind: int, face: int
+    def percentage_closer(
+        map: Image, light: LightFrame, position: vec3, surface: vec3, lift: float, by: FilterFrame, kind: int, face: int
     ) -> float:
         """Comparisons over as much of the map as the light's size and the casters' mean depth make a penumbra.
 
@@ -231,4 +274,4 @@ def _pcss(taps: int) -> Any:
             lit += 1.0 if caster_at(map, receiver, places[i] * reach, kind, face) >= NOTHING else 0.0
         return mean_of(lit, taps)
 
-    return pcss
+    return percentage_closer

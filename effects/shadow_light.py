@@ -8,18 +8,13 @@ from functools import lru_cache
 from typing import Any, Literal
 
 import passgraph as pg
-from passgraph import Const, Image, dot, floor, ivec2, length, smoothstep, sqrt, vec2, vec3, vec4
+from passgraph import Const, Image, dot, length, smoothstep, vec2, vec3, vec4
 from passgraph.effects.geometry import facing, unpack_normal, view_ray
-from passgraph.effects.shadow_filters import DEPTH_SLACK_TEXELS, ShadowFilter, lookup, toward_light
+from passgraph.effects.shadow_filters import FilterFrame
+from passgraph.effects.shadow_lookup import FilterChoice, lookup
 from passgraph.effects.views import LightFrame
 
 KINDS: tuple[Literal["directional", "point", "spot"], ...] = ("directional", "point", "spot")
-#: How far a receiver is lifted along its normal, in texels and times the part of the normal that lies in the
-#: map's plane.  On the plane n·p = -k, a lookup at q texels' distance (in scene units at the receiver's
-#: depth) meets the plane at a depth that a lift of q * |n in the map's plane| along n makes up for, in
-#: parallel and in perspective maps alike; the four texels of a lookup lie up to sqrt(2) texels away, and the
-#: rest is for vertices rounded to 1/256 texel.  A plane then never shadows itself, at any angle.
-NORMAL_OFFSET_TEXELS = 1.5
 #: Vertices are rounded to 1/256 pixel on the screen too, which moves a position by as much.
 SCREEN_ROUNDING = 1.0 / 256.0
 #: Irradiance of the ambient light from below, relative to that from above.
@@ -52,42 +47,6 @@ def on_face(direction: vec3, face: int) -> bool:
     return mine == face
 
 
-@pg.function
-def arrives(map: Image, light: LightFrame, position: vec3, surface: vec3, lift: float, kind: int) -> float:
-    """The share of four texels (bilinear weights) whose caster is not before the receiver; 1 outside the map.
-
-    Source: W. Reeves et al., "Rendering Antialiased Shadows with Depth Maps", 1987; the normal offset after
-    D. Holbert, "Saying Goodbye to Shadow Acne", GDC 2011, with the derivation at NORMAL_OFFSET_TEXELS.
-    """
-    toward = toward_light(light, position, kind)
-    cosine = dot(surface, toward)
-    if cosine <= 0.0:
-        return 0.0
-    along = dot(surface, light.depth_row.xyz)
-    depth = dot(light.depth_row, vec4(position, 1.0))
-    texel = light.texel if kind == 0 else light.texel * max(depth, 0.0)
-    offset = NORMAL_OFFSET_TEXELS * texel * sqrt(max(1.0 - along * along, 0.0)) + lift
-    lifted = vec4(position + surface * offset, 1.0)
-    clip = light.map_from_view * lifted
-    if clip.w <= 0.0:
-        return 1.0
-    at = vec2(0.5 + 0.5 * clip.x / clip.w, 0.5 - 0.5 * clip.y / clip.w)
-    if at.x < 0.0 or at.x > 1.0 or at.y < 0.0 or at.y > 1.0:
-        return 1.0
-    limit = dot(light.depth_row, lifted) - light.bias - DEPTH_SLACK_TEXELS * texel
-    p = at * vec2(map.size) - 0.5
-    corner = floor(p)
-    f = p - corner
-    first = ivec2(corner)
-    a = 1.0 if map.texel(first).r >= limit else 0.0
-    b = 1.0 if map.texel(first + ivec2(1, 0)).r >= limit else 0.0
-    c = 1.0 if map.texel(first + ivec2(0, 1)).r >= limit else 0.0
-    d = 1.0 if map.texel(first + ivec2(1, 1)).r >= limit else 0.0
-    top = a + (b - a) * f.x
-    bottom = c + (d - c) * f.x
-    return top + (bottom - top) * f.y
-
-
 @pg.kernel
 def ambient_light(normals: Image, ambient: vec3, up: vec3) -> tuple[vec3, vec3]:
     """Light from all around, twice: what arrives without shadows, and with them."""
@@ -112,32 +71,15 @@ def add_light(
     return free[0, 0].rgb + more, shadowed[0, 0].rgb + more
 
 
-@pg.kernel
-def add_shadowed_light(
-    free: Image, shadowed: Image, normals: Image, depth: Image, map: Image,
-    light: LightFrame, tan_half: vec2, kind: Const[int], face: Const[int],
-) -> tuple[vec3, vec3]:  # fmt: skip
-    """One light with its shadow map (or one face of its cube map), added to both sums."""
-    far = depth[0, 0].r
-    position = view_ray(tan_half) * far
-    packed = normals[0, 0]
-    more = light_at(light, position, unpack_normal(packed.xy), kind).rgb
-    if face >= 0 and not on_face(light.world * (position - light.place), face):
-        more = vec3(0.0)
-    lift = far * tan_half.y * SCREEN_ROUNDING / float(depth.size.y)
-    share = arrives(map, light, position, unpack_normal(packed.zw), lift, kind)
-    return free[0, 0].rgb + more, shadowed[0, 0].rgb + more * share
-
-
 @lru_cache(maxsize=64)
-def add_filtered_light(shadow_filter: ShadowFilter, pcf_size: int, taps: int) -> Any:
-    """`add_shadowed_light` with another lookup, see `passgraph.effects.shadow_filters.lookup`."""
-    share_lit = lookup(shadow_filter, pcf_size, taps)
+def add_shadowed_light(of: FilterChoice) -> Any:
+    """A kernel that adds one light with its shadow map (or one face of its cube map) to both sums."""
+    share_lit = lookup(of)
 
     @pg.kernel
-    def add_filtered(
+    def add_shadowed(
         free: Image, shadowed: Image, normals: Image, depth: Image, map: Image,
-        light: LightFrame, tan_half: vec2, width: float, kind: Const[int], face: Const[int],
+        light: LightFrame, tan_half: vec2, by: FilterFrame, kind: Const[int], face: Const[int],
     ) -> tuple[vec3, vec3]:  # fmt: skip
         far = depth[0, 0].r
         position = view_ray(tan_half) * far
@@ -146,10 +88,10 @@ def add_filtered_light(shadow_filter: ShadowFilter, pcf_size: int, taps: int) ->
         if face >= 0 and not on_face(light.world * (position - light.place), face):
             more = vec3(0.0)
         lift = far * tan_half.y * SCREEN_ROUNDING / float(depth.size.y)
-        share = share_lit(map, light, position, unpack_normal(packed.zw), lift, width, kind, face)
+        share = share_lit(map, light, position, unpack_normal(packed.zw), lift, by, kind, face)
         return free[0, 0].rgb + more, shadowed[0, 0].rgb + more * share
 
-    return add_filtered
+    return add_shadowed
 
 
 @pg.function
@@ -158,28 +100,38 @@ def share_of(shadowed: float, free: float) -> float:
     return shadowed / free if free > 1e-12 else 1.0
 
 
-@pg.kernel
-def split(free: Image, shadowed: Image, color: Image, depth: Image) -> tuple[vec4, vec4]:
-    """RTT1, the textured scene without shadows, and RTT2, white objects with shadows only."""
+@pg.struct
+class Parts:
+    """A pixel of RTT1 and RTT2."""
+
+    lit: vec3
+    share: vec4
+
+
+@pg.function
+def parts(free: Image, shadowed: Image, color: Image, depth: Image) -> Parts:
+    """The textured scene without shadows, and white objects with shadows only."""
     base = color[0, 0]
     light = free[0, 0].rgb
     dim = shadowed[0, 0].rgb
     share = vec3(share_of(dim.r, light.r), share_of(dim.g, light.g), share_of(dim.b, light.b))
     here = depth[0, 0].r > 0.0
     lit = base.rgb * light if here else base.rgb
-    return vec4(lit, 1.0), vec4(share if here and base.a > 0.5 else vec3(1.0), 1.0)
+    return Parts(lit, vec4(share if here and base.a > 0.5 else vec3(1.0), 1.0))
+
+
+@pg.kernel
+def split(free: Image, shadowed: Image, color: Image, depth: Image) -> tuple[vec4, vec4]:
+    """RTT1, the textured scene without shadows, and RTT2, white objects with shadows only."""
+    made = parts(free, shadowed, color, depth)
+    return vec4(made.lit, 1.0), made.share
 
 
 @pg.kernel
 def split_rgb(free: Image, shadowed: Image, color: Image, depth: Image) -> tuple[vec3, vec4]:
     """`split` for 96-bit targets."""
-    base = color[0, 0]
-    light = free[0, 0].rgb
-    dim = shadowed[0, 0].rgb
-    share = vec3(share_of(dim.r, light.r), share_of(dim.g, light.g), share_of(dim.b, light.b))
-    here = depth[0, 0].r > 0.0
-    lit = base.rgb * light if here else base.rgb
-    return lit, vec4(share if here and base.a > 0.5 else vec3(1.0), 1.0)
+    made = parts(free, shadowed, color, depth)
+    return made.lit, made.share
 
 
 @pg.kernel

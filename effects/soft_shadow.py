@@ -12,8 +12,8 @@ import passgraph as pg
 from passgraph.effects.blur import gaussian_blur
 from passgraph.effects.g_buffer import g_buffer
 from passgraph.effects.lighting import Lighting
+from passgraph.effects.passes import picture_of
 from passgraph.effects.shadow_blur import blur_along_surfaces
-from passgraph.effects.shadow_filters import SHADOW_FILTERS, ShadowFilter
 from passgraph.effects.shadow_light import (
     lit,
     lit_rgb,
@@ -22,6 +22,7 @@ from passgraph.effects.shadow_light import (
     split,
     split_rgb,
 )
+from passgraph.effects.shadow_lookup import FilterChoice, MomentFormat, ShadowFilter
 from passgraph.effects.textures import TextureInputs
 from passgraph.effects.tone_map import Curve, tone_map
 from passgraph.effects.views import Casters, View
@@ -62,74 +63,6 @@ class SoftShadow:
     notes: tuple[str, ...] = ()
 
 
-def soft_shadow(
-    scene: pg.Scene,
-    *,
-    softness: float | pg.Value | None = None,
-    shadow_filter: ShadowFilter = "blur",
-    pcf_size: int = 5,
-    taps: int = 32,
-    blur: Literal["world", "constant"] = "world",
-    radius_px: int = 7,
-    map_size: int = 1024,
-    map_blur_px: int = 0,
-    ambient: float | tuple[float, float, float] = 0.25,
-    background: tuple[float, float, float] = SKY,
-    hdr_format: HdrFormat = "rgba16f",
-    exposure_stops: float | pg.Value = 0.0,
-    curve: Curve = "linear",
-    display: bool = True,
-) -> pg.Target:
-    """A scene with soft shadows: a shadow map a light, one mask of all shadows, blurred, times the lit scene.
-
-    Parameters
-    ----------
-    scene : what is drawn; geometry and materials are built in, the camera and the lights are values of each
-        run
-    softness : half width of shadow edges in scene units, 0 or more; left out, from the lights' radius and the
-        size of the casters; 0 leaves the blur out
-    shadow_filter : "blur" blurs the shadows on the screen. The others filter where the map is compared, and
-        nothing is blurred after that: "hard" compares one texel, "pcf" the mean of ``pcf_size`` squared,
-        "disc" of ``taps`` over a disc of ``softness``, "pcss" over a disc as wide as the light's radius and
-        the casters' distance make the penumbra
-    pcf_size : texels along each side with "pcf", odd, 1 to 15
-    taps : of "disc", and of the search and of the filter of "pcss", 1 to 128
-    blur : "world" keeps that width in the scene; "constant" blurs ``radius_px`` pixels wherever the camera is
-    radius_px : taps to each side, 1 to 31 (7 makes 15); with blur="constant" the width itself
-    map_size : texels along each side of a shadow map, 16 to 8192
-    map_blur_px : blurs the shadow maps themselves, before they are compared, 0 to 31 texels to each side: a
-        depth is not a colour, so that this moves edges and softens nothing; here to be seen, 0 is right
-    ambient : scene-linear light (or its red, green, blue) from all around that no shadow takes away
-    background : scene-linear colour where there is no surface
-    hdr_format : of RTT1 and RTT4: "rgba16f", "rgba32f", or "rgb32f", which is 96-bit HDR
-    exposure_stops, curve : see `passgraph.effects.tone_map.tone_map`
-    display : return an 8-bit sRGB picture; off, the scene-linear HDR target
-
-    Returns
-    -------
-    The target "picture", or "soft_shadow" with ``display=False``.  A run takes ``camera=``, and ``light=``
-    (with several lights ``light0=``, ``light1=`` …); what is left out is as in the scene.
-
-    Source: soft shadows by blurring the shadow mask on the screen, with a depth texture against its shrinking
-    as the camera recedes. Deviations: the mask is the share of each channel's light that arrives, so that
-    many lights need one blur; the blur's width is given in scene units; translucent surfaces take the shadow
-    of what lies behind them.
-
-    Examples
-    --------
-    >>> picture = soft_shadow(pg.Scene.shipped(), map_size=64)
-    >>> with pg.compile(picture, backend="null", size=(32, 18)) as program:
-    ...     [step.name for step in program.plan.steps][-3:]
-    ['unshadowed and shadows', 'shadow blur x', 'picture']
-    """
-    return soft_shadow_passes(
-        scene, softness=softness, shadow_filter=shadow_filter, pcf_size=pcf_size, taps=taps,
-        blur=blur, radius_px=radius_px, map_size=map_size,
-        map_blur_px=map_blur_px, ambient=ambient, background=background, hdr_format=hdr_format,
-        exposure_stops=exposure_stops, curve=curve, display=display,
-    ).picture  # fmt: skip
-
-
 def soft_shadow_passes(
     scene: pg.Scene,
     *,
@@ -137,6 +70,9 @@ def soft_shadow_passes(
     shadow_filter: ShadowFilter = "blur",
     pcf_size: int = 5,
     taps: int = 32,
+    bleed: float | None = None,
+    exponent: float = 40.0,
+    moment_format: MomentFormat = "rgba32f",
     blur: Literal["world", "constant"] = "world",
     radius_px: int = 7,
     map_size: int = 1024,
@@ -157,7 +93,7 @@ def soft_shadow_passes(
     True
     """
     _check(softness, blur, radius_px, map_size, map_blur_px, hdr_format)
-    _check_filter(shadow_filter, pcf_size, taps)
+    chosen = FilterChoice(shadow_filter, pcf_size, taps, bleed, exponent, moment_format)
     notes: list[str] = []
     view = View(pg.Value("camera", pg.Camera, default=scene.camera))
     textures = TextureInputs()
@@ -166,11 +102,9 @@ def soft_shadow_passes(
         pg.Value("light" if len(scene.lights) == 1 else f"light{i}", pg.Light, static=True, default=light)
         for i, light in enumerate(scene.lights)
     ]
-    lighting = Lighting(
-        scene, view, seen, lights, textures, map_size, map_blur_px, notes, shadow_filter, pcf_size, taps
-    )
-    width = _softness(softness, lights, lighting.casters)
-    lighting.width = 0.0 if width is None or shadow_filter != "disc" else width
+    casters = Casters.of(scene)
+    width = _softness(softness, lights, casters)
+    lighting = Lighting(scene, view, seen, lights, textures, casters, map_size, map_blur_px, notes, chosen, width)
     free, shadowed = lighting.sums((ambient,) * 3 if isinstance(ambient, (int, float)) else ambient)
     wide = hdr_format == "rgb32f"
     if not lighting.maps:
@@ -188,7 +122,10 @@ def soft_shadow_passes(
         into=(pg.target("unshadowed", hdr_format), pg.target("shadows", "rgba16f")),
         name="unshadowed and shadows",
     )  # fmt: skip
-    if shadow_filter != "blur":
+    if chosen.blurs_maps:
+        notes.append(f"no blur on the screen: shadow_filter={shadow_filter!r} blurs the shadow maps")
+        blurred = shadows
+    elif shadow_filter != "blur":
         notes.append(f"no blur: shadow_filter={shadow_filter!r} filters where the map is compared")
         blurred = shadows
     elif width is None:
@@ -217,6 +154,62 @@ def soft_shadow_passes(
     )
 
 
+@picture_of(soft_shadow_passes)
+def soft_shadow() -> None:
+    """A scene with soft shadows: a shadow map a light, one mask of all shadows, blurred, times the lit scene.
+
+    Parameters
+    ----------
+    scene : what is drawn; geometry and materials are built in, the camera and the lights are values of each
+        run
+    softness : half width of shadow edges in scene units, 0 or more; left out, from the lights' radius and the
+        size of the casters; 0 leaves the blur out
+    shadow_filter : "blur" blurs the shadows on the screen. The others filter where the map is compared, and
+        nothing is blurred after that: "hard" compares one texel, "pcf" the mean of ``pcf_size`` squared,
+        "disc" of ``taps`` over a disc of ``softness``, "pcss" over a disc as wide as the light's radius and
+        the casters' distance make the penumbra. "vsm", "evsm4" and "msm" blur maps of moments of the depth
+        over a box of half width ``softness``, once for each place of the light: variance, both exponential
+        warps, and four moments
+    pcf_size : texels along each side with "pcf", odd, 1 to 15
+    taps : of "disc", and of the search and of the filter of "pcss", 1 to 128
+    bleed : shares of light up to this count as none with "vsm", "evsm4" and "msm", 0 to 0.9: it takes leaks
+        where casters overlap, and narrows penumbrae; left out, 0.2 with "vsm", else 0.02
+    exponent : of "evsm4", 1 to 42, where float32 ends: more leaks less
+    moment_format : of the map of "msm": "rgba32f", or "rgba16" with its optimised quantisation
+    blur : "world" keeps that width in the scene; "constant" blurs ``radius_px`` pixels wherever the camera is
+    radius_px : taps to each side, 1 to 31 (7 makes 15); with blur="constant" the width itself
+    map_size : texels along each side of a shadow map, 16 to 8192; maps of moments are blurred over at most
+        an eighth of that to each side
+    map_blur_px : blurs the shadow maps themselves, before they are compared, 0 to 31 texels to each side: a
+        depth is not a colour, so that this moves edges and softens nothing; here to be seen, 0 is right
+    ambient : scene-linear light (or its red, green, blue) from all around that no shadow takes away
+    background : scene-linear colour where there is no surface
+    hdr_format : of RTT1 and RTT4: "rgba16f", "rgba32f", or "rgb32f", which is 96-bit HDR
+    exposure_stops, curve : see `passgraph.effects.tone_map.tone_map`
+    display : return an 8-bit sRGB picture; off, the scene-linear HDR target
+
+    Returns
+    -------
+    The target "picture", or "soft_shadow" with ``display=False``.  A run takes ``camera=``, and ``light=``
+    (with several lights ``light0=``, ``light1=`` …); what is left out is as in the scene.
+
+    Source: soft shadows by blurring the shadow mask on the screen, with a depth texture against its shrinking
+    as the camera recedes. Deviations: the mask is the share of each channel's light that arrives, so that
+    many lights need one blur; the blur's width is given in scene units; translucent surfaces take the shadow
+    of what lies behind them. The sources of the filters stand in `passgraph.effects.shadow_filters` and
+    `passgraph.effects.shadow_moments`. Maps of moments are blurred alike everywhere: under point and spot
+    lights their ``softness`` holds at the middle of the casters' depths, and under light at a grazing angle a
+    caster throws no shadow on what is nearer to it than the depth of the floor within the blur.
+
+    Examples
+    --------
+    >>> picture = soft_shadow(pg.Scene.shipped(), map_size=64)
+    >>> with pg.compile(picture, backend="null", size=(32, 18)) as program:
+    ...     [step.name for step in program.plan.steps][-3:]
+    ['unshadowed and shadows', 'shadow blur x', 'picture']
+    """
+
+
 def _shown(hdr: pg.Target, exposure_stops: float | pg.Value, curve: Curve) -> pg.Target:
     return tone_map(hdr, exposure_stops, curve, into=pg.target("picture", "rgba8"), name="picture")
 
@@ -228,6 +221,8 @@ def _softness(given: float | pg.Value | None, lights: Sequence[pg.Value], caster
     if all(isinstance(value.default, pg.Light) and value.default.radius == 0.0 for value in lights):
         return None
     sizes = [float(np.linalg.norm(node.bounds[1] - node.bounds[0])) for node in casters.shadowing_nodes()]
+    if not sizes:
+        return None
     away = 0.5 * float(np.median(sizes))
     centre = casters.origin
 
@@ -245,16 +240,6 @@ def _softness(given: float | pg.Value | None, lights: Sequence[pg.Value], caster
         return float(np.average(widths, weights=weights))
 
     return pg.combine(width, *lights)
-
-
-def _check_filter(shadow_filter: str, pcf_size: int, taps: int) -> None:
-    if shadow_filter not in SHADOW_FILTERS:
-        known = ", ".join(SHADOW_FILTERS)
-        raise pg.GraphError(f"soft_shadow: shadow_filter cannot be {shadow_filter!r}; it is one of {known}")
-    if not 1 <= pcf_size <= 15 or pcf_size % 2 == 0:
-        raise pg.GraphError(f"soft_shadow: pcf_size must be odd, 1 to 15, got {pcf_size!r}")
-    if not 1 <= taps <= 128:
-        raise pg.GraphError(f"soft_shadow: taps must be 1 to 128, got {taps!r}")
 
 
 def _check(softness: object, blur: str, radius_px: int, map_size: int, map_blur_px: int, hdr_format: str) -> None:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 import passgraph as pg
 from passgraph import mat3, mat4, vec2, vec3, vec4
+from passgraph.effects.batches import bounds_of
 from passgraph.scene.matrices import translation
 
 Float64 = NDArray[np.float64]
@@ -118,7 +119,8 @@ class MapView:
         light_from_view = view @ translation(camera.eye) @ rotation.T
         directional = light.kind == "directional"
         toward = -np.array(light.direction) if directional else np.subtract(light.position, camera.eye)
-        low, high = self.casters.scene_bounds
+        # rounding matters where a map shows the receiver itself: among the casters
+        low, high = self.casters.bounds_for(light)
         reach = float(np.linalg.norm(high - low)) + float(np.linalg.norm(0.5 * (low + high) - camera.eye))
         if not directional:
             reach += float(np.linalg.norm(toward))
@@ -146,8 +148,9 @@ class Casters:
 
     @property
     def origin(self) -> Float64:
-        """World position that caster meshes are relative to."""
-        return np.asarray(self.scene_bounds.mean(axis=0), np.float64)
+        """World position that caster meshes are relative to: amid the casters, whatever else the scene holds."""
+        nodes = self.shadowing_nodes()
+        return np.asarray((bounds_of(nodes) if nodes else self.scene_bounds).mean(axis=0), np.float64)
 
     @classmethod
     def of(cls, scene: pg.Scene) -> Casters:
@@ -175,10 +178,8 @@ class Casters:
                 above = float(normal @ np.array(light.position)) >= offset
             if above:
                 harmless.add(index)
-        boxes = [node.bounds for index, node in enumerate(self.nodes) if index not in harmless]
-        if not boxes:
-            return self.scene_bounds
-        return np.stack([np.min([b[0] for b in boxes], axis=0), np.max([b[1] for b in boxes], axis=0)])
+        nodes = [node for index, node in enumerate(self.nodes) if index not in harmless]
+        return bounds_of(nodes) if nodes else self.scene_bounds
 
 
 def _plane_below(node: pg.Node, scene: pg.Scene) -> tuple[Float64, float] | None:

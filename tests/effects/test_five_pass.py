@@ -160,6 +160,8 @@ def test_parameters_out_of_range_are_refused(options: dict[str, object], message
 def test_scenes_that_it_cannot_light_are_refused() -> None:
     with pytest.raises(pg.GraphError, match="has no light"):
         five_pass(pg.Scene((floor(), cube()), CAMERA))
+    with pytest.raises(pg.GraphError, match="one light, and scene 'scene' has 2: 'light', 'sun'; choose"):
+        five_pass(scene().with_(lights=(SPOT, sun(name="sun"))))
     with pytest.raises(pg.GraphError, match="casts a shadow"):
         five_pass(pg.Scene((floor(casts=False),), CAMERA, (SPOT,)))
     with pytest.raises(pg.GraphError, match="soft_shadow has cube maps"):

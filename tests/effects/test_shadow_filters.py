@@ -12,11 +12,12 @@ import pytest
 
 import passgraph as pg
 from passgraph.effects import soft_shadow, soft_shadow_passes
-from passgraph.effects.shadow_filters import ShadowFilter
+from passgraph.effects.shadow_lookup import MOMENT_FILTERS, ShadowFilter
 from passgraph.scene.matrices import translation
 from tests.effects.scenes import Float64, Picture, cube, floor, floor_places, from_above, render, sun
 
 FILTERS: tuple[ShadowFilter, ...] = ("hard", "pcf", "disc", "pcss")
+EVERY = (*FILTERS, *MOMENT_FILTERS)
 ABOVE = from_above(6.0)
 LIGHTS = {
     "directional": sun(40, 30, radius=0.1),
@@ -76,7 +77,7 @@ def test_filters_without_width_are_exactly_the_hard_shadow(light: str, options: 
     np.testing.assert_array_equal(shadows_of(of, map_size=128, **options), hard)
 
 
-def _card(height: float) -> pg.Node:
+def card(height: float) -> pg.Node:
     corners = np.array([[-0.5, 0, 0.5], [0.5, 0, 0.5], [0.5, 0, -0.5], [-0.5, 0, -0.5]])
     mesh = pg.Mesh.make(corners, [[0, 1, 2], [0, 2, 3]])
     return pg.Node(mesh, pg.Material(double_sided=True), translation((0, height, 0)), "card")
@@ -92,7 +93,7 @@ def _width(row: Picture, places: Float64) -> float:
 def test_a_pcss_penumbra_is_as_wide_as_the_light_makes_it(height: float) -> None:
     """A disc of tangent R seen over an edge at distance g: half width R·g, 0.1 to 0.9 within 1.374 of that."""
     tangent = 0.15
-    of = pg.Scene((floor(), _card(height)), ABOVE, (sun(45.0, radius=tangent),))
+    of = pg.Scene((floor(), card(height)), ABOVE, (sun(45.0, radius=tangent),))
     size = (192, 128)
     shadows = shadows_of(of, "pcss", size=size, map_size=512, taps=64)[:, :, 0]
     x, z = floor_places(ABOVE, size)
@@ -104,7 +105,7 @@ def test_a_pcss_penumbra_is_as_wide_as_the_light_makes_it(height: float) -> None
 
 def test_a_disc_is_as_wide_as_asked_for() -> None:
     """Half width across the light; seen on the floor it is the same along z."""
-    of = pg.Scene((floor(), _card(1.0)), ABOVE, (sun(45.0),))
+    of = pg.Scene((floor(), card(1.0)), ABOVE, (sun(45.0),))
     size = (192, 128)
     shadows = shadows_of(of, "disc", size=size, map_size=512, taps=64, softness=0.2)[:, :, 0]
     x, z = floor_places(ABOVE, size)
@@ -122,16 +123,16 @@ def test_the_width_of_a_disc_may_be_a_run_value() -> None:
     assert len(np.unique(hard)) < len(np.unique(soft))
 
 
-@pytest.mark.parametrize("shadow_filter", FILTERS)
+@pytest.mark.parametrize("shadow_filter", EVERY)
 @pytest.mark.parametrize("azimuth", [0.0, 33.0])
-@pytest.mark.parametrize("elevation", [1.0, 3.0])
+@pytest.mark.parametrize("elevation", [1.0, 3.0, 5.0])
 def test_a_lit_plane_has_no_acne_at_grazing_light(shadow_filter: str, azimuth: float, elevation: float) -> None:
     light = sun(elevation, azimuth, radius=0.3)
     of = pg.Scene((floor(),), pg.Camera((2, 3, 5), (0, 0, 0)), (light,))
     assert shadows_of(of, shadow_filter, map_size=64, pcf_size=9, softness=0.5).min() == 1.0
 
 
-@pytest.mark.parametrize("shadow_filter", FILTERS)
+@pytest.mark.parametrize("shadow_filter", EVERY)
 @pytest.mark.parametrize(
     "light",
     [
@@ -146,7 +147,7 @@ def test_a_lit_plane_has_no_acne_in_perspective_maps(shadow_filter: str, light: 
     assert shadows_of(of, shadow_filter, map_size=64, pcf_size=9, softness=0.3).min() == 1.0
 
 
-@pytest.mark.parametrize("shadow_filter", FILTERS)
+@pytest.mark.parametrize("shadow_filter", EVERY)
 def test_the_next_wall_does_not_darken_a_lit_corner(shadow_filter: str) -> None:
     """The wall's texels lie before the floor's plane; they are no casters of it."""
     corners = np.array([[-4, 0, 0], [4, 0, 0], [4, 4, 0], [-4, 4, 0.0]])
@@ -172,6 +173,9 @@ def test_no_blur_is_planned() -> None:
         ({"shadow_filter": "vsn"}, "shadow_filter cannot be 'vsn'"),
         ({"pcf_size": 4}, "pcf_size must be odd"),
         ({"taps": 0}, "taps must be 1 to 128"),
+        ({"bleed": 1.0}, "bleed must be 0 to 0.9"),
+        ({"exponent": 43.0}, "exponent must be 1 to 42"),
+        ({"moment_format": "rgba16f"}, "moment_format cannot be 'rgba16f'; it is one of rgba32f, rgba16"),
     ],
 )
 def test_parameters_out_of_range_are_refused(options: dict[str, object], message: str) -> None:

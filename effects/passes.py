@@ -1,0 +1,48 @@
+"""One list of options for an effect's two functions: that with every target, and that with the picture."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+from collections.abc import Callable
+from typing import Any, ParamSpec, Protocol
+
+import passgraph as pg
+
+P = ParamSpec("P")
+
+
+class HasPicture(Protocol):
+    """What an effect returns that shows its intermediate targets too."""
+
+    @property
+    def picture(self) -> pg.Target: ...
+
+
+def picture_of(passes: Callable[P, HasPicture]) -> Callable[[Callable[..., Any]], Callable[P, pg.Target]]:
+    """A decorator for the function that returns only ``picture`` of what ``passes`` does.
+
+    The decorated function's body is never run: it brings the name and the docstring; parameters, defaults and
+    types are those of ``passes``, for type checkers, ``help`` and `inspect.signature` alike.
+
+    >>> class Two:
+    ...     picture = pg.Input("frame")
+    >>> def two_passes(scene: pg.Scene, *, height: float = 0.5) -> Two:
+    ...     return Two()
+    >>> @picture_of(two_passes)
+    ... def two() -> None:
+    ...     '''Documented once.'''
+    >>> inspect.signature(two).parameters["height"].default, two(pg.Scene.shipped()).name
+    (0.5, 'frame')
+    """
+
+    def decorate(described: Callable[..., Any]) -> Callable[P, pg.Target]:
+        @functools.wraps(described, updated=())
+        def made(*args: P.args, **options: P.kwargs) -> pg.Target:
+            return passes(*args, **options).picture
+
+        made.__signature__ = inspect.signature(passes).replace(return_annotation=pg.Target)  # type: ignore[attr-defined]
+        made.__annotations__ = {**passes.__annotations__, "return": pg.Target}
+        return made
+
+    return decorate
