@@ -1,0 +1,182 @@
+"""Triangles of a scene, and what each pixel sees of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import tan
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.errors import InputError
+from passgraph.scene.camera import Camera
+from passgraph.scene.node import Node
+from passgraph.scene.scene import Scene
+from passgraph.truth.tracers import Float64, Tracer, TracerName, open_tracer
+
+#: Back faces of single-sided surfaces that a line of sight may pass through before it counts as seeing nothing.
+MOST_LAYERS = 64
+
+
+@dataclass(frozen=True, eq=False)
+class Surfaces:
+    """The first surface along each pixel's line of sight.
+
+    Attributes
+    ----------
+    origin : (3,) world point that positions are relative to, the middle of the scene
+    positions : (h, w, 3) float64 scene units, relative to ``origin``; NaN where there is no surface
+    normals : (h, w, 3) float64 of the triangles, toward the viewer
+    depth : (h, w) float64 distance along the view axis, 0 where there is no surface
+    node : (h, w) number of the node, -1 where there is none
+    """
+
+    origin: Float64
+    positions: Float64
+    normals: Float64
+    depth: Float64
+    node: NDArray[np.int32]
+
+
+@dataclass(frozen=True, eq=False)
+class Triangles:
+    """Placed triangles, relative to an origin that is subtracted in float64."""
+
+    corners: Float64  # (n, 3, 3)
+    node: NDArray[np.int32]  # (n,) number of the node
+    single_sided: NDArray[np.bool_]  # (n,)
+
+    @property
+    def extent(self) -> float:
+        """The largest coordinate."""
+        return float(np.abs(self.corners).max())
+
+
+def placed_triangles(nodes: Sequence[tuple[int, Node]], origin: Float64) -> Triangles:
+    """Triangles of numbered nodes; those without area are left out: no ray can tell them.
+
+    Raises
+    ------
+    InputError
+        A material has holes given by a texture: rays do not look into textures.
+    """
+    corners, numbers, single = [], [], []
+    for number, node in nodes:
+        if node.material.alpha_mode == "mask" and node.material.base_color_texture is not None:
+            raise InputError(
+                f"node {node.name!r}: the holes of its material {node.material.name!r} come from a texture, which "
+                "rays do not look into; make them geometry, or leave the node out"
+            )
+        linear = node.transform[:3, :3]
+        places = node.mesh.positions.astype(np.float64) @ linear.T + (node.transform[:3, 3] - origin)
+        faces = node.mesh.triangles[:, ::-1] if node.flips_winding else node.mesh.triangles
+        part = places[faces]
+        part = part[np.linalg.norm(np.cross(part[:, 1] - part[:, 0], part[:, 2] - part[:, 0]), axis=1) > 0.0]
+        corners.append(part)
+        numbers.append(np.full(len(part), number, np.int32))
+        single.append(np.full(len(part), not node.material.double_sided))
+    if not corners:
+        return Triangles(np.zeros((0, 3, 3)), np.zeros(0, np.int32), np.zeros(0, np.bool_))
+    return Triangles(np.concatenate(corners), np.concatenate(numbers), np.concatenate(single))
+
+
+def seen_triangles(scene: Scene, origin: Float64) -> Triangles:
+    """What a camera sees: everything that is not translucent."""
+    nodes = [(i, n) for i, n in enumerate(scene.nodes) if n.material.alpha_mode != "blend"]
+    return placed_triangles(nodes, origin)
+
+
+def casting_triangles(scene: Scene, origin: Float64) -> Triangles:
+    """What a light sees: everything that casts and is not translucent."""
+    nodes = [(i, n) for i, n in enumerate(scene.nodes) if n.casts and n.material.alpha_mode != "blend"]
+    return placed_triangles(nodes, origin)
+
+
+def first_surfaces(
+    scene: Scene, size: tuple[int, int], camera: Camera | None = None, tracer: TracerName = "auto"
+) -> Surfaces:
+    """Cast one ray through the middle of each pixel; positions are computed in float64 from the triangle's plane.
+
+    Parameters
+    ----------
+    scene : what is seen; back faces of single-sided materials are not
+    size : width and height in pixels
+    camera : left out, the scene's
+    tracer : see `passgraph.truth.open_tracer`
+
+    >>> surfaces = first_surfaces(Scene.shipped(), (16, 9), tracer="bvh")
+    >>> surfaces.positions.shape, int(surfaces.node.max())
+    ((9, 16, 3), 4)
+    """
+    width, height = size
+    if width < 1 or height < 1:
+        raise InputError(f"size: expected at least 1 x 1 pixels, got {width} x {height}")
+    camera = scene.camera if camera is None else camera
+    origin = scene.bounds().mean(axis=0)
+    triangles = seen_triangles(scene, origin)
+    directions = _view_directions(camera, size).reshape(-1, 3)
+    eye = np.subtract(camera.eye, origin)
+    hits = np.full(len(directions), -1, np.int32)
+    if len(triangles.corners):
+        rays = open_tracer(triangles.corners, tracer)
+        hits, far = _first_front(rays, triangles, eye, directions, camera)
+    found = hits >= 0
+    a, b, c = triangles.corners[hits[found]].transpose(1, 0, 2)
+    normals = np.cross(b - a, c - a)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    d = directions[found]
+    normals *= -np.sign(np.einsum("ij,ij->i", normals, d))[:, None]
+    positions = np.full((height * width, 3), np.nan)
+    facing, depth = np.zeros((height * width, 3)), np.zeros(height * width)
+    node = np.full(height * width, -1, np.int32)
+    if found.any():
+        positions[found] = eye + far[found, None] * d
+        facing[found], node[found] = normals, triangles.node[hits[found]]
+        depth[found] = far[found] * (d @ camera.forward)
+    shape = (height, width)
+    return Surfaces(
+        origin, positions.reshape(*shape, 3), facing.reshape(*shape, 3), depth.reshape(shape), node.reshape(shape)
+    )
+
+
+def _view_directions(camera: Camera, size: tuple[int, int]) -> Float64:
+    """Unit vectors through the middles of the pixels, row 0 on top, (h, w, 3)."""
+    width, height = size
+    half = tan(0.5 * camera.vertical_fov_rad)
+    x = (2.0 * (np.arange(width) + 0.5) / width - 1.0) * half * width / height
+    y = (1.0 - 2.0 * (np.arange(height) + 0.5) / height) * half
+    local = np.stack([*np.meshgrid(x, y), np.full((height, width), -1.0)], axis=-1)
+    made = local @ camera.view_rotation()[:3, :3]
+    return np.asarray(made / np.linalg.norm(made, axis=-1, keepdims=True), np.float64)
+
+
+def _first_front(
+    rays: Tracer, triangles: Triangles, eye: Float64, directions: Float64, camera: Camera
+) -> tuple[NDArray[np.int32], Float64]:
+    """First triangle that is not seen from its culled back, between near and far; and the distance to it."""
+    hits, far = np.full(len(directions), -1, np.int32), np.zeros(len(directions))
+    cosine = directions @ camera.forward
+    start = camera.near / cosine
+    live = np.arange(len(directions))
+    for _ in range(MOST_LAYERS):
+        d = directions[live]
+        found = rays.closest(eye + start[live, None] * d, d)
+        live, found = live[found >= 0], found[found >= 0]
+        if len(live) == 0:
+            break
+        d = directions[live]
+        a, b, c = triangles.corners[found].transpose(1, 0, 2)
+        normal = np.cross(b - a, c - a)
+        slope = np.einsum("ij,ij->i", normal, d)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            at = np.einsum("ij,ij->i", normal, a - eye) / slope
+        front = (slope < 0.0) | ((slope > 0.0) & ~triangles.single_sided[found])
+        seen = front & (at * cosine[live] <= camera.far)
+        hits[live[seen]], far[live[seen]] = found[seen], at[seen]
+        live, at = live[~front], at[~front]
+        # past this layer, by more than the tracer's rounding
+        start[live] = np.maximum(start[live], np.where(np.isfinite(at), at, 0.0)) + 4.0 * rays.rounding * (
+            triangles.extent + np.linalg.norm(eye)
+        )
+    return hits, far
