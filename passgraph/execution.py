@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,13 +11,16 @@ from numpy.typing import NDArray
 from passgraph.errors import GraphError, InputError
 from passgraph.language.layout import components
 from passgraph.language.scalar import ScalarProgram
+from passgraph.plan.chains import chain_end
 from passgraph.plan.data import CopyStep, DrawStep, PixelStep, Plan, Step
 from passgraph.targets import OUTPUT_SIZE, Derived, Value
 
 if TYPE_CHECKING:
     from passgraph.backends.base import Backend, Block
+    from passgraph.finite import PassCheck
 
 Picture = NDArray[np.float32]
+Execute: TypeAlias = Callable[[dict[Any, object]], None]
 
 
 class Execution:
@@ -35,13 +38,17 @@ class Execution:
         self._overrides: dict[tuple[str, str], object] = {}
         self._uploaded: dict[str, object] = {}
         self._static_seen: dict[str, object] | None = None
-        self._runs: list[tuple[Step, Callable[[dict[Any, object]], None]]] = []
+        #: Steps one by one, and with chains made one (under the chain's last step).
+        self._runs: list[tuple[Step, Execute]] = []
+        self._chained: list[tuple[Step, Execute]] = []
+        #: Results of chains whose memory one of the chain's images has, and the memory that they have instead.
+        self._apart: dict[int, int] = {}
         self._swap_due = False
         try:
             for memory in plan.memories:
                 self.memories.append(backend.make(memory.format, memory.size))
-            for step in plan.steps:
-                self._runs.append((step, self._compile(step)))
+            while len(self._runs) < len(plan.steps):
+                self._compile_next()
         except BaseException:
             self.release()
             raise
@@ -51,7 +58,52 @@ class Execution:
 
     # Compiling: each step becomes a function of this run's values.
 
-    def _compile(self, step: Step) -> Callable[[dict[Any, object]], None]:
+    def _compile_next(self) -> None:
+        """The next steps that the backend makes one, or the next step."""
+        start = len(self._runs)
+        for end in range(chain_end(self.plan, start), start + 1, -1):
+            steps = self.plan.steps[start:end]
+            execute = self._compile_chain(cast("tuple[PixelStep, ...]", steps))
+            if execute is not None:
+                self._chained.append((steps[-1], execute))
+                self._runs += [(step, self._compiled_when_run(step)) for step in steps]
+                return
+        step = self.plan.steps[start]
+        self._runs.append((step, self._compile(step)))
+        self._chained.append(self._runs[-1])
+
+    def _compiled_when_run(self, step: Step) -> Execute:
+        """A step of a chain by itself: needed where someone looks at what every step writes."""
+        made: list[Execute] = []
+
+        def execute(values: dict[Any, object]) -> None:
+            if not made:
+                made.append(self._compile(step))
+            made[0](values)
+
+        return execute
+
+    def _compile_chain(self, steps: tuple[PixelStep, ...]) -> Execute | None:
+        run = self.backend.pixel_chain(steps)
+        if run is None:
+            return None
+        blocks = [Uniforms(step.program, step, self._overrides) for step in steps]
+        image_ids = [[r for _, r in step.images] for step in steps]
+        outputs = steps[-1].outputs
+        # Step by step, a result may take the memory of what only the first step reads; here that is still being read.
+        taken = {self._apart.get(r, self.places[r]) for ids in image_ids for r in ids}
+        for resource in outputs:
+            if self.places[resource] in taken:
+                memory = self.plan.memories[self.places[resource]]
+                self._apart[resource] = len(self.memories)
+                self.memories.append(self.backend.make(memory.format, memory.size))
+        return lambda values: run(
+            [self._storage(r) for r in outputs],
+            [[self._storage(r) for r in ids] for ids in image_ids],
+            [block.pack(values) for block in blocks],
+        )
+
+    def _compile(self, step: Step) -> Execute:
         if isinstance(step, CopyStep):
             return lambda _: self.backend.copy(self._storage(step.source_resource), self._storage(step.outputs[0]))
         if isinstance(step, PixelStep):
@@ -65,7 +117,7 @@ class Execution:
             )
         return self._compile_draw(step)
 
-    def _compile_draw(self, step: DrawStep) -> Callable[[dict[Any, object]], None]:
+    def _compile_draw(self, step: DrawStep) -> Execute:
         run = self.backend.draw_pass(step)
         mesh = step.source.geometry
         if id(mesh) not in self._geometries:
@@ -94,20 +146,33 @@ class Execution:
         pictures: Mapping[str, Picture],
         given: Mapping[str, object],
         observe: Callable[[Step, dict[str, Picture]], None] | None,
+        check: PassCheck | None = None,
     ) -> None:
+        """Every step in order; static ones only where something that they depend on is new.
+
+        ``observe`` and ``check`` see what each step wrote, which is then read back: slow, for looking.
+        """
         values = self._values(given)
         static = {name: values[name] for name, handle in self.plan.values.items() if handle.static}
         static_changed = self._changed(static)
         self._static_seen = None  # until this run has ended well, nothing counts as done
         static_changed |= self._upload(pictures)
         self._swap_history()
-        for step, execute in self._runs:
+        if check is not None:
+            check.begin(pictures)
+        looking = observe is not None or check is not None
+        for resource, apart in self._apart.items():
+            self.places[resource] = self.plan.resources[resource].memory if looking else apart
+        for step, execute in self._runs if looking else self._chained:
             if step.static and not static_changed:
                 continue
             execute(values)
-            if observe is not None:
-                written = {self.plan.resources[r].name: self.download(r) for r in step.writes}
-                observe(step, written)
+            if observe is not None or check is not None:
+                written = {resource: self.download(resource) for resource in step.writes}
+                if observe is not None:
+                    observe(step, {self.plan.resources[r].name: picture for r, picture in written.items()})
+                if check is not None:
+                    check.look(step, written)
         self._static_seen, self._swap_due = static, True
 
     def _swap_history(self) -> None:
@@ -184,7 +249,7 @@ class Execution:
             self.backend.release(memory)
         for geometry in self._geometries.values():
             self.backend.release_geometry(geometry)
-        self.memories, self._runs = [], []
+        self.memories, self._runs, self._chained = [], [], []
         self._geometries.clear()
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.errors import GraphError, InputError
+from passgraph.finite import NonFinite, PassCheck, admitted, checked_choice
 from passgraph.formats import Format, format_named
 from passgraph.plan.data import Options, Plan, Step
 from passgraph.targets import InputSpec, Target, TargetSpec, checked_size
@@ -57,8 +58,20 @@ class Program:
     It owns its pictures and compiled passes until :meth:`close` (it is a context manager too).
     """
 
-    def __init__(self, outputs: dict[str, Target], backend: Backend, owns: bool, size: Any, options: Options) -> None:
+    def __init__(
+        self,
+        outputs: dict[str, Target],
+        backend: Backend,
+        owns: bool,
+        size: tuple[int, int] | None,
+        options: Options,
+        non_finite: NonFinite = "error",
+        check_finite: bool = False,
+    ) -> None:
         self._outputs, self.backend, self._owns = outputs, backend, owns
+        self._non_finite, self._check_finite = non_finite, check_finite
+        # A check names passes as they were written, so none is computed inside another.
+        options = replace(options, fuse=False) if check_finite else options
         self._size, self._options = (
             size,
             options if backend.optimises else replace(options, fuse=False, simplify=True),
@@ -67,6 +80,7 @@ class Program:
         self._bound: dict[str, tuple[Format, tuple[int, int]]] = {}
         self._plan: Plan | None = None
         self._execution: Execution | None = None
+        self._pass_check: PassCheck | None = None
         self._overrides: dict[tuple[str, str], object] = {}
         self._static_pictures: dict[str, tuple[Any, Any]] = {}
         self._closed = False
@@ -96,6 +110,7 @@ class Program:
         plan = build(self._outputs, self._size, self._bound, self._options)
         self._execution = Execution(plan, self.backend)
         self._plan = plan
+        self._pass_check = PassCheck(plan) if self._check_finite else None
         for (step, name), value in self._overrides.items():
             self._execution.override(step, name, value)
 
@@ -105,7 +120,7 @@ class Program:
         Raises
         ------
         InputError
-            For a missing, surplus or unfit input or value, by name.
+            For a missing, surplus or unfit input or value, by name; for a picture that holds NaN or infinity.
         """
         self.run(**given)
         return self.read()
@@ -122,7 +137,7 @@ class Program:
             self._make_plan()
         assert self._execution is not None
         values = {name: value for name, value in given.items() if name not in self._inputs}
-        self._execution.run(pictures, values, _observe)
+        self._execution.run(pictures, values, _observe, self._pass_check)
 
     def read(self, name: str | None = None) -> Result:
         """The outputs of the last run (or one of them)."""
@@ -153,12 +168,28 @@ class Program:
                 raise InputError(f"input {name!r} is missing; run the program as program({name}=picture)")
             seen, checked = self._static_pictures.get(name, (None, None))
             if not spec.static or seen is not picture:
-                checked = checked_picture(picture, spec)
+                checked = self._admitted(picture, spec)
             if spec.static:
                 # The same object again is the same picture: what depends on it does not run again.
                 self._static_pictures[name] = picture, checked
             pictures[name] = checked
         return pictures
+
+    def _admitted(self, given: Any, spec: InputSpec) -> Picture:
+        """An input as float32, looked through for NaN and infinity where it could hold them."""
+        picture = checked_picture(given, spec)
+        if np.asarray(given).dtype.kind != "f":
+            return picture
+        return admitted(picture, spec.name, spec.format, self._non_finite, self._readers(spec.name))
+
+    def _readers(self, name: str) -> Iterator[str]:
+        """Passes that read an input, by name."""
+        from passgraph.graph import graph
+
+        made = graph(*self._outputs.values())
+        for node, data in made.nodes(data=True):
+            if data["kind"] == "input" and data["name"] == name:
+                yield from (reader.name for reader in made.successors(node))
 
     def _bind(self, pictures: Mapping[str, Any]) -> bool:
         """Formats and sizes of this run's inputs; true when they differ from the plan's."""
@@ -223,7 +254,8 @@ def checked_picture(given: Any, spec: InputSpec) -> NDArray[Any]:
         return np.asarray(array / np.float32(np.iinfo(array.dtype).max), np.float32)
     if array.dtype.kind in "uib":
         raise InputError(f"{what} has dtype {array.dtype}; give float32 (0 to 1 for colours), uint8 or uint16")
-    return np.ascontiguousarray(array, np.float32)
+    with np.errstate(over="ignore"):  # float64 beyond float32 becomes infinite
+        return np.ascontiguousarray(array, np.float32)
 
 
 def _inputs_of(outputs: Mapping[str, Target]) -> dict[str, InputSpec]:
@@ -261,6 +293,9 @@ def compile(
     backend: str | Backend | None = None,
     size: tuple[int, int] | None = None,
     options: Options | None = None,
+    *,
+    non_finite: NonFinite = "error",
+    check_finite: bool = False,
 ) -> Program:
     """Plan the graph behind some targets and make it ready to run.
 
@@ -275,6 +310,14 @@ def compile(
         (width, height) of the output in pixels; left out, the size of the first input.
     options
         Optimisations to switch off.
+    non_finite
+        What becomes of NaN and infinity in an input: ``"error"`` refuses the picture with an ``InputError`` that
+        names the pixel and the passes that read it; ``"replace"`` makes NaN 0 and infinity the largest number that
+        the input's format holds; ``"keep"`` lets passes read them.  Static inputs are looked through once, those
+        in 8 and 16 bits never.
+    check_finite
+        Look at what every pass wrote, and raise a ``GraphError`` that names the first pass and pixel where a value
+        that is not finite came from finite ones.  Slow: every target is read back, and no passes are fused.
 
     Raises
     ------
@@ -297,9 +340,10 @@ def compile(
 
     named = named_outputs(outputs)
     bound = None if size is None else checked_size(size, "the output")
+    choice = checked_choice(non_finite)
     owns = backend is None or isinstance(backend, str)
     opened = open_backend(backend) if backend is None or isinstance(backend, str) else backend
-    program = Program(named, opened, owns, bound, options or Options())
+    program = Program(named, opened, owns, bound, options or Options(), choice, check_finite)
     try:
         if all(spec.size and spec.format for spec in program._inputs.values()):
             program._bound = {n: (s.format, s.size) for n, s in program._inputs.items()}  # type: ignore[misc]

@@ -10,24 +10,27 @@ import click
 from passgraph.commands.options import (
     backend_option,
     capture_option,
+    check_finite_option,
     chosen_effect,
     given_parameters,
+    non_finite_option,
     options_of,
     output_option,
 )
 from passgraph.commands.running import check_outputs, run_and_save
 from passgraph.commands.sources import picture_job
 from passgraph.effects.registry import EFFECTS, Effect
+from passgraph.finite import NonFinite
 
 
 class _Effects(click.Group):
     def list_commands(self, ctx: click.Context) -> list[str]:
-        return [effect.name for effect in EFFECTS.values() if effect.takes != "scene"]
+        return [effect.name for effect in EFFECTS.values() if effect.takes.startswith("picture")]
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         effect = chosen_effect(cmd_name)
-        if effect.takes == "scene":
-            ctx.fail(f"effect {cmd_name!r} takes a scene; use: passgraph render --effect {cmd_name}")
+        if not effect.takes.startswith("picture"):
+            ctx.fail(f"effect {cmd_name!r} takes a {effect.takes}; use: passgraph render --effect {cmd_name}")
         return command_of(effect)
 
 
@@ -47,6 +50,8 @@ def command_of(effect: Effect) -> click.Command:
     @output_option
     @backend_option
     @capture_option
+    @non_finite_option
+    @check_finite_option
     @click.option(
         "--linear/--as-stored", default=effect.name == "tone-map", show_default=True,
         help="Decode 8- and 16-bit pictures from sRGB to linear light first.",
@@ -59,13 +64,15 @@ def command_of(effect: Effect) -> click.Command:
         output: Path,
         backend: str | None,
         capture: Path | None,
+        non_finite: NonFinite,
+        check_finite: bool,
         linear: bool,
         depth: Path | None = None,
         **_: Any,
     ) -> None:
         check_outputs(output, capture)
         job = picture_job(effect, picture, depth, linear, given_parameters(ctx, effect))
-        run_and_save(job, backend, output, capture)
+        run_and_save(job, backend, output, capture, non_finite, check_finite)
 
     if effect.takes == "picture+depth":
         command.params.append(depth_option(required=True))

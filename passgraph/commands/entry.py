@@ -21,6 +21,7 @@ COMMANDS = {
     "apply": "Apply an effect to a picture.",
     "compare": "Hold every backend against the reference, pass by pass.",
     "backends": "Show which backends and devices are here.",
+    "fuzz": "Make up kernels, graphs and draws and hold every backend against the reference.",
     "plan": "Explain what runs for an effect, in which order and memory.",
 }
 

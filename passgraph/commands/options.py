@@ -13,6 +13,7 @@ from click.core import ParameterSource
 
 from passgraph.effects.registry import EFFECTS, Effect, Parameter
 from passgraph.errors import InputError, PassgraphError
+from passgraph.finite import CHOICES
 from passgraph.targets import MAX_SIDE
 
 Decorated = TypeVar("Decorated", bound=Callable[..., Any])
@@ -82,6 +83,20 @@ def capture_option(command: Decorated) -> Decorated:
     )(command)  # fmt: skip
 
 
+def non_finite_option(command: Decorated) -> Decorated:
+    return click.option(
+        "--non-finite", type=click.Choice(CHOICES), default="error", show_default=True,
+        help="NaN and infinity in the input: an error, replaced (by 0 and the largest number), or kept.",
+    )(command)  # fmt: skip
+
+
+def check_finite_option(command: Decorated) -> Decorated:
+    return click.option(
+        "--check-finite", is_flag=True,
+        help="Name the first pass and pixel that make NaN or infinity; slow.",
+    )(command)  # fmt: skip
+
+
 def output_option(command: Decorated) -> Decorated:
     return click.option(
         "--output", "-o", required=True, type=click.Path(path_type=Path),
@@ -107,6 +122,8 @@ def option_of(parameter: Parameter) -> click.Option:
         flag = f"{flag}/--no-{flag[2:]}"
     elif parameter.type == "choice":
         settings["type"] = click.Choice(parameter.choices)
+    elif parameter.type == "picture":
+        settings |= {"type": click.Path(path_type=Path), "metavar": "FILE"}
     elif parameter.type == "int":
         settings["type"] = click.IntRange(_whole(parameter.low), _whole(parameter.high))
     else:
@@ -146,7 +163,7 @@ class EffectCommand(click.Command):
     #: Effect where none is given.
     default_effect: str | None = None
     #: What its effects are applied to.
-    takes: tuple[str, ...] = ("picture", "picture+depth", "scene")
+    takes: tuple[str, ...] = ("picture", "picture+depth", "scene", "world2d")
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         ctx.meta["passgraph.effect"] = self._named(args)

@@ -12,18 +12,19 @@ from passgraph.commands.options import (
     EffectCommand,
     backend_option,
     capture_option,
+    check_finite_option,
     given_parameters,
     output_option,
     size_option,
 )
 from passgraph.commands.progress import progress
 from passgraph.commands.running import check_outputs, run_and_save
-from passgraph.commands.sources import RENDER_SIZE, accepts, scene_job
+from passgraph.commands.sources import RENDER_SIZE, accepts, scene_job, world_job
 
 
 class RenderCommand(EffectCommand):
     default_effect = "soft-shadow"
-    takes = ("scene",)
+    takes = ("scene", "world2d")
 
 
 @click.command(cls=RenderCommand)
@@ -33,6 +34,7 @@ class RenderCommand(EffectCommand):
 @size_option(RENDER_SIZE)
 @output_option
 @capture_option
+@check_finite_option
 @click.pass_context
 def render(
     ctx: click.Context,
@@ -43,9 +45,10 @@ def render(
     size: tuple[int, int],
     output: Path,
     capture: Path | None,
+    check_finite: bool,
     **_: Any,
 ) -> None:
-    """Render SCENE (.glb .gltf .obj .off .ply .stl) with an effect.
+    """Render SCENE (.glb .gltf .obj .off .ply .stl; .json for light2d) with an effect.
 
     Without SCENE it is the one that comes with passgraph.
 
@@ -59,5 +62,6 @@ def render(
     if output.suffix.lower() in FLOAT_SUFFIXES and accepts(chosen, "display"):
         parameters.setdefault("display", False)
     with progress("reading the scene"):
-        job = scene_job(chosen, scene, size, parameters)
-    run_and_save(job, backend, output, capture)
+        made = world_job if chosen.takes == "world2d" else scene_job
+        job = made(chosen, scene, size, parameters)
+    run_and_save(job, backend, output, capture, check_finite=check_finite)

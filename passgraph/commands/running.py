@@ -11,6 +11,7 @@ from passgraph.commands.capture import Capture
 from passgraph.commands.files import check_folder, check_picture_path
 from passgraph.commands.progress import progress
 from passgraph.commands.sources import Job
+from passgraph.finite import NonFinite
 
 
 def check_outputs(output: Path, capture: Path | None) -> None:
@@ -20,8 +21,15 @@ def check_outputs(output: Path, capture: Path | None) -> None:
         check_folder(capture)
 
 
-def run_and_save(job: Job, backend: str | None, output: Path, capture: Path | None) -> None:
-    """Run a job once and write its first output."""
+def run_and_save(
+    job: Job,
+    backend: str | None,
+    output: Path,
+    capture: Path | None,
+    non_finite: NonFinite = "error",
+    check_finite: bool = False,
+) -> None:
+    """Run a job once and write its first output; the last two as for :func:`passgraph.compile`."""
     from passgraph.pictures import save
     from passgraph.plan.data import Options
     from passgraph.program import compile
@@ -30,7 +38,8 @@ def run_and_save(job: Job, backend: str | None, output: Path, capture: Path | No
     options = Options() if observer is None else Options(fuse=False, alias=False)
     with progress("compiling") as say:
         start = perf_counter()
-        with compile(job.outputs, backend, job.size, options) as program:
+        made = compile(job.outputs, backend, job.size, options, non_finite=non_finite, check_finite=check_finite)
+        with made as program:
             compiled = perf_counter()
             say(f"running on {program.backend.name}")
             if observer is None:

@@ -46,6 +46,10 @@ def picture_job(effect: Effect, path: Path, depth: Path | None, linear: bool, pa
         targets.append(_input("depth", given["depth"]))
     elif depth is not None:
         raise InputError(f"effect {effect.name} takes no --depth")
+    for parameter in effect.parameters:
+        if parameter.type == "picture" and parameters.get(parameter.name) is not None:
+            given[parameter.name] = _load(parameters[parameter.name], False)
+            parameters = {**parameters, parameter.name: _input(parameter.name, given[parameter.name])}
     made = effect.function(*targets, **parameters)
     if isinstance(made, Target) and made.made_by is None:
         # A blur of radius 0 returns its input, which no pass computes.
@@ -58,6 +62,15 @@ def scene_job(effect: Effect, path: Path | None, size: tuple[int, int] | None, p
     scene = load_scene(path)
     made = named_outputs(effect.function(scene, **parameters))
     return Job(made, size or RENDER_SIZE, values_of(scene, made))
+
+
+def world_job(effect: Effect, path: Path | None, size: tuple[int, int] | None, parameters: dict[str, Any]) -> Job:
+    """An effect on a flat world of a JSON file, or on the one that comes with passgraph."""
+    from passgraph.effects.light2d import World2D
+
+    world = World2D.shipped() if path is None else World2D.load(path)
+    made = named_outputs(effect.function(world, size or RENDER_SIZE, **parameters))
+    return Job(made, size or RENDER_SIZE)
 
 
 def load_scene(path: Path | None) -> Scene:

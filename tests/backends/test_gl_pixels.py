@@ -19,7 +19,7 @@ def run(
     channels = sum({"float": 1, "vec2": 2, "vec3": 3, "vec4": 4}[str(r.type)] for r in made.program.results)
     into = pg.target("out", format=("r32f", "rg32f", "rgb32f", "rgba32f")[channels - 1])
     target = made(pg.Input("color").border(border), into=into, **kernel)
-    with pg.compile(target, backend=backend) as program:
+    with pg.compile(target, backend=backend, non_finite="keep") as program:
         return np.asarray(program(color=picture)["out"])
 
 

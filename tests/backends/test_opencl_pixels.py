@@ -36,7 +36,8 @@ def run(device: OpenCLBackend, text: str, picture: Picture, border: str = "clamp
     kernel = pg.kernel(source=text)
     letters = "rgba"[: picture.shape[2]] if picture.shape[2] > 1 else "r"
     source = pg.Input("frame", f"{letters}32f", border=border)
-    with pg.compile(kernel(source, into=pg.target("out", format_)), backend=device) as program:
+    target = kernel(source, into=pg.target("out", format_))
+    with pg.compile(target, backend=device, non_finite="keep") as program:
         return program(frame=picture)["out"]
 
 

@@ -142,7 +142,7 @@ def distance_bound(reference: np.ndarray, row: Operation) -> np.ndarray:
 def run(text: str, backend: str, a: np.ndarray, b: np.ndarray) -> np.ndarray:
     kernel = pg.kernel(source=text)
     out = kernel(pg.Input("a"), pg.Input("b"), into=pg.target("out", "rgba32f"))
-    with pg.compile(out, backend=backend) as program:
+    with pg.compile(out, backend=backend, non_finite="keep") as program:
         return program(a=a, b=b)["out"]
 
 

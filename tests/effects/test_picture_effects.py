@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from math import log2
+
 import numpy as np
 import pytest
 
 import passgraph as pg
+from passgraph.compare import compare
 from passgraph.effects import black_and_white, depth_aware_blur, gaussian_blur, tone_map
 from passgraph.effects.blur import gaussian_weights
+from passgraph.effects.tone_map import AGX_MEAN, AGX_SHARE, CURVES, Curve
 from tests.effects.scenes import Picture, render
 
 FRAME = pg.Input("frame")
@@ -34,7 +38,7 @@ def test_black_and_white_of_white_is_white() -> None:
     assert run(black_and_white(FRAME), frame=np.ones((1, 1, 4), np.float32))[0, 0].tolist() == pytest.approx([1.0] * 4)
 
 
-@pytest.mark.parametrize("curve", ["linear", "reinhard", "hable", "aces"])
+@pytest.mark.parametrize("curve", CURVES)
 @pytest.mark.parametrize("encode", [False, True])
 def test_tone_curves_are_monotone_and_stay_in_range(curve: str, encode: bool) -> None:
     ramp = np.concatenate([[0.0], np.geomspace(1e-6, 6e4, 255)]).astype(np.float32)
@@ -47,12 +51,108 @@ def test_tone_curves_are_monotone_and_stay_in_range(curve: str, encode: bool) ->
     assert (np.diff(shown) >= -2e-7).all()
 
 
-@pytest.mark.parametrize("curve", ["linear", "reinhard", "hable", "aces"])
-def test_tone_map_makes_nan_black_and_infinity_white(curve: str) -> None:
+@pytest.mark.parametrize("curve", CURVES)
+def test_tone_map_makes_nan_black_and_infinity_white(curve: Curve, backend_name: str) -> None:
     picture = np.array([[[np.nan, np.inf, -np.inf, 1.0], [-1.0, 1e38, 0.0, np.nan]]], np.float32)
-    shown = run(tone_map(FRAME, 4.0, curve, into=pg.target("shown", "rgba32f")), frame=picture)  # type: ignore[arg-type]
-    np.testing.assert_allclose(shown[0, :, :3], [[0, 1, 0], [0, 1, 0]], atol=0.01)
+    target = tone_map(FRAME, 4.0, curve, into=pg.target("shown", "rgba32f"))
+    with pg.compile(target, backend=backend_name, non_finite="keep") as program:
+        shown = program(frame=picture)["shown"]
     assert np.isfinite(shown).all()
+    # what turns bright colours white leaves no channel black
+    white = [[1, 1, 1], [1, 1, 1]] if curve in ("agx", "pbr-neutral") else [[0, 1, 0], [0, 1, 0]]
+    np.testing.assert_allclose(shown[0, :, :3], white, atol=0.01)
+
+
+def linear(curve: Curve, *colours: tuple[float, float, float]) -> Picture:
+    """Colours through a curve on the reference, linear in and out."""
+    picture = np.ones((1, len(colours), 4), np.float32)
+    picture[0, :, :3] = colours
+    return run(tone_map(FRAME, curve=curve, encode=False, into=pg.target("shown", "rgba32f")), frame=picture)[0, :, :3]
+
+
+GREY = (0.18, 0.18, 0.18)
+
+
+@pytest.mark.parametrize(
+    ("curve", "published"),
+    [
+        ("reinhard", 0.18 / 1.18),
+        ("aces", 0.18 * (2.51 * 0.18 + 0.03) / (0.18 * (2.43 * 0.18 + 0.59) + 0.14)),
+        ("agx", 0.5**2.2),  # the pivot: half of the display's range
+        ("pbr-neutral", 0.18 - 0.04),  # as it is, less the Fresnel reflection
+    ],
+)
+def test_middle_grey_is_as_published(curve: Curve, published: float) -> None:
+    np.testing.assert_allclose(linear(curve, GREY)[0], published, rtol=2e-6)
+
+
+def test_agx_is_near_the_published_fit_of_its_curve() -> None:
+    """B. Wrensch's polynomial of degree 6 (2023), itself rounded: nearer than one step of 8 bits."""
+    x = np.linspace(0.0, 1.0, 201)
+    grey = 2.0 ** (log2(0.18) - 10.0 + 16.5 * x)
+    ours = linear("agx", *((v, v, v) for v in grey))[:, 1] ** (1 / 2.2)
+    fit = np.polyval([15.5, -40.14, 31.96, -6.868, 0.4298, 0.1191, -0.00232], x)
+    assert np.sqrt(np.mean((ours - fit) ** 2)) < 1 / 255
+
+
+def test_agx_mixes_primaries_as_the_published_matrix_does() -> None:
+    published = [
+        [0.842479062253094, 0.0784335999999992, 0.0792237451477643],
+        [0.0423282422610123, 0.878468636469772, 0.0791661274605434],
+        [0.0423756549057051, 0.0784336, 0.879142973793104],
+    ]
+    ours = (1 - AGX_SHARE) * np.eye(3) + AGX_SHARE * np.tile(AGX_MEAN, (3, 1))
+    np.testing.assert_allclose(ours, published, atol=1.5e-4)
+    assert sum(AGX_MEAN) == pytest.approx(1.0, abs=1e-12)
+
+
+@pytest.mark.parametrize("curve", CURVES)
+def test_grey_stays_grey(curve: Curve) -> None:
+    shown = linear(curve, *((v, v, v) for v in np.geomspace(1e-4, 1e4, 40)))
+    np.testing.assert_allclose(np.ptp(shown, axis=1), 0.0, atol=1e-6)
+
+
+def test_pbr_neutral_leaves_base_colours_less_the_fresnel_reflection() -> None:
+    colours = [(0.6, 0.3, 0.1), (0.1, 0.7, 0.2), (0.08, 0.08, 0.5)]
+    np.testing.assert_allclose(linear("pbr-neutral", *colours), np.array(colours) - 0.04, atol=1e-6)
+    # darker than twice the reflection, it is taken away by and by: x² / 0.16 is left of the darkest channel
+    np.testing.assert_allclose(linear("pbr-neutral", (0.5, 0.04, 0.3))[0, 1], 0.04**2 / 0.16, rtol=1e-5)
+
+
+def hue(colours: Picture) -> Picture:
+    """Where the middle channel lies between the darkest and the brightest, 0 to 1."""
+    low, middle, high = np.sort(colours, axis=1).T
+    return np.asarray((middle - low) / (high - low))
+
+
+def test_pbr_neutral_keeps_the_hue_at_any_brightness() -> None:
+    stops = 2.0 ** np.arange(-4.0, 9.0)
+    shown = linear("pbr-neutral", *((v, 0.4 * v, 0.05 * v) for v in stops))
+    np.testing.assert_allclose(hue(shown), (0.4 - 0.05) / 0.95, atol=2e-4)
+    per_channel = hue(linear("aces", *((v, 0.4 * v, 0.05 * v) for v in stops[:9])))
+    assert np.ptp(per_channel) > 0.3
+
+
+@pytest.mark.parametrize("curve", ["agx", "pbr-neutral"])
+def test_bright_pure_colours_turn_white(curve: Curve) -> None:
+    """What curves on each channel alone cannot do: pure blue would stay pure blue."""
+    shown = linear(curve, *((0.0, 0.0, v) for v in (0.5, 4.0, 32.0, 4096.0)))
+    assert (np.diff(shown[:, 0]) > 0).all()
+    assert shown[0, 0] < 0.1
+    assert shown[-1, 0] > 0.95
+    np.testing.assert_array_equal(linear("aces", (0.0, 0.0, 4096.0))[0, :2], 0.0)
+
+
+@pytest.mark.parametrize("curve", CURVES)
+def test_every_curve_agrees_with_the_reference(curve: Curve, backend_name: str) -> None:
+    """Saturated ramps over 24 stops, with black and values below 0 among them."""
+    levels = np.concatenate([[-1.0, 0.0], np.geomspace(2.0**-14, 2.0**10, 62)]).astype(np.float32)
+    colours = np.array([(1, 1, 1), (1, 0, 0), (0.1, 0.6, 1), (0, 0, 1)], np.float32)
+    picture = np.concatenate([levels[None, :, None] * colours[:, None], np.ones((4, 64, 1), np.float32)], axis=2)
+    for encode, name in ((True, "rgba8"), (False, "rgba32f")):
+        target = tone_map(FRAME, curve=curve, encode=encode, into=pg.target("shown", name))
+        report = compare(target, [backend_name], frame=picture)
+        assert report.within_bounds, report.backends[0].failed or str(report.backends[0].first_divergence)
 
 
 def test_exposure_may_be_a_run_value() -> None:

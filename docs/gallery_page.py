@@ -1,0 +1,249 @@
+"""From entries of the gallery to its page: pictures are rendered, timed on each backend, and written."""
+
+from __future__ import annotations
+
+import inspect
+import os
+import statistics
+import textwrap
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageDraw, ImageOps
+
+import passgraph as pg
+from passgraph.backends.base import Backend
+from passgraph.backends.registry import backend_class, open_backend
+from passgraph.errors import PassgraphError
+
+Picture = NDArray[np.float32]
+FOLDER = Path(__file__).resolve().parent
+PICTURES = FOLDER / "images" / "gallery"
+BACKENDS = ("gl", "opencl", "numpy")
+#: Width of a whole picture of the page, and the gap between its panels, in pixels.
+WIDTH, GAP = 640, 4
+#: A panel is rendered this many times as wide and as high as it is shown.
+OVERSAMPLING = 2
+MOST_BYTES = 150_000
+#: Two backends agree at a pixel where no channel differs by more than this: two steps of 8 bits.
+SAME = 2.0 / 255.0
+#: Pictures whose proportions differ from their panel's by a larger share get borders.
+SAME_SHAPE = 0.05
+WARM_UP, RUNS, SECONDS = 2, 15, 0.4
+
+
+class InputMissing(Exception):
+    """A picture or model that an entry needs is not here; the text says what brings it."""
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One picture of an entry.
+
+    Attributes
+    ----------
+    label : stands in the picture and in the table
+    target : what is shown
+    given : inputs and values of the run
+    size : (width, height) in pixels in place of the entry's
+    middle : share of the width and height that is shown
+    """
+
+    label: str
+    target: pg.Target
+    given: dict[str, Any] = field(default_factory=dict)
+    size: tuple[int, int] | None = None
+    middle: float = 1.0
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One effect, shown.
+
+    Attributes
+    ----------
+    title : heading, and name of the picture
+    inputs : in words
+    text : what is to be seen
+    panels : makes them; its source is what the page prints as the effect's call
+    columns : panels beside one another
+    aspect : width through height of a panel
+    """
+
+    title: str
+    inputs: str
+    text: str
+    panels: Callable[[], Sequence[Panel]]
+    columns: int = 1
+    aspect: float = 16 / 9
+
+    @property
+    def file(self) -> str:
+        return "".join(c if c.isalnum() else "-" for c in self.title.lower()) + ".png"
+
+    @property
+    def panel_size(self) -> tuple[int, int]:
+        """As shown, in pixels."""
+        width = (WIDTH - GAP * (self.columns - 1)) // self.columns
+        return width, round(width / self.aspect)
+
+
+@dataclass(frozen=True)
+class Timed:
+    """Milliseconds a frame by backend, None where it is not here, and how far their pictures agree."""
+
+    label: str
+    size: tuple[int, int]
+    milliseconds: dict[str, float | None]
+    apart: float  # largest share of pixels of two backends that differ by more than `SAME`
+
+
+# Rendering
+
+
+def open_backends() -> dict[str, Backend | None]:
+    """Those that are timed; None for one that is not here."""
+    found: dict[str, Backend | None] = {}
+    for name in BACKENDS:
+        try:
+            found[name] = open_backend(name)
+        except PassgraphError as error:
+            print(f"  {name} is left out: {error}", flush=True)
+            found[name] = None
+    return found
+
+
+def milliseconds(program: pg.Program, given: dict[str, Any]) -> float:
+    """Median of a frame after warm-up, device finished; what is static was computed before."""
+    for _ in range(WARM_UP):
+        program.run(**given)
+    program.finish()
+    taken: list[float] = []
+    end = time.perf_counter() + SECONDS
+    while len(taken) < 3 or (len(taken) < RUNS and time.perf_counter() < end):
+        begin = time.perf_counter()
+        program.run(**given)
+        program.finish()
+        taken.append(time.perf_counter() - begin)
+    return 1e3 * statistics.median(taken)
+
+
+def shown(panel: Panel, entry: Entry, backends: dict[str, Backend | None]) -> tuple[Image.Image, Timed]:
+    """A panel's picture, by the last backend that is here, and its times on all."""
+    width, height = entry.panel_size
+    size = panel.size or (width * OVERSAMPLING, height * OVERSAMPLING)
+    taken: dict[str, float | None] = dict.fromkeys(backends)
+    pictures: list[Picture] = []
+    for name, backend in backends.items():
+        if backend is not None:
+            with pg.compile(panel.target, backend, size) as program:
+                taken[name] = milliseconds(program, panel.given)
+                pictures.append(program.read()[panel.target.name])
+    if not pictures:
+        raise SystemExit("gallery: no backend is here")
+    picture = pictures[-1]
+    apart = max(float((abs(other - picture) > SAME).any(axis=2).mean()) for other in pictures)
+    whole = _middle(Image.fromarray(_eight_bits(picture)), panel.middle)
+    made = whole.resize((width, height), Image.Resampling.BOX)
+    if abs(whole.width * height / (whole.height * width) - 1.0) > SAME_SHAPE:
+        made = ImageOps.pad(whole, (width, height), Image.Resampling.BOX, (160, 160, 160))
+    _write_label(made, panel.label)
+    return made, Timed(panel.label, (picture.shape[1], picture.shape[0]), taken, apart)
+
+
+def _eight_bits(picture: Picture) -> NDArray[np.uint8]:
+    colours = np.repeat(picture, 3, axis=2) if picture.shape[2] == 1 else picture[:, :, :3]
+    return np.asarray(np.rint(np.clip(colours, 0.0, 1.0) * 255.0), np.uint8)
+
+
+def _middle(picture: Image.Image, share: float) -> Image.Image:
+    width, height = picture.size
+    x, y = round(0.5 * (1.0 - share) * width), round(0.5 * (1.0 - share) * height)
+    return picture.crop((x, y, width - x, height - y))
+
+
+def _write_label(picture: Image.Image, label: str) -> None:
+    if label:
+        pen = ImageDraw.Draw(picture)
+        left, top, right, bottom = pen.textbbox((6, 4), label)
+        pen.rectangle((left - 4, top - 3, right + 4, bottom + 3), fill=(0, 0, 0))
+        pen.text((6, 4), label, fill=(255, 255, 255))
+
+
+def strip(pictures: Sequence[Image.Image], columns: int) -> Image.Image:
+    """Pictures of one size in rows."""
+    width, height = pictures[0].size
+    rows = -(-len(pictures) // columns)
+    whole = Image.new("RGB", (columns * (width + GAP) - GAP, rows * (height + GAP) - GAP), (255, 255, 255))
+    for number, picture in enumerate(pictures):
+        row, column = divmod(number, columns)
+        whole.paste(picture, (column * (width + GAP), row * (height + GAP)))
+    return whole
+
+
+def write_picture(picture: Image.Image, path: Path) -> None:
+    """PNG; where it is large with fewer and fewer colours, dithered while that is small enough."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    picture.save(path, optimize=True)
+    for colours, dither in ((256, True), (192, True), (128, True), (192, False), (128, False), (64, False)):
+        if path.stat().st_size <= MOST_BYTES:
+            return
+        made = picture.quantize(colours, kmeans=3)
+        if dither:
+            made = picture.quantize(palette=made, dither=Image.Dither.FLOYDSTEINBERG)
+        made.save(path, optimize=True)
+
+
+# Writing
+
+
+def machine() -> str:
+    """The kind of machine: cores, and each backend's device in its own words."""
+    parts = [f"{os.cpu_count()} cores"]
+    for name in BACKENDS:
+        try:
+            devices = [device.name for device in backend_class(name).devices() if not device.missing]
+        except PassgraphError:
+            devices = []
+        parts.append(f"`{name}` on {devices[0]}" if devices else f"`{name}` is not here")
+    return "; ".join(parts)
+
+
+def source_of(function: Callable[..., object]) -> str:
+    """The body of a function without its docstring."""
+    lines = inspect.getsource(function).splitlines()
+    first = next(number for number, line in enumerate(lines) if line.rstrip().endswith(":"))
+    body = textwrap.dedent("\n".join(lines[first + 1 :])).strip()
+    if body.startswith('"""'):
+        body = body.split('"""', 2)[2].strip()
+    return body
+
+
+def section(entry: Entry, times: Sequence[Timed]) -> str:
+    """One entry as Markdown."""
+    rows = [
+        f"| {timed.label or entry.title} | {timed.size[0]}×{timed.size[1]} | "
+        + " | ".join(
+            "–" if timed.milliseconds[name] is None else f"{timed.milliseconds[name]:.1f}" for name in BACKENDS
+        )
+        + f" | {timed.apart:.2%} |"
+        for timed in times
+    ]
+    heading = f"| Frame in ms | size | {' | '.join(BACKENDS)} | differ |"
+    table = "\n".join([heading, "|---|---|" + "---|" * (len(BACKENDS) + 1), *rows])
+    return (
+        f"## {entry.title}\n\n![{entry.title}](images/gallery/{entry.file})\n\n{entry.text}\n\n"
+        f"Input: {entry.inputs}.\n\n```text\n{source_of(entry.panels)}\n```\n\n{table}\n"
+    )
+
+
+def rendered(entry: Entry, backends: dict[str, Backend | None]) -> str:
+    """An entry's picture written, and its section."""
+    made = [shown(panel, entry, backends) for panel in entry.panels()]
+    write_picture(strip([picture for picture, _ in made], entry.columns), PICTURES / entry.file)
+    return section(entry, [timed for _, timed in made])

@@ -1,0 +1,147 @@
+"""``passgraph fuzz``: random kernels, graphs and draws on every backend, until the time is up."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, suppress
+from pathlib import Path
+from time import monotonic
+from typing import TYPE_CHECKING
+
+import click
+
+from passgraph.backends.base import Backend
+from passgraph.backends.registry import open_backend
+from passgraph.commands.files import check_folder
+from passgraph.commands.options import BackendType, FiniteRange
+from passgraph.errors import BackendError, DeviceMissingError
+
+if TYPE_CHECKING:
+    from passgraph.fuzz.search import Failure
+
+INSTALL = "pip install 'passgraph[fuzz]'"
+BACKENDS = ("gl", "opencl", "numpy")
+#: What can be fuzzed; ``variants`` are rewritten kernels that must give the same.
+KINDS = ("kernels", "graphs", "draws", "variants")
+
+
+@click.command()
+@click.option(
+    "--minutes", type=FiniteRange(0.0, 10_000.0), default=1.0, show_default=True, metavar="N",
+    help="How long new cases are run; shrinking a failure may take two more.",
+)  # fmt: skip
+@click.option(
+    "--seed", type=click.IntRange(0, 2**31), default=0, show_default=True,
+    help="Decides which cases; the same seed gives the same ones in the same order.",
+)  # fmt: skip
+@click.option(
+    "--backend", "-b", "backends", multiple=True, type=BackendType(),
+    help="Backend to test; may be repeated. Without it all that are here.",
+)  # fmt: skip
+@click.option(
+    "--what", type=click.Choice((*KINDS, "all")), default="all", show_default=True,
+    help="What is made up; variants are kernels and their rewritten forms.",
+)  # fmt: skip
+@click.option(
+    "--failures", type=click.Path(path_type=Path), default=Path("fuzz-failures"), show_default=True,
+    metavar="FOLDER", help="Where each failure is written, shrunk.",
+)  # fmt: skip
+@click.option(
+    "--replay", type=click.Path(path_type=Path), metavar="FILE",
+    help="Run this file (or all of a folder) again instead.",
+)  # fmt: skip
+def fuzz(minutes: float, seed: int, backends: tuple[str, ...], what: str, failures: Path, replay: Path | None) -> int:
+    """Make up kernels, graphs and draws and hold every backend against the float64 reference.
+
+    Every target of every pass must lie within what rounding allows; rewritten kernels, optimisations and second
+    runs must give the same bits.  A failure is shrunk to the least that fails and written to a file that is data:
+    its texts are parsed, never executed.  Exit status: 0 nothing found, 1 something, 2 an error.
+    """
+    try:
+        import passgraph.fuzz.search  # noqa: F401
+    except ImportError as error:
+        raise DeviceMissingError(f"fuzzing needs hypothesis ({error}); install it: {INSTALL}") from None
+    with ExitStack() as stack:
+        opened = list(_opened(backends, stack))
+        if replay is not None:
+            return _replay(replay, opened)
+        made = not failures.exists()
+        check_folder(failures)  # before the long work
+        if made:
+            stack.callback(_remove_empty, failures)
+        kinds = KINDS if what == "all" else (what,)
+        return _hunt(kinds, opened, seed, minutes * 60, failures)
+
+
+def _remove_empty(folder: Path) -> None:
+    with suppress(OSError):
+        folder.rmdir()
+
+
+def _opened(chosen: tuple[str, ...], stack: ExitStack) -> Iterator[Backend]:
+    """The backends that were named, or those that are here."""
+    found = False
+    for name in chosen or BACKENDS:
+        try:
+            backend = stack.enter_context(open_backend(name))
+        except DeviceMissingError as error:
+            if chosen:
+                raise
+            click.echo(f"{name} is not here: {error}", err=True)
+            continue
+        found = True
+        yield backend
+    if not found:
+        raise BackendError("there is no backend to test; see: passgraph backends")
+
+
+def _hunt(kinds: tuple[str, ...], backends: list[Backend], seed: int, seconds: float, folder: Path) -> int:
+    """Batches of each kind in turn; a failure that was found already, in other clothes, is not written again."""
+    from passgraph.fuzz import search
+    from passgraph.fuzz.cases import Tally
+
+    strategies, tally, found = search.strategies(), Tally(), set[str]()
+    until, number = monotonic() + seconds, 0
+    while monotonic() < until:
+        for kind in kinds:
+            failure = search.batch(strategies[kind], backends, search.batch_seed(seed, number), tally, until=until)
+            number += 1
+            if failure is not None:
+                found.add(_written(failure, folder, backends))
+            _say(f"{tally}; {len(found)} found")
+    if sys.stderr.isatty():
+        click.echo(err=True)
+    click.echo(f"{tally}; {len(found)} found, seed {seed}")
+    return 1 if found else 0
+
+
+def _written(failure: Failure, folder: Path, backends: list[Backend]) -> str:
+    """Write a failure and say how it is run again."""
+    from passgraph.fuzz.cases import save
+
+    path = save(failure.case, failure.why, folder)
+    names = " ".join(f"--backend {backend.name}" for backend in backends)
+    click.echo(f"\n{failure.why}\n  again: passgraph fuzz --replay {path} {names}")
+    return path.name
+
+
+def _replay(path: Path, backends: list[Backend]) -> int:
+    from passgraph.fuzz.cases import load, outcome
+
+    files = sorted(path.glob("*.json")) if path.is_dir() else [path]
+    failed = 0
+    for file in files:
+        why = outcome(load(file), backends)
+        failed += bool(why)
+        click.echo(f"{file.name}: {why or 'as it should be'}")
+    click.echo(f"{len(files)} run again, {failed} failed")
+    return 1 if failed else 0
+
+
+def _say(line: str) -> None:
+    """Progress: one line that is written over on a terminal, a line each elsewhere."""
+    if sys.stderr.isatty():
+        click.echo(f"\r\033[K{line[:200]}", err=True, nl=False)
+    else:
+        click.echo(line, err=True)

@@ -1,0 +1,164 @@
+"""NaN and infinity: refused or replaced where pictures enter a graph, and traced to the pass that makes them.
+
+One such value in a picture blackens all that a blur reaches, and stays for good where a target has history.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Literal, TypeAlias, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.errors import GraphError, InputError
+from passgraph.formats import Format
+from passgraph.plan.data import Plan, Step
+
+Picture: TypeAlias = NDArray[np.float32]
+NonFinite: TypeAlias = Literal["error", "replace", "keep"]
+CHOICES: tuple[NonFinite, ...] = get_args(NonFinite)
+#: From here on float16 rounds to infinity (halfway between its largest number and 2¹⁶); below, to `LARGEST_HALF`.
+HALF_OVERFLOW = 65520.0
+LARGEST_HALF = 65504.0
+LARGEST_FLOAT = float(np.finfo(np.float32).max)
+#: Texts name this many passes that read an input.
+NAMED = 4
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """The values of a picture that are not finite, or not once they are stored.
+
+    Attributes
+    ----------
+    count, total : such values, and all
+    column, row, channel : of the first, row by row from the top
+    value : the first itself
+    """
+
+    count: int
+    total: int
+    column: int
+    row: int
+    channel: int
+    value: float
+
+    def __str__(self) -> str:
+        return (
+            f"{self.count} of {self.total} values {'is' if self.count == 1 else 'are'} not finite, the first at "
+            f"column {self.column}, row {self.row}, channel {'rgba'[self.channel]}: {self.value:g}"
+        )
+
+
+def find(picture: Picture, format: Format | None = None) -> Found | None:
+    """The values of a picture that are not finite, or become infinite in a format.
+
+    >>> find(np.array([[[1.0, 2.0], [np.inf, np.nan]]], np.float32))
+    Found(count=2, total=4, column=1, row=0, channel=0, value=inf)
+    """
+    values = np.ascontiguousarray(picture).reshape(-1)
+    half = format is not None and format.kind == "half"
+    # The sum of squares cannot be below the largest of them, so one pass over memory clears nearly every picture.
+    with np.errstate(over="ignore", invalid="ignore"):
+        squares = float(np.dot(values, values))
+    if squares < (HALF_OVERFLOW**2 if half else np.inf):
+        return None
+    bad = ~(np.abs(picture) < HALF_OVERFLOW) if half else ~np.isfinite(picture)
+    if not bad.any():
+        return None
+    row, column, channel = (int(i) for i in np.unravel_index(np.argmax(bad), bad.shape))
+    return Found(int(bad.sum()), bad.size, column, row, channel, float(picture[row, column, channel]))
+
+
+def admitted(picture: Picture, name: str, format: Format | None, choice: NonFinite, readers: Iterable[str]) -> Picture:
+    """An input as passes may read it.
+
+    Parameters
+    ----------
+    picture : (height, width, channels) float32
+    name : of the input
+    format : that it is stored in; None for float32
+    choice : "error" refuses values that are not finite; "replace" makes NaN 0 and infinity the largest number of
+        the format; "keep" lets them in
+    readers : names of the passes that read it, for the message
+
+    Raises
+    ------
+    InputError
+        With the number of values, the first of them, and the passes that would read it.
+    """
+    # formats of a fixed range store NaN as 0 and infinity as 1
+    if choice == "keep" or (format is not None and format.kind.startswith("unorm")):
+        return picture
+    found = find(picture, format)
+    if found is None:
+        return picture
+    stored = f" in {format.name}" if format is not None and np.isfinite(found.value) else ""
+    if choice == "error":
+        raise InputError(
+            f"input {name!r}: {found}{stored}; {_passes(list(readers))}. Mend the picture, or compile with "
+            "non_finite='replace' (NaN becomes 0, infinity the largest number) or 'keep'; "
+            "on the command line --non-finite replace"
+        )
+    largest = LARGEST_HALF if format is not None and format.kind == "half" else LARGEST_FLOAT
+    made: Picture = np.clip(np.nan_to_num(picture, nan=0.0), -largest, largest, dtype=np.float32)
+    return made
+
+
+def _passes(names: list[str]) -> str:
+    shown = ", ".join(repr(name) for name in names[:NAMED])
+    more = f" and {len(names) - NAMED} more" if len(names) > NAMED else ""
+    return f"pass {shown} reads it" if len(names) == 1 else f"passes {shown}{more} read it"
+
+
+def checked_choice(choice: object) -> NonFinite:
+    """One of `CHOICES`, or GraphError."""
+    for known in CHOICES:
+        if choice == known:
+            return known
+    raise GraphError(f"non_finite cannot be {choice!r}; it is one of {', '.join(CHOICES)}")
+
+
+class PassCheck:
+    """Looks at what every pass wrote, and raises at the first that made a value that is not finite.
+
+    A pass that only spreads what it read is not blamed.
+    """
+
+    def __init__(self, plan: Plan) -> None:
+        self.plan = plan
+        self._bad: set[int] = set()  # resources that hold such a value
+
+    def begin(self, pictures: Mapping[str, Picture]) -> None:
+        """Before a run: what it brings, and what the last one left behind."""
+        for resource in self.plan.resources:
+            if resource.history is not None:
+                self._mark(resource.history, resource.id in self._bad)
+        for name, resource_id in self.plan.inputs.items():
+            format = self.plan.resources[resource_id].format
+            bounded = format.kind.startswith("unorm")
+            self._mark(resource_id, not bounded and find(pictures[name], format) is not None)
+
+    def look(self, step: Step, written: Mapping[int, Picture]) -> None:
+        """Behind a step; ``written`` by resource.
+
+        Raises
+        ------
+        GraphError
+            With the pass, the target and the first pixel, where everything that it read was finite.
+        """
+        spreads = any(resource in self._bad for resource in step.reads)
+        for resource, picture in written.items():
+            found = find(picture)
+            self._mark(resource, found is not None)
+            if found is not None and not spreads:
+                target = self.plan.resources[resource]
+                raise GraphError(
+                    f"pass {step.name!r} makes values that are not finite in target {target.name!r} "
+                    f"({target.format.name}) from finite ones: {found}"
+                )
+
+    def _mark(self, resource: int, bad: bool) -> None:
+        (self._bad.add if bad else self._bad.discard)(resource)
