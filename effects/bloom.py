@@ -57,7 +57,7 @@ def up(color: Image) -> vec4:
 
 @pg.kernel
 def add_glow(color: Image, glow: Image, intensity: float) -> vec4:
-    """The picture and the glow, scaled up the last time; alpha is the picture's."""
+    """The picture and the glow, scaled up the last time, bilinearly; alpha is the picture's."""
     c = color[0, 0]
     return vec4(c.rgb + glow.sample(uv()).rgb * intensity, c.a)
 
@@ -85,6 +85,8 @@ def bloom(
     the spot has above the threshold.  NaN does not glow, and infinity as the largest float16.
 
     Source: M. Bjørge, "Bandwidth-Efficient Rendering", SIGGRAPH 2015 (dual filtering).
+    Deviation: from two levels on the last doubling, to full size, is bilinear: the glow is smooth by then, and eight
+    reads of every pixel cost more than all other passes together.
 
     Examples
     --------
@@ -105,7 +107,8 @@ def bloom(
         label = f"{name}_down{level}"
         chain.append(down(chain[-1], into=pg.target(label, "rgba32f", like=full, scale=0.5**level), name=label))
     glow = chain.pop()
-    for level in range(levels - 1, -1, -1):
+    # one halving alone is too narrow to be doubled bilinearly
+    for level in range(levels - 1, 0 if levels > 1 else -1, -1):
         label = f"{name}_up{level}"
         glow = up(glow, into=pg.target(label, "rgba32f", like=full, scale=0.5**level), name=label)
     made: pg.Target = add_glow(color, glow, intensity, into=into or pg.target(name, "rgba32f"), name=name)

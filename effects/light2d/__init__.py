@@ -1,22 +1,29 @@
 """Light and shadow of flat worlds: a light map computed once, and what changes in each frame.
 
-Reading order: world, shapes, buffers, penumbra, smoothing, light_map, grid, sprites.
+Reading order: world, shapes, buffers, penumbra, tiles, smoothing, light_map, grid, sprites,
+world_file, picture, comparison, bake.
 """
 
 from passgraph.effects.light2d.grid import distance_grid, occlusion
 from passgraph.effects.light2d.light_map import light_map, lit
 from passgraph.effects.light2d.smoothing import smoothed
-from passgraph.effects.light2d.sprites import Mover, moving_shadows
+from passgraph.effects.light2d.sprites import LampCache, Mover, moving_shadows
+from passgraph.effects.light2d.tiles import LiveLight, live_light_map
 from passgraph.effects.light2d.world import Light2D, Wall, Window
+from passgraph.effects.light2d.world_file import World2D
 
 __all__ = [
+    "LampCache",
     "Light2D",
+    "LiveLight",
     "Mover",
     "Wall",
     "Window",
+    "World2D",
     "distance_grid",
     "light_map",
     "lit",
+    "live_light_map",
     "moving_shadows",
     "occlusion",
     "smoothed",

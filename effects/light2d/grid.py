@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph.effects.light2d.buffers import drawn
-from passgraph.effects.light2d.world import Float64, Point, Wall, Window, distance_to_edge
+from passgraph.effects.light2d.buffers import WHOLE, copied, drawn, whole
+from passgraph.effects.light2d.shapes import in_window, quads
+from passgraph.effects.light2d.world import Float64, Point, Wall, Window, all_edges, distance_to_edges
+
+#: Black over the scene by the rims' opacity; alpha is the scene's.
+DARKER = pg.Blend("source_alpha", "one_minus_source_alpha", source_alpha="zero", destination_alpha="one")
 
 
 def distance_grid(window: Window, walls: Sequence[Wall], cell: float = 1.5) -> NDArray[np.float32]:
@@ -35,13 +38,15 @@ def distance_grid(window: Window, walls: Sequence[Wall], cell: float = 1.5) -> N
     columns = max(round((window.right - window.left) / cell + 0.499), 1)
     rows = max(round((window.top - window.bottom) / cell + 0.499), 1)
     grid = np.full((rows, columns), np.inf, np.float32)
-    for row in range(rows):
+    edges = all_edges(walls)
+    closed = [(wall, np.array(wall.points).min(0), np.array(wall.points).max(0)) for wall in walls if wall.closed]
+    for row in range(rows if len(edges) else 0):
         for column in range(columns):
             middle = window.left + (column + 0.5) * cell, window.top - (row + 0.5) * cell
-            for wall in walls:
-                from_edge = partial(distance_to_edge, middle)
-                near = 0.0 if inside(wall, middle) else min(from_edge((*a, *b)) for a, b in wall.edges)
-                grid[row, column] = min(grid[row, column], near)
+            grid[row, column] = distance_to_edges(middle, edges).min()
+            around = [wall for wall, low, high in closed if (low <= middle).all() and (middle <= high).all()]
+            if any(inside(wall, middle) for wall in around):
+                grid[row, column] = 0.0
     return grid
 
 
@@ -73,17 +78,19 @@ def occlusion(
     darkness: float = 0.5,
     into: pg.TargetSpec | None = None,
     name: str = "occlusion",
+    over: tuple[Window, float] | None = None,
 ) -> pg.Target:
     """A scene darkened near walls: one texel a cell, black where the wall is near, stretched bilinearly over it.
 
     Parameters
     ----------
-    scene : any picture whose window starts at the grid's upper left corner and ends with its last cells
+    scene : any picture of the window; where ``over`` is left out, the window must end with the grid's last cells
     grid : from `distance_grid`
     threshold : cells nearer to a wall are black, world units, 0 or more
     darkness : opacity of black, 0 to 1
     into : where it goes; left out, float16 of the scene's size with the name ``name``
     name : of the passes and targets
+    over : the grid's window and the side of its cells
     """
     if not 0.0 <= darkness <= 1.0:
         raise pg.GraphError(f"{name}: darkness must be 0 to 1, got {darkness!r}")
@@ -91,5 +98,14 @@ def occlusion(
     texels[:, :, 3] = np.where(grid < threshold, darkness, 0.0)
     rims = pg.Input(f"{name}_texels", "rgba8", (grid.shape[1], grid.shape[0]), static=True, default=texels)
     copy = drawn(scene, into or pg.target(name, "rgba16f", like=scene), f"{name}_scene")
-    over = pg.Blend("source_alpha", "one_minus_source_alpha", source_alpha="zero", destination_alpha="one")
-    return drawn(rims, copy, name, blend=over)
+    shape, clip = whole(), WHOLE.clip
+    if over is not None:
+        window, cell = over
+        height, width = grid.shape
+        covered = Window(window.left, window.top - height * cell, window.left + width * cell, window.top)
+        shape, clip = quads([covered.corners]), window.clip
+    made: pg.Target = pg.draw(
+        shape, vertex=in_window, fragment=copied, into=copy, name=name, blend=DARKER,
+        values={"clip": clip, "picture": rims},
+    )  # fmt: skip
+    return made

@@ -10,9 +10,10 @@ import numpy as np
 
 import passgraph as pg
 from passgraph.effects.light2d.buffers import WHOLE, black, drawn, whole
-from passgraph.effects.light2d.penumbra import gradient, padded, penumbra_kernel
+from passgraph.effects.light2d.penumbra import gradient
 from passgraph.effects.light2d.shapes import around, in_window, shadow_of
 from passgraph.effects.light2d.smoothing import mixed_light
+from passgraph.effects.light2d.tiles import tiled_light
 from passgraph.effects.light2d.world import Float64, Light2D, Point, Wall, Window, edges_near
 
 Penumbra = Literal["exact", "none", "rotate", "move", "mixed"]
@@ -30,6 +31,7 @@ def light_map(
     draws: int = 8,
     ambient: tuple[float, float, float] = (0.0, 0.0, 0.0),
     format: str = "rgba16f",
+    tile_px: int = 16,
     name: str = "light_map",
 ) -> pg.Target:
     """Everything that the lights shed, shadows included; it reads no input, so a program computes it once.
@@ -37,20 +39,24 @@ def light_map(
     Parameters
     ----------
     window : the part of the world in the picture
-    lights : any number; each takes a buffer of its own, cleared, lit, darkened by shadows, and added
+    lights : any number; with "exact" one pass takes them all, otherwise each takes a buffer of its own, cleared,
+        lit, darkened by shadows, and added
     walls : obstacles; the inside of a closed one is dark
     size : (width, height) of the map, px
     penumbra : "exact" computes the visible share of each lamp's angle; walls must not reach into a lamp, and
-        128 edges may lie within its reach.  "none" takes lamps as points.  "rotate" draws the shadows several
+        180 edges may stand between it and one tile.  "none" takes lamps as points.  "rotate" draws the shadows several
         times, turned about the lamp, "move" with the lamp's middle moved across its disc.  "mixed" blurs a
         point's shadow by halved pictures, sharp at the wall and softer with the way behind it
     draws : of "rotate" and "move", 2 to 64
     ambient : linear RGB everywhere, 0 or more
     format : of the map and its buffers, four channels, blendable; alpha is 1
+    tile_px : of "exact": side of the tiles for which it is found out which edges may stand before which light,
+        4 to 256 px
     name : of the map and, with the light's number, of its buffers
 
     Source: for "exact", the angle that segments leave of a disc, by a sweep over their intervals; a place's
-    light is proportional to the angle, which holds for a lamp that is equally bright from every side.
+    light is proportional to the angle, which holds for a lamp that is equally bright from every side.  Lists of
+    lights for tiles as in O. Olsson, U. Assarsson, "Tiled Shading", 2011.
 
     Examples
     --------
@@ -63,8 +69,12 @@ def light_map(
     """
     if penumbra not in PENUMBRAS:
         raise pg.GraphError(f"{name}: penumbra cannot be {penumbra!r}; it is one of {', '.join(PENUMBRAS)}")
+    if not 4 <= tile_px <= 256:
+        raise pg.GraphError(f"{name}: tile_px must be 4 to 256, got {tile_px}")
     if not 2 <= draws <= 64:
         raise pg.GraphError(f"{name}: draws must be 2 to 64, got {draws}")
+    if penumbra == "exact":
+        return tiled_light(window, lights, walls, size, ambient, format, tile_px, name)
     total: pg.Target = pg.draw(
         whole(), vertex=in_window, fragment=black, into=pg.target(name, format, size, clear=(*ambient, 1.0)),
         blend="add", name=f"{name}_ambient", values={"clip": WHOLE.clip},
@@ -72,10 +82,6 @@ def light_map(
     for number, light in enumerate(lights):
         edges = edges_near(walls, light)
         label = f"{name}_{number}"
-        if penumbra == "exact" and light.size > 0.0 and len(edges):
-            buffer = _exact(window, light, edges, pg.target(label, format, size), label)
-            total = drawn(buffer, total, f"{label}_add", blend="add")
-            continue
         if penumbra == "mixed" and light.size > 0.0 and len(edges):
             total = drawn(mixed_light(window, light, edges, size, name=label), total, f"{label}_add", blend="add")
             continue
@@ -90,15 +96,6 @@ def light_map(
 
 def _values(window: Window, light: Light2D) -> dict[str, object]:
     return {"clip": window.clip, "color": light.color, "light": (*light.position, light.radius, light.size)}
-
-
-def _exact(window: Window, light: Light2D, edges: Float64, into: pg.TargetSpec, name: str) -> pg.Target:
-    filled = padded(edges)
-    made: pg.Target = pg.draw(
-        around(light.position, light.radius), vertex=in_window, fragment=penumbra_kernel(len(filled)),
-        into=into, name=name, values={**_values(window, light), "edges": filled.astype(np.float32)},
-    )  # fmt: skip
-    return made
 
 
 def _hard(window: Window, light: Light2D, source: Point, edges: Float64, into: pg.TargetSpec, name: str) -> pg.Target:

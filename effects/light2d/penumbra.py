@@ -1,22 +1,17 @@
 """The exact shadow of a luminous disc in the plane: which share of its angle is in sight."""
 
-# mypy: disable-error-code="no-any-return,type-arg,valid-type,index"
+# mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
 from __future__ import annotations
 
-from functools import lru_cache
-from math import pi
-from typing import Any
-
-import numpy as np
-
 import passgraph as pg
-from passgraph import Array, asin, atan, cos, dot, length, sin, sqrt, vec2, vec3, vec4
+from passgraph import Const, Image, atan, dot, ivec2, length, pixel, sqrt, vec2, vec3, vec4
 from passgraph.effects.light2d.shapes import Spot
-from passgraph.effects.light2d.world import Float64
 
-#: Most edges within one light's reach: its kernel compares each with each.
-MAX_EDGES = 128
+#: Texels in a row of the table of lights and edges, as a power of two.
+ROW_BITS = 10
+#: Tangents of angles stay below this.
+STEEP = 1e9
 
 
 @pg.function
@@ -24,6 +19,13 @@ def falloff(distance: float, radius: float) -> float:
     """(1 - (distance / radius)²)², 0 from the radius on."""
     t = min(distance / radius, 1.0)
     return (1.0 - t * t) * (1.0 - t * t)
+
+
+@pg.function
+def falloff_squared(distance2: float, radius: float) -> float:
+    """The same of the squared distance."""
+    t2 = min(distance2 / (radius * radius), 1.0)
+    return (1.0 - t2) * (1.0 - t2)
 
 
 @pg.function
@@ -37,78 +39,118 @@ def gradient(spot: Spot, color: vec3, light: vec4) -> vec4:
     return vec4(color * falloff(length(spot.place - light.xy), light.z), 0.0)
 
 
-@lru_cache(maxsize=16)
-def penumbra_kernel(count: int) -> Any:
-    """The light with exact soft shadows of ``count`` edges, each (ax, ay, bx, by) in world units."""
+@pg.function
+def entry(table: Image, at: int) -> vec4:
+    return table.texel(ivec2(at & 1023, at >> 10))
 
-    @pg.fragment
-    def soft_light(spot: Spot, color: vec3, light: vec4, edges: Array[vec4, count]) -> vec4:
-        toward = light.xy - spot.place
-        far = length(toward)
-        if far <= light.w:  # inside the lamp
-            return vec4(color * falloff(far, light.z), 0.0)
-        axis = toward / far
-        side = vec2(-axis.y, axis.x)
-        half = asin(light.w / far)
-        low = [0.0] * count
-        high = [0.0] * count
-        for i in range(count):
-            a = edges[i].xy - spot.place
-            b = edges[i].zw - spot.place
-            angle_a = atan(dot(side, a), dot(axis, a))
-            angle_b = atan(dot(side, b), dot(axis, b))
-            start = min(angle_a, angle_b)
-            end = max(angle_a, angle_b)
-            if end - start > pi:  # the edge passes behind this place
-                first = start
-                start = end if end < half else end - 2.0 * pi
-                end = first + 2.0 * pi if end < half else first
-            start = max(start, -half)
-            end = min(end, half)
-            low[i] = 4.0
-            high[i] = 4.0
-            if start < end:
-                # an edge that does not touch the lamp is either before or behind it in all of the overlap
-                middle = 0.5 * (start + end)
-                ray = axis * cos(middle) + side * sin(middle)
-                off = far * sin(middle)
-                lamp = far * cos(middle) - sqrt(max(light.w * light.w - off * off, 0.0))
-                if cross2(a, b - a) / cross2(ray, b - a) < lamp:
-                    low[i] = start
-                    high[i] = end
+
+@pg.function
+def slope(end: vec2, other: vec2, turn: float) -> float:
+    """Tangent of the angle of an edge's end off the axis; of an end behind this place, where the edge comes forward.
+
+    Ends are (along the axis, across it); ``turn`` is cross2(end, other).
+    """
+    if end.x > 0.0:
+        return end.y / end.x
+    return STEEP if turn * (end.x - other.x) > 0.0 else -STEEP
+
+
+@pg.function
+def covered(edge: vec4, place: vec2, axis: vec2, lamp: vec3) -> vec2:
+    """Tangents between which an edge covers the lamp; ``lamp`` is (distance², size², tangent of half its angle).
+
+    Nothing covered is (STEEP, -STEEP).
+    """
+    a = edge.xy - place
+    b = edge.zw - place
+    # along the axis, and across it
+    p = vec2(dot(axis, a), cross2(axis, a))
+    q = vec2(dot(axis, b), cross2(axis, b))
+    turn = cross2(p, q)
+    first = slope(p, q, turn)
+    second = slope(q, p, -turn)
+    low = max(min(first, second), -lamp.z)
+    high = min(max(first, second), lamp.z)
+    # an edge that does not touch the lamp is either before or behind it in all of the overlap
+    m = 0.5 * (low + high)
+    way = turn / ((q.y - p.y) - m * (q.x - p.x))
+    lean = 1.0 + m * m
+    near = (sqrt(lamp.x) - sqrt(max(lamp.x - lean * (lamp.x - lamp.y), 0.0))) / lean
+    hides = max(p.x, q.x) > 0.0 and low <= high and way < near
+    return vec2(low, high) if hides else vec2(STEEP, -STEEP)
+
+
+@pg.kernel
+def tile_light(
+    tiles: Image,
+    table: Image,
+    sofar: Image,
+    corner: vec4,
+    side: Const[int],
+    most_open: Const[int],
+    most_shaded: Const[int],
+    most_edges: Const[int],
+) -> vec4:
+    """The light of one layer, added to what is there; ``corner`` is x and y of the upper left, then a pixel's size.
+
+    Red of a tile is where its list begins, green how many lights stand free, blue how many have edges before them.
+    A light is (x, y, radius, size), then (red, green, blue, number of edges), then its edges.
+    """
+    place = corner.xy + (vec2(pixel()) + 0.5) * corner.zw
+    tile = tiles.texel(pixel() // side)
+    at = int(tile.r)
+    free = int(tile.g)
+    shaded = int(tile.b)
+    base = sofar[0, 0]
+    total = base.rgb
+    for i in range(most_open):
+        if i >= free:
+            break
+        light = entry(table, at)
+        off = light.xy - place
+        total += entry(table, at + 1).rgb * falloff_squared(dot(off, off), light.z)
+        at += 2
+    for i in range(most_shaded):
+        if i >= shaded:
+            break
+        light = entry(table, at)
+        color = entry(table, at + 1)
+        count = int(color.a)
+        at += 2
+        toward = light.xy - place
+        far2 = dot(toward, toward)
+        size2 = light.w * light.w
+        axis = toward / sqrt(max(far2, 1e-30))
+        # tangent of half the lamp's angle
+        wide = light.w / sqrt(max(far2 - size2, 1e-30))
+        lamp = vec3(far2, size2, wide)
         # walk from one end of the lamp to the other, through covered stretches and gaps in turn
-        at = -half
-        visible = 0.0
-        for _step in range(2 * count + 1):
-            end = at
-            gap = half
-            for i in range(count):
-                if low[i] <= at:
-                    end = max(end, high[i])
-                else:
-                    gap = min(gap, low[i])
-            if end <= at:
-                visible += gap - at
-                end = gap
-            at = end
-            if at >= half:
+        here = -wide
+        seen = 0.0
+        outside = far2 > size2 and far2 < light.z * light.z
+        for _step in range(2 * most_edges + 1):
+            if not outside:
                 break
-        return vec4(color * (falloff(far, light.z) * visible / (2.0 * half)), 0.0)
-
-    return soft_light
-
-
-def padded(edges: Float64) -> Float64:
-    """Edges up to the next power of two, at least 4, so that scenes share kernels; those added have no length."""
-    count = max(len(edges), 1)
-    if count > MAX_EDGES:
-        raise pg.GraphError(
-            f"light map: {count} edges lie within one light's reach, and {MAX_EDGES} may; join walls, or choose "
-            "penumbra='rotate' or 'move'"
-        )
-    size = max(4, 1 << (count - 1).bit_length())
-    filled = np.zeros((size, 4))
-    filled[: len(edges)] = edges
-    if len(edges):
-        filled[len(edges) :] = np.tile(edges[0, :2], 2)
-    return filled
+            end = -STEEP
+            gap = wide
+            for k in range(most_edges):
+                if k >= count:
+                    break
+                stretch = covered(entry(table, at + k), place, axis, lamp)
+                if stretch.x <= here:
+                    end = max(end, stretch.y)
+                else:
+                    gap = min(gap, stretch.x)
+            if light.w == 0.0:
+                seen = 1.0 if end < here else 0.0
+                break
+            if end <= here:
+                seen += atan(gap) - atan(here)
+                end = gap
+            here = end
+            if here >= wide:
+                break
+        share = seen if light.w == 0.0 else seen / (2.0 * atan(wide))
+        at += count
+        total += color.rgb * (falloff_squared(far2, light.z) * (share if far2 > size2 else 1.0))
+    return vec4(total, base.a)

@@ -5,14 +5,15 @@
 from __future__ import annotations
 
 import passgraph as pg
-from passgraph import Image, length, log2, saturate, uv, vec2, vec3, vec4
+from passgraph import Image, floor, length, log2, saturate, uv, vec2, vec3, vec4
 from passgraph.effects.light2d.buffers import drawn
 from passgraph.effects.light2d.penumbra import cross2, falloff
 from passgraph.effects.light2d.shapes import Spot, in_window, shadow_of
 from passgraph.effects.light2d.world import Float64, Light2D, Window
 
-#: A halving scaled up bilinearly turns a hard edge into one about this many of its texels wide.
-TEXELS_PER_EDGE = 2.0
+#: A halving scaled up by splines turns a hard edge into one about this many of its texels wide: of 2, 2.25, 2.5 and 3
+#: the one that comes nearest to the exact penumbra.
+TEXELS_PER_EDGE = 2.25
 
 
 @pg.kernel
@@ -66,10 +67,36 @@ def shadow_width(spot: Spot, clip: vec4, light: vec4, pixels_per_unit: float) ->
     return vec4(1.0, 2.0 * light.w * max(times - 1.0, 0.0) * pixels_per_unit, 0.0, 0.0)
 
 
+@pg.function
+def spline(picture: Image, at: vec2) -> vec4:
+    """A picture stretched by cubic B-splines, as four bilinear reads: bilinear ones show the texels as facets.
+
+    Source: C. Sigg, M. Hadwiger, "Fast Third-Order Texture Filtering", GPU Gems 2, 2005, chapter 20.
+    """
+    size = vec2(picture.size)
+    place = at * size - 0.5
+    whole = floor(place)
+    t = place - whole
+    u = 1.0 - t
+    first = u * u * u / 6.0
+    last = t * t * t / 6.0
+    second = 2.0 / 3.0 - 0.5 * t * t * (2.0 - t)
+    third = 1.0 - first - second - last
+    low = whole - 0.5 + second / (first + second)
+    high = whole + 1.5 + last / (third + last)
+    near = low / size
+    far = high / size
+    left = first.x + second.x
+    upper = first.y + second.y
+    top = picture.sample(near) * left + picture.sample(vec2(far.x, near.y)) * (1.0 - left)
+    bottom = picture.sample(vec2(near.x, far.y)) * left + picture.sample(far) * (1.0 - left)
+    return top * upper + bottom * (1.0 - upper)
+
+
 @pg.kernel
 def gathered(sofar: Image, half: Image) -> vec4:
     """Sums of shadow and of width over the halvings: their ratio is a width also beside the shadow."""
-    return sofar[0, 0] + half.sample(uv())
+    return sofar[0, 0] + spline(half, uv())
 
 
 @pg.kernel
@@ -77,7 +104,7 @@ def blended(sofar: Image, half: Image, width: Image, level: float) -> vec4:
     """A step toward a smaller picture, where the edge is as wide as its texels."""
     w = width[0, 0]
     wanted = log2(max(w.g / max(w.r, 1e-6), 1e-6) / TEXELS_PER_EDGE)
-    return sofar[0, 0] + (half.sample(uv()) - sofar[0, 0]) * saturate(wanted - level + 1.0)
+    return sofar[0, 0] + (spline(half, uv()) - sofar[0, 0]) * saturate(wanted - level + 1.0)
 
 
 @pg.kernel

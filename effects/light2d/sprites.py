@@ -6,9 +6,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
-from math import atan, cos, hypot, inf, sin
-from typing import Any
+from functools import lru_cache, partial
+from math import atan, cos, floor, hypot, inf, sin
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +22,10 @@ from passgraph.effects.light2d.world import Light2D, Point, Window
 ONE_SPRITE = 0.12
 #: From the first angle on the shadow fades; at the second it is gone.
 FADE = (1.0, 1.6)
+#: Sprites of a thing nearer than that where they are many, and those that each thing may have.
+FAN = 5
+Near = Literal["fade", "fan"]
+SPRITES: dict[Near, int] = {"fade": 2, "fan": FAN}
 #: Opacity of one sprite's core.
 CORE = 0.65
 #: The sprite: opaque in the middle of its width, fading along its length; its pivot is the middle of the left side.
@@ -48,6 +52,15 @@ class Mover:
         c, s = cos(self.angle_rad), sin(self.angle_rad)
         return 2.0 * (self.half[0] * abs(c * y - s * x) + self.half[1] * abs(s * y + c * x))
 
+    @property
+    def corners(self) -> tuple[Point, Point, Point, Point]:
+        """Counter-clockwise, world units."""
+        c, s = cos(self.angle_rad), sin(self.angle_rad)
+        (x, y), (w, h) = self.position, self.half
+        ways = ((-w, -h), (w, -h), (w, h), (-w, h))
+        first, second, third, fourth = ((x + c * dx - s * dy, y + s * dx + c * dy) for dx, dy in ways)
+        return first, second, third, fourth
+
 
 def nearest(lights: Sequence[Light2D], place: Point) -> Light2D | None:
     """The lamp nearest to a place, of those that reach it."""
@@ -59,23 +72,76 @@ def nearest(lights: Sequence[Light2D], place: Point) -> Light2D | None:
     return near
 
 
+class LampCache:
+    """The nearest lamp of each cell of a grid, found when a place in it is first asked for.
+
+    Attributes
+    ----------
+    computed : how often a nearest lamp has been looked for
+
+    >>> cache = LampCache([Light2D((0, 0)), Light2D((8, 0))], cell=1.0)
+    >>> [cache((x, 0.2)).position for x in (1.2, 1.7, 6.5)], cache.computed
+    ([(0, 0), (0, 0), (8, 0)], 2)
+    """
+
+    def __init__(self, lights: Sequence[Light2D], cell: float = 1.5) -> None:
+        if not cell > 0.0:
+            raise pg.GraphError(f"lamp cache: cell must be above 0, got {cell!r}")
+        self.cell, self.computed = cell, 0
+        self.lights: tuple[Light2D, ...] = tuple(lights)
+        self._near: dict[tuple[int, int], Light2D | None] = {}
+
+    def change(self, lights: Sequence[Light2D]) -> None:
+        """Other lamps; nothing is forgotten where they are the same."""
+        if tuple(lights) != self.lights:
+            self.lights = tuple(lights)
+            self._near.clear()
+
+    def __call__(self, place: Point) -> Light2D | None:
+        """The lamp nearest to the middle of the place's cell, of those that reach it."""
+        key = floor(place[0] / self.cell), floor(place[1] / self.cell)
+        if key not in self._near:
+            self.computed += 1
+            self._near[key] = nearest(self.lights, ((key[0] + 0.5) * self.cell, (key[1] + 0.5) * self.cell))
+        return self._near[key]
+
+
+def _turns(angle: float, near: Near) -> list[tuple[float, float]]:
+    """Turn and opacity of each sprite of a thing that the lamp sees under an angle."""
+    if angle < ONE_SPRITE:
+        return [(0.0, 2.0)]
+    if near == "fade" or angle <= FADE[0]:
+        fade = min(max((FADE[1] - angle) / (FADE[1] - FADE[0]), 0.0), 1.0)
+        return [(-0.5 * angle, fade), (0.5 * angle, fade)]
+    return [(angle * (i / (FAN - 1) - 0.5), 1.0) for i in range(FAN)]
+
+
 def sprite_table(
-    movers: Sequence[Mover], lights: Sequence[Light2D], reach: Callable[[Point], float], count: int
+    movers: Sequence[Mover],
+    lights: Sequence[Light2D] | LampCache,
+    reach: Callable[[Point], float],
+    count: int,
+    near: Near = "fade",
 ) -> NDArray[np.float32]:
-    """Two sprites for each of ``count`` things, (4 · count, 4): pivot and opacity, then both axes; absent ones are 0.
+    """Sprites for each of ``count`` things, two rows each: pivot and opacity, then both axes; absent ones are 0.
 
     Parameters
     ----------
     movers : ``count`` or fewer
-    lights : each thing is shaded by the nearest alone
+    lights : each thing is shaded by the nearest alone; or a cache of the nearest
     reach : longest shadow from a place, world units: the distance grid's value plus the thinnest wall
     count : room in the table
+    near : what happens near a lamp, see `moving_shadows`
+
+    The table is (2 · sprites · count, 4), with 2 sprites a thing for "fade" and `FAN` for "fan".
     """
     if len(movers) > count:
         raise pg.GraphError(f"moving shadows: {len(movers)} things, and there is room for {count}")
-    table = np.zeros((4 * count, 4), np.float32)
+    sprites = SPRITES[near]
+    lamp_of = lights if isinstance(lights, LampCache) else partial(nearest, lights)
+    table = np.zeros((2 * sprites * count, 4), np.float32)
     for number, mover in enumerate(movers):
-        light = nearest(lights, mover.position)
+        light = lamp_of(mover.position)
         if light is None:
             continue
         x, y = mover.position[0] - light.position[0], mover.position[1] - light.position[1]
@@ -84,17 +150,16 @@ def sprite_table(
             continue
         width = mover.across(x / way, y / way)
         angle = 2.0 * atan(0.5 * width / way)
-        fade = min(max((FADE[1] - angle) / (FADE[1] - FADE[0]), 0.0), 1.0)
+        turns = _turns(angle, near)
         length = min(reach(mover.position), light.radius - way)
-        if angle >= ONE_SPRITE:
-            # beyond this the inner sides of the two sprites part, and light would show between them
-            length = min(length, way)
-        turns = [(0.0, 2.0)] if angle < ONE_SPRITE else [(-0.5 * angle, 1.0), (0.5 * angle, 1.0)]
-        for side, (turn, factor) in enumerate(turns):
+        if len(turns) > 1:
+            # beyond this the inner sides of neighbouring sprites part, and light would show between them
+            length = min(length, way * (len(turns) - 1))
+        for side, (turn, opacity) in enumerate(turns):
             c, s = cos(turn) / way, sin(turn) / way
             along = x * c - y * s, x * s + y * c
-            row = 4 * number + 2 * side
-            table[row] = (*mover.position, fade * factor, 0.0)
+            row = 2 * (sprites * number + side)
+            table[row] = (*mover.position, opacity, 0.0)
             table[row + 1] = (along[0] * length, along[1] * length, -along[1] * 0.5 * width, along[0] * 0.5 * width)
     return table
 
@@ -135,11 +200,12 @@ def darkened(scene: Image, shadow: Image) -> vec4:
 def moving_shadows(
     scene: pg.Target,
     window: Window,
-    lights: Sequence[Light2D],
+    lights: Sequence[Light2D] | LampCache,
     movers: pg.Value,
     count: int,
     reach: Callable[[Point], float] = lambda place: inf,
     share: float | pg.Value = 1.0,
+    near: Near = "fade",
     into: pg.TargetSpec | None = None,
     name: str = "moving_shadows",
 ) -> pg.Target:
@@ -148,27 +214,32 @@ def moving_shadows(
     Parameters
     ----------
     scene : any picture of the window
-    window, lights : as in `light_map`
+    window : as in `light_map`
+    lights : the lamps, or a `LampCache` of them
     movers : a value that runs bring: a sequence of `Mover`
     count : most things at once, 1 to 32
     reach : longest shadow from a place, world units, such as `passgraph.effects.light2d.grid.reach`
     share : how far shadows go from the last frame's to this one's, above 0, 1 or less; below 1 a shadow that
         jumps to another lamp fades over, and one that moves leaves a trail; may be a ``pg.Value``
+    near : where a lamp sees a thing under more than 1 radian, two sprites part: "fade" lets the shadow fade, to
+        nothing at 1.6; "fan" takes five sprites
     into : where it goes; left out, float32 with the name ``name``
     name : of the passes and targets
 
     A pair's shadow is at most as long as the way from the lamp, where the sprites' inner sides meet.
-    A lamp so near that it sees a thing under more than 1 radian throws a fading shadow, and none from 1.6 on.
     """
+    if near not in SPRITES:
+        raise pg.GraphError(f"{name}: near cannot be {near!r}; it is fade or fan")
     if not 1 <= count <= 32:
         raise pg.GraphError(f"{name}: count must be 1 to 32, got {count}")
     sprite = pg.Input(f"{name}_sprite", "r32f", (4, 4), static=True, default=SPRITE.astype(np.float32))
     layer: pg.Target = pg.draw(
-        _unit_quads(2 * count), vertex=_placed(4 * count), fragment=shadow_sprite, name=f"{name}_sprites",
+        _unit_quads(SPRITES[near] * count), vertex=_placed(2 * SPRITES[near] * count), fragment=shadow_sprite,
+        name=f"{name}_sprites",
         into=pg.target(f"{name}_sprites", "rgba16f", like=scene), blend="alpha",
         values={
             "clip": window.clip, "sprite": sprite,
-            "table": movers.map(lambda given: sprite_table(given, lights, reach, count)),
+            "table": movers.map(lambda given: sprite_table(given, lights, reach, count, near)),
         },
     )  # fmt: skip
     if isinstance(share, pg.Value) or share != 1.0:

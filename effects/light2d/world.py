@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from math import hypot, isfinite
+from math import isfinite, pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -114,21 +114,63 @@ class Wall:
         return tuple(zip(self.points, ends, strict=False))
 
 
+def all_edges(walls: Iterable[Wall]) -> Float64:
+    """The edges (n, 4) as x, y, x, y, without those of no length."""
+    edges = [(*a, *b) for wall in walls for a, b in wall.edges if a != b]
+    return np.array(edges, np.float64).reshape(-1, 4)
+
+
+@dataclass(frozen=True, eq=False)
+class Outlines:
+    """All edges of some walls.
+
+    Attributes
+    ----------
+    edges : (n, 4) as x, y, x, y
+    walls : (n,) the number of the wall of each
+    sides : (n,) 1 where a convex wall lies on the edge's left, -1 on its right; 0 for every other wall
+    """
+
+    edges: Float64
+    walls: NDArray[np.int64]
+    sides: NDArray[np.int64]
+
+
+def outlines_of(walls: Iterable[Wall]) -> Outlines:
+    """The edges of some walls, and on which side of them walls are solid.
+
+    >>> outlines_of([Wall.box(0, 0, 1, 1), Wall(((0, 0), (1, 0)))]).sides.tolist()
+    [1, 1, 1, 1, 0]
+    """
+    edges, numbers, sides = [np.zeros((0, 4))], [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
+    for number, wall in enumerate(walls):
+        own = all_edges([wall])
+        x, y = own[:, 2] - own[:, 0], own[:, 3] - own[:, 1]
+        next_x, next_y = np.roll(x, -1), np.roll(y, -1)
+        turns = np.arctan2(x * next_y - y * next_x, x * next_x + y * next_y)
+        # once around, never the other way: convex
+        convex = (
+            wall.closed and abs(abs(turns.sum()) - 2 * pi) < 1e-6 and bool((turns >= 0).all() or (turns <= 0).all())
+        )
+        edges.append(own)
+        numbers.append(np.full(len(own), number))
+        sides.append(np.full(len(own), int(np.sign(turns.sum())) if convex and len(own) > 2 else 0))
+    return Outlines(np.concatenate(edges), np.concatenate(numbers), np.concatenate(sides))
+
+
 def edges_near(walls: Iterable[Wall], light: Light2D) -> Float64:
     """The edges (n, 4) as x, y, x, y that are near enough to stand in a light's way."""
-    edges = [(*a, *b) for wall in walls for a, b in wall.edges if a != b]
-    near = [edge for edge in edges if distance_to_edge(light.position, edge) < light.radius]
-    return np.array(near, np.float64).reshape(-1, 4)
+    edges = all_edges(walls)
+    return edges[distance_to_edges(light.position, edges) < light.radius]
 
 
-def distance_to_edge(place: Point, edge: tuple[float, float, float, float]) -> float:
-    """World units.
+def distance_to_edges(place: Point, edges: Float64) -> Float64:
+    """Distance of a place to each of the edges (n, 4), world units.
 
-    >>> distance_to_edge((0.0, 2.0), (-1.0, 0.0, 1.0, 0.0))
-    2.0
+    >>> distance_to_edges((0.0, 2.0), np.array([[-1.0, 0.0, 1.0, 0.0], [3.0, 2.0, 3.0, 2.0]]))
+    array([2., 3.])
     """
-    ax, ay, dx, dy = edge[0], edge[1], edge[2] - edge[0], edge[3] - edge[1]
-    length = dx * dx + dy * dy
-    t = ((place[0] - ax) * dx + (place[1] - ay) * dy) / length if length > 0.0 else 0.0
-    t = min(max(t, 0.0), 1.0)
-    return hypot(place[0] - ax - t * dx, place[1] - ay - t * dy)
+    start, along = edges[:, :2], edges[:, 2:] - edges[:, :2]
+    away = np.array(place) - start
+    t = np.clip((away * along).sum(1) / np.maximum((along * along).sum(1), 1e-300), 0.0, 1.0)
+    return np.asarray(np.hypot(*(away - t[:, None] * along).T))

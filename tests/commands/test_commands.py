@@ -189,7 +189,7 @@ def test_compare_ends_with_one_where_a_backend_diverges(
     monkeypatch.setattr("passgraph.compare.open_backend", lambda name: Wrong())
     outcome = Outcome(["compare", "in.png", "-e", "black-and-white", "-b", "gl"], capsys)
     assert outcome.status == 1
-    assert "gl: diverges first in pass black_and_white, target black_and_white: beyond its bound at" in outcome.out
+    assert "gl: diverges first in pass black_and_white, target black_and_white: outside its bounds at" in outcome.out
     assert "worst at column" in outcome.out
 
 
@@ -242,7 +242,7 @@ def test_plan_of_a_picture(capsys: pytest.CaptureFixture[str]) -> None:
 
 @pytest.mark.parametrize(
     "arguments",
-    [[], *([name] for name in COMMANDS), *(["apply", n] for n, e in EFFECTS.items() if e.takes != "scene")],
+    [[], *([name] for name in COMMANDS), *(["apply", n] for n, e in EFFECTS.items() if e.takes.startswith("picture"))],
 )
 def test_help(capsys: pytest.CaptureFixture[str], arguments: list[str]) -> None:
     assert "Usage: passgraph" in well(capsys, *arguments, "--help")
@@ -251,7 +251,8 @@ def test_help(capsys: pytest.CaptureFixture[str], arguments: list[str]) -> None:
 @pytest.mark.parametrize("effect", EFFECTS.values(), ids=lambda effect: effect.name)
 def test_help_shows_every_parameter_with_unit_and_range(capsys: pytest.CaptureFixture[str], effect) -> None:  # type: ignore[no-untyped-def]
     commands = [["plan", "--effect", effect.name], ["compare", "-e", effect.name]]
-    commands.append(["render", "--effect", effect.name] if effect.takes == "scene" else ["apply", effect.name])
+    picture = effect.takes.startswith("picture")
+    commands.append(["apply", effect.name] if picture else ["render", "--effect", effect.name])
     for command in commands:
         text = " ".join(well(capsys, *command, "--help").split()).replace("- ", "-")
         for parameter in effect.parameters:

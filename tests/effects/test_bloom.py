@@ -15,7 +15,7 @@ FRAME = pg.Input("frame")
 
 
 def run(picture: Picture, backend: str = "reference", **options: float) -> Picture:
-    with pg.compile(bloom(FRAME, **options), backend=backend) as program:  # type: ignore[arg-type]
+    with pg.compile(bloom(FRAME, **options), backend=backend, non_finite="keep") as program:  # type: ignore[arg-type]
         return program(frame=picture)["bloom"]
 
 

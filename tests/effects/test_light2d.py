@@ -11,20 +11,13 @@ import pytest
 
 import passgraph as pg
 from passgraph.effects.light2d import Light2D, Wall, Window, light_map, lit, smoothed
-from passgraph.effects.light2d.world import edges_near
+from tests.effects.flat_truth import faded, places, share_in_sight
 from tests.effects.scenes import Float64, Picture
 
 WINDOW = Window(-8, -6, 8, 6)
 SIZE = (80, 60)
 LAMP = Light2D((-3.0, -1.0), (1.0, 0.8, 0.5), 12.0, 0.6)
 WALLS = (Wall.box(-0.53, -1.47, 0.53, 0.47), Wall.box(3.57, 1.03, 4.03, 4.03), Wall(((-5.03, 2.02), (-2.0, 3.07))))
-
-
-def places(size: tuple[int, int] = SIZE, window: Window = WINDOW) -> Float64:
-    """World place of each pixel's centre, (height, width, 2)."""
-    x, y = np.meshgrid(np.arange(size[0]) + 0.5, np.arange(size[1]) + 0.5)
-    x, y = window.world((x, y), size)  # type: ignore[arg-type]
-    return np.stack([x, y], axis=2)
 
 
 def rendered(backend: str = "reference", **options: Any) -> Picture:
@@ -34,39 +27,13 @@ def rendered(backend: str = "reference", **options: Any) -> Picture:
         return program()["light_map"]
 
 
-def faded(light: Light2D, at: Float64) -> Float64:
-    t = np.minimum(np.hypot(*np.moveaxis(at - light.position, 2, 0)) / light.radius, 1.0)
-    return np.asarray((1.0 - t * t) ** 2)
-
-
 @lru_cache
-def sampled_truth(samples: int = 401) -> Float64:
-    """Share of the lamp's angle in sight, by casting rays at evenly spaced angles; NaN inside the lamp."""
-    at = places().reshape(-1, 2)
-    toward = np.array(LAMP.position) - at
-    far = np.hypot(toward[:, 0], toward[:, 1])
-    inside = far <= LAMP.size
-    half = np.arcsin(np.minimum(LAMP.size / far, 1.0))
-    middle = np.arctan2(toward[:, 1], toward[:, 0])
-    seen = np.zeros(len(at))
-    for k in range(samples):
-        off = half * ((2 * k + 1) / samples - 1)
-        ray = np.stack([np.cos(middle + off), np.sin(middle + off)], axis=1)
-        reach = far * np.cos(off) - np.sqrt(np.maximum(LAMP.size**2 - (far * np.sin(off)) ** 2, 0))
-        free = np.ones(len(at), bool)
-        for ax, ay, bx, by in edges_near(WALLS, LAMP):
-            a, d = np.array([ax, ay]) - at, np.array([bx - ax, by - ay])
-            across = ray[:, 0] * d[1] - ray[:, 1] * d[0]
-            with np.errstate(divide="ignore", invalid="ignore"):
-                t = (a[:, 0] * d[1] - a[:, 1] * d[0]) / across
-                s = (a[:, 0] * ray[:, 1] - a[:, 1] * ray[:, 0]) / across
-            free &= ~((t > 0) & (t < reach) & (s >= 0) & (s <= 1))
-        seen += free
-    return np.where(inside, 1.0, seen / samples).reshape(SIZE[1], SIZE[0])
+def sampled_truth() -> Float64:
+    return share_in_sight(LAMP, WALLS, SIZE, WINDOW)
 
 
 def rmse(got: Picture) -> float:
-    truth = sampled_truth() * faded(LAMP, places())
+    truth = sampled_truth() * faded(LAMP, places(SIZE, WINDOW))
     return float(np.sqrt(np.mean((got[:, :, 0] - truth) ** 2)))
 
 
@@ -77,7 +44,7 @@ def test_places_and_pixels_are_each_others_inverse() -> None:
 
 
 def test_light_without_walls_falls_off_with_the_distance_alone() -> None:
-    expected = faded(LAMP, places())[:, :, None] * LAMP.color
+    expected = faded(LAMP, places(SIZE, WINDOW))[:, :, None] * LAMP.color
     np.testing.assert_allclose(rendered(walls=())[:, :, :3], expected, atol=2e-6)
 
 
@@ -132,7 +99,7 @@ def test_a_penumbra_is_sharp_where_it_begins_and_soft_far_away() -> None:
     screen = Wall(((-2.0, 0.0), (-2.0, 40.0)))
     size = (160, 120)
     with pg.compile(light_map(WINDOW, [lamp], [screen], size, format="rgba32f"), backend="reference") as program:
-        share = program()["light_map"][:, :, 0] / faded(lamp, places(size))
+        share = program()["light_map"][:, :, 0] / faded(lamp, places(size, WINDOW))
     widths = [np.count_nonzero((share[:, x] > 0.02) & (share[:, x] < 0.98)) for x in (62, 80, 100, 140)]
     behind = [WINDOW.world((x + 0.5, 0), size)[0] + 2.0 for x in (62, 80, 100, 140)]
     assert widths == sorted(widths)
@@ -178,7 +145,7 @@ def test_no_light_leaks_through_joined_corners(backend_name: str) -> None:
     for size, penumbra in ((0.0, "none"), (0.4, "exact")):
         lamp = Light2D((0.37, 0.21), radius=12.0, size=size)
         picture = rendered(backend_name, lights=[lamp], walls=[room], penumbra=penumbra)
-        far = np.hypot(*np.moveaxis(places(), 2, 0)) > 3.9
+        far = np.hypot(*np.moveaxis(places(SIZE, WINDOW), 2, 0)) > 3.9
         assert picture[far][:, :3].max() == 0.0
         assert picture[30, 40, 0] > 0.9
 
@@ -216,6 +183,8 @@ def test_what_cannot_be_is_refused() -> None:
         Light2D((0, 0), radius=0.0)
     with pytest.raises(pg.GraphError, match="two or more finite corners"):
         Wall(((0.0, 0.0),))
-    many = [Wall.box(i * 0.1, 3, i * 0.1 + 0.05, 3.1) for i in range(40)]
-    with pytest.raises(pg.GraphError, match="128 may"):
-        rendered(walls=many)
+    fence = [Wall(((-1 + i * 0.005, -1.2), (-1 + i * 0.005, -0.8))) for i in range(200)]
+    with pytest.raises(pg.GraphError, match="and 180 may"):
+        rendered(walls=fence)
+    with pytest.raises(pg.GraphError, match="tile_px must be 4 to 256"):
+        rendered(tile_px=2)

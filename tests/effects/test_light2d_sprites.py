@@ -9,7 +9,7 @@ import pytest
 
 import passgraph as pg
 from passgraph.effects.light2d import Light2D, Window
-from passgraph.effects.light2d.sprites import FADE, Mover, moving_shadows, nearest, sprite_table
+from passgraph.effects.light2d.sprites import FADE, LampCache, Mover, moving_shadows, nearest, sprite_table
 from tests.effects.scenes import Picture
 
 WINDOW = Window(-8, -8, 8, 8)
@@ -103,3 +103,34 @@ def test_a_shadow_that_jumps_fades_over(backend_name: str) -> None:
                 np.testing.assert_allclose(left, shadow * (1 - 0.5 ** (frame + 1)), atol=4e-3)
     moved = 1.0 - run(there)
     np.testing.assert_allclose(left, 0.5 * moved + 0.5 * 0.875 * shadow, atol=4e-3)
+
+
+def test_near_a_lamp_a_fan_of_sprites_keeps_the_shadow_that_fades_otherwise() -> None:
+    """Under 1.85 radian two sprites are gone; five cover the lamp's whole cone behind the thing."""
+    mover = Mover((-4.0 + 0.75, 0.0), (0.3, 1.0))
+    faded, fan = (sprite_table([mover], [LAMP], far, 1, near) for near in ("fade", "fan"))
+    assert faded[0, 2] == 0.0
+    assert (fan[0::2, 2] == 1.0).all()
+    ends = np.arctan2(fan[1::2, 1], fan[1::2, 0])
+    angle = 2 * atan(1.0 / 0.75)
+    np.testing.assert_allclose(ends, np.linspace(-0.5, 0.5, 5) * angle, atol=1e-6)
+    far_off = Mover((3.0, 0.0))
+    np.testing.assert_array_equal(
+        sprite_table([far_off], [LAMP], far, 1, "fan")[:4], sprite_table([far_off], [LAMP], far, 1)
+    )
+
+
+def test_nearest_lamps_are_looked_for_once_a_cell_and_again_when_lamps_change() -> None:
+    cache = LampCache([LAMP, OTHER], cell=1.0)
+    places = [(x * 0.25 + 0.01, 0.3) for x in range(16)]
+    for _ in range(3):
+        assert [cache(place) for place in places] == [nearest([LAMP, OTHER], (int(x) + 0.5, 0.5)) for x, _ in places]
+    assert cache.computed == 4
+    cache.change([LAMP, OTHER])
+    cache(places[0])
+    assert cache.computed == 4
+    cache.change([OTHER])
+    assert cache(places[0]) is nearest([OTHER], (0.5, 0.5))
+    assert cache.computed == 5
+    table = sprite_table([Mover((0.5, 0.5))], LampCache([LAMP, OTHER]), far, 1)
+    np.testing.assert_array_equal(table, sprite_table([Mover((0.5, 0.5))], [LAMP, OTHER], far, 1))

@@ -8,7 +8,7 @@ import pytest
 
 from passgraph.effects.registry import EFFECTS, Effect, effect_named
 
-_POSITIONAL = {"picture": 1, "picture+depth": 2, "scene": 1}
+_POSITIONAL = {"picture": 1, "picture+depth": 2, "scene": 1, "world2d": 2}
 
 
 @pytest.mark.parametrize("effect", EFFECTS.values(), ids=list(EFFECTS))

@@ -1,0 +1,68 @@
+"""Light maps baked into the vertex colours of static 3-D geometry, once, when it is loaded."""
+
+# mypy: disable-error-code="no-any-return"
+# Values of the kernel language are Any to Python's type checkers.
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+import passgraph as pg
+from passgraph import mat4, vec3, vec4
+from passgraph.effects.light2d.world import Float64, Window
+from passgraph.scene import Mesh
+
+
+@pg.struct
+class Baked:
+    """What the vertex kernel hands over."""
+
+    position: vec4
+    color: vec4
+
+
+@pg.vertex
+def placed(vertex: pg.Vertex, view_projection: mat4) -> Baked:
+    """Vertex colours carry the light."""
+    return Baked(view_projection * vec4(vertex.position, 1.0), vertex.color)
+
+
+@pg.fragment
+def lit_surface(baked: Baked, albedo: vec3) -> vec4:
+    """The surface's colour in the baked light."""
+    return vec4(albedo * baked.color.rgb, 1.0)
+
+
+def light_at(light: NDArray[np.float32], window: Window, places: Float64) -> NDArray[np.float32]:
+    """A light map's bilinear sample at places of the world (n, 2): (n, 4), the map's edge going on outside.
+
+    >>> ramp = np.repeat(np.arange(4, dtype=np.float32), 4).reshape(1, 4, 4)
+    >>> light_at(ramp, Window(0, 0, 4, 1), np.array([[1.0, 0.5], [9.0, 0.5]]))[:, 0].tolist()
+    [0.5, 3.0]
+    """
+    height, width = light.shape[:2]
+    x, y = window.pixels((places[:, 0], places[:, 1]), (width, height))  # type: ignore[arg-type]
+    x, y = np.clip(x - 0.5, 0.0, width - 1.0), np.clip(y - 0.5, 0.0, height - 1.0)
+    left, top = np.floor(x).astype(int), np.floor(y).astype(int)
+    right, bottom = np.minimum(left + 1, width - 1), np.minimum(top + 1, height - 1)
+    across, along = (x - left)[:, None], (y - top)[:, None]
+    upper = light[top, left] * (1.0 - across) + light[top, right] * across
+    lower = light[bottom, left] * (1.0 - across) + light[bottom, right] * across
+    return np.asarray(upper * (1.0 - along) + lower * along, np.float32)
+
+
+def baked(mesh: Mesh, light: NDArray[np.float32], window: Window) -> Mesh:
+    """A mesh whose vertex colours are the light of their places, times the colours it had.
+
+    Parameters
+    ----------
+    mesh : y up; the flat world's x and y are its x and -z, as seen from above
+    light : a light map that has been read, (height, width, 4), linear
+    window : of the light map
+
+    Light between vertices is interpolated: triangles should be as small as the shadows that they show.
+    """
+    places = np.column_stack([mesh.positions[:, 0], -mesh.positions[:, 2]]).astype(np.float64)
+    return replace(mesh, colors=light_at(light, window, places) * mesh.colors, has_colors=True)

@@ -1,0 +1,132 @@
+"""A flat world as a picture: floor, light map, rims along walls, shadows of moving things, and dirt on the lens."""
+
+# mypy: disable-error-code="no-any-return"
+# Values of the kernel language are Any to Python's type checkers.
+from __future__ import annotations
+
+from typing import Literal
+
+import passgraph as pg
+from passgraph import Image, exp2, floor, pixel, uv, vec2, vec3, vec4
+from passgraph.effects.lens import (
+    dirt_texture,
+    dirty_lens_bright,
+    dirty_lens_map,
+    dirty_lens_spots,
+    light_spots,
+)
+from passgraph.effects.light2d.grid import distance_grid, occlusion, reach
+from passgraph.effects.light2d.light_map import Penumbra, light_map, lit
+from passgraph.effects.light2d.shapes import Spot, in_window, quads
+from passgraph.effects.light2d.sprites import Near, moving_shadows
+from passgraph.effects.light2d.world import Window
+from passgraph.effects.light2d.world_file import World2D
+from passgraph.effects.tone_map import tone_map
+
+Lens = Literal["none", "bright", "spots", "map"]
+#: Linear colour of moving things.
+BODY = (0.35, 0.12, 0.08)
+LENSES: tuple[Lens, ...] = ("none", "bright", "spots", "map")
+
+
+@pg.kernel
+def tiled_floor(corner: vec4, color: vec3) -> vec4:
+    """Square tiles of one world unit in two shades; ``corner`` is the place of the upper left, then a pixel's size."""
+    place = corner.xy + (vec2(pixel()) + 0.5) * corner.zw
+    tile = floor(place)
+    shade = 1.0 - 0.12 * ((tile.x + tile.y) % 2.0)
+    return vec4(color * shade, 1.0)
+
+
+@pg.fragment
+def body(spot: Spot, light: Image, color: vec3) -> vec4:
+    """The top of a moving thing in the light of its place."""
+    return vec4(color * light.sample(uv()).rgb, 1.0)
+
+
+@pg.kernel
+def exposed(color: Image, stops: float) -> vec4:
+    """The linear result."""
+    c = color[0, 0]
+    return vec4(c.rgb * exp2(stops), c.a)
+
+
+def light2d(
+    world: World2D,
+    size: tuple[int, int] = (1280, 720),
+    penumbra: Penumbra = "exact",
+    draws: int = 8,
+    rims: float = 0.5,
+    near: Near = "fade",
+    lens: Lens = "none",
+    lens_strength: float = 1.0,
+    exposure_stops: float = 0.0,
+    display: bool = True,
+    name: str = "light2d",
+) -> pg.Target:
+    """A flat world seen from above.
+
+    Parameters
+    ----------
+    world : see `World2D.load`
+    size : (width, height) of the picture, px
+    penumbra, draws : as in `light_map`
+    rims : darkness of the rims along walls, 0 to 1
+    near : of shadows of moving things near a lamp, see `moving_shadows`
+    lens : dirt on the lens: "none"; "bright" where the picture is bright; "spots" by spots of light drawn for this
+        view; "map" by a map of spots of the world
+    lens_strength : factor on the dirt, 0 or more
+    exposure_stops : brightness: factor 2 a stop
+    display : sRGB; off: the linear HDR result
+    name : of the result
+
+    Examples
+    --------
+    >>> with pg.compile(light2d(World2D.shipped(), (64, 36)), backend="reference", size=(64, 36)) as program:
+    ...     program()["light2d"].shape
+    (36, 64, 4)
+    """
+    if lens not in LENSES:
+        raise pg.GraphError(f"{name}: lens cannot be {lens!r}; it is one of {', '.join(LENSES)}")
+    if not 0.0 <= lens_strength < float("inf"):
+        raise pg.GraphError(f"{name}: lens_strength must be 0 or more, got {lens_strength!r}")
+    window = world.fitted(size)
+    unit = (window.right - window.left) / size[0]
+    ground: pg.Target = tiled_floor(
+        (window.left, window.top, unit, -unit), world.floor, into=pg.target(f"{name}_floor", "rgba16f", size),
+        name=f"{name}_floor",
+    )  # fmt: skip
+    light = light_map(window, world.lights, world.walls, size, penumbra, draws, world.ambient, name=f"{name}_light_map")
+    shown = lit(ground, light, name=f"{name}_lit")
+    cell = unit * max(size) / 64.0
+    grid = distance_grid(window, world.walls, cell)
+    if rims > 0.0 and world.walls:
+        shown = occlusion(shown, grid, 0.6 * cell, rims, name=f"{name}_rims", over=(window, cell))
+    if world.movers:
+        shown = moving_shadows(
+            shown, window, world.lights, pg.Value(f"{name}_movers", tuple, default=world.movers), len(world.movers),
+            lambda place: reach(grid, window, place, cell, 0.5 * cell), near=near, name=f"{name}_shadows",
+        )  # fmt: skip
+        shown = pg.draw(
+            quads([mover.corners for mover in world.movers]), vertex=in_window, fragment=body, into=shown,
+            name=f"{name}_bodies", values={"clip": window.clip, "light": light, "color": BODY},
+        )  # fmt: skip
+    if lens != "none":
+        shown = _behind_lens(shown, window, world, size, lens, lens_strength, name)
+    if not display:
+        made: pg.Target = exposed(shown, exposure_stops, into=pg.target(name, "rgba32f"), name=name)
+        return made
+    return tone_map(shown, exposure_stops, "linear", into=pg.target(name, "rgba8"), name=name)
+
+
+def _behind_lens(
+    shown: pg.Target, window: Window, world: World2D, size: tuple[int, int], lens: Lens, strength: float, name: str
+) -> pg.Target:
+    texels = strength * dirt_texture((size[0] // 2 or 1, size[1] // 2 or 1))
+    dirt = pg.Input(f"{name}_dirt", "rgba16f", (texels.shape[1], texels.shape[0]), static=True, default=texels)
+    if lens == "bright":
+        return dirty_lens_bright(shown, dirt, name=f"{name}_lens")
+    spots = light_spots(window, world.lights, size, name=f"{name}_spots")
+    if lens == "spots":
+        return dirty_lens_spots(shown, dirt, spots, name=f"{name}_lens")
+    return dirty_lens_map(shown, dirt, spots, window, window, name=f"{name}_lens")

@@ -1,0 +1,358 @@
+"""Which lights reach each tile of a picture, and which edges may stand between: found on the host, as tables."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+import passgraph as pg
+from passgraph import vec4
+from passgraph.effects.light2d.penumbra import ROW_BITS, tile_light
+from passgraph.effects.light2d.world import (
+    Float64,
+    Light2D,
+    Outlines,
+    Point,
+    Wall,
+    Window,
+    distance_to_edges,
+    outlines_of,
+)  # fmt: skip
+
+#: The walk through edges is a loop of lights · (2 · edges + 1) · edges trips, of which a kernel may have this many.
+TRIPS = 1 << 16
+
+
+def most_edges(lights: int) -> int:
+    """How many edges may stand before each of some lights of a tile in one pass.
+
+    >>> [most_edges(lights) for lights in (1, 31, 64)]
+    [180, 32, 22]
+    """
+    return int((-1.0 + sqrt(1.0 + 8.0 * TRIPS / lights)) / 4.0)
+
+
+#: Most lights with edges before them in one tile, for passes with many lights and for those with many edges.
+LAYERS = (31, 1)
+#: Rows of 1024 texels: the largest picture that every OpenGL 3.3 driver of note holds.
+MAX_TABLE_ROWS = 1 << 14
+#: Most lights without edges before them in one tile.
+MOST_OPEN = 4096
+
+
+@dataclass(frozen=True, eq=False)
+class TileTables:
+    """What `tile_light` reads.
+
+    Attributes
+    ----------
+    tiles : for each pass, (rows, columns, 3): where a tile's list begins, its free and its shaded lights
+    layers : for each pass, the most lights with edges before them in one tile
+    bounds : for each pass, at least as many as any tile has: free lights, shaded lights, edges before one
+    table : (rows, 1024, 4), lights and edges
+    """
+
+    tiles: tuple[NDArray[np.float32], ...]
+    layers: tuple[int, ...]
+    bounds: tuple[tuple[int, int, int], ...]
+    table: NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False)
+class _Pairs:
+    """One row for each tile that a light reaches."""
+
+    tile: NDArray[np.int64]
+    light: NDArray[np.int64]
+    count: NDArray[np.int64]  # edges that may stand between
+    edges: NDArray[np.int64]  # of all rows, one after another
+
+
+def tile_tables(
+    window: Window,
+    lights: Sequence[Light2D],
+    walls: Sequence[Wall],
+    size: tuple[int, int],
+    side: int,
+    layers: tuple[int, ...] = LAYERS,
+) -> TileTables:
+    """Lists for every tile of ``side`` × ``side`` pixels.
+
+    An edge is on a tile's list where it meets the hull of the tile's circle and the lamp: nothing else can stand
+    between a pixel of the tile and a point of the lamp.
+    """
+    outlines = outlines_of(walls)
+    columns, rows = (size[0] + side - 1) // side, (size[1] + side - 1) // side
+    pairs = _joined([_reached(window, light, n, outlines, size, side) for n, light in enumerate(lights)])
+    if len(pairs.count) and pairs.count.max() > most_edges(layers[-1]):
+        raise pg.GraphError(
+            f"light map: {pairs.count.max()} edges stand between one light and a tile of {side} pixels, and "
+            f"{most_edges(layers[-1])} may; join walls, take smaller tiles, or choose penumbra='move'"
+        )
+    kind = np.where(pairs.count <= most_edges(layers[0]), 0, len(layers) - 1)
+    shaded = pairs.count > 0
+    # the how-many-th of its kind a row is in its tile decides the pass
+    rank = _rank(pairs.tile * 4 + kind * 2 + shaded)
+    layer = np.where(shaded, rank // np.array(layers)[kind], 0) * len(layers) + kind
+    order = np.lexsort((shaded, pairs.tile, layer))
+    starts = _table_starts(pairs, order)
+    table = _table(pairs, starts, lights, outlines.edges)
+    passes = np.unique(layer) if len(layer) else np.zeros(1, np.int64)
+    tiles, bounds = [], []
+    for number in passes:
+        heads = np.zeros((rows * columns, 3), np.float32)
+        mine = order[layer[order] == number]
+        first, at = np.unique(pairs.tile[mine], return_index=True)
+        heads[first, 0] = starts[mine][at]
+        heads[:, 1] = np.bincount(pairs.tile[mine], ~shaded[mine], rows * columns)
+        heads[:, 2] = np.bincount(pairs.tile[mine], shaded[mine], rows * columns)
+        tiles.append(heads.reshape(rows, columns, 3))
+        most = layers[int(number) % len(layers)]
+        free, hidden, longest = (int(v) for v in (*heads[:, 1:].max(0), pairs.count[mine].max(initial=0)))
+        bounds.append((_rounded(free), min(_rounded(hidden), most), min(_rounded(longest), most_edges(most))))
+    made = tuple(layers[int(number) % len(layers)] for number in passes)
+    return TileTables(tuple(tiles), made, tuple(bounds), table)
+
+
+def _rounded(count: int) -> int:
+    """The next power of two: worlds that are alike share kernels."""
+    return 1 << max(count - 1, 0).bit_length()
+
+
+def _reached(
+    window: Window, light: Light2D, number: int, outlines: Outlines, size: tuple[int, int], side: int
+) -> _Pairs:
+    """The tiles that one light reaches."""
+    wide, high = (window.right - window.left) / size[0], (window.top - window.bottom) / size[1]
+    columns, rows = (size[0] + side - 1) // side, (size[1] + side - 1) // side
+    x = window.left + (np.arange(columns) + 0.5) * side * wide
+    y = window.top - (np.arange(rows) + 0.5) * side * high
+    around = 0.5 * side * float(np.hypot(wide, high))
+    ways = np.hypot(x[None, :] - light.position[0], y[:, None] - light.position[1])
+    tile = np.flatnonzero(ways.reshape(-1) < light.radius + around)
+    middles = np.column_stack([x[tile % columns], y[tile // columns]])
+    edges = outlines.edges
+    near = np.flatnonzero(distance_to_edges(light.position, edges) < light.radius)
+    sides = _solid_sides(outlines, light.position)
+    between = _between(middles, around, light, edges[near]) & ~_before(middles, around, edges[near], sides[near])
+    return _Pairs(tile, np.full(len(tile), number), between.sum(1), near[np.nonzero(between)[1]])
+
+
+def _between(middles: Float64, around: float, light: Light2D, edges: Float64) -> NDArray[np.bool_]:
+    """(tiles, edges): whether an edge meets the hull of a tile's circle and the lamp."""
+    ax, ay, bx, by = edges.T[:, None, :]
+    mx, my = middles[:, 0, None], middles[:, 1, None]
+    lx, ly = light.position
+    ex, ey, wx, wy = bx - ax, by - ay, lx - mx, ly - my
+    # an edge that meets the hull crosses its axis, meets one of the two circles, or has an end inside
+    one = (wx * (ay - my) - wy * (ax - mx)) * (wx * (by - my) - wy * (bx - mx)) <= 0.0
+    two = (ex * (my - ay) - ey * (mx - ax)) * (ex * (ly - ay) - ey * (lx - ax)) <= 0.0
+    found: NDArray[np.bool_] = one & two
+    square = ex * ex + ey * ey
+    for px, py, radius in ((mx, my, around), (lx, ly, light.size)):
+        t = np.clip(((px - ax) * ex + (py - ay) * ey) / square, 0.0, 1.0)
+        found |= (px - ax - t * ex) ** 2 + (py - ay - t * ey) ** 2 <= radius * radius
+    square = np.maximum(wx * wx + wy * wy, 1e-300)
+    # the hull's sides lean by the difference of the radii, and are farther off the axis by 1 / cos of the angle;
+    # with circles in one another it is inside the larger one's way along the axis
+    narrow = (light.size - around) ** 2
+    apart = square > 2.0 * narrow
+    wider = np.where(apart, square / np.maximum(square - narrow, 1e-300), 1.0)
+    for px, py in ((ax, ay), (bx, by)):
+        t = np.clip(((px - mx) * wx + (py - my) * wy) / square, 0.0, 1.0)
+        limit = np.where(apart, around + (light.size - around) * t, max(around, light.size))
+        found |= (px - mx - t * wx) ** 2 + (py - my - t * wy) ** 2 <= limit * limit * wider
+    return found
+
+
+def _solid_sides(outlines: Outlines, lamp: Point) -> NDArray[np.int64]:
+    """`Outlines.sides`, and 0 for walls around the lamp."""
+    ax, ay, bx, by = outlines.edges.T
+    inside = outlines.sides * ((bx - ax) * (lamp[1] - ay) - (by - ay) * (lamp[0] - ax)) >= 0
+    around = np.bincount(outlines.walls, ~inside) == 0
+    return np.where(around[outlines.walls], 0, outlines.sides)
+
+
+def _before(middles: Float64, around: float, edges: Float64, sides: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """(tiles, edges): whether a convex wall's edge faces all of a tile.
+
+    The wall's other edges cover the same stretch of a lamp outside it, so this one can be left out.
+    """
+    ax, ay, bx, by = edges.T[:, None, :]
+    side = sides / np.maximum(np.hypot(bx - ax, by - ay), 1e-300)
+    outside = -side * ((bx - ax) * (middles[:, 1, None] - ay) - (by - ay) * (middles[:, 0, None] - ax))
+    return np.asarray((outside > around) & (sides != 0))
+
+
+def _joined(parts: Sequence[_Pairs]) -> _Pairs:
+    empty = np.zeros(0, np.int64)
+    return _Pairs(
+        *(
+            np.concatenate([empty, *(getattr(part, name) for part in parts)])
+            for name in ("tile", "light", "count", "edges")
+        )
+    )
+
+
+def _rank(keys: NDArray[np.int64]) -> NDArray[np.int64]:
+    """The how-many-th of its equals each key is."""
+    order = np.argsort(keys, kind="stable")
+    _, first, again = np.unique(keys[order], return_index=True, return_inverse=True)
+    rank = np.empty(len(keys), np.int64)
+    rank[order] = np.arange(len(keys)) - first[again]
+    return rank
+
+
+def _table_starts(pairs: _Pairs, order: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Where each row's entry begins: two texels, then its edges."""
+    starts = np.zeros(len(order), np.int64)
+    long = 2 + pairs.count[order]
+    starts[order] = np.cumsum(long) - long
+    return starts
+
+
+def _table(pairs: _Pairs, starts: NDArray[np.int64], lights: Sequence[Light2D], edges: Float64) -> NDArray[np.float32]:
+    width = 1 << ROW_BITS
+    total = int((2 + pairs.count).sum())
+    rows = max(-(-total // width), 1)
+    if rows > MAX_TABLE_ROWS:
+        raise pg.GraphError(f"light map: the lists of its tiles take {total} texels; take larger tiles")
+    table = np.zeros((rows * width, 4), np.float32)
+    shapes = np.array([(*light.position, light.radius, light.size) for light in lights], np.float64).reshape(-1, 4)
+    colors = np.array([light.color for light in lights], np.float64).reshape(-1, 3)
+    table[starts] = shapes[pairs.light]
+    table[starts + 1, :3] = colors[pairs.light]
+    table[starts + 1, 3] = pairs.count
+    before = np.cumsum(pairs.count) - pairs.count
+    table[np.repeat(starts + 2 - before, pairs.count) + np.arange(len(pairs.edges))] = edges[pairs.edges]
+    return table.reshape(rows, width, 4)
+
+
+@pg.kernel
+def flat(color: vec4) -> vec4:
+    """One colour."""
+    return color
+
+
+def tiled_light(
+    window: Window,
+    lights: Sequence[Light2D],
+    walls: Sequence[Wall],
+    size: tuple[int, int],
+    ambient: tuple[float, float, float],
+    format: str,
+    side: int,
+    name: str,
+) -> pg.Target:
+    """The light of all lamps with exact soft shadows, in one pass wherever its lists allow; see `light_map`."""
+    tables = tile_tables(window, lights, walls, size, side)
+    table = _static(f"{name}_table", "rgba32f", tables.table)
+    total = _ambient(ambient, size, name)
+    for number, (tiles, bounds) in enumerate(zip(tables.tiles, tables.bounds, strict=True), 1):
+        last = number == len(tables.tiles)
+        label = name if last else f"{name}_layer{number}"
+        total = tile_light(
+            _static(f"{name}_tiles{number}", "rgb32f", tiles), table, total, _corner(window, size), side, *bounds,
+            into=pg.target(label, format if last else "rgba32f", size), name=label,
+        )  # fmt: skip
+    return total
+
+
+@dataclass(frozen=True, eq=False)
+class LiveLight:
+    """A light map whose lamps and walls may all move from run to run; see `live_light_map`.
+
+    Attributes
+    ----------
+    target : the map
+    """
+
+    target: pg.Target
+    window: Window
+    size: tuple[int, int]
+    tile_px: int
+    shaded: int
+    rows: int
+    name: str
+
+    def inputs(self, lights: Sequence[Light2D], walls: Sequence[Wall]) -> dict[str, NDArray[np.float32]]:
+        """What a run brings: ``program.run(**live.inputs(lights, walls))``.
+
+        Raises
+        ------
+        passgraph.GraphError
+            For more than there is room for.
+        """
+        made = tile_tables(self.window, lights, walls, self.size, self.tile_px, (self.shaded,))
+        if len(made.layers) > 1:
+            raise pg.GraphError(
+                f"{self.name}: a tile of {self.tile_px} pixels has more than {self.shaded} lights with edges before "
+                "them; raise shaded, or take smaller tiles or shorter lights"
+            )
+        if len(made.table) > self.rows:
+            raise pg.GraphError(
+                f"{self.name}: the lists take {made.table.size // 4} texels, and there is room for "
+                f"{self.rows << ROW_BITS}; raise room"
+            )
+        table = np.zeros((self.rows, 1 << ROW_BITS, 4), np.float32)
+        table[: len(made.table)] = made.table
+        return {f"{self.name}_tiles": made.tiles[0], f"{self.name}_table": table}
+
+
+def live_light_map(
+    window: Window,
+    size: tuple[int, int],
+    room: int = 1 << 17,
+    ambient: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    format: str = "rgba16f",
+    tile_px: int = 32,
+    shaded: int = 31,
+    name: str = "live_light",
+) -> LiveLight:
+    """An exact light map for lamps and walls that move: one pass a frame, lists found anew on the host.
+
+    Parameters
+    ----------
+    window, size, ambient, format, name : as in `light_map`
+    room : texels for the lists: one edge, or half a light, of one tile each; 1024 to 2²⁴
+    tile_px : side of a tile, 4 to 256 px; smaller ones take more time on the host and less on the device
+    shaded : most lights with edges before them in one tile, 1 to 1024; 31 may have 32 edges each, 64 have 22
+
+    Examples
+    --------
+    >>> live = live_light_map(Window(0, 0, 4, 4), (8, 8), room=1024)
+    >>> with pg.compile(live.target, backend="reference") as program:
+    ...     red = program(**live.inputs([Light2D((2.0, 2.0), radius=4.0)], [Wall.box(3, 1, 3.5, 3)]))["live_light"]
+    >>> bool(red[4, 3, 0] > 0.9), red[4, 7, 0].item()
+    (True, 0.0)
+    """
+    if not 1 << ROW_BITS <= room <= MAX_TABLE_ROWS << ROW_BITS:
+        raise pg.GraphError(f"{name}: room must be 1024 to {MAX_TABLE_ROWS << ROW_BITS}, got {room}")
+    if not 1 <= shaded <= 1024:
+        raise pg.GraphError(f"{name}: shaded must be 1 to 1024, got {shaded}")
+    rows = -(-room // (1 << ROW_BITS))
+    tiles = pg.Input(f"{name}_tiles", "rgb32f", (-(-size[0] // tile_px), -(-size[1] // tile_px)))
+    table = pg.Input(f"{name}_table", "rgba32f", (1 << ROW_BITS, rows))
+    target: pg.Target = tile_light(
+        tiles, table, _ambient(ambient, size, name), _corner(window, size), tile_px, MOST_OPEN, shaded,
+        most_edges(shaded), into=pg.target(name, format, size), name=name,
+    )  # fmt: skip
+    return LiveLight(target, window, size, tile_px, shaded, rows, name)
+
+
+def _corner(window: Window, size: tuple[int, int]) -> tuple[float, float, float, float]:
+    """The upper left corner, and the way from pixel to pixel."""
+    return window.left, window.top, (window.right - window.left) / size[0], (window.bottom - window.top) / size[1]
+
+
+def _ambient(color: tuple[float, float, float], size: tuple[int, int], name: str) -> pg.Target:
+    made: pg.Target = flat((*color, 1.0), into=pg.target(f"{name}_ambient", "rgba32f", size), name=f"{name}_ambient")
+    return made
+
+
+def _static(name: str, format: str, texels: NDArray[np.float32]) -> pg.Target:
+    return pg.Input(name, format, (texels.shape[1], texels.shape[0]), static=True, default=texels)
