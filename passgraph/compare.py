@@ -226,14 +226,16 @@ class _Judge:
         self.plan, self.pictures, self.values, self.progress = plan, pictures, values, progress
         self.expected: Pictures = {}
         self._allowed: dict[bool, dict[tuple[int, int], Allowed]] = {}
+        self._found: dict[int, list[Allowed]] = {}  # by step, of the last run
 
     def allowed(self, snaps: bool) -> dict[tuple[int, int], Allowed]:
         """By step and resource, for backends that snap corners as documented or for those that need not."""
         snaps = snaps or not any(isinstance(step, DrawStep) for step in self.plan.steps)
         if snaps not in self._allowed:
             self.progress("reference and bounds")
-            oracle = OracleBackend(snaps)
+            oracle = OracleBackend(snaps, self._found)
             self.expected = _run(self.plan, oracle, self.pictures, self.values, None)
+            self._found = oracle.found
             self._allowed[snaps] = {
                 (number, resource): allowed
                 for number, step in enumerate(self.plan.steps)

@@ -11,23 +11,11 @@ import pytest
 
 import passgraph as pg
 from passgraph import Image, vec4
-from passgraph.acceptance import (
-    COPY,
-    DECISION,
-    DRAW,
-    GATHER,
-    SMOOTH,
-    STORES,
-    bounds,
-    operation_class,
-    step_size,
-)
 from passgraph.backends.base import Backend
 from passgraph.backends.reference import ReferenceBackend
 from passgraph.backends.reference.pixel_pass import ReferencePixelPass
 from passgraph.compare import OPTIONS, Report, compare, distance
 from passgraph.errors import BackendError, DeviceMissingError
-from passgraph.formats import FORMATS, format_named
 from passgraph.plan.build import build
 from passgraph.plan.data import PixelStep
 from passgraph.targets import Target
@@ -102,9 +90,12 @@ def test_a_wrong_pass_is_named_and_those_behind_it_are_not_blamed() -> None:
     assert backend.targets[2].accumulated_max > 0.0
 
 
-def test_without_isolation_errors_add_up() -> None:
-    report = compare(chain(), [Skewed("second", 1.0 + 1e-4)], frame=picture(), isolate=False)
-    assert [target.within_bounds for target in report.backends[0].targets] == [True, False, False]
+def test_errors_that_add_up_are_reported_beside_the_verdict() -> None:
+    """A pass behind the wrong one is judged on the reference's pictures, and measured on the backend's own too."""
+    first, _, third = compare(chain(), [Skewed("second", 1.0 + 1e-4)], frame=picture()).backends[0].targets
+    assert first.accumulated_max == 0.0
+    assert third.within_bounds
+    assert 1e-5 < third.accumulated_max < 2e-4
 
 
 @pytest.mark.parametrize("fmt", ["rgba32f", "rgba16f", "rgba8"])
@@ -114,16 +105,37 @@ def test_one_wrong_pixel_is_found_where_it_is(fmt: str) -> None:
     assert worst is not None
     assert (worst.step, worst.worst) == ("second", (7, 3))
     assert worst.worst_got - worst.worst_expected == pytest.approx(0.25, abs=1e-3)
-    assert "pass second, target second: beyond its bound" in str(worst)
+    assert "pass second, target second: outside its bounds" in str(worst)
     assert "column 7, row 3" in str(worst)
 
 
-def test_decisions_may_fall_the_other_way_at_few_pixels_only() -> None:
-    given = {"frame": picture(0, 100, 100)}
-    few = compare(cut(frame, name="cut"), [Skewed("cut", pixel=(5, 5))], **given)
-    assert few.within_bounds
-    assert few.backends[0].targets[0].outside == pytest.approx(1e-4)
-    assert not compare(cut(frame, name="cut"), [Skewed("cut", 0.5)], **given).within_bounds
+def test_a_decision_may_fall_the_other_way_where_rounding_turns_it_and_nowhere_else() -> None:
+    """Columns 5 and 6 hold 0.3 / 0.6, which OpenGL and OpenCL may compute as a little less than a half."""
+    near = pg.kernel(source="def near(c: Image) -> vec4: return vec4(1.0) if c[0, 0].r / 0.6 < 0.5 else vec4(0.0)")
+    frame_ = np.full((10, 20, 4), 0.9, np.float32)
+    frame_[:, 5:7] = 0.3
+
+    def turned(column: int) -> Report:
+        class Turned(ReferenceBackend):
+            name = "turned"
+
+            def pixel_pass(self, step: PixelStep) -> ReferencePixelPass:
+                run = super().pixel_pass(step)
+
+                def other(outputs, images, block):  # type: ignore[no-untyped-def]
+                    run(outputs, images, block)
+                    outputs[0].pixels[:, column] = 1.0 - outputs[0].pixels[:, column]
+
+                return other  # type: ignore[return-value]
+
+        return compare(near(frame, name="near"), [Turned()], frame=frame_)
+
+    (target,) = turned(5).backends[0].targets
+    assert target.within_bounds
+    assert target.ambiguous == pytest.approx(2 / 20)
+    assert not target.decided
+    assert target.decisions == (("less", 20),)
+    assert not turned(4).within_bounds
 
 
 @pytest.mark.parametrize(
@@ -201,49 +213,11 @@ def test_distance_knows_what_is_not_finite() -> None:
     assert distance(a, b).ravel().tolist() == [0.5, 0.0, 0.0, np.inf, np.inf]
 
 
-def test_every_kind_of_format_has_a_bound_with_its_reason() -> None:
-    assert {made.kind for made in FORMATS.values()} == set(STORES)
-    assert all(row.reason and row.steps > 0 for row in STORES.values())
-
-
-@pytest.mark.parametrize(
-    ("fmt", "value", "step"),
-    [
-        ("r8", 0.3, 1 / 255 + 2**-23), ("r16", 0.3, 1 / 65535 + 2**-23),
-        ("r16f", 1.0, 2.0**-10), ("r16f", 0.75, 2.0**-11),
-        ("r16f", 0.0, 2.0**-24), ("r32f", 1.0, 2.0**-23), ("r32f", 0.0, 2.0**-126),
-        ("depth32f", 0.5, 2.0**-24),
-    ],
-)  # fmt: skip
-def test_steps_of_formats(fmt: str, value: float, step: float) -> None:
-    made = step_size(format_named(fmt), np.full((1, 1, 1), value, np.float32))
-    assert made.item() == pytest.approx(step, rel=1e-12)
-
-
-def test_bounds_grow_with_the_spread() -> None:
-    reference = np.ones((1, 1, 1), np.float32)
-    none, some = (bounds(format_named("r32f"), reference, np.full((1, 1, 1), s)) for s in (0.0, 1e-3))
-    assert none.item() == pytest.approx(2 * 2.0**-23)
-    assert some.item() == pytest.approx(4e-3, rel=1e-3)
-
-
 def test_cancellation_widens_the_bound_and_plain_copies_do_not() -> None:
-    wide = compare(cancel(frame), ["reference"], frame=picture()).backends[0].targets[0].median_bound
-    tight = compare(halve(frame), ["reference"], frame=picture()).backends[0].targets[0].median_bound
-    assert tight < 1e-6 < 1e-4 < wide < 1e-2
-
-
-def test_classes_follow_from_operations() -> None:
-    def class_of(target: Target) -> object:
-        return operation_class(
-            build({"out": target}, (4, 4), {"frame": (format_named("rgba32f"), (4, 4))}, OPTIONS).steps[-1]
-        )
-
-    assert class_of(halve(frame)) is SMOOTH
-    assert class_of(blur(frame)) is GATHER
-    assert class_of(cut(frame)) is DECISION
-    assert COPY.outside == SMOOTH.outside == GATHER.outside == 0.0
-    assert 0.0 < DECISION.outside < DRAW.outside <= 0.01
+    wide = compare(cancel(frame), ["reference"], frame=picture()).backends[0].targets[0].median_width
+    tight = compare(halve(frame), ["reference"], frame=picture()).backends[0].targets[0].median_width
+    assert tight == 0.0  # halving is exact
+    assert 2.0**-11 <= wide <= 4 * 2.0**-11  # a few units of numbers about 4096
 
 
 @pg.struct
@@ -272,7 +246,7 @@ def test_draws_agree_on_every_backend(backend_name: str) -> None:
     out = blur(color, into=pg.target("out", "rgba16f"))
     report = compare({"out": out, "depth": color.depth}, [backend_name], frame=picture(), size=(64, 48))
     (backend,) = report.backends
-    assert [target.operations for target in backend.targets] == [DRAW, DRAW, GATHER]
+    assert [target.step for target in backend.targets] == ["paint", "paint", "blur"]
     assert report.within_bounds, backend.failed or str(backend.first_divergence)
 
 

@@ -20,8 +20,11 @@ COMMANDS = {
     "render": "Render a scene with an effect to a picture.",
     "apply": "Apply an effect to a picture.",
     "compare": "Hold every backend against the reference, pass by pass.",
+    "conform": "Run the conformance suite on a backend.",
+    "check": "Hold every backend against the reference on your own kernels.",
     "backends": "Show which backends and devices are here.",
     "fuzz": "Make up kernels, graphs and draws and hold every backend against the reference.",
+    "bench": "Measure shadow methods: time against error.",
     "plan": "Explain what runs for an effect, in which order and memory.",
 }
 

@@ -105,7 +105,8 @@ def _hunt(kinds: tuple[str, ...], backends: list[Backend], seed: int, seconds: f
     until, number = monotonic() + seconds, 0
     while monotonic() < until:
         for kind in kinds:
-            failure = search.batch(strategies[kind], backends, search.batch_seed(seed, number), tally, until=until)
+            one = search.batch_seed(seed, number)
+            failure = search.batch(strategies[kind], backends, one, tally, search.BATCH[kind], until)
             number += 1
             if failure is not None:
                 found.add(_written(failure, folder, backends))

@@ -25,12 +25,17 @@ Ints = NDArray[np.int64]
 ULP = 2.0**-23
 #: The grid of positions, in pixels (rule 2 of docs/rasterisation.md).
 SNAP_PX = 1.0 / 256.0
-#: ULP that the window transform loses: a quotient (2.5), two products, a sum.
+#: ULP that the window transform loses in any rounding mode, relative to |x/w| / 2 + 1/2: a quotient (2.5), two
+#: products (1 each), a sum (1).
 WINDOW_ULP = 5.5
-#: ULP that interpolation loses, relative to the largest corner: weights (an edge function and a quotient), 1/w
-#: (2.5), products with it and with the value, two sums, the last quotient (2.5).
+#: ULP that interpolation loses, relative to the largest corner: a weight (its edge function is exact, its quotient
+#: 2.5), 1/w (2.5), the products of both and with the value (1 each), two sums (1 each), the last quotient (2.5)
+#: and half a unit of the reference's own rounding: 12.
 INTERPOLATION_ULP = 12.0
-#: ULP that a corner made by clipping loses, relative to the largest number of its column.
+#: ULP that a corner made by clipping loses, relative to the largest number of its column: of a + (b - a) t, with
+#: b - a up to twice as large, a difference and a product (2, as 1 - t of it is a's) and the sum (1), and 1 for
+#: the plane that cuts it a second time.  What t is off moves all columns together along the cut edge, which
+#: leaves the edge and what is interpolated from it where they are.
 CLIP_ULP = 4.0
 
 
@@ -138,6 +143,8 @@ def _offset(
     (x1, x2), (y1, y2) = _others(x), _others(y)
     middle = depth.mean(axis=1, keepdims=True)
     slopes = []
+    # Σ depth · side over the area, where subtracting the mean depth changes nothing (the sides add up to 0) but
+    # keeps what corners that are off may add small: each side by two of them, each depth by its own.
     for side in (y1 - y2, x2 - x1):
         slope = np.abs(((depth - middle) * side).sum(axis=1)) / np.abs(area)
         spread = (np.abs(depth - middle) * 2.0 * off.max(axis=1, keepdims=True)).sum(axis=1)
@@ -150,6 +157,7 @@ def _offset(
         for e in (-depth_off.max(axis=1), depth_off.max(axis=1))
     ]
     ends = [factor * s + units * u for s in (low, high) for u in units_of]
+    # Two products and their sum, of which the exponent's is exact.
     return rounded(np.fmin.reduce(ends), np.fmax.reduce(ends), np.zeros(len(area), np.bool_), 2.0)
 
 
@@ -190,41 +198,43 @@ def _pixels(position: Float64, reach: Float64, limit: int) -> tuple[Ints, Ints]:
 
 
 def _inside(found: Triangles, owner: Ints, column: Ints, row: Ints) -> Fragments:
-    cx, cy = column + 0.5, row + 0.5
-    x, y, off = found.x[owner], found.y[owner], found.off[owner]
-    edges, errors = np.empty((len(owner), 3)), np.empty((len(owner), 3))
-    away = np.abs(x - cx[:, None]) + np.abs(y - cy[:, None])
+    # Column by column: what most pixels of a box need first is to be found outside.
+    right, down, off = (
+        (found.x.T[:, owner] - (column + 0.5)),
+        (found.y.T[:, owner] - (row + 0.5)),
+        found.off.T[:, owner],
+    )
+    away = np.abs(right) + np.abs(down)
+    area, area_off, sliver = found.area[owner], found.area_off[owner], found.sliver[owner]
+    turn = np.sign(area)
+    edges, errors = np.empty((3, len(owner))), np.empty((3, len(owner)))
+    surely, perhaps, behind = ~sliver, np.ones(len(owner), np.bool_), sliver.copy()
     for k in range(3):
         a, b = (k + 1) % 3, (k + 2) % 3
-        edges[:, k] = (x[:, b] - x[:, a]) * (cy - y[:, a]) - (y[:, b] - y[:, a]) * (cx - x[:, a])
-        errors[:, k] = off[:, a] * away[:, b] + off[:, b] * away[:, a] + 4.0 * off[:, a] * off[:, b]
-    area, area_off, sliver = found.area[owner], found.area_off[owner], found.sliver[owner]
-    turned = edges * np.sign(area)[:, None]
-    on_edge = (turned == 0) & (errors == 0)
-    if on_edge.any():  # rule 4: a centre on an edge is inside at top and left edges only
-        turned = np.where(on_edge, np.where(_owning(x, y, np.sign(area)), 1.0, -1.0), turned)
-    perhaps = (turned >= -errors).all(axis=1) | (sliver & ((-turned >= -errors).all(axis=1) | (area == 0)))
-    surely = (turned > errors).all(axis=1) & ~sliver
-    kept = np.flatnonzero(perhaps)
+        edges[k] = right[a] * down[b] - right[b] * down[a]
+        errors[k] = off[a] * away[b] + off[b] * away[a] + 4.0 * off[a] * off[b]
+        turned = edges[k] * turn
+        # Rule 4: a centre on an edge is inside at top and left edges only, as wound so that the area is positive.
+        dx, dy = (right[b] - right[a]) * turn, (down[b] - down[a]) * turn
+        owned = (dy < 0) | ((dy == 0) & (dx > 0))
+        turned = np.where((turned == 0) & (errors[k] == 0), np.where(owned, 1.0, -1.0), turned)
+        surely &= turned > errors[k]
+        perhaps &= turned >= -errors[k]
+        behind &= -turned >= -errors[k]
+    kept = np.flatnonzero(perhaps | behind | (sliver & (area == 0)))
+    area, area_off, edges, errors = area[kept], area_off[kept], edges.T[kept], errors.T[kept]
     with np.errstate(all="ignore"):
-        weights = edges[kept] / area[kept, None]
-        room = np.abs(area[kept]) - area_off[kept]
-        weights_off = (errors[kept] + np.abs(weights) * area_off[kept, None]) / room[:, None]
+        weights = edges / area[:, None]
+        weights_off = (errors + np.abs(weights) * area_off[:, None]) / (np.abs(area) - area_off)[:, None]
     weights_off[sliver[kept]] = np.inf
     return Fragments(owner[kept], column[kept], row[kept], surely[kept], weights, weights_off)
-
-
-def _owning(x: Float64, y: Float64, turn: Float64) -> Lanes:
-    """Edges (opposite corner k) that own a centre on them, as wound so that the area is positive."""
-    dx, dy = ((np.roll(v, -2, axis=1) - np.roll(v, -1, axis=1)) * turn[:, None] for v in (x, y))
-    return np.asarray((dy < 0) | ((dy == 0) & (dx > 0)))
 
 
 def depth_of(found: Triangles, fragments: Fragments) -> Interval:
     """Interpolated, offset and clamped; (n,)."""
     at = fragments.triangle
     depth = found.depth[at]
-    middle = (fragments.weights * depth).sum(axis=1)
+    middle = np.einsum("nk,nk->n", fragments.weights, depth)
     off = (
         _spread(fragments.off, depth, middle)
         + found.depth_off[at].max(axis=1)
@@ -239,7 +249,7 @@ def depth_of(found: Triangles, fragments: Fragments) -> Interval:
 def _spread(weights_off: Float64, corners: Float64, middle: Float64) -> Float64:
     """What weights that are off (their sum is not) do to an interpolated value."""
     apart = np.abs(corners - middle[:, None])
-    return np.asarray(np.where(apart > 0, weights_off * apart, 0.0).sum(axis=1))
+    return np.asarray(np.einsum("nk->n", np.where(apart > 0, weights_off * apart, 0.0)))
 
 
 def varying_of(found: Triangles, fragments: Fragments, columns: slice) -> Interval:

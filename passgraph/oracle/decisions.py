@@ -46,15 +46,15 @@ class Track:
     met: Ints = field(init=False)
     taken: list[tuple[Ints, Ints, Choices]] = field(default_factory=list)
     names: Counter[str] = field(default_factory=Counter)
-    vague: Lanes = field(init=False)  # lanes that met a jump with more than two ways: any texel may be read
+    wide: Lanes = field(init=False)  # lanes that met a jump of a float with more than two ways
+    vague: Lanes = field(init=False)  # lanes that met one of an int: any texel may be read
     lost: Lanes = field(init=False)  # lanes about which nothing can be said any more
 
     def __post_init__(self) -> None:
         count = len(self.forced)
         self.active = np.ones(count, np.bool_)
         self.met = np.zeros(count, np.int64)
-        self.vague = np.zeros(count, np.bool_)
-        self.lost = np.zeros(count, np.bool_)
+        self.wide, self.vague, self.lost = (np.zeros(count, np.bool_) for _ in range(3))
 
     def mark(self, marks: Lanes, lanes: Lanes) -> Lanes:
         """Set ``marks`` where an active lane has any component in ``lanes``; gives ``lanes``."""
@@ -102,7 +102,7 @@ class Bounds:
     ----------
     outputs : an interval (lanes, components) for each result
     surely, perhaps : lanes whose result is kept on every path, on some path
-    ambiguous : lanes whose paths lead to results that lie apart
+    ambiguous : lanes whose paths lead to results that lie apart, and those of which nothing is known
     names : what straddled, by operation: how many lanes met it
     """
 
@@ -189,7 +189,7 @@ class _Search:
         results, keep = run(lanes, track)
         if level == 0:
             self.names.update(track.names)
-        np.logical_or.at(self.vague, lanes, track.vague)
+        np.logical_or.at(self.vague, lanes, track.vague | track.wide)
         np.logical_or.at(self.lost, lanes, track.lost)
         self.discards |= keep is not None
         kept = np.ones(len(lanes), np.bool_) if keep is None else np.broadcast_to(keep, (len(lanes),))
@@ -251,8 +251,11 @@ class _Search:
         """Turn every decision at once, then random halves of them, and give up lanes that leave their bounds."""
         choices = np.random.default_rng(way).integers(0, 2, (1, MAX_DECISIONS)) if way else np.ones((1, MAX_DECISIONS))
         track = Track(np.repeat(choices, len(lanes), axis=0).astype(np.int8))
-        results, _ = run(lanes, track)
-        self.vague[lanes] |= track.vague
+        results, keep = run(lanes, track)
+        if keep is not None:
+            self.surely[lanes] &= keep
+            self.perhaps[lanes] |= keep
+        self.vague[lanes] |= track.vague | track.wide
         self.lost[lanes] |= track.lost
         for i, result in enumerate(results):
             lo, hi = self.first_order_bounds(i, lanes)
@@ -270,8 +273,9 @@ class _Search:
             # Sums of widths are rounded themselves, in float64.
             apart = found.width > self.widths[i] * (1 + 1e-12)
             ambiguous |= (apart & (self.paths > 1)[:, None]).any(axis=1)
-            ambiguous |= self.unbounded[i]
             lost = (self.lost | self.unbounded[i])[:, None]
             outputs.append(Interval(np.where(lost, -np.inf, lo), np.where(lost, np.inf, hi), self.nan[i] | lost))
+            # Where anything goes, nothing was checked.
+            ambiguous |= ((outputs[i].lo == -np.inf) & (outputs[i].hi == np.inf)).any(axis=1)
         surely = self.surely & ~(self.lost & self.discards)
         return Bounds(outputs, surely, self.perhaps | self.lost, ambiguous, self.names)

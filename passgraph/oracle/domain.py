@@ -33,6 +33,11 @@ _SIMPLE: dict[str, Callable[..., Interval]] = {
 _WHOLE = {"floor": np.floor, "ceil": np.ceil, "trunc": np.trunc, "round": np.rint}
 
 
+#: ULP that t * t * (3 - 2 * t) loses: three roundings (3 - 2t, and two products), each one ULP of its own
+#: result in any rounding mode, which is at most two of the last one's.
+HERMITE_ULP = 6.0
+
+
 class IntervalDomain(Domain[Bounded, Lanes]):
     """Each operation widened by its row's bound; decisions go as the track says."""
 
@@ -53,13 +58,23 @@ class IntervalDomain(Domain[Bounded, Lanes]):
         row = OPERATIONS[operation]
         if row.kind == "expanded":
             return self._expanded(operation, arguments)
-        if not any(isinstance(a, Interval) for a in arguments):
-            exact = self.numbers.apply(operation, [a for a in arguments if not isinstance(a, Interval)])
+        numbers = [a for a in arguments if not isinstance(a, Interval)]
+        if len(numbers) == len(arguments):
+            exact = self.numbers.apply(operation, numbers)
+            if exact.dtype.kind != "i":
+                self._hangs_on(numbers)
             if exact.dtype.kind != "f":
                 return exact
             # From ints only to_float and bit patterns: rounded like a sum.
-            return iv.flushed(iv.rounded(exact, exact, np.isnan(exact), row.ulp))
+            return iv.rounded(exact, exact, np.isnan(exact), row.ulp)
+        if operation == "mul" and arguments[0] is arguments[1]:
+            return iv.square(_interval(arguments[0]))
         return self._float(operation, _spread([_interval(a) for a in arguments]))
+
+    def _hangs_on(self, numbers: Sequence[Numbers]) -> None:
+        """Nothing is known of a lane where more than which texel is read hangs on an int that may be any."""
+        if self.track.vague.any() and any(n.dtype.kind == "i" for n in numbers):
+            self.track.mark(self.track.lost, self.track.vague)
 
     def _float(self, name: str, a: list[Interval]) -> Bounded:
         if name in _PLUS_OR_MINUS:
@@ -81,7 +96,7 @@ class IntervalDomain(Domain[Bounded, Lanes]):
 
     def _whole(self, function: Callable[[Any], Any], a: Interval, name: str) -> Interval:
         low, high = function(a.lo), function(a.hi)
-        wide = self.track.mark(self.track.vague, ~(high - low <= 1) & (low != high) & ~np.isnan(low))
+        wide = self.track.mark(self.track.wide, ~(high - low <= 1) & (low != high) & ~np.isnan(low))
         chosen = np.where(self.track.choose((low < high) & ~wide, name), high, low)
         return Interval(chosen, np.where(wide, high, chosen), a.nan)
 
@@ -122,7 +137,7 @@ class IntervalDomain(Domain[Bounded, Lanes]):
 
     def _bits_from_float(self, a: Interval) -> Numbers:
         # A NaN's bits, the sign of a zero and a flushed denormal are not the same everywhere.
-        self.track.mark(self.track.lost, ~a.exact | (a.lo == 0) & np.signbit(a.lo))
+        self.track.mark(self.track.lost, ~a.exact | (a.lo == 0))
         return OPERATIONS["bits_from_float"].reference(a.lo)
 
     def _sign(self, a: Interval) -> Interval:
@@ -143,8 +158,9 @@ class IntervalDomain(Domain[Bounded, Lanes]):
     def _fract(self, x: Interval) -> Interval:
         below = self._whole(np.floor, x, "fract")
         part = iv.sub(x, below)
-        # On this path the floor is known, so the rest lies in [0, 1].
-        return Interval(np.maximum(part.lo, 0.0), np.clip(part.hi, 0.0, BELOW_ONE), part.nan)
+        # Below 0 only where x is a product that goes into the difference unrounded: by its rounding.
+        least = -iv.spacing(x.magnitude)
+        return part.both(lambda end: np.clip(end, least, BELOW_ONE))
 
     def _mod(self, x: Interval, y: Interval) -> Interval:
         return iv.sub(x, iv.mul(y, self._float_floor_divide(x, y)))
@@ -157,13 +173,13 @@ class IntervalDomain(Domain[Bounded, Lanes]):
         equal = self._equal(width, Interval.point(np.zeros_like(width.lo)))
         one = Interval.point(np.ones_like(width.lo))
         inside = iv.div(iv.sub(x, low), iv.where(equal, one, width))
-        t = inside
-        if equal.any():
-            t = iv.where(equal, self._step(low, x), inside)
-        t = self._saturate(t)
-        # Rises with t; as computed, three roundings of at most 3.
-        lo, hi = (v * v * (3 - 2 * v) for v in (t.lo, t.hi))
-        made = iv.rounded(lo, hi, t.nan, 4.0)
+        # Met in lanes with equal edges only: which decisions a lane meets may hang on nothing but the lane.
+        below = self._decided(equal & (x.lo < low.hi), ~(x.hi < low.lo) | x.nan | low.nan, "smoothstep")
+        t = self._saturate(iv.where(equal, Interval.point(np.where(below, 0.0, 1.0)), inside))
+        lo, hi = (v * v * (3 - 2 * v) for v in (t.lo, t.hi))  # rises with t
+        lo = np.where(lo < 4 * iv.SMALLEST_NORMAL, 0.0, lo)  # of a square that was flushed
+        made = iv.rounded(lo, hi, t.nan, HERMITE_ULP)
+        made = Interval(np.maximum(made.lo, 0.0), made.hi, made.nan)
         exact = t.exact & ((t.lo == 0) | (t.lo == 1))
         return iv.where(exact, t, made)
 
@@ -173,7 +189,8 @@ class IntervalDomain(Domain[Bounded, Lanes]):
         if operation == "normalize":
             return self._normalize(_interval(arguments[0]))
         types = [_type_of(a) for a in arguments]
-        parts = [_components(a) for a in arguments]
+        taken = {id(a): _components(a) for a in arguments}  # the same components of the same vector: squares
+        parts = [taken[id(a)] for a in arguments]
         emitter = _Emitter(self)
         results = expand.EXPANSIONS[operation](emitter, parts, types)  # type: ignore[arg-type]
         shape = _shape_after(operation, arguments)
@@ -198,13 +215,16 @@ class IntervalDomain(Domain[Bounded, Lanes]):
             rest_hi = np.sum([q.hi for j, q in enumerate(squares) if j != i], axis=0)
             candidates = [_unit(x, rest) for x in (p.lo, p.hi) for rest in (rest_lo, rest_hi)]
             lo, hi = np.min(candidates, axis=0), np.max(candidates, axis=0)
-            results.append(iv.rounded(lo, hi, p.nan | length.nan, OPERATIONS["normalize"].ulp))
+            # The sum of n squares loses n ULP, its root half of that and 3; each may be two of the quotient's, which
+            # loses 2.5 itself.
+            results.append(iv.rounded(lo, hi, p.nan | length.nan, 2.0 * (0.5 * len(parts) + 3.0) + 2.5))
         made = _stack(results)
         zero = self._equal(length, Interval.point(np.zeros_like(length.lo)))[:, None]
         made = iv.where(zero, Interval.point(np.zeros_like(made.lo)), made)
         # Squares out of float32's range: nothing is promised.
         largest = v.magnitude.max(axis=1)
-        strange = ~((largest < 1e19) & ((largest > 1e-18) | (largest == 0)))[:, None]
+        nearest = iv.absolute(v).lo.max(axis=1)
+        strange = ~((largest < 1e19) & ((nearest > 1e-18) | (largest == 0)))[:, None]
         return iv.where(strange, Interval.anything(made.shape), made)
 
     def select(self, condition: Bounded, then: Bounded, orelse: Bounded) -> Bounded:
@@ -231,10 +251,12 @@ class IntervalDomain(Domain[Bounded, Lanes]):
 
     def index(self, value: Bounded, index: Bounded) -> Bounded:
         assert not isinstance(index, Interval)
+        self._hangs_on([index])
         return _map(value, lambda x: self.numbers.index(x, index))
 
     def insert(self, value: Bounded, index: Bounded, element: Bounded) -> Bounded:
         assert not isinstance(index, Interval)
+        self._hangs_on([index])
         if isinstance(value, Interval):
             new = _interval(element)
             lo, hi, nan = (

@@ -13,7 +13,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.language.operations import OPERATIONS
-from passgraph.oracle.interval import Float64, Interval, Lanes, flushed, hull, rounded, where
+from passgraph.oracle import interval as iv
+from passgraph.oracle.interval import (
+    FLOAT_MAX,
+    LARGEST_DIVISOR,
+    ULP,
+    Float64,
+    Interval,
+    Lanes,
+    flushed,
+    hull,
+    rounded,
+    where,
+)
 
 Function = Callable[..., Interval]
 
@@ -23,6 +35,8 @@ LARGEST_ANGLE = 8192.0
 
 def _widened(name: str, lo: Float64, hi: Float64, nan: Lanes) -> Interval:
     row = OPERATIONS[name]
+    # What overflows may stop at the largest number.
+    lo, hi = np.minimum(lo, FLOAT_MAX), np.maximum(hi, -FLOAT_MAX)
     return rounded(lo, hi, nan, max(row.ulp, 1.0), row.absolute)
 
 
@@ -32,9 +46,8 @@ def monotone(name: str, *, falls: bool = False, low: float = -np.inf, high: floa
 
     def apply(a: Interval) -> Interval:
         first, last = (np.clip(x, low, high) for x in ((a.hi, a.lo) if falls else (a.lo, a.hi)))
-        outside = (a.lo < low) | (a.hi > high)
-        made = _widened(name, reference(first), reference(last), a.nan | outside)
-        return where((a.hi < low) | (a.lo > high), Interval.anything(a.shape), made)
+        made = _widened(name, reference(first), reference(last), a.nan)
+        return where((a.lo < low) | (a.hi > high), Interval.anything(a.shape), made)
 
     return apply
 
@@ -89,29 +102,45 @@ def _pow(x: Interval, y: Interval) -> Interval:
     """Monotone in x and in y for x > 0; below 0 nothing is promised, at 0 only for y >= 0."""
     base = Interval(np.maximum(x.lo, 0.0), np.maximum(x.hi, 0.0), x.nan)
     made = _widened("pow", *corners("pow", base, y))
-    undefined = (x.lo < 0) | (x.has(0.0) & (y.lo < 0))
-    made = where((y.lo == 0) & (y.hi == 0), Interval.point(np.ones_like(made.lo)), made)
-    return where(undefined, hull(made, Interval.anything(made.shape)), made)
+    one = Interval.point(np.ones_like(made.lo))
+    made = where(y.has(0.0) & x.nan, hull(made, one), made)  # 1 even where x is NaN
+    made = where((y.lo == 0) & (y.hi == 0) & ~y.nan, one, made)
+    return where((x.lo < 0) | (x.has(0.0) & (y.lo < 0)), Interval.anything(made.shape), made)
 
 
 def _atan2(y: Interval, x: Interval) -> Interval:
+    """Monotone in each argument but for the cut, where π (of y = 0, -0 too) jumps to -π (of any y below)."""
     lo, hi, nan = corners("atan2", y, x)
-    around = y.has(0.0) & (x.lo <= 0) & ~(y.exact & x.exact)
+    around = (y.lo < 0) & (y.hi >= 0) & (x.lo <= 0)
     lo, hi = np.where(around, -np.pi, lo), np.where(around, np.pi, hi)
-    # Beside the cut, -0 and denormals of y decide between π and -π.
-    beside = (np.abs(y.lo) < 2.0**-126) & (x.hi < 0)
-    lo = np.where(beside, -np.pi, lo)
-    return _widened("atan2", lo, hi, nan)
+    # A denormal x that is not 0 when it is compared may be 0 when it divides.
+    made = _widened("atan2", lo, hi, nan | (y.has(0.0) & x.has(0.0) & (x.lo != x.hi)))
+    # The quotient y / x is undefined on OpenGL from there on.
+    return where(x.magnitude > LARGEST_DIVISOR, Interval.anything(made.shape), made)
 
 
 def _mix(x: Interval, y: Interval, a: Interval) -> Interval:
-    """Linear in each argument; rounding is relative to its larger term."""
-    lo, hi, nan = corners("mix", x, y, a)
-    size = np.maximum(1.0, np.abs(a.lo)), np.maximum(1.0, np.abs(1 - a.lo))
-    largest = np.maximum(x.magnitude * size[1], y.magnitude * size[0])
-    term = OPERATIONS["mix"].ulp * 2.0**-23 * np.nan_to_num(largest, nan=0.0, posinf=0.0)
-    exact = (lo == hi) & ((a.lo == 0) | (a.lo == 1)) & a.exact  # x * 1 + y * 0: nothing is rounded
-    return rounded(np.where(exact, lo, lo - term), np.where(exact, hi, hi + term), nan, 0.5)
+    """x * (1 - a) + y * a, where the two products do not move apart as a moves.
+
+    For one a it is smallest with each of x and y at one of its ends, and that is concave in a: smallest at an
+    end of a.  Of that the float32 result is off by three roundings of the first term and two of the second.
+    Step by step it is bounded too, loosely where a is wide, exactly where a is 0 or 1.
+    """
+    rest = iv.sub(Interval.point(np.ones_like(a.lo)), a)
+    steps = iv.add(iv.mul(x, rest), iv.mul(y, a))
+    lows, highs = [], []
+    for end in (a.lo, a.hi):
+        other = 1.0 - end
+        x_rises, y_rises = other >= 0, end >= 0
+        lows.append(np.where(x_rises, x.lo, x.hi) * other + np.where(y_rises, y.lo, y.hi) * end)
+        highs.append(np.where(x_rises, x.hi, x.lo) * other + np.where(y_rises, y.hi, y.lo) * end)
+    terms = x.magnitude * rest.magnitude, y.magnitude * a.magnitude
+    off = ULP * (3.0 * terms[0] + 2.0 * terms[1])
+    linear = rounded(np.minimum(*lows) - off, np.maximum(*highs) + off, steps.nan, 0.5)
+    largest = np.maximum(np.maximum(*terms), np.maximum(x.magnitude, y.magnitude))
+    # Beyond, terms overflow or vanish.
+    tame = (np.minimum(*terms) > 1e-30) & (largest < 1e30)
+    return where(tame, iv.overlap(linear, steps), steps)
 
 
 def _radians_like(name: str) -> Function:
@@ -123,7 +152,7 @@ def _radians_like(name: str) -> Function:
 FUNCTIONS: dict[str, Function] = {
     **{name: monotone(name) for name in ("exp2", "exp", "atan", "sinh", "tanh")},
     **{name: monotone(name, low=0.0) for name in ("log", "log2")},
-    "inversesqrt": monotone("inversesqrt", falls=True, low=0.0),
+    "inversesqrt": lambda a: iv.div(Interval.point(np.ones_like(a.lo)), iv.sqrt(a)),
     "asin": monotone("asin", low=-1.0, high=1.0),
     "acos": monotone("acos", falls=True, low=-1.0, high=1.0),
     "sin": _sine_like("sin"),

@@ -17,6 +17,8 @@ from numpy.typing import NDArray
 Float64 = NDArray[np.float64]
 Lanes = NDArray[np.bool_]
 
+#: One unit in the last place of float32, relative to the leading bit.
+ULP = 2.0**-23
 FLOAT_MAX = float(np.finfo(np.float32).max)
 #: Below this a backend may flush to zero, what it reads and what it makes.
 SMALLEST_NORMAL = 2.0**-126
@@ -106,6 +108,11 @@ def hull(a: Interval, b: Interval) -> Interval:
     return Interval(np.fmin(a.lo, b.lo), np.fmax(a.hi, b.hi), a.nan | b.nan)
 
 
+def overlap(a: Interval, b: Interval) -> Interval:
+    """What both allow, of two bounds that both hold."""
+    return Interval(np.maximum(a.lo, b.lo), np.minimum(a.hi, b.hi), a.nan & b.nan)
+
+
 def where(condition: Lanes, a: Interval, b: Interval) -> Interval:
     return Interval(np.where(condition, a.lo, b.lo), np.where(condition, a.hi, b.hi), np.where(condition, a.nan, b.nan))
 
@@ -166,7 +173,12 @@ def mul(a: Interval, b: Interval, ulp: float = 0.5) -> Interval:
         lo, hi = np.fmin(lo, product), np.fmax(hi, product)
     infinite_a, infinite_b = np.isinf(a.magnitude), np.isinf(b.magnitude)
     undefined = (a.has(0.0) & infinite_b) | (b.has(0.0) & infinite_a)
-    return rounded(lo, hi, a.nan | b.nan | undefined, ulp)
+    nan = a.nan | b.nan | undefined
+    # Beside 0 times infinity there is 0 times everything less; and OpenGL, which promises no NaN, may make of 0
+    # times anything 0.
+    zero = nan & (a.has(0.0) | b.has(0.0))
+    lo, hi = np.where(zero, np.fmin(lo, 0.0), lo), np.where(zero, np.fmax(hi, 0.0), hi)
+    return rounded(lo, hi, nan, ulp)
 
 
 def square(a: Interval) -> Interval:
@@ -181,21 +193,21 @@ def div(a: Interval, b: Interval, ulp: float = 2.5) -> Interval:
     lo, hi = quotients[0], quotients[0]
     for quotient in quotients[1:]:
         lo, hi = np.fmin(lo, quotient), np.fmax(hi, quotient)
-    nan = a.nan | b.nan | (np.isinf(a.magnitude) & np.isinf(b.magnitude)) | (a.has(0.0) & b.has(0.0))
     tiny = b.magnitude > LARGEST_DIVISOR
-    lo, hi = np.where(tiny, np.minimum(lo, 0.0), lo), np.where(tiny, np.maximum(hi, 0.0), hi)
-    pole = b.has(0.0) & ~((b.lo == 0) & (b.hi == 0))
+    nan = a.nan | b.nan | (np.isinf(a.magnitude) & tiny) | (a.has(0.0) & b.has(0.0))
+    lo, hi = np.where(tiny, np.fmin(lo, 0.0), lo), np.where(tiny, np.fmax(hi, 0.0), hi)
+    # No standard keeps the sign of a zero through all operations, so a zero divisor gives either infinity.
+    pole = b.has(0.0) & ~((a.lo == 0) & (a.hi == 0)) & ~np.isnan(a.lo)
     lo, hi = np.where(pole, -np.inf, lo), np.where(pole, np.inf, hi)
     return rounded(lo, hi, nan, ulp)
 
 
 def sqrt(a: Interval, ulp: float = 3.0) -> Interval:
     """Below 0 nothing is promised."""
-    outside = a.lo < 0
     lo, hi = np.sqrt(np.maximum(a.lo, 0.0)), np.sqrt(np.maximum(a.hi, 0.0))
-    result = rounded(lo, hi, a.nan | outside, ulp)
+    result = rounded(lo, hi, a.nan, ulp)
     result = where(a.exact & (a.lo == 0), Interval.point(lo), result)  # 0 has its exact root on every target
-    return where(a.hi < 0, Interval.anything(lo.shape), result)
+    return where(a.lo < 0, Interval.anything(lo.shape), result)
 
 
 def absolute(a: Interval) -> Interval:

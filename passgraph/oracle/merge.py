@@ -19,7 +19,9 @@ from passgraph.plan.data import DrawStep
 
 Ints = NDArray[np.int64]
 
-#: Steps of a format below float32 that hardware blending may be off: it may compute in the format's own precision.
+#: Steps of a format below float32 that hardware blending may be off: OpenGL lets it compute in the format's own
+#: precision, where source, factors and products are rounded to steps too.  A half each of two products and of
+#: the source, less what the last rounding absorbs.
 BLEND_STEPS = 1.0
 
 

@@ -26,11 +26,15 @@ from passgraph.oracle.interval import Interval
 #: Stage value → its value in all lanes, (lanes or 1, …), asked only where the kernel reads it.
 Builtins = Mapping[str, Callable[[], Bounded]]
 
-#: The sRGB curves are a power (16 ULP), a product and a sum; their offset 0.055 is what rounding of the sum is
-#: relative to.
-SRGB_ULP, SRGB_OFFSET = 20.0, 0.055
-#: A quotient with a constant divisor; GL leaves its rounding open.
+#: ULP that encoding loses, of the result and :data:`SRGB_OFFSET` (what the last sum subtracts) together: the
+#: power (16), its exponent as float32 (1), the product and its factor (2), the sum (1).
+SRGB_ENCODE_ULP, SRGB_OFFSET = 20.0, 0.055
+#: Units of a stored fraction of 255 or 65535 that reading loses: GL leaves the rounding of this quotient open
+#: (1), and the reference's own is rounded to nearest (0.5).
 UNORM_READ_ULP = 1.5
+#: ULP that decoding loses, of the result: the fraction (1.5), the sum (1) and the quotient (2.5) go through a
+#: power of 2.4, which loses 16 itself; on the straight part, the fraction and the quotient.
+SRGB_DECODE_ULP = 2.4 * (UNORM_READ_ULP + 1.0 + 2.5) + 16.0
 
 
 class StageOracle:
@@ -150,10 +154,11 @@ def loaded(
         return exact
     read = as_read(exact)
     if format_.srgb:
-        slack = SRGB_ULP * 2.0**-23 * (texels + SRGB_OFFSET)
+        slack = SRGB_DECODE_ULP * iv.ULP * texels
         colour = iv.rounded(texels - slack, texels + slack, exact.nan, 0.5)
         read = iv.where(np.arange(4) < 3, colour, read)
-    whole = (texels == 0) | (texels == 1) | (np.arange(4) >= channels)
+    # 1 and what is missing go through no curve where there is none.
+    whole = (texels == 0) | ((texels == 1) & ((np.arange(4) == 3) | (not format_.srgb))) | (np.arange(4) >= channels)
     return iv.where(whole, exact, read)
 
 
@@ -169,7 +174,7 @@ def stored(format_: Format, value: Interval) -> Interval:
     with np.errstate(all="ignore"):
         if format_.srgb:
             colour = value.map(lambda x: x[..., :3])
-            curve = increasing(encode_srgb, colour, SRGB_ULP, SRGB_OFFSET)
+            curve = increasing(encode_srgb, colour, SRGB_ENCODE_ULP, SRGB_OFFSET)
             value = Interval(
                 np.concatenate([curve.lo, value.lo[..., 3:]], axis=-1),
                 np.concatenate([curve.hi, value.hi[..., 3:]], axis=-1),

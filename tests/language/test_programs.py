@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 from evaluate import evaluate
 from hypothesis import HealthCheck, given, settings
-from random_kernels import kernels
 from running import lowered, parsed, run, run_program
 
+from passgraph.fuzz.expressions import Features
+from passgraph.fuzz.kernels import kernel_texts
 from passgraph.graph import kernel
 from passgraph.language import scalar as s
 from passgraph.language.lower import Facts, Fused, ImageFacts, lower
@@ -34,7 +35,7 @@ def bits(values: list[list[np.ndarray]]) -> list[np.ndarray]:
     max_examples=400, deadline=None, derandomize=True, database=None,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.large_base_example],
 )  # fmt: skip
-@given(kernels())
+@given(kernel_texts(Features(wild=True, reads=False)))
 def test_simplified_and_plain_programs_give_the_same_bits(text: str) -> None:
     program = kernel(source=text, name="k").program
     inputs = {"c": PICTURE[::17].astype(np.float32)}

@@ -277,6 +277,8 @@ SPECIAL: list[tuple[str, float, float, float]] = [
     ("mod(x, y)", 1, -3, -2),
     ("sign(x)", NAN, 0, 0),
     ("sign(x)", -0.0, 0, 0),
+    ("float(sign(int(x)))", -7, 0, -1),
+    ("float(clamp(int(x), -3, 4))", -7, 0, -3),
     ("saturate(x)", INF, 0, 1),
     ("saturate(x)", -INF, 0, 0),
     ("float(int(x))", 2.7, 0, 2),

@@ -1,0 +1,94 @@
+"""``passgraph conform``: the conformance suite on one backend."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, get_args
+
+import click
+
+from passgraph.commands.files import check_path, write_text
+from passgraph.commands.options import BackendType
+
+if TYPE_CHECKING:
+    from passgraph.conformance import SuiteReport
+    from passgraph.conformance.suite import Progress
+
+
+@click.command()
+@click.option("--backend", "-b", required=True, type=BackendType(), help="The backend to test; built in or your own.")
+@click.option("--group", "-g", "groups", multiple=True, help="Run this group of cases only; may be repeated.")
+@click.option("--quick", is_flag=True, help="Leave out cases that are near others.")
+@click.option("--report", type=click.Path(path_type=Path), metavar="FILE.html", help="Write a page with pictures.")
+@click.option("--json", "json_path", type=click.Path(path_type=Path), metavar="FILE.json", help="Write every figure.")
+def conform(backend: str, groups: tuple[str, ...], quick: bool, report: Path | None, json_path: Path | None) -> int:
+    """Run the conformance suite on a backend: every operation, format, draw state and effect, on small pictures.
+
+    Each render target of each pass must lie within the bounds that follow from the rounding which operations and
+    formats allow.  A case is vacuous where too much of it hangs on rounding to say anything; it does not pass.
+    Exit status: 0 every case passes, 1 some do not, 2 an error.
+    """
+    from passgraph.conformance import cases, run
+
+    for path in (report, json_path):
+        if path is not None:
+            check_path(path)
+    chosen = list(cases(groups or None, quick=quick))
+    with _bar(len(chosen)) as progress:
+        made = run(backend, chosen, progress=progress)
+    _show(made)
+    if report is not None:
+        from passgraph.conformance.page import html_of
+
+        write_text(report, html_of(made))
+        click.echo(f"{report}: written")
+    if json_path is not None:
+        from passgraph.conformance.page import json_of
+
+        write_text(json_path, json_of(made))
+        click.echo(f"{json_path}: written")
+    return 0 if made.passed else 1
+
+
+@contextmanager
+def _bar(count: int) -> Iterator[Progress]:
+    """A bar on stderr, on a terminal only."""
+    if not sys.stderr.isatty():
+        yield lambda number, case, state: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    columns = BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), TextColumn("{task.description}", markup=False)
+    with Progress(*columns, console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("", total=count)
+        yield lambda number, case, state: bar.update(task, completed=number, description=case.id)
+
+
+def _show(report: SuiteReport) -> None:
+    """A table of groups, then a line for each case that did not pass."""
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
+    from passgraph.conformance.judging import Outcome
+
+    table = Table(box=box.SIMPLE_HEAD)
+    table.add_column("group")
+    for heading in ("cases", "passed", "most ambiguous", "mean", "least told", "seconds"):
+        table.add_column(heading, justify="right")
+    for group in report.groups:
+        table.add_row(
+            group.group, str(group.cases), str(group.passed), f"{group.most_ambiguous:.2%}",
+            f"{group.mean_ambiguous:.2%}", f"{group.least_told:.1%}", f"{group.seconds:.1f}",
+        )  # fmt: skip
+    console = Console(highlight=False, soft_wrap=True)
+    console.print(table)
+    for verdict in report.faults:
+        console.print(str(verdict), markup=False)
+    counts = {name: report.count(name) for name in get_args(Outcome)}
+    text = ", ".join(f"{count} {name}" for name, count in counts.items() if count)
+    console.print(f"{report.backend}: {text or 'no case ran'}", markup=False)

@@ -1,0 +1,93 @@
+"""Graphs in a user's file: a Python module is run, it is the user's own; the text of kernels is only parsed."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Mapping
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+from typing import Any
+
+import passgraph as pg
+from passgraph.errors import InputError
+from passgraph.graph import PixelKernel
+from passgraph.language.types import Array, ImageType, Matrix, Scalar, Struct, Type, Vector
+from passgraph.program import named_outputs
+from passgraph.targets import TargetSpec
+
+Graph = Mapping[str, pg.Target]
+#: Largest text of kernels, bytes.
+MAX_TEXT_BYTES = 1 << 20
+
+
+def graphs_of(path: Path) -> dict[str, Graph]:
+    """Graphs by name: ``outputs`` of a module; without it its targets; without any, each of its pixel kernels.
+
+    Raises
+    ------
+    InputError
+        For a file that cannot be read, fails, or has nothing to check.
+    """
+    if not path.is_file():
+        raise InputError(f"{path}: no such file")
+    if path.suffix == ".py":
+        names = _run(path)
+    else:
+        if path.stat().st_size > MAX_TEXT_BYTES:
+            raise InputError(f"{path}: more than {MAX_TEXT_BYTES} bytes of text")
+        made = pg.kernel(source=path.read_text(encoding="utf-8"))
+        names = {made.name: made}
+    if "outputs" in names:
+        return {"outputs": _named(names["outputs"], path)}
+    targets = {name: value for name, value in names.items() if isinstance(value, pg.Target) and value.made_by}
+    if targets:
+        return {"targets": targets}
+    kernels = [value for value in names.values() if isinstance(value, PixelKernel)]
+    if not kernels:
+        raise InputError(f"{path}: has neither outputs nor targets nor kernels (@pg.kernel) at the top of the module")
+    return {kernel.name: _alone(kernel) for kernel in kernels}
+
+
+def _run(path: Path) -> dict[str, Any]:
+    spec = spec_from_file_location(path.stem, path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = module_from_spec(spec)
+    # It may import files beside it, as when it is run by itself.
+    sys.path.insert(0, str(path.resolve().parent))
+    try:
+        spec.loader.exec_module(module)
+    except pg.PassgraphError:
+        raise
+    except Exception as error:
+        raise InputError(f"{path}: fails when run: {type(error).__name__}: {error}") from error
+    finally:
+        sys.path.pop(0)
+    return {name: value for name, value in vars(module).items() if not name.startswith("_")}
+
+
+def _named(outputs: Any, path: Path) -> Graph:
+    if isinstance(outputs, (pg.Target, TargetSpec, Mapping, list, tuple)):
+        return named_outputs(outputs)
+    raise InputError(f"{path}: outputs must be a target, several, or a mapping, got {type(outputs).__name__}")
+
+
+def _alone(kernel: PixelKernel) -> Graph:
+    """A kernel on inputs with the names of its images; numbers without a default are 0.5, ints 1."""
+    given = {p.name: _argument(p.name, p.type) for p in kernel.parameters if not p.has_default}
+    return named_outputs(kernel(**given))
+
+
+def _argument(name: str, type_: Type) -> Any:
+    if isinstance(type_, ImageType):
+        return pg.Input(name)
+    if isinstance(type_, Scalar):
+        return {"float": 0.5, "int": 1, "bool": True}[type_.name]
+    if isinstance(type_, Vector):
+        return (_argument(name, type_.element),) * type_.size
+    if isinstance(type_, Matrix):
+        return [[float(row == column) for column in range(type_.size)] for row in range(type_.size)]
+    if isinstance(type_, Array):
+        return [_argument(name, type_.element)] * type_.length
+    assert isinstance(type_, Struct)
+    raise InputError(f"parameter {name!r} is a {type_}; give it a default, or write outputs = … with its value")

@@ -1,0 +1,283 @@
+"""Every row of the operations table on special values, as scalars, vectors and ints.
+
+One kernel evaluates a picture of values pairwise: every value of a list with every other one.  The oracle
+promises nothing outside a row's documented domain, so lists are moved into it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import passgraph as pg
+from passgraph.conformance.case import Case
+from passgraph.language.operations import OPERATIONS, Operation
+
+GROUP = "operations"
+Values = NDArray[np.float32]
+
+#: Zeros, ones, halves, range ends, denormals, tiny and huge numbers; then of either sign, and what is not finite.
+SPECIAL = (
+    0.0, 1.0, 0.5, 1.5, 2.5, 3.5, 1e-3, 1e-20, 2.0**-126, 2.0**-127, 1e-45, 1e20, 3.4028235e38, 0.1, 0.3, 0.7, 2.0,
+    3.0, 7.0, 100.0, 255.0, 8191.0, 0.99999994, 1.0000001, 8388607.5, 16777216.0, 2147483648.0,
+)  # fmt: skip
+NOT_FINITE = (np.inf, -np.inf, np.nan)
+#: Range ends, powers of two beside them, shift distances at and beyond 32, and divisors.
+INTS = (
+    0, 1, 2, 3, 5, 7, 30, 31, 32, 33, 63, 64, 255, 256, 32767, 32768, 65535, 65536, 8388607, 16777217, 123456789,
+    2**30, 2**31 - 2, 2**31 - 1, -1, -2, -3, -5, -7, -31, -32, -33, -255, -256, -65536, -16777217, -(2**30),
+    -(2**31) + 1, -(2**31),
+)  # fmt: skip
+
+#: Of 64 values four are denormals, which may count as 0: of pixels of four values a quarter may hang on that.
+DENORMAL_SHARE = 0.3
+#: Shares of values of which something is known, where they are below 0.9.
+LEAST_TOLD: dict[str, float] = {
+    "float_from_bits": 0.8,  # small ints are the bits of denormals
+}
+
+INFIX = {
+    "add": "+", "sub": "-", "mul": "*", "div": "/", "floor_divide": "//", "float_floor_divide": "//",
+    "int_mod": "%", "mod": "%",
+    "less": "<", "less_equal": "<=", "greater": ">", "greater_equal": ">=", "equal": "==", "not_equal": "!=",
+    "logical_and": "and", "logical_or": "or", "bit_and": "&", "bit_or": "|", "bit_xor": "^",
+    "shift_left": "<<", "shift_right": ">>",
+}  # fmt: skip
+PREFIX = {"neg": "-{0}", "logical_not": "not {0}", "bit_not": "~{0}", "atan2": "atan({0}, {1})"}
+#: Comparisons of vectors are functions: the operators give one bool.
+COMPARISONS = ("less", "less_equal", "greater", "greater_equal", "equal", "not_equal")
+
+#: Vectors and matrices: expressions of two vec4 ``p`` and ``q`` that give a vec4, in every size.
+VECTOR = {
+    "dot": "vec4(dot(p.xy, q.xy), dot(p.xyz, q.xyz), dot(p, q), 0.0)",
+    "cross": "vec4(cross(p.xyz, q.xyz), 0.0)",
+    "length": "vec4(length(p.xy), length(p.xyz), length(p), length(q))",
+    "distance": "vec4(distance(p.xy, q.xy), distance(p.xyz, q.xyz), distance(p, q), 0.0)",
+    "normalize": "normalize(p) + vec4(0.0, normalize(q.xyz))",
+    "faceforward": "faceforward(p, q, p.yxwz)",
+    "reflect": "reflect(p, normalize(q))",
+    "refract": "vec4(refract(normalize(p.xyz), normalize(q.xyz), 0.7), 0.0)",
+    "any": "vec4(float(any(p.xy > q.xy)), float(any(p.xyz > q.xyz)), float(any(p > q)), 0.0)",
+    "all": "vec4(float(all(p.xy > q.xy)), float(all(p.xyz > q.xyz)), float(all(p > q)), 0.0)",
+    "matmul": "mat4(p, q, p.yzwx, q.zwxy) * p + vec4(mat3(p.xyz, q.xyz, p.yzw) * q.xyz, 0.0)",
+    "transpose": "transpose(mat4(p, q, p.yzwx, q.zwxy))[1]",
+    "determinant": "vec4(determinant(mat2(p)), determinant(mat3(p.xyz, q.xyz, p.yzw)), determinant(mat2(q)), 0.0)",
+    "inverse": "vec4(inverse(mat2(p) + mat2(9.0))[0], inverse(mat2(q) + mat2(9.0))[1])",
+    "outer": "outer(p, q)[2]",
+}
+
+
+def _unit(v: Values) -> Values:
+    """Into [-1, 1]."""
+    with np.errstate(all="ignore"):
+        return np.where(np.abs(v) > 1, np.float32(1) / v, v)
+
+
+def _angle(v: Values) -> Values:
+    with np.errstate(invalid="ignore"):
+        return np.where(np.abs(v) > 8192, np.sign(v) * (np.abs(v) % 8192), v)
+
+
+def _moderate(v: Values) -> Values:
+    """Sizes whose quotients, products and squares float32 holds: 2^-20 to 2^20, and zero."""
+    size = np.abs(v)
+    clipped = np.sign(v) * np.clip(size, 2.0**-20, 2.0**20)
+    return np.where(np.isfinite(v), np.where(size == 0, 0.0, clipped), 1.25).astype(np.float32)
+
+
+def _small(v: Values) -> Values:
+    """Exponents: -20 to 20."""
+    return np.where(np.isfinite(v), np.clip(v, -20, 20), 3.0).astype(np.float32)
+
+
+def _dividends(v: Values) -> Values:
+    """Numbers to divide: zero, and such that no quotient with :func:`_divisors` is near a whole number."""
+    return (1000.0 * np.sin(np.arange(len(v)))).astype(np.float32)
+
+
+def _divisors(v: Values) -> Values:
+    """±0.5 to ±8."""
+    turned = np.cos(7.0 * np.arange(len(v)))
+    return np.asarray(np.sign(turned) * (0.5 + 7.5 * np.abs(turned)), np.float32)
+
+
+def _divisible(v: Values) -> Values:
+    """Divisors that are documented, 2^-126 to 2^126; zero, infinity and NaN too."""
+    size = np.abs(v)
+    inside = (size >= 2.0**-126) & (size <= 2.0**126)
+    return np.where(inside | (size == 0) | ~np.isfinite(v), v, np.float32(-0.375))
+
+
+def _exponents(v: Values) -> Values:
+    """Whose powers float32 holds: -80 to 80, infinity and NaN."""
+    with np.errstate(invalid="ignore"):
+        return np.where(np.isfinite(v) & (np.abs(v) > 80), np.sign(v) * (np.abs(v) % 80), v)
+
+
+def _known_bits(v: Values) -> Values:
+    """Bits of NaN, of a zero's sign and of denormals are not the same everywhere."""
+    return np.where(np.isnan(v) | (np.abs(v) < 2.0**-126), np.float32(0.75), v)
+
+
+#: Into the documented domain of a row: of its first operand, of the second.
+DOMAINS: dict[str, tuple[Callable[[Values], Values], Callable[[Values], Values]]] = {
+    **dict.fromkeys(("sqrt", "log", "log2"), (np.abs, np.abs)),
+    **dict.fromkeys(("sin", "cos", "tan"), (_angle, _angle)),
+    **dict.fromkeys(("asin", "acos"), (_unit, _unit)),
+    **dict.fromkeys(("smoothstep", "mix", "atan2"), (_moderate, _moderate)),
+    **dict.fromkeys(("mod", "float_floor_divide"), (_dividends, _divisors)),
+    **dict.fromkeys(("exp", "exp2", "sinh", "cosh"), (_exponents, _exponents)),
+    "div": (np.asarray, _divisible),
+    "inversesqrt": (lambda v: _known_bits(_divisible(np.abs(v))), np.abs),
+    "bits_from_float": (_known_bits, _known_bits),
+    "pow": (lambda v: np.abs(_moderate(v)), _small),
+}
+
+
+def floats() -> Values:
+    """64 values: special ones of either sign, what is not finite, and ordinary ones."""
+    random = np.random.default_rng(7)
+    listed = [*SPECIAL, *(-v for v in SPECIAL), *NOT_FINITE]
+    return np.array([*listed, *random.uniform(-4, 4, 64 - len(listed))], np.float32)
+
+
+def pairs(v: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Two pictures (n, n, 4) that pair every value with every other one; channels are the list moved on."""
+    rolled = [np.roll(v, 5 * k) for k in range(4)]
+    first = [np.repeat(r[:, None], len(v), axis=1) for r in rolled]
+    second = [np.repeat(r[None, :], len(v), axis=0) for r in rolled]
+    return np.stack(first, -1), np.stack(second, -1)
+
+
+def cases() -> Iterator[Case]:
+    """Each row: floats and ints where it takes both."""
+    for row in OPERATIONS.values():
+        letters = set(row.signature.split("->")[0].split())
+        if row.name in VECTOR:
+            yield _vectors(row)
+            continue
+        if letters & {"N", "G", "f"}:
+            yield _floats(row)
+        if letters & {"N", "I", "i"} and row.name != "fract":
+            yield _ints(row)
+        if letters == {"B"} or row.name in ("to_float", "to_int"):
+            yield _bools(row)
+
+
+def call(row: Operation, operands: list[str], vector: bool) -> str:
+    """The operation as it is written."""
+    if row.name in INFIX and not (vector and row.name in COMPARISONS):
+        return f"({operands[0]} {INFIX[row.name]} {operands[1]})"
+    if row.name in PREFIX:
+        return PREFIX[row.name].format(*operands)
+    return f"{row.name}({', '.join(operands)})"
+
+
+def _result(row: Operation, ints: bool) -> str:
+    """What kind of number a row gives: "float", "int" or "bool"."""
+    letter = row.signature.split()[-1]
+    if letter in "Bb":
+        return "bool"
+    return "int" if letter in "Ii" or (ints and letter == "N") else "float"
+
+
+def _graph(text: str) -> Mapping[str, pg.Target]:
+    kernel = pg.kernel(source=text)
+    into = tuple(pg.target(f"result{i}", "rgba32f") for i in range(len(kernel.program.results)))
+    made = kernel(pg.Input("a"), pg.Input("b"), into=into if len(into) > 1 else into[0])
+    return {target.name: target for target in (made if isinstance(made, tuple) else (made,))}
+
+
+def _case(name: str, text: str, a: NDArray[Any], b: NDArray[Any], least_told: float) -> Case:
+    height, width = a.shape[:2]
+    frame = {"a": a.astype(np.float32), "b": b.astype(np.float32)}
+    graph = partial(_graph, text)
+    return Case(GROUP, name, graph, (width, height), (frame,), most_ambiguous=DENORMAL_SHARE, least_told=least_told)
+
+
+def _floats(row: Operation) -> Case:
+    """Four components at once, and one by itself."""
+    count = len(row.signature.split("->")[0].split())
+    v = floats()
+    first, second = DOMAINS.get(row.name, (np.asarray, np.asarray))
+    (a, _), (_, b) = pairs(first(v)), pairs(second(v))
+    vectors, scalars = ["p", "q", "p.yzwx"][:count], ["p.x", "q.x", "p.y"][:count]
+    name = {"to_float": "vec4", "to_int": "ivec4"}.get(row.name, row.name)
+    alone = {"to_float": "float", "to_int": "int"}.get(row.name, row.name)
+    kind = _result(row, ints=False)
+    scalar = _call_named(row, alone, scalars, False)
+    if row.name in ("bits_from_float",):
+        vector = "ivec4({})".format(", ".join(f"bits_from_float(p.{c})" for c in "xyzw"))
+    else:
+        vector = _call_named(row, name, vectors, True)
+    lines = [f"    u = {vector}", f"    v = {scalar}"]
+    text = _kernel("    p = a[0, 0]\n    q = b[0, 0]\n", lines, kind)
+    return _case(row.name, text, a, b, LEAST_TOLD.get(row.name, 0.9))
+
+
+def _call_named(row: Operation, name: str, operands: list[str], vector: bool) -> str:
+    return f"{name}({operands[0]})" if row.name in ("to_float", "to_int") else call(row, operands, vector)
+
+
+def _kernel(head: str, lines: list[str], kind: str) -> str:
+    """Results are written exactly: ints as their lower and their upper half."""
+    body = "\n".join(lines)
+    if kind == "int":
+        halves = "vec4(u & 0xFFFF), vec4((u >> 16) & 0xFFFF), vec4(v & 0xFFFF, (v >> 16) & 0xFFFF, 0.0, 0.0)"
+        return f"def probe(a: Image, b: Image) -> tuple[vec4, vec4, vec4]:\n{head}{body}\n    return {halves}\n"
+    shown = "vec4(u), vec4(float(v), 0.0, 0.0, 0.0)"
+    return f"def probe(a: Image, b: Image) -> tuple[vec4, vec4]:\n{head}{body}\n    return {shown}\n"
+
+
+def _ints(row: Operation) -> Case:
+    """An int is brought as two halves, which float32 holds exactly: upper in the first channel, lower in the second."""
+    v = np.array(INTS, np.int64)
+    count = len(row.signature.split("->")[0].split())
+    first, second = pairs(v)
+    a, b = (
+        np.stack([x[..., 0] >> 16, x[..., 0] & 0xFFFF, x[..., 1] >> 16, x[..., 1] & 0xFFFF], -1)
+        for x in (first, second)
+    )
+    head = "".join(
+        f"    {name} = ivec2(int({source}.x), int({source}.z)) * 65536 + ivec2(int({source}.y), int({source}.w))\n"
+        for name, source in (("p", "a[0, 0]"), ("q", "b[0, 0]"))
+    )
+    kind = _result(row, ints=True)
+    vectors, scalars = ["p", "q", "p.yx"][:count], ["p.x", "q.x", "p.y"][:count]
+    if row.name == "float_from_bits":
+        vector, scalar = "vec2(float_from_bits(p.x), float_from_bits(p.y))", "float_from_bits(q.x)"
+    elif row.name in ("to_float", "to_int"):
+        vector, scalar = ("vec2(p)", "float(q.x)") if row.name == "to_float" else ("ivec2(p)", "int(q.x)")
+    else:
+        vector, scalar = call(row, vectors, True), call(row, scalars, False)
+    lines = [f"    w = {vector}", f"    v = {scalar}"]
+    wide = {"int": "ivec4(w, w)", "bool": "vec4(float(w.x), float(w.y), 0.0, 0.0)", "float": "vec4(w, 0.0, 0.0)"}[kind]
+    text = _kernel(head, [*lines, f"    u = {wide}"], kind)
+    return _case(f"{row.name} of ints", text, a, b, LEAST_TOLD.get(row.name, 0.9))
+
+
+def _bools(row: Operation) -> Case:
+    v = np.array([0.0, 1.0], np.float32)
+    a, b = pairs(np.tile(v, 4))
+    count = len(row.signature.split("->")[0].split())
+    names = {"to_float": "float", "to_int": "int"}
+    operands = ["p.x", "q.y"][:count]
+    scalar = f"{names[row.name]}(p.x)" if row.name in names else call(row, operands, False)
+    head = "    p = a[0, 0] > vec4(0.5)\n    q = b[0, 0] > vec4(0.5)\n"
+    text = f"def probe(a: Image, b: Image) -> vec4:\n{head}    v = {scalar}\n    return vec4(float(v), 0.0, 0.0, 0.0)\n"
+    return _case(f"{row.name} of bools", text, a, b, 1.0)
+
+
+def _vectors(row: Operation) -> Case:
+    """Ordinary numbers, whose squares float32 holds; some vectors zero, some equal."""
+    random = np.random.default_rng(3)
+    a, b = (random.uniform(-3.0, 3.0, (48, 64, 4)) for _ in range(2))
+    a[0], b[1] = 0.0, 0.0
+    a[2] = b[2]
+    a[3, :, 1:], b[4, :, :3] = 0.0, 0.0
+    text = f"def probe(a: Image, b: Image) -> vec4:\n    p = a[0, 0]\n    q = b[0, 0]\n    return {VECTOR[row.name]}\n"
+    return _case(row.name, text, a, b, LEAST_TOLD.get(row.name, 0.9))

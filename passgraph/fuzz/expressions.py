@@ -1,0 +1,313 @@
+"""Random typed expressions of the kernel language, each within a wanted range.
+
+Ranges go from results to operands, so that operands stay away from poles and out of what is undefined (as in
+dEQP's randomshaders); their ends lie on steps of 1/8, which float32 holds.  Literals come first in every choice, so
+that shrinking lands there.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TypeAlias
+
+from hypothesis import strategies as st
+
+Range: TypeAlias = tuple[float, float]
+
+#: What variables, texels and parameters hold.
+WHOLE: Range = (-8.0, 8.0)
+UNIT: Range = (0.0, 1.0)
+#: Numbers that break naive arithmetic, and whole numbers likewise; wild expressions only.
+WILD_FLOATS = ("0.0", "1.0", "-0.5", "2.25", "3.0e38", "1.0e-30", "-7.0", "8388609.0")
+WILD_INTS = ("0", "1", "-1", "2", "7", "31", "-2147483648", "2147483647")
+
+#: Function → ranges of its operands, range of its result.
+CALLS: dict[str, tuple[tuple[Range, ...], Range]] = {
+    "abs": ((WHOLE,), (0, 8)), "floor": ((WHOLE,), WHOLE), "ceil": ((WHOLE,), WHOLE), "trunc": ((WHOLE,), WHOLE),
+    "round": ((WHOLE,), WHOLE), "fract": ((WHOLE,), UNIT), "sign": ((WHOLE,), (-1, 1)), "saturate": ((WHOLE,), UNIT),
+    "sqrt": (((0, 8),), (0, 3)), "inversesqrt": (((0.125, 8),), (0, 3)),
+    "exp": (((-2, 2),), (0, 8)), "exp2": (((-3, 3),), (0, 8)),
+    "log": (((0.125, 8),), (-3, 3)), "log2": (((0.125, 8),), (-3, 3)),
+    "sin": ((WHOLE,), (-1, 1)), "cos": ((WHOLE,), (-1, 1)), "tan": (((-1.25, 1.25),), (-4, 4)),
+    "asin": (((-1, 1),), (-2, 2)), "acos": (((-1, 1),), (0, 4)), "atan": ((WHOLE,), (-2, 2)),
+    "sinh": (((-2, 2),), (-4, 4)), "cosh": (((-2, 2),), (1, 4)), "tanh": ((WHOLE,), (-1, 1)),
+    "radians": ((WHOLE,), (-1, 1)), "degrees": (((-0.125, 0.125),), WHOLE),
+    "min": ((WHOLE, WHOLE), WHOLE), "max": ((WHOLE, WHOLE), WHOLE), "step": ((WHOLE, WHOLE), UNIT),
+    "mod": ((WHOLE, (0.5, 8)), (0, 8)), "pow": (((0.5, 2), (-2, 2)), (0.25, 4)), "atan2": ((WHOLE, WHOLE), (-4, 4)),
+    "mix": ((WHOLE, WHOLE, UNIT), WHOLE), "smoothstep": (((-8, 0), (0.5, 8), WHOLE), UNIT),
+    "clamp": ((WHOLE, (-8, 0), (0, 8)), WHOLE),
+}  # fmt: skip
+#: The same for vectors alone.
+OF_VECTORS: dict[str, tuple[tuple[Range, ...], Range]] = {
+    "normalize": ((WHOLE,), (-1, 1)), "reflect": (((-2, 2), (-1, 1)), WHOLE),
+    "faceforward": ((WHOLE, WHOLE, WHOLE), WHOLE),
+}  # fmt: skip
+SIZE = {"vec2": 2, "vec3": 3, "vec4": 4, "mat2": 2, "mat3": 3}
+COMPONENTS = "xyzw"
+
+
+@dataclass(frozen=True)
+class Features:
+    """What generated kernels may use.
+
+    Attributes
+    ----------
+    wild : no ranges: poles, overflow, NaN and every whole number
+    reads : images beside this pixel's texel, stage values, parameters
+    """
+
+    wild: bool = False
+    reads: bool = True
+
+
+class Expressions:
+    """Draws expressions; ``names`` has the variables in sight, by type, all of them within :data:`WHOLE`."""
+
+    def __init__(self, draw: st.DrawFn, features: Features) -> None:
+        self.draw, self.features = draw, features
+        self.names: dict[str, list[str]] = {}
+        self.indices: list[str] = []  # of the loops around: constant ints, as offsets of texels must be
+
+    def pick(self, *options: str) -> str:
+        return self.draw(st.sampled_from(options))
+
+    def number(self, low: float, high: float) -> str:
+        """A literal on a step of 1/8."""
+        if self.features.wild and (low, high) == WHOLE:
+            return self.pick(*WILD_FLOATS)
+        return repr(self.draw(st.integers(math.ceil(low * 8), math.floor(high * 8))) / 8)
+
+    def fit(self, text: str, has: Range, wanted: Range) -> str:
+        """The expression, brought into the wanted range where it may lie outside."""
+        if self.features.wild or (wanted[0] <= has[0] and has[1] <= wanted[1]):
+            return text
+        return f"clamp({text}, {float(wanted[0])!r}, {float(wanted[1])!r})"
+
+    def of(self, type_: str, depth: int = 3, wanted: Range = WHOLE) -> str:
+        """An expression of a type; each component lies within ``wanted``."""
+        known = self.names.get(type_, [])
+        kinds = ["literal", *["name"] * bool(known), *["operation"] * (3 if depth > 0 else 0)]
+        kind = self.pick(*kinds)
+        if kind == "literal":
+            return self._literal(type_, wanted)
+        if kind == "name":
+            return (
+                self.fit(self.pick(*known), WHOLE, wanted) if type_ in SIZE or type_ == "float" else self.pick(*known)
+            )
+        if type_ in SIZE and type_.startswith("vec"):
+            return self._vector(type_, depth - 1, wanted)
+        made: str = getattr(self, f"_{type_}")(depth - 1, *((wanted,) if type_ == "float" else ()))
+        return made
+
+    def _literal(self, type_: str, wanted: Range) -> str:
+        if type_ == "float":
+            return self.number(*wanted)
+        if type_ == "bool":
+            return self.pick("True", "False")
+        if type_ == "int":
+            return self.pick(*WILD_INTS) if self.features.wild else str(self.draw(st.integers(-8, 8)))
+        if type_ == "ivec2":
+            return f"ivec2({self._literal('int', wanted)}, {self._literal('int', wanted)})"
+        if type_ == "bvec3":
+            return "less(vec3(1.0, 2.0, 3.0), vec3(2.0))"
+        if type_.startswith("mat"):
+            return f"{type_}({self.number(-1, 1)})"
+        return f"{type_}({', '.join(self.number(*wanted) for _ in range(SIZE[type_]))})"
+
+    # Floats
+
+    def _float(self, d: int, wanted: Range) -> str:
+        forms: list[Callable[[int, Range], str]] = [
+            self._sum, self._sum, *[self._call] * 5, self._product, self._quotient, self._chosen, self._part,
+            self._of_vector, self._from_int, self._helped, self._power,
+        ]  # fmt: skip
+        return forms[self.draw(st.integers(0, len(forms) - 1))](d, wanted)
+
+    def _sum(self, d: int, wanted: Range, type_: str = "float") -> str:
+        middle, quarter = (wanted[0] + wanted[1]) / 2, (wanted[1] - wanted[0]) / 4
+        one = self.of(type_, d, (middle - quarter, middle + quarter) if not self.features.wild else WHOLE)
+        other = self.of(type_, d, (-quarter, quarter) if not self.features.wild else WHOLE)
+        return self.fit(f"({one} {self.pick('+', '-')} {other})", (-math.inf, math.inf), wanted)
+
+    def _product(self, d: int, wanted: Range, type_: str = "float") -> str:
+        factor = self.of(self.pick("float", type_), d, (-1, 1))
+        return self.fit(f"({self.of(type_, d)} * {factor})", WHOLE, wanted)
+
+    def _quotient(self, d: int, wanted: Range) -> str:
+        divisor = self.of("float", d, (1, 8)) if self.features.wild or self.pick("+", "-") == "+" else (
+            self.of("float", d, (-8, -1)))  # fmt: skip
+        return self.fit(f"({self.of('float', d)} {self.pick('/', '/', '//')} {divisor})", WHOLE, wanted)
+
+    def _power(self, d: int, wanted: Range) -> str:
+        return self.fit(f"({self.of('float', d, (-2, 2))} ** {self.pick('2', '3')})", WHOLE, wanted)
+
+    def _call(self, d: int, wanted: Range) -> str:
+        name = self.pick(*CALLS)
+        operands, result = CALLS[name]
+        if name == "clamp":  # bounds that are known the wrong way round are refused
+            return f"clamp({self.of('float', d)}, {float(wanted[0])!r}, {float(wanted[1])!r})"
+        texts = [self.of("float", d, operand) for operand in operands]
+        return self.fit(f"{'atan' if name == 'atan2' else name}({', '.join(texts)})", result, wanted)
+
+    def _chosen(self, d: int, wanted: Range, type_: str = "float") -> str:
+        return f"({self.of(type_, d, wanted)} if {self.of('bool', d)} else {self.of(type_, d, wanted)})"
+
+    def _part(self, d: int, wanted: Range) -> str:
+        type_ = self.pick("vec3", "vec2", "vec4")
+        form = self.pick("swizzle", "index", "array", "matrix")
+        if form == "swizzle":
+            return f"{self.of(type_, d, wanted)}.{self.pick(*COMPONENTS[: SIZE[type_]])}"
+        # 0 + …: a literal out of range would be an error.
+        index = f"[0 + {self.of('int', min(d, 1))}]"
+        if form == "index":
+            return f"{self.of(type_, d, wanted)}{index}"
+        if form == "array":
+            return self.fit(f"{self.pick(*self.names.get('array', ['[1.0, 2.0, 4.0]']))}{index}", WHOLE, wanted)
+        return self.fit(f"{self.of('mat3', min(d, 1))}{index}.{self.pick('x', 'y', 'z')}", WHOLE, wanted)
+
+    def _of_vector(self, d: int, wanted: Range) -> str:
+        type_ = self.pick("vec3", "vec2", "vec4")
+        form = self.pick("dot", "length", "distance", "determinant")
+        if form == "determinant":
+            return self.fit(f"determinant({self.of(self.pick('mat2', 'mat3'), d)})", (-math.inf, math.inf), wanted)
+        if form == "length":
+            return self.fit(f"length({self.of(type_, d, (-4, 4))})", (0, 8), wanted)
+        one, other = self.of(type_, d, (-1, 1)), self.of(type_, d, (-2, 2))
+        return self.fit(f"{form}({one}, {other})", WHOLE, wanted)
+
+    def _from_int(self, d: int, wanted: Range) -> str:
+        if self.features.wild and self.pick("float", "bits") == "bits":
+            return f"float_from_bits({self.of('int', d)})"
+        return self.fit(f"float({self.of('int', d)})", (-math.inf, math.inf), wanted)
+
+    def _helped(self, d: int, wanted: Range) -> str:
+        if self.pick("loop", "blend") == "loop":
+            return self.fit(f"helper({self.of('float', d)}, {self.of('int', d)})", (-math.inf, math.inf), wanted)
+        call = f"blend({self.of('vec3', d)}, {self.of('vec3', d)}, {self.of('float', d, UNIT)})"
+        return self.fit(f"{call}.{self.pick('x', 'y', 'z')}", WHOLE, wanted)
+
+    # Whole numbers and truth
+
+    def _int(self, d: int) -> str:
+        form = self.pick("binary", "binary", "chosen", "from", "unary", "call", *["stage"] * self.features.reads)
+        if form == "binary":
+            sign = self.pick("+", "-", "*", "//", "%", "&", "|", "^", "<<", ">>")
+            return f"({self.of('int', d)} {sign} {self.of('int', d)})"
+        if form == "chosen":
+            return f"({self.of('int', d)} if {self.of('bool', d)} else {self.of('int', d)})"
+        if form == "from":
+            cast = self.pick("int", *["bits_from_float"] * self.features.wild)
+            return f"{cast}({self.of(self.pick('float', 'bool') if cast == 'int' else 'float', d)})"
+        if form == "unary":
+            return f"{self.pick('-', '~', 'abs', 'sign')}({self.of('int', d)})"
+        if form == "call":
+            return f"{self.pick('min', 'max')}({self.of('int', d)}, {self.of('int', d)})"
+        return f"{self.pick('pixel()', 'output_size()', 'd.size', self.of('ivec2', d))}.{self.pick('x', 'y')}"
+
+    def _ivec2(self, d: int) -> str:
+        if self.pick("make", "sum") == "make":
+            return f"ivec2({self.of('int', d)}, {self.of('int', d)})"
+        first = "pixel()" if self.features.reads else self.of("ivec2", d)
+        return f"({first} {self.pick('+', '-', '*', '&')} {self.of('ivec2', d)})"
+
+    def _bool(self, d: int) -> str:
+        form = self.pick("float", "int", "logic", "not", "nan", "vector")
+        if form in ("float", "int"):
+            sign = self.pick("<", "<=", ">", ">=", "==", "!=")
+            return f"({self.of(form, d)} {sign} {self.of(form, d)})"
+        if form == "logic":
+            return f"({self.of('bool', d)} {self.pick('and', 'or')} {self.of('bool', d)})"
+        if form == "nan":
+            return f"{self.pick('isnan', 'isinf')}({self.of('float', d)})"
+        if form == "not":
+            return f"(not {self.of('bool', d)})"
+        return f"{self.pick('any', 'all')}({self.of('bvec3', d)})"
+
+    def _bvec3(self, d: int) -> str:
+        name = self.pick("less", "less_equal", "greater", "greater_equal", "equal", "not_equal")
+        return f"{name}({self.of('vec3', d)}, {self.of('vec3', d)})"
+
+    # Vectors and matrices
+
+    def _vector(self, type_: str, d: int, wanted: Range) -> str:
+        forms = ["make", "sum", "product", "call", "call", "chosen", "swizzle", "matrix", "own", "read"]
+        form = self.pick(*forms[: len(forms) if self.features.reads and type_ == "vec4" else -1])
+        if form == "make":
+            return self._made(type_, d, wanted)
+        if form == "sum":
+            return self._sum(d, wanted, type_)
+        if form == "product":
+            return self._product(d, wanted, type_)
+        if form == "chosen":
+            return self._chosen(d, wanted, type_)
+        if form == "swizzle":
+            source = self.pick("vec3", "vec2", "vec4")
+            letters = "".join(self.pick(*COMPONENTS[: SIZE[source]]) for _ in range(SIZE[type_]))
+            return f"{self.of(source, d, wanted)}.{letters}"
+        if form == "call":
+            name = self.pick(*(n for n in CALLS if n != "clamp"))
+            operands, result = CALLS[name]
+            texts = [self.of(type_, d, operand) for operand in operands]
+            return self.fit(f"{'atan' if name == 'atan2' else name}({', '.join(texts)})", result, wanted)
+        if form == "read":
+            return self.fit(self._read(d), (-math.inf, math.inf), wanted)
+        return self._linear(type_, d, wanted) if form == "matrix" else self._own(type_, d, wanted)
+
+    def _made(self, type_: str, d: int, wanted: Range) -> str:
+        if type_ == "vec4" and self.pick("parts", "numbers") == "parts":
+            return f"vec4({self.of('vec3', d, wanted)}, {self.of('float', d, wanted)})"
+        return f"{type_}({', '.join(self.of('float', d, wanted) for _ in range(SIZE[type_]))})"
+
+    def _linear(self, type_: str, d: int, wanted: Range) -> str:
+        if type_ == "vec4":
+            return self._made(type_, d, wanted)
+        matrix, vector = self.of("mat" + type_[3], d), self.of(type_, d, (-1, 1))
+        form = self.pick("times", "transposed", "outer", "inverse")
+        if form == "inverse":  # of a matrix whose diagonal is the largest
+            return self.fit(f"(inverse({matrix} * 0.125 + {'mat' + type_[3]}(2.0)) * {vector})", WHOLE, wanted)
+        texts = {
+            "times": f"({matrix} * {vector})", "transposed": f"(transpose({matrix}) * {vector})",
+            "outer": f"outer({vector}, {vector})[1]",
+        }  # fmt: skip
+        return self.fit(texts[form], (-math.inf, math.inf), wanted)
+
+    def _own(self, type_: str, d: int, wanted: Range) -> str:
+        """What only vectors have."""
+        form = self.pick(*OF_VECTORS, *["cross", "select"] * (type_ == "vec3"), "refract")
+        if form == "cross":
+            return self.fit(f"cross({self.of(type_, d, (-2, 2))}, {self.of(type_, d, (-1, 1))})", WHOLE, wanted)
+        if form == "select":
+            return f"select({self.of('bvec3', d)}, {self.of(type_, d, wanted)}, {self.of(type_, d, wanted)})"
+        if form == "refract":
+            unit = f"normalize({self.of(type_, d, (0.125, 1))})"
+            return self.fit(f"refract({unit}, normalize({self.of(type_, d, (-1, 1))}), 0.75)", (-2, 2), wanted)
+        operands, _ = OF_VECTORS[form]
+        text = f"{form}({', '.join(self.of(type_, d, operand) for operand in operands)})"
+        return self.fit(text, (-math.inf, math.inf), wanted)
+
+    def _read(self, d: int) -> str:
+        form = self.pick("near", "texel", "far", "sample", "indexed")
+        if form == "near":
+            return f"c[{self.draw(st.integers(-3, 3))}, {self.draw(st.integers(-3, 3))}]"
+        if form == "indexed" and self.indices:
+            return f"c[{self.pick(*self.indices)} - 1, {self.pick(*self.indices, '0')} // 2]"
+        if form == "texel":
+            return f"d.texel(pixel() - {self.of('ivec2', min(d, 1))})"
+        if form == "far":
+            return f"d.texel({self.of('ivec2', d)})"
+        return f"d.sample(uv() * {self.number(-2, 2)} + {self.of('vec2', min(d, 2), UNIT)})"
+
+    def _mat2(self, d: int) -> str:
+        return f"mat2({self.of('vec2', d, (-1, 1))}, {self.of('vec2', d, (-1, 1))})"
+
+    def _mat3(self, d: int) -> str:
+        form = self.pick("columns", "product", "outer", "transpose")
+        if form == "columns":
+            return f"mat3({', '.join(self.of('vec3', d, (-1, 1)) for _ in range(3))})"
+        if form == "product":
+            return f"({self.of('mat3', d)} * {self.of('mat3', d)})"
+        if form == "outer":
+            return f"outer({self.of('vec3', d, (-1, 1))}, {self.of('vec3', d, (-1, 1))})"
+        return f"transpose({self.of('mat3', d)})"

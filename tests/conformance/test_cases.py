@@ -1,0 +1,52 @@
+"""Every case on every backend that is here.  The reference's work is done once for all of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from passgraph.backends.base import Backend
+from passgraph.backends.registry import open_backend
+from passgraph.conformance import Case, cases, judge
+from passgraph.language.operations import OPERATIONS
+from tests.conftest import DEVICES, expected_devices, why_missing
+
+CASES = list(cases())
+
+
+@pytest.fixture(scope="module")
+def backends() -> Iterator[list[Backend]]:
+    """Those that are here; one that is expected and missing fails."""
+    names = []
+    for name in DEVICES:
+        reason = why_missing(name)
+        if reason and name in expected_devices():
+            pytest.fail(f"backend {name} is expected here and missing: {reason}", pytrace=False)
+        if not reason:
+            names.append(name)
+    opened = [open_backend(name) for name in ("reference", *names)]
+    yield opened
+    for backend in opened:
+        backend.close()
+
+
+@pytest.mark.parametrize(
+    "case", [pytest.param(case, id=case.id, marks=() if case.quick else pytest.mark.slow) for case in CASES]
+)
+def test_every_backend_conforms(case: Case, backends: list[Backend]) -> None:
+    faults = [str(verdict) for verdict in judge(case, backends) if verdict.outcome != "passed"]
+    assert not faults, "\n".join(faults)
+
+
+def test_names_are_unique() -> None:
+    assert len({case.id for case in CASES}) == len(CASES)
+
+
+def test_every_row_of_the_operations_table_has_a_case() -> None:
+    named = {case.name.partition(" of ")[0] for case in CASES if case.group == "operations"}
+    assert named == set(OPERATIONS)
+
+
+def test_a_quick_run_leaves_no_group_out() -> None:
+    assert {case.group for case in cases(quick=True)} == {case.group for case in CASES}

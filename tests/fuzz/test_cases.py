@@ -1,0 +1,76 @@
+"""Random cases on every backend: a bounded part with fixed seeds in each run, and every failure that was ever found."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from passgraph.backends.base import Backend
+from passgraph.errors import InputError
+from passgraph.fuzz import search
+from passgraph.fuzz.cases import Tally, load, outcome, save
+
+REGRESSIONS = sorted((Path(__file__).parent / "regressions").glob("*.json"))
+#: How many of each kind a run takes: what two cores compile in less than a minute.
+BOUNDED = {"kernels": 10, "graphs": 3, "draws": 6, "variants": 6}
+
+
+@pytest.mark.parametrize("kind", BOUNDED)
+def test_random_cases_are_within_bounds(kind: str, backend: Backend) -> None:
+    tally = Tally()
+    failure = search.batch(search.strategies()[kind], [backend], 1, tally, BOUNDED[kind])
+    assert failure is None, f"{failure.why}\n{failure.case}"
+    # Some are made up twice, and a graph may be refused.
+    assert tally.verdicts[backend.name] >= BOUNDED[kind] / 2
+
+
+@pytest.mark.parametrize("path", REGRESSIONS, ids=lambda path: path.stem)
+def test_what_failed_once_fails_no_more(path: Path, backend: Backend) -> None:
+    tally = Tally()
+    assert outcome(load(path), [backend], tally) == ""
+    assert not tally.refused
+
+
+def test_there_are_regressions() -> None:
+    assert REGRESSIONS
+
+
+# Files
+
+
+CASE = {"kind": "kernel", "text": "def k(c: Image) -> vec4:\n    return c[0, 0]\n", "format": "rgba32f",
+        "border": "clamp", "special": True, "seed": 3}  # fmt: skip
+
+
+def test_a_saved_case_is_read_back(tmp_path: Path) -> None:
+    path = save(CASE, "because", tmp_path / "new")
+    assert load(path) == CASE
+    assert '"    return c[0, 0]"' in path.read_text(), "lines of a kernel can be read"
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "cannot be read as a case"),
+        ("[1]", "holds no case"),
+        ('{"kind": "spell"}', "a case is of kind kernel, variant, graph, draw, got 'spell'"),
+        ('{"kind": "kernel"}', "the kernel case cannot be read: KeyError 'text'"),
+        ('{"kind": "graph", "steps": [["copy"]], "outputs": []}', "the graph case cannot be read: TypeError"),
+        ('{"kind": "draw", "draws": [{}]}', "the draw case cannot be read: KeyError"),
+    ],
+)
+def test_what_is_no_case_is_refused(text: str, message: str, tmp_path: Path) -> None:
+    path = tmp_path / "case.json"
+    path.write_text(text)
+    with pytest.raises(InputError, match=message):
+        outcome(load(path), [])
+
+
+def test_text_of_a_case_is_never_executed(tmp_path: Path) -> None:
+    made = tmp_path / "made"
+    tally = Tally()
+    text = f"def k(c: Image) -> vec4:\n    open({str(made)!r}, 'w')\n    return c[0, 0]\n"
+    assert outcome({**CASE, "text": text}, [], tally) == ""
+    assert tally.refused == 1
+    assert not made.exists()

@@ -1,0 +1,26 @@
+"""Random kernels and graphs of passgraph.fuzz, computed as badly as the standards allow: inside, always.
+
+The figures printed (``pytest -s``) say how many cases and verdicts there were and how many pixels were ambiguous:
+were all of them, the test would prove nothing.
+"""
+
+from __future__ import annotations
+
+import pytest
+from conforming import Conforming
+
+from passgraph.backends.reference import ReferenceBackend
+from passgraph.fuzz.cases import Tally
+from passgraph.fuzz.search import batch, strategies
+
+
+@pytest.mark.parametrize(("kind", "count"), [("kernels", 60), ("graphs", 12)])
+def test_what_the_standards_allow_lies_inside(kind: str, count: int) -> None:
+    tally = Tally()
+    # Rounding to nearest: the bounds of polynomials count on it.
+    failure = batch(strategies()[kind], [ReferenceBackend(), Conforming(7, directed=False)], 7, tally, count)
+    assert failure is None, f"{failure.why}\n{failure.case}"
+    print(tally)
+    assert tally.verdicts["conforming"] >= count // 2
+    assert tally.verdicts["reference"] == tally.verdicts["conforming"]
+    assert tally.vague / tally.targets < 0.2
