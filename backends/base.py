@@ -47,6 +47,13 @@ class PixelRunner(Protocol):
         """Write ``outputs`` from ``images`` (storages, in the step's order)."""
 
 
+class ChainRunner(Protocol):
+    """Pixel passes compiled as one.  Sizes were fixed when they were compiled."""
+
+    def __call__(self, outputs: Sequence[Any], images: Sequence[Sequence[Any]], blocks: Sequence[Block]) -> None:
+        """Write the last step's ``outputs``; ``images`` and ``blocks`` are those of each step."""
+
+
 class DrawRunner(Protocol):
     """A compiled draw."""
 
@@ -111,6 +118,11 @@ class Backend(ABC):
     def pixel_pass(self, step: PixelStep) -> PixelRunner:
         """Compile a pixel pass."""
 
+    def pixel_chain(self, steps: Sequence[PixelStep]) -> ChainRunner | None:
+        """Compile consecutive pixel passes of one size as one; what lies between them is read by them alone, and the
+        results must be the same bits.  None where that brings nothing: they then run one by one."""
+        return None
+
     @abstractmethod
     def draw_pass(self, step: DrawStep) -> DrawRunner:
         """Compile a draw."""
@@ -134,6 +146,55 @@ class Backend(ABC):
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def clear_colour(clear: tuple[float, ...], channels: int, srgb: bool) -> tuple[float, ...]:
+    """What a target is cleared to, one number a channel, before it is quantised.
+
+    A clear colour is linear as what kernels write is; sRGB targets hold it encoded (IEC 61966-2-1).
+
+    >>> clear_colour((1.0, 0.0, 0.0, 0.5), 4, srgb=True)[3]
+    0.5
+    """
+    spread = clear * channels if len(clear) == 1 else clear
+    if not srgb:
+        return spread
+    light = [min(max(value, 0.0), 1.0) for value in spread[:3]]
+    curve = (12.92 * x if x <= 0.0031308 else 1.055 * x ** (1 / 2.4) - 0.055 for x in light)
+    return *curve, *spread[3:]
+
+
+def quantised(values: NDArray[Any], format_: Format) -> FloatBlock:
+    """The nearest values that a format stores, halves to even; a unorm holds NaN as 0.
+
+    Uploads, clears and blending round so; what kernels write is rounded already.
+
+    >>> quantised(np.array([0.4 / 255, 1.6 / 255, 7.0]), Format("r8", 1, "unorm8")) * 255
+    array([  0.,   2., 255.], dtype=float32)
+    """
+    with np.errstate(all="ignore"):
+        single = np.asarray(values).astype(np.float32)
+        if format_.kind == "half":
+            single = single.astype(np.float16).astype(np.float32)
+        if format_.kind in ("unorm8", "unorm16"):
+            steps = 255.0 if format_.kind == "unorm8" else 65535.0
+            number = np.clip(np.where(np.isnan(single), 0.0, single.astype(np.float64)), 0.0, 1.0)
+            single = np.asarray(np.rint(number * steps) / steps, np.float32)
+    return np.asarray(single, np.float32)
+
+
+def border_place(border: str, place: NDArray[np.int64], size: int) -> NDArray[np.int64]:
+    """Where along an axis of ``size`` texels a read finds its texel; ``"zero"`` reads 0 where that moves it.
+
+    >>> {rule: border_place(rule, np.arange(-2, 5), 3).tolist() for rule in ("clamp", "repeat", "mirror")}
+    {'clamp': [0, 0, 0, 1, 2, 2, 2], 'repeat': [1, 2, 0, 1, 2, 0, 1], 'mirror': [1, 0, 0, 1, 2, 2, 1]}
+    """
+    if border == "repeat":
+        return place % size
+    if border == "mirror":
+        folded = place % (2 * size)
+        return np.minimum(folded, 2 * size - 1 - folded)
+    return np.clip(place, 0, size - 1)
 
 
 #: Mesh attribute → (array name, components), in the order of passgraph.language.signature.VERTEX_FIELDS.

@@ -34,6 +34,13 @@ NO_COLOUR = "#version 330 core\nvoid main()\n{\n}\n"
 FUNCTIONS = {
     "pg_isnan": "bool pg_isnan(float x) { return (floatBitsToInt(x) & 0x7fffffff) > 0x7f800000; }",
     "pg_isinf": "bool pg_isinf(float x) { return (floatBitsToInt(x) & 0x7fffffff) == 0x7f800000; }",
+    # Compilers fold x * 0 to 0, which loses the NaN of an infinite x (llvmpipe, precise or not).
+    "pg_times_zero": """
+float pg_times_zero(float x)
+{
+    return (floatBitsToInt(x) & 0x7f800000) == 0x7f800000 ? intBitsToFloat(0x7fc00000) : 0.0;
+}
+""",
     "pg_to_int": """
 int pg_to_int(float x)
 {
@@ -129,6 +136,10 @@ class GLSL(Printer):
         # Compilers that assume no NaN fold x != x away; bits they leave alone.
         if op.on == "float" and op.operation in ("equal", "not_equal") and arguments[0] == arguments[1]:
             return f"{'!' if op.operation == 'equal' else ''}pg_isnan({arguments[0]})"
+        if op.on == "float" and op.operation == "mul":
+            for operand, other in zip(op.arguments, reversed(arguments), strict=True):
+                if isinstance(operand, s.Lit) and operand.value == 0:
+                    return f"pg_times_zero({other})"
         return super().operation(op, arguments)
 
     def texel(self, load: s.LoadTexel) -> None:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.base import FloatBlock
+from passgraph.backends.base import FloatBlock, clear_colour
 from passgraph.formats import Format
 
 _TYPES: dict[str, tuple[int, Any]] = {
@@ -116,8 +116,7 @@ def empty(texture: Texture) -> NDArray[Any]:
 def stored_clear(value: tuple[float, ...], texture: Texture) -> NDArray[np.float32]:
     """A clear colour as four floats that the format holds exactly."""
     four = np.array([0, 0, 0, 1], np.float32)
-    count = min(len(value), texture.format.channels)
-    four[:count] = value[:count]
+    four[: texture.format.channels] = clear_colour(value, texture.format.channels, texture.format.srgb)
     largest = _LARGEST.get(texture.format.kind)
     if largest is not None:
         four = np.rint(np.clip(four, 0, 1) * np.float32(largest)) / np.float32(largest)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from passgraph.backends.base import ATTRIBUTES
+from passgraph.backends.base import ATTRIBUTES, clear_colour
 from passgraph.backends.opencl.draw_tests import blended, compare, stencil_update
 from passgraph.backends.opencl.opencl_c import (
     ELEMENTS,
@@ -120,8 +120,7 @@ def _clear(step: DrawStep, layouts: DrawLayouts) -> str:
     for i, (values, layout) in enumerate(zip(step.clears, layouts.outputs, strict=True)):
         if values is None:
             continue
-        spread = values * layout.channels if len(values) == 1 else values
-        for k, value in enumerate(spread):
+        for k, value in enumerate(clear_colour(values, layout.channels, layout.srgb)):
             stored = store_expression(layout.kind, printer.float_literal(value))
             lines.append(f"pg_out{i}[at * {layout.channels} + {k}] = {stored};")
     if layouts.depth and step.depth_clear is not None:

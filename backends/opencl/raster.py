@@ -53,6 +53,7 @@ class DrawPassRunner:
         self.attributes = vertex_attributes(vertex)
         self.kernels: dict[DrawLayouts, dict[str, Any]] = {}
         self.max_scratch = min(MAX_SCRATCH_BYTES, backend.max_bytes)
+        self.bound: dict[int, Sequence[Any]] = {}  # by the id of one of our kernels
 
     def __call__(
         self,
@@ -101,8 +102,20 @@ class DrawPassRunner:
 
     def launch(self, kernel: Any, items: int, arguments: Sequence[Any], group: int = GROUP) -> None:
         """A kernel over so many work-items in a row, rounded up to whole groups."""
-        kernel.set_args(*arguments)
+        self.bind(kernel, arguments)
         self.backend.cl.enqueue_nd_range_kernel(self.backend.queue, kernel, (-(-items // group) * group,), (group,))
+
+    def bind(self, kernel: Any, arguments: Sequence[Any]) -> None:
+        """Set a kernel's arguments where they are others than at its last launch."""
+        held = self.bound.get(id(kernel), ())
+        if len(held) != len(arguments) or not all(map(_same, held, arguments)):
+            kernel.set_args(*arguments)
+            self.bound[id(kernel)] = arguments
+
+
+def _same(held: Any, given: Any) -> bool:
+    """Numbers by value; buffers by identity, since a freed one's handle may come back as another's."""
+    return held is given or (isinstance(held, np.int32) and isinstance(given, np.int32) and bool(held == given))
 
 
 class Triangles:
@@ -189,7 +202,7 @@ class Triangles:
         kernel = self.kernels["pg_tiles"]
         clear = np.int32(0 if self.cleared else 1)
         self.cleared = True
-        kernel.set_args(*buffers, listed, tile_starts, clear, *self.resources)
+        self.runner.bind(kernel, (*buffers, listed, tile_starts, clear, *self.resources))
         side, (across, down) = self.runner.tile, self.runner.tiles
         items, group = ((across * down,), (1,)) if self.runner.serial else ((across * side, down * side), (side, side))
         self.backend.cl.enqueue_nd_range_kernel(self.backend.queue, kernel, items, group)

@@ -40,7 +40,7 @@ class Storage:
 
     @cached_property
     def layout(self) -> ImageLayout:
-        return ImageLayout(self.format.kind, self.format.channels, self.size)
+        return ImageLayout(self.format.kind, self.format.channels, self.size, self.format.srgb)
 
 
 @dataclass(frozen=True)
@@ -50,6 +50,7 @@ class ImageLayout:
     kind: str
     channels: int
     size: tuple[int, int]
+    srgb: bool = False  # colours are encoded by the kernel; what is cleared must be encoded too
 
     @property
     def bytes(self) -> int:

@@ -7,7 +7,7 @@ from __future__ import annotations
 from typing import Literal
 
 import passgraph as pg
-from passgraph import Image, exp2, floor, pixel, uv, vec2, vec3, vec4
+from passgraph import Image, exp2, floor, ivec2, pixel, uv, vec2, vec3, vec4
 from passgraph.effects.lens import (
     dirt_texture,
     dirty_lens_bright,
@@ -33,8 +33,8 @@ LENSES: tuple[Lens, ...] = ("none", "bright", "spots", "map")
 def tiled_floor(corner: vec4, color: vec3) -> vec4:
     """Square tiles of one world unit in two shades; ``corner`` is the place of the upper left, then a pixel's size."""
     place = corner.xy + (vec2(pixel()) + 0.5) * corner.zw
-    tile = floor(place)
-    shade = 1.0 - 0.12 * ((tile.x + tile.y) % 2.0)
+    tile = ivec2(floor(place))
+    shade = 1.0 - 0.12 * float((tile.x + tile.y) % 2)
     return vec4(color * shade, 1.0)
 
 

@@ -1,7 +1,8 @@
 """Whether a backend computes what kernels and draws mean: many small graphs, each target held against the oracle.
 
-In reading order: ``case``, ``judging`` (one case), ``suite`` (all of them), the groups (``operations``, ``pictures``,
-``draw_states``, ``coverage``, ``sequences``, ``effects``), ``page`` (a report to look at), ``pytest_plugin``.
+In reading order: ``case``, ``judging`` (one case), ``suite`` (all of them), the groups (``operations``, ``language``,
+``pictures``, ``draw_states``, ``coverage``, ``sequences``, ``effects``), ``page`` (a report to look at),
+``pytest_plugin``.
 """
 
 from __future__ import annotations

@@ -137,6 +137,11 @@ def _stencils() -> Iterator[Case]:
             yield Case(GROUP, f"stencil {operation} on {moment}", graph, SIZE)
 
 
+def _overflowing() -> dict[str, pg.Target]:
+    once = painted(quad(color=(40000.0, 65504.0, 65519.0, 1.0)), pg.target("color", "rgba16f"), blend="add", name="one")
+    return {"color": painted(quad(color=(40000.0, 10.0, 0.0, 1.0)), once, blend="add", name="two")}
+
+
 def _blends() -> Iterator[Case]:
     for factor in FACTORS:
         blend = Blend(factor, "one_minus_source_alpha", source_alpha="one", destination_alpha=factor)
@@ -151,6 +156,7 @@ def _blends() -> Iterator[Case]:
         least = 0.75 if form == "rgba8" else 0.9
         graph = partial(over, soup(6, 3), form=form, blend="alpha")
         yield Case(GROUP, f"blend into {form}", graph, SIZE, least_told=least)
+    yield Case(GROUP, "blend past the largest half", _overflowing, SIZE)
 
 
 def several_targets() -> Mapping[str, pg.Target]:

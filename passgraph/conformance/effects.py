@@ -50,12 +50,10 @@ SLOW = ("ambient-occlusion", "light2d", "five-pass")
 LEAST_TOLD = {
     "msm": 0.5,  # a cubic's roots from moments that nearly cancel: bounds of each step add up to more than the result
     "dirty-lens": 0.8,  # a mask of fine smears, drawn from corners that a driver may move
-    "light2d": 0.6,
 }
 #: Shares of ambiguous pixels, where they are above the usual ceiling.
 AMBIGUOUS = {
     "contact": 0.2,  # its map looks straight down, along the sides of boxes that stand upright
-    "light2d": 0.55,  # its floor divides whole numbers by 2, and floors the quotient: every second tile is open
 }
 
 

@@ -182,21 +182,9 @@ class Judge:
         targets: list[TargetVerdict] = []
         first: Divergence | None = None
         try:
-            expected, allowed = self.found(backend.snaps)
-            for frame, steps in enumerate(self._run(backend, expected)):
-                for number, (step, written) in enumerate(zip(self.plan.steps, steps, strict=True)):
-                    for resource, got in zip(step.writes, written, strict=True):
-                        key = frame, number, resource
-                        bounds = allowed[key]
-                        target = self.plan.resources[resource]
-                        beyond = outside(got, bounds.values)
-                        share = float(beyond.any(axis=2).mean())
-                        figures = share, float(bounds.ambiguous.mean()), float(told(bounds, target.format).mean())
-                        known = target.name in case.exact
-                        targets.append(TargetVerdict(frame, step.name, target.name, *figures, known))
-                        if share and first is None:
-                            where = f"frame {frame}, pass {step.name}, target {target.name}"
-                            first = divergence(where, got, expected[key], bounds.values.lo, bounds.values.hi, beyond)
+            for target, divergent in self._targets(backend):
+                targets.append(target)
+                first = first or divergent
             first = first or self._inexact(backend)
         except Exception:
             return Verdict.of_failure(case, name, perf_counter() - start, tuple(targets))
@@ -205,6 +193,24 @@ class Judge:
             outcome, reason = "diverged", ""
         seconds = perf_counter() - start
         return Verdict(case.group, case.name, name, outcome, seconds, tuple(targets), first, reason)
+
+    def _targets(self, backend: Backend) -> Iterator[tuple[TargetVerdict, Divergence | None]]:
+        """Every target of every frame, in the order in which they are written."""
+        expected, allowed = self.found(backend.snaps)
+        for frame, steps in enumerate(self._run(backend, expected)):
+            for number, (step, written) in enumerate(zip(self.plan.steps, steps, strict=True)):
+                for resource, got in zip(step.writes, written, strict=True):
+                    key = frame, number, resource
+                    target, bounds = self.plan.resources[resource], allowed[key]
+                    beyond = outside(got, bounds.values)
+                    share = float(beyond.any(axis=2).mean())
+                    figures = share, float(bounds.ambiguous.mean()), float(told(bounds, target.format).mean())
+                    known = target.name in self.case.exact
+                    divergent = None
+                    if share:
+                        where = f"frame {frame}, pass {step.name}, target {target.name}"
+                        divergent = divergence(where, got, expected[key], bounds.values.lo, bounds.values.hi, beyond)
+                    yield TargetVerdict(frame, step.name, target.name, *figures, known), divergent
 
     def _vacuous(self, targets: Sequence[TargetVerdict]) -> tuple[Outcome, str]:
         for target in targets:

@@ -224,6 +224,7 @@ def cases() -> Iterator[Case]:
         made = np.asarray(expected(whole(), x, y), np.float32)
         yield Case(GROUP, name, partial(_graph, text), SIZE, ({"color": whole()},), exact={"result0": made})
     yield _parameters(x)
+    yield from _stores()
     # Sums of numbers near the largest may be finite or not.
     yield Case(GROUP, "identities", partial(_graph, IDENTITIES), (64, 8), (_specials(),), least_told=0.75)
     for border in ("clamp", "zero", "repeat", "mirror"):
@@ -253,6 +254,36 @@ def _parameters(x: NDArray[Any]) -> Case:
     third = np.broadcast_to([many[257], many[299], 41.0, few[3]], (*x.shape, 4))
     exact = {f"result{k}": np.asarray(v, np.float32) for k, v in enumerate((first, second, third))}
     return Case(GROUP, "parameters of every kind", graph, SIZE, ({"color": whole()},), exact=exact)
+
+
+#: What formats round: halves of steps, the ends of ranges, what is beyond them and what is not finite.
+STORED = (
+    0.0, 1.0, 0.5, 0.25, 0.1, 0.999, 2.0, 2049.0, 2051.0, 2.0**-14, 1.0 + 2.0**-11, 1.0 + 3 * 2.0**-11, 2.0**-25,
+    3 * 2.0**-25, 5 * 2.0**-25, 2.0**-14 - 2.0**-25, 2.0**-26, 65504.0, 65519.0, 65520.0, 65536.0, 1e30, np.inf, np.nan,
+)  # fmt: skip
+
+
+def _stores() -> Iterator[Case]:
+    """Kernels round what they store; NaN becomes 0 where a format has none."""
+    values = np.array([*STORED, *(-v for v in STORED)], np.float32)
+    picture = np.broadcast_to(values[None, :, None], (3, len(values), 1)).copy()
+    # Inputs are finite: the numbers come as their bits, in two halves.
+    bits = picture.view(np.int32)
+    frame = {"bits": np.concatenate([bits >> 16, bits & 0xFFFF], axis=-1).astype(np.float32)}
+    with np.errstate(over="ignore"):
+        known = {"r16f": picture.astype(np.float16).astype(np.float32)}
+    for form, steps in (("r8", 255), ("r16", 65535)):
+        inside = np.clip(np.nan_to_num(picture, nan=0.0, posinf=1.0), 0, 1)
+        known[form] = (np.rint(inside * np.float32(steps)) / np.float32(steps)).astype(np.float32)
+    for form, expected in known.items():
+        graph = partial(_stored, form)
+        yield Case(GROUP, f"stored in {form}", graph, (len(values), 3), (frame,), exact={"stored": expected})
+
+
+def _stored(form: str) -> Mapping[str, pg.Target]:
+    text = "def run(bits: Image) -> float: return float_from_bits(int(bits[0, 0].r) * 65536 + int(bits[0, 0].g))"
+    kernel = pg.kernel(source=text)
+    return {"stored": kernel(pg.Input("bits"), into=pg.target("stored", form))}
 
 
 def _specials() -> Mapping[str, Picture]:

@@ -132,7 +132,7 @@ DOMAINS: dict[str, tuple[Callable[[Values], Values], Callable[[Values], Values]]
     **dict.fromkeys(("mod", "float_floor_divide"), (_dividends, _divisors)),
     **dict.fromkeys(("exp", "exp2", "sinh", "cosh"), (_exponents, _exponents)),
     "div": (np.asarray, _divisible),
-    "inversesqrt": (lambda v: _known_bits(_divisible(np.abs(v))), np.abs),
+    "inversesqrt": (lambda v: np.abs(_known_bits(_divisible(v))), np.abs),
     "bits_from_float": (_known_bits, _known_bits),
     "pow": (lambda v: np.abs(_moderate(v)), _small),
 }

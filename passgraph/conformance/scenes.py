@@ -61,7 +61,7 @@ def picture(size: tuple[int, int] = SIZE, seed: int = 0) -> Picture:
     disc = 3.0 * ((x / width - 0.6) ** 2 + (y / height - 0.4) ** 2 < 0.04)
     edge = 0.3 * (x + 0.5 * y > 0.4 * width)
     colours = np.stack([x / width, y / height, 1.0 - x / width], -1) * 0.6 + (disc + edge)[:, :, None] + noise
-    special = np.array([0.0, 1.0, 0.5, 0.5 / 255, 254.5 / 255, 1e-6, 100.0, 65504.0])
+    special = np.array([0.0, 1.0, 0.5, 0.5 / 255, 254.5 / 255, 1e-6, 100.0, 1000.0])
     colours[-1] = special[np.arange(width) % len(special), None]
     return np.dstack([colours, np.ones_like(x)]).astype(np.float32)
 

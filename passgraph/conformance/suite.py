@@ -19,8 +19,10 @@ GROUPS = {
     "language": "passgraph.conformance.language",
     "pictures": "passgraph.conformance.pictures",
     "draw states": "passgraph.conformance.draw_states",
+    "draws": "passgraph.conformance.draws",
     "coverage": "passgraph.conformance.coverage",
     "sequences": "passgraph.conformance.sequences",
+    "plans": "passgraph.conformance.plans",
     "effects": "passgraph.conformance.effects",
 }
 

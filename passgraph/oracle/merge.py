@@ -23,6 +23,8 @@ Ints = NDArray[np.int64]
 #: precision, where source, factors and products are rounded to steps too.  A half each of two products and of
 #: the source, less what the last rounding absorbs.
 BLEND_STEPS = 1.0
+#: Where OpenGL may stop when a blended half overflows: it leaves the rounding of that conversion open.
+LARGEST_HALF = 65504.0
 
 
 @dataclass
@@ -201,7 +203,10 @@ def blended(format_: Format, blend: Blend, source: Interval, old: Interval) -> I
     if format_.kind in ("float", "depth"):
         return stored(format_, made)
     slack = BLEND_STEPS * (format_.unit if unorm else format_.unit * np.maximum(made.magnitude, 2.0**-14))
-    return stored(format_, Interval(made.lo - slack, made.hi + slack, made.nan))
+    low, high = made.lo - slack, made.hi + slack
+    if format_.kind == "half":  # what overflows may stop at the largest number
+        low, high = np.minimum(low, LARGEST_HALF), np.maximum(high, -LARGEST_HALF)
+    return stored(format_, Interval(low, high, made.nan))
 
 
 def _factor(name: str, s: Interval, sa: Interval, d: Interval, da: Interval) -> Interval:

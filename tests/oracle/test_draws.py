@@ -11,8 +11,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from meshes import Soup, soup
-
 import passgraph as pg
 from passgraph import vec4
 from passgraph.backends.reference import ReferenceBackend, output_merge
@@ -20,6 +18,7 @@ from passgraph.backends.reference import draw_pass as reference_draw
 from passgraph.backends.reference.draw_pass import ReferenceDrawPass
 from passgraph.backends.reference.raster_setup import ScreenTriangles
 from passgraph.compare import BackendReport, compare
+from passgraph.conformance.meshes import Soup, soup
 from passgraph.draw_state import COMPARE, EQUATIONS, FACTORS, STENCIL_OPERATIONS, Blend, Stencil
 
 SIZE = (67, 49)
