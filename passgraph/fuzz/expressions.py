@@ -120,8 +120,8 @@ class Expressions:
 
     def _float(self, d: int, wanted: Range) -> str:
         forms: list[Callable[[int, Range], str]] = [
-            self._sum, self._sum, *[self._call] * 5, self._product, self._quotient, self._chosen, self._part, self._part,
-            self._of_vector, self._from_int, self._helped, self._power,
+            self._sum, self._sum, *[self._call] * 5, self._product, self._quotient, self._chosen,
+            self._part, self._part, self._of_vector, self._from_int, self._helped, self._power,
         ]  # fmt: skip
         return forms[self.draw(st.integers(0, len(forms) - 1))](d, wanted)
 

@@ -31,7 +31,7 @@ COMMUTATIVE = {
 
 
 class Emitter:
-    """Instructions in the making.  ``simplify=False`` turns folding, sharing and selection off."""
+    """Instructions in the making.  ``simplify=False`` turns folding of floats, sharing and selection off."""
 
     def __init__(self, simplify: bool = True) -> None:
         self.simplify = simplify
@@ -77,12 +77,14 @@ class Emitter:
         """A primitive operation, folded or shared where possible."""
         on = arguments[0].type
         result = self._result_type(name, on)
-        if self.simplify:
+        # Known whole numbers and truth fold always: bounds of loops hang on them.
+        whole = result != "float" and all(isinstance(a, s.Lit) and a.type != "float" for a in arguments)
+        if self.simplify or whole:
             folded = self._fold(name, result, arguments)
             if folded is not None:
                 return folded
-            if name in COMMUTATIVE:
-                arguments = tuple(sorted(arguments, key=lambda a: (isinstance(a, s.Lit), repr(a))))
+        if self.simplify and name in COMMUTATIVE:
+            arguments = tuple(sorted(arguments, key=lambda a: (isinstance(a, s.Lit), repr(a))))
         key = (name, on, *map(repr, arguments))
         shared = self._shared(key)
         if shared is not None:
@@ -125,9 +127,9 @@ class Emitter:
         return None
 
     def choose(self, condition: s.Operand, then: s.Operand, orelse: s.Operand) -> s.Operand:
+        if isinstance(condition, s.Lit) and (self.simplify or then.type != "float"):
+            return then if condition.value else orelse
         if self.simplify:
-            if isinstance(condition, s.Lit):
-                return then if condition.value else orelse
             if repr(then) == repr(orelse):
                 return then
             if then.type == "bool":

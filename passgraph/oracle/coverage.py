@@ -63,6 +63,7 @@ class Triangles:
     area_off: Float64
     offset: Interval  # (m,), what polygon offset adds to the depth
     rows: Corners
+    snapped: bool
 
     @property
     def sliver(self) -> Lanes:
@@ -107,7 +108,7 @@ def triangles(vertices: Corners, indices: Ints, size: tuple[int, int], state: Dr
     offset = _offset(picked[0], picked[1], picked[3], picked[2], picked[4], area[kept], area_off[kept], state)
     return Triangles(
         corners[kept], picked[0], picked[1], picked[2], picked[3], picked[4], picked[5], picked[6],
-        area[kept], area_off[kept], offset, rows,
+        area[kept], area_off[kept], offset, rows, snapped,
     )  # fmt: skip
 
 
@@ -266,10 +267,16 @@ def varying_of(found: Triangles, fragments: Fragments, columns: slice) -> Interv
     corners = found.rows.values[:, columns][found.corners[at]]
     corners_off = found.rows.errors[:, columns][found.corners[at]].max(axis=1)
     made = np.einsum("nk,nkc->nc", weights, corners)
-    parts = []
+    parts: list[Float64] = []
+    roundings: list[Float64] = []
     for c in range(corners.shape[2]):
         spread = _spread(off, corners[:, :, c], made[:, c])
-        parts.append(spread + corners_off[:, c] + INTERPOLATION_ULP * ULP * np.abs(corners[:, :, c]).max(axis=1))
+        roundings.append(INTERPOLATION_ULP * ULP * np.abs(corners[:, :, c]).max(axis=1))
+        parts.append(spread + corners_off[:, c] + roundings[-1])
+    if not found.snapped:
+        # A driver may evaluate v/w and 1/w as planes: what rounds is as large as at the corner nearest to the eye.
+        nearest = np.maximum(np.abs(inverse_w).max(axis=1) / np.where(room > 0, room, np.nan), 1.0)
+        parts = [part + rounding * (nearest - 1.0) for part, rounding in zip(parts, roundings, strict=True)]
     error = np.stack(parts, axis=1) if parts else np.zeros_like(made)
     strange = ~np.isfinite(made + error)
     low, high = np.where(strange, -np.inf, made - error), np.where(strange, np.inf, made + error)

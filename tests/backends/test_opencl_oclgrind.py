@@ -15,6 +15,24 @@ from tests.conftest import expected_devices
 pytestmark = pytest.mark.opencl
 ROOT = Path(__file__).resolve().parents[2]
 
+RANDOM = """
+import sys
+from passgraph.backends.registry import open_backend
+from passgraph.fuzz import search
+from passgraph.fuzz.cases import Tally
+
+seed, counts = 3, (("kernels", 4), ("draws", 3))
+with open_backend("opencl") as backend:
+    assert "Oclgrind" in backend.device.platform.name, backend.device.platform.name
+    for kind, count in counts:
+        tally = Tally()
+        failure = search.batch(search.strategies(16)[kind], [backend], seed, tally, count)
+        assert tally.verdicts["opencl"] > count // 2
+        print(tally)
+        if failure is not None:
+            sys.exit(f"{failure.why}\\n{failure.case}")
+"""
+
 
 @pytest.mark.parametrize(
     ("file", "chosen"),
@@ -27,20 +45,30 @@ ROOT = Path(__file__).resolve().parents[2]
 )
 def test_kernels_stay_inside_their_buffers_and_do_not_race(file: str, chosen: str, tmp_path: Path) -> None:
     """The tests of those files pass there too, and the simulator has nothing to say."""
+    tests = ["-m", "pytest", "-q", "-p", "no:cacheprovider", "-k", chosen, f"tests/backends/test_opencl_{file}.py"]
+    assert_clean(tests, tmp_path)
+
+
+def test_random_kernels_and_draws_stay_inside_and_do_not_race(tmp_path: Path) -> None:
+    """Small pictures: the simulator interprets every instruction."""
+    assert_clean(["-c", RANDOM], tmp_path)
+
+
+def assert_clean(arguments: list[str], tmp_path: Path) -> None:
+    """Python ends well under the simulator, which has nothing to say."""
     oclgrind = shutil.which("oclgrind")
     if oclgrind is None:
         if "opencl" in expected_devices():
             pytest.fail("oclgrind is expected where OpenCL is: apt-get install oclgrind", pytrace=False)
         pytest.skip("oclgrind is not here: apt-get install oclgrind")
     log = tmp_path / "oclgrind.log"
-    tests = [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", "-k", chosen]
     result = subprocess.run(
-        [oclgrind, "--data-races", "--log", str(log), *tests, f"tests/backends/test_opencl_{file}.py"],
+        [oclgrind, "--data-races", "--log", str(log), sys.executable, *arguments],
         cwd=ROOT,
         env={**os.environ, "PYTHONPATH": str(ROOT), "PYTEST_ADDOPTS": ""},
         capture_output=True,
         text=True,
         check=False,
     )
-    assert result.returncode == 0, result.stdout[-4000:]
+    assert result.returncode == 0, (result.stdout + result.stderr)[-4000:]
     assert log.read_text() == ""

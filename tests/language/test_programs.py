@@ -219,6 +219,19 @@ def test_unrolled_and_looped_forms_agree(monkeypatch: pytest.MonkeyPatch) -> Non
     np.testing.assert_array_equal(run_program(unrolled, X), run_program(looped, X))
 
 
+@pytest.mark.parametrize("simplify", [True, False])
+def test_bounds_may_be_computed_from_constants(simplify: bool) -> None:
+    text = """
+        def k(c: Image, r: Const[int] = 2, wide: Const[bool] = True) -> float:
+            n = r * 2 if wide else 1
+            total = 0.0
+            for i in range(-r, r + n // 4): total += c[i, 0].x
+            return total
+        """
+    program = lower(kernel(source=text).program, Facts(simplify=simplify))
+    assert program.image("c").x == (-2, 2)
+
+
 def test_loops_unroll_up_to_their_bound_only() -> None:
     assert count(lowered("y = x\nfor i in range(64): y = y * 1.5\nreturn y"), s.For) == 0
     assert count(lowered("y = x\nfor i in range(65): y = y * 1.5\nreturn y"), s.For) == 1
