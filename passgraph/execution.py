@@ -91,7 +91,8 @@ class Execution:
         image_ids = [[r for _, r in step.images] for step in steps]
         outputs = steps[-1].outputs
         # Step by step, a result may take the memory of what only the first step reads; here that is still being read.
-        taken = {self._apart.get(r, self.places[r]) for ids in image_ids for r in ids}
+        inner = {r for step in steps[:-1] for r in step.outputs}
+        taken = {self._apart.get(r, self.places[r]) for ids in image_ids for r in ids if r not in inner}
         for resource in outputs:
             if self.places[resource] in taken:
                 memory = self.plan.memories[self.places[resource]]

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.base import Backend, Block, DeviceInfo, DrawRunner, FloatBlock, PixelRunner
+from passgraph.backends.base import Backend, ChainRunner, DeviceInfo, DrawRunner, FloatBlock, PixelRunner
+from passgraph.backends.numpy.memory import aligned_zeros
 from passgraph.backends.numpy.workers import Workers, thread_count
 from passgraph.errors import BackendError
 from passgraph.formats import Format
 from passgraph.graph import Geometry
 from passgraph.plan.data import DrawStep, PixelStep
 
-#: Rows in one piece of work: small enough to balance, large enough that handing out costs nothing.
-MIN_PIXELS_A_PIECE = 16_384
+#: Compiled code counts the pixels of a picture in 32 bits.
+MAX_PIXELS = 2**31
 
 
 @dataclass(eq=False)
@@ -49,8 +50,12 @@ class NumpyBackend(Backend):
 
     def make(self, format: Format, size: tuple[int, int]) -> Storage:
         count = size[0] * size[1]
+        if count >= MAX_PIXELS:
+            raise BackendError(
+                f"a {size[0]}x{size[1]} target has more pixels than backend numpy counts, {MAX_PIXELS - 1}"
+            )
         try:
-            values = np.zeros(count * format.channels, np.float32)
+            values = aligned_zeros(count * format.channels)
             stencil = np.zeros(count, np.uint8) if format.stencil else None
         except MemoryError:
             needed = count * format.channels * 4 / 2**30
@@ -82,40 +87,19 @@ class NumpyBackend(Backend):
         return mesh
 
     def pixel_pass(self, step: PixelStep) -> PixelRunner:
-        from passgraph.backends.numpy.jit import load_module
-        from passgraph.backends.numpy.pixel_code import pixel_module
+        from passgraph.backends.numpy.chains import alone
+        from passgraph.backends.numpy.pixel_runner import PixelRun
 
-        channels = tuple(len(output.values) for output in step.program.outputs)
-        module = load_module(*pixel_module(step, channels), step.name)
-        width, height = step.size
-        order = _image_order(step.program.images, step.images)
-        rows = max(1, min(height, MIN_PIXELS_A_PIECE // width))
-        pieces = -(-height // rows)
-        workers = self.workers
+        run = PixelRun.made(alone(step), self.workers)
+        assert run is not None
+        return lambda outputs, images, block: run(outputs, (images,), (block,))
 
-        def run(outputs: Sequence[Storage], images: Sequence[Storage], block: Block) -> None:
-            arguments = _image_arguments(images, order)
-            stores = [output.values for output in outputs]
+    def pixel_chain(self, steps: Sequence[PixelStep]) -> ChainRunner | None:
+        from passgraph.backends.numpy.chains import stages
+        from passgraph.backends.numpy.pixel_runner import PixelRun
 
-            def piece(number: int) -> None:
-                first = number * rows
-                module.rows(
-                    first,
-                    min(height, first + rows),
-                    width,
-                    height,
-                    *arguments,
-                    *stores,
-                    block.floats,
-                    block.ints,
-                )
-
-            workers.each(piece, pieces)
-
-        warm_up(
-            lambda: module.rows(0, 0, width, height, *_dummies(len(order)), *_blanks(len(channels)), *_no_uniforms())
-        )
-        return run
+        chain = stages(steps)
+        return None if chain is None else PixelRun.made(chain, self.workers)
 
     def draw_pass(self, step: DrawStep) -> DrawRunner:
         from passgraph.backends.numpy.raster import Raster
@@ -140,33 +124,3 @@ def quantized(values: FloatBlock, format_: Format) -> FloatBlock:
         clean = np.clip(np.nan_to_num(values, nan=0.0), 0, 1)
         return np.asarray(np.rint(clean * steps) / steps, np.float32)
     return values
-
-
-def _image_order(uses: Any, images: tuple[tuple[str, int], ...]) -> list[int]:
-    """For each image of the program, its place among the step's images."""
-    names = [name for name, _ in images]
-    return [names.index(use.name) for use in uses]
-
-
-def _image_arguments(images: Sequence[Storage], order: list[int]) -> list[Any]:
-    arguments: list[Any] = []
-    for place in order:
-        arguments += [images[place].values, images[place].size[0], images[place].size[1]]
-    return arguments
-
-
-def _dummies(count: int) -> list[Any]:
-    return [part for _ in range(count) for part in (np.zeros(4, np.float32), 1, 1)]
-
-
-def _blanks(count: int) -> list[FloatBlock]:
-    return [np.zeros(4, np.float32) for _ in range(count)]
-
-
-def _no_uniforms() -> tuple[FloatBlock, NDArray[np.int32]]:
-    return np.zeros(1, np.float32), np.zeros(1, np.int32)
-
-
-def warm_up(call: Any) -> None:
-    """Run on nothing, so that compiling belongs to making the program and not to its first frame."""
-    call()

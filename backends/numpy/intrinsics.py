@@ -5,10 +5,11 @@ from __future__ import annotations
 
 from typing import Any
 
+from llvmlite import ir
 from numba import float32, int32, njit, types
 from numba.extending import intrinsic
 
-from passgraph.backends.numpy.llvm_ops import F32, I32, call
+from passgraph.backends.numpy.llvm_ops import F32, I32, I64, call
 
 
 def _unary(source: Any, result: Any, emit: Any) -> Any:
@@ -25,6 +26,17 @@ def _unary(source: Any, result: Any, emit: Any) -> Any:
 pg_bits = _unary(types.float32, types.int32, lambda b, x: b.bitcast(x, I32))
 pg_float = _unary(types.int32, types.float32, lambda b, x: b.bitcast(x, F32))
 pg_rint = _unary(types.float32, types.float32, call("llvm.roundeven.f32", F32))
+
+
+@intrinsic
+def pg_take(typing_context: Any, counter: Any) -> Any:
+    """The next number of a counter that threads share: an array of one int64, which it raises by 1."""
+
+    def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+        array = context.make_array(signature.args[0])(context, builder, arguments[0])
+        return builder.atomic_rmw("add", array.data, ir.Constant(I64, 1), "monotonic")
+
+    return types.int64(counter), generate
 
 
 @njit

@@ -41,6 +41,13 @@ def indented(lines: list[str], levels: int = 1) -> list[str]:
 
 
 @lru_cache(maxsize=1)
+def source_digest() -> str:
+    """Stands for the text of this backend: part of every key, because all of it decides what a program becomes."""
+    files = sorted(Path(__file__).parent.glob("*.py"))
+    return hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()
+
+
+@lru_cache(maxsize=1)
 def dispatcher_class() -> type[Any]:
     """numba's CPU dispatcher whose functions promise that their arrays do not overlap.
 
@@ -72,6 +79,10 @@ def dispatcher_class() -> type[Any]:
 
     class QuickCache(FunctionCache):
         """Loads machine code without first loading numba's thousands of typing rules, which only compiling needs."""
+
+        def _index_key(self, sig: Any, codegen: Any) -> Any:
+            # numba looks at the file of the function alone, not at those of the functions that it calls.
+            return (*super()._index_key(sig, codegen), source_digest())
 
         def load_overload(self, sig: Any, target_context: Any) -> Any:
             rtsys.initialize(target_context)
@@ -126,7 +137,7 @@ def module_key(text: str, programs: Mapping[str, object]) -> str:
     import numba
 
     keys = [p.key for p in programs.values() if isinstance(p, ScalarProgram)]
-    parts = (numba.__version__, sys.version.split()[0], text, *keys)
+    parts = (source_digest(), numba.__version__, sys.version.split()[0], text, *keys)
     return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:40]
 
 
@@ -140,7 +151,7 @@ def load_module(text: str, programs: Mapping[str, object], hint: str) -> Any:
         return _loaded[key]
     path = cache_folder() / f"pg_{key}.py"
     if not path.exists() or path.read_text(encoding="utf-8") != text:
-        _write_whole(path, text)
+        write_whole(path, text.encode())
     name = f"passgraph_generated_{key}"
     spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:
@@ -153,12 +164,12 @@ def load_module(text: str, programs: Mapping[str, object], hint: str) -> Any:
     return module
 
 
-def _write_whole(path: Path, text: str) -> None:
-    """Another process may write the same file: both replace it whole, with equal text."""
+def write_whole(path: Path, data: bytes) -> None:
+    """Another process may write the same file: both replace it whole, with what serves both."""
     handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=".pg_", suffix=".tmp")
     try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
+        with os.fdopen(handle, "wb") as file:
+            file.write(data)
         os.replace(temporary, path)
     except BaseException:
         Path(temporary).unlink(missing_ok=True)

@@ -20,14 +20,20 @@ from passgraph.language import scalar as s
 
 
 def body_intrinsic(
-    program: s.ScalarProgram, inside: bool, alike: int = 0, apart: bool = False, varyings: tuple[str, ...] = ()
+    program: s.ScalarProgram,
+    inside: bool,
+    alike: int = 0,
+    apart: bool = False,
+    varyings: tuple[str, ...] = (),
+    rings: tuple[tuple[int, int], ...] = (),
 ) -> Any:
     """A function of one tuple for generated code to call; see :func:`argument_names` for what it holds.
 
     Returns a tuple of float32: every output's components one after another, then 1 or 0 for ``keep`` if there is one.
-    ``inside``: relative reads need no border rule.  ``alike``: one channel stands for this many (see channels.py).
-    ``apart``: a function of its own, not inlined: where the loop does not vectorise anyway, LLVM takes a
-    fraction of the time.  ``varyings``: in the order of the planes that they are interpolated from.
+    ``inside``: relative reads need no border rule along x.  ``alike``: one channel stands for this many (see
+    channels.py).  ``apart``: a function of its own, not inlined: where the loop does not vectorise anyway, LLVM takes a
+    fraction of the time.  ``varyings``: in the order of the planes that they are interpolated from.  ``rings``: images
+    of which so many rows are kept (see chains.py).
     """
     count = sum(len(output.values) for output in program.outputs) + (program.keep is not None)
     result = types.UniTuple(types.float32, count)
@@ -36,15 +42,26 @@ def body_intrinsic(
     def body(typing_context: Any, values: Any) -> Any:
         def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
             kind = signature.args[0]
+            _prefer_loads(context, builder.function)
             if apart:
                 results = _call_apart(program, context, builder, kind, arguments[0], varyings)
             else:
-                results = Body(program, context, builder, kind, arguments[0], inside, alike, varyings).results()
+                results = Body(program, context, builder, kind, arguments[0], inside, alike, varyings, rings).results()
             return context.make_tuple(builder, result, results)
 
         return result(values), generate
 
     return body
+
+
+def _prefer_loads(context: Any, function: Any) -> None:
+    """Vectors are filled by single loads, not by gather instructions: those are slower on AMD's cores (Zen 5: three
+    times in a 3x3 neighbourhood) and no faster on others.  A property of the function, so that numba's other users
+    keep theirs; llvmlite writes attributes that it does not know as they are, but has no way to ask for one.
+    """
+    triple, _, features = context.codegen().magic_tuple()
+    if triple.startswith("x86_64"):
+        set.add(function.attributes, f'"target-features"="{features},+prefer-no-gather"')
 
 
 def _call_apart(
@@ -79,11 +96,12 @@ class Body:
         inside: bool,
         alike: int,
         varyings: tuple[str, ...],
+        rings: tuple[tuple[int, int], ...] = (),
     ) -> None:
         self.program, self.context, self.builder = program, context, builder
-        self.inside, self.alike, self.varyings = inside, alike, varyings
+        self.inside, self.alike, self.varyings, self.rings = inside, alike, varyings, dict(rings)
         builtins = [name for name, _ in program.builtins if not is_varying(name)]
-        names = argument_names(program, builtins) + (PLANE_ARGUMENTS if varyings else [])
+        names = argument_names(program, builtins, tuple(self.rings)) + (PLANE_ARGUMENTS if varyings else [])
         self.given = {name: builder.extract_value(tuple_value, i) for i, name in enumerate(names)}
         self.kinds = {name: tuple_type.types[i] for i, name in enumerate(names)}
         self.numbers = {use.name: i for i, use in enumerate(program.images)}
@@ -170,24 +188,26 @@ class Body:
         number = self.numbers[i.image]
         channels = ir.Constant(I64, self.program.images[number].channels)
         b = self.builder
-        x, y = b.sext(self.operand(i.x), I64), b.sext(self.operand(i.y), I64)
-        outside = None
-        if i.relative and self.inside:
-            offset = b.add(x, b.mul(y, self.given["width"]))
-            if self.alike:
-                at = b.add(b.add(b.mul(self.given["row"], channels), self.given["j"]), b.mul(offset, channels))
-            else:
-                at = b.mul(b.add(b.add(self.given["row"], self.given["x"]), offset), channels)
+        x, y = self.operand(i.x), self.operand(i.y)
+        width, height = self.given[f"im{number}_w"], self.given[f"im{number}_h"]
+        if i.relative:
+            x, y = b.add(self.given["x"], b.sext(x, I64)), b.add(self.given["y"], b.sext(y, I64))
         else:
-            if i.relative:
-                x, y = b.add(self.given["x"], x), b.add(self.given["y"], y)
-            width, height = self.given[f"im{number}_w"], self.given[f"im{number}_h"]
-            inner_x, inner_y = border(b, i.border, x, width), border(b, i.border, y, height)
-            if i.border == "zero":
-                outside = b.or_(b.icmp_signed("!=", inner_x, x), b.icmp_signed("!=", inner_y, y))
-            at = b.mul(b.add(b.mul(inner_y, width), inner_x), channels)
-            if self.alike:
-                at = b.add(at, self.given["j"])
+            # Half as wide, so that twice as many go into a vector of indices.
+            width, height = b.trunc(width, I32), b.trunc(height, I32)
+        # Rows are alike all along a row, so that the loop over x need not know of their rule.
+        inner_x = x if i.relative and self.inside else border(b, i.border, x, width)
+        inner_y = border(b, i.border, y, height)
+        outside = None
+        if i.border == "zero":
+            outside = b.or_(b.icmp_signed("!=", inner_x, x), b.icmp_signed("!=", inner_y, y))
+        if number in self.rings:
+            inner_x = b.sub(inner_x, self.given[f"im{number}_from"])
+            inner_y, width = b.urem(inner_y, ir.Constant(I64, self.rings[number])), self.given[f"im{number}_pitch"]
+        pixel = b.add(b.mul(inner_y, width), inner_x)
+        at = b.mul(pixel if i.relative else b.sext(pixel, I64), channels)
+        if self.alike:
+            at = b.add(at, self.given["j"])
         for channel, value in enumerate(i.to):
             if value is not None:
                 index = at if self.alike else b.add(at, ir.Constant(I64, channel))
@@ -231,8 +251,8 @@ class Body:
 
 
 def border(b: Any, rule: str, coordinate: Any, size: Any) -> Any:
-    """A coordinate brought into range."""
-    zero, one = ir.Constant(I64, 0), ir.Constant(I64, 1)
+    """A coordinate brought into range; both of one type."""
+    zero, one = ir.Constant(size.type, 0), ir.Constant(size.type, 1)
     last = b.sub(size, one)
     if rule == "repeat":
         return _floor_modulo(b, coordinate, size)
@@ -247,4 +267,4 @@ def border(b: Any, rule: str, coordinate: Any, size: Any) -> Any:
 
 def _floor_modulo(b: Any, value: Any, size: Any) -> Any:
     rest = b.srem(value, size)
-    return b.select(b.icmp_signed("<", rest, ir.Constant(I64, 0)), b.add(rest, size), rest)
+    return b.select(b.icmp_signed("<", rest, ir.Constant(size.type, 0)), b.add(rest, size), rest)

@@ -5,11 +5,15 @@ from __future__ import annotations
 from passgraph.language.scalar import ScalarProgram
 
 
-def argument_names(program: ScalarProgram, builtins: list[str]) -> list[str]:
-    """Members of the tuple: place, builtins in the program's order, images with their sizes, parameter blocks."""
+def argument_names(program: ScalarProgram, builtins: list[str], rings: tuple[int, ...] = ()) -> list[str]:
+    """Members of the tuple: place, builtins in the program's order, images with their sizes, parameter blocks.
+
+    Images kept in rings (see chains.py) come with the ring's columns and the one that it begins with.
+    """
     names = ["x", "y", "row", "width", "j", *builtins]
     for index in range(len(program.images)):
         names += [f"im{index}", f"im{index}_w", f"im{index}_h"]
+        names += [f"im{index}_pitch", f"im{index}_from"] if index in rings else []
     return [*names, "floats", "ints"]
 
 
@@ -25,3 +29,10 @@ def is_varying(name: str) -> bool:
 #: Rows of a triangle's planes: depth, 1/w, then the varyings.  Each is the value at the first corner and the change
 #: along x and along y.
 DEPTH, INVERSE_W, VARYINGS = 0, 1, 2
+
+#: Where a visible triangle's numbers lie: how far down its first corner is from pixel row 0, whether it faces the
+#: viewer, then for each plane its value on column 0 of that row, and its steps along x and y.
+TO_Y, FRONT, PLANES = 0, 1, 2
+
+#: Side of a tile in pixels: its colour and depth (a few formats) stay in a core's second-level cache.
+TILE = 64

@@ -7,6 +7,11 @@ from passgraph.draw_state import Blend, Stencil
 from passgraph.formats import Format
 from passgraph.plan.data import DrawStep
 
+#: A comparison of the new value with the held one.
+COMPARE = {
+    "never": "False", "less": "{0} < {1}", "equal": "{0} == {1}", "less_equal": "{0} <= {1}", "greater": "{0} > {1}",
+    "not_equal": "{0} != {1}", "greater_equal": "{0} >= {1}", "always": "True",
+}  # fmt: skip
 _STENCIL = {
     "keep": "held", "zero": "0", "replace": "{reference}", "increment": "min(held + 1, 255)",
     "increment_wrap": "(held + 1) & 255", "decrement": "max(held - 1, 0)", "decrement_wrap": "(held - 1) & 255",
@@ -16,8 +21,8 @@ _QUANTIZE = {"half": "pg_quantize_half({0})", "unorm8": "pg_quantize_unorm({0}, 
              "unorm16": "pg_quantize_unorm({0}, float32(65535.0))"}  # fmt: skip
 
 
-def stencil_compare(stencil: Stencil, compare: dict[str, str]) -> list[str]:
-    test = compare[stencil.compare].format(stencil.reference & stencil.read_mask, f"(held & {stencil.read_mask})")
+def stencil_compare(stencil: Stencil) -> list[str]:
+    test = COMPARE[stencil.compare].format(stencil.reference & stencil.read_mask, f"(held & {stencil.read_mask})")
     return ["held = int64(stencil[uint64(i)])", f"stencil_passes = {test}"]
 
 

@@ -9,8 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.base import Block, vertex_attribute
-from passgraph.backends.numpy.jit import load_module
-from passgraph.backends.numpy.raster_code import attributes_of, tile_module, vertex_module
+from passgraph.backends.numpy.llvm_names import TILE
+from passgraph.backends.numpy.raster_paint import Deferred, Forward, Triangles, no_uniforms
+from passgraph.backends.numpy.raster_shade import is_deferred
+from passgraph.backends.numpy.raster_vertices import VertexStage, attributes_of
 from passgraph.backends.numpy.workers import Workers
 from passgraph.plan.data import DrawStep
 
@@ -32,55 +34,39 @@ class Raster:
         self.step, self.workers, self.setup = step, workers, raster_setup
         self.width, self.height = step.size
         self.attributes = attributes_of(step)
-        self.vertices = load_module(*vertex_module(step), step.name).vertices
-        self.tile = load_module(*tile_module(step), step.name).tile
-        uses = step.fragment.images if step.fragment is not None else ()
-        names = [name for name, _ in step.images]
-        self.image_order = [names.index(use.name) for use in uses]
-        self.tiles_x = -(-self.width // raster_setup.TILE)
-        self.tiles_y = -(-self.height // raster_setup.TILE)
+        self.vertices = VertexStage(step)
+        self.paint = Deferred(step, workers) if is_deferred(step) else Forward(step, workers)
+        self.tiles_x = -(-self.width // TILE)
+        self.tiles_y = -(-self.height // TILE)
         self._mesh: Geometry | None = None
+        self.counts = self.cursors = np.zeros((0, 0), np.int64)
+        self.starts, self.lists = np.zeros(1, np.int64), np.empty(1, np.int32)
         self._warm_up()
 
     def _warm_up(self) -> None:
         """Compile by drawing nothing."""
-        from passgraph.backends.numpy.backend import _blanks, _dummies
-
         mesh = _Nothing()
-        uniforms = Block(np.zeros(1, np.float32), np.zeros(1, np.int32))
+        uniforms = no_uniforms()
         self._prepare(mesh)
         self._transform(mesh, uniforms)
         self._bin(self._assemble(mesh))
         self._mesh = None
-        lists = np.zeros(1, np.int32)
-        self.tile(
-            0, 0, 0, 0, lists, self.made, self.window_x, self.window_y, self.depth, self.inverse_w, self.varyings, 1, 1,
-            *_dummies(len(self.image_order)), *_blanks(len(self.step.outputs)),
-            np.zeros(1, np.float32), np.zeros(1, np.uint8), uniforms.floats, uniforms.ints,
-        )  # fmt: skip
+        self.paint.warm_up(self._triangles())
 
     def __call__(
         self, outputs: Sequence[Storage], depth: Storage | None, images: Sequence[Storage], geometry: Geometry,
         vertex: Block, fragment: Block,
     ) -> None:  # fmt: skip
-        self._clear(outputs, depth)
+        if depth is not None and depth.stencil is not None and self.step.depth_clear is not None:
+            depth.stencil.fill(self.step.state.clear_stencil)
         self._prepare(geometry)
         self._transform(geometry, vertex)
         ends = self._assemble(geometry)
         offsets, lists = self._bin(ends)
-        self._draw(outputs, depth, images, fragment, offsets, lists)
+        self.paint(outputs, depth, images, fragment, self._triangles(), offsets, lists)
 
-    def _clear(self, outputs: Sequence[Storage], depth: Storage | None) -> None:
-        from passgraph.backends.numpy.backend import quantized
-
-        for storage, clear in zip(outputs, self.step.clears, strict=True):
-            if clear is not None:
-                values = quantized(np.array(clear, np.float32), storage.format)
-                storage.values.reshape(-1, len(clear))[:] = values
-        if depth is not None and self.step.depth_clear is not None:
-            depth.values.fill(self.step.depth_clear)
-            if depth.stencil is not None:
-                depth.stencil.fill(self.step.state.clear_stencil)
+    def _triangles(self) -> Triangles:
+        return self.made, self.window_x, self.window_y, self.depth, self.inverse_w, self.varyings
 
     def _prepare(self, mesh: Geometry) -> None:
         """Attributes and scratch for a mesh, kept from run to run."""
@@ -99,16 +85,18 @@ class Raster:
         self.varyings = np.zeros((count, varyings), np.float32)
         self.window_x, self.window_y = np.zeros(count, np.int32), np.zeros(count, np.int32)
         self.depth, self.inverse_w = np.zeros(count, np.float64), np.zeros(count, np.float64)
+        self.codes = np.zeros(count, np.uint8)
 
     def _chunks(self, count: int) -> list[tuple[int, int]]:
         return [(first, min(count, first + CHUNK)) for first in range(0, count, CHUNK)]
 
     def _transform(self, mesh: Geometry, block: Block) -> None:
         chunks = self._chunks(len(mesh.positions))
+        run = self.vertices.bound(block, self.arrays, self.clip, self.varyings)
 
         def piece(number: int) -> None:
             first, last = chunks[number]
-            self.vertices(first, last, *self.arrays, block.floats, block.ints, self.clip, self.varyings)
+            run(first, last)
             self.setup.project(
                 first,
                 last,
@@ -119,6 +107,7 @@ class Raster:
                 self.window_y,
                 self.depth,
                 self.inverse_w,
+                self.codes,
             )
 
         self.workers.each(piece, len(chunks))
@@ -130,7 +119,7 @@ class Raster:
 
         def classify(number: int) -> None:
             first, last = chunks[number]
-            counts[number] = self.setup.classify(first, last, self.triangles, self.clip, self.kinds)
+            counts[number] = self.setup.classify(first, last, self.triangles, self.codes, self.kinds)
 
         self.workers.each(classify, len(chunks))
         corners = self.setup.MAX_CORNERS
@@ -146,7 +135,7 @@ class Raster:
         def assemble(number: int) -> None:
             first, last = chunks[number]
             end = self.setup.assemble(
-                first, last, self.triangles, self.kinds, self.clip, self.varyings, int(frees[number]),
+                first, last, self.triangles, self.kinds, self.codes, self.clip, self.varyings, int(frees[number]),
                 self.width, self.height,
                 cull, self.window_x, self.window_y, self.depth, self.inverse_w, self.made, int(starts[number]),
             )  # fmt: skip
@@ -157,7 +146,7 @@ class Raster:
 
     def _grow(self, vertices: int, triangles: int) -> None:
         """More room, keeping what is there."""
-        for name in ("clip", "varyings", "window_x", "window_y", "depth", "inverse_w"):
+        for name in ("clip", "varyings", "window_x", "window_y", "depth", "inverse_w", "codes"):
             array = getattr(self, name)
             if len(array) < vertices:
                 grown = np.zeros((vertices, *array.shape[1:]), array.dtype)
@@ -169,44 +158,27 @@ class Raster:
     def _bin(self, ends: list[tuple[int, int]]) -> tuple[NDArray[np.int64], NDArray[np.int32]]:
         """Each tile's triangles in submission order: offsets of tiles into one list."""
         tiles = self.tiles_x * self.tiles_y
-        counts = np.zeros((len(ends), tiles), np.int64)
+        if self.counts.shape != (len(ends), tiles):
+            self.counts, self.cursors = np.zeros((len(ends), tiles), np.int64), np.zeros((len(ends), tiles), np.int64)
+            self.starts = np.zeros(len(ends) * tiles + 1, np.int64)
+        self.counts.fill(0)
 
         def count(number: int) -> None:
-            self.setup.count_tiles(*ends[number], self.made, self.tiles_x, counts[number])
+            self.setup.count_tiles(*ends[number], self.made, self.tiles_x, self.counts[number])
 
         self.workers.each(count, len(ends))
-        by_tile = counts.T.ravel()
-        starts = np.concatenate([[0], np.cumsum(by_tile)])
-        cursors = starts[:-1].reshape(tiles, len(ends)).T.copy()  # filling moves them on
-        lists = np.empty(max(1, int(starts[-1])), np.int32)
+        by_tile = self.starts[1:].reshape(tiles, len(ends))
+        by_tile[:] = self.counts.T
+        np.cumsum(self.starts[1:], out=self.starts[1:])
+        self.cursors[:] = self.starts[:-1].reshape(tiles, len(ends)).T  # filling moves them on
+        if len(self.lists) < self.starts[-1]:
+            self.lists = np.empty(int(self.starts[-1]) * 5 // 4, np.int32)
 
         def fill(number: int) -> None:
-            self.setup.fill_tiles(*ends[number], self.made, self.tiles_x, cursors[number], lists)
+            self.setup.fill_tiles(*ends[number], self.made, self.tiles_x, self.cursors[number], self.lists)
 
         self.workers.each(fill, len(ends))
-        return starts[:: len(ends)].astype(np.int64), lists
-
-    def _draw(
-        self, outputs: Sequence[Storage], depth: Storage | None, images: Sequence[Storage], block: Block,
-        offsets: NDArray[np.int64], lists: NDArray[np.int32],
-    ) -> None:  # fmt: skip
-        from passgraph.backends.numpy.backend import _image_arguments
-
-        arguments = _image_arguments(images, self.image_order)
-        stores = [output.values for output in outputs]
-        depths = depth.values if depth is not None else np.zeros(1, np.float32)
-        stencil = depth.stencil if depth is not None and depth.stencil is not None else np.zeros(1, np.uint8)
-        busy = np.flatnonzero(np.diff(offsets))
-
-        def piece(number: int) -> None:
-            tile = int(busy[number])
-            self.tile(
-                tile % self.tiles_x, tile // self.tiles_x, int(offsets[tile]), int(offsets[tile + 1]), lists, self.made,
-                self.window_x, self.window_y, self.depth, self.inverse_w, self.varyings, self.width, self.height,
-                *arguments, *stores, depths, stencil, block.floats, block.ints,
-            )  # fmt: skip
-
-        self.workers.each(piece, len(busy))
+        return np.ascontiguousarray(self.starts[:: len(ends)]), self.lists
 
 
 class _Nothing:

@@ -1,44 +1,17 @@
-"""Generated code of a draw: the vertex stage, and tiles of fragments with the draw's state baked in."""
+"""Generated code of a draw whose fragments depend on one another, with the draw's state baked in."""
 
 from __future__ import annotations
 
 from passgraph.backends.numpy.jit import HEADER, indented
-from passgraph.backends.numpy.llvm_names import PLANE_ARGUMENTS, VARYINGS, argument_names, is_varying
-from passgraph.backends.numpy.merge_code import merge_lines, stencil_compare
+from passgraph.backends.numpy.llvm_names import PLANE_ARGUMENTS, TILE, argument_names, is_varying
+from passgraph.backends.numpy.merge_code import COMPARE, merge_lines, stencil_compare
 from passgraph.backends.numpy.pixel_code import builtin
-from passgraph.backends.numpy.raster_setup import TILE
+from passgraph.backends.numpy.raster_shade import plane_rows
 from passgraph.language.scalar import walk
 from passgraph.plan.data import DrawStep
 
 #: A longer fragment kernel is compiled apart from the loop over pixels, where it would take LLVM seconds.
 MAX_INLINED_INSTRUCTIONS = 100
-_COMPARE = {
-    "never": "False", "less": "{0} < {1}", "equal": "{0} == {1}", "less_equal": "{0} <= {1}", "greater": "{0} > {1}",
-    "not_equal": "{0} != {1}", "greater_equal": "{0} >= {1}", "always": "True",
-}  # fmt: skip
-
-
-def attributes_of(step: DrawStep) -> list[str]:
-    """Mesh attributes that the vertex program reads, in the order of the arguments of ``vertices``."""
-    return sorted({name.split(".")[1] for name, _ in step.vertex.builtins if name.startswith("vertex.")})
-
-
-def vertex_module(step: DrawStep) -> tuple[str, dict[str, object]]:
-    """A module with ``vertices(first, last, attributes…, floats, ints, clip, varyings)``."""
-    program = step.vertex
-    names = attributes_of(step)
-    builtins = [f"a_{name.split('.')[1]}[v, {name.split('.')[2]}]" for name, _ in program.builtins]
-    given = ", ".join(argument_names(program, builtins))
-    stores = [f"clip[v, {c}] = r[{c}]" for c in range(4)]
-    stores += [f"varyings[v, {c}] = r[{c + 4}]" for c in range(len(step.varyings))]
-    arguments = ", ".join(["first", "last", *(f"a_{n}" for n in names), "floats", "ints", "clip", "varyings"])
-    lines = [
-        "x = y = row = width = j = 0",
-        "for v in range(first, last):",
-        *indented([f"r = body(({given},))", *stores]),
-    ]
-    text = [HEADER, "body = body_intrinsic(PROGRAM, False)", f"def vertices({arguments}):", *indented(lines)]
-    return "\n".join([*text, "vertices = compiled(vertices)", ""]), {"PROGRAM": program}
 
 
 def tile_module(step: DrawStep) -> tuple[str, dict[str, object]]:
@@ -63,7 +36,7 @@ def tile_module(step: DrawStep) -> tuple[str, dict[str, object]]:
         arguments += [f"im{index}", f"im{index}_w", f"im{index}_h"]
     arguments += [f"out{index}" for index in range(len(step.outputs))]
     arguments += ["depth", "stencil", "floats", "ints"]
-    text = [HEADER, "from passgraph.backends.numpy.raster_triangle import row_values, span, triangle"]
+    text = [HEADER, "from passgraph.backends.numpy.raster_triangle import edges_at, row_values, span, triangle"]
     if step.fragment is not None:
         apart = sum(1 for _ in walk(step.fragment.body)) > MAX_INLINED_INSTRUCTIONS
         text.append(f"body = body_intrinsic(PROGRAM, False, apart={apart}, varyings={step.varyings!r})")
@@ -93,24 +66,26 @@ def _fragment_call(step: DrawStep) -> list[str]:
 def _triangle_loop(step: DrawStep, pixel: list[str]) -> list[str]:
     """Triangles of the tile, rows of the triangle, the span of each row."""
     factor, units = step.state.polygon_offset
-    count = VARYINGS + len(step.varyings) if step.varyings else 1
     last = TILE - 1
     return [
-        f"planes, values, edges = np.empty(({count}, 3)), np.empty({count}), np.empty(9, np.int64)",
+        f"planes, values = np.empty(({plane_rows(step)}, 3)), np.empty({plane_rows(step)})",
+        "edges = np.empty(9, np.int64)",
         f"x_low, y_low = tile_x * {TILE}, tile_y * {TILE}",
         "for n in range(begin, end):",
         *indented(
             [
-                "corners = made[lists[n]]",
-                "front = corners[3] != 0",
-                "left, top = max(int64(corners[4]), x_low), max(int64(corners[5]), y_low)",
-                f"right, bottom = min(int64(corners[6]), x_low + {last}), min(int64(corners[7]), y_low + {last})",
-                f"to_x, to_y = triangle(corners, wx, wy, wz, iw, vary, {factor!r}, {units!r}, left, top, "
-                "planes, edges)",
+                "t = lists[n]",
+                "front = made[t, 3] != 0",
+                "left, top = max(int64(made[t, 4]), x_low), max(int64(made[t, 5]), y_low)",
+                f"right, bottom = min(int64(made[t, 6]), x_low + {last}), min(int64(made[t, 7]), y_low + {last})",
+                f"to_x, to_y = triangle(t, made, wx, wy, wz, iw, vary, {factor!r}, {units!r}, planes)",
+                "edges_at(t, made, wx, wy, left, top, edges)",
                 "for y in range(top, bottom + 1):",
                 *indented(
                     [
-                        "first, last = span(edges, y - top, left, right)",
+                        "down = y - top",
+                        "first, last = span(edges[0] + edges[6] * down, edges[1] + edges[7] * down, "
+                        "edges[2] + edges[8] * down, edges[3], edges[4], edges[5], left, right)",
                         "if first > last:",
                         "    continue",
                         "row_values(planes, to_x, to_y + y, values)",
@@ -131,9 +106,9 @@ def _pixel_lines(step: DrawStep) -> list[str]:
     program, stencil = step.fragment, step.state.stencil
     kernel = _fragment_call(step)
     has_depth = step.depth is not None
-    passes = _COMPARE[step.state.depth_compare].format("z", "depth[uint64(i)]") if has_depth else "True"
+    passes = COMPARE[step.state.depth_compare].format("z", "depth[uint64(i)]") if has_depth else "True"
     tests = [f"depth_passes = {passes}"]
-    tests += stencil_compare(stencil, _COMPARE) if stencil is not None else ["stencil_passes = True"]
+    tests += stencil_compare(stencil) if stencil is not None else ["stencil_passes = True"]
     write_depth = ["depth[uint64(i)] = z"] if has_depth and step.state.depth_write else []
     if program is not None and program.keep is not None:
         place = sum(len(output.values) for output in program.outputs)

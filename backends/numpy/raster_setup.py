@@ -12,37 +12,40 @@ from typing import Any
 import numpy as np
 
 from passgraph.backends.numpy.jit import compiled
+from passgraph.backends.numpy.llvm_names import TILE
 
 #: Window coordinates carry 8 bits below the pixel.
 SUBPIXEL = 256
-#: Side of a tile in pixels: its colour and depth (a few formats) stay in a core's second-level cache.
-TILE = 64
 #: A triangle cut by six planes has at most nine corners.
 MAX_CORNERS = 9
 #: Vertices beyond this many half-screens from the centre are clipped, so that fixed point and int64 suffice.
 GUARD_BAND = 8.0
 
 REJECTED, DIRECT, CLIPPED = 0, 1, 2
+#: Bits of a vertex's code: outside near, far and the four sides; beyond the guard band or behind the eye.
+SIDES, BEYOND = 63, 64
+#: With any of these a triangle is cut.
+CLIPPING = 1 | 2 | BEYOND
 
 
 def _project(
-    first: Any,
-    last: Any,
-    clip: Any,
-    width: Any,
-    height: Any,
-    window_x: Any,
-    window_y: Any,
-    depth: Any,
-    inverse_w: Any,
-) -> None:
-    """Window coordinates of vertices in front of the eye; others are never used unclipped."""
+    first: Any, last: Any, clip: Any, width: Any, height: Any,
+    window_x: Any, window_y: Any, depth: Any, inverse_w: Any, codes: Any,
+) -> None:  # fmt: skip
+    """Outside which planes vertices lie, and window coordinates of those in front of the eye: others are never used
+    unclipped."""
     for v in range(first, last):
-        w = clip[v, 3]
+        x, y, z, w = clip[v, 0], clip[v, 1], clip[v, 2], clip[v, 3]
+        # Written so that NaN counts as outside.
+        code = (0 if z + w >= 0.0 else 1) | (0 if w - z >= 0.0 else 2)
+        code |= (4 if x > w else 0) | (8 if x < -w else 0) | (16 if y > w else 0) | (32 if y < -w else 0)
+        if not (w > 0.0 and abs(x) <= 8.0 * w and abs(y) <= 8.0 * w):
+            code |= BEYOND
+        codes[v] = code
         if w > 0:
-            window_x[v] = np.int32(min(max(np.rint((clip[v, 0] / w * 0.5 + 0.5) * width * 256.0), -1.0e9), 1.0e9))
-            window_y[v] = np.int32(min(max(np.rint((0.5 - clip[v, 1] / w * 0.5) * height * 256.0), -1.0e9), 1.0e9))
-            depth[v] = clip[v, 2] / w * 0.5 + 0.5
+            window_x[v] = np.int32(min(max(np.rint((x / w * 0.5 + 0.5) * width * 256.0), -1.0e9), 1.0e9))
+            window_y[v] = np.int32(min(max(np.rint((0.5 - y / w * 0.5) * height * 256.0), -1.0e9), 1.0e9))
+            depth[v] = z / w * 0.5 + 0.5
             inverse_w[v] = 1.0 / w
 
 
@@ -62,42 +65,20 @@ def _distance(clip: Any, v: Any, plane: Any) -> Any:
     return 8.0 * w + y
 
 
-def _classify(first: Any, last: Any, triangles: Any, clip: Any, kinds: Any) -> Any:
+def _classify(first: Any, last: Any, triangles: Any, codes: Any, kinds: Any) -> Any:
     """Which triangles are outside, whole, or to be clipped; returns how many of the last two."""
     direct = 0
     clipped = 0
     for t in range(first, last):
-        kind = DIRECT
-        outside = 63
-        for k in range(3):
-            v = triangles[t, k]
-            x, y, z, w = clip[v, 0], clip[v, 1], clip[v, 2], clip[v, 3]
-            # Written so that NaN counts as outside.
-            if not (z + w >= 0.0) or not (w - z >= 0.0) or not (w > 0.0):
-                kind = CLIPPED
-            if not (abs(x) <= 8.0 * w) or not (abs(y) <= 8.0 * w):
-                kind = CLIPPED
-            mine = 0
-            if not (z + w >= 0.0):
-                mine |= 1
-            if not (w - z >= 0.0):
-                mine |= 2
-            if x > w:
-                mine |= 4
-            if x < -w:
-                mine |= 8
-            if y > w:
-                mine |= 16
-            if y < -w:
-                mine |= 32
-            outside &= mine
-        if outside != 0:
-            kind = REJECTED
-        kinds[t] = kind
-        if kind == DIRECT:
-            direct += 1
-        elif kind == CLIPPED:
+        a, b, c = codes[triangles[t, 0]], codes[triangles[t, 1]], codes[triangles[t, 2]]
+        if a & b & c & SIDES:
+            kinds[t] = REJECTED
+        elif (a | b | c) & CLIPPING:
+            kinds[t] = CLIPPED
             clipped += 1
+        else:
+            kinds[t] = DIRECT
+            direct += 1
     return direct, clipped
 
 
@@ -146,6 +127,17 @@ def _clip(t: Any, triangles: Any, clip: Any, varyings: Any, free: Any, corners: 
     return count, free
 
 
+def _holds(x0: Any, y0: Any, x1: Any, y1: Any, x2: Any, y2: Any, px: Any, py: Any) -> Any:
+    """Whether a triangle of positive area covers a point (rule 4; as ``edges_at`` of raster_triangle.py)."""
+    return edge(x0, y0, x1, y1, px, py) >= 0 and edge(x1, y1, x2, y2, px, py) >= 0 and edge(x2, y2, x0, y0, px, py) >= 0
+
+
+def _edge(x0: Any, y0: Any, x1: Any, y1: Any, px: Any, py: Any) -> Any:
+    """Positive inside, less one where the edge is neither top nor left."""
+    dx, dy = x1 - x0, y1 - y0
+    return dx * (py - y0) - dy * (px - x0) - (0 if dy < 0 or (dy == 0 and dx > 0) else 1)
+
+
 def _keep(
     a: Any,
     b: Any,
@@ -172,6 +164,12 @@ def _keep(
     right, bottom = min(right, width - 1), min(bottom, height - 1)
     if left > right or top > bottom:
         return at
+    if left == right and top == bottom:
+        # Most triangles of dense meshes: one centre in the bounding box, which the triangle itself may miss.
+        if area < 0:
+            x1, y1, x2, y2 = x2, y2, x1, y1
+        if not holds(x0, y0, x1, y1, x2, y2, left * 256 + 128, top * 256 + 128):
+            return at
     made[at, 0] = a
     made[at, 1] = c if area < 0 else b
     made[at, 2] = b if area < 0 else c
@@ -181,7 +179,7 @@ def _keep(
 
 
 def _assemble(
-    first: Any, last: Any, triangles: Any, kinds: Any, clip: Any, varyings: Any, free: Any,
+    first: Any, last: Any, triangles: Any, kinds: Any, codes: Any, clip: Any, varyings: Any, free: Any,
     width: Any, height: Any, cull: Any,
     window_x: Any, window_y: Any, depth: Any, inverse_w: Any, made: Any, at: Any,
 ) -> Any:  # fmt: skip
@@ -205,7 +203,7 @@ def _assemble(
         elif kinds[t] == CLIPPED:
             begin = free
             count, free = clip_triangle(t, triangles, clip, varyings, free, corners, cut)
-            project(begin, free, clip, width, height, window_x, window_y, depth, inverse_w)
+            project(begin, free, clip, width, height, window_x, window_y, depth, inverse_w, codes)
             good = True
             for k in range(count):
                 if not (clip[corners[k], 3] > 0.0):
@@ -230,16 +228,16 @@ def _assemble(
 def _count(first: Any, last: Any, made: Any, tiles_x: Any, counts: Any) -> None:
     """How many triangles of a chunk touch each tile (by bounding box)."""
     for t in range(first, last):
-        for ty in range(made[t, 5] >> 6, (made[t, 7] >> 6) + 1):
-            for tx in range(made[t, 4] >> 6, (made[t, 6] >> 6) + 1):
+        for ty in range(made[t, 5] // TILE, made[t, 7] // TILE + 1):
+            for tx in range(made[t, 4] // TILE, made[t, 6] // TILE + 1):
                 counts[ty * tiles_x + tx] += 1
 
 
 def _fill(first: Any, last: Any, made: Any, tiles_x: Any, cursor: Any, lists: Any) -> None:
     """The triangles of a chunk into the tiles' lists, in order, from ``cursor[tile]`` on."""
     for t in range(first, last):
-        for ty in range(made[t, 5] >> 6, (made[t, 7] >> 6) + 1):
-            for tx in range(made[t, 4] >> 6, (made[t, 6] >> 6) + 1):
+        for ty in range(made[t, 5] // TILE, made[t, 7] // TILE + 1):
+            for tx in range(made[t, 4] // TILE, made[t, 6] // TILE + 1):
                 tile = ty * tiles_x + tx
                 lists[cursor[tile]] = t
                 cursor[tile] += 1
@@ -250,6 +248,8 @@ lerp = compiled(_lerp)
 project = compiled(_project)
 classify = compiled(_classify)
 clip_triangle = compiled(_clip)
+edge = compiled(_edge)
+holds = compiled(_holds)
 keep = compiled(_keep)
 assemble = compiled(_assemble)
 count_tiles = compiled(_count)

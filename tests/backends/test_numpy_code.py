@@ -2,19 +2,28 @@
 
 from __future__ import annotations
 
+import gc
 import os
+import platform
+import re
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import passgraph as pg
+from passgraph.backends.numpy import jit
 from passgraph.backends.numpy.backend import NumpyBackend
-from passgraph.backends.numpy.jit import cache_folder, load_module
+from passgraph.backends.numpy.chains import Tiling, alone
+from passgraph.backends.numpy.jit import cache_folder
 from passgraph.backends.numpy.pixel_code import pixel_module
+from passgraph.backends.numpy.pixel_runner import PixelRun
+from passgraph.backends.numpy.workers import Workers
 from passgraph.errors import BackendError
+from passgraph.formats import format_named
 from passgraph.plan.data import PixelStep
 
 GATHER = """
@@ -44,38 +53,54 @@ def pixel_step(text: str) -> PixelStep:
     return step
 
 
+def machine_code(text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[str, str]:
+    """LLVM and assembly of a pass compiled afresh: code from a cache keeps no text."""
+    monkeypatch.setenv("PASSGRAPH_CACHE", str(tmp_path))
+    monkeypatch.setattr(jit, "_loaded", {})
+    (stage,) = chain = alone(pixel_step(text))
+    tiles = Tiling(1, *stage.step.size, 1)
+    with Workers(1) as workers:
+        function = PixelRun(chain, tiles, workers).function
+    return next(iter(function.inspect_llvm().values())), next(iter(function.inspect_asm().values()))
+
+
 def test_arrays_are_promised_not_to_overlap(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("PASSGRAPH_CACHE", str(tmp_path))  # a new folder: code from a cache keeps no text
-    module = load_module(*pixel_module(pixel_step(GATHER), (1,)), "gather")
-    call = [
-        *[np.zeros(4, np.float32), 1, 1] * 2,
-        np.zeros(1, np.float32),
-        np.zeros(1, np.float32),
-        np.zeros(1, np.int32),
-    ]
-    module.rows(0, 0, 1, 1, *call)
-    assert "noalias" in next(iter(module.rows.inspect_llvm().values()))
+    assert "noalias" in machine_code(GATHER, tmp_path, monkeypatch)[0]
 
 
 def test_compiled_code_is_vectorised(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """One kernel whose loop is vectorised has packed instructions; a scalar one would have none of them."""
-    monkeypatch.setenv("PASSGRAPH_CACHE", str(tmp_path))
-    text, programs = pixel_module(pixel_step(BLUR), (4,))
-    module = load_module(text + "# another key: compiled afresh\n", programs, "blur")
-    module.rows(
-        0,
-        0,
-        1,
-        1,
-        np.zeros(4, np.float32),
-        1,
-        1,
-        np.zeros(4, np.float32),
-        np.zeros(1, np.float32),
-        np.zeros(1, np.int32),
-    )
-    assembly = next(iter(module.rows.inspect_asm().values()))
+    _, assembly = machine_code(BLUR, tmp_path, monkeypatch)
     assert "mulps" in assembly or "fmul\tv" in assembly
+
+
+@pytest.mark.skipif(platform.machine() not in ("x86_64", "AMD64"), reason="about instructions of x86")
+def test_reads_anywhere_are_vectorised_without_gather_instructions(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The comparisons are packed, and so are the conversions to texel numbers; each texel is a load of its own."""
+    _, assembly = machine_code(GATHER, tmp_path, monkeypatch)
+    instructions = re.findall(r"^\t(v?[a-z0-9]+)\b", assembly, re.MULTILINE)
+    assert any(name.startswith(("vcmp", "cmp")) and name.endswith("ps") for name in instructions)
+    assert {"vcvttps2dq", "cvttps2dq"} & set(instructions)
+    assert not [name for name in instructions if "gather" in name]
+
+
+def test_products_and_sums_round_one_by_one() -> None:
+    """No a * b + c becomes a fused operation, which would round once: bits must not depend on what is fused."""
+    size = (64, 48)
+    rng = np.random.default_rng(3)
+    a, b, c = (rng.random((size[1], size[0], 4), np.float32) for _ in range(3))
+    kernel = pg.kernel(
+        source="def sums(a: Image, b: Image, c: Image) -> tuple[vec4, vec4]:\n"
+        "    return a[0, 0] * b[0, 0] + c[0, 0], a[0, 0] * b[0, 0] - c[0, 0]"
+    )
+    images = [pg.Input(name, "rgba32f", size) for name in "abc"]
+    made = kernel(*images, into=(pg.target("plus", "rgba32f"), pg.target("minus", "rgba32f")))
+    with pg.compile(made, "numpy") as program:
+        found = program(a=a, b=b, c=c)
+    np.testing.assert_array_equal(found["plus"], a * b + c)
+    np.testing.assert_array_equal(found["minus"], a * b - c)
 
 
 def run_twice(backend: str) -> np.ndarray:
@@ -113,8 +138,8 @@ kernel = pg.kernel(source=sys.argv[1])
 with pg.compile(kernel(pg.Input("frame")), backend="numpy") as program:
     program(frame=np.zeros((16, 16, 4), np.float32))
 from passgraph.backends.numpy import jit
-hits = sum(sum(m.rows.stats.cache_hits.values()) for m in jit._loaded.values() if hasattr(m, "rows"))
-misses = sum(sum(m.rows.stats.cache_misses.values()) for m in jit._loaded.values() if hasattr(m, "rows"))
+hits = sum(sum(m.pieces.stats.cache_hits.values()) for m in jit._loaded.values() if hasattr(m, "pieces"))
+misses = sum(sum(m.pieces.stats.cache_misses.values()) for m in jit._loaded.values() if hasattr(m, "pieces"))
 print(hits, misses)
 """
 
@@ -145,7 +170,8 @@ def test_a_cache_that_others_may_write_to_is_refused(tmp_path: Path, monkeypatch
 
 
 def test_generated_code_holds_no_name_of_the_users() -> None:
-    text, _ = pixel_module(pixel_step(GATHER.replace("color", "os_system").replace("gather", "evil")), (1,))
+    step = pixel_step(GATHER.replace("color", "os_system").replace("gather", "evil"))
+    text, _ = pixel_module(alone(step))
     assert "os_system" not in text and "evil" not in text
 
 
@@ -154,6 +180,42 @@ def test_device_is_a_number_of_threads() -> None:
         assert backend.workers.count == 3
     with pytest.raises(BackendError, match=r"number of threads.*'fast'"):
         NumpyBackend("fast")
+
+
+def test_pictures_too_large_to_count_are_refused() -> None:
+    with NumpyBackend("1") as backend, pytest.raises(BackendError, match=r"65536x32768 target has more pixels"):
+        backend.make(format_named("r8"), (65536, 32768))
+
+
+def test_pieces_run_side_by_side_and_each_once() -> None:
+    """Two threads meet at a barrier, which one thread alone would never pass."""
+    meeting, seen = threading.Barrier(2, timeout=60), []
+
+    def piece(number: int) -> None:
+        if number < 2:
+            meeting.wait()
+        seen.append(number)
+
+    with Workers(2) as workers:
+        workers.each(piece, 50)
+    assert sorted(seen) == list(range(50))
+
+
+def test_closed_or_forgotten_workers_leave_no_thread() -> None:
+    def names() -> set[str]:
+        return {thread.name for thread in threading.enumerate()}
+
+    before = names()
+    closed, forgotten = Workers(3), Workers(3)
+    for workers in (closed, forgotten):
+        workers.each(lambda number: None, 9)
+    assert len(names() - before) == 2
+    closed.close()
+    closed.close()
+    closed.each(lambda number: None, 9)  # alone, in the caller's thread
+    del forgotten, workers
+    gc.collect()
+    assert names() == before
 
 
 def test_an_exception_in_one_thread_reaches_the_caller() -> None:

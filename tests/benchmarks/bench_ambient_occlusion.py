@@ -17,6 +17,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, redirect_stderr
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,9 @@ from passgraph.effects.soft_shadow import soft_shadow
 from passgraph.scene import Material, Node
 from passgraph.scene.floor import floor_node
 from passgraph.scene.teapot import teapot_mesh
+
+sys.path.insert(0, str(Path(__file__).parent))
+from harness import Ratio
 
 FRAMES = 7
 SAMPLES = 32
@@ -108,17 +112,16 @@ def theirs(made: pg.Scene, size: tuple[int, int]) -> Iterator[dict[str, Callable
         plotter.close()
 
 
-def main() -> dict[tuple[str, str], tuple[float, float]]:
+def measure(
+    made: pg.Scene, backends: list[str], size: tuple[int, int], turns: int
+) -> dict[tuple[str, str], tuple[float, float]]:
     """Wall and processor milliseconds of a frame by engine and kind."""
-    width, height = (int(v) for v in (sys.argv[1] if len(sys.argv) > 1 else "1280x720").split("x"))
-    backends = (sys.argv[2] if len(sys.argv) > 2 else "gl,numpy,opencl").split(",")
-    made = scene()
     wall: dict[tuple[str, str], list[float]] = {}
     work: dict[tuple[str, str], list[float]] = {}
     with ExitStack() as stack:
-        engines = {"pyvista": stack.enter_context(theirs(made, (width, height)))}
-        engines |= {name: stack.enter_context(ours(made, name, (width, height))) for name in backends}
-        for turn in range(FRAMES + 1):
+        engines = {"pyvista": stack.enter_context(theirs(made, size))}
+        engines |= {name: stack.enter_context(ours(made, name, size)) for name in backends}
+        for turn in range(turns + 1):
             for engine, frames in engines.items():
                 for kind, run in frames.items():
                     begin, used = time.perf_counter(), time.process_time()
@@ -126,7 +129,21 @@ def main() -> dict[tuple[str, str], tuple[float, float]]:
                     if turn:
                         wall.setdefault((engine, kind), []).append(time.perf_counter() - begin)
                         work.setdefault((engine, kind), []).append(time.process_time() - used)
-    measured = {key: (statistics.median(values) * 1e3, min(work[key]) * 1e3) for key, values in wall.items()}
+    return {key: (statistics.median(values) * 1e3, min(work[key]) * 1e3) for key, values in wall.items()}
+
+
+def ratios(size: tuple[int, int] = (1280, 720), turns: int = FRAMES) -> list[Ratio]:
+    """The whole frame with ssao on gl beside pyvista's, by the clock."""
+    measured = measure(scene(), ["gl"], size, turns)
+    mine, other = (measured[engine, "ssao"][0] for engine in ("gl", "pyvista"))
+    return [Ratio("AO frame, gl / pyvista", mine / other, 1.0, mine, other)]
+
+
+def main() -> None:
+    width, height = (int(v) for v in (sys.argv[1] if len(sys.argv) > 1 else "1280x720").split("x"))
+    backends = (sys.argv[2] if len(sys.argv) > 2 else "gl,numpy,opencl").split(",")
+    made = scene()
+    measured = measure(made, backends, (width, height), FRAMES)
     print(f"{made.triangle_count} triangles, {width}x{height}, {SAMPLES} samples a pixel")
     print("                       frame        added        of pyvista's: frame, added; wall time (processor time)")
     for (engine, kind), frame in measured.items():
@@ -139,7 +156,6 @@ def main() -> dict[tuple[str, str], tuple[float, float]]:
             line += f"   {frame[0] / peer[0]:.2f} ({frame[1] / peer[1]:.2f})"
             line += f"  {added[0] / (peer[0] - bare[0]):.2f} ({added[1] / (peer[1] - bare[1]):.2f})"
         print(line)
-    return measured
 
 
 if __name__ == "__main__":

@@ -17,6 +17,7 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
+from harness import Ratio
 from peers import Peer, compare, serve
 
 SIZE = (1920, 1080)
@@ -72,7 +73,7 @@ def peer(name: str) -> None:
     serve(frame, f"arcade {arcade.__version__} {name} on {context.info.RENDERER}")
 
 
-def main(python: str) -> dict[str, float]:
+def ratios(python: str, runs: int = FRAMES) -> list[Ratio]:
     import passgraph as pg
     from passgraph.effects import bloom, gaussian_blur
 
@@ -83,7 +84,7 @@ def main(python: str) -> dict[str, float]:
         "filter": bloom(given, moving, 0.5, 5, into=pg.target("shown", "rgba16f")),
         "effect": bloom(given, moving, 0.5, 4, into=pg.target("shown", "rgba16f")),
     }
-    ratios = {}
+    found = []
     for name, made in cases.items():
         with pg.compile(made, backend="gl", size=SIZE) as program:
             frames = iter(range(1 << 30))
@@ -93,7 +94,7 @@ def main(python: str) -> dict[str, float]:
                 program.finish()
 
             other = Peer(python, __file__, name, dict(os.environ))
-            ratios[name] = compare(f"bloom beside {name}", frame, other, FRAMES)
+            found.append(compare(f"bloom beside {name}", frame, other, runs, 1.0))
             other.close()
     for format in ("rgba16f", "rgba8"):
         pixels = pg.Input("frame", "rgba8", SIZE, static=True)
@@ -107,13 +108,13 @@ def main(python: str) -> dict[str, float]:
                 program.finish()
 
             other = Peer(python, __file__, "gaussian", dict(os.environ))
-            ratios[format] = compare(f"Gaussian blur, 11 taps, {format}", frame, other, FRAMES)
+            found.append(compare(f"Gaussian blur, 11 taps, {format}", frame, other, runs, 1.0))
             other.close()
-    return ratios
+    return found
 
 
 if __name__ == "__main__":
     if sys.argv[1:2] == ["--peer"]:
         peer(sys.argv[2])
     else:
-        main(sys.argv[1] if len(sys.argv) > 1 else sys.executable)
+        ratios(sys.argv[1] if len(sys.argv) > 1 else sys.executable)

@@ -8,10 +8,9 @@ is the median of neighbouring pairs.
 
 from __future__ import annotations
 
-import statistics
 import sys
-import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import moderngl
@@ -24,6 +23,9 @@ from passgraph.formats import format_named
 from passgraph.language.layout import pack
 from passgraph.plan.build import build
 from passgraph.plan.data import PixelStep
+
+sys.path.insert(0, str(Path(__file__).parent))
+from harness import Ratio, interleaved, ratio_of
 
 SIZE = (1920, 1080)
 WEIGHTS = (0.2126, 0.7152, 0.0722)
@@ -111,13 +113,9 @@ def by_hand(
     return go, read
 
 
-def seconds(run: Callable[[], None]) -> float:
-    start = time.perf_counter()
-    run()
-    return time.perf_counter() - start
-
-
-def main(runs: int = 15) -> None:
+def ratios(runs: int = 15) -> list[Ratio]:
+    """Generated over hand-written, for each shader."""
+    found = []
     picture = np.random.default_rng(1).random((SIZE[1], SIZE[0], 4), np.float32)
     with GLBackend() as backend, backend.context:
         context = moderngl.create_context(context=backend.context.native)
@@ -131,15 +129,15 @@ def main(runs: int = 15) -> None:
             hand, read_hand = by_hand(backend, context, shader, weights, picture)
             mine(), hand()
             difference = float(np.abs(read_mine() - read_hand()).max())
-            pairs = [(seconds(mine), seconds(hand)) for _ in range(runs)]
-            a, b = (statistics.median(column) for column in zip(*pairs, strict=True))
-            # Neighbours in time share whatever else the machine does.
-            ratio = statistics.median(x / y for x, y in pairs)
+            times = interleaved({"gl": mine, "hand": hand}, runs)
+            ratio = ratio_of(f"{name}, gl / written by hand", times["gl"], times["hand"], 1.05)
             print(
-                f"{name}: gl {a * 1e3:.2f} ms, by hand {b * 1e3:.2f} ms, ratio {ratio:.3f}, "
+                f"{name}: gl {ratio.ms:.2f} ms, by hand {ratio.other_ms:.2f} ms, ratio {ratio.got:.3f}, "
                 f"largest difference {difference:.1e}"
             )
+            found.append(ratio)
+    return found
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 15)
+    ratios(int(sys.argv[1]) if len(sys.argv) > 1 else 15)

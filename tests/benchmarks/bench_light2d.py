@@ -21,6 +21,7 @@ from pathlib import Path
 import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
+from harness import Ratio
 from peers import Peer, compare, serve
 
 SIZE = (1920, 1080)
@@ -62,7 +63,7 @@ def peer() -> None:
     serve(frame, f"pygame-light2d on {engine.ctx.info['GL_RENDERER']}")
 
 
-def beside_the_peer(python: str) -> float:
+def ratios(python: str, frames: int = FRAMES) -> list[Ratio]:
     import passgraph as pg
     from passgraph.effects.light2d import Light2D, Wall, Window, lit, live_light_map
 
@@ -79,9 +80,9 @@ def beside_the_peer(python: str) -> float:
             program.finish()
 
         other = Peer(python, __file__, "light2d", environment)
-        ratio = compare("8 lights, 32 boxes", frame, other, FRAMES)
+        ratio = compare("8 lights, 32 boxes", frame, other, frames, 20.0)
         other.close()
-    return ratio
+    return [ratio]
 
 
 def by_the_hundred(backend: str) -> None:
@@ -112,11 +113,10 @@ def by_the_hundred(backend: str) -> None:
         )
 
 
-def main(python: str) -> float:
-    ratio = beside_the_peer(python)
+def main(python: str) -> None:
+    ratios(python)
     for backend in ("gl", "numpy"):
         by_the_hundred(backend)
-    return ratio
 
 
 if __name__ == "__main__":

@@ -54,8 +54,8 @@ def main() -> dict[str, float]:
     jobs = {
         "parallel copy": parallel_copy(flat, np.empty_like(flat)),
         # The steps alone: uploading is a copy of its own.
-        "B&W": lambda: [execute({}) for _, execute in gray._execution._runs],
-        "Gaussian 15": lambda: [execute({}) for _, execute in blur._execution._runs],
+        "B&W": lambda: [execute({}) for _, execute in gray._execution._chained],
+        "Gaussian 15": lambda: [execute({}) for _, execute in blur._execution._chained],
         "OpenCV sepFilter2D 15": lambda: cv2.sepFilter2D(
             picture, -1, weights, weights, borderType=cv2.BORDER_REPLICATE
         ),

@@ -15,6 +15,7 @@ import statistics
 import sys
 import time
 from collections.abc import Callable
+from pathlib import Path
 from unittest.mock import patch
 
 import numpy as np
@@ -22,6 +23,9 @@ import numpy as np
 import passgraph as pg
 from passgraph.backends.registry import backend_class
 from passgraph.effects.planar import planar_passes
+
+sys.path.insert(0, str(Path(__file__).parent))
+from harness import Ratio
 
 BACKENDS = ("gl", "opencl", "numpy")
 LAYERS = 8
@@ -93,18 +97,31 @@ def measure(
     return statistics.median(times[0]), statistics.median(times[1]), ratio
 
 
-def main() -> None:
-    width, height = (int(v) for v in (sys.argv[1] if len(sys.argv) > 1 else "1280x720").split("x"))
-    runs = int(sys.argv[2]) if len(sys.argv) > 2 else 15
-    cases: dict[str, tuple[tuple[pg.Target, pg.Target], Callable[[pg.Program, int], None]]] = {
+def cases() -> dict[str, tuple[tuple[pg.Target, pg.Target], Callable[[pg.Program, int], None]]]:
+    """With and without, and what moves them from frame to frame."""
+    return {
         "marking": ((layers(MARK, False), layers(None, False)), by_shift),
         "once": ((layers(ONCE, True), layers(None, True)), by_shift),
         "planar": ((planar(True), planar(False)), by_camera),
     }
+
+
+def ratios(size: tuple[int, int] = (1280, 720), runs: int = 9, backends: tuple[str, ...] = BACKENDS) -> list[Ratio]:
+    found = []
+    for backend in backends:
+        for name, (pair, step) in cases().items():
+            stencil, none, ratio = measure(pair, backend, size, runs, step)
+            found.append(Ratio(f"stencil, {name}, {backend}: with / without", ratio, None, stencil, none))
+    return found
+
+
+def main() -> None:
+    width, height = (int(v) for v in (sys.argv[1] if len(sys.argv) > 1 else "1280x720").split("x"))
+    runs = int(sys.argv[2]) if len(sys.argv) > 2 else 15
     print(f"{width}x{height}, medians of {runs} runs, ms")
     for backend in BACKENDS:
         print(f"{backend}: {backend_class(backend).devices()[0].name}")
-        for name, (pair, step) in cases.items():
+        for name, (pair, step) in cases().items():
             stencil, none, ratio = measure(pair, backend, (width, height), runs, step)
             print(f"  {name:8} with stencil {stencil:8.2f}   without {none:8.2f}   ratio {ratio:.2f}")
 

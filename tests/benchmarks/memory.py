@@ -9,12 +9,16 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass
+from pathlib import Path
 
 import passgraph as pg
 from passgraph.effects.registry import EFFECTS, Effect
 from passgraph.plan.build import build
 from passgraph.plan.data import Plan
 from passgraph.program import named_outputs
+
+sys.path.insert(0, str(Path(__file__).parent))
+from harness import Ratio
 
 FULL_HD = (1920, 1080)
 MEBIBYTE = 2.0**20
@@ -104,6 +108,15 @@ def rows(size: tuple[int, int] = FULL_HD) -> list[Row]:
         if choice != soft.parameter("shadow_filter").default:
             found.append(row(f"soft-shadow, {choice}", made_by(soft, size, shadow_filter=choice), size))
     return found
+
+
+def ratios(size: tuple[int, int] = FULL_HD) -> list[Ratio]:
+    """What sharing memory saves on soft shadows, and sharing and fusing together."""
+    found = row("soft-shadow", made_by(EFFECTS["soft-shadow"], size), size)
+    return [
+        Ratio("soft-shadow memory saved by sharing", 100 * found.saved_by_sharing, 40.0, unit="%", at_least=True),
+        Ratio("soft-shadow memory saved by fusing and sharing", 100 * found.saved, 40.0, unit="%", at_least=True),
+    ]
 
 
 def table(size: tuple[int, int] = FULL_HD) -> str:

@@ -6,11 +6,12 @@ machine's drift meets both alike.
 
 from __future__ import annotations
 
-import statistics
 import subprocess
 import sys
 import time
 from collections.abc import Callable
+
+from harness import Ratio, ratio_of, seconds
 
 
 def serve(frame: Callable[[], None], described: str) -> None:
@@ -53,15 +54,12 @@ class Peer:
         self.process.wait()
 
 
-def compare(name: str, ours: Callable[[], None], peer: Peer, frames: int) -> float:
+def compare(name: str, ours: Callable[[], None], peer: Peer, frames: int, wanted: float | None = None) -> Ratio:
     """Medians of alternating frames; how many times the peer's time ours fits into."""
     ours()
-    times: list[tuple[float, float]] = []
-    for _ in range(frames):
-        begin = time.perf_counter()
-        ours()
-        times.append((time.perf_counter() - begin, peer.frame()))
-    mine, theirs = (statistics.median(column) * 1e3 for column in zip(*times, strict=True))
-    ratio = statistics.median(b / a for a, b in times)
-    print(f"{name:34} ours {mine:8.1f} ms   peer {theirs:8.1f} ms   {ratio:6.2f} times faster   ({peer.described})")
+    times = [(1e3 * seconds(ours), 1e3 * peer.frame()) for _ in range(frames)]
+    mine, theirs = ([pair[k] for pair in times] for k in range(2))
+    ratio = ratio_of(f"{name}: {peer.described.split(' on ')[0]} / ours", mine, theirs, wanted, faster=True)
+    print(f"{name:34} ours {ratio.ms:8.1f} ms   peer {ratio.other_ms:8.1f} ms   {ratio.got:6.2f} times faster   "
+          f"({peer.described})")  # fmt: skip
     return ratio

@@ -1,0 +1,162 @@
+"""Chains of pixel passes: what lies between them goes through rings of rows that stay in a core's cache.
+
+A piece of work is a rectangle of the last pass's target.  Its rows are made one by one, and before each the rows that
+it needs of the passes before it; of those only the last few are kept, in a ring.  What a piece needs beyond its own
+rectangle is computed again, so every piece stands alone and the values are the same bits as pass by pass.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from passgraph.language import scalar as s
+from passgraph.plan.data import PixelStep
+
+#: Rings of one thread take at most this: half of the level-2 cache of common cores.
+RING_BYTES = 512 * 1024
+#: Rules that never lead out of the rows and columns kept: texels outside are those at the edge, or nothing.
+NEAR_BORDERS = ("clamp", "zero")
+#: Narrower columns of pieces spend more on beginning and ending rows than a ring saves.
+MIN_COLUMNS = 64
+#: A piece is at least so many times as large as what must be computed again around it, in each direction.
+MIN_SHARE = 6
+#: Instructions a pixel that may be computed again for each number that then need not go to memory and back.
+MAX_AGAIN = 12
+
+
+class Margin(NamedTuple):
+    """Texels around a pixel or a rectangle."""
+
+    left: int = 0
+    right: int = 0
+    up: int = 0
+    down: int = 0
+
+    def over(self, other: Margin) -> Margin:
+        """The larger of both on every side."""
+        return Margin(*map(max, self, other))
+
+    def beyond(self, other: Margin) -> Margin:
+        """This much around what lies ``other`` around."""
+        return Margin(*(a + b for a, b in zip(self, other, strict=True)))
+
+
+def reach(uses: Sequence[s.ImageUse]) -> Margin:
+    """How far relative reads go."""
+    found = Margin()
+    for use in uses:
+        if use.relative:
+            found = found.over(Margin(-use.x[0], use.x[1], -use.y[0], use.y[1]))
+    return found
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One pass of a chain."""
+
+    step: PixelStep
+    margin: Margin  # what later stages need around a piece
+    rings: tuple[tuple[int, int, int], ...]  # image number, the stage that makes it, which of its outputs
+
+    @property
+    def rows(self) -> int:
+        """Rows of its results that are needed at once."""
+        return self.margin.up + self.margin.down + 1
+
+    @property
+    def channels(self) -> tuple[int, ...]:
+        return tuple(len(output.values) for output in self.step.program.outputs)
+
+
+def alone(step: PixelStep) -> tuple[Stage, ...]:
+    """A pass by itself: a chain of one."""
+    return (Stage(step, Margin(), ()),)
+
+
+def stages(steps: Sequence[PixelStep]) -> tuple[Stage, ...] | None:
+    """The chain of these passes, or None where one reads another anywhere but in a fixed neighbourhood."""
+    made = {resource: (k, slot) for k, step in enumerate(steps) for slot, resource in enumerate(step.outputs)}
+    margins = [Margin()] * len(steps)
+    rings: list[list[tuple[int, int, int]]] = [[] for _ in steps]
+    for k in range(len(steps) - 1, -1, -1):
+        program, resources = steps[k].program, dict(steps[k].images)
+        for number, use in enumerate(program.images):
+            if resources[use.name] not in made:
+                continue
+            producer, slot = made[resources[use.name]]
+            if producer >= k or not _near(program, use):
+                return None
+            margins[producer] = margins[producer].over(reach([use]).beyond(margins[k]))
+            rings[k].append((number, producer, slot))
+    return tuple(Stage(step, margins[k], tuple(rings[k])) for k, step in enumerate(steps))
+
+
+def _near(program: s.ScalarProgram, use: s.ImageUse) -> bool:
+    if use.absolute:
+        return False
+    loads = (i for i in s.walk(program.body) if isinstance(i, s.LoadTexel) and i.image == use.name)
+    return all(load.border in NEAR_BORDERS for load in loads)
+
+
+def pitch(stage: Stage, tile: int) -> int:
+    """Columns of a ring for pieces so wide: an odd multiple of 16, so that rows begin with a cache line, and lines
+    above one another do not fall into the same set of the cache."""
+    return (tile + stage.margin.left + stage.margin.right + 15) // 16 // 2 * 32 + 16
+
+
+@dataclass(frozen=True)
+class Tiling:
+    """How a target is cut into pieces: ``columns`` side by side, each ``width`` wide, ``rows`` high."""
+
+    columns: int
+    width: int
+    rows: int
+    pieces: int
+
+
+def tiling(chain: Sequence[Stage], threads: int, least_pixels: int) -> Tiling | None:
+    """Pieces that fill the threads and whose rings fit the cache; None where too much would be computed again."""
+    width, height = chain[-1].step.size
+    if len(chain) == 1:
+        rows = max(1, min(height, least_pixels // width))
+        return Tiling(1, width, rows, -(-height // rows))
+    around = Margin()
+    for stage in chain:
+        around = around.over(stage.margin)
+    across, down = around.left + around.right, around.up + around.down
+    fitting = RING_BYTES // sum(4 * stage.rows * sum(stage.channels) for stage in chain[:-1]) - across
+    tile = min(width, fitting // 16 * 16)
+    if tile < width and tile < max(MIN_SHARE * across, MIN_COLUMNS):
+        return None
+    columns = -(-width // tile)
+    wanted = min(4 * threads, -(-width * height // least_pixels))
+    rows = min(height, max(-(-height * columns // wanted), MIN_SHARE * down))
+    made = Tiling(columns, tile, rows, columns * -(-height // rows))
+    if made.pieces < min(threads, wanted) or any(_dear(stage, made) for stage in chain[:-1]):
+        return None
+    return made
+
+
+def _dear(stage: Stage, tiles: Tiling) -> bool:
+    """Whether computing a stage again around every piece costs more than what a chain saves."""
+    width, height = stage.step.size
+    left, right, up, down = stage.margin
+    again = (1 + (left + right) / tiles.width * (tiles.width < width)) * (
+        1 + (up + down) / tiles.rows * (tiles.rows < height)
+    ) - 1
+    return again * work(stage.step.program.body) > MAX_AGAIN * sum(stage.channels)
+
+
+def work(body: Sequence[s.Instruction]) -> int:
+    """Instructions that a pixel takes at most."""
+    total = 0
+    for i in body:
+        if isinstance(i, s.For):
+            total += len(range(i.start, i.stop, i.step)) * work(i.body)
+        elif isinstance(i, s.If):
+            total += max(work(i.then), work(i.orelse))
+        else:
+            total += 1
+    return total

@@ -1,0 +1,211 @@
+"""An LLVM builder whose values may be one number or a vector of them, one a lane.
+
+A value that is the same in every lane stays a single number as long as only such values meet; where it meets a vector
+it is spread.  So the emitters of single operations (llvm_ops.py) serve both, and what does not vary costs nothing more.
+"""
+
+# mypy: disable-error-code="no-untyped-call"
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from llvmlite import ir
+
+from passgraph.backends.numpy.llvm_ops import BOOL, I32
+
+_LETTERS = {"float": "f32", "double": "f64", "i32": "i32", "i64": "i64", "i1": "i1"}
+_ALIKE = ("fadd", "fsub", "fmul", "fdiv", "add", "sub", "mul", "sdiv", "srem", "shl", "ashr", "lshr",
+          "and_", "or_", "xor")  # fmt: skip
+_CASTS = ("sext", "zext", "trunc", "fptrunc", "fpext", "sitofp", "uitofp", "fptosi", "bitcast")
+_COMPARES = ("icmp_signed", "icmp_unsigned", "fcmp_ordered", "fcmp_unordered")
+
+
+def is_vector(value: Any) -> bool:
+    return isinstance(value.type, ir.VectorType)
+
+
+class Lanes:
+    """Wraps a builder; ``lanes`` is the width of vectors."""
+
+    def __init__(self, builder: Any, lanes: int) -> None:
+        self.plain, self.lanes = builder, lanes
+
+    def __getattr__(self, name: str) -> Any:
+        """Arithmetic, casts and comparisons on either kind of value; all else is the builder's own."""
+        method = getattr(self.plain, name)
+        made: Callable[..., Any] = method
+        if name in _ALIKE:
+            made = partial(self._together, method)
+        elif name in _CASTS:
+            made = partial(self._cast, method)
+        elif name in _COMPARES:
+            made = partial(self._compare, method)
+        else:
+            return method
+        setattr(self, name, made)
+        return made
+
+    def _together(self, method: Any, x: Any, y: Any, **options: Any) -> Any:
+        return method(*self.alike(x, y), **options)
+
+    def _cast(self, method: Any, value: Any, kind: Any) -> Any:
+        wanted = self.vector(kind) if is_vector(value) else kind
+        return value if value.type == wanted else method(value, wanted)
+
+    def _compare(self, method: Any, sign: str, x: Any, y: Any) -> Any:
+        return method(sign, *self.alike(x, y))
+
+    def select(self, condition: Any, then: Any, orelse: Any) -> Any:
+        if is_vector(condition):
+            return self.plain.select(condition, self.spread(then), self.spread(orelse))
+        return self.plain.select(condition, *self.alike(then, orelse))
+
+    def call(self, function: Any, arguments: list[Any]) -> Any:
+        """An intrinsic of one number; of a vector it has another name."""
+        if not is_vector(arguments[0]):
+            return self.plain.call(function, arguments)
+        kinds = [function.ftype.return_type, *function.ftype.args]
+        stem = function.name.removesuffix("." + ".".join(_LETTERS[str(k)] for k in _parts(function.name, kinds)))
+        suffix = ".".join(f"v{self.lanes}{_LETTERS[str(k)]}" for k in _parts(function.name, kinds))
+        made = self.intrinsic(f"{stem}.{suffix}", self.vector(kinds[0]), [self.vector(k) for k in kinds[1:]])
+        return self.plain.call(made, [self.spread(a) for a in arguments])
+
+    def intrinsic(self, name: str, result: Any, arguments: list[Any]) -> Any:
+        """The declaration of an LLVM intrinsic in this module."""
+        module = self.plain.module
+        return module.globals.get(name) or ir.Function(module, ir.FunctionType(result, arguments), name)
+
+    def vector(self, kind: Any) -> Any:
+        return ir.VectorType(kind, self.lanes)
+
+    def alike(self, x: Any, y: Any) -> tuple[Any, Any]:
+        """Both vectors if one is; a whole number that is known takes the width of the other."""
+        kind_x, kind_y = (v.type.element if is_vector(v) else v.type for v in (x, y))
+        if kind_x != kind_y and isinstance(kind_x, ir.IntType):
+            if isinstance(x, ir.Constant):
+                x = ir.Constant(kind_y, x.constant)
+            elif isinstance(y, ir.Constant):
+                y = ir.Constant(kind_x, y.constant)
+        return (self.spread(x), self.spread(y)) if is_vector(x) or is_vector(y) else (x, y)
+
+    def spread(self, value: Any) -> Any:
+        """The same number in every lane."""
+        if is_vector(value):
+            return value
+        kind = self.vector(value.type)
+        if type(value) is ir.Constant:
+            return ir.Constant(kind, [value.constant] * self.lanes)
+        blank = ir.Constant(kind, ir.Undefined)
+        first = self.plain.insert_element(blank, value, ir.Constant(I32, 0))
+        return self.plain.shuffle_vector(first, blank, ir.Constant(ir.VectorType(I32, self.lanes), [0] * self.lanes))
+
+    def counting(self, kind: Any) -> Any:
+        """0, 1, 2 … lane by lane."""
+        return ir.Constant(self.vector(kind), list(range(self.lanes)))
+
+    def any(self, mask: Any) -> Any:
+        """Whether some lane is set."""
+        if not is_vector(mask):
+            return mask
+        bits = ir.IntType(self.lanes)
+        return self.plain.icmp_unsigned("!=", self.plain.bitcast(mask, bits), ir.Constant(bits, 0))
+
+    def all(self, mask: Any) -> Any:
+        """Whether every lane is set."""
+        bits = ir.IntType(self.lanes)
+        return self.plain.icmp_unsigned("==", self.plain.bitcast(mask, bits), ir.Constant(bits, -1))
+
+    # Memory
+
+    def load_at(self, pointer: Any, index: Any, kind: Any, mask: Any = None, steady: bool = False) -> Any:
+        """``pointer[index]``: one load, or one a lane; of lanes that ``mask`` leaves out nothing is read.
+
+        ``steady``: nothing writes there meanwhile, so that LLVM may load once for many uses.
+        """
+        if not is_vector(index):
+            loaded = self.plain.load(
+                self.plain.gep(pointer, [index], True, source_etype=kind), typ=kind, align=_size(kind)
+            )
+            if steady:
+                loaded.set_metadata("invariant.load", self.plain.module.add_metadata([]))
+            return loaded
+        vector, pointers = self.vector(kind), self.vector(ir.PointerType())
+        places = self.plain.gep(pointer, [index], True, source_etype=kind)
+        places.type = pointers
+        name = f"llvm.masked.gather.v{self.lanes}{_LETTERS[str(kind)]}.v{self.lanes}p0"
+        gather = self.intrinsic(name, vector, [pointers, I32, self.vector(BOOL), vector])
+        which = self.spread(ir.Constant(BOOL, 1) if mask is None else mask)
+        return self.plain.call(
+            gather, [places, ir.Constant(I32, _size(kind)), which, self.spread(ir.Constant(kind, 0))]
+        )
+
+    def store_masked(self, values: Any, place: Any, mask: Any, kind: Any) -> None:
+        """Consecutive numbers from ``place`` on, where the mask says so."""
+        count = values.type.count
+        name = f"llvm.masked.store.v{count}{_LETTERS[str(kind)]}.p0"
+        arguments = [values.type, ir.PointerType(), I32, mask.type]
+        store = self.intrinsic(name, ir.VoidType(), arguments)
+        self.plain.call(store, [values, place, ir.Constant(I32, _size(kind)), mask])
+
+    def store_at(self, pointer: Any, index: Any, value: Any, kind: Any, mask: Any) -> None:
+        """``pointer[index] = value`` in the lanes of the mask."""
+        vector, pointers = self.vector(kind), self.vector(ir.PointerType())
+        places = self.plain.gep(pointer, [index], True, source_etype=kind)
+        places.type = pointers
+        name = f"llvm.masked.scatter.v{self.lanes}{_LETTERS[str(kind)]}.v{self.lanes}p0"
+        scatter = self.intrinsic(name, ir.VoidType(), [vector, pointers, I32, self.vector(BOOL)])
+        self.plain.call(scatter, [self.spread(value), places, ir.Constant(I32, _size(kind)), mask])
+
+    def interleaved(self, parts: list[Any]) -> Any:
+        """x0 y0 z0 w0 x1 y1 …: vectors (masks too) woven into one that is as many times as long."""
+        b, n, count = self.plain, self.lanes, len(parts)
+        if count == 1:
+            return parts[0]
+        room = 1 << (count - 1).bit_length()
+        rows = [*parts, *[ir.Constant(parts[0].type, ir.Undefined)] * (room - count)]
+        while len(rows) > 1:
+            length = rows[0].type.count
+            order = ir.Constant(ir.VectorType(I32, 2 * length), list(range(2 * length)))
+            rows = [b.shuffle_vector(x, y, order) for x, y in zip(rows[::2], rows[1::2], strict=True)]
+        woven = [part * n + lane for lane in range(n) for part in range(count)]
+        order = ir.Constant(ir.VectorType(I32, len(woven)), woven)
+        return b.shuffle_vector(rows[0], ir.Constant(rows[0].type, ir.Undefined), order)
+
+
+def _parts(name: str, kinds: list[Any]) -> list[Any]:
+    """Types that the intrinsic's name ends in: all of them, or one where they are one."""
+    return kinds[:2] if name.endswith(".".join(_LETTERS[str(k)] for k in kinds[:2])) else kinds[:1]
+
+
+def _size(kind: Any) -> int:
+    return {"float": 4, "i32": 4, "double": 8, "i64": 8}[str(kind)]
+
+
+def floor_modulo(b: Lanes, value: Any, size: Any) -> Any:
+    """The rest in [0, size).  Vectors do not divide whole numbers; in float64 the quotient is off by one at most."""
+    if not is_vector(value):
+        rest = b.srem(value, size)
+        return b.select(b.icmp_signed("<", rest, ir.Constant(I32, 0)), b.add(rest, size), rest)
+    kind = ir.DoubleType()
+    inverse = b.fdiv(ir.Constant(kind, 1.0), b.sitofp(size, kind))
+    quotient = b.fptosi(b.fmul(b.sitofp(value, kind), inverse), I32)
+    rest = b.sub(value, b.mul(quotient, size))
+    rest = b.select(b.icmp_signed("<", rest, ir.Constant(I32, 0)), b.add(rest, size), rest)
+    return b.select(b.icmp_signed(">=", rest, size), b.sub(rest, size), rest)
+
+
+def border(b: Lanes, rule: str, coordinate: Any, size: Any) -> Any:
+    """A coordinate brought into range."""
+    zero, one = ir.Constant(I32, 0), ir.Constant(I32, 1)
+    last = b.sub(size, one)
+    if rule == "repeat":
+        return floor_modulo(b, coordinate, size)
+    if rule == "mirror":
+        twice = b.add(size, size)
+        m = floor_modulo(b, coordinate, twice)
+        back = b.sub(b.sub(twice, one), m)
+        return b.select(b.icmp_signed("<", back, m), back, m)
+    low = b.select(b.icmp_signed("<", coordinate, zero), zero, coordinate)
+    return b.select(b.icmp_signed(">", low, last), last, low)

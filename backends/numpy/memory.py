@@ -1,0 +1,17 @@
+"""Memory that begins where a cache line does."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from passgraph.backends.base import FloatBlock
+
+#: Bytes of a cache line, and of the widest vectors: loads that straddle two lines take twice as long.
+LINE = 64
+
+
+def aligned_zeros(count: int) -> FloatBlock:
+    """``count`` float32 zeros from the start of a cache line."""
+    whole = np.zeros(count + LINE // 4, np.float32)
+    first = -whole.ctypes.data % LINE // 4
+    return whole[first : first + count]

@@ -1,0 +1,87 @@
+"""Machine code from LLVM text of our own, kept on disk: a second process needs no compiler, and no numba either."""
+
+# mypy: disable-error-code="no-untyped-call"
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import llvmlite
+import llvmlite.binding as llvm
+
+from passgraph.backends.numpy.jit import cache_folder, source_digest, write_whole
+
+
+@lru_cache(maxsize=1)
+def _machine() -> tuple[Any, str, str]:
+    """Target machine of this processor, its name and its features."""
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    name, features = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
+    target = llvm.Target.from_default_triple()
+    return (
+        target.create_target_machine(cpu=name, features=features, opt=2, reloc="pic", codemodel="default"),
+        name,
+        features,
+    )
+
+
+def lanes() -> int:
+    """Numbers in one vector: a register's worth where there are many registers."""
+    return 16 if "+avx512f" in _machine()[2] else 8
+
+
+@lru_cache(maxsize=1)
+def _engine() -> Any:
+    empty = llvm.parse_assembly("")
+    return llvm.create_mcjit_compiler(empty, _machine()[0])
+
+
+_loaded: dict[str, int] = {}
+
+
+def function_address(parts: tuple[str, ...], emit: Callable[[str], str]) -> int:
+    """Where the function is that ``emit(name)`` gives the LLVM text of; ``parts`` tell it from every other."""
+    _, cpu, features = _machine()
+    told = (source_digest(), llvmlite.__version__, cpu, features, *parts)
+    key = hashlib.sha256("\0".join(told).encode()).hexdigest()[:40]
+    if key not in _loaded:
+        name = f"pg_{key}"
+        path = cache_folder() / f"{name}.o"
+        code = kept(path)
+        if code is None:
+            code = _compiled(emit(name))
+            keep(path, code)
+        engine = _engine()
+        engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+        engine.finalize_object()
+        _loaded[key] = engine.get_function_address(name)
+    return _loaded[key]
+
+
+def kept(path: Path) -> bytes | None:
+    """Machine code from the cache, unless it is missing or damaged."""
+    try:
+        data = path.read_bytes()
+    except OSError:
+        return None
+    return data[32:] if hashlib.sha256(data[32:]).digest() == data[:32] else None
+
+
+def keep(path: Path, code: bytes) -> None:
+    write_whole(path, hashlib.sha256(code).digest() + code)
+
+
+def _compiled(text: str) -> bytes:
+    machine = _machine()[0]
+    module = llvm.parse_assembly(text)
+    module.verify()
+    options = llvm.create_pipeline_tuning_options(speed_level=2)
+    # What is to be a vector is one already.
+    options.loop_vectorization = options.slp_vectorization = options.loop_unrolling = False
+    builder = llvm.create_pass_builder(machine, options)
+    builder.getModulePassManager().run(module, builder)
+    return bytes(machine.emit_object(module))

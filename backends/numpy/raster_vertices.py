@@ -1,0 +1,87 @@
+"""The vertex stage of a draw: clip coordinates and varyings of a stretch of vertices."""
+
+# mypy: disable-error-code="no-untyped-call"
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+
+from passgraph.backends.base import ATTRIBUTES, Block
+from passgraph.backends.numpy.lane_body import LaneBody
+from passgraph.backends.numpy.lanes import Lanes
+from passgraph.backends.numpy.llvm_ops import F32, F64, I64
+from passgraph.backends.numpy.native import function_address, lanes
+from passgraph.plan.data import DrawStep
+
+_CALL = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int64, ctypes.c_int64)
+
+
+def attributes_of(step: DrawStep) -> list[str]:
+    """Mesh attributes that the vertex program reads, by name."""
+    return sorted({name.split(".")[1] for name, _ in step.vertex.builtins if name.startswith("vertex.")})
+
+
+class VertexStage:
+    """A compiled vertex program."""
+
+    def __init__(self, step: DrawStep) -> None:
+        parts = ("vertices", step.vertex.key, repr([n for n, _ in step.vertex.builtins]), str(len(step.varyings)))
+        self.function = _CALL(function_address((*parts, str(lanes())), lambda name: _text(step, name)))
+        self.context = np.zeros(4 + len(attributes_of(step)), np.int64)
+
+    def bound(self, block: Block, attributes: Sequence[Any], clip: Any, varyings: Any) -> Callable[[int, int], None]:
+        """A function of the first vertex and the one behind the last.  It keeps alive what it reads and writes."""
+        arrays = (block.floats, block.ints, clip, varyings, *attributes)
+        self.context[:] = [array.ctypes.data for array in arrays]
+        function, context = self.function, self.context.ctypes.data
+
+        def run(first: int, last: int, held: tuple[Any, ...] = arrays) -> None:
+            function(context, first, last)
+
+        return run
+
+
+def _text(step: DrawStep, name: str) -> str:
+    """LLVM text of ``vertices(context, first, last)``."""
+    module = ir.Module(name)
+    kind = ir.FunctionType(ir.VoidType(), [ir.PointerType(), I64, I64])
+    function = ir.Function(module, kind, name)
+    b = Lanes(ir.IRBuilder(function.append_basic_block("entry")), lanes())
+    context, first, last = function.args
+    names = ["floats", "ints", "clip", "varyings", *attributes_of(step)]
+    memory = {}
+    for place, entry in enumerate(names):
+        address = b.load_at(context, ir.Constant(I64, place), I64, steady=True)
+        memory[entry] = b.inttoptr(address, ir.PointerType())
+    place = b.alloca(I64)
+    b.store(first, place)
+    check, body, behind = (b.append_basic_block(block) for block in ("check", "body", "behind"))
+    b.branch(check)
+    b.position_at_end(check)
+    at = b.load(place, typ=I64)
+    b.cbranch(b.icmp_signed("<", at, last), body, behind)
+    b.position_at_end(body)
+    vertex = b.add(at, b.counting(I64))
+    mask = b.icmp_signed("<", vertex, last)
+    given = {}
+    for builtin, _ in step.vertex.builtins:
+        _, attribute, component = builtin.split(".")
+        index = b.add(b.mul(vertex, ir.Constant(I64, ATTRIBUTES[attribute][1])), ir.Constant(I64, int(component)))
+        given[builtin] = b.load_at(memory[attribute], index, F32, mask)
+    results = LaneBody(step.vertex, b, given, memory, mask).results()
+    for part, value in enumerate(results[:4]):
+        index = b.add(b.mul(vertex, ir.Constant(I64, 4)), ir.Constant(I64, part))
+        b.store_at(memory["clip"], index, b.fpext(value, F64), F64, mask)
+    count = len(step.varyings)
+    for part, value in enumerate(results[4:]):
+        index = b.add(b.mul(vertex, ir.Constant(I64, count)), ir.Constant(I64, part))
+        b.store_at(memory["varyings"], index, value, F32, mask)
+    b.store(b.add(at, ir.Constant(I64, b.lanes)), place)
+    b.branch(check)
+    b.position_at_end(behind)
+    b.ret_void()
+    return str(module)
