@@ -17,7 +17,7 @@ import passgraph as pg
 from passgraph.conformance.case import Case, Picture
 from passgraph.conformance.draw_states import SIZE, painted
 from passgraph.conformance.meshes import Soup, quad, soup
-from passgraph.draw_state import Blend
+from passgraph.draw_state import Blend, Stencil
 
 GROUP = "draws"
 SMALL = (16, 8)
@@ -51,6 +51,16 @@ def shown(many: Many) -> tuple[vec4, vec4, vec4]:
 """
 
 
+#: What is done three times, to which value, and what that makes of it.
+STENCILS = (
+    ("increment", Stencil(passed="increment"), 254, 255),
+    ("increment_wrap", Stencil(passed="increment_wrap"), 254, 1),
+    ("decrement", Stencil(passed="decrement"), 1, 0),
+    ("increment where 4 bits are written", Stencil(passed="increment", write_mask=0x0F), 0xAE, 0xA1),
+    ("invert where 4 bits are tested", Stencil("equal", 0xF5, 0x0F, passed="invert"), 0xA5, 0x5A),
+)
+
+
 def cases() -> Iterator[Case]:
     """Each with what must come out, where that is known."""
     yield Case(GROUP, "the last of thousands", partial(_squares, None), SMALL, exact={"color": _last(SQUARES)})
@@ -63,6 +73,9 @@ def cases() -> Iterator[Case]:
         quick=False,
     )
     yield Case(GROUP, "discard without a stencil", discarding, SIZE)
+    for name, stencil, start, end in STENCILS:
+        graph = partial(_counted, stencil, start, end)
+        yield Case(GROUP, f"stencil {name} three times from {start}", graph, SMALL, exact={"color": 2.0})
     for form in ("r32f", "rg32f", "rgb32f"):
         channels = len(form) - 3
         for source, destination, factors in (("destination_alpha", "source_alpha", (1, 1)),
@@ -130,6 +143,20 @@ def discarding() -> Mapping[str, pg.Target]:
     holes = painted(soup(24, 11), color, depth=color.depth, fragment="holes", name="holes")
     behind = painted(quad(0.5, (1, 0, 0, 1)), holes, depth=holes.depth, name="behind")
     return {"color": behind, "depth": behind.depth}
+
+
+def _counted(stencil: Stencil, start: int, end: int) -> Mapping[str, pg.Target]:
+    """Shown by a draw where the stencil holds what it must."""
+    one = quad()
+    thrice = Soup(one.positions, np.tile(one.triangles, (3, 1)), one.colors)
+    depth = pg.target("depth", "depth32f_stencil8")
+    counted = painted(
+        thrice, pg.target("color", "rgba32f"), depth=depth, stencil=stencil, clear_stencil=start,
+        depth_compare="always", name="counted",
+    )  # fmt: skip
+    held = Stencil("equal", reference=end)
+    mark = quad(color=(2, 2, 2, 2))
+    return {"color": painted(mark, counted, depth=counted.depth, stencil=held, depth_compare="always", name="mark")}
 
 
 def _opaque(form: str, blend: Blend) -> Mapping[str, pg.Target]:

@@ -125,6 +125,16 @@ def run(color: Image) -> vec4:
 """,
         lambda a, x, y: _table(a, x, y),
     ),
+    "bools chosen": (
+        """
+def run(color: Image, wanted: Const[bool] = True, other: Const[bool] = False) -> vec4:
+    c = color[0, 0]
+    low = c.x > 3.0 if c.y > 2.0 else c.z < 4.0
+    high = (c.w > 1.0 if wanted else c.w > 100.0) if low else c.x == c.y
+    return vec4(float(low), float(high), c.x if wanted else -1.0, -1.0 if other else c.y)
+""",
+        lambda a, x, y: _bools(a),
+    ),
     "channels apart": (
         """
 def run(color: Image) -> vec4:
@@ -208,6 +218,12 @@ def _branches(a: Picture, x: NDArray[Any], y: NDArray[Any]) -> NDArray[Any]:
     middle = np.where(middle[..., :1] > 6.0, middle + _at(a, -1, -1), middle)
     odd = np.where((y % 2 == 0)[..., None], middle, -a)
     return np.asarray(np.where((x % 2 == 0)[..., None], _at(a, 1, 0) * 2.0, odd))
+
+
+def _bools(a: Picture) -> NDArray[Any]:
+    low = np.where(a[..., 1] > 2, a[..., 0] > 3, a[..., 2] < 4)
+    high = np.where(low, a[..., 3] > 1, a[..., 0] == a[..., 1])
+    return np.stack([low, high, a[..., 0], a[..., 1]], axis=-1)
 
 
 def _table(a: Picture, x: NDArray[Any], y: NDArray[Any]) -> NDArray[Any]:

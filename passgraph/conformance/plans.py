@@ -6,11 +6,12 @@ Numbers are small whole ones: what comes out is known to the bit, with every opt
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 
 import passgraph as pg
-from passgraph.conformance.case import Case, Picture
+from passgraph.conformance.case import Case
 from passgraph.conformance.draw_states import painted
 from passgraph.conformance.meshes import quad
 from passgraph.conformance.sequences import KERNELS, SIZE, shift, whole
@@ -25,7 +26,7 @@ def _pass(name: str, *arguments: object, into: object, **values: object) -> pg.T
     return made
 
 
-def _beside(picture: pg.Target | pg.Input, into: str) -> pg.Target:
+def _beside(picture: Any, into: str) -> pg.Target:
     """A pass that reads beside its pixel, so that it is never fused with what it reads."""
     return _pass("shift", picture.border("zero"), into=into)
 
@@ -39,23 +40,29 @@ def cases() -> Iterator[Case]:
     wanted = {"half way": lone * 2.0, "out": lone * 2.0 + lone}
     yield Case(GROUP, "a result on the way", on_the_way, SIZE, frames[:1], exact=wanted)
     tables = {"one": whole(5), "two": whole(6)}
-    changing = tuple({**tables, "frame": whole(seed), "factor": float(seed + 1)} for seed in range(3))
-    last = changing[-1]["frame"]
-    assert isinstance(last, np.ndarray)
-    baked = shift(tables["one"]) + last + shift(shift(tables["two"]))
-    yield Case(
-        GROUP, "static pictures kept apart", kept_apart, SIZE, _without(changing, "factor"), exact={"out": baked}
+    changing: tuple[Mapping[str, Any], ...] = tuple(
+        {**tables, "frame": whole(seed), "factor": float(seed + 1)} for seed in range(3)
     )
-    scaled = tables["one"] * 3.0 + last
+    last = frames[-1]["frame"]
+    apart = shift(shift(tables["one"]) + last) + shift(shift(tables["two"]))
+    yield Case(
+        GROUP, "static pictures kept apart", kept_apart, SIZE, _without(changing, "factor"), exact={"out": apart}
+    )
+    scaled = shift(tables["one"] * 3.0) + last
     yield Case(GROUP, "a value that is not static", not_static, SIZE, _without(changing, "two"), exact={"out": scaled})
     still = _without(_without(changing, "factor"), "two")
     late = tables["one"] * 2.0 + last
     yield Case(GROUP, "history of what never changes", static_history, SIZE, still, exact={"late": late})
+    one, two = tables["one"], tables["two"]
+    new_picture = ({"table": one, "factor": 2.0}, {"table": two, "factor": 2.0})
+    yield Case(GROUP, "only a static picture changes", baked, SIZE, new_picture, exact={"out": shift(two * 2.0)})
+    new_value = ({"table": one, "factor": 2.0}, {"table": one, "factor": 3.0})
+    yield Case(GROUP, "only a static value changes", baked, SIZE, new_value, exact={"out": shift(one * 3.0)})
     yield Case(GROUP, "drawn over while still needed", needed_later, SIZE, exact={"sum": 3.0, "again": 2.0})
     yield Case(GROUP, "drawn over twice", branching, SIZE, exact={"first": 1.0, "left": 2.0, "right": 4.0})
 
 
-def _without(frames: tuple[Mapping[str, Picture | float], ...], name: str) -> tuple[Mapping[str, Picture | float], ...]:
+def _without(frames: tuple[Mapping[str, Any], ...], name: str) -> tuple[Mapping[str, Any], ...]:
     return tuple({key: value for key, value in frame.items() if key != name} for frame in frames)
 
 
@@ -77,7 +84,7 @@ def kept_apart() -> Mapping[str, pg.Target]:
     """Two pictures that are made once, and needed at different times of every frame."""
     frame = pg.Input("frame")
     one = _beside(pg.Input("one", static=True), "baked one")
-    added = _pass("add", one, frame, into="added")
+    added = _beside(_pass("add", one, frame, into="added"), "beside")
     two = _beside(_beside(pg.Input("two", static=True), "baked two"), "baked three")
     return {"out": _pass("add", added, two, into="out")}
 
@@ -85,7 +92,7 @@ def kept_apart() -> Mapping[str, pg.Target]:
 def not_static() -> Mapping[str, pg.Target]:
     """A static picture times a number of every frame."""
     scaled = _pass("scale", pg.Input("one", static=True), into="scaled", factor=pg.Value("factor", float))
-    return {"out": _pass("add", scaled, pg.Input("frame"), into="out")}
+    return {"out": _pass("add", _beside(scaled, "beside"), pg.Input("frame"), into="out")}
 
 
 def static_history() -> Mapping[str, pg.Target]:
@@ -93,6 +100,12 @@ def static_history() -> Mapping[str, pg.Target]:
     now = _pass("scale", pg.Input("one", static=True), into="now", factor=2.0)
     late = _pass("add", pg.previous(now), pg.Input("frame"), into="late")
     return {"late": late, "now": now}
+
+
+def baked() -> Mapping[str, pg.Target]:
+    """Nothing but what runs once."""
+    factor = pg.Value("factor", float, static=True)
+    return {"out": _beside(_pass("scale", pg.Input("table", static=True), into="scaled", factor=factor), "out")}
 
 
 def needed_later() -> Mapping[str, pg.Target]:

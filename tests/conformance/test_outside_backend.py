@@ -62,6 +62,7 @@ def test_it_is_listed_beside_those_that_are_built_in(installed: dict[str, str]) 
     assert "plainpy" in listed.stdout and "CPU, plain NumPy" in listed.stdout
 
 
+@pytest.mark.slow
 def test_it_passes_the_conformance_suite(installed: dict[str, str], tmp_path: Path) -> None:
     made = passgraph(installed, "conform", "--backend", "plainpy", "--quick", "--json", str(tmp_path / "report.json"))
     assert made.returncode == 0, made.stdout + made.stderr

@@ -1,0 +1,170 @@
+"""Mistakes in the gl backend."""
+
+from __future__ import annotations
+
+from tests.mutation.mutant import Mutant
+
+PICTURES = ("pictures/rgba32f 7x5", "pictures/rgba32f 70x66", "pictures/rgba32f")
+SEEN = ("coverage/quad", "coverage/row 0", "draw states/cull none")
+
+
+def _g(file: str, old: str, new: str, *catchers: str, harmless: str = "") -> Mutant:
+    return Mutant(f"backends/gl/{file}.py", old, new, "gl", catchers, harmless)
+
+
+MUTANTS = (
+    _g(
+        "glsl",
+        "(floatBitsToInt(x) & 0x7fffffff) > 0x7f800000",
+        "(floatBitsToInt(x) & 0x7fffffff) >= 0x7f800000",
+        "operations/isnan",
+    ),
+    _g("glsl", "(floatBitsToInt(x) & 0x7fffffff) == 0x7f800000", "floatBitsToInt(x) == 0x7f800000", "operations/isinf"),
+    _g(
+        "glsl",
+        "if (x >= 2147483648.0) { return 2147483647; }",
+        "if (x >= 2147483648.0) { return 0; }",
+        "operations/to_int",
+    ),
+    _g("glsl", "return int(x);", "return int(floor(x));", "operations/to_int"),
+    _g("glsl", "if (pg_isnan(x)) { return 0; }", "if (pg_isnan(x)) { return 1; }", "operations/to_int"),
+    _g(
+        "glsl",
+        "intBitsToFloat(0x7fc00000) : 0.0",
+        "0.0 : 0.0",
+        "language/identities",
+        harmless="the oracle lets infinity times 0 be 0 or NaN",
+    ),
+    _g(
+        "glsl",
+        'if op.on == "float" and op.operation in ("equal", "not_equal") and',
+        "if False and",
+        "language/identities",
+        harmless="llvmpipe keeps x != x; the function is there for compilers that assume no NaN",
+    ),
+    _g("glsl", '[f"{text} < {count}"] * high', '[f"{text} <= {count}"] * high', *PICTURES),
+    _g("glsl", '[f"{text} >= 0"] * low', '[f"{text} >= -1"] * low', *PICTURES),
+    _g("glsl", 'f"min({clamped}, {count} - 1)"', 'f"min({clamped}, {count})"', *PICTURES),
+    _g(
+        "glsl",
+        "(known < 0, known > 0) if load.relative",
+        "(known < -1, known > 1) if load.relative",
+        *PICTURES,
+        "language/",
+    ),
+    _g(
+        "glsl",
+        'if load.border in ("repeat", "mirror"):',
+        'if load.border in ("repeat", "mirror") and not load.relative:',
+        *PICTURES,
+    ),
+    _g(
+        "glsl",
+        'return f"pg_varying{index // 4}.{LETTERS[index % 4]}"',
+        'return f"pg_varying{index // 4}.{LETTERS[index % 3]}"',
+        "draw states/cull none",
+    ),
+    _g("glsl", "-({y}) * pg_guard", "({y}) * pg_guard", *SEEN),
+    _g(
+        "glsl",
+        'f"if (!{self.operand(program.keep)}) {{ discard; }}"',
+        'f"if ({self.operand(program.keep)}) {{ discard; }}"',
+        "draw states/discard",
+    ),
+    _g(
+        "glsl",
+        'return f"{name}[{index // 4}].{LETTERS[index % 4]}"',
+        'return f"{name}[{index // 4}].{LETTERS[(index + 1) % 4]}"',
+        "language/",
+    ),
+    _g("glsl", '"{name}[{index} >> 2][{index} & 3]"', '"{name}[{index} >> 2][({index} + 1) & 3]"', "language/"),
+    _g("glsl", 'return f"{name}[{index}]"', 'return f"{name}[{index} ^ 1]"', "language/", "sequences/"),
+    _g("state", "0x200 + k for k, name", "0x200 + (k ^ 2) for k, name", "draw states/depth less"),
+    _g("state", '"increment": 0x1E02', '"increment": 0x8507', "draws/stencil", "draw states/stencil increment"),
+    _g("state", '"decrement_wrap": 0x8508', '"decrement_wrap": 0x1E03', "draw states/stencil decrement_wrap"),
+    _g("state", '"source_alpha": 0x302', '"source_alpha": 0x304', "draw states/blend"),
+    _g("state", '"one_minus_destination_color": 0x307', '"one_minus_destination_color": 0x306', "draw states/blend"),
+    _g("state", '"reverse_subtract": 0x800B', '"reverse_subtract": 0x800A', "draw states/blend equation reverse"),
+    _g("state", "gl.FrontFace(g.CLOCKWISE)", "gl.FrontFace(0x901)", "draw states/cull"),
+    _g("state", "gl.DepthMask(int(state.depth_write))", "gl.DepthMask(1)", "draw states/depth less, kept"),
+    _g("state", "gl.PolygonOffset(factor, units)", "gl.PolygonOffset(units, factor)", "draw states/polygon offset"),
+    _g(
+        "state",
+        "gl.StencilOp(_STENCIL[stencil.fail], _STENCIL[stencil.depth_fail],",
+        "gl.StencilOp(_STENCIL[stencil.depth_fail], _STENCIL[stencil.fail],",
+        "draw states/stencil",
+    ),
+    _g(
+        "state",
+        "stencil.reference, stencil.read_mask)",
+        "stencil.reference, 0xFF)",
+        "draws/stencil",
+        "draw states/stencil",
+    ),
+    _g("state", "gl.StencilMask(stencil.write_mask)", "gl.StencilMask(0xFF)", "draws/stencil", "draw states/stencil"),
+    _g(
+        "state",
+        "gl.ColorMaski(k, red, green, blue, alpha)",
+        "gl.ColorMaski(k, red, green, blue, 1)",
+        "draw states/mask",
+    ),
+    _g("state", "gl.Enablei(BLEND, k)", "gl.Enablei(BLEND, 0)", "draw states/several"),
+    _g("state", "            _FACTORS[source],\n", "            _FACTORS[blend.source],\n", "draw states/blend"),
+    _g(
+        "state",
+        "for switch in (BLEND, CULL_FACE, DEPTH_TEST, STENCIL_TEST):",
+        "for switch in (CULL_FACE, DEPTH_TEST, STENCIL_TEST):",
+        "sequences/",
+        "draw states/several",
+        "effects/planar",
+    ),
+    _g(
+        "state",
+        "for switch in (BLEND, CULL_FACE, DEPTH_TEST, STENCIL_TEST):",
+        "for switch in (BLEND, CULL_FACE, DEPTH_TEST):",
+        "sequences/",
+        "effects/planar",
+    ),
+    _g("state", "    gl.Disable(BLEND)\n    different", "    different", "draw states/"),
+    _g("state", "    gl.DepthMask(1)\n", "", "draw states/"),
+    _g("state", "    gl.StencilMask(0xFF)\n", "", "draw states/"),
+    _g(
+        "state",
+        "gl.ClearBufferfi(g.DEPTH_STENCIL, 0, depth, stencil)",
+        "gl.ClearBufferfi(g.DEPTH_STENCIL, 0, depth, 0)",
+        "draw states/clears",
+    ),
+    _g("state", "gl.ColorMask(1, 1, 1, 1)", "pass", "draw states/", "sequences/"),
+    _g(
+        "textures",
+        '"unorm16": (0x822A, 0x822C, 0x8054, 0x805B)',
+        '"unorm16": (0x8229, 0x822B, 0x8051, 0x8058)',
+        "pictures/",
+    ),
+    _g(
+        "textures",
+        "np.rint(clipped * np.float32(largest))",
+        "np.floor(clipped * np.float32(largest))",
+        "pictures/",
+    ),
+    _g(
+        "textures",
+        "clear_colour(value, texture.format.channels, texture.format.srgb)",
+        "clear_colour(value, texture.format.channels, False)",
+        "draw states/draw into rgba8_srgb",
+    ),
+    _g(
+        "passes",
+        "[names.index(use.name) for use in program.images]",
+        "list(range(len(program.images)))",
+        "language/",
+        harmless="images of a step are in the order of its program wherever plans come from",
+    ),
+    _g(
+        "passes",
+        "self.order += _order(step, step.fragment)",
+        "self.order += _order(step, step.fragment)[::-1]",
+        "effects/soft-shadow",
+    ),
+    _g("passes", "            program.send_guard(gl, self.guard)\n", "", *SEEN),
+)

@@ -1,0 +1,139 @@
+"""One planted mistake, and the tree of sources that it is planted in."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[2]
+#: What a mutated tree is made of; tests and documents are not needed to judge a backend.
+PARTS = ("passgraph", "backends", "effects")
+#: Generated code is kept under its text and its programs, so these may share a cache of compiled code; mistakes in what
+#: compiles the text may not, as the cache would show the code of another mutant.
+WRITES_TEXT = ("merge_code.py", "raster_code.py", "pixel_code.py")
+#: A mutant that runs longer hangs, which counts as caught.
+TIMEOUT_S = 600
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """A mistake: ``old`` becomes ``new`` in ``file``.
+
+    Attributes
+    ----------
+    file : path from the root of the repository
+    old, new : text; ``old`` occurs exactly once
+    backend : the backend that the suite is run on
+    catchers : beginnings of the names of conformance cases that should fail; tried before all others
+    harmless : why no conforming test can see it; empty for a mistake that must be caught
+    """
+
+    file: str
+    old: str
+    new: str
+    backend: str
+    catchers: tuple[str, ...]
+    harmless: str = ""
+
+    @property
+    def name(self) -> str:
+        return f"{self.file}: {self.old.strip()!r} -> {self.new.strip()!r}"
+
+    @property
+    def planted_in(self) -> Path:
+        """The file, in these sources."""
+        return ROOT / self.file
+
+    def planted(self) -> str:
+        """The file's text with the mistake in it.
+
+        Raises ValueError where the text is no longer there, or there twice: such a mutant shows nothing.
+        """
+        text = self.planted_in.read_text(encoding="utf-8")
+        if text.count(self.old) != 1:
+            raise ValueError(f"{self.file} has {self.old!r} {text.count(self.old)} times; bring the mutant up to date")
+        return text.replace(self.old, self.new)
+
+
+@dataclass(frozen=True)
+class Fate:
+    """What became of a mutant: the case that caught it and how (empty: it survived), and how many cases ran."""
+
+    case: str
+    outcome: str
+    detail: str
+    ran: int
+
+    @property
+    def caught(self) -> bool:
+        return self.outcome != ""
+
+
+class Tree:
+    """A copy of the sources in a folder of its own; one mutant lives in it at a time."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        for part in PARTS:
+            ignored = shutil.ignore_patterns("__pycache__")
+            shutil.copytree(ROOT / part, folder / "tree" / part, symlinks=True, ignore=ignored)
+
+    def judge(self, mutant: Mutant, accepted: list[str], *, everything: bool) -> Fate:
+        """Run the cases that should catch it, then, with ``everything``, all others, until one does."""
+        path = self.folder / "tree" / mutant.file
+        kept = path.read_text(encoding="utf-8")
+        path.write_text(mutant.planted(), encoding="utf-8")
+        try:
+            fresh = mutant.backend == "numpy" and not mutant.file.endswith(WRITES_TEXT)
+            return self.run(mutant.backend, mutant.catchers, accepted, everything=everything, fresh=fresh)
+        finally:
+            path.write_text(kept, encoding="utf-8")
+
+    def passing(self, backend: str, first: tuple[str, ...]) -> list[str]:
+        """Names of the cases that pass on the tree as it is; ``first`` names those that are needed beside the usual."""
+        lines = self._judge({"backend": backend, "first": first, "accepted": [], "everything": True, "list": True})
+        if isinstance(lines, Fate):
+            raise RuntimeError(f"the suite does not run on {backend} without a mistake: {lines.detail}")
+        return list(lines["passing"])
+
+    def run(
+        self, backend: str, first: tuple[str, ...], accepted: list[str], *, everything: bool, fresh: bool = False
+    ) -> Fate:
+        """The cases named ``accepted`` on the tree as it is, those in ``first`` before the others.
+
+        ``fresh`` compiles everything anew.
+        """
+        made = self._judge({"backend": backend, "first": first, "accepted": accepted, "everything": everything}, fresh)
+        return made if isinstance(made, Fate) else Fate(**made)
+
+    def _judge(self, request: dict[str, Any], fresh: bool = False) -> dict[str, Any] | Fate:
+        """What judge.py prints, or how it ended."""
+        cache = self.folder / ("fresh" if fresh else "kept")
+        if fresh:
+            shutil.rmtree(cache, ignore_errors=True)
+        environment = {
+            **os.environ,
+            "PYTHONPATH": str(self.folder / "tree"),
+            "PASSGRAPH_CACHE": str(cache),
+            "PYTHONDONTWRITEBYTECODE": "1",
+            "PASSGRAPH_THREADS": "2",
+        }
+        command = [sys.executable, str(Path(__file__).with_name("judge.py"))]
+        try:
+            ended = subprocess.run(
+                command, input=json.dumps(request), capture_output=True, text=True, env=environment, cwd=self.folder,
+                timeout=TIMEOUT_S, check=False,
+            )  # fmt: skip
+        except subprocess.TimeoutExpired:
+            return Fate("", "hung", f"no end after {TIMEOUT_S} s", 0)
+        lines = ended.stdout.strip().splitlines()
+        if ended.returncode or not lines:
+            return Fate("", "crashed", ended.stderr.strip()[-2000:] or f"exit status {ended.returncode}", 0)
+        found: dict[str, Any] = json.loads(lines[-1])
+        return found

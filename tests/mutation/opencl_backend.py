@@ -1,0 +1,225 @@
+"""Mistakes in the opencl backend."""
+
+from __future__ import annotations
+
+from tests.mutation.mutant import Mutant
+
+EDGES = ("coverage/edges", "coverage/spokes", "coverage/quad", "coverage/fan")
+SEEN = ("coverage/quad", "coverage/row 0", "draw states/cull none")
+PICTURES = ("pictures/rgba32f 7x5", "pictures/rgba32f 70x66", "pictures/rgba32f")
+
+#: Kernels round what they store, so that a store of its own rounds nothing but blends, where a step is allowed.
+BLENDED = "a blend may fall on either neighbour in the format"
+
+
+def _o(file: str, old: str, new: str, *catchers: str, harmless: str = "") -> Mutant:
+    return Mutant(f"backends/opencl/{file}", old, new, "opencl", catchers, harmless)
+
+
+MUTANTS = (
+    _o("helpers.cl", "as_uint(a) - as_uint(b)", "as_uint(b) - as_uint(a)", "operations/sub of ints"),
+    _o("helpers.cl", "(as_uint(b) & 31u)", "(as_uint(b) & 15u)", "operations/shift_left"),
+    _o(
+        "helpers.cl",
+        "(as_uint(x) & 0x7FFFFFFFu) > 0x7F800000u",
+        "(as_uint(x) & 0x7FFFFFFFu) >= 0x7F800000u",
+        "operations/isnan",
+    ),
+    _o("helpers.cl", "return x >= 2147483648.0f ? 2147483647 : inside;", "return inside;", "operations/to_int"),
+    _o(
+        "helpers.cl",
+        "5192296858534827628530496329220096.0f",
+        "2596148429267413814265248164610048.0f",
+        "pictures/",
+    ),
+    _o("helpers.cl", "size + 0xFFFu + ((size >> 13) & 1u)", "size", "draw states/blend into rgba16f", harmless=BLENDED),
+    _o(
+        "helpers.cl",
+        "size + 0xFFFu + ((size >> 13) & 1u)",
+        "size + 0x1000u",
+        "draw states/blend into rgba16f",
+        harmless=BLENDED,
+    ),
+    _o("helpers.cl", "((bits >> 16) & 0x8000u)", "0u", "pictures/"),
+    _o(
+        "opencl_c.py",
+        "convert_uchar_sat_rte(({value}) * 255.0f)",
+        "convert_uchar_sat_rtz(({value}) * 255.0f)",
+        "pictures/",
+        "draw states/blend into rgba8",
+    ),
+    _o(
+        "opencl_c.py",
+        "convert_ushort_sat_rte(({value}) * 65535.0f)",
+        "convert_ushort_sat_rtz(({value}) * 65535.0f)",
+        "pictures/",
+    ),
+    _o("opencl_c.py", 'f"clamp({position}, 0, {count - 1})"', 'f"clamp({position}, 0, {count})"', *PICTURES),
+    _o("opencl_c.py", "{x} >= 0 && {x} < {width}", "{x} >= 0 && {x} <= {width}", *PICTURES),
+    _o("opencl_c.py", "{'+' if number > 0 else '-'}", "{'-' if number > 0 else '+'}", *PICTURES),
+    _o(
+        "opencl_c.py",
+        "return str(self.images[image][1].size[int(axis)])",
+        "return str(self.images[image][1].size[1 - int(axis)])",
+        "language/parameters",
+        "pictures/33x18",
+    ),
+    _o("draw_tests.py", '"less": "<"', '"less": "<="', "draw states/stencil less", "draw states/depth less"),
+    _o(
+        "draw_tests.py",
+        '"increment": f"min({old} + 1, 255)"',
+        '"increment": f"({old} + 1)"',
+        "draw states/stencil increment",
+    ),
+    _o("draw_tests.py", '"invert": f"(~{old})"', '"invert": f"(-{old})"', "draw states/stencil invert"),
+    _o(
+        "draw_tests.py",
+        "return f\"{value} * (1.0f - {factors[factor.removeprefix('one_minus_')]})\"",
+        "return f\"{value} * {factors[factor.removeprefix('one_minus_')]}\"",
+        "draw states/blend",
+    ),
+    _o(
+        "draw_tests.py",
+        'return f"({destination} - {source})"',
+        'return f"({source} - {destination})"',
+        "draw states/blend equation reverse",
+    ),
+    _o("draw_tests.py", "({old} & {keep}) | ({new}", "({new}", "draws/stencil", "draw states/stencil"),
+    _o(
+        "draw_tests.py",
+        'source_alpha = source[3] if len(source) == 4 else "1.0f"',
+        'source_alpha = source[3] if len(source) == 4 else "0.0f"',
+        "draws/blend",
+    ),
+    _o(
+        "draw_tests.py",
+        "terms = blend.alpha_terms if k == 3 else",
+        "terms = blend.alpha_terms if k == 4 else",
+        "draw states/blend",
+    ),
+    _o("draw_source.py", '"back": 1, "front": 2', '"back": 2, "front": 1', "draw states/cull"),
+    _o("draw_source.py", "+ ({c} - {a}) * v) / near;", "+ ({c} - {a}) * v);", "draw states/cull none, lean"),
+    _o(
+        "draw_source.py",
+        "return (reject, write) if discards else",
+        'return (f"{reject}\\n{write}", "") if discards else',
+        "draws/discard",
+    ),
+    _o("draw_source.py", 'return ("", text) if discards else (text, "")', 'return (text, "")', "draw states/discard"),
+    _o("draw_source.py", "if mask[k]:", "if True:", "draw states/mask"),
+    _o(
+        "draw_source.py",
+        'value = f"clamp({value}, 0.0f, 1.0f)"',
+        "pass",
+        "draw states/several",
+        "draw states/blend into",
+    ),
+    _o(
+        "draw_source.py",
+        "pg_stencils[at] = {step.state.clear_stencil & 255};",
+        "pg_stencils[at] = 0;",
+        "draw states/clears",
+    ),
+    _o(
+        "draw_source.py",
+        'masked = f"((int)pg_stencils[at] & {stencil.read_mask})"',
+        'masked = "((int)pg_stencils[at])"',
+        "draw states/stencil",
+    ),
+    _o(
+        "draw_source.py",
+        "clear_colour(values, layout.channels, layout.srgb)",
+        "clear_colour(values, layout.channels, False)",
+        "draw states/draw into rgba8_srgb",
+    ),
+    _o(
+        "pixels.cl",
+        "(long)d.x * (256 * y + 128 - a.y) - (long)d.y * (256 * x + 128 - a.x)",
+        "(long)d.x * (256 * y - a.y) - (long)d.y * (256 * x - a.x)",
+        *EDGES,
+    ),
+    _o(
+        "pixels.cl",
+        "return value - (d.y < 0 || (d.y == 0 && d.x > 0) ? 0 : 1);",
+        "return value - (d.y > 0 || (d.y == 0 && d.x < 0) ? 0 : 1);",
+        *EDGES,
+    ),
+    _o("pixels.cl", "return value - (d.y < 0 || (d.y == 0 && d.x > 0) ? 0 : 1);", "return value;", *EDGES),
+    _o(
+        "pixels.cl",
+        "long low1 = pg_lowered(c, a), low2",
+        "long low1 = 0, low2",
+        "draw states/",
+        "coverage/",
+        harmless="1 of thousands of squared subpixels: below the rounding of a weight, except in slivers",
+    ),
+    _o("pixels.cl", "f1 -= dx1, f2 -= dx2) {", "f1 += dx1, f2 -= dx2) {", *SEEN),
+    _o("pixels.cl", "depth = depth < 0.0f ? 0.0f : (1.0f < depth ? 1.0f : depth);", "", "draw states/polygon offset"),
+    _o(
+        "pixels.cl",
+        "for (int x = left; x <= right; ++x) { pg_clear_pixel",
+        "for (int x = left; x < right; ++x) { pg_clear_pixel",
+        *SEEN,
+    ),
+    _o(
+        "raster.cl",
+        "if (plane == 0) { return z + w; }",
+        "if (plane == 0) { return w; }",
+        "coverage/beyond",
+        "coverage/through",
+    ),
+    _o("raster.cl", "float t = d / (d - e);", "float t = e / (e - d);", "coverage/beyond", "coverage/through"),
+    _o("raster.cl", "x[i] = rint(", "x[i] = floor(", *SEEN, "coverage/"),
+    _o("raster.cl", "(0.5f - corner[i][1] / w * 0.5f)", "(0.5f + corner[i][1] / w * 0.5f)", *SEEN),
+    _o("raster.cl", "(min(min(p, q), r) + 127) >> 8", "(min(min(p, q), r) + 128) >> 8", *EDGES),
+    _o(
+        "raster.cl",
+        "(max(max(p, q), r) - 128) >> 8",
+        "(max(max(p, q), r) - 129) >> 8",
+        *EDGES,
+        harmless="a centre on the right or bottom side of a triangle's box lies on no top or left edge",
+    ),
+    _o("raster.cl", "(max(max(p, q), r) - 128) >> 8", "(max(max(p, q), r) - 384) >> 8", *EDGES),
+    _o("raster.cl", "? 1 : 7;", "? 1 : 1;", "coverage/beyond", "coverage/through", "coverage/one triangle"),
+    _o("raster.cl", "* inverse_area * 256.0f;", "* inverse_area;", "draw states/polygon offset"),
+    _o("raster.cl", "ldexp(1.0f, exponent - 23)", "ldexp(1.0f, exponent - 22)", "draw states/polygon offset"),
+    _o("raster.cl", "int front = area < 0 ? 1 : 0;", "int front = area > 0 ? 1 : 0;", "draw states/cull"),
+    _o(
+        "raster.cl",
+        "int x = d.y > 0 ? low.x : high.x, y = d.x > 0 ? high.y : low.y;",
+        "int x = d.y < 0 ? low.x : high.x, y = d.x > 0 ? high.y : low.y;",
+        *SEEN,
+    ),
+    _o(
+        "raster.cl",
+        "for (int slot = starts[id]; slot < starts[id + 1]; ++slot) {",
+        "for (int slot = starts[id + 1] - 1; slot >= starts[id]; --slot) {",
+        "draws/the last",
+    ),
+    _o("raster.cl", "        *bin = total;\n", "        *bin = here;\n", "draw states/cull none", "coverage/grid"),
+    _o(
+        "raster.py",
+        "self.cleared = True",
+        "self.cleared = False",
+        "coverage/",
+        harmless="a mesh is drawn in parts only where its lists pass 256 MiB",
+    ),
+    _o(
+        "backend.py",
+        "self.cl.enqueue_copy(self.queue, array, buffer, is_blocking=True)",
+        "self.cl.enqueue_copy(self.queue, array, buffer, is_blocking=False)",
+        "coverage/",
+        "draw states/",
+        "pictures/",
+    ),
+    _o("backend.py", "if raw != self.held[i]:", "if not self.held[i]:", "sequences/static"),
+    _o("backend.py", "self.fill(storage.stencil, pixels)", "pass", "draw states/"),
+    _o("pixel.py", "x = x < cut.x ? x : x + cut.z;", "x = x <= cut.x ? x : x + cut.z;", "language/a wide"),
+    _o("pixel.py", "(x + width - group, group)", "(x + width - group - 1, group)", "language/a wide"),
+    _o(
+        "pixel.py",
+        'max([0, *(getattr(use, axis)[1] for use in uses)]) for axis in "xy")',
+        '0 for axis in "xy")',
+        "language/a wide",
+    ),
+)

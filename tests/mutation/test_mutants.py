@@ -1,0 +1,58 @@
+"""The conformance suite can fail: mistakes planted in copies of the sources, each caught by a case.
+
+A few of them at every run; ``python -m tests.mutation.run`` tries all.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.conftest import require
+from tests.mutation.mutant import Mutant, Tree
+from tests.mutation.run import MUTANTS, stale
+
+#: One of each kind, by what is planted: an operation, a border, a quantiser, a fill rule, a draw state, the plan.
+CHOSEN = (
+    "b.fsub(y, x",
+    "return y * (1.0 - a) + x * a",
+    'f"min({clamped}, {count})"',
+    "return floor(min(max(0.0, x), 1.0) * 255.0 + 0.5) / 255.0",
+    "return a[1] <= b[0] or b[1] <= a[0]",
+    "f\"{value} * {factors[factor.removeprefix('one_minus_')]}\"",
+    "return value;",
+    "float t = e / (e - d);",
+)
+
+
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory: pytest.TempPathFactory) -> Tree:
+    """A copy of the sources to plant mistakes in."""
+    return Tree(tmp_path_factory.mktemp("mutated"))
+
+
+def chosen() -> list[Mutant]:
+    found = [mutant for text in CHOSEN for mutant in MUTANTS if text in mutant.new]
+    assert len(found) == len(CHOSEN), "each text stands for one mutant"
+    return found
+
+
+@pytest.mark.parametrize("mutant", chosen(), ids=lambda mutant: mutant.name)
+def test_a_mistake_is_caught(mutant: Mutant, tree: Tree) -> None:
+    """By one of the cases that are named, which pass where it is not planted."""
+    require(mutant.backend)
+    assert tree.run(mutant.backend, mutant.catchers, [], everything=False).outcome == ""
+    fate = tree.judge(mutant, [], everything=False)
+    assert fate.caught and fate.case, fate
+
+
+def test_every_mistake_can_still_be_planted() -> None:
+    assert stale() == []
+
+
+def test_a_mutated_tree_leaves_the_sources_alone(tree: Tree) -> None:
+    """The copy is changed, run, and put back; nothing else is touched."""
+    mutant = chosen()[0]
+    original = mutant.planted_in.read_text(encoding="utf-8")
+    tree.judge(mutant, ["none"], everything=False)
+    assert mutant.planted_in.read_text(encoding="utf-8") == original
+    assert (tree.folder / "tree" / mutant.file).read_text(encoding="utf-8") == original
