@@ -9,6 +9,7 @@ import passgraph as pg
 from passgraph.effects.blur import gaussian_blur
 from passgraph.effects.g_buffer import GBuffer
 from passgraph.effects.moment_maps import MomentView, blurred_moments, with_width
+from passgraph.effects.penumbra_search import add_light_with_penumbrae, find_penumbrae
 from passgraph.effects.shadow_filters import FilterFrame
 from passgraph.effects.shadow_light import KINDS, add_light, add_shadowed_light, ambient_light
 from passgraph.effects.shadow_lookup import FilterChoice
@@ -60,6 +61,9 @@ class Lighting:
                 frame, tan_half = look.frame(self.view, self.map_size), self.view.tan_half()
                 if needed:
                     map_, by = self._map(look, meshes, name)
+                    if self.filter.name == "penumbra":
+                        free, shadowed = self._with_penumbrae(free, shadowed, map_, frame, kind, face, name)
+                        continue
                     free, shadowed = add_shadowed_light(self.filter)(
                         free, shadowed, *common, map_, frame, tan_half, by, kind, face, into=_pair(name), name=name
                     )
@@ -68,6 +72,21 @@ class Lighting:
                         free, shadowed, *common, frame, tan_half, kind, into=_pair(name), name=name
                     )
         return free, shadowed
+
+    def _with_penumbrae(
+        self, free: pg.Target, shadowed: pg.Target, map_: pg.Target, frame: pg.Derived, kind: int, face: int, name: str
+    ) -> tuple[pg.Target, pg.Target]:
+        """Both sums with one light, looked up in half the size where its shadow is soft."""
+        common, tan_half, taps = (self.seen.normals, self.seen.depth), self.view.tan_half(), self.filter.taps_or_default
+        penumbrae = find_penumbrae(taps)(
+            *common, map_, frame, tan_half, kind, face,
+            into=pg.target(f"penumbrae of {name}", "rg16f", like=self.seen.depth, scale=0.5),
+            name=f"penumbrae of {name}",
+        )  # fmt: skip
+        made: tuple[pg.Target, pg.Target] = add_light_with_penumbrae(
+            free, shadowed, *common, map_, penumbrae, frame, tan_half, kind, face, into=_pair(name), name=name
+        )
+        return made
 
     def _view(self, light: pg.Value, face: int) -> MapView:
         if self.filter.blurs_maps:

@@ -17,12 +17,15 @@ from passgraph.effects.shadow_moments import (
     variance_bound,
 )
 
-ShadowFilter = Literal["blur", "hard", "pcf", "disc", "pcss", "vsm", "evsm4", "msm"]
-SHADOW_FILTERS: tuple[ShadowFilter, ...] = ("blur", "hard", "pcf", "disc", "pcss", "vsm", "evsm4", "msm")
+ShadowFilter = Literal["blur", "hard", "pcf", "disc", "pcss", "penumbra", "vsm", "evsm4", "msm"]
+SHADOW_FILTERS: tuple[ShadowFilter, ...] = ("blur", "hard", "pcf", "disc", "pcss", "penumbra", "vsm", "evsm4", "msm")
 #: Those that blur maps of moments.
 MOMENT_FILTERS: tuple[ShadowFilter, ...] = ("vsm", "evsm4", "msm")
 MomentFormat = Literal["rgba32f", "rgba16"]
 MOMENT_FORMATS: tuple[MomentFormat, ...] = ("rgba32f", "rgba16")
+#: Comparisons where no number is given; "penumbra" has fewer, as it looks for the casters that matter.
+TAPS = {"penumbra": 16}
+MORE_TAPS = 32
 #: Where none is given: what is left of common leaks, at little cost to penumbrae.
 BLEED = {"vsm": 0.2}
 LESSER_BLEED = 0.02
@@ -34,7 +37,7 @@ class FilterChoice:
 
     name: ShadowFilter = "blur"
     pcf_size: int = 5
-    taps: int = 32
+    taps: int | None = None
     bleed: float | None = None
     exponent: float = 40.0
     moment_format: MomentFormat = "rgba32f"
@@ -45,7 +48,7 @@ class FilterChoice:
             raise pg.GraphError(f"soft_shadow: shadow_filter cannot be {self.name!r}; it is one of {known}")
         if not 1 <= self.pcf_size <= 15 or self.pcf_size % 2 == 0:
             raise pg.GraphError(f"soft_shadow: pcf_size must be odd, 1 to 15, got {self.pcf_size!r}")
-        if not 1 <= self.taps <= 128:
+        if self.taps is not None and not 1 <= self.taps <= 128:
             raise pg.GraphError(f"soft_shadow: taps must be 1 to 128, got {self.taps!r}")
         if self.bleed is not None and not 0.0 <= self.bleed <= 0.9:
             raise pg.GraphError(f"soft_shadow: bleed must be 0 to 0.9, got {self.bleed!r}")
@@ -58,6 +61,10 @@ class FilterChoice:
     @property
     def blurs_maps(self) -> bool:
         return self.name in MOMENT_FILTERS
+
+    @property
+    def taps_or_default(self) -> int:
+        return TAPS.get(self.name, MORE_TAPS) if self.taps is None else self.taps
 
     @property
     def bleed_or_default(self) -> float:
@@ -73,7 +80,7 @@ def lookup(of: FilterChoice) -> Any:
     if of.name == "blur":
         return bilinear
     if of.name == "disc":
-        return disc(of.taps)
+        return disc(of.taps_or_default)
     if of.name == "pcss":
-        return pcss(of.taps)
+        return pcss(of.taps_or_default)
     return square(1 if of.name == "hard" else of.pcf_size)

@@ -67,9 +67,9 @@ def soft_shadow_passes(
     scene: pg.Scene,
     *,
     softness: float | pg.Value | None = None,
-    shadow_filter: ShadowFilter = "blur",
+    shadow_filter: ShadowFilter | Literal["auto"] = "blur",
     pcf_size: int = 5,
-    taps: int = 32,
+    taps: int | None = None,
     bleed: float | None = None,
     exponent: float = 40.0,
     moment_format: MomentFormat = "rgba32f",
@@ -93,6 +93,8 @@ def soft_shadow_passes(
     True
     """
     _check(softness, blur, radius_px, map_size, map_blur_px, hdr_format)
+    if shadow_filter == "auto":
+        shadow_filter = _filter_for(scene, softness, blur)
     chosen = FilterChoice(shadow_filter, pcf_size, taps, bleed, exponent, moment_format)
     notes: list[str] = []
     view = View(pg.Value("camera", pg.Camera, default=scene.camera))
@@ -163,15 +165,19 @@ def soft_shadow() -> None:
     scene : what is drawn; geometry and materials are built in, the camera and the lights are values of each
         run
     softness : half width of shadow edges in scene units, 0 or more; left out, from the lights' radius and the
-        size of the casters; 0 leaves the blur out
-    shadow_filter : "blur" blurs the shadows on the screen. The others filter where the map is compared, and
-        nothing is blurred after that: "hard" compares one texel, "pcf" the mean of ``pcf_size`` squared,
+        size of the casters; 0 leaves the blur out. "penumbra", "pcss", "pcf" and "hard" have no such width
+    shadow_filter : "auto" is "penumbra", or "blur" where ``softness`` is given, ``blur`` is "constant" or no light
+        has a radius. "blur" blurs the shadows on the screen. The others filter where the map is compared, and
+        nothing is blurred after that: "penumbra" searches for casters in half the width and height, makes
+        penumbrae as wide as the lights' radius and the casters' distance ask, and compares in full size where
+        they are narrow. "hard" compares one texel, "pcf" the mean of ``pcf_size`` squared,
         "disc" of ``taps`` over a disc of ``softness``, "pcss" over a disc as wide as the light's radius and
         the casters' distance make the penumbra. "vsm", "evsm4" and "msm" blur maps of moments of the depth
         over a box of half width ``softness``, once for each place of the light: variance, both exponential
         warps, and four moments
     pcf_size : texels along each side with "pcf", odd, 1 to 15
-    taps : of "disc", and of the search and of the filter of "pcss", 1 to 128
+    taps : of "disc", and of the search and of the filter of "pcss" and "penumbra", 1 to 128; left out, 16 with
+        "penumbra", else 32
     bleed : shares of light up to this count as none with "vsm", "evsm4" and "msm", 0 to 0.9: it takes leaks
         where casters overlap, and narrows penumbrae; left out, 0.2 with "vsm", else 0.02
     exponent : of "evsm4", 1 to 42, where float32 ends: more leaks less
@@ -212,6 +218,13 @@ def soft_shadow() -> None:
 
 def _shown(hdr: pg.Target, exposure_stops: float | pg.Value, curve: Curve) -> pg.Target:
     return tone_map(hdr, exposure_stops, curve, into=pg.target("picture", "rgba8"), name="picture")
+
+
+def _filter_for(scene: pg.Scene, softness: float | pg.Value | None, blur: str) -> ShadowFilter:
+    """What "auto" stands for: penumbrae of the lights' own width need lights with an extent, and no other width."""
+    if softness is not None or blur == "constant" or all(light.radius == 0.0 for light in scene.lights):
+        return "blur"
+    return "penumbra"
 
 
 def _softness(given: float | pg.Value | None, lights: Sequence[pg.Value], casters: Casters) -> object:

@@ -66,10 +66,7 @@ def bench(
     for name in methods:
         method_named(name)
     chosen = scenes or (QUICK_SCENES if quick else tuple(name for name, scene in SCENES.items() if scene.here))
-    if quick:
-        settings = Settings(QUICK_SIZE, (1024,), frames=QUICK_FRAMES)
-    else:
-        settings = Settings()
+    settings = Settings(QUICK_SIZE, (1024,), frames=QUICK_FRAMES) if quick else Settings()
     given: dict[str, Any] = {
         "size": size, "map_sizes": map_sizes, "methods": methods or tuple(METHODS), "backends": backends,
         "frames": frames,

@@ -90,7 +90,7 @@ def test_one_that_does_not_is_shown(capsys: pytest.CaptureFixture[str]) -> None:
     [
         (["conform"], "Missing option '--backend' / '-b'"),
         (["conform", "-b", "nope"], "there is no backend 'nope'"),
-        (["conform", "-b", "numpy", "-g", "nope"], "there is no group 'nope' of cases; there are operations, pictures"),
+        (["conform", "-b", "numpy", "-g", "nope"], "there is no group 'nope' of cases; there are operations, "),
         (["conform", "-b", "numpy", "--report", "none/r.html"], "the folder"),
         (["check", "nope.py"], "nope.py: no such file"),
         (["check", "empty.py"], "has neither outputs nor targets nor kernels"),

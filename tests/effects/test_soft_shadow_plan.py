@@ -23,10 +23,27 @@ def steps_of(scene: pg.Scene, **options: object) -> list[str]:
     return [step.name for step in plan_of(soft_shadow(scene, map_size=64, **options)).steps]  # type: ignore[arg-type]
 
 
+def test_the_chain_of_penumbrae_is_four_steps() -> None:
+    """One draw for the map, one for all surfaces, one pass in half the size, one for the light and the picture."""
+    scene = pg.Scene(NODES, CAMERA, (sun(radius=0.1),))
+    assert sorted(steps_of(scene, shadow_filter="penumbra")) == [
+        "penumbrae of light", "picture", "shadow map of light", "surfaces: untextured",
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("options", "blurs"), [({}, False), ({"softness": 0.1}, True), ({"blur": "constant"}, True)], ids=str
+)
+def test_auto_blurs_where_a_width_is_asked_for(options: dict[str, object], blurs: bool) -> None:
+    names = steps_of(pg.Scene(NODES, CAMERA, (sun(radius=0.1),)), shadow_filter="auto", **options)
+    assert any("blur" in name for name in names) == blurs
+    assert any("penumbrae" in name for name in names) != blurs
+
+
 def test_the_plain_chain_is_five_steps() -> None:
     """One draw for the map, one for all surfaces, one pass for the light, two for the blur."""
     scene = pg.Scene(NODES, CAMERA, (sun(radius=0.1),))
-    assert sorted(steps_of(scene)) == [
+    assert sorted(steps_of(scene, softness=0.1)) == [
         "picture", "shadow blur x", "shadow map of light", "surfaces: untextured", "unshadowed and shadows",
     ]  # fmt: skip
 
@@ -61,7 +78,7 @@ def test_without_casters_receivers_or_lights_there_are_no_shadow_passes(scene: p
 
 def test_many_lights_share_one_blur() -> None:
     scene = pg.Scene(NODES, CAMERA, tuple(sun(45, 60 * i, radius=0.1) for i in range(4)))
-    plan = plan_of(soft_shadow(scene, map_size=64))
+    plan = plan_of(soft_shadow(scene, softness=0.1, map_size=64))
     names = [name for step in plan.steps for name in (step.name, *getattr(step, "fused", ()))]
     assert sum("blur" in name for name in names) == 2
     assert sum(name.startswith("shadow map") for name in names) == 4
@@ -69,7 +86,7 @@ def test_many_lights_share_one_blur() -> None:
 
 def test_two_lights_are_computed_in_one_pass() -> None:
     scene = pg.Scene(NODES, CAMERA, (sun(45, 0, radius=0.1), sun(45, 90, radius=0.1)))
-    plan = plan_of(soft_shadow(scene, map_size=64))
+    plan = plan_of(soft_shadow(scene, softness=0.1, map_size=64))
     (light,) = [step for step in plan.steps if step.name == "unshadowed and shadows"]
     assert light.fused == ("ambient light", "light0", "light1")  # type: ignore[union-attr]
 

@@ -1,0 +1,184 @@
+"""Shadows of lights with an extent, searched for in half the size, and sharpened in full size where they are sharp."""
+
+# mypy: disable-error-code="no-any-return"
+# Values of the kernel language are Any to Python's type checkers.
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from math import cos, pi, sin
+from typing import Any
+
+import passgraph as pg
+from passgraph import Const, Image, dot, ivec2, length, mix, smoothstep, vec2, vec3
+from passgraph.effects.geometry import unpack_normal, view_ray
+from passgraph.effects.shadow_filters import (
+    Receiver,
+    caster_at,
+    mean_of,
+    reach_texels,
+    receiver_at,
+    toward_light,
+    vogel_disc,
+)
+from passgraph.effects.shadow_light import SCREEN_ROUNDING, light_at, on_face
+from passgraph.effects.shadow_map import NOTHING
+from passgraph.effects.views import LightFrame
+
+#: Half widths of penumbrae, in pixels, up to which full size decides, and from which half the size does: the small
+#: picture's pixels are 2 wide, and of a penumbra that is hardly wider they catch a point or two.
+SHARP_PX, SOFT_PX = 2.0, 5.0
+#: Comparisons of each pixel in full size: enough for a penumbra of SHARP_PX.
+FEW = 5
+FEW_PLACES = vogel_disc(FEW)
+#: How far a pixel of the small picture may lie off the plane of one that it is blended into.
+SAME_PLANE_PX = 2.0
+#: A texel is met by rays that pass its middle by up to half its diagonal.
+HALF_DIAGONAL = 0.75
+#: A comparison counts for casters whose own penumbra is so many times narrower at most: others stand beside the light.
+WIDER = 2.0
+#: Places of the search crowd toward the middle with this power of their number; 0.5 would spread them evenly. Most
+#: casters are near the receiver, and can be in its way only near its own place.
+CROWDING = 1.5
+
+
+def search_disc(taps: int) -> tuple[tuple[float, float], ...]:
+    """Points of a disc of radius 1, closer together toward its middle.
+
+    >>> [round(math.hypot(x, y), 3) for x, y in search_disc(4)]
+    [0.044, 0.23, 0.494, 0.818]
+    """
+    turn = pi * (3.0 - math.sqrt(5.0))
+    radii = [((i + 0.5) / taps) ** CROWDING for i in range(taps)]
+    return tuple((r * cos(i * turn), r * sin(i * turn)) for i, r in enumerate(radii))
+
+
+@pg.function
+def facing_light(light: LightFrame, position: vec3, n: vec3, kind: int) -> bool:
+    """Whether the light's middle lies over the surface."""
+    return dot(n, toward_light(light, position, kind)) > 0.0
+
+
+@pg.function
+def step_aside(size: ivec2, tan_half: vec2) -> vec2:
+    """How far rays at distance 1 lie apart, of neighbouring pixels to the right and downwards."""
+    return vec2(2.0 * tan_half.x / float(size.x), -2.0 * tan_half.y / float(size.y))
+
+
+@lru_cache(maxsize=64)
+def find_penumbrae(taps: int) -> Any:
+    """A kernel for every other pixel of every other row: the share of the light that arrives, and the penumbra's half
+    width in pixels.
+
+    The width is 0 where nothing is in the way, and -1 where no light can arrive or there is no surface.
+
+    Source: R. Fernando, "Percentage-Closer Soft Shadows", 2005. Deviations: of the casters found only those count
+    that lie in the cone from the receiver to the light, for their mean and for the comparisons; the mean is harmonic
+    in their distance, as the nearest bound the light; places of the search crowd toward the middle.
+    """
+    search_places: Any = search_disc(taps)
+    places: Any = vogel_disc(taps)
+
+    @pg.function
+    def mean_gap(map: Image, light: LightFrame, receiver: Receiver, kind: int, face: int) -> float:
+        """Harmonic mean of the distances to the casters in the cone to the light; 0 where there is none."""
+        search = reach_texels(light, receiver, light.near, kind) + HALF_DIAGONAL
+        total = 0.0
+        count = 0.0
+        for i in range(taps):
+            offset = search_places[i] * search
+            caster = caster_at(map, receiver, offset, kind, face)
+            if caster < NOTHING and length(offset) <= reach_texels(light, receiver, caster, kind) + HALF_DIAGONAL:
+                total += 1.0 / max(receiver.depth - caster, 1e-6 * receiver.depth)
+                count += 1.0
+        return count / total if count > 0.0 else 0.0
+
+    @pg.function
+    def share_of_disc(map: Image, light: LightFrame, receiver: Receiver, reach: float, kind: int, face: int) -> float:
+        """The mean of comparisons over a disc."""
+        lit = 0.0
+        for i in range(taps):
+            offset = places[i] * reach
+            caster = caster_at(map, receiver, offset, kind, face)
+            own = WIDER * reach_texels(light, receiver, caster, kind) + HALF_DIAGONAL
+            lit += 0.0 if caster < NOTHING and length(offset) <= own else 1.0
+        return mean_of(lit, taps)
+
+    @pg.kernel
+    def penumbrae(
+        normals: Image, depth: Image, map: Image, light: LightFrame, tan_half: vec2, kind: Const[int], face: Const[int]
+    ) -> vec2:
+        size = depth.size
+        at = pg.pixel() * 2
+        far = depth.texel(at).r
+        aside = step_aside(size, tan_half)
+        ray = vec3((vec2(at) + 0.5 - 0.5 * vec2(size)) * aside, -1.0)
+        position = ray * far
+        n = unpack_normal(normals.texel(at).zw)
+        if far <= 0.0 or not facing_light(light, position, n, kind):
+            return vec2(0.0, -1.0)
+        pixel_width = -aside.y * far
+        receiver = receiver_at(map, light, position, n, 0.5 * pixel_width * SCREEN_ROUNDING, kind)
+        if receiver.share >= 0.0:
+            return vec2(receiver.share, 0.0)
+        gap = mean_gap(map, light, receiver, kind, face)
+        if gap <= 0.0:
+            return vec2(1.0, 0.0)
+        reach = reach_texels(light, receiver, receiver.depth - gap, kind)
+        return vec2(share_of_disc(map, light, receiver, reach, kind, face), reach * receiver.texel / pixel_width)
+
+    return penumbrae
+
+
+@pg.kernel
+def add_light_with_penumbrae(
+    free: Image, shadowed: Image, normals: Image, depth: Image, map: Image, penumbrae: Image,
+    light: LightFrame, tan_half: vec2, kind: Const[int], face: Const[int],
+) -> tuple[vec3, vec3]:  # fmt: skip
+    """Adds one light to both sums, as `passgraph.effects.shadow_light.add_shadowed_light` does.
+
+    The small picture is enlarged along the surface that each pixel lies on; where its penumbrae are narrow, a few
+    comparisons over their width take its place.
+    """
+    here = pg.pixel()
+    far = depth[0, 0].r
+    ray = view_ray(tan_half)
+    position = ray * far
+    packed = normals[0, 0]
+    n = unpack_normal(packed.zw)
+    more = light_at(light, position, unpack_normal(packed.xy), kind).rgb
+    if face >= 0 and not on_face(light.world * (position - light.place), face):
+        more = vec3(0.0)
+    aside = step_aside(depth.size, tan_half)
+    pixel_width = -aside.y * far
+    # the height of a neighbour over this pixel's plane: dot(n, ray) is linear over the picture
+    level = dot(n, ray)
+    rise = n.xy * aside
+    first = here // 2
+    odd = here - first * 2
+    part = 0.5 * vec2(odd)
+    total = 0.0
+    weight = 0.0
+    wide = 0.0
+    wide_weight = 0.0
+    for i in range(4):
+        near = min(first + ivec2(i % 2, i // 2), penumbrae.size - 1)
+        away = vec2(near * 2 - here)
+        found = penumbrae.texel(near).rg
+        off = (depth.texel(near * 2).r * (level + dot(rise, away)) - far * level) / (SAME_PLANE_PX * pixel_width)
+        w = (part.x if i % 2 == 1 else 1.0 - part.x) * (part.y if i // 2 == 1 else 1.0 - part.y)
+        w = w * max(1.0 - off * off, 0.0) if found.y >= 0.0 else 0.0
+        total += found.x * w
+        weight += w
+        wide += found.y * w
+        wide_weight += w if found.y > 0.0 else 0.0
+    width_px = wide / max(wide_weight, 1e-6)
+    receiver = receiver_at(map, light, position, n, 0.5 * pixel_width * SCREEN_ROUNDING, kind)
+    share = receiver.share
+    if receiver.share < 0.0:
+        reach = min(width_px * pixel_width / receiver.texel, receiver.farthest)
+        sharp = 0.0
+        for i in range(FEW):
+            sharp += 1.0 if caster_at(map, receiver, FEW_PLACES[i] * reach, kind, face) >= NOTHING else 0.0
+        share = mix(mean_of(sharp, FEW), min(total / max(weight, 1e-6), 1.0), smoothstep(SHARP_PX, SOFT_PX, width_px))
+    return free[0, 0].rgb + more, shadowed[0, 0].rgb + more * share

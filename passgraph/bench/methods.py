@@ -1,0 +1,105 @@
+"""Every way to make a shadow that is measured."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+from passgraph.effects.five_pass import DARKEST, five_pass_targets
+from passgraph.effects.soft_shadow import SoftShadow, soft_shadow_passes
+from passgraph.effects.tone_map import tone_map
+from passgraph.errors import InputError
+from passgraph.scene import Scene
+from passgraph.targets import Target, target
+
+#: Texels along each side of shadow maps.
+MAP_SIZES = (512, 1024, 2048)
+
+
+@dataclass(frozen=True)
+class Made:
+    """What a method draws.
+
+    Attributes
+    ----------
+    picture : the whole frame, which is timed
+    share : the share of the light that arrives is ``scale * red + offset``
+    """
+
+    picture: Target
+    share: Target
+    scale: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True)
+class Method:
+    """One method with its settings.
+
+    Attributes
+    ----------
+    name : on the command line and in tables
+    series : methods that differ in one setting, drawn as one line
+    make : the graph of a scene with a map of so many texels
+    """
+
+    name: str
+    series: str
+    make: Callable[[Scene, int], Made]
+
+
+def passes_of(scene: Scene, map_size: int, **options: Any) -> SoftShadow:
+    """Without ambient light, so that the mask of all shadows is the share of the one light."""
+    return soft_shadow_passes(scene, ambient=0.0, map_size=map_size, **options)
+
+
+def _soft(name: str, series: str, **options: Any) -> Method:
+    def make(scene: Scene, map_size: int) -> Made:
+        passes = passes_of(scene, map_size, **options)
+        if passes.shadows_blurred is None:
+            raise InputError(f"bench scene {scene.name!r} has no shadows: {'; '.join(passes.notes)}")
+        return Made(passes.picture, passes.shadows_blurred)
+
+    return Method(name, series, make)
+
+
+def _five_pass(scene: Scene, map_size: int) -> Made:
+    targets = five_pass_targets(scene, map_size=map_size)
+    return Made(targets.picture, targets.mask_blurred, 1.0 / (1.0 - DARKEST), -DARKEST / (1.0 - DARKEST))
+
+
+#: The method that ratios of times refer to.
+PLAIN = "hard"
+METHODS: dict[str, Method] = {
+    method.name: method
+    for method in (
+        _soft(PLAIN, "hard", shadow_filter="hard"),
+        *(_soft(f"pcf-{n}", "PCF", shadow_filter="pcf", pcf_size=n) for n in (3, 5, 9, 15)),
+        *(_soft(f"pcss-{n}", "PCSS", shadow_filter="pcss", taps=n) for n in (8, 16, 32, 64)),
+        *(_soft(f"penumbra-{n}", "penumbra", shadow_filter="penumbra", taps=n) for n in (8, 16, 32)),
+        _soft("vsm", "VSM", shadow_filter="vsm"),
+        _soft("evsm4", "EVSM4", shadow_filter="evsm4"),
+        _soft("msm", "MSM", shadow_filter="msm"),
+        _soft("blur-constant", "blur, constant", shadow_filter="blur", blur="constant"),
+        _soft("blur-world", "blur, depth-aware", shadow_filter="blur", blur="world"),
+        Method("five-pass", "five passes", _five_pass),
+    )
+}
+
+
+def method_named(name: str) -> Method:
+    """
+    >>> method_named("pcss-32").series
+    'PCSS'
+    """
+    if name not in METHODS:
+        raise InputError(f"there is no shadow method {name!r}; there are {', '.join(METHODS)}")
+    return METHODS[name]
+
+
+def frame_without_shadows(scene: Scene, map_size: int) -> list[Target]:
+    """A frame that draws the shadow map, the surfaces and the lit picture, and looks up no shadow."""
+    passes = passes_of(scene, map_size, shadow_filter="hard")
+    picture = tone_map(passes.unshadowed, 0.0, "linear", into=target("picture", "rgba8"), name="picture")
+    return [picture, *passes.shadow_maps]

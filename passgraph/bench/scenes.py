@@ -1,0 +1,157 @@
+"""Scenes to be measured on: shipped ones, cases that are hard for shadow maps, and models of other packages."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+
+from passgraph.errors import InputError
+from passgraph.scene import Camera, Light, Material, Mesh, Node, Scene
+from passgraph.scene.matrices import rotation_y, translation
+from passgraph.scene.shipped import ball, box, cylinder
+
+GREY = Material("grey", (0.6, 0.6, 0.6, 1.0))
+SHEET = Material("sheet", (0.6, 0.6, 0.6, 1.0), double_sided=True)
+#: Where the models of pybullet lie in its package of data.
+MODELS = "pybullet_data"
+
+
+@dataclass(frozen=True)
+class BenchScene:
+    """One scene by name.
+
+    Attributes
+    ----------
+    name : on the command line, and in names of files
+    about : one line
+    make : the scene, with one light that has a radius
+    needs : the package that it comes from; empty where it is made here
+    """
+
+    name: str
+    about: str
+    make: Callable[[], Scene]
+    needs: str = ""
+
+    @property
+    def here(self) -> bool:
+        return not self.needs or find_spec(self.needs) is not None
+
+
+def plane(half: float) -> Node:
+    """A square of y = 0."""
+    corners = np.array([[-1, 0, 1], [1, 0, 1], [1, 0, -1], [-1, 0, -1.0]]) * half
+    mesh = Mesh.make(corners, [[0, 1, 2], [0, 2, 3]], np.tile([0.0, 1.0, 0.0], (4, 1)), name="plane")
+    return Node(mesh, GREY, name="plane")
+
+
+def _sheet(width: float, depth: float, at: tuple[float, float, float], name: str) -> Node:
+    corners = np.array([[-width, 0, depth], [width, 0, depth], [width, 0, -depth], [-width, 0, -depth]]) * 0.5
+    mesh = Mesh.make(corners, [[0, 1, 2], [0, 2, 3]], np.tile([0.0, 1.0, 0.0], (4, 1)), name=name)
+    return Node(mesh, SHEET, translation(at), name)
+
+
+#: Tangent of the angular radius of the light over the box: penumbrae as wide as can be seen.
+BOX_LIGHT = 0.1
+BOX_HEIGHT = 1.0
+#: Of the ball, and of the ball of light over it.
+BALL, BALL_HEIGHT = 0.5, 1.0
+LAMP, LAMP_PLACE = 0.4, (0.0, 5.0, 0.0)
+
+
+def box_scene() -> Scene:
+    """A cube on a plane, light at 45 degrees along x."""
+    camera = Camera((3.6, 2.6, 3.4), (0.7, 0.15, 0.0), vertical_fov_rad=0.5, near=0.5, far=60.0)
+    light = Light.directional((1, -1, 0), radius=BOX_LIGHT)
+    return Scene((plane(20.0), Node(box(BOX_HEIGHT), GREY, name="box")), camera, (light,), "box")
+
+
+def sphere_scene() -> Scene:
+    """A ball over a plane, under a ball of light."""
+    camera = Camera((2.6, 2.4, 2.6), (0.0, 0.3, 0.0), vertical_fov_rad=0.55, near=0.5, far=60.0)
+    light = Light.point(LAMP_PLACE, intensity=20.0, radius=LAMP)
+    floating = Node(ball(BALL, 64), GREY, translation((0.0, BALL_HEIGHT, 0.0)), "ball")
+    return Scene((plane(20.0), floating), camera, (light,), "sphere")
+
+
+def fence_scene() -> Scene:
+    """Thin bars, low and high: narrow casters, and penumbrae as wide as the gaps."""
+    nodes = [plane(20.0)]
+    for i in range(9):
+        bar = cylinder(0.04, 1.6, 16)
+        nodes.append(Node(bar, GREY, translation((-0.9, 0.0, -1.2 + 0.3 * i)), f"bar {i}"))
+    nodes.append(Node(box(0.5), GREY, translation((0.9, 1.1, 0.3)) @ rotation_y(0.4), "floating box"))
+    camera = Camera((4.4, 3.2, 3.8), (0.9, 0.3, 0.0), vertical_fov_rad=0.55, near=0.5, far=60.0)
+    light = Light.directional((1.0, -0.9, -0.15), radius=0.08)
+    return Scene(tuple(nodes), camera, (light,), "fence")
+
+
+def layers_scene() -> Scene:
+    """Sheets near the floor and far above it whose shadows cross: light leaks through filters of few moments."""
+    nodes = (
+        plane(20.0),
+        _sheet(1.6, 1.6, (-0.2, 0.35, 0.0), "low sheet"),
+        _sheet(1.2, 2.6, (-1.6, 2.0, 0.3), "high sheet"),
+        Node(cylinder(0.06, 0.35), GREY, translation((-0.2, 0.0, 0.0)), "leg"),
+    )
+    camera = Camera((3.8, 2.2, 3.6), (0.3, 0.2, 0.0), vertical_fov_rad=0.62, near=0.5, far=60.0)
+    light = Light.directional((0.8, -1.0, -0.1), radius=0.09)
+    return Scene(nodes, camera, (light,), "layers")
+
+
+def _models_folder() -> Path:
+    found = find_spec(MODELS)
+    assert found is not None and found.origin is not None
+    return Path(found.origin).parent
+
+
+def samurai_scene() -> Scene:
+    """The courtyard of a monastery, 124,000 triangles: eaves, fences, lanterns on poles."""
+    scene = Scene.load(_models_folder() / "samurai_monastry.obj")
+    centre, far = scene.bounds().mean(axis=0), 0.5 * float(np.linalg.norm(np.ptp(scene.bounds(), axis=0)))
+    eye, target = centre + np.array([0.15, 0.1, 0.25]) * far, centre + np.array([0.0, -0.05, 0.0]) * far
+    camera = Camera(tuple(eye), tuple(target), vertical_fov_rad=0.8, near=0.005 * far, far=4.0 * far)
+    light = Light.directional((0.6, -1.0, -0.5), (1.0, 0.96, 0.9), 0.9, 0.04)
+    return scene.with_(camera=camera, lights=[light])
+
+
+def bunny_scene() -> Scene:
+    """The Stanford bunny on the floor that comes with a model of one node."""
+    return Scene.load(_models_folder() / "bunny.obj")
+
+
+SCENES: dict[str, BenchScene] = {
+    scene.name: scene
+    for scene in (
+        BenchScene("shipped", "teapot, pillar, box and ball on a textured floor", Scene.shipped),
+        BenchScene("box", "a box on a plane under a sun: analytic on the floor", box_scene),
+        BenchScene("sphere", "a ball over a plane under a lamp: analytic on the floor", sphere_scene),
+        BenchScene("fence", "thin bars, and a box in the air", fence_scene),
+        BenchScene("layers", "sheets near and far whose shadows cross", layers_scene),
+        BenchScene("samurai", "a monastery's courtyard, 124,000 triangles", samurai_scene, MODELS),
+        BenchScene("bunny", "the Stanford bunny on a floor", bunny_scene, MODELS),
+    )
+}
+
+
+@lru_cache(maxsize=4)
+def scene_named(name: str) -> Scene:
+    """A scene of the list, or of a file; it has to have a light with a radius, of which the first is taken.
+
+    >>> scene_named("box").name
+    'box'
+    """
+    known = SCENES.get(name)
+    if known is None and not Path(name).suffix:
+        raise InputError(f"there is no bench scene {name!r}; there are {', '.join(SCENES)}, or name a file")
+    if known is not None and not known.here:
+        raise InputError(f"bench scene {name!r} needs the package {known.needs}; run: pip install pybullet")
+    scene = Scene.load(name) if known is None else known.make()
+    if not scene.lights or scene.lights[0].radius == 0.0:
+        raise InputError(f"bench scene {name!r}: its first light has no radius, so that nothing is soft")
+    return scene.with_(lights=scene.lights[:1])

@@ -1,0 +1,67 @@
+"""Ground truth for the comparison: which pixels count, and what share of the light they see."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.scene import Light, Scene
+from passgraph.truth import Surfaces, first_surfaces, visible_share
+
+Float32 = NDArray[np.float32]
+Mask = NDArray[np.bool_]
+#: Between these shares a pixel lies in a penumbra.
+PENUMBRA = (0.01, 0.99)
+#: Relative difference of depths beyond which rays and the rasteriser see different surfaces.
+SAME_SURFACE = 0.01
+
+
+@dataclass(frozen=True, eq=False)
+class Truth:
+    """What rays say about one scene and light.
+
+    Attributes
+    ----------
+    share : (h, w) visible share of the light, 0 to 1
+    counts : (h, w) where it is compared: on surfaces that receive shadows and have the whole light over their own
+        plane; the rest is a matter of shading, not of shadows
+    depth : (h, w) float64 along the view axis, scene units
+    noise : standard error of ``share``, root of the mean square over the valid pixels
+    samples : rays a pixel
+    tracer : which traced them
+    """
+
+    share: Float32
+    counts: Mask
+    depth: NDArray[np.float64]
+    noise: float
+    samples: int
+    tracer: str
+
+    @property
+    def penumbra(self) -> Mask:
+        return self.counts & (self.share > PENUMBRA[0]) & (self.share < PENUMBRA[1])
+
+    def same_surface(self, depth: Float32) -> Mask:
+        """Where a rasterised depth picture shows what the rays met."""
+        return np.asarray(np.abs(depth - self.depth) <= SAME_SURFACE * self.depth)
+
+
+def truth_of(scene: Scene, size: tuple[int, int], samples: int) -> Truth:
+    """Trace the scene's first light with so many rays a pixel."""
+    traced = visible_share(scene, size, samples=samples)
+    seen = first_surfaces(scene, size)
+    counts = traced.valid & whole_light_above(scene.lights[0], seen)
+    return Truth(traced.share, counts, seen.depth, traced.noise, traced.samples, traced.tracer)
+
+
+def whole_light_above(light: Light, seen: Surfaces) -> Mask:
+    """Where all of the light lies over the plane of the surface's own triangle."""
+    if light.kind == "directional":
+        sine = light.radius / np.hypot(1.0, light.radius)
+        return np.asarray(-(seen.normals @ np.array(light.direction)) > sine)
+    with np.errstate(invalid="ignore"):
+        offset = np.subtract(light.position, seen.origin) - seen.positions
+        return np.asarray(np.einsum("ijk,ijk->ij", seen.normals, offset) > light.radius)

@@ -1,0 +1,101 @@
+"""Penumbrae searched for in half the size, against what rays say."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import passgraph as pg
+from passgraph.compare import compare
+from passgraph.effects import soft_shadow_passes
+from passgraph.truth import visible_share
+from tests.effects.scenes import Picture, cube, floor, render, sun
+
+SIZE = (128, 84)
+CAMERA = pg.Camera((3, 3, 5), (0.4, 0.3, 0), vertical_fov_rad=0.6)
+LIGHTS = {
+    "directional": sun(40, 30, radius=0.1),
+    "spot": pg.Light.spot((2, 4, 3), (-0.5, -1, -0.8), intensity=22, radius=0.3, cone_outer_rad=0.6),
+    "cube": pg.Light.point((0.2, 1.6, 1.0), intensity=1.5, radius=0.12),
+}
+
+
+def scene(lights: str) -> pg.Scene:
+    nodes = (floor(), cube(), cube((-1.2, 0, 1.0), 0.6), cube((1.4, 0, 1.2), 0.4))
+    return pg.Scene(nodes, CAMERA, (LIGHTS[lights],))
+
+
+@lru_cache
+def truth(lights: str) -> tuple[Picture, NDArray[np.bool_]]:
+    traced = visible_share(scene(lights), SIZE, samples=144, tracer="bvh")
+    return traced.share, traced.valid
+
+
+def rmse(lights: str, backend: str, **options: object) -> float:
+    passes = soft_shadow_passes(scene(lights), ambient=0.0, map_size=512, **options)  # type: ignore[arg-type]
+    assert passes.shadows_blurred is not None
+    made = render(passes.shadows_blurred, size=SIZE, backend=backend)[passes.shadows_blurred.name][:, :, 0]
+    share, counts = truth(lights)
+    return float(np.sqrt(np.mean((made - share)[counts] ** 2)))
+
+
+@pytest.mark.parametrize("lights", list(LIGHTS))
+def test_it_is_as_soft_as_the_light_makes_it(lights: str, backend_name: str) -> None:
+    """One comparison a pixel is worse by far."""
+    ours = rmse(lights, backend_name, shadow_filter="penumbra")
+    assert ours < 0.6 * rmse(lights, backend_name, shadow_filter="hard")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["shipped", "samurai"])
+def test_it_is_no_worse_than_pcss_with_32_taps(name: str, backend_name: str) -> None:
+    """In pictures of 640 × 360; where penumbrae are a few pixels wide the small picture catches too little of them."""
+    pytest.importorskip("skimage")
+    from passgraph.bench.methods import METHODS
+    from passgraph.bench.scenes import SCENES, scene_named
+    from passgraph.bench.truth import truth_of
+
+    if not SCENES[name].here:
+        pytest.skip(f"{SCENES[name].needs} is not installed")
+    made, size = scene_named(name), (640, 360)
+    traced = truth_of(made, size, 64)
+    errors = []
+    for method in ("penumbra-16", "pcss-32"):
+        target = METHODS[method].make(made, 1024).share
+        share = render(target, size=size, backend=backend_name)[target.name][:, :, 0]
+        errors.append(float(np.sqrt(np.mean((share - traced.share)[traced.counts] ** 2))))
+    # both have the truth's own noise in them, which brings them closer together and swaps nothing
+    assert errors[0] <= errors[1]
+
+
+@pytest.mark.parametrize(("value", "away_px", "least"), [(1.0, 3, 2000), (0.0, 1, 50)], ids=["lit", "hidden"])
+def test_far_from_penumbrae_nothing_is_interpolated(value: float, away_px: int, least: int, backend_name: str) -> None:
+    passes = soft_shadow_passes(scene("directional"), ambient=0.0, map_size=512, shadow_filter="penumbra")
+    assert passes.shadows_blurred is not None
+    made = render(passes.shadows_blurred, size=SIZE, backend=backend_name)[passes.shadows_blurred.name][:, :, 0]
+    share, counts = truth("directional")
+    settled = counts & (share == value)
+    for axis in (0, 1):
+        for _ in range(away_px):
+            settled &= np.roll(settled, 1, axis) & np.roll(settled, -1, axis)
+    assert settled.sum() > least
+    assert (made[settled] == value).all()  # float16 holds 0 and 1
+
+
+@pytest.mark.parametrize("size", [(33, 21), (1, 1), (2, 5)], ids=str)
+def test_odd_sizes_are_filled_to_their_borders(size: tuple[int, int], backend_name: str) -> None:
+    picture = soft_shadow_passes(scene("directional"), map_size=64, shadow_filter="penumbra").picture
+    made = render(picture, size=size, backend=backend_name)["picture"]
+    assert made.shape[:2] == size[::-1]
+    assert np.isfinite(made).all()
+
+
+@pytest.mark.parametrize("lights", list(LIGHTS))
+def test_every_pass_is_within_the_bounds_of_the_reference(lights: str, backend_name: str) -> None:
+    passes = soft_shadow_passes(scene(lights), ambient=0.0, map_size=64, shadow_filter="penumbra", taps=8)
+    assert passes.shadows_blurred is not None
+    report = compare(passes.shadows_blurred, (backend_name,), size=(24, 16))
+    assert report.within_bounds, report
