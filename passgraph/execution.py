@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from passgraph.errors import GraphError, InputError
 from passgraph.language.layout import components
 from passgraph.language.scalar import ScalarProgram
-from passgraph.plan.chains import chain_end
+from passgraph.plan.chains import chain_ends
 from passgraph.plan.data import CopyStep, DrawStep, PixelStep, Plan, Step
 from passgraph.targets import OUTPUT_SIZE, Derived, Value
 
@@ -61,7 +61,7 @@ class Execution:
     def _compile_next(self) -> None:
         """The next steps that the backend makes one, or the next step."""
         start = len(self._runs)
-        for end in range(chain_end(self.plan, start), start + 1, -1):
+        for end in chain_ends(self.plan, start):
             steps = self.plan.steps[start:end]
             execute = self._compile_chain(cast("tuple[PixelStep, ...]", steps))
             if execute is not None:

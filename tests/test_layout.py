@@ -17,6 +17,8 @@ root = Path(__file__).resolve().parent.parent
 package = root / "passgraph"
 
 IMPORT_SECONDS = 0.150
+#: On a machine that is slower or at work, this often what numpy alone takes.
+IMPORT_OF_NUMPY = 2.7
 
 
 def modules() -> dict[str, Path]:
@@ -102,9 +104,10 @@ def test_mypy_sees_every_module(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def test_import_is_quick() -> None:
-    code = "import time; t = time.perf_counter(); import passgraph; print(time.perf_counter() - t)"
-    seconds = min(float(run_python(code)) for _ in range(7))
-    assert seconds <= IMPORT_SECONDS
+    code = "import time; t = time.perf_counter(); import {}; print(time.perf_counter() - t)"
+    seconds = [[float(run_python(code.format(name))) for name in ("numpy", "passgraph")] for _ in range(7)]
+    numpy, whole = map(min, zip(*seconds, strict=True))
+    assert whole <= max(IMPORT_SECONDS, IMPORT_OF_NUMPY * numpy)
 
 
 def test_import_loads_no_driver_and_no_compiler() -> None:

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
 
 from passgraph.plan.data import PixelStep, Plan
 
 
-def chain_end(plan: Plan, start: int) -> int:
-    """The longest chain that begins with step ``start`` ends before this step; ``start + 1`` where there is none."""
+def chain_ends(plan: Plan, start: int) -> Iterator[int]:
+    """Steps before which a chain that begins with step ``start`` may end, the longest chain first."""
     if not plan.options.fuse:
-        return start + 1
+        return
     end = start
     while end < len(plan.steps) and _alike(plan, start, end):
         end += 1
     writers = Counter(resource for step in plan.steps for resource in step.writes)
-    while end > start + 1 and not _closed(plan, start, end, writers):
-        end -= 1
-    return max(end, start + 1)
+    for shorter in range(end, start + 1, -1):
+        if _closed(plan, start, shorter, writers):
+            yield shorter
 
 
 def _alike(plan: Plan, start: int, number: int) -> bool:

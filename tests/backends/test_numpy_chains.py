@@ -15,7 +15,7 @@ import passgraph as pg
 from passgraph.backends.numpy import chains
 from passgraph.effects import gaussian_blur
 from passgraph.effects.blur import depth_aware_blur
-from passgraph.plan.chains import chain_end
+from passgraph.plan.chains import chain_ends
 from passgraph.plan.data import Step
 
 WIDE = """
@@ -30,6 +30,7 @@ pair = pg.kernel(source="def pair(color: Image) -> tuple[vec4, vec2]: return col
 join = pg.kernel(source="def join(a: Image, b: Image) -> vec4: return a[2, 0] - vec4(b[0, -2].rg, b[0, 1].rg)")
 anywhere = pg.kernel(source="def anywhere(color: Image) -> vec4: return color.texel(ivec2(3, 2)) + color[0, 0]")
 zoomed = pg.kernel(source="def zoomed(color: Image) -> vec4: return color.sample(uv() * 0.9)")
+jumping = pg.kernel(source="def jumping(a: Image, b: Image) -> vec4: return a.texel(ivec2(9, 7)) + a[0, 0] + b[0, 1]")
 UNCHAINED = pg.Options(fuse=False)
 
 
@@ -220,9 +221,21 @@ def test_only_closed_groups_are_offered() -> None:
     middle = wide(inner, -1, 1, 0, 0, into=pg.target("middle", "rgba32f"))
     out = both(middle, inner, into=pg.target("out", "rgba32f"))
     with pg.compile(out, "null") as program:
-        assert [chain_end(program.plan, start) for start in range(3)] == [3, 3, 3]
+        assert [list(chain_ends(program.plan, start)) for start in range(3)] == [[3], [3], []]
     with pg.compile([out, middle], "null") as program:
-        assert [chain_end(program.plan, start) for start in range(3)] == [1, 2, 3]
+        assert [list(chain_ends(program.plan, start)) for start in range(3)] == [[], [], []]
+
+
+def test_what_a_pass_behind_a_shorter_chain_reads_is_kept() -> None:
+    """The last of three cannot be chained, for it jumps; the first two alone are no group then."""
+    size = (40, 24)
+    frame = pg.Input("frame", "rgba32f", size)
+    first = wide(frame, -1, 1, 0, 0, into=pg.target("first", "rgba32f"))
+    second = wide(frame, 0, 0, -1, 1, into=pg.target("second", "rgba32f"))
+    out = jumping(first, second, into=pg.target("out", "rgba32f"))
+    with pg.compile(out, "numpy") as program:
+        assert [list(chain_ends(program.plan, start)) for start in range(3)] == [[3], [3], []]
+    both_ways(out, [1, 2], frame=picture(size))
 
 
 def test_a_frame_allocates_nothing_that_lasts() -> None:

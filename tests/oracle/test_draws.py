@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 import passgraph as pg
 from passgraph import vec4
 from passgraph.backends.reference import ReferenceBackend, output_merge
