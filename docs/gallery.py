@@ -1,6 +1,6 @@
 """The gallery: each effect in one picture from real inputs, with its call and its time on each backend.
 
-    python -m docs.gallery [WORD ...]
+    python docs/gallery.py [WORD ...]
 
 writes docs/gallery.md and docs/images/gallery/.  With words, only entries whose title has one of them are
 rendered again; the others' sections stay as they are in the page.
@@ -11,8 +11,13 @@ from __future__ import annotations
 import sys
 import time
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
+
+root = Path(__file__).resolve().parent.parent
+if str(root) not in sys.path:
+    sys.path.insert(0, str(root))
 
 import passgraph as pg
 from docs.gallery_inputs import (
@@ -398,7 +403,7 @@ def main() -> None:
 
 HEAD = """# Gallery
 
-Each effect in one picture, with the call that made it and its time. Rendered by `python -m docs.gallery`; models and
+Each effect in one picture, with the call that made it and its time. Rendered by `python docs/gallery.py`; models and
 photographs come from optional packages and are not part of the repository.
 
 Panels are rendered at the size in the table, and shown smaller. Times are milliseconds a frame, the median after

@@ -20,15 +20,15 @@ root = Path(__file__).resolve().parent.parent
 if str(root) not in sys.path:
     sys.path.insert(0, str(root))
 
-from passgraph.backends.registry import open_backend  # noqa: E402
-from passgraph.bench.measure import Row, SceneResult, Settings, measure  # noqa: E402
-from passgraph.bench.methods import METHODS, frame_without_shadows  # noqa: E402
-from passgraph.bench.report import difference, grey, plot_name, write_report  # noqa: E402
-from passgraph.bench.scenes import SCENES, scene_named  # noqa: E402
-from passgraph.bench.tables import as_markdown, processor, truth_line  # noqa: E402
-from passgraph.bench.timing import frame_times  # noqa: E402
-from passgraph.pictures import save  # noqa: E402
-from passgraph.program import compile  # noqa: E402
+from passgraph.backends.registry import open_backend
+from passgraph.bench.measure import Row, SceneResult, Settings, measure
+from passgraph.bench.methods import METHODS, frame_without_shadows
+from passgraph.bench.report import difference, grey, plot_name, write_report
+from passgraph.bench.scenes import SCENES, scene_named
+from passgraph.bench.tables import as_markdown, processor, truth_line
+from passgraph.bench.timing import frame_times
+from passgraph.pictures import save
+from passgraph.program import compile
 
 PAGE, PICTURES = root / "docs" / "speed-and-error.md", root / "docs" / "images" / "speed-and-error"
 REPORT = root / "out" / "speed-and-error"
@@ -59,8 +59,8 @@ PCSS ends its work early where its search finds no caster.
 RADII = (0.01, 0.05, 0.2)
 GROWTH = """
 A filter that compares has a fixed number of taps here, so that wider penumbrae cost it more only where more pixels find
-a caster. Maps of moments are blurred by a plain box of the width asked for, not by sums of prefixes, so that their cost
-grows with the width up to an eighth of the map: expected was that they stay flat.
+a caster. Maps of moments are blurred by a box that is put together from blocks, so that their cost grows with the
+square root of the width; expected was that they stay flat. What they cost besides is four passes over the whole map.
 """
 CHOICE = """## Which method when
 

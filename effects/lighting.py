@@ -115,7 +115,7 @@ class Lighting:
 
 def only_width(width: float) -> FilterFrame:
     """What filters of depths are set by."""
-    return FilterFrame(width, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return FilterFrame(width, 0.0, 0.0, 0.0, 0.0, 0.0, 0)
 
 
 def _pair(name: str) -> tuple[pg.TargetSpec, pg.TargetSpec]:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 import passgraph as pg
-from passgraph import Const, Image, output_size, pixel, vec2, vec4
+from passgraph import Const, Image, ivec2, output_size, pixel, vec2, vec4
 from passgraph.effects.shadow_filters import FilterFrame
 from passgraph.effects.shadow_lookup import FilterChoice
 from passgraph.effects.shadow_moments import four_moments, normalised, packed_moments, two_moments, warped_moments
@@ -21,6 +21,9 @@ from passgraph.scene.matrices import translation
 
 #: A blur reaches no farther than this share of the map's width to each side.
 WIDEST = 1.0 / 8.0
+#: Bounds of loops that end early.  Drivers write out loops that are short (Mesa up to 32 rounds), and then make every
+#: read: on llvmpipe a narrow blur takes twice the time.
+NOT_WRITTEN_OUT = 64
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,7 +76,8 @@ class MomentView(MapView):
             projection = super(MomentView, self).frustum(light)[1]
             near, far = depths_of(projection)
             radius = replace(self, width=float(width))._radius(light, projection)
-            return FilterFrame(width, of.bleed_or_default, of.exponent, near, 2.0 / (far - near), radius)
+            scale = 2.0 / (far - near)
+            return FilterFrame(width, of.bleed_or_default, of.exponent, near, scale, radius, block_of(radius))
 
         return with_width(frame, self.width, self.light)
 
@@ -129,34 +133,82 @@ def pack(moments: Image) -> vec4:
     return packed_moments(moments[0, 0])
 
 
-@lru_cache(maxsize=64)
-def _box(reach: int, channels: int) -> Any:
-    """A box of any half width up to ``reach`` texels, and of one texel at least, in one direction a pass.
+def block_of(radius: float) -> int:
+    """Texels to each side of a block's middle: blocks of about √radius texels make for the fewest reads."""
+    return max(int((radius**0.5 - 1.0) / 2.0), 0)
 
-    The outermost texels count by the part of them that the box covers.  Two channels or four.
+
+@dataclass(frozen=True)
+class BoxKernels:
+    """A box in one direction, in two passes: `block`, the mean of a few texels, and `box`, of blocks side by side.
+
+    About 4 √radius reads a texel, where one pass takes 2 radius.
     """
 
+    block: Any  # (map, by, dx, dy)
+    box: Any  # (blocks, map, by, dx, dy)
+
+
+@lru_cache(maxsize=64)
+def box_kernels(reach: int, channels: int) -> BoxKernels:
+    """For any half width up to ``reach`` texels, and of half a texel at least.  Two channels or four.
+
+    The outermost texels count by the part of them that the box covers.
+    """
+    longest = max(2 * block_of(reach) + 1, NOT_WRITTEN_OUT)
+    most = max(int(reach**0.5) + 4, NOT_WRITTEN_OUT)  # blocks to each side: more than √reach where they are just short
+
     @pg.function
-    def mean(map: Image, radius: float, dx: int, dy: int) -> vec4:
+    def block_mean(map: Image, beside: int, dx: int, dy: int) -> vec4:
+        share = 1.0 / float(2 * beside + 1)
+        total = map[0, 0] * share
+        for i in range(1, longest):
+            if i > beside:
+                break
+            total += (map[i * dx, i * dy] + map[-i * dx, -i * dy]) * share
+        return total
+
+    @pg.function
+    def box_mean(blocks: Image, map: Image, radius: float, beside: int, dx: int, dy: int) -> vec4:
+        here = pixel()
         # shares first: every partial sum then stays below the largest value
         share = 1.0 / (2.0 * radius)
-        total = map[0, 0] * share
-        for i in range(1, reach + 1):
-            covered = radius + 0.5 - float(i)
-            if covered <= 0.0:
+        length = 2 * beside + 1
+        of_block = share * float(length)
+        total = blocks[0, 0] * of_block
+        covered = beside  # texels to each side that are in the sum
+        for _ in range(most):
+            if float(covered + length) + 0.5 > radius:
                 break
-            total += (map[i * dx, i * dy] + map[-i * dx, -i * dy]) * (share * min(covered, 1.0))
+            at = ivec2(dx, dy) * (covered + beside + 1)
+            total += (blocks.texel(here + at) + blocks.texel(here - at)) * of_block
+            covered += length
+        for _ in range(longest):
+            part = radius - 0.5 - float(covered)
+            if part <= 0.0:
+                break
+            covered += 1
+            at = ivec2(dx, dy) * covered
+            total += (map.texel(here + at) + map.texel(here - at)) * (share * min(part, 1.0))
         return total
 
     @pg.kernel
-    def box_of_two(map: Image, by: FilterFrame, dx: Const[int], dy: Const[int]) -> vec2:
-        return mean(map, max(by.radius, 0.5), dx, dy).xy
+    def block_of_two(map: Image, by: FilterFrame, dx: Const[int], dy: Const[int]) -> vec2:
+        return block_mean(map, by.block, dx, dy).xy
 
     @pg.kernel
-    def box_of_four(map: Image, by: FilterFrame, dx: Const[int], dy: Const[int]) -> vec4:
-        return mean(map, max(by.radius, 0.5), dx, dy)
+    def block_of_four(map: Image, by: FilterFrame, dx: Const[int], dy: Const[int]) -> vec4:
+        return block_mean(map, by.block, dx, dy)
 
-    return box_of_two if channels == 2 else box_of_four
+    @pg.kernel
+    def box_of_two(blocks: Image, map: Image, by: FilterFrame, dx: Const[int], dy: Const[int]) -> vec2:
+        return box_mean(blocks, map, max(by.radius, 0.5), by.block, dx, dy).xy
+
+    @pg.kernel
+    def box_of_four(blocks: Image, map: Image, by: FilterFrame, dx: Const[int], dy: Const[int]) -> vec4:
+        return box_mean(blocks, map, max(by.radius, 0.5), by.block, dx, dy)
+
+    return BoxKernels(block_of_two, box_of_two) if channels == 2 else BoxKernels(block_of_four, box_of_four)
 
 
 def blurred_moments(
@@ -181,10 +233,11 @@ def blurred_moments(
     store = "rg32f" if of.name == "vsm" else "rgba32f"
     made: pg.Target = kernels[of.name](map, by, into=pg.target(f"moments of {name}", store), name=f"moments of {name}")
     if blurred:
-        box = _box(max(int(WIDEST * map_size), 1), 2 if of.name == "vsm" else 4)
+        boxes = box_kernels(max(int(WIDEST * map_size), 1), 2 if of.name == "vsm" else 4)
         for axis, step in (("x", (1, 0)), ("y", (0, 1))):
-            into = pg.target(f"moments of {name} blurred {axis}", store)
-            made = box(made, by, *step, into=into, name=f"blur of moments of {name} {axis}")
+            said = f"moments of {name} blurred {axis}"
+            blocks = boxes.block(made, by, *step, into=pg.target(f"{said}, blocks", store), name=f"{said}, blocks")
+            made = boxes.box(blocks, made, by, *step, into=pg.target(said, store), name=said)
     if of.name == "msm" and of.moment_format == "rgba16":
         made = pack(made, into=pg.target(f"packed moments of {name}", "rgba16"), name=f"packed moments of {name}")
     return made

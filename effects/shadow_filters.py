@@ -47,6 +47,7 @@ class FilterFrame:
     near: float  # depth that counts as -1, scene units
     scale: float  # of depths to -1 … 1, per scene unit
     radius: float  # half width of the map's blur, texels
+    block: int  # texels to each side of the middle one in the means that the blur is put together from
 
 
 @pg.struct

@@ -4,6 +4,8 @@
 # Values of the kernel language are Any to Python's type checkers.
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import ArrayLike, NDArray
@@ -12,7 +14,7 @@ import passgraph as pg
 from passgraph import Image, exp, float_from_bits, isinf, ivec2, pixel, vec2, vec4
 from passgraph.compare import compare
 from passgraph.effects import soft_shadow_passes
-from passgraph.effects.moment_maps import exponential_map, moment_map, pack, variance_map
+from passgraph.effects.moment_maps import block_of, box_kernels, exponential_map, moment_map, pack, variance_map
 from passgraph.effects.shadow_filters import FilterFrame
 from passgraph.effects.shadow_lookup import MOMENT_FILTERS, ShadowFilter
 from passgraph.effects.shadow_moments import (
@@ -145,7 +147,7 @@ def test_where_nothing_casts_every_receiver_is_exactly_lit(backend_name: str) ->
     assert bounds(backend_name, [1.0] * TAPS, 0.9)[MSM] == 1.0
 
 
-FRAME = FilterFrame(0.0, 0.0, 40.0, 1.0, 2.0, 1.0)  # near 1, far 2
+FRAME = FilterFrame(0.0, 0.0, 40.0, 1.0, 2.0, 1.0, 0)  # near 1, far 2
 
 
 @pg.kernel
@@ -232,6 +234,22 @@ def test_every_target_is_within_its_bound(light: str, options: dict[str, object]
     assert any(name.startswith("moments of light") and name.endswith("blurred y") for name in names)
 
 
+@pytest.mark.parametrize("radius", [0.5, 0.9, 1.5, 8.9, 9.0, 24.99, 25.0, 60.3, 80.99, 100.5, 128.0])
+def test_blocks_side_by_side_are_a_box(radius: float, backend_name: str) -> None:
+    """Of any width: each texel by the part of it that lies within."""
+    frame = np.random.default_rng(1).random((2, 300, 4), np.float32)
+    boxes, by = box_kernels(128, 4), replace(FRAME, radius=radius, block=block_of(radius))
+    given = pg.Input("frame", "rgba32f", (300, 2))
+    blocks = boxes.block(given, by, 1, 0, into=pg.target("blocks", "rgba32f"))
+    with pg.compile(boxes.box(blocks, given, by, 1, 0, into=pg.target("box", "rgba32f")), backend_name) as program:
+        found = program(frame=frame)["box"][:, 140:160]
+    away = np.arange(-140, 141)
+    parts = np.clip(radius + 0.5 - abs(away), 0.0, 1.0) / (2.0 * radius)
+    expected = np.stack([np.tensordot(parts, frame[:, x - 140 : x + 141], (0, 1)) for x in range(140, 160)], axis=1)
+    # the parts are positive and add up to 1; each sum of n numbers below 1 is off by n / 2 roundings at most
+    np.testing.assert_allclose(found, expected, rtol=0, atol=2.0**-24 * (4 * radius**0.5 + 8))
+
+
 @pytest.mark.parametrize("name", MOMENT_FILTERS)
 @pytest.mark.parametrize("softness", [0.05, 0.07])
 def test_a_straight_edge_is_the_ramp_of_a_box(name: ShadowFilter, softness: float) -> None:
@@ -300,7 +318,7 @@ def test_maps_are_blurred_once_a_place_of_the_light(name: ShadowFilter) -> None:
     with pg.compile(passes.picture, backend="null", size=(64, 36)) as program:
         static = [step.name for step in program.plan.steps if step.static]
         assert f"no blur on the screen: shadow_filter='{name}' blurs the shadow maps" in program.explain()
-    assert static[-2:] == ["blur of moments of light x", "blur of moments of light y"]
+    assert static[-3::2] == ["moments of light blurred x", "moments of light blurred y"]
     sharp = soft_shadow_passes(scene(LIGHTS["directional"]), shadow_filter=name, map_size=64, softness=0.0)
     with pg.compile(sharp.picture, backend="null", size=(64, 36)) as program:
         assert not any("blur" in step.name for step in program.plan.steps)
