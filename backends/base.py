@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol
 
@@ -127,6 +128,10 @@ class Backend(ABC):
     def draw_pass(self, step: DrawStep) -> DrawRunner:
         """Compile a draw."""
 
+    def running(self) -> AbstractContextManager[None]:
+        """Around the passes of one run, between which nobody else uses the device: what they share is done once."""
+        return nullcontext()
+
     def finish(self) -> None:
         """Wait until everything that was asked for has happened."""
 
@@ -167,7 +172,8 @@ def clear_colour(clear: tuple[float, ...], channels: int, srgb: bool) -> tuple[f
 def quantised(values: NDArray[Any], format_: Format) -> FloatBlock:
     """The nearest values that a format stores, halves to even; a unorm holds NaN as 0.
 
-    Uploads, clears and blending round so; what kernels write is rounded already.
+    Uploads, clears and blending round so, what kernels write is rounded already.  Steps are counted in float32, as
+    kernels count them: 254.5 / 255 is a half then, though as float32 it lies beside it.
 
     >>> quantised(np.array([0.4 / 255, 1.6 / 255, 7.0]), Format("r8", 1, "unorm8")) * 255
     array([  0.,   2., 255.], dtype=float32)
@@ -177,9 +183,9 @@ def quantised(values: NDArray[Any], format_: Format) -> FloatBlock:
         if format_.kind == "half":
             single = single.astype(np.float16).astype(np.float32)
         if format_.kind in ("unorm8", "unorm16"):
-            steps = 255.0 if format_.kind == "unorm8" else 65535.0
-            number = np.clip(np.where(np.isnan(single), 0.0, single.astype(np.float64)), 0.0, 1.0)
-            single = np.asarray(np.rint(number * steps) / steps, np.float32)
+            steps = np.float32(255.0 if format_.kind == "unorm8" else 65535.0)
+            inside = np.clip(np.where(np.isnan(single), np.float32(0.0), single), 0.0, 1.0)
+            single = np.asarray(np.rint(inside * steps) / steps, np.float32)
     return np.asarray(single, np.float32)
 
 

@@ -10,9 +10,9 @@ from math import pi
 from typing import Any
 
 import passgraph as pg
-from passgraph import Const, Image, clamp, cos, cross, dot, floor, ivec2, normalize, output_size, pixel, sin, vec2, vec3
+from passgraph import Const, Image, clamp, cos, cross, dot, floor, ivec2, output_size, pixel, sin, vec2, vec3
 from passgraph.effects.geometry import view_ray
-from passgraph.effects.horizon_occlusion import facing_normal, inverse_depth_step, pattern
+from passgraph.effects.horizon_occlusion import facing_normal, inverse_depth_step, pattern, shaped, unit
 
 TURN = 2.0 * pi
 #: Angle between successive points, so that no two lie in line.
@@ -63,19 +63,21 @@ def hemisphere_visibility(taps: int) -> Any:
         far = 1.0 / inverse
         size = vec2(output_size())
         ray = view_ray(tan_half)
-        n = facing_normal(normals[0, 0].zw, normalize(-ray))
+        n = facing_normal(normals[0, 0].zw, unit(-ray))
         step_of_plane = inverse_depth_step(n, ray, far, 2.0 * tan_half.y / size.y)
         noise = pattern(pixel())
         # a frame round the normal, turned by the noise about it
         turn = vec2(cos(TURN * noise.x), sin(TURN * noise.x))
         start = vec3(turn, 0.0) if abs(n.z) > 0.7 else vec3(turn.x, 0.0, turn.y)
-        t = normalize(start - n * dot(n, start))
+        t = unit(start - n * dot(n, start))
         b = cross(n, t)
         # x and y in pixels from this one, z as it is: of the pixel's own place and of the frame
         scale = vec2(0.5, -0.5) * size / tan_half
         t_px, b_px, n_px = t.xy * scale * radius, b.xy * scale * radius, n.xy * scale * radius
         middle = ray.xy * scale
         t_z, b_z, n_z = t.z * radius, b.z * radius, n.z * radius
+        per_radius = 1.0 / radius
+        least = bias * radius
         hidden = 0.0
         for k in range(taps):
             p = points[k]
@@ -86,10 +88,11 @@ def hemisphere_visibility(taps: int) -> Any:
             tap = floor(at + 0.5)
             # the texel's centre lies beside the point: its depth is carried over along the receiver's plane
             w = inverse_depth.texel(pixel() + ivec2(tap)).r + dot(at - tap, step_of_plane)
+            seen = 1.0 / max(w, 1e-20)  # the depth there
             near = 1.0
             if range_check:
-                near = clamp(2.0 - abs(far * w - 1.0) / (radius * max(w, 1e-20)), 0.0, 1.0)
-            hidden += near if w * (away - bias * radius) > 1.0 else 0.0
-        return vec2(pow(1.0 - hidden / float(taps), power), inverse)
+                near = clamp(2.0 - abs(far - seen) * per_radius, 0.0, 1.0)
+            hidden += near if seen < away - least else 0.0
+        return vec2(shaped(1.0 - hidden / float(taps), power), inverse)
 
     return visibility

@@ -15,10 +15,12 @@ from passgraph import (
     clamp,
     cos,
     dot,
+    exp2,
     floor,
     inversesqrt,
     ivec2,
     length,
+    log2,
     mix,
     normalize,
     output_size,
@@ -54,11 +56,17 @@ def pattern(p: ivec2) -> vec2:
 
 
 @pg.function
+def unit(v: vec3) -> vec3:
+    """`normalize` of what is not near zero, by one division in place of three."""
+    return v * inversesqrt(dot(v, v))
+
+
+@pg.function
 def facing_normal(packed: vec2, v: vec3) -> vec3:
     """The unit normal behind a packed one, turned toward the eye (unit direction) where it is none of what is seen."""
     n = unpack_normal(packed)
     cosine = dot(n, v)
-    return n if cosine > SMALLEST_COSINE else normalize(n + v * (TURNED_COSINE - cosine))
+    return n if cosine > SMALLEST_COSINE else unit(n + v * (TURNED_COSINE - cosine))
 
 
 @pg.function
@@ -70,6 +78,23 @@ def inverse_depth_step(n: vec3, ray: vec3, far: float, pixel_width: float) -> ve
     step = vec2(n.x, -n.y) * (pixel_width / (dot(n, ray) * far))
     most = LARGEST_SHIFT / far
     return clamp(step, -most, most)
+
+
+@pg.function
+def shaped(visibility: float, power: float) -> float:
+    """A share from 0 to 1 to a power, as exact as float16 shows: ``**`` is so to the last bits of float32."""
+    return exp2(power * log2(clamp(visibility, 1e-37, 1.0)))
+
+
+@pg.function
+def plane_step(packed: vec2, ray: vec3, far: float, pixel_width: float) -> vec2:
+    """`inverse_depth_step` of the `facing_normal`, whose length cancels out and is left as it is."""
+    n = unpack_normal(packed)
+    toward = -dot(n, ray)
+    ray_squared = dot(ray, ray)
+    ray_length = sqrt(ray_squared)
+    turned = n - ray * ((TURNED_COSINE * ray_length - toward) / ray_squared)
+    return inverse_depth_step(n if toward > SMALLEST_COSINE * ray_length else turned, ray, far, pixel_width)
 
 
 @pg.kernel
@@ -127,9 +152,11 @@ def horizon_visibility(
                 up = ray_length * (far * w - 1.0) + away * float(sign) * toward_eye
                 beside = away * sideways
                 squared = up * up + beside * beside
-                shorten = inversesqrt(max(squared, 1e-30))
-                near = clamp((1.0 - squared * shorten / (radius * w)) * full, 0.0, 1.0)
-                c = mix(lowest[side], up * shorten, near)
+                # one division for two: by the distance, and of it by the radius
+                most = radius * w
+                scale = 1.0 / (sqrt(max(squared, 1e-30)) * most)
+                near = clamp((1.0 - squared * scale) * full, 0.0, 1.0)
+                c = mix(lowest[side], up * most * scale, near)
                 horizon = cosines[side]
                 cosines[side] = c if c > horizon else mix(horizon, max(c, lowest[side]), thickness)
         # the arc's integral of cosine times sine, from the line of sight to each horizon
@@ -139,4 +166,4 @@ def horizon_visibility(
         arc = acos(clamp(c1, -1.0, 1.0)) - c1 * s1 - acos(clamp(c2, -1.0, 1.0)) + c2 * s2
         seen += 0.5 * (n_v * (s1 * s1 + s2 * s2) + n_d * arc)
         whole += n_v + n_d * atan(n_d, n_v)
-    return vec2(pow(clamp(seen / whole, 0.0, 1.0), power), inverse)
+    return vec2(shaped(seen / whole, power), inverse)

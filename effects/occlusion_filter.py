@@ -5,9 +5,9 @@
 from __future__ import annotations
 
 import passgraph as pg
-from passgraph import Const, Image, dot, ivec2, normalize, output_size, pixel, vec2, vec3, vec4
+from passgraph import Const, Image, dot, ivec2, output_size, pixel, vec2, vec3, vec4
 from passgraph.effects.geometry import pack_normal, view_ray
-from passgraph.effects.horizon_occlusion import facing_normal, inverse_depth_step
+from passgraph.effects.horizon_occlusion import plane_step
 
 #: A tap counts less the farther it lies off the receiver's plane, and not at all at this share of the radius.
 OFF_PLANE = 0.25
@@ -44,7 +44,8 @@ def normals_of_depth(depth: Image, tan_half: vec2) -> vec4:
     right = flatter(rise(far, depth[1, 0].r), -rise(far, depth[-1, 0].r)) / step.x
     down = flatter(rise(far, depth[0, 1].r), -rise(far, depth[0, -1].r)) / step.y
     ray = view_ray(tan_half)
-    packed = pack_normal(normalize(vec3(-right, down, 1.0 / far - right * ray.x + down * ray.y)))
+    # packing takes any length
+    packed = pack_normal(vec3(-right, down, 1.0 / far - right * ray.x + down * ray.y))
     return vec4(packed, packed)
 
 
@@ -75,8 +76,7 @@ def denoise(mask: Image, normals: Image, tan_half: vec2, radius: float, dx: Cons
         return here
     far = 1.0 / here.y
     pixel_width = 2.0 * tan_half.y / float(output_size().y)
-    ray = view_ray(tan_half)
-    step = inverse_depth_step(facing_normal(normals[0, 0].zw, normalize(-ray)), ray, far, pixel_width)
+    step = plane_step(normals[0, 0].zw, view_ray(tan_half), far, pixel_width)
     slope = step.x * float(dx) + step.y * float(dy)
     scale = sharpness(far, radius, pixel_width)
     total = here.x
@@ -100,8 +100,7 @@ def enlarge(mask: Image, depth: Image, normals: Image, tan_half: vec2, radius: f
         return 1.0
     p = pixel()
     pixel_width = 2.0 * tan_half.y / float(output_size().y)
-    ray = view_ray(tan_half)
-    step = inverse_depth_step(facing_normal(normals[0, 0].zw, normalize(-ray)), ray, far, pixel_width)
+    step = plane_step(normals[0, 0].zw, view_ray(tan_half), far, pixel_width)
     scale = sharpness(far, radius, pixel_width)
     total = 0.0
     weight = 0.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import nullcontext
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 import numpy as np
@@ -164,16 +165,18 @@ class Execution:
         looking = observe is not None or check is not None
         for resource, apart in self._apart.items():
             self.places[resource] = self.plan.resources[resource].memory if looking else apart
-        for step, execute in self._runs if looking else self._chained:
-            if step.static and not static_changed:
-                continue
-            execute(values)
-            if observe is not None or check is not None:
-                written = {resource: self.download(resource) for resource in step.writes}
-                if observe is not None:
-                    observe(step, {self.plan.resources[r].name: picture for r, picture in written.items()})
-                if check is not None:
-                    check.look(step, written)
+        # Who looks may use the device between two steps.
+        with nullcontext() if looking else self.backend.running():
+            for step, execute in self._runs if looking else self._chained:
+                if step.static and not static_changed:
+                    continue
+                execute(values)
+                if observe is not None or check is not None:
+                    written = {resource: self.download(resource) for resource in step.writes}
+                    if observe is not None:
+                        observe(step, {self.plan.resources[r].name: picture for r, picture in written.items()})
+                    if check is not None:
+                        check.look(step, written)
         self._static_seen, self._swap_due = static, True
 
     def _swap_history(self) -> None:

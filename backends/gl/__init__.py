@@ -1,7 +1,7 @@
 """OpenGL 3.3: kernels as GLSL 3.30 shaders, draws by the hardware's rasteriser.
 
 Read in this order: ``backend`` (storages, transfers), ``passes``, ``glsl`` (the printer), ``programs``,
-``state``, ``textures``, ``objects``, ``context``, ``functions``.
+``state`` and ``bound``, ``textures``, ``objects``, ``context``, ``functions``.
 """
 
 from __future__ import annotations

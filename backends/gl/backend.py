@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any, ClassVar
 
 import numpy as np
@@ -36,13 +38,14 @@ _PARAMETERS = {0x2801: g.NEAREST, 0x2800: g.NEAREST, 0x2802: 0x812F, 0x2803: 0x8
 
 
 class GLBackend(Backend):
-    """OpenGL 3.3 off screen.  Every call makes the context current and puts the one before back."""
+    """OpenGL 3.3 off screen.  Every call and every run makes the context current and puts the one before back."""
 
     name: ClassVar[str] = "gl"
     snaps: ClassVar[bool] = False
 
     def __init__(self, device: str | None = None) -> None:
         self.closed = False
+        self.in_run = False
         self.context = Context(_device_number(device))
         with self.context as gl:
             self.objects = Objects(gl)
@@ -119,10 +122,11 @@ class GLBackend(Backend):
         gl = self.context.gl
         is_depth = texture.format.is_depth
         framebuffer = self.objects.framebuffer(() if is_depth else (texture,), texture if is_depth else None)
-        fixed.set_pixel_pass(gl, framebuffer, texture.size)
+        fixed.set_common(gl, self.context.bound, framebuffer)
         zero = stored_clear((0.0,) * texture.format.channels, texture)
         stencil = 0 if texture.format.stencil else None
-        fixed.clear_targets(gl, [] if is_depth else [(0, zero)], 0.0 if is_depth else None, stencil)
+        colours = [] if is_depth else [(0, zero)]
+        fixed.clear_targets(gl, self.context.bound, colours, 0.0 if is_depth else None, stencil)
         self.unbind()
 
     def release(self, storage: Any) -> None:
@@ -188,13 +192,25 @@ class GLBackend(Backend):
                 self.objects.framebuffer((), t) if t.format.is_depth else self.objects.framebuffer((t,), None)
                 for t in (source, destination)
             ]
-            fixed.set_pixel_pass(gl, names[1], destination.size)
+            fixed.set_common(gl, self.context.bound, names[1])
             gl.BindFramebuffer(g.READ_FRAMEBUFFER, names[0])
             gl.BlitFramebuffer(0, 0, width, height, 0, 0, width, height, bits, g.NEAREST)
             self.unbind()
             gl.check(f"copying a {source.format.name} target")
 
     # Passes
+
+    @contextmanager
+    def running(self) -> Iterator[None]:
+        """The context is made current once for all passes inside, which then set only what differs between them."""
+        with self.context as gl:
+            gl.drain()
+            self.in_run = True
+            try:
+                yield
+            finally:
+                self.in_run = False
+                self.unbind()
 
     def geometry(self, mesh: Geometry) -> Mesh:
         with self.context as gl:
@@ -214,6 +230,7 @@ class GLBackend(Backend):
     def unbind(self) -> None:
         """Leave nothing of ours bound, so that deleting and reading elsewhere meet no surprise."""
         gl = self.context.gl
+        self.context.bound.forget()
         gl.BindVertexArray(0)
         gl.UseProgram(0)
         gl.BindFramebuffer(g.FRAMEBUFFER, 0)

@@ -12,6 +12,7 @@ import sys
 from types import TracebackType
 from typing import Any, TypeAlias
 
+from passgraph.backends.gl.bound import Bound
 from passgraph.backends.gl.functions import Functions
 from passgraph.errors import DeviceMissingError
 
@@ -80,6 +81,7 @@ class Context:
         self._depth = 0
         self._before: State | None = None
         self.gl = Functions(self.native.load_opengl_function)
+        self.bound = Bound()
         if before is not None:
             self._current.make(before)
 
@@ -92,6 +94,8 @@ class Context:
             else:
                 self._current.make(self._state)
         self._depth += 1
+        # Whoever enters may change what the last pass has set.
+        self.bound.forget()
         return self.gl
 
     def __exit__(

@@ -113,11 +113,12 @@ class Functions:
             if self.GetError() == NO_ERROR:
                 return
 
-    def check(self, doing: str) -> None:
+    def check(self, doing: str, name: str | None = None) -> None:
         """Raise BackendError when something failed since the last check."""
         error = self.GetError()
         if error != NO_ERROR:
             self.drain()
             what = ERRORS.get(error, hex(error))
+            doing = doing if name is None else f"{doing} {name!r}"
             mend = "; use smaller or fewer targets" if error == OUT_OF_MEMORY else ""
             raise BackendError(f"gl: {what} while {doing}{mend}")

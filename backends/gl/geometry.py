@@ -32,9 +32,8 @@ class Mesh:
         self.buffers.append(self.objects.new("Buffer"))
         return self.buffers[-1]
 
-    def bind(self, attributes: tuple[str, ...]) -> None:
-        """Bind the vertex array with at least these attributes."""
-        self.objects.gl.BindVertexArray(self.array)
+    def send(self, attributes: tuple[str, ...]) -> None:
+        """Have at least these attributes in the vertex array, which is bound."""
         for name in attributes:
             if name not in self.attributes:
                 self._send(name, vertex_attribute(self.mesh, name))

@@ -44,10 +44,9 @@ float pg_times_zero(float x)
     "pg_to_int": """
 int pg_to_int(float x)
 {
-    if (pg_isnan(x)) { return 0; }
-    if (x >= 2147483648.0) { return 2147483647; }
-    if (x < -2147483648.0) { return -2147483647 - 1; }
-    return int(x);
+    int i = int(max(x, -2147483648.0));
+    i = x < 2147483648.0 ? i : 2147483647;
+    return pg_isnan(x) ? 0 : i;
 }
 """,
     "pg_floor_divide": FLOOR_DIVIDE,
@@ -143,6 +142,11 @@ class GLSL(Printer):
         return super().operation(op, arguments)
 
     def texel(self, load: s.LoadTexel) -> None:
+        """By ``textureLod``, which llvmpipe runs in two thirds of the time of ``texelFetch``.
+
+        Coordinates are centres of texels (float32 finds them in any picture up to 2²¹ texels a side), filters
+        take the nearest, and textures clamp to their edge.
+        """
         image = f"{self.own.image}{self.image_numbers[load.image]}"
         places: list[str] = []
         inside: list[str] = []
@@ -151,9 +155,7 @@ class GLSL(Printer):
             places.append(place)
             inside += check
         first = next(v for v in load.to if v is not None)
-        here = places == [f"{self._pixel()}.x", f"{self._pixel()}.y"] if load.relative else False
-        position = self._pixel() if here else f"ivec2({places[0]}, {places[1]})"
-        fetch = f"texelFetch({image}, {position}, 0)"
+        fetch = f"textureLod({image}, vec2({places[0]}, {places[1]}), 0.0)"
         if inside:
             fetch = f"({' && '.join(inside)}) ? {fetch} : vec4(0.0)"
         self.line(f"vec4 t{first.id} = {fetch};")
@@ -162,25 +164,37 @@ class GLSL(Printer):
                 self.name(value, f"t{first.id}.{letter}")
 
     def _place(self, load: s.LoadTexel, axis: str, offset: s.Operand) -> tuple[str, list[str]]:
-        """One coordinate brought inside, and the conditions under which a zero border shows the texel."""
+        """One coordinate of a texel's centre, and the conditions under which a zero border shows the texel."""
         known = int(offset.value) if isinstance(offset, s.Lit) else None
+        if load.relative and known == 0:
+            return f"{self._here(load.image)}.{axis}", []  # the image is as large as the target
         text = self.operand(offset)
-        if load.relative:
-            pixel = f"{self._pixel()}.{axis}"
-            if known == 0:
-                return pixel, []  # the image is as large as the target
-            text = f"{pixel} + {text}"
-        count = f"{self._size(load.image)}.{axis}"
+        whole = f"{self._pixel()}.{axis} + {text}" if load.relative else text
+        count, width = f"{self._size(load.image)}.{axis}", f"{self._width(load.image)}.{axis}"
         if load.border in ("repeat", "mirror"):
-            return f"pg_{load.border}({text}, {count})", []
-        low, high = True, True
-        if known is not None:
-            low, high = (known < 0, known > 0) if load.relative else (known < 0, True)
-        clamped = text if not low else f"max({text}, 0)"
-        clamped = clamped if not high else f"min({clamped}, {count} - 1)"
+            return f"(float(pg_{load.border}({whole}, {count})) + 0.5) * {width}", []
+        number = f"float({text})" if known is None else self.float_literal(known)
+        place = f"({number} + 0.5) * {width}"
+        if load.relative:
+            place = f"{self._here(load.image)}.{axis} + {number} * {width}"
         if load.border == "clamp":
-            return clamped, []
-        return clamped, [f"{text} >= 0"] * low + [f"{text} < {count}"] * high
+            return place, []
+        if known is None:
+            # as unsigned, what is below 0 is above all counts
+            return place, [f"uint({whole}) < uint({count})"]
+        low, high = (known < 0, known > 0) if load.relative else (known < 0, True)
+        return place, [f"{whole} >= 0"] * low + [f"{whole} < {count}"] * high
+
+    def _here(self, image: str) -> str:
+        """The centre of this pixel in texture coordinates of an image that is as large as the target."""
+        self.declarations.setdefault("pg_here", f"vec2 pg_here = gl_FragCoord.xy * {self._width(image)};")
+        return "pg_here"
+
+    def _width(self, image: str) -> str:
+        """Width and height of a texel in texture coordinates."""
+        name = f"pg_texel{self.image_numbers[image]}"
+        self.declarations[name] = f"vec2 {name} = 1.0 / vec2({self._size(image)});"
+        return name
 
     def _pixel(self) -> str:
         self.declarations["pg_pixel"] = "ivec2 pg_pixel = ivec2(gl_FragCoord.xy);"

@@ -36,7 +36,7 @@ class Objects:
 
     def framebuffer(self, colours: Sequence[Texture], depth: Texture | None) -> int:
         """The framebuffer object over these textures."""
-        key = (tuple(t.name for t in colours), 0 if depth is None else depth.name)
+        key = (tuple([t.name for t in colours]), 0 if depth is None else depth.name)
         if key not in self.framebuffers:
             self.framebuffers[key] = self._make_framebuffer(colours, depth)
         return self.framebuffers[key]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from passgraph.backends.base import Block
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl import state as fixed
+from passgraph.backends.gl.bound import Bound
 from passgraph.backends.gl.geometry import Mesh
 from passgraph.backends.gl.glsl import attributes_of
 from passgraph.backends.gl.textures import Texture, stored_clear
@@ -42,18 +43,18 @@ class PixelRun:
         self.order = _order(step, step.program)
 
     def __call__(self, outputs: Sequence[Texture], images: Sequence[Texture], block: Block) -> None:
-        backend, step = self.backend, self.step
-        with backend.context as gl:
-            gl.drain()
-            fixed.set_pixel_pass(gl, backend.objects.framebuffer(outputs, None), step.size)
-            fixed.bind_images(gl, [images[i] for i in self.order])
-            gl.UseProgram(self.program.name)
-            self.program.send(gl, step.program.stage, block)
-            self.program.send_size(gl, step.size)
-            gl.BindVertexArray(backend.no_vertices)
-            gl.DrawArrays(g.TRIANGLES, 0, 3)
-            backend.unbind()
-            gl.check(f"running pass {step.name!r}")
+        backend = self.backend
+        if not backend.in_run:
+            with backend.running():
+                return self(outputs, images, block)
+        gl, bound, program = backend.context.gl, backend.context.bound, self.program
+        fixed.set_pixel_pass(gl, bound, backend.objects.framebuffer(outputs, None), self.step.size)
+        fixed.bind_images(gl, bound, [images[i] for i in self.order])
+        fixed.use(gl, bound, program.name, backend.no_vertices)
+        program.send(gl, "pixel", block)
+        program.send_size(gl, self.step.size)
+        gl.DrawArrays(g.TRIANGLES, 0, 3)
+        gl.check("running pass", self.step.name)
 
 
 class DrawRun:
@@ -79,26 +80,27 @@ class DrawRun:
         vertex: Block,
         fragment: Block,
     ) -> None:
-        backend, step, program = self.backend, self.step, self.program
-        with backend.context as gl:
-            gl.drain()
-            fixed.set_common(gl, backend.objects.framebuffer(outputs, depth), step.size)
-            self._clear(gl, outputs, depth)
-            fixed.set_guard_band(gl, step.size, self.guard)
-            fixed.set_draw(gl, step.state, list(outputs), depth)
-            fixed.bind_images(gl, [images[i] for i in self.order])
-            gl.UseProgram(program.name)
-            program.send_guard(gl, self.guard)
-            program.send(gl, "vertex", vertex)
-            if step.fragment is not None:
-                program.send(gl, "fragment", fragment)
-            program.send_size(gl, step.size)
-            geometry.bind(self.attributes)
-            gl.DrawElements(g.TRIANGLES, geometry.count, g.UNSIGNED_INT, None)
-            backend.unbind()
-            gl.check(f"running draw {step.name!r}")
+        backend = self.backend
+        if not backend.in_run:
+            with backend.running():
+                return self(outputs, depth, images, geometry, vertex, fragment)
+        gl, bound, step, program = backend.context.gl, backend.context.bound, self.step, self.program
+        fixed.set_common(gl, bound, backend.objects.framebuffer(outputs, depth))
+        self._clear(gl, bound, outputs, depth)
+        fixed.set_guard_band(gl, bound, step.size, self.guard)
+        fixed.set_draw(gl, bound, step.state, outputs, depth)
+        fixed.bind_images(gl, bound, [images[i] for i in self.order])
+        fixed.use(gl, bound, program.name, geometry.array)
+        geometry.send(self.attributes)
+        program.send_guard(gl, self.guard)
+        program.send(gl, "vertex", vertex)
+        if step.fragment is not None:
+            program.send(gl, "fragment", fragment)
+        program.send_size(gl, step.size)
+        gl.DrawElements(g.TRIANGLES, geometry.count, g.UNSIGNED_INT, None)
+        gl.check("running draw", step.name)
 
-    def _clear(self, gl: Any, outputs: Sequence[Texture], depth: Texture | None) -> None:
+    def _clear(self, gl: Any, bound: Bound, outputs: Sequence[Texture], depth: Texture | None) -> None:
         step = self.step
         colours = [
             (k, stored_clear(value, texture))
@@ -106,4 +108,4 @@ class DrawRun:
             if value is not None
         ]
         stencil = step.state.clear_stencil if depth is not None and depth.format.stencil else None
-        fixed.clear_targets(gl, colours, step.depth_clear if depth is not None else None, stencil)
+        fixed.clear_targets(gl, bound, colours, step.depth_clear if depth is not None else None, stencil)

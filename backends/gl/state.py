@@ -1,11 +1,16 @@
-"""Fixed-function state of passes, set in full before each: nothing is assumed about what others left."""
+"""Fixed-function state of passes, set in full by the first pass of a run: nothing is assumed about what others left.
+
+Later passes of the run set what differs (:mod:`passgraph.backends.gl.bound`).
+"""
 
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Sequence
 from typing import Any
 
 from passgraph.backends.gl import functions as g
+from passgraph.backends.gl.bound import Bound
 from passgraph.backends.gl.functions import Functions
 from passgraph.backends.gl.textures import Texture
 from passgraph.draw_state import COMPARE, Blend, DrawState
@@ -38,6 +43,8 @@ _OFF = (
 #: Triangles are cut at 8 times the target, not at its edges: a cut rounds the end of an edge to a subpixel,
 #: which moves the pixels that it covers.  Powers of two, because dividing by them is exact.
 GUARD_BANDS = (8, 4, 2)
+#: :attr:`Bound.state` of a pixel pass.
+PIXEL_PASS = "pixel pass"
 _PIXEL_STORE = {
     0xCF5: 1, 0xCF2: 0, 0xCF3: 0, 0xCF4: 0, 0xCF0: 0,  # unpack alignment, row length, skips, swapped bytes
     0xD05: 1, 0xD02: 0, 0xD03: 0, 0xD04: 0, 0xD00: 0,  # pack
@@ -50,8 +57,12 @@ def guard_band(gl: Functions, size: tuple[int, int], limit: int) -> int:
     return next((times for times in GUARD_BANDS if whole and max(size) * times <= limit), 1)
 
 
-def set_guard_band(gl: Functions, size: tuple[int, int], times: int) -> None:
+def set_guard_band(gl: Functions, bound: Bound, size: tuple[int, int], times: int) -> None:
     """A larger viewport around the target; the vertex shader makes clip coordinates smaller to match."""
+    viewport = (*size, times)
+    if bound.viewport == viewport:
+        return
+    bound.viewport = viewport
     left, top = (-(times - 1) * side / 2 for side in size)
     width, height = (times * side for side in size)
     if left.is_integer() and top.is_integer():
@@ -60,21 +71,31 @@ def set_guard_band(gl: Functions, size: tuple[int, int], times: int) -> None:
         gl.ViewportIndexedf(0, left, top, width, height)
 
 
-def set_common(gl: Functions, framebuffer: int, size: tuple[int, int]) -> None:
-    """What pixel passes, draws and clears share: the framebuffer, no surprises, all channels written."""
-    gl.BindFramebuffer(g.FRAMEBUFFER, framebuffer)
-    gl.Viewport(0, 0, *size)
-    for switch in _OFF:
-        gl.Disable(switch)
-    gl.PolygonMode(g.FRONT_AND_BACK, g.FILL)
-    gl.ColorMask(1, 1, 1, 1)
+def set_common(gl: Functions, bound: Bound, framebuffer: int) -> None:
+    """What pixel passes, draws and clears share: the framebuffer, no surprises."""
+    if not bound.switched_off:
+        for switch in _OFF:
+            gl.Disable(switch)
+        gl.PolygonMode(g.FRONT_AND_BACK, g.FILL)
+        bound.switched_off = True
+    if bound.framebuffer != framebuffer:
+        gl.BindFramebuffer(g.FRAMEBUFFER, framebuffer)
+        bound.framebuffer = framebuffer
 
 
-def set_pixel_pass(gl: Functions, framebuffer: int, size: tuple[int, int]) -> None:
+def set_pixel_pass(gl: Functions, bound: Bound, framebuffer: int, size: tuple[int, int]) -> None:
     """No tests, no blending, every channel."""
-    set_common(gl, framebuffer, size)
-    for switch in (BLEND, CULL_FACE, DEPTH_TEST, STENCIL_TEST):
-        gl.Disable(switch)
+    set_common(gl, bound, framebuffer)
+    set_guard_band(gl, bound, size, 1)
+    if bound.state is not PIXEL_PASS:
+        for switch in (BLEND, CULL_FACE, DEPTH_TEST, STENCIL_TEST):
+            gl.Disable(switch)
+        _open_colours(gl)
+        bound.state = PIXEL_PASS
+
+
+def _open_colours(gl: Functions) -> None:
+    gl.ColorMask(1, 1, 1, 1)
 
 
 def set_transfers(gl: Functions) -> None:
@@ -85,16 +106,37 @@ def set_transfers(gl: Functions) -> None:
         gl.PixelStorei(what, value)
 
 
-def bind_images(gl: Functions, images: list[Texture]) -> None:
+def bind_images(gl: Functions, bound: Bound, images: list[Texture]) -> None:
     """Textures from unit 0 on, without sampler objects (those would override how a texture is read)."""
+    textures = bound.textures
     for unit, image in enumerate(images):
-        gl.ActiveTexture(g.TEXTURE0 + unit)
-        gl.BindTexture(g.TEXTURE_2D, image.name)
-        gl.BindSampler(unit, 0)
+        if unit == len(textures):
+            gl.BindSampler(unit, 0)
+            textures.append(None)
+        if textures[unit] != image.name:
+            if bound.unit != unit:
+                gl.ActiveTexture(g.TEXTURE0 + unit)
+                bound.unit = unit
+            gl.BindTexture(g.TEXTURE_2D, image.name)
+            textures[unit] = image.name
 
 
-def set_draw(gl: Functions, state: DrawState, outputs: list[Texture], depth: Texture | None) -> None:
+def use(gl: Functions, bound: Bound, program: int, vertex_array: int) -> None:
+    """The program and the vertices of what is drawn next."""
+    if bound.used != program:
+        gl.UseProgram(program)
+        bound.used = program
+    if bound.vertex_array != vertex_array:
+        gl.BindVertexArray(vertex_array)
+        bound.vertex_array = vertex_array
+
+
+def set_draw(gl: Functions, bound: Bound, state: DrawState, outputs: Sequence[Texture], depth: Texture | None) -> None:
     """Everything in a DrawState; :func:`set_common` came before, and clears are done."""
+    wanted = (state, depth is None, *(texture.padded for texture in outputs))
+    if bound.state == wanted:
+        return
+    bound.state = wanted
     # The vertex shader turns pictures upside down, so fronts are clockwise here.
     gl.FrontFace(g.CLOCKWISE)
     _switch(gl, CULL_FACE, state.cull != "none")
@@ -163,8 +205,14 @@ def _switch(gl: Functions, what: int, on: bool) -> None:
         gl.Disable(what)
 
 
-def clear_targets(gl: Functions, colours: list[tuple[int, Any]], depth: float | None, stencil: int | None) -> None:
+def clear_targets(
+    gl: Functions, bound: Bound, colours: list[tuple[int, Any]], depth: float | None, stencil: int | None
+) -> None:
     """Clear colour attachments (number, four floats), depth and stencil; masks are opened for it."""
+    if not colours and depth is None:
+        return
+    bound.state = None
+    _open_colours(gl)
     for number, value in colours:
         gl.ClearBufferfv(g.COLOR, number, value.ctypes.data)
     if depth is None:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.base import FloatBlock, clear_colour
+from passgraph.backends.steps import UNORM_ONE, steps_of
 from passgraph.formats import Format
 
 _TYPES: dict[str, tuple[int, Any]] = {
@@ -30,7 +31,6 @@ _INTERNAL = {
 _EXTERNAL = (0x1903, 0x8227, 0x1907, 0x1908)  # red, rg, rgb, rgba
 _DEPTH_COMPONENT, _DEPTH_STENCIL, _FLOAT_AND_STENCIL = 0x1902, 0x84F9, 0x8DAD
 _DEPTH32F, _DEPTH32F_STENCIL8 = 0x8CAC, 0x8CAD
-_LARGEST = {"unorm8": 255, "unorm16": 65535}
 #: One pixel of a depth-stencil picture as OpenGL hands it over.
 _DEPTH_AND_STENCIL = np.dtype([("depth", np.float32), ("stencil", np.uint32)])
 
@@ -81,11 +81,8 @@ def encoded(picture: FloatBlock, texture: Texture) -> NDArray[Any]:
         return packed
     if texture.padded:
         values = np.concatenate([values, np.ones((height, width, 1), np.float32)], axis=-1)
-    largest = _LARGEST.get(texture.format.kind)
-    if largest is not None:
-        clipped = np.clip(np.nan_to_num(values, nan=0.0, posinf=1.0, neginf=0.0), 0, 1)
-        whole: NDArray[Any] = np.rint(clipped * np.float32(largest)).astype(texture.layout.dtype)
-        return whole
+    if texture.format.kind in UNORM_ONE:
+        return steps_of(values, texture.format.kind)
     with np.errstate(over="ignore"):
         return np.ascontiguousarray(values.astype(texture.layout.dtype, copy=False))
 
@@ -95,9 +92,9 @@ def decoded(stored: NDArray[Any], texture: Texture) -> FloatBlock:
     if texture.format.stencil:
         return np.ascontiguousarray(stored["depth"][..., None])
     values = stored.astype(np.float32, copy=False)
-    largest = _LARGEST.get(texture.format.kind)
-    if largest is not None:
-        values = values / np.float32(largest)
+    one = UNORM_ONE.get(texture.format.kind)
+    if one is not None:
+        values = values / np.float32(one)
     return np.ascontiguousarray(values[..., : texture.format.channels])
 
 
@@ -117,9 +114,9 @@ def stored_clear(value: tuple[float, ...], texture: Texture) -> NDArray[np.float
     """A clear colour as four floats that the format holds exactly."""
     four = np.array([0, 0, 0, 1], np.float32)
     four[: texture.format.channels] = clear_colour(value, texture.format.channels, texture.format.srgb)
-    largest = _LARGEST.get(texture.format.kind)
-    if largest is not None:
-        four = np.rint(np.clip(four, 0, 1) * np.float32(largest)) / np.float32(largest)
+    one = UNORM_ONE.get(texture.format.kind)
+    if one is not None:
+        four = np.rint(np.clip(four, 0, 1) * np.float32(one)) / np.float32(one)
     elif texture.format.kind == "half":
         with np.errstate(over="ignore"):
             four = four.astype(np.float16).astype(np.float32)

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.base import FloatBlock
+from passgraph.backends.steps import UNORM_ONE, steps_of
 from passgraph.errors import InputError
 from passgraph.formats import Format
 
@@ -20,8 +21,6 @@ DTYPES: dict[str, type[np.generic]] = {
     "unorm8": np.uint8,
     "unorm16": np.uint16,
 }
-#: What 1.0 is stored as.
-UNORM_ONE = {"unorm8": 255.0, "unorm16": 65535.0}
 
 
 @dataclass(eq=False)
@@ -73,9 +72,7 @@ def encode(picture: FloatBlock, storage: Storage) -> NDArray[Any]:
         )
     kind = storage.format.kind
     if kind in UNORM_ONE:
-        with np.errstate(invalid="ignore"):
-            scaled: FloatBlock = np.rint(np.clip(np.nan_to_num(array), 0, 1) * np.float32(UNORM_ONE[kind]))
-            return scaled.astype(DTYPES[kind], order="C")
+        return steps_of(array, kind)
     with np.errstate(over="ignore"):  # above 65504 a half is infinite
         return np.ascontiguousarray(array, DTYPES[kind])
 

@@ -56,12 +56,12 @@ def test_a_product_with_zero_is_not_left_to_compilers(product: str) -> None:
 
 def test_this_pixel_is_read_without_a_border_rule() -> None:
     text = shader("def one(color: Image) -> vec4: return color[0, 0]")
-    assert "texelFetch(pg_image0, pg_pixel, 0)" in text and "textureSize" not in text
+    assert "textureLod(pg_image0, vec2(pg_here.x, pg_here.y), 0.0)" in text and "?" not in text
 
 
-def test_an_offset_is_held_on_the_side_where_it_leaves() -> None:
+def test_a_clamped_offset_is_left_to_the_sampler() -> None:
     text = shader("def one(color: Image) -> vec4: return color[-1, 0]")
-    assert "texelFetch(pg_image0, ivec2(max(pg_pixel.x + (-1), 0), pg_pixel.y), 0)" in text
+    assert "textureLod(pg_image0, vec2(pg_here.x + (-1.0) * pg_texel0.x, pg_here.y), 0.0)" in text
 
 
 def test_float_values_are_precise_where_the_driver_can() -> None:

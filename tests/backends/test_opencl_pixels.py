@@ -274,3 +274,43 @@ def test_the_inner_block_and_the_strips_cover_each_pixel_once() -> None:
                 for i in range(first_x, first_x + columns):
                     hit[j if j < cut[1] else j + cut[3], i if i < cut[0] else i + cut[2]] += 1
         np.testing.assert_array_equal(hit, 1)
+
+
+class Limited:
+    """A device that takes smaller groups than it could."""
+
+    def __init__(self, inner: object, sizes: tuple[int, int, int], most: int) -> None:
+        self.inner, self.max_work_item_sizes, self.max_work_group_size = inner, sizes, most
+
+    def __getattr__(self, name: str) -> object:
+        return getattr(self.inner, name)
+
+
+@pytest.mark.parametrize("height", [12, 9, 10, 7])
+@pytest.mark.parametrize(
+    ("sizes", "most"),
+    [((4096,) * 3, 4096), ((4096,) * 3, 6), ((4096, 1, 1), 4096), ((2, 4096, 1), 4096), ((1, 1, 1), 1)],
+)
+def test_groups_stay_within_what_the_device_takes(
+    device: OpenCLBackend, sizes: tuple[int, int, int], most: int, height: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Three runs across, the last one over a part of the second; rows in groups of 4, 3, 2 or 1."""
+    monkeypatch.setattr(device, "device", Limited(device.device, sizes, most))
+    monkeypatch.setattr(device, "is_cpu", True)
+    launched: list[tuple[tuple[int, int], tuple[int, int] | None]] = []
+    enqueue = device.cl.enqueue_nd_range_kernel
+
+    def noted(
+        queue: object, kernel: object, items: tuple[int, int], group: tuple[int, int] | None, *rest: object
+    ) -> None:
+        launched.append((items, group))
+        enqueue(queue, kernel, items, group, *rest)
+
+    monkeypatch.setattr(device.cl, "enqueue_nd_range_kernel", noted)
+    picture = noise(300, height)
+    got = run(device, "def shifted(c: Image) -> vec4: return c[1, 0]", picture)
+    np.testing.assert_array_equal(got, picture[:, np.minimum(np.arange(300) + 1, 299)])
+    (items, group), *_ = launched
+    assert items == (3, height) and group is not None
+    assert group[0] <= sizes[0] and group[1] <= sizes[1] and group[0] * group[1] <= most
+    assert items[0] % group[0] == items[1] % group[1] == 0

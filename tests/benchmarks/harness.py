@@ -50,11 +50,16 @@ def seconds(job: Job) -> float:
 
 
 def interleaved(jobs: dict[str, Job], rounds: int, warm_up: int = 1) -> dict[str, list[float]]:
-    """Milliseconds of every run of each job, taken in turns so that the machine's drift meets all alike."""
+    """Milliseconds of every run of each job, taken in turns so that the machine's drift meets all alike.
+
+    Who begins changes from turn to turn: what a job leaves in the caches is the next one's gain or loss.
+    """
     times: dict[str, list[float]] = {name: [] for name in jobs}
+    order = list(jobs)
     for turn in range(warm_up + rounds):
-        for name, job in jobs.items():
-            spent = seconds(job) * 1e3
+        order = [*order[1:], order[0]]
+        for name in order:
+            spent = seconds(jobs[name]) * 1e3
             if turn >= warm_up:
                 times[name].append(spent)
     return times
