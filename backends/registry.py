@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import difflib
 import os
 from importlib import import_module
-from importlib.metadata import entry_points
 
 from passgraph.backends.base import Backend
 from passgraph.errors import BackendError
@@ -24,8 +22,14 @@ BUILT_IN = {
 
 def backend_names() -> list[str]:
     """Built-in backends first, then those that other packages bring."""
-    others = sorted({entry.name for entry in entry_points(group=GROUP)} - set(BUILT_IN))
-    return [*BUILT_IN, *others]
+    return [*BUILT_IN, *sorted(set(_others()) - set(BUILT_IN))]
+
+
+def _others() -> dict[str, str]:
+    """Name → module and class, of every entry point."""
+    from importlib.metadata import entry_points  # as long to load as a small graph to compile
+
+    return {entry.name: entry.value for entry in entry_points(group=GROUP)}
 
 
 def backend_class(name: str) -> type[Backend]:
@@ -36,14 +40,13 @@ def backend_class(name: str) -> type[Backend]:
     BackendError
         For a name that no installed package provides, or a package that fails to load.
     """
-    path = BUILT_IN.get(name)
+    path = BUILT_IN.get(name) or _others().get(name)
     if path is None:
-        found = [entry for entry in entry_points(group=GROUP) if entry.name == name]
-        if not found:
-            near = difflib.get_close_matches(name, backend_names(), n=1)
-            hint = f" (did you mean {near[0]!r}?)" if near else ""
-            raise BackendError(f"there is no backend {name!r}{hint}; there are {', '.join(backend_names())}")
-        path = found[0].value
+        import difflib
+
+        near = difflib.get_close_matches(name, backend_names(), n=1)
+        hint = f" (did you mean {near[0]!r}?)" if near else ""
+        raise BackendError(f"there is no backend {name!r}{hint}; there are {', '.join(backend_names())}")
     module, _, attribute = path.partition(":")
     try:
         made = getattr(import_module(module), attribute)

@@ -30,6 +30,10 @@ class Storage:
     values: FloatBlock
     stencil: NDArray[np.uint8] | None = None
 
+    def __post_init__(self) -> None:
+        #: Where the values begin, for machine code.
+        self.address: int = self.values.ctypes.data
+
 
 class NumpyBackend(Backend):
     """See :class:`passgraph.backends.base.Backend`."""
@@ -46,7 +50,7 @@ class NumpyBackend(Backend):
         import platform
         from importlib.metadata import version
 
-        return [DeviceInfo(f"{platform.machine()}, {thread_count()} threads", "numba", version("numba"))]
+        return [DeviceInfo(f"{platform.machine()}, {thread_count()} threads", "llvmlite", version("llvmlite"))]
 
     def make(self, format: Format, size: tuple[int, int]) -> Storage:
         count = size[0] * size[1]

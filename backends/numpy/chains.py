@@ -14,7 +14,8 @@ from typing import NamedTuple
 from passgraph.language import scalar as s
 from passgraph.plan.data import PixelStep
 
-#: Rings of one thread take at most this: half of the level-2 cache of common cores.
+#: Rings of one thread take at most this, half of the level-2 cache of common cores; rows that the last stage makes at
+#: once come on top.
 RING_BYTES = 512 * 1024
 #: Rules that never lead out of the rows and columns kept: texels outside are those at the edge, or nothing.
 NEAR_BORDERS = ("clamp", "zero")
@@ -116,11 +117,14 @@ class Tiling:
     pieces: int
 
 
-def tiling(chain: Sequence[Stage], threads: int, least_pixels: int) -> Tiling | None:
-    """Pieces that fill the threads and whose rings fit the cache; None where too much would be computed again."""
+def tiling(chain: Sequence[Stage], threads: int, least_pixels: int, at_once: int = 1) -> Tiling | None:
+    """Pieces that fill the threads and whose rings fit the cache; None where too much would be computed again.
+
+    ``at_once``: how many rows the last stage makes at once.
+    """
     width, height = chain[-1].step.size
     if len(chain) == 1:
-        rows = max(1, min(height, least_pixels // width))
+        rows = min(height, -(-max(1, least_pixels // width) // at_once) * at_once)
         return Tiling(1, width, rows, -(-height // rows))
     around = Margin()
     for stage in chain:
@@ -132,7 +136,8 @@ def tiling(chain: Sequence[Stage], threads: int, least_pixels: int) -> Tiling | 
         return None
     columns = -(-width // tile)
     wanted = min(4 * threads, -(-width * height // least_pixels))
-    rows = min(height, max(-(-height * columns // wanted), MIN_SHARE * down))
+    rows = max(-(-height * columns // wanted), MIN_SHARE * down)
+    rows = min(height, -(-rows // at_once) * at_once)
     made = Tiling(columns, tile, rows, columns * -(-height // rows))
     if made.pieces < min(threads, wanted) or any(_dear(stage, made) for stage in chain[:-1]):
         return None

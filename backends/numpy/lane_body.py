@@ -11,16 +11,18 @@ from typing import Any
 from llvmlite import ir
 
 from passgraph.backends.numpy.lanes import Lanes, border, is_vector
-from passgraph.backends.numpy.llvm_body import Body
-from passgraph.backends.numpy.llvm_ops import BOOL, F32, I32, TYPES, constant
+from passgraph.backends.numpy.llvm_ops import BOOL, F32, I32, I64, TYPES
+from passgraph.backends.numpy.program_body import ProgramBody
+from passgraph.backends.numpy.texels import scattered
+from passgraph.backends.numpy.windows import Window, windows_of
 from passgraph.language import scalar as s
 
 #: Branches with more instructions than this, or with loops, are jumped over where no lane takes them.
 MAX_UNCONDITIONAL = 12
 
 
-class LaneBody(Body):
-    """See :class:`Body`; ``given`` are the builtins and ``memory`` the pointers and sizes by their names."""
+class LaneBody(ProgramBody):
+    """``given`` are the builtins and ``memory`` the pointers and sizes by their names."""
 
     def __init__(
         self, program: s.ScalarProgram, builder: Lanes, given: dict[str, Any], memory: dict[str, Any], mask: Any
@@ -29,17 +31,25 @@ class LaneBody(Body):
         self.numbers = {use.name: i for i, use in enumerate(program.images)}
         self.values: dict[int, Any] = {}
         self.tables: dict[str, Any] = {}
+        self.windows = windows_of(program)
         self.slots = {name: self._slot(TYPES[kind]) for name, kind in program.variables}
         self.mask = self._slot(BOOL)  # lanes at work
         builder.store(mask, self.mask)
         self.breaks: list[Any] = []  # lanes that are still in each loop around
         self.masked = False  # whether some lanes may be idle here that will work again
 
+    def results(self) -> list[Any]:
+        """Emit everything; the outputs' components."""
+        self.block(self.program.body)
+        return [self.operand(value) for output in self.program.outputs for value in output.values]
+
     def _slot(self, kind: Any) -> Any:
-        """A variable with a value in each lane."""
+        """A variable with a value in each lane.  It begins with 0: idle lanes too compute with what they hold."""
         b = self.builder
         with b.goto_entry_block():
-            return b.alloca(b.vector(kind))
+            slot = b.alloca(b.vector(kind))
+        b.store(ir.Constant(b.vector(kind), None), slot)
+        return slot
 
     def _read_slot(self, slot: Any, kind: Any) -> Any:
         return self.builder.load(slot, typ=self.builder.vector(kind))
@@ -47,7 +57,7 @@ class LaneBody(Body):
     def _at_work(self) -> Any:
         return self._read_slot(self.mask, BOOL)
 
-    def _emit(self, i: s.Instruction) -> None:
+    def emit(self, i: s.Instruction) -> None:
         b = self.builder
         if isinstance(i, s.Read):
             self.values[i.to.id] = self._read_slot(self.slots[i.variable], TYPES[i.to.type])
@@ -64,44 +74,102 @@ class LaneBody(Body):
                 live = self._read_slot(self.breaks[-1], BOOL)
                 b.store(b.and_(live, b.not_(self._at_work())), self.breaks[-1])
             b.store(b.spread(ir.Constant(BOOL, 0)), self.mask)
+        elif isinstance(i, s.LoadTable):
+            self.values[i.to.id] = self._table(i)
+        elif isinstance(i, s.LoadTexel):
+            self.texel(i)
+        elif isinstance(i, s.If):
+            self._if(i)
+        elif isinstance(i, s.For):
+            self._for(i)
         else:
-            super()._emit(i)
+            super().emit(i)
 
-    # Memory
+    # Memory: indices and coordinates are brought into range in every lane, so that idle lanes may read too.
 
-    def _load(self, name: str, index: Any, type_: Any) -> Any:
-        mask = self._at_work() if is_vector(index) else None
-        return self.builder.load_at(self.memory[name], index, type_, mask, steady=True)
+    def load(self, name: str, index: Any, kind: Any) -> Any:
+        return self._entry(self.memory[name], index, kind)
+
+    def _entry(self, array: Any, index: Any, kind: Any) -> Any:
+        if is_vector(index) and kind == F32:
+            return scattered(self.builder, array, self.builder.trunc(index, I32), 1, (0,))[0]
+        return self.builder.load_at(array, index, kind, steady=True)
 
     def _table(self, i: s.LoadTable) -> Any:
         b = self.builder
         if i.table not in self.tables:
-            kind, values = next((kind, values) for name, kind, values in self.program.tables if name == i.table)
-            array = ir.Constant(ir.ArrayType(TYPES[kind], len(values)), [constant(s.Lit(kind, v)) for v in values])
-            held = ir.GlobalVariable(b.module, array.type, f"table_{i.table}")
+            array = self.table_constant(i.table)
+            held = ir.GlobalVariable(b.module, array.type, b.module.get_unique_name("table"))
             held.linkage, held.global_constant, held.initializer = "internal", True, array
             self.tables[i.table] = held
-        index = self.operand(i.index)
-        mask = self._at_work() if is_vector(index) else None
-        return b.load_at(self.tables[i.table], index, TYPES[i.to.type], mask, steady=True)
+        return self._entry(self.tables[i.table], self.operand(i.index), TYPES[i.to.type])
 
-    def _texel(self, i: s.LoadTexel) -> None:
-        """Coordinates are brought into range in every lane, so idle lanes may read too."""
+    def texel(self, i: s.LoadTexel) -> None:
+        """A texel anywhere in its picture."""
+        results = [value.id for value in s.results_of(i)]
+        window = self.windows.get(results[0]) if results else None
+        if window is not None and is_vector(self.operand(window.base)):
+            if results[0] not in self.values:
+                self._window(window)
+            return
         number, b = self.numbers[i.image], self.builder
         x, y = self.operand(i.x), self.operand(i.y)
-        if i.relative:
-            x, y = b.add(self.given["x"], x), b.add(self.given["y"], y)
         width, height = self.memory[f"im{number}_w"], self.memory[f"im{number}_h"]
         inner_x, inner_y = border(b, i.border, x, width), border(b, i.border, y, height)
-        channels = self.program.images[number].channels
-        at = b.mul(b.add(b.mul(inner_y, width), inner_x), ir.Constant(I32, channels))
         outside = None
         if i.border == "zero":
             outside = b.or_(b.icmp_signed("!=", inner_x, x), b.icmp_signed("!=", inner_y, y))
-        for channel, value in enumerate(i.to):
-            if value is not None:
-                loaded = b.load_at(self.memory[f"im{number}"], b.add(at, ir.Constant(I32, channel)), F32, steady=True)
-                self.values[value.id] = loaded if outside is None else b.select(outside, ir.Constant(F32, 0.0), loaded)
+        pixel = b.add(b.mul(inner_y, width), inner_x)
+        self.keep(i, self._channels(number, pixel, [c for c, value in enumerate(i.to) if value is not None]), outside)
+
+    def _window(self, window: Window) -> None:
+        """All texels of a window, at once where they lie inside for every lane at work, else one after another."""
+        b, first = self.builder, window.loads[0]
+        number, low, high = self.numbers[first.image], window.offsets[0], window.offsets[-1]
+        picture, width, height = (self.memory[f"im{number}{end}"] for end in ("", "_w", "_h"))
+        x, y = self.operand(window.base), self.operand(first.y)
+        inner_y = border(b, first.border, y, height)
+        row, least = b.mul(inner_y, width), ir.Constant(I32, max(0, -low))
+        inside = b.and_(
+            b.icmp_signed(">=", x, least), b.icmp_signed("<", x, b.sub(width, ir.Constant(I32, max(0, high))))
+        )
+        together, apart, behind = (b.append_basic_block(name) for name in ("together", "apart", "behind"))
+        b.cbranch(b.all(b.or_(inside, b.not_(self._at_work()))), together, apart).set_weights([1000, 1])
+        b.position_at_end(together)
+        start = b.add(b.select(inside, x, least), ir.Constant(I32, low))
+        found = scattered(b, picture, b.add(row, start), 1, [offset - low for offset in window.offsets])
+        b.branch(behind)
+        b.position_at_end(apart)
+        others = []
+        for offset in window.offsets:
+            at = b.add(x, ir.Constant(I32, offset))
+            inner_x = border(b, first.border, at, width)
+            (loaded,) = scattered(b, picture, b.add(row, inner_x), 1, [0], rarely=True)
+            if first.border == "zero":
+                loaded = b.select(b.icmp_signed("!=", inner_x, at), ir.Constant(F32, 0.0), loaded)
+            others.append(loaded)
+        b.branch(behind)
+        b.position_at_end(behind)
+        either = [b.phi(b.vector(F32)) for _ in window.loads]
+        for phi, *values in zip(either, found, others, strict=True):
+            for value, block in zip(values, (together, apart), strict=True):
+                phi.add_incoming(value, block)
+        outside = b.icmp_signed("!=", inner_y, y) if first.border == "zero" else None
+        for load, phi in zip(window.loads, either, strict=True):
+            self.keep(load, [phi], outside)
+
+    def _channels(self, number: int, pixel: Any, wanted: list[int]) -> list[Any]:
+        b, picture, channels = self.builder, self.memory[f"im{number}"], self.program.images[number].channels
+        if is_vector(pixel):
+            return scattered(b, picture, pixel, channels, wanted)
+        first = b.mul(b.sext(pixel, I64), ir.Constant(I64, channels))
+        return [b.load_at(picture, b.add(first, ir.Constant(I64, c)), F32, steady=True) for c in wanted]
+
+    def keep(self, i: s.LoadTexel, loaded: list[Any], outside: Any = None) -> None:
+        """What was loaded as the instruction's results; ``outside`` of the picture 0."""
+        for value, number in zip((value for value in i.to if value is not None), loaded, strict=True):
+            b = self.builder
+            self.values[value.id] = number if outside is None else b.select(outside, ir.Constant(F32, 0.0), number)
 
     # Control
 
@@ -109,6 +177,9 @@ class LaneBody(Body):
         b = self.builder
         condition = self.operand(i.condition)
         leaves = _leaves(i.then) or _leaves(i.orelse)
+        if not is_vector(condition) and not leaves:
+            self._if_all(condition, i)
+            return
         before = self._at_work()
         rest = self._slot(BOOL) if leaves else None
         if rest is not None:
@@ -135,6 +206,17 @@ class LaneBody(Body):
         b.store(before if rest is None else self._read_slot(rest, BOOL), self.mask)
         # After a break or continue the lanes that took it stay idle to the end of the loop's body.
         self.masked = was or leaves
+
+    def _if_all(self, condition: Any, i: s.If) -> None:
+        """All lanes go the same way."""
+        b = self.builder
+        then, orelse, behind = (b.append_basic_block(name) for name in ("then", "else", "behind"))
+        b.cbranch(condition, then, orelse)
+        for block, instructions in ((then, i.then), (orelse, i.orelse)):
+            b.position_at_end(block)
+            self.block(instructions)
+            b.branch(behind)
+        b.position_at_end(behind)
 
     def _for(self, i: s.For) -> None:
         """All lanes count together; those that have left wait for the rest."""

@@ -26,6 +26,16 @@ def is_vector(value: Any) -> bool:
     return isinstance(value.type, ir.VectorType)
 
 
+class _Same(ir.Constant):  # type: ignore[misc]
+    """A number in every lane of a constant, written down once: in long kernels most of the text is numbers."""
+
+    def __init__(self, kind: Any, value: Any) -> None:
+        self.type, self.constant = kind, value
+
+    def _get_reference(self) -> str:
+        return f"splat ({self.constant})"
+
+
 class Lanes:
     """Wraps a builder; ``lanes`` is the width of vectors."""
 
@@ -96,7 +106,7 @@ class Lanes:
             return value
         kind = self.vector(value.type)
         if type(value) is ir.Constant:
-            return ir.Constant(kind, [value.constant] * self.lanes)
+            return _Same(kind, value)
         blank = ir.Constant(kind, ir.Undefined)
         first = self.plain.insert_element(blank, value, ir.Constant(I32, 0))
         return self.plain.shuffle_vector(first, blank, ir.Constant(ir.VectorType(I32, self.lanes), [0] * self.lanes))
@@ -183,7 +193,7 @@ def _size(kind: Any) -> int:
     return {"float": 4, "i32": 4, "double": 8, "i64": 8}[str(kind)]
 
 
-def floor_modulo(b: Lanes, value: Any, size: Any) -> Any:
+def floor_modulo(b: Any, value: Any, size: Any) -> Any:
     """The rest in [0, size).  Vectors do not divide whole numbers; in float64 the quotient is off by one at most."""
     if not is_vector(value):
         rest = b.srem(value, size)
@@ -196,8 +206,8 @@ def floor_modulo(b: Lanes, value: Any, size: Any) -> Any:
     return b.select(b.icmp_signed(">=", rest, size), b.sub(rest, size), rest)
 
 
-def border(b: Lanes, rule: str, coordinate: Any, size: Any) -> Any:
-    """A coordinate brought into range."""
+def border(b: Any, rule: str, coordinate: Any, size: Any) -> Any:
+    """A coordinate brought into range; the builder may be a plain one where nothing is a vector."""
     zero, one = ir.Constant(I32, 0), ir.Constant(I32, 1)
     last = b.sub(size, one)
     if rule == "repeat":

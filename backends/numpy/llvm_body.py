@@ -14,26 +14,19 @@ from numba import types
 from numba.core import cgutils
 from numba.extending import intrinsic
 
+from passgraph.backends.numpy.lanes import border
 from passgraph.backends.numpy.llvm_names import PLANE_ARGUMENTS, VARYINGS, argument_names, is_varying
-from passgraph.backends.numpy.llvm_ops import F32, F64, I32, I64, TYPES, constant, emit_operation
+from passgraph.backends.numpy.llvm_ops import F32, F64, I32, I64, TYPES
+from passgraph.backends.numpy.program_body import ProgramBody
 from passgraph.language import scalar as s
 
 
-def body_intrinsic(
-    program: s.ScalarProgram,
-    inside: bool,
-    alike: int = 0,
-    apart: bool = False,
-    varyings: tuple[str, ...] = (),
-    rings: tuple[tuple[int, int], ...] = (),
-) -> Any:
+def body_intrinsic(program: s.ScalarProgram, apart: bool = False, varyings: tuple[str, ...] = ()) -> Any:
     """A function of one tuple for generated code to call; see :func:`argument_names` for what it holds.
 
     Returns a tuple of float32: every output's components one after another, then 1 or 0 for ``keep`` if there is one.
-    ``inside``: relative reads need no border rule along x.  ``alike``: one channel stands for this many (see
-    channels.py).  ``apart``: a function of its own, not inlined: where the loop does not vectorise anyway, LLVM takes a
-    fraction of the time.  ``varyings``: in the order of the planes that they are interpolated from.  ``rings``: images
-    of which so many rows are kept (see chains.py).
+    ``apart``: a function of its own, not inlined: where the loop does not vectorise anyway, LLVM takes a fraction of
+    the time.  ``varyings``: in the order of the planes that they are interpolated from.
     """
     count = sum(len(output.values) for output in program.outputs) + (program.keep is not None)
     result = types.UniTuple(types.float32, count)
@@ -46,7 +39,7 @@ def body_intrinsic(
             if apart:
                 results = _call_apart(program, context, builder, kind, arguments[0], varyings)
             else:
-                results = Body(program, context, builder, kind, arguments[0], inside, alike, varyings, rings).results()
+                results = Body(program, context, builder, kind, arguments[0], varyings).results()
             return context.make_tuple(builder, result, results)
 
         return result(values), generate
@@ -74,7 +67,7 @@ def _call_apart(
     function.linkage = "internal"
     function.attributes.add("noinline")
     inner = ir.IRBuilder(function.append_basic_block("entry"))
-    results = Body(program, context, inner, kind, function.args[0], False, 0, varyings).results()
+    results = Body(program, context, inner, kind, function.args[0], varyings).results()
     packed = ir.Constant(made, ir.Undefined)
     for place, value in enumerate(results):
         packed = inner.insert_value(packed, value, place)
@@ -83,8 +76,8 @@ def _call_apart(
     return [builder.extract_value(returned, place) for place in range(count)]
 
 
-class Body:
-    """One program on its way into a builder."""
+class Body(ProgramBody):
+    """One fragment at a time, in a loop that numba compiles."""
 
     def __init__(
         self,
@@ -93,15 +86,11 @@ class Body:
         builder: Any,
         tuple_type: Any,
         tuple_value: Any,
-        inside: bool,
-        alike: int,
         varyings: tuple[str, ...],
-        rings: tuple[tuple[int, int], ...] = (),
     ) -> None:
-        self.program, self.context, self.builder = program, context, builder
-        self.inside, self.alike, self.varyings, self.rings = inside, alike, varyings, dict(rings)
+        self.program, self.context, self.builder, self.varyings = program, context, builder, varyings
         builtins = [name for name, _ in program.builtins if not is_varying(name)]
-        names = argument_names(program, builtins, tuple(self.rings)) + (PLANE_ARGUMENTS if varyings else [])
+        names = argument_names(program, builtins) + (PLANE_ARGUMENTS if varyings else [])
         self.given = {name: builder.extract_value(tuple_value, i) for i, name in enumerate(names)}
         self.kinds = {name: tuple_type.types[i] for i, name in enumerate(names)}
         self.numbers = {use.name: i for i, use in enumerate(program.images)}
@@ -118,25 +107,9 @@ class Body:
             values.append(self.builder.uitofp(self.operand(self.program.keep), F32))
         return values
 
-    def operand(self, value: s.Operand) -> Any:
-        return constant(value) if isinstance(value, s.Lit) else self.values[value.id]
-
-    def block(self, instructions: tuple[s.Instruction, ...]) -> None:
-        for instruction in instructions:
-            if self.builder.block.is_terminated:
-                return
-            self._emit(instruction)
-
-    def _emit(self, i: s.Instruction) -> None:
+    def emit(self, i: s.Instruction) -> None:
         b = self.builder
-        if isinstance(i, s.Op):
-            self.values[i.to.id] = emit_operation(b, i.operation, i.on, [self.operand(a) for a in i.arguments])
-        elif isinstance(i, s.Choose):
-            self.values[i.to.id] = b.select(self.operand(i.condition), self.operand(i.then), self.operand(i.orelse))
-        elif isinstance(i, s.LoadUniform):
-            index = b.sext(self.operand(i.index), I64)
-            self.values[i.to.id] = self._load(f"{i.block}s", index, TYPES[i.block])
-        elif isinstance(i, s.LoadTable):
+        if isinstance(i, s.LoadTable):
             self.values[i.to.id] = self._table(i)
         elif isinstance(i, s.LoadBuiltin):
             self.values[i.to.id] = self._varying(i.name) if is_varying(i.name) else self.given[i.name]
@@ -150,15 +123,17 @@ class Body:
             self._if(i)
         elif isinstance(i, s.For):
             self._for(i)
-        else:
+        elif isinstance(i, (s.Break, s.Continue)):
             b.branch(self.loops[-1][1] if isinstance(i, s.Break) else self.loops[-1][0])
+        else:
+            super().emit(i)
 
     def _varying(self, name: str) -> Any:
         """Perspective-correct: the plane of v/w at this fragment, times w (rasterisation rule 5)."""
         b = self.builder
         row = VARYINGS + self.varyings.index(name.removeprefix("varying."))
-        start = self._load("values", ir.Constant(I64, row), F64)
-        step = self._load("planes", ir.Constant(I64, 3 * row + 1), F64)
+        start = self.load("values", ir.Constant(I64, row), F64)
+        step = self.load("planes", ir.Constant(I64, 3 * row + 1), F64)
         return b.fptrunc(b.fmul(b.fadd(start, b.fmul(step, self.given["dx"])), self.given["w"]), F32)
 
     # Memory
@@ -167,17 +142,14 @@ class Body:
         array = self.context.make_array(self.kinds[name])(self.context, self.builder, self.given[name])
         return array.data
 
-    def _load(self, name: str, index: Any, type_: Any) -> Any:
-        pointer = self.builder.gep(self._data(name), [index], inbounds=True, source_etype=type_)
-        return self.builder.load(pointer, typ=type_)
+    def load(self, name: str, index: Any, kind: Any) -> Any:
+        pointer = self.builder.gep(self._data(name), [index], inbounds=True, source_etype=kind)
+        return self.builder.load(pointer, typ=kind)
 
     def _table(self, i: s.LoadTable) -> Any:
         if i.table not in self.tables:
-            kind, values = next((kind, values) for name, kind, values in self.program.tables if name == i.table)
-            array = ir.Constant(ir.ArrayType(TYPES[kind], len(values)), [constant(s.Lit(kind, v)) for v in values])
-            self.tables[i.table] = cgutils.global_constant(
-                self.builder, f"table_{self.program.key[:12]}_{i.table}", array
-            )
+            name = f"table_{self.program.key[:12]}_{i.table}"
+            self.tables[i.table] = cgutils.global_constant(self.builder, name, self.table_constant(i.table))
         table = self.tables[i.table]
         index = self.builder.sext(self.operand(i.index), I64)
         element = TYPES[i.to.type]
@@ -189,29 +161,16 @@ class Body:
         channels = ir.Constant(I64, self.program.images[number].channels)
         b = self.builder
         x, y = self.operand(i.x), self.operand(i.y)
-        width, height = self.given[f"im{number}_w"], self.given[f"im{number}_h"]
-        if i.relative:
-            x, y = b.add(self.given["x"], b.sext(x, I64)), b.add(self.given["y"], b.sext(y, I64))
-        else:
-            # Half as wide, so that twice as many go into a vector of indices.
-            width, height = b.trunc(width, I32), b.trunc(height, I32)
-        # Rows are alike all along a row, so that the loop over x need not know of their rule.
-        inner_x = x if i.relative and self.inside else border(b, i.border, x, width)
-        inner_y = border(b, i.border, y, height)
+        # Half as wide, so that twice as many go into a vector of indices.
+        width, height = (b.trunc(self.given[f"im{number}_{axis}"], I32) for axis in "wh")
+        inner_x, inner_y = border(b, i.border, x, width), border(b, i.border, y, height)
         outside = None
         if i.border == "zero":
             outside = b.or_(b.icmp_signed("!=", inner_x, x), b.icmp_signed("!=", inner_y, y))
-        if number in self.rings:
-            inner_x = b.sub(inner_x, self.given[f"im{number}_from"])
-            inner_y, width = b.urem(inner_y, ir.Constant(I64, self.rings[number])), self.given[f"im{number}_pitch"]
-        pixel = b.add(b.mul(inner_y, width), inner_x)
-        at = b.mul(pixel if i.relative else b.sext(pixel, I64), channels)
-        if self.alike:
-            at = b.add(at, self.given["j"])
+        at = b.mul(b.sext(b.add(b.mul(inner_y, width), inner_x), I64), channels)
         for channel, value in enumerate(i.to):
             if value is not None:
-                index = at if self.alike else b.add(at, ir.Constant(I64, channel))
-                loaded = self._load(f"im{number}", index, F32)
+                loaded = self.load(f"im{number}", b.add(at, ir.Constant(I64, channel)), F32)
                 self.values[value.id] = loaded if outside is None else b.select(outside, ir.Constant(F32, 0.0), loaded)
 
     # Control
@@ -248,23 +207,3 @@ class Body:
         b.store(b.add(index, ir.Constant(I32, i.step)), slot)
         b.branch(check)
         b.position_at_end(behind)
-
-
-def border(b: Any, rule: str, coordinate: Any, size: Any) -> Any:
-    """A coordinate brought into range; both of one type."""
-    zero, one = ir.Constant(size.type, 0), ir.Constant(size.type, 1)
-    last = b.sub(size, one)
-    if rule == "repeat":
-        return _floor_modulo(b, coordinate, size)
-    if rule == "mirror":
-        twice = b.add(size, size)
-        m = _floor_modulo(b, coordinate, twice)
-        back = b.sub(b.sub(twice, one), m)
-        return b.select(b.icmp_signed("<", back, m), back, m)
-    low = b.select(b.icmp_signed("<", coordinate, zero), zero, coordinate)
-    return b.select(b.icmp_signed(">", low, last), last, low)
-
-
-def _floor_modulo(b: Any, value: Any, size: Any) -> Any:
-    rest = b.srem(value, size)
-    return b.select(b.icmp_signed("<", rest, ir.Constant(size.type, 0)), b.add(rest, size), rest)

@@ -5,15 +5,11 @@ from __future__ import annotations
 from passgraph.language.scalar import ScalarProgram
 
 
-def argument_names(program: ScalarProgram, builtins: list[str], rings: tuple[int, ...] = ()) -> list[str]:
-    """Members of the tuple: place, builtins in the program's order, images with their sizes, parameter blocks.
-
-    Images kept in rings (see chains.py) come with the ring's columns and the one that it begins with.
-    """
-    names = ["x", "y", "row", "width", "j", *builtins]
+def argument_names(program: ScalarProgram, builtins: list[str]) -> list[str]:
+    """Members of the tuple: place, builtins in the program's order, images with their sizes, parameter blocks."""
+    names = ["x", "y", *builtins]
     for index in range(len(program.images)):
         names += [f"im{index}", f"im{index}_w", f"im{index}_h"]
-        names += [f"im{index}_pitch", f"im{index}_from"] if index in rings else []
     return [*names, "floats", "ints"]
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import llvmlite
 import llvmlite.binding as llvm
 
-from passgraph.backends.numpy.jit import cache_folder, source_digest, write_whole
+from passgraph.kept import cache_folder, keep, kept, text_digest
 
 
 @lru_cache(maxsize=1)
@@ -46,11 +46,11 @@ _loaded: dict[str, int] = {}
 def function_address(parts: tuple[str, ...], emit: Callable[[str], str]) -> int:
     """Where the function is that ``emit(name)`` gives the LLVM text of; ``parts`` tell it from every other."""
     _, cpu, features = _machine()
-    told = (source_digest(), llvmlite.__version__, cpu, features, *parts)
+    told = (text_digest(Path(__file__).parent), llvmlite.__version__, cpu, features, *parts)
     key = hashlib.sha256("\0".join(told).encode()).hexdigest()[:40]
     if key not in _loaded:
         name = f"pg_{key}"
-        path = cache_folder() / f"{name}.o"
+        path = cache_folder("code") / f"{name}.o"
         code = kept(path)
         if code is None:
             code = _compiled(emit(name))
@@ -62,20 +62,12 @@ def function_address(parts: tuple[str, ...], emit: Callable[[str], str]) -> int:
     return _loaded[key]
 
 
-def kept(path: Path) -> bytes | None:
-    """Machine code from the cache, unless it is missing or damaged."""
-    try:
-        data = path.read_bytes()
-    except OSError:
-        return None
-    return data[32:] if hashlib.sha256(data[32:]).digest() == data[:32] else None
-
-
-def keep(path: Path, code: bytes) -> None:
-    write_whole(path, hashlib.sha256(code).digest() + code)
-
-
 def _compiled(text: str) -> bytes:
+    return bytes(_machine()[0].emit_object(optimised(text)))
+
+
+def optimised(text: str) -> Any:
+    """A module as it becomes machine code."""
     machine = _machine()[0]
     module = llvm.parse_assembly(text)
     module.verify()
@@ -84,4 +76,4 @@ def _compiled(text: str) -> bytes:
     options.loop_vectorization = options.slp_vectorization = options.loop_unrolling = False
     builder = llvm.create_pass_builder(machine, options)
     builder.getModulePassManager().run(module, builder)
-    return bytes(machine.emit_object(module))
+    return module

@@ -1,196 +1,310 @@
-"""Generated code of pixel passes: loops over rows of the output, with the border apart from the interior.
+"""LLVM text of pixel passes: pieces of the target, their rows, and along each row vectors of pixels.
 
-In the interior every relative read lies between its image's left and right edges; the rule for rows is the same all
-along a row, so that no clamp is left in the inner loop and LLVM vectorises it.
 A pass is a chain of one (see chains.py).  Threads take pieces by a shared counter until none is left.
+Relative reads go through tables of rows, one row for each of the reach above and below, with the border rule for rows
+applied.  Along a row the kernel's body never looks at the border: at the two ends of a row the table leads to strips,
+copies of the few texels there with the rule applied, so that one body serves the whole row.
 """
 
+# mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any
 
-from passgraph.backends.numpy.chains import Stage, reach
-from passgraph.backends.numpy.channels import single_channel
-from passgraph.backends.numpy.jit import HEADER, indented
-from passgraph.backends.numpy.llvm_names import argument_names
+from llvmlite import ir
+
+from passgraph.backends.numpy.lane_body import LaneBody
+from passgraph.backends.numpy.lanes import Lanes, border
+from passgraph.backends.numpy.llvm_ops import BOOL, F32, I32, I64
+from passgraph.backends.numpy.pixel_layout import Layout, StageLayout, View
+from passgraph.backends.numpy.texels import neighbours
 from passgraph.language import scalar as s
 
-
-def pixel_module(chain: Sequence[Stage]) -> tuple[str, dict[str, object]]:
-    """Text of a module with one function ``pieces``, and the names to put into it.
-
-    Its arguments: the counter; the number of pieces, columns of them, their width and height, the target's size;
-    columns of each stage's rings; of each stage the images (with sizes) that no stage makes, and its parameter
-    blocks; the rings; the last stage's outputs.
-    """
-    codes = [StageCode(chain, number) for number in range(len(chain))]
-    arguments = ["counter", "count", "columns", "tile", "band", "width", "height"]
-    arguments += [f"pitch{code.number}" for code in codes[:-1]]
-    arguments += [name for code in codes for name in code.arguments()]
-    arguments += [name for code in codes[:-1] for name in code.stores] + codes[-1].stores
-    text = [
-        HEADER,
-        "from passgraph.backends.numpy.intrinsics import pg_take",
-        *(line for code in codes for line in code.bodies()),
-        f"def pieces({', '.join(arguments)}):",
-        *indented(_piece(codes)),
-        "pieces = compiled(pieces)",
-        "",
-    ]
-    return "\n".join(text), {f"PROGRAM{code.number}": code.program for code in codes}
+POINTER = ir.PointerType()
 
 
-def _piece(codes: Sequence[StageCode]) -> list[str]:
+def pixel_text(layout: Layout, name: str) -> str:
+    """A module with ``pieces(context, own)``: both lead to entries as :class:`Layout` names them."""
+    module = ir.Module(name)
+    function = ir.Function(module, ir.FunctionType(ir.VoidType(), [POINTER, POINTER]), name)
+    b = Lanes(ir.IRBuilder(function.append_basic_block("entry")), layout.stages[0].lanes)
+    memory = {}
+    for block, names in zip(function.args, ([*layout.fixed, *layout.bound], layout.own), strict=True):
+        for place, entry in enumerate(names):
+            loaded = b.load_at(block, number(place), I64, steady=True)
+            memory[entry] = loaded if is_size(entry) else b.inttoptr(loaded, POINTER)
+    _pieces(b, function.args[0], layout, memory)
+    b.ret_void()
+    return str(module)
+
+
+def is_size(name: str) -> bool:
+    numbers = ("counter", "count", "columns", "tile", "band", "width", "height")
+    return name in numbers or name.startswith("pitch") or name.endswith(("_w", "_h"))
+
+
+def number(value: int) -> Any:
+    return ir.Constant(I64, value)
+
+
+def smaller(b: Lanes, x: Any, y: Any) -> Any:
+    return b.select(b.icmp_signed("<", x, y), x, y)
+
+
+def larger(b: Lanes, x: Any, y: Any) -> Any:
+    return b.select(b.icmp_signed(">", x, y), x, y)
+
+
+@contextmanager
+def counting(b: Lanes, start: Any, stop: Any, step: Any) -> Iterator[Any]:
+    """A loop: what is emitted inside runs for each index."""
+    with b.goto_entry_block():
+        slot = b.alloca(I64)
+    check, body, behind = (b.append_basic_block(name) for name in ("check", "body", "behind"))
+    b.store(start, slot)
+    b.branch(check)
+    b.position_at_end(check)
+    index = b.load(slot, typ=I64)
+    b.cbranch(b.icmp_signed("<", index, stop), body, behind)
+    b.position_at_end(body)
+    yield index
+    b.store(b.add(index, step), slot)
+    b.branch(check)
+    b.position_at_end(behind)
+
+
+def _pieces(b: Lanes, counter: Any, layout: Layout, memory: dict[str, Any]) -> None:
     """Take a piece, make its rows, take the next."""
-    rows: list[str] = []
-    for code in codes[:-1]:
-        behind = f"behind{code.number}"
-        down = code.stage.margin.down
-        # The first row of a piece asks for all rows above it too, each further row for one more.
-        rows += [
-            f"for y in range({behind}, min(height, bottom + {down + 1})):",
-            *indented(code.row()),
-            f"{behind} = min(height, bottom + {down + 1})",
-        ]
-    rows += ["y = bottom", *codes[-1].row()]
-    return [
-        "while True:",
-        *indented(
-            [
-                "piece = pg_take(counter)",
-                "if piece >= count:",
-                "    break",
-                "x0 = piece % columns * tile",
-                "y0 = piece // columns * band",
-                *(line for code in codes for line in code.span()),
-                "for bottom in range(y0, min(height, y0 + band)):",
-                *indented(rows),
-            ]
-        ),
-    ]
+    stages = [StageRows(b, layout, stage, memory) for stage in layout.stages]
+    height, band, columns = (memory[name] for name in ("height", "band", "columns"))
+    take, work, done = (b.append_basic_block(name) for name in ("take", "work", "done"))
+    b.branch(take)
+    b.position_at_end(take)
+    piece = b.atomic_rmw("add", counter, number(1), "monotonic")
+    b.cbranch(b.icmp_signed("<", piece, memory["count"]), work, done)
+    b.position_at_end(work)
+    x0, y0 = b.mul(b.srem(piece, columns), memory["tile"]), b.mul(b.sdiv(piece, columns), band)
+    end = smaller(b, height, b.add(y0, band))
+    at_once = layout.stages[-1].rows
+    for stage in stages:
+        stage.begin(x0, y0)
+    with counting(b, y0, end, number(at_once)) as y:
+        # The last rows of a piece may be made twice, so that there are always as many at once.
+        bottom = larger(b, smaller(b, y, b.sub(end, number(at_once))), number(0)) if at_once > 1 else y
+        for stage in stages[:-1]:
+            stage.follow(b.add(bottom, number(at_once)))
+        stages[-1].row(bottom)
+    b.branch(take)
+    b.position_at_end(done)
 
 
-def builtin(name: str, program: s.ScalarProgram, prefix: str = "im") -> str:
-    """What a builtin of a pixel pass is in generated code."""
-    known = {
-        "pixel.0": "int32(x)", "pixel.1": "int32(y)",
-        "output_size.0": "int32(width)", "output_size.1": "int32(height)",
-    }  # fmt: skip
-    if name in known:
-        return known[name]
-    image, _, axis = name.removeprefix("size.").rpartition(".")
-    index = [use.name for use in program.images].index(image)
-    return f"int32({prefix}{index}_{'wh'[int(axis)]})"
+class StageRows:
+    """Emits the rows of one stage."""
 
+    def __init__(self, b: Lanes, layout: Layout, stage: StageLayout, memory: dict[str, Any]) -> None:
+        self.b, self.layout, self.stage, self.memory = b, layout, stage, memory
+        self.body_memory = self._body_memory()
+        with b.goto_entry_block():
+            self.behind = b.alloca(I64)
+            #: For each view its rows, and what is read along the part of a row at work: them, or strips.
+            self.rows = [b.alloca(POINTER, number(view.rows)) for view in stage.views]
+            self.parts = [b.alloca(POINTER, number(view.rows)) for view in stage.views]
 
-class StageCode:
-    """The text of one stage; its names end in its number."""
+    def _body_memory(self) -> dict[str, Any]:
+        """What the kernel's body finds by name: sizes are int32 there."""
+        b, memory, n = self.b, self.memory, self.stage.number
+        found = {"floats": memory[f"floats{n}"], "ints": memory[f"ints{n}"]}
+        for image in range(len(self.stage.program.images)):
+            ring = image in self.stage.rings
+            found[f"im{image}_w"] = b.trunc(memory["width"] if ring else memory[f"im{n}_{image}_w"], I32)
+            found[f"im{image}_h"] = b.trunc(memory["height"] if ring else memory[f"im{n}_{image}_h"], I32)
+            if not ring:
+                found[f"im{image}"] = memory[f"im{n}_{image}"]
+        return found
 
-    def __init__(self, chain: Sequence[Stage], number: int) -> None:
-        self.number, self.stage = number, chain[number]
-        program, channels = self.stage.step.program, self.stage.channels
-        one = single_channel(program, channels)
-        self.program, self.alike = (one, channels[0]) if one is not None else (program, 0)
-        self.reach = reach(program.images)
-        self.last = number == len(chain) - 1
-        kind = "out" if self.last else f"ring{number}_"
-        self.stores = [f"{kind}{slot}" for slot in range(len(channels))]
-        self.rings = {image: (chain[producer], producer, slot) for image, producer, slot in self.stage.rings}
-
-    def arguments(self) -> list[str]:
-        names = []
-        for image in range(len(self.program.images)):
-            if image not in self.rings:
-                names += [f"im{self.number}_{image}{end}" for end in ("", "_w", "_h")]
-        return [*names, f"floats{self.number}", f"ints{self.number}"]
-
-    def bodies(self) -> list[str]:
-        """The program twice: where relative reads stay between their images' left and right edges, and anywhere."""
-        rings = tuple((image, stage.rows) for image, (stage, _, _) in sorted(self.rings.items()))
-        given = f"PROGRAM{self.number}, {{}}, {self.alike}, rings={rings}"
-        return [
-            f"inside{self.number} = body_intrinsic({given.format(True)})",
-            f"border{self.number} = body_intrinsic({given.format(False)})",
-        ]
-
-    def span(self) -> list[str]:
+    def begin(self, x0: Any, y0: Any) -> None:
         """The columns and the first row that this stage makes for a piece."""
-        margin = self.stage.margin
-        lines = [
-            f"from{self.number} = max(0, x0 - {margin.left})",
-            f"to{self.number} = min(width, x0 + tile + {margin.right})",
-        ]
-        if not self.last:
-            lines.append(f"behind{self.number} = max(0, y0 - {margin.up})")
-        return lines
+        b, margin = self.b, self.stage.stage.margin
+        self.first = larger(b, number(0), b.sub(x0, number(margin.left)))
+        reached = b.add(b.add(x0, self.memory["tile"]), number(margin.right))
+        self.end = smaller(b, self.memory["width"], reached)
+        if self.stage.last:
+            return
+        self.memory[f"from{self.stage.number}"] = self.first
+        if self.layout.stages[-1].rows > 1:
+            # As the last stage moves its last rows up, so do what it reads.
+            last = b.sub(self.memory["height"], number(self.layout.stages[-1].rows))
+            y0 = larger(b, number(0), smaller(b, y0, last))
+        b.store(larger(b, number(0), b.sub(y0, number(margin.up))), self.behind)
 
-    def row(self) -> list[str]:
-        """Row ``y`` from its first to its last column."""
-        left, right, _, _ = self.reach
-        begin, end = f"from{self.number}", f"to{self.number}"
-        lines = ["row = y * width"]
-        if not self.last:
-            lines.append(f"kept = y % {self.stage.rows} * pitch{self.number} - {begin}")
-        if not (left or right):
-            return [*lines, *self._interior(begin, end)]
-        return [
-            *lines,
-            f"first = min(max({left}, {begin}), {end})",
-            f"last = max(min(width - {right}, {end}), first)",
-            *self._interior("first", "last"),
-            "for part in range(2):",
-            *indented(
-                [
-                    f"start = {begin} if part == 0 else last",
-                    f"stop = first if part == 0 else {end}",
-                    *self._edge("start", "stop"),
-                ]
-            ),
-        ]
+    def follow(self, bottom: Any) -> None:
+        """Make the rows that are needed before those of the last stage up to ``bottom``, and are not there yet."""
+        b, margin = self.b, self.stage.stage.margin
+        stop = smaller(b, self.memory["height"], b.add(bottom, number(margin.down)))
+        behind = b.load(self.behind, typ=I64)
+        with counting(b, behind, stop, number(1)) as y:
+            self.row(y)
+        b.store(larger(b, behind, stop), self.behind)
 
-    def _given(self) -> str:
-        """Members of the tuple that the body takes."""
-        prefix = f"im{self.number}_"
-        texts = {"floats": f"floats{self.number}", "ints": f"ints{self.number}"}
-        for image in range(len(self.program.images)):
-            for end in ("", "_w", "_h"):
-                texts[f"im{image}{end}"] = f"{prefix}{image}{end}"
-            if image in self.rings:
-                _, producer, slot = self.rings[image]
-                texts[f"im{image}"] = f"ring{producer}_{slot}"
-                texts[f"im{image}_w"], texts[f"im{image}_h"] = "width", "height"
-                texts[f"im{image}_pitch"], texts[f"im{image}_from"] = f"pitch{producer}", f"from{producer}"
-        builtins = [name for name, _ in self.program.builtins]
-        names = argument_names(self.program, builtins, tuple(sorted(self.rings)))
-        sizes = {name: builtin(name, self.program, prefix) for name in builtins}
-        for image, use in enumerate(self.program.images):
-            if image in self.rings:
-                sizes |= {f"size.{use.name}.0": "int32(width)", f"size.{use.name}.1": "int32(height)"}
-        return ", ".join(texts.get(name) or sizes.get(name) or name for name in names)
+    def row(self, y: Any) -> None:
+        """Row ``y``, and the next ones where several are made at once, from the first to the last column."""
+        b, stage = self.b, self.stage
+        for view, table in zip(stage.views, self.rows, strict=True):
+            with self._each(view.rows) as k:
+                b.store(self._row(view, b.add(b.sub(y, number(view.up)), k)), self._entry(table, k))
+        if not (stage.reach.left or stage.reach.right):
+            self.tables = self.rows
+            self._stretch(y, self.first, self.end)
+            return
+        self.tables = self.parts
+        cut, rest = self._cuts()
+        with counting(b, number(0), number(3), number(1)) as part:
+            is_first, is_middle = b.icmp_signed("==", part, number(0)), b.icmp_signed("==", part, number(1))
+            begin = b.select(is_first, self.first, b.select(is_middle, cut, rest))
+            end = b.select(is_first, cut, b.select(is_middle, rest, self.end))
+            with b.if_then(b.icmp_signed("<", begin, end)):
+                for at in range(len(stage.views)):
+                    self._point(at, begin, end, is_middle)
+                self._stretch(y, begin, end)
 
-    def _interior(self, first: str, last: str) -> list[str]:
-        """The loop over a stretch of a row; by single numbers where all channels are alike."""
-        if self.alike:
-            body = [f"r = inside{self.number}(({self._given()},))", *self._stores("j")]
-            return ["x = 0", f"for j in range({first} * {self.alike}, {last} * {self.alike}):", *indented(body)]
-        body = ["j = 0", f"r = inside{self.number}(({self._given()},))", *self._stores("0")]
-        return [f"for x in range({first}, {last}):", *indented(body)]
+    def _cuts(self) -> tuple[Any, Any]:
+        """Columns between which no read leads out of a row; whole vectors there where something is cut off."""
+        b, (left, right, _, _), unit = self.b, self.stage.reach, number(self.stage.pixels)
+        short = larger(b, number(0), b.sub(number(left), self.first))
+        short = b.mul(b.sdiv(b.add(short, b.sub(unit, number(1))), unit), unit)
+        cut = smaller(b, b.add(self.first, short), self.end)
+        free = b.sub(self.memory["width"], number(right))
+        whole = b.mul(b.sdiv(larger(b, number(0), b.sub(free, cut)), unit), unit)
+        rest = b.select(b.icmp_signed("<=", self.end, free), self.end, b.add(cut, whole))
+        return cut, larger(b, cut, rest)
 
-    def _edge(self, first: str, last: str) -> list[str]:
-        if self.alike:
-            call = [f"r = border{self.number}(({self._given()},))", *self._stores(f"x * {self.alike} + j")]
-            body = [f"for j in range({self.alike}):", *indented(call)]
+    @contextmanager
+    def _each(self, count: int) -> Iterator[Any]:
+        if count == 1:
+            yield number(0)
+            return
+        with counting(self.b, number(0), number(count), number(1)) as k:
+            yield k
+
+    def _entry(self, table: Any, k: Any) -> Any:
+        return self.b.gep(table, [k], True, source_etype=POINTER)
+
+    def _row(self, view: View, y: Any) -> Any:
+        """Where a row of an image begins, by the border rule; a row of zeros where there is none."""
+        b, memory, n = self.b, self.memory, self.stage.number
+        inner = border(b, view.border, b.trunc(y, I32), b.trunc(memory["height"], I32))
+        inside = b.icmp_signed("==", b.sext(inner, I64), y)
+        inner = b.sext(inner, I64)
+        if view.image in self.stage.rings:
+            producer, slot = self.stage.rings[view.image]
+            ring, start = memory[f"ring{producer}_{slot}"], memory[f"from{producer}"]
+            kept = b.srem(inner, number(self.layout.ring_rows(producer)))
+            first = b.sub(b.mul(kept, memory[f"pitch{producer}"]), start)
         else:
-            body = ["j = 0", f"r = border{self.number}(({self._given()},))", *self._stores("0")]
-        return [f"for x in range({first}, {last}):", *indented(body)]
+            ring, first = memory[f"im{n}_{view.image}"], b.mul(inner, memory["width"])
+        row = b.gep(ring, [b.mul(first, number(view.channels))], False, source_etype=F32)
+        return b.select(inside, row, memory["zeros"]) if view.border == "zero" else row
 
-    def _stores(self, place: str) -> list[str]:
-        base = "row" if self.last else "kept"
-        if self.alike:
-            return [f"{self.stores[0]}[uint64({base} * {self.alike} + {place})] = r[0]"]
-        lines, number = [], 0
-        for name, count in zip(self.stores, self.stage.channels, strict=True):
-            for channel in range(count):
-                lines.append(f"{name}[uint64(({base} + x) * {count} + {channel})] = r[{number}]")
-                number += 1
-        return lines
+    def _point(self, at: int, begin: Any, end: Any, is_middle: Any) -> None:
+        """Let a view's table lead to its rows, or at a row's end to copies of what is read there."""
+        b, stage, view = self.b, self.stage, self.stage.views[at]
+        left, right, _, _ = stage.reach
+        count = b.add(b.sub(end, begin), number(left + right))
+        start = b.sub(begin, number(left))
+        with self._each(view.rows) as k:
+            row = b.load(self._entry(self.rows[at], k), typ=POINTER)
+            place = self._entry(self.parts[at], k)
+            b.store(row, place)
+            if not view.across:
+                return
+            with b.if_then(b.not_(is_middle)):
+                offset = b.add(b.mul(k, number(stage.strip_pixels * view.channels)), number(view.strips))
+                strip = b.gep(self.memory["scratch"], [offset], True, source_etype=F32)
+                with counting(b, number(0), count, number(1)) as i:
+                    self._copy(view, row, b.add(start, i), strip, i)
+                back = b.mul(start, number(-view.channels))
+                b.store(b.gep(strip, [back], False, source_etype=F32), place)
+
+    def _copy(self, view: View, row: Any, x: Any, strip: Any, i: Any) -> None:
+        """One texel into a strip, by the border rule."""
+        b, channels = self.b, number(view.channels)
+        inner = b.sext(border(b, view.border, b.trunc(x, I32), b.trunc(self.memory["width"], I32)), I64)
+        for channel in range(view.channels):
+            value = b.load_at(row, b.add(b.mul(inner, channels), number(channel)), F32)
+            if view.border == "zero":
+                value = b.select(b.icmp_signed("==", inner, x), value, ir.Constant(F32, 0.0))
+            place = b.add(b.mul(i, channels), number(channel))
+            b.plain.store(value, b.gep(strip, [place], True, source_etype=F32), align=4)
+
+    def _stretch(self, y: Any, begin: Any, end: Any) -> None:
+        """The body over columns from ``begin`` to ``end``: by pixels, or by single numbers where channels are alike."""
+        b, stage = self.b, self.stage
+        unit, step = number(stage.alike), b.lanes * stage.vectors
+        last = b.mul(end, unit)
+        with counting(b, b.mul(begin, unit), last, number(step)) as first:
+            turns = [(row, b.add(first, number(vector * b.lanes)))
+                     for row in range(stage.rows) for vector in range(stage.vectors)]  # fmt: skip
+            results = [PixelBody(self, y, row, at).results() for row, at in turns]
+            full, part, behind = (b.append_basic_block(name) for name in ("full", "part", "stored"))
+            b.cbranch(b.icmp_signed("<=", b.add(first, number(step)), last), full, part)
+            for block, masked in ((full, False), (part, True)):
+                b.position_at_end(block)
+                for (row, at), values in zip(turns, results, strict=True):
+                    self._store(b.add(y, number(row)), at, values, last if masked else None)
+                b.branch(behind)
+            b.position_at_end(behind)
+
+    def _store(self, y: Any, at: Any, values: Sequence[Any], last: Any) -> None:
+        """A vector of results; with ``last`` only what lies before it."""
+        b, stage, begin = self.b, self.stage, 0
+        mask = None if last is None else b.icmp_signed("<", b.add(at, b.counting(I64)), last)
+        counts = (1,) if stage.alike > 1 else stage.channels
+        for slot, count in enumerate(counts):
+            if stage.last:
+                target, first = self.memory[f"out{slot}"], b.mul(y, self.memory["width"])
+            else:
+                target = self.memory[f"ring{stage.number}_{slot}"]
+                kept = b.srem(y, number(self.layout.ring_rows(stage.number)))
+                first = b.sub(b.mul(kept, self.memory[f"pitch{stage.number}"]), self.first)
+            place = b.mul(b.add(b.mul(first, number(stage.alike)), at), number(count))
+            pointer = b.gep(target, [place], True, source_etype=F32)
+            parts = [b.spread(value) for value in values[begin : begin + count]]
+            begin += count
+            if mask is None:
+                b.plain.store(b.interleaved(parts), pointer, align=4)
+            else:
+                b.store_masked(b.interleaved(parts), pointer, b.interleaved([mask] * count), F32)
+
+
+class PixelBody(LaneBody):
+    """The kernel on consecutive pixels of a row, or on consecutive numbers of it where channels are alike."""
+
+    def __init__(self, place: StageRows, y: Any, row: int, at: Any) -> None:
+        b, stage = place.b, place.stage
+        self.place, self.row, self.at = place, row, at
+        x, y = b.add(b.trunc(at, I32), b.counting(I32)), b.add(b.trunc(y, I32), ir.Constant(I32, row))
+        width, height = (b.trunc(place.memory[name], I32) for name in ("width", "height"))
+        given = {"pixel.0": x, "pixel.1": y, "output_size.0": width, "output_size.1": height}
+        for image, use in enumerate(stage.program.images):
+            given |= {f"size.{use.name}.{axis}": place.body_memory[f"im{image}_{'wh'[axis]}"] for axis in range(2)}
+        super().__init__(stage.program, b, given, place.body_memory, b.spread(ir.Constant(BOOL, 1)))
+        self.views = {(view.image, view.border): number for number, view in enumerate(stage.views)}
+
+    def texel(self, i: s.LoadTexel) -> None:
+        if not i.relative:
+            super().texel(i)
+            return
+        b, place = self.builder, self.place
+        at = self.views[self.numbers[i.image], i.border]
+        view, unit = place.stage.views[at], place.stage.alike
+        x, y = (b.sext(self.operand(part), I64) for part in (i.x, i.y))
+        row = b.load(place._entry(place.tables[at], b.add(y, number(view.up + self.row))), typ=POINTER)
+        wanted = [channel for channel, value in enumerate(i.to) if value is not None]
+        if unit > 1:
+            first = b.add(self.at, b.mul(x, number(unit)))
+            self.keep(i, neighbours(b, row, first, 1, (0,)) * len(wanted))
+        else:
+            first = b.mul(b.add(self.at, x), number(view.channels))
+            self.keep(i, neighbours(b, row, first, view.channels, wanted))

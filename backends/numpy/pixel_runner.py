@@ -1,17 +1,18 @@
-"""Compiled pixel passes at work: arguments bound, pieces handed out, rings kept from frame to frame."""
+"""Compiled pixel passes at work: addresses bound, pieces handed out, rings kept from frame to frame."""
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from passgraph.backends.base import Block, FloatBlock
 from passgraph.backends.numpy.chains import Stage, Tiling, pitch, tiling
-from passgraph.backends.numpy.jit import load_module
 from passgraph.backends.numpy.memory import aligned_zeros
-from passgraph.backends.numpy.pixel_code import pixel_module
+from passgraph.backends.numpy.native import function_address, lanes
+from passgraph.backends.numpy.pixel_layout import Layout
 from passgraph.backends.numpy.workers import Workers
 
 if TYPE_CHECKING:
@@ -19,52 +20,77 @@ if TYPE_CHECKING:
 
 #: Pixels in one piece of work: small enough to balance, large enough that one more thread is worth waking.
 MIN_PIXELS_A_PIECE = 16_384
+_CALL = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
 
 
 class PixelRun:
     """One chain of passes; a single pass is a chain of one."""
 
-    def __init__(self, chain: Sequence[Stage], tiles: Tiling, workers: Workers) -> None:
-        self.workers, self.tiles = workers, tiles
-        self.function = load_module(*pixel_module(chain), chain[-1].step.name).pieces
-        self.counter = np.zeros(1, np.int64)
-        #: What is the same in every frame: pieces of the target, its size, columns of the rings.
-        self.fixed = (
-            tiles.pieces, tiles.columns, tiles.width, tiles.rows, *chain[-1].step.size,
-            *(pitch(stage, tiles.width) for stage in chain[:-1]),
-        )  # fmt: skip
+    def __init__(self, chain: Sequence[Stage], tiles: Tiling, layout: Layout, workers: Workers) -> None:
+        self.workers = workers
+        self.function = _CALL(function_address(layout.parts, lambda name: _text(layout, name)))
+        self.zeros = aligned_zeros(layout.zeros)
+        fixed = [0, tiles.pieces, tiles.columns, tiles.width, tiles.rows, *chain[-1].step.size, self.zeros.ctypes.data]
+        fixed += [pitch(stage, tiles.width) for stage in chain[:-1]]
+        self.context = np.zeros(len(fixed) + len(layout.bound), np.int64)
+        self.context[: len(fixed)] = fixed
+        self.begin = len(fixed)
+        self.entries: list[int] = []
+        self.address = self.context.ctypes.data
         self.order = [_places(stage) for stage in chain]
+        self.blocks: tuple[Block, ...] = ()
+        self.block_addresses: list[tuple[int, int]] = []
         threads = min(workers.count, tiles.pieces)
-        self.rings = [_rings(chain, tiles) for _ in range(threads)]
-        self._warm_up(len(chain[-1].channels))
+        self.own = [_Own(chain, tiles, layout) for _ in range(threads)]
 
     @classmethod
     def made(cls, chain: Sequence[Stage], workers: Workers) -> PixelRun | None:
         """The compiled chain, or None where it brings nothing."""
-        tiles = tiling(chain, workers.count, MIN_PIXELS_A_PIECE)
-        return None if tiles is None else cls(chain, tiles, workers)
+        layout = Layout.of(chain, lanes())
+        tiles = tiling(chain, workers.count, MIN_PIXELS_A_PIECE, layout.stages[-1].rows)
+        return None if tiles is None else cls(chain, tiles, layout, workers)
 
     def __call__(
         self, outputs: Sequence[Storage], images: Sequence[Sequence[Storage]], blocks: Sequence[Block]
     ) -> None:
-        arguments: list[Any] = []
-        for places, storages, block in zip(self.order, images, blocks, strict=True):
+        """The context holds bare addresses: the caller's arguments keep alive what they lead to."""
+        if any(a is not b for a, b in zip(blocks, self.blocks or (None,) * len(blocks), strict=True)):
+            self.blocks = tuple(blocks)
+            self.block_addresses = [(block.floats.ctypes.data, block.ints.ctypes.data) for block in blocks]
+        entries: list[int] = []
+        for places, storages, addresses in zip(self.order, images, self.block_addresses, strict=True):
             for place in places:
-                arguments += [storages[place].values, *storages[place].size]
-            arguments += [block.floats, block.ints]
-        stores = [output.values for output in outputs]
-        function, counter, fixed, rings = self.function, self.counter, self.fixed, self.rings
-        counter[0] = 0
-        self.workers.together(lambda thread: function(counter, *fixed, *arguments, *rings[thread], *stores), len(rings))
+                storage = storages[place]
+                entries += (storage.address, *storage.size)
+            entries += addresses
+        entries += [output.address for output in outputs]
+        if entries != self.entries:
+            self.entries = entries
+            self.context[self.begin :] = entries
+        self.context[0] = 0
+        function, context, own = self.function, self.address, self.own
+        self.workers.together(lambda thread: function(context, own[thread].address), len(own))
 
-    def _warm_up(self, outputs: int) -> None:
-        """Run on nothing, so that compiling belongs to making the program and not to its first frame."""
-        arguments: list[Any] = []
-        for places in self.order:
-            arguments += [part for _ in places for part in (np.zeros(4, np.float32), 1, 1)]
-            arguments += [np.zeros(1, np.float32), np.zeros(1, np.int32)]
-        stores = [np.zeros(4, np.float32) for _ in range(outputs)]
-        self.function(self.counter, 0, *self.fixed[1:], *arguments, *self.rings[0], *stores)
+
+class _Own:
+    """Memory of one thread: what lies between the stages, and the ends of rows."""
+
+    def __init__(self, chain: Sequence[Stage], tiles: Tiling, layout: Layout) -> None:
+        self.arrays: list[FloatBlock] = [
+            aligned_zeros(layout.ring_rows(number) * pitch(stage, tiles.width) * channels)
+            for number, stage in enumerate(chain[:-1])
+            for channels in stage.channels
+        ]
+        self.arrays.append(aligned_zeros(layout.scratch))
+        self.entries = np.array([array.ctypes.data for array in self.arrays], np.int64)
+        self.address = self.entries.ctypes.data
+
+
+def _text(layout: Layout, name: str) -> str:
+    """What writes code is loaded only where there is some to compile."""
+    from passgraph.backends.numpy.pixel_code import pixel_text
+
+    return pixel_text(layout, name)
 
 
 def _places(stage: Stage) -> list[int]:
@@ -73,12 +99,3 @@ def _places(stage: Stage) -> list[int]:
     made = {number for number, _, _ in stage.rings}
     uses = enumerate(stage.step.program.images)
     return [names.index(use.name) for number, use in uses if number not in made]
-
-
-def _rings(chain: Sequence[Stage], tiles: Tiling) -> list[FloatBlock]:
-    """Memory of one thread for what lies between the stages."""
-    return [
-        aligned_zeros(stage.rows * pitch(stage, tiles.width) * channels)
-        for stage in chain[:-1]
-        for channels in stage.channels
-    ]

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import accumulate
 from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.base import Block, vertex_attribute
+from passgraph.backends.numpy import raster_entries as entries
 from passgraph.backends.numpy.llvm_names import TILE
-from passgraph.backends.numpy.raster_paint import Deferred, Forward, Triangles, no_uniforms
+from passgraph.backends.numpy.raster_paint import Deferred, Forward, Triangles
 from passgraph.backends.numpy.raster_shade import is_deferred
 from passgraph.backends.numpy.raster_vertices import VertexStage, attributes_of
 from passgraph.backends.numpy.workers import Workers
@@ -29,29 +31,22 @@ class Raster:
     """A compiled draw.  Its scratch arrays live as long as it does and grow to what the mesh needs."""
 
     def __init__(self, step: DrawStep, workers: Workers) -> None:
-        from passgraph.backends.numpy import raster_setup
-
-        self.step, self.workers, self.setup = step, workers, raster_setup
+        self.step, self.workers = step, workers
         self.width, self.height = step.size
         self.attributes = attributes_of(step)
         self.vertices = VertexStage(step)
         self.paint = Deferred(step, workers) if is_deferred(step) else Forward(step, workers)
         self.tiles_x = -(-self.width // TILE)
         self.tiles_y = -(-self.height // TILE)
+        self.project, self.classify, self.assemble, self.count, self.fill = (
+            code.call()
+            for code in (entries.project, entries.classify, entries.assemble, entries.count_tiles, entries.fill_tiles)
+        )
         self._mesh: Geometry | None = None
         self.counts = self.cursors = np.zeros((0, 0), np.int64)
         self.starts, self.lists = np.zeros(1, np.int64), np.empty(1, np.int32)
-        self._warm_up()
-
-    def _warm_up(self) -> None:
-        """Compile by drawing nothing."""
-        mesh = _Nothing()
-        uniforms = no_uniforms()
-        self._prepare(mesh)
-        self._transform(mesh, uniforms)
-        self._bin(self._assemble(mesh))
-        self._mesh = None
-        self.paint.warm_up(self._triangles())
+        self.sorts = np.zeros((0, 2), np.int64)  # of each chunk: triangles that are whole, and clipped
+        self.corners = np.zeros((0, entries.CORNER_ROOM), np.int64)
 
     def __call__(
         self, outputs: Sequence[Storage], depth: Storage | None, images: Sequence[Storage], geometry: Geometry,
@@ -93,55 +88,43 @@ class Raster:
     def _transform(self, mesh: Geometry, block: Block) -> None:
         chunks = self._chunks(len(mesh.positions))
         run = self.vertices.bound(block, self.arrays, self.clip, self.varyings)
+        project = self.project.bound(
+            self.clip, self.width, self.height, self.window_x, self.window_y, self.depth, self.inverse_w, self.codes
+        )
 
         def piece(number: int) -> None:
-            first, last = chunks[number]
-            run(first, last)
-            self.setup.project(
-                first,
-                last,
-                self.clip,
-                self.width,
-                self.height,
-                self.window_x,
-                self.window_y,
-                self.depth,
-                self.inverse_w,
-                self.codes,
-            )
+            run(*chunks[number])
+            project(*chunks[number])
 
         self.workers.each(piece, len(chunks))
 
     def _assemble(self, mesh: Geometry) -> list[tuple[int, int]]:
         """Triangles to draw, chunk by chunk; returns where each chunk's lie."""
         chunks = self._chunks(len(self.triangles))
-        counts = [(0, 0)] * len(chunks)
-
-        def classify(number: int) -> None:
-            first, last = chunks[number]
-            counts[number] = self.setup.classify(first, last, self.triangles, self.codes, self.kinds)
-
-        self.workers.each(classify, len(chunks))
-        corners = self.setup.MAX_CORNERS
-        room = [direct + (corners - 2) * clipped for direct, clipped in counts]
+        if len(self.sorts) != len(chunks):
+            self.sorts = np.zeros((len(chunks), 2), np.int64)
+        classify = self.classify.bound(self.triangles, self.codes, self.kinds, self.sorts)
+        self.workers.each(lambda number: classify(*chunks[number], number), len(chunks))
+        corners = entries.MAX_CORNERS
+        room = [direct + (corners - 2) * clipped for direct, clipped in self.sorts.tolist()]
         # Each plane adds at most two vertices to a polygon.
-        fresh = [12 * clipped for _, clipped in counts]
+        fresh = [12 * clipped for clipped in self.sorts[:, 1].tolist()]
         self._grow(len(mesh.positions) + sum(fresh), sum(room))
-        starts = np.concatenate([[0], np.cumsum(room)]).astype(int)
-        frees = len(mesh.positions) + np.concatenate([[0], np.cumsum(fresh)]).astype(int)
+        if len(self.corners) < entries.CORNER_LISTS * len(chunks):
+            self.corners = np.zeros((entries.CORNER_LISTS * len(chunks), entries.CORNER_ROOM), np.int64)
+        starts = [0, *accumulate(room)]
+        frees = [len(mesh.positions) + before for before in (0, *accumulate(fresh))]
         ends: list[tuple[int, int]] = [(0, 0)] * len(chunks)
-        cull = _CULL[self.step.state.cull]
+        assemble = self.assemble.bound(
+            self.triangles, self.kinds, self.codes, self.clip, self.varyings, self.width, self.height,
+            _CULL[self.step.state.cull], self.window_x, self.window_y, self.depth, self.inverse_w, self.made,
+            self.corners,
+        )  # fmt: skip
 
-        def assemble(number: int) -> None:
-            first, last = chunks[number]
-            end = self.setup.assemble(
-                first, last, self.triangles, self.kinds, self.codes, self.clip, self.varyings, int(frees[number]),
-                self.width, self.height,
-                cull, self.window_x, self.window_y, self.depth, self.inverse_w, self.made, int(starts[number]),
-            )  # fmt: skip
-            ends[number] = (int(starts[number]), end)
+        def piece(number: int) -> None:
+            ends[number] = (starts[number], assemble(*chunks[number], number, frees[number], starts[number]))
 
-        self.workers.each(assemble, len(chunks))
+        self.workers.each(piece, len(chunks))
         return ends
 
     def _grow(self, vertices: int, triangles: int) -> None:
@@ -162,27 +145,14 @@ class Raster:
             self.counts, self.cursors = np.zeros((len(ends), tiles), np.int64), np.zeros((len(ends), tiles), np.int64)
             self.starts = np.zeros(len(ends) * tiles + 1, np.int64)
         self.counts.fill(0)
-
-        def count(number: int) -> None:
-            self.setup.count_tiles(*ends[number], self.made, self.tiles_x, self.counts[number])
-
-        self.workers.each(count, len(ends))
+        count = self.count.bound(self.made, self.tiles_x, self.counts)
+        self.workers.each(lambda number: count(*ends[number], number), len(ends))
         by_tile = self.starts[1:].reshape(tiles, len(ends))
         by_tile[:] = self.counts.T
         np.cumsum(self.starts[1:], out=self.starts[1:])
         self.cursors[:] = self.starts[:-1].reshape(tiles, len(ends)).T  # filling moves them on
         if len(self.lists) < self.starts[-1]:
             self.lists = np.empty(int(self.starts[-1]) * 5 // 4, np.int32)
-
-        def fill(number: int) -> None:
-            self.setup.fill_tiles(*ends[number], self.made, self.tiles_x, self.cursors[number], self.lists)
-
-        self.workers.each(fill, len(ends))
+        fill = self.fill.bound(self.made, self.tiles_x, self.cursors, self.lists)
+        self.workers.each(lambda number: fill(*ends[number], number), len(ends))
         return np.ascontiguousarray(self.starts[:: len(ends)]), self.lists
-
-
-class _Nothing:
-    """A mesh that covers nothing: one vertex, one triangle of it."""
-
-    positions = np.zeros((1, 3), np.float32)
-    triangles = np.zeros((1, 3), np.int32)

@@ -2,50 +2,69 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
 from passgraph.backends.numpy.jit import HEADER, indented
 from passgraph.backends.numpy.llvm_names import PLANE_ARGUMENTS, TILE, argument_names, is_varying
 from passgraph.backends.numpy.merge_code import COMPARE, merge_lines, stencil_compare
-from passgraph.backends.numpy.pixel_code import builtin
+from passgraph.backends.numpy.numba_code import NumbaCode
 from passgraph.backends.numpy.raster_shade import plane_rows
-from passgraph.language.scalar import walk
+from passgraph.language.scalar import ScalarProgram, walk
 from passgraph.plan.data import DrawStep
 
 #: A longer fragment kernel is compiled apart from the loop over pixels, where it would take LLVM seconds.
 MAX_INLINED_INSTRUCTIONS = 100
+#: What each call passes on.
+_PIECE = ("tile_x", "tile_y", "begin", "end")
 
 
-def tile_module(step: DrawStep) -> tuple[str, dict[str, object]]:
-    """A module with ``tile(...)``, which draws one tile's triangles in order."""
-    images = len(step.fragment.images) if step.fragment is not None else 0
-    arguments = [
-        "tile_x",
-        "tile_y",
-        "begin",
-        "end",
-        "lists",
-        "made",
-        "wx",
-        "wy",
-        "wz",
-        "iw",
-        "vary",
-        "width",
-        "height",
-    ]
-    for index in range(images):
-        arguments += [f"im{index}", f"im{index}_w", f"im{index}_h"]
-    arguments += [f"out{index}" for index in range(len(step.outputs))]
-    arguments += ["depth", "stencil", "floats", "ints"]
+def _arguments(step: DrawStep) -> dict[str, str]:
+    """What is the same for all tiles, each with its kind; ``planes``, ``values`` and ``edges`` are a thread's own."""
+    kinds = {"lists": "i32[1]", "made": "i32[2]", "wx": "i32[1]", "wy": "i32[1]", "wz": "f64[1]", "iw": "f64[1]",
+             "vary": "f32[2]", "width": "i64", "height": "i64"}  # fmt: skip
+    for index in range(len(step.fragment.images) if step.fragment is not None else 0):
+        kinds |= {f"im{index}": "f32[1]", f"im{index}_w": "i64", f"im{index}_h": "i64"}
+    kinds |= {f"out{index}": "f32[1]" for index in range(len(step.outputs))}
+    kinds |= {"depth": "f32[1]", "stencil": "u8[1]", "floats": "f32[1]", "ints": "i32[1]"}
+    return kinds | {"planes": "f64[2]", "values": "f64[1]", "edges": "i64[1]"}
+
+
+def thread_scratch(step: DrawStep) -> list[NDArray[Any]]:
+    """The last arguments of :func:`tile_code`, for one thread."""
+    rows = plane_rows(step)
+    return [np.empty((rows, 3)), np.empty(rows), np.empty(9, np.int64)]
+
+
+def tile_code(step: DrawStep) -> NumbaCode:
+    """A function that draws one tile's triangles in order."""
+    text = _tile_text(step)
+    programs = {} if step.fragment is None else {"PROGRAM": step.fragment}
+
+    def find() -> Callable[..., Any]:
+        names: dict[str, Any] = dict(programs)
+        exec(compile(text, f"<tiles of {step.name}>", "exec"), names)
+        found: Callable[..., Any] = names["tile"]
+        return found
+
+    parts = ("tile", text, *(program.key for program in programs.values()))
+    return NumbaCode(parts, len(_PIECE), list(_arguments(step).values()), find)
+
+
+def _tile_text(step: DrawStep) -> str:
+    """A module with ``tile(...)``."""
     text = [HEADER, "from passgraph.backends.numpy.raster_triangle import edges_at, row_values, span, triangle"]
     if step.fragment is not None:
         apart = sum(1 for _ in walk(step.fragment.body)) > MAX_INLINED_INSTRUCTIONS
-        text.append(f"body = body_intrinsic(PROGRAM, False, apart={apart}, varyings={step.varyings!r})")
+        text.append(f"body = body_intrinsic(PROGRAM, apart={apart}, varyings={step.varyings!r})")
     text += [
-        f"def tile({', '.join(arguments)}):",
-        *indented(["j = 0", *_triangle_loop(step, _pixel_lines(step))]),
+        f"def tile({', '.join([*_PIECE, *_arguments(step)])}):",
+        *indented(_triangle_loop(step, _pixel_lines(step))),
     ]
-    programs: dict[str, object] = {} if step.fragment is None else {"PROGRAM": step.fragment}
-    return "\n".join([*text, "tile = compiled(tile)", ""]), programs
+    return "\n".join([*text, ""])
 
 
 def _fragment_call(step: DrawStep) -> list[str]:
@@ -54,7 +73,7 @@ def _fragment_call(step: DrawStep) -> list[str]:
     if program is None:
         return []
     stage = {"front_facing": "front", "fragment_depth": "z"}
-    names = [stage.get(name) or builtin(name, program) for name, _ in program.builtins if not is_varying(name)]
+    names = [stage.get(name) or _builtin(name, program) for name, _ in program.builtins if not is_varying(name)]
     given = argument_names(program, names)
     lines = []
     if step.varyings:
@@ -63,13 +82,24 @@ def _fragment_call(step: DrawStep) -> list[str]:
     return [*lines, f"r = body(({', '.join(given)},))"]
 
 
+def _builtin(name: str, program: ScalarProgram) -> str:
+    """What a builtin of a fragment is in generated code."""
+    known = {
+        "pixel.0": "int32(x)", "pixel.1": "int32(y)",
+        "output_size.0": "int32(width)", "output_size.1": "int32(height)",
+    }  # fmt: skip
+    if name in known:
+        return known[name]
+    image, _, axis = name.removeprefix("size.").rpartition(".")
+    index = [use.name for use in program.images].index(image)
+    return f"int32(im{index}_{'wh'[int(axis)]})"
+
+
 def _triangle_loop(step: DrawStep, pixel: list[str]) -> list[str]:
     """Triangles of the tile, rows of the triangle, the span of each row."""
     factor, units = step.state.polygon_offset
     last = TILE - 1
     return [
-        f"planes, values = np.empty(({plane_rows(step)}, 3)), np.empty({plane_rows(step)})",
-        "edges = np.empty(9, np.int64)",
         f"x_low, y_low = tile_x * {TILE}, tile_y * {TILE}",
         "for n in range(begin, end):",
         *indented(

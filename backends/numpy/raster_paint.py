@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -9,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.base import Block, clear_colour, quantised
-from passgraph.backends.numpy.jit import load_module
+from passgraph.backends.numpy import raster_entries as entries
 from passgraph.backends.numpy.llvm_names import TILE
-from passgraph.backends.numpy.raster_code import tile_module
+from passgraph.backends.numpy.raster_code import thread_scratch, tile_code
 from passgraph.backends.numpy.raster_shade import context_names, plane_numbers, plane_rows, shade_address
 from passgraph.backends.numpy.workers import Workers
 from passgraph.plan.data import DrawStep
@@ -21,10 +22,6 @@ if TYPE_CHECKING:
 
 #: Triangles as raster_setup.py makes them, and their vertices: window x and y, depth, 1/w, varyings.
 Triangles: TypeAlias = "tuple[NDArray[Any], ...]"
-
-
-def no_uniforms() -> Block:
-    return Block(np.zeros(1, np.float32), np.zeros(1, np.int32))
 
 
 def _image_order(step: DrawStep) -> list[int]:
@@ -48,18 +45,10 @@ class Forward:
         self.step, self.workers = step, workers
         self.width, self.height = step.size
         self.tiles_x = -(-self.width // TILE)
-        self.tile = load_module(*tile_module(step), step.name).tile
         self.image_order = _image_order(step)
-
-    def warm_up(self, triangles: Triangles) -> None:
-        """Compile by drawing nothing."""
-        images = [part for _ in self.image_order for part in (np.zeros(4, np.float32), 1, 1)]
-        outputs = [np.zeros(4, np.float32) for _ in self.step.outputs]
-        block = no_uniforms()
-        self.tile(
-            0, 0, 0, 0, np.zeros(1, np.int32), *triangles, 1, 1,
-            *images, *outputs, np.zeros(1, np.float32), np.zeros(1, np.uint8), block.floats, block.ints,
-        )  # fmt: skip
+        code = tile_code(step)
+        self.calls = [code.call() for _ in range(workers.count)]
+        self.scratch = [thread_scratch(step) for _ in range(workers.count)]
 
     def __call__(
         self, outputs: Sequence[Storage], depth: Storage | None, images: Sequence[Storage], block: Block,
@@ -70,16 +59,19 @@ class Forward:
         stores = [output.values for output in outputs]
         depths = depth.values if depth is not None else np.zeros(1, np.float32)
         stencil = depth.stencil if depth is not None and depth.stencil is not None else np.zeros(1, np.uint8)
-        busy = np.flatnonzero(np.diff(offsets))
+        busy = np.flatnonzero(np.diff(offsets)).tolist()
+        numbers = itertools.count()
 
-        def piece(number: int) -> None:
-            tile = int(busy[number])
-            self.tile(
-                tile % self.tiles_x, tile // self.tiles_x, int(offsets[tile]), int(offsets[tile + 1]), lists,
-                *triangles, self.width, self.height, *arguments, *stores, depths, stencil, block.floats, block.ints,
+        def tiles(thread: int) -> None:
+            draw = self.calls[thread].bound(
+                lists, *triangles, self.width, self.height, *arguments, *stores, depths, stencil, block.floats,
+                block.ints, *self.scratch[thread],
             )  # fmt: skip
+            while (number := next(numbers)) < len(busy):
+                tile = busy[number]
+                draw(tile % self.tiles_x, tile // self.tiles_x, int(offsets[tile]), int(offsets[tile + 1]))
 
-        self.workers.each(piece, len(busy))
+        self.workers.together(tiles, min(self.workers.count, len(busy)))
 
     def _clear(self, outputs: Sequence[Storage], depth: Storage | None) -> None:
         for storage, clear in zip(outputs, self.step.clears, strict=True):
@@ -95,15 +87,14 @@ class Deferred:
     """The triangle that each pixel of a tile shows, then the kernel once for each pixel."""
 
     def __init__(self, step: DrawStep, workers: Workers) -> None:
-        from passgraph.backends.numpy import raster_tiles
-
-        self.step, self.workers, self.tiles = step, workers, raster_tiles.tiles
+        self.step, self.workers = step, workers
+        self.calls = [entries.tiles.call() for _ in range(workers.count)]
         self.width, self.height = step.size
         self.tiles_x = -(-self.width // TILE)
         # Without a depth buffer every fragment passes.
         has_depth = step.depth is not None
-        test = raster_tiles.TESTS[step.state.depth_compare if has_depth else "always"]
-        self.test = (has_depth, test, has_depth and step.state.depth_write)
+        test = entries.TESTS[step.state.depth_compare if has_depth else "always"]
+        self.test = (int(has_depth), test, int(has_depth and step.state.depth_write))
         shaded = step.fragment is not None
         self.shade = shade_address(step) if shaded else 0
         self.image_order = _image_order(step)
@@ -123,11 +114,6 @@ class Deferred:
         rows = plane_rows(self.step)
         table = np.empty(pixels * plane_numbers(self.step) if self.step.fragment is not None else 1, np.float64)
         return [np.empty(pixels, np.int32), np.empty(0, np.int32), np.empty((rows, 3)), table]
-
-    def warm_up(self, triangles: Triangles) -> None:
-        """Compile by drawing nothing."""
-        nothing = np.zeros(1, np.int64)
-        self._tiles(0, 0, nothing, nothing, np.zeros(1, np.int32), triangles, None)
 
     def __call__(
         self, outputs: Sequence[Storage], depth: Storage | None, images: Sequence[Storage], block: Block,
@@ -167,8 +153,8 @@ class Deferred:
         self, thread: int, count: int, busy: NDArray[np.int64], offsets: NDArray[np.int64], lists: NDArray[np.int32],
         triangles: Triangles, depths: NDArray[np.float32] | None,
     ) -> None:  # fmt: skip
-        self.tiles(
+        self.calls[thread].bound(
             self.counter, count, busy, self.tiles_x, offsets, lists, *triangles, *self.offset, self.width, self.height,
             self.no_depth[thread] if depths is None else depths, *self.test, self.depth_clear,
             *self.scratch[thread], self.shade, self.context,
-        )  # fmt: skip
+        )()  # fmt: skip

@@ -1,7 +1,8 @@
 """From clip coordinates to binned triangles: projection, clipping, snapping, culling, tiles.
 
 The rules are those of docs/rasterisation.md.  Work is cut into chunks of triangles in submission order; a tile's list
-is the chunks' lists one after another, so order is kept without locks.
+is the chunks' lists one after another, so order is kept without locks.  Written for numba; raster_entries.py is how the
+functions are called.
 """
 
 # mypy: disable-error-code="untyped-decorator,arg-type"
@@ -13,11 +14,10 @@ import numpy as np
 
 from passgraph.backends.numpy.jit import compiled
 from passgraph.backends.numpy.llvm_names import TILE
+from passgraph.backends.numpy.raster_entries import CORNER_LISTS
 
 #: Window coordinates carry 8 bits below the pixel.
 SUBPIXEL = 256
-#: A triangle cut by six planes has at most nine corners.
-MAX_CORNERS = 9
 #: Vertices beyond this many half-screens from the centre are clipped, so that fixed point and int64 suffice.
 GUARD_BAND = 8.0
 
@@ -65,8 +65,8 @@ def _distance(clip: Any, v: Any, plane: Any) -> Any:
     return 8.0 * w + y
 
 
-def _classify(first: Any, last: Any, triangles: Any, codes: Any, kinds: Any) -> Any:
-    """Which triangles are outside, whole, or to be clipped; returns how many of the last two."""
+def _classify(first: Any, last: Any, chunk: Any, triangles: Any, codes: Any, kinds: Any, counts: Any) -> None:
+    """Which triangles are outside, whole, or to be clipped; how many of the last two goes into ``counts[chunk]``."""
     direct = 0
     clipped = 0
     for t in range(first, last):
@@ -79,7 +79,7 @@ def _classify(first: Any, last: Any, triangles: Any, codes: Any, kinds: Any) -> 
         else:
             kinds[t] = DIRECT
             direct += 1
-    return direct, clipped
+    counts[chunk, 0], counts[chunk, 1] = direct, clipped
 
 
 def _lerp(clip: Any, varyings: Any, inside: Any, outside: Any, t: Any, to: Any) -> None:
@@ -89,39 +89,40 @@ def _lerp(clip: Any, varyings: Any, inside: Any, outside: Any, t: Any, to: Any) 
         varyings[to, c] = varyings[inside, c] + (varyings[outside, c] - varyings[inside, c]) * np.float32(t)
 
 
-def _clip(t: Any, triangles: Any, clip: Any, varyings: Any, free: Any, corners: Any, cut: Any) -> Any:
-    """Cut one triangle; new vertices go to ``free`` on.  Returns (corner count, next free vertex)."""
-    count = 3
+def _clip(t: Any, triangles: Any, clip: Any, varyings: Any, free: Any, corners: Any, row: Any) -> Any:
+    """Cut one triangle into ``corners[row]``, with ``corners[row + 1]`` for scratch; new vertices go to ``free`` on.
+    Returns (corner count, next free vertex)."""
+    count, cut = 3, row + 1
     for k in range(3):
-        corners[k] = triangles[t, k]
+        corners[row, k] = triangles[t, k]
     for plane in range(6):
         if plane >= 2:
             beyond = False
             for k in range(count):
-                if not (distance(clip, corners[k], plane) >= 0.0):
+                if not (distance(clip, corners[row, k], plane) >= 0.0):
                     beyond = True
             if not beyond:
                 continue
         kept = 0
         for k in range(count):
-            here, there = corners[k], corners[(k + 1) % count]
+            here, there = corners[row, k], corners[row, (k + 1) % count]
             d_here, d_there = distance(clip, here, plane), distance(clip, there, plane)
             if d_here >= 0.0:
-                cut[kept] = here
+                corners[cut, kept] = here
                 kept += 1
                 if not (d_there >= 0.0):
                     lerp(clip, varyings, here, there, d_here / (d_here - d_there), free)
-                    cut[kept] = free
+                    corners[cut, kept] = free
                     kept += 1
                     free += 1
             elif d_there >= 0.0:
                 lerp(clip, varyings, there, here, d_there / (d_there - d_here), free)
-                cut[kept] = free
+                corners[cut, kept] = free
                 kept += 1
                 free += 1
         count = kept
         for k in range(count):
-            corners[k] = cut[k]
+            corners[row, k] = corners[cut, k]
         if count < 3:
             return 0, free
     return count, free
@@ -179,68 +180,47 @@ def _keep(
 
 
 def _assemble(
-    first: Any, last: Any, triangles: Any, kinds: Any, codes: Any, clip: Any, varyings: Any, free: Any,
-    width: Any, height: Any, cull: Any,
-    window_x: Any, window_y: Any, depth: Any, inverse_w: Any, made: Any, at: Any,
+    first: Any, last: Any, chunk: Any, free: Any, at: Any, triangles: Any, kinds: Any, codes: Any, clip: Any,
+    varyings: Any, width: Any, height: Any, cull: Any,
+    window_x: Any, window_y: Any, depth: Any, inverse_w: Any, made: Any, corners: Any,
 ) -> Any:  # fmt: skip
     """Triangles of one chunk, ready to be drawn, from ``made[at]`` on; returns where they end."""
-    corners = np.empty(16, np.int64)
-    cut = np.empty(16, np.int64)
+    row = CORNER_LISTS * chunk
     for t in range(first, last):
         if kinds[t] == DIRECT:
-            at = keep(
-                triangles[t, 0],
-                triangles[t, 1],
-                triangles[t, 2],
-                window_x,
-                window_y,
-                width,
-                height,
-                cull,
-                made,
-                at,
-            )
+            a, b, c = triangles[t, 0], triangles[t, 1], triangles[t, 2]
+            at = keep(a, b, c, window_x, window_y, width, height, cull, made, at)
         elif kinds[t] == CLIPPED:
             begin = free
-            count, free = clip_triangle(t, triangles, clip, varyings, free, corners, cut)
+            count, free = clip_triangle(t, triangles, clip, varyings, free, corners, row)
             project(begin, free, clip, width, height, window_x, window_y, depth, inverse_w, codes)
             good = True
             for k in range(count):
-                if not (clip[corners[k], 3] > 0.0):
+                if not (clip[corners[row, k], 3] > 0.0):
                     good = False
             if good:
                 for k in range(1, count - 1):
-                    at = keep(
-                        corners[0],
-                        corners[k],
-                        corners[k + 1],
-                        window_x,
-                        window_y,
-                        width,
-                        height,
-                        cull,
-                        made,
-                        at,
-                    )
+                    a, b, c = corners[row, 0], corners[row, k], corners[row, k + 1]
+                    at = keep(a, b, c, window_x, window_y, width, height, cull, made, at)
     return at
 
 
-def _count(first: Any, last: Any, made: Any, tiles_x: Any, counts: Any) -> None:
+def _count(first: Any, last: Any, chunk: Any, made: Any, tiles_x: Any, counts: Any) -> None:
     """How many triangles of a chunk touch each tile (by bounding box)."""
     for t in range(first, last):
         for ty in range(made[t, 5] // TILE, made[t, 7] // TILE + 1):
             for tx in range(made[t, 4] // TILE, made[t, 6] // TILE + 1):
-                counts[ty * tiles_x + tx] += 1
+                counts[chunk, ty * tiles_x + tx] += 1
 
 
-def _fill(first: Any, last: Any, made: Any, tiles_x: Any, cursor: Any, lists: Any) -> None:
-    """The triangles of a chunk into the tiles' lists, in order, from ``cursor[tile]`` on."""
+def _fill(first: Any, last: Any, chunk: Any, made: Any, tiles_x: Any, cursors: Any, lists: Any) -> None:
+    """The triangles of a chunk into the tiles' lists, in order, from ``cursors[chunk, tile]`` on."""
     for t in range(first, last):
         for ty in range(made[t, 5] // TILE, made[t, 7] // TILE + 1):
             for tx in range(made[t, 4] // TILE, made[t, 6] // TILE + 1):
                 tile = ty * tiles_x + tx
-                lists[cursor[tile]] = t
-                cursor[tile] += 1
+                lists[cursors[chunk, tile]] = t
+                cursors[chunk, tile] += 1
 
 
 distance = compiled(_distance)

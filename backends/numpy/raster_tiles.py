@@ -1,6 +1,6 @@
 """Tiles of draws that are shaded a tile at once: which triangle each pixel shows, then the kernel (raster_shade.py).
 
-Compiled once for all draws.
+Compiled once for all draws; raster_entries.py is how it is called.
 """
 
 # mypy: disable-error-code="untyped-decorator,arg-type,call-arg,var-annotated,unreachable"
@@ -14,17 +14,12 @@ from passgraph.backends.numpy.intrinsics import pg_take
 from passgraph.backends.numpy.jit import compiled
 from passgraph.backends.numpy.llvm_names import TILE
 from passgraph.backends.numpy.raster_call import pg_shade
+from passgraph.backends.numpy.raster_entries import EQUAL, GREATER, LESS
 from passgraph.backends.numpy.raster_setup import edge
 from passgraph.backends.numpy.raster_triangle import depth_plane, span, visible, window
 
 #: Columns of a triangle that is tested pixel by pixel: its spans would take longer to find.
 NARROW = 8
-#: A depth test passes where the new depth is on one of these sides of the held one.
-LESS, EQUAL, GREATER = 1, 2, 4
-TESTS = {
-    "never": 0, "less": LESS, "equal": EQUAL, "less_equal": LESS | EQUAL, "greater": GREATER,
-    "not_equal": LESS | GREATER, "greater_equal": GREATER | EQUAL, "always": LESS | EQUAL | GREATER,
-}  # fmt: skip
 
 
 def _tiles(
@@ -38,6 +33,7 @@ def _tiles(
     Without a depth buffer ``depth`` is one tile's.  ``clear`` is what depth is cleared to, or NaN.
     """
     less, equal, greater = (test & LESS) != 0, (test & EQUAL) != 0, (test & GREATER) != 0
+    writes = write != 0
     while True:
         piece = pg_take(counter)
         if piece >= count:
@@ -45,7 +41,7 @@ def _tiles(
         tile = busy[piece]
         x_low, y_low = tile % tiles_x * TILE, tile // tiles_x * TILE
         x_end, y_end = min(width, x_low + TILE), min(height, y_low + TILE)
-        pitch, origin = (width, np.int64(0)) if has_depth else (TILE, y_low * TILE + x_low)
+        pitch, origin = (width, np.int64(0)) if has_depth != 0 else (TILE, y_low * TILE + x_low)
         if clear == clear:
             for y in range(y_low, y_end):
                 for x in range(x_low, x_end):
@@ -76,7 +72,7 @@ def _tiles(
                             held = depth[np.uint64(row + x)]
                             if (less and z < held) or (equal and z == held) or (greater and z > held):
                                 ids[np.uint64(place + x)] = n - begin
-                                if write:
+                                if writes:
                                     depth[np.uint64(row + x)] = z
                         i0, i1, i2 = i0 + across0, i1 + across1, i2 + across2
                 else:
@@ -87,7 +83,7 @@ def _tiles(
                         passes = (less & (z < held)) | (equal & (z == held)) | (greater & (z > held))
                         # Storing always, what was there if need be, lets LLVM vectorise; a tile is one thread's.
                         ids[np.uint64(place + x)] = n - begin if passes else shown
-                        depth[np.uint64(row + x)] = z if passes & write else held
+                        depth[np.uint64(row + x)] = z if passes & writes else held
                 e0, e1, e2 = e0 + x1 * 256, e1 + (x2 - x1) * 256, e2 - x2 * 256
         if shade != 0:
             visible(ids, slots, lists, begin, end, made, wx, wy, wz, iw, vary, factor, units, planes, table)

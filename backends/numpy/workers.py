@@ -64,7 +64,7 @@ class Workers:
             if error is not None:
                 raise error
 
-    def each(self, function: Callable[[int], None], pieces: int) -> None:
+    def each(self, function: Callable[[int], object], pieces: int) -> None:
         """``function(0)`` … ``function(pieces - 1)``, dynamically: whoever is free takes the next."""
         numbers = itertools.count()
 

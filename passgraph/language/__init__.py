@@ -8,5 +8,5 @@ Read in the order in which a kernel passes through:
    :mod:`.expressions`, :mod:`.values`, :mod:`.variables` and :mod:`.typing_rules` (to :mod:`.ir`).
 3. :mod:`.operations`, :mod:`.prelude` and :mod:`.library` (what operations mean).
 4. :mod:`.facts`, :mod:`.lower`, :mod:`.expand`, :mod:`.emitter` and :mod:`.liveness` (to :mod:`.scalar`),
-   :mod:`.layout`.
+   :mod:`.lowered` (from disk), :mod:`.layout`.
 """

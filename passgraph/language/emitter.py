@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from functools import cache
 from typing import TypeAlias, cast
 
 import numpy as np
@@ -76,7 +77,7 @@ class Emitter:
     def op(self, name: str, *arguments: s.Operand, span: Span = NOWHERE) -> s.Operand:
         """A primitive operation, folded or shared where possible."""
         on = arguments[0].type
-        result = self._result_type(name, on)
+        result = _fixed_result(name) or on
         # Known whole numbers and truth fold always: bounds of loops hang on them.
         whole = result != "float" and all(isinstance(a, s.Lit) and a.type != "float" for a in arguments)
         if self.simplify or whole:
@@ -96,18 +97,14 @@ class Emitter:
         self.known[-1][key] = to
         return to
 
-    @staticmethod
-    def _result_type(name: str, on: str) -> str:
-        letter = OPERATIONS[name].signature.split("->")[1].strip()
-        return _RESULT[letter] or on
-
     def _fold(self, name: str, result: str, arguments: tuple[s.Operand, ...]) -> s.Operand | None:
-        if all(isinstance(a, s.Lit) for a in arguments):
-            return fold(name, result, cast("tuple[s.Lit, ...]", arguments))
-        one = next((a for a in arguments if isinstance(a, s.Lit)), None)
-        other = next((a for a in arguments if isinstance(a, s.Val)), None)
-        if len(arguments) != 2 or one is None or other is None:
+        literals = [a for a in arguments if isinstance(a, s.Lit)]
+        if len(literals) == len(arguments):
+            return fold(name, result, tuple(literals))
+        if len(arguments) != 2 or not literals:
             return None
+        (one,) = literals
+        (other,) = (a for a in arguments if isinstance(a, s.Val))
         right = arguments[1] is one
         # Only identities that hold for every float, zeros' signs and NaN included.
         if name == "mul" and one.value == 1:
@@ -226,6 +223,12 @@ class Emitter:
             return None
         bounds = _op_range(made.operation, *known) if isinstance(made, s.Op) else _union(*known)
         return bounds if bounds is not None and bounds[0] >= INT_MIN and bounds[1] <= INT_MAX else None
+
+
+@cache
+def _fixed_result(name: str) -> str:
+    """The scalar type that an operation gives; empty where it is that of its arguments."""
+    return _RESULT[OPERATIONS[name].signature.split("->")[1].strip()]
 
 
 Range: TypeAlias = tuple[int, int]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterable
 from dataclasses import dataclass, field
 from typing import cast
 
@@ -39,7 +38,6 @@ class Builder:
     calls: list[ast.FunctionDef] = field(default_factory=list)
     discards: bool = False
     signatures: dict[FunctionSource, Signature] = field(default_factory=dict)
-    assigned: dict[FunctionSource, frozenset[str]] = field(default_factory=dict)
     #: For each function inlined, the names that its body captured: this kernel's own record.
     scopes: dict[FunctionSource, Scope] = field(default_factory=dict)
 
@@ -66,12 +64,6 @@ class Builder:
             self.signatures[function] = read_signature(function)
         return self.signatures[function]
 
-    def assigned_names(self, function: FunctionSource) -> frozenset[str]:
-        """Every name that a body assigns to: its locals, as Python decides it."""
-        if function not in self.assigned:
-            self.assigned[function] = frozenset(_assigned_names(function.node.body))
-        return self.assigned[function]
-
     def scope(self, function: FunctionSource) -> Scope:
         if function not in self.scopes:
             self.scopes[function] = Scope(function.scope.names)
@@ -89,7 +81,7 @@ class Frame:
         self.parts: dict[str, Part] = {}  # parameters, read-only
         self.variables: dict[str, Variable] = {}
         self.assigned: set[str] = set()  # variables that have a value here
-        self.locals = builder.assigned_names(function)
+        self.locals = function.assigned
         self.result = new_variable(result, builder.fresh(f"{function.name}.result"))
         self.returned = builder.fresh(f"{function.name}.returned")
         self.in_function = bool(builder.calls[1:])
@@ -221,21 +213,6 @@ class Frame:
             self._zero(member)
         if not variable.fields:
             self.emit(ir.Assign(variable.name, zero_of(variable.type)))
-
-
-def _assigned_names(nodes: Iterable[ast.stmt]) -> set[str]:
-    names = set()
-    for node in nodes:
-        for part in ast.walk(node):
-            if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store):
-                names.add(part.id)
-            elif isinstance(part, (ast.Attribute, ast.Subscript)) and isinstance(part.ctx, ast.Store):
-                base: ast.expr = part
-                while isinstance(base, (ast.Attribute, ast.Subscript)):
-                    base = base.value
-                if isinstance(base, ast.Name):
-                    names.add(base.id)
-    return names
 
 
 def _bind(

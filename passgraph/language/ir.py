@@ -56,6 +56,8 @@ class Builtin:
 
 @dataclass(frozen=True, slots=True)
 class Local:
+    """A variable of the kernel."""
+
     type: Value | Array
     name: str
     span: Span = field(default=NOWHERE, compare=False, repr=False)
@@ -84,6 +86,8 @@ class Select:
 
 @dataclass(frozen=True, slots=True)
 class Swizzle:
+    """Components of a value, in any order."""
+
     type: Value
     value: Expr
     components: tuple[int, ...]
@@ -148,6 +152,8 @@ Expr: TypeAlias = (
 
 @dataclass(frozen=True, slots=True)
 class Assign:
+    """A variable takes a value."""
+
     name: str
     value: Expr
     span: Span = field(default=NOWHERE, compare=False, repr=False)
@@ -155,6 +161,8 @@ class Assign:
 
 @dataclass(frozen=True, slots=True)
 class If:
+    """One of two blocks."""
+
     condition: Expr
     then: tuple[Stmt, ...]
     orelse: tuple[Stmt, ...]
@@ -175,11 +183,15 @@ class For:
 
 @dataclass(frozen=True, slots=True)
 class Break:
+    """Leaves the innermost loop."""
+
     span: Span = field(default=NOWHERE, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
 class Continue:
+    """Goes on to the next trip of the innermost loop."""
+
     span: Span = field(default=NOWHERE, compare=False, repr=False)
 
 
@@ -220,6 +232,8 @@ class Program:
     results: tuple[Result, ...]
     keep: Expr | None = None  # false where a fragment is discarded; None when nothing discards
     source: Span = field(default=NOWHERE, compare=False, repr=False)
+    #: Stands for the text that it was parsed from and for what the names there meant; empty where there was no text.
+    digest: str = field(default="", compare=False, repr=False)
 
     @property
     def images(self) -> tuple[str, ...]:

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.errors import InputError
-from passgraph.language.scalar import ScalarProgram
 from passgraph.language.scope import as_array, describe
 from passgraph.language.types import Array, Matrix, Type, component_count, element_of
+
+if TYPE_CHECKING:
+    from passgraph.language.scalar import ScalarProgram
 
 
 def components(value: object, type_: Type, name: str) -> NDArray[np.float64]:

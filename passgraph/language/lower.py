@@ -7,8 +7,9 @@ footprints.  A kernel whose image is *fused* has that image's kernel computed in
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cache
-from typing import TypeGuard
+from typing import Any, TypeGuard
 
 from passgraph.errors import KernelError
 from passgraph.language import ir
@@ -262,33 +263,30 @@ class Lowering:
     def value(self, expression: ir.Expr) -> list[s.Operand]:
         """The components of an expression."""
         self.emitter.step()
-        if isinstance(expression, ir.Literal):
-            return [s.Lit(expression.type.name, expression.value)]
-        if isinstance(expression, ir.Local):
-            return self.locals[expression.name]
-        if isinstance(expression, ir.Table):
-            return [s.Lit(element_of(expression.type).name, v) for v in expression.values]
-        if isinstance(expression, ir.Uniform):
-            return self._uniform(expression)
-        if isinstance(expression, ir.Builtin):
-            return self._builtin(expression)
-        if isinstance(expression, ir.Apply):
-            return self._apply(expression)
-        if isinstance(expression, ir.Select):
-            condition = self.value(expression.condition)[0]
-            then, orelse = self.value(expression.then), self.value(expression.orelse)
-            return [self.emitter.choose(condition, a, b) for a, b in zip(then, orelse, strict=True)]
-        if isinstance(expression, ir.Swizzle):
-            parts = self.value(expression.value)
-            return [parts[i] for i in expression.components]
-        if isinstance(expression, ir.Construct):
-            return [part for argument in expression.arguments for part in self.value(argument)]
-        if isinstance(expression, ir.Index):
-            return self._index(expression)
-        if isinstance(expression, ir.Insert):
-            return self._insert(expression)
-        if isinstance(expression, ir.Texel):
-            return self._texel(expression)
+        return _VALUES[type(expression)](self, expression)
+
+    def _literal(self, expression: ir.Literal) -> list[s.Operand]:
+        return [s.Lit(expression.type.name, expression.value)]
+
+    def _local(self, expression: ir.Local) -> list[s.Operand]:
+        return self.locals[expression.name]
+
+    def _table(self, expression: ir.Table) -> list[s.Operand]:
+        return [s.Lit(element_of(expression.type).name, v) for v in expression.values]
+
+    def _select(self, expression: ir.Select) -> list[s.Operand]:
+        condition = self.value(expression.condition)[0]
+        then, orelse = self.value(expression.then), self.value(expression.orelse)
+        return [self.emitter.choose(condition, a, b) for a, b in zip(then, orelse, strict=True)]
+
+    def _swizzle(self, expression: ir.Swizzle) -> list[s.Operand]:
+        parts = self.value(expression.value)
+        return [parts[i] for i in expression.components]
+
+    def _construct(self, expression: ir.Construct) -> list[s.Operand]:
+        return [part for argument in expression.arguments for part in self.value(argument)]
+
+    def _size(self, expression: ir.Size) -> list[s.Operand]:
         names = [f"size.{self.prefix}{expression.image}.{i}" for i in (0, 1)]
         self._use(expression.image)
         return [self.emitter.builtin(name, "int") for name in names]
@@ -437,6 +435,15 @@ class Lowering:
             values = [self.prelude(decode, [c]) if i < 3 else c for i, c in enumerate(values)]
         missing = [s.Lit("float", v) for v in (0.0, 0.0, 0.0, 1.0)]
         return [*values, *missing[len(values) :]]
+
+
+#: How each kind of expression becomes values.
+_VALUES: dict[type[ir.Expr], Callable[[Lowering, Any], list[s.Operand]]] = {
+    ir.Literal: Lowering._literal, ir.Local: Lowering._local, ir.Table: Lowering._table,
+    ir.Uniform: Lowering._uniform, ir.Builtin: Lowering._builtin, ir.Apply: Lowering._apply,
+    ir.Select: Lowering._select, ir.Swizzle: Lowering._swizzle, ir.Construct: Lowering._construct,
+    ir.Index: Lowering._index, ir.Insert: Lowering._insert, ir.Texel: Lowering._texel, ir.Size: Lowering._size,
+}  # fmt: skip
 
 
 @cache

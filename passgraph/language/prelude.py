@@ -396,12 +396,3 @@ def encode_srgb(x: float) -> float:
 def decode_srgb(x: float) -> float:
     """sRGB to linear (IEC 61966-2-1), for x in [0, 1]."""
     return x / 12.92 if x <= 0.04045 else pow((x + 0.055) / 1.055, 2.4)
-
-
-def repeat_coordinate(i: int, size: int) -> int:
-    return i % size
-
-
-def mirror_coordinate(i: int, size: int) -> int:
-    m = i % (2 * size)
-    return min(m, 2 * size - 1 - m)

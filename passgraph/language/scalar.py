@@ -11,6 +11,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TypeAlias
 
 from passgraph.language.source import NOWHERE, Span
@@ -21,6 +22,8 @@ FORMAT_VERSION = 1
 
 @dataclass(frozen=True, slots=True)
 class Lit:
+    """A number that is known."""
+
     type: str
     value: bool | int | float
 
@@ -30,6 +33,8 @@ class Lit:
 
 @dataclass(frozen=True, slots=True)
 class Val:
+    """The result of an instruction, by its number."""
+
     type: str
     id: int
 
@@ -72,6 +77,8 @@ class LoadUniform:
 
 @dataclass(frozen=True, slots=True)
 class LoadTable:
+    """Entry ``index`` of a constant table."""
+
     to: Val
     table: str
     index: Operand
@@ -100,18 +107,24 @@ class LoadTexel:
 
 @dataclass(frozen=True, slots=True)
 class Read:
+    """What a variable holds now."""
+
     to: Val
     variable: str
 
 
 @dataclass(frozen=True, slots=True)
 class Write:
+    """A variable takes a value."""
+
     variable: str
     value: Operand
 
 
 @dataclass(frozen=True, slots=True)
 class If:
+    """One of two blocks."""
+
     condition: Operand
     then: tuple[Instruction, ...]
     orelse: tuple[Instruction, ...]
@@ -119,6 +132,8 @@ class If:
 
 @dataclass(frozen=True, slots=True)
 class For:
+    """A loop with known bounds."""
+
     index: Val
     start: int
     stop: int
@@ -128,12 +143,12 @@ class For:
 
 @dataclass(frozen=True, slots=True)
 class Break:
-    pass
+    """Leaves the innermost loop."""
 
 
 @dataclass(frozen=True, slots=True)
 class Continue:
-    pass
+    """Goes on to the next trip of the innermost loop."""
 
 
 Instruction: TypeAlias = (
@@ -184,8 +199,10 @@ class Output:
     values: tuple[Operand, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class ScalarProgram:
+    """What one stage of a pass computes."""
+
     name: str
     stage: str
     body: tuple[Instruction, ...]
@@ -198,7 +215,7 @@ class ScalarProgram:
     builtins: tuple[tuple[str, str], ...]  # name, scalar type
     sources: tuple[Span, ...] = field(default=(), compare=False, repr=False)
 
-    @property
+    @cached_property
     def key(self) -> str:
         """SHA-256 of everything that decides what the program computes; names of kernels and files do not."""
         parts = (FORMAT_VERSION, self.stage, self.body, self.outputs, self.keep, self.variables)

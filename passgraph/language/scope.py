@@ -8,8 +8,9 @@ import dataclasses
 import enum
 import math
 import types as pytypes
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -66,13 +67,35 @@ class FunctionSource:
     node: ast.FunctionDef
     scope: Scope
 
+    @cached_property
+    def assigned(self) -> frozenset[str]:
+        """Every name that the body assigns to: its locals, as Python decides it."""
+        return frozenset(_assigned_names(self.node.body))
+
+
+def _assigned_names(nodes: Iterable[ast.stmt]) -> set[str]:
+    names = set()
+    for node in nodes:
+        for part in ast.walk(node):
+            if isinstance(part, ast.Name) and isinstance(part.ctx, ast.Store):
+                names.add(part.id)
+            elif isinstance(part, (ast.Attribute, ast.Subscript)) and isinstance(part.ctx, ast.Store):
+                base: ast.expr = part
+                while isinstance(base, (ast.Attribute, ast.Subscript)):
+                    base = base.value
+                if isinstance(base, ast.Name):
+                    names.add(base.id)
+    return names
+
 
 @dataclass(eq=False)
 class Scope:
-    """Names around a kernel.  ``captured`` remembers every constant that was taken by value."""
+    """Names around a kernel.  ``captured`` remembers every constant that was taken by value, ``meanings`` what every
+    (dotted) name that was asked for stood for."""
 
     names: Callable[[str], object]
     captured: dict[str, object] = field(default_factory=dict)
+    meanings: dict[str, object] = field(default_factory=dict)
 
     def lookup(self, name: str, span: Span) -> object:
         try:
@@ -150,6 +173,12 @@ Meaning: TypeAlias = "Type | Struct | FunctionSource | symbols.Symbol | ModuleNa
 
 
 def meaning_of(value: object, path: str, scope: Scope, span: Span) -> Any:
+    """What a name leads to (:func:`classified`), noted in its scope."""
+    meaning = scope.meanings[path] = classified(value, path, scope, span)
+    return meaning
+
+
+def classified(value: object, path: str, scope: Scope, span: Span) -> Any:
     """Classify what a name leads to.
 
     Returns a :class:`Type`, a :class:`Struct`, a :class:`FunctionSource`, a :class:`~.symbols.Symbol`, a

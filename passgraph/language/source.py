@@ -11,7 +11,7 @@ import unicodedata
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import NoReturn
 
 from passgraph.errors import KernelError, PassgraphError
@@ -24,6 +24,8 @@ MAX_LINE_CHARACTERS = 10_000
 MAX_NESTING = 200
 #: A longer source line is shown in part, around the caret.
 _SHOWN_CHARACTERS = 160
+#: Where statements hold statements.
+_BLOCKS = ("body", "orelse", "finalbody", "handlers", "cases")
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +84,13 @@ class Source:
         return self.lines[number - 1] if 0 < number <= len(self.lines) else ""
 
     def span(self, node: ast.AST) -> Span:
-        """Where a node begins, and where it ends on that line."""
+        """Where a node begins, and where it ends on that line; found once for each node."""
+        found: Span | None = getattr(node, "passgraph_span", None)
+        if found is None:
+            found = node.passgraph_span = self._span(node)  # type: ignore[attr-defined]
+        return found
+
+    def _span(self, node: ast.AST) -> Span:
         line = getattr(node, "lineno", 1)
         column = getattr(node, "col_offset", 0)
         end = getattr(node, "end_col_offset", column + 1) or column + 1
@@ -120,12 +128,25 @@ class Source:
         return tree
 
     def _check_nesting(self, tree: ast.AST) -> None:
-        pending: list[tuple[ast.AST, int]] = [(tree, 0)]
-        while pending:
-            node, depth = pending.pop()
-            if depth > MAX_NESTING and hasattr(node, "lineno"):
-                fail(self.span(node), f"this nests deeper than {MAX_NESTING}; give parts of it names")
-            pending.extend((child, depth + 1) for child in ast.iter_child_nodes(node))
+        level, depth = [tree], 0
+        while level:
+            if depth > MAX_NESTING:
+                for node in reversed(level):
+                    if hasattr(node, "lineno"):
+                        fail(self.span(node), f"this nests deeper than {MAX_NESTING}; give parts of it names")
+            level, depth = [child for node in level for child in _children(node)], depth + 1
+
+
+def _children(node: ast.AST) -> list[ast.AST]:
+    """As :func:`ast.iter_child_nodes`, in half the time."""
+    found: list[ast.AST] = []
+    for name in node._fields:
+        value = getattr(node, name, None)
+        if isinstance(value, list):
+            found += [child for child in value if isinstance(child, ast.AST)]
+        elif isinstance(value, ast.AST):
+            found.append(value)
+    return found
 
 
 def _dedented(lines: list[str]) -> tuple[str, int]:
@@ -166,7 +187,9 @@ def source_of_class(cls: type, frame: pytypes.FrameType | None) -> Source:
         file = frame.f_code.co_filename
         linecache.checkcache(file)
         lines = linecache.getlines(file, frame.f_globals)
-        for node in _classes("".join(lines), cls.__name__):
+        for node in _classes("".join(lines)):
+            if node.name != cls.__name__:
+                continue
             first = min([node.lineno, *(d.lineno for d in node.decorator_list)])
             if first <= frame.f_lineno <= (node.end_lineno or node.lineno):
                 text, indent = _dedented(lines[first - 1 : node.end_lineno])
@@ -174,11 +197,18 @@ def source_of_class(cls: type, frame: pytypes.FrameType | None) -> Source:
     return source_of(cls)
 
 
-def _classes(text: str, name: str) -> list[ast.ClassDef]:
+@lru_cache(maxsize=1)
+def _classes(text: str) -> list[ast.ClassDef]:
+    """Class statements of a text, outer ones first; a module's structs ask for the same one after another."""
     try:
-        return [n for n in ast.walk(ast.parse(text)) if isinstance(n, ast.ClassDef) and n.name == name]
+        level: list[ast.AST] = [ast.parse(text)]
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         return []
+    found: list[ast.ClassDef] = []
+    while level:
+        found += [node for node in level if isinstance(node, ast.ClassDef)]
+        level = [child for node in level for name in _BLOCKS for child in getattr(node, name, ())]
+    return found
 
 
 def source_from_text(text: str, name: str = "<kernel text>") -> Source:

@@ -13,6 +13,8 @@ from typing import TypeAlias
 
 @dataclass(frozen=True, slots=True)
 class Scalar:
+    """``bool``, ``int`` or ``float``."""
+
     name: str
 
     def __str__(self) -> str:
@@ -21,6 +23,8 @@ class Scalar:
 
 @dataclass(frozen=True, slots=True)
 class Vector:
+    """Two to four scalars of one type."""
+
     element: Scalar
     size: int
 
@@ -40,6 +44,8 @@ class Matrix:
 
 @dataclass(frozen=True, slots=True)
 class Array:
+    """A fixed number of values of one type."""
+
     element: Scalar | Vector | Matrix
     length: int
 
@@ -57,6 +63,8 @@ class ImageType:
 
 @dataclass(frozen=True, slots=True)
 class Struct:
+    """Named fields."""
+
     name: str
     fields: tuple[tuple[str, Type], ...]
     defaults: tuple[tuple[str, object], ...] = field(default=(), compare=False)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 from passgraph.language import ir
 from passgraph.language.operations import OPERATIONS
 from passgraph.language.source import Span, fail
@@ -68,7 +70,7 @@ def apply(name: str, arguments: list[ir.Expr], span: Span) -> ir.Expr:
     row = OPERATIONS[name]
     if name == "matmul":
         return _matmul(arguments, span)
-    wanted, result = (part.split() for part in row.signature.split("->"))
+    wanted, result = _letters(row.signature)
     shown = _spoken(name)
     if len(arguments) != len(wanted):
         plural = "" if len(wanted) == 1 else "s"
@@ -83,6 +85,12 @@ def apply(name: str, arguments: list[ir.Expr], span: Span) -> ir.Expr:
         target = element if letter == "N" else _LETTERS.get(letter, FLOAT)
         typed.append(_fit(argument, letter, target, size, shown, span))
     return ir.Apply(_result_type(result[0], size, element, typed), name, tuple(typed), span)
+
+
+@cache
+def _letters(signature: str) -> tuple[list[str], list[str]]:
+    wanted, result = (part.split() for part in signature.split("->"))
+    return wanted, result
 
 
 def _common_size(name: str, wanted: list[str], arguments: list[ir.Expr], span: Span) -> int:

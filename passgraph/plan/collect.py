@@ -6,14 +6,13 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-import networkx as nx
-
 from passgraph.errors import GraphError
 from passgraph.formats import Format, format_named
 from passgraph.graph import DrawPass, Pass, PixelPass
 from passgraph.language.lower import Facts
 from passgraph.language.scalar import ScalarProgram
 from passgraph.plan.data import Options
+from passgraph.plan.remembered import remembered
 from passgraph.targets import (
     MAX_SIDE,
     Absolute,
@@ -126,21 +125,32 @@ def _reachable(outputs: list[Target]) -> list[Pass]:
 
     Handles cannot be made before their passes, so a cycle can only be forged by hand; it is refused all the same.
     """
-    found: dict[Pass, None] = {}
-    dependencies = nx.DiGraph()
+    ranks: dict[Pass, int] = {}
+    edges: list[tuple[Pass, Pass]] = []
     pending = [t.made_by for t in outputs if t.made_by is not None]
     while pending:
         node = pending.pop()
-        if node in found:
+        if node in ranks:
             continue
-        found[node] = None
-        dependencies.add_node(node)
-        for target in node.reads:
-            if target.made_by is not None:
-                dependencies.add_edge(target.made_by, node)
-                pending.append(target.made_by)
+        ranks[node] = len(ranks)
+        makers = [target.made_by for target in node.reads if target.made_by is not None]
+        edges += [(maker, node) for maker in makers]
+        pending += makers
+    described = ("reachable", len(ranks), [(ranks[maker], ranks[node]) for maker, node in edges])
+    nodes = list(ranks)
+    (sequence,) = remembered(described, lambda: [[ranks[node] for node in _producers_first(nodes, edges)]])
+    return [nodes[rank] for rank in sequence]
+
+
+def _producers_first(nodes: list[Pass], edges: list[tuple[Pass, Pass]]) -> list[Pass]:
+    """Of passes that may come next the one last in ``nodes``."""
+    import networkx as nx
+
+    dependencies = nx.DiGraph()
+    dependencies.add_nodes_from(nodes)
+    dependencies.add_edges_from(edges)
     try:
-        ranks = {node: i for i, node in enumerate(found)}
+        ranks = {node: i for i, node in enumerate(nodes)}
         return list(nx.lexicographical_topological_sort(dependencies, key=lambda n: -ranks[n]))
     except nx.NetworkXUnfeasible:
         cycle = " → ".join(edge[0].name for edge in nx.find_cycle(dependencies))

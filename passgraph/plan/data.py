@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from passgraph.draw_state import DrawState
 from passgraph.formats import Format
 from passgraph.graph import DrawPass, PixelPass
-from passgraph.language.lower import Facts
-from passgraph.language.scalar import ScalarProgram
 from passgraph.targets import Derived, Value
+
+if TYPE_CHECKING:
+    from passgraph.language.facts import Facts
+    from passgraph.language.scalar import ScalarProgram
 
 
 @dataclass(frozen=True, slots=True)

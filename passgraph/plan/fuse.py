@@ -9,7 +9,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from passgraph.graph import Pass, PixelPass
-from passgraph.language.lower import Fused, ImageFacts, lower
+from passgraph.language.lower import Fused, ImageFacts
+from passgraph.language.lowered import lower_once
 from passgraph.language.scalar import walk
 from passgraph.plan.collect import Lowered, Work, drawn_over
 from passgraph.plan.specialise import reads_size
@@ -38,7 +39,7 @@ def fuse(work: Work) -> None:
     # Lowered once, when all that belongs inside is known.
     for consumer in grown.values():
         assert isinstance(consumer.node, PixelPass)
-        consumer.program = lower(consumer.node.kernel.program, consumer.facts)
+        consumer.program = lower_once(consumer.node.kernel.program, consumer.facts)
         consumer.images = {use.name: consumer.images[use.name] for use in consumer.program.images}
 
 

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from typing import TypeAlias
-
-import networkx as nx
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, TypeAlias
 
 from passgraph.graph import DrawPass, Pass
 from passgraph.plan.collect import Lowered, Work, drawn_over
 from passgraph.plan.data import Memory
+from passgraph.plan.remembered import remembered
 from passgraph.targets import Target, TargetSpec
+
+if TYPE_CHECKING:
+    import networkx as nx
 
 #: Contents that a draw must not write over: each with the draw that takes a copy.
 Copies: TypeAlias = set[tuple[Target, Pass]]
@@ -21,6 +25,8 @@ def dependencies(work: Work) -> tuple[nx.DiGraph, Copies]:
     A draw over existing content writes in place.  Whoever else reads that content must come before; where that is
     impossible (the reader waits for the draw, the content is a result, or two draws start from it) a copy is made.
     """
+    import networkx as nx
+
     graph = nx.DiGraph()
     graph.add_nodes_from(work.passes)
     readers: dict[Target, list[Pass]] = {}
@@ -38,9 +44,6 @@ def dependencies(work: Work) -> tuple[nx.DiGraph, Copies]:
             waits = any(nx.has_path(graph, lowered.node, r) for r in others)
             if shared or waits:
                 copies.add((content, lowered.node))
-                work.notes.append(
-                    f"copied {content.name} before {lowered.name} draws over it: its content is still needed"
-                )
             else:
                 graph.add_edges_from((r, lowered.node) for r in others)
     return graph, copies
@@ -54,14 +57,57 @@ def contents_read(lowered: Lowered) -> list[Target]:
 
 def order(work: Work) -> tuple[list[Pass], Copies]:
     """The sequence of passes and the contents to copy first."""
-    graph, copies = dependencies(work)
-    written = {node: low.index for node, low in work.passes.items()}
+    nodes = list(work.passes)
+    described, contents = _described(nodes, work)
+    # Memory apart, the same for every size of the output.
+    as_written, edges, pairs = remembered(described, lambda: _rows(nodes, contents, work))
+    numbered = list(contents)
+    copies = {(numbered[content], nodes[node]) for content, node in zip(pairs[::2], pairs[1::2], strict=True)}
+    for lowered in work.passes.values():
+        for content in drawn_over(lowered.node):
+            if (content, lowered.node) in copies:
+                work.notes.append(
+                    f"copied {content.name} before {lowered.name} draws over it: its content is still needed"
+                )
     if not work.options.order:
-        return list(nx.lexicographical_topological_sort(graph, key=lambda n: written[n])), copies
-    return _least_memory(graph, written, work), copies
+        return [nodes[number] for number in as_written], copies
+    followers: dict[Pass, list[Pass]] = {node: [] for node in nodes}
+    for one, other in zip(edges[::2], edges[1::2], strict=True):
+        followers[nodes[one]].append(nodes[other])
+    return _least_memory(followers, work), copies
 
 
-def _least_memory(graph: nx.DiGraph, written: dict[Pass, int], work: Work) -> list[Pass]:
+def _described(nodes: list[Pass], work: Work) -> tuple[object, dict[Target, int]]:
+    """What :func:`dependencies` hang on, with numbers for passes and contents; and the numbers of contents."""
+    numbers = {node: number for number, node in enumerate(nodes)}
+    contents: dict[Target, int] = {}
+
+    def told(target: Target) -> tuple[int, int | None]:
+        made_by = None if target.made_by is None else numbers.get(target.made_by)
+        return contents.setdefault(target, len(contents)), made_by
+
+    rows = []
+    for node, lowered in work.passes.items():
+        read, over = contents_read(lowered), drawn_over(node)
+        rows.append((lowered.index, [told(target) for target in read], [told(target) for target in over]))
+    return ("order", rows, [told(target.content) for target in work.roots()]), contents
+
+
+def _rows(nodes: list[Pass], contents: Mapping[Target, int], work: Work) -> list[list[int]]:
+    """The passes in writing order as far as they can be, who waits for whom, and what is copied before which pass."""
+    import networkx as nx
+
+    graph, copies = dependencies(work)
+    numbers = {node: number for number, node in enumerate(nodes)}
+    as_written = nx.lexicographical_topological_sort(graph, key=lambda node: work.passes[node].index)
+    return [
+        [numbers[node] for node in as_written],
+        [numbers[node] for edge in graph.edges for node in edge],
+        [number for content, node in copies for number in (contents[content], numbers[node])],
+    ]
+
+
+def _least_memory(followers: Mapping[Pass, Sequence[Pass]], work: Work) -> list[Pass]:
     """Greedy: of the passes that may run, the one after which least memory is held; ties as written."""
     consumers = {spec: 0 for low in work.passes.values() for spec in specs_written(low.node)}
     for low in work.passes.values():
@@ -69,8 +115,9 @@ def _least_memory(graph: nx.DiGraph, written: dict[Pass, int], work: Work) -> li
             if isinstance(target.spec, TargetSpec):
                 consumers[target.spec] = consumers.get(target.spec, 0) + 1
     kept = {t.spec for t in work.roots()}
-    waiting = {node: graph.in_degree(node) for node in graph}
-    ready = [node for node, count in waiting.items() if count == 0]
+    written = {node: low.index for node, low in work.passes.items()}
+    waiting = Counter(node for group in followers.values() for node in group)
+    ready = [node for node in followers if not waiting[node]]
     alive: set[TargetSpec] = set()
     sequence: list[Pass] = []
 
@@ -93,7 +140,7 @@ def _least_memory(graph: nx.DiGraph, written: dict[Pass, int], work: Work) -> li
                 consumers[target.spec] -= 1
                 if not consumers[target.spec] and target.spec not in kept:
                     alive.discard(target.spec)
-        for follower in graph.successors(node):
+        for follower in followers[node]:
             waiting[follower] -= 1
             if not waiting[follower]:
                 ready.append(follower)

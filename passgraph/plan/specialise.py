@@ -7,7 +7,8 @@ from dataclasses import replace
 from passgraph.errors import GraphError
 from passgraph.graph import DrawPass, Pass, PixelPass
 from passgraph.language.emitter import eliminate_dead
-from passgraph.language.lower import Facts, ImageFacts, lower
+from passgraph.language.lower import Facts, ImageFacts
+from passgraph.language.lowered import lower_once
 from passgraph.language.scalar import LoadBuiltin, Output, ScalarProgram, walk
 from passgraph.plan.collect import Lowered, Work, drawn_over
 from passgraph.targets import Target
@@ -26,7 +27,7 @@ def specialise(work: Work) -> None:
         if isinstance(node, PixelPass):
             stores = tuple(spec.format.store for spec in node.into)
             lowered.facts = Facts(node.constants, images, stores, work.options.simplify)
-            lowered.program = lower(node.kernel.program, lowered.facts)
+            lowered.program = lower_once(node.kernel.program, lowered.facts)
             lowered.images = used_images(lowered.program, node.images)
             check_relative(lowered, work)
         else:
@@ -40,9 +41,9 @@ def _specialise_draw(node: DrawPass, lowered: Lowered, images: dict[str, ImageFa
     simplify = work.options.simplify
     lowered.vertex_facts = Facts(node.constants, {}, (), simplify)
     lowered.facts = Facts(node.constants, images, stores, simplify)
-    vertex = lower(node.vertex.program, lowered.vertex_facts)
+    vertex = lower_once(node.vertex.program, lowered.vertex_facts)
     if node.fragment is not None:
-        lowered.fragment = lower(node.fragment.program, lowered.facts)
+        lowered.fragment = lower_once(node.fragment.program, lowered.facts)
         lowered.images = used_images(lowered.fragment, node.images)
     lowered.varyings = varyings_of(lowered.fragment)
     lowered.vertex = link(vertex, lowered.varyings)

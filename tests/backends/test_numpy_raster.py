@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+import re
+import subprocess
+import sys
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph.backends.numpy import native, raster
+from passgraph.backends.numpy import raster
+from passgraph.backends.numpy import raster_entries as entries
+from passgraph.backends.numpy.jit import llvm_text
 from passgraph.backends.numpy.raster_setup import holds
 from passgraph.language.kernel import Kernel, kernel_from_text
 from passgraph.plan.data import Options
@@ -169,12 +173,43 @@ def test_scratch_is_kept_from_frame_to_frame() -> None:
         assert len(kept) > 8
 
 
-def test_damaged_machine_code_is_made_anew(tmp_path: Path) -> None:
-    path = tmp_path / "code.o"
-    assert native.kept(path) is None
-    path.write_bytes(b"\0" * 40)
-    assert native.kept(path) is None
-    native.keep(path, b"machine code")
-    assert native.kept(path) == b"machine code"
-    path.write_bytes(path.read_bytes()[:-1])
-    assert native.kept(path) is None
+SECOND = """
+import sys
+import passgraph as pg
+text = sys.argv[1]
+mesh = pg.Mesh.make([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], [[0, 1, 2]])
+stages = {"vertex": pg.vertex(source=text, name="lean"), "fragment": pg.fragment(source=text, name="branches")}
+at_once = pg.draw(mesh, into=pg.target("at_once"), name="at_once", **stages)
+in_order = pg.draw(mesh, into=pg.target("in_order"), name="in_order", blend="add", **stages)
+with pg.compile([at_once, in_order], "numpy", size=(20, 10)) as program:
+    found = program()
+print(*(found[name].any() for name in found), "numba" in sys.modules)
+"""
+
+
+def test_a_second_process_draws_without_numba() -> None:
+    said = [
+        subprocess.run(
+            [sys.executable, "-c", SECOND, KERNELS], capture_output=True, text=True, check=True, timeout=300
+        ).stdout.split()
+        for _ in range(2)
+    ]
+    assert said[1] == ["True", "True", "False"]
+
+
+def test_fixed_functions_stand_by_themselves_and_keep_arrays_apart() -> None:
+    """LLVM may not assume that a store changes another array; no symbol is left that numba or Python would bring."""
+    code = entries.classify
+    text, _ = llvm_text(code.find(), code.pieces, code.kinds)
+    assert "noalias" in text
+    assert not re.findall(r"^declare (?!.*@llvm\.).*", text, re.MULTILINE)
+
+
+def test_arrays_of_another_kind_are_refused() -> None:
+    good = [np.zeros((1, 3), np.int32), np.zeros(1, np.uint8), np.zeros(1, np.uint8), np.zeros((1, 2), np.int64)]
+    call = entries.classify.call()
+    call.bound(*good)(0, 1, 0)
+    assert good[3].tolist() == [[1, 0]]
+    for wrong in (np.zeros((1, 3), np.int64), np.zeros(3, np.int32), np.zeros((3, 2), np.int32).T):
+        with pytest.raises(AssertionError):
+            call.bound(wrong, *good[1:])

@@ -1,0 +1,129 @@
+"""Functions written for numba and called without it: compiled once, then kept as plain machine code.
+
+A function takes first the numbers of one piece of work, which a call passes on, then what is the same for all pieces:
+numbers and arrays, whose addresses and shapes are bound before and wait in memory (the *context*).  It raises nothing
+and allocates nothing, so that its code needs neither numba's runtime nor Python's.
+"""
+
+# mypy: disable-error-code="no-untyped-call"
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Sequence
+from functools import partial
+from itertools import accumulate
+from typing import Any
+
+import numpy as np
+
+from passgraph.backends.numpy.native import function_address
+
+_LLVM = {"i64": "i64", "f64": "double"}
+_DTYPES = {name: np.dtype(kind) for name, kind in (
+    ("i64", np.int64), ("i32", np.int32), ("u8", np.uint8), ("f64", np.float64), ("f32", np.float32))}  # fmt: skip
+
+
+class NumbaCode:
+    """One such function.
+
+    Parameters
+    ----------
+    parts
+        Tell it from every other, with the text of this backend.
+    pieces
+        How many whole numbers each call passes on.
+    kinds
+        Of the other arguments: "i64", "f64", or arrays in C order such as "f32[1]" and "i32[2]" (dimensions).
+    find
+        Gives the Python function; called where no machine code is kept.
+    """
+
+    def __init__(
+        self, parts: tuple[str, ...], pieces: int, kinds: Sequence[str], find: Callable[[], Callable[..., Any]]
+    ) -> None:
+        self.parts, self.pieces, self.kinds, self.find = parts, pieces, tuple(kinds), find
+
+    def call(self) -> Call:
+        """For one caller, compiled or loaded."""
+        address = function_address((*self.parts, str(self.pieces), *self.kinds), self._text)
+        kind = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, *[ctypes.c_int64] * self.pieces)
+        return Call(kind(address), self.kinds)
+
+    def _text(self, name: str) -> str:
+        from passgraph.backends.numpy.jit import llvm_text
+
+        text, inner = llvm_text(self.find(), self.pieces, self.kinds)
+        return text + _entry(name, inner, self.pieces, self.kinds)
+
+
+class Call:
+    """A function with its context, for one caller at a time: what stays the same from frame to frame is bound once."""
+
+    def __init__(self, function: Any, kinds: Sequence[str]) -> None:
+        self.kinds = kinds
+        split = [kind.rstrip("]").split("[") for kind in kinds]
+        self.arrays = [(_DTYPES[rest[0]], int(rest[1])) if len(rest) == 2 else None for rest in split]
+        sizes = [1 if array is None else 1 + array[1] for array in self.arrays]
+        self.places = [0, *accumulate(sizes)]
+        self.numbers = np.zeros(sum(sizes), np.int64)
+        self.floats = self.numbers.view(np.float64)
+        self.held: list[Any] = [None] * len(sizes)
+        self.run: Callable[..., int] = partial(function, self.numbers.ctypes.data)
+
+    def bound(self, *arguments: Any) -> Callable[..., int]:
+        """A function of the numbers of a piece, until others are bound; the arrays are kept alive as long."""
+        for number, (held, given) in enumerate(zip(self.held, arguments, strict=True)):
+            if held is not given:
+                self._bind(number, given)
+        return self.run
+
+    def _bind(self, number: int, given: Any) -> None:
+        array, place = self.arrays[number], self.places[number]
+        if array is not None:
+            assert (given.dtype, given.ndim) == array and given.flags.c_contiguous
+            self.numbers[place : place + 1 + given.ndim] = (given.ctypes.data, *given.shape)
+        else:
+            (self.floats if self.kinds[number] == "f64" else self.numbers)[place] = given
+        self.held[number] = given
+
+
+def _entry(name: str, inner: str, pieces: int, kinds: Sequence[str]) -> str:
+    """A function of the context and a piece's numbers that calls numba's with arguments as numba lays them out: an
+    array is its owner and parent (none), count, size of an item, address, shape and strides."""
+    lines: list[str] = []
+    given = [f"i64 %piece{k}" for k in range(pieces)]
+    place = 0
+
+    def entry(kind: str) -> str:
+        nonlocal place
+        lines.append(f"%at{place} = getelementptr i64, ptr %context, i64 {place}")
+        lines.append(f"%c{place} = load {kind}, ptr %at{place}")
+        place += 1
+        return f"%c{place - 1}"
+
+    for number, kind in enumerate(kinds):
+        if kind in _LLVM:
+            given.append(f"{_LLVM[kind]} {entry(_LLVM[kind])}")
+            continue
+        element, dimensions = kind.rstrip("]").split("[")
+        address = entry("ptr")
+        shape = [entry("i64") for _ in range(int(dimensions))]
+        size = _DTYPES[element].itemsize
+        step, strides = str(size), list[str]()
+        for axis in reversed(range(len(shape))):
+            strides.insert(0, step)
+            lines.append(f"%step{number}_{axis} = mul i64 {step}, {shape[axis]}")
+            step = f"%step{number}_{axis}"
+        lines.append(f"%count{number} = udiv i64 {step}, {size}")
+        given += ["ptr null", "ptr null", f"i64 %count{number}", f"i64 {size}", f"ptr {address}"]
+        given += [f"i64 {value}" for value in (*shape, *strides)]
+    lines += [
+        "%result = alloca i64",
+        "store i64 0, ptr %result",
+        "%error = alloca ptr",
+        f"%status = call i32 @{inner}(ptr %result, ptr %error, {', '.join(given)})",
+        "%returned = load i64, ptr %result",
+        "ret i64 %returned",
+    ]
+    arguments = ", ".join(["ptr %context", *(f"i64 %piece{k}" for k in range(pieces))])
+    return f"\ndefine i64 @{name}({arguments}) {{\n  " + "\n  ".join(lines) + "\n}\n"

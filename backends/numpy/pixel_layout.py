@@ -1,0 +1,198 @@
+"""What the host and the machine code of a chain of pixel passes agree on: addresses in order, rings, strips."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import gcd
+
+from passgraph.backends.numpy.chains import Margin, Stage, reach
+from passgraph.backends.numpy.channels import single_channel
+from passgraph.language import scalar as s
+
+#: Instructions that one turn of the loop may have where it makes several rows or vectors at once.
+MAX_AT_ONCE = 400
+#: Rows at once at most: more need more registers than there are, and with four channels to a texel sooner.
+MAX_ROWS, MAX_ROWS_OF_PIXELS = 8, 4
+#: Vectors side by side at most.
+MAX_VECTORS = 3
+
+
+@dataclass(frozen=True)
+class View:
+    """What relative reads of one image by one border rule see: its rows around a pixel."""
+
+    image: int
+    border: str
+    channels: int
+    up: int
+    rows: int
+    across: bool  # whether reads go left or right
+    strips: int  # where copies of its rows with the border applied begin in the scratch memory, in numbers
+
+
+@dataclass(frozen=True)
+class StageLayout:
+    """One stage; ``lanes`` is the width of vectors."""
+
+    chain: tuple[Stage, ...]
+    number: int
+    lanes: int
+
+    @property
+    def stage(self) -> Stage:
+        return self.chain[self.number]
+
+    @property
+    def last(self) -> bool:
+        return self.number == len(self.chain) - 1
+
+    @property
+    def channels(self) -> tuple[int, ...]:
+        return self.stage.channels
+
+    @cached_property
+    def _single(self) -> s.ScalarProgram | None:
+        return single_channel(self.stage.step.program, self.channels)
+
+    @property
+    def alike(self) -> int:
+        """Channels that one channel's program stands for (see channels.py); 1: a pixel is computed as a whole."""
+        return self.channels[0] if self._single is not None else 1
+
+    @property
+    def program(self) -> s.ScalarProgram:
+        return self._single or self.stage.step.program
+
+    @cached_property
+    def reach(self) -> Margin:
+        return reach(self.program.images)
+
+    @property
+    def rings(self) -> dict[int, tuple[int, int]]:
+        """Images that a stage before makes: that stage, and which of its outputs."""
+        return {image: (producer, slot) for image, producer, slot in self.stage.rings}
+
+    @cached_property
+    def _flat(self) -> bool:
+        """Whether vectors hold consecutive numbers of memory."""
+        counts = [*self.channels, *(use.channels for use in self.program.images)]
+        return self.alike > 1 or set(counts) == {1}
+
+    @cached_property
+    def _fitting(self) -> int:
+        """How many times the kernel may stand in one turn of the loop."""
+        straight = not any(isinstance(i, (s.If, s.For)) for i in self.program.body)
+        return max(1, MAX_AT_ONCE // max(1, len(self.program.body)) if straight else 1)
+
+    @cached_property
+    def rows(self) -> int:
+        """Rows that the last stage makes at once: neighbours share what they read above and below.  A power of 2."""
+        _, _, up, down = self.reach
+        if not self.last or not up + down:
+            return 1
+        most = min(MAX_ROWS if self._flat else MAX_ROWS_OF_PIXELS, self._fitting, self.stage.step.size[1])
+        return 1 << (most.bit_length() - 1)
+
+    @cached_property
+    def vectors(self) -> int:
+        """Vectors side by side that are made at once: they share what they read left and right."""
+        left, right, _, _ = self.reach
+        return min(MAX_VECTORS, self._fitting) if self._flat and self.rows == 1 and left + right else 1
+
+    @property
+    def pixels(self) -> int:
+        """Columns after which a pixel begins a vector again: rows are cut at multiples of it."""
+        numbers = self.lanes * self.vectors
+        return numbers // gcd(numbers, self.alike)
+
+    @property
+    def strip_pixels(self) -> int:
+        """Pixels of one row of a strip: the most that are cut off a row's end, what they reach, a vector's rest."""
+        left, right, _, _ = self.reach
+        unit = self.pixels
+        cut = max(-(-left // unit) * unit, unit + right)
+        return cut + left + right + self.lanes * self.vectors
+
+    @cached_property
+    def views(self) -> tuple[View, ...]:
+        """In the order of the program's reads."""
+        program, found = self.program, {}
+        numbers = {use.name: number for number, use in enumerate(program.images)}
+        begin = 0
+        for load in s.walk(program.body):
+            if not isinstance(load, s.LoadTexel) or not load.relative:
+                continue
+            number = numbers[load.image]
+            if (number, load.border) in found:
+                continue
+            use = program.images[number]
+            rows, across = use.y[1] - use.y[0] + self.rows, use.x != (0, 0)
+            found[number, load.border] = View(number, load.border, use.channels, -use.y[0], rows, across, begin)
+            begin += rows * self.strip_pixels * use.channels if across else 0
+        return tuple(found.values())
+
+    @property
+    def scratch(self) -> int:
+        """Numbers that all strips take."""
+        ends = [v.strips + v.rows * self.strip_pixels * v.channels for v in self.views if v.across]
+        return max(ends, default=0)
+
+
+@dataclass(frozen=True)
+class Layout:
+    """A whole chain."""
+
+    stages: tuple[StageLayout, ...]
+
+    @classmethod
+    def of(cls, chain: Sequence[Stage], lanes: int) -> Layout:
+        return cls(tuple(StageLayout(tuple(chain), number, lanes) for number in range(len(chain))))
+
+    @property
+    def fixed(self) -> list[str]:
+        """Names of the first entries of the context, which the pieces decide: the rest are addresses and sizes."""
+        pitches = [f"pitch{stage.number}" for stage in self.stages[:-1]]
+        return ["counter", "count", "columns", "tile", "band", "width", "height", "zeros", *pitches]
+
+    @property
+    def bound(self) -> list[str]:
+        """Names of the others, in order."""
+        names = []
+        for stage in self.stages:
+            for image in range(len(stage.program.images)):
+                if image not in stage.rings:
+                    names += [f"im{stage.number}_{image}{end}" for end in ("", "_w", "_h")]
+            names += [f"floats{stage.number}", f"ints{stage.number}"]
+        return [*names, *(f"out{slot}" for slot in range(len(self.stages[-1].channels)))]
+
+    @property
+    def own(self) -> list[str]:
+        """Names of what each thread has for itself: rings, strips."""
+        rings = [f"ring{stage.number}_{slot}" for stage in self.stages[:-1] for slot in range(len(stage.channels))]
+        return [*rings, "scratch"]
+
+    @property
+    def scratch(self) -> int:
+        return max(stage.scratch for stage in self.stages)
+
+    @property
+    def zeros(self) -> int:
+        """Numbers of a row of zeros for where nothing is, if one is needed."""
+        counts = [v.channels for stage in self.stages for v in stage.views if v.border == "zero"]
+        return max(counts, default=0) * self.stages[-1].stage.step.size[0]
+
+    def ring_rows(self, number: int) -> int:
+        """Rows of a stage's results that are kept."""
+        return self.stages[number].stage.rows + self.stages[-1].rows - 1
+
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """What tells the code from all other."""
+        told = []
+        for stage in self.stages:
+            program = stage.program
+            told += [program.key, repr([name for name, _ in program.builtins])]
+            told.append(repr((stage.alike, stage.rows, stage.vectors, stage.lanes, stage.stage.margin, stage.rings)))
+        return ("pixels", *told)

@@ -1,0 +1,49 @@
+"""The rasteriser's fixed functions as the host calls them, and the numbers that both know.
+
+They are written in raster_setup.py and raster_tiles.py, which are loaded only where they must be compiled.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any
+
+from passgraph.backends.numpy.numba_code import NumbaCode
+
+#: A triangle cut by six planes has at most nine corners.
+MAX_CORNERS = 9
+#: Lists of corners that clipping in one chunk needs: the polygon, and what a plane makes of it.
+CORNER_LISTS = 2
+#: Entries of each list: more than there are corners, so that rounding cannot write beyond them.
+CORNER_ROOM = 16
+
+#: A depth test passes where the new depth is on one of these sides of the held one.
+LESS, EQUAL, GREATER = 1, 2, 4
+TESTS = {
+    "never": 0, "less": LESS, "equal": EQUAL, "less_equal": LESS | EQUAL, "greater": GREATER,
+    "not_equal": LESS | GREATER, "greater_equal": GREATER | EQUAL, "always": LESS | EQUAL | GREATER,
+}  # fmt: skip
+
+
+def _entry(module: str, function: str, pieces: int, kinds: str) -> NumbaCode:
+    def find() -> Callable[..., Any]:
+        found: Callable[..., Any] = getattr(import_module(f"passgraph.backends.numpy.{module}"), function).py_func
+        return found
+
+    return NumbaCode((module, function), pieces, kinds.split(), find)
+
+
+project = _entry("raster_setup", "project", 2, "f64[2] i64 i64 i32[1] i32[1] f64[1] f64[1] u8[1]")
+classify = _entry("raster_setup", "classify", 3, "i32[2] u8[1] u8[1] i64[2]")
+assemble = _entry(
+    "raster_setup", "assemble", 5,
+    "i32[2] u8[1] u8[1] f64[2] f32[2] i64 i64 i64 i32[1] i32[1] f64[1] f64[1] i32[2] i64[2]",
+)  # fmt: skip
+count_tiles = _entry("raster_setup", "count_tiles", 3, "i32[2] i64 i64[2]")
+fill_tiles = _entry("raster_setup", "fill_tiles", 3, "i32[2] i64 i64[2] i32[1]")
+tiles = _entry(
+    "raster_tiles", "tiles", 0,
+    "i64[1] i64 i64[1] i64 i64[1] i32[1] i32[2] i32[1] i32[1] f64[1] f64[1] f32[2] f64 f64 i64 i64 "
+    "f32[1] i64 i64 i64 f64 i32[1] i32[1] f64[2] f64[1] i64 i64[1]",
+)  # fmt: skip

@@ -1,0 +1,104 @@
+"""Texels of many pixels at once: neighbours in a row, or anywhere in a picture; one vector a channel."""
+
+# mypy: disable-error-code="no-untyped-call"
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from llvmlite import ir
+
+from passgraph.backends.numpy.lanes import Lanes
+from passgraph.backends.numpy.llvm_ops import F32, I32, I64
+
+
+def neighbours(b: Lanes, row: Any, place: Any, channels: int, wanted: Sequence[int]) -> list[Any]:
+    """Channels of consecutive pixels of a row, the first of them ``place`` numbers from its start."""
+    count = b.lanes * channels
+    pointer = b.gep(row, [place], True, source_etype=F32)
+    loaded = b.load(pointer, typ=ir.VectorType(F32, count), align=4)
+    return [_picked(b, loaded, range(channel, count, channels)) for channel in wanted]
+
+
+def scattered(
+    b: Lanes, picture: Any, pixels: Any, channels: int, wanted: Sequence[int], *, rarely: bool = False
+) -> list[Any]:
+    """Channels of the pixels with these numbers; channels beyond the last are those of the pixels that follow.
+
+    Loads that are put together, not gather instructions: those are slower on AMD's cores (Zen 5: three times in a 3x3
+    neighbourhood) and no faster on others; and all channels of a pixel come with one load.  ``rarely``: in little code
+    rather than quickly.
+    """
+    module, name = b.module, f"texels_{channels}_{'_'.join(map(str, wanted))}{'_rarely' * rarely}"
+    function = module.globals.get(name)
+    if function is None:
+        made = ir.LiteralStructType([b.vector(F32)] * len(wanted))
+        function = ir.Function(module, ir.FunctionType(made, [picture.type, pixels.type]), name)
+        function.linkage = "internal"
+        function.attributes.add("noinline" if rarely else "alwaysinline")
+        inner = Lanes(ir.IRBuilder(function.append_basic_block("entry")), b.lanes)
+        packed = ir.Constant(made, ir.Undefined)
+        where, which = function.args
+        for place, value in enumerate(_put_together(inner, where, which, channels, wanted)):
+            packed = inner.insert_value(packed, value, place)
+        inner.ret(packed)
+    found = b.plain.call(function, [picture, pixels])
+    return [b.extract_value(found, place) for place in range(len(wanted))]
+
+
+def _put_together(b: Lanes, picture: Any, pixels: Any, channels: int, wanted: Sequence[int]) -> list[Any]:
+    numbers = [b.sext(b.extract_element(pixels, ir.Constant(I32, lane)), I64) for lane in range(b.lanes)]
+    pixel = ir.ArrayType(F32, channels)
+
+    def places(first: int) -> list[Any]:
+        return [b.gep(picture, [n, ir.Constant(I64, first)], True, source_etype=pixel) for n in numbers]
+
+    found = {}
+    for first in range(0, max(wanted) + 1, 4):
+        here = [number for number in wanted if first <= number < first + 4]
+        if len(here) == 1:
+            vector = ir.Constant(b.vector(F32), ir.Undefined)
+            for lane, place in enumerate(places(here[0])):
+                vector = b.insert_element(vector, b.load(place, typ=F32, align=4), ir.Constant(I32, lane))
+            found[here[0]] = vector
+        elif here:
+            # More may be loaded than is wanted: pictures have room behind their last pixel (memory.py).
+            count = 2 if max(here) < first + 2 else 4
+            loads = [b.load(place, typ=ir.VectorType(F32, count), align=4) for place in places(first)]
+            if count == 2:
+                joined = _joined(b, loads)
+                columns = [_picked(b, joined, range(column, 2 * b.lanes, 2)) for column in range(2)]
+            else:
+                columns = _transposed(b, [_joined(b, loads[row::4]) for row in range(4)])
+            found |= {number: columns[number - first] for number in here}
+    return [found[number] for number in wanted]
+
+
+def _transposed(b: Lanes, rows: list[Any]) -> list[Any]:
+    """Four vectors whose fours of numbers are 4x4 matrices, each transposed: what units do without crossing fours."""
+    count = rows[0].type.count
+
+    def mixed(x: Any, y: Any, order: Sequence[int]) -> Any:
+        places = [(four + place % 4) + (count if place >= 4 else 0) for four in range(0, count, 4) for place in order]
+        return b.shuffle_vector(x, y, ir.Constant(ir.VectorType(I32, count), places))
+
+    low, high = (0, 4, 1, 5), (2, 6, 3, 7)
+    first, second = (0, 1, 4, 5), (2, 3, 6, 7)
+    pairs = [(mixed(rows[0], rows[1], half), mixed(rows[2], rows[3], half)) for half in (low, high)]
+    return [mixed(*pair, part) for pair in pairs for part in (first, second)]
+
+
+def _joined(b: Lanes, parts: list[Any]) -> Any:
+    """Vectors one behind another; as many as a power of two."""
+    while len(parts) > 1:
+        length = 2 * parts[0].type.count
+        order = ir.Constant(ir.VectorType(I32, length), list(range(length)))
+        parts = [b.shuffle_vector(x, y, order) for x, y in zip(parts[::2], parts[1::2], strict=True)]
+    return parts[0]
+
+
+def _picked(b: Lanes, vector: Any, places: Sequence[int]) -> Any:
+    if len(places) == vector.type.count:
+        return vector
+    order = ir.Constant(ir.VectorType(I32, len(places)), list(places))
+    return b.shuffle_vector(vector, ir.Constant(vector.type, ir.Undefined), order)
