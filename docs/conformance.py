@@ -1,22 +1,38 @@
 """Writes docs/conformance.md: the suite on every backend that is here, mutants and fuzzing as recorded.
 
-    python docs/conformance.py [--full] [--mutants FILE.json] [--fuzz "TEXT"]
+    python docs/conformance.py [--full] [--reports FOLDER]
 
-``--mutants`` takes what ``python -m tests.mutation.run --json`` wrote.  Without it that section is kept as it is.
+Fates of mutants are those in docs/mutants.json, which ``python -m tests.mutation.run --json docs/mutants.json`` writes;
+what random cases found is told in docs/conformance.json.  Intel's OpenCL is run where its library is in this
+interpreter's ``lib`` or in the folder that PASSGRAPH_INTEL_OPENCL names.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import os
 import subprocess
 import sys
 import tempfile
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
-PAGE = Path(__file__).with_name("conformance.md")
-RECORDS = Path(__file__).with_name("conformance.json")
+DOCS = Path(__file__).resolve().parent
+PAGE, MUTANTS, RECORDS = DOCS / "conformance.md", DOCS / "mutants.json", DOCS / "conformance.json"
+INTEL = "libintelocl.so"
+#: Row of the table → backend.
+ROWS = {"numpy": "numpy", "gl": "gl", "opencl (PoCL)": "opencl", "opencl (Intel)": "opencl"}
+#: Part of the sources → beginnings of the paths that belong to it; the first that fits.
+PARTS = {
+    "functions written in the kernel language": ("passgraph/language/prelude.py",),
+    "spelling of operations, lowering, printing": ("passgraph/language/", "backends/printing.py", "backends/steps.py"),
+    "schedule and execution": ("passgraph/plan/", "passgraph/execution.py"),
+    "gl": ("backends/gl/",),
+    "opencl": ("backends/opencl/",),
+    "numpy": ("backends/numpy/",),
+}
 HEAD = """# Conformance: what backends are held to
 
 Written by `python docs/conformance.py`; run it again where a backend or the suite has changed.
@@ -41,16 +57,32 @@ pytest --passgraph-backend NAME                    # the suite as tests, for a b
 """
 
 
-def suite(backend: str, full: bool) -> dict[str, Any] | None:
-    """The JSON report of one backend; None where it is not here."""
-    with tempfile.TemporaryDirectory() as folder:
-        file = Path(folder) / "report.json"
-        command = [sys.executable, "-m", "passgraph", "conform", "--backend", backend, "--json", str(file)]
-        done = subprocess.run(command if full else [*command, "--quick"], check=False)
-        if done.returncode not in (0, 1) or not file.exists():
-            return None
-        report: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
-        return report
+def intel_environment(folder: Path) -> dict[str, str] | None:
+    """Variables with which a process sees Intel's runtime alone; None where it is not installed."""
+    places = [os.environ.get("PASSGRAPH_INTEL_OPENCL", ""), str(Path(sys.prefix) / "lib")]
+    library = next((Path(place) / INTEL for place in places if place and (Path(place) / INTEL).exists()), None)
+    if library is None:
+        return None
+    vendors = folder / "vendors"
+    vendors.mkdir(exist_ok=True)
+    (vendors / "intel.icd").write_text(f"{library}\n")
+    libraries = os.pathsep.join(part for part in (str(library.parent), os.environ.get("LD_LIBRARY_PATH", "")) if part)
+    return {"OCL_ICD_VENDORS": str(vendors), "OPENCL_VENDOR_PATH": str(vendors), "LD_LIBRARY_PATH": libraries}
+
+
+def suite(row: str, full: bool, folder: Path) -> dict[str, Any] | None:
+    """The report of one row, run where it is not in the folder yet; None where its device is not here."""
+    environment = intel_environment(folder) if "Intel" in row else {}
+    if environment is None:
+        return None
+    name = "".join(letter if letter.isalnum() else "-" for letter in row).strip("-")
+    file, page = folder / f"{name}.json", folder / f"{name}.html"
+    if not file.exists():
+        command = [sys.executable, "-m", "passgraph", "conform", "--backend", ROWS[row], "--json", str(file)]
+        command += ["--report", str(page), *([] if full else ["--quick"])]
+        subprocess.run(command, check=False, env={**os.environ, **environment})
+    report: dict[str, Any] | None = json.loads(file.read_text(encoding="utf-8")) if file.exists() else None
+    return report
 
 
 def suite_table(reports: dict[str, dict[str, Any]]) -> str:
@@ -73,38 +105,66 @@ def suite_table(reports: dict[str, dict[str, Any]]) -> str:
     return "\n".join(lines)
 
 
-def mutant_table(rows: list[dict[str, Any]]) -> str:
-    lines = ["| part | planted | caught | harmless by design |", "|---|--:|--:|--:|"]
-    for part in sorted({row["file"] for row in rows}):
-        of_part = [row for row in rows if row["file"] == part]
-        caught = sum(row["caught"] for row in of_part)
-        lines.append(f"| `{part}` | {len(of_part)} | {caught} | {sum(bool(row['harmless']) for row in of_part)} |")
+def mutant_text(rows: list[dict[str, Any]]) -> str:
+    """How many mistakes were caught, part by part, and which were not."""
+    current = [row for row in rows if row["outcome"] != "stale"]
+    mattering = [row for row in current if not row["harmless"]]
+    caught = Counter(_part(row["file"]) for row in mattering if row["outcome"])
+    planted = Counter(_part(row["file"]) for row in mattering)
+    harmless = Counter(_part(row["file"]) for row in current if row["harmless"])
+    lines = [
+        f"{len(current)} mistakes (operations, rounding, borders, coverage rules, draw states, uploads, schedule)",
+        "were planted, one at a time, and the suite was run on each: `python -m tests.mutation.run --json",
+        "docs/mutants.json`. Harmless ones change nothing that must be kept, and say why in `tests/mutation`.",
+        "", "| part | mistakes | caught | harmless by design |", "|---|--:|--:|--:|",
+    ]  # fmt: skip
+    lines += [f"| {part} | {planted[part]} | {caught[part]} | {harmless[part]} |" for part in PARTS]
+    share = caught.total() / max(1, planted.total())
+    lines.append(f"| all | {planted.total()} | {caught.total()} ({share:.1%}) | {harmless.total()} |")
+    outdated = len(rows) - len(current)
+    if outdated:
+        lines += ["", f"{outdated} more are out of date: the text that they change is no longer there."]
+    missed = [row for row in mattering if not row["outcome"]]
+    lines += ["", "Not caught: " + ("none." if not missed else "")]
+    lines += [
+        f"- `{row['file']}`, judged on {row['backend']}: {_shown(row['old'])} → {_shown(row['new'])}" for row in missed
+    ]
+    wrong = [row for row in current if row["harmless"] and row["outcome"]]
+    lines += [f"- said to be harmless, yet caught: `{row['file']}`: {_shown(row['old'])}" for row in wrong]
     return "\n".join(lines)
 
 
+def _part(file: str) -> str:
+    return next(part for part, heads in PARTS.items() if file.startswith(heads))
+
+
+def _shown(text: str) -> str:
+    line = " ".join(text.split())
+    return f"`{line}`" if line else "nothing"
+
+
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--full", action="store_true", help="slow cases too")
-    parser.add_argument("--mutants", type=Path, help="JSON of tests.mutation.run")
-    parser.add_argument("--fuzz", help="a sentence on what was run and found")
+    parser.add_argument("--reports", type=Path, help="keep reports there; those that are there are not run again")
     options = parser.parse_args()
-    records = json.loads(RECORDS.read_text(encoding="utf-8")) if RECORDS.exists() else {}
     reports = {}
-    for backend in ("numpy", "gl", "opencl"):
-        report = suite(backend, options.full)
-        if report is None:
-            print(f"{backend}: not here, left out", file=sys.stderr)
-        else:
-            reports[backend] = report
-    if options.mutants:
-        records["mutants"] = mutant_table(json.loads(options.mutants.read_text(encoding="utf-8")))
-    if options.fuzz:
-        records["fuzz"] = options.fuzz
-    RECORDS.write_text(json.dumps(records, indent=1) + "\n", encoding="utf-8")
+    with tempfile.TemporaryDirectory() as folder:
+        kept = options.reports or Path(folder)
+        kept.mkdir(parents=True, exist_ok=True)
+        for row in ROWS:
+            report = suite(row, options.full, kept)
+            if report is None:
+                print(f"{row}: not here, left out", file=sys.stderr)
+            else:
+                reports[row] = report
     cases = "every case" if options.full else "a quick run: cases that are near others left out"
-    parts = [HEAD, f"## The suite\n\nHere {cases}.\n\n{suite_table(reports)}\n"]
-    parts.append("## The check can fail\n\n" + records.get("mutants", "Not recorded.") + "\n")
-    parts.append("## Chance\n\n" + records.get("fuzz", "Not recorded.") + "\n")
+    faults = [f"- {row}: {c['case']}: {c['outcome']}" for row, r in reports.items() for c in r["cases"]
+              if c["outcome"] != "passed"]  # fmt: skip
+    parts = [HEAD, f"## The suite\n\nHere {cases}; seconds on two busy cores.\n\n{suite_table(reports)}\n"]
+    parts += ["\n".join(["Not passed:", "", *faults, ""])] if faults else []
+    parts.append("## The check can fail\n\n" + mutant_text(json.loads(MUTANTS.read_text(encoding="utf-8"))) + "\n")
+    parts.append("## Chance\n\n" + json.loads(RECORDS.read_text(encoding="utf-8"))["fuzz"] + "\n")
     PAGE.write_text("\n".join(parts), encoding="utf-8")
 
 

@@ -10,31 +10,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.base import Backend
 from passgraph.backends.registry import backend_names, open_backend
-from passgraph.errors import DeviceMissingError, InputError, PassgraphError
-from passgraph.execution import Execution
-from passgraph.formats import Format, format_named
-from passgraph.oracle.backend import Allowed, OracleBackend, outside
-from passgraph.plan.build import build
-from passgraph.plan.collect import inputs_behind
-from passgraph.plan.data import CopyStep, DrawStep, Options, Plan, Step
-from passgraph.program import Outputs, checked_picture, named_outputs
+from passgraph.errors import DeviceMissingError, PassgraphError
+from passgraph.formats import Format
+from passgraph.oracle.backend import Allowed, outside
+from passgraph.oracle.passes import Key, Passes, Picture
+from passgraph.plan.data import Plan
+from passgraph.program import Outputs, named_outputs
 from passgraph.targets import checked_size
-
-Picture: TypeAlias = NDArray[np.float32]
-Pictures: TypeAlias = dict[tuple[int, int], Picture]  # (step, resource) → what the step wrote
-
-#: Every pass as written, every picture in memory of its own: what is compared is what passes compute.
-OPTIONS = Options(fuse=False, alias=False, static=False)
-
 
 #: Share of pixels of a target that may be ambiguous before its verdict says little.
 MOST_AMBIGUOUS = 0.05
@@ -162,115 +153,33 @@ def compare(
     GraphError, InputError
         As for compiling and running; what a tested backend raises is in its report.
     """
-    plan, pictures, values = _plan(outputs, size, given)
-    judge = _Judge(plan, pictures, values, progress)
+    passes = Passes(named_outputs(outputs), None if size is None else checked_size(size, "the output"), [given])
     chosen = backends if backends is not None else [n for n in backend_names() if n not in ("reference", "null")]
-    return Report(tuple(judge.report(backend) for backend in chosen), plan)
+    return Report(tuple(_judged(passes, backend, progress) for backend in chosen), passes.plan)
 
 
-def _plan(
-    outputs: Outputs, size: tuple[int, int] | None, given: Mapping[str, Any]
-) -> tuple[Plan, dict[str, Picture], dict[str, Any]]:
-    named = named_outputs(outputs)
-    specs = inputs_behind(list(named.values()))
-    pictures, bound = {}, {}
-    for name, spec in specs.items():
-        picture = given.get(name, spec.default)
-        if picture is None:
-            raise InputError(f"input {name!r} is missing; give {name}=picture")
-        pictures[name] = checked_picture(picture, spec)
-        height, width, channels = pictures[name].shape
-        made = spec.format or format_named({1: "r32f", 2: "rg32f", 3: "rgb32f", 4: "rgba32f"}[channels])
-        bound[name] = (made, (width, height))
-    plan = build(named, None if size is None else checked_size(size, "the output"), bound, OPTIONS)
-    return plan, pictures, {name: value for name, value in given.items() if name not in specs}
-
-
-def _run(
-    plan: Plan,
-    backend: Backend,
-    pictures: Mapping[str, Picture],
-    values: Mapping[str, Any],
-    fed: Pictures | None,
-) -> Pictures:
-    """What every step wrote; pictures of ``fed`` take its place before the next step reads it."""
-    execution = Execution(plan, backend)
-    order = {id(step): number for number, step in enumerate(plan.steps)}
-    written: Pictures = {}
-
-    def observe(step: Step, _: dict[str, Picture]) -> None:
-        for resource in step.writes:
-            key = order[id(step)], resource
-            written[key] = execution.download(resource)
-            # A stencil cannot be uploaded, so a picture with one stays the backend's own.
-            if fed is not None and not plan.resources[resource].format.stencil:
-                execution.replace(resource, fed[key])
-
+def _judged(passes: Passes, chosen: str | Backend, progress: Callable[[str], None]) -> BackendReport:
+    """One backend opened, run and measured; what it raises becomes its report."""
+    name = chosen if isinstance(chosen, str) else chosen.name
     try:
-        execution.run(pictures, values, observe)
+        backend = open_backend(chosen) if isinstance(chosen, str) else chosen
+    except DeviceMissingError as error:
+        return BackendReport(name, missing=str(error))
+    except PassgraphError as error:
+        return BackendReport(name, failed=str(error))
+    try:
+        progress("reference and bounds")
+        expected, allowed = passes.allowed(backend.snaps)
+        progress(name)
+        try:
+            (whole,), (judged,) = passes.written(backend), passes.written(backend, expected)
+        except PassgraphError as error:
+            return BackendReport(name, failed=str(error))
     finally:
-        execution.release()
-    return written
-
-
-class _Judge:
-    """The reference's pictures, and what conforming backends may write instead, found when first needed."""
-
-    def __init__(
-        self,
-        plan: Plan,
-        pictures: Mapping[str, Picture],
-        values: Mapping[str, Any],
-        progress: Callable[[str], None],
-    ) -> None:
-        self.plan, self.pictures, self.values, self.progress = plan, pictures, values, progress
-        self.expected: Pictures = {}
-        self._allowed: dict[bool, dict[tuple[int, int], Allowed]] = {}
-        self._found: dict[int, list[Allowed]] = {}  # by step, of the last run
-
-    def allowed(self, snaps: bool) -> dict[tuple[int, int], Allowed]:
-        """By step and resource, for backends that snap corners as documented or for those that need not."""
-        snaps = snaps or not any(isinstance(step, DrawStep) for step in self.plan.steps)
-        if snaps not in self._allowed:
-            self.progress("reference and bounds")
-            oracle = OracleBackend(snaps, self._found)
-            self.expected = _run(self.plan, oracle, self.pictures, self.values, None)
-            self._found = oracle.found
-            self._allowed[snaps] = {
-                (number, resource): allowed
-                for number, step in enumerate(self.plan.steps)
-                for resource, allowed in zip(step.writes, self._of(oracle, number, step), strict=True)
-            }
-        return self._allowed[snaps]
-
-    def _of(self, oracle: OracleBackend, number: int, step: Step) -> list[Allowed]:
-        if isinstance(step, CopyStep):
-            return [Allowed.exactly(self.expected[number, resource]) for resource in step.writes]
-        return oracle.found[id(step)]
-
-    def report(self, chosen: str | Backend) -> BackendReport:
-        """One backend opened, run and measured; what it raises becomes its report."""
-        name = chosen if isinstance(chosen, str) else chosen.name
-        try:
-            backend = open_backend(chosen) if isinstance(chosen, str) else chosen
-        except DeviceMissingError as error:
-            return BackendReport(name, missing=str(error))
-        except PassgraphError as error:
-            return BackendReport(name, failed=str(error))
-        allowed = self.allowed(backend.snaps)
-        self.progress(name)
-        try:
-            whole = _run(self.plan, backend, self.pictures, self.values, None)
-            judged = _run(self.plan, backend, self.pictures, self.values, self.expected)
-        except PassgraphError as error:
-            return BackendReport(name, failed=str(error))
-        finally:
-            if isinstance(chosen, str):
-                backend.close()
-        targets = [
-            _measure(self.plan, key, judged[key], self.expected[key], allowed[key], whole[key]) for key in self.expected
-        ]
-        return BackendReport(name, tuple(targets))
+        if isinstance(chosen, str):
+            backend.close()
+    targets = [_measure(passes.plan, key, judged[key], expected[key], allowed[key], whole[key]) for key in expected]
+    return BackendReport(name, tuple(targets))
 
 
 def distance(picture: Picture, reference: Picture) -> NDArray[np.float64]:
@@ -282,10 +191,8 @@ def distance(picture: Picture, reference: Picture) -> NDArray[np.float64]:
     return np.where((a == b) | (np.isnan(a) & np.isnan(b)), 0.0, apart)
 
 
-def _measure(
-    plan: Plan, key: tuple[int, int], got: Picture, reference: Picture, allowed: Allowed, whole: Picture
-) -> TargetReport:
-    step, resource = plan.steps[key[0]], plan.resources[key[1]]
+def _measure(plan: Plan, key: Key, got: Picture, reference: Picture, allowed: Allowed, whole: Picture) -> TargetReport:
+    step, resource = plan.steps[key[1]], plan.resources[key[2]]
     apart = distance(got, reference)
     beyond = outside(got, allowed.values)
     score = np.where(beyond, apart, -1.0) if beyond.any() else apart

@@ -14,8 +14,9 @@ from passgraph import Image, vec4
 from passgraph.backends.base import Backend
 from passgraph.backends.reference import ReferenceBackend
 from passgraph.backends.reference.pixel_pass import ReferencePixelPass
-from passgraph.compare import OPTIONS, Report, compare, distance
+from passgraph.compare import Report, compare, distance
 from passgraph.errors import BackendError, DeviceMissingError
+from passgraph.oracle.passes import OPTIONS
 from passgraph.plan.build import build
 from passgraph.plan.data import PixelStep
 from passgraph.targets import Target

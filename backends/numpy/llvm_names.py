@@ -30,5 +30,5 @@ DEPTH, INVERSE_W, VARYINGS = 0, 1, 2
 #: viewer, then for each plane its value on column 0 of that row, and its steps along x and y.
 TO_Y, FRONT, PLANES = 0, 1, 2
 
-#: Side of a tile in pixels: its colour and depth (a few formats) stay in a core's second-level cache.
+#: Side of a tile in pixels, a power of 2: its colour and depth (a few formats) stay in a core's second-level cache.
 TILE = 64

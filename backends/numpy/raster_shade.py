@@ -129,7 +129,7 @@ class _Printer:
         # Lanes that no triangle covers go with one that some other lane has.
         slots = b.select(covered, slots, one)
         x = b.add(b.add(self.left, b.and_(at, ir.Constant(I32, TILE - 1))), b.counting(I32))
-        y = b.add(self.top, b.lshr(at, ir.Constant(I32, 6)))
+        y = b.add(self.top, b.lshr(at, ir.Constant(I32, TILE.bit_length() - 1)))
         given = self._builtins(slots, one, x, y)
         body = LaneBody(self.program, b, given, self.memory, covered)
         self._store(at, covered, body.results())
@@ -138,7 +138,7 @@ class _Printer:
         """Results where a triangle covers a pixel, elsewhere the clear colour; no results: only that."""
         b = self.builder
         column = b.add(self.left, b.and_(at, ir.Constant(I32, TILE - 1)))
-        row = b.add(self.top, b.lshr(at, ir.Constant(I32, 6)))
+        row = b.add(self.top, b.lshr(at, ir.Constant(I32, TILE.bit_length() - 1)))
         first = b.add(b.mul(b.sext(row, I64), b.sext(self.memory["width"], I64)), b.sext(column, I64))
         inside = b.icmp_signed("<", b.add(column, b.counting(I32)), self.memory["width"])
         begin = 0

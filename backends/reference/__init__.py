@@ -11,10 +11,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from passgraph.backends.base import Backend, DeviceInfo, FloatBlock
+from passgraph.backends.base import Backend, DeviceInfo, FloatBlock, quantised
 from passgraph.backends.reference.draw_pass import ReferenceDrawPass
 from passgraph.backends.reference.pixel_pass import ReferencePixelPass
-from passgraph.backends.reference.storage import Storage, quantised
+from passgraph.backends.reference.storage import Storage
 from passgraph.errors import BackendError
 from passgraph.formats import Format
 from passgraph.graph import Geometry
@@ -42,7 +42,7 @@ class ReferenceBackend(Backend):
         array = np.asarray(picture, np.float32)
         if array.size != storage.pixels.size or array.shape[:2] != wanted[:2]:
             raise BackendError(f"upload of {array.shape} into a storage of {wanted}: both must have one shape")
-        storage.pixels[...] = quantised(storage.format, array.reshape(wanted))
+        storage.pixels[...] = quantised(array.reshape(wanted), storage.format)
 
     def download(self, storage: Storage) -> FloatBlock:
         return storage.pixels.copy()

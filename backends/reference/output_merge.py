@@ -8,8 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from passgraph.backends.base import quantised
 from passgraph.backends.reference.output_tests import layers
-from passgraph.backends.reference.storage import Storage, quantised, stored
+from passgraph.backends.reference.storage import Storage, stored
 from passgraph.draw_state import Blend
 
 Ints = NDArray[np.int64]
@@ -39,7 +40,7 @@ def write(storage: Storage, pixel: Ints, colours: Float64, mask: tuple[bool, ...
         colours = np.where(np.isnan(colours), 0.0, np.clip(colours, 0.0, 1.0))
     for layer in layers(pixel):
         old = storage.flat[pixel[layer]].astype(np.float64)
-        _put(storage, pixel[layer], quantised(storage.format, blended(blend, colours[layer], old)), mask)
+        _put(storage, pixel[layer], quantised(blended(blend, colours[layer], old), storage.format), mask)
 
 
 def _put(storage: Storage, pixel: Ints, values: NDArray[np.float32], mask: tuple[bool, ...]) -> None:

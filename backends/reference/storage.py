@@ -1,4 +1,4 @@
-"""Where pictures live, and how a value becomes what a format can hold."""
+"""Where pictures live, and how colour becomes what a target holds."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from passgraph.backends.base import quantised
 from passgraph.formats import Format
 
 Float32 = NDArray[np.float32]
@@ -51,21 +52,8 @@ def decode_srgb(encoded: NDArray[Any]) -> Float64:
         return np.where(x <= 0.04045, x / 12.92, np.power((x + 0.055) / 1.055, 2.4))
 
 
-def quantised(format_: Format, values: NDArray[Any]) -> Float32:
-    """The nearest values that the format holds, halves to even, by way of float32; NaN in a unorm is 0."""
-    with np.errstate(all="ignore"):
-        single = np.asarray(values).astype(np.float32)
-        if format_.kind == "half":
-            return single.astype(np.float16).astype(np.float32)
-        if format_.kind in ("unorm8", "unorm16"):
-            steps = 255.0 if format_.kind == "unorm8" else 65535.0
-            number = np.where(np.isnan(single), 0.0, np.clip(single.astype(np.float64), 0.0, 1.0))
-            return np.asarray(np.rint(number * steps) / steps).astype(np.float32)
-    return single
-
-
 def stored(format_: Format, values: NDArray[Any]) -> Float32:
     """What a kernel's result (…, channels) becomes in a target: sRGB formats hold encoded colour."""
     if format_.srgb:
         values = np.concatenate([encode_srgb(values[..., :3]), values[..., 3:]], axis=-1)
-    return quantised(format_, values)
+    return quantised(values, format_)

@@ -94,7 +94,7 @@ def _check(
     else:
         size, given = _inputs(graph, pictures, size)
     judge = Judge(Case("check", name, lambda: graph, size, (given,), most_ambiguous=1.0, least_told=0.0))
-    judge.found(True)  # what cannot run at all is an error, not a verdict
+    judge.passes.allowed(True)  # what cannot run at all is an error, not a verdict
     verdicts = [judge.verdict(backend) for backend in backends]
     _show(judge.case, verdicts)
     changes = [] if golden is None or record else recorded.changed(golden, name, judge)

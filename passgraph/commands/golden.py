@@ -35,7 +35,7 @@ def record(folder: Path, graph: str, judge: Judge, inputs: Pictures) -> None:
             save(folder / file, picture)
             files[kind][name] = file
     known = _manifest(folder) if (folder / MANIFEST).exists() else {}
-    known[graph] = {"size": list(judge.plan.size), **files}
+    known[graph] = {"size": list(judge.passes.plan.size), **files}
     write_text(folder / MANIFEST, json.dumps({"version": VERSION, "graphs": known}, indent=1) + "\n")
 
 
@@ -48,9 +48,9 @@ def recorded_inputs(folder: Path, graph: str) -> tuple[tuple[int, int], dict[str
 def changed(folder: Path, graph: str, judge: Judge) -> list[Divergence]:
     """Recorded outputs that a conforming backend would not compute from this graph any more."""
     found = []
-    expected, allowed = judge.found(True)
+    expected, allowed = judge.passes.allowed(True)
     for name, picture in _load(folder, _entry(folder, graph)["outputs"]).items():
-        if name not in judge.plan.outputs:
+        if name not in judge.passes.plan.outputs:
             raise InputError(f"{folder}: {graph!r} has no output {name!r} any more; record it anew with --record")
         key = _last(judge, name)
         bounds, now = allowed[key].values, expected[key]
@@ -65,14 +65,14 @@ def changed(folder: Path, graph: str, judge: Judge) -> list[Divergence]:
 
 def _last(judge: Judge, output: str) -> tuple[int, int, int]:
     """The key of the last step that writes an output."""
-    resource = judge.plan.outputs[output]
-    number = max(n for n, step in enumerate(judge.plan.steps) if resource in step.writes)
+    resource = judge.passes.plan.outputs[output]
+    number = max(n for n, step in enumerate(judge.passes.plan.steps) if resource in step.writes)
     return 0, number, resource
 
 
 def _outputs(judge: Judge) -> dict[str, NDArray[Any]]:
-    expected, _ = judge.found(True)
-    return {name: expected[_last(judge, name)] for name in judge.plan.outputs}
+    expected, _ = judge.passes.allowed(True)
+    return {name: expected[_last(judge, name)] for name in judge.passes.plan.outputs}
 
 
 def _manifest(folder: Path) -> dict[str, Any]:

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 import passgraph as pg
 from passgraph.conformance.case import Case, Picture
-from passgraph.conformance.draw_states import SIZE, painted
+from passgraph.conformance.draw_states import SIZE, STENCIL_DEPTH, painted
 from passgraph.conformance.meshes import Soup, quad, soup
 from passgraph.draw_state import Blend, Stencil
 
@@ -60,6 +60,19 @@ STENCILS = (
     ("invert where 4 bits are tested", Stencil("equal", 0xF5, 0x0F, passed="invert"), 0xA5, 0x5A),
 )
 
+#: States that a draw must not leave to the one behind it.
+LEFT: dict[str, dict[str, Any]] = {
+    "a blend": {"blend": "add"},
+    "a mask": {"color_mask": (True, False, True, False)},
+    "culling": {"cull": "front"},
+    "an offset": {"polygon_offset": (0.0, 4000.0)},
+    "depth kept": {"depth_write": False},
+    "a stencil that fails": {"stencil": Stencil("never", fail="increment")},
+    "a narrow stencil mask": {"stencil": Stencil("always", passed="invert", write_mask=0x0F)},
+}
+_BEYOND = (2.0, -1.0, 3.0, 0.0)
+_PLAIN = (1.0, 2.0, 3.0, 4.0)
+
 
 def cases() -> Iterator[Case]:
     """Each with what must come out, where that is known."""
@@ -87,6 +100,20 @@ def cases() -> Iterator[Case]:
             yield Case(GROUP, name, graph, SMALL, exact={"color": mixed})
     frame = {"far": _whole(SMALL[::-1]), "near": _whole(SMALL)}
     yield Case(GROUP, "pictures and parameters", pictures, SMALL, (frame,), exact={"color": _pictured(**frame)})
+    # 0.2 is a whole number of steps of 1/255 and of 1/65535, 0.25 a half float.
+    clamped = (1.0, 0.0, 1.0, 0.0)
+    for form, base, times in (("rgba8", 0.2, clamped), ("rgba16", 0.2, clamped),
+                                ("rgba16f", 0.25, _BEYOND), ("rgba32f", 0.25, _BEYOND)):  # fmt: skip
+        product = np.float32(base) * np.array(times, np.float32)
+        graph = partial(_product, form, base)
+        yield Case(GROUP, f"blend from beyond [0, 1] into {form}", graph, SMALL, exact={"color": product})
+    for units, edge in ((5e7, 1.0), (-5e7, 0.0)):
+        for name, counted in (("", None), (", counted", Stencil(passed="increment"))):
+            graph = partial(_offset, units, counted)
+            yield Case(GROUP, f"offset beyond {edge:g}{name}", graph, SMALL, exact={"depth": np.array(edge)})
+    for name, state in LEFT.items():
+        held = {"plain": np.array(_PLAIN), "depth": np.array(0.5), "marked": np.array(9.0)}
+        yield Case(GROUP, f"a plain draw behind one with {name}", partial(_behind, state), SMALL, exact=held)
     names = ("normal and uv", "color", "tangent")
     first = np.array([1, 2, 3, 5]), np.array([6, 7, 8, 9]), np.array([13, 12, 11, 4])
     yield Case(GROUP, "every attribute", attributes, SMALL, exact=dict(zip(names, first, strict=True)))
@@ -145,6 +172,24 @@ def discarding() -> Mapping[str, pg.Target]:
     return {"color": behind, "depth": behind.depth}
 
 
+def _behind(state: Mapping[str, Any]) -> Mapping[str, pg.Target]:
+    """A draw in a state, then one in none with a depth of its own, whose clears a last one looks at."""
+    first = painted(
+        quad(0.5, (5, 6, 7, 8)), pg.target("color", "rgba32f"), depth=pg.target("first depth", STENCIL_DEPTH),
+        name="first", **state,
+    )  # fmt: skip
+    plain = painted(
+        quad(color=_PLAIN), first, depth=pg.target("depth", STENCIL_DEPTH), clear_stencil=0xA5, name="plain"
+    )
+    mark = quad(0.5, (9, 9, 9, 9))
+    marked = painted(
+        mark, plain, depth=plain.depth, depth_compare="always", depth_write=False, stencil=Stencil("equal", 0xA5),
+        name="mark",
+    )  # fmt: skip
+    copy = pg.kernel(source="def copy(a: Image) -> vec4: return a[0, 0]")
+    return {"plain": copy(plain, into=pg.target("plain", "rgba32f")), "depth": plain.depth, "marked": marked}
+
+
 def _counted(stencil: Stencil, start: int, end: int) -> Mapping[str, pg.Target]:
     """Shown by a draw where the stencil holds what it must."""
     one = quad()
@@ -164,6 +209,21 @@ def _opaque(form: str, blend: Blend) -> Mapping[str, pg.Target]:
     fragment = ("one", "two", "three")[len(form) - 4]
     base = painted(quad(color=(3, 3, 3, 0.5)), pg.target("color", form), fragment=fragment, name="base")
     return {"color": painted(quad(color=(5, 5, 5, 0.5)), base, fragment=fragment, blend=blend, name="over")}
+
+
+def _offset(units: float, stencil: Stencil | None) -> Mapping[str, pg.Target]:
+    """Depth stays within [0, 1], wherever an offset of several times that range would move it."""
+    color = painted(
+        quad(), pg.target("color", "rgba8"), depth=pg.target("depth", STENCIL_DEPTH), depth_compare="always",
+        polygon_offset=(0.0, units), stencil=stencil,
+    )  # fmt: skip
+    return {"depth": color.depth, "color": color}
+
+
+def _product(form: str, number: float) -> Mapping[str, pg.Target]:
+    """Where a target holds no more than 1, nor does what is blended into it."""
+    base = painted(quad(color=(number,) * 4), pg.target("color", form), name="base")
+    return {"color": painted(quad(color=_BEYOND), base, blend=Blend("destination_color", "zero"), name="over")}
 
 
 def pictures() -> Mapping[str, pg.Target]:

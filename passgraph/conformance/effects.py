@@ -46,15 +46,20 @@ VARIANTS: dict[str, list[dict[str, Any]]] = {
 
 #: Effects of which a short run takes the first variant only: the oracle tries every way that their taps may fall.
 SLOW = ("ambient-occlusion", "light2d", "five-pass")
+#: A sweep for the exact penumbra compares tangents with one that it took from among them; bounds do not know the two
+#: for one number, so that all is open where an edge hides any of the lamp: in so many of the picture's pixels.
+IN_SHADOW = 0.223
 #: Shares of values of which something is known, where they are below 0.9.
 LEAST_TOLD = {
-    "msm": 0.5,  # a cubic's roots from moments that nearly cancel: bounds of each step add up to more than the result
-    "dirty-lens": 0.8,  # a mask of fine smears, drawn from corners that a driver may move
+    # Where one surface fills the filter, the lit floor here, the moments' variance is a difference of equal numbers,
+    # and what is divided by it may be anything: half of the picture.
+    "msm": 0.5,
+    # A mask of smears as fine as its texels, which corners that a driver may move by 1/256 pixel shift by as much.
+    "dirty-lens": 0.8,
+    "exact": 1.0 - IN_SHADOW,
 }
 #: Shares of ambiguous pixels, where they are above the usual ceiling.
-AMBIGUOUS = {
-    "contact": 0.2,  # its map looks straight down, along the sides of boxes that stand upright
-}
+AMBIGUOUS = {"exact": IN_SHADOW}
 
 
 def cases() -> Iterator[Case]:
@@ -69,10 +74,10 @@ def cases() -> Iterator[Case]:
             if effect.takes == "picture+depth":
                 frame["depth"] = scenes.depth()
             name = f"{effect.name} {given}".strip()
+            kind = parameters.get("shadow_filter", parameters.get("penumbra", effect.name))
             yield Case(
                 GROUP, name, partial(_graph, effect, parameters), scenes.SIZE, (frame,),
-                most_ambiguous=AMBIGUOUS.get(effect.name, MOST_AMBIGUOUS),
-                least_told=LEAST_TOLD.get(parameters.get("shadow_filter", effect.name), 0.9), quick=quick,
+                most_ambiguous=AMBIGUOUS.get(kind, MOST_AMBIGUOUS), least_told=LEAST_TOLD.get(kind, 0.9), quick=quick,
             )  # fmt: skip
 
 

@@ -7,27 +7,22 @@ that a difference is that pass's own, in later frames too.
 from __future__ import annotations
 
 import traceback
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from time import perf_counter
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.base import Backend
-from passgraph.compare import OPTIONS, distance
+from passgraph.compare import distance
 from passgraph.conformance.case import Case, Picture
-from passgraph.execution import Execution
-from passgraph.formats import Format, format_named
-from passgraph.oracle.backend import Allowed, OracleBackend, outside
-from passgraph.plan.build import build
-from passgraph.plan.collect import inputs_behind
-from passgraph.plan.data import CopyStep, DrawStep, Plan, Step
-from passgraph.program import checked_picture, compile
+from passgraph.formats import Format
+from passgraph.oracle.backend import Allowed, outside
+from passgraph.oracle.passes import Passes
+from passgraph.program import compile
 
-#: (frame, step, resource)
-Key = tuple[int, int, int]
 Outcome = Literal["passed", "diverged", "vacuous", "failed"]
 
 #: A value is told where its bounds lie within this share of its size, or within a step of its format, or …
@@ -124,56 +119,7 @@ class Judge:
     def __init__(self, case: Case) -> None:
         self.case = case
         self.outputs = dict(case.graph())
-        specs = inputs_behind(list(self.outputs.values()))
-        self.pictures: list[dict[str, Picture]] = []
-        self.values: list[dict[str, Any]] = []
-        bound: dict[str, tuple[Format, tuple[int, int]]] = {}
-        for frame in case.frames:
-            pictures = {n: checked_picture(frame.get(n, spec.default), spec) for n, spec in specs.items()}
-            for name, picture in pictures.items():
-                height, width, channels = picture.shape
-                made = specs[name].format or format_named(("r32f", "rg32f", "rgb32f", "rgba32f")[channels - 1])
-                bound[name] = (made, (width, height))
-            self.pictures.append(pictures)
-            self.values.append({name: value for name, value in frame.items() if name not in specs})
-        self.plan: Plan = build(self.outputs, case.size, bound, OPTIONS)
-        self._found: dict[bool, tuple[dict[Key, Picture], dict[Key, Allowed]]] = {}
-
-    def found(self, snaps: bool) -> tuple[dict[Key, Picture], dict[Key, Allowed]]:
-        """The reference's pictures, and what backends may write that snap corners as documented, or need not."""
-        snaps = snaps or not any(isinstance(step, DrawStep) for step in self.plan.steps)
-        if snaps not in self._found:
-            oracle = OracleBackend(snaps)
-            expected: dict[Key, Picture] = {}
-            allowed: dict[Key, Allowed] = {}
-            for frame, steps in enumerate(self._run(oracle, None)):
-                for number, (step, written) in enumerate(zip(self.plan.steps, steps, strict=True)):
-                    exactly = [Allowed.exactly(picture) for picture in written]
-                    found = exactly if isinstance(step, CopyStep) else oracle.found[id(step)]
-                    for resource, picture, bounds in zip(step.writes, written, found, strict=True):
-                        expected[frame, number, resource] = picture
-                        allowed[frame, number, resource] = bounds
-            self._found[snaps] = expected, allowed
-        return self._found[snaps]
-
-    def _run(self, backend: Backend, fed: Mapping[Key, Picture] | None) -> Iterator[list[list[Picture]]]:
-        """Of each frame what every step wrote; pictures of ``fed`` take its place before the next step."""
-        execution = Execution(self.plan, backend)
-        try:
-            for frame, (pictures, values) in enumerate(zip(self.pictures, self.values, strict=True)):
-                steps: list[list[Picture]] = []
-
-                def observe(step: Step, _: dict[str, Picture], frame: int = frame, steps: Any = steps) -> None:
-                    steps.append([execution.download(resource) for resource in step.writes])
-                    for resource in step.writes:
-                        # A stencil cannot be uploaded, so a picture with one stays the backend's own.
-                        if fed is not None and not self.plan.resources[resource].format.stencil:
-                            execution.replace(resource, fed[frame, len(steps) - 1, resource])
-
-                execution.run(pictures, values, observe)
-                yield steps
-        finally:
-            execution.release()
+        self.passes = Passes(self.outputs, case.size, case.frames)
 
     def verdict(self, backend: Backend) -> Verdict:
         """Of one open backend; what it raises becomes the verdict."""
@@ -196,21 +142,21 @@ class Judge:
 
     def _targets(self, backend: Backend) -> Iterator[tuple[TargetVerdict, Divergence | None]]:
         """Every target of every frame, in the order in which they are written."""
-        expected, allowed = self.found(backend.snaps)
-        for frame, steps in enumerate(self._run(backend, expected)):
-            for number, (step, written) in enumerate(zip(self.plan.steps, steps, strict=True)):
-                for resource, got in zip(step.writes, written, strict=True):
-                    key = frame, number, resource
-                    target, bounds = self.plan.resources[resource], allowed[key]
-                    beyond = outside(got, bounds.values)
-                    share = float(beyond.any(axis=2).mean())
-                    figures = share, float(bounds.ambiguous.mean()), float(told(bounds, target.format).mean())
-                    known = target.name in self.case.exact
-                    divergent = None
-                    if share:
-                        where = f"frame {frame}, pass {step.name}, target {target.name}"
-                        divergent = divergence(where, got, expected[key], bounds.values.lo, bounds.values.hi, beyond)
-                    yield TargetVerdict(frame, step.name, target.name, *figures, known), divergent
+        plan = self.passes.plan
+        expected, allowed = self.passes.allowed(backend.snaps)
+        for written in self.passes.written(backend, expected):
+            for key, got in written.items():
+                frame, step, target = key[0], plan.steps[key[1]], plan.resources[key[2]]
+                bounds = allowed[key]
+                beyond = outside(got, bounds.values)
+                share = float(beyond.any(axis=2).mean())
+                figures = share, float(bounds.ambiguous.mean()), float(told(bounds, target.format).mean())
+                known = target.name in self.case.exact
+                divergent = None
+                if share:
+                    where = f"frame {frame}, pass {step.name}, target {target.name}"
+                    divergent = divergence(where, got, expected[key], bounds.values.lo, bounds.values.hi, beyond)
+                yield TargetVerdict(frame, step.name, target.name, *figures, known), divergent
 
     def _vacuous(self, targets: Sequence[TargetVerdict]) -> tuple[Outcome, str]:
         for target in targets:
@@ -245,7 +191,12 @@ class Judge:
 
 
 def divergence(
-    where: str, got: Picture, expected: Picture, low: NDArray[Any], high: NDArray[Any], beyond: NDArray[np.bool_]
+    where: str,
+    got: Picture,
+    expected: Picture,
+    low: NDArray[np.floating],
+    high: NDArray[np.floating],
+    beyond: NDArray[np.bool_],
 ) -> Divergence:
     """With the pixel that is farthest beyond its bounds."""
     apart = np.where(beyond, distance(got, expected), -1.0)
@@ -261,7 +212,7 @@ def told(bounds: Allowed, format_: Format) -> NDArray[np.bool_]:
     """Of which values the bounds say something: one number within little, or a sure NaN."""
     values = bounds.values
     size = values.magnitude
-    near = values.width <= np.maximum(TOLD_SHARE * size, max(TOLD_DISTANCE, format_.unit))
+    near = values.width <= np.fmax(TOLD_SHARE * size, max(TOLD_DISTANCE, format_.unit))
     return np.asarray(near & (~values.nan | np.isnan(values.lo)))
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import passgraph as pg
+from passgraph.compare import MOST_AMBIGUOUS
 from passgraph.conformance.case import Case
 from passgraph.language.operations import OPERATIONS, Operation
 
@@ -33,12 +34,9 @@ INTS = (
     -(2**31) + 1, -(2**31),
 )  # fmt: skip
 
-#: Of 64 values four are denormals, which may count as 0: of pixels of four values a quarter may hang on that.
-DENORMAL_SHARE = 0.3
-#: Shares of values of which something is known, where they are below 0.9.
-LEAST_TOLD: dict[str, float] = {
-    "float_from_bits": 0.8,  # small ints are the bits of denormals
-}
+#: A row leaves open up to four of the 64 values: denormals, which may count as 0; or zeros or large numbers that it
+#: takes to infinity, and infinities.  A pixel holds four values, so a quarter may have one, beside the usual share.
+OPEN_SHARE = 4 * 4 / 64 + MOST_AMBIGUOUS
 
 INFIX = {
     "add": "+", "sub": "-", "mul": "*", "div": "/", "floor_divide": "//", "float_floor_divide": "//",
@@ -192,11 +190,11 @@ def _graph(text: str) -> Mapping[str, pg.Target]:
     return {target.name: target for target in (made if isinstance(made, tuple) else (made,))}
 
 
-def _case(name: str, text: str, a: NDArray[Any], b: NDArray[Any], least_told: float) -> Case:
+def _case(name: str, text: str, a: NDArray[Any], b: NDArray[Any]) -> Case:
     height, width = a.shape[:2]
     frame = {"a": a.astype(np.float32), "b": b.astype(np.float32)}
     graph = partial(_graph, text)
-    return Case(GROUP, name, graph, (width, height), (frame,), most_ambiguous=DENORMAL_SHARE, least_told=least_told)
+    return Case(GROUP, name, graph, (width, height), (frame,), most_ambiguous=OPEN_SHARE)
 
 
 def _floats(row: Operation) -> Case:
@@ -216,7 +214,7 @@ def _floats(row: Operation) -> Case:
         vector = _call_named(row, name, vectors, True)
     lines = [f"    u = {vector}", f"    v = {scalar}"]
     text = _kernel("    p = a[0, 0]\n    q = b[0, 0]\n", lines, kind)
-    return _case(row.name, text, a, b, LEAST_TOLD.get(row.name, 0.9))
+    return _case(row.name, text, a, b)
 
 
 def _call_named(row: Operation, name: str, operands: list[str], vector: bool) -> str:
@@ -257,7 +255,7 @@ def _ints(row: Operation) -> Case:
     lines = [f"    w = {vector}", f"    v = {scalar}"]
     wide = {"int": "ivec4(w, w)", "bool": "vec4(float(w.x), float(w.y), 0.0, 0.0)", "float": "vec4(w, 0.0, 0.0)"}[kind]
     text = _kernel(head, [*lines, f"    u = {wide}"], kind)
-    return _case(f"{row.name} of ints", text, a, b, LEAST_TOLD.get(row.name, 0.9))
+    return _case(f"{row.name} of ints", text, a, b)
 
 
 def _bools(row: Operation) -> Case:
@@ -269,7 +267,7 @@ def _bools(row: Operation) -> Case:
     scalar = f"{names[row.name]}(p.x)" if row.name in names else call(row, operands, False)
     head = "    p = a[0, 0] > vec4(0.5)\n    q = b[0, 0] > vec4(0.5)\n"
     text = f"def probe(a: Image, b: Image) -> vec4:\n{head}    v = {scalar}\n    return vec4(float(v), 0.0, 0.0, 0.0)\n"
-    return _case(f"{row.name} of bools", text, a, b, 1.0)
+    return _case(f"{row.name} of bools", text, a, b)
 
 
 def _vectors(row: Operation) -> Case:
@@ -280,4 +278,4 @@ def _vectors(row: Operation) -> Case:
     a[2] = b[2]
     a[3, :, 1:], b[4, :, :3] = 0.0, 0.0
     text = f"def probe(a: Image, b: Image) -> vec4:\n    p = a[0, 0]\n    q = b[0, 0]\n    return {VECTOR[row.name]}\n"
-    return _case(row.name, text, a, b, LEAST_TOLD.get(row.name, 0.9))
+    return _case(row.name, text, a, b)

@@ -72,30 +72,32 @@ def _figures(divergence: Divergence) -> Iterator[str]:
     mask = np.zeros((*beyond.shape, 3), np.uint8)
     mask[...] = 235
     mask[beyond] = OUTSIDE_COLOUR
-    low, high = _range(expected)
+    scale, words = _scale(expected)
     for picture, title in (
-        (_bytes(got, low, high), "got"),
-        (_bytes(expected, low, high), f"expected; black is {low:.6g}, white is {high:.6g}"),
+        (_bytes(got, scale), "got"),
+        (_bytes(expected, scale), f"expected; {words}"),
         (mask, f"outside its bounds, {beyond.mean():.3%}; worst at column {column}, row {row}"),
     ):
         text = escape(title)
         yield f'<figure><img alt="{text}" src="{_data(picture)}"><figcaption>{text}</figcaption></figure>'
 
 
-def _range(picture: Picture) -> tuple[float, float]:
-    """As stored where that is a colour, else from the smallest to the largest value."""
-    finite = picture[np.isfinite(picture)]
-    if finite.size == 0 or (finite.min() >= 0 and finite.max() <= 1 and picture.shape[2] > 1):
-        return 0.0, 1.0
-    return float(finite.min()), max(float(finite.max()), float(finite.min()) + 1e-30)
+def _scale(picture: Picture) -> tuple[NDArray[np.float64], str]:
+    """Values from black to white, and in words: as stored where that is a colour, else each by its rank."""
+    finite = np.unique(picture[np.isfinite(picture)]).astype(np.float64)
+    if finite.size == 0 or (finite[0] >= 0 and finite[-1] <= 1 and picture.shape[2] > 1):
+        return np.linspace(0.0, 1.0, 256), "black is 0, white is 1"
+    if finite.size == 1:
+        return np.array([finite[0] - 1.0, finite[0], finite[0] + 1.0]), f"grey is {finite[0]:.6g}"
+    return finite, f"from black, {finite[0]:.6g}, to white, {finite[-1]:.6g}, by rank"
 
 
-def _bytes(picture: Picture, low: float, high: float) -> NDArray[np.uint8]:
+def _bytes(picture: Picture, scale: NDArray[np.float64]) -> NDArray[np.uint8]:
     colours = picture[:, :, :1].repeat(3, axis=2) if picture.shape[2] == 1 else picture[:, :, :3]
     if colours.shape[2] == 2:
         colours = np.concatenate([colours, np.zeros_like(colours[:, :, :1])], axis=2)
-    scaled = (np.nan_to_num(colours.astype(np.float64), nan=low) - low) / (high - low)
-    made = np.rint(np.clip(scaled, 0, 1) * 255).astype(np.uint8)
+    values = np.nan_to_num(colours.astype(np.float64), nan=scale[0])
+    made = np.rint(np.interp(values, scale, np.linspace(0.0, 255.0, len(scale)))).astype(np.uint8)
     made[np.isnan(colours).any(axis=2)] = NAN_COLOUR
     return made
 

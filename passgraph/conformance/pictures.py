@@ -39,6 +39,9 @@ def cases() -> Iterator[Case]:
                 quick = form.name == "rgba32f" or (at, which) == (number % len(SIZES), number % len(BORDERS))
                 name = f"{form.name} {size[0]}x{size[1]} {border}"
                 yield Case(GROUP, name, partial(through, form, border), size, (frame,), quick=quick)
+        if not form.srgb:
+            frame = {"frame": values((7, 5), form.channels)}
+            yield Case(GROUP, f"{form.name} brought from the host", partial(brought, form), (7, 5), (frame,))
     for size in SIZES:
         frame = {"frame": values((33, 18), 4)}
         yield Case(GROUP, f"33x18 resized to {size[0]}x{size[1]}", resized, size, (frame,))
@@ -53,6 +56,15 @@ def through(form: Format, border: str) -> Mapping[str, pg.Target]:
     into = pg.target("texels", "rgba32f"), pg.target("samples", "rgba32f")
     texels, samples = pg.kernel(source=READS)(stored.border(border), into=into)
     return {"stored": stored, "texels": texels, "samples": samples}
+
+
+def brought(form: Format) -> Mapping[str, pg.Target]:
+    """An input is rounded to its format, halves of a step to even."""
+    letters = "rgba"[: form.channels]
+    result = "float" if form.channels == 1 else f"vec{form.channels}"
+    read = pg.kernel(source=f"def read(color: Image) -> {result}: return color[0, 0].{letters}")
+    floats = ("r32f", "rg32f", "rgb32f", "rgba32f")[form.channels - 1]
+    return {"read": read(pg.Input("frame", form.name), into=pg.target("read", floats))}
 
 
 def resized() -> Mapping[str, pg.Target]:

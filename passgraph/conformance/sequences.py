@@ -18,6 +18,8 @@ from passgraph.conformance.meshes import quad
 
 GROUP = "sequences"
 SIZE = (23, 17)
+#: Side of a picture, and steps that each of its pixels walks at most; the lower rows walk longest: 33 million in all.
+LONG, STEPS = 256, 1024
 
 KERNELS = {
     "add": "def add(a: Image, b: Image) -> vec4: return a[0, 0] + b[0, 0]",
@@ -54,6 +56,7 @@ def cases() -> Iterator[Case]:
     lagging = {"late": pictures[-2] * 2.0}
     yield Case(GROUP, "last frame's picture", one_late, SIZE, frames, exact=lagging)
     yield Case(GROUP, "drawn over history", drawn_over, SIZE, ({},) * 3, exact={"hits": 3.0})
+    yield Case(GROUP, "a long pass is waited for", walked, (LONG, LONG), exact={"walked": _walk()})
     yield from _static(pictures)
     yield from _memories(pictures[0])
 
@@ -92,6 +95,28 @@ def drawn_over() -> Mapping[str, pg.Target]:
     kept = _call("scale", pg.previous(seen), into="kept", factor=1.0)
     one = painted(quad(), pg.target("one", "rgba32f"), blend="add", name="one")
     return {"hits": pg.kernel(source=KERNELS["add"])(kept, one, into=seen)}
+
+
+def walked() -> Mapping[str, pg.Target]:
+    """A pass of tens of milliseconds, whose result is read at once."""
+    text = f"""
+def walked() -> float:
+    n = pixel().x * 7 + pixel().y * 1000
+    for i in range({STEPS}):
+        if i >= pixel().y * {STEPS // LONG}:
+            break
+        n = (n * 75 + 74) & 0xFFFFF
+    return float(n)
+"""
+    return {"walked": pg.kernel(source=text)(into=pg.target("walked", "r32f"))}
+
+
+def _walk() -> Picture:
+    y, x = np.mgrid[0:LONG, 0:LONG]
+    n = x * 7 + y * 1000
+    for step in range(STEPS):
+        n = np.where(step < y * (STEPS // LONG), (n * 75 + 74) & 0xFFFFF, n)
+    return np.asarray(n[:, :, None], np.float32)
 
 
 def _static(pictures: list[Picture]) -> Iterator[Case]:

@@ -207,7 +207,7 @@ def _inside(found: Triangles, owner: Ints, column: Ints, row: Ints) -> Fragments
     )
     away = np.abs(right) + np.abs(down)
     area, area_off, sliver = found.area[owner], found.area_off[owner], found.sliver[owner]
-    turn = np.sign(area)
+    turn = np.where(area < 0, -1.0, 1.0)
     edges, errors = np.empty((3, len(owner))), np.empty((3, len(owner)))
     surely, perhaps, behind = ~sliver, np.ones(len(owner), np.bool_), sliver.copy()
     for k in range(3):
@@ -222,7 +222,7 @@ def _inside(found: Triangles, owner: Ints, column: Ints, row: Ints) -> Fragments
         surely &= turned > errors[k]
         perhaps &= turned >= -errors[k]
         behind &= -turned >= -errors[k]
-    kept = np.flatnonzero(perhaps | behind | (sliver & (area == 0)))
+    kept = np.flatnonzero(perhaps | behind)
     area, area_off, edges, errors = area[kept], area_off[kept], edges.T[kept], errors.T[kept]
     with np.errstate(all="ignore"):
         weights = edges / area[:, None]

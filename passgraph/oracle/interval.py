@@ -195,7 +195,9 @@ def div(a: Interval, b: Interval, ulp: float = 2.5) -> Interval:
         lo, hi = np.fmin(lo, quotient), np.fmax(hi, quotient)
     tiny = b.magnitude > LARGEST_DIVISOR
     nan = a.nan | b.nan | (np.isinf(a.magnitude) & tiny) | (a.has(0.0) & b.has(0.0))
-    lo, hi = np.where(tiny, np.fmin(lo, 0.0), lo), np.where(tiny, np.fmax(hi, 0.0), hi)
+    # OpenGL may multiply by the reciprocal, and of 0 times anything make 0.
+    zero = tiny | (nan & a.has(0.0))
+    lo, hi = np.where(zero, np.fmin(lo, 0.0), lo), np.where(zero, np.fmax(hi, 0.0), hi)
     # No standard keeps the sign of a zero through all operations, so a zero divisor gives either infinity.
     pole = b.has(0.0) & ~((a.lo == 0) & (a.hi == 0)) & ~np.isnan(a.lo)
     lo, hi = np.where(pole, -np.inf, lo), np.where(pole, np.inf, hi)

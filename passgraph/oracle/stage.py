@@ -6,13 +6,13 @@ from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
-from passgraph.backends.base import Block
+from passgraph.backends.base import Block, quantised
 from passgraph.backends.reference.domain import Surroundings
 from passgraph.backends.reference.images import SampledImage
 from passgraph.backends.reference.interpreter import Interpreter
 from passgraph.backends.reference.number_domain import Numbers
 from passgraph.backends.reference.stage import BoundStage, Stage
-from passgraph.backends.reference.storage import Storage, encode_srgb, quantised
+from passgraph.backends.reference.storage import Storage, encode_srgb
 from passgraph.formats import Format
 from passgraph.language import ir
 from passgraph.language.lower import ImageFacts
@@ -181,7 +181,7 @@ def stored(format_: Format, value: Interval) -> Interval:
                 value.nan,
             )
         if not format_.kind.startswith("unorm"):
-            held = value.both(lambda x: quantised(format_, x).astype(np.float64))
+            held = value.both(lambda x: quantised(x, format_).astype(np.float64))
             return held if format_.kind == "half" else iv.flushed(held)
         steps = 255.0 if format_.kind == "unorm8" else 65535.0
         clamped = value.both(lambda x: np.clip(np.nan_to_num(x, nan=0.0), 0.0, 1.0))

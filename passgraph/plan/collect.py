@@ -65,6 +65,8 @@ class Work:
     #: For history: the last content of each target that is read as last frame's.
     final: dict[TargetSpec, Target] = field(default_factory=dict)
     sizes: dict[TargetSpec, tuple[int, int]] = field(default_factory=dict)
+    #: Who writes a target first: a size may be taken from a target that is not read.
+    makers: dict[TargetSpec, Pass] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 
     def size_of(self, target: Target) -> tuple[int, int]:
@@ -95,6 +97,9 @@ def collect(
     work = Work(dict(outputs), _output_size(size, bound, outputs), options, bound)
     _check_names(passes)
     _check_values(passes, bound)
+    for node in passes:
+        for spec in node.into:
+            work.makers.setdefault(spec, node)
     for index, node in enumerate(passes):
         work.passes[node] = Lowered(node, _pass_size(node, work), index)
     written = dict.fromkeys(spec for node in passes for spec in node.into)
@@ -281,6 +286,8 @@ def _known_size(target: Target, node: Pass, work: Work) -> tuple[int, int]:
     if target.spec not in work.sizes:
         if isinstance(target.spec.size, Absolute):
             return target.spec.size.width, target.spec.size.height
+        if target.spec in work.makers:
+            return _target_size(target.spec, work.makers[target.spec], work)
         raise GraphError(
             f"pass {node.name!r} takes its size from {target.name!r}, which no pass before it makes; "
             "give that one a size"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
 from html.parser import HTMLParser
@@ -15,7 +16,11 @@ import passgraph as pg
 from passgraph.backends.reference import ReferenceBackend
 from passgraph.backends.reference.storage import Storage
 from passgraph.conformance import Case, SuiteReport, cases, judge, run
+from passgraph.conformance.judging import told
 from passgraph.conformance.page import html_of, json_of
+from passgraph.formats import FORMATS
+from passgraph.oracle.backend import Allowed
+from passgraph.oracle.interval import Interval
 from passgraph.plan.data import DrawStep, PixelStep
 
 Mistake = Callable[[Any, list[Storage], Any], None]
@@ -191,6 +196,14 @@ def test_a_case_whose_bounds_say_nothing_is_vacuous() -> None:
     (verdict,) = judge(picture(text, most_ambiguous=1.0), [Mistaken()])
     assert verdict.outcome == "vacuous"
     assert "of 0.0% of the values something is known, below 90.0%" in verdict.reason
+
+
+def test_a_sure_nan_is_told_and_a_possible_one_is_not() -> None:
+    numbers = np.array([[[1.0, np.nan, 0.0]]])
+    bounds = Allowed(
+        Interval(numbers, numbers, np.array([[[False, True, True]]])), np.zeros((1, 1), np.bool_), Counter()
+    )
+    assert told(bounds, FORMATS["rgb32f"]).tolist() == [[[True, True, False]]]
 
 
 def test_what_a_backend_raises_fails_the_case() -> None:

@@ -1,14 +1,25 @@
-"""What makes programs faster changes no bit: optimisations, order, tiles and threads, on effects and random draws."""
+"""What makes programs faster changes no bit: optimisations, order, tiles and threads, on effects and random cases.
+
+Not of pictures alone: every target of a graph is asked for by itself, so that chains of passes end at each of them.
+"""
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
+import networkx as nx
 import pytest
 from hypothesis import HealthCheck, given, settings
 
 import passgraph as pg
+import passgraph.backends.numpy.chains as numpy_chains
+import passgraph.backends.numpy.pixel_runner as numpy_pixels
+import passgraph.backends.numpy.raster as numpy_raster
 import passgraph.backends.opencl.pixel as opencl_pixel
 import passgraph.backends.opencl.raster as opencl_raster
 import passgraph.plan.build
@@ -18,7 +29,7 @@ from passgraph.commands.sources import Job, scene_job, world_job
 from passgraph.effects.registry import EFFECTS, Effect
 from passgraph.fuzz.cases import EXACT, output_of, run, same_bits
 from passgraph.fuzz.draws import drawn, draws
-from passgraph.fuzz.graphs import OPTIMISATIONS
+from passgraph.fuzz.graphs import OPTIMISATIONS, graphs, grown, plannable, run_thrice
 from passgraph.fuzz.pictures import Picture, unit
 from passgraph.program import named_outputs
 from tests.conftest import require
@@ -31,6 +42,8 @@ FEW = settings(
 )  # fmt: skip
 #: Smaller than the defaults: what is compared is how programs run, not how they look.
 SMALL = {"map_size": 64, "taps": 4, "radius_px": 3, "levels": 2, "draws": 4}
+
+OPTIMISED = pg.Options()
 
 
 def job_of(effect: Effect) -> Job:
@@ -77,26 +90,165 @@ def test_optimisations_and_order_change_no_bit_of_an_effect(
         assert_same(expected, results(job, backend, pg.Options()), f"in another order ({way})")
 
 
-@pytest.mark.parametrize("name", ["gaussian-blur", "soft-shadow", "light2d"])
-def test_numbers_of_threads_change_no_bit_of_an_effect(name: str) -> None:
+def targets_of(outputs: dict[str, pg.Target]) -> dict[str, pg.Target]:
+    """Every target that a pass behind the outputs writes, by a name of its own."""
+    graph = pg.graph(*outputs.values())
+    made = [node for node in nx.topological_sort(graph) if isinstance(node, pg.Target) and node.made_by is not None]
+    return {f"{number} {target.name}": target for number, target in enumerate(made)}
+
+
+def as_written(job: Job, targets: dict[str, pg.Target], backend: Backend) -> dict[str, Picture]:
+    """All targets of one run with nothing optimised."""
+    options = replace(pg.Options(), **dict.fromkeys(OPTIMISATIONS, False))
+    (first, again) = results(replace(job, outputs=targets), backend, options)
+    assert_same([first], [again], "a second run")
+    return first
+
+
+#: Effects on scenes take long to compile, and most of their passes are those of others.
+LONG = ("soft-shadow", "five-pass", "planar", "contact", "light2d")
+SORTED_OUT = [pytest.param(name, marks=pytest.mark.slow if name in LONG else ()) for name in EFFECTS]
+
+
+@pytest.mark.parametrize("name", SORTED_OUT)
+def test_no_target_on_the_way_is_another_one_when_optimised(name: str, backend: Backend) -> None:
+    """All of them results, then some beside the picture: what is needed further on differs each time."""
     job = job_of(EFFECTS[name])
-    seen = []
-    for threads in (1, 2, 5):
-        with open_backend(f"numpy:{threads}") as backend:
-            seen.append(results(job, backend, pg.Options()))
-    for other in seen[1:]:
-        assert_same(seen[0], other, name)
+    targets = targets_of(job.outputs)
+    expected = as_written(job, targets, backend)
+    # GL's compilers may contract a * b + c where passes are fused.
+    options = replace(pg.Options(), fuse=backend.name in EXACT, simplify=backend.name in EXACT)
+    assert_same([expected] * 2, results(replace(job, outputs=targets), backend, options), "all at once")
+    for title in list(targets)[2::5]:
+        assert_target(job, title, targets[title], expected[title], backend, "beside the picture", options)
+
+
+def assert_target(
+    job: Job, title: str, target: pg.Target, expected: Picture, backend: Backend, what: str,
+    options: pg.Options = OPTIMISED,
+) -> None:  # fmt: skip
+    """A target on the way as one more result: chains of passes have to end there."""
+    made = results(replace(job, outputs={title: target, **job.outputs}), backend, options)
+    assert_same([{title: expected}] * 2, [{title: one[title]} for one in made], what)
+
+
+#: Constants of the numpy backend that say how targets are cut into pieces, and which passes are chained.
+PIECES: tuple[dict[str, int], ...] = (
+    {"MIN_PIXELS_A_PIECE": 64},
+    {"MIN_PIXELS_A_PIECE": 100, "MIN_SHARE": 1, "MAX_AGAIN": 10**6},
+    {"MIN_PIXELS_A_PIECE": 64, "MIN_SHARE": 1, "MIN_COLUMNS": 16, "RING_BYTES": 4 * 1024, "MAX_AGAIN": 10**6},
+    {"MIN_PIXELS_A_PIECE": 300, "MIN_SHARE": 2, "MIN_COLUMNS": 1, "RING_BYTES": 6 * 1024, "MAX_AGAIN": 60},
+    {"MIN_PIXELS_A_PIECE": 1, "MIN_SHARE": 1, "MAX_AGAIN": 0},
+)
+THREADS = (1, 2, 3, 5)
+
+
+def set_pieces(patch: pytest.MonkeyPatch, constants: dict[str, int]) -> None:
+    for name, value in constants.items():
+        patch.setattr(numpy_pixels if name == "MIN_PIXELS_A_PIECE" else numpy_chains, name, value)
+
+
+@pytest.mark.parametrize("name", SORTED_OUT)
+def test_pieces_and_threads_change_no_bit_of_any_target(name: str) -> None:
+    """Every target in pieces of one kind, another for each; the last in all of them."""
+    job = job_of(EFFECTS[name])
+    targets = targets_of(job.outputs)
+    with open_backend("numpy:1") as backend:
+        expected = as_written(job, targets, backend)
+    for way, constants in enumerate(PIECES):
+        threads = THREADS[way % len(THREADS)]
+        with pytest.MonkeyPatch.context() as patch, open_backend(f"numpy:{threads}") as backend:
+            set_pieces(patch, constants)
+            for title in {*list(targets)[way :: len(PIECES)], list(targets)[-1]}:
+                what = f"{constants}, {threads} threads"
+                assert_target(job, title, targets[title], expected[title], backend, what)
+
+
+@settings(FEW, max_examples=8)
+@given(case=graphs())
+def test_pieces_and_threads_change_no_bit_of_a_graph(case: dict[str, Any]) -> None:
+    """Every target of a random graph, beside its results, in pieces of every kind."""
+    outputs = grown(case)
+    if not plannable(outputs):
+        return
+    targets = targets_of(outputs)
+    with open_backend("numpy:1") as backend:
+        expected = run_thrice(targets, backend, replace(pg.Options(), **dict.fromkeys(OPTIMISATIONS, False)))
+    for way, constants in enumerate(PIECES):
+        with pytest.MonkeyPatch.context() as patch, open_backend(f"numpy:{THREADS[way % 4]}") as backend:
+            set_pieces(patch, constants)
+            for title, target in targets.items():
+                made = run_thrice({**outputs, title: target}, backend, pg.Options())
+                kept = [{title: one[title]} for one in made]
+                assert_same([{title: one[title]} for one in expected], kept, f"{constants}")
+
+
+def test_pieces_are_other_pieces() -> None:
+    """The constants do what the tests above count on: more pieces, narrower ones, more and fewer chains."""
+    job = job_of(EFFECTS["gaussian-blur"])
+    seen = set()
+    for constants in ({}, *PIECES):
+        tiles: list[Any] = []
+
+        def tiling(*given: Any, tiles: list[Any] = tiles) -> Any:
+            tiles.append(numpy_chains.tiling(*given))
+            return tiles[-1]
+
+        with pytest.MonkeyPatch.context() as patch, open_backend("numpy:2") as backend:
+            set_pieces(patch, constants)
+            patch.setattr(numpy_pixels, "tiling", tiling)
+            results(job, backend, pg.Options())
+        seen.add(tuple(tiles))
+    assert len(seen) >= len(PIECES)
+    assert any(None in tiles for tiles in seen), "a chain is refused"
+    assert any(tile.columns > 1 for tiles in seen for tile in tiles if tile is not None)
 
 
 @FEW
 @given(case=draws())
-def test_numbers_of_threads_change_no_bit_of_a_draw(case: dict[str, Any]) -> None:
+def test_numbers_of_threads_and_of_triangles_at_once_change_no_bit_of_a_draw(case: dict[str, Any]) -> None:
     outputs, size = drawn(case), (case["size"][0], case["size"][1])
     seen = []
-    for threads in (1, 3):
-        with open_backend(f"numpy:{threads}") as backend:
+    for threads, chunk in ((1, 4096), (3, 4096), (2, 5), (5, 1)):
+        with pytest.MonkeyPatch.context() as patch, open_backend(f"numpy:{threads}") as backend:
+            patch.setattr(numpy_raster, "CHUNK", chunk)
             seen.append(run(outputs, backend, size))
-    assert_same(seen[:1], seen[1:], "threads")
+    for other in seen[1:]:
+        assert_same(seen[:1], [other], "threads and triangles")
+
+
+#: Prints a digest of every target of some draws, in tiles of a side that is compiled into their code.
+TILED = """
+import hashlib, sys
+import passgraph.backends.numpy.llvm_names as names
+names.TILE = int(sys.argv[1])
+from passgraph.conformance import cases
+from passgraph.fuzz.cases import run
+from passgraph.backends.registry import open_backend
+chosen = ("cull none, lean", "several targets", "discard", "blend alpha", "stencil increment on passed", "depth only",
+          "polygon offset 1.5, 0")
+with open_backend("numpy:2") as backend:
+    for case in cases(["draw states"]):
+        if case.name in chosen:
+            for name, picture in run(dict(case.graph()), backend, (150, 131)).items():
+                print(case.name, name, hashlib.sha256(picture.tobytes()).hexdigest())
+"""
+
+
+@pytest.mark.slow
+def test_tiles_of_other_sides_change_no_bit_of_a_draw_on_numpy(tmp_path: Path) -> None:
+    """Each side in a process and with a cache of its own."""
+    seen = []
+    for side in (64, 16, 32, 128):
+        environment = {**os.environ, "PASSGRAPH_CACHE": str(tmp_path / str(side))}
+        done = subprocess.run(
+            [sys.executable, "-c", TILED, str(side)], env=environment, capture_output=True, text=True, check=False
+        )
+        assert done.returncode == 0, done.stderr[-2000:]
+        seen.append(done.stdout.splitlines())
+    assert len(seen[0]) >= 10
+    for other in seen[1:]:
+        assert other == seen[0]
 
 
 @pytest.mark.opencl

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import compileall
 import json
 import os
 import shutil
@@ -17,6 +18,8 @@ PARTS = ("passgraph", "backends", "effects")
 #: Generated code is kept under its text and its programs, so these may share a cache of compiled code; mistakes in what
 #: compiles the text may not, as the cache would show the code of another mutant.
 WRITES_TEXT = ("merge_code.py", "raster_code.py", "pixel_code.py")
+#: What the reference runs through too: for mistakes in it, what the oracle allows is found anew.
+SHARED_WITH_ORACLE = ("passgraph/plan/", "passgraph/execution.py")
 #: A mutant that runs longer hangs, which counts as caught.
 TIMEOUT_S = 600
 
@@ -46,16 +49,16 @@ class Mutant:
         return f"{self.file}: {self.old.strip()!r} -> {self.new.strip()!r}"
 
     @property
-    def planted_in(self) -> Path:
-        """The file, in these sources."""
-        return ROOT / self.file
+    def source(self) -> str:
+        """The file's text, in these sources; empty where there is no such file any more."""
+        path = ROOT / self.file
+        return path.read_text(encoding="utf-8") if path.exists() else ""
 
-    def planted(self) -> str:
+    def planted_in(self, text: str) -> str:
         """The file's text with the mistake in it.
 
         Raises ValueError where the text is no longer there, or there twice: such a mutant shows nothing.
         """
-        text = self.planted_in.read_text(encoding="utf-8")
         if text.count(self.old) != 1:
             raise ValueError(f"{self.file} has {self.old!r} {text.count(self.old)} times; bring the mutant up to date")
         return text.replace(self.old, self.new)
@@ -72,7 +75,7 @@ class Fate:
 
     @property
     def caught(self) -> bool:
-        return self.outcome != ""
+        return self.outcome not in ("", "stale")
 
 
 class Tree:
@@ -83,17 +86,21 @@ class Tree:
         for part in PARTS:
             ignored = shutil.ignore_patterns("__pycache__")
             shutil.copytree(ROOT / part, folder / "tree" / part, symlinks=True, ignore=ignored)
+            compileall.compile_dir(folder / "tree" / part, quiet=2)
+        (folder / "bounds").mkdir()
 
     def judge(self, mutant: Mutant, accepted: list[str], *, everything: bool) -> Fate:
         """Run the cases that should catch it, then, with ``everything``, all others, until one does."""
         path = self.folder / "tree" / mutant.file
-        kept = path.read_text(encoding="utf-8")
-        path.write_text(mutant.planted(), encoding="utf-8")
+        kept, times = path.read_text(encoding="utf-8"), path.stat()
+        path.write_text(mutant.planted_in(kept), encoding="utf-8")
         try:
             fresh = mutant.backend == "numpy" and not mutant.file.endswith(WRITES_TEXT)
-            return self.run(mutant.backend, mutant.catchers, accepted, everything=everything, fresh=fresh)
+            anew = mutant.file.startswith(SHARED_WITH_ORACLE)
+            return self.run(mutant.backend, mutant.catchers, accepted, everything=everything, fresh=fresh, anew=anew)
         finally:
             path.write_text(kept, encoding="utf-8")
+            os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))  # what was compiled from it serves again
 
     def passing(self, backend: str, first: tuple[str, ...]) -> list[str]:
         """Names of the cases that pass on the tree as it is; ``first`` names those that are needed beside the usual."""
@@ -103,13 +110,21 @@ class Tree:
         return list(lines["passing"])
 
     def run(
-        self, backend: str, first: tuple[str, ...], accepted: list[str], *, everything: bool, fresh: bool = False
+        self,
+        backend: str,
+        first: tuple[str, ...],
+        accepted: list[str],
+        *,
+        everything: bool,
+        fresh: bool = False,
+        anew: bool = False,
     ) -> Fate:
         """The cases named ``accepted`` on the tree as it is, those in ``first`` before the others.
 
-        ``fresh`` compiles everything anew.
+        ``fresh`` compiles everything anew; ``anew`` asks the oracle anew.
         """
-        made = self._judge({"backend": backend, "first": first, "accepted": accepted, "everything": everything}, fresh)
+        request = {"backend": backend, "first": first, "accepted": accepted, "everything": everything}
+        made = self._judge(request | ({"bounds": ""} if anew else {}), fresh)
         return made if isinstance(made, Fate) else Fate(**made)
 
     def _judge(self, request: dict[str, Any], fresh: bool = False) -> dict[str, Any] | Fate:
@@ -125,9 +140,10 @@ class Tree:
             "PASSGRAPH_THREADS": "2",
         }
         command = [sys.executable, str(Path(__file__).with_name("judge.py"))]
+        text = json.dumps({"bounds": str(self.folder / "bounds"), **request})
         try:
             ended = subprocess.run(
-                command, input=json.dumps(request), capture_output=True, text=True, env=environment, cwd=self.folder,
+                command, input=text, capture_output=True, text=True, env=environment, cwd=self.folder,
                 timeout=TIMEOUT_S, check=False,
             )  # fmt: skip
         except subprocess.TimeoutExpired:

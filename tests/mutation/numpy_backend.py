@@ -6,6 +6,8 @@ from tests.mutation.mutant import Mutant
 
 EDGES = ("coverage/edges", "coverage/spokes", "coverage/quad", "coverage/fan")
 SEEN = ("coverage/quad", "coverage/row 0", "draw states/cull none")
+#: Kernels round what they store; what is left to intrinsics is what blends.
+BLENDED = "a blend may fall on either neighbour in the format"
 PICTURES = ("pictures/rgba32f 7x5", "pictures/rgba32f 70x66", "pictures/rgba32f")
 
 
@@ -44,9 +46,14 @@ MUTANTS = (
         '"less": lambda b, x, y: b.icmp_unsigned("<", x, y)',
         "operations/less",
     ),
-    _n("llvm_body", "last = b.sub(size, one)", "last = size", *PICTURES),
-    _n("llvm_body", "back = b.sub(b.sub(twice, one), m)", "back = b.sub(twice, m)", *PICTURES),
-    _n("llvm_body", "b.add(rest, size), rest)", "rest, rest)", *PICTURES),
+    _n("lanes", "last = b.sub(size, one)", "last = size", *PICTURES),
+    _n("lanes", "back = b.sub(b.sub(twice, one), m)", "back = b.sub(twice, m)", *PICTURES),
+    _n(
+        "lanes",
+        "ir.Constant(I32, 0)), b.add(rest, size), rest)\n    kind",
+        "ir.Constant(I32, 0)), rest, rest)\n    kind",
+        *PICTURES,
+    ),
     _n(
         "llvm_body",
         'b.fmul(b.fadd(start, b.fmul(step, self.given["dx"])), self.given["w"])',
@@ -54,18 +61,54 @@ MUTANTS = (
         "draw states/cull none, lean",
         "coverage/through the eye",
     ),
-    _n("llvm_body", 'sign = "<" if i.step > 0 else ">"', 'sign = "<=" if i.step > 0 else ">"', "language/"),
+    _n("lane_body", '"<" if i.step > 0 else ">"', '"<=" if i.step > 0 else ">"', "language/"),
+    _n("lane_body", "b.and_(live, b.not_(self._at_work()))", "live", "language/"),
+    _n("lane_body", "value = b.select(self._at_work(), value, held)", "pass", "language/"),
+    _n("lane_body", "self.masked = was or leaves", "self.masked = was", "language/"),
     _n(
-        "llvm_body",
+        "lane_body",
+        "rest is None else self._read_slot(rest, BOOL), self.mask)",
+        "True else rest, self.mask)",
+        "language/",
+    ),
+    _n("lane_body", "b.cbranch(condition, then, orelse)", "b.cbranch(condition, orelse, then)", "language/"),
+    _n(
+        "program_body",
         "b.select(self.operand(i.condition), self.operand(i.then), self.operand(i.orelse))",
         "b.select(self.operand(i.condition), self.operand(i.orelse), self.operand(i.then))",
         "operations/smoothstep",
     ),
+    _n("texels", "low, high = (0, 4, 1, 5), (2, 6, 3, 7)", "low, high = (0, 4, 1, 5), (2, 6, 7, 3)", "pictures/rgba"),
+    _n("texels", "range(channel, count, channels)", "range(0, count, channels)", *PICTURES),
+    _n("pixel_layout", "-use.y[0], rows, across, begin)", "-use.y[0] + 1, rows, across, begin)", *PICTURES),
+    _n("pixel_code", 'b.select(inside, row, memory["zeros"])', "b.select(inside, row, row)", *PICTURES),
     _n(
-        "llvm_body",
-        "self.loops[-1][1] if isinstance(i, s.Break) else self.loops[-1][0]",
-        "self.loops[-1][0] if isinstance(i, s.Break) else self.loops[-1][1]",
-        "language/",
+        "pixel_code",
+        'value = b.select(b.icmp_signed("==", inner, x), value, ir.Constant(F32, 0.0))',
+        'value = b.select(b.icmp_signed("==", inner, x), value, value)',
+        *PICTURES,
+    ),
+    _n("pixel_code", 'b.sub(self.memory["width"], number(right))', 'self.memory["width"]', *PICTURES),
+    _n("pixel_code", "larger(b, number(0), b.sub(number(left), self.first))", "number(0)", *PICTURES),
+    _n(
+        "pixel_code",
+        "back = b.mul(start, number(-view.channels))",
+        "back = b.mul(begin, number(-view.channels))",
+        *PICTURES,
+    ),
+    _n(
+        "pixel_code",
+        "b.add(y, number(view.up + self.row))",
+        "b.add(y, number(view.up))",
+        "pictures/",
+        "effects/gaussian",
+    ),
+    _n(
+        "pixel_code",
+        "bottom = larger(b, smaller(b, y, b.sub(end, number(at_once))), number(0)) if at_once > 1 else y",
+        "bottom = y",
+        "effects/gaussian",
+        "pictures/",
     ),
     _n("channels", "if read != channel:", "if False:", "language/"),
     _n("channels", '("output_size.", "size.", "pixel.1")', '("output_size.", "size.", "pixel.")', "language/"),
@@ -87,7 +130,7 @@ MUTANTS = (
         "raster_code",
         "float32(min(max(z_row + z_step * dx, 0.0), 1.0))",
         "float32(z_row + z_step * dx)",
-        "draw states/polygon offset",
+        "draws/offset beyond",
     ),
     _n(
         "raster_code",
@@ -105,7 +148,7 @@ MUTANTS = (
         "merge_code",
         '"increment": "min(held + 1, 255)"',
         '"increment": "(held + 1) & 255"',
-        "draw states/stencil increment",
+        "draws/stencil",
     ),
     _n(
         "merge_code",
@@ -218,9 +261,21 @@ MUTANTS = (
     ),
     _n("raster_triangle", "np.int64(np.ceil(-value / step))", "np.int64(np.floor(-value / step))", *EDGES),
     _n("raster_triangle", "return 0.5 - x0 / 256.0, 0.5 - y0 / 256.0", "return -x0 / 256.0, -y0 / 256.0", *SEEN),
-    _n("intrinsics", 'call("llvm.roundeven.f32", F32)', 'call("llvm.floor.f32", F32)', "draw states/blend into"),
-    _n("intrinsics", "size + int32(0xFFF) + int32((size >> int32(13)) & int32(1))", "size", "draw states/blend into"),
-    _n("workers", "errors += [ended.get() for _ in begun]", "errors += []", "language/a wide", "coverage/"),
+    _n(
+        "intrinsics",
+        'call("llvm.roundeven.f32", F32)',
+        'call("llvm.floor.f32", F32)',
+        "draw states/blend into",
+        harmless=BLENDED,
+    ),
+    _n(
+        "intrinsics",
+        "size + int32(0xFFF) + int32((size >> int32(13)) & int32(1))",
+        "size",
+        "draw states/blend into",
+        harmless=BLENDED,
+    ),
+    _n("workers", "errors += [ended.get() for _ in begun]", "errors += []", "sequences/a long"),
     _n("raster", "depth.stencil.fill(self.step.state.clear_stencil)", "depth.stencil.fill(0)", "draw states/clears"),
     _n(
         "raster_paint",

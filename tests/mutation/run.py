@@ -1,8 +1,8 @@
 """Plants every mistake in turn and says which ones the conformance suite catches.
 
-``python -m tests.mutation.run [--backend NAME] [--file PART] [--json FILE] [--workers N]`` from the root of the
-repository.  Exit status: 0 where every mistake that matters is caught, 1 where some survive, 2 where some are out of
-date.
+``python -m tests.mutation.run [--backend NAME] [--file PART] [--json FILE [--missing]] [--workers N]`` from the root of
+the repository.  Exit status: 0 where every mistake that matters is caught, 1 where some survive, 2 where some are out
+of date.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict
 from itertools import groupby
 from pathlib import Path
 from queue import SimpleQueue
+from typing import Any
 
 from tests.mutation import gl_backend, numpy_backend, opencl_backend, shared
 from tests.mutation.mutant import Fate, Mutant, Tree
@@ -24,6 +24,8 @@ from tests.mutation.mutant import Fate, Mutant, Tree
 MUTANTS: tuple[Mutant, ...] = (
     *shared.MUTANTS, *numpy_backend.MUTANTS, *gl_backend.MUTANTS, *opencl_backend.MUTANTS
 )  # fmt: skip
+#: Outcome of a mutant whose text is no longer in the sources: it says nothing.
+STALE = "stale"
 
 
 def stale(mutants: tuple[Mutant, ...] = MUTANTS) -> list[str]:
@@ -31,8 +33,8 @@ def stale(mutants: tuple[Mutant, ...] = MUTANTS) -> list[str]:
     messages = []
     for mutant in mutants:
         try:
-            mutant.planted()
-        except (OSError, ValueError) as error:
+            mutant.planted_in(mutant.source)
+        except ValueError as error:
             messages.append(str(error))
     return messages
 
@@ -41,7 +43,7 @@ def judged(mutants: list[Mutant], folder: Path, workers: int, *, named: bool = F
     """Each with its fate, in order; a tree for each worker.
 
     Cases that do not pass without a mistake are left out; with ``named`` all pass, and only those that a mutant names
-    are run.
+    are run; so it is for mutants that are said to be harmless.
     """
     trees: SimpleQueue[Tree] = SimpleQueue()
     for number in range(workers):
@@ -57,7 +59,10 @@ def judged(mutants: list[Mutant], folder: Path, workers: int, *, named: bool = F
     def fate(mutant: Mutant) -> tuple[Mutant, Fate]:
         tree = trees.get()
         try:
-            return mutant, tree.judge(mutant, accepted.get(mutant.backend, []), everything=not named)
+            everything = not (named or mutant.harmless)
+            return mutant, tree.judge(mutant, accepted.get(mutant.backend, []), everything=everything)
+        except ValueError as error:  # the sources changed since they were looked at
+            return mutant, Fate("", STALE, str(error), 0)
         finally:
             trees.put(tree)
 
@@ -65,31 +70,71 @@ def judged(mutants: list[Mutant], folder: Path, workers: int, *, named: bool = F
         yield from pool.map(fate, mutants)
 
 
+class Record:
+    """Fates in a file, a row a mutant; those that are not run again keep theirs."""
+
+    def __init__(self, path: Path | None) -> None:
+        self.path = path
+        rows = json.loads(path.read_text(encoding="utf-8")) if path is not None and path.exists() else []
+        self.rows: dict[tuple[str, ...], dict[str, Any]] = {_key(row): row for row in rows}
+
+    def knows(self, mutant: Mutant) -> bool:
+        row = self.rows.get(_key(vars(mutant)))
+        return row is not None and row["outcome"] != STALE
+
+    def write(self, mutant: Mutant, fate: Fate) -> None:
+        entry = {name: getattr(mutant, name) for name in KEY}
+        self.rows[_key(entry)] = entry | {"outcome": fate.outcome, "case": fate.case, "cases_run": fate.ran}
+        self.save()
+
+    def save(self) -> None:
+        """In the order of the mutants, without those that there are no longer."""
+        if self.path is not None:
+            known = [(mutant, self.rows.get(_key(vars(mutant)))) for mutant in MUTANTS]
+            rows = [row | {"harmless": mutant.harmless} for mutant, row in known if row is not None]
+            self.path.write_text(json.dumps(rows, indent=1) + "\n", encoding="utf-8")
+
+
+#: What makes a mutant this one.
+KEY = ("file", "old", "new", "backend")
+
+
+def _key(row: dict[str, Any]) -> tuple[str, ...]:
+    return tuple(row[name] for name in KEY)
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--backend", help="only mistakes that are judged on this backend")
     parser.add_argument("--file", default="", help="only files whose path contains this")
-    parser.add_argument("--json", type=Path, help="write every fate")
+    parser.add_argument("--json", type=Path, help="write every fate; those of mistakes that are not run stay")
+    parser.add_argument("--missing", action="store_true", help="only mistakes without a fate in that file")
     parser.add_argument("--named", action="store_true", help="only cases that a mistake names; all pass without one")
     parser.add_argument("--workers", type=int, default=2)
     options = parser.parse_args()
-    outdated = stale()
-    for message in outdated:
-        print(f"out of date: {message}")
-    wanted = [
+    record = Record(options.json)
+    chosen = [
         m for m in MUTANTS
-        if options.file in m.file and options.backend in (None, m.backend) and not stale((m,))
+        if options.file in m.file and options.backend in (None, m.backend)
+        and not (options.missing and record.knows(m))
     ]  # fmt: skip
+    record.save()
+    wanted = []
+    for mutant in chosen:
+        outdated = stale((mutant,))
+        if outdated:
+            print(f"{STALE}: {outdated[0]}")
+            record.write(mutant, Fate("", STALE, outdated[0], 0))
+        else:
+            wanted.append(mutant)
     fates: list[tuple[Mutant, Fate]] = []
     with tempfile.TemporaryDirectory(prefix="passgraph-mutants-") as folder:
         for mutant, fate in judged(wanted, Path(folder), options.workers, named=options.named):
             fates.append((mutant, fate))
-            verdict = f"{fate.outcome} by {fate.case or 'every case'}" if fate.caught else "SURVIVED"
+            verdict = f"{fate.outcome} by {fate.case or 'every case'}" if fate.caught else fate.outcome or "SURVIVED"
             print(f"{len(fates)}/{len(wanted)} {mutant.name}\n    {verdict} ({fate.ran} cases)", flush=True)
-            if options.json:
-                rows = [{**asdict(m), **asdict(f), "caught": f.caught} for m, f in fates]
-                options.json.write_text(json.dumps(rows, indent=1), encoding="utf-8")
-    return max(2 if outdated else 0, report(fates))
+            record.write(mutant, fate)
+    return max(2 if len(wanted) < len(chosen) else 0, report(fates))
 
 
 def report(fates: list[tuple[Mutant, Fate]]) -> int:

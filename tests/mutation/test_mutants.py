@@ -5,17 +5,20 @@ A few of them at every run; ``python -m tests.mutation.run`` tries all.
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+
 import pytest
 
 from tests.conftest import require
-from tests.mutation.mutant import Mutant, Tree
-from tests.mutation.run import MUTANTS, stale
+from tests.mutation.mutant import Fate, Mutant, Tree
+from tests.mutation.run import MUTANTS, STALE, Record, judged, stale
 
 #: One of each kind, by what is planted: an operation, a border, a quantiser, a fill rule, a draw state, the plan.
 CHOSEN = (
     "b.fsub(y, x",
     "return y * (1.0 - a) + x * a",
-    'f"min({clamped}, {count})"',
+    '[f"{whole} <= {count}"] * high',
     "return floor(min(max(0.0, x), 1.0) * 255.0 + 0.5) / 255.0",
     "return a[1] <= b[0] or b[1] <= a[0]",
     "f\"{value} * {factors[factor.removeprefix('one_minus_')]}\"",
@@ -52,7 +55,29 @@ def test_every_mistake_can_still_be_planted() -> None:
 def test_a_mutated_tree_leaves_the_sources_alone(tree: Tree) -> None:
     """The copy is changed, run, and put back; nothing else is touched."""
     mutant = chosen()[0]
-    original = mutant.planted_in.read_text(encoding="utf-8")
+    original = mutant.source
     tree.judge(mutant, ["none"], everything=False)
-    assert mutant.planted_in.read_text(encoding="utf-8") == original
+    assert mutant.source == original
     assert (tree.folder / "tree" / mutant.file).read_text(encoding="utf-8") == original
+
+
+def test_a_mistake_whose_text_is_gone_is_stale_and_not_caught(tree: Tree) -> None:
+    gone = Mutant("backends/gl/state.py", "no such text", "", "gl", ())
+    assert "has 'no such text' 0 times" in stale((gone,))[0]
+    ((_, fate),) = judged([gone], tree.folder / "other", 1, named=True)
+    assert (fate.outcome, fate.caught) == (STALE, False)
+
+
+def test_fates_that_are_known_stay_and_those_of_former_mutants_go(tmp_path: Path) -> None:
+    rows = [
+        {"file": mutant.file, "old": mutant.old, "new": mutant.new, "backend": mutant.backend, "outcome": outcome}
+        for mutant, outcome in zip(MUTANTS, ("diverged", STALE), strict=False)
+    ]
+    path = tmp_path / "fates.json"
+    path.write_text(json.dumps([*rows, {**rows[0], "old": "what was mended"}]), encoding="utf-8")
+    record = Record(path)
+    assert [record.knows(mutant) for mutant in MUTANTS[:3]] == [True, False, False]
+    record.write(MUTANTS[2], Fate("a case", "diverged", "", 1))
+    kept = json.loads(path.read_text(encoding="utf-8"))
+    assert [row["outcome"] for row in kept] == ["diverged", STALE, "diverged"]
+    assert [row["old"] for row in kept] == [mutant.old for mutant in MUTANTS[:3]]

@@ -15,11 +15,11 @@ import numpy as np
 from evaluate import Evaluator
 from numpy.typing import NDArray
 
-from passgraph.backends.base import Block
+from passgraph.backends.base import Block, quantised
 from passgraph.backends.reference import ReferenceBackend
 from passgraph.backends.reference.images import SampledImage
 from passgraph.backends.reference.pixel_pass import ReferencePixelPass
-from passgraph.backends.reference.storage import Storage, quantised
+from passgraph.backends.reference.storage import Storage
 from passgraph.language import scalar as s
 from passgraph.language.lower import ImageFacts
 from passgraph.plan.data import PixelStep
@@ -129,7 +129,7 @@ class _PixelPass(ReferencePixelPass):
         )  # fmt: skip
         for output, values in zip(outputs, run.outputs(), strict=True):
             # What a kernel hands to a unorm target is kept as the nearest step.
-            output.flat[...] = quantised(output.format, np.stack(values, axis=1))
+            output.flat[...] = quantised(np.stack(values, axis=1), output.format)
 
 
 def _absolute(program: s.ScalarProgram) -> s.ScalarProgram:

@@ -13,8 +13,8 @@ from conforming import Conforming
 import passgraph as pg
 from passgraph.compare import compare
 from passgraph.errors import PassgraphError
-from passgraph.execution import Execution
-from passgraph.oracle.backend import Allowed, OracleBackend, outside
+from passgraph.oracle.backend import Allowed, outside
+from passgraph.oracle.passes import Passes
 
 #: Bodies over p, the texel; a third of the texels lies on steps of 1/8, where decisions straddle.
 FLOW = {
@@ -83,15 +83,10 @@ def test_every_way_that_rounding_turns_is_allowed(name: str) -> None:
 
 
 def allowed(body: str, given: np.ndarray) -> Allowed:
-    from passgraph.compare import _plan
-
-    plan, pictures, values = _plan(kernel(body)(pg.Input("c")), None, {"c": given})
-    oracle = OracleBackend()
-    execution = Execution(plan, oracle)
-    execution.run(pictures, values, lambda *_: None)
-    execution.release()
-    (found,) = oracle.found.values()
-    return found[0]
+    graph = {"out": kernel(body)(pg.Input("c"))}
+    _, found = Passes(graph, None, [{"c": given}]).allowed(True)
+    (only,) = found.values()
+    return only
 
 
 def test_both_sides_of_a_decision_and_no_more() -> None:

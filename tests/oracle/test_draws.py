@@ -21,6 +21,7 @@ from passgraph.backends.reference.raster_setup import ScreenTriangles
 from passgraph.compare import BackendReport, compare
 from passgraph.conformance.meshes import Soup, soup
 from passgraph.draw_state import COMPARE, EQUATIONS, FACTORS, STENCIL_OPERATIONS, Blend, Stencil
+from passgraph.oracle.passes import Passes
 
 SIZE = (67, 49)
 #: Shares of ambiguous pixels that the soups below keep to: backends that snap corners as documented, and OpenGL,
@@ -257,3 +258,17 @@ def test_a_mistake_is_caught_where_the_grid_is_open_too(mistake: str) -> None:
 
     (backend,) = compare(graph(), [Open(module, part, wrong)], size=SIZE).backends
     assert backend.first_divergence is not None, "not caught"
+
+
+def test_a_side_seen_edge_on_leaves_its_line_open_and_not_its_box() -> None:
+    """Corners that may lie 1/256 pixel off make of a triangle without area one as thin as that."""
+    (width, height), ends = SIZE, np.array([[3.5, 4.5], [43.5, 44.5]])  # a diagonal through centres of pixels
+    positions = np.zeros((3, 3), np.float32)
+    positions[:2, 0], positions[:2, 1] = ends[:, 0] / width * 2 - 1, 1 - ends[:, 1] / height * 2
+    positions[2] = (positions[0] + positions[1]) / 2
+    mesh = Soup(positions, np.array([[0, 1, 2]], np.int32), np.ones((3, 4), np.float32))
+    made = pg.draw(mesh, vertex=place, fragment=paint, into=pg.target("color", "rgba32f"))
+    (allowed,) = Passes({"color": made}, SIZE, [{}]).allowed(snaps=False)[1].values()
+    row, column = np.mgrid[0:height, 0:width]
+    on_line = (row - column == 1) & (column >= 3) & (column <= 43)
+    assert (allowed.ambiguous == on_line).all()

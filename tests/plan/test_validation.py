@@ -128,7 +128,16 @@ def test_relative_offsets_need_equal_sizes() -> None:
     )
 
 
-def test_a_size_taken_from_what_is_made_later() -> None:
+def test_a_size_may_be_taken_from_what_is_made_later_in_the_graph() -> None:
+    half = copy(frame, into=pg.target("half", "rgba32f", (3, 5)), name="half")
+    late = fill(2.0, into=pg.target("late", like=half), name="later")
+    early = fill(1.0, into=pg.target("early", like=late), name="sooner")
+    for outputs in ({"early": early, "late": late}, {"late": late, "early": early}):
+        with pg.compile(outputs, "null", size=(8, 4)) as program:
+            assert {step.size for step in program.plan.steps} == {(3, 5)}
+
+
+def test_a_size_taken_from_what_nothing_makes() -> None:
     late = copy(frame, into=pg.target("late", "rgba32f"), name="later")
     early = fill(1.0, into=pg.target("early", like=late), name="sooner")
     text = refusal(early, size=(8, 4))
