@@ -121,7 +121,7 @@ def shadows() -> list[Panel]:
 
 
 def chain() -> list[Panel]:
-    passes = soft_shadow_passes(pg.Scene.shipped())
+    passes = soft_shadow_passes(pg.Scene.shipped(), shadow_filter="blur")
     assert passes.shadows is not None
     assert passes.shadows_blurred is not None
     return [

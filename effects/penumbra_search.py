@@ -130,6 +130,12 @@ def find_penumbrae(taps: int) -> Any:
     return penumbrae
 
 
+@pg.function
+def lit_at(map: Image, receiver: Receiver, offset: vec2, kind: int, face: int) -> float:
+    """1 where nothing casts, 0 where something does; ``offset`` in texels."""
+    return 1.0 if caster_at(map, receiver, offset, kind, face) >= NOTHING else 0.0
+
+
 @pg.kernel
 def add_light_with_penumbrae(
     free: Image, shadowed: Image, normals: Image, depth: Image, map: Image, penumbrae: Image,
@@ -176,9 +182,13 @@ def add_light_with_penumbrae(
     receiver = receiver_at(map, light, position, n, 0.5 * pixel_width * SCREEN_ROUNDING, kind)
     share = receiver.share
     if receiver.share < 0.0:
-        reach = min(width_px * pixel_width / receiver.texel, receiver.farthest)
-        sharp = 0.0
-        for i in range(FEW):
-            sharp += 1.0 if caster_at(map, receiver, FEW_PLACES[i] * reach, kind, face) >= NOTHING else 0.0
-        share = mix(mean_of(sharp, FEW), min(total / max(weight, 1e-6), 1.0), smoothstep(SHARP_PX, SOFT_PX, width_px))
+        share = min(total / max(weight, 1e-6), 1.0)
+        if width_px < SOFT_PX:
+            reach = min(width_px * pixel_width / receiver.texel, receiver.farthest)
+            sharp = lit_at(map, receiver, FEW_PLACES[0] * reach, kind, face)
+            if width_px > 0.0:
+                for i in range(1, FEW):
+                    sharp += lit_at(map, receiver, FEW_PLACES[i] * reach, kind, face)
+                sharp = mean_of(sharp, FEW)
+            share = mix(sharp, share, smoothstep(SHARP_PX, SOFT_PX, width_px))
     return free[0, 0].rgb + more, shadowed[0, 0].rgb + more * share

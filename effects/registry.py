@@ -99,7 +99,7 @@ _SOFT_SHADOW = (
     Parameter(
         "shadow_filter",
         "choice",
-        "blur",
+        "auto",
         help="auto: penumbra, or blur where softness is given; the others compare maps, or blur those of moments",
         choices=("auto", "blur", "hard", "pcf", "disc", "pcss", "penumbra", "vsm", "evsm4", "msm"),
     ),

@@ -67,7 +67,7 @@ def soft_shadow_passes(
     scene: pg.Scene,
     *,
     softness: float | pg.Value | None = None,
-    shadow_filter: ShadowFilter | Literal["auto"] = "blur",
+    shadow_filter: ShadowFilter | Literal["auto"] = "auto",
     pcf_size: int = 5,
     taps: int | None = None,
     bleed: float | None = None,
@@ -158,14 +158,15 @@ def soft_shadow_passes(
 
 @picture_of(soft_shadow_passes)
 def soft_shadow() -> None:
-    """A scene with soft shadows: a shadow map a light, one mask of all shadows, blurred, times the lit scene.
+    """A scene with soft shadows: a shadow map a light, one mask of all shadows, times the lit scene.
 
     Parameters
     ----------
     scene : what is drawn; geometry and materials are built in, the camera and the lights are values of each
         run
-    softness : half width of shadow edges in scene units, 0 or more; left out, from the lights' radius and the
-        size of the casters; 0 leaves the blur out. "penumbra", "pcss", "pcf" and "hard" have no such width
+    softness : half width of shadow edges in scene units, 0 or more; 0 leaves the blur out. "penumbra", "pcss",
+        "pcf" and "hard" have no such width; the others take it, where it is left out, from the lights' radius and
+        the size of the casters
     shadow_filter : "auto" is "penumbra", or "blur" where ``softness`` is given, ``blur`` is "constant" or no light
         has a radius. "blur" blurs the shadows on the screen. The others filter where the map is compared, and
         nothing is blurred after that: "penumbra" searches for casters in half the width and height, makes
@@ -212,7 +213,7 @@ def soft_shadow() -> None:
     >>> picture = soft_shadow(pg.Scene.shipped(), map_size=64)
     >>> with pg.compile(picture, backend="null", size=(32, 18)) as program:
     ...     [step.name for step in program.plan.steps][-3:]
-    ['unshadowed and shadows', 'shadow blur x', 'picture']
+    ['shadow map of light', 'penumbrae of light', 'picture']
     """
 
 

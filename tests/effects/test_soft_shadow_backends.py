@@ -29,7 +29,7 @@ def scene(lights: str) -> pg.Scene:
 
 @lru_cache
 def pictures(lights: str, backend: str) -> dict[str, Picture]:
-    passes = soft_shadow_passes(scene(lights), map_size=128)
+    passes = soft_shadow_passes(scene(lights), shadow_filter="blur", map_size=128)
     assert passes.shadows is not None
     assert passes.shadows_blurred is not None
     targets = (

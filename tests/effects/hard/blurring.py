@@ -230,8 +230,8 @@ def larger_maps(backend: str) -> Case:
     """Sharper and sharper, and no nearer to the truth."""
     scene = usual()
     truth = traced(scene)
-    blurred = mask(scene, backend, map_size=512)
-    settings: list[dict[str, object]] = [{"map_size": 512}]
+    blurred = mask(scene, backend, map_size=512, shadow_filter="blur")
+    settings: list[dict[str, object]] = [{"map_size": 512, "shadow_filter": "blur"}]
     settings += [{"map_size": side, "shadow_filter": "hard"} for side in MAP_SIZES]
     times = frame_ms([(scene, options) for options in settings], backend, SIZE)
     figures = [
@@ -272,7 +272,7 @@ SPEED_SIZE = (480, 300)
 PARTS: dict[str, dict[str, object]] = {
     "no shadows": {"softness": 0.0},
     "hard shadows": {"softness": 0.0},
-    "blurred shadows": {},
+    "blurred shadows": {"shadow_filter": "blur"},
     "pcss, 16 taps": {"shadow_filter": "pcss", "taps": 16},
 }
 
@@ -285,15 +285,16 @@ def silenced(scene: pg.Scene) -> pg.Scene:
 @lru_cache
 def many_lights(backend: str) -> Case:
     """All lights share one blur; each adds a map and a lookup."""
-    scenes: list[tuple[pg.Scene, dict[str, object]]] = [(under_lights(count), {"map_size": 512}) for count in LIGHTS]
+    options: dict[str, object] = {"map_size": 512, "shadow_filter": "blur"}
+    scenes = [(under_lights(count), options) for count in LIGHTS]
     times = frame_ms(scenes, backend, SPEED_SIZE)
     figures = [Figure(f"processor ms, {n} lights", None, None, ms, 1) for n, ms in zip(LIGHTS, times, strict=True)]
     each = (times[-1] - times[0]) / (LIGHTS[-1] - LIGHTS[0])
     figures.append(Figure("processor ms for each light more", None, None, each, 1))
     one = under_lights(1)
     parts: list[tuple[pg.Scene, dict[str, object]]] = [
-        (silenced(one) if name == "no shadows" else one, {"map_size": 512, **options})
-        for name, options in PARTS.items()
+        (silenced(one) if name == "no shadows" else one, {"map_size": 512, **part})
+        for name, part in PARTS.items()
     ]
     for name, ms in zip(PARTS, frame_ms(parts, backend, SPEED_SIZE), strict=True):
         figures.append(Figure(f"processor ms, 1 light, {name}", None, None, ms, 1))
@@ -326,7 +327,7 @@ def everything(backend: str) -> Case:
     """Each node's darkness, where its own surface faces the light."""
     scene = self_shadowing()
     truth = traced(scene)
-    soft = mask(scene, backend, map_size=512)
+    soft = mask(scene, backend, map_size=512, shadow_filter="blur")
     seen = first_surfaces(scene, SIZE)
     figures = []
     for number, node in enumerate(scene.nodes):
@@ -343,7 +344,7 @@ def everything(backend: str) -> Case:
         tuple(pg.Node(n.mesh, n.material, n.transform, n.name, receives=n.name == "floor") for n in scene.nodes),
         scene.camera, scene.lights,
     )  # fmt: skip
-    planar = mask(silent, backend, map_size=512)
+    planar = mask(silent, backend, map_size=512, shadow_filter="blur")
     figures.append(Figure("RMSE to rays", 0.0, rmse(planar, truth), rmse(soft, truth)))
     return Case(
         "everything",
