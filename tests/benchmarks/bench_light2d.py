@@ -70,12 +70,12 @@ def ratios(python: str, frames: int = FRAMES) -> list[Ratio]:
     walls = [Wall.box(x - 30, y - 30, x + 30, y + 30) for x, y in boxes()]
     live = live_light_map(Window(0, 0, *SIZE), SIZE, ambient=(0.08, 0.08, 0.12))
     scene = pg.Input("scene", "rgba8", SIZE, static=True, default=np.ones((SIZE[1], SIZE[0], 4), np.float32))
-    frames = iter(range(1 << 30))
+    numbers = iter(range(1 << 30))
     environment = {**os.environ, "SDL_VIDEODRIVER": "offscreen", "SDL_AUDIODRIVER": "dummy"}
     with pg.compile(lit(scene, live.target, into=pg.target("shown", "rgba8", SIZE)), backend="gl") as program:
 
         def frame() -> None:
-            lights = [Light2D(place, (0.8, 0.6, 0.4), RADIUS, 12.0) for place in lamp_places(next(frames))]
+            lights = [Light2D(place, (0.8, 0.6, 0.4), RADIUS, 12.0) for place in lamp_places(next(numbers))]
             program.run(**live.inputs(lights, walls))
             program.finish()
 
