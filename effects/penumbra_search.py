@@ -28,6 +28,8 @@ from passgraph.effects.views import LightFrame
 #: Half widths of penumbrae, in pixels, up to which full size decides, and from which half the size does: the small
 #: picture's pixels are 2 wide, and of a penumbra that is hardly wider they catch a point or two.
 SHARP_PX, SOFT_PX = 2.0, 5.0
+#: Comparisons for each place of the search: a mean of few has steps that show as bands in wide penumbrae.
+COMPARED = 2
 #: Comparisons of each pixel in full size: enough for a penumbra of SHARP_PX.
 FEW = 5
 FEW_PLACES = vogel_disc(FEW)
@@ -77,7 +79,8 @@ def find_penumbrae(taps: int) -> Any:
     in their distance, as the nearest bound the light; places of the search crowd toward the middle.
     """
     search_places: Any = search_disc(taps)
-    places: Any = vogel_disc(taps)
+    compared = COMPARED * taps
+    places: Any = vogel_disc(compared)
 
     @pg.function
     def mean_gap(map: Image, light: LightFrame, receiver: Receiver, kind: int, face: int) -> float:
@@ -97,12 +100,12 @@ def find_penumbrae(taps: int) -> Any:
     def share_of_disc(map: Image, light: LightFrame, receiver: Receiver, reach: float, kind: int, face: int) -> float:
         """The mean of comparisons over a disc."""
         lit = 0.0
-        for i in range(taps):
+        for i in range(compared):
             offset = places[i] * reach
             caster = caster_at(map, receiver, offset, kind, face)
             own = WIDER * reach_texels(light, receiver, caster, kind) + HALF_DIAGONAL
             lit += 0.0 if caster < NOTHING and length(offset) <= own else 1.0
-        return mean_of(lit, taps)
+        return mean_of(lit, compared)
 
     @pg.kernel
     def penumbrae(

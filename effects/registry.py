@@ -111,7 +111,7 @@ _SOFT_SHADOW = (
         1,
         128,
         "",
-        "comparisons of disc, and of each step of pcss and penumbra; left out: 32 or 16",
+        "comparisons of disc, and of each step of pcss, and half of penumbra's; left out: 32 or 16",
     ),
     Parameter("bleed", "float", None, 0.0, 0.9, "", "share of light that counts as none with vsm, evsm4 and msm"),
     Parameter("exponent", "float", 40.0, 1.0, 42.0, "", "of shadow_filter=evsm4: more leaks less"),

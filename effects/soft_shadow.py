@@ -177,8 +177,8 @@ def soft_shadow() -> None:
         over a box of half width ``softness``, once for each place of the light: variance, both exponential
         warps, and four moments
     pcf_size : texels along each side with "pcf", odd, 1 to 15
-    taps : of "disc", and of the search and of the filter of "pcss" and "penumbra", 1 to 128; left out, 16 with
-        "penumbra", else 32
+    taps : of "disc", and of the search and of the filter of "pcss", 1 to 128, 32 where left out; of the search of
+        "penumbra", which then compares twice as many, 16 where left out
     bleed : shares of light up to this count as none with "vsm", "evsm4" and "msm", 0 to 0.9: it takes leaks
         where casters overlap, and narrows penumbrae; left out, 0.2 with "vsm", else 0.02
     exponent : of "evsm4", 1 to 42, where float32 ends: more leaks less

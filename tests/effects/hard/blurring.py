@@ -293,8 +293,7 @@ def many_lights(backend: str) -> Case:
     figures.append(Figure("processor ms for each light more", None, None, each, 1))
     one = under_lights(1)
     parts: list[tuple[pg.Scene, dict[str, object]]] = [
-        (silenced(one) if name == "no shadows" else one, {"map_size": 512, **part})
-        for name, part in PARTS.items()
+        (silenced(one) if name == "no shadows" else one, {"map_size": 512, **part}) for name, part in PARTS.items()
     ]
     for name, ms in zip(PARTS, frame_ms(parts, backend, SPEED_SIZE), strict=True):
         figures.append(Figure(f"processor ms, 1 light, {name}", None, None, ms, 1))
