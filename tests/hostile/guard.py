@@ -1,0 +1,67 @@
+"""Arrays of the numpy backend between pages that nobody may touch: native code that leaves its own memory dies at once.
+
+What is a wrong number or a later crash elsewhere in a plain process is a segmentation fault here, at the instruction
+that reads or writes too far, in the process that runs the case.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import importlib
+import mmap
+import pkgutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from types import ModuleType
+from typing import Any
+from unittest.mock import patch
+
+import numpy as np
+
+import passgraph.backends.numpy as backend
+
+PAGE = mmap.PAGESIZE
+_mprotect = ctypes.CDLL(None, use_errno=True).mprotect
+_mprotect.argtypes = (ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int)
+_NOTHING_ALLOWED = 0
+
+
+def guarded_zeros(shape: Any, dtype: Any = float) -> np.ndarray[Any, Any]:
+    """Zeros whose last byte is followed by a page that cannot be touched; one lies before the first too."""
+    kind = np.dtype(dtype)
+    size = int(np.prod(shape)) * kind.itemsize
+    pages = -(-max(size, 1) // PAGE)
+    memory = mmap.mmap(-1, (pages + 2) * PAGE)
+    whole = np.frombuffer(memory, np.uint8)
+    for page in (0, pages + 1):
+        if _mprotect(whole.ctypes.data + page * PAGE, PAGE, _NOTHING_ALLOWED):
+            raise OSError(ctypes.get_errno(), "mprotect")
+    end = (pages + 1) * PAGE
+    return whole[end - size : end].view(kind).reshape(shape)
+
+
+class GuardedNumpy(ModuleType):
+    """NumPy, but for arrays that are made new."""
+
+    def __init__(self) -> None:
+        super().__init__("guarded_numpy")
+        self.zeros = self.empty = guarded_zeros
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(np, name)
+
+
+@contextmanager
+def guarded() -> Iterator[None]:
+    """The numpy backend makes its arrays guarded while this lasts."""
+    names = [found.name for found in pkgutil.walk_packages(backend.__path__, f"{backend.__name__}.")]
+    modules = [importlib.import_module(name) for name in names]
+    numpy = GuardedNumpy()
+    made = [patch.object(module, "np", numpy) for module in modules if hasattr(module, "np")]
+    for one in made:
+        one.start()
+    try:
+        yield
+    finally:
+        for one in made:
+            one.stop()
