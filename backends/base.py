@@ -10,7 +10,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
-from typing import Any, ClassVar, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +18,9 @@ from numpy.typing import NDArray
 from passgraph.formats import Format
 from passgraph.graph import Geometry
 from passgraph.plan.data import DrawStep, PixelStep
+
+if TYPE_CHECKING:
+    from passgraph.language.scalar import ScalarProgram
 
 FloatBlock = NDArray[np.float32]
 IntBlock = NDArray[np.int32]
@@ -179,7 +182,7 @@ def quantised(values: NDArray[Any], format_: Format) -> FloatBlock:
     array([  0.,   2., 255.], dtype=float32)
     """
     with np.errstate(all="ignore"):
-        single = np.asarray(values).astype(np.float32)
+        single = np.asarray(values).astype(np.float32, copy=False)
         if format_.kind == "half":
             single = single.astype(np.float16).astype(np.float32)
         if format_.kind in ("unorm8", "unorm16"):
@@ -187,6 +190,12 @@ def quantised(values: NDArray[Any], format_: Format) -> FloatBlock:
             inside = np.clip(np.where(np.isnan(single), np.float32(0.0), single), 0.0, 1.0)
             single = np.asarray(np.rint(inside * steps) / steps, np.float32)
     return np.asarray(single, np.float32)
+
+
+def image_order(step: PixelStep | DrawStep, program: ScalarProgram | None) -> list[int]:
+    """For each image of a program, its place among the images of the step."""
+    names = [name for name, _ in step.images]
+    return [] if program is None else [names.index(use.name) for use in program.images]
 
 
 def border_place(border: str, place: NDArray[np.int64], size: int) -> NDArray[np.int64]:

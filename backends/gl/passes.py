@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from passgraph.backends.base import Block
+from passgraph.backends.base import Block, image_order
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl import state as fixed
 from passgraph.backends.gl.bound import Bound
@@ -13,17 +13,10 @@ from passgraph.backends.gl.geometry import Mesh
 from passgraph.backends.gl.glsl import attributes_of
 from passgraph.backends.gl.textures import Texture, stored_clear
 from passgraph.errors import BackendError
-from passgraph.language.scalar import ScalarProgram
 from passgraph.plan.data import DrawStep, PixelStep
 
 if TYPE_CHECKING:
     from passgraph.backends.gl.backend import GLBackend
-
-
-def _order(step: PixelStep | DrawStep, program: ScalarProgram) -> list[int]:
-    """For each image of a program, its place among the images of the step."""
-    names = [name for name, _ in step.images]
-    return [names.index(use.name) for use in program.images]
 
 
 def _check_targets(backend: GLBackend, step: PixelStep | DrawStep) -> None:
@@ -40,7 +33,7 @@ class PixelRun:
         self.backend, self.step = backend, step
         _check_targets(backend, step)
         self.program = backend.programs.pixel(step.program)
-        self.order = _order(step, step.program)
+        self.order = image_order(step, step.program)
 
     def __call__(self, outputs: Sequence[Texture], images: Sequence[Texture], block: Block) -> None:
         backend = self.backend
@@ -67,9 +60,7 @@ class DrawRun:
         self.program = backend.programs.draw(step.vertex, step.fragment, step.varyings)
         self.guard = fixed.guard_band(backend.context.gl, step.size, backend.max_viewport)
         self.attributes = attributes_of(step.vertex)
-        self.order = _order(step, step.vertex)
-        if step.fragment is not None:
-            self.order += _order(step, step.fragment)
+        self.order = image_order(step, step.vertex) + image_order(step, step.fragment)
 
     def __call__(
         self,

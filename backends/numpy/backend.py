@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.base import Backend, ChainRunner, DeviceInfo, DrawRunner, FloatBlock, PixelRunner
+from passgraph.backends.base import Backend, ChainRunner, DeviceInfo, DrawRunner, FloatBlock, PixelRunner, quantised
 from passgraph.backends.numpy.memory import aligned_zeros
 from passgraph.backends.numpy.workers import Workers, thread_count
 from passgraph.errors import BackendError
@@ -71,7 +71,7 @@ class NumpyBackend(Backend):
     def upload(self, storage: Storage, picture: FloatBlock) -> None:
         width, height = storage.size
         given = np.ascontiguousarray(picture, np.float32).reshape(height * width * storage.format.channels)
-        np.copyto(storage.values, quantized(given, storage.format))
+        np.copyto(storage.values, quantised(given, storage.format))
 
     def download(self, storage: Storage) -> FloatBlock:
         width, height = storage.size
@@ -116,15 +116,3 @@ class NumpyBackend(Backend):
 
     def close(self) -> None:
         self.workers.close()
-
-
-def quantized(values: FloatBlock, format_: Format) -> FloatBlock:
-    """Nearest values that the format stores."""
-    if format_.kind == "half":
-        with np.errstate(over="ignore"):
-            return values.astype(np.float16).astype(np.float32)
-    if format_.kind.startswith("unorm"):
-        steps = np.float32(255 if format_.kind == "unorm8" else 65535)
-        clean = np.clip(np.nan_to_num(values, nan=0.0), 0, 1)
-        return np.asarray(np.rint(clean * steps) / steps, np.float32)
-    return values

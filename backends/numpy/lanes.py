@@ -7,7 +7,8 @@ it is spread.  So the emitters of single operations (llvm_ops.py) serve both, an
 # mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from functools import partial
 from typing import Any
 
@@ -191,6 +192,24 @@ def _parts(name: str, kinds: list[Any]) -> list[Any]:
 
 def _size(kind: Any) -> int:
     return {"float": 4, "i32": 4, "double": 8, "i64": 8}[str(kind)]
+
+
+@contextmanager
+def counting(b: Lanes, start: Any, stop: Any, step: Any) -> Iterator[Any]:
+    """A loop: what is emitted inside runs for each index."""
+    with b.goto_entry_block():
+        slot = b.alloca(start.type)
+    check, body, behind = (b.append_basic_block(name) for name in ("check", "body", "behind"))
+    b.store(start, slot)
+    b.branch(check)
+    b.position_at_end(check)
+    index = b.load(slot, typ=start.type)
+    b.cbranch(b.icmp_signed("<", index, stop), body, behind)
+    b.position_at_end(body)
+    yield index
+    b.store(b.add(index, step), slot)
+    b.branch(check)
+    b.position_at_end(behind)
 
 
 def floor_modulo(b: Any, value: Any, size: Any) -> Any:

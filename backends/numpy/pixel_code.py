@@ -16,7 +16,7 @@ from typing import Any
 from llvmlite import ir
 
 from passgraph.backends.numpy.lane_body import LaneBody
-from passgraph.backends.numpy.lanes import Lanes, border
+from passgraph.backends.numpy.lanes import Lanes, border, counting
 from passgraph.backends.numpy.llvm_ops import BOOL, F32, I32, I64
 from passgraph.backends.numpy.pixel_layout import Layout, StageLayout, View
 from passgraph.backends.numpy.texels import neighbours
@@ -55,24 +55,6 @@ def smaller(b: Lanes, x: Any, y: Any) -> Any:
 
 def larger(b: Lanes, x: Any, y: Any) -> Any:
     return b.select(b.icmp_signed(">", x, y), x, y)
-
-
-@contextmanager
-def counting(b: Lanes, start: Any, stop: Any, step: Any) -> Iterator[Any]:
-    """A loop: what is emitted inside runs for each index."""
-    with b.goto_entry_block():
-        slot = b.alloca(I64)
-    check, body, behind = (b.append_basic_block(name) for name in ("check", "body", "behind"))
-    b.store(start, slot)
-    b.branch(check)
-    b.position_at_end(check)
-    index = b.load(slot, typ=I64)
-    b.cbranch(b.icmp_signed("<", index, stop), body, behind)
-    b.position_at_end(body)
-    yield index
-    b.store(b.add(index, step), slot)
-    b.branch(check)
-    b.position_at_end(behind)
 
 
 def _pieces(b: Lanes, counter: Any, layout: Layout, memory: dict[str, Any]) -> None:

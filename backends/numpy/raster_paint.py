@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.base import Block, clear_colour, quantised
+from passgraph.backends.base import Block, clear_colour, image_order, quantised
 from passgraph.backends.numpy import raster_entries as entries
 from passgraph.backends.numpy.llvm_names import TILE
 from passgraph.backends.numpy.raster_code import thread_scratch, tile_code
@@ -22,12 +22,6 @@ if TYPE_CHECKING:
 
 #: Triangles as raster_setup.py makes them, and their vertices: window x and y, depth, 1/w, varyings.
 Triangles: TypeAlias = "tuple[NDArray[Any], ...]"
-
-
-def _image_order(step: DrawStep) -> list[int]:
-    """For each image of the kernel, its place among the step's images."""
-    names = [name for name, _ in step.images]
-    return [names.index(use.name) for use in (step.fragment.images if step.fragment is not None else ())]
 
 
 def clear_values(storage: Storage, clear: tuple[float, ...] | None) -> NDArray[np.float32]:
@@ -45,7 +39,7 @@ class Forward:
         self.step, self.workers = step, workers
         self.width, self.height = step.size
         self.tiles_x = -(-self.width // TILE)
-        self.image_order = _image_order(step)
+        self.image_order = image_order(step, step.fragment)
         code = tile_code(step)
         self.calls = [code.call() for _ in range(workers.count)]
         self.scratch = [thread_scratch(step) for _ in range(workers.count)]
@@ -97,7 +91,7 @@ class Deferred:
         self.test = (int(has_depth), test, int(has_depth and step.state.depth_write))
         shaded = step.fragment is not None
         self.shade = shade_address(step) if shaded else 0
-        self.image_order = _image_order(step)
+        self.image_order = image_order(step, step.fragment)
         self.context = np.zeros(len(context_names(step)) if shaded else 1, np.int64)
         self.counter = np.zeros(1, np.int64)
         self.no_depth = [np.zeros(TILE * TILE, np.float32) for _ in range(workers.count)]

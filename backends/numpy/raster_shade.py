@@ -11,7 +11,7 @@ from typing import Any
 from llvmlite import ir
 
 from passgraph.backends.numpy.lane_body import LaneBody
-from passgraph.backends.numpy.lanes import Lanes
+from passgraph.backends.numpy.lanes import Lanes, counting
 from passgraph.backends.numpy.llvm_names import DEPTH, FRONT, INVERSE_W, PLANES, TILE, TO_Y, VARYINGS, is_varying
 from passgraph.backends.numpy.llvm_ops import F32, F64, I32, I64
 from passgraph.backends.numpy.native import function_address, lanes
@@ -84,30 +84,15 @@ class _Printer:
         self.memory = self._memory(context)
         self.left, self.top = b.trunc(left, I32), b.trunc(top, I32)
         end = b.mul(b.trunc(rows, I32), ir.Constant(I32, TILE))
-        place = b.alloca(I32)
-        b.store(ir.Constant(I32, 0), place)
-        check, body, shade, empty, following, behind = (
-            b.append_basic_block(name) for name in ("check", "body", "shade", "empty", "next", "behind")
-        )
-        b.branch(check)
-        b.position_at_end(check)
-        at = b.load(place, typ=I32)
-        b.cbranch(b.icmp_signed("<", at, end), body, behind)
-        b.position_at_end(body)
-        where = b.gep(ids, [at], True, source_etype=I32)
-        slots = b.load(where, typ=b.vector(I32), align=4)
-        covered = b.icmp_signed(">=", slots, ir.Constant(I32, 0))
-        b.cbranch(b.any(covered), shade, empty)
-        b.position_at_end(shade)
-        self._pixels(at, slots, covered)
-        b.branch(following)
-        b.position_at_end(empty)
-        self._store(at, covered, None)
-        b.branch(following)
-        b.position_at_end(following)
-        b.store(b.add(at, ir.Constant(I32, b.lanes)), place)
-        b.branch(check)
-        b.position_at_end(behind)
+        with counting(b, ir.Constant(I32, 0), end, ir.Constant(I32, b.lanes)) as at:
+            where = b.gep(ids, [at], True, source_etype=I32)
+            slots = b.load(where, typ=b.vector(I32), align=4)
+            covered = b.icmp_signed(">=", slots, ir.Constant(I32, 0))
+            with b.if_else(b.any(covered)) as (shade, empty):
+                with shade:
+                    self._pixels(at, slots, covered)
+                with empty:
+                    self._store(at, covered, None)
         b.ret_void()
         return str(self.module)
 

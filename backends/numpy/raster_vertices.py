@@ -12,7 +12,7 @@ from llvmlite import ir
 
 from passgraph.backends.base import ATTRIBUTES, Block
 from passgraph.backends.numpy.lane_body import LaneBody
-from passgraph.backends.numpy.lanes import Lanes
+from passgraph.backends.numpy.lanes import Lanes, counting
 from passgraph.backends.numpy.llvm_ops import F32, F64, I64
 from passgraph.backends.numpy.native import function_address, lanes
 from passgraph.plan.data import DrawStep
@@ -57,31 +57,21 @@ def _text(step: DrawStep, name: str) -> str:
     for place, entry in enumerate(names):
         address = b.load_at(context, ir.Constant(I64, place), I64, steady=True)
         memory[entry] = b.inttoptr(address, ir.PointerType())
-    place = b.alloca(I64)
-    b.store(first, place)
-    check, body, behind = (b.append_basic_block(block) for block in ("check", "body", "behind"))
-    b.branch(check)
-    b.position_at_end(check)
-    at = b.load(place, typ=I64)
-    b.cbranch(b.icmp_signed("<", at, last), body, behind)
-    b.position_at_end(body)
-    vertex = b.add(at, b.counting(I64))
-    mask = b.icmp_signed("<", vertex, last)
-    given = {}
-    for builtin, _ in step.vertex.builtins:
-        _, attribute, component = builtin.split(".")
-        index = b.add(b.mul(vertex, ir.Constant(I64, ATTRIBUTES[attribute][1])), ir.Constant(I64, int(component)))
-        given[builtin] = b.load_at(memory[attribute], index, F32, mask)
-    results = LaneBody(step.vertex, b, given, memory, mask).results()
-    for part, value in enumerate(results[:4]):
-        index = b.add(b.mul(vertex, ir.Constant(I64, 4)), ir.Constant(I64, part))
-        b.store_at(memory["clip"], index, b.fpext(value, F64), F64, mask)
-    count = len(step.varyings)
-    for part, value in enumerate(results[4:]):
-        index = b.add(b.mul(vertex, ir.Constant(I64, count)), ir.Constant(I64, part))
-        b.store_at(memory["varyings"], index, value, F32, mask)
-    b.store(b.add(at, ir.Constant(I64, b.lanes)), place)
-    b.branch(check)
-    b.position_at_end(behind)
+    with counting(b, first, last, ir.Constant(I64, b.lanes)) as at:
+        vertex = b.add(at, b.counting(I64))
+        mask = b.icmp_signed("<", vertex, last)
+        given = {}
+        for builtin, _ in step.vertex.builtins:
+            _, attribute, component = builtin.split(".")
+            index = b.add(b.mul(vertex, ir.Constant(I64, ATTRIBUTES[attribute][1])), ir.Constant(I64, int(component)))
+            given[builtin] = b.load_at(memory[attribute], index, F32, mask)
+        results = LaneBody(step.vertex, b, given, memory, mask).results()
+        for part, value in enumerate(results[:4]):
+            index = b.add(b.mul(vertex, ir.Constant(I64, 4)), ir.Constant(I64, part))
+            b.store_at(memory["clip"], index, b.fpext(value, F64), F64, mask)
+        count = len(step.varyings)
+        for part, value in enumerate(results[4:]):
+            index = b.add(b.mul(vertex, ir.Constant(I64, count)), ir.Constant(I64, part))
+            b.store_at(memory["varyings"], index, value, F32, mask)
     b.ret_void()
     return str(module)

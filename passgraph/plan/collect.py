@@ -143,19 +143,18 @@ def _reachable(outputs: list[Target]) -> list[Pass]:
         pending += makers
     described = ("reachable", len(ranks), [(ranks[maker], ranks[node]) for maker, node in edges])
     nodes = list(ranks)
-    (sequence,) = remembered(described, lambda: [[ranks[node] for node in _producers_first(nodes, edges)]])
+    (sequence,) = remembered(described, lambda: [[ranks[node] for node in _producers_first(ranks, edges)]])
     return [nodes[rank] for rank in sequence]
 
 
-def _producers_first(nodes: list[Pass], edges: list[tuple[Pass, Pass]]) -> list[Pass]:
-    """Of passes that may come next the one last in ``nodes``."""
+def _producers_first(ranks: Mapping[Pass, int], edges: list[tuple[Pass, Pass]]) -> list[Pass]:
+    """Of passes that may come next the one with the highest rank."""
     import networkx as nx
 
     dependencies = nx.DiGraph()
-    dependencies.add_nodes_from(nodes)
+    dependencies.add_nodes_from(ranks)
     dependencies.add_edges_from(edges)
     try:
-        ranks = {node: i for i, node in enumerate(nodes)}
         return list(nx.lexicographical_topological_sort(dependencies, key=lambda n: -ranks[n]))
     except nx.NetworkXUnfeasible:
         cycle = " → ".join(edge[0].name for edge in nx.find_cycle(dependencies))
