@@ -55,6 +55,8 @@ int pg_to_int(float x)
     "pg_mirror": MIRROR,
 }
 LETTERS = "xyzw"
+#: Farther offsets are brought nearer first: with the number of a pixel they could leave 32 bits.
+LARGEST_OFFSET = 2**30
 #: Blocks up to this length are arrays of scalars, which llvmpipe reads faster (a 15-tap blur takes 8 % less).
 #: Drivers may spend four components on each, so longer ones are arrays of vectors.
 LONGEST_SCALAR_BLOCK = 256
@@ -169,8 +171,11 @@ class GLSL(Printer):
         if load.relative and known == 0:
             return f"{self._here(load.image)}.{axis}", []  # the image is as large as the target
         text = self.operand(offset)
-        whole = f"{self._pixel()}.{axis} + {text}" if load.relative else text
         count, width = f"{self._size(load.image)}.{axis}", f"{self._width(load.image)}.{axis}"
+        use = self.program.image(load.image)
+        if load.relative and max(map(abs, use.x if axis == "x" else use.y)) > LARGEST_OFFSET:
+            known, text = None, self._within(load.border, text, count)
+        whole = f"{self._pixel()}.{axis} + {text}" if load.relative else text
         if load.border in ("repeat", "mirror"):
             return f"(float(pg_{load.border}({whole}, {count})) + 0.5) * {width}", []
         number = f"float({text})" if known is None else self.float_literal(known)
@@ -184,6 +189,13 @@ class GLSL(Printer):
             return place, [f"uint({whole}) < uint({count})"]
         low, high = (known < 0, known > 0) if load.relative else (known < 0, True)
         return place, [f"{whole} >= 0"] * low + [f"{whole} < {count}"] * high
+
+    @staticmethod
+    def _within(border: str, offset: str, count: str) -> str:
+        """An offset that leads to the same texel and whose sum with a pixel stays within int."""
+        if border in ("repeat", "mirror"):
+            return f"pg_repeat({offset}, {count}{' * 2' if border == 'mirror' else ''})"
+        return f"clamp({offset}, -{count}, {count})"
 
     def _here(self, image: str) -> str:
         """The centre of this pixel in texture coordinates of an image that is as large as the target."""

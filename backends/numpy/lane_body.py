@@ -10,9 +10,9 @@ from typing import Any
 
 from llvmlite import ir
 
-from passgraph.backends.numpy.lanes import Lanes, border, is_vector
+from passgraph.backends.numpy.lanes import Lanes, border, is_vector, offset_within
 from passgraph.backends.numpy.llvm_ops import BOOL, F32, I32, I64, TYPES
-from passgraph.backends.numpy.program_body import ProgramBody
+from passgraph.backends.numpy.program_body import ProgramBody, counter, index_of
 from passgraph.backends.numpy.texels import scattered
 from passgraph.backends.numpy.windows import Window, windows_of
 from passgraph.language import scalar as s
@@ -107,7 +107,7 @@ class LaneBody(ProgramBody):
     def texel(self, i: s.LoadTexel) -> None:
         """A texel anywhere in its picture."""
         results = [value.id for value in s.results_of(i)]
-        window = self.windows.get(results[0]) if results else None
+        window = self.windows.get(results[0]) if results and not i.relative else None
         if window is not None and is_vector(self.operand(window.base)):
             if results[0] not in self.values:
                 self._window(window)
@@ -115,6 +115,9 @@ class LaneBody(ProgramBody):
         number, b = self.numbers[i.image], self.builder
         x, y = self.operand(i.x), self.operand(i.y)
         width, height = self.memory[f"im{number}_w"], self.memory[f"im{number}_h"]
+        if i.relative:
+            x = b.add(self.given["pixel.0"], offset_within(b, i.border, x, width))
+            y = b.add(self.given["pixel.1"], offset_within(b, i.border, y, height))
         inner_x, inner_y = border(b, i.border, x, width), border(b, i.border, y, height)
         outside = None
         if i.border == "zero":
@@ -224,25 +227,26 @@ class LaneBody(ProgramBody):
         with b.goto_entry_block():
             slot = b.alloca(I32)
         before, live = self._at_work(), self._slot(BOOL)
-        b.store(ir.Constant(I32, i.start), slot)
+        start, stop, step = counter(i)
+        b.store(ir.Constant(I32, start), slot)
         b.store(before, live)
         check, body, behind = (b.append_basic_block(name) for name in ("check", "body", "behind"))
         b.branch(check)
         b.position_at_end(check)
-        index = b.load(slot, typ=I32)
-        more = b.icmp_signed("<" if i.step > 0 else ">", index, ir.Constant(I32, i.stop))
+        count = b.load(slot, typ=I32)
+        more = b.icmp_signed("<" if step > 0 else ">", count, ir.Constant(I32, stop))
         if _breaks(i.body):
             more = b.and_(more, b.any(self._read_slot(live, BOOL)))
         b.cbranch(more, body, behind)
         b.position_at_end(body)
         b.store(self._read_slot(live, BOOL), self.mask)
-        self.values[i.index.id] = index
+        self.values[i.index.id] = index_of(b, i, count)
         was, self.masked = self.masked, self.masked or _breaks(i.body)
         self.breaks.append(live)
         self.block(i.body)
         self.breaks.pop()
         self.masked = was
-        b.store(b.add(index, ir.Constant(I32, i.step)), slot)
+        b.store(b.add(count, ir.Constant(I32, step)), slot)
         b.branch(check)
         b.position_at_end(behind)
         b.store(before, self.mask)

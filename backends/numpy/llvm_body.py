@@ -17,7 +17,7 @@ from numba.extending import intrinsic
 from passgraph.backends.numpy.lanes import border
 from passgraph.backends.numpy.llvm_names import PLANE_ARGUMENTS, VARYINGS, argument_names, is_varying
 from passgraph.backends.numpy.llvm_ops import F32, F64, I32, I64, TYPES
-from passgraph.backends.numpy.program_body import ProgramBody
+from passgraph.backends.numpy.program_body import ProgramBody, counter, index_of
 from passgraph.language import scalar as s
 
 
@@ -189,21 +189,22 @@ class Body(ProgramBody):
     def _for(self, i: s.For) -> None:
         b = self.builder
         slot = cgutils.alloca_once(b, I32)
-        b.store(ir.Constant(I32, i.start), slot)
+        start, stop, step = counter(i)
+        b.store(ir.Constant(I32, start), slot)
         check, body, following, behind = (b.append_basic_block(name) for name in ("check", "body", "next", "behind"))
         b.branch(check)
         b.position_at_end(check)
-        index = b.load(slot, typ=I32)
-        sign = "<" if i.step > 0 else ">"
-        b.cbranch(b.icmp_signed(sign, index, ir.Constant(I32, i.stop)), body, behind)
+        count = b.load(slot, typ=I32)
+        sign = "<" if step > 0 else ">"
+        b.cbranch(b.icmp_signed(sign, count, ir.Constant(I32, stop)), body, behind)
         b.position_at_end(body)
-        self.values[i.index.id] = index
+        self.values[i.index.id] = index_of(b, i, count)
         self.loops.append((following, behind))
         self.block(i.body)
         self.loops.pop()
         if not b.block.is_terminated:
             b.branch(following)
         b.position_at_end(following)
-        b.store(b.add(index, ir.Constant(I32, i.step)), slot)
+        b.store(b.add(count, ir.Constant(I32, step)), slot)
         b.branch(check)
         b.position_at_end(behind)

@@ -132,13 +132,22 @@ class If:
 
 @dataclass(frozen=True, slots=True)
 class For:
-    """A loop with known bounds."""
+    """A loop with known bounds: ``range(start, stop, step)``, whose every member is an int of 32 bits."""
 
     index: Val
     start: int
     stop: int
     step: int
     body: tuple[Instruction, ...]
+
+    @property
+    def trips(self) -> int:
+        return len(range(self.start, self.stop, self.step))
+
+    @property
+    def wraps(self) -> bool:
+        """Whether counting on behind the last trip leaves 32 bits, so that comparing the index never ends the loop."""
+        return not -(2**31) <= self.start + self.trips * self.step < 2**31
 
 
 @dataclass(frozen=True, slots=True)

@@ -35,6 +35,8 @@ VERTEX = Struct("Vertex", tuple((name, type_) for name, (type_, _) in VERTEX_FIE
 MAX_ARRAY_LENGTH = 1024
 #: Most fields of a struct, those of structs within it counted.
 MAX_STRUCT_FIELDS = 256
+#: Structs within structs.
+MAX_STRUCT_DEPTH = 32
 
 
 @dataclass(frozen=True)
@@ -235,6 +237,10 @@ def _leaf_count(type_: Type) -> int:
     return sum(_leaf_count(t) for _, t in type_.fields) if isinstance(type_, Struct) else 1
 
 
+def _depth(type_: Type) -> int:
+    return 1 + max(_depth(t) for _, t in type_.fields) if isinstance(type_, Struct) else 0
+
+
 def read_struct(node: ast.ClassDef, source: Source, scope: Scope) -> Struct:
     """A struct from its class statement: annotated fields, optional defaults, nothing else."""
     fields: list[tuple[str, Type]] = []
@@ -270,4 +276,7 @@ def read_struct(node: ast.ClassDef, source: Source, scope: Scope) -> Struct:
             source.span(node),
             f"struct {node.name} has {count} fields, nested ones too; at most {MAX_STRUCT_FIELDS}",
         )
+    depth = 1 + max(_depth(type_) for _, type_ in fields)
+    if depth > MAX_STRUCT_DEPTH:
+        fail(source.span(node), f"struct {node.name} holds structs {depth} deep; at most {MAX_STRUCT_DEPTH}")
     return Struct(node.name, tuple(fields), tuple(defaults))

@@ -197,6 +197,18 @@ TEXTS: list[tuple[str, str]] = [
         "def k(s: T) -> float: return 1.0",
         "struct T has 512 fields, nested ones too; at most 256",
     ),
+    (
+        "class S0:\n    v: float\n"
+        + "".join(f"{'«' if n == 31 else ''}class S{n + 1}:{'»' if n == 31 else ''}\n    a: S{n}\n" for n in range(40))
+        + "def k(s: S40) -> float: return 1.0",
+        "struct S32 holds structs 33 deep; at most 32",
+    ),
+    (
+        "def k(c: Image) -> float:\n    x = c[0, 0].x\n"
+        + "".join(f"    if {'«' if n == 100 else ''}x > {n}.0{'»' if n == 100 else ''}: return x\n" for n in range(200))
+        + "    return x",
+        "branches and loops nest deeper than 100, functions inlined",
+    ),
     ("«import os»\ndef k(c: Image) -> float: return 1.0", "kernel text cannot import os"),
     ("«from os import path»\ndef k(c: Image) -> float: return 1.0", "kernel text cannot import os"),
     ("«print(1)»\ndef k(c: Image) -> float: return 1.0", "kernel text holds functions, structs and named numbers only"),
