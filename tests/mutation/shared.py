@@ -139,6 +139,15 @@ MUTANTS = (
         "rest = high * 0.00031222839606925845 + 0.0 * low",
         "operations/pow",
     ),
+    _pre("signed = -defined if odd_exponent and x < 0.0", "signed = -defined if x < 0.0", "operations/pow"),
+    _pre("size = abs(x) if whole_exponent else x", "size = x", "operations/pow"),
+    Mutant(
+        "passgraph/language/expand.py",
+        'x, n = e.op("div", ONE, x), -n',
+        "n = -n",
+        "gl",
+        ("operations/pow of known exponents",),
+    ),
     _pre(
         "result = tail * 0.44269504088896341 + f * 0.44269504088896341 + tail + f + e",
         "result = (tail + f) * 1.44269504 + e",
