@@ -1,4 +1,4 @@
-"""``pow`` by rule: of a negative base the whole powers, whether the exponent is written, folded, a parameter or computed.
+"""``pow`` by rule: of a negative base the whole powers, of an exponent written, folded, given or computed.
 
 Held against long double, which shares nothing with the table's reference.
 """
