@@ -132,7 +132,7 @@ DOMAINS: dict[str, tuple[Callable[[Values], Values], Callable[[Values], Values]]
     "div": (np.asarray, _divisible),
     "inversesqrt": (lambda v: np.abs(_known_bits(_divisible(v))), np.abs),
     "bits_from_float": (_known_bits, _known_bits),
-    "pow": (lambda v: np.abs(_moderate(v)), _small),
+    "pow": (_moderate, _small),
 }
 
 
@@ -164,6 +164,8 @@ def cases() -> Iterator[Case]:
             yield _ints(row)
         if letters == {"B"} or row.name in ("to_float", "to_int"):
             yield _bools(row)
+        if row.name == "pow":
+            yield _known_powers()
 
 
 def call(row: Operation, operands: list[str], vector: bool) -> str:
@@ -181,6 +183,18 @@ def _result(row: Operation, ints: bool) -> str:
     if letter in "Bb":
         return "bool"
     return "int" if letter in "Ii" or (ints and letter == "N") else "float"
+
+
+#: Exponents that are known when the kernel is compiled: products, reciprocals, and what is left to logarithms.
+KNOWN_POWERS = (2.0, 3.0, -1.0, -2.0, 7.0, 8.0, -3.0, 9.0, 0.5, 4.0, 5.0, 6.0)
+
+
+def _known_powers() -> Case:
+    a, b = pairs(np.clip(_moderate(floats()), -100.0, 100.0))
+    powers = [", ".join(f"pow(x, {y})" for y in KNOWN_POWERS[k : k + 4]) for k in range(0, len(KNOWN_POWERS), 4)]
+    shown = ", ".join(f"vec4({part})" for part in powers)
+    head = "def probe(a: Image, b: Image) -> tuple[vec4, vec4, vec4]:\n    x = a[0, 0].x\n"
+    return _case("pow of known exponents", f"{head}    return {shown}\n", a, b)
 
 
 def _graph(text: str) -> Mapping[str, pg.Target]:

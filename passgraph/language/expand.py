@@ -13,6 +13,8 @@ Values: TypeAlias = list[s.Operand]
 Expansion: TypeAlias = Callable[[Emitter, list[Values], list[Type]], Values]
 
 ZERO, ONE = s.Lit("float", 0.0), s.Lit("float", 1.0)
+#: Exponents of ``pow`` that become products.  A reciprocal is off by 2.5 units, so that its cube may be off by 19.
+MULTIPLIED_OUT = frozenset(range(-2, 9))
 
 
 def dot(e: Emitter, a: Values, b: Values) -> s.Operand:
@@ -20,6 +22,27 @@ def dot(e: Emitter, a: Values, b: Values) -> s.Operand:
     for x, y in zip(a[1:], b[1:], strict=True):
         total = e.op("add", total, e.op("mul", x, y))
     return total
+
+
+def whole_power(e: Emitter, x: s.Operand, exponent: s.Operand) -> s.Operand | None:
+    """``pow`` multiplied out, for a known whole exponent whose roundings stay within the row's bound; else None.
+
+    Eight factors lose seven roundings of a unit each at most, which may be 14 of the result's.  Negative powers are
+    those of the reciprocal: the power itself could vanish where its reciprocal is still a number.
+    """
+    if not isinstance(exponent, s.Lit) or exponent.value not in MULTIPLIED_OUT:
+        return None
+    n = int(exponent.value)
+    if n < 0:
+        x, n = e.op("div", ONE, x), -n
+    result: s.Operand = ONE
+    while n:
+        if n & 1:
+            result = e.op("mul", result, x)
+        n >>= 1
+        if n:
+            x = e.op("mul", x, x)
+    return result
 
 
 def _scale(e: Emitter, v: Values, k: s.Operand) -> Values:

@@ -15,7 +15,7 @@ from passgraph.errors import KernelError
 from passgraph.language import ir
 from passgraph.language import scalar as s
 from passgraph.language.emitter import Emitter, eliminate_dead
-from passgraph.language.expand import EXPANSIONS
+from passgraph.language.expand import EXPANSIONS, whole_power
 from passgraph.language.facts import Facts, Fused, ImageFacts, Shared
 from passgraph.language.library import prelude_function
 from passgraph.language.operations import OPERATIONS
@@ -338,6 +338,10 @@ class Lowering:
         """A scalar function of the prelude, in place."""
         if arguments[0].type == "int" and name in ("sign", "clamp"):
             name += "_int"
+        if name == "pow":
+            power = whole_power(self.emitter, *arguments)
+            if power is not None:
+                return power
         program = _prelude_program(name)
         bound = {p.name: [a] for p, a in zip(program.parameters, arguments, strict=True)}
         inner = Lowering(program, Facts(simplify=self.facts.simplify), self.shared, "", bound)

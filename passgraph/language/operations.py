@@ -111,6 +111,12 @@ def _dot(a: Values, b: Values) -> Values:
     return np.asarray(np.sum(a * b, axis=-1))
 
 
+def _power(x: Values, y: Values) -> Values:
+    """Of a negative x only whole powers; a zero has no sign here, so that its negative powers have none either."""
+    missing = np.isnan(y) | ((x < 0) & (np.floor(y) != y))
+    return np.where(missing, np.nan, np.power(np.where(missing, 1.0, x + 0.0), np.where(missing, 1.0, y)))
+
+
 def _refract(incident: Values, normal: Values, ratio: Values) -> Values:
     cosine = _dot(normal, incident)
     k = 1 - ratio * ratio * (1 - cosine * cosine)
@@ -282,7 +288,7 @@ _composite(_P, "exp2", "G -> G", "2 to the power x", np.exp2, ulp=3)
 _composite(_P, "exp", "G -> G", "e to the power x", np.exp, ulp=3)
 _composite(_P, "log2", "G -> G", "logarithm to base 2, x >= 0", np.log2, ulp=3)
 _composite(_P, "log", "G -> G", "natural logarithm, x >= 0", np.log, ulp=3)
-_composite(_P, "pow", "G G -> G", "x to the power y, x >= 0; pow(x, 0) is 1", np.power, ulp=16)
+_composite(_P, "pow", "G G -> G", "x to the power y; x < 0 takes whole y only; pow(x, 0) is 1", _power, ulp=16)
 _composite(_P, "sin", "G -> G", "sine, radians, |x| <= 8192", np.sin, ulp=4, absolute=2**-22)
 _composite(_P, "cos", "G -> G", "cosine, radians, |x| <= 8192", np.cos, ulp=4, absolute=2**-22)
 _composite(_P, "tan", "G -> G", "tangent, radians, |x| <= 8192", np.tan, ulp=16, absolute=2**-21)

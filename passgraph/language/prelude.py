@@ -172,9 +172,17 @@ def upper_bits(x: float) -> float:
 
 
 def pow(x: float, y: float) -> float:
-    """2**(y * log2 x), the logarithm and the product carried in two floats each (T. J. Dekker, 1971)."""
-    e = log_exponent(x)
-    f = log_mantissa(x) - 1.0
+    """2**(y * log2 |x|), the logarithm and the product carried in two floats each (T. J. Dekker, 1971).
+
+    A negative x has powers where y is whole, negative ones where it is odd.  Of a known y that is not whole nothing of
+    this is left.
+    """
+    whole_exponent = floor(y) == y
+    half_exponent = y * 0.5
+    odd_exponent = whole_exponent and floor(half_exponent) != half_exponent
+    size = abs(x) if whole_exponent else x
+    e = log_exponent(size)
+    f = log_mantissa(size) - 1.0
     # log(1 + f) as high + low.  The square's leading part is exact, so that little is lost.
     f_high = upper_bits(f)
     f_low = f - f_high
@@ -202,9 +210,10 @@ def pow(x: float, y: float) -> float:
     infinity = float_from_bits(0x7F800000)
     at_zero = 0.0 if y > 0.0 else infinity
     at_infinity = infinity if y > 0.0 else 0.0
-    positive = at_infinity if x == infinity else in_range
-    defined = positive if x > 0.0 else (at_zero if x == 0.0 else float_from_bits(0x7FC00000))
-    with_nan = y if y != y else defined
+    positive = at_infinity if size == infinity else in_range
+    defined = positive if size > 0.0 else (at_zero if size == 0.0 else float_from_bits(0x7FC00000))
+    signed = -defined if odd_exponent and x < 0.0 else defined
+    with_nan = y if y != y else signed
     return 1.0 if y == 0.0 else with_nan
 
 

@@ -99,13 +99,29 @@ def _even(name: str) -> Function:
 
 
 def _pow(x: Interval, y: Interval) -> Interval:
-    """Monotone in x and in y for x > 0; below 0 nothing is promised, at 0 only for y >= 0."""
+    """Of a negative x, the power of its size with the sign that a sure exponent's parity gives."""
+    positive, negative = _power_of_size(x, y), _power_of_size(iv.neg(x), y)
+    whole, half = np.floor(y.lo) == y.lo, 0.5 * y.lo
+    negative = where(whole & (np.floor(half) != half), iv.neg(negative), negative)
+    one = Interval.point(np.ones_like(positive.lo))
+    no_number = Interval.point(np.full_like(one.lo, np.nan))
+    # Of an exponent that is not surely whole nothing is known, but that between -1 and 1 only 0 is whole.
+    small = where(y.has(0.0), hull(one, no_number), no_number)
+    unsure = where((y.lo > -1) & (y.hi < 1), small, Interval.anything(one.shape))
+    negative = where(y.exact, where(whole, negative, no_number), unsure)
+    made = where(x.lo >= 0, positive, where(x.hi < 0, negative, hull(positive, negative)))
+    # The sign of a zero is not kept, so that its odd negative powers are infinite either way.
+    either = Interval(np.full_like(one.lo, -np.inf), np.full_like(one.lo, np.inf), made.nan)
+    made = where(x.has(0.0) & (y.lo < 0) & ~np.isnan(y.lo), either, made)
+    return where(y.exact & (y.lo == 0), one, made)
+
+
+def _power_of_size(x: Interval, y: Interval) -> Interval:
+    """Monotone in x and in y for x >= 0."""
     base = Interval(np.maximum(x.lo, 0.0), np.maximum(x.hi, 0.0), x.nan)
     made = _widened("pow", *corners("pow", base, y))
     one = Interval.point(np.ones_like(made.lo))
-    made = where(y.has(0.0) & x.nan, hull(made, one), made)  # 1 even where x is NaN
-    made = where((y.lo == 0) & (y.hi == 0) & ~y.nan, one, made)
-    return where((x.lo < 0) | (x.has(0.0) & (y.lo < 0)), Interval.anything(made.shape), made)
+    return where(y.has(0.0) & x.nan, hull(made, one), made)  # 1 even where x is NaN
 
 
 def _atan2(y: Interval, x: Interval) -> Interval:

@@ -42,6 +42,7 @@ MUTANTS = (
     _g("glsl", '[f"{whole} < {count}"] * high', '[f"{whole} <= {count}"] * high', *PICTURES),
     _g("glsl", '[f"{whole} >= 0"] * low', '[f"{whole} >= -1"] * low', *PICTURES),
     _g("glsl", "uint({whole}) < uint({count})", "uint({whole}) <= uint({count})", *PICTURES),
+    _g("glsl", "float(min({text}, {FARTHEST_TEXEL}))", "float({text})", "pictures/far outside, clamp"),
     _g("glsl", 'f"({number} + 0.5) * {width}"', 'f"({number} - 0.5) * {width}"', *PICTURES, "language/"),
     _g("glsl", ".{axis} + {number} * {width}", ".{axis} - {number} * {width}", *PICTURES),
     _g("backend", "0x2802: 0x812F", "0x2802: 0x2901", *PICTURES),

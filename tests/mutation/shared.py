@@ -139,6 +139,15 @@ MUTANTS = (
         "rest = high * 0.00031222839606925845 + 0.0 * low",
         "operations/pow",
     ),
+    _pre("signed = -defined if odd_exponent and x < 0.0", "signed = -defined if x < 0.0", "operations/pow"),
+    _pre("size = abs(x) if whole_exponent else x", "size = x", "operations/pow"),
+    Mutant(
+        "passgraph/language/expand.py",
+        'x, n = e.op("div", ONE, x), -n',
+        "n = -n",
+        "gl",
+        ("operations/pow of known exponents",),
+    ),
     _pre(
         "result = tail * 0.44269504088896341 + f * 0.44269504088896341 + tail + f + e",
         "result = (tail + f) * 1.44269504 + e",
@@ -178,6 +187,14 @@ MUTANTS = (
     _pre("1.055 * pow(c, 0.4166666666666667) - 0.055", "1.055 * pow(c, 0.45) - 0.055", "language/stored", "pictures/"),
     _pre(
         "return x / 12.92 if x <= 0.04045 else", "return x / 12.92 if x <= 0.4045 else", "language/stored", "pictures/"
+    ),
+    Mutant(
+        "passgraph/language/library.py",
+        "p = clamp(position * vec2(image.size) - 0.5, -1073741824.0, 1073741824.0)",
+        "p = position * vec2(image.size) - 0.5",
+        "opencl",
+        ("pictures/far outside, clamp",),
+        "operands of the reference are the same text: only tests/cross/test_far_positions.py knows what is right",
     ),
     # The plan: results are known to the bit, whatever is optimised
     _plan("plan/emit.py", "return a[1] < b[0] or b[1] < a[0]", "return a[1] <= b[0] or b[1] <= a[0]"),
