@@ -9,6 +9,7 @@ import numpy as np
 
 from passgraph.draw_state import BLENDS, Blend, DrawState, Stencil
 from passgraph.errors import GraphError
+from passgraph.frozen_geometry import frozen
 from passgraph.graph import DrawPass, Geometry, _check_result, split_arguments
 from passgraph.language.kernel import Kernel
 from passgraph.language.types import Struct
@@ -40,7 +41,8 @@ def draw(
     ----------
     geometry
         A mesh: ``positions`` (n, 3) float32, ``triangles`` (m, 3) int32 and any of ``normals``, ``uvs``,
-        ``colors``, ``tangents``.
+        ``colors``, ``tangents``.  It is drawn as it is now: a :class:`passgraph.Mesh` cannot change, and of
+        anything else a copy is kept, on every backend.  For another mesh draw again and compile again.
     vertex, fragment
         Kernels made with :func:`passgraph.vertex` and :func:`passgraph.fragment`.  Without a fragment kernel
         only depth and stencil are written.
@@ -67,6 +69,9 @@ def draw(
     where = f"draw {pass_name!r}"
     _check_kernels(vertex, fragment, where)
     check_geometry(geometry, where)
+    kept = frozen(geometry)
+    if kept is not geometry:
+        check_geometry(kept, where)
     specs, loads = _outputs(into, where)
     depth_spec, depth_load = _output(depth, where) if depth is not None else (None, None)
     _check_outputs(specs, depth_spec, fragment, stencil, where)
@@ -82,7 +87,7 @@ def draw(
             raise GraphError(f"{where} reads and writes target {image.name!r}; write into another one")
     made = DrawPass(
         pass_name,
-        geometry,
+        kept,
         vertex,
         fragment,
         images,

@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -88,16 +89,13 @@ class Mesh:
             tint[:, : table.shape[1]] = table
         directions = smooth_normals(points, faces) if given is None else _unit_normals(given, points, faces)
         flat = np.tile(np.array([1, 0, 0, 1], np.float32), (count, 1))
-        arrays = [points, faces, directions, coordinates, tint, flat]
-        for array in arrays:
-            array.setflags(write=False)
         return cls(
-            points,
-            faces,
-            directions,
-            coordinates,
-            tint,
-            flat,
+            fixed(points),
+            fixed(faces),
+            fixed(directions),
+            fixed(coordinates),
+            fixed(tint),
+            fixed(flat),
             name,
             has_normals=given is not None,
             has_uvs=uvs is not None,
@@ -124,9 +122,15 @@ class Mesh:
         """The same mesh with tangents computed from its texture coordinates (itself if it has them)."""
         if self.has_tangents:
             return self
-        tangents = tangents_of(self.positions, self.triangles, self.normals, self.uvs)
-        tangents.setflags(write=False)
+        tangents = fixed(tangents_of(self.positions, self.triangles, self.normals, self.uvs))
         return dataclasses.replace(self, tangents=tangents, has_tangents=True)
+
+
+def fixed(array: NDArray[Any]) -> NDArray[Any]:
+    """An array of ours that cannot be written to, nor the memory that it looks at."""
+    owned = array if array.base is None else array.copy()
+    owned.setflags(write=False)
+    return owned
 
 
 def merge(parts: Sequence[tuple[Mesh, Float64]], origin: ArrayLike = (0.0, 0.0, 0.0), name: str = "merged") -> Mesh:
