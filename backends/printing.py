@@ -196,6 +196,8 @@ class Printer(ABC):
         zeros = {"bool": "false", "int": "0", "float": "0.0" + self.float_suffix}
         for name, type_ in self.program.variables:
             self.line(f"{self.declared(type_)} {name} = {zeros[type_]};")
+        for name, type_, length in self.program.arrays:
+            self.line(f"{self.declared(type_)} {name}[{length}];")
 
     # Instructions
 
@@ -226,6 +228,10 @@ class Printer(ABC):
             self.value(i.to, i.variable)
         elif isinstance(i, s.Write):
             self.line(f"{i.variable} = {self.operand(i.value)};")
+        elif isinstance(i, s.ReadAt):
+            self.value(i.to, f"{i.array}[{self.operand(i.index)}]")
+        elif isinstance(i, s.WriteAt):
+            self.line(f"{i.array}[{self.operand(i.index)}] = {self.operand(i.value)};")
         elif isinstance(i, s.If):
             self.branch(i)
         elif isinstance(i, s.For):

@@ -52,6 +52,8 @@ def alone(step: PixelStep) -> tuple[Stage, ...]:
 
 def stages(steps: Sequence[PixelStep]) -> tuple[Stage, ...] | None:
     """The chain of these passes, or None where one reads another anywhere but in a fixed neighbourhood."""
+    if any(step.program.arrays for step in steps):
+        return None  # the arrays of each would lie on the stack at once
     made = {resource: (k, slot) for k, step in enumerate(steps) for slot, resource in enumerate(step.outputs)}
     margins = [Margin()] * len(steps)
     rings: list[list[tuple[int, int, int]]] = [[] for _ in steps]
@@ -125,17 +127,4 @@ def _dear(stage: Stage, tiles: Tiling) -> bool:
     again = (1 + (left + right) / tiles.width * (tiles.width < width)) * (
         1 + (up + down) / tiles.rows * (tiles.rows < height)
     ) - 1
-    return again * work(stage.step.program.body) > MAX_AGAIN * sum(stage.channels)
-
-
-def work(body: Sequence[s.Instruction]) -> int:
-    """Instructions that a pixel takes at most."""
-    total = 0
-    for i in body:
-        if isinstance(i, s.For):
-            total += len(range(i.start, i.stop, i.step)) * work(i.body)
-        elif isinstance(i, s.If):
-            total += max(work(i.then), work(i.orelse))
-        else:
-            total += 1
-    return total
+    return again * s.work(stage.step.program.body) > MAX_AGAIN * sum(stage.channels)

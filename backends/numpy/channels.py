@@ -15,7 +15,7 @@ from passgraph.language.emitter import COMMUTATIVE, eliminate_dead
 #: Builtins that do not tell one channel's loop index from another's.
 _SHARED_BUILTINS = ("output_size.", "size.", "pixel.1")
 #: Programs with these are computed pixel by pixel.
-_STRUCTURED = (s.If, s.For, s.Read, s.Write, s.Break, s.Continue)
+_STRUCTURED = (s.If, s.For, s.Read, s.Write, s.ReadAt, s.WriteAt, s.Break, s.Continue)
 Numbering: TypeAlias = dict[tuple[object, ...], int]
 
 

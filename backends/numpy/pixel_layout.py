@@ -92,7 +92,7 @@ class StageLayout:
     @cached_property
     def _fitting(self) -> int:
         """How many times the kernel may stand in one turn of the loop."""
-        straight = not any(isinstance(i, (s.If, s.For)) for i in self.program.body)
+        straight = not self.program.arrays and not any(isinstance(i, (s.If, s.For)) for i in self.program.body)
         return max(1, MAX_AT_ONCE // max(1, len(self.program.body)) if straight else 1)
 
     @cached_property

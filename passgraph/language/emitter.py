@@ -40,6 +40,7 @@ class Emitter:
         self.known: list[dict[tuple[object, ...], object]] = [{}]
         self.ids = 0
         self.variables: dict[str, str] = {}
+        self.arrays: dict[str, tuple[str, int]] = {}  # scalar type, length
         self.ranges: dict[int, tuple[int, int]] = {}  # loop indices: inclusive
         self.tables: dict[str, tuple[str, tuple[bool | int | float, ...]]] = {}
         self.builtins: dict[str, str] = {}
@@ -191,6 +192,16 @@ class Emitter:
     def read(self, name: str) -> s.Val:
         to = self.fresh(self.variables[name])
         self.push(s.Read(to, name))
+        return to
+
+    def array(self, type_: str, length: int) -> str:
+        name = f"a{len(self.arrays)}"
+        self.arrays[name] = type_, length
+        return name
+
+    def read_at(self, array: str, index: s.Operand) -> s.Val:
+        to = self.fresh(self.arrays[array][0])
+        self.push(s.ReadAt(to, array, index))
         return to
 
     def begin(self) -> None:

@@ -14,6 +14,7 @@ from typing import Any, TypeGuard
 from passgraph.errors import KernelError
 from passgraph.language import ir
 from passgraph.language import scalar as s
+from passgraph.language.arrays import Arrays
 from passgraph.language.emitter import Emitter, eliminate_dead
 from passgraph.language.expand import EXPANSIONS, whole_power
 from passgraph.language.facts import Facts, Fused, ImageFacts, Shared
@@ -30,6 +31,12 @@ MAX_UNROLLED_TRIPS = 64
 MAX_UNROLLED_INSTRUCTIONS = 6_000
 #: Loops may make at most this many trips, nested ones together; longer ones would hang a driver.
 MAX_TRIPS = 1 << 16
+#: Instructions of a program; drivers' compilers take a minute for twice as many, and gigabytes.
+MAX_INSTRUCTIONS = 20_000
+#: Loops stay loops where unrolling would make the program longer than this.
+MAX_UNROLLED_TOGETHER = 12_000
+#: Instructions that one pixel may take, every trip of every loop.
+MAX_WORK = 1 << 24
 
 
 def lower(program: ir.Program, facts: Facts | None = None) -> s.ScalarProgram:
@@ -59,7 +66,16 @@ def _lower(program: ir.Program, facts: Facts) -> s.ScalarProgram:
         keep = None
     roots = [v for o in outputs for v in o.values] + ([keep] if keep is not None else [])
     body = eliminate_dead(emitter.blocks[0], roots)
+    _check_size(program, body)
     return shared.finish(program, body, outputs, keep)
+
+
+def _check_size(program: ir.Program, body: tuple[s.Instruction, ...]) -> None:
+    length, steps = sum(1 for _ in s.walk(body)), s.work(body)
+    if length > MAX_INSTRUCTIONS:
+        fail(program.source, f"{program.name} has {length} instructions, loops unrolled; at most {MAX_INSTRUCTIONS}")
+    if steps > MAX_WORK:
+        fail(program.source, f"{program.name} takes {steps} instructions a pixel, loops run; at most {MAX_WORK}")
 
 
 class Lowering:
@@ -77,6 +93,7 @@ class Lowering:
         self.emitter = shared.emitter
         self.arguments = arguments or {}
         self.locals: dict[str, list[s.Operand]] = {}
+        self.arrays = Arrays(shared.emitter, program)
         self.loops: list[dict[tuple[str, int], str]] = []  # variables of the loops around, innermost last
         self.trips = 1  # of the loops around together
 
@@ -122,7 +139,7 @@ class Lowering:
             if statement.span is not NOWHERE and not self.arguments:
                 self.emitter.span = statement.span
             if isinstance(statement, ir.Assign):
-                self.locals[statement.name] = self.value(statement.value)
+                self._assign(statement)
             elif isinstance(statement, ir.If):
                 self._if(statement)
             elif isinstance(statement, ir.For):
@@ -131,6 +148,18 @@ class Lowering:
                 self._jump(statement)
             if _leaves(self.emitter.blocks[-1]):
                 return
+
+    def _assign(self, statement: ir.Assign) -> None:
+        name, value, arrays = statement.name, statement.value, self.arrays
+        if name not in arrays:
+            self.locals[name] = self.value(value)
+        elif isinstance(value, ir.Insert) and isinstance(value.value, ir.Local) and value.value.name == name:
+            index = self.value(value.index)[0]
+            arrays.store(name, index, self.value(value.element))
+        elif isinstance(value, ir.Local) and value.name in arrays:
+            arrays.copy(name, value.name, statement.span)
+        else:
+            arrays.fill(name, self.value(value), statement.span)
 
     def _jump(self, statement: ir.Break | ir.Continue) -> None:
         """Break or continue: what the loop hands on is written first."""
@@ -153,7 +182,8 @@ class Lowering:
             return
         then, after_then = self._branch(statement.then)
         orelse, after_else = self._branch(statement.orelse)
-        names = sorted(_names_assigned(statement.then) | _names_assigned(statement.orelse))
+        assigned = _names_assigned(statement.then) | _names_assigned(statement.orelse)
+        names = sorted(name for name in assigned if name not in self.arrays)
         if e.simplify and e.selectable(then) and e.selectable(orelse):
             for instruction in (*then, *orelse):
                 e.push(instruction)
@@ -213,10 +243,12 @@ class Lowering:
             self.locals[statement.name] = [s.Lit("int", i)]
             self.block(statement.body)
             grown = sum(1 for _ in s.walk(e.blocks[-1][length:])) if count == 0 else 0
-            if grown * len(trips) > MAX_UNROLLED_INSTRUCTIONS:
+            allowed = min(MAX_UNROLLED_INSTRUCTIONS, MAX_UNROLLED_TOGETHER - self.shared.unrolled)
+            if grown * len(trips) > allowed:
                 self.locals, e.ids, e.known[-1] = before, ids, known
                 del e.blocks[-1][length:]
                 return False
+        self.shared.unrolled += sum(1 for _ in s.walk(e.blocks[-1][length:])) if not self.loops else 0
         return True
 
     def _loop(self, statement: ir.For, start: int, stop: int, step: int) -> None:
@@ -269,7 +301,8 @@ class Lowering:
         return [s.Lit(expression.type.name, expression.value)]
 
     def _local(self, expression: ir.Local) -> list[s.Operand]:
-        return self.locals[expression.name]
+        name = expression.name
+        return self.arrays.values(name) if name in self.arrays else self.locals[name]
 
     def _table(self, expression: ir.Table) -> list[s.Operand]:
         return [s.Lit(element_of(expression.type).name, v) for v in expression.values]
@@ -352,6 +385,8 @@ class Lowering:
         index = self.value(expression.index)[0]
         width = component_count(expression.type)
         base_type = expression.value.type
+        if isinstance(expression.value, ir.Local) and expression.value.name in self.arrays:
+            return self.arrays.entry(expression.value.name, index)
         if isinstance(index, s.Lit):
             i = min(max(int(index.value), 0), component_count(base_type) // width - 1)
             if isinstance(expression.value, ir.Table):

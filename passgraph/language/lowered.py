@@ -36,7 +36,8 @@ _FIELDS: dict[type[Any], tuple[str, ...]] = {
     cls: tuple(field.name for field in fields(cls))
     for cls in (
         scalar.Lit, scalar.Val, scalar.Op, scalar.Choose, scalar.LoadUniform, scalar.LoadTable, scalar.LoadBuiltin,
-        scalar.LoadTexel, scalar.Read, scalar.Write, scalar.If, scalar.For, scalar.Break, scalar.Continue,
+        scalar.LoadTexel, scalar.Read, scalar.Write, scalar.ReadAt, scalar.WriteAt,
+        scalar.If, scalar.For, scalar.Break, scalar.Continue,
         scalar.UniformSlot, scalar.ImageUse, scalar.Output, scalar.ScalarProgram,
         types.Vector, types.Matrix, types.Array, Span,
     )

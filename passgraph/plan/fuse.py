@@ -67,6 +67,8 @@ def _fusable(target: Target, consumer: Lowered, static: set[Pass], lengths: dict
         return False  # also read by a pass that was fused into the consumer
     if any(not consumer.program.image(name).pointwise or reads_size(consumer.program, name) for name in names):
         return False
+    if producer.program.arrays or consumer.program.arrays:
+        return False  # what one kernel may hold in arrays is bounded; together they could take more
     return lengths[producer.node] + lengths[consumer.node] <= MAX_FUSED_INSTRUCTIONS
 
 

@@ -445,4 +445,25 @@ CALLS += [
         ),
         "the kernel takes more than 200000 steps to compile; make loops shorter",
     ),
+    (
+        lambda: compiled(
+            "def k(c: Image) -> float:\n    x = c[0, 0].x\n" + "    x = x * x + 1.0\n" * 11_000 + "    return x"
+        ),
+        "instructions, loops unrolled; at most 20000",
+    ),
+    (
+        lambda: compiled(
+            "def k(c: Image) -> float:\n    x = c[0, 0].x\n    for i in range(65536):\n"
+            + "        x = x * x + 1.0\n" * 200
+            + "    return x"
+        ),
+        "instructions a pixel, loops run; at most 16777216",
+    ),
+    (
+        lambda: compiled(
+            "def k(c: Image) -> float:\n    i = int(c[0, 0].x)\n    a = [mat4(1)] * 1024\n    b = [1.0] * 65\n"
+            "    a[i] = mat4(2)\n    b[i] = 2.0\n    return b[i + 1] + a[i][0].x"
+        ),
+        "read or written at computed indices hold 16449 numbers or more together; at most 16384 are allowed",
+    ),
 ]
