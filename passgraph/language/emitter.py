@@ -102,6 +102,8 @@ class Emitter:
         literals = [a for a in arguments if isinstance(a, s.Lit)]
         if len(literals) == len(arguments):
             return fold(name, result, tuple(literals))
+        if name in ("less", "greater") and repr(arguments[0]) == repr(arguments[1]):
+            return s.Lit("bool", False)
         if len(arguments) != 2 or not literals:
             return None
         (one,) = literals
@@ -116,7 +118,9 @@ class Emitter:
             return other
         if name == "sub" and right and one.value == 0 and math.copysign(1, one.value) > 0:
             return other
-        if name == "mul" and one.type == "int" and one.value == 0:
+        if name in ("mul", "bit_and") and one.type == "int" and one.value == 0:
+            return one
+        if name in ("add", "sub", "mul", "div") and one.value != one.value:
             return one
         if name == "logical_and":
             return other if one.value else one

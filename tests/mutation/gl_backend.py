@@ -25,13 +25,9 @@ MUTANTS = (
         "glsl", "int i = int(max(x, -2147483648.0));", "int i = int(max(floor(x), -2147483648.0));", "operations/to_int"
     ),
     _g("glsl", "return pg_isnan(x) ? 0 : i;", "return pg_isnan(x) ? 1 : i;", "operations/to_int"),
-    _g(
-        "glsl",
-        "intBitsToFloat(0x7fc00000) : 0.0",
-        "0.0 : 0.0",
-        "language/identities",
-        harmless="the oracle lets infinity times 0 be 0 or NaN",
-    ),
+    _g("glsl", 'return f"pg_hidden({text})" if zero else text', "return text", "language/written zeros"),
+    _g("foreseen", "found.add(i.index.id)", "pass", "language/unrolled zeros"),
+    _g("foreseen", "variables.add(i.variable)", "pass", "language/unrolled zeros"),
     _g(
         "glsl",
         'if op.on == "float" and op.operation in ("equal", "not_equal") and',

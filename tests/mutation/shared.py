@@ -188,14 +188,6 @@ MUTANTS = (
     _pre(
         "return x / 12.92 if x <= 0.04045 else", "return x / 12.92 if x <= 0.4045 else", "language/stored", "pictures/"
     ),
-    Mutant(
-        "passgraph/language/library.py",
-        "p = clamp(position * vec2(image.size) - 0.5, -1073741824.0, 1073741824.0)",
-        "p = position * vec2(image.size) - 0.5",
-        "opencl",
-        ("pictures/far outside, clamp",),
-        "operands of the reference are the same text: only tests/cross/test_far_positions.py knows what is right",
-    ),
     # The plan: results are known to the bit, whatever is optimised
     _plan("plan/emit.py", "return a[1] < b[0] or b[1] < a[0]", "return a[1] <= b[0] or b[1] <= a[0]"),
     _plan("plan/emit.py", "spans[resource] = (first, index)", "spans[resource] = (first, first)"),
