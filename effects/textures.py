@@ -26,5 +26,5 @@ class TextureInputs:
                 kind = "rgba16f" if use == "base color" else "rgba8"
             name = f"{texture.name} ({use} {len(self._made)})"
             picture = np.ascontiguousarray(pixels)
-            self._made[key] = pg.Input(name, kind, texture.size, static=True, border="repeat", default=picture)
+            self._made[key] = pg.Input(name, kind, texture.size, static=True, border=texture.wrap, default=picture)
         return self._made[key]

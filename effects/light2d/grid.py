@@ -39,13 +39,15 @@ def distance_grid(window: Window, walls: Sequence[Wall], cell: float = 1.5) -> N
     rows = max(round((window.top - window.bottom) / cell + 0.499), 1)
     grid = np.full((rows, columns), np.inf, np.float32)
     edges = all_edges(walls)
-    closed = [(wall, np.array(wall.points).min(0), np.array(wall.points).max(0)) for wall in walls if wall.closed]
+    closed = [wall for wall in walls if wall.closed]
+    low = np.array([np.min(wall.points, 0) for wall in closed]).reshape(-1, 2)
+    high = np.array([np.max(wall.points, 0) for wall in closed]).reshape(-1, 2)
     for row in range(rows if len(edges) else 0):
         for column in range(columns):
             middle = window.left + (column + 0.5) * cell, window.top - (row + 0.5) * cell
             grid[row, column] = distance_to_edges(middle, edges).min()
-            around = [wall for wall, low, high in closed if (low <= middle).all() and (middle <= high).all()]
-            if any(inside(wall, middle) for wall in around):
+            around = np.flatnonzero(((low <= middle) & (middle <= high)).all(1))
+            if any(inside(closed[number], middle) for number in around):
                 grid[row, column] = 0.0
     return grid
 

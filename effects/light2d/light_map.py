@@ -14,7 +14,7 @@ from passgraph.effects.light2d.penumbra import gradient
 from passgraph.effects.light2d.shapes import around, in_window, shadow_of
 from passgraph.effects.light2d.smoothing import mixed_light
 from passgraph.effects.light2d.tiles import tiled_light
-from passgraph.effects.light2d.world import Float64, Light2D, Point, Wall, Window, edges_near
+from passgraph.effects.light2d.world import Float64, Light2D, Point, Wall, Window, all_edges, in_reach
 
 Penumbra = Literal["exact", "none", "rotate", "move", "mixed"]
 PENUMBRAS: tuple[Penumbra, ...] = ("exact", "none", "rotate", "move", "mixed")
@@ -79,8 +79,9 @@ def light_map(
         whole(), vertex=in_window, fragment=black, into=pg.target(name, format, size, clear=(*ambient, 1.0)),
         blend="add", name=f"{name}_ambient", values={"clip": WHOLE.clip},
     )  # fmt: skip
+    every = all_edges(walls)
     for number, light in enumerate(lights):
-        edges = edges_near(walls, light)
+        edges = in_reach(every, light)
         label = f"{name}_{number}"
         if penumbra == "mixed" and light.size > 0.0 and len(edges):
             total = drawn(mixed_light(window, light, edges, size, name=label), total, f"{label}_add", blend="add")

@@ -13,6 +13,7 @@ from passgraph.errors import InputError
 from passgraph.graph import PixelKernel
 from passgraph.language.types import Array, ImageType, Matrix, Scalar, Struct, Type, Vector
 from passgraph.program import named_outputs
+from passgraph.reading import check_regular, read_text
 from passgraph.targets import TargetSpec
 
 Graph = Mapping[str, pg.Target]
@@ -28,14 +29,11 @@ def graphs_of(path: Path) -> dict[str, Graph]:
     InputError
         For a file that cannot be read, fails, or has nothing to check.
     """
-    if not path.is_file():
-        raise InputError(f"{path}: no such file")
     if path.suffix == ".py":
+        check_regular(path, "a Python module")
         names = _run(path)
     else:
-        if path.stat().st_size > MAX_TEXT_BYTES:
-            raise InputError(f"{path}: more than {MAX_TEXT_BYTES} bytes of text")
-        made = pg.kernel(source=path.read_text(encoding="utf-8"))
+        made = pg.kernel(source=read_text(path, "a text of kernels", MAX_TEXT_BYTES))
         names = {made.name: made}
     if "outputs" in names:
         return {"outputs": _named(names["outputs"], path)}

@@ -14,6 +14,7 @@ from passgraph.scene.matrices import number
 
 AlphaMode = Literal["opaque", "mask", "blend"]
 ColorSpace = Literal["srgb", "linear"]
+Wrap = Literal["repeat", "clamp", "mirror"]
 
 # Larger pictures are refused before they are decoded: 64 Mi texels are 256 MiB as RGBA bytes.
 MAX_TEXELS = 1 << 26
@@ -21,32 +22,36 @@ MAX_TEXELS = 1 << 26
 
 @dataclass(frozen=True, eq=False)
 class Texture:
-    """A picture on a surface; it repeats in both directions, and row 0 is at v = 0.
+    """A picture on a surface; row 0 is at v = 0.
 
     Attributes
     ----------
     pixels : (h, w, 4) uint8
     color_space : "srgb" for colours (alpha is always linear), "linear" for normals and heights
     name : used in messages
+    wrap : what lies beyond it, in both directions: it repeats, every second time mirrored, or its edge goes on (clamp)
     """
 
     pixels: NDArray[np.uint8]
     color_space: ColorSpace = "srgb"
     name: str = "texture"
+    wrap: Wrap = "repeat"
 
     @classmethod
-    def make(cls, pixels: ArrayLike, color_space: ColorSpace = "srgb", name: str = "texture") -> Texture:
+    def make(
+        cls, pixels: ArrayLike, color_space: ColorSpace = "srgb", name: str = "texture", wrap: Wrap = "repeat"
+    ) -> Texture:
         """Check an array of bytes and bring it to four channels.
 
         Parameters
         ----------
         pixels : (h, w), (h, w, 1), (h, w, 3) or (h, w, 4) uint8
-        color_space, name : see the class
+        color_space, name, wrap : see the class
 
         Raises
         ------
         InputError
-            Wrong shape, type, colour space, or more than `MAX_TEXELS`.
+            Wrong shape, type, colour space, wrap, or more than `MAX_TEXELS`.
 
         >>> Texture.make(np.full((2, 2), 255, np.uint8)).decode()[0, 0].tolist()
         [1.0, 1.0, 1.0, 1.0]
@@ -54,6 +59,8 @@ class Texture:
         array = np.asarray(pixels)
         if color_space not in ("srgb", "linear"):
             raise InputError(f"texture {name!r}: color_space: expected 'srgb' or 'linear', got {color_space!r}")
+        if wrap not in ("repeat", "clamp", "mirror"):
+            raise InputError(f"texture {name!r}: wrap: expected 'repeat', 'clamp' or 'mirror', got {wrap!r}")
         if array.ndim == 2:
             array = array[:, :, None]
         if array.ndim != 3 or array.shape[2] not in (1, 3, 4) or 0 in array.shape:
@@ -68,7 +75,7 @@ class Texture:
         else:
             full[:, :, :channels] = array
         full.setflags(write=False)
-        return cls(full, color_space, name)
+        return cls(full, color_space, name, wrap)
 
     @property
     def size(self) -> tuple[int, int]:
