@@ -281,6 +281,9 @@ class GLSL(Printer):
         if program.stage == "vertex":
             x, y, z, w = (self.operand(v) for v in program.outputs[0].values)
             self.line(f"gl_Position = vec4({x} * pg_guard, -({y}) * pg_guard, {z}, {w});")
+            # Rule 1 drops triangles with such a corner; an infinite w alone would be a place on the screen.
+            self.line("bvec4 pg_lost = equal(floatBitsToInt(gl_Position) & 0x7f800000, ivec4(0x7f800000));")
+            self.line("if (any(pg_lost)) { gl_Position = vec4(intBitsToFloat(0x7fc00000)); }")
             # A varying that is the same at all vertices may become a constant of the fragment shader.
             sent = [self._hidden(v) for v in (program.outputs[1].values if len(program.outputs) > 1 else ())]
             for k in range(vec4_count(len(sent))):

@@ -10,7 +10,7 @@ import ctypes
 import importlib
 import mmap
 import pkgutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import ModuleType
 from typing import Any
@@ -40,15 +40,37 @@ def guarded_zeros(shape: Any, dtype: Any = float) -> np.ndarray[Any, Any]:
     return whole[end - size : end].view(kind).reshape(shape)
 
 
+#: Functions whose results are moved between guards; ``zeros`` and ``empty`` make them there.
+MOVED = ("arange", "array", "ascontiguousarray", "concatenate", "flatnonzero", "full", "tile")
+
+
 class GuardedNumpy(ModuleType):
     """NumPy, but for arrays that are made new."""
 
     def __init__(self) -> None:
         super().__init__("guarded_numpy")
         self.zeros = self.empty = guarded_zeros
+        for name in MOVED:
+            setattr(self, name, _moved(getattr(np, name)))
 
     def __getattr__(self, name: str) -> Any:
         return getattr(np, name)
+
+
+def _moved(function: Callable[..., Any]) -> Callable[..., Any]:
+    def call(*given: Any, **named: Any) -> Any:
+        return guarded_copy(function(*given, **named))
+
+    return call
+
+
+def guarded_copy(array: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """The same numbers between guards; what cannot lie there (objects, names) stays where it is."""
+    if array.dtype.kind not in "biuf":
+        return array
+    made = guarded_zeros(array.shape, array.dtype)
+    made[...] = array
+    return made
 
 
 @contextmanager
