@@ -81,5 +81,8 @@ class NullBackend(Backend):
         if storage in self.storages:
             self.storages.remove(storage)
 
+    def after_fork(self) -> bool:
+        return True
+
     def close(self) -> None:
         self.storages.clear()

@@ -158,8 +158,6 @@ class Execution:
         static = {name: values[name] for name, handle in self.plan.values.items() if handle.static}
         static_changed = self._changed(static)
         self._static_seen = None  # until this run has ended well, nothing counts as done
-        static_changed |= self._upload(pictures)
-        self._swap_history()
         if check is not None:
             check.begin(pictures)
         looking = observe is not None or check is not None
@@ -167,6 +165,8 @@ class Execution:
             self.places[resource] = self.plan.resources[resource].memory if looking else apart
         # Who looks may use the device between two steps.
         with nullcontext() if looking else self.backend.running():
+            static_changed |= self._upload(pictures)
+            self._swap_history()
             for step, execute in self._runs if looking else self._chained:
                 if step.static and not static_changed:
                     continue
@@ -253,6 +253,10 @@ class Execution:
             self.backend.release(memory)
         for geometry in self._geometries.values():
             self.backend.release_geometry(geometry)
+        self.forget()
+
+    def forget(self) -> None:
+        """Let go of everything; compiled steps know this object, so that it would wait for the garbage collector."""
         self.memories, self._runs, self._chained = [], [], []
         self._geometries.clear()
 

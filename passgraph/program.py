@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import replace
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
 from os import PathLike
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -52,10 +54,35 @@ class Result(Mapping[str, Picture]):
         save(path, self[name or next(iter(self))])
 
 
+@dataclass
+class _Held:
+    """What a program must give back: known to its finaliser, which cannot know the program."""
+
+    backend: Backend
+    owns: bool
+    execution: Execution | None = None
+
+    def abandoned(self) -> None:
+        """The program was dropped without being closed; this may run in any thread, in the middle of anything."""
+        execution, self.execution = self.execution, None
+        if execution is None:
+            return
+        if self.owns:
+            # Nobody else has this backend: it goes with the last reference to it.
+            execution.forget()
+        else:
+            self.backend.turn.later(execution.release)
+
+
 class Program:
     """What :func:`compile` returns.  Call it with inputs and values by name.
 
     It owns its pictures and compiled passes until :meth:`close` (it is a context manager too).
+
+    Threads may share it: each call, from the inputs to the results, is one thread's alone, and others wait; so does
+    :meth:`close`.  Between :meth:`run` and :meth:`read` another thread's run may come; call the program instead.
+    What a run calls (an observer, a value's function) cannot run, change or close the program.  In a process forked
+    after it was compiled, it works on ``numpy`` and ``reference``, and refuses on ``gl`` and ``opencl``.
     """
 
     def __init__(
@@ -69,6 +96,8 @@ class Program:
         check_finite: bool = False,
     ) -> None:
         self._outputs, self.backend, self._owns = outputs, backend, owns
+        self._held = _Held(backend, owns)
+        weakref.finalize(self, self._held.abandoned).atexit = False
         self._non_finite, self._check_finite = non_finite, check_finite
         # A check names passes as they were written, so none is computed inside another.
         options = replace(options, fuse=False) if check_finite else options
@@ -79,7 +108,7 @@ class Program:
         self._inputs = _inputs_of(outputs)
         self._bound: dict[str, tuple[Format, tuple[int, int]]] = {}
         self._plan: Plan | None = None
-        self._execution: Execution | None = None
+        self._busy = False
         self._pass_check: PassCheck | None = None
         self._overrides: dict[tuple[str, str], object] = {}
         self._static_pictures: dict[str, tuple[Any, Any]] = {}
@@ -87,12 +116,38 @@ class Program:
         self.replanned = 0  # how often an input of another size or format made a new plan
 
     @property
+    def _execution(self) -> Execution | None:
+        return self._held.execution
+
+    @property
     def plan(self) -> Plan:
         """The plan; where inputs were left open it exists after the first run."""
-        if self._plan is None:
-            self._make_plan()
-        assert self._plan is not None
-        return self._plan
+        plan = self._plan
+        if plan is None:
+            with self._alone("planned"):
+                if self._plan is None:
+                    self._make_plan()
+                plan = self._plan
+        assert plan is not None
+        return plan
+
+    @contextmanager
+    def _alone(self, what: str) -> Iterator[None]:
+        """While nobody else uses the backend."""
+        with self.backend.turn:
+            # Only this thread can have come here twice.
+            if self._busy:
+                raise GraphError(
+                    f"a program cannot be {what} from inside its own run; an observer, or a value's function, "
+                    "keeps what it needs and does this after the run"
+                )
+            if self._closed and what != "closed":
+                raise GraphError("this program is closed")
+            self._busy = True
+            try:
+                yield
+            finally:
+                self._busy = False
 
     def explain(self) -> str:
         return self.plan.explain()
@@ -101,18 +156,16 @@ class Program:
         from passgraph.execution import Execution
         from passgraph.plan.build import build
 
-        if self._closed:
-            raise GraphError("this program is closed")
         # Nothing is left half made where the new plan fails: the next run starts afresh.
         if self._execution is not None:
             self._execution.release()
-        self._execution = self._plan = None
+        self._held.execution = self._plan = None
         plan = build(self._outputs, self._size, self._bound, self._options)
-        self._execution = Execution(plan, self.backend)
+        self._held.execution = made = Execution(plan, self.backend)
         self._plan = plan
         self._pass_check = PassCheck(plan) if self._check_finite else None
         for (step, name), value in self._overrides.items():
-            self._execution.override(step, name, value)
+            made.override(step, name, value)
 
     def __call__(self, **given: Any) -> Result:
         """Run once and read every output.
@@ -122,43 +175,55 @@ class Program:
         InputError
             For a missing, surplus or unfit input or value, by name; for a picture that holds NaN or infinity.
         """
-        self.run(**given)
-        return self.read()
+        with self._alone("called"):
+            self._run(None, given)
+            return self._read(None)
 
     def run(self, _observe: Observer | None = None, /, **given: Any) -> None:
         """Run once without reading anything back.
 
         ``_observe(step, pictures)`` is called behind every step with what it wrote: slow, for looking.
         """
-        if self._closed:
-            raise GraphError("this program is closed")
+        with self._alone("run"):
+            self._run(_observe, given)
+
+    def _run(self, observe: Observer | None, given: Mapping[str, Any]) -> None:
         pictures = self._pictures(given)
         if self._bind(pictures) or self._plan is None:
             self._make_plan()
         assert self._execution is not None
         values = {name: value for name, value in given.items() if name not in self._inputs}
-        self._execution.run(pictures, values, _observe, self._pass_check)
+        self._execution.run(pictures, values, observe, self._pass_check)
 
     def read(self, name: str | None = None) -> Result:
         """The outputs of the last run (or one of them)."""
-        if self._execution is None:
+        with self._alone("read"):
+            return self._read(name)
+
+    def _read(self, name: str | None) -> Result:
+        execution = self._execution
+        if execution is None:
             raise GraphError("nothing has run yet")
+        outputs = execution.plan.outputs
         if name is not None:
-            _known(name, self.plan.outputs)
-        names = list(self.plan.outputs) if name is None else [name]
-        return Result({n: self._execution.download(self.plan.outputs[n]) for n in names})
+            _known(name, outputs)
+        names = list(outputs) if name is None else [name]
+        with self.backend.running():
+            return Result({n: execution.download(outputs[n]) for n in names})
 
     def set(self, step: str, name: str, value: object) -> None:
         """Change a plain parameter of a pass, by the pass's name and the parameter's."""
-        if self._execution is None:
-            self._make_plan()
-        assert self._execution is not None
-        self._execution.override(step, name, value)
-        self._overrides[step, name] = value
+        with self._alone("changed"):
+            if self._execution is None:
+                self._make_plan()
+            assert self._execution is not None
+            self._execution.override(step, name, value)
+            self._overrides[step, name] = value
 
     def finish(self) -> None:
         """Wait for the device."""
-        self.backend.finish()
+        with self.backend.turn:
+            self.backend.finish()
 
     def _pictures(self, given: Mapping[str, Any]) -> dict[str, Any]:
         pictures = {}
@@ -206,14 +271,23 @@ class Program:
         return changed
 
     def close(self) -> None:
-        """Give back every picture and compiled pass; the backend too when the program opened it."""
-        if self._closed:
+        """Give back every picture and compiled pass; the backend too when the program opened it.
+
+        A call that runs in another thread ends first.
+        """
+        if self._closed or self.backend.turn.lost:
+            # What belongs to the process that this one was forked from is left alone.
+            self._closed = True
             return
-        self._closed = True
-        if self._execution is not None:
-            self._execution.release()
-        if self._owns:
-            self.backend.close()
+        with self._alone("closed"):
+            self._closed = True
+            execution = self._execution
+            if execution is not None and self._owns:
+                execution.forget()
+            elif execution is not None:
+                execution.release()
+            if self._owns:
+                self.backend.close()
 
     def __enter__(self) -> Program:
         return self
@@ -347,7 +421,7 @@ def compile(
     try:
         if all(spec.size and spec.format for spec in program._inputs.values()):
             program._bound = {n: (s.format, s.size) for n, s in program._inputs.items()}  # type: ignore[misc]
-            program._make_plan()
+            assert program.plan is not None
     except BaseException:
         program.close()
         raise

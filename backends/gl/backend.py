@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any, ClassVar
 
 import numpy as np
@@ -38,7 +38,8 @@ _PARAMETERS = {0x2801: g.NEAREST, 0x2800: g.NEAREST, 0x2802: 0x812F, 0x2803: 0x8
 
 
 class GLBackend(Backend):
-    """OpenGL 3.3 off screen.  Every call and every run makes the context current and puts the one before back."""
+    """OpenGL 3.3 off screen.  Every call and every run makes the context current, in whatever thread it comes, and puts
+    the one before back."""
 
     name: ClassVar[str] = "gl"
     snaps: ClassVar[bool] = False
@@ -46,7 +47,7 @@ class GLBackend(Backend):
     def __init__(self, device: str | None = None) -> None:
         self.closed = False
         self.in_run = False
-        self.context = Context(_device_number(device))
+        self.context = Context(_device_number(device), self.turn)
         with self.context as gl:
             self.objects = Objects(gl)
             self.programs = Programs(self.objects)
@@ -60,7 +61,7 @@ class GLBackend(Backend):
     def devices(cls) -> list[DeviceInfo]:
         try:
             return [DeviceInfo(*names) for names in device_names()]
-        except DeviceMissingError as error:
+        except BackendError as error:
             return [DeviceInfo("none", "OpenGL", "", missing=str(error))]
 
     # Storages
@@ -236,16 +237,23 @@ class GLBackend(Backend):
         gl.BindFramebuffer(g.FRAMEBUFFER, 0)
 
     def finish(self) -> None:
-        with self.context as gl:
-            gl.Finish()
+        if not self.closed:
+            with self.context as gl:
+                gl.Finish()
 
     def close(self) -> None:
-        if self.closed:
+        if self.turn.lost:
+            self.closed = True
             return
-        self.closed = True
-        with self.context:
-            self.objects.delete_all()
-        self.context.release()
+        with self.turn:
+            if self.closed:
+                return
+            self.closed = True
+            # Where the context cannot be made current, its objects go with it all the same.
+            with suppress(BackendError), self.context:
+                self.objects.delete_all()
+            self.objects.alive.clear()
+            self.context.release()
 
 
 def layout_bytes(layout: Layout, size: tuple[int, int]) -> int:

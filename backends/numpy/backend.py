@@ -114,5 +114,11 @@ class NumpyBackend(Backend):
         storage.values = np.empty(0, np.float32)
         storage.stencil = None
 
+    def after_fork(self) -> bool:
+        self.workers.after_fork()
+        return True
+
     def close(self) -> None:
-        self.workers.close()
+        if not self.turn.lost:
+            with self.turn:
+                self.workers.close()

@@ -14,6 +14,7 @@ from passgraph.backends.base import Backend, Block, DeviceInfo, DrawRunner, Floa
 from passgraph.backends.opencl.devices import choose, device_infos
 from passgraph.backends.opencl.programs import Programs
 from passgraph.backends.opencl.storage import DTYPES, ImageLayout, Storage, decode, encode
+from passgraph.backends.turn import open_driver
 from passgraph.errors import BackendError
 from passgraph.formats import Format
 from passgraph.graph import Geometry
@@ -30,6 +31,7 @@ class OpenCLBackend(Backend):
 
     def __init__(self, device: str | None = None) -> None:
         super().__init__(device)
+        open_driver(self.name)
         self.device = choose(device)
         import pyopencl as cl
 
@@ -70,7 +72,7 @@ class OpenCLBackend(Backend):
         return buffer
 
     def free(self, buffer: Any) -> None:
-        if buffer is not None and self.alive.pop(buffer.int_ptr, None) is not None:
+        if buffer is not None and not self.turn.lost and self.alive.pop(buffer.int_ptr, None) is not None:
             buffer.release()
 
     def free_with(self, owner: object, buffer: Any) -> None:
@@ -191,6 +193,13 @@ class OpenCLBackend(Backend):
             raise BackendError("this opencl backend was closed; open another one")
 
     def close(self) -> None:
+        if self.turn.lost:
+            self.closed = True
+            return
+        with self.turn:
+            self._close()
+
+    def _close(self) -> None:
         if self.closed:
             return
         self.finish()
