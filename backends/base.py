@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from passgraph.formats import Format
 from passgraph.graph import Geometry
 from passgraph.plan.data import DrawStep, PixelStep
+from passgraph.plan.limits import Limits
 
 if TYPE_CHECKING:
     from passgraph.language.scalar import ScalarProgram
@@ -86,6 +87,8 @@ class Backend(ABC):
     #: Whether corners are rounded to the grid of docs/rasterisation.md before anything is computed from them.
     #: Where the grid is a driver's own, bounds allow for a step of it.
     snaps: ClassVar[bool] = True
+    #: What the open device takes.  Fusion stops there, and a plan that still holds more is refused before it is made.
+    limits: Limits = Limits()
 
     def __init__(self, device: str | None = None) -> None:
         """Open ``device`` (a number or a part of its name; None takes the first).
