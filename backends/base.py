@@ -19,6 +19,7 @@ from passgraph.backends.turn import Turn, turn_of
 from passgraph.formats import Format
 from passgraph.graph import Geometry
 from passgraph.plan.data import DrawStep, PixelStep
+from passgraph.plan.limits import Limits
 
 if TYPE_CHECKING:
     from passgraph.language.scalar import ScalarProgram
@@ -87,6 +88,8 @@ class Backend(ABC):
     #: Whether corners are rounded to the grid of docs/rasterisation.md before anything is computed from them.
     #: Where the grid is a driver's own, bounds allow for a step of it.
     snaps: ClassVar[bool] = True
+    #: What the open device takes.  Fusion stops there, and a plan that still holds more is refused before it is made.
+    limits: Limits = Limits()
     #: Held by whoever uses the backend; programs hold it over each call.
     turn: Turn
 

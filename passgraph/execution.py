@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from passgraph.errors import GraphError, InputError
 from passgraph.language.layout import components
 from passgraph.language.scalar import ScalarProgram
-from passgraph.plan.chains import chain_ends
+from passgraph.plan.chains import Chains
 from passgraph.plan.data import CopyStep, DrawStep, PixelStep, Plan, Step
 from passgraph.targets import OUTPUT_SIZE, Derived, Value
 
@@ -48,8 +48,9 @@ class Execution:
         try:
             for memory in plan.memories:
                 self.memories.append(backend.make(memory.format, memory.size))
+            chains = Chains(plan)
             while len(self._runs) < len(plan.steps):
-                self._compile_next()
+                self._compile_next(chains)
         except BaseException:
             self.release()
             raise
@@ -59,10 +60,10 @@ class Execution:
 
     # Compiling: each step becomes a function of this run's values.
 
-    def _compile_next(self) -> None:
+    def _compile_next(self, chains: Chains) -> None:
         """The next steps that the backend makes one, or the next step."""
         start = len(self._runs)
-        for end in chain_ends(self.plan, start):
+        for end in chains.ends(start):
             steps = self.plan.steps[start:end]
             execute = self._compile_chain(cast("tuple[PixelStep, ...]", steps))
             if execute is not None:

@@ -160,7 +160,7 @@ class Program:
         if self._execution is not None:
             self._execution.release()
         self._held.execution = self._plan = None
-        plan = build(self._outputs, self._size, self._bound, self._options)
+        plan = build(self._outputs, self._size, self._bound, self._options, self.backend.limits)
         self._held.execution = made = Execution(plan, self.backend)
         self._plan = plan
         self._pass_check = PassCheck(plan) if self._check_finite else None

@@ -32,9 +32,12 @@ from passgraph.errors import BackendError, DeviceMissingError
 from passgraph.formats import Format
 from passgraph.graph import Geometry
 from passgraph.plan.data import DrawStep, PixelStep
+from passgraph.plan.limits import Limits
 
 #: Texture parameters: nearest for both filters, clamp to edge, one mip level, no depth comparison.
 _PARAMETERS = {0x2801: g.NEAREST, 0x2800: g.NEAREST, 0x2802: 0x812F, 0x2803: 0x812F, 0x813D: 0, 0x884C: 0}
+#: Uniforms of a stage besides a kernel's parameters, the output's size and the guard band's factor, a vector each.
+OTHER_NUMBERS = 8
 
 
 class GLBackend(Backend):
@@ -53,7 +56,16 @@ class GLBackend(Backend):
             self.programs = Programs(self.objects)
             self.max_size = gl.integer(g.MAX_TEXTURE_SIZE)
             self.max_viewport = gl.integer(g.MAX_VIEWPORT)
-            self.max_targets = gl.integer(g.MAX_DRAW_BUFFERS)
+            self.limits = Limits(
+                f"gl ({gl.text(g.RENDERER)})",
+                side=min(self.max_size, self.max_viewport),
+                images=gl.integer(g.MAX_TEXTURE_UNITS),
+                targets=min(gl.integer(g.MAX_DRAW_BUFFERS), gl.integer(g.MAX_COLOUR_ATTACHMENTS)),
+                vertex_numbers=gl.integer(g.MAX_VERTEX_UNIFORMS) - OTHER_NUMBERS,
+                numbers=gl.integer(g.MAX_FRAGMENT_UNIFORMS) - OTHER_NUMBERS,
+                rounding=4,
+                varyings=gl.integer(g.MAX_VARYINGS),
+            )
             self.no_vertices = self.objects.new("VertexArray")
         self._layouts: dict[Format, Layout] = {}
 

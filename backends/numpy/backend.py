@@ -16,6 +16,7 @@ from passgraph.errors import BackendError
 from passgraph.formats import Format
 from passgraph.graph import Geometry
 from passgraph.plan.data import DrawStep, PixelStep
+from passgraph.plan.limits import Limits
 
 #: Compiled code counts the pixels of a picture in 32 bits.
 MAX_PIXELS = 2**31
@@ -39,6 +40,7 @@ class NumpyBackend(Backend):
     """See :class:`passgraph.backends.base.Backend`."""
 
     name: ClassVar[str] = "numpy"
+    limits = Limits("numpy", pixels=MAX_PIXELS - 1)
 
     def __init__(self, device: str | None = None) -> None:
         if device is not None and not device.isdigit():

@@ -19,6 +19,10 @@ from passgraph.errors import BackendError
 from passgraph.formats import Format
 from passgraph.graph import Geometry
 from passgraph.plan.data import DrawStep, PixelStep
+from passgraph.plan.limits import Limits
+
+#: Arguments of 8 bytes that kernels take besides images and targets: parameters, lists of triangles, depth, sizes.
+OTHER_ARGUMENTS = 20
 
 
 class OpenCLBackend(Backend):
@@ -44,6 +48,13 @@ class OpenCLBackend(Backend):
         self.closed = False
         self.is_cpu = bool(self.device.type & cl.device_type.CPU)
         self.max_bytes = int(self.device.max_mem_alloc_size)
+        self.limits = Limits(
+            f"opencl ({self.device.name.strip()})",
+            picture_bytes=self.max_bytes,
+            bindings=int(self.device.max_parameter_size) // 8 - OTHER_ARGUMENTS,
+            vertex_numbers=self.max_bytes // 4,
+            numbers=self.max_bytes // 4,
+        )
 
     @classmethod
     def devices(cls) -> list[DeviceInfo]:

@@ -98,19 +98,31 @@ class Lowering:
         self.trips = 1  # of the loops around together
 
     def run(self) -> None:
-        for image in self.program.images:
-            fused = self._facts(image).fused
-            # Producers come first: what is computed inside a branch or loop would not be there behind it.
-            if fused is not None and fused.prefix not in self.shared.fused:
-                self._produce(fused)
+        # Producers come first: what is computed inside a branch or loop would not be there behind it.  A stack of
+        # our own holds them: a chain may be longer than Python lets calls nest.
+        pending = self._producers()
+        while pending:
+            producers = Lowering(pending[-1].program, pending[-1].facts, self.shared, pending[-1].prefix)._producers()
+            if producers:
+                pending += producers
+            else:
+                self._produce(pending.pop())
         self.block(self.program.body)
+
+    def _producers(self) -> list[Fused]:
+        """Of what is fused into this kernel what has not been computed yet, the last one first."""
+        fused = [self._facts(image).fused for image in self.program.images]
+        missing = {f.prefix: f for f in fused if f is not None and f.prefix not in self.shared.fused}
+        return list(missing.values())[::-1]
 
     def _facts(self, image: str) -> ImageFacts:
         return self.facts.images.get(image, ImageFacts())
 
     def _produce(self, fused: Fused) -> None:
+        if fused.prefix in self.shared.fused:  # for another reader, since it was put on the stack
+            return
         producer = Lowering(fused.program, fused.facts, self.shared, fused.prefix)
-        producer.run()
+        producer.block(producer.program.body)
         self.shared.fused[fused.prefix] = [list(o.values) for o in producer.outputs()]
         self.shared.sources.append(fused.program.source)
 

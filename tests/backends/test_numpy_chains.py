@@ -15,7 +15,7 @@ import passgraph as pg
 from passgraph.backends.numpy import chains
 from passgraph.effects import gaussian_blur
 from passgraph.effects.blur import depth_aware_blur
-from passgraph.plan.chains import chain_ends
+from passgraph.plan.chains import Chains
 from passgraph.plan.data import Step
 
 WIDE = """
@@ -221,9 +221,9 @@ def test_only_closed_groups_are_offered() -> None:
     middle = wide(inner, -1, 1, 0, 0, into=pg.target("middle", "rgba32f"))
     out = both(middle, inner, into=pg.target("out", "rgba32f"))
     with pg.compile(out, "null") as program:
-        assert [list(chain_ends(program.plan, start)) for start in range(3)] == [[3], [3], []]
+        assert [list(Chains(program.plan).ends(start)) for start in range(3)] == [[3], [3], []]
     with pg.compile([out, middle], "null") as program:
-        assert [list(chain_ends(program.plan, start)) for start in range(3)] == [[], [], []]
+        assert [list(Chains(program.plan).ends(start)) for start in range(3)] == [[], [], []]
 
 
 def test_what_a_pass_behind_a_shorter_chain_reads_is_kept() -> None:
@@ -234,7 +234,7 @@ def test_what_a_pass_behind_a_shorter_chain_reads_is_kept() -> None:
     second = wide(frame, 0, 0, -1, 1, into=pg.target("second", "rgba32f"))
     out = jumping(first, second, into=pg.target("out", "rgba32f"))
     with pg.compile(out, "numpy") as program:
-        assert [list(chain_ends(program.plan, start)) for start in range(3)] == [[3], [3], []]
+        assert [list(Chains(program.plan).ends(start)) for start in range(3)] == [[3], [3], []]
     both_ways(out, [1, 2], frame=picture(size))
 
 
