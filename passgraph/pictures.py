@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from passgraph import arguments
 from passgraph.errors import InputError
 
 if TYPE_CHECKING:
@@ -43,6 +44,8 @@ _options: dict[str, dict[str, Any]] = {
     "WEBP": {"lossless": True, "exact": True},
 }
 
+# A limit beyond this is none: no machine holds such a picture.
+MOST_PIXELS = 1 << 48
 # Pillow's limit on pixels is one global of the module.
 _pillow_limit = threading.Lock()
 
@@ -75,7 +78,9 @@ def load(path: str | os.PathLike[str], *, max_pixels: int = 1 << 28, linear: boo
     ...     load(f"{folder}/gray.png").shape
     (2, 3, 4)
     """
-    file = Path(path)
+    file = arguments.path(path, "the picture to load")
+    max_pixels = arguments.whole(max_pixels, f"{file}: max_pixels", 1, MOST_PIXELS, InputError)
+    arguments.flag(linear, f"{file}: linear", InputError)
     data = _read(file, max_pixels)
     try:
         if data.startswith(b"\x76\x2f\x31\x01"):
@@ -121,7 +126,8 @@ def save(path: str | os.PathLike[str], picture: object, *, linear: bool = False)
     Traceback (most recent call last):
     passgraph.errors.InputError: picture.bmp: unknown suffix '.bmp'; expected one of .png .jpg .jpeg .tif ...
     """
-    file = Path(path)
+    file = arguments.path(path, "where a picture is saved")
+    arguments.flag(linear, f"{file}: linear", InputError)
     kind = type_of_suffix.get(file.suffix.lower())
     if kind is None:
         expected = " ".join(type_of_suffix)
@@ -369,6 +375,8 @@ def _to_rgba(picture: NDArray[np.float32]) -> NDArray[np.float32]:
 
 def _checked(file: Path, picture: object) -> NDArray[Any]:
     """The picture as (h, w, 1 | 2 | 3 | 4) of floats or uint8."""
+    if type(picture) is not np.ndarray:
+        picture = arguments.numbers(picture, f"{file}: a picture", "be an array (h, w) or (h, w, 1 to 4) of numbers")
     pixels = np.asarray(picture)
     if pixels.ndim == 2:
         pixels = pixels[..., None]

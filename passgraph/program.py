@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.errors import GraphError, InputError
+from passgraph import arguments
+from passgraph.errors import BackendError, GraphError, InputError, UnknownNameError
 from passgraph.finite import NonFinite, PassCheck, admitted, checked_choice
 from passgraph.formats import Format, format_named
 from passgraph.plan.data import Options, Plan, Step
@@ -32,8 +33,9 @@ class Result(Mapping[str, Picture]):
         self._pictures = pictures
 
     def __getitem__(self, name: str) -> Picture:
-        if name not in self._pictures:
-            raise KeyError(f"there is no result {name!r}; there are {', '.join(self._pictures)}")
+        if not arguments.among(name, self._pictures):
+            got = arguments.shown(name)
+            raise UnknownNameError(f"there is no result {got}; there are {', '.join(self._pictures)}")
         return self._pictures[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -49,7 +51,7 @@ class Result(Mapping[str, Picture]):
         """
         from passgraph.pictures import save
 
-        save(path, self[name or next(iter(self))])
+        save(path, self[next(iter(self)) if name is None else name])
 
 
 class Program:
@@ -83,12 +85,13 @@ class Program:
         self._pass_check: PassCheck | None = None
         self._overrides: dict[tuple[str, str], object] = {}
         self._static_pictures: dict[str, tuple[Any, Any]] = {}
-        self._closed = False
+        self._closed = self._running = False
         self.replanned = 0  # how often an input of another size or format made a new plan
 
     @property
     def plan(self) -> Plan:
         """The plan; where inputs were left open it exists after the first run."""
+        self._check_open()
         if self._plan is None:
             self._make_plan()
         assert self._plan is not None
@@ -97,12 +100,15 @@ class Program:
     def explain(self) -> str:
         return self.plan.explain()
 
+    def _check_open(self) -> None:
+        if self._closed:
+            raise GraphError("this program is closed; compile the graph again")
+
     def _make_plan(self) -> None:
         from passgraph.execution import Execution
         from passgraph.plan.build import build
 
-        if self._closed:
-            raise GraphError("this program is closed")
+        self._check_open()
         # Nothing is left half made where the new plan fails: the next run starts afresh.
         if self._execution is not None:
             self._execution.release()
@@ -114,7 +120,7 @@ class Program:
         for (step, name), value in self._overrides.items():
             self._execution.override(step, name, value)
 
-    def __call__(self, **given: Any) -> Result:
+    def __call__(self, /, **given: Any) -> Result:
         """Run once and read every output.
 
         Raises
@@ -130,17 +136,25 @@ class Program:
 
         ``_observe(step, pictures)`` is called behind every step with what it wrote: slow, for looking.
         """
-        if self._closed:
-            raise GraphError("this program is closed")
+        self._check_open()
+        if self._running:
+            raise GraphError("this program is running: its observer cannot run it again; do that behind the run")
+        if _observe is not None:
+            arguments.function(_observe, "the observer of a run")
         pictures = self._pictures(given)
         if self._bind(pictures) or self._plan is None:
             self._make_plan()
         assert self._execution is not None
         values = {name: value for name, value in given.items() if name not in self._inputs}
-        self._execution.run(pictures, values, _observe, self._pass_check)
+        self._running = True
+        try:
+            self._execution.run(pictures, values, _observe, self._pass_check)
+        finally:
+            self._running = False
 
     def read(self, name: str | None = None) -> Result:
         """The outputs of the last run (or one of them)."""
+        self._check_open()
         if self._execution is None:
             raise GraphError("nothing has run yet")
         if name is not None:
@@ -150,6 +164,7 @@ class Program:
 
     def set(self, step: str, name: str, value: object) -> None:
         """Change a plain parameter of a pass, by the pass's name and the parameter's."""
+        self._check_open()
         if self._execution is None:
             self._make_plan()
         assert self._execution is not None
@@ -158,6 +173,7 @@ class Program:
 
     def finish(self) -> None:
         """Wait for the device."""
+        self._check_open()
         self.backend.finish()
 
     def _pictures(self, given: Mapping[str, Any]) -> dict[str, Any]:
@@ -206,9 +222,17 @@ class Program:
         return changed
 
     def close(self) -> None:
-        """Give back every picture and compiled pass; the backend too when the program opened it."""
+        """Give back every picture and compiled pass; the backend too when the program opened it.
+
+        Raises
+        ------
+        GraphError
+            Within a run, from its observer: the steps behind it still need them.
+        """
         if self._closed:
             return
+        if self._running:
+            raise GraphError("this program is running: its observer cannot close it; do that behind the run")
         self._closed = True
         if self._execution is not None:
             self._execution.release()
@@ -223,24 +247,24 @@ class Program:
 
 
 def _known(name: str, outputs: Mapping[str, int]) -> None:
-    if name not in outputs:
-        raise GraphError(f"there is no output {name!r}; there are {', '.join(outputs)}")
+    if not arguments.among(name, outputs):
+        raise GraphError(f"there is no output {arguments.shown(name)}; there are {', '.join(outputs)}")
 
 
 def checked_picture(given: Any, spec: InputSpec) -> NDArray[Any]:
-    """An input as (height, width, channels) float32; uint8 and uint16 count from 0 to 1.
+    """An input as (height, width, channels) float32; uint8, uint16 and bool count from 0 to 1.
+
+    Byte order and strides may be any; floats of 16, 64 and more bits are rounded to float32.
 
     Raises
     ------
     InputError
         For what is not a picture, holds no numbers, or does not fit the declared size or channels.
     """
-    array = np.asarray(given)
-    what = f"input {spec.name!r}"
-    if array.dtype.kind not in "fuib" or array.ndim not in (2, 3):
-        raise InputError(
-            f"{what} must be an array (height, width, channels) of numbers, got {array.dtype} of shape {array.shape}"
-        )
+    what, expected = f"input {spec.name!r}", "be an array (height, width, channels) of numbers"
+    array = arguments.numbers(given, what, expected)
+    if array.ndim not in (2, 3):
+        raise InputError(f"{what} must {expected}, got {arguments.shown(given)}")
     if array.ndim == 2:
         array = array[:, :, None]
     height, width, channels = array.shape
@@ -250,11 +274,11 @@ def checked_picture(given: Any, spec: InputSpec) -> NDArray[Any]:
         raise InputError(f"{what} is {spec.format.name} with {spec.format.channels} channel(s), got {channels}")
     if spec.size is not None and (width, height) != spec.size:
         raise InputError(f"{what} is declared {spec.size[0]}x{spec.size[1]} pixels, got {width}x{height}")
-    if array.dtype == np.uint8 or array.dtype == np.uint16:
-        return np.asarray(array / np.float32(np.iinfo(array.dtype).max), np.float32)
-    if array.dtype.kind in "uib":
+    if array.dtype.kind == "u" and array.dtype.itemsize <= 2:  # of any byte order
+        return np.ascontiguousarray(array / np.float32(np.iinfo(array.dtype).max), np.float32)
+    if array.dtype.kind in "ui":
         raise InputError(f"{what} has dtype {array.dtype}; give float32 (0 to 1 for colours), uint8 or uint16")
-    with np.errstate(over="ignore"):  # float64 beyond float32 becomes infinite
+    with np.errstate(over="ignore"):  # float64 beyond float32 becomes infinite, and non_finite says what of that
         return np.ascontiguousarray(array, np.float32)
 
 
@@ -270,22 +294,30 @@ def named_outputs(outputs: Any) -> dict[str, Target]:
     if isinstance(outputs, (Target, TargetSpec)):
         outputs = [outputs]
     if isinstance(outputs, Mapping):
+        for name, target in outputs.items():
+            arguments.text(name, "the name of an output")
+            _check_target(target)
         return dict(outputs)
+    if isinstance(outputs, (str, bytes, np.ndarray)) or not isinstance(outputs, Iterable):
+        raise GraphError(f"compile takes targets that passes returned, got {arguments.shown(outputs)}")
     named: dict[str, Target] = {}
     for target in outputs:
-        if not isinstance(target, Target):
-            what = (
-                f"target {target.name!r} is declared but not written"
-                if isinstance(target, TargetSpec)
-                else repr(target)
-            )
-            raise GraphError(f"compile takes targets that passes returned, got {what}")
+        _check_target(target)
         if target.name in named:
             raise GraphError(
                 f"two outputs are called {target.name!r}; give a mapping: pg.compile({{'first': ..., 'second': ...}})"
             )
         named[target.name] = target
     return named
+
+
+def _check_target(target: object) -> None:
+    if isinstance(target, TargetSpec):
+        raise GraphError(
+            f"compile takes targets that passes returned, got target {target.name!r} is declared but not written"
+        )
+    if not isinstance(target, Target):
+        raise GraphError(f"compile takes targets that passes returned, got {arguments.shown(target)}")
 
 
 def compile(
@@ -336,14 +368,20 @@ def compile(
     ...     program(frame=np.zeros((2, 3, 4), np.float32))["invert"].shape
     (2, 3, 4)
     """
+    from passgraph.backends.base import Backend
     from passgraph.backends.registry import open_backend
 
     named = named_outputs(outputs)
     bound = None if size is None else checked_size(size, "the output")
     choice = checked_choice(non_finite)
+    checking = arguments.flag(check_finite, "check_finite")
+    if options is None:
+        options = Options()
+    arguments.instance(options, Options, "options", "pg.Options(...)")
     owns = backend is None or isinstance(backend, str)
-    opened = open_backend(backend) if backend is None or isinstance(backend, str) else backend
-    program = Program(named, opened, owns, bound, options or Options(), choice, check_finite)
+    expected = "a name such as 'gl' or an open backend"
+    opened = open_backend(backend) if owns else arguments.instance(backend, Backend, "backend", expected, BackendError)  # type: ignore[arg-type]
+    program = Program(named, opened, owns, bound, options, choice, checking)
     try:
         if all(spec.size and spec.format for spec in program._inputs.values()):
             program._bound = {n: (s.format, s.size) for n, s in program._inputs.items()}  # type: ignore[misc]

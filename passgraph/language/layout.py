@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from passgraph.arguments import LARGEST_FLOAT, numbers, shown
 from passgraph.errors import InputError
-from passgraph.language.scope import as_array, describe
+from passgraph.language.operations import INT_MAX, INT_MIN, UINT_MAX
 from passgraph.language.types import Array, Matrix, Type, component_count, element_of
 
 if TYPE_CHECKING:
@@ -19,23 +20,43 @@ if TYPE_CHECKING:
 def components(value: object, type_: Type, name: str) -> NDArray[np.float64]:
     """A host value in component order (matrices ``m[row][column]`` on the host become columns).
 
+    Ints from 2147483648 to 4294967295 are bit patterns, as in kernels: they mean the int with these bits.
+
     Raises
     ------
     InputError
-        When shape or kind do not fit, naming the parameter.
+        When shape, kind or range do not fit, naming the parameter.
     """
-    array = as_array(value)
-    if array.dtype.kind not in "biuf":
-        raise InputError(f"{name} must be {type_} ({component_count(type_)} numbers), got {describe(value)}")
+    expected = f"be {type_} ({component_count(type_)} numbers)"
+    array = numbers(value, name, expected)
     if isinstance(type_, Matrix) and array.shape == (type_.size, type_.size):
         array = array.T
     if isinstance(type_, Array) and isinstance(type_.element, Matrix) and array.ndim == 3:
         array = np.swapaxes(array, 1, 2)
     if array.size != component_count(type_):
-        raise InputError(f"{name} must be {type_} ({component_count(type_)} numbers), got {describe(value)}")
-    if element_of(type_).name != "float" and array.dtype.kind == "f":
-        raise InputError(f"{name} must be {type_}, got floats ({describe(value)}); convert them first")
-    return array.ravel().astype(np.float64)
+        raise InputError(f"{name} must {expected}, got {shown(value)}")
+    return in_range(array.ravel(), type_, name, value)
+
+
+def in_range(array: NDArray[Any], type_: Type, name: str, given: object) -> NDArray[np.float64]:
+    """Numbers that fit their component type, as float64; NaN and infinity are floats."""
+    element = element_of(type_).name
+    wide = array.astype(np.float64)
+    if element == "float":
+        with np.errstate(over="ignore"):
+            bad = np.isinf(wide.astype(np.float32)) & ~np.isinf(array)
+        limits = f"finite floats reach from -{LARGEST_FLOAT:.8g} to {LARGEST_FLOAT:.8g}"
+    elif array.dtype.kind == "f" and not (np.abs(wide) >= 2.0**63).all():
+        raise InputError(f"{name} must be {type_}, got floats ({shown(given)}); convert them first")
+    elif element == "bool":
+        bad, limits = (wide != 0.0) & (wide != 1.0), "a bool is True or False (1 or 0)"
+    else:
+        bad = (wide < INT_MIN) | (wide > UINT_MAX)
+        limits = f"ints reach from {INT_MIN} to {INT_MAX}, and as bit patterns to 0xFFFFFFFF"
+        wide = np.where(wide > INT_MAX, wide - 2.0**32, wide)
+    if bad.any():
+        raise InputError(f"{name} must be {type_}, got {shown(array[bad][0])}; {limits}")
+    return wide
 
 
 def pack(program: ScalarProgram, values: Mapping[str, object]) -> tuple[NDArray[np.float32], NDArray[np.int32]]:

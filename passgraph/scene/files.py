@@ -14,6 +14,7 @@ from os import PathLike
 from pathlib import Path, PureWindowsPath
 from urllib.parse import unquote
 
+from passgraph import arguments
 from passgraph.errors import InputError
 from passgraph.scene.material import check_texels
 
@@ -25,7 +26,7 @@ MAX_FILE_BYTES = 1 << 30
 
 def checked_path(path: str | PathLike[str], max_bytes: int = MAX_FILE_BYTES) -> Path:
     """The path of a readable model file of a known kind and sane size, or an InputError."""
-    file = Path(path)
+    file = arguments.path(path, "the model to load")
     if file.is_dir():
         raise InputError(f"{file}: a folder; expected a model file ({', '.join(SUFFIXES)})")
     if not file.exists():
