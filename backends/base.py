@@ -88,6 +88,8 @@ class Backend(ABC):
     #: Whether corners are rounded to the grid of docs/rasterisation.md before anything is computed from them.
     #: Where the grid is a driver's own, bounds allow for a step of it.
     snaps: ClassVar[bool] = True
+    #: Whether it computes pictures; one that only plans makes none to look at.
+    computes: ClassVar[bool] = True
     #: What the open device takes.  Fusion stops there, and a plan that still holds more is refused before it is made.
     limits: Limits = Limits()
     #: Held by whoever uses the backend; programs hold it over each call.
@@ -173,6 +175,15 @@ class Backend(ABC):
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def device_number(device: str) -> int | None:
+    """A device given by its number; None for a part of a name, and for digits that are none of ASCII's.
+
+    >>> device_number("1"), device_number("²"), device_number("tesla")
+    (1, None, None)
+    """
+    return int(device) if device.isascii() and device.isdigit() and len(device) <= 4 else None
 
 
 def clear_colour(clear: tuple[float, ...], channels: int, srgb: bool) -> tuple[float, ...]:

@@ -40,6 +40,7 @@ class NullBackend(Backend):
     """
 
     name: ClassVar[str] = "null"
+    computes: ClassVar[bool] = False
 
     def __init__(self, device: str | None = None) -> None:
         self.compiled: list[str] = []

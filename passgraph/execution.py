@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from passgraph.arguments import text
 from passgraph.errors import GraphError, InputError
 from passgraph.language.layout import components
 from passgraph.language.scalar import ScalarProgram
@@ -229,6 +230,7 @@ class Execution:
 
     def override(self, step: str, name: str, value: object) -> None:
         """Another value for a plain parameter of a step."""
+        step, name = text(step, "the name of a pass"), text(name, "the name of a parameter")
         found = [s for s in self.plan.steps if s.name == step or (isinstance(s, PixelStep) and step in s.fused)]
         if not found:
             raise GraphError(f"there is no pass {step!r}; there are {', '.join(s.name for s in self.plan.steps)}")

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from passgraph import arguments
 from passgraph.errors import InputError
 from passgraph.picture_decoders import decode, import_openexr
 from passgraph.reading import read_bytes
@@ -41,6 +42,8 @@ _options: dict[str, dict[str, Any]] = {
 
 #: Most memory that loading a picture may take where the caller says nothing: some 200 million pixels.
 MAX_BYTES = 1 << 32
+#: A limit beyond this is none: no machine has such a memory.
+MOST_BYTES = 1 << 52
 #: Pixels that are decoded from sRGB at a time, so that what is held beside the picture stays small.
 _PIXELS_AT_ONCE = 1 << 18
 
@@ -74,7 +77,9 @@ def load(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES, linear: bo
     ...     load(f"{folder}/gray.png").shape
     (2, 3, 4)
     """
-    file = Path(path)
+    file = arguments.path(path, "the picture to load")
+    max_bytes = arguments.whole(max_bytes, f"{file}: max_bytes", 1, MOST_BYTES, InputError)
+    arguments.flag(linear, f"{file}: linear", InputError)
     mend = "make it smaller, or raise max_bytes if it is meant"
     data = read_bytes(file, "a picture file", max_bytes, mend)
     if not data:
@@ -118,7 +123,8 @@ def save(path: str | os.PathLike[str], picture: object, *, linear: bool = False)
     Traceback (most recent call last):
     passgraph.errors.InputError: picture.bmp: unknown suffix '.bmp'; expected one of .png .jpg .jpeg .tif ...
     """
-    file = Path(path)
+    file = arguments.path(path, "where a picture is saved")
+    arguments.flag(linear, f"{file}: linear", InputError)
     kind = type_of_suffix.get(file.suffix.lower())
     if kind is None:
         expected = " ".join(type_of_suffix)
@@ -165,6 +171,8 @@ def linear_to_srgb(light: NDArray[np.float32]) -> NDArray[np.float32]:
 
 def _checked(file: Path, picture: object) -> NDArray[Any]:
     """The picture as (h, w, 1 | 2 | 3 | 4) of floats or uint8."""
+    if type(picture) is not np.ndarray:
+        picture = arguments.numbers(picture, f"{file}: a picture", "be an array (h, w) or (h, w, 1 to 4) of numbers")
     pixels = np.asarray(picture)
     if pixels.ndim == 2:
         pixels = pixels[..., None]

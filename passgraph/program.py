@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.errors import GraphError, InputError
+from passgraph import arguments
+from passgraph.errors import BackendError, GraphError, InputError, UnknownNameError
 from passgraph.finite import NonFinite, PassCheck, admitted, checked_choice
 from passgraph.formats import Format, format_named
 from passgraph.plan.data import Options, Plan, Step
@@ -34,8 +35,9 @@ class Result(Mapping[str, Picture]):
         self._pictures = pictures
 
     def __getitem__(self, name: str) -> Picture:
-        if name not in self._pictures:
-            raise KeyError(f"there is no result {name!r}; there are {', '.join(self._pictures)}")
+        if not arguments.among(name, self._pictures):
+            got = arguments.shown(name)
+            raise UnknownNameError(f"there is no result {got}; there are {', '.join(self._pictures)}")
         return self._pictures[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -51,7 +53,7 @@ class Result(Mapping[str, Picture]):
         """
         from passgraph.pictures import save
 
-        save(path, self[name or next(iter(self))])
+        save(path, self[next(iter(self)) if name is None else name])
 
 
 @dataclass
@@ -122,6 +124,7 @@ class Program:
     @property
     def plan(self) -> Plan:
         """The plan; where inputs were left open it exists after the first run."""
+        self._check_open()
         plan = self._plan
         if plan is None:
             with self._alone("planned"):
@@ -141,13 +144,17 @@ class Program:
                     f"a program cannot be {what} from inside its own run; an observer, or a value's function, "
                     "keeps what it needs and does this after the run"
                 )
-            if self._closed and what != "closed":
-                raise GraphError("this program is closed")
+            if what != "closed":
+                self._check_open()
             self._busy = True
             try:
                 yield
             finally:
                 self._busy = False
+
+    def _check_open(self) -> None:
+        if self._closed:
+            raise GraphError("this program is closed; compile the graph again")
 
     def explain(self) -> str:
         return self.plan.explain()
@@ -167,7 +174,7 @@ class Program:
         for (step, name), value in self._overrides.items():
             made.override(step, name, value)
 
-    def __call__(self, **given: Any) -> Result:
+    def __call__(self, /, **given: Any) -> Result:
         """Run once and read every output.
 
         Raises
@@ -184,6 +191,8 @@ class Program:
 
         ``_observe(step, pictures)`` is called behind every step with what it wrote: slow, for looking.
         """
+        if _observe is not None:
+            arguments.function(_observe, "the observer of a run")
         with self._alone("run"):
             self._run(_observe, given)
 
@@ -222,7 +231,7 @@ class Program:
 
     def finish(self) -> None:
         """Wait for the device."""
-        with self.backend.turn:
+        with self._alone("waited for"):
             self.backend.finish()
 
     def _pictures(self, given: Mapping[str, Any]) -> dict[str, Any]:
@@ -297,24 +306,24 @@ class Program:
 
 
 def _known(name: str, outputs: Mapping[str, int]) -> None:
-    if name not in outputs:
-        raise GraphError(f"there is no output {name!r}; there are {', '.join(outputs)}")
+    if not arguments.among(name, outputs):
+        raise GraphError(f"there is no output {arguments.shown(name)}; there are {', '.join(outputs)}")
 
 
 def checked_picture(given: Any, spec: InputSpec) -> NDArray[Any]:
-    """An input as (height, width, channels) float32; uint8 and uint16 count from 0 to 1.
+    """An input as (height, width, channels) float32; uint8, uint16 and bool count from 0 to 1.
+
+    Byte order and strides may be any; floats of 16, 64 and more bits are rounded to float32.
 
     Raises
     ------
     InputError
         For what is not a picture, holds no numbers, or does not fit the declared size or channels.
     """
-    array = np.asarray(given)
-    what = f"input {spec.name!r}"
-    if array.dtype.kind not in "fuib" or array.ndim not in (2, 3):
-        raise InputError(
-            f"{what} must be an array (height, width, channels) of numbers, got {array.dtype} of shape {array.shape}"
-        )
+    what, expected = f"input {spec.name!r}", "be an array (height, width, channels) of numbers"
+    array = arguments.numbers(given, what, expected)
+    if array.ndim not in (2, 3):
+        raise InputError(f"{what} must {expected}, got {arguments.shown(given)}")
     if array.ndim == 2:
         array = array[:, :, None]
     height, width, channels = array.shape
@@ -324,11 +333,11 @@ def checked_picture(given: Any, spec: InputSpec) -> NDArray[Any]:
         raise InputError(f"{what} is {spec.format.name} with {spec.format.channels} channel(s), got {channels}")
     if spec.size is not None and (width, height) != spec.size:
         raise InputError(f"{what} is declared {spec.size[0]}x{spec.size[1]} pixels, got {width}x{height}")
-    if array.dtype == np.uint8 or array.dtype == np.uint16:
-        return np.asarray(array / np.float32(np.iinfo(array.dtype).max), np.float32)
-    if array.dtype.kind in "uib":
+    if array.dtype.kind == "u" and array.dtype.itemsize <= 2:  # of any byte order
+        return np.ascontiguousarray(array / np.float32(np.iinfo(array.dtype).max), np.float32)
+    if array.dtype.kind in "ui":
         raise InputError(f"{what} has dtype {array.dtype}; give float32 (0 to 1 for colours), uint8 or uint16")
-    with np.errstate(over="ignore"):  # float64 beyond float32 becomes infinite
+    with np.errstate(over="ignore"):  # float64 beyond float32 becomes infinite, and non_finite says what of that
         return np.ascontiguousarray(array, np.float32)
 
 
@@ -344,22 +353,30 @@ def named_outputs(outputs: Any) -> dict[str, Target]:
     if isinstance(outputs, (Target, TargetSpec)):
         outputs = [outputs]
     if isinstance(outputs, Mapping):
+        for name, target in outputs.items():
+            arguments.text(name, "the name of an output")
+            _check_target(target)
         return dict(outputs)
+    if isinstance(outputs, (str, bytes, np.ndarray)) or not isinstance(outputs, Iterable):
+        raise GraphError(f"compile takes targets that passes returned, got {arguments.shown(outputs)}")
     named: dict[str, Target] = {}
     for target in outputs:
-        if not isinstance(target, Target):
-            what = (
-                f"target {target.name!r} is declared but not written"
-                if isinstance(target, TargetSpec)
-                else repr(target)
-            )
-            raise GraphError(f"compile takes targets that passes returned, got {what}")
+        _check_target(target)
         if target.name in named:
             raise GraphError(
                 f"two outputs are called {target.name!r}; give a mapping: pg.compile({{'first': ..., 'second': ...}})"
             )
         named[target.name] = target
     return named
+
+
+def _check_target(target: object) -> None:
+    if isinstance(target, TargetSpec):
+        raise GraphError(
+            f"compile takes targets that passes returned, got target {target.name!r} is declared but not written"
+        )
+    if not isinstance(target, Target):
+        raise GraphError(f"compile takes targets that passes returned, got {arguments.shown(target)}")
 
 
 def compile(
@@ -410,14 +427,20 @@ def compile(
     ...     program(frame=np.zeros((2, 3, 4), np.float32))["invert"].shape
     (2, 3, 4)
     """
+    from passgraph.backends.base import Backend
     from passgraph.backends.registry import open_backend
 
     named = named_outputs(outputs)
     bound = None if size is None else checked_size(size, "the output")
     choice = checked_choice(non_finite)
+    checking = arguments.flag(check_finite, "check_finite")
+    if options is None:
+        options = Options()
+    arguments.instance(options, Options, "options", "pg.Options(...)")
     owns = backend is None or isinstance(backend, str)
-    opened = open_backend(backend) if backend is None or isinstance(backend, str) else backend
-    program = Program(named, opened, owns, bound, options or Options(), choice, check_finite)
+    expected = "a name such as 'gl' or an open backend"
+    opened = open_backend(backend) if owns else arguments.instance(backend, Backend, "backend", expected, BackendError)  # type: ignore[arg-type]
+    program = Program(named, opened, owns, bound, options, choice, checking)
     try:
         if all(spec.size and spec.format for spec in program._inputs.values()):
             program._bound = {n: (s.format, s.size) for n, s in program._inputs.items()}  # type: ignore[misc]

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.base import Backend, DeviceInfo, FloatBlock
+from passgraph.backends.base import Backend, DeviceInfo, FloatBlock, device_number
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl import state as fixed
 from passgraph.backends.gl.context import Context, device_names
@@ -276,8 +276,9 @@ def _device_number(device: str | None) -> int:
     """A device's number from a number or a part of its name."""
     if device is None:
         return 0
-    if device.isdigit():
-        return int(device)
+    number = device_number(device)
+    if number is not None:
+        return number
     names = [names[0] for names in device_names()]
     for number, name in enumerate(names):
         if device.lower() in name.lower():

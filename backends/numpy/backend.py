@@ -9,7 +9,16 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.base import Backend, ChainRunner, DeviceInfo, DrawRunner, FloatBlock, PixelRunner, quantised
+from passgraph.backends.base import (
+    Backend,
+    ChainRunner,
+    DeviceInfo,
+    DrawRunner,
+    FloatBlock,
+    PixelRunner,
+    device_number,
+    quantised,
+)
 from passgraph.backends.numpy.memory import aligned_zeros
 from passgraph.backends.numpy.workers import Workers, thread_count
 from passgraph.errors import BackendError
@@ -43,9 +52,10 @@ class NumpyBackend(Backend):
     limits = Limits("numpy", pixels=MAX_PIXELS - 1)
 
     def __init__(self, device: str | None = None) -> None:
-        if device is not None and not device.isdigit():
+        count = None if device is None else device_number(device)
+        if device is not None and count is None:
             raise BackendError(f"backend numpy takes a number of threads as its device (numpy:2), got {device!r}")
-        self.workers = Workers(int(device) if device else None)
+        self.workers = Workers(count)
 
     @classmethod
     def devices(cls) -> list[DeviceInfo]:

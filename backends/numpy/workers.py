@@ -21,7 +21,7 @@ Job: TypeAlias = "tuple[Callable[[int], None], int, threading.Lock, Ended] | Non
 
 def thread_count() -> int:
     given = os.environ.get(THREADS_VARIABLE, "")
-    if given.isdigit() and int(given) > 0:
+    if given.isascii() and given.isdigit() and int(given) > 0:
         return int(given)
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 

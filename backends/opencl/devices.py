@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from passgraph.backends.base import DeviceInfo
+from passgraph.backends.base import DeviceInfo, device_number
 from passgraph.errors import DeviceMissingError
 
 INSTALL_MODULE = "pip install 'passgraph[opencl]'"
@@ -46,8 +46,9 @@ def choose(device: str | None) -> Any:
     found = all_devices()
     if device is None:
         return found[0]
-    if device.isdecimal():
-        matches = found[int(device) : int(device) + 1]
+    number = device_number(device)
+    if number is not None:
+        matches = found[number : number + 1]
     else:
         matches = [one for one in found if device.lower() in f"{one.name} {one.platform.name}".lower()]
     if not matches:

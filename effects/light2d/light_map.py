@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 import passgraph as pg
+from passgraph.effects.checked import checked
 from passgraph.effects.light2d.buffers import WHOLE, black, drawn, whole
 from passgraph.effects.light2d.penumbra import gradient
 from passgraph.effects.light2d.shapes import around, in_window, shadow_of
@@ -22,6 +23,7 @@ PENUMBRAS: tuple[Penumbra, ...] = ("exact", "none", "rotate", "move", "mixed")
 ONTO_SCENE = pg.Blend("zero", "source_color")
 
 
+@checked
 def light_map(
     window: Window,
     lights: Sequence[Light2D],
@@ -135,6 +137,7 @@ def _spread(light: Light2D, edges: Float64, how: Penumbra, draws: int) -> list[t
     return parts
 
 
+@checked
 def lit(
     scene: pg.Target,
     light: pg.Target,

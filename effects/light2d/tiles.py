@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 import passgraph as pg
 from passgraph import vec4
+from passgraph.effects.checked import checked
 from passgraph.effects.light2d.penumbra import ROW_BITS, tile_light
 from passgraph.effects.light2d.world import (
     Float64,
@@ -357,6 +358,7 @@ class LiveLight:
         return {f"{self.name}_tiles": made.tiles[0], f"{self.name}_table": table}
 
 
+@checked
 def live_light_map(
     window: Window,
     size: tuple[int, int],
@@ -386,6 +388,8 @@ def live_light_map(
     """
     if not 1 << ROW_BITS <= room <= MAX_TABLE_ROWS << ROW_BITS:
         raise pg.GraphError(f"{name}: room must be 1024 to {MAX_TABLE_ROWS << ROW_BITS}, got {room}")
+    if not 1 <= tile_px <= 1024:
+        raise pg.GraphError(f"{name}: tile_px must be 1 to 1024, got {tile_px}")
     if not 1 <= shaded <= 1024:
         raise pg.GraphError(f"{name}: shaded must be 1 to 1024, got {shaded}")
     rows = -(-room // (1 << ROW_BITS))

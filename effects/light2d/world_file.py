@@ -11,6 +11,8 @@ from os import PathLike
 from typing import Any, TypeVar
 
 import passgraph as pg
+from passgraph import arguments
+from passgraph.effects.checked import check_fields
 from passgraph.effects.light2d.sprites import Mover
 from passgraph.effects.light2d.world import Light2D, Point, Wall, Window
 from passgraph.reading import read_text
@@ -43,6 +45,9 @@ class World2D:
     ambient: Color = (0.02, 0.02, 0.03)
     floor: Color = (0.5, 0.47, 0.42)
 
+    def __post_init__(self) -> None:
+        check_fields(self)
+
     @classmethod
     def load(cls, path: str | PathLike[str]) -> World2D:
         """A world from a JSON file.
@@ -58,6 +63,7 @@ class World2D:
         passgraph.InputError
             For what is not such a file, with the file and the place in it.
         """
+        path = arguments.path(path, "the world to load")
         text = read_text(path, "a world file", MAX_FILE_BYTES)
         try:
             given = json.loads(text)

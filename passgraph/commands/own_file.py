@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import passgraph as pg
+from passgraph.arguments import shown
 from passgraph.errors import InputError
 from passgraph.graph import PixelKernel
 from passgraph.language.types import Array, ImageType, Matrix, Scalar, Struct, Type, Vector
@@ -57,11 +58,19 @@ def _run(path: Path) -> dict[str, Any]:
         spec.loader.exec_module(module)
     except pg.PassgraphError:
         raise
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(f"while {path} was run") from None
+    except SystemExit as error:
+        raise InputError(f"{path}: ends the process when it is run ({_exit_call(error)}); take that out") from error
     except Exception as error:
         raise InputError(f"{path}: fails when run: {type(error).__name__}: {error}") from error
     finally:
         sys.path.pop(0)
     return {name: value for name, value in vars(module).items() if not name.startswith("_")}
+
+
+def _exit_call(error: SystemExit) -> str:
+    return "sys.exit()" if error.code is None else f"sys.exit({shown(error.code)})"
 
 
 def _named(outputs: Any, path: Path) -> Graph:

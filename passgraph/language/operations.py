@@ -22,7 +22,7 @@ Values = NDArray[Any]
 #: Languages that the table spells operations in.  The numpy backend builds LLVM instead (backends/numpy/llvm_ops.py).
 TARGETS = ("glsl", "opencl")
 
-INT_MIN, INT_MAX = -(2**31), 2**31 - 1
+INT_MIN, INT_MAX, UINT_MAX = -(2**31), 2**31 - 1, 2**32 - 1
 #: The largest float32 below one: where fract is capped.
 BELOW_ONE = float(np.nextafter(np.float32(1), np.float32(0)))
 

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import ast
 from dataclasses import dataclass
+from typing import Any
 
 from passgraph.language import ir, symbols
-from passgraph.language.scope import FunctionSource, ModuleName, Scope, meaning_of, number, typed_constant
+from passgraph.language.scope import FunctionSource, ModuleName, Scope, meaning_of, number, typed_constant, written
 from passgraph.language.source import Source, Span, fail
 from passgraph.language.types import (
     NAMED,
@@ -172,7 +173,11 @@ def literal_value(node: ast.expr, source: Source, scope: Scope) -> object:
     """Numbers, tuples and captured constants, evaluated without running Python."""
     span = source.span(node)
     if isinstance(node, ast.Constant):
-        return number(node.value, span).value
+        return _plain(node.value, written(node, span))
+    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub) and isinstance(node.operand, ast.Constant):
+        value = node.operand.value
+        if isinstance(value, int) and not isinstance(value, bool):
+            return _plain(-value, number(-value, span))  # -2147483648 is an int
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, (ast.USub, ast.UAdd)):
         inner = literal_value(node.operand, source, scope)
         if isinstance(inner, (int, float)):
@@ -216,7 +221,13 @@ def _fold(operator: ast.operator, left: float, right: float, span: Span) -> floa
         result = left * right
     else:
         result = left + right if isinstance(operator, ast.Add) else left - right
-    return number(result, span).value
+    number(result, span)
+    return result
+
+
+def _plain(value: Any, checked: ir.Literal) -> Any:
+    """Whole numbers as they are written: what 0xFFFFFFFF stands for depends on the type that it becomes."""
+    return value if type(value) is int else checked.value
 
 
 def _construct(maker: Scalar | Vector | Matrix, parts: list[object], span: Span) -> object:

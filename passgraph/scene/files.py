@@ -12,6 +12,7 @@ from os import PathLike
 from pathlib import Path, PureWindowsPath
 from urllib.parse import unquote
 
+from passgraph import arguments
 from passgraph.errors import InputError
 from passgraph.reading import check_regular, read_bytes
 
@@ -24,7 +25,7 @@ EMPTY_PICTURE = b"P5 1 1 255\n\xff"
 
 def checked_path(path: str | PathLike[str], max_bytes: int = MAX_FILE_BYTES) -> Path:
     """The path of a readable model file of a known kind and sane size, or an InputError."""
-    file = Path(path)
+    file = arguments.path(path, "the model to load")
     size = check_regular(file, f"a model file ({', '.join(SUFFIXES)})")
     if file.suffix.lower() not in SUFFIXES:
         got = file.suffix or "no suffix"

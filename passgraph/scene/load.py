@@ -11,6 +11,7 @@ from typing import Any, Literal
 
 import numpy as np
 
+from passgraph.arguments import among, flag, shown
 from passgraph.errors import InputError
 from passgraph.scene import gltf
 from passgraph.scene.camera import Camera
@@ -64,8 +65,10 @@ def load_scene(
     Colours of vertices are taken as linear in glTF, as its specification says, and as sRGB elsewhere. Surfaces are
     matt: of metal, roughness and gloss nothing is read, nor are animations, of which the pose at rest is shown.
     """
-    if up not in ("y", "z"):
-        raise InputError(f"{path}: up: expected 'y' or 'z', got {up!r}")
+    if not among(up, ("y", "z")):
+        raise InputError(f"{shown(path)}: up: expected 'y' or 'z', got {shown(up)}")
+    if ground is not None:
+        flag(ground, f"{shown(path)}: ground", InputError)
     file = checked_path(path, max_bytes)
     try:
         with np.errstate(all="ignore"):  # values too large become infinite and are refused as such
