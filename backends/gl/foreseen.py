@@ -1,8 +1,8 @@
 """What a driver's compiler may come to know before a shader runs.
 
-Compilers fold ``0 / x`` and ``0 * x`` to 0, which loses the NaN of a zero or infinite x, and take ``x / 0`` for anything
-(llvmpipe does, ``precise`` or not).  They see zeros that the source does not show: loops are unrolled, so
-that their indices, what tables hold at them and what variables begin with become constants.
+Compilers fold ``0 / x`` and ``0 * x`` to 0, which loses the NaN of a zero or infinite x, and take ``x / 0`` for
+anything (llvmpipe does, ``precise`` or not).  They see zeros that the source does not show: loops are unrolled, so that
+their indices, what tables hold at them and what variables begin with become constants.
 """
 
 from __future__ import annotations

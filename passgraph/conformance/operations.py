@@ -64,7 +64,7 @@ VECTOR = {
     "matmul": "mat4(p, q, p.yzwx, q.zwxy) * p + vec4(mat3(p.xyz, q.xyz, p.yzw) * q.xyz, 0.0)",
     "transpose": "transpose(mat4(p, q, p.yzwx, q.zwxy))[1]",
     "determinant": "vec4(determinant(mat2(p)), determinant(mat3(p.xyz, q.xyz, p.yzw)), determinant(mat2(q)), 0.0)",
-    "inverse": "vec4(inverse(mat2(p) + mat2(9.0))[0], inverse(mat2(q) + mat2(9.0))[1])",
+    "inverse": "vec4(inverse((mat2(p) + mat2(9.0)) * 1e25)[0], inverse((mat2(q) + mat2(9.0)) * 1e-25)[1])",
     "outer": "outer(p, q)[2]",
 }
 
@@ -127,7 +127,8 @@ DOMAINS: dict[str, tuple[Callable[[Values], Values], Callable[[Values], Values]]
     **dict.fromkeys(("sin", "cos", "tan"), (_angle, _angle)),
     **dict.fromkeys(("asin", "acos"), (_unit, _unit)),
     **dict.fromkeys(("smoothstep", "mix", "atan2"), (_moderate, _moderate)),
-    **dict.fromkeys(("mod", "float_floor_divide"), (_dividends, _divisors)),
+    "float_floor_divide": (_dividends, _divisors),
+    "mod": (_moderate, lambda v: np.where(v == 0, np.float32(0.375), _moderate(v))),
     **dict.fromkeys(("exp", "exp2", "sinh", "cosh"), (_exponents, _exponents)),
     "div": (np.asarray, _divisible),
     "inversesqrt": (lambda v: np.abs(_known_bits(_divisible(v))), np.abs),
@@ -285,11 +286,17 @@ def _bools(row: Operation) -> Case:
 
 
 def _vectors(row: Operation) -> Case:
-    """Ordinary numbers, whose squares float32 holds; some vectors zero, some equal."""
+    """Ordinary numbers; some vectors zero, some equal; huge and tiny ones where no square of them is a result."""
     random = np.random.default_rng(3)
     a, b = (random.uniform(-3.0, 3.0, (48, 64, 4)) for _ in range(2))
     a[0], b[1] = 0.0, 0.0
     a[2] = b[2]
     a[3, :, 1:], b[4, :, :3] = 0.0, 0.0
+    if row.name in ("length", "distance", "normalize"):
+        scales = np.ldexp(1.0, np.arange(-120, 120, 240 // 16))[:, None, None]
+        a[16:32] *= scales
+        b[16:32] *= scales
+        a[32:40, :, :2] *= 2.0**40
+        b[32:40, :, 1:] *= 2.0**-40
     text = f"def probe(a: Image, b: Image) -> vec4:\n    p = a[0, 0]\n    q = b[0, 0]\n    return {VECTOR[row.name]}\n"
     return _case(row.name, text, a, b)

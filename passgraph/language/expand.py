@@ -13,6 +13,8 @@ Values: TypeAlias = list[s.Operand]
 Expansion: TypeAlias = Callable[[Emitter, list[Values], list[Type]], Values]
 
 ZERO, ONE = s.Lit("float", 0.0), s.Lit("float", 1.0)
+#: Bits of the power of two that takes a number with exponent bits 0 to at least 1, but for denormals.
+NEAR_ONE = 0x7F000000
 #: Exponents of ``pow`` that become products.  A reciprocal is off by 2.5 units, so that its cube may be off by 19.
 MULTIPLIED_OUT = frozenset(range(-2, 9))
 
@@ -61,8 +63,29 @@ def _cross(e: Emitter, args: list[Values], _: list[Type]) -> Values:
     ]  # fmt: skip
 
 
+def _step_of(e: Emitter, v: Values) -> s.Operand:
+    """The exponent of the largest component, in steps of 16, as bits of a float."""
+    largest = e.op("abs", v[0])
+    for x in v[1:]:
+        largest = e.op("max", largest, e.op("abs", x))
+    return e.op("bit_and", e.op("bits_from_float", largest), s.Lit("int", 0x78000000))
+
+
+def _toward_one(e: Emitter, step: s.Operand, bits: int) -> s.Operand:
+    """A power of two.  Multiplying with it is exact, so that nothing changes but what would overflow or vanish."""
+    return e.op("float_from_bits", e.op("sub", s.Lit("int", bits), step))
+
+
+def _length_of(e: Emitter, v: Values) -> s.Operand:
+    # To 2**-4 at least, so that the reciprocal of the power is a normal number too.
+    step = _step_of(e, v)
+    near = _scale(e, v, _toward_one(e, step, 0x7D000000))
+    back = e.op("float_from_bits", e.op("add", step, s.Lit("int", 0x02000000)))
+    return e.op("mul", e.op("sqrt", dot(e, near, near)), back)
+
+
 def _normalize(e: Emitter, args: list[Values], _: list[Type]) -> Values:
-    (v,) = args
+    v = _scale(e, args[0], _toward_one(e, _step_of(e, args[0]), NEAR_ONE))
     length = e.op("sqrt", dot(e, v, v))
     zero = e.op("equal", length, ZERO)
     divisor = e.choose(zero, ONE, length)
@@ -143,11 +166,9 @@ def _determinant(e: Emitter, args: list[Values], types: list[Type]) -> Values:
     return [_determinant_of(e, columns(args[0], types[0].size))]
 
 
-def _inverse(e: Emitter, args: list[Values], types: list[Type]) -> Values:
+def plain_inverse(e: Emitter, m: list[Values]) -> Values:
     """Adjugate over determinant; a zero determinant gives NaN throughout."""
-    assert isinstance(types[0], Matrix)
-    n = types[0].size
-    m = columns(args[0], n)
+    n = len(m)
     determinant = _determinant_of(e, m)
     singular = e.op("equal", determinant, ZERO)
     nan = s.Lit("float", float("nan"))
@@ -160,6 +181,16 @@ def _inverse(e: Emitter, args: list[Values], types: list[Type]) -> Values:
     return cells
 
 
+def _inverse(e: Emitter, args: list[Values], types: list[Type]) -> Values:
+    """With each column near 1: products of all columns neither overflow nor vanish."""
+    assert isinstance(types[0], Matrix)
+    m = columns(args[0], types[0].size)
+    powers = [_toward_one(e, _step_of(e, column), NEAR_ONE) for column in m]
+    near = plain_inverse(e, [_scale(e, column, power) for column, power in zip(m, powers, strict=True)])
+    inverse = columns(near, len(m))
+    return [e.op("mul", cell, power) for column in inverse for cell, power in zip(column, powers, strict=True)]
+
+
 def _transpose(e: Emitter, args: list[Values], types: list[Type]) -> Values:
     assert isinstance(types[0], Matrix)
     return [v for row in rows(args[0], types[0].size) for v in row]
@@ -168,8 +199,8 @@ def _transpose(e: Emitter, args: list[Values], types: list[Type]) -> Values:
 EXPANSIONS: dict[str, Expansion] = {
     "dot": lambda e, args, _: [dot(e, *args)],
     "cross": _cross,
-    "length": lambda e, args, _: [e.op("sqrt", dot(e, args[0], args[0]))],
-    "distance": lambda e, args, _: [e.op("sqrt", dot(e, _subtract(e, *args), _subtract(e, *args)))],
+    "length": lambda e, args, _: [_length_of(e, args[0])],
+    "distance": lambda e, args, _: [_length_of(e, _subtract(e, *args))],
     "normalize": _normalize,
     "faceforward": _faceforward,
     "reflect": _reflect,

@@ -75,7 +75,7 @@ def _sine_like(name: str) -> Function:
         middle, half = 0.5 * (a.lo + a.hi), 0.5 * a.width
         value = reference(middle)
         made = _widened(name, np.maximum(value - half, -1.0), np.minimum(value + half, 1.0), a.nan | np.isnan(value))
-        return where(a.magnitude <= LARGEST_ANGLE, made, Interval.anything(a.shape))
+        return where(a.magnitude <= LARGEST_ANGLE, made, _beyond(a, 1.0))
 
     return apply
 
@@ -84,7 +84,13 @@ def _tan(a: Interval) -> Interval:
     branch = np.floor(a.lo / np.pi + 0.5)
     one_branch = (branch == np.floor(a.hi / np.pi + 0.5)) & (a.magnitude <= LARGEST_ANGLE)
     made = _widened("tan", np.tan(a.lo), np.tan(a.hi), a.nan)
-    return where(one_branch, made, Interval.anything(a.shape))
+    return where(one_branch, made, _beyond(a, np.inf))
+
+
+def _beyond(a: Interval, largest: float) -> Interval:
+    """Of angles too large to tell a number of some size, which is NaN of infinite ones only."""
+    lo = np.full(a.shape, -largest)
+    return where(np.isfinite(a.magnitude), Interval(lo, -lo, a.nan), Interval.anything(a.shape))
 
 
 def _even(name: str) -> Function:
