@@ -161,6 +161,13 @@ def several(
     return tuple(value)
 
 
+def iterable(value: object, what: str, expected: str, error: type[PassgraphError] = GraphError) -> Iterable[Any]:
+    """What can be gone through, part by part; not text, and not an array, which holds numbers."""
+    if isinstance(value, (str, bytes, np.ndarray)) or not isinstance(value, Iterable):
+        raise error(f"{what} must be {expected}, got {shown(value)}")
+    return value
+
+
 def numbers(
     value: object, what: str, expected: str = "be an array of numbers", error: type[PassgraphError] = InputError
 ) -> NDArray[Any]:

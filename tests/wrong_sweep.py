@@ -17,6 +17,7 @@ import numpy as np
 
 import passgraph as pg
 from passgraph.compare import compare
+from passgraph.conformance import cases, run
 from passgraph.draw_state import DrawState
 from passgraph.effects.registry import EFFECTS, effect_named
 from passgraph.formats import FORMATS, format_named
@@ -327,6 +328,9 @@ CALLS: list[Call] = [
     call("Light.spot", Light.spot, position=(0, 0, 0), direction=(0, -1, 0), color=(1, 1, 1), intensity=1.0,
                                         radius=0.0, cone_inner_rad=None, cone_outer_rad=0.7, name="l"),
     call("Light.frustum", Light.directional((0, -1, 0)).frustum, bounds=[[-1, -1, -1], [1, 1, 1]]),
+    call("conformance.cases", lambda **given: list(cases(**given)), groups=["sequences"], quick=True),
+    call("conformance.run", lambda **given: run(cases=[], **given), backend="null", progress=lambda *_: None),
+    call("conformance.run, case", lambda case: run("null", [case]), case=next(cases(["sequences"]))),
     call("effect_named", effect_named, name="bloom"),
     call("Effect.parameter", EFFECTS["bloom"].parameter, name="levels"),
 ]  # fmt: skip
