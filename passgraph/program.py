@@ -273,6 +273,7 @@ class Program:
                 execution.release()
             if self._owns:
                 self.backend.close()
+            self._held.execution = None
 
     def __enter__(self) -> Program:
         return self
