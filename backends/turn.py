@@ -86,7 +86,13 @@ def open_driver(name: str) -> None:
     BackendError
         Where the process was forked from one that had: the driver's threads are not there, and its calls would hang.
     """
-    if _processes.setdefault(name, os.getpid()) != os.getpid():
+    _processes.setdefault(name, os.getpid())
+    check_driver(name)
+
+
+def check_driver(name: str) -> None:
+    """Raise that error, without opening anything."""
+    if _processes.get(name, os.getpid()) != os.getpid():
         raise BackendError(_lost(name))
 
 

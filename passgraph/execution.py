@@ -163,12 +163,12 @@ class Execution:
         if check is not None:
             check.begin(pictures)
         looking = observe is not None or check is not None
-        for resource, apart in self._apart.items():
-            self.places[resource] = self.plan.resources[resource].memory if looking else apart
         # Who looks may use the device between two steps.
         with nullcontext() if looking else self.backend.running():
             static_changed |= self._upload(pictures)
             self._swap_history()
+            for resource, apart in self._apart.items():
+                self.places[resource] = self.plan.resources[resource].memory if looking else apart
             for step, execute in self._runs if looking else self._chained:
                 if step.static and not static_changed:
                     continue

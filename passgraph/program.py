@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from os import PathLike
 from typing import TYPE_CHECKING, Any, TypeAlias
@@ -134,23 +133,9 @@ class Program:
         assert plan is not None
         return plan
 
-    @contextmanager
-    def _alone(self, what: str) -> Iterator[None]:
+    def _alone(self, what: str) -> _Alone:
         """While nobody else uses the backend."""
-        with self.backend.turn:
-            # Only this thread can have come here twice.
-            if self._busy:
-                raise GraphError(
-                    f"a program cannot be {what} from inside its own run; an observer, or a value's function, "
-                    "keeps what it needs and does this after the run"
-                )
-            if what != "closed":
-                self._check_open()
-            self._busy = True
-            try:
-                yield
-            finally:
-                self._busy = False
+        return _Alone(self, what)
 
     def _check_open(self) -> None:
         if self._closed:
@@ -297,12 +282,39 @@ class Program:
                 execution.release()
             if self._owns:
                 self.backend.close()
+            self._held.execution = None
 
     def __enter__(self) -> Program:
         return self
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+class _Alone:
+    """Around what one thread does with a program; a class, since every call passes here."""
+
+    __slots__ = ("program", "what")
+
+    def __init__(self, program: Program, what: str) -> None:
+        self.program, self.what = program, what
+
+    def __enter__(self) -> None:
+        program = self.program
+        program.backend.turn.__enter__()
+        # Only this thread can have come here twice.
+        if program._busy or (program._closed and self.what != "closed"):
+            program.backend.turn.__exit__()
+            program._check_open()
+            raise GraphError(
+                f"a program cannot be {self.what} from inside its own run; an observer, or a value's function, "
+                "keeps what it needs and does this after the run"
+            )
+        program._busy = True
+
+    def __exit__(self, *_: object) -> None:
+        self.program._busy = False
+        self.program.backend.turn.__exit__()
 
 
 def _known(name: str, outputs: Mapping[str, int]) -> None:

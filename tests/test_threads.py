@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.backends.registry import open_backend
+from passgraph.backends.registry import backend_class, open_backend
 from passgraph.errors import BackendError, GraphError
 from tests.conftest import require
 
@@ -229,6 +229,8 @@ def fork(backend: str) -> None:
                         use(frame=frame, by=3.0)
                 with pytest.raises(BackendError, match="forked"):
                     program.read()
+                listed = backend_class(backend).devices()
+                assert len(listed) == 1 and "was forked from one that had opened a driver" in listed[0].missing
             if inside:
                 program.close()
                 large.close()

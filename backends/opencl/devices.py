@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from passgraph.backends.base import DeviceInfo, device_number
+from passgraph.backends.turn import check_driver
 from passgraph.errors import DeviceMissingError
 
 INSTALL_MODULE = "pip install 'passgraph[opencl]'"
@@ -60,11 +61,12 @@ def choose(device: str | None) -> Any:
 def device_infos() -> list[DeviceInfo]:
     """All devices for a listing; one entry that says what is missing where there is none."""
     try:
+        check_driver("opencl")
         return [
             DeviceInfo(one.name.strip(), f"{one.platform.name} {one.driver_version}", one.version.strip())
             for one in all_devices()
         ]
-    except DeviceMissingError as error:
+    except BackendError as error:
         return [DeviceInfo("OpenCL", "", "", str(error))]
     except Exception as error:
         return [DeviceInfo("OpenCL", "", "", f"the OpenCL driver failed: {error}")]

@@ -31,7 +31,8 @@ def guarded_zeros(shape: Any, dtype: Any = float) -> np.ndarray[Any, Any]:
     kind = np.dtype(dtype)
     size = int(np.prod(shape)) * kind.itemsize
     pages = -(-max(size, 1) // PAGE)
-    memory = mmap.mmap(-1, (pages + 2) * PAGE)
+    # A forked process gets memory of its own, as of any array.
+    memory = mmap.mmap(-1, (pages + 2) * PAGE, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
     whole = np.frombuffer(memory, np.uint8)
     for page in (0, pages + 1):
         if _mprotect(whole.ctypes.data + page * PAGE, PAGE, _NOTHING_ALLOWED):
