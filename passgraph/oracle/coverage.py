@@ -254,7 +254,8 @@ def _inside(found: Triangles, owner: Ints, column: Ints, row: Ints) -> Fragments
         # Rule 4: a centre on an edge is inside at top and left edges only, as wound so that the area is positive.
         dx, dy = (right[b] - right[a]) * turn, (down[b] - down[a]) * turn
         owned = (dy < 0) | ((dy == 0) & (dx > 0))
-        turned = np.where((turned == 0) & (errors[k] == 0), np.where(owned, 1.0, -1.0), turned)
+        known = (turned == 0) & (off[a] == 0) & (off[b] == 0)
+        turned = np.where(known, np.where(owned, 1.0, -1.0), turned)
         surely &= turned > errors[k]
         perhaps &= turned >= -errors[k]
         behind &= -turned >= -errors[k]

@@ -226,9 +226,9 @@ class Drawn:
         self.step = step
         self.runs = [(one, one.draw_pass(step)) for one in (backend, self.oracle)]
 
-    def __call__(self, mesh: Soup) -> str:
+    def __call__(self, mesh: Soup, judged: bool = True) -> str:
         """Why the picture is none that the oracle allows, or empty."""
-        runs = self.runs if len(mesh.triangles) <= MOST_JUDGED else self.runs[:1]
+        runs = self.runs if judged and len(mesh.triangles) <= MOST_JUDGED else self.runs[:1]
         written = [self._written(backend, run, mesh) for backend, run in runs]
         if runs is not self.runs:
             return ""
@@ -266,7 +266,7 @@ def guarded_mesh(mesh: Soup) -> Soup:
     return Soup(guarded_copy(mesh.positions), guarded_copy(mesh.triangles), guarded_copy(mesh.colors))
 
 
-def cases(backend: Backend, first: int, count: int, each: int, guards: bool) -> str:
+def cases(backend: Backend, first: int, count: int, each: int, *, guards: bool, judged: bool) -> str:
     """Cases of the seeds ``first`` on, ``each`` of them on one setup; the first that fails, or empty."""
     drawn: Drawn | None = None
     for number, seed in enumerate(range(first, first + count)):
@@ -277,7 +277,7 @@ def cases(backend: Backend, first: int, count: int, each: int, guards: bool) -> 
         print(f"seed {seed}", flush=True)
         with guarded() if guards else nullcontext():
             mesh = case_of(seed)
-            why = drawn(guarded_mesh(mesh) if guards else mesh)
+            why = drawn(guarded_mesh(mesh) if guards else mesh, judged)
         if why:
             return f"setup {number // each}, seed {seed}: {why}"
     return ""
@@ -285,11 +285,12 @@ def cases(backend: Backend, first: int, count: int, each: int, guards: bool) -> 
 
 def run(
     backend: str, first: int, count: int, each: int, *,
-    before: tuple[str, ...] = (), seconds: float = CASE_SECONDS, start: float = START_SECONDS,
+    before: tuple[str, ...] = (), seconds: float = CASE_SECONDS, start: float = START_SECONDS, judged: bool = True,
 ) -> str:  # fmt: skip
     """The same in a process of its own, within a time; what is wrong, naming the seed, or empty."""
     command = [*before, sys.executable, "-m", "tests.hostile.draws", "--child", "--backend", backend]
     command += ["--seed", str(first), "--cases", str(count), "--each", str(each)]
+    command += [] if judged else ["--unjudged"]
     limit = start + seconds * count
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=limit, check=False)
@@ -311,14 +312,16 @@ def main(arguments: list[str]) -> int:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("--each", type=int, default=100, help="cases on one setup")
     parser.add_argument("--backend", default="numpy")
+    parser.add_argument("--unjudged", action="store_true", help="only draw: a crash or a loop without end is all")
     parser.add_argument("--child", action="store_true", help=argparse.SUPPRESS)
     given = parser.parse_args(arguments)
     if not given.child:
-        why = run(given.backend, given.seed, given.cases, given.each)
+        why = run(given.backend, given.seed, given.cases, given.each, judged=not given.unjudged)
         print(why or f"{given.cases} cases on {given.backend} from seed {given.seed}: nothing wrong")
         return 1 if why else 0
     with open_backend(given.backend) as backend, np.errstate(all="ignore"):
-        why = cases(backend, given.seed, given.cases, given.each, guards=given.backend == "numpy")
+        guards = given.backend == "numpy"
+        why = cases(backend, given.seed, given.cases, given.each, guards=guards, judged=not given.unjudged)
     print(why)
     return 1 if why else 0
 

@@ -178,7 +178,7 @@ def test_hostile_draws_stay_inside_their_buffers_on_opencl(tmp_path: Path) -> No
         pytest.skip("oclgrind is not here: apt-get install oclgrind")
     log = tmp_path / "oclgrind.log"
     before = (oclgrind, "--data-races", "--log", str(log))
-    assert run("opencl", 500, 18, 9, before=before, seconds=SIMULATED_SECONDS) == ""
+    assert run("opencl", 500, 18, 6, before=before, seconds=SIMULATED_SECONDS, judged=False) == ""
     assert log.read_text() == ""
 
 
