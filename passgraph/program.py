@@ -410,7 +410,9 @@ def compile(
         ``"numpy"`` (default), ``"gl"``, ``"opencl"``, ``"opencl:1"``, ``"reference"``, or an open backend, which
         then stays yours to close.
     size
-        (width, height) of the output in pixels; left out, the size of the first input.
+        (width, height) of the output in pixels; left out, the size of the first input.  Targets that are declared
+        with a size, or take that of an input, keep it; where no output would have the size asked for, or a fraction
+        of it, it is refused.
     options
         Optimisations to switch off.
     non_finite
@@ -426,6 +428,8 @@ def compile(
     ------
     GraphError, KernelError
         For what does not fit; with inputs whose size is open, at the first run.
+    BackendError
+        For a pass that needs more images, parameters or targets, or a larger picture, than the device takes.
     DeviceMissingError
         Where the backend's driver is missing, with the command that installs it.
 

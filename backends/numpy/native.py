@@ -14,7 +14,7 @@ from typing import Any
 import llvmlite
 import llvmlite.binding as llvm
 
-from passgraph.kept import cache_folder, keep, kept, text_digest
+from passgraph.kept import recall, remember, text_digest
 
 #: Held by whoever compiles or loads: LLVM's engine and what numba knows are one for the process, made once.
 _compiling = threading.RLock()
@@ -69,11 +69,10 @@ def _address(parts: tuple[str, ...], emit: Callable[[str], str]) -> int:
     key = hashlib.sha256("\0".join(told).encode()).hexdigest()[:40]
     if key not in _loaded:
         name = f"pg_{key}"
-        path = cache_folder("code") / f"{name}.o"
-        code = kept(path)
+        code = recall("code", f"{name}.o")
         if code is None:
             code = _compiled(emit(name))
-            keep(path, code)
+            remember("code", f"{name}.o", code)
         engine = _engine()
         engine.add_object_file(llvm.ObjectFileRef.from_data(code))
         engine.finalize_object()

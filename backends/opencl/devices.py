@@ -6,7 +6,7 @@ from typing import Any
 
 from passgraph.backends.base import DeviceInfo, device_number
 from passgraph.backends.turn import check_driver
-from passgraph.errors import DeviceMissingError
+from passgraph.errors import BackendError, DeviceMissingError
 
 INSTALL_MODULE = "pip install 'passgraph[opencl]'"
 INSTALL_DRIVER = "apt-get install pocl-opencl-icd ocl-icd-libopencl1"
