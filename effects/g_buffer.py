@@ -122,7 +122,8 @@ def plain(
 def textured(
     surface: Surface, base_map: Image, normal_map: Image, height_map: Image, height_scale: float,
     base_levels: Image, base_size: vec2, base_count: Const[int], base_wrap: Const[int],
-    normal_levels: Image, normal_size: vec2, normal_count: Const[int], normal_wrap: Const[int], normal_finer: float,
+    normal_levels: Image, normal_size: vec2, normal_count: Const[int], normal_wrap: Const[int],
+    normal_finer: Const[float],
     has_base: Const[bool], has_normals: Const[bool], has_heights: Const[bool], pixel: float,
     double_sided: Const[bool], receives: Const[float], masked: Const[bool], cutoff: float,
 ) -> tuple[vec4, vec4, float]:  # fmt: skip
