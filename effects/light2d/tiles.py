@@ -94,11 +94,11 @@ def tile_tables(
     columns, rows = (size[0] + side - 1) // side, (size[1] + side - 1) // side
     found: list[_Pairs] = []
     compared, texels = 0, 0
-    for number, light in enumerate(lights):
+    for which, light in enumerate(lights):
         reach = _reach(window, light, outlines, size, side)
-        compared += reach.tile.size * reach.near.size
-        _check_work(compared, number + 1, len(outlines.edges))
-        found.append(_reached(light, number, outlines, reach))
+        compared += int(reach.tile.size * reach.near.size)
+        _check_work(compared, which + 1, len(outlines.edges))
+        found.append(_reached(light, which, outlines, reach))
         # each light is judged before the next one costs anything
         _check_most(int(found[-1].count.max(initial=0)), most_edges(layers[-1]), side)
         texels += _texels(found[-1])
