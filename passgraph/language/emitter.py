@@ -43,6 +43,7 @@ class Emitter:
         self.arrays: dict[str, tuple[str, int]] = {}  # scalar type, length
         self.ranges: dict[int, tuple[int, int]] = {}  # loop indices: inclusive
         self.tables: dict[str, tuple[str, tuple[bool | int | float, ...]]] = {}
+        self.table_names: dict[int, str] = {}  # by the identity of the values, which the program keeps
         self.builtins: dict[str, str] = {}
         self.steps = 0
         self.span = NOWHERE  # of the statement being lowered, for errors
@@ -159,6 +160,16 @@ class Emitter:
 
     def uniform(self, block: str, index: s.Operand) -> s.Operand:
         return self._load(("uniform", block, repr(index)), block, lambda to: s.LoadUniform(to, block, index))
+
+    def table_name(self, type_: str, values: tuple[bool | int | float, ...]) -> str:
+        """The name of a table with these values; looked for once for each tuple, since comparing takes its time."""
+        known = self.table_names.get(id(values))
+        if known is None:
+            wanted = type_, repr(values)
+            same = (name for name, (t, v) in self.tables.items() if (t, repr(v)) == wanted)
+            known = self.table_names[id(values)] = next(same, f"table{len(self.tables)}")
+            self.tables[known] = type_, values
+        return known
 
     def table(self, name: str, type_: str, values: tuple[bool | int | float, ...], index: s.Operand) -> s.Operand:
         self.tables[name] = (type_, values)

@@ -35,6 +35,8 @@ MAX_TRIPS = 1 << 16
 MAX_INSTRUCTIONS = 20_000
 #: Loops stay loops where unrolling would make the program longer than this.
 MAX_UNROLLED_TOGETHER = 12_000
+#: Numbers of all constant tables that computed indices reach; each holds 1,024 entries at most.
+MAX_TABLE_NUMBERS = 16_384
 #: Instructions that one pixel may take, every trip of every loop.
 MAX_WORK = 1 << 24
 
@@ -66,16 +68,22 @@ def _lower(program: ir.Program, facts: Facts) -> s.ScalarProgram:
         keep = None
     roots = [v for o in outputs for v in o.values] + ([keep] if keep is not None else [])
     body = eliminate_dead(emitter.blocks[0], roots)
-    _check_size(program, body)
-    return shared.finish(program, body, outputs, keep)
+    made = shared.finish(program, body, outputs, keep)
+    if not shared.fused:  # what passes alone passes fused
+        _check_size(made, program.source)
+    return made
 
 
-def _check_size(program: ir.Program, body: tuple[s.Instruction, ...]) -> None:
-    length, steps = sum(1 for _ in s.walk(body)), s.work(body)
+def _check_size(program: s.ScalarProgram, span: Span) -> None:
+    """Text may not ask for more than a driver compiles and runs in its time."""
+    length, steps = sum(1 for _ in s.walk(program.body)), s.work(program.body)
+    numbers = sum(len(values) for _, _, values in program.tables)
     if length > MAX_INSTRUCTIONS:
-        fail(program.source, f"{program.name} has {length} instructions, loops unrolled; at most {MAX_INSTRUCTIONS}")
+        fail(span, f"{program.name} has {length} instructions, loops unrolled; at most {MAX_INSTRUCTIONS}")
     if steps > MAX_WORK:
-        fail(program.source, f"{program.name} takes {steps} instructions a pixel, loops run; at most {MAX_WORK}")
+        fail(span, f"{program.name} takes {steps} instructions a pixel, loops run; at most {MAX_WORK}")
+    if numbers > MAX_TABLE_NUMBERS:
+        fail(span, f"the constant tables of {program.name} hold {numbers} numbers; at most {MAX_TABLE_NUMBERS}")
 
 
 class Lowering:
@@ -430,8 +438,7 @@ class Lowering:
         base = e.op("mul", clamped, s.Lit("int", width))
         element = element_of(type_).name
         if isinstance(array, ir.Table):
-            same = (n for n, (t, v) in e.tables.items() if (t, repr(v)) == (element, repr(array.values)))
-            name = next(same, f"table{len(e.tables)}")
+            name = e.table_name(element, array.values)
             addresses = (e.op("add", base, s.Lit("int", i)) for i in range(width))
             return [e.table(name, element, array.values, address) for address in addresses]
         slot = self.shared.slot(self.prefix + array.name, type_)

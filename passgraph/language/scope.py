@@ -98,6 +98,8 @@ class Scope:
     names: Callable[[str], object]
     captured: dict[str, object] = field(default_factory=dict)
     meanings: dict[str, object] = field(default_factory=dict)
+    #: Tables met, by name, with the values that they were made from; None where values may change between uses.
+    tables: dict[str, tuple[object, ir.Table]] | None = None
 
     def lookup(self, name: str, span: Span) -> object:
         try:
@@ -176,7 +178,11 @@ Meaning: TypeAlias = "Type | Struct | FunctionSource | symbols.Symbol | ModuleNa
 
 def meaning_of(value: object, path: str, scope: Scope, span: Span) -> Any:
     """What a name leads to (:func:`classified`), noted in its scope."""
+    if scope.tables is not None and path in scope.tables and scope.tables[path][0] is value:
+        return dataclasses.replace(scope.tables[path][1], span=span)
     meaning = scope.meanings[path] = classified(value, path, scope, span)
+    if scope.tables is not None and isinstance(meaning, ir.Table):
+        scope.tables[path] = value, meaning
     return meaning
 
 

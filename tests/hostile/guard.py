@@ -19,11 +19,18 @@ from unittest.mock import patch
 import numpy as np
 
 import passgraph.backends.numpy as backend
+from passgraph.backends.numpy.memory import ROOM
 
 PAGE = mmap.PAGESIZE
 _mprotect = ctypes.CDLL(None, use_errno=True).mprotect
 _mprotect.argtypes = (ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int)
 _NOTHING_ALLOWED = 0
+#: Functions whose results are moved between guards; ``zeros`` and ``empty`` make them there.
+MOVED = ("arange", "array", "ascontiguousarray", "concatenate", "flatnonzero", "full", "tile")
+#: What lies behind the end of an array that may be read there, but not written.
+CANARY = np.array(0xA5A5A5A5, np.uint32).view(np.float32)
+#: Rooms behind arrays that were made since they were last looked at.
+_rooms: list[np.ndarray[Any, Any]] = []
 
 
 def guarded_zeros(shape: Any, dtype: Any = float) -> np.ndarray[Any, Any]:
@@ -41,8 +48,19 @@ def guarded_zeros(shape: Any, dtype: Any = float) -> np.ndarray[Any, Any]:
     return whole[end - size : end].view(kind).reshape(shape)
 
 
-#: Functions whose results are moved between guards; ``zeros`` and ``empty`` make them there.
-MOVED = ("arange", "array", "ascontiguousarray", "concatenate", "flatnonzero", "full", "tile")
+def guarded_aligned_zeros(count: int) -> np.ndarray[Any, Any]:
+    """As memory.py's: what may be read behind the last number is there, and :func:`check_rooms` sees writes to it."""
+    whole = guarded_zeros(count + ROOM, np.float32)
+    whole[count:] = CANARY
+    _rooms.append(whole[count:])
+    return whole[:count]
+
+
+def check_rooms() -> None:
+    """Nothing was written behind the end of an array made since the last call."""
+    for room in _rooms:
+        assert (room.view(np.uint32) == CANARY.view(np.uint32)).all(), "something was written behind an array"
+    _rooms.clear()
 
 
 class GuardedNumpy(ModuleType):
@@ -81,6 +99,12 @@ def guarded() -> Iterator[None]:
     modules = [importlib.import_module(name) for name in names]
     numpy = GuardedNumpy()
     made = [patch.object(module, "np", numpy) for module in modules if hasattr(module, "np")]
+    made += [
+        patch.object(module, "aligned_zeros", guarded_aligned_zeros)
+        for module in modules
+        if hasattr(module, "aligned_zeros")
+    ]
+    _rooms.clear()
     for one in made:
         one.start()
     try:
@@ -88,3 +112,4 @@ def guarded() -> Iterator[None]:
     finally:
         for one in made:
             one.stop()
+    check_rooms()

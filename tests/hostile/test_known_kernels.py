@@ -192,3 +192,27 @@ def test_structs_nest_to_a_limit() -> None:
     text = "class S0:\n    v: float\n" + "".join(f"class S{n + 1}:\n    a: S{n}\n" for n in range(1000))
     with pytest.raises(KernelError, match="struct S32 holds structs 33 deep; at most 32"):
         pg.kernel(source=text + "def k(c: Image, s: S1000) -> vec4: return c[0, 0]")
+
+
+@pytest.mark.parametrize("backend", ["reference", "numpy"])
+def test_tables_of_several_lengths_and_an_array_meet_in_one_kernel(backend: str) -> None:
+    """All at an index of each pixel's own."""
+    text = (
+        "T = (1.0,)\nU = (1.0, 2.0, 3.0)\ndef k(c: Image) -> vec4:\n    v = c[0, 0]\n    i = int(v.x * 3.0)\n"
+        "    a = [v.x] * 100\n    a[i] = v.y\n    return vec4(T[i], U[i], a[i], a[i - 9])\n"
+    )
+    index = np.minimum((PICTURE[..., 0] * np.float32(3)).astype(int), 2)
+    first = np.where(index == 0, PICTURE[..., 1], PICTURE[..., 0])  # an index below 0 reads entry 0
+    wanted = np.stack([np.ones_like(first), index + 1, PICTURE[..., 1], first], axis=2)
+    np.testing.assert_array_equal(result(text, backend), wanted.astype(np.float32))
+
+
+def test_a_table_is_read_once_however_often_it_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    from passgraph.language import scope
+
+    made = []
+    number = scope.number
+    monkeypatch.setattr(scope, "number", lambda value, span: made.append(value) or number(value, span))
+    text = "T = (" + "1, " * 1024 + ")\n" + body("x = 0.0\n" + "x += T[0] + T[1] + T[2]\n" * 50 + "return vec4(x)")
+    pg.kernel(source=text, name="k")
+    assert len(made) < 2 * 1024

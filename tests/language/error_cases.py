@@ -481,10 +481,16 @@ CALLS += [
         "the kernel takes more than 200000 steps to compile; make loops shorter",
     ),
     (
-        lambda: compiled(
-            "def k(c: Image) -> float:\n    x = c[0, 0].x\n" + "    x = x * x + 1.0\n" * 11_000 + "    return x"
-        ),
+        lambda: compiled("def k(c: Image) -> vec4:\n    x = c[0, 0]\n" + "    x = x * x + x\n" * 2600 + "    return x"),
         "instructions, loops unrolled; at most 20000",
+    ),
+    (
+        lambda: compiled(
+            "".join(f"T{n} = (" + f"{n}.5, " * 1024 + ")\n" for n in range(17))
+            + "def k(c: Image) -> float:\n    i = int(c[0, 0].x)\n    return "
+            + " + ".join(f"T{n}[i]" for n in range(17))
+        ),
+        "the constant tables of k hold 17408 numbers; at most 16384",
     ),
     (
         lambda: compiled(
