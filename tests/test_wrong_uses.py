@@ -85,7 +85,7 @@ STRIDED = np.zeros((4, 6))
 STRIDED[::2, ::3] = HALF
 LAYOUTS: dict[str, tuple[Any, Any]] = {
     **{dtype: (HALF.astype(dtype), HALF) for dtype in ("<f4", ">f4", "<f2", ">f2", "<f8", ">f8", "longdouble")},
-    **{dtype: (BYTES.astype(dtype) * 257, BYTES / 255) for dtype in ("<u2", ">u2")},
+    **{dtype: ((BYTES * np.uint16(257)).astype(dtype), BYTES / 255) for dtype in ("<u2", ">u2")},
     "u1": (BYTES, BYTES / 255),
     "bool": (HALF == 0.5, HALF == 0.5),
     "transposed": (HALF.T, HALF.T),
