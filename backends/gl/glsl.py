@@ -140,20 +140,17 @@ class GLSL(Printer):
         if op.on == "float" and op.operation in ("equal", "not_equal") and arguments[0] == arguments[1]:
             return f"{'!' if op.operation == 'equal' else ''}pg_isnan({arguments[0]})"
         if op.on == "float" and op.operation in ("mul", "div"):
-            both = all(self._foreseen(a) for a in op.arguments)
+            both = all(self.foreseen.known(a) for a in op.arguments)
             arguments = [self._hidden(a, both) for a in op.arguments]
         return super().operation(op, arguments)
-
-    def _foreseen(self, operand: s.Operand) -> bool:
-        return isinstance(operand, s.Lit) or operand.id in self.foreseen
 
     def _hidden(self, operand: s.Operand, among_constants: bool = False) -> str:
         """An operand that compilers cannot take for 0: see :mod:`.foreseen`.
 
-        Beside constants alone it need not be hidden: what they give is computed right.
+        Beside constants alone only a written zero is hidden: what they give together is computed right.
         """
         text = self.operand(operand)
-        zero = operand.value == 0 if isinstance(operand, s.Lit) else self._foreseen(operand) and not among_constants
+        zero = self.foreseen.may_be_zero(operand) and (isinstance(operand, s.Lit) or not among_constants)
         return f"pg_hidden({text})" if zero else text
 
     def texel(self, load: s.LoadTexel) -> None:

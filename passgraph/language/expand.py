@@ -13,7 +13,7 @@ Values: TypeAlias = list[s.Operand]
 Expansion: TypeAlias = Callable[[Emitter, list[Values], list[Type]], Values]
 
 ZERO, ONE = s.Lit("float", 0.0), s.Lit("float", 1.0)
-#: Bits of the power of two that takes a number with exponent bits 0 to at least 1, but for denormals.
+#: Bits of the power of two that takes a size with exponent bits 0 to at least 1, but for denormals.
 NEAR_ONE = 0x7F000000
 #: Exponents of ``pow`` that become products.  A reciprocal is off by 2.5 units, so that its cube may be off by 19.
 MULTIPLIED_OUT = frozenset(range(-2, 9))
@@ -64,11 +64,14 @@ def _cross(e: Emitter, args: list[Values], _: list[Type]) -> Values:
 
 
 def _step_of(e: Emitter, v: Values) -> s.Operand:
-    """The exponent of the largest component, in steps of 16, as bits of a float."""
-    largest = e.op("abs", v[0])
+    """The exponent of the vector's size, in steps of 16, as bits of a float.
+
+    A sum of sizes is less work than their maximum and as good; infinite ones have the step of the largest numbers.
+    """
+    total = e.op("abs", v[0])
     for x in v[1:]:
-        largest = e.op("max", largest, e.op("abs", x))
-    return e.op("bit_and", e.op("bits_from_float", largest), s.Lit("int", 0x78000000))
+        total = e.op("add", total, e.op("abs", x))
+    return e.op("bit_and", e.op("bits_from_float", total), s.Lit("int", 0x78000000))
 
 
 def _toward_one(e: Emitter, step: s.Operand, bits: int) -> s.Operand:

@@ -26,8 +26,9 @@ MUTANTS = (
     ),
     _g("glsl", "return pg_isnan(x) ? 0 : i;", "return pg_isnan(x) ? 1 : i;", "operations/to_int"),
     _g("glsl", 'return f"pg_hidden({text})" if zero else text', "return text", "language/written zeros"),
-    _g("foreseen", "found.add(i.index.id)", "pass", "language/unrolled zeros"),
-    _g("foreseen", "variables.add(i.variable)", "pass", "language/unrolled zeros"),
+    _g("foreseen", "self.found.add(i.index.id)", "pass", "language/unrolled zeros"),
+    _g("foreseen", "return i.table in self.tables", "return True", "language/unrolled zeros"),
+    _g("foreseen", "self.variables.add(i.variable)", "pass", "language/unrolled zeros"),
     _g(
         "glsl",
         'if op.on == "float" and op.operation in ("equal", "not_equal") and',
