@@ -8,7 +8,9 @@ from dataclasses import dataclass
 import passgraph as pg
 from passgraph.effects.blur import gaussian_blur
 from passgraph.effects.g_buffer import GBuffer
+from passgraph.effects.map_fit import MARGIN_TEXELS, Fit, pieces_of
 from passgraph.effects.moment_maps import MomentView, blurred_moments, with_width
+from passgraph.effects.nearest_casters import nearest_casters
 from passgraph.effects.penumbra_search import add_light_with_penumbrae, find_penumbrae
 from passgraph.effects.shadow_filters import FilterFrame
 from passgraph.effects.shadow_light import KINDS, add_light, add_shadowed_light, ambient_light
@@ -32,10 +34,12 @@ class Lighting:
     map_blur_px: int
     notes: list[str]
     filter: FilterChoice
+    to_view: bool  # whether maps are fitted to what the camera sees
     width: object  # half that of edges in scene units: a number, a value, or None for 0
 
     def __post_init__(self) -> None:
         self.maps: list[pg.Target] = []
+        self._fit = self._fitted() if self.to_view else None
 
     def sums(self, ambient: tuple[float, float, float]) -> tuple[pg.Target, pg.Target]:
         """Light on white surfaces without and with shadows."""
@@ -61,11 +65,24 @@ class Lighting:
                 frame, tan_half = look.frame(self.view, self.map_size), self.view.tan_half()
                 if needed:
                     map_, by = self._map(look, meshes, name)
+                    # what does not search leaves out the code that reads it
+                    nearest = nearest_casters(map_, self.map_size, name) if self.filter.searches else map_
                     if self.filter.name == "penumbra":
-                        free, shadowed = self._with_penumbrae(free, shadowed, map_, frame, kind, face, name)
+                        free, shadowed = self._with_penumbrae(free, shadowed, map_, nearest, frame, kind, face, name)
                         continue
                     free, shadowed = add_shadowed_light(self.filter)(
-                        free, shadowed, *common, map_, frame, tan_half, by, kind, face, into=_pair(name), name=name
+                        free,
+                        shadowed,
+                        *common,
+                        map_,
+                        nearest,
+                        frame,
+                        tan_half,
+                        by,
+                        kind,
+                        face,
+                        into=_pair(name),
+                        name=name,
                     )
                 else:
                     free, shadowed = add_light(
@@ -74,12 +91,13 @@ class Lighting:
         return free, shadowed
 
     def _with_penumbrae(
-        self, free: pg.Target, shadowed: pg.Target, map_: pg.Target, frame: pg.Derived, kind: int, face: int, name: str
-    ) -> tuple[pg.Target, pg.Target]:
+        self, free: pg.Target, shadowed: pg.Target, map_: pg.Target, nearest: pg.Target, frame: pg.Derived,
+        kind: int, face: int, name: str,
+    ) -> tuple[pg.Target, pg.Target]:  # fmt: skip
         """Both sums with one light, looked up in half the size where its shadow is soft."""
         common, tan_half, taps = (self.seen.normals, self.seen.depth), self.view.tan_half(), self.filter.taps_or_default
         penumbrae = find_penumbrae(taps)(
-            *common, map_, frame, tan_half, kind, face,
+            *common, map_, nearest, frame, tan_half, kind, face,
             into=pg.target(f"penumbrae of {name}", "rg16f", like=self.seen.depth, scale=0.5),
             name=f"penumbrae of {name}",
         )  # fmt: skip
@@ -90,8 +108,9 @@ class Lighting:
 
     def _view(self, light: pg.Value, face: int) -> MapView:
         if self.filter.blurs_maps:
-            return MomentView(light, self.casters, face, self.map_size, 0.0 if self.width is None else self.width)
-        return MapView(light, self.casters, face)
+            width = 0.0 if self.width is None else self.width
+            return MomentView(light, self.casters, face, None, self.map_size, width)
+        return MapView(light, self.casters, face, self._fit)
 
     def _map(self, look: MapView, meshes: list[CasterMesh], name: str) -> tuple[pg.Target, object]:
         """What a lookup reads: the map of one light, and what each run sets of the filter."""
@@ -105,6 +124,18 @@ class Lighting:
         if self.filter.name == "disc" and self.width is not None:
             return map_, with_width(only_width, self.width)
         return map_, only_width(0.0)
+
+    def _fitted(self) -> Fit | None:
+        """What maps are fitted to; what is blurred or read over a width that a run says may reach beyond any fit."""
+        if self.filter.name == "disc" or self.filter.blurs_maps or not self.casters.nodes:
+            return None
+        receivers = [node for node in self.scene.nodes if node.receives]
+        origin = self.casters.origin
+        reads = self.filter.pcf_size // 2 if self.filter.name == "pcf" else 0
+        return Fit(
+            self.view.camera, origin, pieces_of(receivers, origin), self.casters.pieces_for, self.map_size,
+            square=self.filter.name == "blur", margin_texels=MARGIN_TEXELS + reads,
+        )  # fmt: skip
 
     def _faces(self, light: pg.Light) -> Sequence[int]:
         """One map where the light sees all casters in one view, else the six faces of a cube."""

@@ -16,7 +16,7 @@ from passgraph import Const, Image, ivec2, output_size, pixel, vec2, vec4
 from passgraph.effects.shadow_filters import FilterFrame
 from passgraph.effects.shadow_lookup import FilterChoice
 from passgraph.effects.shadow_moments import four_moments, normalised, packed_moments, two_moments, warped_moments
-from passgraph.effects.views import Float64, LightFrame, MapView, View
+from passgraph.effects.views import Float64, LightFrame, MapView, Seen, View
 from passgraph.scene.matrices import translation
 
 #: A blur reaches no farther than this share of the map's width to each side.
@@ -36,7 +36,7 @@ class MomentView(MapView):
     map_size: int = 1024
     width: object = 0.0
 
-    def frustum(self, light: pg.Light) -> tuple[Float64, Float64]:
+    def frustum(self, light: pg.Light, seen: Seen | None = None) -> tuple[Float64, Float64]:
         """As fitted to the casters; widened where the width is a number, as in each run it is."""
         view, projection = super().frustum(light)
         if not isinstance(self.width, float):
@@ -65,7 +65,7 @@ class MomentView(MapView):
 
     def frame(self, view: View, map_size: int) -> pg.Derived:
         def made(camera: pg.Camera, light: pg.Light, width: float) -> LightFrame:
-            return replace(self, width=float(width))._frame(camera, light, map_size)
+            return replace(self, width=float(width))._frame(camera, light, None, map_size)
 
         return with_width(made, self.width, view.camera, self.light)
 

@@ -12,11 +12,13 @@ from typing import Any
 import passgraph as pg
 from passgraph import Const, Image, dot, ivec2, length, mix, smoothstep, vec2, vec3
 from passgraph.effects.geometry import unpack_normal, view_ray
+from passgraph.effects.nearest_casters import search_reach
 from passgraph.effects.shadow_filters import (
     Receiver,
+    beside,
     caster_at,
     mean_of,
-    reach_texels,
+    reach_of,
     receiver_at,
     toward_light,
     vogel_disc,
@@ -35,10 +37,15 @@ FEW = 5
 FEW_PLACES = vogel_disc(FEW)
 #: How far a pixel of the small picture may lie off the plane of one that it is blended into.
 SAME_PLANE_PX = 2.0
+LEAST = 0.6
 #: A texel is met by rays that pass its middle by up to half its diagonal.
 HALF_DIAGONAL = 0.75
 #: A comparison counts for casters whose own penumbra is so many times narrower at most: others stand beside the light.
 WIDER = 2.0
+#: Casters are near ones where their penumbra is so many times narrower than the widest that a search could find, and
+#: the search is wider than so many texels.
+FAR_AND_NEAR = 0.25
+LAYERED_TEXELS = 4.0
 #: Places of the search crowd toward the middle with this power of their number; 0.5 would spread them evenly. Most
 #: casters are near the receiver, and can be in its way only near its own place.
 CROWDING = 1.5
@@ -53,6 +60,15 @@ def search_disc(taps: int) -> tuple[tuple[float, float], ...]:
     turn = pi * (3.0 - math.sqrt(5.0))
     radii = [((i + 0.5) / taps) ** CROWDING for i in range(taps)]
     return tuple((r * cos(i * turn), r * sin(i * turn)) for i, r in enumerate(radii))
+
+
+@pg.struct
+class Layers:
+    """Half widths of the penumbrae of the casters that a receiver has before it, scene units."""
+
+    far: float  # of casters far from it; -1 where there is none
+    near: float  # of those near it; -1 where there is none
+    split: float  # far casters have at least this
 
 
 @pg.function
@@ -83,18 +99,31 @@ def find_penumbrae(taps: int) -> Any:
     places: Any = vogel_disc(compared)
 
     @pg.function
-    def mean_gap(map: Image, light: LightFrame, receiver: Receiver, kind: int, face: int) -> float:
-        """Harmonic mean of the distances to the casters in the cone to the light; 0 where there is none."""
-        search = reach_texels(light, receiver, light.near, kind) + HALF_DIAGONAL
-        total = 0.0
-        count = 0.0
+    def casters_about(
+        map: Image, nearest: Image, light: LightFrame, receiver: Receiver, kind: int, face: int
+    ) -> Layers:
+        """Harmonic means of the distances to the casters in the cone to the light, far ones and near ones."""
+        search = search_reach(map, nearest, light, receiver, kind)
+        margin = HALF_DIAGONAL * receiver.texel
+        split = search * FAR_AND_NEAR if search > LAYERED_TEXELS * receiver.texel else 0.0
+        far, far_count, near, near_count = 0.0, 0.0, 0.0, 0.0
         for i in range(taps):
-            offset = search_places[i] * search
-            caster = caster_at(map, receiver, offset, kind, face)
-            if caster < NOTHING and length(offset) <= reach_texels(light, receiver, caster, kind) + HALF_DIAGONAL:
-                total += 1.0 / max(receiver.depth - caster, 1e-6 * receiver.depth)
-                count += 1.0
-        return count / total if count > 0.0 else 0.0
+            offset = search_places[i] * (search + margin)
+            caster = caster_at(map, receiver, beside(receiver, offset), kind, face)
+            reach = reach_of(light, receiver, caster, kind)
+            if caster < NOTHING and length(offset) <= reach + margin:
+                inverse = 1.0 / max(receiver.depth - caster, 1e-6 * receiver.depth)
+                if reach < split:
+                    near += inverse
+                    near_count += 1.0
+                else:
+                    far += inverse
+                    far_count += 1.0
+        return Layers(
+            reach_of(light, receiver, receiver.depth - far_count / max(far, 1e-30), kind) if far > 0.0 else -1.0,
+            reach_of(light, receiver, receiver.depth - near_count / max(near, 1e-30), kind) if near > 0.0 else -1.0,
+            split,
+        )
 
     @pg.function
     def share_of_disc(map: Image, light: LightFrame, receiver: Receiver, reach: float, kind: int, face: int) -> float:
@@ -102,15 +131,48 @@ def find_penumbrae(taps: int) -> Any:
         lit = 0.0
         for i in range(compared):
             offset = places[i] * reach
-            caster = caster_at(map, receiver, offset, kind, face)
-            own = WIDER * reach_texels(light, receiver, caster, kind) + HALF_DIAGONAL
+            caster = caster_at(map, receiver, beside(receiver, offset), kind, face)
+            own = WIDER * reach_of(light, receiver, caster, kind) + HALF_DIAGONAL * receiver.texel
             lit += 0.0 if caster < NOTHING and length(offset) <= own else 1.0
         return mean_of(lit, compared)
 
+    @pg.function
+    def share_past_both(
+        map: Image, light: LightFrame, receiver: Receiver, layers: Layers, kind: int, face: int
+    ) -> float:
+        """The mean over places of the light whose rays pass far casters and near ones.
+
+        Where a far caster hides from the map what is near, near ones are as common as elsewhere.
+        """
+        lit, lit_if_free, seen, blocked = 0.0, 0.0, 0.0, 0.0
+        for i in range(compared):
+            offset = places[i] * layers.far
+            caster = caster_at(map, receiver, beside(receiver, offset), kind, face)
+            reach = reach_of(light, receiver, caster, kind)
+            stopped = (
+                caster < NOTHING
+                and reach >= layers.split
+                and length(offset) <= WIDER * reach + HALF_DIAGONAL * receiver.texel
+            )
+            free = 0.0 if stopped else 1.0
+            offset = places[i] * layers.near
+            caster = caster_at(map, receiver, beside(receiver, offset), kind, face)
+            reach = reach_of(light, receiver, caster, kind)
+            if caster < NOTHING and reach >= layers.split:
+                lit_if_free += free
+            else:
+                seen += 1.0
+                if caster < NOTHING and length(offset) <= WIDER * reach + HALF_DIAGONAL * receiver.texel:
+                    blocked += 1.0
+                else:
+                    lit += free
+        return mean_of(lit + lit_if_free * (1.0 - blocked / max(seen, 1.0)), compared)
+
     @pg.kernel
     def penumbrae(
-        normals: Image, depth: Image, map: Image, light: LightFrame, tan_half: vec2, kind: Const[int], face: Const[int]
-    ) -> vec2:
+        normals: Image, depth: Image, map: Image, nearest: Image, light: LightFrame, tan_half: vec2,
+        kind: Const[int], face: Const[int],
+    ) -> vec2:  # fmt: skip
         size = depth.size
         at = pg.pixel() * 2
         far = depth.texel(at).r
@@ -124,19 +186,23 @@ def find_penumbrae(taps: int) -> Any:
         receiver = receiver_at(map, light, position, n, 0.5 * pixel_width * SCREEN_ROUNDING, kind)
         if receiver.share >= 0.0:
             return vec2(receiver.share, 0.0)
-        gap = mean_gap(map, light, receiver, kind, face)
-        if gap <= 0.0:
+        layers = casters_about(map, nearest, light, receiver, kind, face)
+        widest = max(layers.far, layers.near)
+        if widest < 0.0:
             return vec2(1.0, 0.0)
-        reach = reach_texels(light, receiver, receiver.depth - gap, kind)
-        return vec2(share_of_disc(map, light, receiver, reach, kind, face), reach * receiver.texel / pixel_width)
+        width_px = widest / pixel_width
+        if min(layers.far, layers.near) >= 0.0:
+            return vec2(share_past_both(map, light, receiver, layers, kind, face), width_px)
+        reach = max(widest, LEAST * receiver.texel)
+        return vec2(share_of_disc(map, light, receiver, reach, kind, face), width_px)
 
     return penumbrae
 
 
 @pg.function
 def lit_at(map: Image, receiver: Receiver, offset: vec2, kind: int, face: int) -> float:
-    """1 where nothing casts, 0 where something does; ``offset`` in texels."""
-    return 1.0 if caster_at(map, receiver, offset, kind, face) >= NOTHING else 0.0
+    """1 where nothing casts, 0 where something does; ``offset`` in scene units."""
+    return 1.0 if caster_at(map, receiver, beside(receiver, offset), kind, face) >= NOTHING else 0.0
 
 
 @pg.kernel
@@ -187,7 +253,7 @@ def add_light_with_penumbrae(
     if receiver.share < 0.0:
         share = min(total / max(weight, 1e-6), 1.0)
         if width_px < SOFT_PX:
-            reach = min(width_px * pixel_width / receiver.texel, receiver.farthest)
+            reach = min(max(width_px * pixel_width, LEAST * receiver.texel), receiver.farthest)
             sharp = lit_at(map, receiver, FEW_PLACES[0] * reach, kind, face)
             if width_px > 0.0:
                 for i in range(1, FEW):

@@ -130,6 +130,9 @@ _SOFT_SHADOW = (
     ),
     Parameter("radius_px", "int", 7, 1, 31, "px", "taps to each side; the width itself with blur=constant"),
     Parameter("map_size", "int", 1024, 16, 8192, "texels", "width and height of each shadow map"),
+    Parameter(
+        "fit", "choice", "view", help="of maps: what the camera sees, or the whole scene", choices=("view", "scene")
+    ),
     Parameter("map_blur_px", "int", 0, 0, 31, "texels", "blurs the shadow maps instead, which softens nothing"),
     Parameter("ambient", "float", 0.25, 0.0, None, "", "light that no shadow takes away, scene-linear"),
     Parameter("background", "rgb", (0.32, 0.42, 0.55), 0.0, None, "", "linear colour where there is no surface"),

@@ -13,7 +13,7 @@ from math import cos, pi, sin
 from typing import Any
 
 import passgraph as pg
-from passgraph import Image, dot, floor, ivec2, length, normalize, sqrt, vec2, vec3, vec4
+from passgraph import Image, cross, dot, floor, ivec2, length, normalize, sqrt, vec2, vec3, vec4
 from passgraph.effects.shadow_map import NOTHING
 from passgraph.effects.views import LightFrame
 
@@ -26,7 +26,7 @@ NORMAL_OFFSET_TEXELS = 1.5
 #: A caster nearer to the receiver than this many texels does not count: where two surfaces meet in a hollow
 #: edge, the texels of one lie before the other. Thin cards lose as much of the shadow at their foot, solid
 #: bodies nothing.
-DEPTH_SLACK_TEXELS = 1.5
+DEPTH_SLACK_TEXELS = 1.0
 #: A tap counts only for casters nearer to the light by more than its own distance times this: what lies
 #: outside that cone could only shadow the receiver under a light wider than 90 degrees, and is most often the
 #: next wall of a room.
@@ -57,9 +57,11 @@ class Receiver:
     place: vec2  # in the map, in texels
     depth: float  # along the light's axis, scene units
     slope: vec2  # of its plane, a texel: of the depth in parallel maps, of 1 / depth in perspective ones
-    texel: float  # width of a texel at its depth, scene units
+    texel: float  # width of a texel at its place and depth, the larger of both sides, scene units
+    right: vec2  # texels that a scene unit across the light is long
+    above: vec2  # and one across both that and the light's axis
     slack: float  # scene units
-    farthest: float  # that a filter reaches, texels
+    farthest: float  # that a filter reaches, scene units
     share: float  # 0 facing away, 1 where no filter reaches the map, -1 where casters decide
 
 
@@ -70,46 +72,73 @@ def toward_light(light: LightFrame, position: vec3, kind: int) -> vec3:
 
 
 @pg.function
-def across(n: vec3, row: vec3, axis: vec3) -> float:
-    """How much of ``n`` one unit of a clip space coordinate moves along, at depth 1."""
-    flat = row - axis * dot(row, axis)
-    return dot(n, flat) / max(dot(flat, flat), 1e-30)
+def nowhere(share: float) -> Receiver:
+    """A receiver that no caster decides about."""
+    none = vec2(0.0)
+    return Receiver(none, 0.0, none, 0.0, none, none, 0.0, 0.0, share)
+
+
+@pg.function
+def flat(row: vec3, axis: vec3) -> vec3:
+    """The part of a direction that lies across the light's axis."""
+    return row - axis * dot(row, axis)
 
 
 @pg.function
 def receiver_at(map: Image, light: LightFrame, position: vec3, surface: vec3, lift: float, kind: int) -> Receiver:
-    """Where a point lies in the map, and how its plane slopes there.
+    """Where a point lies in the map, how large a texel is there, and how the point's plane slopes.
 
-    On the plane n·(x - L) = k, seen from L along d (A + u B + v C), 1/d is linear in u and v; in a parallel
-    map d itself is.
+    On the plane n·(x - L) = k, seen from L along d (A + u B + v C), 1/d is linear in u and v; in a parallel map a
+    texel is some way across the axis, and d changes over it by what keeps n·x. A parallel map may be drawn in
+    perspective across its own plane, so that texels differ from place to place; taps count on those of the receiver.
     """
-    nowhere = vec2(0.0)
     if dot(surface, toward_light(light, position, kind)) <= 0.0:
-        return Receiver(nowhere, 0.0, nowhere, 0.0, 0.0, 0.0, 0.0)
+        return nowhere(0.0)
     lifted = vec4(position + surface * lift, 1.0)
     m = light.map_from_view
     clip = m * lifted
     if clip.w <= 0.0:
-        return Receiver(nowhere, 0.0, nowhere, 0.0, 0.0, 0.0, 1.0)
+        return nowhere(1.0)
     size = vec2(map.size)
-    place = vec2(0.5 + 0.5 * clip.x / clip.w, 0.5 - 0.5 * clip.y / clip.w) * size
+    ndc = clip.xy / clip.w
+    place = vec2(0.5 + 0.5 * ndc.x, 0.5 - 0.5 * ndc.y) * size
     outside = max(max(-place.x, -place.y), max(place.x - size.x, place.y - size.y))
     if outside > FARTHEST * size.x:
-        return Receiver(nowhere, 0.0, nowhere, 0.0, 0.0, 0.0, 1.0)
+        return nowhere(1.0)
     axis = light.depth_row.xyz
     depth = dot(light.depth_row, lifted)
-    texel = light.texel if kind == 0 else light.texel * depth
-    plane = dot(surface, axis) if kind == 0 else dot(surface, lifted.xyz - light.place)
-    plane = min(plane, -1e-6) if kind == 0 else min(plane, -1e-6 * depth)
-    u = across(surface, vec3(m[0].x, m[1].x, m[2].x), axis)
-    v = across(surface, vec3(m[0].y, m[1].y, m[2].y), axis)
-    step = 2.0 / size
+    # texels that a scene unit brings, to the right and downwards, as directions across the axis
+    u_row, v_row = flat(vec3(m[0].x, m[1].x, m[2].x), axis), flat(vec3(m[0].y, m[1].y, m[2].y), axis)
+    w_row = flat(vec3(m[0].w, m[1].w, m[2].w), axis)
+    u = (u_row - w_row * ndc.x) * (0.5 * size.x / clip.w)
+    v = (v_row - w_row * ndc.y) * (-0.5 * size.y / clip.w)
+    long = max(length(u), 1e-20)
+    first = u / long
+    second = cross(axis, first)
+    right, above = vec2(long, dot(v, first)), vec2(0.0, dot(v, second))
+    # and the way across the axis that a texel is
+    tall = above.y if abs(above.y) > 1e-20 else 1e-20
+    over = first / long - second * (right.y / (long * tall))
+    down = second / tall
+    texel = max(length(over), length(down))
     sure = 1.0 + NORMAL_ROUNDING / max(-dot(surface, axis), 1e-3)
-    slope = vec2(u * step.x, -v * step.y) * (sure / plane)
+    slope = vec2(0.0)
     if kind == 0:
-        slope = -slope
+        slope = vec2(dot(surface, over), dot(surface, down)) * (sure / max(-dot(surface, axis), 1e-6))
+    else:
+        # 1 / d at the texel beside, along the plane: d n·(axis + offset / d) is the same there
+        plane = min(dot(surface, lifted.xyz - light.place), -1e-6 * depth)
+        slope = vec2(dot(surface, over), dot(surface, down)) * (sure / (plane * depth))
     slack = light.bias + DEPTH_SLACK_TEXELS * texel
-    return Receiver(place, depth, slope, texel, slack, FARTHEST * size.x, -1.0)
+    return Receiver(
+        place, depth, slope, texel, right, above, slack, FARTHEST * size.x * min(length(over), length(down)), -1.0
+    )
+
+
+@pg.function
+def beside(receiver: Receiver, offset: vec2) -> vec2:
+    """An offset across the light's axis, in scene units, in texels of the map."""
+    return receiver.right * offset.x + receiver.above * offset.y
 
 
 @pg.function
@@ -142,10 +171,10 @@ def mean_of(lit: float, taps: int) -> float:
 
 
 @pg.function
-def reach_texels(light: LightFrame, receiver: Receiver, caster: float, kind: int) -> float:
-    """Radius of the light's image on the receiver through a point at the caster's depth."""
+def reach_of(light: LightFrame, receiver: Receiver, caster: float, kind: int) -> float:
+    """Radius of the light's image on the receiver through a point at the caster's depth, scene units."""
     far = receiver.depth - caster if kind == 0 else (receiver.depth - caster) / max(caster, 1e-20)
-    return min(light.radius * max(far, 0.0) / receiver.texel, receiver.farthest)
+    return min(light.radius * max(far, 0.0), receiver.farthest)
 
 
 def vogel_disc(taps: int) -> tuple[tuple[float, float], ...]:
@@ -165,7 +194,15 @@ def vogel_disc(taps: int) -> tuple[tuple[float, float], ...]:
 
 @pg.function
 def bilinear(
-    map: Image, light: LightFrame, position: vec3, surface: vec3, lift: float, by: FilterFrame, kind: int, face: int
+    map: Image,
+    nearest: Image,
+    light: LightFrame,
+    position: vec3,
+    surface: vec3,
+    lift: float,
+    by: FilterFrame,
+    kind: int,
+    face: int,
 ) -> float:
     """The share of four texels (bilinear weights) whose caster is not before the receiver; 1 outside the map.
 
@@ -205,7 +242,15 @@ def square(side: int) -> Any:
 
     @pg.function
     def mean_of_square(
-        map: Image, light: LightFrame, position: vec3, surface: vec3, lift: float, by: FilterFrame, kind: int, face: int
+        map: Image,
+        nearest: Image,
+        light: LightFrame,
+        position: vec3,
+        surface: vec3,
+        lift: float,
+        by: FilterFrame,
+        kind: int,
+        face: int,
     ) -> float:
         """side × side comparisons, the mean of them.
 
@@ -229,50 +274,24 @@ def disc(taps: int) -> Any:
 
     @pg.function
     def mean_of_disc(
-        map: Image, light: LightFrame, position: vec3, surface: vec3, lift: float, by: FilterFrame, kind: int, face: int
+        map: Image,
+        nearest: Image,
+        light: LightFrame,
+        position: vec3,
+        surface: vec3,
+        lift: float,
+        by: FilterFrame,
+        kind: int,
+        face: int,
     ) -> float:
         """Comparisons spread over a disc of ``by.width`` scene units."""
         receiver = receiver_at(map, light, position, surface, lift, kind)
         if receiver.share >= 0.0:
             return receiver.share
-        reach = min(by.width / receiver.texel, receiver.farthest)
+        reach = min(by.width, receiver.farthest)
         lit = 0.0
         for i in range(taps):
-            lit += 1.0 if caster_at(map, receiver, places[i] * reach, kind, face) >= NOTHING else 0.0
+            lit += 1.0 if caster_at(map, receiver, beside(receiver, places[i] * reach), kind, face) >= NOTHING else 0.0
         return mean_of(lit, taps)
 
     return mean_of_disc
-
-
-def pcss(taps: int) -> Any:
-    """The lookup of "pcss"; the search and the filter have so many taps each."""
-    places: Any = vogel_disc(taps)
-
-    @pg.function
-    def percentage_closer(
-        map: Image, light: LightFrame, position: vec3, surface: vec3, lift: float, by: FilterFrame, kind: int, face: int
-    ) -> float:
-        """Comparisons over as much of the map as the light's size and the casters' mean depth make a penumbra.
-
-        Source: R. Fernando, "Percentage-Closer Soft Shadows", 2005.
-        """
-        receiver = receiver_at(map, light, position, surface, lift, kind)
-        if receiver.share >= 0.0:
-            return receiver.share
-        search = reach_texels(light, receiver, light.near, kind)
-        total = 0.0
-        count = 0.0
-        for i in range(taps):
-            caster = caster_at(map, receiver, places[i] * search, kind, face)
-            if caster < NOTHING:
-                total += caster
-                count += 1.0
-        if count == 0.0:
-            return 1.0
-        reach = reach_texels(light, receiver, total / count, kind)
-        lit = 0.0
-        for i in range(taps):
-            lit += 1.0 if caster_at(map, receiver, places[i] * reach, kind, face) >= NOTHING else 0.0
-        return mean_of(lit, taps)
-
-    return percentage_closer

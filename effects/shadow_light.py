@@ -78,7 +78,7 @@ def add_shadowed_light(of: FilterChoice) -> Any:
 
     @pg.kernel
     def add_shadowed(
-        free: Image, shadowed: Image, normals: Image, depth: Image, map: Image,
+        free: Image, shadowed: Image, normals: Image, depth: Image, map: Image, nearest: Image,
         light: LightFrame, tan_half: vec2, by: FilterFrame, kind: Const[int], face: Const[int],
     ) -> tuple[vec3, vec3]:  # fmt: skip
         far = depth[0, 0].r
@@ -88,7 +88,7 @@ def add_shadowed_light(of: FilterChoice) -> Any:
         if face >= 0 and not on_face(light.world * (position - light.place), face):
             more = vec3(0.0)
         lift = far * tan_half.y * SCREEN_ROUNDING / float(depth.size.y)
-        share = share_lit(map, light, position, unpack_normal(packed.zw), lift, by, kind, face)
+        share = share_lit(map, nearest, light, position, unpack_normal(packed.zw), lift, by, kind, face)
         return free[0, 0].rgb + more, shadowed[0, 0].rgb + more * share
 
     return add_shadowed

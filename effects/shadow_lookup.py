@@ -7,7 +7,8 @@ from functools import lru_cache
 from typing import Any, Literal
 
 import passgraph as pg
-from passgraph.effects.shadow_filters import bilinear, disc, pcss, square
+from passgraph.effects.pcss import pcss
+from passgraph.effects.shadow_filters import bilinear, disc, square
 from passgraph.effects.shadow_moments import (
     LARGEST_EXPONENT,
     exponential_bound,
@@ -61,6 +62,11 @@ class FilterChoice:
     @property
     def blurs_maps(self) -> bool:
         return self.name in MOMENT_FILTERS
+
+    @property
+    def searches(self) -> bool:
+        """Whether it looks for casters as far as the light's extent asks."""
+        return self.name in ("pcss", "penumbra")
 
     @property
     def taps_or_default(self) -> int:

@@ -264,7 +264,15 @@ def lookup_by(bound: Any) -> Any:
 
     @pg.function
     def share_by_bound(
-        map: Image, light: LightFrame, position: vec3, surface: vec3, lift: float, by: FilterFrame, kind: int, face: int
+        map: Image,
+        nearest: Image,
+        light: LightFrame,
+        position: vec3,
+        surface: vec3,
+        lift: float,
+        by: FilterFrame,
+        kind: int,
+        face: int,
     ) -> float:
         at = probe(map, light, position, surface, lift, by, kind)
         return at.share if at.share >= 0.0 else without_bleed(bound(at, by), by.bleed)

@@ -78,6 +78,7 @@ def soft_shadow_passes(
     blur: Literal["world", "constant"] = "world",
     radius_px: int = 7,
     map_size: int = 1024,
+    fit: Literal["view", "scene"] = "view",
     map_blur_px: int = 0,
     ambient: float | tuple[float, float, float] = 0.25,
     background: tuple[float, float, float] = SKY,
@@ -94,7 +95,7 @@ def soft_shadow_passes(
     >>> passes.shadows_blurred is passes.shadows
     True
     """
-    _check(softness, blur, radius_px, map_size, map_blur_px, hdr_format)
+    _check(softness, blur, radius_px, map_size, fit, map_blur_px, hdr_format)
     if shadow_filter == "auto":
         shadow_filter = _filter_for(scene, softness, blur)
     chosen = FilterChoice(shadow_filter, pcf_size, taps, bleed, exponent, moment_format)
@@ -108,7 +109,9 @@ def soft_shadow_passes(
     ]
     casters = Casters.of(scene)
     width = _softness(softness, lights, casters)
-    lighting = Lighting(scene, view, seen, lights, textures, casters, map_size, map_blur_px, notes, chosen, width)
+    lighting = Lighting(
+        scene, view, seen, lights, textures, casters, map_size, map_blur_px, notes, chosen, fit == "view", width
+    )
     free, shadowed = lighting.sums((ambient,) * 3 if isinstance(ambient, (int, float)) else ambient)
     wide = hdr_format == "rgb32f"
     if not lighting.maps:
@@ -189,6 +192,9 @@ def soft_shadow() -> None:
     radius_px : taps to each side, 1 to 31 (7 makes 15); with blur="constant" the width itself
     map_size : texels along each side of a shadow map, 16 to 8192; maps of moments are blurred over at most
         an eighth of that to each side
+    fit : "view" narrows each map to the receivers that the camera sees and the casters before them, with more texels
+        near the camera under suns; the map is drawn again when that changes by more than a 64th. "scene" holds all
+        casters, whatever the camera sees, as do maps of "disc" and of moments
     map_blur_px : blurs the shadow maps themselves, before they are compared, 0 to 31 texels to each side: a
         depth is not a colour, so that this moves edges and softens nothing; here to be seen, 0 is right
     ambient : scene-linear light (or its red, green, blue) from all around that no shadow takes away
@@ -258,7 +264,9 @@ def _softness(given: float | pg.Value | None, lights: Sequence[pg.Value], caster
     return pg.combine(width, *lights)
 
 
-def _check(softness: object, blur: str, radius_px: int, map_size: int, map_blur_px: int, hdr_format: str) -> None:
+def _check(
+    softness: object, blur: str, radius_px: int, map_size: int, fit: str, map_blur_px: int, hdr_format: str
+) -> None:
     if isinstance(softness, (int, float)) and not 0.0 <= softness < float("inf"):
         raise pg.GraphError(f"soft_shadow: softness must be 0 or more scene units, got {softness!r}")
     if blur not in ("world", "constant"):
@@ -267,6 +275,8 @@ def _check(softness: object, blur: str, radius_px: int, map_size: int, map_blur_
         raise pg.GraphError(f"soft_shadow: radius_px must be 1 to 31, got {radius_px!r}")
     if not 16 <= map_size <= 8192:
         raise pg.GraphError(f"soft_shadow: map_size must be 16 to 8192, got {map_size!r}")
+    if fit not in ("view", "scene"):
+        raise pg.GraphError(f"soft_shadow: fit cannot be {fit!r}; it is 'view' or 'scene'")
     if not 0 <= map_blur_px <= 31:
         raise pg.GraphError(f"soft_shadow: map_blur_px must be 0 to 31, got {map_blur_px!r}")
     if hdr_format not in HDR_FORMATS:

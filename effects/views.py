@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from math import cos, tan
 from typing import Any
@@ -12,9 +13,12 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph import mat3, mat4, vec2, vec3, vec4
 from passgraph.effects.batches import bounds_of
+from passgraph.effects.map_fit import Fit, pieces_of
 from passgraph.scene.matrices import translation
 
 Float64 = NDArray[np.float64]
+#: A ground has no more sides than this: it is a slab, a plate, a floor.
+MOST_PLANES = 64
 #: Relative error of a depth after a few float32 operations, with room to spare.
 DEPTH_ROUNDING = 4e-6
 
@@ -82,6 +86,10 @@ def view_from_world(camera: pg.Camera, origin: Float64) -> Float64:
     return camera.view_rotation() @ camera.relative(translation(origin))
 
 
+#: The camera of a run and the size of its picture.
+Seen = tuple[pg.Camera, tuple[int, int]]
+
+
 @dataclass(frozen=True, eq=False)
 class MapView:
     """How one shadow map looks at the scene; a cube map is six of these."""
@@ -89,9 +97,17 @@ class MapView:
     light: pg.Value
     casters: Casters
     face: int = -1  # of a cube: +x, -x, +y, -y, +z, -z
+    fit: Fit | None = None  # to what the camera sees; left out, the map holds all casters
 
-    def frustum(self, light: pg.Light) -> tuple[Float64, Float64]:
-        """View and projection matrix, (4, 4) each, for the light of this run."""
+    def frustum(self, light: pg.Light, seen: Seen | None = None) -> tuple[Float64, Float64]:
+        """View and projection matrix, (4, 4) each, for the light and, where the map is fitted, the camera of a run."""
+        view, projection = self._whole(light)
+        if self.fit is None or seen is None:
+            return view, projection
+        return view, self.fit.window(light, (view, projection), *seen) @ projection
+
+    def _whole(self, light: pg.Light) -> tuple[Float64, Float64]:
+        """The map of all casters."""
         default = self.light.default
         assert isinstance(default, pg.Light)
         if light.kind != default.kind:
@@ -107,23 +123,33 @@ class MapView:
     def clip_from(self, origin: Float64) -> pg.Derived:
         """Caster positions relative to ``origin`` (world) to the map's clip space."""
 
-        def matrix(light: pg.Light) -> Float64:
-            view, projection = self.frustum(light)
+        def matrix(light: pg.Light, *seen: Any) -> Float64:
+            view, projection = self.frustum(light, seen or None)
             return projection @ view @ translation(origin)
 
-        return self.light.map(matrix)
+        return self.derived(matrix)
+
+    def derived(self, function: Callable[..., object]) -> pg.Derived:
+        """From the light, and from what the camera sees where the map is fitted to that: it changes by steps then."""
+        if self.fit is None:
+            return self.light.map(function)
+        return pg.combine(function, self.light, self.fit.camera, pg.OUTPUT_SIZE, by_value=True)
 
     def depth_row(self, origin: Float64) -> pg.Derived:
         """What gives the depth of positions relative to ``origin``, in scene units along the light's axis."""
-        return self.light.map(lambda light: -(self.frustum(light)[0] @ translation(origin))[2])
+        return self.light.map(lambda light: -(self._whole(light)[0] @ translation(origin))[2])
 
     def frame(self, view: View, map_size: int) -> pg.Derived:
         """The light for the picture's kernels."""
-        return pg.combine(lambda camera, light: self._frame(camera, light, map_size), view.camera, self.light)
 
-    def _frame(self, camera: pg.Camera, light: pg.Light, map_size: int) -> LightFrame:
+        def made(camera: pg.Camera, light: pg.Light, size: tuple[int, int]) -> LightFrame:
+            return self._frame(camera, light, size, map_size)
+
+        return pg.combine(made, view.camera, self.light, pg.OUTPUT_SIZE)
+
+    def _frame(self, camera: pg.Camera, light: pg.Light, size: tuple[int, int] | None, map_size: int) -> LightFrame:
         rotation = camera.view_rotation()
-        view, projection = self.frustum(light)
+        view, projection = self.frustum(light, None if size is None else (camera, size))
         light_from_view = view @ translation(camera.eye) @ rotation.T
         directional = light.kind == "directional"
         toward = -np.array(light.direction) if directional else np.subtract(light.position, camera.eye)
@@ -139,7 +165,7 @@ class MapView:
             projection @ light_from_view, -light_from_view[2],
             rotation[:3, :3] @ toward, rotation[:3, :3] @ light.direction, rotation[:3, :3].T,
             np.array(light.color) * light.intensity, (cos(light.cone_outer_rad), cos(light.cone_inner_rad)),
-            2.0 / (float(projection[0, 0]) * map_size), DEPTH_ROUNDING * reach,
+            2.0 / (float(np.linalg.norm(projection[0, :2])) * map_size), DEPTH_ROUNDING * reach,
             light.radius, near,
         )  # fmt: skip
         assert isinstance(made, LightFrame)
@@ -153,6 +179,7 @@ class Casters:
     nodes: tuple[pg.Node, ...]
     scene_bounds: Float64
     grounds: tuple[tuple[int, Float64, float], ...] = field(default=())  # node, normal and offset of its plane
+    kept: dict[tuple[int, ...], Float64] = field(default_factory=dict)
 
     @property
     def origin(self) -> Float64:
@@ -162,7 +189,7 @@ class Casters:
 
     @classmethod
     def of(cls, scene: pg.Scene) -> Casters:
-        """The casting nodes; flat ones with the whole scene on one side are remembered as grounds."""
+        """The casting nodes; flat or convex ones with all others before one of their planes count as grounds."""
         nodes = tuple(node for node in scene.nodes if node.casts and node.material.alpha_mode != "blend")
         found = []
         for index, node in enumerate(nodes):
@@ -176,8 +203,8 @@ class Casters:
         flat = {index for index, _, _ in self.grounds}
         return [node for index, node in enumerate(self.nodes) if index not in flat] or list(self.nodes)
 
-    def bounds_for(self, light: pg.Light) -> Float64:
-        """A box of all that can shadow something under this light: a ground lit from above cannot."""
+    def nodes_for(self, light: pg.Light) -> tuple[pg.Node, ...]:
+        """All that can shadow something under this light: a ground lit from above cannot."""
         harmless = set()
         for index, normal, offset in self.grounds:
             if light.kind == "directional":
@@ -186,33 +213,62 @@ class Casters:
                 above = float(normal @ np.array(light.position)) >= offset
             if above:
                 harmless.add(index)
-        nodes = [node for index, node in enumerate(self.nodes) if index not in harmless]
+        return tuple(node for index, node in enumerate(self.nodes) if index not in harmless)
+
+    def pieces_for(self, light: pg.Light) -> Float64:
+        """Boxes of all that can shadow something under this light, relative to `origin`."""
+        nodes = self.nodes_for(light)
+        key = tuple(id(node) for node in nodes)
+        if key not in self.kept:
+            self.kept[key] = pieces_of(nodes, self.origin)
+        return self.kept[key]
+
+    def bounds_for(self, light: pg.Light) -> Float64:
+        """A box of all that can shadow something under this light."""
+        nodes = self.nodes_for(light)
         return bounds_of(nodes) if nodes else self.scene_bounds
 
 
 def _plane_below(node: pg.Node, scene: pg.Scene) -> tuple[Float64, float] | None:
-    """Normal and offset of a flat node's plane with every vertex of the scene on its front, else None."""
+    """Normal and offset of a plane of a large node behind which the node lies, and no vertex of another, else None.
+
+    Neither a flat node nor a convex one shadows what of itself faces the light.
+    """
     low, high = scene.bounds()
     extent = float(np.linalg.norm(high - low))
     if float(np.linalg.norm(node.bounds[1] - node.bounds[0])) < 0.25 * extent:
         return None  # too small to matter for the fit
     centre = 0.5 * (low + high)
     points = _world(node, centre)
-    a, b, c = points[node.mesh.triangles[0]]
-    normal = np.cross(b - a, c - a)
-    size = float(np.linalg.norm(normal))
-    if size == 0.0:
+    planes = _outer_planes(points, points[node.mesh.triangles], 1e-6 * extent)
+    if planes is None:
         return None
-    normal = normal / size
-    if float(np.abs((points - a) @ normal).max()) > 1e-6 * extent:
-        return None
-    sides = np.concatenate([(_world(other, centre) - a) @ normal for other in scene.nodes])
+    others = np.concatenate([np.zeros((0, 3)), *(_world(other, centre) for other in scene.nodes if other is not node)])
     slack = 1e-4 * extent
-    if sides.min() < -slack:
-        normal, sides = -normal, -sides
-    if sides.min() < -slack:
-        return None
-    return normal, float(normal @ (a + centre))
+    for normal, offset in planes:
+        if not len(others) or float((others @ normal).min()) - offset >= -slack:
+            return normal, offset + float(normal @ centre)
+    return None
+
+
+def _outer_planes(points: Float64, corners: Float64, slack: float) -> list[tuple[Float64, float]] | None:
+    """Planes of a flat or convex mesh, as outward normals and offsets; None where it is neither."""
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    areas = np.linalg.norm(normals, axis=1)
+    order = np.argsort(-areas)[areas[np.argsort(-areas)] > 0.0]
+    planes: list[tuple[Float64, float]] = []
+    for index in order:
+        normal = normals[index] / areas[index]
+        offset = float(normal @ corners[index, 0])
+        if any(float(normal @ n) > 1.0 - 1e-9 and abs(offset - at) <= slack for n, at in planes):
+            continue
+        heights = points @ normal - offset
+        if float(np.abs(heights).max()) <= slack:
+            return [(normal, offset), (-normal, -offset)]
+        if len(planes) == MOST_PLANES or float(heights.max()) > slack:
+            return None
+        planes.append((normal, offset))
+    return planes
 
 
 def _world(node: pg.Node, origin: Float64) -> Float64:

@@ -40,6 +40,14 @@ class Execution:
         self._overrides: dict[tuple[str, str], object] = {}
         self._uploaded: dict[str, object] = {}
         self._static_seen: dict[str, object] | None = None
+        #: What static steps derive from sources that are not static.
+        self._by_value = [
+            value
+            for step in plan.steps
+            if step.static
+            for value in step.values.values()
+            if isinstance(value, Derived) and value.by_value
+        ]
         #: Steps one by one, and with chains made one (under the chain's last step).
         self._runs: list[tuple[Step, Execute]] = []
         self._chained: list[tuple[Step, Execute]] = []
@@ -158,6 +166,7 @@ class Execution:
         """
         values = self._values(given)
         static = {name: values[name] for name, handle in self.plan.values.items() if handle.static}
+        static |= {str(number): _contents(resolve(handle, values)) for number, handle in enumerate(self._by_value)}
         static_changed = self._changed(static)
         self._static_seen = None  # until this run has ended well, nothing counts as done
         if check is not None:
@@ -265,8 +274,15 @@ class Execution:
 
 
 def _same(one: object, other: object) -> bool:
-    plain = (bool, int, float, str, tuple)
+    plain = (bool, int, float, str, bytes, tuple)
     return one is other or (type(one) is type(other) and isinstance(one, plain) and bool(one == other))
+
+
+def _contents(value: object) -> object:
+    """What tells two derived values apart: numbers as bytes, fields of structs one by one."""
+    if isinstance(value, np.ndarray) or not hasattr(value, "__dict__"):
+        return np.asarray(value, np.float64).tobytes()
+    return tuple(_contents(part) for part in vars(value).values())
 
 
 def is_object_type(type_: object) -> bool:

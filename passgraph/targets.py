@@ -290,10 +290,15 @@ class Value:
 
 @dataclass(frozen=True)
 class Derived:
-    """A value computed on the host from run values."""
+    """A value computed on the host from run values.
+
+    ``by_value``: not a change of its sources decides whether passes run again that depend on nothing else that changes,
+    but one of itself: for what often comes out the same though its sources change at each run.
+    """
 
     sources: tuple[Value, ...]
     function: Callable[..., object]
+    by_value: bool = False
 
     def __post_init__(self) -> None:
         if not arguments.several(self.sources, Value, "what a value is computed from", "pg.Value handles"):
@@ -306,17 +311,17 @@ class Derived:
 
     @property
     def static(self) -> bool:
-        return all(source.static for source in self.sources)
+        return self.by_value or all(source.static for source in self.sources)
 
     def map(self, function: Callable[[Any], object]) -> Derived:
         arguments.function(function, f"what computes a value from {self.name!r}")
         inner = self.function
-        return Derived(self.sources, lambda *values: function(inner(*values)))
+        return Derived(self.sources, lambda *values: function(inner(*values)), self.by_value)
 
 
-def combine(function: Callable[..., object], *values: Value) -> Derived:
-    """A value computed on the host from several run values."""
-    return Derived(values, function)
+def combine(function: Callable[..., object], *values: Value, by_value: bool = False) -> Derived:
+    """A value computed on the host from several run values; see `Derived`."""
+    return Derived(values, function, by_value)
 
 
 #: (width, height) of the output in pixels as a value, filled in by the program: for what depends on the

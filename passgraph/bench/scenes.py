@@ -104,6 +104,71 @@ def layers_scene() -> Scene:
     return Scene(nodes, camera, (light,), "layers")
 
 
+def slab(half: float, thickness: float) -> Node:
+    """A floor with an underside: its upper side is y = 0."""
+    return Node(box(1.0), GREY, translation((0.0, -thickness, 0.0)) @ np.diag([2.0 * half, thickness, 2.0 * half, 1.0]))
+
+
+def slab_scene() -> Scene:
+    """A ball on a floor with an underside, whose border behind the lamp reaches the lamp's plane."""
+    camera = Camera((3.2, 2.4, 3.4), (0.1, 0.3, 0.0), vertical_fov_rad=0.55, near=0.5, far=60.0)
+    light = Light.spot((1.6, 3.4, 1.2), (-0.5, -1.0, -0.35), intensity=14.0, radius=0.3, cone_outer_rad=0.7)
+    return Scene((slab(6.0, 0.2), _ball()), camera, (light,), "slab")
+
+
+def room_scene() -> Scene:
+    """A closed room with things in it, under a spot that is let into its ceiling."""
+    walls = [
+        Node(box(1.0), GREY, translation(at) @ np.diag([*size, 1.0]), name)
+        for name, at, size in (
+            ("floor", (0.0, -0.2, 0.0), (5.4, 0.2, 5.4)),
+            ("ceiling", (0.0, 3.0, 0.0), (5.4, 0.2, 5.4)),
+            ("left wall", (-2.6, 0.0, 0.0), (0.2, 3.0, 5.4)),
+            ("right wall", (2.6, 0.0, 0.0), (0.2, 3.0, 5.4)),
+            ("back wall", (0.0, 0.0, -2.6), (5.0, 3.0, 0.2)),
+            ("front wall", (0.0, 0.0, 2.6), (5.0, 3.0, 0.2)),
+        )
+    ]
+    things = (
+        Node(ball(0.5, 64), GREY, translation((0.5, 0.5, 0.5)), "ball"),
+        Node(box(0.8), GREY, translation((-1.0, 0.0, -0.6)) @ rotation_y(0.5), "box"),
+        Node(box(1.0), GREY, translation((0.9, 0.9, -1.1)) @ np.diag([1.2, 0.06, 0.8, 1.0]), "shelf"),
+    )
+    camera = Camera((0.8, 1.9, 2.4), (-0.1, 0.5, -0.4), vertical_fov_rad=1.0, near=0.05, far=20.0)
+    light = Light.spot((0.0, 2.95, 0.0), (0.0, -1.0, 0.0), intensity=8.0, radius=0.2, cone_outer_rad=1.2)
+    return Scene((*walls, *things), camera, (light,), "room")
+
+
+def wide_scene() -> Scene:
+    """A ball and posts on a floor that is two hundred wide and has an underside."""
+    posts = [Node(box(0.3), GREY, translation((x, 0.0, z)), "post") for x, z in ((-1.2, 0.4), (1.3, -0.6), (0.3, 1.4))]
+    camera = Camera((3.2, 2.4, 3.4), (0.3, 0.3, 0.0), vertical_fov_rad=0.55, near=0.5, far=60.0)
+    light = Light.directional((0.8, -1.0, -0.2), radius=0.06)
+    return Scene((slab(100.0, 0.2), _ball(), *posts), camera, (light,), "wide")
+
+
+def chequer_scene() -> Scene:
+    """A board over a floor of which every other square is missing, as fine as the penumbra is wide."""
+    side, squares = 0.2, 8
+    corners, faces = [], []
+    for i in range(squares):
+        for k in range(squares):
+            if (i + k) % 2 == 0:
+                x, z = (i - squares / 2) * side, (k - squares / 2) * side
+                faces += [[len(corners) + j for j in (0, 1, 2)], [len(corners) + j for j in (0, 2, 3)]]
+                corners += [[x, 0, z + side], [x + side, 0, z + side], [x + side, 0, z], [x, 0, z]]
+    board = Mesh.make(corners, faces, np.tile([0.0, 1.0, 0.0], (len(corners), 1)), name="board")
+    camera = Camera((3.2, 2.4, 3.4), (0.5, 0.1, 0.0), vertical_fov_rad=0.5, near=0.5, far=60.0)
+    light = Light.directional((0.7, -1.0, 0.1), radius=0.08)
+    return Scene(
+        (slab(6.0, 0.2), Node(board, SHEET, translation((0.0, 1.0, 0.0)), "board")), camera, (light,), "chequer"
+    )
+
+
+def _ball() -> Node:
+    return Node(ball(0.5, 64), GREY, translation((0.0, 0.5, 0.0)), "ball")
+
+
 def _models_folder() -> Path:
     found = find_spec(MODELS)
     assert found is not None and found.origin is not None
@@ -133,6 +198,10 @@ SCENES: dict[str, BenchScene] = {
         BenchScene("sphere", "a ball over a plane under a lamp: analytic on the floor", sphere_scene),
         BenchScene("fence", "thin bars, and a box in the air", fence_scene),
         BenchScene("layers", "sheets near and far whose shadows cross", layers_scene),
+        BenchScene("slab", "a ball on a thick floor under a spot that looks past the floor's border", slab_scene),
+        BenchScene("room", "things in a closed room, a spot in its ceiling", room_scene),
+        BenchScene("wide", "a ball and posts on a thick floor 200 wide, under a sun", wide_scene),
+        BenchScene("chequer", "a chequered board over a thick floor", chequer_scene),
         BenchScene("samurai", "a monastery's courtyard, 124,000 triangles", samurai_scene, MODELS),
         BenchScene("bunny", "the Stanford bunny on a floor", bunny_scene, MODELS),
     )

@@ -141,7 +141,7 @@ def naive(
     kernel: Any, scene: pg.Scene, backend: str, size: tuple[int, int] = SIZE, map_size: int = 256, **values: Any
 ) -> Picture:
     """Run one of the kernels above on the shadow map and the surfaces of `soft_shadow`, (h, w)."""
-    passes = soft_shadow_passes(scene, ambient=0.0, map_size=map_size, softness=0.0)
+    passes = soft_shadow_passes(scene, ambient=0.0, map_size=map_size, softness=0.0, fit="scene")
     known = frame(scene, size, map_size)
     if kernel is not closer_soft:
         del known["texel"]

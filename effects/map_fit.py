@@ -1,0 +1,310 @@
+"""Shadow maps fitted to the receivers that the camera sees, and to the casters before them.
+
+Everything here happens on the host, in float64.  Receivers and casters are known as some hundred boxes; those of
+receivers are cut by the camera's frustum, those of casters count as far as the light's extent lets them shadow what is
+left.  A map that looks along parallel rays may be drawn in perspective across its own plane, with more texels near the
+camera.  What is fitted is rounded outward to a grid, so that a map stays as it is while the camera moves a little:
+edges do not crawl, and a map whose light rests is drawn again only when the grid is left.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from math import atan2, ceil, cos, floor, hypot, log2, pi, sin, sqrt, tan
+
+import numpy as np
+from numpy.typing import NDArray
+
+import passgraph as pg
+
+Float64 = NDArray[np.float64]
+#: A piece is a triangle, where it is longer than this share of all; else what lies in one of CELLS³ cells.
+LARGE, MOST_LARGE, CELLS = 0.05, 128, 10
+#: Directions in which the sides of the polygon round receivers look.
+WAYS = np.array([(cos(i * pi / 8.0), sin(i * pi / 8.0)) for i in range(16)])
+#: Steps of the grid that a fit is rounded to, along the longer side.
+STEPS = 64
+#: Turns of the camera about the light's axis that a fit tells apart.
+TURNS = 32
+#: How many times denser than the farthest the nearest texels may lie.
+DENSEST = 2.0
+#: Texels to each side beyond what is needed: those that a comparison reads, and rounding.
+MARGIN_TEXELS = 2.0
+#: The faces of a box as corners, of which bit 0 is x, bit 1 y and bit 2 z.
+FACES = np.array([[0, 2, 6, 4], [1, 3, 7, 5], [0, 1, 5, 4], [2, 3, 7, 6], [0, 1, 3, 2], [4, 5, 7, 6]])
+BITS = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)])
+
+
+def pieces_of(nodes: Sequence[pg.Node], origin: Float64) -> Float64:
+    """World boxes relative to ``origin`` that hold all triangles, (n, 2, 3), a few hundred at most."""
+    lows, highs = [], []
+    for node in nodes:
+        points = node.mesh.positions.astype(np.float64) @ node.transform[:3, :3].T + (node.transform[:3, 3] - origin)
+        corners = points[node.mesh.triangles]
+        lows.append(corners.min(axis=1))
+        highs.append(corners.max(axis=1))
+    if not nodes:
+        return np.zeros((0, 2, 3))
+    boxes = np.stack([np.concatenate(lows), np.concatenate(highs)], axis=1)
+    long = np.linalg.norm(boxes[:, 1] - boxes[:, 0], axis=1)
+    low, high = boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)
+    large = np.zeros(len(boxes), np.bool_)
+    large[np.argsort(-long)[:MOST_LARGE]] = True
+    large &= long > LARGE * float(np.linalg.norm(high - low))
+    small = boxes[~large]
+    cell = np.clip((small.mean(axis=1) - low) / np.maximum(high - low, 1e-300) * CELLS, 0, CELLS - 1).astype(np.int64)
+    _, which = np.unique(cell @ (1, CELLS, CELLS * CELLS), return_inverse=True)
+    count = int(which.max()) + 1 if len(small) else 0
+    grouped = np.stack([np.full((count, 3), np.inf), np.full((count, 3), -np.inf)], axis=1)
+    np.minimum.at(grouped[:, 0], which, small[:, 0])
+    np.maximum.at(grouped[:, 1], which, small[:, 1])
+    return np.concatenate([np.unique(boxes[large], axis=0), grouped])
+
+
+def corners_of(boxes: Float64) -> Float64:
+    """(n, 8, 3) of (n, 2, 3)."""
+    return np.asarray(np.where(BITS[None], boxes[:, None, 1], boxes[:, None, 0]))
+
+
+def seen_points(boxes: Float64, camera: pg.Camera, aspect: float, origin: Float64) -> Float64:
+    """Points whose hull holds what of the boxes lies in the camera's frustum, (n, 3) relative to ``origin``."""
+    half = tan(0.5 * camera.vertical_fov_rad)
+    # inside: normal · point + offset ≥ 0 for each of six planes
+    local = np.array(
+        [[1, 0, -half * aspect], [-1, 0, -half * aspect], [0, 1, -half], [0, -1, -half], [0, 0, -1], [0, 0, 1]]
+    )
+    normals = local @ camera.view_rotation()[:3, :3]
+    offsets = -normals @ np.subtract(camera.eye, origin) + np.array([0, 0, 0, 0, -camera.near, camera.far])
+    corners = corners_of(boxes)
+    heights = corners @ normals.T + offsets
+    outside = (heights < 0.0).all(axis=1).any(axis=1)
+    within = (heights >= 0.0).all(axis=(1, 2))
+    cut = corners[~outside & ~within]
+    polygons = cut[:, FACES].reshape(-1, 4, 3)
+    for normal, offset in zip(normals, offsets, strict=True):
+        polygons = _cut(polygons, normal, offset)
+    found = [corners[within].reshape(-1, 3), polygons.reshape(-1, 3)]
+    if len(cut):
+        found.append(_frustum_corners_in(boxes[~outside & ~within], camera, aspect, origin))
+    return np.concatenate(found)
+
+
+def _cut(polygons: Float64, normal: Float64, offset: float) -> Float64:
+    """The parts of convex polygons, (n, k, 3), on the inner side of a plane, (m, k + 1, 3); corners may repeat."""
+    heights = polygons @ normal + offset
+    some = (heights >= 0.0).any(axis=1)
+    polygons, heights = polygons[some], heights[some]
+    if not len(polygons) or (heights >= 0.0).all():
+        return polygons
+    after, height_after = np.roll(polygons, -1, axis=1), np.roll(heights, -1, axis=1)
+    crosses = (heights >= 0.0) != (height_after >= 0.0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t = np.where(crosses, heights / (heights - height_after), 0.0)[..., None]
+    middle = polygons + t * (after - polygons)
+    kept = np.stack([polygons, middle], axis=2).reshape(len(polygons), -1, 3)
+    inside = np.stack([heights >= 0.0, crosses], axis=2).reshape(len(polygons), -1)
+    order = np.argsort(~inside, axis=1, kind="stable")[:, : polygons.shape[1] + 1]
+    kept, inside = np.take_along_axis(kept, order[..., None], 1), np.take_along_axis(inside, order, 1)
+    return np.asarray(np.where(inside[..., None], kept, kept[:, :1]))
+
+
+def _frustum_corners_in(boxes: Float64, camera: pg.Camera, aspect: float, origin: Float64) -> Float64:
+    """Corners of the camera's frustum that lie within one of the boxes."""
+    half = tan(0.5 * camera.vertical_fov_rad)
+    local = np.array(
+        [(x * half * aspect * z, y * half * z, -z) for z in (camera.near, camera.far) for x in (-1, 1) for y in (-1, 1)]
+    )
+    points = local @ camera.view_rotation()[:3, :3] + np.subtract(camera.eye, origin)
+    inside = (points[:, None] >= boxes[None, :, 0]) & (points[:, None] <= boxes[None, :, 1])
+    return np.asarray(points[inside.all(axis=2).any(axis=1)])
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """What maps of one scene are fitted to.
+
+    Attributes
+    ----------
+    camera : the value of each run
+    origin : (3,) world point that boxes are relative to
+    receivers : (n, 2, 3) boxes
+    casters : the same of what can shadow something under a light
+    square : texels are squares, all of one size, for what blurs maps; off, they need not be
+    map_size : texels along each side
+    margin_texels : beyond what is needed, on each side
+    """
+
+    camera: pg.Value
+    origin: Float64
+    receivers: Float64
+    casters: Callable[[pg.Light], Float64]
+    map_size: int
+    square: bool = False
+    margin_texels: float = MARGIN_TEXELS
+    kept: dict[str, tuple[object, Float64]] = field(default_factory=dict)
+
+    def window(
+        self, light: pg.Light, frustum: tuple[Float64, Float64], camera: pg.Camera, size: tuple[int, int]
+    ) -> Float64:
+        """What stands before a light's projection, (4, 4); the unit matrix where nothing narrower will do."""
+        (view, projection), aspect = frustum, size[0] / size[1]
+        points = self._once(
+            "points", (camera, aspect), lambda: seen_points(self.receivers, camera, aspect, self.origin)
+        )
+        if not len(points):
+            return np.eye(4)
+        casters = corners_of(self.casters(light)) + self.origin
+        needed = needed_places(light, view, projection, points + self.origin, casters)
+        if needed is None or not len(needed):
+            return np.eye(4)
+        share = 1.0 + 2.0 * self.margin_texels / max(self.map_size - 2.0 * self.margin_texels, 1.0)
+        if self.square:
+            return _square(needed, share)
+        turn, slope = 0.0, 0.0
+        if light.kind == "directional":
+            along = (view[:3, :3] @ camera.forward)[:2]
+            turn = round(atan2(along[1], along[0]) / (2.0 * pi) * TURNS) * (2.0 * pi / TURNS)
+            slope = hypot(*along)
+        return _oblong(needed, turn, _nearest(points + self.origin, camera) * float(projection[0, 0]), slope, share)
+
+    def _once(self, name: str, key: object, make: Callable[[], Float64]) -> Float64:
+        """The last value of its name, if its key is the same."""
+        found = self.kept.get(name)
+        if found is None or found[0] != key:
+            found = self.kept[name] = key, make()
+        return found[1]
+
+
+def _nearest(points: Float64, camera: pg.Camera) -> float:
+    """Distance along the view axis to the nearest of the points."""
+    return float(((points - camera.eye) @ camera.forward).min())
+
+
+def needed_places(
+    light: pg.Light, view: Float64, projection: Float64, points: Float64, casters: Float64
+) -> Float64 | None:
+    """Where in a map casters may shadow some points, in the map's clip space; None for all over the map.
+
+    Parameters
+    ----------
+    view, projection : of the whole map
+    points : (n, 3) world, whose hull holds the receivers
+    casters : (m, 8, 3) corners of boxes
+
+    Returns
+    -------
+    (k, 2) corners of a polygon within the map: the hull of the receivers, wider by as much as the light's extent can
+    bring casters in, cut by the box of those casters.
+    """
+    scale, parallel = float(projection[0, 0]), light.kind == "directional"
+    place = points @ view[:3, :3].T + view[:3, 3]
+    boxes = casters @ view[:3, :3].T + view[:3, 3]
+    depth, depths = -place[:, 2], -boxes[..., 2]
+    far, nearest = float(depth.max()), depths.min(axis=1)
+    counts = nearest < far
+    if parallel:
+        flat, flats = place[:, :2] * scale, boxes[..., :2] * scale
+        reach = light.radius * np.maximum(far - nearest, 0.0) * scale
+    else:
+        least = 1e-4 * max(far, 0.0)
+        if float(depth.min()) <= least:
+            return None
+        x, y = boxes[..., 0] * scale, boxes[..., 1] * scale
+        beyond = [(side > 0.0).all(axis=1) for side in (x - depths, -x - depths, y - depths, -y - depths)]
+        counts &= ~((depths <= 0.0).all(axis=1) | np.any(beyond, axis=0))
+        if (nearest[counts] <= least).any():
+            return None  # beside the light a caster may stand in the way of all that it shines on
+        flat, flats = (
+            place[:, :2] * scale / depth[:, None],
+            boxes[..., :2] * scale / np.maximum(depths, least)[..., None],
+        )
+        reach = light.radius * np.maximum(1.0 / np.maximum(nearest, least) - 1.0 / far, 0.0) * scale
+    lows, highs = flats.min(axis=1), flats.max(axis=1)
+    wide = reach[:, None]
+    counts &= ((lows <= flat.max(axis=0) + wide) & (highs >= flat.min(axis=0) - wide)).all(axis=1)
+    if not counts.any():
+        return np.zeros((0, 2))
+    lows, highs = lows[counts], highs[counts]
+    # how far casters stand out of the receivers' hull, as far as the light's extent brings them in
+    heights = (flat @ WAYS.T).max(axis=0)
+    stand_out = np.where(WAYS[:, 0] > 0.0, highs[:, :1], lows[:, :1]) * WAYS[:, 0]
+    stand_out += np.where(WAYS[:, 1] > 0.0, highs[:, 1:], lows[:, 1:]) * WAYS[:, 1]
+    grown = heights + np.clip(stand_out - heights, 0.0, wide[counts]).max(axis=0)
+    hull = _polygon(grown)
+    low, high = np.maximum(lows.min(axis=0), -1.0), np.minimum(highs.max(axis=0), 1.0)
+    polygon = np.concatenate([hull, np.zeros((len(hull), 1))], axis=1)[None]
+    for axis in (0, 1):
+        normal = np.eye(3)[axis]
+        polygon = _cut(_cut(polygon, normal, -float(low[axis])), -normal, float(high[axis]))
+    return np.asarray(polygon.reshape(-1, 3)[:, :2])
+
+
+def _polygon(heights: Float64) -> Float64:
+    """Corners of the polygon whose sides lie so far out in each of WAYS, (k, 2) in order."""
+    after, next_heights = np.roll(WAYS, -1, axis=0), np.roll(heights, -1)
+    turned = WAYS[:, 0] * after[:, 1] - WAYS[:, 1] * after[:, 0]
+    x = (heights * after[:, 1] - next_heights * WAYS[:, 1]) / turned
+    y = (next_heights * WAYS[:, 0] - heights * after[:, 0]) / turned
+    return np.stack([x, y], axis=1)
+
+
+def _grid(extent: float) -> float:
+    """A power of 2 that fits some forty to STEPS times into a length."""
+    return float(2.0 ** ceil(log2(max(extent, 1e-9) / STEPS)))
+
+
+def _rounded(low: float, high: float, grid: float) -> tuple[float, float]:
+    """The interval outward to the grid."""
+    return floor(low / grid) * grid, max(ceil(high / grid), floor(low / grid) + 1.0) * grid
+
+
+def _square(needed: Float64, share: float) -> Float64:
+    """A window with the sides of the map's own texels."""
+    low, high = needed.min(axis=0), needed.max(axis=0)
+    grid = _grid(float((high - low).max()))
+    (x0, x1), (y0, y1) = (_rounded(float(low[i]), float(high[i]), grid) for i in (0, 1))
+    half = 0.5 * max(x1 - x0, y1 - y0) * share
+    made = np.diag([1.0 / half, 1.0 / half, 1.0, 1.0])
+    made[:2, 3] = -0.5 * (x0 + x1) / half, -0.5 * (y0 + y1) / half
+    return made if half < 1.0 else np.eye(4)
+
+
+def _oblong(needed: Float64, turn: float, near: float, slope: float, share: float) -> Float64:
+    """A window whose second axis runs away from the camera, and whose texels grow along it.
+
+    Source: M. Wimmer, D. Scherzer, W. Purgathofer, "Light Space Perspective Shadow Maps", 2004: the centre of the
+    perspective lies before the nearest place by the geometric mean of the nearest and the farthest.
+    """
+    c, s = cos(turn), sin(turn)
+    axes = np.array([[s, -c], [c, s]])  # across the camera's direction, and along it
+    corners = needed @ axes.T
+    grid = _grid(float(np.ptp(corners, axis=0).max()))
+    t0, t1 = _rounded(float(corners[:, 1].min()), float(corners[:, 1].max()), grid)
+    extent = t1 - t0
+    # how far before t0 the centre lies; halving steps, so that it changes rarely
+    wanted = (near + sqrt(near * (near + extent))) / max(slope, 1e-3)
+    centre = extent * 2.0 ** (round(2.0 * log2(max(wanted / extent, 1.0 / (DENSEST - 1.0)))) / 2.0)
+    flat = slope == 0.0 or centre > 16.0 * extent
+    w = np.ones(len(corners)) if flat else corners[:, 1] - t0 + centre
+    across = corners[:, 0] / w
+    fine = _grid(float(np.ptp(across)))
+    a0, a1 = _rounded(float(across.min()), float(across.max()), fine)
+    middle, half = 0.5 * (a0 + a1), 0.5 * (a1 - a0)
+    made = np.eye(4)
+    if flat:
+        made[0, :2], made[0, 3] = axes[0] / half, -middle / half
+        made[1, :2], made[1, 3] = axes[1] * (2.0 / extent), -(t0 + t1) / extent
+        made[:2] /= share
+        return made
+    # along: -1 at t0 and 1 at t1, linear in t over w
+    alpha = (2.0 * centre + extent) / extent
+    beta = -centre - alpha * t0
+    w_row = np.array([*axes[1], 0.0, centre - t0])
+    made[0] = (np.array([*axes[0], 0.0, 0.0]) - middle * w_row) / half / share
+    made[1] = np.array([*(alpha * axes[1]), 0.0, beta]) / share
+    made[3] = w_row
+    # 1 at the window's near edge, so that depths stay within the clip volume
+    edge = (-share * (centre - t0) - beta) / (alpha + share) + centre - t0
+    made[[0, 1, 3]] /= edge
+    return made
