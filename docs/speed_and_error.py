@@ -110,9 +110,9 @@ def condition(results: Sequence[SceneResult]) -> str:
     lines = [
         f"## `{OURS}` against `{HELD}`\n",
         "`penumbra` searches for casters in half the width and height, enlarges what it finds along surfaces, and\n"
-        "makes five comparisons a pixel where penumbrae are narrow. The condition for a default: RMSE worse by at most\n"
-        "a tenth, at half the filter's time or less. In small pictures, whose penumbrae are a few pixels wide, PCSS is\n"
-        "the more accurate of the two.\n",
+        "makes five comparisons a pixel where penumbrae are narrow. The condition for a default: RMSE worse by at\n"
+        "most a tenth, at half the filter's time or less. In small pictures, whose penumbrae are a few pixels wide,\n"
+        "PCSS is the more accurate of the two.\n",
         "| scene | backend | RMSE | of PCSS | filter, time | filter, CPU | whole frame | condition |",
         "|---|---|---|---|---|---|---|---|",
     ]

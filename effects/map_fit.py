@@ -20,7 +20,7 @@ import passgraph as pg
 
 Float64 = NDArray[np.float64]
 #: A piece is a triangle, where it is longer than this share of all; else what lies in one of CELLS³ cells.
-LARGE, MOST_LARGE, CELLS = 0.05, 128, 10
+LARGE, MOST_LARGE, CELLS = 0.1, 128, 8
 #: Directions in which the sides of the polygon round receivers look.
 WAYS = np.array([(cos(i * pi / 8.0), sin(i * pi / 8.0)) for i in range(16)])
 #: Steps of the grid that a fit is rounded to, along the longer side.
@@ -150,6 +150,13 @@ class Fit:
         self, light: pg.Light, frustum: tuple[Float64, Float64], camera: pg.Camera, size: tuple[int, int]
     ) -> Float64:
         """What stands before a light's projection, (4, 4); the unit matrix where nothing narrower will do."""
+        # the map and the kernels that read it ask alike in each run
+        key = light, camera, size, frustum[0].tobytes(), frustum[1].tobytes()
+        return self._once("window", key, lambda: self._window(light, frustum, camera, size))
+
+    def _window(
+        self, light: pg.Light, frustum: tuple[Float64, Float64], camera: pg.Camera, size: tuple[int, int]
+    ) -> Float64:
         (view, projection), aspect = frustum, size[0] / size[1]
         points = self._once(
             "points", (camera, aspect), lambda: seen_points(self.receivers, camera, aspect, self.origin)
