@@ -127,7 +127,8 @@ class Lighting:
 
     def _fitted(self) -> Fit | None:
         """What maps are fitted to; what is blurred or read over a width that a run says may reach beyond any fit."""
-        if self.filter.name == "disc" or self.filter.blurs_maps or not self.casters.nodes:
+        wide = self.filter.name == "disc" and self.width is not None
+        if wide or self.filter.blurs_maps or not self.casters.nodes:
             return None
         receivers = [node for node in self.scene.nodes if node.receives]
         origin = self.casters.origin

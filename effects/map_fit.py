@@ -20,7 +20,7 @@ import passgraph as pg
 
 Float64 = NDArray[np.float64]
 #: A piece is a triangle, where it is longer than this share of all; else what lies in one of CELLS³ cells.
-LARGE, MOST_LARGE, CELLS = 0.05, 128, 10
+LARGE, MOST_LARGE, CELLS = 0.1, 128, 8
 #: Directions in which the sides of the polygon round receivers look.
 WAYS = np.array([(cos(i * pi / 8.0), sin(i * pi / 8.0)) for i in range(16)])
 #: Steps of the grid that a fit is rounded to, along the longer side.
@@ -37,14 +37,16 @@ BITS = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)])
 
 
 def pieces_of(nodes: Sequence[pg.Node], origin: Float64) -> Float64:
-    """World boxes relative to ``origin`` that hold all triangles, (n, 2, 3), a few hundred at most."""
+    """World boxes relative to ``origin`` that hold all triangles with an area, (n, 2, 3), some hundred at most."""
     lows, highs = [], []
     for node in nodes:
         points = node.mesh.positions.astype(np.float64) @ node.transform[:3, :3].T + (node.transform[:3, 3] - origin)
         corners = points[node.mesh.triangles]
+        areas = np.linalg.norm(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1)
+        corners = corners[areas > 0.0]
         lows.append(corners.min(axis=1))
         highs.append(corners.max(axis=1))
-    if not nodes:
+    if not sum(map(len, lows)):
         return np.zeros((0, 2, 3))
     boxes = np.stack([np.concatenate(lows), np.concatenate(highs)], axis=1)
     long = np.linalg.norm(boxes[:, 1] - boxes[:, 0], axis=1)
@@ -78,7 +80,7 @@ def seen_points(boxes: Float64, camera: pg.Camera, aspect: float, origin: Float6
     offsets = -normals @ np.subtract(camera.eye, origin) + np.array([0, 0, 0, 0, -camera.near, camera.far])
     corners = corners_of(boxes)
     heights = corners @ normals.T + offsets
-    outside = (heights < 0.0).all(axis=1).any(axis=1)
+    outside = np.any((heights < 0.0).all(axis=1), axis=1)
     within = (heights >= 0.0).all(axis=(1, 2))
     cut = corners[~outside & ~within]
     polygons = cut[:, FACES].reshape(-1, 4, 3)
@@ -117,7 +119,7 @@ def _frustum_corners_in(boxes: Float64, camera: pg.Camera, aspect: float, origin
     )
     points = local @ camera.view_rotation()[:3, :3] + np.subtract(camera.eye, origin)
     inside = (points[:, None] >= boxes[None, :, 0]) & (points[:, None] <= boxes[None, :, 1])
-    return np.asarray(points[inside.all(axis=2).any(axis=1)])
+    return np.asarray(points[np.any(inside.all(axis=2), axis=1)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -148,6 +150,13 @@ class Fit:
         self, light: pg.Light, frustum: tuple[Float64, Float64], camera: pg.Camera, size: tuple[int, int]
     ) -> Float64:
         """What stands before a light's projection, (4, 4); the unit matrix where nothing narrower will do."""
+        # the map and the kernels that read it ask alike in each run
+        key = light, camera, size, frustum[0].tobytes(), frustum[1].tobytes()
+        return self._once("window", key, lambda: self._window(light, frustum, camera, size))
+
+    def _window(
+        self, light: pg.Light, frustum: tuple[Float64, Float64], camera: pg.Camera, size: tuple[int, int]
+    ) -> Float64:
         (view, projection), aspect = frustum, size[0] / size[1]
         points = self._once(
             "points", (camera, aspect), lambda: seen_points(self.receivers, camera, aspect, self.origin)

@@ -37,6 +37,7 @@ FEW = 5
 FEW_PLACES = vogel_disc(FEW)
 #: How far a pixel of the small picture may lie off the plane of one that it is blended into.
 SAME_PLANE_PX = 2.0
+#: Half width of the least filter, in texels: an edge in a map is only known to a texel, and straightened by that much.
 LEAST = 0.6
 #: A texel is met by rays that pass its middle by up to half its diagonal.
 HALF_DIAGONAL = 0.75

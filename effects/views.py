@@ -193,7 +193,7 @@ class Casters:
         nodes = tuple(node for node in scene.nodes if node.casts and node.material.alpha_mode != "blend")
         found = []
         for index, node in enumerate(nodes):
-            plane = _plane_below(node, scene)
+            plane = _plane_below(node, scene, bounds_of(nodes))
             if plane is not None:
                 found.append((index, *plane))
         return cls(nodes, scene.bounds(), tuple(found))
@@ -229,12 +229,14 @@ class Casters:
         return bounds_of(nodes) if nodes else self.scene_bounds
 
 
-def _plane_below(node: pg.Node, scene: pg.Scene) -> tuple[Float64, float] | None:
+def _plane_below(node: pg.Node, scene: pg.Scene, box: Float64) -> tuple[Float64, float] | None:
     """Normal and offset of a plane of a large node behind which the node lies, and no vertex of another, else None.
+
+    What is large, the box of all casters says: a point far away that casts nothing makes nothing else small.
 
     Neither a flat node nor a convex one shadows what of itself faces the light.
     """
-    low, high = scene.bounds()
+    low, high = box
     extent = float(np.linalg.norm(high - low))
     if float(np.linalg.norm(node.bounds[1] - node.bounds[0])) < 0.25 * extent:
         return None  # too small to matter for the fit

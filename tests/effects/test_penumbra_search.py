@@ -50,8 +50,8 @@ def test_it_is_as_soft_as_the_light_makes_it(lights: str, backend_name: str) -> 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["shipped", "samurai"])
-def test_it_is_no_worse_than_pcss_with_32_taps(name: str, backend_name: str) -> None:
+@pytest.mark.parametrize("name", ["shipped", "samurai", "slab", "room", "chequer"])
+def test_it_is_at_most_a_tenth_worse_than_pcss_with_32_taps(name: str, backend_name: str) -> None:
     """In pictures of 640 × 360; where penumbrae are a few pixels wide the small picture catches too little of them."""
     pytest.importorskip("skimage")
     from passgraph.bench.methods import METHODS
@@ -68,7 +68,7 @@ def test_it_is_no_worse_than_pcss_with_32_taps(name: str, backend_name: str) -> 
         share = render(target, size=size, backend=backend_name)[target.name][:, :, 0]
         errors.append(float(np.sqrt(np.mean((share - traced.share)[traced.counts] ** 2))))
     # both have the truth's own noise in them, which brings them closer together and swaps nothing
-    assert errors[0] <= errors[1]
+    assert errors[0] <= 1.1 * errors[1]
 
 
 # Pixels of the small picture are 2 wide: nearer to a penumbra they have a part of it.

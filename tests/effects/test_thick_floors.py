@@ -110,8 +110,8 @@ def test_a_map_is_drawn_again_only_where_its_fit_changes() -> None:
     scene = scene_named("wide")
     matrices = []
     for shift, angle in ((0.0, 0.55), (1e-4, 0.55), (0.0, 0.05)):
-        places = (tuple(np.add(place, (shift, 0, 0))) for place in (scene.camera.eye, scene.camera.target))
-        camera = pg.Camera(*places, vertical_fov_rad=angle, near=0.5, far=60.0)
+        eye, target = (tuple(np.add(place, (shift, 0, 0))) for place in (scene.camera.eye, scene.camera.target))
+        camera = pg.Camera(eye, target, vertical_fov_rad=angle, near=0.5, far=60.0)
         matrices.append(frustum_of(scene, (camera, SIZE)))
     assert (matrices[0] == matrices[1]).all()
     assert not (matrices[0] == matrices[2]).all()
