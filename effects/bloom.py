@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import passgraph as pg
-from passgraph import Image, ivec2, uv, vec2, vec4
+from passgraph import Image, clamp, ivec2, output_size, pixel, uv, vec2, vec3, vec4
 from passgraph.effects.checked import checked
 
 #: Brightest value that glows, scene-linear: the largest float16.
@@ -24,43 +24,108 @@ def bright(color: Image, threshold: float) -> vec4:
 
 
 @pg.function
-def step_of(size: ivec2) -> vec2:
-    return 1.0 / vec2(size)
-
-
-@pg.kernel
-def down(color: Image) -> vec4:
-    """Half the size: the centre four times and the four diagonal neighbours once, each a bilinear read."""
-    at = uv()
-    d = step_of(color.size)
-    total = color.sample(at) * 4.0
-    total += color.sample(at + vec2(d.x, d.y)) + color.sample(at + vec2(-d.x, d.y))
-    total += color.sample(at + vec2(d.x, -d.y)) + color.sample(at - d)
-    return total / 8.0
+def overlap(texel: float, begin: float, length: float) -> float:
+    """How much of a texel lies in an interval."""
+    return max(min(texel + 1.0, begin + length) - max(texel, begin), 0.0)
 
 
 @pg.function
-def tent(color: Image, at: vec2) -> vec4:
-    """Eight bilinear reads on a diamond, the diagonal ones twice."""
-    d = 0.5 * step_of(color.size)
-    total = color.sample(at + vec2(-2.0 * d.x, 0.0)) + color.sample(at + vec2(2.0 * d.x, 0.0))
-    total += color.sample(at + vec2(0.0, -2.0 * d.y)) + color.sample(at + vec2(0.0, 2.0 * d.y))
-    total += (color.sample(at + vec2(d.x, d.y)) + color.sample(at + vec2(-d.x, d.y))) * 2.0
-    total += (color.sample(at + vec2(d.x, -d.y)) + color.sample(at - d)) * 2.0
-    return total / 12.0
+def tent_below(x: float) -> float:
+    """The share of a tent (1 at 0, 0 from -1 and 1 on) that lies below x."""
+    t = clamp(x, -1.0, 1.0)
+    return 0.5 + t - 0.5 * t * abs(t)
 
 
-@pg.kernel
+@pg.function
+def tent_share(low: float, high: float, centre: float) -> float:
+    """How much a texel, read bilinearly, counts in the mean from low to high."""
+    return (tent_below(high - centre) - tent_below(low - centre)) / (high - low)
+
+
+@pg.function
+def wide_share(low: float, high: float, centre: float) -> float:
+    """The same of three reads, a texel apart, the middle one four times."""
+    beside = tent_share(low, high, centre - 1.0) + tent_share(low, high, centre + 1.0)
+    return (4.0 * tent_share(low, high, centre) + beside) / 6.0
+
+
+@pg.kernel(known_sizes=True)
+def down(color: Image) -> vec4:
+    """Half the size: half of it the mean of what a pixel covers, half that of twice the width around.
+
+    Where the size halves exactly these are bilinear reads, four times the centre and once the diagonal neighbours.
+    """
+    size, made = color.size, output_size()
+    if size.x == 2 * made.x and size.y == 2 * made.y:
+        at, d = uv(), 1.0 / vec2(size)
+        total = color.sample(at) * 4.0
+        total += color.sample(at + vec2(d.x, d.y)) + color.sample(at + vec2(-d.x, d.y))
+        total += color.sample(at + vec2(d.x, -d.y)) + color.sample(at - d)
+        return total / 8.0
+    # In texels: where twice the width begins, as a whole number and a rest, and how many a pixel covers.
+    begin = (2 * pixel() - 1) * size
+    first = begin // (2 * made)
+    rest = vec2(begin - first * (2 * made)) / vec2(2 * made)
+    one = vec2(size) / vec2(made)
+    total = vec4(0.0)
+    for y in range(5):
+        near_y = overlap(float(y), rest.y + 0.5 * one.y, one.y)
+        wide_y = overlap(float(y), rest.y, 2.0 * one.y)
+        for x in range(5):
+            near = near_y * overlap(float(x), rest.x + 0.5 * one.x, one.x)
+            wide = wide_y * overlap(float(x), rest.x, 2.0 * one.x)
+            total += color.texel(first + ivec2(x, y)) * (0.5 * near + 0.125 * wide)
+    return total / (one.x * one.y)
+
+
+@pg.kernel(known_sizes=True)
 def up(color: Image) -> vec4:
-    """Twice the size."""
-    return tent(color, uv())
+    """Twice the size: eight bilinear reads on a diamond, the diagonal ones twice.
+
+    Where the size is not doubled exactly it is the mean over a pixel of three bilinear reads each way, as wide.
+    """
+    size, made = color.size, output_size()
+    if 2 * size.x == made.x and 2 * size.y == made.y:
+        at, d = uv(), 0.5 / vec2(size)
+        total = color.sample(at + vec2(-2.0 * d.x, 0.0)) + color.sample(at + vec2(2.0 * d.x, 0.0))
+        total += color.sample(at + vec2(0.0, -2.0 * d.y)) + color.sample(at + vec2(0.0, 2.0 * d.y))
+        total += (color.sample(at + vec2(d.x, d.y)) + color.sample(at + vec2(-d.x, d.y))) * 2.0
+        total += (color.sample(at + vec2(d.x, -d.y)) + color.sample(at - d)) * 2.0
+        return total / 12.0
+    begin = pixel() * size
+    first = begin // made
+    low = vec2(begin - first * made) / vec2(made)
+    high = low + vec2(size) / vec2(made)
+    total = vec4(0.0)
+    for y in range(-2, 4):
+        share_y = wide_share(low.y, high.y, float(y) + 0.5)
+        for x in range(-2, 4):
+            share = share_y * wide_share(low.x, high.x, float(x) + 0.5)
+            total += color.texel(first + ivec2(x, y)) * share
+    return total
 
 
-@pg.kernel
+@pg.kernel(known_sizes=True)
 def add_glow(color: Image, glow: Image, intensity: float) -> vec4:
-    """The picture and the glow, scaled up the last time, bilinearly; alpha is the picture's."""
+    """The picture and the glow, scaled up the last time, bilinearly; alpha is the picture's.
+
+    A glow of half the size rounded up is not read where the pixel lies but over all of it.
+    """
     c = color[0, 0]
-    return vec4(c.rgb + glow.sample(uv()).rgb * intensity, c.a)
+    size, made = glow.size, output_size()
+    if (size.x == made.x or 2 * size.x == made.x) and (size.y == made.y or 2 * size.y == made.y):
+        return vec4(c.rgb + glow.sample(uv()).rgb * intensity, c.a)
+    begin = pixel() * size
+    first = begin // made
+    low = vec2(begin - first * made) / vec2(made)
+    high = low + vec2(size) / vec2(made)
+    light = vec3(0.0)
+    for y in range(-1, 3):
+        share_y = tent_share(low.y, high.y, float(y) + 0.5)
+        for x in range(-1, 3):
+            share = share_y * tent_share(low.x, high.x, float(x) + 0.5)
+            light += glow.texel(first + ivec2(x, y)).rgb * share
+    return vec4(c.rgb + light * intensity, c.a)
 
 
 @checked
@@ -83,8 +148,9 @@ def bloom(
     into : where it goes; left out, float32 with the name ``name``
     name : of the passes and targets
 
-    The weights of every filter add up to 1: away from the borders the glow of a spot holds as much light as
-    the spot has above the threshold.  NaN does not glow, and infinity as the largest float16.
+    The glow of a spot holds as much light as the spot has above the threshold, at every size and in every place,
+    corners too; so a moving spot does not flicker.  Sizes that halve exactly cost least: where one is odd, filters are
+    means over the areas that pixels cover.  NaN does not glow, and infinity as the largest float16.
 
     Source: M. Bjørge, "Bandwidth-Efficient Rendering", SIGGRAPH 2015 (dual filtering).
     Deviation: from two levels on the last doubling, to full size, is bilinear: the glow is smooth by then, and eight
@@ -112,6 +178,6 @@ def bloom(
     # one halving alone is too narrow to be doubled bilinearly
     for level in range(levels - 1, 0 if levels > 1 else -1, -1):
         label = f"{name}_up{level}"
-        glow = up(glow, into=pg.target(label, "rgba32f", like=full, scale=0.5**level), name=label)
+        glow = up(glow.border("mirror"), into=pg.target(label, "rgba32f", like=full, scale=0.5**level), name=label)
     made: pg.Target = add_glow(color, glow, intensity, into=into or pg.target(name, "rgba32f"), name=name)
     return made

@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.arguments import instance, text
+from passgraph.arguments import flag, instance, text
 from passgraph.draw_state import DrawState
 from passgraph.errors import GraphError
 from passgraph.formats import Format, format_named
 from passgraph.language.kernel import Kernel, function_source, kernel_from_text
 from passgraph.language.layout import components
+from passgraph.language.scope import FunctionSource
 from passgraph.language.types import ImageType, Struct, Type, component_count
 from passgraph.targets import Derived, InputSpec, Target, TargetSpec, Value
 
@@ -36,7 +37,7 @@ class PixelPass:
     """A kernel over every pixel of its targets."""
 
     name: str
-    kernel: Kernel
+    kernel: PixelKernel
     images: Mapping[str, Target]
     values: Mapping[str, object]  # parameter → number, tuple, array, Value or Derived
     constants: Mapping[str, object]
@@ -85,6 +86,10 @@ def default_format(type_: Type) -> Format:
 
 class PixelKernel(Kernel):
     """A kernel that runs once a pixel.  Calling it on targets adds a pass and returns its target(s)."""
+
+    def __init__(self, function: FunctionSource, known_sizes: bool = False) -> None:
+        super().__init__(function, "pixel")
+        self.known_sizes = known_sizes
 
     def __call__(self, *arguments: Any, into: Any = None, name: str | None = None, **named: Any) -> Any:
         self.check_constants()
@@ -216,16 +221,23 @@ def leaves(value: object, type_: Type, name: str) -> list[tuple[str, Type, objec
 
 
 @overload
-def kernel(definition: Callable[..., Any]) -> PixelKernel: ...
+def kernel(definition: Callable[..., Any], *, known_sizes: bool = False) -> PixelKernel: ...
 @overload
-def kernel(*, source: str, name: str | None = None) -> PixelKernel: ...
+def kernel(*, known_sizes: bool = False) -> Callable[[Callable[..., Any]], PixelKernel]: ...
+@overload
+def kernel(*, source: str, name: str | None = None, known_sizes: bool = False) -> PixelKernel: ...
 def kernel(
-    definition: Callable[..., Any] | None = None, *, source: str | None = None, name: str | None = None
-) -> PixelKernel:
+    definition: Callable[..., Any] | None = None,
+    *,
+    source: str | None = None,
+    name: str | None = None,
+    known_sizes: bool = False,
+) -> PixelKernel | Callable[[Callable[..., Any]], PixelKernel]:
     """A kernel that runs once for each pixel of its target(s).
 
     Use it as a decorator, or give ``source``: text is parsed and never executed, so it may come from
-    strangers.
+    strangers.  With ``known_sizes`` it is compiled for the sizes that the plan has: ``image.size`` and
+    ``output_size()`` are constants in it, a branch that they decide costs nothing, and other sizes compile it anew.
 
     Raises
     ------
@@ -238,7 +250,10 @@ def kernel(
     >>> invert
     <passgraph pixel kernel invert(color: Image)>
     """
-    return PixelKernel(_definition(definition, source, name), "pixel")
+    flag(known_sizes, "a kernel's known_sizes")
+    if definition is None and source is None and name is None and known_sizes:
+        return lambda marked: PixelKernel(_definition(marked, None, None), known_sizes)
+    return PixelKernel(_definition(definition, source, name), known_sizes)
 
 
 def vertex(

@@ -20,6 +20,7 @@ class ImageFacts:
     border: str = "clamp"
     decode: str | None = None  # prelude function for r, g and b of each texel, such as decode_srgb
     fused: Fused | None = None
+    size: tuple[int, int] | None = None  # where the kernel is made for it; else it is told at each run
 
 
 @dataclass(frozen=True)
@@ -31,6 +32,7 @@ class Facts:
     #: For each result: prelude functions applied to colour channels and to alpha before it is stored.
     stores: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...] = ()
     simplify: bool = True
+    size: tuple[int, int] | None = None  # of the output, as of images
 
 
 @dataclass(frozen=True)

@@ -340,12 +340,17 @@ class Lowering:
         return [part for argument in expression.arguments for part in self.value(argument)]
 
     def _size(self, expression: ir.Size) -> list[s.Operand]:
+        known = self._facts(expression.image).size
+        if known is not None:
+            return [s.Lit("int", count) for count in known]
         names = [f"size.{self.prefix}{expression.image}.{i}" for i in (0, 1)]
         self._use(expression.image)
         return [self.emitter.builtin(name, "int") for name in names]
 
     def _builtin(self, expression: ir.Builtin) -> list[s.Operand]:
         type_ = expression.type
+        if expression.name == "output_size" and self.facts.size is not None:
+            return [s.Lit("int", count) for count in self.facts.size]
         if isinstance(type_, Scalar):
             return [self.emitter.builtin(expression.name, type_.name)]
         names = [f"{expression.name}.{i}" for i in range(component_count(type_))]

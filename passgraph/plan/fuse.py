@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from passgraph.graph import Pass, PixelPass
-from passgraph.language.lower import Fused, ImageFacts
+from passgraph.language.lower import Fused
 from passgraph.language.lowered import lower_once
 from passgraph.language.scalar import walk
 from passgraph.plan.collect import Lowered, Work, drawn_over
@@ -148,8 +148,7 @@ def _fuse_into(consumer: Lowered, target: Target, work: Work) -> None:
     for name, read in consumer.node.images.items():
         if read.made_by is producer.node:
             fused = Fused(producer.node.kernel.program, producer.facts, prefix, read.slot)
-            made = work.format_of(read)
-            images[name] = ImageFacts(made.channels, read.border_rule, made.decode, fused)
+            images[name] = replace(images[name], fused=fused)
             consumer.images.pop(name, None)
     consumer.facts = replace(consumer.facts, images=images)
     consumer.images |= {_prefixed(prefix, n): t for n, t in producer.images.items()}

@@ -14,19 +14,22 @@ from passgraph.plan.collect import Lowered, Work, drawn_over
 from passgraph.targets import Target
 
 
-def image_facts(target: Target, work: Work) -> ImageFacts:
+def image_facts(target: Target, work: Work, sized: bool = False) -> ImageFacts:
     made = work.format_of(target)
-    return ImageFacts(made.channels, target.border_rule, made.decode)
+    size = work.size_of(target) if sized else None
+    return ImageFacts(made.channels, target.border_rule, made.decode, size=size)
 
 
 def specialise(work: Work) -> None:
     for lowered in work.passes.values():
         node = lowered.node
         lowered.values = dict(node.values)
-        images = {name: image_facts(target, work) for name, target in node.images.items()}
+        sized = isinstance(node, PixelPass) and node.kernel.known_sizes
+        images = {name: image_facts(target, work, sized) for name, target in node.images.items()}
         if isinstance(node, PixelPass):
             stores = tuple(spec.format.store for spec in node.into)
-            lowered.facts = Facts(node.constants, images, stores, work.options.simplify)
+            size = lowered.size if sized else None
+            lowered.facts = Facts(node.constants, images, stores, work.options.simplify, size)
             lowered.program = lower_once(node.kernel.program, lowered.facts, work.programs)
             lowered.images = used_images(lowered.program, node.images)
             check_relative(lowered, work)

@@ -446,3 +446,44 @@ def test_the_graph_is_there_to_look_at() -> None:
     out = named(add, named(copy, frame, name="a"), frame, name="out")
     kinds = sorted(kind for _, kind in pg.graph(out).nodes(data="kind"))
     assert kinds == ["input", "pass", "pass", "target", "target"]
+
+
+HALVES = """
+def halves(color: Image) -> vec4:
+    if color.size.x == 2 * output_size().x:
+        return color.texel(2 * pixel())
+    return vec4(0.5)
+"""
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_a_branch_on_known_sizes_is_decided_when_planned(known: bool) -> None:
+    halves = pg.kernel(source=HALVES, known_sizes=known)
+    for width, reads in ((8, True), (7, False)):
+        picture = pg.Input("picture", "rgba32f", (width, 4))
+        (step,) = plan(halves(picture, into=pg.target("half", "rgba32f", like=picture, scale=0.5))).steps
+        assert isinstance(step, PixelStep)
+        assert bool(step.images) == (reads or not known)
+        assert any(name.startswith(("size.", "output_size")) for name, _ in step.program.builtins) != known
+
+
+def test_known_sizes_are_those_of_each_run(backend_name: str) -> None:
+    """An input of another size plans again, and the kernel is made for that size."""
+    open_picture = pg.Input("picture", "rgba32f")
+    halves = pg.kernel(source=HALVES, known_sizes=True)
+    made = halves(open_picture, into=pg.target("half", "rgba32f", like=open_picture, scale=0.5))
+    with pg.compile(made, backend=backend_name) as program:
+        for width in (8, 7, 6):
+            picture = np.random.default_rng(width).random((4, width, 4), np.float32)
+            expected = picture[::2, ::2] if width % 2 == 0 else np.full((2, 4, 4), 0.5, np.float32)
+            np.testing.assert_array_equal(program(picture=picture)["half"], expected)
+
+
+def test_a_decorator_takes_known_sizes() -> None:
+    @pg.kernel(known_sizes=True)
+    def area(color: Image) -> vec4:
+        return vec4(float(color.size.x * color.size.y))
+
+    (step,) = plan(area(frame)).steps
+    assert isinstance(step, PixelStep)
+    assert not step.images
