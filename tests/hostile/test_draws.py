@@ -221,6 +221,6 @@ def test_cases_hold_what_they_are_to_hold() -> None:
 )
 def test_a_crash_and_a_loop_are_failures_that_name_the_case(code: str, said: str) -> None:
     before = (sys.executable, "-c", f"print('seed 7', flush=True)\n{code}")
-    why = run("numpy", 0, 1, 1, before=before, seconds=1.0, start=3.0)
+    why = run("numpy", 0, 1, 1, before=before, seconds=1.0, start=1.0)
     assert said in why
     assert "seed 7" in why
