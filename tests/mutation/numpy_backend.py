@@ -61,7 +61,7 @@ MUTANTS = (
         "draw states/blend",
         "coverage/through the eye",
     ),
-    _n("raster_code", "edge{k} * planes[{NEARNESS}, {k}]", "edge{k}", "coverage/through the eye"),
+    _n("raster_code", "edge{k} * planes[{NEARNESS}, {k}]", "edge{k}", "draw states/discard, lean"),
     _n("raster_shade", "b.fmul(edge, factor) for edge, factor", "edge for edge, factor", "draw states/cull none, lean"),
     _n("raster_triangle", "planes[EDGE2, 2] = 0.0, -256.0 * y1", "planes[EDGE2, 2] = 0.0, 256.0 * y1", *SEEN),
     _n("lane_body", '"<" if step > 0 else ">"', '"<=" if step > 0 else ">"', "language/"),
