@@ -140,12 +140,12 @@ class Body(ProgramBody):
             super().emit(i)
 
     def _varying(self, name: str) -> Any:
-        """Perspective-correct: the plane of v/w at this fragment, times w (rasterisation rule 5)."""
+        """Perspective-correct: the corners, by how near the fragment is to each (rasterisation rule 5)."""
         b = self.builder
         row = VARYINGS + self.varyings.index(name.removeprefix("varying."))
-        start = self.load("values", ir.Constant(I64, row), F64)
-        step = self.load("planes", ir.Constant(I64, 3 * row + 1), F64)
-        return b.fptrunc(b.fmul(b.fadd(start, b.fmul(step, self.given["dx"])), self.given["w"]), F32)
+        first, *more = (self.load("planes", ir.Constant(I64, 3 * row + corner), F64) for corner in range(3))
+        parts = [b.fmul(part, self.given[near]) for part, near in zip(more, ("near1", "near2"), strict=True)]
+        return b.fptrunc(b.fadd(b.fadd(first, parts[0]), parts[1]), F32)
 
     # Memory
 

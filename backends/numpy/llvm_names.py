@@ -13,21 +13,23 @@ def argument_names(program: ScalarProgram, builtins: list[str]) -> list[str]:
     return [*names, "floats", "ints"]
 
 
-#: Members behind those where a fragment kernel has varyings: the planes' values at the row's start, the planes, the way
-#: along the row, and w at this fragment.
-PLANE_ARGUMENTS = ["values", "planes", "dx", "w"]
+#: Members behind those where a fragment kernel has varyings: the triangle's numbers, and how near to its second and its
+#: third corner the fragment is.
+PLANE_ARGUMENTS = ["planes", "near1", "near2"]
 
 
 def is_varying(name: str) -> bool:
     return name.startswith("varying.")
 
 
-#: Rows of a triangle's planes: depth, 1/w, then the varyings.  Each is the value at the first corner and the change
-#: along x and along y.
-DEPTH, INVERSE_W, VARYINGS = 0, 1, 2
+#: Rows of a triangle's numbers, three each.  Planes are the value at the first corner and the change along x and y:
+#: depth, and where something is interpolated the edges opposite to the second and the third corner (whole numbers,
+#: which float64 holds exactly).  Then the area with the 1/w of those two corners over the first's; then of each varying
+#: the first corner's and what the others have more.
+DEPTH, EDGE1, EDGE2, NEARNESS, VARYINGS = 0, 1, 2, 3, 4
 
 #: Where a visible triangle's numbers lie: how far down its first corner is from pixel row 0, whether it faces the
-#: viewer, then for each plane its value on column 0 of that row, and its steps along x and y.
+#: viewer, then the rows above, of planes with the value on column 0 of that row.
 TO_Y, FRONT, PLANES = 0, 1, 2
 
 #: Side of a tile in pixels, a power of 2: its colour and depth (a few formats) stay in a core's second-level cache.

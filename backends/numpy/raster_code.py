@@ -9,7 +9,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.numpy.jit import HEADER, indented
-from passgraph.backends.numpy.llvm_names import PLANE_ARGUMENTS, TILE, argument_names, is_varying
+from passgraph.backends.numpy.llvm_names import (
+    EDGE1,
+    EDGE2,
+    NEARNESS,
+    PLANE_ARGUMENTS,
+    TILE,
+    argument_names,
+    is_varying,
+)
 from passgraph.backends.numpy.merge_code import COMPARE, merge_lines, stencil_compare
 from passgraph.backends.numpy.numba_code import NumbaCode
 from passgraph.backends.numpy.raster_shade import plane_rows
@@ -36,7 +44,7 @@ def _arguments(step: DrawStep) -> dict[str, str]:
 def thread_scratch(step: DrawStep) -> list[NDArray[Any]]:
     """The last arguments of :func:`tile_code`, for one thread."""
     rows = plane_rows(step)
-    return [np.empty((rows, 3)), np.empty(rows), np.empty(9, np.int64)]
+    return [np.empty((rows, 3)), np.empty(min(rows, NEARNESS)), np.empty(9, np.int64)]
 
 
 def tile_code(step: DrawStep) -> NumbaCode:
@@ -68,7 +76,7 @@ def _tile_text(step: DrawStep) -> str:
 
 
 def _fragment_call(step: DrawStep) -> list[str]:
-    """The kernel on one fragment; results in ``r``.  It takes its varyings from the row's planes."""
+    """The kernel on one fragment; results in ``r``.  It takes its varyings from the triangle's corners."""
     program = step.fragment
     if program is None:
         return []
@@ -77,7 +85,13 @@ def _fragment_call(step: DrawStep) -> list[str]:
     given = argument_names(program, names)
     lines = []
     if step.varyings:
-        lines.append("w = 1.0 / (values[1] + planes[1, 1] * dx)")
+        lines += [
+            *(f"edge{k} = values[{row}] + planes[{row}, 1] * dx" for k, row in ((1, EDGE1), (2, EDGE2))),
+            *(f"near{k} = edge{k} * planes[{NEARNESS}, {k}]" for k in (1, 2)),
+            # Nothing here is negative: the sum keeps its digits, however near to the eye one corner is.
+            f"share = 1.0 / (planes[{NEARNESS}, 0] - edge1 - edge2 + near1 + near2)",
+            "near1, near2 = near1 * share, near2 * share",
+        ]
         given += PLANE_ARGUMENTS
     return [*lines, f"r = body(({', '.join(given)},))"]
 

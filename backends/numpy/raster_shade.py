@@ -12,7 +12,18 @@ from llvmlite import ir
 
 from passgraph.backends.numpy.lane_body import LaneBody
 from passgraph.backends.numpy.lanes import Lanes, counting
-from passgraph.backends.numpy.llvm_names import DEPTH, FRONT, INVERSE_W, PLANES, TILE, TO_Y, VARYINGS, is_varying
+from passgraph.backends.numpy.llvm_names import (
+    DEPTH,
+    EDGE1,
+    EDGE2,
+    FRONT,
+    NEARNESS,
+    PLANES,
+    TILE,
+    TO_Y,
+    VARYINGS,
+    is_varying,
+)
 from passgraph.backends.numpy.llvm_ops import F32, F64, I32, I64
 from passgraph.backends.numpy.native import function_address, lanes
 from passgraph.plan.data import DrawStep
@@ -29,7 +40,7 @@ def is_deferred(step: DrawStep) -> bool:
 
 
 def plane_rows(step: DrawStep) -> int:
-    """Planes of each triangle: depth, and 1/w where something is interpolated."""
+    """Rows of numbers of each triangle: depth, and more where something is interpolated."""
     return VARYINGS + len(step.varyings) if step.varyings else 1
 
 
@@ -171,7 +182,7 @@ class _Printer:
         return given
 
     def _interpolated(self, names: list[str], slot: Any, x: Any, y: Any) -> list[Any]:
-        """Perspective-correct: the plane of v/w at the pixel's centre, times w (rasterisation rule 5)."""
+        """Perspective-correct: the corners, by how near the pixel's centre is to each (rasterisation rule 5)."""
         b = self.builder
         base = b.mul(slot, ir.Constant(I32, plane_numbers(self.step)))
 
@@ -181,11 +192,23 @@ class _Printer:
         across = b.sitofp(x, F64)
         down = b.fadd(entry(TO_Y), b.sitofp(y, F64))
 
+        def numbers(row: int) -> list[Any]:
+            return [entry(PLANES + 3 * row + part) for part in range(3)]
+
         def plane(row: int) -> Any:
-            start, step_x, step_y = (entry(PLANES + 3 * row + part) for part in range(3))
+            start, step_x, step_y = numbers(row)
             return b.fadd(b.fadd(start, b.fmul(step_y, down)), b.fmul(step_x, across))
 
-        w = None
+        def nearness() -> list[Any]:
+            """To the second and the third corner; to all three it is 1."""
+            edges, (area, *more) = (plane(EDGE1), plane(EDGE2)), numbers(NEARNESS)
+            parts = [b.fmul(edge, factor) for edge, factor in zip(edges, more, strict=True)]
+            # Nothing here is negative: the sum keeps its digits, however near to the eye one corner is.
+            total = b.fadd(b.fadd(b.fsub(b.fsub(area, edges[0]), edges[1]), parts[0]), parts[1])
+            share = b.fdiv(ir.Constant(F64, 1.0), total)
+            return [b.fmul(part, share) for part in parts]
+
+        near: list[Any] = []
         found = []
         for name in names:
             if name == "front_facing":
@@ -196,8 +219,10 @@ class _Printer:
                 z = b.select(b.fcmp_ordered(">", z, ir.Constant(F64, 1.0)), ir.Constant(F64, 1.0), z)
                 found.append(b.fptrunc(z, F32))
             else:
-                if w is None:
-                    w = b.fdiv(ir.Constant(F64, 1.0), plane(INVERSE_W))
+                near = near or nearness()
                 row = VARYINGS + self.step.varyings.index(name.removeprefix("varying."))
-                found.append(b.fptrunc(b.fmul(plane(row), w), F32))
+                value, *more = numbers(row)
+                for part, share in zip(more, near, strict=True):
+                    value = b.fadd(value, b.fmul(part, share))
+                found.append(b.fptrunc(value, F32))
         return found

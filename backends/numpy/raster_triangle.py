@@ -1,4 +1,4 @@
-"""One triangle in one tile: its planes, its edges, the span of pixels that it covers in a row.
+"""One triangle in one tile: its numbers (llvm_names.py), its edges, the span of pixels that it covers in a row.
 
 Called by the generated loop over a tile (raster_code.py).  Compiled once for all draws.
 """
@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from passgraph.backends.numpy.jit import compiled
-from passgraph.backends.numpy.llvm_names import DEPTH, FRONT, INVERSE_W, PLANES, TO_Y, VARYINGS
+from passgraph.backends.numpy.llvm_names import DEPTH, EDGE1, EDGE2, FRONT, NEARNESS, PLANES, TO_Y, VARYINGS
 from passgraph.backends.numpy.raster_setup import edge
 
 
@@ -47,18 +47,19 @@ def _triangle(
     """
     a, b, c = made[t, 0], made[t, 1], made[t, 2]
     x0, y0, x1, y1, x2, y2 = window(window_x[a], window_y[a], window_x[b], window_y[b], window_x[c], window_y[c])
-    scale = 256.0 / float(x1 * y2 - x2 * y1)
+    area = float(x1 * y2 - x2 * y1)
+    scale = 256.0 / area
     planes[DEPTH, 0], planes[DEPTH, 1], planes[DEPTH, 2] = depth_plane(
         depth[a], depth[b], depth[c], x1, y1, x2, y2, scale, factor, units
     )
     if len(planes) > 1:
-        planes[INVERSE_W, 0], planes[INVERSE_W, 1], planes[INVERSE_W, 2] = plane(
-            inverse_w[a], inverse_w[b], inverse_w[c], x1, y1, x2, y2, scale
-        )
+        planes[EDGE1, 0], planes[EDGE1, 1], planes[EDGE1, 2] = 0.0, 256.0 * y2, -256.0 * x2
+        planes[EDGE2, 0], planes[EDGE2, 1], planes[EDGE2, 2] = 0.0, -256.0 * y1, 256.0 * x1
+        planes[NEARNESS, 0] = area
+        planes[NEARNESS, 1], planes[NEARNESS, 2] = inverse_w[b] / inverse_w[a], inverse_w[c] / inverse_w[a]
         for k in range(varyings.shape[1]):
-            va, vb, vc = varyings[a, k] * inverse_w[a], varyings[b, k] * inverse_w[b], varyings[c, k] * inverse_w[c]
-            row = VARYINGS + k
-            planes[row, 0], planes[row, 1], planes[row, 2] = plane(va, vb, vc, x1, y1, x2, y2, scale)
+            row, first = VARYINGS + k, float(varyings[a, k])
+            planes[row, 0], planes[row, 1], planes[row, 2] = first, varyings[b, k] - first, varyings[c, k] - first
     return 0.5 - x0 / 256.0, 0.5 - y0 / 256.0
 
 
@@ -97,7 +98,7 @@ def _span(e0: Any, e1: Any, e2: Any, step0: Any, step1: Any, step2: Any, left: A
 
 
 def _row_values(planes: Any, to_x: Any, to_y: Any, values: Any) -> None:
-    """Values of all planes at the start of a row; their steps along x are column 1 of ``planes``."""
+    """Values of the planes at the start of a row; their steps along x are column 1 of ``planes``."""
     for k in range(len(values)):
         values[k] = planes[k, 0] + planes[k, 1] * to_x + planes[k, 2] * to_y
 
@@ -127,7 +128,7 @@ def _visible(
             table[base + FRONT] = made[t, 3]
             for row in range(rows):
                 at = base + PLANES + 3 * row
-                table[at] = planes[row, 0] + planes[row, 1] * to_x
+                table[at] = planes[row, 0] + (planes[row, 1] * to_x if row < NEARNESS else 0.0)
                 table[at + 1] = planes[row, 1]
                 table[at + 2] = planes[row, 2]
         ids[k] = slot

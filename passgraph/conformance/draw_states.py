@@ -118,6 +118,8 @@ def cases() -> Iterator[Case]:
         yield _case(f"polygon offset {offset[0]:g}, {offset[1]:g}", polygon_offset=offset, depth_compare="less_equal")
     stencil = Stencil("always", passed="increment", depth_fail="zero")
     yield Case(GROUP, "discard", partial(stencil_seen, soup(24, 11), fragment="holes", stencil=stencil), SIZE)
+    # In order, fragment by fragment, w as different as in "cull none, lean".
+    yield Case(GROUP, "discard, lean", partial(over, soup(24, 11), fragment="holes", vertex="lean"), SIZE)
     yield Case(GROUP, "several targets", several_targets, SIZE)
     yield Case(GROUP, "depth only", lambda: {"depth": _depth_only()}, SIZE)
     yield Case(GROUP, "clears", clears, SIZE)

@@ -46,12 +46,15 @@ CLIP_ULP = 4.0
 #: differences (1 each), a product (1), their difference (1), the area (two products and a difference, 3) and the
 #: quotient (2.5), with the way to the pixel a product (1) and a sum (1): 11.5.
 PLANE_UNITS = 11.5
-#: What planes are evaluated in: float32 by drivers, from the corner of the picture on; float64 where rule 5 holds.
+#: What planes are evaluated in: float32 by drivers, from the corner of the picture on; float64 where rule 5 holds, and
+#: then of depths only, as what is interpolated in perspective comes from the edges.
 DRIVER_UNIT, OWN_UNIT = ULP, 2.0**-52
 #: How far off a corner is of which nothing is known, in pixels: far beyond every picture, products of it finite.
 ANYWHERE_PX = 1e18
 #: Beside the largest 1/w of a triangle, one so many times smaller may be flushed to 0.
 FLUSHED = 2.0**-126
+#: The same of drivers, which have 1/w as it is.
+LARGEST_W = 2.0**126
 
 
 @dataclass(frozen=True)
@@ -106,7 +109,8 @@ def triangles(vertices: Corners, indices: Ints, size: tuple[int, int], state: Dr
     if snapped:
         x, y, off = _snapped(x, y, off)
     else:
-        off += SNAP_PX
+        # Where 1/w is less than the smallest normal float, drivers may have 0 instead, and no place on the screen.
+        off = np.where(np.abs(w) + w_off > LARGEST_W, ANYWHERE_PX, off + SNAP_PX)
     depth, depth_off = ratio[:, 2] * 0.5 + 0.5, ratio_off[:, 2] * 0.5 + WINDOW_ULP * ULP
     inverse_w, inverse_w_off = 1.0 / w, w_off / (np.abs(w) * room) + 2.5 * ULP / np.abs(w)
     at = [a[corners] for a in (x, y, off, depth, depth_off, inverse_w, inverse_w_off)]
@@ -275,7 +279,7 @@ def depth_of(found: Triangles, fragments: Fragments) -> Interval:
     middle = np.einsum("nk,nk->n", fragments.weights, depth)
     off = (
         _spread(fragments.off, depth, middle)
-        + found.depth_off[at].max(axis=1)
+        + _shared(fragments.weights, fragments.off, found.depth_off[at])
         + INTERPOLATION_ULP * ULP * np.abs(depth).max(axis=1)
         + _plane_off(found, found.depth)[at]
     )
@@ -289,6 +293,12 @@ def _spread(weights_off: Float64, corners: Float64, middle: Float64) -> Float64:
     """What weights that are off (their sum is not) do to an interpolated value."""
     apart = np.abs(corners - middle[:, None])
     return np.asarray(np.einsum("nk->n", np.where(apart > 0, weights_off * apart, 0.0)))
+
+
+def _shared(weights: Float64, weights_off: Float64, corners_off: Float64) -> Float64:
+    """What corners that are off do to an interpolated value: each by its share."""
+    shares = np.abs(weights) + weights_off
+    return np.asarray(np.einsum("nk->n", np.where(corners_off > 0, shares * corners_off, 0.0)))
 
 
 def _plane_off(found: Triangles, corners: Float64) -> Float64:
@@ -310,26 +320,29 @@ def _plane_size(found: Triangles, corners: Float64) -> Float64:
 def varying_of(found: Triangles, fragments: Fragments, columns: slice) -> Interval:
     """Perspective interpolation of some columns, (n, columns)."""
     at = fragments.triangle
-    inverse_w, inverse_w_off = found.inverse_w[at], found.inverse_w_off[at]
+    inverse_w = found.inverse_w[at]
+    inverse_w_off = found.inverse_w_off[at] + FLUSHED * inverse_w.max(axis=1, keepdims=True)
     over_w = fragments.weights * inverse_w
     total = over_w.sum(axis=1)
     weights = over_w / total[:, None]
-    total_off = _spread(fragments.off, inverse_w, total) + inverse_w_off.max(axis=1)
-    plane_off = _plane_off(found, found.inverse_w)[at] + FLUSHED * inverse_w.max(axis=1)
+    total_off = _spread(fragments.off, inverse_w, total) + _shared(fragments.weights, fragments.off, inverse_w_off)
+    plane_off = _plane_off(found, found.inverse_w)[at]
     room = np.abs(total) - total_off
     own = fragments.off * np.abs(inverse_w) + np.abs(fragments.weights) * inverse_w_off
     off = (own + np.abs(weights) * total_off[:, None]) / np.where(room > 0, room, 0.0)[:, None]
     vertices = found.rows.values[:, columns][found.corners]
     corners = vertices[at]
-    corners_off = found.rows.errors[:, columns][found.corners[at]].max(axis=1)
+    corners_off = found.rows.errors[:, columns][found.corners[at]]
     made = np.einsum("nk,nkc->nc", weights, corners)
     parts: list[Float64] = []
     for c in range(corners.shape[2]):
         spread = _spread(off, corners[:, :, c], made[:, c])
         rounding = INTERPOLATION_ULP * ULP * np.abs(corners[:, :, c]).max(axis=1)
-        # v/w and 1/w may be evaluated as planes: what rounds there is large near the eye and where planes are steep.
-        planes = _plane_off(found, vertices[:, :, c] * found.inverse_w)[at] + np.abs(made[:, c]) * plane_off
-        parts.append(spread + corners_off[:, c] + rounding + planes / np.where(room > 0, room, np.nan))
+        parts.append(spread + _shared(weights, off, corners_off[:, :, c]) + rounding)
+        if not found.snapped:
+            # Planes of v/w and 1/w: what rounds there is large near the eye and where planes are steep.
+            planes = _plane_off(found, vertices[:, :, c] * found.inverse_w)[at] + np.abs(made[:, c]) * plane_off
+            parts[-1] += planes / np.where(room > 0, room, np.nan)
     error = np.stack(parts, axis=1) if parts else np.zeros_like(made)
     strange = ~np.isfinite(made + error)
     low, high = np.where(strange, -np.inf, made - error), np.where(strange, np.inf, made + error)

@@ -157,17 +157,18 @@ MUTANTS = (
         "clear_colour(value, texture.format.channels, False)",
         "draw states/draw into rgba8_srgb",
     ),
-    _g(
-        "passes",
+    Mutant(
+        "backends/base.py",
         "[names.index(use.name) for use in program.images]",
         "list(range(len(program.images)))",
-        "language/",
+        "gl",
+        ("language/",),
         harmless="images of a step are in the order of its program wherever plans come from",
     ),
     _g(
         "passes",
-        "self.order += _order(step, step.fragment)",
-        "self.order += _order(step, step.fragment)[::-1]",
+        "image_order(step, step.vertex) + image_order(step, step.fragment)",
+        "image_order(step, step.vertex) + image_order(step, step.fragment)[::-1]",
         "effects/soft-shadow",
     ),
     _g("passes", "        program.send_guard(gl, self.guard)\n", "", *SEEN),

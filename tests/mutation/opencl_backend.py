@@ -146,8 +146,8 @@ MUTANTS = (
     _o("pixels.cl", "return value - (d.y < 0 || (d.y == 0 && d.x > 0) ? 0 : 1);", "return value;", *EDGES),
     _o(
         "pixels.cl",
-        "long low1 = pg_lowered(c, a), low2",
-        "long low1 = 0, low2",
+        "low1 = pg_lowered(c, a), low2",
+        "low1 = 0, low2",
         "draw states/",
         "coverage/",
     ),

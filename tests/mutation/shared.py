@@ -210,7 +210,7 @@ MUTANTS = (
         "return x / 12.92 if x <= 0.04045 else", "return x / 12.92 if x <= 0.4045 else", "language/stored", "pictures/"
     ),
     # The plan: results are known to the bit, whatever is optimised
-    _plan("plan/emit.py", "return a[1] < b[0] or b[1] < a[0]", "return a[1] <= b[0] or b[1] <= a[0]"),
+    _plan("plan/emit.py", "self.busy[0][0] < first:", "self.busy[0][0] <= first:"),
     _plan("plan/emit.py", "spans[resource] = (first, index)", "spans[resource] = (first, first)"),
     _plan(
         "plan/emit.py",
@@ -222,14 +222,23 @@ MUTANTS = (
         "return {r for step in steps if not step.static for r in step.reads if r in static}",
         "return set()",
     ),
-    _plan("plan/emit.py", "or any(not v.static for v in values)", "or False"),
+    _plan(
+        "plan/emit.py",
+        "if any(isinstance(v, (Value, Derived)) and not v.static for v in step.values.values()):",
+        "if False:",
+    ),
     _plan("plan/emit.py", "changing = with_history | {", "changing = {"),
     _plan("plan/emit.py", "if (load.content, node) in copies:", "if False:"),
     _plan("plan/fuse.py", "not consumer.program.image(name).pointwise or", "False or"),
-    _plan("plan/fuse.py", "if any(t in wanted for t in made):", "if False:"),
-    _plan("plan/fuse.py", "if readers != [consumer]:", "if False:"),
-    _plan("plan/order.py", "graph.add_edges_from((r, lowered.node) for r in others)", "pass"),
-    _plan("plan/order.py", "if shared or waits:", "if waits:"),
+    _plan(
+        "plan/fuse.py",
+        "if any(Target(spec, producer.node, slot) in known.wanted for slot, spec in enumerate(producer.node.into)):",
+        "if False:",
+    ),
+    _plan("plan/fuse.py", "if known.readers[producer.node] != {consumer.node}:", "if False:"),
+    _plan("plan/order.py", "waiting.add_edges_from((r, draw) for _, draw, others in before for r in others)", "pass"),
+    _plan("plan/order.py", "if content in kept or any(content in drawn_over(r) for r in others):", "if False:"),
+    _plan("plan/order.py", "if any(nx.has_path(graph, draw, r) for r in others):", "if False:"),
     _plan(
         "plan/specialise.py",
         "*(work.final[s] for s in history)",

@@ -20,10 +20,10 @@ CHOSEN = (
     "return y * (1.0 - a) + x * a",
     '[f"{whole} <= {count}"] * high',
     "return floor(min(max(0.0, x), 1.0) * 255.0 + 0.5) / 255.0",
-    "return a[1] <= b[0] or b[1] <= a[0]",
+    "self.busy[0][0] <= first:",
     "f\"{value} * {factors[factor.removeprefix('one_minus_')]}\"",
     "return value;",
-    "float t = e / (e - d);",
+    "share = d / (d - e), rest = -e / (d - e);",
 )
 
 
