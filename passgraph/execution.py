@@ -307,31 +307,30 @@ class Uniforms:
             base, _, path = slot.name.rpartition("/")
             parameter, *fields = path.split(".")
             key = f"{base}/{parameter}" if base else parameter
-            entry = (slot, key, fields)
+            block = self.floats if slot.block == "float" else self.ints
+            place = block[slot.offset : slot.offset + slot.count]
+            entry = (key, fields, place, slot.type, f"{slot.name} of pass {step.name!r}")
             value = step.values[key]
             (self.changing if isinstance(value, (Value, Derived)) else self.constant).append(entry)
         for entry in self.constant:
-            self._store(entry, step.values[entry[1]])
+            self._store(entry, step.values[entry[0]])
 
     def _store(self, entry: Any, value: object) -> None:
-        slot, key, fields = entry
-        for name in fields:
-            if not hasattr(value, name):
-                raise InputError(f"{key!r} needs a field {name!r}, which {type(value).__name__} lacks")
-            value = getattr(value, name)
-        target = self.floats if slot.block == "float" else self.ints
-        target[slot.offset : slot.offset + slot.count] = components(
-            value, slot.type, f"{slot.name} of pass {self.step.name!r}"
-        )
+        key, fields, place, type_, name = entry
+        for field in fields:
+            if not hasattr(value, field):
+                raise InputError(f"{key!r} needs a field {field!r}, which {type(value).__name__} lacks")
+            value = getattr(value, field)
+        place[:] = components(value, type_, name)
 
     def pack(self, values: dict[Any, object]) -> Block:
         """The block for this run."""
         for entry in self.changing:
-            handle = self.step.values[entry[1]]
-            self._store(entry, self.overrides.get((self.step.name, entry[1]), resolve(handle, values)))
+            handle = self.step.values[entry[0]]
+            self._store(entry, self.overrides.get((self.step.name, entry[0]), resolve(handle, values)))
         if self.overrides:
             for entry in self.constant:
-                key = (self.step.name, entry[1])
+                key = (self.step.name, entry[0])
                 if key in self.overrides:
                     self._store(entry, self.overrides[key])
         return self.block

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,7 +12,8 @@ from numpy.typing import NDArray
 from passgraph.arguments import LARGEST_FLOAT, numbers, shown
 from passgraph.errors import InputError
 from passgraph.language.operations import INT_MAX, INT_MIN, UINT_MAX
-from passgraph.language.types import FLOAT, Array, Matrix, Type, component_count, element_of
+from passgraph.language.symbols import CONSTANTS
+from passgraph.language.types import Array, Matrix, Type, component_count, element_of
 
 if TYPE_CHECKING:
     from passgraph.language.scalar import ScalarProgram
@@ -21,13 +23,23 @@ if TYPE_CHECKING:
 LIMITS = {"float": (-LARGEST_FLOAT, LARGEST_FLOAT), "int": (INT_MIN, INT_MAX), "bool": (0, 1)}
 #: From here on a float64 rounds to infinity as a float32: half a step above the largest.
 FLOAT_END = LARGEST_FLOAT + 2.0**103
-#: Up to so many numbers a loop of Python's is quicker than NumPy's functions.
-FEW = 4
+#: Types of arrays, as letters of NumPy's, of which a component holds every number: they get no look at all.
+HELD = {"float": "?bBhHiIlLqQef", "int": "?bBhHi", "bool": "?"}
+#: Types of arrays whose numbers are looked at; what is left over gets the long look.
+LOOKED_AT = {"float": "d", "int": "IlLqQ", "bool": ""}
+#: Types of values that are plain: compared by themselves, so that no method of a stranger's runs.
+_NUMBERS = frozenset((float, int, bool))
+_WHOLE = frozenset((int, bool))
+_SCALARS = frozenset(np.dtype(letter).type for letter in HELD["float"] + "d")
+_ROWS = frozenset((tuple, list, *CONSTANTS))
+#: Up to so many numbers Python's functions are quicker than NumPy's.
+FEW = 16
 
 
 def components(value: object, type_: Type, name: str) -> NDArray[np.float64]:
     """A host value in component order (matrices ``m[row][column]`` on the host become columns).
 
+    The result may be the value's own memory: to be read at once.
     Ints from 2147483648 to 4294967295 are bit patterns, as in kernels: they mean the int with these bits.
 
     Raises
@@ -36,45 +48,71 @@ def components(value: object, type_: Type, name: str) -> NDArray[np.float64]:
         When shape, kind or range do not fit, naming the parameter.
     """
     # Every run packs its values: what is plainly right must cost little.
-    if type_ is FLOAT and type(value) is float and -LARGEST_FLOAT <= value <= LARGEST_FLOAT:
-        return np.array((value,))
+    kind = type(value)
+    found = None
+    if kind is np.ndarray:
+        found = _of_array(value, type_)  # type: ignore[arg-type]
+    elif kind in _NUMBERS:
+        found = _of_numbers((value,), type_)
+    elif kind in _SCALARS:
+        found = _of_numbers((value.item(),), type_)  # type: ignore[attr-defined]
+    elif kind in _ROWS:
+        if len(value) <= FEW:  # type: ignore[arg-type]
+            found = _of_numbers(value, type_)  # type: ignore[arg-type]
+        if found is None:
+            found = _of_rows(value, type_)
+    return _looked_through(value, type_, name) if found is None else found
+
+
+def _of_numbers(given: Sequence[Any], type_: Type) -> NDArray[np.float64] | None:
+    """Python's own numbers as components; None where any is something else or out of range."""
+    if len(given) != component_count(type_):
+        return None
+    element = element_of(type_).name
+    low, high = LIMITS[element]
+    kinds = _NUMBERS if element == "float" else _WHOLE
+    for number in given:
+        if type(number) not in kinds or not low <= number <= high:
+            return None
+    return np.array(given, np.float64)
+
+
+def _of_rows(given: object, type_: Type) -> NDArray[np.float64] | None:
+    """Many numbers, numbers in rows, and numbers of NumPy's in a row."""
     try:
-        array = np.asarray(value) if type(value) in _PLAIN else None
+        array = np.asarray(given)
     except (ValueError, OverflowError):
-        array = None
-    if array is not None and array.dtype.kind in "biuf":
-        found = _in_order(array, type_)
-        if found is not None and _fits(found, array.dtype.kind, type_):
-            return found
-    return _looked_through(value, type_, name)
+        return None
+    return _of_array(array, type_)
 
 
-_PLAIN = frozenset((float, int, bool, tuple, list, np.ndarray))
+def _of_array(array: NDArray[Any], type_: Type) -> NDArray[np.float64] | None:
+    """An array's numbers as components; None where it holds something else, too many or what is out of range."""
+    element, kind = element_of(type_).name, array.dtype.char
+    held = kind in HELD[element]
+    if not held and kind not in LOOKED_AT[element]:
+        return None
+    wide = _in_order(array, type_)
+    return wide if held or (wide is not None and _fits(wide, element)) else None
 
 
 def _in_order(array: NDArray[Any], type_: Type) -> NDArray[np.float64] | None:
     """The components, flat, as float64; None where their number is another one."""
-    if isinstance(type_, Matrix) and array.shape == (type_.size, type_.size):
-        array = array.T
-    if isinstance(type_, Array) and isinstance(type_.element, Matrix) and array.ndim == 3:
-        array = np.swapaxes(array, 1, 2)
-    return array.ravel().astype(np.float64) if array.size == component_count(type_) else None
+    if array.size != component_count(type_):
+        return None
+    if array.ndim > 1:
+        if isinstance(type_, Matrix) and array.shape == (type_.size, type_.size):
+            array = array.T
+        elif isinstance(type_, Array) and isinstance(type_.element, Matrix) and array.ndim == 3:
+            array = np.swapaxes(array, 1, 2)
+    return array.ravel().astype(np.float64, copy=False)
 
 
-def _fits(wide: NDArray[np.float64], kind: str, type_: Type) -> bool:
-    element = element_of(type_).name
-    if kind == "f" and element != "float":
-        return False
+def _fits(wide: NDArray[np.float64], element: str) -> bool:
     low, high = LIMITS[element]
-    if wide.size > FEW and element == "float":
-        # No square is above the sum of all; NaN is below nothing.  Unlike dot, vdot warns of no overflow.
-        return bool(np.vdot(wide, wide) <= high**2)
-    if wide.size > FEW:
-        return bool(low <= wide.min() and wide.max() <= high)
-    for number in wide.tolist():  # noqa: SIM110 (a generator takes twice as long)
-        if not low <= number <= high:
-            return False
-    return True
+    # No number is farther from 0 than all together; NaN is below nothing.  Unlike dot, vdot warns of no overflow.
+    far = math.hypot(*wide.tolist()) if wide.size <= FEW else math.sqrt(np.vdot(wide, wide))
+    return far <= high or bool(low <= wide.min() and wide.max() <= high)
 
 
 def _looked_through(value: object, type_: Type, name: str) -> NDArray[np.float64]:

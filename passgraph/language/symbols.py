@@ -168,6 +168,10 @@ TYPE_MARKERS: dict[object, str] = {
 }  # fmt: skip
 
 
+#: Vectors and matrices on the host: flat tuples.
+CONSTANTS = tuple(kind for kind in TYPE_MARKERS if isinstance(kind, type) and issubclass(kind, _Constant))
+
+
 def _functions(names: str) -> dict[str, Symbol]:
     return {name: Symbol(name) for name in names.split()}
 

@@ -29,8 +29,10 @@ BORDERS = ("clamp", "zero", "repeat", "mirror")
 FORMATS = ("r32f", "rg32f", "rgba32f", "rgba16f", "rgba8", "r8", "rgba8_srgb", "rgba16")
 #: Nothing but one pixel, one row, one column, primes, more than a vector, a round number.
 SIZES = ((1, 1), (1, 13), (17, 1), (7, 5), (31, 3), (64, 4), (67, 11))
-#: A child may take this for one kernel, every case of it: seconds.  oclgrind interprets.
-SECONDS = 120
+#: A child may compute this long for one kernel, every case of it: seconds of all its threads.
+SECONDS = 240
+#: And say nothing for so long, where it waits, or others have the machine.
+SILENT_SECONDS = 1200
 #: Kernels that one child runs.
 KERNELS_A_CHILD = 25
 #: Address space of a child on numpy; drivers need more than this for themselves.
@@ -260,6 +262,13 @@ def reason(error: Exception) -> str:
     return "".join("#" if letter.isdigit() else letter for letter in first)[:70]
 
 
+def compute_at_most(seconds: float) -> None:
+    """End this process (SIGXCPU) once it has computed so much longer."""
+    spent = resource.getrusage(resource.RUSAGE_SELF)
+    limit = int(spent.ru_utime + spent.ru_stime + seconds) + 1
+    resource.setrlimit(resource.RLIMIT_CPU, (limit, resource.RLIM_INFINITY))
+
+
 def child(seeds: range, backend: str, runs: int) -> None:
     """Run kernels one by one and print a line of JSON before and after each."""
     from tests.hostile.guard import check_rooms, guarded
@@ -268,13 +277,16 @@ def child(seeds: range, backend: str, runs: int) -> None:
         resource.setrlimit(resource.RLIMIT_AS, (BYTES, BYTES))
     with guarded() if backend == "numpy" else nullcontext():
         for seed in seeds:
+            compute_at_most(SECONDS)
             print(json.dumps({"begin": seed}), flush=True)
             cases, why = run_one(seed, backend, runs)
             check_rooms()
             print(json.dumps({"end": seed, "cases": cases, "refused": why}), flush=True)
 
 
-def run(seeds: range, backend: str, runs: int = 2, seconds: float = SECONDS, wrapper: tuple[str, ...] = ()) -> Tally:
+def run(
+    seeds: range, backend: str, runs: int = 2, seconds: float = SILENT_SECONDS, wrapper: tuple[str, ...] = ()
+) -> Tally:
     """Every kernel of these seeds, in children; ``wrapper`` is put before Python (oclgrind)."""
     tally, left = Tally(), list(seeds)
     while left:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import signal
 import sys
 from pathlib import Path
 
@@ -74,6 +75,13 @@ def test_a_child_that_goes_on_too_long_is_ended() -> None:
     forever = (sys.executable, "-c", "import time\nwhile True: time.sleep(1)")
     _, status, _ = kernels._child_told(range(1), "numpy", 1, 1.0, forever)
     assert status == "still running after 1.0 s"
+
+
+def test_a_child_that_computes_too_long_is_ended() -> None:
+    """By the time that it had a core: on a busy machine nobody is ended for waiting."""
+    text = "from tests.hostile import kernels\nkernels.compute_at_most(0.0)\nwhile True: pass"
+    _, status, _ = kernels._child_told(range(1), "numpy", 1, 600.0, (sys.executable, "-c", text))
+    assert status == f"exit status {-signal.SIGXCPU}"
 
 
 def test_a_child_that_dies_tells_how() -> None:

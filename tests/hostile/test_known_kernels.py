@@ -208,11 +208,18 @@ def test_tables_of_several_lengths_and_an_array_meet_in_one_kernel(backend: str)
 
 
 def test_a_table_is_read_once_however_often_it_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What each further mention costs are the literals of its line."""
     from passgraph.language import scope
 
     made = []
     number = scope.number
     monkeypatch.setattr(scope, "number", lambda value, span: made.append(value) or number(value, span))
-    text = "T = (" + "1, " * 1024 + ")\n" + body("x = 0.0\n" + "x += T[0] + T[1] + T[2]\n" * 50 + "return vec4(x)")
-    pg.kernel(source=text, name="k")
-    assert len(made) < 2 * 1024
+
+    def numbers_of(lines: int) -> int:
+        made.clear()
+        sums = "x += T[0] + T[1] + T[2]\n" * lines
+        pg.kernel(source="T = (" + "1, " * 1024 + ")\n" + body("x = 0.0\n" + sums + "return vec4(x)"), name="k")
+        return len(made)
+
+    assert numbers_of(1) >= 1024
+    assert numbers_of(50) - numbers_of(1) < 49 * 10
