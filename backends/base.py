@@ -10,14 +10,16 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from passgraph.backends.turn import Turn, turn_of
 from passgraph.formats import Format
 from passgraph.graph import Geometry
 from passgraph.plan.data import DrawStep, PixelStep
+from passgraph.plan.limits import Limits
 
 if TYPE_CHECKING:
     from passgraph.language.scalar import ScalarProgram
@@ -86,6 +88,17 @@ class Backend(ABC):
     #: Whether corners are rounded to the grid of docs/rasterisation.md before anything is computed from them.
     #: Where the grid is a driver's own, bounds allow for a step of it.
     snaps: ClassVar[bool] = True
+    #: Whether it computes pictures; one that only plans makes none to look at.
+    computes: ClassVar[bool] = True
+    #: What the open device takes.  Fusion stops there, and a plan that still holds more is refused before it is made.
+    limits: Limits = Limits()
+    #: Held by whoever uses the backend; programs hold it over each call.
+    turn: Turn
+
+    def __new__(cls, *_: Any, **__: Any) -> Self:
+        made = super().__new__(cls)
+        made.turn = turn_of(made, getattr(cls, "name", cls.__name__))
+        return made
 
     def __init__(self, device: str | None = None) -> None:
         """Open ``device`` (a number or a part of its name; None takes the first).
@@ -132,7 +145,8 @@ class Backend(ABC):
         """Compile a draw."""
 
     def running(self) -> AbstractContextManager[None]:
-        """Around the passes of one run, between which nobody else uses the device: what they share is done once."""
+        """Around the transfers and passes of one run, between which nobody else uses the device: what they share is
+        done once."""
         return nullcontext()
 
     def finish(self) -> None:
@@ -145,6 +159,13 @@ class Backend(ABC):
     def release_geometry(self, geometry: Any) -> None:
         """Give a mesh back, where it is more than the arrays that it came from."""
 
+    def after_fork(self) -> bool:
+        """Make ready for use in a child process, right behind a fork; False where that cannot be.
+
+        Every use there is then refused with an error.  Threads other than the one that forked are gone.
+        """
+        return False
+
     @abstractmethod
     def close(self) -> None:
         """Give everything back; idempotent."""
@@ -154,6 +175,15 @@ class Backend(ABC):
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def device_number(device: str) -> int | None:
+    """A device given by its number; None for a part of a name, and for digits that are none of ASCII's.
+
+    >>> device_number("1"), device_number("²"), device_number("tesla")
+    (1, None, None)
+    """
+    return int(device) if device.isascii() and device.isdigit() and len(device) <= 4 else None
 
 
 def clear_colour(clear: tuple[float, ...], channels: int, srgb: bool) -> tuple[float, ...]:

@@ -40,6 +40,7 @@ class NullBackend(Backend):
     """
 
     name: ClassVar[str] = "null"
+    computes: ClassVar[bool] = False
 
     def __init__(self, device: str | None = None) -> None:
         self.compiled: list[str] = []
@@ -80,6 +81,9 @@ class NullBackend(Backend):
     def release(self, storage: NullStorage) -> None:
         if storage in self.storages:
             self.storages.remove(storage)
+
+    def after_fork(self) -> bool:
+        return True
 
     def close(self) -> None:
         self.storages.clear()

@@ -196,6 +196,8 @@ class Printer(ABC):
         zeros = {"bool": "false", "int": "0", "float": "0.0" + self.float_suffix}
         for name, type_ in self.program.variables:
             self.line(f"{self.declared(type_)} {name} = {zeros[type_]};")
+        for name, type_, length in self.program.arrays:
+            self.line(f"{self.declared(type_)} {name}[{length}];")
 
     # Instructions
 
@@ -226,6 +228,10 @@ class Printer(ABC):
             self.value(i.to, i.variable)
         elif isinstance(i, s.Write):
             self.line(f"{i.variable} = {self.operand(i.value)};")
+        elif isinstance(i, s.ReadAt):
+            self.value(i.to, f"{i.array}[{self.operand(i.index)}]")
+        elif isinstance(i, s.WriteAt):
+            self.line(f"{i.array}[{self.operand(i.index)}] = {self.operand(i.value)};")
         elif isinstance(i, s.If):
             self.branch(i)
         elif isinstance(i, s.For):
@@ -244,9 +250,24 @@ class Printer(ABC):
     def loop(self, i: s.For) -> None:
         index = f"v{i.index.id}"
         self.name(i.index, index)
+        if i.wraps:
+            self._counted_loop(i, index)
+            return
         start, stop, step = (self.int_literal(n) for n in (i.start, i.stop, i.step))
         compare = "<" if i.step > 0 else ">"
         self.line(f"for (int {index} = {start}; {index} {compare} {stop}; {index} += {step}) {{")
+        self.indented(i.body)
+        self.line("}")
+
+    def _counted_loop(self, i: s.For, index: str) -> None:
+        """Trips are counted where the index would leave 32 bits behind the last one."""
+        trip, step = s.Lit("int", i.trips), s.Lit("int", i.step)
+        add, multiply = (OPERATIONS[name].spell("int", self.target) for name in ("add", "mul"))
+        moved = multiply.format(f"{index}t", self.literal(step))
+        self.line(f"for (int {index}t = 0; {index}t < {self.literal(trip)}; ++{index}t) {{")
+        self.depth += 1
+        self.line(f"int {index} = {add.format(self.int_literal(i.start), moved)};")
+        self.depth -= 1
         self.indented(i.body)
         self.line("}")
 

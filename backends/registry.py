@@ -65,6 +65,6 @@ def open_backend(name: str | None = None) -> Backend:
     BackendError
         For an unknown name; DeviceMissingError with the install command where a driver is missing.
     """
-    full = name or os.environ.get(DEFAULT_VARIABLE) or "numpy"
+    full = (os.environ.get(DEFAULT_VARIABLE) or "numpy") if name is None else name
     base, _, device = full.partition(":")
     return backend_class(base)(device or None)

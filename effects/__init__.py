@@ -4,7 +4,8 @@ Reading order: black_and_white, tone_map, blur, bloom; then soft shadows: geomet
 g_buffer, shadow_map, shadow_filters, shadow_light, lighting, shadow_blur, soft_shadow; then
 five_pass_blur, five_pass; planar_matrices, planar_kernels, planar_draws, planar; contact; horizon_occlusion,
 hemisphere_occlusion, occlusion_filter, ambient_occlusion; lens; light2d.
-`passgraph.effects.registry` lists those that the command line has, with their parameters.
+`passgraph.effects.registry` lists those that the command line has, with their parameters; `passgraph.effects.checked`
+holds arguments against it and against annotations.
 """
 
 from __future__ import annotations

@@ -11,6 +11,7 @@ import numpy as np
 
 import passgraph as pg
 from passgraph import Const, Image, vec3, vec4
+from passgraph.effects.checked import checked
 from passgraph.effects.hemisphere_occlusion import hemisphere_visibility
 from passgraph.effects.horizon_occlusion import horizon_visibility
 from passgraph.effects.occlusion_filter import denoise as denoise_line
@@ -117,6 +118,7 @@ class AmbientOcclusion:
     base_color: pg.Target
 
 
+@checked
 def occlusion(
     depth: pg.Target,
     normals: pg.Target,
@@ -185,6 +187,7 @@ def occlusion(
     return Occlusion(made, raw, clean, *searched)
 
 
+@checked
 def ambient_occlusion(
     scene: pg.Scene,
     *,
@@ -260,6 +263,7 @@ def ambient_occlusion(
     ).picture  # fmt: skip
 
 
+@checked
 def ambient_occlusion_passes(
     scene: pg.Scene,
     *,
@@ -303,6 +307,7 @@ def ambient_occlusion_passes(
     )
 
 
+@checked
 def occluded(
     color: pg.Target,
     depth: pg.Target,

@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import passgraph as pg
 from passgraph import Image, dot, vec3, vec4
+from passgraph.effects.checked import checked
 
 #: Luma weights of Rec. ITU-R BT.709-6, item 3.2, and of BT.601-7 for older material.
 REC709 = (0.2126, 0.7152, 0.0722)
@@ -20,6 +21,7 @@ def luma(color: Image, weights: vec3) -> vec4:
     return vec4(y, y, y, here.a)
 
 
+@checked
 def black_and_white(
     frame: pg.Target, weights: tuple[float, float, float] = REC709, into: pg.TargetSpec | None = None
 ) -> pg.Target:

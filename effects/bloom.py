@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import passgraph as pg
 from passgraph import Image, ivec2, uv, vec2, vec4
+from passgraph.effects.checked import checked
 
 #: Brightest value that glows, scene-linear: the largest float16.
 BRIGHTEST = 65504.0
@@ -62,6 +63,7 @@ def add_glow(color: Image, glow: Image, intensity: float) -> vec4:
     return vec4(c.rgb + glow.sample(uv()).rgb * intensity, c.a)
 
 
+@checked
 def bloom(
     color: pg.Target,
     threshold: float | pg.Value | pg.Derived = 1.0,

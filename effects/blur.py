@@ -10,6 +10,7 @@ from typing import Any
 
 import passgraph as pg
 from passgraph import Const, Image, vec4
+from passgraph.effects.checked import checked
 
 #: A Gaussian beyond three standard deviations holds 0.3 % of the whole.
 SIGMAS = 3.0
@@ -45,6 +46,7 @@ def _symmetric(weights: tuple[float, ...]) -> Any:
     return blur
 
 
+@checked
 def gaussian_blur(
     color: pg.Target,
     sigma_px: float = 3.0,
@@ -126,6 +128,7 @@ def _edge_aware(radius: int) -> Any:
     return blur
 
 
+@checked
 def depth_aware_blur(
     mask: pg.Target,
     depth: pg.Target,

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph import Image, mat4, vec2, vec3, vec4
 from passgraph.effects.batches import merged
+from passgraph.effects.checked import checked
 from passgraph.effects.contact_map import ContactMap, Darkness, check_darkness, contact_map, floor_nodes
 from passgraph.effects.geometry import unpack_normal, view_ray
 from passgraph.effects.passes import picture_of
@@ -95,6 +96,7 @@ class Contact:
     scene: SoftShadow
 
 
+@checked
 def contact_passes(
     scene: pg.Scene,
     *,

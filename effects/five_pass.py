@@ -12,6 +12,7 @@ import numpy as np
 import passgraph as pg
 from passgraph import Const, Image, discard, length, mat3, mat4, output_size, pixel, vec2, vec3, vec4
 from passgraph.effects.batches import Batch, batches
+from passgraph.effects.checked import checked
 from passgraph.effects.five_pass_blur import BlurKernel, WeightsFrom, blur_mask
 from passgraph.effects.g_buffer import Surface, place, sided
 from passgraph.effects.geometry import facing
@@ -107,6 +108,7 @@ def lit(
     return vec4(made, 1.0)
 
 
+@checked
 def five_pass_targets(
     scene: pg.Scene,
     *,

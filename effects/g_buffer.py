@@ -17,6 +17,7 @@ from passgraph import (
     floor,
     front_facing,
     ivec2,
+    length,
     mat3,
     mat4,
     normalize,
@@ -24,8 +25,9 @@ from passgraph import (
     vec3,
     vec4,
 )
-from passgraph.effects.batches import Batch, batches, is_textured
+from passgraph.effects.batches import Batch, batches, is_textured, texels_of
 from passgraph.effects.geometry import pack_normal
+from passgraph.effects.mip_maps import Use, full_size, level_of, mipped, pixel_extent
 from passgraph.effects.textures import TextureInputs
 from passgraph.effects.views import View
 
@@ -99,9 +101,8 @@ def parallax(heights: Image, surface: Surface, n: vec3, scale: float) -> vec2:
 
 
 @pg.function
-def bent(normals: Image, at: vec2, surface: Surface, n: vec3) -> vec3:
-    """The normal that a normal map gives."""
-    texel = normals.sample(at).xyz * 2.0 - 1.0
+def bent(texel: vec3, surface: Surface, n: vec3) -> vec3:
+    """The normal that a normal map gives, of whose texel x, y, z are -1..1."""
     t = normalize(surface.tangent.xyz)
     return normalize(t * texel.x + cross(n, t) * (surface.tangent.w * texel.y) + n * texel.z)
 
@@ -120,7 +121,10 @@ def plain(
 @pg.fragment
 def textured(
     surface: Surface, base_map: Image, normal_map: Image, height_map: Image, height_scale: float,
-    has_base: Const[bool], has_normals: Const[bool], has_heights: Const[bool],
+    base_levels: Image, base_size: vec2, base_count: Const[int], base_wrap: Const[int],
+    normal_levels: Image, normal_size: vec2, normal_count: Const[int], normal_wrap: Const[int],
+    normal_finer: Const[float],
+    has_base: Const[bool], has_normals: Const[bool], has_heights: Const[bool], pixel: float,
     double_sided: Const[bool], receives: Const[float], masked: Const[bool], cutoff: float,
 ) -> tuple[vec4, vec4, float]:  # fmt: skip
     """A surface with any of base colour, normal and height map."""
@@ -129,13 +133,17 @@ def textured(
     if has_heights:
         at = parallax(height_map, surface, n, height_scale)
     color = surface.color
+    texels = length(surface.tangent.xyz) * pixel_extent(surface.view, n, pixel)
     if has_base:
-        color = color * base_map.sample(at)
+        level = level_of(texels)
+        color = color * mipped(base_map, base_levels, base_size, base_count, base_wrap, at, level)
     if masked and color.a < cutoff:
         discard()
     shown = n
     if has_normals:
-        shown = bent(normal_map, at, surface, n)
+        level = level_of(texels * normal_finer)
+        texel = mipped(normal_map, normal_levels, normal_size, normal_count, normal_wrap, at, level).xyz
+        shown = bent(texel * 2.0 - 1.0, surface, n)
     return vec4(color.rgb, receives), vec4(pack_normal(shown), pack_normal(n)), -surface.view.z
 
 
@@ -146,9 +154,14 @@ def tinted(surface: Surface) -> vec4:
 
 
 @pg.fragment
-def tinted_textured(surface: Surface, base_map: Image) -> vec4:
+def tinted_textured(
+    surface: Surface, base_map: Image, base_levels: Image, base_size: vec2, base_count: Const[int],
+    base_wrap: Const[int], pixel: float,
+) -> vec4:  # fmt: skip
     """A translucent surface with a base colour map."""
-    return surface.color * base_map.sample(surface.uv)
+    extent = pixel_extent(surface.view, normalize(surface.normal), pixel)
+    level = level_of(length(surface.tangent.xyz) * extent)
+    return surface.color * mipped(base_map, base_levels, base_size, base_count, base_wrap, surface.uv, level)
 
 
 @dataclass(frozen=True)
@@ -204,7 +217,7 @@ def _draw(
         "masked": material.alpha_mode == "mask", "cutoff": material.alpha_cutoff, **_matrices(batch, view),
     }  # fmt: skip
     if is_textured(material):
-        maps = {
+        maps: dict[str, tuple[pg.Texture | None, Use]] = {
             "base_map": (material.base_color_texture, "base color"),
             "normal_map": (material.normal_texture, "normals"),
             "height_map": (material.height_texture, "height"),
@@ -214,13 +227,33 @@ def _draw(
         values |= {key: inputs.get(key, any_input) for key in maps}
         values |= {f"has_{word}": f"{key}" in inputs for word, key in
                    (("base", "base_map"), ("normals", "normal_map"), ("heights", "height_map"))}  # fmt: skip
-        values["height_scale"] = material.height_scale
+        values |= {"height_scale": material.height_scale, "pixel": view.pixel()}
+        values |= _levels("base", material.base_color_texture, "base color", textures, any_input)
+        values |= _levels("normal", material.normal_texture, "normals", textures, any_input)
+        values["normal_finer"] = _finer(material)
     made: tuple[pg.Target, ...] = pg.draw(
         batch.mesh, vertex=place, fragment=textured if is_textured(material) else plain, into=into,
         depth=depth, cull="none" if material.double_sided else "back",
         name=f"surfaces: {material.name if is_textured(material) else 'untextured'}", values=values,
     )  # fmt: skip
     return made
+
+
+def _levels(
+    word: str, texture: pg.Texture | None, use: Use, textures: TextureInputs, any_input: object
+) -> dict[str, object]:
+    """What kernels take beside a map, for its smaller sizes."""
+    if texture is None:
+        return {f"{word}_levels": any_input, f"{word}_size": (1.0, 1.0), f"{word}_count": 0, f"{word}_wrap": 0}
+    return {f"{word}_{name}": value for name, value in textures.levels(texture, use).items()}
+
+
+def _finer(material: pg.Material) -> float:
+    """Texels of the normal map to one of the texture that density is counted in."""
+    if material.normal_texture is None:
+        return 1.0
+    own, counted = full_size(material.normal_texture.size), texels_of(material)
+    return max(own[0] / counted[0], own[1] / counted[1])
 
 
 def _draw_translucent(
@@ -234,7 +267,8 @@ def _draw_translucent(
     values: dict[str, object] = dict(_matrices(batch, view))
     texture = batch.material.base_color_texture
     if texture is not None:
-        values["base_map"] = textures.of(texture, "base color")
+        values |= {"base_map": textures.of(texture, "base color"), "pixel": view.pixel()}
+        values |= _levels("base", texture, "base color", textures, values["base_map"])
     made: pg.Target = pg.draw(
         batch.mesh, vertex=place, fragment=tinted if texture is None else tinted_textured, into=color,
         depth=depth, depth_write=False, blend="alpha", color_mask=(True, True, True, False),

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 import passgraph as pg
 from passgraph import Image, uv, vec2, vec4
+from passgraph.effects.checked import checked
 from passgraph.effects.light2d.buffers import drawn
 from passgraph.effects.light2d.light_map import light_map
 from passgraph.effects.light2d.world import Float64, Light2D, Window
@@ -92,6 +93,7 @@ def _dried(t: Float64) -> Float64:
     return np.asarray(np.clip(8.0 - 8.0 * t, 0, 1) * (0.35 + 0.65 * np.clip(t, 0, 1) ** 6))
 
 
+@checked
 def dirty_lens(
     color: pg.Target,
     dirt: pg.Target | None = None,

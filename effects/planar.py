@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 import passgraph as pg
+from passgraph.effects.checked import checked
 from passgraph.effects.passes import picture_of
 from passgraph.effects.planar_draws import Draws
 from passgraph.effects.planar_kernels import fogged
@@ -37,6 +38,7 @@ class Planar:
     fogged: pg.Target
 
 
+@checked
 def planar_passes(
     scene: pg.Scene,
     *,

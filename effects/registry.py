@@ -10,6 +10,9 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Any, Literal
 
+from passgraph.arguments import among, shown
+from passgraph.errors import UnknownNameError
+
 ParameterType = Literal["float", "int", "bool", "choice", "rgb", "picture"]
 #: What an effect is applied to: one picture; a mask and a linear depth picture; a scene; a flat world and a size.
 Takes = Literal["picture", "picture+depth", "scene", "world2d"]
@@ -70,10 +73,10 @@ class Effect:
     def parameter(self, name: str) -> Parameter:
         """One parameter by name; KeyError names what there is."""
         for parameter in self.parameters:
-            if parameter.name == name:
+            if among(name, (parameter.name,)):
                 return parameter
         known = ", ".join(p.name for p in self.parameters) or "none"
-        raise KeyError(f"effect {self.name!r} has no parameter {name!r}; it has {known}")
+        raise UnknownNameError(f"effect {self.name!r} has no parameter {shown(name)}; it has {known}")
 
 
 _WEIGHTS = Parameter(
@@ -359,10 +362,10 @@ def effect_named(name: str) -> Effect:
     >>> effect_named("tone-map").takes
     'picture'
     """
-    if name not in EFFECTS:
+    if not among(name, EFFECTS):
         import difflib
 
-        near = difflib.get_close_matches(name, EFFECTS, n=1)
+        near = difflib.get_close_matches(shown(name), EFFECTS, n=1)
         hint = f"; did you mean {near[0]!r}?" if near else ""
-        raise KeyError(f"there is no effect {name!r}{hint} There are {', '.join(EFFECTS)}")
+        raise UnknownNameError(f"there is no effect {shown(name)}{hint} There are {', '.join(EFFECTS)}")
     return EFFECTS[name]

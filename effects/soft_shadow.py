@@ -10,6 +10,7 @@ import numpy as np
 
 import passgraph as pg
 from passgraph.effects.blur import gaussian_blur
+from passgraph.effects.checked import checked
 from passgraph.effects.g_buffer import g_buffer
 from passgraph.effects.lighting import Lighting
 from passgraph.effects.passes import picture_of
@@ -63,6 +64,7 @@ class SoftShadow:
     notes: tuple[str, ...] = ()
 
 
+@checked
 def soft_shadow_passes(
     scene: pg.Scene,
     *,
@@ -237,7 +239,7 @@ def _filter_for(scene: pg.Scene, softness: float | pg.Value | None, blur: str) -
 def _softness(given: float | pg.Value | None, lights: Sequence[pg.Value], casters: Casters) -> object:
     """The blur's half width in scene units: a number, a run value, or None for no blur at all."""
     if given is not None:
-        return given if isinstance(given, pg.Value) or given > 0.0 else None
+        return given if isinstance(given, (pg.Value, pg.Derived)) or given > 0.0 else None
     if all(isinstance(value.default, pg.Light) and value.default.radius == 0.0 for value in lights):
         return None
     sizes = [float(np.linalg.norm(node.bounds[1] - node.bounds[0])) for node in casters.shadowing_nodes()]

@@ -9,6 +9,7 @@ from typing import Literal
 
 import passgraph as pg
 from passgraph import Const, Image, clamp, exp2, log2, mix, sqrt, vec3, vec4
+from passgraph.effects.checked import checked
 
 Curve = Literal["linear", "reinhard", "hable", "aces", "agx", "pbr-neutral"]
 CURVES: tuple[Curve, ...] = ("linear", "reinhard", "hable", "aces", "agx", "pbr-neutral")
@@ -148,6 +149,7 @@ def tone(color: Image, exposure_stops: float, curve: Const[int], encode: Const[b
     return vec4(shown, min(finite(here.a), 1.0))
 
 
+@checked
 def tone_map(
     frame: pg.Target,
     exposure_stops: float | pg.Value | pg.Derived = 0.0,

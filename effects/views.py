@@ -68,6 +68,14 @@ class View:
 
         return pg.combine(tangents, self.camera, pg.OUTPUT_SIZE)
 
+    def pixel(self) -> pg.Derived:
+        """Width of a pixel at distance 1 along the view axis."""
+
+        def width(camera: pg.Camera, size: tuple[int, int]) -> float:
+            return 2.0 * tan(0.5 * camera.vertical_fov_rad) / size[1]
+
+        return pg.combine(width, self.camera, pg.OUTPUT_SIZE)
+
     def up(self) -> pg.Derived:
         """World +y in the camera's frame."""
         return self.camera.map(lambda camera: camera.view_rotation()[:3, 1])

@@ -17,9 +17,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from passgraph.arguments import function, several
 from passgraph.backends.base import Backend
 from passgraph.backends.registry import backend_names, open_backend
-from passgraph.errors import DeviceMissingError, PassgraphError
+from passgraph.errors import DeviceMissingError, InputError, PassgraphError
 from passgraph.formats import Format
 from passgraph.oracle.backend import Allowed, outside
 from passgraph.oracle.passes import Key, Passes, Picture
@@ -153,6 +154,10 @@ def compare(
     GraphError, InputError
         As for compiling and running; what a tested backend raises is in its report.
     """
+    function(progress, "progress of compare")
+    if backends is not None:
+        expected = "names of backends, or open ones"
+        backends = several(backends, (str, Backend), "backends of compare", expected, InputError)
     passes = Passes(named_outputs(outputs), None if size is None else checked_size(size, "the output"), [given])
     chosen = backends if backends is not None else [n for n in backend_names() if n not in ("reference", "null")]
     return Report(tuple(_judged(passes, backend, progress) for backend in chosen), passes.plan)

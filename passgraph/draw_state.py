@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from types import NoneType
 
+from passgraph import arguments
+from passgraph.arguments import one_of
 from passgraph.errors import GraphError
 
 COMPARE = ("never", "less", "equal", "less_equal", "greater", "not_equal", "greater_equal", "always")
@@ -26,11 +29,6 @@ EQUATIONS = ("add", "subtract", "reverse_subtract", "min", "max")
 CULL = ("none", "back", "front")
 
 
-def _one_of(what: str, value: str, allowed: tuple[str, ...]) -> None:
-    if value not in allowed:
-        raise GraphError(f"{what} cannot be {value!r}; it is one of {', '.join(allowed)}")
-
-
 @dataclass(frozen=True, slots=True)
 class Blend:
     """result = equation(source * source_factor, destination * destination_factor), colour and alpha apart."""
@@ -44,12 +42,13 @@ class Blend:
 
     def __post_init__(self) -> None:
         for what, value in (("source", self.source), ("destination", self.destination)):
-            _one_of(f"blend {what} factor", value, FACTORS)
+            one_of(value, f"blend {what} factor", FACTORS)
         for factor in (self.source_alpha, self.destination_alpha):
             if factor is not None:
-                _one_of("blend alpha factor", factor, FACTORS)
-        for value in (self.equation, self.equation_alpha or self.equation):
-            _one_of("blend equation", value, EQUATIONS)
+                one_of(factor, "blend alpha factor", FACTORS)
+        one_of(self.equation, "blend equation", EQUATIONS)
+        if self.equation_alpha is not None:
+            one_of(self.equation_alpha, "blend alpha equation", EQUATIONS)
 
     @property
     def alpha_terms(self) -> tuple[str, str, str]:
@@ -85,16 +84,15 @@ class Stencil:
     passed: str = "keep"  # both pass
 
     def __post_init__(self) -> None:
-        _one_of("stencil compare", self.compare, COMPARE)
+        one_of(self.compare, "stencil compare", COMPARE)
         for operation in (self.fail, self.depth_fail, self.passed):
-            _one_of("stencil operation", operation, STENCIL_OPERATIONS)
+            one_of(operation, "stencil operation", STENCIL_OPERATIONS)
         for what, value in (
             ("reference", self.reference),
             ("read mask", self.read_mask),
             ("write mask", self.write_mask),
         ):
-            if not 0 <= value <= 255:
-                raise GraphError(f"stencil {what} is {value}; it must be 0 to 255")
+            arguments.whole(value, f"stencil {what}", 0, 255)
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,5 +114,19 @@ class DrawState:
     clear_stencil: int = 0
 
     def __post_init__(self) -> None:
-        _one_of("cull", self.cull, CULL)
-        _one_of("depth compare", self.depth_compare, COMPARE)
+        one_of(self.cull, "cull", CULL)
+        one_of(self.depth_compare, "depth_compare", COMPARE)
+        arguments.flag(self.depth_write, "depth_write")
+        if self.stencil is not None:
+            arguments.instance(self.stencil, Stencil, "stencil", "pg.Stencil(...)")
+        arguments.several(self.blend, (Blend, NoneType), "blend", "pg.Blend(...) or None, one a target")
+        for mask in arguments.several(self.color_mask, tuple, "color_mask", "four bools, one a target"):
+            if len(mask) != 4:
+                raise GraphError(f"color_mask has four bools (red, green, blue, alpha), got {arguments.shown(mask)}")
+            for channel in mask:
+                arguments.flag(channel, "a channel of color_mask")
+        offset = arguments.several(self.polygon_offset, object, "polygon_offset", "two numbers (factor, units)")
+        if len(offset) != 2:
+            raise GraphError(f"polygon_offset must be two numbers (factor, units), got {arguments.shown(offset)}")
+        object.__setattr__(self, "polygon_offset", tuple(arguments.real(value, "polygon_offset") for value in offset))
+        arguments.whole(self.clear_stencil, "clear_stencil", 0, 255)

@@ -6,13 +6,19 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
+from passgraph import arguments
 from passgraph.draw_state import BLENDS, Blend, DrawState, Stencil
 from passgraph.errors import GraphError
+from passgraph.frozen_geometry import frozen
 from passgraph.graph import DrawPass, Geometry, _check_result, split_arguments
 from passgraph.language.kernel import Kernel
 from passgraph.language.types import Struct
 from passgraph.targets import Target, TargetSpec
+
+#: What a mesh may bring beside positions, and the components of each.
+ATTRIBUTES = {"normals": 3, "uvs": 2, "colors": 4, "tangents": 4}
 
 
 def draw(
@@ -40,7 +46,8 @@ def draw(
     ----------
     geometry
         A mesh: ``positions`` (n, 3) float32, ``triangles`` (m, 3) int32 and any of ``normals``, ``uvs``,
-        ``colors``, ``tangents``.
+        ``colors``, ``tangents``.  It is drawn as it is now: a :class:`passgraph.Mesh` cannot change, and of
+        anything else a copy is kept, on every backend.  For another mesh draw again and compile again.
     vertex, fragment
         Kernels made with :func:`passgraph.vertex` and :func:`passgraph.fragment`.  Without a fragment kernel
         only depth and stencil are written.
@@ -63,18 +70,25 @@ def draw(
     GraphError
         For what does not fit together, naming the pass and the target.
     """
-    pass_name = name or (fragment or vertex).name
+    own = fragment if isinstance(fragment, Kernel) else vertex
+    pass_name = getattr(own, "name", "") if name is None else arguments.text(name, "the name of a draw")
     where = f"draw {pass_name!r}"
     _check_kernels(vertex, fragment, where)
     check_geometry(geometry, where)
+    kept = frozen(geometry)
+    if kept is not geometry:
+        check_geometry(kept, where)
     specs, loads = _outputs(into, where)
     depth_spec, depth_load = _output(depth, where) if depth is not None else (None, None)
     _check_outputs(specs, depth_spec, fragment, stencil, where)
     blends = _blends(blend, specs, where)
-    state = DrawState(
-        cull, depth_compare, depth_write, stencil, blends,
-        _masks(color_mask, specs, where), (float(polygon_offset[0]), float(polygon_offset[1])), clear_stencil,
-    )  # fmt: skip
+    masks = _masks(color_mask, specs, where)
+    try:
+        state = DrawState(cull, depth_compare, depth_write, stencil, blends, masks, polygon_offset, clear_stencil)
+    except GraphError as error:
+        raise GraphError(f"{where}: {error}") from None
+    if values is not None:
+        arguments.instance(values, Mapping, f"{where}: values", "a mapping of parameters by name")
     images, bound, constants = _arguments(vertex, fragment, {**(values or {}), **named}, where)
     written = {*specs, depth_spec}
     for image in images.values():
@@ -82,7 +96,7 @@ def draw(
             raise GraphError(f"{where} reads and writes target {image.name!r}; write into another one")
     made = DrawPass(
         pass_name,
-        geometry,
+        kept,
         vertex,
         fragment,
         images,
@@ -106,7 +120,7 @@ def _check_kernels(vertex: Kernel, fragment: Kernel | None, where: str) -> None:
         if kernel is None and stage == "fragment":
             continue
         if not isinstance(kernel, Kernel) or kernel.stage != stage:
-            raise GraphError(f"{where} needs a {stage} kernel made with @pg.{stage}, got {kernel!r}")
+            raise GraphError(f"{where} needs a {stage} kernel made with @pg.{stage}, got {arguments.shown(kernel)}")
         kernel.check_constants()
     if fragment is None:
         return
@@ -125,21 +139,43 @@ def _check_kernels(vertex: Kernel, fragment: Kernel | None, where: str) -> None:
 
 def check_geometry(geometry: Geometry, where: str) -> None:
     """Shapes, finite numbers and index ranges; an error names the first bad one."""
-    positions, triangles = np.asarray(geometry.positions), np.asarray(geometry.triangles)
+    for needed in ("positions", "triangles"):
+        if isinstance(geometry, type) or not hasattr(geometry, needed):
+            got = arguments.shown(geometry)
+            raise GraphError(f"{where} needs a mesh with positions and triangles, such as pg.Mesh.make(...), got {got}")
+    positions = arguments.numbers(geometry.positions, f"{where}: positions", error=GraphError)
+    triangles = arguments.numbers(geometry.triangles, f"{where}: triangles", error=GraphError)
     if positions.ndim != 2 or positions.shape[1] != 3 or triangles.ndim != 2 or triangles.shape[1] != 3:
         raise GraphError(
             f"{where}: positions must be (n, 3) and triangles (m, 3), got {positions.shape} and {triangles.shape}"
         )
     if not len(positions) or not len(triangles):
         raise GraphError(f"{where}: the mesh is empty ({len(positions)} vertices, {len(triangles)} triangles)")
-    finite = np.isfinite(positions).all(axis=1)
-    if not finite.all():
-        first = int(np.argmin(finite))
-        raise GraphError(f"{where}: {np.count_nonzero(~finite)} vertices are NaN or infinite, first vertex {first}")
+    _check_finite(positions, "", where)
+    if triangles.dtype.kind not in "iu":
+        raise GraphError(f"{where}: triangles must be whole numbers, got {triangles.dtype}")
     low, high = int(triangles.min()), int(triangles.max())
     if low < 0 or high >= len(positions):
         bad = high if high >= len(positions) else low
         raise GraphError(f"{where}: a triangle names vertex {bad}; the mesh has {len(positions)}")
+    for name, columns in ATTRIBUTES.items():
+        given = getattr(geometry, name, None)
+        if given is None:
+            continue
+        rows = arguments.numbers(given, f"{where}: {name}", error=GraphError)
+        if rows.shape != (len(positions), columns):
+            raise GraphError(f"{where}: {name} must be {(len(positions), columns)}, got {rows.shape}")
+        _check_finite(rows, f"{name} of ", where)
+
+
+def _check_finite(rows: NDArray[Any], what: str, where: str) -> None:
+    with np.errstate(over="ignore"):
+        finite = np.isfinite(rows.astype(np.float32, copy=False)).all(axis=1)
+    if not finite.all():
+        first = int(np.argmin(finite))
+        raise GraphError(
+            f"{where}: {what}{np.count_nonzero(~finite)} vertices are NaN or infinite, first vertex {first}"
+        )
 
 
 def _outputs(into: Any, where: str) -> tuple[tuple[TargetSpec, ...], tuple[Target | None, ...]]:
@@ -189,7 +225,7 @@ def _check_outputs(
 def _blends(given: Any, specs: tuple[TargetSpec, ...], where: str) -> tuple[Blend | None, ...]:
     if given is None:
         return ()
-    parts = given if isinstance(given, tuple) else (given,) * len(specs)
+    parts = tuple(given) if isinstance(given, (list, tuple)) else (given,) * len(specs)
     if len(parts) != len(specs):
         raise GraphError(f"{where} has {len(parts)} blends for {len(specs)} targets")
     blends: list[Blend | None] = []
@@ -200,6 +236,8 @@ def _blends(given: Any, specs: tuple[TargetSpec, ...], where: str) -> tuple[Blen
                     f"{where}: there is no blend {part!r}; there are {', '.join(BLENDS)} and pg.Blend(...)"
                 )
             part = BLENDS[part]
+        if part is not None:
+            arguments.instance(part, Blend, f"{where}: blend", f"one of {', '.join(BLENDS)}, or pg.Blend(...)")
         if part is not None and not spec.format.blendable:
             raise GraphError(
                 f"{where}: target {spec.name!r} is {spec.format.name}, which cannot be blended; use a linear format"
@@ -211,9 +249,18 @@ def _blends(given: Any, specs: tuple[TargetSpec, ...], where: str) -> tuple[Blen
 def _masks(given: Any, specs: tuple[TargetSpec, ...], where: str) -> tuple[tuple[bool, bool, bool, bool], ...]:
     if given is None:
         return ()
-    parts = given if given and isinstance(given[0], tuple) else (given,) * len(specs)
-    if len(parts) != len(specs) or any(len(part) != 4 for part in parts):
-        raise GraphError(f"{where}: color_mask is four bools (red, green, blue, alpha), once or for each target")
+    parts = tuple(given) if isinstance(given, (list, tuple)) else ()
+    if parts and not isinstance(parts[0], (list, tuple)):
+        parts = (parts,) * len(specs)
+    if (
+        len(parts) != len(specs)
+        or not all(isinstance(part, (list, tuple)) and len(part) == 4 for part in parts)
+        or not all(isinstance(channel, (bool, np.bool_)) for part in parts for channel in part)
+    ):
+        got = arguments.shown(given)
+        raise GraphError(
+            f"{where}: color_mask is four bools (red, green, blue, alpha), once or for each target, got {got}"
+        )
     return tuple((bool(r), bool(g), bool(b), bool(a)) for r, g, b, a in parts)
 
 

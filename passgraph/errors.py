@@ -18,6 +18,12 @@ class GraphError(PassgraphError):
     """Passes and targets that do not fit together; the message names the pass and the target."""
 
 
+class UnknownNameError(GraphError, KeyError):
+    """A result, effect or parameter that is not there; a KeyError too, as mappings have to raise."""
+
+    __str__ = Exception.__str__  # KeyError shows the repr of its text
+
+
 class InputError(PassgraphError):
     """A picture, mesh, array, size or option that cannot be used."""
 

@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING, Any, TypeAlias, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from passgraph.arguments import text
 from passgraph.errors import GraphError, InputError
 from passgraph.language.layout import components
 from passgraph.language.scalar import ScalarProgram
-from passgraph.plan.chains import chain_ends
+from passgraph.plan.chains import Chains
 from passgraph.plan.data import CopyStep, DrawStep, PixelStep, Plan, Step
 from passgraph.targets import OUTPUT_SIZE, Derived, Value
 
@@ -56,8 +57,9 @@ class Execution:
         try:
             for memory in plan.memories:
                 self.memories.append(backend.make(memory.format, memory.size))
+            chains = Chains(plan)
             while len(self._runs) < len(plan.steps):
-                self._compile_next()
+                self._compile_next(chains)
         except BaseException:
             self.release()
             raise
@@ -67,10 +69,10 @@ class Execution:
 
     # Compiling: each step becomes a function of this run's values.
 
-    def _compile_next(self) -> None:
+    def _compile_next(self, chains: Chains) -> None:
         """The next steps that the backend makes one, or the next step."""
         start = len(self._runs)
-        for end in chain_ends(self.plan, start):
+        for end in chains.ends(start):
             steps = self.plan.steps[start:end]
             execute = self._compile_chain(cast("tuple[PixelStep, ...]", steps))
             if execute is not None:
@@ -167,15 +169,15 @@ class Execution:
         static |= {str(number): _contents(resolve(handle, values)) for number, handle in enumerate(self._by_value)}
         static_changed = self._changed(static)
         self._static_seen = None  # until this run has ended well, nothing counts as done
-        static_changed |= self._upload(pictures)
-        self._swap_history()
         if check is not None:
             check.begin(pictures)
         looking = observe is not None or check is not None
-        for resource, apart in self._apart.items():
-            self.places[resource] = self.plan.resources[resource].memory if looking else apart
         # Who looks may use the device between two steps.
         with nullcontext() if looking else self.backend.running():
+            static_changed |= self._upload(pictures)
+            self._swap_history()
+            for resource, apart in self._apart.items():
+                self.places[resource] = self.plan.resources[resource].memory if looking else apart
             for step, execute in self._runs if looking else self._chained:
                 if step.static and not static_changed:
                     continue
@@ -237,6 +239,7 @@ class Execution:
 
     def override(self, step: str, name: str, value: object) -> None:
         """Another value for a plain parameter of a step."""
+        step, name = text(step, "the name of a pass"), text(name, "the name of a parameter")
         found = [s for s in self.plan.steps if s.name == step or (isinstance(s, PixelStep) and step in s.fused)]
         if not found:
             raise GraphError(f"there is no pass {step!r}; there are {', '.join(s.name for s in self.plan.steps)}")
@@ -262,6 +265,10 @@ class Execution:
             self.backend.release(memory)
         for geometry in self._geometries.values():
             self.backend.release_geometry(geometry)
+        self.forget()
+
+    def forget(self) -> None:
+        """Let go of everything; compiled steps know this object, so that it would wait for the garbage collector."""
         self.memories, self._runs, self._chained = [], [], []
         self._geometries.clear()
 

@@ -7,11 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
-from typing import Literal, TypeAlias, get_args
+from typing import Literal, TypeAlias, cast, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
+from passgraph.arguments import one_of
 from passgraph.errors import GraphError, InputError
 from passgraph.formats import Format
 from passgraph.plan.data import Plan, Step
@@ -115,10 +116,7 @@ def _passes(names: list[str]) -> str:
 
 def checked_choice(choice: object) -> NonFinite:
     """One of `CHOICES`, or GraphError."""
-    for known in CHOICES:
-        if choice == known:
-            return known
-    raise GraphError(f"non_finite cannot be {choice!r}; it is one of {', '.join(CHOICES)}")
+    return cast("NonFinite", one_of(choice, "non_finite", CHOICES))
 
 
 class PassCheck:

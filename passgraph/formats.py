@@ -9,6 +9,7 @@ from __future__ import annotations
 import difflib
 from dataclasses import dataclass
 
+from passgraph.arguments import among, shown
 from passgraph.errors import GraphError
 
 
@@ -88,8 +89,8 @@ def format_named(name: str | Format) -> Format:
     """
     if isinstance(name, Format):
         return name
-    if name not in FORMATS:
-        near = difflib.get_close_matches(str(name), FORMATS, n=1)
+    if not among(name, FORMATS):
+        near = difflib.get_close_matches(shown(name), FORMATS, n=1)
         hint = f"; did you mean {near[0]!r}?" if near else "."
-        raise GraphError(f"there is no format {name!r}{hint} Formats are {', '.join(FORMATS)}")
+        raise GraphError(f"there is no format {shown(name)}{hint} Formats are {', '.join(FORMATS)}")
     return FORMATS[name]

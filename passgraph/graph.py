@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, overload
 import numpy as np
 from numpy.typing import NDArray
 
+from passgraph.arguments import instance, text
 from passgraph.draw_state import DrawState
 from passgraph.errors import GraphError
 from passgraph.formats import Format, format_named
@@ -87,18 +88,19 @@ class PixelKernel(Kernel):
 
     def __call__(self, *arguments: Any, into: Any = None, name: str | None = None, **named: Any) -> Any:
         self.check_constants()
+        name = self.name if name is None else text(name, f"kernel {self.name}: the pass's name")
         bound = bind(self, arguments, named)
         results = self.program.results
-        specs = _specs(into, self, name or self.name)
+        specs = _specs(into, self, name)
         for spec, result in zip(specs, results, strict=True):
             _check_result(self.name, spec, result.type)
         images, values, constants = split_arguments(self, bound)
         if any(spec in (t.spec for t in images.values() if not t.is_previous) for spec in specs):
             raise GraphError(
-                f"pass {name or self.name!r} reads and writes one target; write into another one, or read "
+                f"pass {name!r} reads and writes one target; write into another one, or read "
                 "last frame's by pg.previous()"
             )
-        made = PixelPass(name or self.name, self, images, values, constants, specs)
+        made = PixelPass(name, self, images, values, constants, specs)
         targets = tuple(Target(spec, made, slot) for slot, spec in enumerate(specs))
         return targets[0] if len(targets) == 1 else targets
 
@@ -257,7 +259,7 @@ def _definition(definition: Callable[..., Any] | None, source: str | None, name:
     if (definition is None) == (source is None):
         raise GraphError("a kernel is made from a function or from source=..., one of the two")
     if source is not None:
-        return kernel_from_text(source, "pixel", name)
+        return kernel_from_text(source, "pixel", None if name is None else text(name, "the name of a function"))
     assert definition is not None
     return function_source(definition)
 
@@ -272,6 +274,8 @@ def graph(*outputs: Target) -> nx.DiGraph:
     """
     import networkx as nx
 
+    for output in outputs:
+        instance(output, Target, "what pg.graph takes", "a target that a pass returned, or an input")
     made = nx.DiGraph()
     pending = [output.content for output in outputs]
     seen: set[object] = set()

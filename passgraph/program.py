@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from os import PathLike
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.errors import GraphError, InputError
+from passgraph import arguments
+from passgraph.errors import BackendError, GraphError, InputError, UnknownNameError
 from passgraph.finite import NonFinite, PassCheck, admitted, checked_choice
 from passgraph.formats import Format, format_named
 from passgraph.plan.data import Options, Plan, Step
@@ -32,8 +34,9 @@ class Result(Mapping[str, Picture]):
         self._pictures = pictures
 
     def __getitem__(self, name: str) -> Picture:
-        if name not in self._pictures:
-            raise KeyError(f"there is no result {name!r}; there are {', '.join(self._pictures)}")
+        if not arguments.among(name, self._pictures):
+            got = arguments.shown(name)
+            raise UnknownNameError(f"there is no result {got}; there are {', '.join(self._pictures)}")
         return self._pictures[name]
 
     def __iter__(self) -> Iterator[str]:
@@ -49,13 +52,38 @@ class Result(Mapping[str, Picture]):
         """
         from passgraph.pictures import save
 
-        save(path, self[name or next(iter(self))])
+        save(path, self[next(iter(self)) if name is None else name])
+
+
+@dataclass
+class _Held:
+    """What a program must give back: known to its finaliser, which cannot know the program."""
+
+    backend: Backend
+    owns: bool
+    execution: Execution | None = None
+
+    def abandoned(self) -> None:
+        """The program was dropped without being closed; this may run in any thread, in the middle of anything."""
+        execution, self.execution = self.execution, None
+        if execution is None:
+            return
+        if self.owns:
+            # Nobody else has this backend: it goes with the last reference to it.
+            execution.forget()
+        else:
+            self.backend.turn.later(execution.release)
 
 
 class Program:
     """What :func:`compile` returns.  Call it with inputs and values by name.
 
     It owns its pictures and compiled passes until :meth:`close` (it is a context manager too).
+
+    Threads may share it: each call, from the inputs to the results, is one thread's alone, and others wait; so does
+    :meth:`close`.  Between :meth:`run` and :meth:`read` another thread's run may come; call the program instead.
+    What a run calls (an observer, a value's function) cannot run, change or close the program.  In a process forked
+    after it was compiled, it works on ``numpy`` and ``reference``, and refuses on ``gl`` and ``opencl``.
     """
 
     def __init__(
@@ -69,6 +97,8 @@ class Program:
         check_finite: bool = False,
     ) -> None:
         self._outputs, self.backend, self._owns = outputs, backend, owns
+        self._held = _Held(backend, owns)
+        weakref.finalize(self, self._held.abandoned).atexit = False
         self._non_finite, self._check_finite = non_finite, check_finite
         # A check names passes as they were written, so none is computed inside another.
         options = replace(options, fuse=False) if check_finite else options
@@ -79,7 +109,7 @@ class Program:
         self._inputs = _inputs_of(outputs)
         self._bound: dict[str, tuple[Format, tuple[int, int]]] = {}
         self._plan: Plan | None = None
-        self._execution: Execution | None = None
+        self._busy = False
         self._pass_check: PassCheck | None = None
         self._overrides: dict[tuple[str, str], object] = {}
         self._static_pictures: dict[str, tuple[Any, Any]] = {}
@@ -87,12 +117,29 @@ class Program:
         self.replanned = 0  # how often an input of another size or format made a new plan
 
     @property
+    def _execution(self) -> Execution | None:
+        return self._held.execution
+
+    @property
     def plan(self) -> Plan:
         """The plan; where inputs were left open it exists after the first run."""
-        if self._plan is None:
-            self._make_plan()
-        assert self._plan is not None
-        return self._plan
+        self._check_open()
+        plan = self._plan
+        if plan is None:
+            with self._alone("planned"):
+                if self._plan is None:
+                    self._make_plan()
+                plan = self._plan
+        assert plan is not None
+        return plan
+
+    def _alone(self, what: str) -> _Alone:
+        """While nobody else uses the backend."""
+        return _Alone(self, what)
+
+    def _check_open(self) -> None:
+        if self._closed:
+            raise GraphError("this program is closed; compile the graph again")
 
     def explain(self) -> str:
         return self.plan.explain()
@@ -101,20 +148,18 @@ class Program:
         from passgraph.execution import Execution
         from passgraph.plan.build import build
 
-        if self._closed:
-            raise GraphError("this program is closed")
         # Nothing is left half made where the new plan fails: the next run starts afresh.
         if self._execution is not None:
             self._execution.release()
-        self._execution = self._plan = None
-        plan = build(self._outputs, self._size, self._bound, self._options)
-        self._execution = Execution(plan, self.backend)
+        self._held.execution = self._plan = None
+        plan = build(self._outputs, self._size, self._bound, self._options, self.backend.limits)
+        self._held.execution = made = Execution(plan, self.backend)
         self._plan = plan
         self._pass_check = PassCheck(plan) if self._check_finite else None
         for (step, name), value in self._overrides.items():
-            self._execution.override(step, name, value)
+            made.override(step, name, value)
 
-    def __call__(self, **given: Any) -> Result:
+    def __call__(self, /, **given: Any) -> Result:
         """Run once and read every output.
 
         Raises
@@ -122,43 +167,57 @@ class Program:
         InputError
             For a missing, surplus or unfit input or value, by name; for a picture that holds NaN or infinity.
         """
-        self.run(**given)
-        return self.read()
+        with self._alone("called"):
+            self._run(None, given)
+            return self._read(None)
 
     def run(self, _observe: Observer | None = None, /, **given: Any) -> None:
         """Run once without reading anything back.
 
         ``_observe(step, pictures)`` is called behind every step with what it wrote: slow, for looking.
         """
-        if self._closed:
-            raise GraphError("this program is closed")
+        if _observe is not None:
+            arguments.function(_observe, "the observer of a run")
+        with self._alone("run"):
+            self._run(_observe, given)
+
+    def _run(self, observe: Observer | None, given: Mapping[str, Any]) -> None:
         pictures = self._pictures(given)
         if self._bind(pictures) or self._plan is None:
             self._make_plan()
         assert self._execution is not None
         values = {name: value for name, value in given.items() if name not in self._inputs}
-        self._execution.run(pictures, values, _observe, self._pass_check)
+        self._execution.run(pictures, values, observe, self._pass_check)
 
     def read(self, name: str | None = None) -> Result:
         """The outputs of the last run (or one of them)."""
-        if self._execution is None:
+        with self._alone("read"):
+            return self._read(name)
+
+    def _read(self, name: str | None) -> Result:
+        execution = self._execution
+        if execution is None:
             raise GraphError("nothing has run yet")
+        outputs = execution.plan.outputs
         if name is not None:
-            _known(name, self.plan.outputs)
-        names = list(self.plan.outputs) if name is None else [name]
-        return Result({n: self._execution.download(self.plan.outputs[n]) for n in names})
+            _known(name, outputs)
+        names = list(outputs) if name is None else [name]
+        with self.backend.running():
+            return Result({n: execution.download(outputs[n]) for n in names})
 
     def set(self, step: str, name: str, value: object) -> None:
         """Change a plain parameter of a pass, by the pass's name and the parameter's."""
-        if self._execution is None:
-            self._make_plan()
-        assert self._execution is not None
-        self._execution.override(step, name, value)
-        self._overrides[step, name] = value
+        with self._alone("changed"):
+            if self._execution is None:
+                self._make_plan()
+            assert self._execution is not None
+            self._execution.override(step, name, value)
+            self._overrides[step, name] = value
 
     def finish(self) -> None:
         """Wait for the device."""
-        self.backend.finish()
+        with self._alone("waited for"):
+            self.backend.finish()
 
     def _pictures(self, given: Mapping[str, Any]) -> dict[str, Any]:
         pictures = {}
@@ -206,14 +265,24 @@ class Program:
         return changed
 
     def close(self) -> None:
-        """Give back every picture and compiled pass; the backend too when the program opened it."""
-        if self._closed:
+        """Give back every picture and compiled pass; the backend too when the program opened it.
+
+        A call that runs in another thread ends first.
+        """
+        if self._closed or self.backend.turn.lost:
+            # What belongs to the process that this one was forked from is left alone.
+            self._closed = True
             return
-        self._closed = True
-        if self._execution is not None:
-            self._execution.release()
-        if self._owns:
-            self.backend.close()
+        with self._alone("closed"):
+            self._closed = True
+            execution = self._execution
+            if execution is not None and self._owns:
+                execution.forget()
+            elif execution is not None:
+                execution.release()
+            if self._owns:
+                self.backend.close()
+            self._held.execution = None
 
     def __enter__(self) -> Program:
         return self
@@ -222,25 +291,51 @@ class Program:
         self.close()
 
 
+class _Alone:
+    """Around what one thread does with a program; a class, since every call passes here."""
+
+    __slots__ = ("program", "what")
+
+    def __init__(self, program: Program, what: str) -> None:
+        self.program, self.what = program, what
+
+    def __enter__(self) -> None:
+        program = self.program
+        program.backend.turn.__enter__()
+        # Only this thread can have come here twice.
+        if program._busy or (program._closed and self.what != "closed"):
+            program.backend.turn.__exit__()
+            program._check_open()
+            raise GraphError(
+                f"a program cannot be {self.what} from inside its own run; an observer, or a value's function, "
+                "keeps what it needs and does this after the run"
+            )
+        program._busy = True
+
+    def __exit__(self, *_: object) -> None:
+        self.program._busy = False
+        self.program.backend.turn.__exit__()
+
+
 def _known(name: str, outputs: Mapping[str, int]) -> None:
-    if name not in outputs:
-        raise GraphError(f"there is no output {name!r}; there are {', '.join(outputs)}")
+    if not arguments.among(name, outputs):
+        raise GraphError(f"there is no output {arguments.shown(name)}; there are {', '.join(outputs)}")
 
 
 def checked_picture(given: Any, spec: InputSpec) -> NDArray[Any]:
-    """An input as (height, width, channels) float32; uint8 and uint16 count from 0 to 1.
+    """An input as (height, width, channels) float32; uint8, uint16 and bool count from 0 to 1.
+
+    Byte order and strides may be any; floats of 16, 64 and more bits are rounded to float32.
 
     Raises
     ------
     InputError
         For what is not a picture, holds no numbers, or does not fit the declared size or channels.
     """
-    array = np.asarray(given)
-    what = f"input {spec.name!r}"
-    if array.dtype.kind not in "fuib" or array.ndim not in (2, 3):
-        raise InputError(
-            f"{what} must be an array (height, width, channels) of numbers, got {array.dtype} of shape {array.shape}"
-        )
+    what, expected = f"input {spec.name!r}", "be an array (height, width, channels) of numbers"
+    array = arguments.numbers(given, what, expected)
+    if array.ndim not in (2, 3):
+        raise InputError(f"{what} must {expected}, got {arguments.shown(given)}")
     if array.ndim == 2:
         array = array[:, :, None]
     height, width, channels = array.shape
@@ -250,11 +345,11 @@ def checked_picture(given: Any, spec: InputSpec) -> NDArray[Any]:
         raise InputError(f"{what} is {spec.format.name} with {spec.format.channels} channel(s), got {channels}")
     if spec.size is not None and (width, height) != spec.size:
         raise InputError(f"{what} is declared {spec.size[0]}x{spec.size[1]} pixels, got {width}x{height}")
-    if array.dtype == np.uint8 or array.dtype == np.uint16:
-        return np.asarray(array / np.float32(np.iinfo(array.dtype).max), np.float32)
-    if array.dtype.kind in "uib":
+    if array.dtype.kind == "u" and array.dtype.itemsize <= 2:  # of any byte order
+        return np.ascontiguousarray(array / np.float32(np.iinfo(array.dtype).max), np.float32)
+    if array.dtype.kind in "ui":
         raise InputError(f"{what} has dtype {array.dtype}; give float32 (0 to 1 for colours), uint8 or uint16")
-    with np.errstate(over="ignore"):  # float64 beyond float32 becomes infinite
+    with np.errstate(over="ignore"):  # float64 beyond float32 becomes infinite, and non_finite says what of that
         return np.ascontiguousarray(array, np.float32)
 
 
@@ -270,22 +365,30 @@ def named_outputs(outputs: Any) -> dict[str, Target]:
     if isinstance(outputs, (Target, TargetSpec)):
         outputs = [outputs]
     if isinstance(outputs, Mapping):
+        for name, target in outputs.items():
+            arguments.text(name, "the name of an output")
+            _check_target(target)
         return dict(outputs)
+    if isinstance(outputs, (str, bytes, np.ndarray)) or not isinstance(outputs, Iterable):
+        raise GraphError(f"compile takes targets that passes returned, got {arguments.shown(outputs)}")
     named: dict[str, Target] = {}
     for target in outputs:
-        if not isinstance(target, Target):
-            what = (
-                f"target {target.name!r} is declared but not written"
-                if isinstance(target, TargetSpec)
-                else repr(target)
-            )
-            raise GraphError(f"compile takes targets that passes returned, got {what}")
+        _check_target(target)
         if target.name in named:
             raise GraphError(
                 f"two outputs are called {target.name!r}; give a mapping: pg.compile({{'first': ..., 'second': ...}})"
             )
         named[target.name] = target
     return named
+
+
+def _check_target(target: object) -> None:
+    if isinstance(target, TargetSpec):
+        raise GraphError(
+            f"compile takes targets that passes returned, got target {target.name!r} is declared but not written"
+        )
+    if not isinstance(target, Target):
+        raise GraphError(f"compile takes targets that passes returned, got {arguments.shown(target)}")
 
 
 def compile(
@@ -307,7 +410,9 @@ def compile(
         ``"numpy"`` (default), ``"gl"``, ``"opencl"``, ``"opencl:1"``, ``"reference"``, or an open backend, which
         then stays yours to close.
     size
-        (width, height) of the output in pixels; left out, the size of the first input.
+        (width, height) of the output in pixels; left out, the size of the first input.  Targets that are declared
+        with a size, or take that of an input, keep it; where no output would have the size asked for, or a fraction
+        of it, it is refused.
     options
         Optimisations to switch off.
     non_finite
@@ -323,6 +428,8 @@ def compile(
     ------
     GraphError, KernelError
         For what does not fit; with inputs whose size is open, at the first run.
+    BackendError
+        For a pass that needs more images, parameters or targets, or a larger picture, than the device takes.
     DeviceMissingError
         Where the backend's driver is missing, with the command that installs it.
 
@@ -336,18 +443,24 @@ def compile(
     ...     program(frame=np.zeros((2, 3, 4), np.float32))["invert"].shape
     (2, 3, 4)
     """
+    from passgraph.backends.base import Backend
     from passgraph.backends.registry import open_backend
 
     named = named_outputs(outputs)
     bound = None if size is None else checked_size(size, "the output")
     choice = checked_choice(non_finite)
+    checking = arguments.flag(check_finite, "check_finite")
+    if options is None:
+        options = Options()
+    arguments.instance(options, Options, "options", "pg.Options(...)")
     owns = backend is None or isinstance(backend, str)
-    opened = open_backend(backend) if backend is None or isinstance(backend, str) else backend
-    program = Program(named, opened, owns, bound, options or Options(), choice, check_finite)
+    expected = "a name such as 'gl' or an open backend"
+    opened = open_backend(backend) if owns else arguments.instance(backend, Backend, "backend", expected, BackendError)  # type: ignore[arg-type]
+    program = Program(named, opened, owns, bound, options, choice, checking)
     try:
         if all(spec.size and spec.format for spec in program._inputs.values()):
             program._bound = {n: (s.format, s.size) for n, s in program._inputs.items()}  # type: ignore[misc]
-            program._make_plan()
+            assert program.plan is not None
     except BaseException:
         program.close()
         raise

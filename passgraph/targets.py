@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias, get_origin
 
+import numpy as np
+
+from passgraph import arguments
 from passgraph.errors import GraphError
 from passgraph.formats import Format, format_named
 
@@ -15,6 +18,8 @@ if TYPE_CHECKING:
 BORDERS = ("clamp", "zero", "repeat", "mirror")
 #: Largest side of a target, in pixels: what GL 3.3 hardware offers in practice.
 MAX_SIDE = 1 << 15
+#: Largest number of an output among those of its pass: structs have no more fields.
+MOST_SLOTS = 255
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +58,17 @@ class TargetSpec:
     clear: tuple[float, ...] | None = None
     notes: tuple[str, ...] = ()  # what an effect decided, for plan.explain()
 
+    def __post_init__(self) -> None:
+        where = f"target {arguments.text(self.name, 'the name of a target')!r}"
+        arguments.instance(self.format, Format, f"{where}: format", "one of passgraph.formats.FORMATS")
+        if self.size is not None:
+            arguments.instance(
+                self.size, (Absolute, Relative, Like), f"{where}: size", "made by pg.target(size=, scale= or like=)"
+            )
+        if self.clear is not None:
+            _check_clear(self.clear, self.format, where)
+        arguments.several(self.notes, str, f"{where}: notes", "lines of text")
+
     def __repr__(self) -> str:
         return f"<target {self.name} {self.format.name}>"
 
@@ -66,6 +82,9 @@ class InputSpec:
     size: tuple[int, int] | None = None
     static: bool = False
     default: object = None  # the picture of runs that bring none
+
+    def __post_init__(self) -> None:
+        arguments.flag(self.static, f"input {arguments.text(self.name, 'the name of an input')!r}: static")
 
     def __repr__(self) -> str:
         return f"<input {self.name}>"
@@ -84,6 +103,17 @@ class Target:
     is_previous: bool = False
     border_rule: str = "clamp"
 
+    def __post_init__(self) -> None:
+        if not isinstance(self.spec, (TargetSpec, InputSpec)):
+            raise GraphError(f"a handle stands for pg.target(...) or pg.Input(...), got {arguments.shown(self.spec)}")
+        if not arguments.among(self.border_rule, BORDERS):
+            got = arguments.shown(self.border_rule)
+            raise GraphError(f"there is no border rule {got}; the rules are {', '.join(BORDERS)}")
+        if self.made_by is not None and not hasattr(self.made_by, "into"):
+            raise GraphError(f"a handle is made by a pass, got {arguments.shown(self.made_by)}")
+        arguments.whole(self.slot, f"handle of {self.name!r}: slot", -1, MOST_SLOTS)
+        arguments.flag(self.is_previous, f"handle of {self.name!r}: is_previous")
+
     @property
     def name(self) -> str:
         return self.spec.name
@@ -100,8 +130,6 @@ class Target:
 
     def border(self, rule: str) -> Target:
         """The same content with another rule for reads outside: clamp, zero, repeat or mirror."""
-        if rule not in BORDERS:
-            raise GraphError(f"there is no border rule {rule!r}; the rules are {', '.join(BORDERS)}")
         return replace(self, border_rule=rule)
 
     @property
@@ -153,21 +181,29 @@ def target(
     <target bloom rgba16f>
     """
     made = format_named(format)
-    if not name or not isinstance(name, str):
-        raise GraphError(f"a target needs a name, got {name!r}")
+    name = arguments.text(name, "the name of a target")
     if size is not None and (scale is not None or like is not None):
         raise GraphError(f"target {name!r} has both a size and a scale; give one")
     size_class: SizeClass | None = None
     if size is not None:
         size_class = Absolute(*checked_size(size, f"target {name!r}"))
     elif like is not None:
+        arguments.instance(like, Target, f"target {name!r}: like", "a target that a pass returned, or an input")
         size_class = Like(like, checked_scale(1.0 if scale is None else scale, name))
     elif scale is not None:
         size_class = Relative(checked_scale(scale, name))
-    values = None if clear is None else (clear,) if isinstance(clear, (int, float)) else tuple(clear)
-    if values is not None and len(values) not in (1, made.channels):
-        raise GraphError(f"target {name!r} ({made.name}) clears to 1 or {made.channels} numbers, got {len(values)}")
-    return TargetSpec(name, made, size_class, values, notes)
+    values = None if clear is None else _check_clear(clear, made, f"target {name!r}")
+    return TargetSpec(name, made, size_class, values, arguments.several(notes, str, f"target {name!r}: notes", "text"))
+
+
+def _check_clear(clear: object, format: Format, where: str) -> tuple[float, ...]:
+    """One number, or one a channel."""
+    given = clear.tolist() if isinstance(clear, np.ndarray) else clear
+    given = given if isinstance(given, (list, tuple)) else (given,)
+    values = tuple(arguments.real(value, f"{where}: clear") for value in given)
+    if len(values) not in (1, format.channels):
+        raise GraphError(f"{where} ({format.name}) clears to 1 or {format.channels} numbers, got {len(values)}")
+    return values
 
 
 def checked_size(size: object, what: str) -> tuple[int, int]:
@@ -175,19 +211,18 @@ def checked_size(size: object, what: str) -> tuple[int, int]:
     if not (
         isinstance(size, (tuple, list))
         and len(size) == 2
-        and all(isinstance(v, int) and not isinstance(v, bool) for v in size)
+        and all(isinstance(v, (int, np.integer)) and not isinstance(v, bool) for v in size)
     ):
-        raise GraphError(f"{what} needs a size (width, height) in whole pixels, got {size!r}")
+        raise GraphError(f"{what} needs a size (width, height) in whole pixels, got {arguments.shown(size)}")
     width, height = size
     if not (1 <= width <= MAX_SIDE and 1 <= height <= MAX_SIDE):
-        raise GraphError(f"{what} is {width}x{height} pixels; each side must be 1 to {MAX_SIDE}")
-    return width, height
+        shown = "x".join(map(arguments.shown, size))
+        raise GraphError(f"{what} is {shown} pixels; each side must be 1 to {MAX_SIDE}")
+    return int(width), int(height)
 
 
-def checked_scale(scale: float, name: str) -> float:
-    if not 0 < scale <= 16:
-        raise GraphError(f"target {name!r} has scale {scale!r}; it must be above 0 and at most 16")
-    return float(scale)
+def checked_scale(scale: object, name: str) -> float:
+    return arguments.real(scale, f"target {name!r}: scale", 0.0, 16.0, above=True)
 
 
 def Input(
@@ -208,6 +243,7 @@ def Input(
     <<input frame>>
     """
     made = None if format is None else format_named(format)
+    name = arguments.text(name, "the name of an input")
     bound = None if size is None else checked_size(size, f"input {name!r}")
     return Target(InputSpec(name, made, bound, static, default)).border(border)
 
@@ -218,6 +254,8 @@ def previous(spec: TargetSpec | Target) -> Target:
         if not isinstance(spec.spec, TargetSpec):
             raise GraphError(f"input {spec.name!r} has no history; keep a copy of it in a target")
         spec = spec.spec
+    expected = "a target that a pass writes: pg.target(...) or a handle of it"
+    arguments.instance(spec, TargetSpec, "what pg.previous takes", expected)
     return Target(spec, is_previous=True)
 
 
@@ -237,6 +275,14 @@ class Value:
     static: bool = False
     default: object = None
 
+    def __post_init__(self) -> None:
+        where = f"value {arguments.text(self.name, 'the name of a value')!r}"
+        if not isinstance(self.type, type) and get_origin(self.type) is None:
+            raise GraphError(
+                f"{where}: type must be a class, such as float or pg.vec3, got {arguments.shown(self.type)}"
+            )
+        arguments.flag(self.static, f"{where}: static")
+
     def map(self, function: Callable[[Any], object]) -> Derived:
         """A value computed on the host from this one, at each run in which it changes."""
         return Derived((self,), function)
@@ -254,6 +300,11 @@ class Derived:
     function: Callable[..., object]
     by_value: bool = False
 
+    def __post_init__(self) -> None:
+        if not arguments.several(self.sources, Value, "what a value is computed from", "pg.Value handles"):
+            raise GraphError("a value is computed from at least one pg.Value, got none")
+        arguments.function(self.function, f"what computes a value from {self.name!r}")
+
     @property
     def name(self) -> str:
         return "+".join(source.name for source in self.sources)
@@ -263,6 +314,7 @@ class Derived:
         return self.by_value or all(source.static for source in self.sources)
 
     def map(self, function: Callable[[Any], object]) -> Derived:
+        arguments.function(function, f"what computes a value from {self.name!r}")
         inner = self.function
         return Derived(self.sources, lambda *values: function(inner(*values)), self.by_value)
 

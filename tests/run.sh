@@ -44,7 +44,7 @@ missing=()
 if ! command -v dpkg-query >/dev/null; then
     echo "not Debian or Ubuntu: install OpenGL with EGL (Mesa), an OpenCL loader and PoCL, and oclgrind yourself"
 else
-    for package in libegl1 libgl1 libgl1-mesa-dri libgles2 ocl-icd-libopencl1 pocl-opencl-icd oclgrind; do
+    for package in libegl1 libgl1 libgl1-mesa-dri libgles2 ocl-icd-libopencl1 pocl-opencl-icd oclgrind xvfb; do
         installed "$package" || missing+=("$package")
     done
     if lacks_venv && [ ! -x "$venv/bin/pip" ]; then missing+=("python$version-venv"); fi

@@ -105,7 +105,7 @@ def test_directional_has_no_cube_views():
         ({"color": (1, -1, 0)}, "color: expected linear RGB of 0 or more"),
         ({"intensity": -1}, "intensity: expected a finite number"),
         ({"radius": float("inf")}, "radius: expected a finite number"),
-        ({"radius": "big"}, "radius: expected a number, got 'big'"),
+        ({"radius": "big"}, r"radius: expected a finite number in \[0, inf\], got 'big'"),
         ({"cone_outer_rad": 0.0}, "cone_outer_rad: expected a finite number"),
         ({"cone_inner_rad": 1.5}, "cone_inner_rad: expected a finite number"),
     ],

@@ -286,7 +286,7 @@ def test_folder_missing_empty_and_unknown_files_are_named(tmp_path):
     (tmp_path / "e.obj").write_bytes(b"")
     (tmp_path / "m.blend").write_bytes(b"x")
     for name, text in [
-        ("", "a folder; expected a model file"),
+        ("", "is a directory; expected a model file"),
         ("no.obj", "no.obj: no such file"),
         ("e.obj", r"the file is empty \(0 bytes\)"),
         ("m.blend", r"unknown kind of model \(.blend\); expected one of .glb"),

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.base import Backend, DeviceInfo, FloatBlock
+from passgraph.backends.base import Backend, DeviceInfo, FloatBlock, device_number
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl import state as fixed
 from passgraph.backends.gl.context import Context, device_names
@@ -32,13 +32,17 @@ from passgraph.errors import BackendError, DeviceMissingError
 from passgraph.formats import Format
 from passgraph.graph import Geometry
 from passgraph.plan.data import DrawStep, PixelStep
+from passgraph.plan.limits import Limits
 
 #: Texture parameters: nearest for both filters, clamp to edge, one mip level, no depth comparison.
 _PARAMETERS = {0x2801: g.NEAREST, 0x2800: g.NEAREST, 0x2802: 0x812F, 0x2803: 0x812F, 0x813D: 0, 0x884C: 0}
+#: Uniforms of a stage besides a kernel's parameters, the output's size and the guard band's factor, a vector each.
+OTHER_NUMBERS = 8
 
 
 class GLBackend(Backend):
-    """OpenGL 3.3 off screen.  Every call and every run makes the context current and puts the one before back."""
+    """OpenGL 3.3 off screen.  Every call and every run makes the context current, in whatever thread it comes, and puts
+    the one before back."""
 
     name: ClassVar[str] = "gl"
     snaps: ClassVar[bool] = False
@@ -46,13 +50,22 @@ class GLBackend(Backend):
     def __init__(self, device: str | None = None) -> None:
         self.closed = False
         self.in_run = False
-        self.context = Context(_device_number(device))
+        self.context = Context(_device_number(device), self.turn)
         with self.context as gl:
             self.objects = Objects(gl)
             self.programs = Programs(self.objects)
             self.max_size = gl.integer(g.MAX_TEXTURE_SIZE)
             self.max_viewport = gl.integer(g.MAX_VIEWPORT)
-            self.max_targets = gl.integer(g.MAX_DRAW_BUFFERS)
+            self.limits = Limits(
+                f"gl ({gl.text(g.RENDERER)})",
+                side=min(self.max_size, self.max_viewport),
+                images=gl.integer(g.MAX_TEXTURE_UNITS),
+                targets=min(gl.integer(g.MAX_DRAW_BUFFERS), gl.integer(g.MAX_COLOUR_ATTACHMENTS)),
+                vertex_numbers=gl.integer(g.MAX_VERTEX_UNIFORMS) - OTHER_NUMBERS,
+                numbers=gl.integer(g.MAX_FRAGMENT_UNIFORMS) - OTHER_NUMBERS,
+                rounding=4,
+                varyings=gl.integer(g.MAX_VARYINGS),
+            )
             self.no_vertices = self.objects.new("VertexArray")
         self._layouts: dict[Format, Layout] = {}
 
@@ -60,7 +73,7 @@ class GLBackend(Backend):
     def devices(cls) -> list[DeviceInfo]:
         try:
             return [DeviceInfo(*names) for names in device_names()]
-        except DeviceMissingError as error:
+        except BackendError as error:
             return [DeviceInfo("none", "OpenGL", "", missing=str(error))]
 
     # Storages
@@ -236,16 +249,23 @@ class GLBackend(Backend):
         gl.BindFramebuffer(g.FRAMEBUFFER, 0)
 
     def finish(self) -> None:
-        with self.context as gl:
-            gl.Finish()
+        if not self.closed:
+            with self.context as gl:
+                gl.Finish()
 
     def close(self) -> None:
-        if self.closed:
+        if self.turn.lost:
+            self.closed = True
             return
-        self.closed = True
-        with self.context:
-            self.objects.delete_all()
-        self.context.release()
+        with self.turn:
+            if self.closed:
+                return
+            self.closed = True
+            # Where the context cannot be made current, its objects go with it all the same.
+            with suppress(BackendError), self.context:
+                self.objects.delete_all()
+            self.objects.alive.clear()
+            self.context.release()
 
 
 def layout_bytes(layout: Layout, size: tuple[int, int]) -> int:
@@ -256,8 +276,9 @@ def _device_number(device: str | None) -> int:
     """A device's number from a number or a part of its name."""
     if device is None:
         return 0
-    if device.isdigit():
-        return int(device)
+    number = device_number(device)
+    if number is not None:
+        return number
     names = [names[0] for names in device_names()]
     for number, name in enumerate(names):
         if device.lower() in name.lower():

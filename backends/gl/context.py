@@ -6,23 +6,29 @@ process and would take the place of the host program's own.
 
 from __future__ import annotations
 
-import ctypes
-import ctypes.util
 import sys
+import threading
+import weakref
+from collections import deque
 from types import TracebackType
-from typing import Any, TypeAlias
+from typing import Any
 
 from passgraph.backends.gl.bound import Bound
+from passgraph.backends.gl.current import Current, State
 from passgraph.backends.gl.functions import Functions
-from passgraph.errors import DeviceMissingError
+from passgraph.backends.turn import Turn, open_driver
+from passgraph.errors import BackendError, DeviceMissingError
 
 INSTALL = "pip install 'passgraph[gl]'"
 INSTALL_DRIVER = "apt-get install libegl1 libgl1-mesa-dri libgles2 libgl1"
 #: No machine known to us has more EGL devices.
 MAX_DEVICES = 16
-#: Display, surface to draw to, surface to read from, context.
-State: TypeAlias = tuple[int | None, int | None, int | None, int | None]
-_EGL_DRAW, _EGL_READ = 0x3059, 0x305A
+
+#: Contexts are made and destroyed one at a time.
+_making = threading.Lock()
+#: Contexts that nobody has any more.  A finaliser runs in any thread, and between any two calls of a host program, so
+#: it only puts them here; they are destroyed when one of ours is next opened or used.
+_left: deque[Any] = deque()
 
 
 def _glcontext() -> Any:
@@ -33,84 +39,117 @@ def _glcontext() -> Any:
     return glcontext
 
 
-class _Current:
-    """What is current in this thread: display, surfaces and context, to be put back later."""
-
-    def __init__(self) -> None:
-        # Elsewhere than on Linux a context is made current each time and the one before is not known.
-        library = ctypes.util.find_library("EGL") if sys.platform.startswith("linux") else None
-        self.egl = None if library is None else ctypes.CDLL(library)
-        if self.egl is None:
-            return
-        for name in ("eglGetCurrentContext", "eglGetCurrentDisplay", "eglGetCurrentSurface"):
-            getattr(self.egl, name).restype = ctypes.c_void_p
-        self.egl.eglMakeCurrent.argtypes = [ctypes.c_void_p] * 4
-
-    def context(self) -> int | None:
-        return None if self.egl is None else self.egl.eglGetCurrentContext()
-
-    def state(self) -> State | None:
-        """Arguments for :meth:`make`, or None where nothing is current."""
-        if self.egl is None or not self.egl.eglGetCurrentContext():
-            return None
-        draw, read = (self.egl.eglGetCurrentSurface(which) for which in (_EGL_DRAW, _EGL_READ))
-        return self.egl.eglGetCurrentDisplay(), draw, read, self.egl.eglGetCurrentContext()
-
-    def make(self, state: State) -> None:
-        if self.egl is not None:
-            self.egl.eglMakeCurrent(*state)
+def _destroy_left() -> None:
+    while _left:
+        native = _left.popleft()
+        with _making:
+            native.release()
 
 
 class Context:
-    """``with context:`` makes it current in this thread; one that was current before comes back after it."""
+    """``with context:`` makes it current in this thread, for one thread at a time; what was current comes back after.
 
-    def __init__(self, index: int = 0) -> None:
+    All that this backend asks of OpenGL is asked inside.
+    """
+
+    def __init__(self, index: int = 0, turn: Turn | None = None) -> None:
         glcontext = _glcontext()
-        self._current = _Current()
-        before = self._current.state()
+        open_driver("gl")
+        _destroy_left()
+        self.turn = turn or Turn("gl")
+        self.closed = False
+        self._depth = 0
+        self._current = Current()
+        self._before: State | None = self._current.state()
+        self._current.change(self._before, None)
         try:
-            if sys.platform.startswith("linux"):
-                self.native = glcontext.get_backend_by_name("egl")(glversion=330, mode="standalone", device_index=index)
-            else:
-                self.native = glcontext.default_backend()(glversion=330, mode="standalone")
+            self.native = self._made(glcontext, index)
+            self._finalizer = weakref.finalize(self, _left.append, self.native)
+            self._finalizer.atexit = False
+            self._state = self._own_state()
+            self.gl = Functions(self.native.load_opengl_function)
+        finally:
+            self._current.put_back(self._current.state(), self._before)
+        # Loading OpenGL may have brought GLX, which a host may then use.
+        self._current.look_for_glx()
+        self.bound = Bound()
+
+    def _made(self, glcontext: Any, index: int) -> Any:
+        """glcontext's object; the thread's rendering API stays what the host has set."""
+        linux, egl = sys.platform.startswith("linux"), self._current.egl
+        api = egl.query_api() if egl is not None else 0
+        try:
+            with _making:
+                if linux:
+                    return glcontext.get_backend_by_name("egl")(glversion=330, mode="standalone", device_index=index)
+                return glcontext.default_backend()(glversion=330, mode="standalone")
         except Exception as error:  # glcontext raises plain Exception, and ImportError for absent libraries
             raise DeviceMissingError(
                 f"no OpenGL 3.3 context on device {index}: {error}; install a driver: {INSTALL_DRIVER}"
             ) from None
-        self._state = self._current.state()
-        self._depth = 0
-        self._before: State | None = None
-        self.gl = Functions(self.native.load_opengl_function)
-        self.bound = Bound()
-        if before is not None:
-            self._current.make(before)
+        finally:
+            if egl is not None and api and egl.query_api() != api:
+                egl.bind_api(api)
+
+    def _own_state(self) -> State | None:
+        state = self._current.state()
+        if self._current.egl is not None and (state is None or state.system != "egl"):
+            raise BackendError(
+                "gl: the new context could not be made current; a context of the host program holds this thread. "
+                "Release it there around calls of passgraph, or call passgraph in a thread of its own"
+            )
+        return state
 
     def __enter__(self) -> Functions:
-        if self._depth == 0 and (self._state is None or self._current.context() != self._state[3]):
-            # Where nothing is current, ours stays so afterwards: putting a context aside flushes it.
-            self._before = self._current.state()
-            if self._state is None:
-                self.native.__enter__()
-            else:
-                self._current.make(self._state)
+        self.turn.__enter__()
+        try:
+            if self.closed:
+                raise BackendError("this gl backend was closed; open another one")
+            if self._depth == 0:
+                self._make_current()
+        except BaseException:
+            self.turn.__exit__()
+            raise
         self._depth += 1
         # Whoever enters may change what the last pass has set.
         self.bound.forget()
         return self.gl
 
+    def _make_current(self) -> None:
+        if _left:
+            _destroy_left()
+        if self._state is None:
+            self.native.__enter__()
+            return
+        before = self._current.state()
+        self._current.change(before, self._state)
+        self._before = before
+
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self._depth -= 1
-        if self._depth == 0 and self._before is not None:
-            before, self._before = self._before, None
-            self._current.make(before)
+        try:
+            # Behind a fork inside, the context is that of another process.
+            if self._depth == 0 and not self.turn.lost:
+                self._put_back()
+        finally:
+            self.turn.__exit__()
+
+    def _put_back(self) -> None:
+        """Nothing of ours stays current: another thread could not use it then."""
+        if self._state is None:
+            self.native.__exit__()
+            return
+        before, self._before = self._before, None
+        self._current.put_back(self._current.state(), before)
 
     def release(self) -> None:
-        """Destroy the context; whatever else is current stays so."""
-        if self._state is not None and self._current.context() == self._state[3]:
-            self._current.make((self._state[0], None, None, None))
-        self.native.release()
+        """Destroy the context and what is in it; whatever else is current stays so.  Not inside ``with context``."""
+        self.closed = True
+        if self._finalizer.detach() is not None:
+            with _making:
+                self.native.release()
 
 
 def device_names() -> list[tuple[str, str, str]]:

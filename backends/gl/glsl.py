@@ -6,10 +6,12 @@ kernels do; a draw turns clip space upside down in the vertex shader, so that it
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
 from passgraph.backends.base import ATTRIBUTES
+from passgraph.backends.gl.foreseen import foreseen_values
 from passgraph.backends.printing import FLOOR_DIVIDE, INT_MOD, MIRROR, REPEAT, Listing, Printer
 from passgraph.language import scalar as s
 
@@ -34,12 +36,10 @@ NO_COLOUR = "#version 330 core\nvoid main()\n{\n}\n"
 FUNCTIONS = {
     "pg_isnan": "bool pg_isnan(float x) { return (floatBitsToInt(x) & 0x7fffffff) > 0x7f800000; }",
     "pg_isinf": "bool pg_isinf(float x) { return (floatBitsToInt(x) & 0x7fffffff) == 0x7f800000; }",
-    # Compilers fold x * 0 to 0, which loses the NaN of an infinite x (llvmpipe, precise or not).
-    "pg_times_zero": """
-float pg_times_zero(float x)
-{
-    return (floatBitsToInt(x) & 0x7f800000) == 0x7f800000 ? intBitsToFloat(0x7fc00000) : 0.0;
-}
+    # Nobody sets the uniform, so it is 0; but no compiler knows that.
+    "pg_hidden": """
+uniform int pg_nil;
+float pg_hidden(float x) { return intBitsToFloat(floatBitsToInt(x) | pg_nil); }
 """,
     "pg_to_int": """
 int pg_to_int(float x)
@@ -55,6 +55,9 @@ int pg_to_int(float x)
     "pg_mirror": MIRROR,
 }
 LETTERS = "xyzw"
+#: Beyond every picture, and as a float still an int after it was multiplied and rounded; farther offsets are brought
+#: nearer first: with the number of a pixel they could leave 32 bits.
+FARTHEST_TEXEL = 1 << 30
 #: Blocks up to this length are arrays of scalars, which llvmpipe reads faster (a 15-tap blur takes 8 % less).
 #: Drivers may spend four components on each, so longer ones are arrays of vectors.
 LONGEST_SCALAR_BLOCK = 256
@@ -95,6 +98,7 @@ class GLSL(Printer):
         self.varyings = varyings
         self.own = NAMES[program.stage]
         self.image_numbers = {use.name: k for k, use in enumerate(program.images)}
+        self.foreseen = foreseen_values(program)
         #: Names that the top of main declares, in order: what they are computed from.
         self.declarations: dict[str, str] = {}
 
@@ -135,11 +139,19 @@ class GLSL(Printer):
         # Compilers that assume no NaN fold x != x away; bits they leave alone.
         if op.on == "float" and op.operation in ("equal", "not_equal") and arguments[0] == arguments[1]:
             return f"{'!' if op.operation == 'equal' else ''}pg_isnan({arguments[0]})"
-        if op.on == "float" and op.operation == "mul":
-            for operand, other in zip(op.arguments, reversed(arguments), strict=True):
-                if isinstance(operand, s.Lit) and operand.value == 0:
-                    return f"pg_times_zero({other})"
+        if op.on == "float" and op.operation in ("mul", "div"):
+            both = all(self.foreseen.known(a) for a in op.arguments)
+            arguments = [self._hidden(a, both) for a in op.arguments]
         return super().operation(op, arguments)
+
+    def _hidden(self, operand: s.Operand, among_constants: bool = False) -> str:
+        """An operand that compilers cannot take for 0: see :mod:`.foreseen`.
+
+        Beside constants alone only a written zero is hidden: what they give together is computed right.
+        """
+        text = self.operand(operand)
+        zero = self.foreseen.may_be_zero(operand) and (isinstance(operand, s.Lit) or not among_constants)
+        return f"pg_hidden({text})" if zero else text
 
     def texel(self, load: s.LoadTexel) -> None:
         """By ``textureLod``, which llvmpipe runs in two thirds of the time of ``texelFetch``.
@@ -169,11 +181,17 @@ class GLSL(Printer):
         if load.relative and known == 0:
             return f"{self._here(load.image)}.{axis}", []  # the image is as large as the target
         text = self.operand(offset)
-        whole = f"{self._pixel()}.{axis} + {text}" if load.relative else text
+        if known is not None:
+            known = min(max(known, -FARTHEST_TEXEL), FARTHEST_TEXEL)
         count, width = f"{self._size(load.image)}.{axis}", f"{self._width(load.image)}.{axis}"
+        use = self.program.image(load.image)
+        if load.relative and max(map(abs, use.x if axis == "x" else use.y)) > FARTHEST_TEXEL:
+            known, text = None, self._within(load.border, text, count)
+        whole = f"{self._pixel()}.{axis} + {text}" if load.relative else text
         if load.border in ("repeat", "mirror"):
             return f"(float(pg_{load.border}({whole}, {count})) + 0.5) * {width}", []
-        number = f"float({text})" if known is None else self.float_literal(known)
+        # Drivers make an int of the place before they clamp it; what is too large for one comes out at the other edge.
+        number = f"float(min({text}, {FARTHEST_TEXEL}))" if known is None else self.float_literal(known)
         place = f"({number} + 0.5) * {width}"
         if load.relative:
             place = f"{self._here(load.image)}.{axis} + {number} * {width}"
@@ -184,6 +202,13 @@ class GLSL(Printer):
             return place, [f"uint({whole}) < uint({count})"]
         low, high = (known < 0, known > 0) if load.relative else (known < 0, True)
         return place, [f"{whole} >= 0"] * low + [f"{whole} < {count}"] * high
+
+    @staticmethod
+    def _within(border: str, offset: str, count: str) -> str:
+        """An offset that leads to the same texel and whose sum with a pixel stays within int."""
+        if border in ("repeat", "mirror"):
+            return f"pg_repeat({offset}, {count}{' * 2' if border == 'mirror' else ''})"
+        return f"clamp({offset}, -{count}, {count})"
 
     def _here(self, image: str) -> str:
         """The centre of this pixel in texture coordinates of an image that is as large as the target."""
@@ -253,17 +278,23 @@ class GLSL(Printer):
         if program.stage == "vertex":
             x, y, z, w = (self.operand(v) for v in program.outputs[0].values)
             self.line(f"gl_Position = vec4({x} * pg_guard, -({y}) * pg_guard, {z}, {w});")
-            sent = program.outputs[1].values if len(program.outputs) > 1 else ()
+            # Rule 1 drops triangles with such a corner; an infinite w alone would be a place on the screen.
+            self.line("bvec4 pg_lost = equal(floatBitsToInt(gl_Position) & 0x7f800000, ivec4(0x7f800000));")
+            self.line("if (any(pg_lost)) { gl_Position = vec4(intBitsToFloat(0x7fc00000)); }")
+            # A varying that is the same at all vertices may become a constant of the fragment shader.
+            sent = [self._hidden(v) for v in (program.outputs[1].values if len(program.outputs) > 1 else ())]
             for k in range(vec4_count(len(sent))):
-                self.line(f"pg_varying{k} = {self._vec4(sent[4 * k : 4 * k + 4], ('0.0',) * 4)};")
+                self.line(f"pg_varying{k} = {_vec4(sent[4 * k : 4 * k + 4], ('0.0',) * 4)};")
             return
         if program.keep is not None:
             self.line(f"if (!{self.operand(program.keep)}) {{ discard; }}")
         for k, output in enumerate(program.outputs):
-            self.line(f"pg_out{k} = {self._vec4(output.values, ('0.0', '0.0', '0.0', '1.0'))};")
+            values = [self.operand(v) for v in output.values]
+            self.line(f"pg_out{k} = {_vec4(values, ('0.0', '0.0', '0.0', '1.0'))};")
 
-    def _vec4(self, values: tuple[s.Operand, ...], missing: tuple[str, ...]) -> str:
-        return f"vec4({', '.join([*(self.operand(v) for v in values), *missing[len(values) :]])})"
+
+def _vec4(values: Sequence[str], missing: tuple[str, ...]) -> str:
+    return f"vec4({', '.join([*values, *missing[len(values) :]])})"
 
 
 def varying_place(index: int) -> str:

@@ -12,18 +12,10 @@ from passgraph.backends.gl.bound import Bound
 from passgraph.backends.gl.geometry import Mesh
 from passgraph.backends.gl.glsl import attributes_of
 from passgraph.backends.gl.textures import Texture, stored_clear
-from passgraph.errors import BackendError
 from passgraph.plan.data import DrawStep, PixelStep
 
 if TYPE_CHECKING:
     from passgraph.backends.gl.backend import GLBackend
-
-
-def _check_targets(backend: GLBackend, step: PixelStep | DrawStep) -> None:
-    if len(step.outputs) > backend.max_targets:
-        raise BackendError(
-            f"gl: pass {step.name!r} has {len(step.outputs)} targets; this device takes {backend.max_targets}"
-        )
 
 
 class PixelRun:
@@ -31,7 +23,6 @@ class PixelRun:
 
     def __init__(self, backend: GLBackend, step: PixelStep) -> None:
         self.backend, self.step = backend, step
-        _check_targets(backend, step)
         self.program = backend.programs.pixel(step.program)
         self.order = image_order(step, step.program)
 
@@ -56,7 +47,6 @@ class DrawRun:
     def __init__(self, backend: GLBackend, step: DrawStep) -> None:
         self.backend, self.step = backend, step
         fixed.check_blends(backend.context.gl, step.state.blend, f"draw {step.name!r}")
-        _check_targets(backend, step)
         self.program = backend.programs.draw(step.vertex, step.fragment, step.varyings)
         self.guard = fixed.guard_band(backend.context.gl, step.size, backend.max_viewport)
         self.attributes = attributes_of(step.vertex)

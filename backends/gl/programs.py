@@ -75,18 +75,10 @@ class Programs:
     def __init__(self, objects: Objects) -> None:
         self.objects = objects
         self.made: dict[tuple[str, str, tuple[str, ...]], Program] = {}
-        gl = objects.gl
-        self.limits = {
-            "vertex": gl.integer(g.MAX_VERTEX_UNIFORMS),
-            "fragment": gl.integer(g.MAX_FRAGMENT_UNIFORMS),
-        }
-        self.max_varyings = gl.integer(g.MAX_VARYINGS)
-        self.max_textures = gl.integer(g.MAX_TEXTURE_UNITS)
 
     def pixel(self, program: ScalarProgram) -> Program:
         key = ("", program.key, ())
         if key not in self.made:
-            self._check(program)
             fragment = GLSL(program).shader()
             self.made[key] = self._link(Listing(FULLSCREEN, (NOWHERE,)), fragment, (program,))
         return self.made[key]
@@ -94,34 +86,12 @@ class Programs:
     def draw(self, vertex: ScalarProgram, fragment: ScalarProgram | None, varyings: tuple[str, ...]) -> Program:
         key = (vertex.key, "" if fragment is None else fragment.key, varyings)
         if key not in self.made:
-            self._check(vertex)
-            if len(varyings) > self.max_varyings:
-                raise BackendError(
-                    f"gl: vertex kernel {vertex.name} hands over {len(varyings)} floats; "
-                    f"this device takes {self.max_varyings}"
-                )
             first = GLSL(vertex, varyings).shader()
             if fragment is None:
                 self.made[key] = self._link(first, Listing(NO_COLOUR, (NOWHERE,)), (vertex,))
             else:
-                self._check(fragment)
                 self.made[key] = self._link(first, GLSL(fragment, varyings).shader(), (vertex, fragment))
         return self.made[key]
-
-    def _check(self, program: ScalarProgram) -> None:
-        """What the device must hold, before a driver says so in its own words."""
-        limit = self.limits["vertex" if program.stage == "vertex" else "fragment"]
-        needed = 4 * (vec4_count(program.float_count) + vec4_count(program.int_count))
-        if needed > limit:
-            raise BackendError(
-                f"gl: kernel {program.name} has {needed} numbers as parameters; this device takes {limit}. "
-                "Make some of them Const, or put them into a picture"
-            )
-        if len(program.images) > self.max_textures:
-            raise BackendError(
-                f"gl: kernel {program.name} reads {len(program.images)} images; this device takes "
-                f"{self.max_textures}. Compile with fuse=False or split the kernel"
-            )
 
     def _link(self, vertex: Listing, fragment: Listing, programs: tuple[ScalarProgram, ...]) -> Program:
         gl = self.objects.gl

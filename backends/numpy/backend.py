@@ -9,13 +9,23 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.base import Backend, ChainRunner, DeviceInfo, DrawRunner, FloatBlock, PixelRunner, quantised
+from passgraph.backends.base import (
+    Backend,
+    ChainRunner,
+    DeviceInfo,
+    DrawRunner,
+    FloatBlock,
+    PixelRunner,
+    device_number,
+    quantised,
+)
 from passgraph.backends.numpy.memory import aligned_zeros
 from passgraph.backends.numpy.workers import Workers, thread_count
 from passgraph.errors import BackendError
 from passgraph.formats import Format
 from passgraph.graph import Geometry
 from passgraph.plan.data import DrawStep, PixelStep
+from passgraph.plan.limits import Limits
 
 #: Compiled code counts the pixels of a picture in 32 bits.
 MAX_PIXELS = 2**31
@@ -39,11 +49,13 @@ class NumpyBackend(Backend):
     """See :class:`passgraph.backends.base.Backend`."""
 
     name: ClassVar[str] = "numpy"
+    limits = Limits("numpy", pixels=MAX_PIXELS - 1)
 
     def __init__(self, device: str | None = None) -> None:
-        if device is not None and not device.isdigit():
+        count = None if device is None else device_number(device)
+        if device is not None and count is None:
             raise BackendError(f"backend numpy takes a number of threads as its device (numpy:2), got {device!r}")
-        self.workers = Workers(int(device) if device else None)
+        self.workers = Workers(count)
 
     @classmethod
     def devices(cls) -> list[DeviceInfo]:
@@ -114,5 +126,11 @@ class NumpyBackend(Backend):
         storage.values = np.empty(0, np.float32)
         storage.stencil = None
 
+    def after_fork(self) -> bool:
+        self.workers.after_fork()
+        return True
+
     def close(self) -> None:
-        self.workers.close()
+        if not self.turn.lost:
+            with self.turn:
+                self.workers.close()

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
 
+from passgraph.backends.numpy.near import Margin, near_images, reach
 from passgraph.language import scalar as s
 from passgraph.plan.data import PixelStep
 
@@ -25,32 +25,6 @@ MIN_COLUMNS = 64
 MIN_SHARE = 6
 #: Instructions a pixel that may be computed again for each number that then need not go to memory and back.
 MAX_AGAIN = 12
-
-
-class Margin(NamedTuple):
-    """Texels around a pixel or a rectangle."""
-
-    left: int = 0
-    right: int = 0
-    up: int = 0
-    down: int = 0
-
-    def over(self, other: Margin) -> Margin:
-        """The larger of both on every side."""
-        return Margin(*map(max, self, other))
-
-    def beyond(self, other: Margin) -> Margin:
-        """This much around what lies ``other`` around."""
-        return Margin(*(a + b for a, b in zip(self, other, strict=True)))
-
-
-def reach(uses: Sequence[s.ImageUse]) -> Margin:
-    """How far relative reads go."""
-    found = Margin()
-    for use in uses:
-        if use.relative:
-            found = found.over(Margin(-use.x[0], use.x[1], -use.y[0], use.y[1]))
-    return found
 
 
 @dataclass(frozen=True)
@@ -78,6 +52,8 @@ def alone(step: PixelStep) -> tuple[Stage, ...]:
 
 def stages(steps: Sequence[PixelStep]) -> tuple[Stage, ...] | None:
     """The chain of these passes, or None where one reads another anywhere but in a fixed neighbourhood."""
+    if any(step.program.arrays for step in steps):
+        return None  # the arrays of each would lie on the stack at once
     made = {resource: (k, slot) for k, step in enumerate(steps) for slot, resource in enumerate(step.outputs)}
     margins = [Margin()] * len(steps)
     rings: list[list[tuple[int, int, int]]] = [[] for _ in steps]
@@ -95,7 +71,7 @@ def stages(steps: Sequence[PixelStep]) -> tuple[Stage, ...] | None:
 
 
 def _near(program: s.ScalarProgram, use: s.ImageUse) -> bool:
-    if use.absolute:
+    if use.absolute or (use.relative and use not in near_images(program)):
         return False
     loads = (i for i in s.walk(program.body) if isinstance(i, s.LoadTexel) and i.image == use.name)
     return all(load.border in NEAR_BORDERS for load in loads)
@@ -151,17 +127,4 @@ def _dear(stage: Stage, tiles: Tiling) -> bool:
     again = (1 + (left + right) / tiles.width * (tiles.width < width)) * (
         1 + (up + down) / tiles.rows * (tiles.rows < height)
     ) - 1
-    return again * work(stage.step.program.body) > MAX_AGAIN * sum(stage.channels)
-
-
-def work(body: Sequence[s.Instruction]) -> int:
-    """Instructions that a pixel takes at most."""
-    total = 0
-    for i in body:
-        if isinstance(i, s.For):
-            total += len(range(i.start, i.stop, i.step)) * work(i.body)
-        elif isinstance(i, s.If):
-            total += max(work(i.then), work(i.orelse))
-        else:
-            total += 1
-    return total
+    return again * s.work(stage.step.program.body) > MAX_AGAIN * sum(stage.channels)

@@ -7,12 +7,16 @@ so LLVM needs no shuffles, and there is a quarter of the code to compile.
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import TypeAlias
 
 from passgraph.language import scalar as s
 from passgraph.language.emitter import COMMUTATIVE, eliminate_dead
 
 #: Builtins that do not tell one channel's loop index from another's.
 _SHARED_BUILTINS = ("output_size.", "size.", "pixel.1")
+#: Programs with these are computed pixel by pixel.
+_STRUCTURED = (s.If, s.For, s.Read, s.Write, s.ReadAt, s.WriteAt, s.Break, s.Continue)
+Numbering: TypeAlias = dict[tuple[object, ...], int]
 
 
 def single_channel(program: s.ScalarProgram, channels: tuple[int, ...]) -> s.ScalarProgram | None:
@@ -21,21 +25,13 @@ def single_channel(program: s.ScalarProgram, channels: tuple[int, ...]) -> s.Sca
         return None
     if not program.images or any(use.absolute for use in program.images):
         return None
-    defined: dict[int, tuple[s.Instruction, int]] = {}
-    for instruction in program.body:
-        if isinstance(instruction, (s.If, s.For, s.Read, s.Write, s.Break, s.Continue)):
-            return None
-        if isinstance(instruction, s.LoadBuiltin) and not instruction.name.startswith(_SHARED_BUILTINS):
-            return None
-        if isinstance(instruction, s.LoadTexel):
-            for channel, value in enumerate(instruction.to):
-                if value is not None:
-                    defined[value.id] = (instruction, channel)
-        else:
-            for value in s.results_of(instruction):
-                defined[value.id] = (instruction, 0)
-    numbering: dict[tuple[object, ...], int] = {}
-    shapes = {_shape(value, channel, defined, numbering, {}) for channel, value in enumerate(program.outputs[0].values)}
+    if any(isinstance(instruction, _STRUCTURED) for instruction in program.body):
+        return None
+    builtins = (instruction.name for instruction in program.body if isinstance(instruction, s.LoadBuiltin))
+    if not all(name.startswith(_SHARED_BUILTINS) for name in builtins):
+        return None
+    numbering: Numbering = {}
+    shapes = {_shape(program, channel, value, numbering) for channel, value in enumerate(program.outputs[0].values)}
     if len(shapes) != 1 or None in shapes:
         return None
     first = program.outputs[0].values[0]
@@ -43,42 +39,42 @@ def single_channel(program: s.ScalarProgram, channels: tuple[int, ...]) -> s.Sca
     return replace(program, body=body, outputs=(replace(program.outputs[0], values=(first,)),))
 
 
-def _shape(
-    value: s.Operand,
-    channel: int,
-    defined: dict[int, tuple[s.Instruction, int]],
-    numbering: dict[tuple[object, ...], int],
-    memo: dict[int, int | None],
-) -> int | None:
-    """A number that equals another channel's exactly when the computations match; None for a foreign channel."""
-    if isinstance(value, s.Lit):
-        return numbering.setdefault(("literal", repr(value)), len(numbering))
-    if value.id in memo:
-        return memo[value.id]
-    instruction, read = defined[value.id]
-    key: tuple[object, ...]
-    if isinstance(instruction, s.LoadTexel):
-        if read != channel:
-            memo[value.id] = None
-            return None
-        key = ("texel", instruction.image, repr(instruction.x), repr(instruction.y), instruction.border)
-    else:
-        parts = [_shape(a, channel, defined, numbering, memo) for a in s.operands_of(instruction)]
-        if None in parts:
-            memo[value.id] = None
-            return None
-        name = type(instruction).__name__
-        detail: tuple[object, ...] = ()
-        if isinstance(instruction, s.Op):
-            detail = (instruction.operation, instruction.on)
-            if instruction.operation in COMMUTATIVE:
-                parts = sorted(parts, key=lambda part: part or 0)
-        elif isinstance(instruction, (s.LoadUniform, s.LoadTable, s.LoadBuiltin)):
-            detail = (
-                getattr(instruction, "block", None)
-                or getattr(instruction, "table", None)
-                or getattr(instruction, "name", None),
-            )
-        key = (name, *detail, *parts)
-    memo[value.id] = numbering.setdefault(key, len(numbering))
-    return memo[value.id]
+def _shape(program: s.ScalarProgram, channel: int, result: s.Operand, numbering: Numbering) -> int | None:
+    """A number that equals another channel's exactly when the computations match; None for a foreign channel.
+
+    One visit for each instruction, in their order: programs may be thousands of instructions deep.
+    """
+    found: dict[int, int | None] = {}
+
+    def of(value: s.Operand) -> int | None:
+        return _numbered(("literal", repr(value)), numbering) if isinstance(value, s.Lit) else found[value.id]
+
+    for i in program.body:
+        if isinstance(i, s.LoadTexel):
+            own = _numbered(("texel", i.image, repr(i.x), repr(i.y), i.border), numbering)
+            found |= {v.id: own if number == channel else None for number, v in enumerate(i.to) if v is not None}
+            continue
+        parts = [of(operand) for operand in s.operands_of(i)]
+        key = None if None in parts else (type(i).__name__, *_detail(i), *_ordered(i, parts))
+        for value in s.results_of(i):
+            found[value.id] = None if key is None else _numbered(key, numbering)
+    return of(result)
+
+
+def _numbered(key: tuple[object, ...], numbering: Numbering) -> int:
+    return numbering.setdefault(key, len(numbering))
+
+
+def _ordered(i: s.Instruction, parts: list[int | None]) -> list[int | None]:
+    return sorted(parts, key=lambda part: part or 0) if isinstance(i, s.Op) and i.operation in COMMUTATIVE else parts
+
+
+def _detail(i: s.Instruction) -> tuple[str, ...]:
+    """What tells instructions of one kind apart besides their operands."""
+    if isinstance(i, s.Op):
+        return i.operation, i.on
+    if isinstance(i, s.LoadUniform):
+        return (i.block,)
+    if isinstance(i, s.LoadTable):
+        return (i.table,)
+    return (i.name,) if isinstance(i, s.LoadBuiltin) else ()

@@ -10,9 +10,9 @@ from typing import Any
 
 from llvmlite import ir
 
-from passgraph.backends.numpy.lanes import Lanes, border, is_vector
-from passgraph.backends.numpy.llvm_ops import BOOL, F32, I32, I64, TYPES
-from passgraph.backends.numpy.program_body import ProgramBody
+from passgraph.backends.numpy.lanes import Lanes, border, is_vector, offset_within
+from passgraph.backends.numpy.llvm_ops import BOOL, F32, HELD, I8, I32, I64, TYPES
+from passgraph.backends.numpy.program_body import ProgramBody, counter, index_of
 from passgraph.backends.numpy.texels import scattered
 from passgraph.backends.numpy.windows import Window, windows_of
 from passgraph.language import scalar as s
@@ -33,6 +33,7 @@ class LaneBody(ProgramBody):
         self.tables: dict[str, Any] = {}
         self.windows = windows_of(program)
         self.slots = {name: self._slot(TYPES[kind]) for name, kind in program.variables}
+        self.arrays = {name: self._array(HELD[kind], length) for name, kind, length in program.arrays}
         self.mask = self._slot(BOOL)  # lanes at work
         builder.store(mask, self.mask)
         self.breaks: list[Any] = []  # lanes that are still in each loop around
@@ -51,6 +52,16 @@ class LaneBody(ProgramBody):
         b.store(ir.Constant(b.vector(kind), None), slot)
         return slot
 
+    def _array(self, kind: Any, length: int) -> Any:
+        """A vector for each entry, all zero where the function begins."""
+        b = self.builder
+        with b.goto_entry_block():
+            array = b.alloca(b.vector(kind), ir.Constant(I64, length))
+            clear = b.intrinsic("llvm.memset.p0.i64", ir.VoidType(), [ir.PointerType(), I8, I64, BOOL])
+            size = ir.Constant(I64, 4 * b.lanes * length)
+            b.plain.call(clear, [array, ir.Constant(I8, 0), size, ir.Constant(BOOL, 0)])
+        return array
+
     def _read_slot(self, slot: Any, kind: Any) -> Any:
         return self.builder.load(slot, typ=self.builder.vector(kind))
 
@@ -67,6 +78,10 @@ class LaneBody(ProgramBody):
                 held = b.load(slot, typ=value.type)
                 value = b.select(self._at_work(), value, held)
             b.store(value, slot)
+        elif isinstance(i, s.ReadAt):
+            self._read_at(i)
+        elif isinstance(i, s.WriteAt):
+            self._write_at(i)
         elif isinstance(i, s.LoadBuiltin):
             self.values[i.to.id] = self.given[i.name]
         elif isinstance(i, (s.Break, s.Continue)):
@@ -86,6 +101,34 @@ class LaneBody(ProgramBody):
             super().emit(i)
 
     # Memory: indices and coordinates are brought into range in every lane, so that idle lanes may read too.
+
+    def _read_at(self, i: s.ReadAt) -> None:
+        b, array, index = self.builder, self.arrays[i.array], self.operand(i.index)
+        kind = HELD[i.to.type]
+        if is_vector(index):
+            loaded = self._entry(array, self._numbers_of_lanes(index), kind)
+        else:
+            place = b.gep(array, [index], True, source_etype=b.vector(kind))
+            loaded = b.load(place, typ=b.vector(kind), align=4)
+        self.values[i.to.id] = b.trunc(loaded, BOOL) if i.to.type == "bool" else loaded
+
+    def _write_at(self, i: s.WriteAt) -> None:
+        b, array, index = self.builder, self.arrays[i.array], self.operand(i.index)
+        value, kind = b.spread(self.operand(i.value)), HELD[i.value.type]
+        if i.value.type == "bool":
+            value = b.zext(value, kind)
+        if is_vector(index):
+            b.store_at(array, self._numbers_of_lanes(index), value, kind, self._at_work())
+            return
+        place = b.gep(array, [index], True, source_etype=b.vector(kind))
+        if self.masked:
+            value = b.select(self._at_work(), value, b.load(place, typ=value.type, align=4))
+        b.plain.store(value, place, align=4)
+
+    def _numbers_of_lanes(self, index: Any) -> Any:
+        """Where entry ``index`` of each lane lies, in numbers."""
+        b = self.builder
+        return b.add(b.mul(index, ir.Constant(I32, b.lanes)), b.counting(I32))
 
     def load(self, name: str, index: Any, kind: Any) -> Any:
         return self._entry(self.memory[name], index, kind)
@@ -107,7 +150,7 @@ class LaneBody(ProgramBody):
     def texel(self, i: s.LoadTexel) -> None:
         """A texel anywhere in its picture."""
         results = [value.id for value in s.results_of(i)]
-        window = self.windows.get(results[0]) if results else None
+        window = self.windows.get(results[0]) if results and not i.relative else None
         if window is not None and is_vector(self.operand(window.base)):
             if results[0] not in self.values:
                 self._window(window)
@@ -115,6 +158,9 @@ class LaneBody(ProgramBody):
         number, b = self.numbers[i.image], self.builder
         x, y = self.operand(i.x), self.operand(i.y)
         width, height = self.memory[f"im{number}_w"], self.memory[f"im{number}_h"]
+        if i.relative:
+            x = b.add(self.given["pixel.0"], offset_within(b, i.border, x, width))
+            y = b.add(self.given["pixel.1"], offset_within(b, i.border, y, height))
         inner_x, inner_y = border(b, i.border, x, width), border(b, i.border, y, height)
         outside = None
         if i.border == "zero":
@@ -224,25 +270,26 @@ class LaneBody(ProgramBody):
         with b.goto_entry_block():
             slot = b.alloca(I32)
         before, live = self._at_work(), self._slot(BOOL)
-        b.store(ir.Constant(I32, i.start), slot)
+        start, stop, step = counter(i)
+        b.store(ir.Constant(I32, start), slot)
         b.store(before, live)
         check, body, behind = (b.append_basic_block(name) for name in ("check", "body", "behind"))
         b.branch(check)
         b.position_at_end(check)
-        index = b.load(slot, typ=I32)
-        more = b.icmp_signed("<" if i.step > 0 else ">", index, ir.Constant(I32, i.stop))
+        count = b.load(slot, typ=I32)
+        more = b.icmp_signed("<" if step > 0 else ">", count, ir.Constant(I32, stop))
         if _breaks(i.body):
             more = b.and_(more, b.any(self._read_slot(live, BOOL)))
         b.cbranch(more, body, behind)
         b.position_at_end(body)
         b.store(self._read_slot(live, BOOL), self.mask)
-        self.values[i.index.id] = index
+        self.values[i.index.id] = index_of(b, i, count)
         was, self.masked = self.masked, self.masked or _breaks(i.body)
         self.breaks.append(live)
         self.block(i.body)
         self.breaks.pop()
         self.masked = was
-        b.store(b.add(index, ir.Constant(I32, i.step)), slot)
+        b.store(b.add(count, ir.Constant(I32, step)), slot)
         b.branch(check)
         b.position_at_end(behind)
         b.store(before, self.mask)

@@ -225,6 +225,17 @@ def floor_modulo(b: Any, value: Any, size: Any) -> Any:
     return b.select(b.icmp_signed(">=", rest, size), b.sub(rest, size), rest)
 
 
+def offset_within(b: Any, rule: str, offset: Any, size: Any) -> Any:
+    """An offset that leads from a pixel of a picture to the same texel by the border rule, and never out of 32 bits."""
+    if rule == "repeat":
+        return b.sub(floor_modulo(b, offset, size), size)
+    if rule == "mirror":
+        return floor_modulo(b, offset, b.add(size, size))
+    back = b.sub(ir.Constant(I32, 0), size)
+    low = b.select(b.icmp_signed("<", offset, back), back, offset)
+    return b.select(b.icmp_signed(">", low, size), size, low)
+
+
 def border(b: Any, rule: str, coordinate: Any, size: Any) -> Any:
     """A coordinate brought into range; the builder may be a plain one where nothing is a vector."""
     zero, one = ir.Constant(I32, 0), ir.Constant(I32, 1)

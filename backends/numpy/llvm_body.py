@@ -16,8 +16,8 @@ from numba.extending import intrinsic
 
 from passgraph.backends.numpy.lanes import border
 from passgraph.backends.numpy.llvm_names import PLANE_ARGUMENTS, VARYINGS, argument_names, is_varying
-from passgraph.backends.numpy.llvm_ops import F32, F64, I32, I64, TYPES
-from passgraph.backends.numpy.program_body import ProgramBody
+from passgraph.backends.numpy.llvm_ops import F32, F64, HELD, I32, I64, TYPES
+from passgraph.backends.numpy.program_body import ProgramBody, counter, index_of
 from passgraph.language import scalar as s
 
 
@@ -96,6 +96,10 @@ class Body(ProgramBody):
         self.numbers = {use.name: i for i, use in enumerate(program.images)}
         self.values: dict[int, Any] = {}
         self.slots = {name: cgutils.alloca_once(builder, TYPES[kind]) for name, kind in program.variables}
+        self.arrays = {
+            name: cgutils.alloca_once(builder, ir.ArrayType(HELD[kind], length))
+            for name, kind, length in program.arrays
+        }
         self.tables: dict[str, Any] = {}
         self.loops: list[tuple[Any, Any]] = []  # (next trip, behind the loop)
 
@@ -119,6 +123,13 @@ class Body(ProgramBody):
             self.values[i.to.id] = b.load(self.slots[i.variable], typ=TYPES[i.to.type])
         elif isinstance(i, s.Write):
             b.store(self.operand(i.value), self.slots[i.variable])
+        elif isinstance(i, s.ReadAt):
+            loaded = b.load(self._array_place(i.array, i.index, i.to.type), typ=HELD[i.to.type])
+            self.values[i.to.id] = b.trunc(loaded, TYPES["bool"]) if i.to.type == "bool" else loaded
+        elif isinstance(i, s.WriteAt):
+            value = self.operand(i.value)
+            held = b.zext(value, HELD["bool"]) if i.value.type == "bool" else value
+            b.store(held, self._array_place(i.array, i.index, i.value.type))
         elif isinstance(i, s.If):
             self._if(i)
         elif isinstance(i, s.For):
@@ -145,6 +156,9 @@ class Body(ProgramBody):
     def load(self, name: str, index: Any, kind: Any) -> Any:
         pointer = self.builder.gep(self._data(name), [index], inbounds=True, source_etype=kind)
         return self.builder.load(pointer, typ=kind)
+
+    def _array_place(self, array: str, index: s.Operand, kind: str) -> Any:
+        return self.builder.gep(self.arrays[array], [self.operand(index)], True, source_etype=HELD[kind])
 
     def _table(self, i: s.LoadTable) -> Any:
         if i.table not in self.tables:
@@ -189,21 +203,22 @@ class Body(ProgramBody):
     def _for(self, i: s.For) -> None:
         b = self.builder
         slot = cgutils.alloca_once(b, I32)
-        b.store(ir.Constant(I32, i.start), slot)
+        start, stop, step = counter(i)
+        b.store(ir.Constant(I32, start), slot)
         check, body, following, behind = (b.append_basic_block(name) for name in ("check", "body", "next", "behind"))
         b.branch(check)
         b.position_at_end(check)
-        index = b.load(slot, typ=I32)
-        sign = "<" if i.step > 0 else ">"
-        b.cbranch(b.icmp_signed(sign, index, ir.Constant(I32, i.stop)), body, behind)
+        count = b.load(slot, typ=I32)
+        sign = "<" if step > 0 else ">"
+        b.cbranch(b.icmp_signed(sign, count, ir.Constant(I32, stop)), body, behind)
         b.position_at_end(body)
-        self.values[i.index.id] = index
+        self.values[i.index.id] = index_of(b, i, count)
         self.loops.append((following, behind))
         self.block(i.body)
         self.loops.pop()
         if not b.block.is_terminated:
             b.branch(following)
         b.position_at_end(following)
-        b.store(b.add(index, ir.Constant(I32, i.step)), slot)
+        b.store(b.add(count, ir.Constant(I32, step)), slot)
         b.branch(check)
         b.position_at_end(behind)

@@ -12,7 +12,10 @@ from llvmlite import ir
 from passgraph.language import scalar as s
 
 F32, F64, I32, I64, BOOL = ir.FloatType(), ir.DoubleType(), ir.IntType(32), ir.IntType(64), ir.IntType(1)
+I8 = ir.IntType(8)
 TYPES = {"float": F32, "int": I32, "bool": BOOL}
+#: Entries of arrays: bits would lie packed.
+HELD = TYPES | {"bool": I32}
 
 
 def constant(value: s.Lit) -> Any:

@@ -72,7 +72,8 @@ def _blend(blend: Blend, values: list[str], number: int, format_: Format) -> tup
     clamped = format_.kind.startswith("unorm")
     lines = []
     for channel, value in enumerate(values):
-        source = f"min(max({value}, float32(0.0)), float32(1.0))" if clamped else value
+        # Written so that NaN becomes 0.
+        source = f"min({value} if {value} > float32(0.0) else float32(0.0), float32(1.0))" if clamped else value
         lines.append(f"b{number}_s{channel} = {source}")
         lines.append(f"b{number}_d{channel} = out{number}[uint64(i * {count} + {channel})]")
     results = []

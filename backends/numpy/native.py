@@ -4,6 +4,8 @@
 from __future__ import annotations
 
 import hashlib
+import os
+import threading
 from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
@@ -12,7 +14,15 @@ from typing import Any
 import llvmlite
 import llvmlite.binding as llvm
 
-from passgraph.kept import cache_folder, keep, kept, text_digest
+from passgraph.kept import recall, remember, text_digest
+
+#: Held by whoever compiles or loads: LLVM's engine and what numba knows are one for the process, made once.
+_compiling = threading.RLock()
+if hasattr(os, "register_at_fork"):
+    # A child must not begin with a lock, or half a module, of a thread that it does not have.
+    os.register_at_fork(
+        before=_compiling.acquire, after_in_parent=_compiling.release, after_in_child=_compiling.release
+    )
 
 
 @lru_cache(maxsize=1)
@@ -31,7 +41,8 @@ def _machine() -> tuple[Any, str, str]:
 
 def lanes() -> int:
     """Numbers in one vector: a register's worth where there are many registers."""
-    return 16 if "+avx512f" in _machine()[2] else 8
+    with _compiling:
+        return 16 if "+avx512f" in _machine()[2] else 8
 
 
 @lru_cache(maxsize=1)
@@ -44,17 +55,24 @@ _loaded: dict[str, int] = {}
 
 
 def function_address(parts: tuple[str, ...], emit: Callable[[str], str]) -> int:
-    """Where the function is that ``emit(name)`` gives the LLVM text of; ``parts`` tell it from every other."""
+    """Where the function is that ``emit(name)`` gives the LLVM text of; ``parts`` tell it from every other.
+
+    Threads take turns: what one is compiling, another that asks for it finds made.
+    """
+    with _compiling:
+        return _address(parts, emit)
+
+
+def _address(parts: tuple[str, ...], emit: Callable[[str], str]) -> int:
     _, cpu, features = _machine()
     told = (text_digest(Path(__file__).parent), llvmlite.__version__, cpu, features, *parts)
     key = hashlib.sha256("\0".join(told).encode()).hexdigest()[:40]
     if key not in _loaded:
         name = f"pg_{key}"
-        path = cache_folder("code") / f"{name}.o"
-        code = kept(path)
+        code = recall("code", f"{name}.o")
         if code is None:
             code = _compiled(emit(name))
-            keep(path, code)
+            remember("code", f"{name}.o", code)
         engine = _engine()
         engine.add_object_file(llvm.ObjectFileRef.from_data(code))
         engine.finalize_object()

@@ -275,11 +275,11 @@ class PixelBody(LaneBody):
         self.views = {(view.image, view.border): number for number, view in enumerate(stage.views)}
 
     def texel(self, i: s.LoadTexel) -> None:
-        if not i.relative:
+        at = self.views.get((self.numbers[i.image], i.border)) if i.relative else None
+        if at is None:
             super().texel(i)
             return
         b, place = self.builder, self.place
-        at = self.views[self.numbers[i.image], i.border]
         view, unit = place.stage.views[at], place.stage.alike
         x, y = (b.sext(self.operand(part), I64) for part in (i.x, i.y))
         row = b.load(place._entry(place.tables[at], b.add(y, number(view.up + self.row))), typ=POINTER)

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import gcd
 
-from passgraph.backends.numpy.chains import Margin, Stage, reach
+from passgraph.backends.numpy.chains import Stage
 from passgraph.backends.numpy.channels import single_channel
+from passgraph.backends.numpy.near import Margin, near_images, reach
 from passgraph.language import scalar as s
 
 #: Instructions that one turn of the loop may have where it makes several rows or vectors at once.
@@ -54,7 +55,10 @@ class StageLayout:
 
     @cached_property
     def _single(self) -> s.ScalarProgram | None:
-        return single_channel(self.stage.step.program, self.channels)
+        program = self.stage.step.program
+        # Texels that are read one by one are found by the numbers of pixels, not of channels.
+        windows = all(use in near_images(program) for use in program.images if use.relative)
+        return single_channel(program, self.channels) if windows else None
 
     @property
     def alike(self) -> int:
@@ -67,7 +71,12 @@ class StageLayout:
 
     @cached_property
     def reach(self) -> Margin:
-        return reach(self.program.images)
+        return reach(self.near)
+
+    @cached_property
+    def near(self) -> tuple[s.ImageUse, ...]:
+        """Images that relative reads find in windows."""
+        return near_images(self.program)
 
     @property
     def rings(self) -> dict[int, tuple[int, int]]:
@@ -83,7 +92,7 @@ class StageLayout:
     @cached_property
     def _fitting(self) -> int:
         """How many times the kernel may stand in one turn of the loop."""
-        straight = not any(isinstance(i, (s.If, s.For)) for i in self.program.body)
+        straight = not self.program.arrays and not any(isinstance(i, (s.If, s.For)) for i in self.program.body)
         return max(1, MAX_AT_ONCE // max(1, len(self.program.body)) if straight else 1)
 
     @cached_property
@@ -125,9 +134,9 @@ class StageLayout:
             if not isinstance(load, s.LoadTexel) or not load.relative:
                 continue
             number = numbers[load.image]
-            if (number, load.border) in found:
-                continue
             use = program.images[number]
+            if (number, load.border) in found or use not in self.near:
+                continue
             rows, across = use.y[1] - use.y[0] + self.rows, use.x != (0, 0)
             found[number, load.border] = View(number, load.border, use.channels, -use.y[0], rows, across, begin)
             begin += rows * self.strip_pixels * use.channels if across else 0

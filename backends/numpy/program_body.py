@@ -7,7 +7,7 @@ from typing import Any
 
 from llvmlite import ir
 
-from passgraph.backends.numpy.llvm_ops import I64, TYPES, constant, emit_operation
+from passgraph.backends.numpy.llvm_ops import I32, I64, TYPES, constant, emit_operation
 from passgraph.language import scalar as s
 
 
@@ -46,3 +46,15 @@ class ProgramBody:
         """A table's values as one constant."""
         kind, values = next((kind, values) for table, kind, values in self.program.tables if table == name)
         return ir.Constant(ir.ArrayType(TYPES[kind], len(values)), [constant(s.Lit(kind, v)) for v in values])
+
+
+def counter(loop: s.For) -> tuple[int, int, int]:
+    """Start, stop and step of what a loop counts: its index, or its trips where the index would pass 32 bits."""
+    return (0, loop.trips, 1) if loop.wraps else (loop.start, loop.stop, loop.step)
+
+
+def index_of(b: Any, loop: s.For, count: Any) -> Any:
+    """The index of a trip; sums and products wrap, and the index itself fits."""
+    if not loop.wraps:
+        return count
+    return b.add(b.mul(count, ir.Constant(I32, loop.step)), ir.Constant(I32, loop.start))

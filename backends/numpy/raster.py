@@ -83,7 +83,8 @@ class Raster:
         self.codes = np.zeros(count, np.uint8)
 
     def _chunks(self, count: int) -> list[tuple[int, int]]:
-        return [(first, min(count, first + CHUNK)) for first in range(0, count, CHUNK)]
+        """At least one, so that a mesh of nothing needs no ways of its own."""
+        return [(first, min(count, first + CHUNK)) for first in range(0, max(1, count), CHUNK)]
 
     def _transform(self, mesh: Geometry, block: Block) -> None:
         chunks = self._chunks(len(mesh.positions))
@@ -107,8 +108,7 @@ class Raster:
         self.workers.each(lambda number: classify(*chunks[number], number), len(chunks))
         corners = entries.MAX_CORNERS
         room = [direct + (corners - 2) * clipped for direct, clipped in self.sorts.tolist()]
-        # Each plane adds at most two vertices to a polygon.
-        fresh = [12 * clipped for clipped in self.sorts[:, 1].tolist()]
+        fresh = [entries.NEW_VERTICES * clipped for clipped in self.sorts[:, 1].tolist()]
         self._grow(len(mesh.positions) + sum(fresh), sum(room))
         if len(self.corners) < entries.CORNER_LISTS * len(chunks):
             self.corners = np.zeros((entries.CORNER_LISTS * len(chunks), entries.CORNER_ROOM), np.int64)

@@ -13,9 +13,11 @@ from passgraph.backends.numpy.numba_code import NumbaCode
 
 #: A triangle cut by six planes has at most nine corners.
 MAX_CORNERS = 9
+#: Vertices that cutting one triangle makes at most: a plane cuts two edges.
+NEW_VERTICES = 12
 #: Lists of corners that clipping in one chunk needs: the polygon, and what a plane makes of it.
 CORNER_LISTS = 2
-#: Entries of each list: more than there are corners, so that rounding cannot write beyond them.
+#: Entries of each list: those corners in whole cache lines, as chunks write side by side.
 CORNER_ROOM = 16
 
 #: A depth test passes where the new depth is on one of these sides of the held one.

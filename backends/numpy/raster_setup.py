@@ -14,16 +14,16 @@ import numpy as np
 
 from passgraph.backends.numpy.jit import compiled
 from passgraph.backends.numpy.llvm_names import TILE
-from passgraph.backends.numpy.raster_entries import CORNER_LISTS
+from passgraph.backends.numpy.raster_entries import CORNER_LISTS, MAX_CORNERS, NEW_VERTICES
 
 #: Window coordinates carry 8 bits below the pixel.
 SUBPIXEL = 256
-#: Vertices beyond this many half-screens from the centre are clipped, so that fixed point and int64 suffice.
-GUARD_BAND = 8.0
+#: No corner is drawn farther than this many half-screens from the centre: twice the guard band.
+FARTHEST = 16.0
 
 REJECTED, DIRECT, CLIPPED = 0, 1, 2
-#: Bits of a vertex's code: outside near, far and the four sides; beyond the guard band or behind the eye.
-SIDES, BEYOND = 63, 64
+#: Bits of a vertex's code: outside near, far and the four sides; beyond the guard band or behind the eye; not finite.
+SIDES, BEYOND, NOT_FINITE = 63, 64, 128
 #: With any of these a triangle is cut.
 CLIPPING = 1 | 2 | BEYOND
 
@@ -41,6 +41,8 @@ def _project(
         code |= (4 if x > w else 0) | (8 if x < -w else 0) | (16 if y > w else 0) | (32 if y < -w else 0)
         if not (w > 0.0 and abs(x) <= 8.0 * w and abs(y) <= 8.0 * w):
             code |= BEYOND
+        if not (abs(x) < np.inf and abs(y) < np.inf and abs(z) < np.inf and abs(w) < np.inf):
+            code |= NOT_FINITE
         codes[v] = code
         if w > 0:
             window_x[v] = np.int32(min(max(np.rint((x / w * 0.5 + 0.5) * width * 256.0), -1.0e9), 1.0e9))
@@ -71,7 +73,7 @@ def _classify(first: Any, last: Any, chunk: Any, triangles: Any, codes: Any, kin
     clipped = 0
     for t in range(first, last):
         a, b, c = codes[triangles[t, 0]], codes[triangles[t, 1]], codes[triangles[t, 2]]
-        if a & b & c & SIDES:
+        if a & b & c & SIDES or (a | b | c) & NOT_FINITE:
             kinds[t] = REJECTED
         elif (a | b | c) & CLIPPING:
             kinds[t] = CLIPPED
@@ -82,41 +84,64 @@ def _classify(first: Any, last: Any, chunk: Any, triangles: Any, codes: Any, kin
     counts[chunk, 0], counts[chunk, 1] = direct, clipped
 
 
-def _lerp(clip: Any, varyings: Any, inside: Any, outside: Any, t: Any, to: Any) -> None:
+def _between(clip: Any, varyings: Any, inside: Any, outside: Any, d_inside: Any, d_outside: Any, to: Any) -> None:
+    """The vertex where an edge crosses a plane: each end by its share, so that a huge end does not drown the other."""
+    apart = d_inside - d_outside
+    share, rest = -d_outside / apart, d_inside / apart
     for c in range(4):
-        clip[to, c] = clip[inside, c] + (clip[outside, c] - clip[inside, c]) * t
+        clip[to, c] = clip[inside, c] * share + clip[outside, c] * rest
+    share32, rest32 = np.float32(share), np.float32(rest)
     for c in range(varyings.shape[1]):
-        varyings[to, c] = varyings[inside, c] + (varyings[outside, c] - varyings[inside, c]) * np.float32(t)
+        varyings[to, c] = varyings[inside, c] * share32 + varyings[outside, c] * rest32
+
+
+def _run_inside(count: Any, clip: Any, corners: Any, row: Any, plane: Any) -> Any:
+    """Bits of the corners inside a plane that lie next to one another round the one that lies deepest.
+
+    Of a convex polygon these are all; where rounding puts others inside, counting them would cut more than two edges.
+    """
+    deepest, most = 0, distance(clip, corners[row, 0], plane)
+    for k in range(1, count):
+        d = distance(clip, corners[row, k], plane)
+        if d > most:
+            deepest, most = k, d
+    if not (most >= 0.0):
+        return 0
+    run = 1 << deepest
+    for way in (1, count - 1):
+        k = (deepest + way) % count
+        while k != deepest and distance(clip, corners[row, k], plane) >= 0.0:
+            run |= 1 << k
+            k = (k + way) % count
+    return run
 
 
 def _clip(t: Any, triangles: Any, clip: Any, varyings: Any, free: Any, corners: Any, row: Any) -> Any:
-    """Cut one triangle into ``corners[row]``, with ``corners[row + 1]`` for scratch; new vertices go to ``free`` on.
-    Returns (corner count, next free vertex)."""
-    count, cut = 3, row + 1
+    """Cut one triangle into ``corners[row]``, with ``corners[row + 1]`` for scratch; new vertices go to ``free`` on,
+    at most ``NEW_VERTICES``.  Returns (corner count, next free vertex)."""
+    count, cut, end = 3, row + 1, free + NEW_VERTICES
     for k in range(3):
         corners[row, k] = triangles[t, k]
     for plane in range(6):
-        if plane >= 2:
-            beyond = False
-            for k in range(count):
-                if not (distance(clip, corners[row, k], plane) >= 0.0):
-                    beyond = True
-            if not beyond:
-                continue
+        run = run_inside(count, clip, corners, row, plane)
+        if run == (1 << count) - 1:
+            continue
+        if run == 0 or count >= MAX_CORNERS or free + 2 > end:  # one run leaves room for one more corner
+            return 0, free
         kept = 0
         for k in range(count):
-            here, there = corners[row, k], corners[row, (k + 1) % count]
-            d_here, d_there = distance(clip, here, plane), distance(clip, there, plane)
-            if d_here >= 0.0:
+            following = (k + 1) % count
+            here, there = corners[row, k], corners[row, following]
+            stays, follows = run >> k & 1, run >> following & 1
+            if stays:
                 corners[cut, kept] = here
                 kept += 1
-                if not (d_there >= 0.0):
-                    lerp(clip, varyings, here, there, d_here / (d_here - d_there), free)
-                    corners[cut, kept] = free
-                    kept += 1
-                    free += 1
-            elif d_there >= 0.0:
-                lerp(clip, varyings, there, here, d_there / (d_there - d_here), free)
+            if stays != follows:
+                d_here, d_there = distance(clip, here, plane), distance(clip, there, plane)
+                if stays:
+                    between(clip, varyings, here, there, d_here, d_there, free)
+                else:
+                    between(clip, varyings, there, here, d_there, d_here, free)
                 corners[cut, kept] = free
                 kept += 1
                 free += 1
@@ -126,6 +151,12 @@ def _clip(t: Any, triangles: Any, clip: Any, varyings: Any, free: Any, corners: 
         if count < 3:
             return 0, free
     return count, free
+
+
+def _placed(v: Any, clip: Any) -> Any:
+    """Whether a corner has a place on the screen: one at the eye has none, nor one that rounding alone put far off."""
+    farthest = FARTHEST * clip[v, 3]
+    return farthest > 0.0 and abs(clip[v, 0]) <= farthest and abs(clip[v, 1]) <= farthest
 
 
 def _holds(x0: Any, y0: Any, x1: Any, y1: Any, x2: Any, y2: Any, px: Any, py: Any) -> Any:
@@ -194,13 +225,9 @@ def _assemble(
             begin = free
             count, free = clip_triangle(t, triangles, clip, varyings, free, corners, row)
             project(begin, free, clip, width, height, window_x, window_y, depth, inverse_w, codes)
-            good = True
-            for k in range(count):
-                if not (clip[corners[row, k], 3] > 0.0):
-                    good = False
-            if good:
-                for k in range(1, count - 1):
-                    a, b, c = corners[row, 0], corners[row, k], corners[row, k + 1]
+            for k in range(1, count - 1):
+                a, b, c = corners[row, 0], corners[row, k], corners[row, k + 1]
+                if placed(a, clip) and placed(b, clip) and placed(c, clip):
                     at = keep(a, b, c, window_x, window_y, width, height, cull, made, at)
     return at
 
@@ -224,7 +251,9 @@ def _fill(first: Any, last: Any, chunk: Any, made: Any, tiles_x: Any, cursors: A
 
 
 distance = compiled(_distance)
-lerp = compiled(_lerp)
+between = compiled(_between)
+run_inside = compiled(_run_inside)
+placed = compiled(_placed)
 project = compiled(_project)
 classify = compiled(_classify)
 clip_triangle = compiled(_clip)

@@ -30,6 +30,8 @@ def scattered(
     rather than quickly.
     """
     module, name = b.module, f"texels_{channels}_{'_'.join(map(str, wanted))}{'_rarely' * rarely}"
+    # Pointers to pictures, to tables of each length and to arrays differ in type.
+    name += "".join(letter if letter.isalnum() else "_" for letter in str(picture.type))
     function = module.globals.get(name)
     if function is None:
         made = ir.LiteralStructType([b.vector(F32)] * len(wanted))

@@ -21,7 +21,7 @@ Job: TypeAlias = "tuple[Callable[[int], None], int, threading.Lock, Ended] | Non
 
 def thread_count() -> int:
     given = os.environ.get(THREADS_VARIABLE, "")
-    if given.isdigit() and int(given) > 0:
+    if given.isascii() and given.isdigit() and int(given) > 0:
         return int(given)
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
@@ -35,10 +35,18 @@ class Workers:
 
     def __init__(self, count: int | None = None) -> None:
         self.count = count or thread_count()
+        self._prepare()
+
+    def _prepare(self) -> None:
         self._jobs: SimpleQueue[Job] = SimpleQueue()
         self._threads: list[threading.Thread] = []
         # Threads know the queue only, so that a pool that nobody closed ends when nobody has it any more.
         self._end = weakref.finalize(self, _end, self._jobs, self._threads)
+
+    def after_fork(self) -> None:
+        """In a child process, where the threads are not: others start with the next work."""
+        if self._end.detach() is not None:
+            self._prepare()
 
     def together(self, function: Callable[[int], None], threads: int) -> None:
         """``function(0)`` … side by side, in as many threads as there are; returns when all are done, raises what one

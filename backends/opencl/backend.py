@@ -14,10 +14,15 @@ from passgraph.backends.base import Backend, Block, DeviceInfo, DrawRunner, Floa
 from passgraph.backends.opencl.devices import choose, device_infos
 from passgraph.backends.opencl.programs import Programs
 from passgraph.backends.opencl.storage import DTYPES, ImageLayout, Storage, decode, encode
+from passgraph.backends.turn import open_driver
 from passgraph.errors import BackendError
 from passgraph.formats import Format
 from passgraph.graph import Geometry
 from passgraph.plan.data import DrawStep, PixelStep
+from passgraph.plan.limits import Limits
+
+#: Arguments of 8 bytes that kernels take besides images and targets: parameters, lists of triangles, depth, sizes.
+OTHER_ARGUMENTS = 20
 
 
 class OpenCLBackend(Backend):
@@ -30,6 +35,7 @@ class OpenCLBackend(Backend):
 
     def __init__(self, device: str | None = None) -> None:
         super().__init__(device)
+        open_driver(self.name)
         self.device = choose(device)
         import pyopencl as cl
 
@@ -42,6 +48,13 @@ class OpenCLBackend(Backend):
         self.closed = False
         self.is_cpu = bool(self.device.type & cl.device_type.CPU)
         self.max_bytes = int(self.device.max_mem_alloc_size)
+        self.limits = Limits(
+            f"opencl ({self.device.name.strip()})",
+            picture_bytes=self.max_bytes,
+            bindings=int(self.device.max_parameter_size) // 8 - OTHER_ARGUMENTS,
+            vertex_numbers=self.max_bytes // 4,
+            numbers=self.max_bytes // 4,
+        )
 
     @classmethod
     def devices(cls) -> list[DeviceInfo]:
@@ -70,7 +83,7 @@ class OpenCLBackend(Backend):
         return buffer
 
     def free(self, buffer: Any) -> None:
-        if buffer is not None and self.alive.pop(buffer.int_ptr, None) is not None:
+        if buffer is not None and not self.turn.lost and self.alive.pop(buffer.int_ptr, None) is not None:
             buffer.release()
 
     def free_with(self, owner: object, buffer: Any) -> None:
@@ -191,6 +204,13 @@ class OpenCLBackend(Backend):
             raise BackendError("this opencl backend was closed; open another one")
 
     def close(self) -> None:
+        if self.turn.lost:
+            self.closed = True
+            return
+        with self.turn:
+            self._close()
+
+    def _close(self) -> None:
         if self.closed:
             return
         self.finish()

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from passgraph.backends.base import DeviceInfo
-from passgraph.errors import DeviceMissingError
+from passgraph.backends.base import DeviceInfo, device_number
+from passgraph.backends.turn import check_driver
+from passgraph.errors import BackendError, DeviceMissingError
 
 INSTALL_MODULE = "pip install 'passgraph[opencl]'"
 INSTALL_DRIVER = "apt-get install pocl-opencl-icd ocl-icd-libopencl1"
@@ -46,8 +47,9 @@ def choose(device: str | None) -> Any:
     found = all_devices()
     if device is None:
         return found[0]
-    if device.isdecimal():
-        matches = found[int(device) : int(device) + 1]
+    number = device_number(device)
+    if number is not None:
+        matches = found[number : number + 1]
     else:
         matches = [one for one in found if device.lower() in f"{one.name} {one.platform.name}".lower()]
     if not matches:
@@ -59,11 +61,12 @@ def choose(device: str | None) -> Any:
 def device_infos() -> list[DeviceInfo]:
     """All devices for a listing; one entry that says what is missing where there is none."""
     try:
+        check_driver("opencl")
         return [
             DeviceInfo(one.name.strip(), f"{one.platform.name} {one.driver_version}", one.version.strip())
             for one in all_devices()
         ]
-    except DeviceMissingError as error:
+    except BackendError as error:
         return [DeviceInfo("OpenCL", "", "", str(error))]
     except Exception as error:
         return [DeviceInfo("OpenCL", "", "", f"the OpenCL driver failed: {error}")]

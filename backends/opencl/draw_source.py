@@ -153,17 +153,15 @@ def _shade(step: DrawStep, layouts: DrawLayouts) -> Listing:
     }
     printer = FragmentPrinter(program, builtins, images, prefix="pg_fragment_")
     printer.open(
-        "void pg_shade(int x, int y, float u, float v, float depth, bool front, "
+        "void pg_shade(int x, int y, float near1, float near2, float depth, bool front, "
         "__global const float* tri, PG_RESOURCES)"
     )
     printer.line("PG_INDEX at = (PG_INDEX)y * PG_WIDTH + x;")
     early, late = _tests(step, layouts, discards=program.keep is not None)
     printer.line(early)
-    if step.varyings:
-        printer.line("float near = tri[3] + (tri[4] - tri[3]) * u + (tri[5] - tri[3]) * v;")
     for k in range(len(step.varyings)):
         a, b, c = (f"tri[{8 + 3 * k + j}]" for j in range(3))
-        printer.line(f"float varying{k} = ({a} + ({b} - {a}) * u + ({c} - {a}) * v) / near;")
+        printer.line(f"float varying{k} = {a} + ({b} - {a}) * near1 + ({c} - {a}) * near2;")
     printer.variables()
     printer.block(program.body)
     if program.keep is not None:

@@ -51,6 +51,17 @@ def store_expression(kind: str, value: str) -> str:
     return value
 
 
+def within(border: str, offset: int, count: int) -> int:
+    """An offset of at most twice the picture's side that leads from each of its pixels to the same texel.
+
+    >>> within("clamp", -(2**31), 64), within("repeat", 2**31 - 1, 64), within("mirror", -(2**31), 5)
+    (-64, 63, 2)
+    """
+    if border in ("repeat", "mirror"):
+        return offset % (count if border == "repeat" else 2 * count)
+    return min(max(offset, -count), count)
+
+
 def join(*parts: Listing | str) -> Listing:
     """Pieces of source one after the other; text of our own has no kernel behind it."""
     texts: list[str] = []
@@ -114,7 +125,7 @@ class OpenCLPrinter(Printer):
         buffer, layout = self.images[load.image]
         x, y = self.operand(load.x), self.operand(load.y)
         if load.relative:
-            x, y = (self._moved(axis, offset) for axis, offset in (("x", load.x), ("y", load.y)))
+            x, y = (self._moved(load, axis, layout) for axis in (0, 1))
         inside = load.relative and (self.inner or self._here(load))
         self.indices += 1
         index, here = f"i{self.indices}", f"h{self.indices}"
@@ -134,11 +145,18 @@ class OpenCLPrinter(Printer):
                 texel = f"({here} ? {texel} : 0.0f)"
             self.value(value, texel)
 
-    def _moved(self, axis: str, offset: s.Operand) -> str:
+    def _moved(self, load: s.LoadTexel, axis: int, layout: ImageLayout) -> str:
+        """The column or row of a relative read; the sum stays within int, and leads to the same texel."""
+        name, offset, count = "xy"[axis], (load.x, load.y)[axis], layout.size[axis]
+        use = self.program.image(load.image)
+        far = max(map(abs, (use.x, use.y)[axis])) >= INT_LIMIT - count
         if isinstance(offset, s.Lit):
-            number = int(offset.value)
-            return axis if number == 0 else f"({axis} {'+' if number > 0 else '-'} {abs(number)})"
-        return f"({axis} + {self.operand(offset)})"
+            number = within(load.border, int(offset.value), count) if far else int(offset.value)
+            return name if number == 0 else f"({name} {'+' if number > 0 else '-'} {abs(number)})"
+        if far and load.border in ("repeat", "mirror"):
+            period = count if load.border == "repeat" else 2 * count
+            return f"({name} + pg_repeat({self.operand(offset)}, {period}))"
+        return f"({name} + {f'clamp({self.operand(offset)}, -{count}, {count})' if far else self.operand(offset)})"
 
     @staticmethod
     def _here(load: s.LoadTexel) -> bool:

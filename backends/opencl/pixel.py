@@ -178,14 +178,20 @@ class PixelPassRunner:
             for start, count in spans:
                 ranges.append(("pg_inner", (count, height), (group, 1), (start, y), (0, 0, 0, 0)))
         for strip, cut, first in strips(size, (x, y, width, height)):
-            ranges.append(("pg_pixel", strip, None, first, cut))
+            ranges.append(("pg_pixel", strip, (1, 1) if self._alone() else None, first, cut))
         return [
             Launch(cl.Kernel(built, name), items, local, first, cl.cltypes.make_int4(*cut))
             for name, items, local, first, cut in ranges
         ]
 
+    def _alone(self) -> bool:
+        """Whether work-items go one by one: PoCL holds the arrays of a whole group on the stack, for each its own."""
+        return self.backend.is_cpu and bool(self.step.program.arrays)
+
     def _group(self, items: tuple[int, int]) -> tuple[int, int]:
         """Whole rows of runs, as far as the device takes them."""
+        if self._alone():
+            return 1, 1
         across, down = self.backend.device.max_work_item_sizes[:2]
         most = self.backend.device.max_work_group_size
         fit = (n for n in ROWS if items[1] % n == 0 and n <= down and items[0] <= across and items[0] * n <= most)

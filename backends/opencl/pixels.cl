@@ -16,17 +16,20 @@ long pg_lowered(int2 a, int2 b)
     return d.y < 0 || (d.y == 0 && d.x > 0) ? 0 : 1;
 }
 
-// A covered pixel: e and f are the edges opposite to corners 1 and 2.
-void pg_covered(int x, int y, long e, long f, int front, __global const float* tri, PG_RESOURCES)
+// A covered pixel: each edge is a share of the corner opposite to it.
+void pg_covered(int x, int y, long e0, long e1, long e2, int front, __global const float* tri, PG_RESOURCES)
 {
-    float u = (float)e * tri[6], v = (float)f * tri[6];
 #if PG_DEPTH || PG_READS_DEPTH
+    float u = (float)e1 * tri[6], v = (float)e2 * tri[6];
     float depth = tri[0] + (tri[1] - tri[0]) * u + (tri[2] - tri[0]) * v + tri[7];
     depth = depth < 0.0f ? 0.0f : (1.0f < depth ? 1.0f : depth);
 #else
     float depth = 0.0f;
 #endif
-    pg_shade(x, y, u, v, depth, front != 0, tri, PG_PASS);
+    // A sum of what is not negative keeps all its digits, however near to the eye one corner is.
+    float near0 = (float)e0 * tri[3], near1 = (float)e1 * tri[4], near2 = (float)e2 * tri[5];
+    float total = near0 + near1 + near2;
+    pg_shade(x, y, near1 / total, near2 / total, depth, front != 0, tri, PG_PASS);
 }
 
 #if PG_SERIAL
@@ -49,13 +52,15 @@ __kernel void pg_tiles(
         int2 a = (int2)(t[0], t[1]), b = (int2)(t[2], t[3]), c = (int2)(t[4], t[5]);
         int x0 = max(left, t[6]), x1 = min(right, t[7]), y0 = max(top, t[8]), y1 = min(bottom, t[9]);
         long e0 = pg_edge(b, c, x0, y0), e1 = pg_edge(c, a, x0, y0), e2 = pg_edge(a, b, x0, y0);
-        long low1 = pg_lowered(c, a), low2 = pg_lowered(a, b);
+        long low0 = pg_lowered(b, c), low1 = pg_lowered(c, a), low2 = pg_lowered(a, b);
         long dx0 = 256L * (c.y - b.y), dx1 = 256L * (a.y - c.y), dx2 = 256L * (b.y - a.y);
         long dy0 = 256L * (c.x - b.x), dy1 = 256L * (a.x - c.x), dy2 = 256L * (b.x - a.x);
         for (int y = y0; y <= y1; ++y, e0 += dy0, e1 += dy1, e2 += dy2) {
             long f0 = e0, f1 = e1, f2 = e2;
             for (int x = x0; x <= x1; ++x, f0 -= dx0, f1 -= dx1, f2 -= dx2) {
-                if ((f0 | f1 | f2) >= 0) { pg_covered(x, y, f1 + low1, f2 + low2, t[10], tri, PG_PASS); }
+                if ((f0 | f1 | f2) >= 0) {
+                    pg_covered(x, y, f0 + low0, f1 + low1, f2 + low2, t[10], tri, PG_PASS);
+                }
             }
         }
     }
@@ -77,7 +82,8 @@ __kernel __attribute__((reqd_work_group_size(PG_TILE, PG_TILE, 1))) void pg_tile
         long e0 = pg_edge(b, c, x, y), e1 = pg_edge(c, a, x, y), e2 = pg_edge(a, b, x, y);
         if ((e0 | e1 | e2) < 0) { continue; }
         __global const float* tri = tri_floats + (long)list[i] * PG_FLOATS;
-        pg_covered(x, y, e1 + pg_lowered(c, a), e2 + pg_lowered(a, b), t[10], tri, PG_PASS);
+        e0 += pg_lowered(b, c);
+        pg_covered(x, y, e0, e1 + pg_lowered(c, a), e2 + pg_lowered(a, b), t[10], tri, PG_PASS);
     }
 }
 #endif

@@ -7,9 +7,15 @@
 // A triangle in slot t: six window coordinates in 1/256 pixel, wound so that its area is positive;
 // the box of pixels that it can touch (x, X, y, Y; empty where x > X); whether it faces front.
 #define PG_INTS 12
-// Three depths, three 1/w, 1/area, polygon offset, then for each varying three values over w.
+// Three depths, three 1/w relative to the largest, 1/area, polygon offset, then each varying's three values.
 #define PG_FLOATS (8 + 3 * PG_SENT)
 #define PG_CORNER (4 + PG_SENT)
+// A triangle cut by six planes has at most nine corners.
+#define PG_CORNERS 9
+// No corner is drawn farther than this many half-screens from the centre: twice the guard band.
+#define PG_FARTHEST 16.0f
+// pg_outside's bit of a point that is not finite; below it, one for each plane.
+#define PG_NOT_FINITE 64
 
 typedef struct { float v[PG_CORNER]; } pg_corner;
 
@@ -24,42 +30,78 @@ float pg_distance(const float* p, int plane)
     return plane == 4 ? 8.0f * w - y : 8.0f * w + y;
 }
 
-// One bit for each plane that a point lies outside of; NaN is outside of all.
+// One bit for each plane that a point lies outside of.
 int pg_outside(float4 p)
 {
     float v[4] = {p.x, p.y, p.z, p.w};
     int code = 0;
     for (int plane = 0; plane < 6; ++plane) { code |= pg_distance(v, plane) >= 0.0f ? 0 : 1 << plane; }
+    for (int k = 0; k < 4; ++k) { code |= pg_isnan(v[k]) || pg_isinf(v[k]) ? PG_NOT_FINITE : 0; }
     return code;
 }
 
 // How many slots a triangle gets: seven where it is clipped, as six planes can make a nonagon of it.
 int pg_slots(int a, int b, int c)
 {
-    if ((a & b & c) != 0) { return 0; }
+    if ((a & b & c) != 0 || ((a | b | c) & PG_NOT_FINITE) != 0) { return 0; }
     return (a | b | c) == 0 ? 1 : 7;
 }
 
-int pg_clip(const pg_corner* in, int count, pg_corner* out, int plane)
+// Bits of the corners inside a plane that lie next to one another round the one that lies deepest.  Of a convex
+// polygon these are all; where rounding puts others inside, counting them would cut more than two edges.
+int pg_run(const pg_corner* in, int count, int plane)
+{
+    int deepest = 0;
+    float most = pg_distance(in[0].v, plane);
+    for (int i = 1; i < count; ++i) {
+        float d = pg_distance(in[i].v, plane);
+        if (d > most) { deepest = i; most = d; }
+    }
+    if (!(most >= 0.0f)) { return 0; }
+    int run = 1 << deepest;
+    for (int back = 0; back < 2; ++back) {
+        int way = back ? count - 1 : 1;
+        for (int i = (deepest + way) % count; i != deepest; i = (i + way) % count) {
+            if (!(pg_distance(in[i].v, plane) >= 0.0f)) { break; }
+            run |= 1 << i;
+        }
+    }
+    return run;
+}
+
+// The corners of ``run`` and those where its two ends cross the plane: one more than there were at most.
+int pg_clip(const pg_corner* in, int count, pg_corner* out, int plane, int run)
 {
     int made = 0;
     for (int i = 0; i < count; ++i) {
         int next = i + 1 < count ? i + 1 : 0;
-        float a = pg_distance(in[i].v, plane), b = pg_distance(in[next].v, plane);
-        bool here = a >= 0.0f, there = b >= 0.0f;
-        if (here) { out[made++] = in[i]; }
-        if (here != there) {
-            // From the inside vertex, so that both triangles at a shared edge get the same point.
+        bool here = run >> i & 1, there = run >> next & 1;
+        if (here && made < PG_CORNERS) { out[made++] = in[i]; }
+        if (here != there && made < PG_CORNERS) {
+            // From the inside vertex, so that both triangles at a shared edge get the same point; each end by its
+            // share, so that a huge one does not drown the other.
             int from = here ? i : next, to = here ? next : i;
-            float d = here ? a : b, e = here ? b : a;
-            float t = d / (d - e);
-            for (int k = 0; k < PG_CORNER; ++k) {
-                out[made].v[k] = in[from].v[k] + (in[to].v[k] - in[from].v[k]) * t;
-            }
+            float d = pg_distance(in[from].v, plane), e = pg_distance(in[to].v, plane);
+            float share = -e / (d - e), rest = d / (d - e);
+            for (int k = 0; k < PG_CORNER; ++k) { out[made].v[k] = in[from].v[k] * share + in[to].v[k] * rest; }
             ++made;
         }
     }
     return made;
+}
+
+// A power of two times all three positions, which changes no place on the screen: distances and their differences
+// stay far from the largest float.
+void pg_scale(pg_corner* corners)
+{
+    float largest = 0.0f;
+    for (int i = 0; i < 3; ++i) {
+        for (int k = 0; k < 4; ++k) { largest = fmax(largest, fabs(corners[i].v[k])); }
+    }
+    int exponent = 60 - (max((int)(as_uint(largest) >> 23), 1) - 127);
+    for (int i = 0; i < 3; ++i) {
+        for (int k = 0; k < 4; ++k) { corners[i].v[k] = ldexp(corners[i].v[k], exponent); }
+    }
 }
 
 // Rule 5: units are steps of a float depth at the triangle's largest depth.
@@ -89,11 +131,11 @@ void pg_emit(const float* a, const float* b, const float* c, __global int* ints,
     ints[8] = 1;
     ints[9] = 0;
     for (int i = 0; i < 3; ++i) {
-        float w = corner[i][3];
-        x[i] = rint((corner[i][0] / w * 0.5f + 0.5f) * PG_WIDTH * 256.0f);
-        y[i] = rint((0.5f - corner[i][1] / w * 0.5f) * PG_HEIGHT * 256.0f);
-        // The guard band bounds these by 5 * 32768 * 256; what is not below (NaN) is not drawn.
-        if (!(fabs(x[i]) < 1.0e8f && fabs(y[i]) < 1.0e8f)) { return; }
+        float w = corner[i][3], right = corner[i][0] / w, up = corner[i][1] / w;
+        // A corner at the eye has no place on the screen, nor has one that rounding alone put far off.
+        if (!(w > 0.0f && fabs(right) <= PG_FARTHEST && fabs(up) <= PG_FARTHEST)) { return; }
+        x[i] = rint((right * 0.5f + 0.5f) * PG_WIDTH * 256.0f);
+        y[i] = rint((0.5f - up * 0.5f) * PG_HEIGHT * 256.0f);
     }
     int2 p = (int2)((int)x[0], (int)y[0]), q = (int2)((int)x[1], (int)y[1]), r = (int2)((int)x[2], (int)y[2]);
     long area = (long)(q.x - p.x) * (r.y - p.y) - (long)(q.y - p.y) * (r.x - p.x);
@@ -128,13 +170,13 @@ void pg_emit(const float* a, const float* b, const float* c, __global int* ints,
     ints[8] = low.y;
     ints[9] = high.y;
     ints[10] = front;
-    float depth[3];
+    float depth[3], nearest = fmin(fmin(a[3], b[3]), c[3]);
     for (int i = 0; i < 3; ++i) {
         float w = corner[i][3];
         depth[i] = corner[i][2] / w * 0.5f + 0.5f;
         floats[i] = depth[i];
-        floats[3 + i] = 1.0f / w;
-        for (int k = 0; k < PG_SENT; ++k) { floats[8 + 3 * k + i] = corner[i][4 + k] / w; }
+        floats[3 + i] = nearest / w;
+        for (int k = 0; k < PG_SENT; ++k) { floats[8 + 3 * k + i] = corner[i][4 + k]; }
     }
     floats[6] = 1.0f / (float)area;
     floats[7] = pg_depth_offset((float3)(depth[0], depth[1], depth[2]), p, q, r, floats[6]);
@@ -149,30 +191,21 @@ pg_corner pg_fetch(__global const float* clip, __global const float* sent, int v
 }
 
 // A triangle that some plane cuts, into its seven slots.
-void pg_emit_clipped(pg_corner a, pg_corner b, pg_corner c, int code, __global int* ints, __global float* floats)
+void pg_emit_clipped(pg_corner a, pg_corner b, pg_corner c, __global int* ints, __global float* floats)
 {
-    pg_corner first[9], second[9];
+    pg_corner first[PG_CORNERS], second[PG_CORNERS];
     first[0] = a;
     first[1] = b;
     first[2] = c;
+    pg_scale(first);
     int count = 3;
-    for (int plane = 0; plane < 6; plane += 2) {
-        if (plane > 0) {
-            // The guard band is applied only where a corner that is left lies outside of it.
-            code = 0;
-            for (int i = 0; i < count; ++i) {
-                code |= pg_distance(first[i].v, plane) >= 0.0f ? 0 : 1 << plane;
-                code |= pg_distance(first[i].v, plane + 1) >= 0.0f ? 0 : 2 << plane;
-            }
-        }
-        for (int k = plane; k < plane + 2; ++k) {
-            if ((code & (1 << k)) == 0) { continue; }
-            int made = pg_clip(first, count, second, k);
-            for (int i = 0; i < made; ++i) { first[i] = second[i]; }
-            count = made;
-        }
+    for (int plane = 0; plane < 6 && count > 0; ++plane) {
+        int run = pg_run(first, count, plane);
+        if (run == (1 << count) - 1) { continue; }
+        count = run == 0 ? 0 : pg_clip(first, count, second, plane, run);
+        for (int i = 0; i < count; ++i) { first[i] = second[i]; }
     }
-    for (int i = 0; i < 7; ++i) {
+    for (int i = 0; i < PG_CORNERS - 2; ++i) {
         ints[i * PG_INTS + 6] = 1;
         ints[i * PG_INTS + 7] = 0;
         if (i + 2 < count) {
@@ -237,7 +270,7 @@ __kernel void pg_setup(
         if (made == 1) {
             pg_emit(p.v, q.v, r.v, into, into_floats);
         } else {
-            pg_emit_clipped(p, q, r, a | b | c, into, into_floats);
+            pg_emit_clipped(p, q, r, into, into_floats);
         }
         for (int k = 0; k < made; ++k, into += PG_INTS) {
             if (into[6] > into[7]) { continue; }

@@ -70,5 +70,8 @@ class ReferenceBackend(Backend):
     def release(self, storage: Storage) -> None:
         """Nothing to give back: the arrays go with the last reference to them."""
 
+    def after_fork(self) -> bool:
+        return True
+
     def close(self) -> None:
         """Nothing to close."""

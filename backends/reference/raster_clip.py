@@ -72,13 +72,15 @@ def _clip_polygons(polygons: Float64) -> tuple[Float64, Ints]:
 
 
 def _clip_at(polygons: Float64, sizes: Ints, distance: Float64) -> tuple[Float64, Ints]:
-    """Sutherland and Hodgman (1974): each corner inside stays, each edge that crosses gives one more."""
+    """Sutherland and Hodgman (1974): each corner inside stays, each edge that crosses gives one more.
+
+    What lies inside is one run of corners, so at most two edges cross and a polygon grows by one corner.
+    """
     count, width, row = polygons.shape
     place = np.arange(width)
-    real = place < sizes[:, None]
     following = (place + 1) % np.maximum(sizes, 1)[:, None]
-    inside = real & (distance >= 0)
-    crossing = real & (inside != np.take_along_axis(inside, following, axis=1))
+    inside = _inside(distance, sizes)
+    crossing = (place < sizes[:, None]) & (inside != np.take_along_axis(inside, following, axis=1))
     emitted = inside.astype(np.int64) + crossing
     target = np.cumsum(emitted, axis=1) - emitted
     clipped = np.zeros((count, width + 1, row))
@@ -88,10 +90,28 @@ def _clip_at(polygons: Float64, sizes: Ints, distance: Float64) -> tuple[Float64
     j = following[k, i]
     leaving = inside[k, i]
     a, b = np.where(leaving, i, j), np.where(leaving, j, i)  # from the inside corner to the outside one
-    t = distance[k, a] / (distance[k, a] - distance[k, b])
-    start = polygons[k, a]
-    clipped[k, target[k, i] + inside[k, i]] = start + (polygons[k, b] - start) * t[:, None]
+    apart = distance[k, a] - distance[k, b]
+    share, rest = -distance[k, b] / apart, distance[k, a] / apart
+    made = polygons[k, a] * share[:, None] + polygons[k, b] * rest[:, None]
+    clipped[k, target[k, i] + inside[k, i]] = made
     return clipped, emitted.sum(axis=1)
+
+
+def _inside(distance: Float64, sizes: Ints) -> NDArray[np.bool_]:
+    """Corners inside that lie next to one another round the one that lies deepest.
+
+    Of a convex polygon these are all.  Rounding may put others inside; they lie on the plane but for that rounding.
+    """
+    place, number = np.arange(distance.shape[1]), np.maximum(sizes, 1)[:, None]
+    real = place < sizes[:, None]
+    deepest = np.argmax(np.where(real, distance, -np.inf), axis=1)[:, None]
+    inside = real & (distance >= 0)
+    runs = []
+    for step in (1, -1):
+        onward = np.take_along_axis(inside, (deepest + step * place) % number, axis=1)
+        reached = np.logical_and.accumulate(onward, axis=1)
+        runs.append(np.take_along_axis(reached, step * (place - deepest) % number, axis=1))
+    return np.asarray(real & (runs[0] | runs[1]))
 
 
 def _fans(sizes: Ints, width: int) -> tuple[Ints, Ints]:

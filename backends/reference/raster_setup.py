@@ -15,6 +15,8 @@ Ints = NDArray[np.int64]
 
 #: Positions are multiples of 1/256 pixel: 8 bits below the pixel, as GPUs have them.
 SUBPIXELS = 256
+#: No corner lies farther than this many w from the centre: twice the guard band.
+FARTHEST = 16.0
 #: The smallest normal float32: depths below it have its exponent.
 SMALLEST_NORMAL = 2.0**-126
 
@@ -46,8 +48,10 @@ def to_window(vertices: Vertices, triangles: Ints, size: tuple[int, int], state:
     w = clip[:, 3]
     window = np.stack([(clip[:, 0] / w * 0.5 + 0.5) * width, (0.5 - clip[:, 1] / w * 0.5) * height], axis=1)
     depth, inverse_w = clip[:, 2] / w * 0.5 + 0.5, 1.0 / w
-    # w = 0 passes near and far plane where z = 0 too: such a point has no place on the screen.
-    placed = np.isfinite(window).all(axis=1) & np.isfinite(depth) & np.isfinite(inverse_w)
+    # w = 0 passes near and far plane where z = 0 too: such a point has no place on the screen.  Where a triangle
+    # runs through the eye but for rounding, nor has a corner that rounding alone puts far beyond the guard band.
+    placed = (w > 0) & (np.abs(clip[:, :2]) <= FARTHEST * w[:, None]).all(axis=1)
+    placed &= np.isfinite(depth) & np.isfinite(inverse_w)
     snapped = np.rint(np.where(placed[:, None], window, 0.0) * SUBPIXELS).astype(np.int64)
     at = place[triangles]
     x, y = snapped[at, 0], snapped[at, 1]

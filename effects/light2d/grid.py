@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import passgraph as pg
+from passgraph import arguments
+from passgraph.effects.checked import checked
 from passgraph.effects.light2d.buffers import WHOLE, copied, drawn, whole
 from passgraph.effects.light2d.shapes import in_window, quads
 from passgraph.effects.light2d.world import Float64, Point, Wall, Window, all_edges, distance_to_edges
@@ -16,6 +18,7 @@ from passgraph.effects.light2d.world import Float64, Point, Wall, Window, all_ed
 DARKER = pg.Blend("source_alpha", "one_minus_source_alpha", source_alpha="zero", destination_alpha="one")
 
 
+@checked
 def distance_grid(window: Window, walls: Sequence[Wall], cell: float = 1.5) -> NDArray[np.float32]:
     """Distance of each cell's middle to the nearest wall, world units; 0 inside closed walls, infinite without walls.
 
@@ -39,13 +42,15 @@ def distance_grid(window: Window, walls: Sequence[Wall], cell: float = 1.5) -> N
     rows = max(round((window.top - window.bottom) / cell + 0.499), 1)
     grid = np.full((rows, columns), np.inf, np.float32)
     edges = all_edges(walls)
-    closed = [(wall, np.array(wall.points).min(0), np.array(wall.points).max(0)) for wall in walls if wall.closed]
+    closed = [wall for wall in walls if wall.closed]
+    low = np.array([np.min(wall.points, 0) for wall in closed]).reshape(-1, 2)
+    high = np.array([np.max(wall.points, 0) for wall in closed]).reshape(-1, 2)
     for row in range(rows if len(edges) else 0):
         for column in range(columns):
             middle = window.left + (column + 0.5) * cell, window.top - (row + 0.5) * cell
             grid[row, column] = distance_to_edges(middle, edges).min()
-            around = [wall for wall, low, high in closed if (low <= middle).all() and (middle <= high).all()]
-            if any(inside(wall, middle) for wall in around):
+            around = np.flatnonzero(((low <= middle) & (middle <= high)).all(1))
+            if any(inside(closed[number], middle) for number in around):
                 grid[row, column] = 0.0
     return grid
 
@@ -71,6 +76,7 @@ def reach(grid: NDArray[np.float32] | Float64, window: Window, place: Point, cel
     return float(grid[min(max(row, 0), height - 1), min(max(column, 0), width - 1)]) + thinnest
 
 
+@checked
 def occlusion(
     scene: pg.Target,
     grid: NDArray[np.float32],
@@ -94,6 +100,9 @@ def occlusion(
     """
     if not 0.0 <= darkness <= 1.0:
         raise pg.GraphError(f"{name}: darkness must be 0 to 1, got {darkness!r}")
+    cells = arguments.numbers(grid, f"{name}: grid", "be an array (rows, columns), from distance_grid", pg.GraphError)
+    if cells.ndim != 2 or not cells.size:
+        raise pg.GraphError(f"{name}: grid must be an array (rows, columns), got shape {cells.shape}")
     texels = np.zeros((*grid.shape, 4), np.float32)
     texels[:, :, 3] = np.where(grid < threshold, darkness, 0.0)
     rims = pg.Input(f"{name}_texels", "rgba8", (grid.shape[1], grid.shape[0]), static=True, default=texels)

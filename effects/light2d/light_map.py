@@ -9,12 +9,13 @@ from typing import Literal
 import numpy as np
 
 import passgraph as pg
+from passgraph.effects.checked import checked
 from passgraph.effects.light2d.buffers import WHOLE, black, drawn, whole
 from passgraph.effects.light2d.penumbra import gradient
 from passgraph.effects.light2d.shapes import around, in_window, shadow_of
 from passgraph.effects.light2d.smoothing import mixed_light
 from passgraph.effects.light2d.tiles import tiled_light
-from passgraph.effects.light2d.world import Float64, Light2D, Point, Wall, Window, edges_near
+from passgraph.effects.light2d.world import Float64, Light2D, Point, Wall, Window, all_edges, in_reach
 
 Penumbra = Literal["exact", "none", "rotate", "move", "mixed"]
 PENUMBRAS: tuple[Penumbra, ...] = ("exact", "none", "rotate", "move", "mixed")
@@ -22,6 +23,7 @@ PENUMBRAS: tuple[Penumbra, ...] = ("exact", "none", "rotate", "move", "mixed")
 ONTO_SCENE = pg.Blend("zero", "source_color")
 
 
+@checked
 def light_map(
     window: Window,
     lights: Sequence[Light2D],
@@ -79,8 +81,9 @@ def light_map(
         whole(), vertex=in_window, fragment=black, into=pg.target(name, format, size, clear=(*ambient, 1.0)),
         blend="add", name=f"{name}_ambient", values={"clip": WHOLE.clip},
     )  # fmt: skip
+    every = all_edges(walls)
     for number, light in enumerate(lights):
-        edges = edges_near(walls, light)
+        edges = in_reach(every, light)
         label = f"{name}_{number}"
         if penumbra == "mixed" and light.size > 0.0 and len(edges):
             total = drawn(mixed_light(window, light, edges, size, name=label), total, f"{label}_add", blend="add")
@@ -134,6 +137,7 @@ def _spread(light: Light2D, edges: Float64, how: Penumbra, draws: int) -> list[t
     return parts
 
 
+@checked
 def lit(
     scene: pg.Target,
     light: pg.Target,

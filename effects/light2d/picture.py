@@ -8,6 +8,7 @@ from typing import Literal
 
 import passgraph as pg
 from passgraph import Image, exp2, floor, ivec2, pixel, uv, vec2, vec3, vec4
+from passgraph.effects.checked import checked
 from passgraph.effects.lens import (
     dirt_texture,
     dirty_lens_bright,
@@ -51,6 +52,7 @@ def exposed(color: Image, stops: float) -> vec4:
     return vec4(c.rgb * exp2(stops), c.a)
 
 
+@checked
 def light2d(
     world: World2D,
     size: tuple[int, int] = (1280, 720),

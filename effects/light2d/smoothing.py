@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import passgraph as pg
 from passgraph import Image, floor, length, log2, saturate, uv, vec2, vec3, vec4
+from passgraph.effects.checked import checked
 from passgraph.effects.light2d.buffers import drawn
 from passgraph.effects.light2d.penumbra import cross2, falloff
 from passgraph.effects.light2d.shapes import Spot, in_window, shadow_of
@@ -32,6 +33,7 @@ def _halves(picture: pg.Target, levels: int, name: str) -> list[pg.Target]:
     return chain
 
 
+@checked
 def smoothed(light: pg.Target, levels: int = 3, format: str = "rgba16f", name: str = "smoothed") -> pg.Target:
     """A light map mixed in equal parts with its halvings, each scaled up bilinearly and added.
 

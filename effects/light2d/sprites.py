@@ -7,7 +7,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
-from math import atan, cos, floor, hypot, inf, sin
+from math import atan, cos, floor, hypot, inf, isfinite, sin
 from typing import Any, Literal
 
 import numpy as np
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 import passgraph as pg
 from passgraph import Array, Image, uv, vec4
+from passgraph.effects.checked import check_fields, checked
 from passgraph.effects.light2d.shapes import Shape, Spot
 from passgraph.effects.light2d.world import Light2D, Point, Window
 
@@ -46,6 +47,15 @@ class Mover:
     position: Point
     half: Point = (0.5, 0.5)
     angle_rad: float = 0.0
+
+    def __post_init__(self) -> None:
+        try:
+            numbers = (*self.position, *self.half, self.angle_rad)
+            good = (len(self.position), len(self.half)) == (2, 2) and all(isfinite(v) for v in numbers)
+        except (TypeError, ValueError, OverflowError):
+            good = False
+        if not good:
+            check_fields(self)
 
     def across(self, x: float, y: float) -> float:
         """Length of its projection on the axis perpendicular to the unit direction (x, y)."""
@@ -197,6 +207,7 @@ def darkened(scene: Image, shadow: Image) -> vec4:
     return vec4(c.rgb * (1.0 - shadow.sample(uv()).a), c.a)
 
 
+@checked
 def moving_shadows(
     scene: pg.Target,
     window: Window,

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 import passgraph as pg
 from passgraph import vec4
+from passgraph.effects.checked import checked
 from passgraph.effects.light2d.penumbra import ROW_BITS, tile_light
 from passgraph.effects.light2d.world import (
     Float64,
@@ -42,6 +43,10 @@ LAYERS = (31, 1)
 MAX_TABLE_ROWS = 1 << 14
 #: Most lights without edges before them in one tile.
 MOST_OPEN = 4096
+#: Most pairs of a tile and an edge that are compared for all lights together: some tens of seconds.
+MAX_COMPARED = 1 << 28
+#: Pairs that are compared at a time: some 20 arrays of doubles of this length are held.
+COMPARED_AT_ONCE = 1 << 18
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,12 +92,18 @@ def tile_tables(
     """
     outlines = outlines_of(walls)
     columns, rows = (size[0] + side - 1) // side, (size[1] + side - 1) // side
-    pairs = _joined([_reached(window, light, n, outlines, size, side) for n, light in enumerate(lights)])
-    if len(pairs.count) and pairs.count.max() > most_edges(layers[-1]):
-        raise pg.GraphError(
-            f"light map: {pairs.count.max()} edges stand between one light and a tile of {side} pixels, and "
-            f"{most_edges(layers[-1])} may; join walls, take smaller tiles, or choose penumbra='move'"
-        )
+    found: list[_Pairs] = []
+    compared, texels = 0, 0
+    for which, light in enumerate(lights):
+        reach = _reach(window, light, outlines, size, side)
+        compared += int(reach.tile.size * reach.near.size)
+        _check_work(compared, which + 1, len(outlines.edges))
+        found.append(_reached(light, which, outlines, reach))
+        # each light is judged before the next one costs anything
+        _check_most(int(found[-1].count.max(initial=0)), most_edges(layers[-1]), side)
+        texels += _texels(found[-1])
+        _check_table(texels)
+    pairs = _joined(found)
     kind = np.where(pairs.count <= most_edges(layers[0]), 0, len(layers) - 1)
     shaded = pairs.count > 0
     # the how-many-th of its kind a row is in its tile decides the pass
@@ -123,10 +134,47 @@ def _rounded(count: int) -> int:
     return 1 << max(count - 1, 0).bit_length()
 
 
-def _reached(
-    window: Window, light: Light2D, number: int, outlines: Outlines, size: tuple[int, int], side: int
-) -> _Pairs:
-    """The tiles that one light reaches."""
+@dataclass(frozen=True, eq=False)
+class _Reach:
+    """The tiles that a light may reach, and the edges that may stand in its way."""
+
+    tile: NDArray[np.int64]
+    middles: Float64  # (tiles, 2), world units
+    around: float  # radius of a tile's circle
+    near: NDArray[np.int64]
+
+
+def _check_work(compared: int, lights: int, edges: int) -> None:
+    if compared > MAX_COMPARED:
+        raise pg.GraphError(
+            f"light map: the first {lights} lights and {edges} edges make {compared} pairs of a tile and an edge in a "
+            f"light's radius, and {MAX_COMPARED} may; give lights shorter radii, take larger tiles, join walls, "
+            "or choose penumbra='move'"
+        )
+
+
+def _check_most(edges: int, most: int, side: int) -> None:
+    if edges > most:
+        raise pg.GraphError(
+            f"light map: {edges} edges stand between one light and a tile of {side} pixels, and "
+            f"{most} may; join walls, take smaller tiles, or choose penumbra='move'"
+        )
+
+
+def _check_table(texels: int) -> None:
+    if -(-texels // (1 << ROW_BITS)) > MAX_TABLE_ROWS:
+        raise pg.GraphError(
+            f"light map: the lists of its tiles take {texels} texels or more, and {MAX_TABLE_ROWS << ROW_BITS} may; "
+            "take larger tiles"
+        )
+
+
+def _texels(pairs: _Pairs) -> int:
+    """Of the table: two for a light, one for an edge."""
+    return int((2 + pairs.count).sum())
+
+
+def _reach(window: Window, light: Light2D, outlines: Outlines, size: tuple[int, int], side: int) -> _Reach:
     wide, high = (window.right - window.left) / size[0], (window.top - window.bottom) / size[1]
     columns, rows = (size[0] + side - 1) // side, (size[1] + side - 1) // side
     x = window.left + (np.arange(columns) + 0.5) * side * wide
@@ -135,11 +183,21 @@ def _reached(
     ways = np.hypot(x[None, :] - light.position[0], y[:, None] - light.position[1])
     tile = np.flatnonzero(ways.reshape(-1) < light.radius + around)
     middles = np.column_stack([x[tile % columns], y[tile // columns]])
-    edges = outlines.edges
-    near = np.flatnonzero(distance_to_edges(light.position, edges) < light.radius)
-    sides = _solid_sides(outlines, light.position)
-    between = _between(middles, around, light, edges[near]) & ~_before(middles, around, edges[near], sides[near])
-    return _Pairs(tile, np.full(len(tile), number), between.sum(1), near[np.nonzero(between)[1]])
+    near = np.flatnonzero(distance_to_edges(light.position, outlines.edges) < light.radius)
+    return _Reach(tile, middles, around, near)
+
+
+def _reached(light: Light2D, number: int, outlines: Outlines, reach: _Reach) -> _Pairs:
+    """The tiles that one light reaches, with the edges between; some tiles at a time."""
+    edges, sides = outlines.edges[reach.near], _solid_sides(outlines, light.position)[reach.near]
+    counts, found = [np.zeros(0, np.int64)], [np.zeros(0, np.int64)]
+    step = max(COMPARED_AT_ONCE // max(len(edges), 1), 1)
+    for first in range(0, len(reach.tile), step):
+        middles = reach.middles[first : first + step]
+        between = _between(middles, reach.around, light, edges) & ~_before(middles, reach.around, edges, sides)
+        counts.append(between.sum(1))
+        found.append(reach.near[np.nonzero(between)[1]])
+    return _Pairs(reach.tile, np.full(len(reach.tile), number), np.concatenate(counts), np.concatenate(found))
 
 
 def _between(middles: Float64, around: float, light: Light2D, edges: Float64) -> NDArray[np.bool_]:
@@ -217,10 +275,7 @@ def _table_starts(pairs: _Pairs, order: NDArray[np.int64]) -> NDArray[np.int64]:
 
 def _table(pairs: _Pairs, starts: NDArray[np.int64], lights: Sequence[Light2D], edges: Float64) -> NDArray[np.float32]:
     width = 1 << ROW_BITS
-    total = int((2 + pairs.count).sum())
-    rows = max(-(-total // width), 1)
-    if rows > MAX_TABLE_ROWS:
-        raise pg.GraphError(f"light map: the lists of its tiles take {total} texels; take larger tiles")
+    rows = max(-(-_texels(pairs) // width), 1)
     table = np.zeros((rows * width, 4), np.float32)
     shapes = np.array([(*light.position, light.radius, light.size) for light in lights], np.float64).reshape(-1, 4)
     colors = np.array([light.color for light in lights], np.float64).reshape(-1, 3)
@@ -303,6 +358,7 @@ class LiveLight:
         return {f"{self.name}_tiles": made.tiles[0], f"{self.name}_table": table}
 
 
+@checked
 def live_light_map(
     window: Window,
     size: tuple[int, int],
@@ -332,6 +388,8 @@ def live_light_map(
     """
     if not 1 << ROW_BITS <= room <= MAX_TABLE_ROWS << ROW_BITS:
         raise pg.GraphError(f"{name}: room must be 1024 to {MAX_TABLE_ROWS << ROW_BITS}, got {room}")
+    if not 1 <= tile_px <= 1024:
+        raise pg.GraphError(f"{name}: tile_px must be 1 to 1024, got {tile_px}")
     if not 1 <= shaded <= 1024:
         raise pg.GraphError(f"{name}: shaded must be 1 to 1024, got {shaded}")
     rows = -(-room // (1 << ROW_BITS))

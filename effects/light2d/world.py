@@ -10,6 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import passgraph as pg
+from passgraph import arguments
+from passgraph.effects.checked import check_fields
 
 Point = tuple[float, float]
 Float64 = NDArray[np.float64]
@@ -33,6 +35,7 @@ class Window:
     top: float
 
     def __post_init__(self) -> None:
+        check_fields(self)
         if not (self.left < self.right and self.bottom < self.top):
             raise pg.GraphError(f"window {self} needs left < right and bottom < top")
 
@@ -75,7 +78,14 @@ class Light2D:
     size: float = 0.0
 
     def __post_init__(self) -> None:
-        if not all(isfinite(v) for v in (*self.position, *self.color, self.radius, self.size)):
+        try:
+            wrong = (len(self.position), len(self.color)) != (2, 3)
+            finite = all(isfinite(v) for v in (*self.position, *self.color, self.radius, self.size))
+        except (TypeError, ValueError, OverflowError):
+            wrong = finite = True
+        if wrong:  # the dear way, which names the field
+            check_fields(self)
+        if not finite:
             raise pg.GraphError(f"{self}: every number must be finite")
         if not (self.radius > 0.0 and 0.0 <= self.size < self.radius):
             raise pg.GraphError(f"{self}: radius must be above 0, and size from 0 to below radius")
@@ -100,7 +110,13 @@ class Wall:
     closed: bool = True
 
     def __post_init__(self) -> None:
-        if len(self.points) < 2 or not all(isfinite(v) for point in self.points for v in point):
+        try:
+            good = len(self.points) >= 2 and all(isfinite(x) and isfinite(y) for x, y in self.points)
+        except (TypeError, ValueError, OverflowError):
+            check_fields(self)
+            raise
+        arguments.flag(self.closed, "Wall: closed")
+        if not good:
             raise pg.GraphError(f"a wall needs two or more finite corners, got {self.points}")
 
     @classmethod
@@ -160,7 +176,11 @@ def outlines_of(walls: Iterable[Wall]) -> Outlines:
 
 def edges_near(walls: Iterable[Wall], light: Light2D) -> Float64:
     """The edges (n, 4) as x, y, x, y that are near enough to stand in a light's way."""
-    edges = all_edges(walls)
+    return in_reach(all_edges(walls), light)
+
+
+def in_reach(edges: Float64, light: Light2D) -> Float64:
+    """Those of the edges (n, 4) that are near enough to stand in a light's way."""
     return edges[distance_to_edges(light.position, edges) < light.radius]
 
 

@@ -8,12 +8,14 @@ from dataclasses import dataclass
 from importlib.resources import files
 from math import isfinite, radians
 from os import PathLike
-from pathlib import Path
 from typing import Any, TypeVar
 
 import passgraph as pg
+from passgraph import arguments
+from passgraph.effects.checked import check_fields
 from passgraph.effects.light2d.sprites import Mover
 from passgraph.effects.light2d.world import Light2D, Point, Wall, Window
+from passgraph.reading import read_text
 
 Color = tuple[float, float, float]
 Made = TypeVar("Made")
@@ -43,6 +45,9 @@ class World2D:
     ambient: Color = (0.02, 0.02, 0.03)
     floor: Color = (0.5, 0.47, 0.42)
 
+    def __post_init__(self) -> None:
+        check_fields(self)
+
     @classmethod
     def load(cls, path: str | PathLike[str]) -> World2D:
         """A world from a JSON file.
@@ -58,17 +63,13 @@ class World2D:
         passgraph.InputError
             For what is not such a file, with the file and the place in it.
         """
-        file = Path(path)
+        path = arguments.path(path, "the world to load")
+        text = read_text(path, "a world file", MAX_FILE_BYTES)
         try:
-            size = file.stat().st_size
-            if size > MAX_FILE_BYTES:
-                raise pg.InputError(f"{file}: {size} bytes are more than the limit of {MAX_FILE_BYTES}")
-            given = json.loads(file.read_text(encoding="utf-8"))
-        except OSError as error:
-            raise pg.InputError(f"{file}: cannot be read ({error.strerror})") from error
+            given = json.loads(text)
         except (ValueError, RecursionError) as error:
-            raise pg.InputError(f"{file}: is not JSON ({error})") from error
-        return world_from(given, str(file))
+            raise pg.InputError(f"{path}: is not JSON ({error})") from error
+        return world_from(given, str(path))
 
     @classmethod
     def shipped(cls) -> World2D:

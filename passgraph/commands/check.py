@@ -141,7 +141,7 @@ def _inputs(
     graph: Graph, pictures: Mapping[str, Picture], size: tuple[int, int] | None
 ) -> tuple[tuple[int, int], dict[str, Picture]]:
     """The output's size and a picture for each input: given, its default, or made."""
-    from passgraph.conformance.scenes import picture
+    from passgraph.conformance.scenes import picture, with_special
     from passgraph.plan.collect import inputs_behind
 
     first = next(iter(pictures.values()), None)
@@ -152,7 +152,8 @@ def _inputs(
         if name in pictures:
             made[name] = pictures[name][:, :, :channels]
         elif spec.default is None:
-            made[name] = picture(spec.size or chosen, number)[:, :, :channels]
+            kind = "float" if spec.format is None else spec.format.kind
+            made[name] = with_special(picture(spec.size or chosen, number)[:, :, :channels], kind)
     return chosen, made
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 import warnings
@@ -11,10 +12,18 @@ from importlib import import_module
 import click
 
 import passgraph
-from passgraph.errors import PassgraphError
+from passgraph.errors import InputError, PassgraphError
 
 #: Set, an unforeseen error shows its traceback.
 TRACEBACK_VARIABLE = "PASSGRAPH_TRACEBACK"
+#: What the process ends with, in every command.
+STATUS = {
+    0: "done; where something is compared, all is within bounds and as recorded",
+    1: "something that was compared differs, or a case did not pass",
+    2: "an error, in one line on stderr",
+    130: "interrupted (Ctrl-C)",
+    141: "the reader of the output went away (as in: passgraph backends | head -1); nothing is said",
+}
 #: Commands by name, each with its one line for the list; a command is imported when it is used.
 COMMANDS = {
     "render": "Render a scene with an effect to a picture.",
@@ -44,6 +53,8 @@ class _Commands(click.Group):
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):
             formatter.write_dl(list(COMMANDS.items()))
+        with formatter.section("Exit status"):
+            formatter.write_dl([(str(number), meaning) for number, meaning in STATUS.items()])
 
 
 @click.command(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110})
@@ -61,30 +72,60 @@ def main(arguments: Sequence[str] | None = None) -> None:
 
 
 def run(arguments: list[str] | None) -> int:
-    """The exit status: 0 well, 1 a backend diverges, 2 an error, 130 interrupted."""
+    """The exit status: one of :data:`STATUS`, which the help of the group shows too."""
+    _open_streams()
     try:
         with warnings.catch_warnings():
             # Drivers and compilers talk even when all is well; what matters here is raised.
             warnings.simplefilter("ignore")
             status = group.main(arguments, prog_name="passgraph", standalone_mode=False)
             sys.stdout.flush()
-    except (KeyboardInterrupt, click.Abort):
-        click.echo("passgraph: interrupted", err=True)
+    except (KeyboardInterrupt, click.Abort) as error:
+        where = error if str(error) else error.__cause__ or ""  # click makes its own of Python's
+        click.echo(f"passgraph: interrupted {where}".rstrip(), err=True)
         return 130
-    except SystemExit:
-        return 141  # click has met a broken pipe
     except BrokenPipeError:
-        # The reader (head, less) has had enough; Python would complain again when it flushes at exit.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _drop_output()
         return 141
+    except SystemExit as error:
+        if "PacifyFlushWrapper" in type(sys.stdout).__name__:
+            return 141  # click has met a broken pipe, and keeps Python from complaining of it
+        return failed(InputError(f"something that was run ended the process by sys.exit({error.code!r})"))
     except click.exceptions.NoArgsIsHelpError as error:
         error.show()
         return 2
     except Exception as error:
         if os.environ.get(TRACEBACK_VARIABLE):
             raise
+        if isinstance(error, OSError) and not _can_print():
+            _drop_output()
         return failed(error)
     return status if isinstance(status, int) else 0
+
+
+def _open_streams() -> None:
+    """A closed stdout or stderr becomes one that forgets: else the next file to be opened would take its number.
+
+    What the output's encoding lacks (arrows in ASCII, names of files that are not UTF-8) is written as an escape.
+    """
+    for name in ("stdin", "stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "r" if name == "stdin" else "w", encoding="utf-8"))  # noqa: SIM115
+    if isinstance(sys.stdout, io.TextIOWrapper) and sys.stdout.errors == "strict":
+        sys.stdout.reconfigure(errors="backslashreplace")
+
+
+def _can_print() -> bool:
+    try:
+        sys.stdout.flush()
+    except OSError:
+        return False
+    return True
+
+
+def _drop_output() -> None:
+    """The reader (head, less) has had enough, or the disk is full: at exit Python would flush, and complain, again."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def failed(error: Exception) -> int:

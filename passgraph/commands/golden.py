@@ -15,8 +15,10 @@ from passgraph.commands.files import check_folder, write_text
 from passgraph.conformance.judging import Divergence, Judge, divergence
 from passgraph.errors import InputError
 from passgraph.oracle.backend import outside
+from passgraph.reading import check_regular, read_text
 
 MANIFEST = "manifest.json"
+MAX_MANIFEST_BYTES = 1 << 24
 #: Of the layout of the folder.
 VERSION = 1
 
@@ -77,10 +79,10 @@ def _outputs(judge: Judge) -> dict[str, NDArray[Any]]:
 
 def _manifest(folder: Path) -> dict[str, Any]:
     path = folder / MANIFEST
+    if not path.exists():
+        raise InputError(f"{path}: cannot be read (no such file); make it with --record")
     try:
-        read = json.loads(path.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise InputError(f"{path}: cannot be read ({error.strerror}); make it with --record") from error
+        read = json.loads(read_text(path, "a manifest", MAX_MANIFEST_BYTES))
     except ValueError as error:
         raise InputError(f"{path}: is not JSON ({error})") from error
     if not isinstance(read, dict) or read.get("version") != VERSION or not isinstance(read.get("graphs"), dict):
@@ -102,7 +104,8 @@ def _load(folder: Path, files: Mapping[str, str]) -> dict[str, NDArray[np.float3
     for name, file in files.items():
         path = folder / Path(file).name  # a manifest names files of its own folder only
         try:
+            check_regular(path, "a recorded picture")
             made[name] = np.load(path, allow_pickle=False)
-        except (OSError, ValueError) as error:
+        except (InputError, OSError, ValueError) as error:
             raise InputError(f"{path}: cannot be read ({error}); make it anew with --record") from error
     return made

@@ -6,15 +6,18 @@ import math
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 from click.core import ParameterSource
 
 from passgraph.effects.registry import EFFECTS, Effect, Parameter
-from passgraph.errors import InputError, PassgraphError
+from passgraph.errors import BackendError, InputError, PassgraphError
 from passgraph.finite import CHOICES
 from passgraph.targets import MAX_SIDE
+
+if TYPE_CHECKING:
+    from passgraph.backends.base import Backend
 
 Decorated = TypeVar("Decorated", bound=Callable[..., Any])
 
@@ -47,7 +50,7 @@ class FiniteRange(click.FloatRange):
 
 
 class BackendType(click.ParamType[str]):
-    """A backend by name, with a device behind a colon; known names only, before anything is loaded."""
+    """A backend by name, with a device behind a colon; known ones that compute pictures, before anything is loaded."""
 
     name = "NAME[:DEVICE]"
 
@@ -55,10 +58,19 @@ class BackendType(click.ParamType[str]):
         from passgraph.backends.registry import backend_class
 
         try:
-            backend_class(str(value).partition(":")[0])
+            check_computes(backend_class(str(value).partition(":")[0]))
         except PassgraphError as error:
             self.fail(str(error), param, ctx)
         return str(value)
+
+
+def check_computes(backend: type[Backend]) -> None:
+    """Refuse a backend that makes no pictures: commands would write, or judge, blank ones."""
+    if not backend.computes:
+        raise BackendError(
+            f"backend {backend.name} runs nothing and makes no pictures; use numpy, gl, opencl or reference, or to see "
+            "what would run: passgraph plan"
+        )
 
 
 def size_option(default: tuple[int, int] | None = None) -> Callable[[Decorated], Decorated]:

@@ -9,10 +9,12 @@ from pathlib import Path
 from typing import Any
 
 import passgraph as pg
+from passgraph.arguments import shown
 from passgraph.errors import InputError
 from passgraph.graph import PixelKernel
 from passgraph.language.types import Array, ImageType, Matrix, Scalar, Struct, Type, Vector
 from passgraph.program import named_outputs
+from passgraph.reading import check_regular, read_text
 from passgraph.targets import TargetSpec
 
 Graph = Mapping[str, pg.Target]
@@ -28,14 +30,11 @@ def graphs_of(path: Path) -> dict[str, Graph]:
     InputError
         For a file that cannot be read, fails, or has nothing to check.
     """
-    if not path.is_file():
-        raise InputError(f"{path}: no such file")
     if path.suffix == ".py":
+        check_regular(path, "a Python module")
         names = _run(path)
     else:
-        if path.stat().st_size > MAX_TEXT_BYTES:
-            raise InputError(f"{path}: more than {MAX_TEXT_BYTES} bytes of text")
-        made = pg.kernel(source=path.read_text(encoding="utf-8"))
+        made = pg.kernel(source=read_text(path, "a text of kernels", MAX_TEXT_BYTES))
         names = {made.name: made}
     if "outputs" in names:
         return {"outputs": _named(names["outputs"], path)}
@@ -59,11 +58,19 @@ def _run(path: Path) -> dict[str, Any]:
         spec.loader.exec_module(module)
     except pg.PassgraphError:
         raise
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(f"while {path} was run") from None
+    except SystemExit as error:
+        raise InputError(f"{path}: ends the process when it is run ({_exit_call(error)}); take that out") from error
     except Exception as error:
         raise InputError(f"{path}: fails when run: {type(error).__name__}: {error}") from error
     finally:
         sys.path.pop(0)
     return {name: value for name, value in vars(module).items() if not name.startswith("_")}
+
+
+def _exit_call(error: SystemExit) -> str:
+    return "sys.exit()" if error.code is None else f"sys.exit({shown(error.code)})"
 
 
 def _named(outputs: Any, path: Path) -> Graph:

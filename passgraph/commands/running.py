@@ -9,6 +9,7 @@ import click
 
 from passgraph.commands.capture import Capture
 from passgraph.commands.files import check_folder, check_picture_path
+from passgraph.commands.options import check_computes
 from passgraph.commands.progress import progress
 from passgraph.commands.sources import Job
 from passgraph.finite import NonFinite
@@ -40,6 +41,7 @@ def run_and_save(
         start = perf_counter()
         made = compile(job.outputs, backend, job.size, options, non_finite=non_finite, check_finite=check_finite)
         with made as program:
+            check_computes(type(program.backend))  # the environment may name another one than the command line
             compiled = perf_counter()
             say(f"running on {program.backend.name}")
             if observer is None:

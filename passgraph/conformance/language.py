@@ -172,6 +172,26 @@ def run(a: Image, b: Image) -> tuple[vec4, vec4, vec4]:
     return first, second, vec4(p.w == p.w) * vec4(1.0 / (0.0 - abs(q.y) * 0.0 - 1.0), 3.0, 5.0, 7.0)
 """
 
+#: Zeros in the text, which compilers of shaders like to fold, and zeros that appear when a loop is unrolled.
+ZEROS = """
+def run(a: Image, b: Image) -> tuple[vec4, vec4]:
+    x = a[0, 0].x
+    first = vec4(0.0 / x, 1.0 - 0.0 / x, 0.0 // x, 0.0 * x)
+    return first, vec4(2.0, pow(x, 0.0), min(0.0 / x, 1.0), 1.0 if 0.0 / x == 0.0 else 2.0)
+"""
+UNROLLED_ZEROS = """
+TABLE = (0.0, 1.0, 2.0)
+
+def run(a: Image, b: Image) -> tuple[vec4, vec4]:
+    x, total, product, quotient = a[0, 0].x, vec4(0), 0.0, 0.0
+    for i in range(3):
+        if b[0, 0].x > 1e38:
+            break
+        total += vec4(float(i) / x, float(i) * x, TABLE[i] / x, TABLE[i] * x)
+        product, quotient = product * x, quotient / x
+    return total, vec4(product, quotient, 0.0, 1.0)
+"""
+
 
 def whole(size: tuple[int, int] = SIZE) -> Picture:
     """Whole numbers from 0 to 7."""
@@ -242,6 +262,8 @@ def cases() -> Iterator[Case]:
     yield _parameters(x)
     yield from _stores()
     yield Case(GROUP, "identities", partial(_graph, IDENTITIES), (64, 8), (_specials(),))
+    yield Case(GROUP, "written zeros", partial(_graph, ZEROS), (64, 8), (_specials(),), most_ambiguous=0.3)
+    yield Case(GROUP, "unrolled zeros", partial(_graph, UNROLLED_ZEROS), (64, 8), (_specials(),), most_ambiguous=0.3)
     for border in ("clamp", "zero", "repeat", "mirror"):
         frames = ({"color": whole(WIDE)},)
         exact = {"result0": _blur(whole(WIDE), border)}

@@ -64,7 +64,7 @@ VECTOR = {
     "matmul": "mat4(p, q, p.yzwx, q.zwxy) * p + vec4(mat3(p.xyz, q.xyz, p.yzw) * q.xyz, 0.0)",
     "transpose": "transpose(mat4(p, q, p.yzwx, q.zwxy))[1]",
     "determinant": "vec4(determinant(mat2(p)), determinant(mat3(p.xyz, q.xyz, p.yzw)), determinant(mat2(q)), 0.0)",
-    "inverse": "vec4(inverse(mat2(p) + mat2(9.0))[0], inverse(mat2(q) + mat2(9.0))[1])",
+    "inverse": "vec4(inverse((mat2(p) + mat2(9.0)) * 1e25)[0], inverse((mat2(q) + mat2(9.0)) * 1e-25)[1])",
     "outer": "outer(p, q)[2]",
 }
 
@@ -127,12 +127,13 @@ DOMAINS: dict[str, tuple[Callable[[Values], Values], Callable[[Values], Values]]
     **dict.fromkeys(("sin", "cos", "tan"), (_angle, _angle)),
     **dict.fromkeys(("asin", "acos"), (_unit, _unit)),
     **dict.fromkeys(("smoothstep", "mix", "atan2"), (_moderate, _moderate)),
-    **dict.fromkeys(("mod", "float_floor_divide"), (_dividends, _divisors)),
+    "float_floor_divide": (_dividends, _divisors),
+    "mod": (_moderate, lambda v: np.where(v == 0, np.float32(0.375), _moderate(v))),
     **dict.fromkeys(("exp", "exp2", "sinh", "cosh"), (_exponents, _exponents)),
     "div": (np.asarray, _divisible),
     "inversesqrt": (lambda v: np.abs(_known_bits(_divisible(v))), np.abs),
     "bits_from_float": (_known_bits, _known_bits),
-    "pow": (lambda v: np.abs(_moderate(v)), _small),
+    "pow": (_moderate, _small),
 }
 
 
@@ -164,6 +165,8 @@ def cases() -> Iterator[Case]:
             yield _ints(row)
         if letters == {"B"} or row.name in ("to_float", "to_int"):
             yield _bools(row)
+        if row.name == "pow":
+            yield _known_powers()
 
 
 def call(row: Operation, operands: list[str], vector: bool) -> str:
@@ -181,6 +184,18 @@ def _result(row: Operation, ints: bool) -> str:
     if letter in "Bb":
         return "bool"
     return "int" if letter in "Ii" or (ints and letter == "N") else "float"
+
+
+#: Exponents that are known when the kernel is compiled: products, reciprocals, and what is left to logarithms.
+KNOWN_POWERS = (2.0, 3.0, -1.0, -2.0, 7.0, 8.0, -3.0, 9.0, 0.5, 4.0, 5.0, 6.0)
+
+
+def _known_powers() -> Case:
+    a, b = pairs(np.clip(_moderate(floats()), -100.0, 100.0))
+    powers = [", ".join(f"pow(x, {y})" for y in KNOWN_POWERS[k : k + 4]) for k in range(0, len(KNOWN_POWERS), 4)]
+    shown = ", ".join(f"vec4({part})" for part in powers)
+    head = "def probe(a: Image, b: Image) -> tuple[vec4, vec4, vec4]:\n    x = a[0, 0].x\n"
+    return _case("pow of known exponents", f"{head}    return {shown}\n", a, b)
 
 
 def _graph(text: str) -> Mapping[str, pg.Target]:
@@ -271,11 +286,17 @@ def _bools(row: Operation) -> Case:
 
 
 def _vectors(row: Operation) -> Case:
-    """Ordinary numbers, whose squares float32 holds; some vectors zero, some equal."""
+    """Ordinary numbers; some vectors zero, some equal; huge and tiny ones where no square of them is a result."""
     random = np.random.default_rng(3)
     a, b = (random.uniform(-3.0, 3.0, (48, 64, 4)) for _ in range(2))
     a[0], b[1] = 0.0, 0.0
     a[2] = b[2]
     a[3, :, 1:], b[4, :, :3] = 0.0, 0.0
+    if row.name in ("length", "distance", "normalize"):
+        scales = np.ldexp(1.0, np.arange(-120, 120, 240 // 16))[:, None, None]
+        a[16:32] *= scales
+        b[16:32] *= scales
+        a[32:40, :, :2] *= 2.0**40
+        b[32:40, :, 1:] *= 2.0**-40
     text = f"def probe(a: Image, b: Image) -> vec4:\n    p = a[0, 0]\n    q = b[0, 0]\n    return {VECTOR[row.name]}\n"
     return _case(row.name, text, a, b)

@@ -26,10 +26,22 @@ RESIZED = """
 def resized(color: Image) -> vec4:
     return color.sample(uv())
 """
+#: Places where an int ends, in texels and as fractions of the picture.
+FAR = """
+def far(color: Image) -> tuple[vec4, vec4, vec4]:
+    p = pixel() * 97
+    beyond = vec2(pixel() * 2 - ivec2(7, 5)) * 7e8
+    lowest = color.texel(ivec2(-2147483647 - 1, p.y)) + color.texel(ivec2(p.x, -2147483647 - 1) + ivec2(p.y, p.x % 3))
+    highest = color.texel(ivec2(2147483647 - p.x, p.y)) + color.texel(ivec2(p.x, 2147483584 + p.y % 64))
+    return lowest, highest, color.sample(beyond)
+"""
 
 
 def cases() -> Iterator[Case]:
     """Format by format."""
+    for border in BORDERS:
+        frame = {"frame": values((7, 5))}
+        yield Case(GROUP, f"far outside, {border}", partial(far, border), (7, 5), (frame,))
     forms = [form for form in FORMATS.values() if not form.is_depth]
     for number, form in enumerate(forms):
         for at, size in enumerate(SIZES):
@@ -56,6 +68,13 @@ def through(form: Format, border: str) -> Mapping[str, pg.Target]:
     into = pg.target("texels", "rgba32f"), pg.target("samples", "rgba32f")
     texels, samples = pg.kernel(source=READS)(stored.border(border), into=into)
     return {"stored": stored, "texels": texels, "samples": samples}
+
+
+def far(border: str) -> Mapping[str, pg.Target]:
+    """Reads as far away as places can be."""
+    into = tuple(pg.target(f"far{k}", "rgba32f") for k in range(3))
+    made = pg.kernel(source=FAR)(pg.Input("frame", "rgba32f").border(border), into=into)
+    return {target.name: target for target in made}
 
 
 def brought(form: Format) -> Mapping[str, pg.Target]:

@@ -7,11 +7,12 @@ from dataclasses import dataclass
 from importlib import import_module
 from typing import Literal
 
+from passgraph.arguments import among, flag, function, instance, iterable, shown
 from passgraph.backends.base import Backend
 from passgraph.backends.registry import open_backend
 from passgraph.conformance.case import Case
 from passgraph.conformance.judging import Outcome, Verdict, judge
-from passgraph.errors import InputError
+from passgraph.errors import BackendError, InputError
 
 #: Group → the module whose ``cases`` yields it.
 GROUPS = {
@@ -47,10 +48,12 @@ def cases(groups: Iterable[str] | None = None, *, quick: bool = False) -> Iterat
     >>> next(cases(["operations"])).id
     'operations/add'
     """
-    chosen = list(GROUPS) if groups is None else list(groups)
+    quick = flag(quick, "quick", InputError)
+    expected = "a list of names of groups"
+    chosen = list(GROUPS) if groups is None else list(iterable(groups, "groups", expected, InputError))
     for group in chosen:
-        if group not in GROUPS:
-            raise InputError(f"there is no group {group!r} of cases; there are {', '.join(GROUPS)}")
+        if not among(group, GROUPS):
+            raise InputError(f"there is no group {shown(group)} of cases; there are {', '.join(GROUPS)}")
     for group in chosen:
         for case in import_module(GROUPS[group]).cases():
             if case.quick or not quick:
@@ -144,11 +147,16 @@ def run(
     InputError
         For a group that there is not.
     """
-    chosen = _all_cases(groups, quick=quick) if cases is None else cases
+    chosen: Iterable[Case] = _all_cases(groups, quick=quick)
+    if cases is not None:
+        chosen = iterable(cases, "cases", "a list of passgraph.conformance.Case", InputError)
+    function(progress, "progress", InputError)
+    instance(backend, (str, Backend), "backend", "a name such as 'gl' or an open backend", BackendError)
     opened = open_backend(backend) if isinstance(backend, str) else backend
     verdicts = []
     try:
         for number, case in enumerate(chosen):
+            instance(case, Case, f"case {number}", "a passgraph.conformance.Case", InputError)
             progress(number, case, "start")
             (verdict,) = judge(case, [opened])
             verdicts.append(verdict)

@@ -24,11 +24,13 @@ from passgraph.fuzz.kernels import PARAMETERS
 from passgraph.fuzz.pictures import SIDE, Picture, values
 from passgraph.graph import kernel
 from passgraph.program import compile as compile_graph
+from passgraph.reading import read_text
 from passgraph.targets import Input, Target, target
 
 #: A case as data.
 Case: TypeAlias = dict[str, Any]
 
+MAX_CASE_BYTES = 1 << 24
 #: Backends whose compilers are told to contract nothing, so that rewritten code gives the same bits.
 EXACT = ("numpy", "opencl", "reference")
 
@@ -114,8 +116,8 @@ def save(case: Case, why: str, folder: Path) -> Path:
 def load(path: Path) -> dict[str, Any]:
     """A case from its file."""
     try:
-        case = json.loads(path.read_text())
-    except (OSError, ValueError) as error:
+        case = json.loads(read_text(path, "a case", MAX_CASE_BYTES))
+    except (InputError, ValueError) as error:
         raise InputError(f"{path} cannot be read as a case: {error}") from error
     if not isinstance(case, dict):
         raise InputError(f"{path} holds no case")

@@ -150,7 +150,7 @@ def graphs(draw: st.DrawFn, most: int = 10) -> Case:
 def plannable(outputs: dict[str, Target]) -> bool:
     """Random history may name a target that no pass behind the outputs writes, which is refused."""
     try:
-        compile_graph(outputs, NullBackend(), SIZES[0]).close()
+        compile_graph(outputs, NullBackend()).close()
     except GraphError as error:
         if "is read, and no pass behind the outputs writes it" not in str(error):
             raise
@@ -161,7 +161,7 @@ def plannable(outputs: dict[str, Target]) -> bool:
 def run_thrice(outputs: dict[str, Target], backend: Backend, options: Options) -> list[dict[str, Picture]]:
     """Three runs: the second has another frame and value, the third another static picture."""
     seen = []
-    with compile_graph(outputs, backend, SIZES[0], options) as program:
+    with compile_graph(outputs, backend, options=options) as program:
         wanted = {*program.plan.inputs, *program.plan.values, *program._inputs}
         for frame, still, by in ((0, 0, 0.5), (1, 0, 0.75), (1, 1, 0.75)):
             every = {"frame": unit(frame, SIZES[0]), "still": unit(10 + still, SIZES[0]), "by": by}
@@ -189,9 +189,9 @@ def graph_outcome(case: Case, outputs: dict[str, Target], backends: list[Backend
         tally.refused += 1
         return ""
     needed = {"frame": unit(0, SIZES[0]), "still": unit(10, SIZES[0]), "by": 0.5}
-    with compile_graph(outputs, NullBackend(), SIZES[0], Options(cull=False)) as program:
+    with compile_graph(outputs, NullBackend(), options=Options(cull=False)) as program:
         wanted = {*program.plan.inputs, *program.plan.values, *program._inputs}
-    why = judged(outputs, backends, tally, size=SIZES[0], **{n: v for n, v in needed.items() if n in wanted})
+    why = judged(outputs, backends, tally, **{n: v for n, v in needed.items() if n in wanted})
     if why:
         return why
     off = replace(Options(), **{case["off"]: False})

@@ -40,8 +40,10 @@ class Emitter:
         self.known: list[dict[tuple[object, ...], object]] = [{}]
         self.ids = 0
         self.variables: dict[str, str] = {}
+        self.arrays: dict[str, tuple[str, int]] = {}  # scalar type, length
         self.ranges: dict[int, tuple[int, int]] = {}  # loop indices: inclusive
         self.tables: dict[str, tuple[str, tuple[bool | int | float, ...]]] = {}
+        self.table_names: dict[int, str] = {}  # by the identity of the values, which the program keeps
         self.builtins: dict[str, str] = {}
         self.steps = 0
         self.span = NOWHERE  # of the statement being lowered, for errors
@@ -101,6 +103,8 @@ class Emitter:
         literals = [a for a in arguments if isinstance(a, s.Lit)]
         if len(literals) == len(arguments):
             return fold(name, result, tuple(literals))
+        if name in ("less", "greater") and repr(arguments[0]) == repr(arguments[1]):
+            return s.Lit("bool", False)
         if len(arguments) != 2 or not literals:
             return None
         (one,) = literals
@@ -115,7 +119,9 @@ class Emitter:
             return other
         if name == "sub" and right and one.value == 0 and math.copysign(1, one.value) > 0:
             return other
-        if name == "mul" and one.type == "int" and one.value == 0:
+        if name in ("mul", "bit_and") and one.type == "int" and one.value == 0:
+            return one
+        if name in ("add", "sub", "mul", "div") and one.value != one.value:
             return one
         if name == "logical_and":
             return other if one.value else one
@@ -155,6 +161,16 @@ class Emitter:
     def uniform(self, block: str, index: s.Operand) -> s.Operand:
         return self._load(("uniform", block, repr(index)), block, lambda to: s.LoadUniform(to, block, index))
 
+    def table_name(self, type_: str, values: tuple[bool | int | float, ...]) -> str:
+        """The name of a table with these values; looked for once for each tuple, since comparing takes its time."""
+        known = self.table_names.get(id(values))
+        if known is None:
+            wanted = type_, repr(values)
+            same = (name for name, (t, v) in self.tables.items() if (t, repr(v)) == wanted)
+            known = self.table_names[id(values)] = next(same, f"table{len(self.tables)}")
+            self.tables[known] = type_, values
+        return known
+
     def table(self, name: str, type_: str, values: tuple[bool | int | float, ...], index: s.Operand) -> s.Operand:
         self.tables[name] = (type_, values)
         return self._load(("table", name, repr(index)), type_, lambda to: s.LoadTable(to, name, index))
@@ -191,6 +207,16 @@ class Emitter:
     def read(self, name: str) -> s.Val:
         to = self.fresh(self.variables[name])
         self.push(s.Read(to, name))
+        return to
+
+    def array(self, type_: str, length: int) -> str:
+        name = f"a{len(self.arrays)}"
+        self.arrays[name] = type_, length
+        return name
+
+    def read_at(self, array: str, index: s.Operand) -> s.Val:
+        to = self.fresh(self.arrays[array][0])
+        self.push(s.ReadAt(to, array, index))
         return to
 
     def begin(self) -> None:

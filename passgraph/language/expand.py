@@ -13,6 +13,10 @@ Values: TypeAlias = list[s.Operand]
 Expansion: TypeAlias = Callable[[Emitter, list[Values], list[Type]], Values]
 
 ZERO, ONE = s.Lit("float", 0.0), s.Lit("float", 1.0)
+#: Bits of the power of two that takes a size with exponent bits 0 to at least 1, but for denormals.
+NEAR_ONE = 0x7F000000
+#: Exponents of ``pow`` that become products.  A reciprocal is off by 2.5 units, so that its cube may be off by 19.
+MULTIPLIED_OUT = frozenset(range(-2, 9))
 
 
 def dot(e: Emitter, a: Values, b: Values) -> s.Operand:
@@ -20,6 +24,27 @@ def dot(e: Emitter, a: Values, b: Values) -> s.Operand:
     for x, y in zip(a[1:], b[1:], strict=True):
         total = e.op("add", total, e.op("mul", x, y))
     return total
+
+
+def whole_power(e: Emitter, x: s.Operand, exponent: s.Operand) -> s.Operand | None:
+    """``pow`` multiplied out, for a known whole exponent whose roundings stay within the row's bound; else None.
+
+    Eight factors lose seven roundings of a unit each at most, which may be 14 of the result's.  Negative powers are
+    those of the reciprocal: the power itself could vanish where its reciprocal is still a number.
+    """
+    if not isinstance(exponent, s.Lit) or exponent.value not in MULTIPLIED_OUT:
+        return None
+    n = int(exponent.value)
+    if n < 0:
+        x, n = e.op("div", ONE, x), -n
+    result: s.Operand = ONE
+    while n:
+        if n & 1:
+            result = e.op("mul", result, x)
+        n >>= 1
+        if n:
+            x = e.op("mul", x, x)
+    return result
 
 
 def _scale(e: Emitter, v: Values, k: s.Operand) -> Values:
@@ -38,8 +63,32 @@ def _cross(e: Emitter, args: list[Values], _: list[Type]) -> Values:
     ]  # fmt: skip
 
 
+def _step_of(e: Emitter, v: Values) -> s.Operand:
+    """The exponent of the vector's size, in steps of 16, as bits of a float.
+
+    A sum of sizes is less work than their maximum and as good; infinite ones have the step of the largest numbers.
+    """
+    total = e.op("abs", v[0])
+    for x in v[1:]:
+        total = e.op("add", total, e.op("abs", x))
+    return e.op("bit_and", e.op("bits_from_float", total), s.Lit("int", 0x78000000))
+
+
+def _toward_one(e: Emitter, step: s.Operand, bits: int) -> s.Operand:
+    """A power of two.  Multiplying with it is exact, so that nothing changes but what would overflow or vanish."""
+    return e.op("float_from_bits", e.op("sub", s.Lit("int", bits), step))
+
+
+def _length_of(e: Emitter, v: Values) -> s.Operand:
+    # To 2**-4 at least, so that the reciprocal of the power is a normal number too.
+    step = _step_of(e, v)
+    near = _scale(e, v, _toward_one(e, step, 0x7D000000))
+    back = e.op("float_from_bits", e.op("add", step, s.Lit("int", 0x02000000)))
+    return e.op("mul", e.op("sqrt", dot(e, near, near)), back)
+
+
 def _normalize(e: Emitter, args: list[Values], _: list[Type]) -> Values:
-    (v,) = args
+    v = _scale(e, args[0], _toward_one(e, _step_of(e, args[0]), NEAR_ONE))
     length = e.op("sqrt", dot(e, v, v))
     zero = e.op("equal", length, ZERO)
     divisor = e.choose(zero, ONE, length)
@@ -120,11 +169,9 @@ def _determinant(e: Emitter, args: list[Values], types: list[Type]) -> Values:
     return [_determinant_of(e, columns(args[0], types[0].size))]
 
 
-def _inverse(e: Emitter, args: list[Values], types: list[Type]) -> Values:
+def plain_inverse(e: Emitter, m: list[Values]) -> Values:
     """Adjugate over determinant; a zero determinant gives NaN throughout."""
-    assert isinstance(types[0], Matrix)
-    n = types[0].size
-    m = columns(args[0], n)
+    n = len(m)
     determinant = _determinant_of(e, m)
     singular = e.op("equal", determinant, ZERO)
     nan = s.Lit("float", float("nan"))
@@ -137,6 +184,16 @@ def _inverse(e: Emitter, args: list[Values], types: list[Type]) -> Values:
     return cells
 
 
+def _inverse(e: Emitter, args: list[Values], types: list[Type]) -> Values:
+    """With each column near 1: products of all columns neither overflow nor vanish."""
+    assert isinstance(types[0], Matrix)
+    m = columns(args[0], types[0].size)
+    powers = [_toward_one(e, _step_of(e, column), NEAR_ONE) for column in m]
+    near = plain_inverse(e, [_scale(e, column, power) for column, power in zip(m, powers, strict=True)])
+    inverse = columns(near, len(m))
+    return [e.op("mul", cell, power) for column in inverse for cell, power in zip(column, powers, strict=True)]
+
+
 def _transpose(e: Emitter, args: list[Values], types: list[Type]) -> Values:
     assert isinstance(types[0], Matrix)
     return [v for row in rows(args[0], types[0].size) for v in row]
@@ -145,8 +202,8 @@ def _transpose(e: Emitter, args: list[Values], types: list[Type]) -> Values:
 EXPANSIONS: dict[str, Expansion] = {
     "dot": lambda e, args, _: [dot(e, *args)],
     "cross": _cross,
-    "length": lambda e, args, _: [e.op("sqrt", dot(e, args[0], args[0]))],
-    "distance": lambda e, args, _: [e.op("sqrt", dot(e, _subtract(e, *args), _subtract(e, *args)))],
+    "length": lambda e, args, _: [_length_of(e, args[0])],
+    "distance": lambda e, args, _: [_length_of(e, _subtract(e, *args))],
     "normalize": _normalize,
     "faceforward": _faceforward,
     "reflect": _reflect,

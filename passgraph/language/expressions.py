@@ -6,7 +6,7 @@ import ast
 from typing import TYPE_CHECKING
 
 from passgraph.language import ir, symbols
-from passgraph.language.scope import FunctionSource, ModuleName, number
+from passgraph.language.scope import FunctionSource, ModuleName, number, written
 from passgraph.language.signature import MAX_ARRAY_LENGTH, resolve
 from passgraph.language.source import Span, fail
 from passgraph.language.types import (
@@ -94,7 +94,7 @@ class Expressions:
         self.frame.builder.count_expression(span)
         if isinstance(node, ast.Constant):
             if isinstance(node.value, (bool, int, float)):
-                return number(node.value, span)
+                return written(node, span)
             fail(span, f"the kernel language has numbers and bools, not {type(node.value).__name__}")
         if isinstance(node, ast.Name):
             return self._name(node)
@@ -215,6 +215,9 @@ class Expressions:
 
     def _unary(self, node: ast.UnaryOp) -> ir.Expr:
         span = self.span(node)
+        written_int = isinstance(node.operand, ast.Constant) and type(node.operand.value) is int
+        if isinstance(node.op, ast.USub) and written_int:
+            return number(-node.operand.value, span)  # type: ignore[attr-defined]  # -2147483648 is an int
         value = self.value(node.operand)
         if isinstance(node.op, ast.UAdd):
             return value

@@ -53,6 +53,7 @@ class Shared:
         self.counts = {"float": 0, "int": 0}
         self.fused: dict[str, list[list[s.Operand]]] = {}
         self.sources: list[Span] = []
+        self.unrolled = 0  # instructions that loops have become so far
 
     def slot(self, name: str, type_: Type) -> s.UniformSlot:
         if name not in self.slots:
@@ -71,6 +72,7 @@ class Shared:
     ) -> s.ScalarProgram:
         used = list(s.walk(body))
         names = {i.variable for i in used if isinstance(i, (s.Read, s.Write))}
+        arrays = {i.array for i in used if isinstance(i, (s.ReadAt, s.WriteAt))}
         tables = {i.table for i in used if isinstance(i, s.LoadTable)}
         builtins = {i.name for i in used if isinstance(i, s.LoadBuiltin)}
         read = {i.image for i in used if isinstance(i, s.LoadTexel)}
@@ -87,6 +89,7 @@ class Shared:
             tuple(self._live_use(use, used) for use in self.uses.values() if use.name in read),
             tuple((n, t) for n, t in self.emitter.builtins.items() if n in builtins),
             (program.source, *self.sources),
+            tuple((n, t, length) for n, (t, length) in self.emitter.arrays.items() if n in arrays),
         )
 
     def _live_use(self, use: s.ImageUse, used: list[s.Instruction]) -> s.ImageUse:

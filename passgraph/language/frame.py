@@ -66,7 +66,7 @@ class Builder:
 
     def scope(self, function: FunctionSource) -> Scope:
         if function not in self.scopes:
-            self.scopes[function] = Scope(function.scope.names)
+            self.scopes[function] = Scope(function.scope.names, tables={})
         return self.scopes[function]
 
 

@@ -10,6 +10,7 @@ import types as pytypes
 from collections.abc import Callable
 from typing import Any, TypeVar, cast, dataclass_transform
 
+from passgraph.arguments import shown
 from passgraph.errors import KernelError, PassgraphError
 from passgraph.language import ir
 from passgraph.language.parse import parse_with_scopes
@@ -95,10 +96,11 @@ def struct(cls: type[T]) -> type[T]:
     ...     strength: float = 1.0
     """
     frame: pytypes.FrameType | None = sys._getframe(1)
-    source = source_of_class(cls, frame)
+    given: object = cls
+    source = source_of_class(cls, frame) if isinstance(given, type) else Source("", "")
     node = next((n for n in source.parse().body if isinstance(n, ast.ClassDef)), None)
     if node is None:
-        raise KernelError(f"{source.file}:{source.first_line}: @struct marks a class statement")
+        raise KernelError(f"@struct marks a class statement, got {shown(cls)}")
     module = sys.modules.get(cls.__module__)
     names: dict[str, object] = dict(vars(module)) if module else {}
     local_names = dict(frame.f_locals) if frame else {}

@@ -17,7 +17,8 @@ def pixel_uv() -> vec2:
 
 def sample(image: Image, position: vec2) -> vec4:
     """Bilinear, with weights computed here in float32, so that every backend filters alike."""
-    p = position * vec2(image.size) - 0.5
+    # Farther out the next texel's number would not fit into an int; 2**30 lies beyond every picture.
+    p = clamp(position * vec2(image.size) - 0.5, -1073741824.0, 1073741824.0)
     base = floor(p)
     f = p - base
     corner = ivec2(base)

@@ -22,7 +22,7 @@ class _Liveness:
 
     def __init__(self, body: Sequence[s.Instruction], roots: Sequence[s.Operand]) -> None:
         self.definitions: dict[int, tuple[s.Instruction, _Block | None]] = {}
-        self.writes: dict[str, list[tuple[s.Operand, _Block | None]]] = {}
+        self.writes: dict[str, list[tuple[tuple[s.Operand, ...], _Block | None]]] = {}
         self._scan(body, None, None)
         self.needed: set[int] = set()
         self.variables: set[str] = set()
@@ -33,8 +33,8 @@ class _Liveness:
             instruction, block = self.definitions[self.pending.pop()]
             self._need(*s.operands_of(instruction))
             self._enter(block)
-            if isinstance(instruction, s.Read):
-                self._write(instruction.variable)
+            if isinstance(instruction, (s.Read, s.ReadAt)):
+                self._write(_variable(instruction))
 
     def _scan(self, body: Sequence[s.Instruction], block: _Block | None, loop: _Block | None) -> None:
         for instruction in body:
@@ -46,8 +46,8 @@ class _Liveness:
                 inner = _Block(block)
                 self.definitions[instruction.index.id] = (instruction, inner)
                 self._scan(instruction.body, inner, inner)
-            elif isinstance(instruction, s.Write):
-                self.writes.setdefault(instruction.variable, []).append((instruction.value, block))
+            elif isinstance(instruction, (s.Write, s.WriteAt)):
+                self.writes.setdefault(_variable(instruction), []).append((s.operands_of(instruction), block))
             elif isinstance(instruction, (s.Break, s.Continue)):
                 if loop is not None:
                     loop.jumps.append(block)
@@ -64,8 +64,8 @@ class _Liveness:
     def _write(self, variable: str) -> None:
         if variable not in self.variables:
             self.variables.add(variable)
-            for value, block in self.writes.get(variable, []):
-                self._need(value)
+            for values, block in self.writes.get(variable, []):
+                self._need(*values)
                 self._enter(block)
 
     def _enter(self, block: _Block | None) -> None:
@@ -77,6 +77,11 @@ class _Liveness:
                 if block.condition is not None:
                     self._need(block.condition)
                 pending += [block.around, *block.jumps]
+
+
+def _variable(instruction: s.Read | s.Write | s.ReadAt | s.WriteAt) -> str:
+    """The variable or array; their names differ."""
+    return instruction.variable if isinstance(instruction, (s.Read, s.Write)) else instruction.array
 
 
 def eliminate_dead(body: Sequence[s.Instruction], roots: Sequence[s.Operand]) -> tuple[s.Instruction, ...]:
@@ -93,10 +98,10 @@ def _sweep(body: Sequence[s.Instruction], live: _Liveness) -> list[s.Instruction
                 kept.append(replace(instruction, then=tuple(then), orelse=tuple(orelse)))
         elif isinstance(instruction, s.For):
             inner = _sweep(instruction.body, live)
-            if any(isinstance(i, s.Write) for i in s.walk(inner)):
+            if any(isinstance(i, (s.Write, s.WriteAt)) for i in s.walk(inner)):
                 kept.append(replace(instruction, body=tuple(inner)))
-        elif isinstance(instruction, s.Write):
-            if instruction.variable in live.variables:
+        elif isinstance(instruction, (s.Write, s.WriteAt)):
+            if _variable(instruction) in live.variables:
                 kept.append(instruction)
         elif isinstance(instruction, s.LoadTexel):
             to = tuple(v if v is not None and v.id in live.needed else None for v in instruction.to)

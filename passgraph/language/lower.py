@@ -14,8 +14,9 @@ from typing import Any, TypeGuard
 from passgraph.errors import KernelError
 from passgraph.language import ir
 from passgraph.language import scalar as s
+from passgraph.language.arrays import Arrays
 from passgraph.language.emitter import Emitter, eliminate_dead
-from passgraph.language.expand import EXPANSIONS
+from passgraph.language.expand import EXPANSIONS, whole_power
 from passgraph.language.facts import Facts, Fused, ImageFacts, Shared
 from passgraph.language.library import prelude_function
 from passgraph.language.operations import OPERATIONS
@@ -30,6 +31,14 @@ MAX_UNROLLED_TRIPS = 64
 MAX_UNROLLED_INSTRUCTIONS = 6_000
 #: Loops may make at most this many trips, nested ones together; longer ones would hang a driver.
 MAX_TRIPS = 1 << 16
+#: Instructions of a program; drivers' compilers take a minute for twice as many, and gigabytes.
+MAX_INSTRUCTIONS = 20_000
+#: Loops stay loops where unrolling would make the program longer than this.
+MAX_UNROLLED_TOGETHER = 12_000
+#: Numbers of all constant tables that computed indices reach; each holds 1,024 entries at most.
+MAX_TABLE_NUMBERS = 16_384
+#: Instructions that one pixel may take, every trip of every loop.
+MAX_WORK = 1 << 24
 
 
 def lower(program: ir.Program, facts: Facts | None = None) -> s.ScalarProgram:
@@ -59,7 +68,22 @@ def _lower(program: ir.Program, facts: Facts) -> s.ScalarProgram:
         keep = None
     roots = [v for o in outputs for v in o.values] + ([keep] if keep is not None else [])
     body = eliminate_dead(emitter.blocks[0], roots)
-    return shared.finish(program, body, outputs, keep)
+    made = shared.finish(program, body, outputs, keep)
+    if not shared.fused:  # what passes alone passes fused
+        _check_size(made, program.source)
+    return made
+
+
+def _check_size(program: s.ScalarProgram, span: Span) -> None:
+    """Text may not ask for more than a driver compiles and runs in its time."""
+    length, steps = sum(1 for _ in s.walk(program.body)), s.work(program.body)
+    numbers = sum(len(values) for _, _, values in program.tables)
+    if length > MAX_INSTRUCTIONS:
+        fail(span, f"{program.name} has {length} instructions, loops unrolled; at most {MAX_INSTRUCTIONS}")
+    if steps > MAX_WORK:
+        fail(span, f"{program.name} takes {steps} instructions a pixel, loops run; at most {MAX_WORK}")
+    if numbers > MAX_TABLE_NUMBERS:
+        fail(span, f"the constant tables of {program.name} hold {numbers} numbers; at most {MAX_TABLE_NUMBERS}")
 
 
 class Lowering:
@@ -77,23 +101,36 @@ class Lowering:
         self.emitter = shared.emitter
         self.arguments = arguments or {}
         self.locals: dict[str, list[s.Operand]] = {}
+        self.arrays = Arrays(shared.emitter, program)
         self.loops: list[dict[tuple[str, int], str]] = []  # variables of the loops around, innermost last
         self.trips = 1  # of the loops around together
 
     def run(self) -> None:
-        for image in self.program.images:
-            fused = self._facts(image).fused
-            # Producers come first: what is computed inside a branch or loop would not be there behind it.
-            if fused is not None and fused.prefix not in self.shared.fused:
-                self._produce(fused)
+        # Producers come first: what is computed inside a branch or loop would not be there behind it.  A stack of
+        # our own holds them: a chain may be longer than Python lets calls nest.
+        pending = self._producers()
+        while pending:
+            producers = Lowering(pending[-1].program, pending[-1].facts, self.shared, pending[-1].prefix)._producers()
+            if producers:
+                pending += producers
+            else:
+                self._produce(pending.pop())
         self.block(self.program.body)
+
+    def _producers(self) -> list[Fused]:
+        """Of what is fused into this kernel what has not been computed yet, the last one first."""
+        fused = [self._facts(image).fused for image in self.program.images]
+        missing = {f.prefix: f for f in fused if f is not None and f.prefix not in self.shared.fused}
+        return list(missing.values())[::-1]
 
     def _facts(self, image: str) -> ImageFacts:
         return self.facts.images.get(image, ImageFacts())
 
     def _produce(self, fused: Fused) -> None:
+        if fused.prefix in self.shared.fused:  # for another reader, since it was put on the stack
+            return
         producer = Lowering(fused.program, fused.facts, self.shared, fused.prefix)
-        producer.run()
+        producer.block(producer.program.body)
         self.shared.fused[fused.prefix] = [list(o.values) for o in producer.outputs()]
         self.shared.sources.append(fused.program.source)
 
@@ -122,7 +159,7 @@ class Lowering:
             if statement.span is not NOWHERE and not self.arguments:
                 self.emitter.span = statement.span
             if isinstance(statement, ir.Assign):
-                self.locals[statement.name] = self.value(statement.value)
+                self._assign(statement)
             elif isinstance(statement, ir.If):
                 self._if(statement)
             elif isinstance(statement, ir.For):
@@ -131,6 +168,18 @@ class Lowering:
                 self._jump(statement)
             if _leaves(self.emitter.blocks[-1]):
                 return
+
+    def _assign(self, statement: ir.Assign) -> None:
+        name, value, arrays = statement.name, statement.value, self.arrays
+        if name not in arrays:
+            self.locals[name] = self.value(value)
+        elif isinstance(value, ir.Insert) and isinstance(value.value, ir.Local) and value.value.name == name:
+            index = self.value(value.index)[0]
+            arrays.store(name, index, self.value(value.element))
+        elif isinstance(value, ir.Local) and value.name in arrays:
+            arrays.copy(name, value.name, statement.span)
+        else:
+            arrays.fill(name, self.value(value), statement.span)
 
     def _jump(self, statement: ir.Break | ir.Continue) -> None:
         """Break or continue: what the loop hands on is written first."""
@@ -153,7 +202,8 @@ class Lowering:
             return
         then, after_then = self._branch(statement.then)
         orelse, after_else = self._branch(statement.orelse)
-        names = sorted(_names_assigned(statement.then) | _names_assigned(statement.orelse))
+        assigned = _names_assigned(statement.then) | _names_assigned(statement.orelse)
+        names = sorted(name for name in assigned if name not in self.arrays)
         if e.simplify and e.selectable(then) and e.selectable(orelse):
             for instruction in (*then, *orelse):
                 e.push(instruction)
@@ -213,10 +263,12 @@ class Lowering:
             self.locals[statement.name] = [s.Lit("int", i)]
             self.block(statement.body)
             grown = sum(1 for _ in s.walk(e.blocks[-1][length:])) if count == 0 else 0
-            if grown * len(trips) > MAX_UNROLLED_INSTRUCTIONS:
+            allowed = min(MAX_UNROLLED_INSTRUCTIONS, MAX_UNROLLED_TOGETHER - self.shared.unrolled)
+            if grown * len(trips) > allowed:
                 self.locals, e.ids, e.known[-1] = before, ids, known
                 del e.blocks[-1][length:]
                 return False
+        self.shared.unrolled += sum(1 for _ in s.walk(e.blocks[-1][length:])) if not self.loops else 0
         return True
 
     def _loop(self, statement: ir.For, start: int, stop: int, step: int) -> None:
@@ -269,7 +321,8 @@ class Lowering:
         return [s.Lit(expression.type.name, expression.value)]
 
     def _local(self, expression: ir.Local) -> list[s.Operand]:
-        return self.locals[expression.name]
+        name = expression.name
+        return self.arrays.values(name) if name in self.arrays else self.locals[name]
 
     def _table(self, expression: ir.Table) -> list[s.Operand]:
         return [s.Lit(element_of(expression.type).name, v) for v in expression.values]
@@ -338,6 +391,10 @@ class Lowering:
         """A scalar function of the prelude, in place."""
         if arguments[0].type == "int" and name in ("sign", "clamp"):
             name += "_int"
+        if name == "pow":
+            power = whole_power(self.emitter, *arguments)
+            if power is not None:
+                return power
         program = _prelude_program(name)
         bound = {p.name: [a] for p, a in zip(program.parameters, arguments, strict=True)}
         inner = Lowering(program, Facts(simplify=self.facts.simplify), self.shared, "", bound)
@@ -348,6 +405,8 @@ class Lowering:
         index = self.value(expression.index)[0]
         width = component_count(expression.type)
         base_type = expression.value.type
+        if isinstance(expression.value, ir.Local) and expression.value.name in self.arrays:
+            return self.arrays.entry(expression.value.name, index)
         if isinstance(index, s.Lit):
             i = min(max(int(index.value), 0), component_count(base_type) // width - 1)
             if isinstance(expression.value, ir.Table):
@@ -379,8 +438,7 @@ class Lowering:
         base = e.op("mul", clamped, s.Lit("int", width))
         element = element_of(type_).name
         if isinstance(array, ir.Table):
-            same = (n for n, (t, v) in e.tables.items() if (t, repr(v)) == (element, repr(array.values)))
-            name = next(same, f"table{len(e.tables)}")
+            name = e.table_name(element, array.values)
             addresses = (e.op("add", base, s.Lit("int", i)) for i in range(width))
             return [e.table(name, element, array.values, address) for address in addresses]
         slot = self.shared.slot(self.prefix + array.name, type_)

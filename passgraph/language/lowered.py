@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import io
 import pickle
+from collections.abc import Mapping
 from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
@@ -36,7 +37,8 @@ _FIELDS: dict[type[Any], tuple[str, ...]] = {
     cls: tuple(field.name for field in fields(cls))
     for cls in (
         scalar.Lit, scalar.Val, scalar.Op, scalar.Choose, scalar.LoadUniform, scalar.LoadTable, scalar.LoadBuiltin,
-        scalar.LoadTexel, scalar.Read, scalar.Write, scalar.If, scalar.For, scalar.Break, scalar.Continue,
+        scalar.LoadTexel, scalar.Read, scalar.Write, scalar.ReadAt, scalar.WriteAt,
+        scalar.If, scalar.For, scalar.Break, scalar.Continue,
         scalar.UniformSlot, scalar.ImageUse, scalar.Output, scalar.ScalarProgram,
         types.Vector, types.Matrix, types.Array, Span,
     )
@@ -45,13 +47,22 @@ _MAKERS: dict[tuple[str, str], Any] = {(cls.__module__, cls.__name__): cls for c
 _MAKERS[_single.__module__, _single.__name__] = _single
 
 
-def lower_once(program: ir.Program, facts: Facts) -> scalar.ScalarProgram:
-    """As :func:`~.lower.lower`, from disk where it is there."""
+def lower_once(
+    program: ir.Program, facts: Facts, known: dict[str, scalar.ScalarProgram] | None = None
+) -> scalar.ScalarProgram:
+    """As :func:`~.lower.lower`, from disk where it is there; ``known`` holds those of one plan, by name."""
+    known = {} if known is None else known
     try:
         parts = (kept.text_digest(Path(__file__).parent), _told(program), _facts_told(facts))
     except TypeError:
         return lower(program, facts)
     name = hashlib.sha256("\0".join(parts).encode()).hexdigest()
+    if name not in known:
+        known[name] = _from_disk(program, facts, name)
+    return known[name]
+
+
+def _from_disk(program: ir.Program, facts: Facts, name: str) -> scalar.ScalarProgram:
     data = kept.recall("programs", name)
     found = None if data is None else _read(data)
     if found is None:
@@ -69,17 +80,35 @@ def _told(program: ir.Program) -> str:
 
 
 def _facts_told(facts: Facts) -> str:
-    """Every field as text; TypeError for values that no text tells apart."""
+    """A digest of every field; TypeError for values that no text tells apart.
+
+    Facts of what is fused come first, each once and as a digest of its own: text inside text would be quoted again
+    at every level, and a producer that is read through two parameters told twice at each.
+    """
+    told: dict[int, str] = {}
+    pending = [facts]
+    while pending:
+        top = pending[-1]
+        inner = [image.fused.facts for image in top.images.values() if image.fused is not None]
+        untold = [each for each in inner if id(each) not in told]
+        if untold:
+            pending += untold
+        else:
+            told[id(pending.pop())] = _digest(top, told)
+    return told[id(facts)]
+
+
+def _digest(facts: Facts, told: Mapping[int, str]) -> str:
     constants = {name: freeze(value) for name, value in sorted(facts.constants.items())}
-    images = {name: _image_told(image) for name, image in sorted(facts.images.items())}
-    return repr(replace(facts, constants=constants, images=images))
+    images = {name: _image_told(image, told) for name, image in sorted(facts.images.items())}
+    return hashlib.sha256(repr(replace(facts, constants=constants, images=images)).encode()).hexdigest()
 
 
-def _image_told(image: ImageFacts) -> ImageFacts:
+def _image_told(image: ImageFacts, told: Mapping[int, str]) -> ImageFacts:
     if image.fused is None:
         return image
-    told: Any = {"program": _told(image.fused.program), "facts": _facts_told(image.fused.facts)}
-    return replace(image, fused=replace(image.fused, **told))
+    parts: Any = {"program": _told(image.fused.program), "facts": told[id(image.fused.facts)]}
+    return replace(image, fused=replace(image.fused, **parts))
 
 
 class _Writer(pickle.Pickler):

@@ -22,7 +22,7 @@ Values = NDArray[Any]
 #: Languages that the table spells operations in.  The numpy backend builds LLVM instead (backends/numpy/llvm_ops.py).
 TARGETS = ("glsl", "opencl")
 
-INT_MIN, INT_MAX = -(2**31), 2**31 - 1
+INT_MIN, INT_MAX, UINT_MAX = -(2**31), 2**31 - 1, 2**32 - 1
 #: The largest float32 below one: where fract is capped.
 BELOW_ONE = float(np.nextafter(np.float32(1), np.float32(0)))
 
@@ -76,7 +76,12 @@ def _floor_divide(a: Values, b: Values) -> Values:
 def _modulo(a: Values, b: Values) -> Values:
     if _is_int(a):
         return wrap32(np.where(b == 0, 0, a % np.where(b == 0, 1, b)))
-    return np.asarray(a - b * np.floor(a / b))
+    known = np.isfinite(a) & np.isfinite(b) & (b != 0)
+    made = np.mod(np.where(known, a, 0.0), np.where(known, b, 1.0))
+    # The sum of a tiny negative number and b may be b itself, which no rest is.
+    largest = np.nextafter(np.abs(np.asarray(b)).astype(np.float32), np.float32(0)).astype(np.float64)
+    made = np.copysign(np.minimum(np.abs(made), largest), made)
+    return np.where(known, made, np.nan)
 
 
 def _to_int(a: Values) -> Values:
@@ -96,6 +101,7 @@ def _maximum(a: Values, b: Values) -> Values:
 
 
 def _normalize(v: Values) -> Values:
+    # No square of a float32 leaves the range of float64.
     size = np.sqrt(np.sum(v * v, axis=-1, keepdims=True))
     return np.where(size > 0, v / np.where(size > 0, size, 1), np.where(np.isnan(size), size, 0.0))
 
@@ -109,6 +115,12 @@ def _smoothstep(low: Values, high: Values, x: Values) -> Values:
 
 def _dot(a: Values, b: Values) -> Values:
     return np.asarray(np.sum(a * b, axis=-1))
+
+
+def _power(x: Values, y: Values) -> Values:
+    """Of a negative x only whole powers; a zero has no sign here, so that its negative powers have none either."""
+    missing = np.isnan(y) | ((x < 0) & (np.floor(y) != y))
+    return np.where(missing, np.nan, np.power(np.where(missing, 1.0, x + 0.0), np.where(missing, 1.0, y)))
 
 
 def _refract(incident: Values, normal: Values, ratio: Values) -> Values:
@@ -271,21 +283,25 @@ _composite(_P, "saturate", "G -> G", "clamp(x, 0, 1)",
            lambda x: _minimum(_maximum(x, np.zeros_like(x)), np.ones_like(x)), ulp=0)
 _composite(_P, "fract", "G -> G", "x - floor(x), capped below 1",
            lambda x: _minimum(x - np.floor(x), np.full_like(x, BELOW_ONE)), ulp=1)
-_composite(_P, "mod", "G G -> G", "x - y * floor(x / y)", _modulo, ulp=1, absolute=0)
+_composite(_P, "mod", "G G -> G",
+           "x - y * floor(x / y): the sign of y, smaller than y; exact for |x / y| < 2^20, |y| >= 2^-100",
+           _modulo, ulp=1)
 _composite(_P, "inversesqrt", "G -> G", "1 / sqrt(x), x > 0", lambda x: 1 / np.sqrt(x), ulp=4)
 _composite(_P, "step", "G G -> G", "0 where x < edge, else 1",
            lambda edge, x: np.where(x < edge, 0.0, 1.0), ulp=0)
-_composite(_P, "smoothstep", "G G G -> G", "Hermite step between two edges; equal edges give step",
+_composite(_P, "smoothstep", "G G G -> G", "Hermite step between two finite edges; equal edges give step",
            _smoothstep, ulp=8)
 _composite(_P, "mix", "G G G -> G", "x * (1 - a) + y * a", lambda x, y, a: x * (1 - a) + y * a, ulp=3)
 _composite(_P, "exp2", "G -> G", "2 to the power x", np.exp2, ulp=3)
 _composite(_P, "exp", "G -> G", "e to the power x", np.exp, ulp=3)
 _composite(_P, "log2", "G -> G", "logarithm to base 2, x >= 0", np.log2, ulp=3)
 _composite(_P, "log", "G -> G", "natural logarithm, x >= 0", np.log, ulp=3)
-_composite(_P, "pow", "G G -> G", "x to the power y, x >= 0; pow(x, 0) is 1", np.power, ulp=16)
-_composite(_P, "sin", "G -> G", "sine, radians, |x| <= 8192", np.sin, ulp=4, absolute=2**-22)
-_composite(_P, "cos", "G -> G", "cosine, radians, |x| <= 8192", np.cos, ulp=4, absolute=2**-22)
-_composite(_P, "tan", "G -> G", "tangent, radians, |x| <= 8192", np.tan, ulp=16, absolute=2**-21)
+_composite(_P, "pow", "G G -> G", "x to the power y; x < 0 takes whole y only; pow(x, 0) is 1", _power, ulp=16)
+_composite(_P, "sin", "G -> G", "sine, radians, |x| <= 8192; beyond, a number from -1 to 1", np.sin,
+           ulp=4, absolute=2**-22)
+_composite(_P, "cos", "G -> G", "cosine, radians, |x| <= 8192; beyond, a number from -1 to 1", np.cos,
+           ulp=4, absolute=2**-22)
+_composite(_P, "tan", "G -> G", "tangent, radians, |x| <= 8192; beyond, any number", np.tan, ulp=16, absolute=2**-21)
 _composite(_P, "asin", "G -> G", "arc sine, radians, -1 <= x <= 1", np.arcsin, ulp=6)
 _composite(_P, "acos", "G -> G", "arc cosine, radians, -1 <= x <= 1", np.arccos, ulp=6, absolute=2**-22)
 _composite(_P, "atan", "G -> G", "arc tangent, radians", np.arctan, ulp=5)
@@ -317,7 +333,8 @@ _composite(_E, "all", "B -> b", "whether every component holds", lambda v: np.al
 _composite(_E, "matmul", "M * -> *", "matrix product, columns as in GLSL", _matmul, ulp=6)
 _composite(_E, "transpose", "M -> M", "rows and columns swapped", lambda m: np.swapaxes(m, -1, -2), ulp=0)
 _composite(_E, "determinant", "M -> f", "determinant", np.linalg.det, ulp=32)
-_composite(_E, "inverse", "M -> M", "inverse; NaN where the determinant is 0", _inverse, ulp=64)
+_composite(_E, "inverse", "M -> M", "inverse; NaN where the determinant is 0, of columns brought near 1",
+           _inverse, ulp=64)
 _composite(_E, "outer", "V V -> M", "column vector times row vector (GLSL outerProduct)",
            lambda a, b: np.einsum("nr,nc->ncr", a, b), ulp=0.5)
 # fmt: on
@@ -325,5 +342,5 @@ _composite(_E, "outer", "V V -> M", "column vector times row vector (GLSL outerP
 #: Rows that add terms of both signs.  Where terms cancel, their rounding stays while the result is small, so
 #: the bound counts units in the last place of the largest term.
 OF_TERMS = frozenset({
-    "mod", "mix", "dot", "cross", "reflect", "refract", "matmul", "determinant", "inverse",
+    "mix", "dot", "cross", "reflect", "refract", "matmul", "determinant", "inverse",
 })  # fmt: skip

@@ -38,7 +38,25 @@ def fract(x: float) -> float:
 
 
 def mod(x: float, y: float) -> float:
-    return x - y * floor(x / y)
+    """x - y * floor(x / y), of sizes first: their rest is exact for quotients below 2**20, as its products are."""
+    size = abs(y)
+    whole = abs(x)
+    # A quotient that is too small to be normal may come out on either side of 0.
+    q = floor(max(whole / size, 0.0))
+    q_high = upper_bits(q)
+    q_low = q - q_high
+    high = upper_bits(size)
+    low = size - high
+    rest = (((whole - q_high * high) - q_low * high) - q_high * low) - q_low * low
+    # The quotient may have been rounded to the next whole number, or off a whole one.
+    raised = rest + size if rest < 0.0 else rest
+    lowered = raised - size if raised >= size else raised
+    # Larger quotients leave anything, and beside a tiny rest the difference is y itself: no result reaches it.
+    below = float_from_bits(bits_from_float(size) - 1)
+    inside = min(max(lowered, 0.0), below)
+    other_sign = (x < 0.0) != (y < 0.0) and inside != 0.0
+    result = min(size - inside, below) if other_sign else inside
+    return -result if y < 0.0 else result
 
 
 def float_floor_divide(a: float, b: float) -> float:
@@ -54,8 +72,10 @@ def step(edge: float, x: float) -> float:
 
 
 def smoothstep(low: float, high: float, x: float) -> float:
-    width = high - low
-    inside = (x - low) / (1.0 if width == 0.0 else width)
+    # Halved, edges at both ends of float32 have a difference too.
+    start = 0.5 * low
+    width = 0.5 * high - start
+    inside = (0.5 * x - start) / (1.0 if width == 0.0 else width)
     t = min(max((0.0 if x < low else 1.0) if width == 0.0 else inside, 0.0), 1.0)
     return t * t * (3.0 - 2.0 * t)
 
@@ -172,9 +192,17 @@ def upper_bits(x: float) -> float:
 
 
 def pow(x: float, y: float) -> float:
-    """2**(y * log2 x), the logarithm and the product carried in two floats each (T. J. Dekker, 1971)."""
-    e = log_exponent(x)
-    f = log_mantissa(x) - 1.0
+    """2**(y * log2 |x|), the logarithm and the product carried in two floats each (T. J. Dekker, 1971).
+
+    A negative x has powers where y is whole, negative ones where it is odd.  Of a known y that is not whole nothing of
+    this is left.
+    """
+    whole_exponent = floor(y) == y
+    half_exponent = y * 0.5
+    odd_exponent = whole_exponent and floor(half_exponent) != half_exponent
+    size = abs(x) if whole_exponent else x
+    e = log_exponent(size)
+    f = log_mantissa(size) - 1.0
     # log(1 + f) as high + low.  The square's leading part is exact, so that little is lost.
     f_high = upper_bits(f)
     f_low = f - f_high
@@ -202,9 +230,10 @@ def pow(x: float, y: float) -> float:
     infinity = float_from_bits(0x7F800000)
     at_zero = 0.0 if y > 0.0 else infinity
     at_infinity = infinity if y > 0.0 else 0.0
-    positive = at_infinity if x == infinity else in_range
-    defined = positive if x > 0.0 else (at_zero if x == 0.0 else float_from_bits(0x7FC00000))
-    with_nan = y if y != y else defined
+    positive = at_infinity if size == infinity else in_range
+    defined = positive if size > 0.0 else (at_zero if size == 0.0 else float_from_bits(0x7FC00000))
+    signed = -defined if odd_exponent and x < 0.0 else defined
+    with_nan = y if y != y else signed
     return 1.0 if y == 0.0 else with_nan
 
 
@@ -239,7 +268,9 @@ def cosine_polynomial(r: float) -> float:
 def reduce_angle(x: float, quarter: float) -> float:
     # pi / 2 in four parts, three of 11 bits: their products with a whole number below 2**13 are exact.
     near = (x - quarter * 1.5703125) - quarter * 4.837512969970703125e-4
-    return (near - quarter * 7.549533620476723e-08) - quarter * 2.5633440682570896e-12
+    r = (near - quarter * 7.549533620476723e-08) - quarter * 2.5633440682570896e-12
+    # Up to 8192 it is below pi / 4 and a little; beyond, the polynomials must not see what rounding leaves.
+    return min(max(r, -0.8), 0.8)
 
 
 def sin(x: float) -> float:
@@ -247,8 +278,7 @@ def sin(x: float) -> float:
     r = reduce_angle(x, quarter)
     k = int(quarter)
     value = cosine_polynomial(r) if (k & 1) == 1 else sine_polynomial(r)
-    result = -value if (k & 2) == 2 else value
-    return result if abs(x) < 3.0e38 else x - x
+    return -value if (k & 2) == 2 else value
 
 
 def cos(x: float) -> float:
@@ -256,8 +286,7 @@ def cos(x: float) -> float:
     r = reduce_angle(x, quarter)
     k = int(quarter)
     value = sine_polynomial(r) if (k & 1) == 1 else cosine_polynomial(r)
-    result = -value if ((k + 1) & 2) == 2 else value
-    return result if abs(x) < 3.0e38 else x - x
+    return -value if ((k + 1) & 2) == 2 else value
 
 
 def tan(x: float) -> float:
@@ -265,8 +294,7 @@ def tan(x: float) -> float:
     r = reduce_angle(x, quarter)
     s = sine_polynomial(r)
     c = cosine_polynomial(r)
-    result = -c / s if (int(quarter) & 1) == 1 else s / c
-    return result if abs(x) < 3.0e38 else x - x
+    return -c / s if (int(quarter) & 1) == 1 else s / c
 
 
 def arcsine_polynomial(z: float) -> float:

@@ -17,7 +17,7 @@ from typing import TypeAlias
 from passgraph.language.source import NOWHERE, Span
 
 #: Part of every key: raise it when the meaning of a program or of an emitter changes.
-FORMAT_VERSION = 1
+FORMAT_VERSION = 2
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,6 +122,24 @@ class Write:
 
 
 @dataclass(frozen=True, slots=True)
+class ReadAt:
+    """What an array holds now at an index, which lies inside."""
+
+    to: Val
+    array: str
+    index: Operand
+
+
+@dataclass(frozen=True, slots=True)
+class WriteAt:
+    """An array takes a value at an index, which lies inside."""
+
+    array: str
+    index: Operand
+    value: Operand
+
+
+@dataclass(frozen=True, slots=True)
 class If:
     """One of two blocks."""
 
@@ -132,13 +150,22 @@ class If:
 
 @dataclass(frozen=True, slots=True)
 class For:
-    """A loop with known bounds."""
+    """A loop with known bounds: ``range(start, stop, step)``, whose every member is an int of 32 bits."""
 
     index: Val
     start: int
     stop: int
     step: int
     body: tuple[Instruction, ...]
+
+    @property
+    def trips(self) -> int:
+        return len(range(self.start, self.stop, self.step))
+
+    @property
+    def wraps(self) -> bool:
+        """Whether counting on behind the last trip leaves 32 bits, so that comparing the index never ends the loop."""
+        return not -(2**31) <= self.start + self.trips * self.step < 2**31
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,7 +179,20 @@ class Continue:
 
 
 Instruction: TypeAlias = (
-    Op | Choose | LoadUniform | LoadTable | LoadBuiltin | LoadTexel | Read | Write | If | For | Break | Continue
+    Op
+    | Choose
+    | LoadUniform
+    | LoadTable
+    | LoadBuiltin
+    | LoadTexel
+    | Read
+    | Write
+    | ReadAt
+    | WriteAt
+    | If
+    | For
+    | Break
+    | Continue
 )
 
 
@@ -214,11 +254,12 @@ class ScalarProgram:
     images: tuple[ImageUse, ...]
     builtins: tuple[tuple[str, str], ...]  # name, scalar type
     sources: tuple[Span, ...] = field(default=(), compare=False, repr=False)
+    arrays: tuple[tuple[str, str, int], ...] = ()  # name, scalar type, length
 
     @cached_property
     def key(self) -> str:
         """SHA-256 of everything that decides what the program computes; names of kernels and files do not."""
-        parts = (FORMAT_VERSION, self.stage, self.body, self.outputs, self.keep, self.variables)
+        parts = (FORMAT_VERSION, self.stage, self.body, self.outputs, self.keep, self.variables, self.arrays)
         slots = [(s.block, s.offset, s.count) for s in self.uniforms]
         text = repr((*parts, slots, [(n, t, [float(v).hex() for v in vs]) for n, t, vs in self.tables], self.images))
         return hashlib.sha256(text.encode()).hexdigest()
@@ -246,9 +287,22 @@ def walk(body: Iterable[Instruction]) -> Iterator[Instruction]:
             yield from walk(instruction.body)
 
 
+def work(body: Iterable[Instruction]) -> int:
+    """Instructions that one pixel takes at most, the longer of two branches and every trip of a loop."""
+    total = 0
+    for i in body:
+        if isinstance(i, For):
+            total += i.trips * work(i.body)
+        elif isinstance(i, If):
+            total += max(work(i.then), work(i.orelse))
+        else:
+            total += 1
+    return total
+
+
 def results_of(instruction: Instruction) -> tuple[Val, ...]:
     """The values that an instruction defines."""
-    if isinstance(instruction, (Op, Choose, LoadUniform, LoadTable, LoadBuiltin, Read)):
+    if isinstance(instruction, (Op, Choose, LoadUniform, LoadTable, LoadBuiltin, Read, ReadAt)):
         return (instruction.to,)
     if isinstance(instruction, LoadTexel):
         return tuple(v for v in instruction.to if v is not None)
@@ -261,8 +315,10 @@ def operands_of(instruction: Instruction) -> tuple[Operand, ...]:
         return instruction.arguments
     if isinstance(instruction, Choose):
         return (instruction.condition, instruction.then, instruction.orelse)
-    if isinstance(instruction, (LoadUniform, LoadTable)):
+    if isinstance(instruction, (LoadUniform, LoadTable, ReadAt)):
         return (instruction.index,)
+    if isinstance(instruction, WriteAt):
+        return (instruction.index, instruction.value)
     if isinstance(instruction, LoadTexel):
         return (instruction.x, instruction.y)
     if isinstance(instruction, Write):

@@ -16,8 +16,10 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from passgraph.arguments import numbers, shown
+from passgraph.errors import InputError
 from passgraph.language import ir, symbols
-from passgraph.language.operations import INT_MAX, INT_MIN
+from passgraph.language.operations import INT_MAX, INT_MIN, UINT_MAX
 from passgraph.language.source import Source, Span, fail
 from passgraph.language.types import (
     BOOL,
@@ -96,6 +98,8 @@ class Scope:
     names: Callable[[str], object]
     captured: dict[str, object] = field(default_factory=dict)
     meanings: dict[str, object] = field(default_factory=dict)
+    #: Tables met, by name, with the values that they were made from; None where values may change between uses.
+    tables: dict[str, tuple[object, ir.Table]] | None = None
 
     def lookup(self, name: str, span: Span) -> object:
         try:
@@ -174,7 +178,11 @@ Meaning: TypeAlias = "Type | Struct | FunctionSource | symbols.Symbol | ModuleNa
 
 def meaning_of(value: object, path: str, scope: Scope, span: Span) -> Any:
     """What a name leads to (:func:`classified`), noted in its scope."""
+    if scope.tables is not None and path in scope.tables and scope.tables[path][0] is value:
+        return dataclasses.replace(scope.tables[path][1], span=span)
     meaning = scope.meanings[path] = classified(value, path, scope, span)
+    if scope.tables is not None and isinstance(meaning, ir.Table):
+        scope.tables[path] = value, meaning
     return meaning
 
 
@@ -232,9 +240,8 @@ def number(value: object, span: Span) -> ir.Literal:
     if isinstance(value, bool):
         return ir.Literal(BOOL, value, span)
     if isinstance(value, int):
-        if not INT_MIN <= value <= 0xFFFFFFFF:
-            shown = str(value) if abs(value) < 10**40 else f"a whole number of {value.bit_length()} bits"
-            fail(span, f"{shown} does not fit 32 bits; write it as a float, such as 3e9, or make it smaller")
+        if not INT_MIN <= value <= UINT_MAX:
+            fail(span, f"{shown(value)} does not fit 32 bits; write it as a float, such as 3e9, or make it smaller")
         return ir.Literal(INT, value if value <= INT_MAX else value - 2**32, span)
     if isinstance(value, float):
         with np.errstate(over="ignore"):
@@ -245,11 +252,24 @@ def number(value: object, span: Span) -> ir.Literal:
     fail(span, f"a {type(value).__name__} is not a number of the kernel language")
 
 
+def written(node: ast.Constant, span: Span) -> ir.Literal:
+    """A number as it stands in source; an int beyond 2147483647 is a bit pattern, and must look like one."""
+    value = node.value
+    bits = span.text[span.column : span.column + 2].lower() in ("0x", "0o", "0b")
+    if isinstance(value, int) and INT_MAX < value <= UINT_MAX and not bits:
+        fail(
+            span,
+            f"{value} is beyond {INT_MAX}, the largest int; write it as a float ({value}.0), or, where its bits are "
+            f"meant, as {value:#x} (the int {value - 2**32})",
+        )
+    return number(value, span)
+
+
 def as_array(value: object) -> NDArray[Any]:
-    """As NumPy sees it; what has no shape becomes an array of objects, which every check refuses."""
+    """As NumPy sees it; what holds no numbers becomes an array of one object, which every check refuses."""
     try:
-        return np.asarray(value)
-    except ValueError:
+        return numbers(value, "a constant")
+    except InputError:
         return np.array(None)
 
 
@@ -261,9 +281,9 @@ def constant(value: object, path: str, span: Span) -> ir.Expr:
     if marker is not None and isinstance(value, tuple):
         return typed_constant(value, NAMED[marker], path, span)
     array = as_array(value)
-    if array.dtype.kind not in "bif" or array.size == 0:
-        fail(span, f"{path} must hold numbers of one type, got {array.dtype} of shape {array.shape}")
-    element = {"b": BOOL, "i": INT, "f": FLOAT}[array.dtype.kind]
+    if array.dtype.kind not in "biuf" or array.size == 0:
+        fail(span, f"{path} must hold numbers of one type, got {shown(value)}")
+    element = {"b": BOOL, "i": INT, "u": INT, "f": FLOAT}[array.dtype.kind]
     if array.ndim == 1:
         type_ = Array(element, array.shape[0])
     elif array.ndim == 2 and 2 <= array.shape[1] <= 4:
@@ -298,15 +318,8 @@ def host_numbers(value: object, type_: Type, path: str, span: Span) -> list[ir.N
         array = np.swapaxes(array, 1, 2)
     element = element_of(type_)
     if array.size != count or array.dtype.kind not in "biuf":
-        fail(span, f"{path} must be {type_} ({count} numbers), got {describe(value)}")
+        fail(span, f"{path} must be {type_} ({count} numbers), got {shown(value)}")
     if element is not FLOAT and array.dtype.kind == "f":
         fail(span, f"{path} must be {type_}, got floats; convert them first")
     convert: Callable[[Any], ir.Number] = {"bool": bool, "int": int, "float": float}[element.name]
     return [number(convert(v), span).value for v in array.ravel().tolist()]
-
-
-def describe(value: object) -> str:
-    if isinstance(value, np.ndarray):
-        return f"an array of shape {value.shape}, {value.dtype}"
-    text = repr(value)
-    return text if len(text) < 60 else f"a {type(value).__name__}"

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import ast
 from dataclasses import dataclass
+from typing import Any
 
 from passgraph.language import ir, symbols
-from passgraph.language.scope import FunctionSource, ModuleName, Scope, meaning_of, number, typed_constant
+from passgraph.language.scope import FunctionSource, ModuleName, Scope, meaning_of, number, typed_constant, written
 from passgraph.language.source import Source, Span, fail
 from passgraph.language.types import (
     NAMED,
@@ -35,6 +36,8 @@ VERTEX = Struct("Vertex", tuple((name, type_) for name, (type_, _) in VERTEX_FIE
 MAX_ARRAY_LENGTH = 1024
 #: Most fields of a struct, those of structs within it counted.
 MAX_STRUCT_FIELDS = 256
+#: Structs within structs.
+MAX_STRUCT_DEPTH = 32
 
 
 @dataclass(frozen=True)
@@ -170,7 +173,11 @@ def literal_value(node: ast.expr, source: Source, scope: Scope) -> object:
     """Numbers, tuples and captured constants, evaluated without running Python."""
     span = source.span(node)
     if isinstance(node, ast.Constant):
-        return number(node.value, span).value
+        return _plain(node.value, written(node, span))
+    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub) and isinstance(node.operand, ast.Constant):
+        value = node.operand.value
+        if isinstance(value, int) and not isinstance(value, bool):
+            return _plain(-value, number(-value, span))  # -2147483648 is an int
     if isinstance(node, ast.UnaryOp) and isinstance(node.op, (ast.USub, ast.UAdd)):
         inner = literal_value(node.operand, source, scope)
         if isinstance(inner, (int, float)):
@@ -214,7 +221,13 @@ def _fold(operator: ast.operator, left: float, right: float, span: Span) -> floa
         result = left * right
     else:
         result = left + right if isinstance(operator, ast.Add) else left - right
-    return number(result, span).value
+    number(result, span)
+    return result
+
+
+def _plain(value: Any, checked: ir.Literal) -> Any:
+    """Whole numbers as they are written: what 0xFFFFFFFF stands for depends on the type that it becomes."""
+    return value if type(value) is int else checked.value
 
 
 def _construct(maker: Scalar | Vector | Matrix, parts: list[object], span: Span) -> object:
@@ -233,6 +246,10 @@ def _construct(maker: Scalar | Vector | Matrix, parts: list[object], span: Span)
 
 def _leaf_count(type_: Type) -> int:
     return sum(_leaf_count(t) for _, t in type_.fields) if isinstance(type_, Struct) else 1
+
+
+def _depth(type_: Type) -> int:
+    return 1 + max(_depth(t) for _, t in type_.fields) if isinstance(type_, Struct) else 0
 
 
 def read_struct(node: ast.ClassDef, source: Source, scope: Scope) -> Struct:
@@ -270,4 +287,7 @@ def read_struct(node: ast.ClassDef, source: Source, scope: Scope) -> Struct:
             source.span(node),
             f"struct {node.name} has {count} fields, nested ones too; at most {MAX_STRUCT_FIELDS}",
         )
+    depth = 1 + max(_depth(type_) for _, type_ in fields)
+    if depth > MAX_STRUCT_DEPTH:
+        fail(source.span(node), f"struct {node.name} holds structs {depth} deep; at most {MAX_STRUCT_DEPTH}")
     return Struct(node.name, tuple(fields), tuple(defaults))

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from passgraph.language import ir, symbols
 from passgraph.language.signature import resolve
-from passgraph.language.source import Span, fail
+from passgraph.language.source import NOWHERE, Span, fail
 from passgraph.language.types import BOOL, INT
 from passgraph.language.typing_rules import widen
 from passgraph.language.variables import Variable
@@ -28,6 +28,9 @@ _REFUSED: dict[type[ast.stmt], str] = {
     ast.Global: "global", ast.Nonlocal: "nonlocal", ast.Match: "match; write if and elif",
 }  # fmt: skip
 
+#: Blocks within blocks once functions are inlined; drivers' compilers go through them by recursion.
+MAX_BLOCKS = 100
+
 
 class Statements:
     """Parses the statements of one function body into the builder's current block."""
@@ -35,6 +38,7 @@ class Statements:
     def __init__(self, frame: Frame) -> None:
         self.frame = frame
         self.loops: list[str] = []  # indices of the loops around, as written
+        self._here = NOWHERE  # the branch or loop whose blocks are being parsed
 
     def span(self, node: ast.AST) -> Span:
         return self.frame.source.span(node)
@@ -42,14 +46,17 @@ class Statements:
     def block(self, nodes: Iterable[ast.stmt]) -> bool:
         """Parse statements into the current block; true when every path through them returns."""
         pending = list(nodes)
-        for position, node in enumerate(pending):
-            rest = pending[position + 1 :]
-            if isinstance(node, ast.If):
-                return self._if(node, rest)
-            if isinstance(node, ast.For):
-                self._for(node)
-                if _returns(node):
-                    return self._guarded(rest, node)
+        for position, node in enumerate(pending, 1):
+            if isinstance(node, (ast.If, ast.For)):
+                done = None
+                if isinstance(node, ast.If):
+                    done = self._if(node, pending, position)
+                else:
+                    self._for(node)
+                if done is None and _returns(node):
+                    done = self._guarded(pending, position, node)
+                if done is not None:
+                    return done
             elif isinstance(node, ast.Return):
                 self._return(node)
                 return True
@@ -69,17 +76,26 @@ class Statements:
     def _captured(self, nodes: Iterable[ast.stmt]) -> tuple[tuple[ir.Stmt, ...], bool]:
         """Statements of a block of their own, and whether every path through them returns."""
         blocks = self.frame.builder.blocks
+        if len(blocks) > MAX_BLOCKS:
+            fail(
+                self._here,
+                f"branches and loops nest deeper than {MAX_BLOCKS}, functions inlined; what follows a return in a "
+                "branch counts as the other branch",
+            )
         blocks.append([])
         returns = self.block(nodes)
         return tuple(blocks.pop()), returns
 
-    def _if(self, node: ast.If, rest: list[ast.stmt]) -> bool:
+    def _if(self, node: ast.If, pending: list[ast.stmt], position: int) -> bool | None:
+        """A branch; what follows from ``position`` on too where the branch decides about it: true when every path
+        through both returns.  None: what follows is still to be parsed."""
         frame, span = self.frame, self.span(node.test)
+        self._here = span
         condition = frame.expressions.condition(node.test)
         then_returns, else_returns = self._always_returns(node.body), self._always_returns(node.orelse)
         # What follows a branch that returned belongs to the other branch alone.
-        then_nodes = [*node.body, *rest] if else_returns and not then_returns else node.body
-        else_nodes = [*node.orelse, *rest] if then_returns and not else_returns else node.orelse
+        then_nodes = [*node.body, *pending[position:]] if else_returns and not then_returns else node.body
+        else_nodes = [*node.orelse, *pending[position:]] if then_returns and not else_returns else node.orelse
         before = set(frame.assigned)
         then, then_done = self._captured(then_nodes)
         after_then, frame.assigned = frame.assigned, before
@@ -90,24 +106,21 @@ class Statements:
         elif not (then_done or _jumps(then)):
             frame.assigned &= after_then
         frame.emit(ir.If(condition, then, orelse, span))
-        if then_returns or else_returns:
-            return then_done and else_done
-        if _returns(node):
-            return self._guarded(rest, node)
-        return self.block(rest)
+        return then_done and else_done if then_returns or else_returns else None
 
-    def _guarded(self, rest: list[ast.stmt], node: ast.stmt) -> bool:
-        """``rest`` under the condition that nothing has returned yet."""
+    def _guarded(self, pending: list[ast.stmt], position: int, node: ast.stmt) -> bool | None:
+        """What follows from ``position`` on, under the condition that nothing has returned yet."""
         frame, span = self.frame, self.span(node)
+        self._here = span
         returned = ir.Local(BOOL, frame.returned, span)
         if self.loops:
             # Inside a loop a return has left it: an inner loop hands that on to the one around.
             if isinstance(node, ast.For):
                 frame.emit(ir.If(returned, (ir.Break(span),), (), span))
-            return self.block(rest)
-        if not rest:
+            return None
+        if position == len(pending):
             return False
-        body, done = self._captured(rest)
+        body, done = self._captured(pending[position:])
         still_here = ir.Apply(BOOL, "logical_not", (returned,), span)
         frame.emit(ir.If(still_here, body, (), span))
         return done
@@ -116,6 +129,7 @@ class Statements:
 
     def _for(self, node: ast.For) -> None:
         frame, span = self.frame, self.span(node.iter)
+        self._here = span
         if node.orelse:
             fail(self.span(node.orelse[0]), "the kernel language has no for ... else")
         if not isinstance(node.target, ast.Name):

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from passgraph.backends.reference.raster_clip import Vertices, clip_triangles
 from passgraph.backends.reference.raster_cover import expand
+from passgraph.backends.reference.raster_setup import FARTHEST
 from passgraph.draw_state import DrawState
 from passgraph.oracle.interval import Float64, Interval, Lanes, rounded
 
@@ -32,11 +33,25 @@ WINDOW_ULP = 5.5
 #: 2.5), 1/w (2.5), the products of both and with the value (1 each), two sums (1 each), the last quotient (2.5)
 #: and half a unit of the reference's own rounding: 12.
 INTERPOLATION_ULP = 12.0
-#: ULP that a corner made by clipping loses, relative to the largest number of its column: of a + (b - a) t, with
-#: b - a up to twice as large, a difference and a product (2, as 1 - t of it is a's) and the sum (1), and 1 for
-#: the plane that cuts it a second time.  What t is off moves all columns together along the cut edge, which
-#: leaves the edge and what is interpolated from it where they are.
+#: ULP that a corner made by clipping loses, relative to the two shares that it is the sum of, where backends clip
+#: as rule 1 says: a distance and the sum of both (0.5 each), the quotient (2.5), the product (0.5) and the sum
+#: (0.5), and as much again for a plane that cuts it a second time.
+SHARES_ULP = 9.0
+#: The same of a + (b - a) t, as drivers may have it, relative to the largest number of its column: with b - a up
+#: to twice as large, a difference and a product (2, as 1 - t of it is a's) and the sum (1), and 1 for the plane that
+#: cuts it a second time.  What t is off moves all columns together along the cut edge, which leaves the edge and
+#: what is interpolated from it where they are.
 CLIP_ULP = 4.0
+#: Units that a plane through three corners loses, relative to its largest part (:func:`_plane_size`): of a step two
+#: differences (1 each), a product (1), their difference (1), the area (two products and a difference, 3) and the
+#: quotient (2.5), with the way to the pixel a product (1) and a sum (1): 11.5.
+PLANE_UNITS = 11.5
+#: What planes are evaluated in: float32 by drivers, from the corner of the picture on; float64 where rule 5 holds.
+DRIVER_UNIT, OWN_UNIT = ULP, 2.0**-52
+#: How far off a corner is of which nothing is known, in pixels: far beyond every picture, products of it finite.
+ANYWHERE_PX = 1e18
+#: Beside the largest 1/w of a triangle, one so many times smaller may be flushed to 0.
+FLUSHED = 2.0**-126
 
 
 @dataclass(frozen=True)
@@ -64,6 +79,7 @@ class Triangles:
     offset: Interval  # (m,), what polygon offset adds to the depth
     rows: Corners
     snapped: bool
+    size: tuple[int, int]  # of the picture
 
     @property
     def sliver(self) -> Lanes:
@@ -76,13 +92,8 @@ class Triangles:
 
 def triangles(vertices: Corners, indices: Ints, size: tuple[int, int], state: DrawState, snapped: bool) -> Triangles:
     """Clip, project, and drop what is surely culled; ``snapped`` corners lie on the grid."""
-    columns = vertices.values.shape[1]
-    count = len(vertices.values)
-    both, corners = clip_triangles(Vertices(np.concatenate([vertices.values, vertices.errors], axis=1)), indices)
-    values, errors = both.rows[:, :columns], np.abs(both.rows[:, columns:])
-    if len(values) > count:
-        errors[count:] += CLIP_ULP * ULP * np.abs(vertices.values).max(axis=0)
-    rows = Corners(values, errors)
+    rows, corners = _clipped(vertices, indices, snapped)
+    values, errors = rows.values, rows.errors
     width, height = size
     w, w_off = values[:, 3], errors[:, 3]
     room = np.maximum(np.abs(w) - w_off, 1e-300)
@@ -91,6 +102,7 @@ def triangles(vertices: Corners, indices: Ints, size: tuple[int, int], state: Dr
     x, y = (ratio[:, 0] * 0.5 + 0.5) * width, (0.5 - ratio[:, 1] * 0.5) * height
     rounding = WINDOW_ULP * ULP * (np.abs(ratio[:, :2]) * 0.5 + 0.5) * [width, height]
     off = (ratio_off[:, :2] * 0.5 * [width, height] + rounding).max(axis=1)
+    off = np.minimum(np.nan_to_num(off, nan=ANYWHERE_PX), ANYWHERE_PX)
     if snapped:
         x, y, off = _snapped(x, y, off)
     else:
@@ -103,13 +115,37 @@ def triangles(vertices: Corners, indices: Ints, size: tuple[int, int], state: Dr
     front = area < 0
     gone = {"none": np.zeros_like(front), "back": surely & ~front, "front": surely & front}[state.cull]
     gone |= (area == 0) & (area_off == 0)
-    kept = np.flatnonzero(np.isfinite(at[0]).all(axis=1) & np.isfinite(at[1]).all(axis=1) & ~gone)
+    placed = (w > 0) & (np.abs(values[:, :2]) <= FARTHEST * w[:, None]).all(axis=1)
+    kept = np.flatnonzero(placed[corners].all(axis=1) & ~gone)
     picked = [a[kept] for a in at]
     offset = _offset(picked[0], picked[1], picked[3], picked[2], picked[4], area[kept], area_off[kept], state)
     return Triangles(
         corners[kept], picked[0], picked[1], picked[2], picked[3], picked[4], picked[5], picked[6],
-        area[kept], area_off[kept], offset, rows, snapped,
+        area[kept], area_off[kept], offset, rows, snapped, size,
     )  # fmt: skip
+
+
+def _clipped(vertices: Corners, indices: Ints, snapped: bool) -> tuple[Corners, Ints]:
+    """What lies inside all planes; beside each new corner, the shares that it is the sum of are added up, and the
+    largest numbers of its triangle stay as they are."""
+    columns, count = vertices.values.shape[1], len(vertices.values)
+    sizes = np.abs(vertices.values)
+    beside = [vertices.values, vertices.errors, sizes, _largest_near(sizes, indices)]
+    both, corners = clip_triangles(Vertices(np.concatenate(beside, axis=1)), indices)
+    values, errors, shares, largest = (both.rows[:, k * columns : (k + 1) * columns] for k in range(4))
+    errors = errors.copy()
+    lost = SHARES_ULP * ULP * shares + FLUSHED * largest if snapped else CLIP_ULP * ULP * largest
+    errors[count:] += lost[count:]
+    return Corners(values, errors), corners
+
+
+def _largest_near(sizes: Float64, indices: Ints) -> Float64:
+    """Of each vertex and column, the largest number in a triangle that has the vertex and is drawn."""
+    found = np.where(np.isfinite(sizes), sizes, 0.0)
+    drawn = indices[np.isfinite(sizes[indices, :4]).all(axis=(1, 2))]
+    for corner in range(3):
+        np.maximum.at(found, drawn[:, corner], sizes[drawn].max(axis=1))
+    return found
 
 
 def _snapped(x: Float64, y: Float64, off: Float64) -> tuple[Float64, Float64, Float64]:
@@ -218,7 +254,8 @@ def _inside(found: Triangles, owner: Ints, column: Ints, row: Ints) -> Fragments
         # Rule 4: a centre on an edge is inside at top and left edges only, as wound so that the area is positive.
         dx, dy = (right[b] - right[a]) * turn, (down[b] - down[a]) * turn
         owned = (dy < 0) | ((dy == 0) & (dx > 0))
-        turned = np.where((turned == 0) & (errors[k] == 0), np.where(owned, 1.0, -1.0), turned)
+        known = (turned == 0) & (off[a] == 0) & (off[b] == 0)
+        turned = np.where(known, np.where(owned, 1.0, -1.0), turned)
         surely &= turned > errors[k]
         perhaps &= turned >= -errors[k]
         behind &= -turned >= -errors[k]
@@ -240,6 +277,7 @@ def depth_of(found: Triangles, fragments: Fragments) -> Interval:
         _spread(fragments.off, depth, middle)
         + found.depth_off[at].max(axis=1)
         + INTERPOLATION_ULP * ULP * np.abs(depth).max(axis=1)
+        + _plane_off(found, found.depth)[at]
     )
     low, high = middle - off + found.offset.lo[at], middle + off + found.offset.hi[at]
     strange = ~np.isfinite(low + high)
@@ -253,6 +291,22 @@ def _spread(weights_off: Float64, corners: Float64, middle: Float64) -> Float64:
     return np.asarray(np.einsum("nk->n", np.where(apart > 0, weights_off * apart, 0.0)))
 
 
+def _plane_off(found: Triangles, corners: Float64) -> Float64:
+    """What evaluating the plane through a value's corners (m, 3) loses; (m,)."""
+    return PLANE_UNITS * (OWN_UNIT if found.snapped else DRIVER_UNIT) * _plane_size(found, corners)
+
+
+def _plane_size(found: Triangles, corners: Float64) -> Float64:
+    """The largest number in a plane's evaluation: a corner's value, or the way from a corner to the corner of the
+    picture and back to a pixel, along steps of which each part may be larger than their difference."""
+    (x1, x2), (y1, y2) = _others(found.x), _others(found.y)
+    apart = np.abs(corners - corners.mean(axis=1, keepdims=True))
+    parts = []
+    for place, side, length in zip((found.x, found.y), (y1 - y2, x2 - x1), found.size, strict=True):
+        parts.append((apart * np.abs(side)).sum(axis=1) * (np.abs(place).max(axis=1) + length))
+    return np.asarray(np.abs(corners).max(axis=1) + (parts[0] + parts[1]) / np.abs(found.area))
+
+
 def varying_of(found: Triangles, fragments: Fragments, columns: slice) -> Interval:
     """Perspective interpolation of some columns, (n, columns)."""
     at = fragments.triangle
@@ -261,22 +315,21 @@ def varying_of(found: Triangles, fragments: Fragments, columns: slice) -> Interv
     total = over_w.sum(axis=1)
     weights = over_w / total[:, None]
     total_off = _spread(fragments.off, inverse_w, total) + inverse_w_off.max(axis=1)
+    plane_off = _plane_off(found, found.inverse_w)[at] + FLUSHED * inverse_w.max(axis=1)
     room = np.abs(total) - total_off
     own = fragments.off * np.abs(inverse_w) + np.abs(fragments.weights) * inverse_w_off
     off = (own + np.abs(weights) * total_off[:, None]) / np.where(room > 0, room, 0.0)[:, None]
-    corners = found.rows.values[:, columns][found.corners[at]]
+    vertices = found.rows.values[:, columns][found.corners]
+    corners = vertices[at]
     corners_off = found.rows.errors[:, columns][found.corners[at]].max(axis=1)
     made = np.einsum("nk,nkc->nc", weights, corners)
     parts: list[Float64] = []
-    roundings: list[Float64] = []
     for c in range(corners.shape[2]):
         spread = _spread(off, corners[:, :, c], made[:, c])
-        roundings.append(INTERPOLATION_ULP * ULP * np.abs(corners[:, :, c]).max(axis=1))
-        parts.append(spread + corners_off[:, c] + roundings[-1])
-    if not found.snapped:
-        # A driver may evaluate v/w and 1/w as planes: what rounds is as large as at the corner nearest to the eye.
-        nearest = np.maximum(np.abs(inverse_w).max(axis=1) / np.where(room > 0, room, np.nan), 1.0)
-        parts = [part + rounding * (nearest - 1.0) for part, rounding in zip(parts, roundings, strict=True)]
+        rounding = INTERPOLATION_ULP * ULP * np.abs(corners[:, :, c]).max(axis=1)
+        # v/w and 1/w may be evaluated as planes: what rounds there is large near the eye and where planes are steep.
+        planes = _plane_off(found, vertices[:, :, c] * found.inverse_w)[at] + np.abs(made[:, c]) * plane_off
+        parts.append(spread + corners_off[:, c] + rounding + planes / np.where(room > 0, room, np.nan))
     error = np.stack(parts, axis=1) if parts else np.zeros_like(made)
     strange = ~np.isfinite(made + error)
     low, high = np.where(strange, -np.inf, made - error), np.where(strange, np.inf, made + error)

@@ -21,7 +21,7 @@ from passgraph.language.types import Array, Matrix, Scalar, Type, Value, Vector,
 from passgraph.oracle import interval as iv
 from passgraph.oracle.decisions import Track
 from passgraph.oracle.functions import FUNCTIONS
-from passgraph.oracle.interval import Interval, Lanes
+from passgraph.oracle.interval import FLOAT_MAX, Interval, Lanes
 
 Bounded: TypeAlias = Interval | Numbers
 
@@ -36,6 +36,8 @@ _WHOLE = {"floor": np.floor, "ceil": np.ceil, "trunc": np.trunc, "round": np.rin
 #: ULP that t * t * (3 - 2 * t) loses: three roundings (3 - 2t, and two products), each one ULP of its own
 #: result in any rounding mode, which is at most two of the last one's.
 HERMITE_ULP = 6.0
+#: Where rests of divisions are exact: docs/kernels.md.
+MOD_QUOTIENT, MOD_DIVISOR = 2.0**20, 2.0**-100
 
 
 class IntervalDomain(Domain[Bounded, Lanes]):
@@ -163,12 +165,31 @@ class IntervalDomain(Domain[Bounded, Lanes]):
         return part.both(lambda end: np.clip(end, least, BELOW_ONE))
 
     def _mod(self, x: Interval, y: Interval) -> Interval:
-        return iv.sub(x, iv.mul(y, self._float_floor_divide(x, y)))
+        """The rest of exact numbers for each whole quotient that they may have; of too many, any rest."""
+        ends = [x.lo / y.lo, x.lo / y.hi, x.hi / y.lo, x.hi / y.hi]
+        low, high = np.floor(np.minimum.reduce(ends)), np.floor(np.maximum.reduce(ends))
+        smallest = iv.absolute(y).lo
+        size = np.maximum(np.abs(low), np.abs(high))
+        told = (size < MOD_QUOTIENT) & (smallest >= MOD_DIVISOR) & (high - low <= 1)
+        whole = np.where(self.track.choose(told & (low < high), "floor"), high, low)
+        times = (y.lo * whole, y.hi * whole)
+        rest = iv.rounded(x.lo - np.maximum(*times), x.hi - np.minimum(*times), x.nan | y.nan, 1.0)
+        # Rests are capped at the number below y.
+        below = [np.nextafter(end.astype(np.float32), np.float32(0)).astype(np.float64) for end in (y.lo, y.hi)]
+        lo, hi = (
+            np.clip(end, np.minimum(cap, 0.0), np.maximum(cap, 0.0))
+            for end, cap in zip((rest.lo, rest.hi), below, strict=True)
+        )
+        any_rest = Interval(np.minimum(below[0], 0.0), np.maximum(below[1], 0.0), rest.nan | (size > FLOAT_MAX))
+        made = iv.where(told, Interval(lo, hi, rest.nan), any_rest)
+        known = np.isfinite(x.magnitude) & np.isfinite(y.magnitude) & ~y.has(0.0)
+        return iv.where(known, made, Interval.anything(made.shape))
 
     def _float_floor_divide(self, a: Interval, b: Interval) -> Interval:
         return self._whole(np.floor, iv.div(a, b), "floor")
 
     def _smoothstep(self, low: Interval, high: Interval, x: Interval) -> Interval:
+        low, high, x = (a.both(lambda end: 0.5 * end) for a in (low, high, x))  # exact, as the prelude does
         width = iv.sub(high, low)
         equal = self._equal(width, Interval.point(np.zeros_like(width.lo)))
         one = Interval.point(np.ones_like(width.lo))
@@ -188,6 +209,12 @@ class IntervalDomain(Domain[Bounded, Lanes]):
     def _expanded(self, operation: str, arguments: Sequence[Bounded]) -> Bounded:
         if operation == "normalize":
             return self._normalize(_interval(arguments[0]))
+        if operation == "length":
+            return self._length(_interval(arguments[0]))
+        if operation == "distance":
+            return self._length(iv.sub(_interval(arguments[0]), _interval(arguments[1])))
+        if operation == "inverse":
+            return self._inverse(_interval(arguments[0]))
         types = [_type_of(a) for a in arguments]
         taken = {id(a): _components(a) for a in arguments}  # the same components of the same vector: squares
         parts = [taken[id(a)] for a in arguments]
@@ -201,8 +228,31 @@ class IntervalDomain(Domain[Bounded, Lanes]):
         stacked = _stack([_interval(m) for m in made])
         return stacked.map(lambda x: x.reshape(len(x), *shape))
 
+    # Vectors and columns are brought near 1 by a power of two and back: whichever it is, no rounding changes but where
+    # something would overflow or vanish.
+
+    def _length(self, v: Interval) -> Interval:
+        power = _power_of(v.magnitude.max(axis=1))
+        near = [_times(v.map(lambda x, i=i: x[:, i]), power) for i in range(v.shape[1])]  # type: ignore[misc]
+        total = iv.square(near[0])
+        for part in near[1:]:
+            total = iv.add(total, iv.square(part))
+        made = _times(iv.sqrt(total), 1.0 / power)
+        return iv.rounded(made.lo, made.hi, made.nan, 0.5)
+
+    def _inverse(self, m: Interval) -> Interval:
+        power = _power_of(m.magnitude.max(axis=2))  # of each column
+        near = _times(m, power[:, :, None])
+        size = m.shape[1]
+        emitter = _Emitter(self)
+        cells = expand.plain_inverse(emitter, expand.columns(_components(near), size))  # type: ignore[arg-type]
+        made = _stack([_interval(emitter.value(cell)) for cell in cells]).map(lambda x: x.reshape(len(x), size, size))
+        made = _times(made, power[:, None, :])
+        return iv.rounded(made.lo, made.hi, made.nan, 0.5)
+
     def _normalize(self, v: Interval) -> Interval:
         """v / |v| component by component: with s the other components' squares, x / √(x² + s) rises with x."""
+        v = _times(v, _power_of(v.magnitude.max(axis=1))[:, None])
         parts = [v.map(lambda x, i=i: x[:, i]) for i in range(v.shape[1])]  # type: ignore[misc]
         squares = [iv.square(p) for p in parts]
         total = squares[0]
@@ -221,10 +271,7 @@ class IntervalDomain(Domain[Bounded, Lanes]):
         made = _stack(results)
         zero = self._equal(length, Interval.point(np.zeros_like(length.lo)))[:, None]
         made = iv.where(zero, Interval.point(np.zeros_like(made.lo)), made)
-        # Squares out of float32's range: nothing is promised.
-        largest = v.magnitude.max(axis=1)
-        nearest = iv.absolute(v).lo.max(axis=1)
-        strange = ~((largest < 1e19) & ((nearest > 1e-18) | (largest == 0)))[:, None]
+        strange = ~np.isfinite(v.magnitude.max(axis=1))[:, None]
         return iv.where(strange, Interval.anything(made.shape), made)
 
     def select(self, condition: Bounded, then: Bounded, orelse: Bounded) -> Bounded:
@@ -313,6 +360,16 @@ class _Emitter:
 
     def choose(self, condition: Any, then: Any, orelse: Any) -> Bounded:
         return self.domain.select(condition, self.value(then), self.value(orelse))
+
+
+def _power_of(size: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The power of two that brings a size to [1/2, 1); 1 for 0 and what is not finite."""
+    return np.where(np.isfinite(size) & (size > 0), np.ldexp(1.0, -np.frexp(size)[1]), 1.0)
+
+
+def _times(a: Interval, power: NDArray[np.float64]) -> Interval:
+    """Exact: no bound leaves the range of float64."""
+    return a.both(lambda end: end * power)
 
 
 def _unit(x: NDArray[np.float64], rest: NDArray[np.float64]) -> NDArray[np.float64]:

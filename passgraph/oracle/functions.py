@@ -75,7 +75,7 @@ def _sine_like(name: str) -> Function:
         middle, half = 0.5 * (a.lo + a.hi), 0.5 * a.width
         value = reference(middle)
         made = _widened(name, np.maximum(value - half, -1.0), np.minimum(value + half, 1.0), a.nan | np.isnan(value))
-        return where(a.magnitude <= LARGEST_ANGLE, made, Interval.anything(a.shape))
+        return where(a.magnitude <= LARGEST_ANGLE, made, _beyond(a, 1.0))
 
     return apply
 
@@ -84,7 +84,13 @@ def _tan(a: Interval) -> Interval:
     branch = np.floor(a.lo / np.pi + 0.5)
     one_branch = (branch == np.floor(a.hi / np.pi + 0.5)) & (a.magnitude <= LARGEST_ANGLE)
     made = _widened("tan", np.tan(a.lo), np.tan(a.hi), a.nan)
-    return where(one_branch, made, Interval.anything(a.shape))
+    return where(one_branch, made, _beyond(a, np.inf))
+
+
+def _beyond(a: Interval, largest: float) -> Interval:
+    """Of angles too large to tell a number of some size, which is NaN of infinite ones only."""
+    lo = np.full(a.shape, -largest)
+    return where(np.isfinite(a.magnitude), Interval(lo, -lo, a.nan), Interval.anything(a.shape))
 
 
 def _even(name: str) -> Function:
@@ -99,13 +105,29 @@ def _even(name: str) -> Function:
 
 
 def _pow(x: Interval, y: Interval) -> Interval:
-    """Monotone in x and in y for x > 0; below 0 nothing is promised, at 0 only for y >= 0."""
+    """Of a negative x, the power of its size with the sign that a sure exponent's parity gives."""
+    positive, negative = _power_of_size(x, y), _power_of_size(iv.neg(x), y)
+    whole, half = np.floor(y.lo) == y.lo, 0.5 * y.lo
+    negative = where(whole & (np.floor(half) != half), iv.neg(negative), negative)
+    one = Interval.point(np.ones_like(positive.lo))
+    no_number = Interval.point(np.full_like(one.lo, np.nan))
+    # Of an exponent that is not surely whole nothing is known, but that between -1 and 1 only 0 is whole.
+    small = where(y.has(0.0), hull(one, no_number), no_number)
+    unsure = where((y.lo > -1) & (y.hi < 1), small, Interval.anything(one.shape))
+    negative = where(y.exact, where(whole, negative, no_number), unsure)
+    made = where(x.lo >= 0, positive, where(x.hi < 0, negative, hull(positive, negative)))
+    # The sign of a zero is not kept, so that its odd negative powers are infinite either way.
+    either = Interval(np.full_like(one.lo, -np.inf), np.full_like(one.lo, np.inf), made.nan)
+    made = where(x.has(0.0) & (y.lo < 0) & ~np.isnan(y.lo), either, made)
+    return where(y.exact & (y.lo == 0), one, made)
+
+
+def _power_of_size(x: Interval, y: Interval) -> Interval:
+    """Monotone in x and in y for x >= 0."""
     base = Interval(np.maximum(x.lo, 0.0), np.maximum(x.hi, 0.0), x.nan)
     made = _widened("pow", *corners("pow", base, y))
     one = Interval.point(np.ones_like(made.lo))
-    made = where(y.has(0.0) & x.nan, hull(made, one), made)  # 1 even where x is NaN
-    made = where((y.lo == 0) & (y.hi == 0) & ~y.nan, one, made)
-    return where((x.lo < 0) | (x.has(0.0) & (y.lo < 0)), Interval.anything(made.shape), made)
+    return where(y.has(0.0) & x.nan, hull(made, one), made)  # 1 even where x is NaN
 
 
 def _atan2(y: Interval, x: Interval) -> Interval:

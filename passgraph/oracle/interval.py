@@ -174,11 +174,14 @@ def mul(a: Interval, b: Interval, ulp: float = 0.5) -> Interval:
     infinite_a, infinite_b = np.isinf(a.magnitude), np.isinf(b.magnitude)
     undefined = (a.has(0.0) & infinite_b) | (b.has(0.0) & infinite_a)
     nan = a.nan | b.nan | undefined
-    # Beside 0 times infinity there is 0 times everything less; and OpenGL, which promises no NaN, may make of 0
-    # times anything 0.
-    zero = nan & (a.has(0.0) | b.has(0.0))
+    # Beside 0 times infinity there is 0 times everything less.
+    zero = (a.has(0.0) & infinite_b & ~_only_infinite(b)) | (b.has(0.0) & infinite_a & ~_only_infinite(a))
     lo, hi = np.where(zero, np.fmin(lo, 0.0), lo), np.where(zero, np.fmax(hi, 0.0), hi)
     return rounded(lo, hi, nan, ulp)
+
+
+def _only_infinite(a: Interval) -> Lanes:
+    return np.asarray((a.lo == a.hi) & np.isinf(a.lo))
 
 
 def square(a: Interval) -> Interval:
@@ -195,13 +198,15 @@ def div(a: Interval, b: Interval, ulp: float = 2.5) -> Interval:
         lo, hi = np.fmin(lo, quotient), np.fmax(hi, quotient)
     tiny = b.magnitude > LARGEST_DIVISOR
     nan = a.nan | b.nan | (np.isinf(a.magnitude) & tiny) | (a.has(0.0) & b.has(0.0))
-    # OpenGL may multiply by the reciprocal, and of 0 times anything make 0.
-    zero = tiny | (nan & a.has(0.0))
+    # OpenGL may multiply by the reciprocal; beside 0 over 0 there is 0 over everything else.
+    zero = tiny | (a.has(0.0) & b.has(0.0) & (b.lo != b.hi))
     lo, hi = np.where(zero, np.fmin(lo, 0.0), lo), np.where(zero, np.fmax(hi, 0.0), hi)
     # No standard keeps the sign of a zero through all operations, so a zero divisor gives either infinity.
     pole = b.has(0.0) & ~((a.lo == 0) & (a.hi == 0)) & ~np.isnan(a.lo)
     lo, hi = np.where(pole, -np.inf, lo), np.where(pole, np.inf, hi)
-    return rounded(lo, hi, nan, ulp)
+    # However a quotient is computed, that of 0 has nothing to round.
+    nothing = (a.lo == 0) & (a.hi == 0)
+    return where(nothing, Interval(lo, hi, nan), rounded(lo, hi, nan, ulp))
 
 
 def sqrt(a: Interval, ulp: float = 3.0) -> Interval:

@@ -1,7 +1,7 @@
 """From targets to a plan, phase by phase.
 
-collect → specialise → cull → fuse → order → lifetimes and memory → static → emit.  Each phase takes and returns
-plain data; what it decided goes into ``notes``.
+collect → specialise → cull → fuse → order → lifetimes and memory → static → emit → limits.  Each phase takes and
+returns plain data; what it decided goes into ``notes``.
 """
 
 from __future__ import annotations
@@ -13,6 +13,7 @@ from passgraph.plan.collect import collect
 from passgraph.plan.data import Options, Plan
 from passgraph.plan.emit import emit
 from passgraph.plan.fuse import fuse
+from passgraph.plan.limits import Limits, check
 from passgraph.plan.order import order
 from passgraph.plan.specialise import cull, specialise
 from passgraph.targets import Target
@@ -23,6 +24,7 @@ def build(
     size: tuple[int, int] | None = None,
     inputs: Mapping[str, tuple[Format, tuple[int, int]]] | None = None,
     options: Options | None = None,
+    limits: Limits | None = None,
 ) -> Plan:
     """Plan the passes behind ``outputs``.
 
@@ -36,17 +38,24 @@ def build(
         Format and size of each input, for those that the graph leaves open.
     options
         Which optimisations run; all by default.
+    limits
+        What the device takes; left out, nothing is held back.
 
     Raises
     ------
     GraphError
         For a cycle, sizes or formats that do not fit, history that nothing writes; the message names pass,
         target and mend.
+    BackendError
+        For what the device does not take, with pass, limit and device.
     """
     options = options or Options()
+    limits = limits or Limits()
     work = collect(outputs, size, inputs or {}, options)
     specialise(work)
     cull(work)
-    fuse(work)
+    fuse(work, limits)
     sequence = order(work)
-    return emit(work, sequence)
+    plan = emit(work, sequence)
+    check(plan, limits)
+    return plan

@@ -7,29 +7,48 @@ from collections.abc import Iterator
 
 from passgraph.plan.data import PixelStep, Plan
 
-
-def chain_ends(plan: Plan, start: int) -> Iterator[int]:
-    """Steps before which a chain that begins with step ``start`` may end, the longest chain first."""
-    if not plan.options.fuse:
-        return
-    end = start
-    while end < len(plan.steps) and _alike(plan, start, end):
-        end += 1
-    writers = Counter(resource for step in plan.steps for resource in step.writes)
-    for shorter in range(end, start + 1, -1):
-        if _closed(plan, start, shorter, writers):
-            yield shorter
+#: Steps of a chain at most.  What a chain computes again around a piece grows with its length, and one kernel of many
+#: passes takes long to compile; longer rows of passes become several chains.
+MAX_STEPS = 16
 
 
-def _alike(plan: Plan, start: int, number: int) -> bool:
-    first, step = plan.steps[start], plan.steps[number]
-    return isinstance(step, PixelStep) and step.size == first.size and step.static == first.static
+class Chains:
+    """Where the chains of a plan may begin and end; what hangs on the whole plan is looked up once."""
 
+    def __init__(self, plan: Plan) -> None:
+        self.plan = plan
+        writers = Counter(resource for step in plan.steps for resource in step.writes)
+        #: Resource → the first and the last step that reads it.
+        readers: dict[int, tuple[int, int]] = {}
+        for number, step in enumerate(plan.steps):
+            for resource in step.reads:
+                readers[resource] = (readers.get(resource, (number, number))[0], number)
+        never = (-1, len(plan.steps))
+        #: For each step the first and the last that read what it writes, as far as a chain may hold that.
+        self.spans: list[tuple[int, int]] = []
+        for number, step in enumerate(plan.steps):
+            spans = [(number, number)]
+            for written in step.writes:
+                picture = plan.resources[written]
+                kept = picture.persistent or picture.history is not None or writers[written] > 1
+                spans.append(never if kept else readers.get(written, (number, number)))
+            self.spans.append((min(first for first, _ in spans), max(last for _, last in spans)))
 
-def _closed(plan: Plan, start: int, end: int, writers: Counter[int]) -> bool:
-    """Whether what all steps but the last write is seen by none but the steps of the chain."""
-    inner = {resource for step in plan.steps[start : end - 1] for resource in step.writes}
-    if any(plan.resources[r].persistent or plan.resources[r].history is not None or writers[r] > 1 for r in inner):
-        return False
-    others = (*plan.steps[:start], *plan.steps[end:])
-    return not any(resource in inner for step in others for resource in step.reads)
+    def ends(self, start: int) -> Iterator[int]:
+        """Steps before which a chain that begins with step ``start`` may end, the longest chain first."""
+        if not self.plan.options.fuse:
+            return
+        closed: list[int] = []
+        last = start  # that reads what the chain's steps but its last write
+        for end in range(start + 1, min(start + MAX_STEPS, len(self.plan.steps)) + 1):
+            if not self._alike(start, end - 1):
+                break
+            if end > start + 1 and last < end:
+                closed.append(end)
+            first, last_reader = self.spans[end - 1]
+            last = max(last, last_reader if first >= start else len(self.plan.steps))
+        yield from reversed(closed)
+
+    def _alike(self, start: int, number: int) -> bool:
+        first, step = self.plan.steps[start], self.plan.steps[number]
+        return isinstance(step, PixelStep) and step.size == first.size and step.static == first.static

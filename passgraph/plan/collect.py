@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Container, Mapping
 from dataclasses import dataclass, field
 
 from passgraph.errors import GraphError
@@ -15,6 +15,7 @@ from passgraph.plan.data import Options
 from passgraph.plan.remembered import remembered
 from passgraph.targets import (
     MAX_SIDE,
+    OUTPUT_SIZE,
     Absolute,
     Derived,
     InputSpec,
@@ -58,15 +59,19 @@ class Work:
     """What the phases hand on to each other."""
 
     outputs: dict[str, Target]
-    size: tuple[int, int]
+    size: tuple[int, int] | None  # None as long as neither asked for nor known from an input
     options: Options
     inputs: dict[InputSpec, tuple[Format, tuple[int, int]]]
     passes: dict[Pass, Lowered] = field(default_factory=dict)
     #: For history: the last content of each target that is read as last frame's.
     final: dict[TargetSpec, Target] = field(default_factory=dict)
     sizes: dict[TargetSpec, tuple[int, int]] = field(default_factory=dict)
+    #: For each target why its size does not hang on the output's; empty where it does.
+    not_asked: dict[TargetSpec, str] = field(default_factory=dict)
     #: Who writes a target first: a size may be taken from a target that is not read.
     makers: dict[TargetSpec, Pass] = field(default_factory=dict)
+    #: Programs lowered so far, by digest: many passes of one kernel share one.
+    programs: dict[str, ScalarProgram] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 
     def size_of(self, target: Target) -> tuple[int, int]:
@@ -94,18 +99,27 @@ def collect(
         _check_output(name, target)
     passes = _reachable(list(outputs.values()))
     bound = _bind_inputs(passes, inputs)
-    work = Work(dict(outputs), _output_size(size, bound, outputs), options, bound)
+    work = Work(dict(outputs), size or _output_size(bound, outputs), options, bound)
     _check_names(passes)
     _check_values(passes, bound)
     for node in passes:
-        for spec in node.into:
+        for spec in specs_written(node):
             work.makers.setdefault(spec, node)
     for index, node in enumerate(passes):
         work.passes[node] = Lowered(node, _pass_size(node, work), index)
+    if size is not None:
+        _check_asked(size, work)
+    work.size = work.size or work.size_of(next(iter(outputs.values())))
     written = dict.fromkeys(spec for node in passes for spec in node.into)
     work.notes += [note for spec in written for note in spec.notes]
     work.final = _final_contents(passes)
     return work
+
+
+def specs_written(node: Pass) -> tuple[TargetSpec, ...]:
+    """The targets of a pass, a draw's depth last."""
+    depth = node.depth if isinstance(node, DrawPass) else None
+    return node.into if depth is None else (*node.into, depth)
 
 
 def drawn_over(node: Pass) -> list[Target]:
@@ -188,46 +202,37 @@ def inputs_behind(outputs: list[Target]) -> dict[str, InputSpec]:
 
 def _input_specs(passes: list[Pass]) -> dict[str, InputSpec]:
     specs: dict[str, InputSpec] = {}
-    lenders = [Target(spec) for node in passes for spec in node.into]
-    for target in [*(t for node in passes for t in node.reads), *lenders]:
-        for found in _inputs_behind(target):
-            if specs.setdefault(found.name, found) is not found:
-                raise GraphError(
-                    f"two different inputs are called {found.name!r}; use one handle, or give them two names"
-                )
+    lenders = [spec for node in passes for spec in specs_written(node)]
+    seen: set[TargetSpec] = set()
+    for given in [*(t.spec for node in passes for t in node.reads), *lenders]:
+        found = given
+        # The input itself, and inputs that only lend their size.
+        while isinstance(found, TargetSpec) and isinstance(found.size, Like) and found not in seen:
+            seen.add(found)
+            found = found.size.other.spec
+        if isinstance(found, InputSpec) and specs.setdefault(found.name, found) is not found:
+            raise GraphError(f"two different inputs are called {found.name!r}; use one handle, or give them two names")
     return specs
 
 
-def _inputs_behind(target: Target) -> list[InputSpec]:
-    """The input itself, and inputs that only lend their size."""
-    if isinstance(target.spec, InputSpec):
-        return [target.spec]
-    size = target.spec.size
-    return _inputs_behind(size.other) if isinstance(size, Like) else []
-
-
 def _output_size(
-    size: tuple[int, int] | None,
-    inputs: Mapping[InputSpec, tuple[Format, tuple[int, int]]],
-    outputs: Mapping[str, Target],
-) -> tuple[int, int]:
-    if size is not None:
-        return size
+    inputs: Mapping[InputSpec, tuple[Format, tuple[int, int]]], outputs: Mapping[str, Target]
+) -> tuple[int, int] | None:
+    """What targets take for the output's size where none is asked for."""
     for target in outputs.values():
         if isinstance(target.spec, TargetSpec) and isinstance(target.spec.size, Absolute):
             return target.spec.size.width, target.spec.size.height
     for spec, (_, input_size) in inputs.items():
         if spec.default is None:  # textures do not set the output's size
             return input_size
-    raise GraphError("the output's size is not known: give pg.compile(..., size=(width, height))")
+    return None
 
 
 def _check_names(passes: list[Pass]) -> None:
     """One name means one target, so that results and messages are clear."""
     names: dict[str, TargetSpec] = {}
     for node in passes:
-        depth = node.depth if isinstance(node, DrawPass) else None
-        for spec in (*node.into, *((depth,) if depth is not None else ())):
+        for spec in specs_written(node):
             if names.setdefault(spec.name, spec) is not spec:
                 raise GraphError(
                     f"two different targets are called {spec.name!r} (one in pass {node.name!r}); give them two names"
@@ -253,11 +258,9 @@ def _check_values(passes: list[Pass], inputs: Mapping[InputSpec, object]) -> Non
 
 
 def _pass_size(node: Pass, work: Work) -> tuple[int, int]:
-    depth = node.depth if isinstance(node, DrawPass) else None
-    specs = [*node.into, *((depth,) if depth is not None else ())]
+    specs = specs_written(node)
     for spec in specs:
-        if spec not in work.sizes:
-            work.sizes[spec] = _checked(_target_size(spec, node, work), spec)
+        _find_size(spec, work)
     sizes = {work.sizes[spec] for spec in specs}
     if len(sizes) > 1:
         listed = ", ".join(f"{s.name} {work.sizes[s][0]}x{work.sizes[s][1]}" for s in specs)
@@ -265,33 +268,84 @@ def _pass_size(node: Pass, work: Work) -> tuple[int, int]:
     return sizes.pop()
 
 
-def _target_size(spec: TargetSpec, node: Pass, work: Work) -> tuple[int, int]:
+def _find_size(spec: TargetSpec, work: Work) -> None:
+    """The size of a target into ``work.sizes``, and before it those that it is taken from."""
+    pending = {spec: None}
+    while pending:
+        last = next(reversed(pending))
+        source, scale = _size_source(last, work)
+        size = _known_size(source, work) if isinstance(source, Target) else source
+        if last in work.sizes:
+            pending.popitem()
+        elif size is not None:
+            work.sizes[last] = _checked(_scaled(size, scale), last)
+            work.not_asked[last] = _why_not_asked(last, source, work)
+        else:
+            assert isinstance(source, Target) and isinstance(source.spec, TargetSpec)
+            _check_lender(source.spec, last, pending, work)
+            pending[source.spec] = None
+
+
+def _size_source(spec: TargetSpec, work: Work) -> tuple[Target | tuple[int, int], float]:
+    """What a target takes its size from, and the factor on it."""
     if isinstance(spec.size, Absolute):
-        return spec.size.width, spec.size.height
-    if isinstance(spec.size, Relative):
-        return _scaled(work.size, spec.size.scale)
+        return (spec.size.width, spec.size.height), 1.0
     if isinstance(spec.size, Like):
-        return _scaled(_known_size(spec.size.other, node, work), spec.size.scale)
-    if isinstance(node, PixelPass):
-        for image in node.images.values():
+        return spec.size.other, spec.size.scale
+    if not isinstance(spec.size, Relative):
+        node = work.makers[spec]
+        for image in node.images.values() if isinstance(node, PixelPass) else ():
             if not image.is_previous:
-                return _known_size(image, node, work)
-    return work.size
+                return image, 1.0
+    if work.size is None:
+        raise GraphError("the output's size is not known: give pg.compile(..., size=(width, height))")
+    return work.size, spec.size.scale if isinstance(spec.size, Relative) else 1.0
 
 
-def _known_size(target: Target, node: Pass, work: Work) -> tuple[int, int]:
+def _why_not_asked(spec: TargetSpec, source: Target | tuple[int, int], work: Work) -> str:
+    """Why a target's size does not hang on the output's; empty where it does."""
+    if isinstance(spec.size, Absolute):
+        return f"as target {spec.name!r} is declared"
+    if not isinstance(source, Target):
+        return ""
+    if isinstance(source.spec, InputSpec):
+        return f"the size of input {source.name!r}"
+    return work.not_asked.get(source.spec, f"the size of target {source.name!r}")
+
+
+def _check_asked(size: tuple[int, int], work: Work) -> None:
+    """A size that nothing takes is refused, and one that outputs do not take because an input has another one."""
+    specs = {name: target.spec for name, target in work.outputs.items() if isinstance(target.spec, TargetSpec)}
+    if any(work.sizes[spec] == size or not work.not_asked[spec] for spec in specs.values()):
+        return
+    taken = any(not reason for reason in work.not_asked.values()) or any(
+        given is OUTPUT_SIZE or (isinstance(given, Derived) and any(v is OUTPUT_SIZE for v in given.sources))
+        for node in work.passes
+        for given in node.values.values()
+    )
+    for name, spec in specs.items():
+        reason, (width, height) = work.not_asked[spec], work.sizes[spec]
+        if not taken or reason.startswith("the size of input"):
+            raise GraphError(
+                f"size=({size[0]}, {size[1]}) is asked for, and output {name!r} is {width}x{height}, {reason}; "
+                "leave size out, or declare the target with scale=1.0, which takes the size asked for"
+            )
+
+
+def _known_size(target: Target, work: Work) -> tuple[int, int] | None:
     if isinstance(target.spec, InputSpec):
         return work.inputs[target.spec][1]
-    if target.spec not in work.sizes:
-        if isinstance(target.spec.size, Absolute):
-            return target.spec.size.width, target.spec.size.height
-        if target.spec in work.makers:
-            return _target_size(target.spec, work.makers[target.spec], work)
-        raise GraphError(
-            f"pass {node.name!r} takes its size from {target.name!r}, which no pass before it makes; "
-            "give that one a size"
-        )
-    return work.sizes[target.spec]
+    if target.spec not in work.sizes and isinstance(target.spec.size, Absolute):
+        return target.spec.size.width, target.spec.size.height
+    return work.sizes.get(target.spec)
+
+
+def _check_lender(lender: TargetSpec, spec: TargetSpec, pending: Container[TargetSpec], work: Work) -> None:
+    where = f"pass {work.makers[spec].name!r} takes its size from {lender.name!r}, which"
+    if lender not in work.makers:
+        raise GraphError(f"{where} no pass before it makes; give that one a size")
+    if lender in pending:
+        raise GraphError(f"{where} takes its own from {spec.name!r}; give one of the two a size")
 
 
 def _scaled(size: tuple[int, int], scale: float) -> tuple[int, int]:
@@ -310,16 +364,15 @@ def _checked(size: tuple[int, int], spec: TargetSpec) -> tuple[int, int]:
 
 
 def _final_contents(passes: list[Pass]) -> dict[TargetSpec, Target]:
-    wanted = {t.spec for node in passes for t in node.reads if t.is_previous}
+    writers = {spec: node for node in passes for spec in specs_written(node)}  # the last one of each
     final: dict[TargetSpec, Target] = {}
-    for spec in wanted:
+    for spec in dict.fromkeys(t.spec for node in passes for t in node.reads if t.is_previous):
         assert isinstance(spec, TargetSpec)
-        writers = [node for node in passes if spec in node.into or (isinstance(node, DrawPass) and node.depth is spec)]
-        if not writers:
+        if spec not in writers:
             raise GraphError(
                 f"last frame's {spec.name!r} is read, and no pass behind the outputs writes it; compile its pass too"
             )
-        last = writers[-1]
+        last = writers[spec]
         slot = last.into.index(spec) if spec in last.into else -1
         final[spec] = Target(spec, last, slot)
     return final

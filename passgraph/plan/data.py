@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TypeAlias
 
+from passgraph.arguments import flag
 from passgraph.draw_state import DrawState
 from passgraph.formats import Format
 from passgraph.graph import DrawPass, PixelPass
@@ -26,6 +27,10 @@ class Options:
     alias: bool = True
     static: bool = True
     simplify: bool = True
+
+    def __post_init__(self) -> None:
+        for name in self.__slots__:
+            flag(getattr(self, name), f"options: {name}")
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
+from heapq import heappop, heappush
 
 from passgraph.formats import Format
 from passgraph.graph import DrawPass, Pass
@@ -10,6 +11,9 @@ from passgraph.plan.collect import Work
 from passgraph.plan.data import CopyStep, DrawStep, Memory, PixelStep, Plan, Resource, Step
 from passgraph.plan.order import Copies
 from passgraph.targets import Derived, InputSpec, Target, TargetSpec, Value
+
+#: Notes name so many targets that share one memory.
+MAX_NAMED = 16
 
 
 class Resources:
@@ -34,6 +38,7 @@ class Resources:
 
 
 def emit(work: Work, sequence: tuple[list[Pass], Copies]) -> Plan:
+    assert work.size is not None
     order, copies = sequence
     resources = Resources(work)
     steps: list[Step] = []
@@ -118,17 +123,12 @@ def _mark_static(
         return steps, set()
     # A picture with history changes its memory at each run, so what it holds must be written at each run.
     changing = with_history | {r.id for r in resources if r.kind == "history"}
-    changing |= {
-        r.id for r in resources if r.kind == "input" and not any(s.name == r.name and s.static for s in work.inputs)
-    }
-    while True:
-        before = len(changing)
-        for step in steps:
-            values = [v for v in step.values.values() if isinstance(v, (Value, Derived))]
-            if any(r in changing for r in (*step.reads, *step.writes)) or any(not v.static for v in values):
-                changing.update(step.writes)
-        if len(changing) == before:
-            break
+    still = {spec.name for spec in work.inputs if spec.static}
+    changing |= {r.id for r in resources if r.kind == "input" and r.name not in still}
+    for step in steps:
+        if any(isinstance(v, (Value, Derived)) and not v.static for v in step.values.values()):
+            changing.update(step.writes)
+    changing = _spread(changing, steps)
     marked: list[Step] = []
     static: set[int] = set()
     for step in steps:
@@ -140,9 +140,38 @@ def _mark_static(
     return marked, static
 
 
+def _spread(changing: set[int], steps: list[Step]) -> set[int]:
+    """Pictures that change, and all that is written by steps that read them or write them too."""
+    touching: dict[int, list[Step]] = {}
+    for step in steps:
+        for resource in (*step.reads, *step.writes):
+            touching.setdefault(resource, []).append(step)
+    found, pending = set(changing), list(changing)
+    while pending:
+        for step in touching.pop(pending.pop(), ()):
+            fresh = [r for r in step.writes if r not in found]
+            found.update(fresh)
+            pending += fresh
+    return found
+
+
 def _handed_on(steps: list[Step], static: set[int]) -> set[int]:
     """Static pictures that must outlive the run: those that a step of every run reads."""
     return {r for step in steps if not step.static for r in step.reads if r in static}
+
+
+@dataclass
+class _Shared:
+    """Memories of one format and size, for steps that run once or for those of every run."""
+
+    busy: list[tuple[int, int]] = field(default_factory=list)  # heap: last step that needs it, index
+    free: list[int] = field(default_factory=list)  # heap of indices
+
+    def taken(self, first: int) -> int | None:
+        """The first memory whose pictures are not needed from step ``first`` on; steps only grow."""
+        while self.busy and self.busy[0][0] < first:
+            heappush(self.free, heappop(self.busy)[1])
+        return heappop(self.free) if self.free else None
 
 
 def _memories(resources: list[Resource], steps: list[Step], work: Work) -> tuple[list[Resource], list[Memory]]:
@@ -150,30 +179,33 @@ def _memories(resources: list[Resource], steps: list[Step], work: Work) -> tuple
     spans = lifetimes(resources, steps)
     static_only = {r for step in steps if step.static for r in step.writes}
     memories: list[Memory] = []
-    occupants: list[list[int]] = []
+    occupants: list[list[str]] = []
+    # A step that runs once must not scribble over a picture of every run, nor the other way round.
+    groups: dict[tuple[Memory, bool], _Shared] = {}
     placed: list[Resource] = []
     for resource in sorted(resources, key=lambda r: (spans[r.id][0], r.id)):
-        slot = None
-        if work.options.alias and not resource.persistent:
-            for index, memory in enumerate(memories):
-                same = memory == Memory(resource.format, resource.size)
-                free = all(disjoint(spans[resource.id], spans[other]) for other in occupants[index])
-                shareable = not any(resources[o].persistent for o in occupants[index])
-                # A step that runs once must not scribble over a picture of every run, nor the other way round.
-                alike = all((o in static_only) == (resource.id in static_only) for o in occupants[index])
-                if same and free and shareable and alike:
-                    slot = index
-                    break
+        memory = Memory(resource.format, resource.size)
+        group = groups.setdefault((memory, resource.id in static_only), _Shared())
+        shareable = work.options.alias and not resource.persistent
+        slot = group.taken(spans[resource.id][0]) if shareable else None
         if slot is None:
             slot = len(memories)
-            memories.append(Memory(resource.format, resource.size))
+            memories.append(memory)
             occupants.append([])
         else:
-            shared = ", ".join(resources[o].name for o in occupants[slot])
-            work.notes.append(f"target {resource.name} shares the memory of {shared}: never alive together")
-        occupants[slot].append(resource.id)
+            work.notes.append(f"target {resource.name} shares the memory of {_named(occupants[slot])}")
+        if shareable:
+            heappush(group.busy, (spans[resource.id][1], slot))
+        occupants[slot].append(resource.name)
         placed.append(replace(resource, memory=slot))
     return sorted(placed, key=lambda r: r.id), memories
+
+
+def _named(occupants: list[str]) -> str:
+    """Who shares a memory, the last ones of many: notes stay short where hundreds share one."""
+    more = len(occupants) - MAX_NAMED
+    listed = ", ".join(occupants[-MAX_NAMED:]) + (f" and {more} more" if more > 0 else "")
+    return f"{listed}: never alive together"
 
 
 def lifetimes(resources: list[Resource], steps: list[Step]) -> dict[int, tuple[int, int]]:

@@ -6,68 +6,118 @@ Fusion stops where a pass jumps, reads neighbours, changes size, is wanted as an
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from passgraph.graph import Pass, PixelPass
 from passgraph.language.lower import Fused, ImageFacts
 from passgraph.language.lowered import lower_once
 from passgraph.language.scalar import walk
 from passgraph.plan.collect import Lowered, Work, drawn_over
+from passgraph.plan.limits import Limits
 from passgraph.plan.specialise import reads_size
 from passgraph.targets import Derived, InputSpec, Target, Value
 
-#: A fused program longer than this stays two passes: compile time grows faster than what is saved.
+#: A fused program longer than this stays two passes: compile time grows faster than what is saved.  Numbers that are
+#: alive at once leave the registers long before, and a driver takes up to a second for a kernel of this length.
 MAX_FUSED_INSTRUCTIONS = 1500
+#: Nor does fusion alone make a program that reads more images: it saves one written and read, which is little then.
+MAX_FUSED_IMAGES = 32
 
 
-def fuse(work: Work) -> None:
+@dataclass(frozen=True)
+class Known:
+    """What fusing asks of the whole graph; ``readers`` and ``lengths`` change as passes become one."""
+
+    static: set[Pass]
+    wanted: set[Target]
+    #: Pass → who reads what it makes, images of passes fused before too.
+    readers: dict[Pass, set[Pass]]
+    lengths: dict[Pass, int]
+    #: Floats and ints that a pass has as parameters.
+    numbers: dict[Pass, tuple[int, int]]
+    limits: Limits
+
+
+def fuse(work: Work, limits: Limits) -> None:
     if not work.options.fuse:
         return
-    static = _static_passes(work)
-    lengths = {node: _length(lowered) for node, lowered in work.passes.items()}
+    known = _known(work, limits)
     grown: dict[Pass, Lowered] = {}
     # Producers first, so that a chain grows from its head.
     for consumer in list(work.passes.values()):
         if isinstance(consumer.node, PixelPass) and consumer.node in work.passes:
             for image, target in list(consumer.images.items()):
-                if image in consumer.images and _fusable(target, consumer, static, lengths, work):
+                if image in consumer.images and _fusable(target, consumer, known, work):
                     assert target.made_by is not None
-                    lengths[consumer.node] += lengths[target.made_by]
                     grown.pop(target.made_by, None)
                     grown[consumer.node] = consumer
                     _fuse_into(consumer, target, work)
+                    _note_fused(target.made_by, consumer, known)
     # Lowered once, when all that belongs inside is known.
     for consumer in grown.values():
         assert isinstance(consumer.node, PixelPass)
-        consumer.program = lower_once(consumer.node.kernel.program, consumer.facts)
+        consumer.program = lower_once(consumer.node.kernel.program, consumer.facts, work.programs)
         consumer.images = {use.name: consumer.images[use.name] for use in consumer.program.images}
+
+
+def _known(work: Work, limits: Limits) -> Known:
+    readers: dict[Pass, set[Pass]] = {}
+    for node, lowered in work.passes.items():
+        for target in _contents(lowered):
+            if target.made_by is not None:
+                readers.setdefault(target.made_by, set()).add(node)
+    lengths = {node: _length(lowered) for node, lowered in work.passes.items()}
+    numbers = {
+        node: (low.program.float_count, low.program.int_count)
+        for node, low in work.passes.items()
+        if low.program is not None
+    }
+    return Known(_static_passes(work), {t.content for t in work.roots()}, readers, lengths, numbers, limits)
+
+
+def _note_fused(producer: Pass, consumer: Lowered, known: Known) -> None:
+    """What the producer read is now read by the consumer."""
+    known.lengths[consumer.node] += known.lengths[producer]
+    known.numbers[consumer.node] = _together(known, producer, consumer.node)
+    for target in consumer.images.values():
+        readers = known.readers.get(target.made_by) if target.made_by is not None else None
+        if readers is not None and producer in readers:
+            readers.remove(producer)
+            readers.add(consumer.node)
 
 
 def _length(lowered: Lowered) -> int:
     return sum(1 for _ in walk(lowered.program.body)) if lowered.program is not None else 0
 
 
-def _fusable(target: Target, consumer: Lowered, static: set[Pass], lengths: dict[Pass, int], work: Work) -> bool:
+def _fusable(target: Target, consumer: Lowered, known: Known, work: Work) -> bool:
     producer = work.passes.get(target.made_by) if target.made_by is not None else None
     if producer is None or not isinstance(producer.node, PixelPass) or producer.size != consumer.size:
         return False
     assert consumer.program is not None and producer.program is not None
-    wanted = {t.content for t in work.roots()}
-    made = [Target(spec, producer.node, slot) for slot, spec in enumerate(producer.node.into)]
-    if any(t in wanted for t in made):
+    if any(Target(spec, producer.node, slot) in known.wanted for slot, spec in enumerate(producer.node.into)):
         return False
-    # Images now read, those of passes fused before too: their readers are gone from the graph but not from the work.
-    readers = [low for low in work.passes.values() if any(t.made_by is producer.node for t in _contents(low))]
-    if readers != [consumer]:
+    if known.readers[producer.node] != {consumer.node}:
         return False
-    if producer.node in static and consumer.node not in static:
+    if producer.node in known.static and consumer.node not in known.static:
         return False
     names = [name for name, t in consumer.images.items() if t.made_by is producer.node]
     if any("/" in name for name in names):
         return False  # also read by a pass that was fused into the consumer
     if any(not consumer.program.image(name).pointwise or reads_size(consumer.program, name) for name in names):
         return False
-    return lengths[producer.node] + lengths[consumer.node] <= MAX_FUSED_INSTRUCTIONS
+    if producer.program.arrays or consumer.program.arrays:
+        return False  # what one kernel may hold in arrays is bounded; together they could take more
+    if known.lengths[producer.node] + known.lengths[consumer.node] > MAX_FUSED_INSTRUCTIONS:
+        return False
+    images = len(consumer.images) - len(names) + len(producer.images)
+    numbers = _together(known, producer.node, consumer.node)
+    return images <= MAX_FUSED_IMAGES and known.limits.fits(images, len(consumer.node.into), *numbers)
+
+
+def _together(known: Known, one: Pass, other: Pass) -> tuple[int, int]:
+    (floats, ints), (more_floats, more_ints) = known.numbers[one], known.numbers[other]
+    return floats + more_floats, ints + more_ints
 
 
 def _contents(lowered: Lowered) -> list[Target]:

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping, Sequence
+from heapq import heapify, heappop, heappush
 from typing import TYPE_CHECKING, TypeAlias
 
-from passgraph.graph import DrawPass, Pass
-from passgraph.plan.collect import Lowered, Work, drawn_over
+from passgraph.graph import Pass
+from passgraph.plan.collect import Lowered, Work, drawn_over, specs_written
 from passgraph.plan.data import Memory
 from passgraph.plan.remembered import remembered
 from passgraph.targets import Target, TargetSpec
@@ -35,17 +36,26 @@ def dependencies(work: Work) -> tuple[nx.DiGraph, Copies]:
             readers.setdefault(target, []).append(lowered.node)
             if target.made_by in work.passes:
                 graph.add_edge(target.made_by, lowered.node)
-    copies: Copies = set()
     kept = {t.content for t in work.roots()}
-    for lowered in work.passes.values():
-        for content in drawn_over(lowered.node):
-            others = [r for r in readers.get(content, []) if r is not lowered.node]
-            shared = content in kept or any(content in drawn_over(r) for r in others)
-            waits = any(nx.has_path(graph, lowered.node, r) for r in others)
-            if shared or waits:
-                copies.add((content, lowered.node))
+    copies: Copies = set()
+    before: list[tuple[Target, Pass, list[Pass]]] = []
+    for draw in work.passes:
+        for content in drawn_over(draw):
+            others = [r for r in readers.get(content, []) if r is not draw]
+            if content in kept or any(content in drawn_over(r) for r in others):
+                copies.add((content, draw))
             else:
-                graph.add_edges_from((r, lowered.node) for r in others)
+                before.append((content, draw, others))
+    waiting = graph.copy()
+    waiting.add_edges_from((r, draw) for _, draw, others in before for r in others)
+    if nx.is_directed_acyclic_graph(waiting):
+        return waiting, copies
+    # Some reader waits for the draw that waits for it: which one is searched for, draw by draw.
+    for content, draw, others in before:
+        if any(nx.has_path(graph, draw, r) for r in others):
+            copies.add((content, draw))
+        else:
+            graph.add_edges_from((r, draw) for r in others)
     return graph, copies
 
 
@@ -109,47 +119,71 @@ def _rows(nodes: list[Pass], contents: Mapping[Target, int], work: Work) -> list
 
 def _least_memory(followers: Mapping[Pass, Sequence[Pass]], work: Work) -> list[Pass]:
     """Greedy: of the passes that may run, the one after which least memory is held; ties as written."""
-    consumers = {spec: 0 for low in work.passes.values() for spec in specs_written(low.node)}
-    for low in work.passes.values():
-        for target in contents_read(low):
-            if isinstance(target.spec, TargetSpec):
-                consumers[target.spec] = consumers.get(target.spec, 0) + 1
-    kept = {t.spec for t in work.roots()}
-    written = {node: low.index for node, low in work.passes.items()}
+    held = _Held(work)
     waiting = Counter(node for group in followers.values() for node in group)
-    ready = [node for node in followers if not waiting[node]]
-    alive: set[TargetSpec] = set()
+    ready = {node for node in followers if not waiting[node]}
+    # Costs as they were when they last changed; older entries of a pass are passed over.
+    costs = {node: held.cost(node) for node in ready}
+    heap = [(cost, work.passes[node].index, node) for node, cost in costs.items()]
+    heapify(heap)
     sequence: list[Pass] = []
-
-    def cost(node: Pass) -> int:
-        low = work.passes[node]
-        grown = sum(bytes_of(s, work) for s in specs_written(node) if s not in alive)
-        freed = 0
-        for target in set(contents_read(low)):
-            if isinstance(target.spec, TargetSpec) and consumers[target.spec] == 1 and target.spec not in kept:
-                freed += bytes_of(target.spec, work)
-        return grown - freed
-
     while ready:
-        node = min(ready, key=lambda n: (cost(n), written[n]))
+        cost, _, node = heappop(heap)
+        if node not in ready or cost != costs[node]:
+            continue
         ready.remove(node)
         sequence.append(node)
-        alive.update(specs_written(node))
-        for target in contents_read(work.passes[node]):
-            if isinstance(target.spec, TargetSpec):
-                consumers[target.spec] -= 1
-                if not consumers[target.spec] and target.spec not in kept:
-                    alive.discard(target.spec)
+        changed = held.run(node) & ready
         for follower in followers[node]:
             waiting[follower] -= 1
             if not waiting[follower]:
-                ready.append(follower)
+                ready.add(follower)
+                changed.add(follower)
+        for other in changed:
+            costs[other] = held.cost(other)
+            heappush(heap, (costs[other], work.passes[other].index, other))
     return sequence
 
 
-def specs_written(node: Pass) -> list[TargetSpec]:
-    depth = node.depth if isinstance(node, DrawPass) else None
-    return [*node.into, *((depth,) if depth is not None else ())]
+class _Held:
+    """The targets that hold memory while passes run one behind the other."""
+
+    def __init__(self, work: Work) -> None:
+        self.work = work
+        self.reads = {
+            node: [t.spec for t in contents_read(low) if isinstance(t.spec, TargetSpec)]
+            for node, low in work.passes.items()
+        }
+        self.consumers = Counter(spec for specs in self.reads.values() for spec in specs)
+        self.kept = {t.spec for t in work.roots()}
+        self.alive: set[TargetSpec] = set()
+        #: Target → passes whose cost hangs on whether it is alive, and on whether one reader is left.
+        self.touching: dict[TargetSpec, set[Pass]] = {}
+        for node, specs in self.reads.items():
+            for spec in (*specs, *specs_written(node)):
+                self.touching.setdefault(spec, set()).add(node)
+
+    def cost(self, node: Pass) -> int:
+        """Bytes that running a pass adds to what is held."""
+        grown = sum(bytes_of(s, self.work) for s in specs_written(node) if s not in self.alive)
+        freed = 0
+        for target in set(contents_read(self.work.passes[node])):
+            spec = target.spec
+            if isinstance(spec, TargetSpec) and self.consumers[spec] == 1 and spec not in self.kept:
+                freed += bytes_of(spec, self.work)
+        return grown - freed
+
+    def run(self, node: Pass) -> set[Pass]:
+        """Note that a pass has run; passes whose cost may be another now."""
+        turned = [spec for spec in specs_written(node) if spec not in self.alive]
+        self.alive.update(turned)
+        for spec in self.reads[node]:
+            self.consumers[spec] -= 1
+            if not self.consumers[spec] and spec not in self.kept:
+                self.alive.discard(spec)
+            if self.consumers[spec] <= 1:
+                turned.append(spec)
+        return {other for spec in turned for other in self.touching[spec]}
 
 
 def bytes_of(spec: TargetSpec, work: Work) -> int:

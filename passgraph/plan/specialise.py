@@ -27,7 +27,7 @@ def specialise(work: Work) -> None:
         if isinstance(node, PixelPass):
             stores = tuple(spec.format.store for spec in node.into)
             lowered.facts = Facts(node.constants, images, stores, work.options.simplify)
-            lowered.program = lower_once(node.kernel.program, lowered.facts)
+            lowered.program = lower_once(node.kernel.program, lowered.facts, work.programs)
             lowered.images = used_images(lowered.program, node.images)
             check_relative(lowered, work)
         else:
@@ -41,9 +41,9 @@ def _specialise_draw(node: DrawPass, lowered: Lowered, images: dict[str, ImageFa
     simplify = work.options.simplify
     lowered.vertex_facts = Facts(node.constants, {}, (), simplify)
     lowered.facts = Facts(node.constants, images, stores, simplify)
-    vertex = lower_once(node.vertex.program, lowered.vertex_facts)
+    vertex = lower_once(node.vertex.program, lowered.vertex_facts, work.programs)
     if node.fragment is not None:
-        lowered.fragment = lower_once(node.fragment.program, lowered.facts)
+        lowered.fragment = lower_once(node.fragment.program, lowered.facts, work.programs)
         lowered.images = used_images(lowered.fragment, node.images)
     lowered.varyings = varyings_of(lowered.fragment)
     lowered.vertex = link(vertex, lowered.varyings)

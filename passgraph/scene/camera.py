@@ -15,6 +15,7 @@ from passgraph.scene.matrices import (
     are_parallel,
     bounds_of,
     corners_of,
+    floats,
     look_rotation,
     number,
     perspective,
@@ -102,7 +103,10 @@ class Camera:
         >>> camera.relative(translation((1e6, 0, 0)))[:3, 3].tolist()
         [0.0, 0.0, -5.0]
         """
-        return translation(-np.array(self.eye)) @ np.asarray(transform, dtype=np.float64)
+        matrix = floats(transform, "camera: transform", "a (4, 4) matrix of numbers")
+        if matrix.shape != (4, 4):
+            raise InputError(f"camera: transform: expected a (4, 4) matrix, got shape {matrix.shape}")
+        return translation(-np.array(self.eye)) @ matrix
 
     @classmethod
     def framing(

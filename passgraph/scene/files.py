@@ -7,35 +7,29 @@ material files may not lead out of the folder of the model.
 from __future__ import annotations
 
 import re
-import warnings
 from collections.abc import Iterator
-from io import BytesIO
 from os import PathLike
 from pathlib import Path, PureWindowsPath
 from urllib.parse import unquote
 
+from passgraph import arguments
 from passgraph.errors import InputError
-from passgraph.scene.material import check_texels
+from passgraph.reading import check_regular, read_bytes
 
 SUFFIXES = (".glb", ".gltf", ".obj", ".off", ".ply", ".stl")
-PICTURE_SUFFIXES = (".bmp", ".jpeg", ".jpg", ".png", ".tga", ".tif", ".tiff", ".webp")
 # A model of 1 GiB has some 30 million triangles; loading needs several times its size.
 MAX_FILE_BYTES = 1 << 30
+# One white texel (PGM), which trimesh gets in place of every picture.
+EMPTY_PICTURE = b"P5 1 1 255\n\xff"
 
 
 def checked_path(path: str | PathLike[str], max_bytes: int = MAX_FILE_BYTES) -> Path:
     """The path of a readable model file of a known kind and sane size, or an InputError."""
-    file = Path(path)
-    if file.is_dir():
-        raise InputError(f"{file}: a folder; expected a model file ({', '.join(SUFFIXES)})")
-    if not file.exists():
-        raise InputError(f"{file}: no such file")
-    if not file.is_file():
-        raise InputError(f"{file}: not a regular file")
+    file = arguments.path(path, "the model to load")
+    size = check_regular(file, f"a model file ({', '.join(SUFFIXES)})")
     if file.suffix.lower() not in SUFFIXES:
         got = file.suffix or "no suffix"
         raise InputError(f"{file}: unknown kind of model ({got}); expected one of {', '.join(SUFFIXES)}")
-    size = file.stat().st_size
     if size == 0:
         raise InputError(f"{file}: the file is empty (0 bytes)")
     if size > max_bytes:
@@ -48,8 +42,7 @@ def _check_counts(file: Path, size: int) -> None:
     """Refuse headers that announce more elements than the file has bytes, before a reader allocates them."""
     if file.suffix.lower() not in (".ply", ".off"):
         return
-    with file.open("rb") as stream:
-        head = stream.read(1 << 16)
+    head = read_model(file)[: 1 << 16]
     if file.suffix.lower() == ".ply":
         counts = [int(n) for n in re.findall(rb"^element\s+\S+\s+(\d+)", head.split(b"end_header")[0], re.M)]
     else:
@@ -63,6 +56,11 @@ def _check_counts(file: Path, size: int) -> None:
         )
 
 
+def read_model(file: Path) -> bytes:
+    """All bytes of a model file."""
+    return read_bytes(file, "a model file", MAX_FILE_BYTES, "simplify the model")
+
+
 class FolderReader:
     """Reads files named in a model, only below the model's folder; trimesh calls it as its resolver.
 
@@ -70,7 +68,8 @@ class FolderReader:
     ----------
     missing : names that were asked for and not found
     refused : sentences about names that must not be read
-    bombs : sentences about pictures beyond the limit
+    materials : of MTL files that were read: for each name, its lines by their first word in lower case
+    picture : the name of the picture that a file without materials asked for (PLY)
     """
 
     def __init__(self, model: Path) -> None:
@@ -78,39 +77,48 @@ class FolderReader:
         self.file_name = model.name
         self.missing: list[str] = []
         self.refused: list[str] = []
-        self.bombs: list[str] = []
+        self.materials: dict[str, dict[str, str]] = {}
+        self.picture: str | None = None
 
     def find(self, name: str) -> Path | None:
         """The file a model names, or None (noted in ``missing`` or ``refused``)."""
-        clean = unquote(plain_name(name).replace("\\", "/"))
+        clean = unquote(name.replace("\\", "/"))
         outside = clean.startswith(("/", "~")) or bool(PureWindowsPath(clean).drive) or "\0" in clean
         # resolve follows links, so that neither '..' nor a link leads out
         path = self.folder if outside else (self.folder / clean).resolve()
         if outside or not path.is_relative_to(self.folder):
             self._note(self.refused, f"{name!r} leads out of the folder of the model")
             return None
-        if not path.is_file():
+        if not path.exists():
             self._note(self.missing, clean)
+            return None
+        if not path.is_file():
+            self._note(self.refused, f"{name!r} is no regular file")
             return None
         if path.stat().st_size > MAX_FILE_BYTES:
             self._note(self.refused, f"{name!r} has more than {MAX_FILE_BYTES} bytes")
             return None
         return path
 
-    def get(self, name: str) -> bytes:
-        """The bytes of a file the model names; raises FileNotFoundError, as trimesh expects."""
+    def read(self, name: str) -> bytes | None:
+        """The bytes of a file the model names, or None (noted in ``missing`` or ``refused``)."""
         path = self.find(name)
-        if path is None:
+        return None if path is None else read_bytes(path, f"a file of {self.file_name}", MAX_FILE_BYTES)
+
+    def get(self, name: str) -> bytes:
+        """A material file, for trimesh; it gets no pictures, which it would open in any format.
+
+        A material file is kept in ``materials``, as is the last picture's name in ``picture``.
+        """
+        if not name.lower().endswith(".mtl"):
+            self.picture = name
+            return EMPTY_PICTURE
+        data = self.read(name)
+        if data is None:
             raise FileNotFoundError(name)
-        data = path.read_bytes()
-        if path.suffix.lower() in PICTURE_SUFFIXES:
-            try:
-                check_picture(data, str(path))
-            except InputError as error:
-                # trimesh swallows every exception of a picture; the loader reads the note
-                self._note(self.bombs, str(error))
-                raise
-        return as_utf8(data) if path.suffix.lower() == ".mtl" else data
+        text = as_utf8(data)
+        self.materials |= materials_of(text.decode())
+        return text
 
     __getitem__ = get
 
@@ -125,6 +133,23 @@ class FolderReader:
     def _note(notes: list[str], text: str) -> None:
         if text not in notes:
             notes.append(text)
+
+
+def materials_of(text: str) -> dict[str, dict[str, str]]:
+    """The lines of an MTL file by material and first word.
+
+    >>> materials_of("newmtl a b\\n map_Kd  my wood.png \\n")
+    {'a b': {'map_kd': 'my wood.png'}}
+    """
+    found: dict[str, dict[str, str]] = {}
+    lines: dict[str, str] = {}
+    for line in text.splitlines():
+        key, _, rest = line.strip().replace("\t", " ").partition(" ")
+        if key.lower() == "newmtl":
+            lines = found.setdefault(" ".join(rest.split()), {})
+        elif key and not key.startswith("#"):
+            lines[key.lower()] = rest.strip()
+    return found
 
 
 def as_utf8(data: bytes) -> bytes:
@@ -156,20 +181,3 @@ def plain_name(name: str) -> str:
         while len(words) > 1 and re.fullmatch(r"[-+]?[\d.]+([eE][-+]?\d+)?|on|off|[rgbmlz]", words[0]):
             words.pop(0)
     return " ".join(words) if name.strip().startswith("-") else name.strip()
-
-
-def check_picture(data: bytes, where: str) -> None:
-    """Raise InputError for a picture that announces too many texels; other defects are left to decoding."""
-    from PIL import Image
-
-    try:
-        with warnings.catch_warnings():
-            # pillow warns and then raises for bombs; the limit here is ours and comes with our text
-            warnings.simplefilter("ignore", Image.DecompressionBombWarning)
-            with Image.open(BytesIO(data)) as picture:
-                width, height = picture.size
-    except Image.DecompressionBombError:
-        raise InputError(f"{where}: a picture of absurd size; scale it down") from None
-    except (OSError, SyntaxError, ValueError):
-        return
-    check_texels(width, height, where)

@@ -1,4 +1,4 @@
-"""What trimesh does not read of a glTF file: its cameras, its lights, and limits checked before allocation.
+"""A glTF file's header, its tree of nodes, its cameras and lights, and limits checked before allocation.
 
 Source: Khronos, glTF 2.0 specification; KHR_lights_punctual.
 """
@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import json
 import struct
-from dataclasses import dataclass
 from math import pi
 from pathlib import Path
 from typing import Any
@@ -22,25 +21,25 @@ from passgraph.scene.matrices import Float64
 # Values in accessors without a buffer are zeros made up by the reader: nothing in the file pays for them.
 MAX_UNBACKED_VALUES = 1 << 24
 UNREADABLE = ("KHR_draco_mesh_compression", "EXT_meshopt_compression")
+# What is read of them suffices to show what the file means.
+READABLE = (
+    "EXT_texture_webp",
+    "KHR_lights_punctual",
+    "KHR_materials_pbrSpecularGlossiness",
+    "KHR_mesh_quantization",
+    "KHR_texture_transform",
+)
 
 
-@dataclass(frozen=True)
-class Placed:
-    """A camera or light of the file: its JSON and the world matrix, (4, 4) float64, of its node."""
-
-    data: dict[str, Any]
-    world: Float64
-
-
-def read_header(file: Path) -> dict[str, Any]:
-    """The JSON of a .gltf or .glb file.
+def read_header(file: Path, raw: bytes) -> tuple[dict[str, Any], bytes]:
+    """The JSON of the bytes of a .gltf or .glb file, and its binary chunk.
 
     Raises
     ------
     InputError
         Not JSON, not a GLB container, or truncated.
     """
-    raw = file.read_bytes()
+    binary = b""
     if file.suffix.lower() == ".glb":
         if raw[:4] != b"glTF" or len(raw) < 20:
             raise InputError(f"{file}: not a GLB file (it does not start with 'glTF' and a header)")
@@ -49,6 +48,7 @@ def read_header(file: Path) -> dict[str, Any]:
             raise InputError(f"{file}: glTF version {version}; expected 2, convert the file")
         if total > len(raw) or 20 + length > len(raw):
             raise InputError(f"{file}: truncated, {len(raw)} of {total} bytes are there")
+        binary = _binary(raw[20 + length : total])
         raw = raw[20 : 20 + length]
     try:
         header = json.loads(raw)
@@ -59,7 +59,14 @@ def read_header(file: Path) -> dict[str, Any]:
     version_text = str(header["asset"].get("version", "2.0"))
     if not version_text.startswith("2"):
         raise InputError(f"{file}: glTF version {version_text}; expected 2.0, convert the file")
-    return header
+    return header, binary
+
+
+def _binary(rest: bytes) -> bytes:
+    """The BIN chunk, the first after the JSON, without padding that its buffer does not count."""
+    if len(rest) < 8 or rest[4:8] != b"BIN\0":
+        return b""
+    return rest[8 : 8 + struct.unpack("<I", rest[:4])[0]]
 
 
 def check_header(header: dict[str, Any], file: Path) -> None:
@@ -67,6 +74,12 @@ def check_header(header: dict[str, Any], file: Path) -> None:
     for extension in UNREADABLE:
         if extension in header.get("extensionsRequired", []):
             raise InputError(f"{file}: compressed with {extension}, which is not read; save it uncompressed")
+    for extension in header.get("extensionsRequired", []):
+        if extension not in READABLE:
+            raise InputError(
+                f"{file}: requires {extension}, which is not read; expected no other than {', '.join(READABLE)}; "
+                "save it without"
+            )
     for index, accessor in enumerate(header.get("accessors", [])):
         accessor = accessor if isinstance(accessor, dict) else {"count": accessor}
         count = accessor.get("count", 0)
@@ -92,14 +105,35 @@ def local_matrix(node: dict[str, Any]) -> Float64:
     return result
 
 
+def world_of(header: dict[str, Any], index: int, file: Path) -> Float64:
+    """The world matrix of any node, also of one outside the default scene, which is where joints may be."""
+    nodes = header.get("nodes", [])
+    parents = {child: number for number, node in enumerate(nodes) for child in node.get("children", [])}
+    world = np.eye(4)
+    for _ in range(len(nodes)):
+        world = local_matrix(nodes[index]) @ world
+        if index not in parents:
+            return world
+        index = parents[index]
+    raise InputError(f"{file}: node {index} is below itself; glTF nodes form a tree")
+
+
+def _orphans(nodes: list[dict[str, Any]]) -> list[int]:
+    children = {child for node in nodes for child in node.get("children", [])}
+    return [number for number in range(len(nodes)) if number not in children]
+
+
 def walk_nodes(header: dict[str, Any], file: Path) -> list[tuple[dict[str, Any], Float64]]:
-    """Nodes of the default scene with world matrices; a node has one parent, so a repeat is an error."""
+    """Nodes of the default scene with world matrices; a node has one parent, so a repeat is an error.
+
+    A file without scenes shows all its nodes.
+    """
     nodes = header.get("nodes", [])
     scenes = header.get("scenes", [])
     found: list[tuple[dict[str, Any], Float64]] = []
     seen: set[int] = set()
     try:
-        roots = scenes[header.get("scene", 0)].get("nodes", []) if scenes else []
+        roots = scenes[header.get("scene", 0)].get("nodes", []) if scenes else _orphans(nodes)
         stack = [(index, np.eye(4)) for index in roots]
         while stack:
             index, parent = stack.pop()

@@ -8,6 +8,7 @@ from typing import Literal
 
 from numpy.typing import ArrayLike
 
+from passgraph.arguments import among, shown, string
 from passgraph.errors import InputError
 from passgraph.scene import light_frusta
 from passgraph.scene.matrices import Float64, Vec3, bounds_of, number, unit, vec3
@@ -48,15 +49,15 @@ class Light:
     name: str = "light"
 
     def __post_init__(self) -> None:
-        where = f"light {self.name!r}"
-        if self.kind not in ("directional", "point", "spot"):
-            raise InputError(f"{where}: kind: expected 'directional', 'point' or 'spot', got {self.kind!r}")
+        where = f"light {string(self.name, 'the name of a light')!r}"
+        if not among(self.kind, ("directional", "point", "spot")):
+            raise InputError(f"{where}: kind: expected 'directional', 'point' or 'spot', got {shown(self.kind)}")
         direction = vec3(self.direction, f"{where}: direction")
         if not any(direction):
-            raise InputError(f"{where}: direction: expected a vector that is not zero, got {self.direction!r}")
+            raise InputError(f"{where}: direction: expected a vector that is not zero, got {shown(self.direction)}")
         color = vec3(self.color, f"{where}: color")
         if min(color) < 0.0:
-            raise InputError(f"{where}: color: expected linear RGB of 0 or more, got {self.color!r}")
+            raise InputError(f"{where}: color: expected linear RGB of 0 or more, got {shown(self.color)}")
         outer = number(self.cone_outer_rad, f"{where}: cone_outer_rad", 0.0, pi / 2, open_low=True)
         fields = {
             "position": vec3(self.position, f"{where}: position"),
@@ -118,8 +119,9 @@ class Light:
         place = vec3(position, f"light {name!r}: position")
         along = vec3(direction, f"light {name!r}: direction")
         tint = vec3(color, f"light {name!r}: color")
-        inner = cone_outer_rad * 2.0 / 3.0 if cone_inner_rad is None else cone_inner_rad
-        return cls("spot", place, along, tint, intensity, radius, inner, cone_outer_rad, name)
+        outer = number(cone_outer_rad, f"light {name!r}: cone_outer_rad", 0.0, pi / 2, open_low=True)
+        inner = outer * 2.0 / 3.0 if cone_inner_rad is None else cone_inner_rad
+        return cls("spot", place, along, tint, intensity, radius, inner, outer, name)
 
     def frustum(self, bounds: ArrayLike) -> tuple[Float64, Float64]:
         """View and projection matrix of one shadow map that holds a world box.

@@ -1,4 +1,4 @@
-"""Load a model file as a `Scene`, through trimesh."""
+"""Load a model file as a `Scene`: glTF by ourselves, which trimesh reads in part, and the others through trimesh."""
 
 from __future__ import annotations
 
@@ -11,22 +11,24 @@ from typing import Any, Literal
 
 import numpy as np
 
+from passgraph.arguments import among, flag, shown
 from passgraph.errors import InputError
 from passgraph.scene import gltf
 from passgraph.scene.camera import Camera
-from passgraph.scene.files import MAX_FILE_BYTES, FolderReader, as_utf8, checked_path
+from passgraph.scene.files import MAX_FILE_BYTES, FolderReader, as_utf8, checked_path, read_model
 from passgraph.scene.floor import floor_node
+from passgraph.scene.gltf_data import GltfData
+from passgraph.scene.gltf_nodes import nodes_of
 from passgraph.scene.light import Light
-from passgraph.scene.load_geometry import mesh_of
-from passgraph.scene.load_materials import MaterialReader
-from passgraph.scene.matrices import Float64, is_singular, sphere_of
+from passgraph.scene.load_geometry import PlacedMeshes, arrays_of
+from passgraph.scene.load_materials import MtlReader
+from passgraph.scene.matrices import Float64, sphere_of
 from passgraph.scene.node import Node
+from passgraph.scene.notes import Notes
 from passgraph.scene.scene import Scene
 
 # A file whose y axis is up stays; one with z up is turned so that z becomes y.
 _Z_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
-# Instances of one mesh are cheap in a file and dear when drawn.
-MAX_NODES = 100_000
 
 
 def load_scene(
@@ -60,10 +62,13 @@ def load_scene(
 
     Notes
     -----
-    Colours of vertices are taken as linear in glTF, as its specification says, and as sRGB elsewhere.
+    Colours of vertices are taken as linear in glTF, as its specification says, and as sRGB elsewhere. Surfaces are
+    matt: of metal, roughness and gloss nothing is read, nor are animations, of which the pose at rest is shown.
     """
-    if up not in ("y", "z"):
-        raise InputError(f"{path}: up: expected 'y' or 'z', got {up!r}")
+    if not among(up, ("y", "z")):
+        raise InputError(f"{shown(path)}: up: expected 'y' or 'z', got {shown(up)}")
+    if ground is not None:
+        flag(ground, f"{shown(path)}: ground", InputError)
     file = checked_path(path, max_bytes)
     try:
         with np.errstate(all="ignore"):  # values too large become infinite and are refused as such
@@ -74,21 +79,19 @@ def load_scene(
 
 
 def _load(file: Path, ground: bool | None, up: Literal["y", "z"]) -> Scene:
+    folder, notes = FolderReader(file), Notes()
+    turn = _Z_UP if up == "z" else np.eye(4)
     is_gltf = file.suffix.lower() in (".glb", ".gltf")
-    header = gltf.read_header(file) if is_gltf else {}
+    header: dict[str, Any] = {}
     if is_gltf:
+        header, binary = gltf.read_header(file, read_model(file))
         gltf.check_header(header, file)
-    folder = FolderReader(file)
-    loaded = _read(file, folder)
-    reader = MaterialReader(str(file), folder, _exact_factors(header))
-    if folder.bombs:
-        raise InputError(folder.bombs[0])
-    nodes = _nodes(loaded, file, reader, _Z_UP if up == "z" else np.eye(4))
-    notes = reader.warnings + [f"{name}: not found beside {file.name}; left out" for name in folder.missing]
-    notes += [f"{sentence}; left out" for sentence in folder.refused]
-    if "KHR_texture_transform" in header.get("extensionsUsed", []):
-        notes.append("KHR_texture_transform is not applied; textures may be shifted or scaled")
-    scene = _framed(nodes, file, notes)
+        nodes, lines = nodes_of(GltfData(file, header, binary, folder, notes), turn)
+    else:
+        nodes, lines = _nodes(_read(file, folder), file, MtlReader(str(file), folder, notes), turn)
+    lines += [f"{name}: not found beside {file.name}; left out" for name in folder.missing]
+    lines += [f"{sentence}; left out" for sentence in folder.refused]
+    scene = _framed(nodes, file, notes.lines() + lines)
     scene = _with_own_view(scene, header, file) if is_gltf and up == "y" else scene
     has_own_light = bool(header.get("extensions", {}).get("KHR_lights_punctual"))
     if ground or (ground is None and len(nodes) == 1 and not has_own_light):
@@ -128,7 +131,7 @@ def _read(file: Path, folder: FolderReader) -> Any:
     import trimesh
 
     kind = file.suffix.lower()[1:]
-    data = file.read_bytes()
+    data = read_model(file)
     # FolderReader has the methods that trimesh calls, without its base class, which can write too
     resolver: Any = folder
     try:
@@ -146,55 +149,28 @@ def _read(file: Path, folder: FolderReader) -> Any:
     except MemoryError:
         raise InputError(f"{file}: too large for the memory of this machine; simplify the model") from None
     except Exception as error:  # trimesh raises nearly anything on broken data: assertions, lookups, numpy's
-        if folder.refused:
-            raise InputError(f"{file}: {folder.refused[0]}") from None
-        if folder.missing:
-            raise InputError(f"{file}: its file {folder.missing[0]} is missing beside it") from None
         detail = (str(error).strip().splitlines() or [type(error).__name__])[0][:120]
         raise InputError(f"{file}: cannot be read as {kind.upper()}, it is corrupt or truncated ({detail})") from None
 
 
-def _exact_factors(header: dict[str, Any]) -> dict[str, list[float]]:
-    """Base colours by material name, for names that occur once."""
-    result: dict[str, list[float]] = {}
-    names = [m.get("name") for m in header.get("materials", []) if isinstance(m, dict)]
-    for material in header.get("materials", []):
-        factor = material.get("pbrMetallicRoughness", {}).get("baseColorFactor")
-        if factor is not None and names.count(material.get("name")) == 1 and material.get("name"):
-            result[material["name"]] = factor
-    return result
-
-
-def _nodes(loaded: Any, file: Path, reader: MaterialReader, turn: Float64) -> list[Node]:
+def _nodes(loaded: Any, file: Path, reader: MtlReader, turn: Float64) -> tuple[list[Node], list[str]]:
+    """The nodes of a trimesh scene, and warnings about meshes."""
     import trimesh
 
-    made: dict[str, tuple[Any, Float64]] = {}
-    nodes: list[Node] = []
-    others = 0
+    placed = PlacedMeshes(file, turn, flat=file.suffix.lower() == ".stl")
     names = list(loaded.graph.nodes_geometry)
-    if len(names) > MAX_NODES:
-        raise InputError(f"{file}: {len(names)} nodes are more than the limit of {MAX_NODES}; merge them")
+    placed.check_count(len(names))
     for name in names:
         matrix, key = loaded.graph[name]
         geometry = loaded.geometry[key]
         if not isinstance(geometry, trimesh.Trimesh) or len(geometry.faces) == 0:
-            others += 1
+            placed.others += 1
             continue
-        if key not in made:
-            made[key] = mesh_of(geometry, f"{file.name}:{key}", file.suffix.lower(), reader.warnings)
-        mesh, offset = made[key]
-        transform = turn @ np.asarray(matrix, dtype=np.float64) @ offset
-        if not np.isfinite(transform).all() or is_singular(transform):
-            reader.warnings.append(f"node {name!r}: its transform has a scale of zero or is not finite; skipped")
-            continue
+        if key not in placed.meshes:
+            placed.make(key, arrays_of(geometry, f"{file.name}:{key}"), f"{file.name}:{key}")
         material = reader.read(getattr(geometry.visual, "material", None))
-        nodes.append(Node(mesh, material, transform, str(name)))
-    if others and nodes:
-        reader.warnings.append(f"{others} parts without triangles (points or lines) were skipped")
-    if not nodes:
-        what = "only points or lines" if others or len(loaded.geometry) else "no mesh"
-        raise InputError(f"{file}: holds {what}; expected at least one triangle in its scene")
-    return nodes
+        placed.put(key, np.asarray(matrix, dtype=np.float64), material, str(name))
+    return placed.done(len(loaded.geometry) > 0)
 
 
 def _framed(nodes: list[Node], file: Path, notes: list[str]) -> Scene:

@@ -1,63 +1,135 @@
-"""The arrays of one trimesh geometry as a `Mesh`, recentred where it is far from the origin."""
+"""Arrays of a file as a `Mesh`, recentred where it is far from the origin; and those of a trimesh geometry."""
 
 from __future__ import annotations
 
 import dataclasses
+from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.errors import InputError
-from passgraph.scene.material import srgb_to_linear
-from passgraph.scene.matrices import Float64, translation
+from passgraph.scene.material import Material, srgb_to_linear
+from passgraph.scene.matrices import Float64, is_singular, translation
 from passgraph.scene.mesh import Mesh
+from passgraph.scene.node import Node
 from passgraph.scene.normals import smooth_normals
 
 # Beyond this ratio of distance to extent float32 loses more than 6 of its 24 bits. Nearer meshes keep their
 # coordinates, so that borders which two meshes share stay equal to the bit.
 FAR_OFFSET = 64.0
+# Instances of one mesh are cheap in a file and dear when drawn.
+MAX_NODES = 100_000
 
 
-def mesh_of(geometry: Any, name: str, suffix: str, warnings: list[str]) -> tuple[Mesh, Float64]:
-    """A checked mesh and the (4, 4) float64 matrix that puts it back where the file had it.
+@dataclass(frozen=True, eq=False)
+class Arrays:
+    """What a file says of one mesh; the arrays are not checked yet.
 
-    Missing normals are smooth, and continuous across seams of the texture; in STL and glTF they are flat,
-    because STL has nothing else and the glTF specification asks for it (section 3.7.2.1).
+    Attributes
+    ----------
+    positions : (n, 3)
+    triangles : (m, 3)
+    normals : (n, 3), or None where the file has none
+    uvs : (n, 2), v = 0 at the top row of the texture, or None
+    colors : (n, 3 | 4) linear, or None
     """
+
+    positions: Float64
+    triangles: NDArray[Any]
+    normals: Float64 | None = None
+    uvs: Float64 | None = None
+    colors: Float64 | None = None
+
+    def apart(self) -> Arrays:
+        """The same with vertices of its own for each triangle."""
+        order = self.triangles.reshape(-1)
+        rest = (None if table is None else table[order] for table in (self.normals, self.uvs, self.colors))
+        return Arrays(self.positions[order], np.arange(len(order)).reshape(-1, 3), *rest)
+
+
+def arrays_of(geometry: Any, name: str) -> Arrays:
+    """The arrays of a trimesh geometry, whose colours are sRGB-encoded; ``name`` for errors."""
     positions = np.asarray(geometry.vertices, dtype=np.float64)
-    triangles = np.asarray(geometry.faces)
-    uvs, colors, face_colors = _uvs(geometry), _vertex_colors(geometry, suffix), _face_colors(geometry)
     # trimesh keeps the normals of a file in its cache, and computes smooth ones for who asks for the property
     normals = geometry._cache.cache.get("vertex_normals")
-    _check(positions, triangles, name)
     if normals is not None and np.shape(normals) != positions.shape:
         normals = None
-    if face_colors is not None or (normals is None and suffix in (".stl", ".glb", ".gltf")):
-        flat = normals is None and face_colors is None
-        order = triangles.reshape(-1)
-        positions, normals = positions[order], None if normals is None else np.asarray(normals)[order]
-        uvs = None if uvs is None else uvs[order]
-        colors = colors[order] if colors is not None else None
-        if face_colors is not None:
-            colors = np.repeat(face_colors, 3, axis=0)
-        triangles = np.arange(len(order)).reshape(-1, 3)
-        weld = not flat
-    else:
-        weld = True
+    made = Arrays(positions, np.asarray(geometry.faces), normals, _uvs(geometry), _vertex_colors(geometry))
+    face_colors = _face_colors(geometry)
+    if face_colors is None:
+        return made
+    _check(made.positions, made.triangles, name)
+    return dataclasses.replace(made.apart(), colors=np.repeat(face_colors, 3, axis=0))
+
+
+def mesh_of(arrays: Arrays, name: str, flat: bool, warnings: list[str]) -> tuple[Mesh, Float64]:
+    """A checked mesh and the (4, 4) float64 matrix that puts it back where the file had it.
+
+    Missing normals are smooth, and continuous across seams of the texture; where ``flat`` they are those of the
+    triangles: STL has nothing else, and the glTF specification asks for it (section 3.7.2.1).
+    """
+    _check(arrays.positions, arrays.triangles, name)
+    weld = arrays.normals is not None or not flat
+    if not weld:
+        arrays = arrays.apart()
+    positions, triangles, normals = arrays.positions, arrays.triangles, arrays.normals
+    uvs, colors = arrays.uvs, arrays.colors
     low, high = positions.min(axis=0), positions.max(axis=0)
     centre = np.zeros(3)
     if np.abs(np.stack([low, high])).max() > FAR_OFFSET * max(float((high - low).max()), 1e-30):
         centre = 0.5 * (low + high)
     local = positions - centre
     smooth = smooth_normals(local, triangles, weld=weld)
-    if normals is None:
-        normals = smooth
-        given = False
-    else:
-        normals, given = _mended(np.asarray(normals, dtype=np.float64), smooth, name, warnings), True
-    mesh = Mesh.make(local, triangles, normals, uvs, colors, name)
-    return dataclasses.replace(mesh, has_normals=given), translation(centre)
+    shown = smooth if normals is None else _mended(np.asarray(normals, dtype=np.float64), smooth, name, warnings)
+    mesh = Mesh.make(local, triangles, shown, uvs, colors, name)
+    return dataclasses.replace(mesh, has_normals=normals is not None), translation(centre)
+
+
+class PlacedMeshes:
+    """Meshes of a file, each made once, and the nodes that place them.
+
+    Attributes
+    ----------
+    file : for messages
+    turn : (4, 4), the file's axes to the scene's
+    flat : see `mesh_of`
+    meshes : by any key, with the matrix of `mesh_of`
+    others : parts without triangles
+    """
+
+    def __init__(self, file: Path, turn: Float64, flat: bool) -> None:
+        self.file, self.turn, self.flat = file, turn, flat
+        self.meshes: dict[Any, tuple[Mesh, Float64]] = {}
+        self.nodes: list[Node] = []
+        self.warnings: list[str] = []
+        self.others = 0
+
+    def check_count(self, count: int) -> None:
+        if count > MAX_NODES:
+            raise InputError(f"{self.file}: {count} nodes are more than the limit of {MAX_NODES}; merge them")
+
+    def make(self, key: Any, arrays: Arrays, name: str) -> None:
+        self.meshes[key] = mesh_of(arrays, name, self.flat, self.warnings)
+
+    def put(self, key: Any, matrix: Float64, material: Material, name: str) -> None:
+        mesh, offset = self.meshes[key]
+        transform = self.turn @ matrix @ offset
+        if not np.isfinite(transform).all() or is_singular(transform):
+            self.warnings.append(f"node {name!r}: its transform has a scale of zero or is not finite; skipped")
+            return
+        self.nodes.append(Node(mesh, material, transform, name))
+
+    def done(self, has_meshes: bool) -> tuple[list[Node], list[str]]:
+        """The nodes and warnings, or an `InputError` where there is nothing to draw."""
+        if self.others and self.nodes:
+            self.warnings.append(f"{self.others} parts without triangles (points or lines) were skipped")
+        if not self.nodes:
+            what = "only points or lines" if self.others or has_meshes else "no mesh"
+            raise InputError(f"{self.file}: holds {what}; expected at least one triangle in its scene")
+        return self.nodes, self.warnings
 
 
 def _check(positions: Float64, triangles: NDArray[Any], name: str) -> None:
@@ -88,25 +160,23 @@ def _uvs(geometry: Any) -> Float64 | None:
     return np.nan_to_num(result, nan=0.0, posinf=0.0, neginf=0.0)
 
 
-def _linear(colors: Any, is_linear: bool) -> Float64:
+def _linear(colors: Any) -> Float64:
     table = np.asarray(colors)
     scale = float(np.iinfo(table.dtype).max) if np.issubdtype(table.dtype, np.integer) else 1.0
     values = np.clip(np.nan_to_num(table.astype(np.float64) / scale), 0.0, 1.0)
-    if not is_linear:
-        values[:, :3] = srgb_to_linear(values[:, :3])
+    values[:, :3] = srgb_to_linear(values[:, :3])
     return values
 
 
-def _vertex_colors(geometry: Any, suffix: str) -> Float64 | None:
+def _vertex_colors(geometry: Any) -> Float64 | None:
     visual = geometry.visual
-    is_linear = suffix in (".glb", ".gltf")
     if visual.kind == "vertex":
-        return _linear(visual.vertex_colors, is_linear)
+        return _linear(visual.vertex_colors)
     table = getattr(visual, "vertex_attributes", {}).get("color")
     if table is not None and np.ndim(table) == 2 and len(table) == len(geometry.vertices):
-        return _linear(table, is_linear)
+        return _linear(table)
     return None
 
 
 def _face_colors(geometry: Any) -> Float64 | None:
-    return _linear(geometry.visual.face_colors, False) if geometry.visual.kind == "face" else None
+    return _linear(geometry.visual.face_colors) if geometry.visual.kind == "face" else None

@@ -1,73 +1,54 @@
-"""Materials of a loaded file as `Material`: from glTF (metallic-roughness) and from MTL."""
+"""Materials of an MTL file as `Material`, and pictures of any file as `Texture`."""
 
 from __future__ import annotations
 
 import re
 from dataclasses import dataclass, field
-from typing import Any, cast
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from passgraph.errors import InputError
-from passgraph.scene.files import FolderReader, check_picture, plain_name
-from passgraph.scene.material import AlphaMode, ColorSpace, Material, Texture, check_texels
+from passgraph.picture_decoders import open_picture
+from passgraph.scene.files import FolderReader, plain_name
+from passgraph.scene.material import AlphaMode, ColorSpace, Material, Texture, Wrap, check_texels
+from passgraph.scene.notes import Notes
 
 
 @dataclass
-class MaterialReader:
-    """Turns trimesh's materials into ours, each once.
+class MtlReader:
+    """Turns the materials of an MTL file into ours, each once; PLY and the others have a picture at most.
 
     Attributes
     ----------
     where : the model file, for messages
-    folder : reads pictures that trimesh does not
-    factors : exact base colours of a glTF file by material name, because trimesh rounds them to bytes
-    warnings : what could not be had
+    folder : reads material files and pictures
+    notes : what could not be had
     """
 
     where: str
     folder: FolderReader
-    factors: dict[str, list[float]] = field(default_factory=dict)
-    warnings: list[str] = field(default_factory=list)
-    _done: dict[int, tuple[Any, Material]] = field(default_factory=dict)
+    notes: Notes
+    _done: dict[str, Material] = field(default_factory=dict)
 
     def read(self, source: Any) -> Material:
-        """One material; ``source`` is trimesh's PBRMaterial, SimpleMaterial or None."""
+        """One material; ``source`` is trimesh's SimpleMaterial, which has a name, or None."""
         if source is None:
             return Material(name="default")
-        if id(source) not in self._done:
-            is_pbr = hasattr(source, "baseColorFactor")
-            made = self._from_gltf(source) if is_pbr else self._from_mtl(source)
-            # the source is kept too, so that its id is not given to another
-            self._done[id(source)] = (source, made)
-        return self._done[id(source)][1]
+        name = str(source.name or "")
+        if name not in self._done:
+            self._done[name] = self._from_mtl(name, self.folder.materials.get(name, {}))
+        return self._done[name]
 
-    def _from_gltf(self, source: Any) -> Material:
-        name = str(source.name or "material")
-        color = np.ones(4)
-        if source.baseColorFactor is not None:
-            color = np.asarray(source.baseColorFactor, dtype=np.float64) / 255.0
-        if name in self.factors:
-            color = np.asarray(self.factors[name], dtype=np.float64)
-        mode = str(source.alphaMode or "OPAQUE").lower()
-        if mode not in ("opaque", "mask", "blend"):
-            self.warnings.append(f"material {name!r}: unknown alpha mode {mode!r}, opaque is used")
-            mode = "opaque"
-        cutoff = 0.5 if source.alphaCutoff is None else float(source.alphaCutoff)
-        return Material(
-            name,
-            _rgba(color),
-            self._texture(source.baseColorTexture, "srgb", f"{name} base colour"),
-            self._texture(source.normalTexture, "linear", f"{name} normal map"),
-            alpha_mode=cast(AlphaMode, mode),
-            alpha_cutoff=min(max(cutoff, 0.0), 1.0),
-            double_sided=bool(source.doubleSided),
-        )
-
-    def _from_mtl(self, source: Any) -> Material:
-        name = str(source.name or "material")
-        extra = {key.lower(): value for key, value in (getattr(source, "kwargs", None) or {}).items()}
-        texture = self._texture(getattr(source, "image", None), "srgb", f"{name} map_Kd")
+    def _from_mtl(self, name: str, lines: dict[str, str]) -> Material:
+        name = name or "material"
+        where = f"material {name!r}"
+        extra = {key: line.split() for key, line in lines.items()}
+        picture = lines.get("map_kd") or (None if self.folder.materials else self.folder.picture)
+        texture = None if picture is None else self._picture(picture, "srgb", f"{name} map_Kd")
+        if any(_floats(extra.get("ke"), (0.0, 0.0, 0.0))) or "map_ke" in extra:
+            self.notes.add("its emissive light (Ke, map_Ke) is not shown", where)
         # MTL does not say in which space Kd is; it is taken as a reflectance, which is linear
         color = np.array([*_floats(extra.get("kd"), (0.8, 0.8, 0.8)), 1.0])
         if texture is not None and not color[:3].any():
@@ -76,22 +57,26 @@ class MaterialReader:
         opacity = _floats(extra.get("d"), (1.0,))[-1]
         if "tr" in extra and "d" not in extra:
             opacity = 1.0 - _floats(extra.get("tr"), (0.0,))[-1]
+            if opacity == 0.0:
+                # exporters that take Tr for d write 1 for every opaque surface; nobody draws one that cannot be seen
+                opacity = 1.0
+                self.notes.add("Tr 1 would make it invisible; taken as opaque", where)
         color[3] = opacity
         mode: AlphaMode = "blend" if opacity < 1.0 else "opaque"
         if "map_d" in extra:
-            texture, found = self._with_opacity_map(texture, " ".join(extra["map_d"]), name)
+            texture, found = self._with_opacity_map(texture, lines["map_d"], name)
             mode = "mask" if found else mode
         elif texture is not None and texture.has_alpha and mode == "opaque":
             mode = "mask"
-        bump = next((extra[key] for key in ("map_bump", "bump", "norm", "map_kn") if key in extra), None)
+        bump = next((lines[key] for key in ("map_bump", "bump", "norm", "map_kn") if key in extra), None)
         normal, height = self._bump(bump, name, "norm" in extra or "map_kn" in extra)
-        return Material(name, _rgba(color), texture, normal, height, 0.02, mode, 0.5, False)
+        return Material(name, rgba(color), texture, normal, height, 0.02, mode, 0.5, False)
 
-    def _bump(self, words: list[str] | None, name: str, is_normal: bool) -> tuple[Texture | None, Texture | None]:
+    def _bump(self, line: str | None, name: str, is_normal: bool) -> tuple[Texture | None, Texture | None]:
         """A normal or a height map: MTL says 'bump' for both, a coloured picture is a normal map."""
-        if not words:
+        if not line:
             return None, None
-        texture = self._picture(" ".join(words), f"{name} bump map")
+        texture = self._picture(line, "linear", f"{name} bump map")
         if texture is None:
             return None, None
         rgb = texture.pixels[:, :, :3].reshape(-1, 3).astype(np.float64).mean(axis=0)
@@ -101,49 +86,54 @@ class MaterialReader:
         return None, texture
 
     def _with_opacity_map(self, texture: Texture | None, line: str, name: str) -> tuple[Texture | None, bool]:
-        alpha = self._picture(line, f"{name} opacity map")
+        alpha = self._picture(line, "linear", f"{name} opacity map")
         if alpha is None:
             return texture, False
         pixels = np.full_like(alpha.pixels, 255) if texture is None else texture.pixels.copy()
         if pixels.shape != alpha.pixels.shape:
-            self.warnings.append(f"material {name!r}: its opacity map has another size than its colours; left out")
+            self.notes.add("its opacity map has another size than its colours; left out", f"material {name!r}")
             return texture, False
         pixels[:, :, 3] = alpha.pixels[:, :, 3] if alpha.has_alpha else alpha.pixels[:, :, 0]
         return Texture.make(pixels, "srgb", f"{name} base colour"), True
 
-    def _picture(self, line: str, what: str) -> Texture | None:
-        """A picture that trimesh does not load, by the text of its MTL line."""
-        from PIL import Image
-
-        path = self.folder.find(plain_name(line))
-        if path is None:
+    def _picture(self, line: str, space: ColorSpace, what: str) -> Texture | None:
+        """The picture that a line names after its options."""
+        name = plain_name(line)
+        data = self.folder.read(name)
+        if data is None:
             return None
-        data = path.read_bytes()
-        check_picture(data, str(path))
-        try:
-            return self._texture(Image.open(path), "linear", what)
-        except (OSError, ValueError, SyntaxError):
-            self.warnings.append(f"{what}: {path.name} is not a picture that can be read; left out")
-            return None
-
-    def _texture(self, picture: Any, space: ColorSpace, what: str) -> Texture | None:
-        if picture is None:
-            return None
-        check_texels(picture.width, picture.height, f"{self.where}: {what}")
-        try:
-            if picture.mode.startswith("I;16") or picture.mode == "I":
-                # pillow would clip 16 bits to 255; keep the upper byte
-                grey = np.asarray(picture).astype(np.int64) >> 8
-                return Texture.make(np.clip(grey, 0, 255).astype(np.uint8), space, what)
-            return Texture.make(np.asarray(picture.convert("RGBA")), space, what)
-        except InputError:
-            raise
-        except Exception as error:  # pillow's decoders raise nearly anything on broken data
-            self.warnings.append(f"{what}: the picture cannot be decoded ({str(error)[:80]}); left out")
-            return None
+        wrap: Wrap = "clamp" if re.search(r"-clamp\s+on\b", line, re.I) else "repeat"
+        return texture_of(data, space, what, self.notes, str(Path(self.where).parent / name), wrap)
 
 
-def _rgba(color: Any) -> tuple[float, float, float, float]:
+def texture_of(data: bytes, space: ColorSpace, what: str, notes: Notes, where: str, wrap: Wrap) -> Texture | None:
+    """A picture file as a texture, or None with a note: a surface can be drawn without one.
+
+    Raises
+    ------
+    InputError : it has more texels than are allowed; ``where`` names it.
+    """
+    try:
+        picture = open_picture(data, where)
+    except Exception:  # pillow's decoders raise nearly anything on broken data
+        notes.add("it is not a picture that can be read; left out", what)
+        return None
+    check_texels(picture.width, picture.height, where)
+    try:
+        if picture.mode.startswith("I;16") or picture.mode == "I":
+            # pillow would clip 16 bits to 255; keep the upper byte
+            grey = np.asarray(picture).astype(np.int64) >> 8
+            return Texture.make(np.clip(grey, 0, 255).astype(np.uint8), space, what, wrap)
+        return Texture.make(np.asarray(picture.convert("RGBA")), space, what, wrap)
+    except InputError:
+        raise
+    except Exception as error:
+        notes.add(f"the picture cannot be decoded ({str(error)[:80]}); left out", what)
+        return None
+
+
+def rgba(color: Any) -> tuple[float, float, float, float]:
+    """A base colour of a file, brought into [0, 1]."""
     r, g, b, a = np.clip(np.nan_to_num(np.asarray(color, dtype=np.float64)), 0.0, 1.0).tolist()
     return (r, g, b, a)
 

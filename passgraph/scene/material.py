@@ -9,11 +9,13 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from passgraph import arguments
 from passgraph.errors import InputError
-from passgraph.scene.matrices import number
+from passgraph.scene.matrices import floats, number
 
 AlphaMode = Literal["opaque", "mask", "blend"]
 ColorSpace = Literal["srgb", "linear"]
+Wrap = Literal["repeat", "clamp", "mirror"]
 
 # Larger pictures are refused before they are decoded: 64 Mi texels are 256 MiB as RGBA bytes.
 MAX_TEXELS = 1 << 26
@@ -21,39 +23,57 @@ MAX_TEXELS = 1 << 26
 
 @dataclass(frozen=True, eq=False)
 class Texture:
-    """A picture on a surface; it repeats in both directions, and row 0 is at v = 0.
+    """A picture on a surface; row 0 is at v = 0.
 
     Attributes
     ----------
     pixels : (h, w, 4) uint8
     color_space : "srgb" for colours (alpha is always linear), "linear" for normals and heights
     name : used in messages
+    wrap : what lies beyond it, in both directions: it repeats, every second time mirrored, or its edge goes on (clamp)
     """
 
     pixels: NDArray[np.uint8]
     color_space: ColorSpace = "srgb"
     name: str = "texture"
+    wrap: Wrap = "repeat"
+
+    def __post_init__(self) -> None:
+        where = f"texture {arguments.string(self.name, 'the name of a texture')!r}"
+        array: object = self.pixels
+        if not isinstance(array, np.ndarray) or array.ndim != 3 or array.shape[2] != 4 or array.dtype != np.uint8:
+            got = arguments.shown(array)
+            raise InputError(
+                f"{where}: expected (h, w, 4) uint8 pixels (pg.Texture.make checks and converts), got {got}"
+            )
+        if not arguments.among(self.color_space, ("srgb", "linear")):
+            got = arguments.shown(self.color_space)
+            raise InputError(f"{where}: color_space: expected 'srgb' or 'linear', got {got}")
+        if not arguments.among(self.wrap, ("repeat", "clamp", "mirror")):
+            got = arguments.shown(self.wrap)
+            raise InputError(f"{where}: wrap: expected 'repeat', 'clamp' or 'mirror', got {got}")
 
     @classmethod
-    def make(cls, pixels: ArrayLike, color_space: ColorSpace = "srgb", name: str = "texture") -> Texture:
+    def make(
+        cls, pixels: ArrayLike, color_space: ColorSpace = "srgb", name: str = "texture", wrap: Wrap = "repeat"
+    ) -> Texture:
         """Check an array of bytes and bring it to four channels.
 
         Parameters
         ----------
         pixels : (h, w), (h, w, 1), (h, w, 3) or (h, w, 4) uint8
-        color_space, name : see the class
+        color_space, name, wrap : see the class
 
         Raises
         ------
         InputError
-            Wrong shape, type, colour space, or more than `MAX_TEXELS`.
+            Wrong shape, type, colour space, wrap, or more than `MAX_TEXELS`.
 
         >>> Texture.make(np.full((2, 2), 255, np.uint8)).decode()[0, 0].tolist()
         [1.0, 1.0, 1.0, 1.0]
         """
-        array = np.asarray(pixels)
-        if color_space not in ("srgb", "linear"):
-            raise InputError(f"texture {name!r}: color_space: expected 'srgb' or 'linear', got {color_space!r}")
+        where = f"texture {arguments.string(name, 'the name of a texture')!r}"
+        array = arguments.numbers(pixels, where, "be uint8 pixels (h, w, 1, 3 or 4)")
         if array.ndim == 2:
             array = array[:, :, None]
         if array.ndim != 3 or array.shape[2] not in (1, 3, 4) or 0 in array.shape:
@@ -68,7 +88,7 @@ class Texture:
         else:
             full[:, :, :channels] = array
         full.setflags(write=False)
-        return cls(full, color_space, name)
+        return cls(full, color_space, name, wrap)
 
     @property
     def size(self) -> tuple[int, int]:
@@ -122,15 +142,21 @@ class Material:
     double_sided: bool = False
 
     def __post_init__(self) -> None:
-        where = f"material {self.name!r}"
-        color = np.asarray(self.base_color, dtype=np.float64)
+        where = f"material {arguments.string(self.name, 'the name of a material')!r}"
+        color = floats(self.base_color, f"{where}: base_color", "four numbers in [0, 1]")
         if color.shape != (4,) or not np.isfinite(color).all() or color.min() < 0.0 or color.max() > 1.0:
-            raise InputError(f"{where}: base_color: expected four numbers in [0, 1], got {self.base_color!r}")
+            got = arguments.shown(self.base_color)
+            raise InputError(f"{where}: base_color: expected four numbers in [0, 1], got {got}")
         object.__setattr__(self, "base_color", tuple(float(c) for c in color))
         object.__setattr__(self, "height_scale", number(self.height_scale, f"{where}: height_scale", 0.0, 1.0))
         object.__setattr__(self, "alpha_cutoff", number(self.alpha_cutoff, f"{where}: alpha_cutoff", 0.0, 1.0))
-        if self.alpha_mode not in ("opaque", "mask", "blend"):
-            raise InputError(f"{where}: alpha_mode: expected 'opaque', 'mask' or 'blend', got {self.alpha_mode!r}")
+        if not arguments.among(self.alpha_mode, ("opaque", "mask", "blend")):
+            got = arguments.shown(self.alpha_mode)
+            raise InputError(f"{where}: alpha_mode: expected 'opaque', 'mask' or 'blend', got {got}")
+        for field in ("base_color_texture", "normal_texture", "height_texture"):
+            if getattr(self, field) is not None:
+                arguments.instance(getattr(self, field), Texture, f"{where}: {field}", "a pg.Texture", InputError)
+        arguments.flag(self.double_sided, f"{where}: double_sided", InputError)
 
     @property
     def needs_tangents(self) -> bool:

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from passgraph.arguments import as_float, numbers, shown
 from passgraph.errors import InputError
 
 Float64 = NDArray[np.float64]
@@ -19,39 +20,38 @@ Vec3 = tuple[float, float, float]
 _PARALLEL_SINE = 1e-6
 
 
+def floats(value: object, what: str, expected: str) -> Float64:
+    """An array of numbers as a new float64 one; ``expected`` says in the error which shape is wanted."""
+    try:
+        return np.array(numbers(value, what), np.float64)
+    except InputError:
+        raise InputError(f"{what}: expected {expected}, got {shown(value)}") from None
+
+
 def vec3(value: ArrayLike, what: str) -> Vec3:
     """Three finite numbers as a tuple; ``what`` names them in the error.
 
     >>> vec3([1, 2, 3], "eye")
     (1.0, 2.0, 3.0)
     """
-    try:
-        array = np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError(f"{what}: expected three finite numbers, got {value!r}") from None
+    array = floats(value, what, "three finite numbers")
     if array.shape != (3,) or not np.isfinite(array).all():
-        raise InputError(f"{what}: expected three finite numbers, got {value!r}")
+        raise InputError(f"{what}: expected three finite numbers, got {shown(value)}")
     return (float(array[0]), float(array[1]), float(array[2]))
 
 
 def number(value: object, what: str, low: float, high: float, *, open_low: bool = False) -> float:
     """One finite number in [low, high] (or ]low, high] with ``open_low``); ``what`` names it in the error."""
-    try:
-        result = float(value)  # type: ignore[arg-type]
-    except (TypeError, ValueError):
-        raise InputError(f"{what}: expected a number, got {value!r}") from None
-    if not np.isfinite(result) or result < low or result > high or (open_low and result == low):
+    result = as_float(value)
+    if result is None or result < low or result > high or (open_low and result == low):
         bracket = "]" if open_low else "["
-        raise InputError(f"{what}: expected a finite number in {bracket}{low:g}, {high:g}], got {value!r}")
+        raise InputError(f"{what}: expected a finite number in {bracket}{low:g}, {high:g}], got {shown(value)}")
     return result
 
 
 def matrix4(value: ArrayLike, what: str) -> Float64:
     """A finite, invertible affine matrix, (4, 4) float64; ``what`` names it in the error."""
-    try:
-        array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError(f"{what}: expected a (4, 4) matrix of numbers, got {value!r}") from None
+    array = floats(value, what, "a (4, 4) matrix of numbers")
     if array.shape != (4, 4):
         raise InputError(f"{what}: expected a (4, 4) matrix, got shape {array.shape}")
     if not np.isfinite(array).all():
@@ -74,10 +74,7 @@ def is_singular(matrix: Float64) -> bool:
 
 def bounds_of(value: ArrayLike, what: str = "bounds") -> Float64:
     """A box as (2, 3) float64: row 0 the minimum, row 1 the maximum."""
-    try:
-        array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError(f"{what}: expected (2, 3) numbers (minimum, maximum), got {value!r}") from None
+    array = floats(value, what, "(2, 3) numbers (minimum, maximum)")
     if array.shape != (2, 3):
         raise InputError(f"{what}: expected shape (2, 3) (minimum, maximum), got {array.shape}")
     if not np.isfinite(array).all() or np.any(array[0] > array[1]):

@@ -6,16 +6,20 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from passgraph.arguments import numbers, shown, string
 from passgraph.errors import InputError
-from passgraph.scene.matrices import Float64, transform_points, vec3
+from passgraph.scene.matrices import Float64, floats, transform_points, vec3
 from passgraph.scene.normals import smooth_normals, tangents_of
 
 Float32 = NDArray[np.float32]
 Int32 = NDArray[np.int32]
+#: Arrays of a mesh and the numbers in a row of each.
+COLUMNS = {"positions": 3, "triangles": 3, "normals": 3, "uvs": 2, "colors": 4, "tangents": 4}
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,6 +50,19 @@ class Mesh:
     has_colors: bool = False
     has_tangents: bool = False
 
+    def __post_init__(self) -> None:
+        where = f"mesh {string(self.name, 'the name of a mesh')!r}"
+        for field, columns in COLUMNS.items():
+            array, dtype = getattr(self, field), np.int32 if field == "triangles" else np.float32
+            if (
+                not isinstance(array, np.ndarray)
+                or array.ndim != 2
+                or array.shape[1] != columns
+                or array.dtype != dtype
+            ):
+                expected = f"an array of shape (n, {columns}), {np.dtype(dtype)} (pg.Mesh.make checks and converts)"
+                raise InputError(f"{where}: {field}: expected {expected}, got {shown(array)}")
+
     @classmethod
     def make(
         cls,
@@ -75,6 +92,7 @@ class Mesh:
         >>> Mesh.make([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]).normals[0].tolist()
         [0.0, 0.0, 1.0]
         """
+        string(name, "the name of a mesh")
         points = _numbers(positions, 3, f"mesh {name!r}: positions")
         count = len(points)
         faces = _indices(triangles, count, name)
@@ -88,16 +106,13 @@ class Mesh:
             tint[:, : table.shape[1]] = table
         directions = smooth_normals(points, faces) if given is None else _unit_normals(given, points, faces)
         flat = np.tile(np.array([1, 0, 0, 1], np.float32), (count, 1))
-        arrays = [points, faces, directions, coordinates, tint, flat]
-        for array in arrays:
-            array.setflags(write=False)
         return cls(
-            points,
-            faces,
-            directions,
-            coordinates,
-            tint,
-            flat,
+            fixed(points),
+            fixed(faces),
+            fixed(directions),
+            fixed(coordinates),
+            fixed(tint),
+            fixed(flat),
             name,
             has_normals=given is not None,
             has_uvs=uvs is not None,
@@ -124,9 +139,15 @@ class Mesh:
         """The same mesh with tangents computed from its texture coordinates (itself if it has them)."""
         if self.has_tangents:
             return self
-        tangents = tangents_of(self.positions, self.triangles, self.normals, self.uvs)
-        tangents.setflags(write=False)
+        tangents = fixed(tangents_of(self.positions, self.triangles, self.normals, self.uvs))
         return dataclasses.replace(self, tangents=tangents, has_tangents=True)
+
+
+def fixed(array: NDArray[Any]) -> NDArray[Any]:
+    """An array of ours that cannot be written to, nor the memory that it looks at."""
+    owned = array if array.base is None else array.copy()
+    owned.setflags(write=False)
+    return owned
 
 
 def merge(parts: Sequence[tuple[Mesh, Float64]], origin: ArrayLike = (0.0, 0.0, 0.0), name: str = "merged") -> Mesh:
@@ -166,10 +187,7 @@ def merge(parts: Sequence[tuple[Mesh, Float64]], origin: ArrayLike = (0.0, 0.0, 
 
 
 def _numbers(value: ArrayLike, columns: int, what: str) -> Float32:
-    try:
-        array = np.asarray(value, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError(f"{what}: expected an array of shape (n, {columns}) of numbers") from None
+    array = floats(value, what, f"an array of shape (n, {columns}) of numbers")
     if array.ndim != 2 or array.shape[1] != columns:
         raise InputError(f"{what}: expected shape (n, {columns}), got {array.shape}")
     if len(array) == 0:
@@ -187,15 +205,19 @@ def _numbers(value: ArrayLike, columns: int, what: str) -> Float32:
 
 
 def _rows(value: ArrayLike, count: int, columns: tuple[int, ...], what: str) -> Float32:
-    width = np.shape(value)[1] if np.ndim(value) == 2 else columns[-1]
-    array: Float32 = _numbers(value, width if width in columns else columns[-1], what)
+    table = floats(value, what, f"an array of shape (n, {columns[-1]}) of numbers")
+    width = table.shape[1] if table.ndim == 2 else columns[-1]
+    array: Float32 = _numbers(table, width if width in columns else columns[-1], what)
     if len(array) != count:
         raise InputError(f"{what}: expected one row per vertex ({count}), got {len(array)}")
     return array
 
 
 def _indices(value: ArrayLike, count: int, name: str) -> Int32:
-    array = np.asarray(value)
+    try:
+        array = numbers(value, "triangles")
+    except InputError:
+        raise InputError(f"mesh {name!r}: triangles: expected an array of shape (m, 3) of integers") from None
     if array.ndim != 2 or array.shape[1] != 3:
         raise InputError(f"mesh {name!r}: triangles: expected shape (m, 3), got {array.shape}")
     if len(array) == 0:

@@ -7,6 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
+from passgraph import arguments
+from passgraph.errors import InputError
 from passgraph.scene.material import Material
 from passgraph.scene.matrices import Float64, matrix4, transform_points
 from passgraph.scene.mesh import Mesh
@@ -37,7 +39,12 @@ class Node:
     receives: bool = True
 
     def __post_init__(self) -> None:
-        transform = matrix4(self.transform, f"node {self.name!r}: transform")
+        where = f"node {arguments.string(self.name, 'the name of a node')!r}"
+        arguments.instance(self.mesh, Mesh, f"{where}: mesh", "a pg.Mesh, made by pg.Mesh.make(...)", InputError)
+        arguments.instance(self.material, Material, f"{where}: material", "a pg.Material", InputError)
+        for switch in ("casts", "receives"):
+            arguments.flag(getattr(self, switch), f"{where}: {switch}", InputError)
+        transform = matrix4(self.transform, f"{where}: transform")
         transform.setflags(write=False)
         object.__setattr__(self, "transform", transform)
         if self.material.needs_tangents and self.mesh.has_uvs:

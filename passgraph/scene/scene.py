@@ -7,10 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from os import PathLike
-from typing import Literal
+from typing import Literal, cast
 
 import numpy as np
 
+from passgraph import arguments
 from passgraph.errors import InputError
 from passgraph.scene.camera import Camera
 from passgraph.scene.light import Light
@@ -42,8 +43,13 @@ class Scene:
     warnings: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        for field in ("nodes", "lights", "warnings"):
-            object.__setattr__(self, field, tuple(getattr(self, field)))
+        where = f"scene {arguments.string(self.name, 'the name of a scene')!r}"
+        for field, class_, expected in (
+            ("nodes", Node, "pg.Node"), ("lights", Light, "pg.Light"), ("warnings", str, "lines of text")
+        ):  # fmt: skip
+            given = arguments.several(getattr(self, field), class_, f"{where}: {field}", expected, InputError)
+            object.__setattr__(self, field, given)
+        arguments.instance(self.camera, Camera, f"{where}: camera", "a pg.Camera", InputError)
         if not self.nodes:
             raise InputError(f"scene {self.name!r}: no nodes; a scene needs at least one mesh")
 
@@ -75,9 +81,9 @@ class Scene:
         """
         return dataclasses.replace(
             self,
-            nodes=self.nodes if nodes is None else tuple(nodes),
+            nodes=self.nodes if nodes is None else cast("tuple[Node, ...]", nodes),
             camera=self.camera if camera is None else camera,
-            lights=self.lights if lights is None else tuple(lights),
+            lights=self.lights if lights is None else cast("tuple[Light, ...]", lights),
         )
 
     @classmethod

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable
 from typing import Any
 
 import moderngl
@@ -172,17 +173,20 @@ def test_a_run_makes_the_context_current_once(monkeypatch: pytest.MonkeyPatch) -
         program.run(frame=picture())
         other = moderngl.create_context(standalone=True, backend="egl")
         current = backend.context._current
-        made: list[object] = []
-        make = current.make
-        monkeypatch.setattr(current, "make", lambda state: (made.append(state), make(state)))
-        with backend.running():
-            pass
-        once = len(made)
-        made.clear()
+        before = current.state()
+        changes: list[object] = []
+        for name in ("change", "put_back"):
+            whole = getattr(current, name)
+
+            def count(now: object, after: object, whole: Callable[..., None] = whole) -> None:
+                changes.append(after)
+                whole(now, after)
+
+            monkeypatch.setattr(current, name, count)
         program.run(frame=picture())
-        # once for the picture's upload, once for all passes; each time there and back
-        assert (once, len(made)) == (2, 4)
-        assert current.context() == made[-1][3]  # type: ignore[index]
+        # there and back, for the upload of the picture and all passes together
+        assert changes == [backend.context._state, before]
+        assert current.state() == before
         other.release()
 
 

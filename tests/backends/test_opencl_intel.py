@@ -80,6 +80,9 @@ def test_the_runtime_is_the_one_that_is_meant(environment: dict[str, str]) -> No
         ("backends/test_opencl_draws.py", "shared_edges or near_plane or guard"),
         ("backends/test_opencl_outputs.py", "stencil_counts or several or discarded or blends"),
         ("fuzz/test_cases.py", "failed_once and opencl"),
+        ("cross/test_far_positions.py", "opencl"),
+        ("language/test_powers.py", "opencl"),
+        ("cross/test_literal_operands.py", "opencl"),
     ],
 )
 def test_what_holds_on_other_devices_holds_there(file: str, chosen: str, environment: dict[str, str]) -> None:

@@ -12,6 +12,7 @@ import pytest
 import passgraph as pg
 from passgraph.backends.reference import ReferenceBackend
 from passgraph.commands.entry import run
+from passgraph.conformance.scenes import picture, with_special
 
 MODULE = """
 import passgraph as pg
@@ -185,3 +186,52 @@ def test_a_manifest_names_files_of_its_folder_only(capsys: pytest.CaptureFixture
     status, _, err = outcome(capsys, "check", "own.py", "-b", "numpy", "--golden", "gold")
     assert status == 2
     assert "gold/secret.npy: cannot be read" in err
+
+
+class Folded(ReferenceBackend):
+    """Takes every NaN for what a compiler makes of it that folds 0 / x to 0."""
+
+    name = "folded"
+
+    def download(self, storage: Any) -> Any:
+        return np.nan_to_num(super().download(storage), nan=1.0)
+
+
+OVER = """
+import passgraph as pg
+over = pg.kernel(source="def over(c: Image) -> vec4: return 1.0 - 0.0 / c[0, 0]")
+"""
+
+
+@pytest.mark.parametrize("format", [None, "rgba16f", "rgba8", "r32f"])
+def test_made_inputs_hold_zeros_so_that_a_folded_quotient_is_seen(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, format: str | None
+) -> None:
+    monkeypatch.setattr("passgraph.backends.registry.open_backend", lambda name: Folded())
+    Path("own.py").write_text(f"{OVER}\noutputs = over(pg.Input('c', {format!r}), into=pg.target('o', 'rgba32f'))\n")
+    status, out, err = outcome(capsys, "check", "own.py", "-b", "gl")
+    assert (status, err) == (1, "")
+    assert "where nan is expected" in out
+
+
+@pytest.mark.parametrize(
+    ("kind", "wanted"),
+    [
+        ("float", [0, 1, 0.5, -1, -2.5, 1e20, 3e38, 1e-37, -1e20]),
+        ("half", [0, 1, 0.5, -1, 65504, -65504, 2.0**-24]),
+        ("unorm8", [0, 1, 0.5]),
+        ("unorm16", [0, 1, 0.5]),
+    ],
+)
+def test_made_inputs_hold_what_their_format_holds(kind: str, wanted: list[float]) -> None:
+    plain = picture((96, 64))
+    made = with_special(plain, kind)
+    lower = made[48:]
+    for channel in range(4):
+        assert set(np.float32(wanted)) <= set(lower[..., channel].ravel())
+    # Two channels meet in most combinations; most of the picture stays as it was.
+    pairs = {tuple(pair) for pair in lower[:, :, :2].reshape(-1, 2).tolist()}
+    assert len(pairs) >= 0.8 * len(np.unique(lower)) ** 2
+    np.testing.assert_array_equal(made[:48], plain[:48])
+    if kind.startswith("unorm"):
+        assert 0 <= lower.min() <= lower.max() <= 1

@@ -72,7 +72,7 @@ def moved(scene: pg.Scene, offset: Sequence[float]) -> pg.Scene:
 
 
 def render(
-    *targets: pg.Target, size: tuple[int, int] = SIZE, backend: str = "reference", **values: Any
+    *targets: pg.Target, size: tuple[int, int] | None = SIZE, backend: str = "reference", **values: Any
 ) -> dict[str, Picture]:
     """One run; pictures by target name."""
     with pg.compile(targets, backend=backend, size=size) as program:

@@ -18,7 +18,7 @@ FRAME = pg.Input("frame")
 
 
 def run(target: pg.Target, **pictures: Picture) -> Picture:
-    (result,) = render(target, size=(8, 8), backend="reference", **pictures).values()
+    (result,) = render(target, size=None, backend="reference", **pictures).values()
     return result
 
 
@@ -159,7 +159,7 @@ def test_exposure_may_be_a_run_value() -> None:
     shown = tone_map(FRAME, pg.Value("stops", default=1.0), "linear", encode=False)
     picture = np.full((1, 1, 4), 0.125, np.float32)
     assert run(shown, frame=picture)[0, 0, 0] == 0.25
-    assert render(shown, frame=picture, stops=2.0)["tone_map"][0, 0, 0] == 0.5
+    assert render(shown, size=None, frame=picture, stops=2.0)["tone_map"][0, 0, 0] == 0.5
 
 
 def test_an_unknown_curve_is_refused() -> None:

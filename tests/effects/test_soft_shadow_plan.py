@@ -125,10 +125,10 @@ def test_maps_that_are_not_there_are_not_read() -> None:
         "height_texture": _texture(),
     }
     # heights alone move nothing that could be seen
-    for key, count in (("base_color_texture", 1), ("normal_texture", 1), ("height_texture", 0)):
+    for key, count in (("base_color_texture", 2), ("normal_texture", 2), ("height_texture", 0)):
         plan = plan_of(soft_shadow(_textured(**{key: everything[key]}), map_size=64))
         assert len(plan.inputs) == count, key
-    assert len(plan_of(soft_shadow(_textured(**everything), map_size=64)).inputs) == 3
+    assert len(plan_of(soft_shadow(_textured(**everything), map_size=64)).inputs) == 5
 
 
 def test_flat_normal_and_height_maps_change_nothing() -> None:

@@ -10,7 +10,7 @@ import ctypes
 import importlib
 import mmap
 import pkgutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import ModuleType
 from typing import Any
@@ -19,11 +19,18 @@ from unittest.mock import patch
 import numpy as np
 
 import passgraph.backends.numpy as backend
+from passgraph.backends.numpy.memory import ROOM
 
 PAGE = mmap.PAGESIZE
 _mprotect = ctypes.CDLL(None, use_errno=True).mprotect
 _mprotect.argtypes = (ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int)
 _NOTHING_ALLOWED = 0
+#: Functions whose results are moved between guards; ``zeros`` and ``empty`` make them there.
+MOVED = ("arange", "array", "ascontiguousarray", "concatenate", "flatnonzero", "full", "tile")
+#: What lies behind the end of an array that may be read there, but not written.
+CANARY = np.array(0xA5A5A5A5, np.uint32).view(np.float32)
+#: Rooms behind arrays that were made since they were last looked at.
+_rooms: list[np.ndarray[Any, Any]] = []
 
 
 def guarded_zeros(shape: Any, dtype: Any = float) -> np.ndarray[Any, Any]:
@@ -31,7 +38,8 @@ def guarded_zeros(shape: Any, dtype: Any = float) -> np.ndarray[Any, Any]:
     kind = np.dtype(dtype)
     size = int(np.prod(shape)) * kind.itemsize
     pages = -(-max(size, 1) // PAGE)
-    memory = mmap.mmap(-1, (pages + 2) * PAGE)
+    # A forked process gets memory of its own, as of any array.
+    memory = mmap.mmap(-1, (pages + 2) * PAGE, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS)
     whole = np.frombuffer(memory, np.uint8)
     for page in (0, pages + 1):
         if _mprotect(whole.ctypes.data + page * PAGE, PAGE, _NOTHING_ALLOWED):
@@ -40,15 +48,48 @@ def guarded_zeros(shape: Any, dtype: Any = float) -> np.ndarray[Any, Any]:
     return whole[end - size : end].view(kind).reshape(shape)
 
 
+def guarded_aligned_zeros(count: int) -> np.ndarray[Any, Any]:
+    """As memory.py's: what may be read behind the last number is there, and :func:`check_rooms` sees writes to it."""
+    whole = guarded_zeros(count + ROOM, np.float32)
+    whole[count:] = CANARY
+    _rooms.append(whole[count:])
+    return whole[:count]
+
+
+def check_rooms() -> None:
+    """Nothing was written behind the end of an array made since the last call."""
+    for room in _rooms:
+        assert (room.view(np.uint32) == CANARY.view(np.uint32)).all(), "something was written behind an array"
+    _rooms.clear()
+
+
 class GuardedNumpy(ModuleType):
     """NumPy, but for arrays that are made new."""
 
     def __init__(self) -> None:
         super().__init__("guarded_numpy")
         self.zeros = self.empty = guarded_zeros
+        for name in MOVED:
+            setattr(self, name, _moved(getattr(np, name)))
 
     def __getattr__(self, name: str) -> Any:
         return getattr(np, name)
+
+
+def _moved(function: Callable[..., Any]) -> Callable[..., Any]:
+    def call(*given: Any, **named: Any) -> Any:
+        return guarded_copy(function(*given, **named))
+
+    return call
+
+
+def guarded_copy(array: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:
+    """The same numbers between guards; what cannot lie there (objects, names) stays where it is."""
+    if array.dtype.kind not in "biuf":
+        return array
+    made = guarded_zeros(array.shape, array.dtype)
+    made[...] = array
+    return made
 
 
 @contextmanager
@@ -58,6 +99,12 @@ def guarded() -> Iterator[None]:
     modules = [importlib.import_module(name) for name in names]
     numpy = GuardedNumpy()
     made = [patch.object(module, "np", numpy) for module in modules if hasattr(module, "np")]
+    made += [
+        patch.object(module, "aligned_zeros", guarded_aligned_zeros)
+        for module in modules
+        if hasattr(module, "aligned_zeros")
+    ]
+    _rooms.clear()
     for one in made:
         one.start()
     try:
@@ -65,3 +112,4 @@ def guarded() -> Iterator[None]:
     finally:
         for one in made:
             one.stop()
+    check_rooms()

@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from tests.hostile.guard import guarded, guarded_zeros
+from tests.hostile import guard
+from tests.hostile.guard import check_rooms, guarded, guarded_aligned_zeros, guarded_zeros
 
 
 @pytest.mark.parametrize("place", [-1, 4 * 7])
@@ -43,3 +44,13 @@ def test_a_program_runs_guarded_as_it_does_unguarded() -> None:
         plain = program(frame=picture)["blur"]
     with guarded(), pg.compile(made) as program:
         assert np.array_equal(program(frame=picture)["blur"], plain)
+
+
+def test_a_write_behind_an_array_is_seen_though_reads_there_are_allowed() -> None:
+    array = guarded_aligned_zeros(7)
+    check_rooms()
+    array = guarded_aligned_zeros(7)
+    ctypes.memset(array.ctypes.data + 4 * 7 + 40, 0, 1)
+    with pytest.raises(AssertionError, match="written behind an array"):
+        check_rooms()
+    guard._rooms.clear()

@@ -6,6 +6,7 @@ In kernel text ``«…»`` marks what the caret must point at.
 from __future__ import annotations
 
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -18,7 +19,7 @@ from passgraph.language import symbols
 from passgraph.language.kernel import function, struct
 from passgraph.language.lower import Facts, lower
 from passgraph.language.source import source_from_text
-from passgraph.targets import Input, Value, previous, target
+from passgraph.targets import Derived, Input, Target, Value, previous, target
 
 HEAD = "def k(c: Image, n: int, v: vec3, m: mat3) -> float:\n    x = c[0, 0].x\n    "
 STRUCT = "class S:\n    a: float\n    b: vec3\n\n"
@@ -42,6 +43,8 @@ BODIES: list[tuple[str, str]] = [
     ("return «v.q1»", "swizzles use xyzw, rgba or stpq"),
     ("return «v.xxxxx».x", "a swizzle has at most 4 letters"),
     ("return x + «4294967296»", "does not fit 32 bits"),
+    ("return x + «4294967295»", "write it as a float (4294967295.0), or, where its bits are meant, as 0xffffffff"),
+    ("return x + «-0xFFFFFFFF»", "does not fit 32 bits"),
     ("return x + «1e39»", "does not fit float32"),
     ("return x + «1j»", "numbers and bools, not complex"),
     # operators
@@ -197,6 +200,18 @@ TEXTS: list[tuple[str, str]] = [
         "def k(s: T) -> float: return 1.0",
         "struct T has 512 fields, nested ones too; at most 256",
     ),
+    (
+        "class S0:\n    v: float\n"
+        + "".join(f"{'«' if n == 31 else ''}class S{n + 1}:{'»' if n == 31 else ''}\n    a: S{n}\n" for n in range(40))
+        + "def k(s: S40) -> float: return 1.0",
+        "struct S32 holds structs 33 deep; at most 32",
+    ),
+    (
+        "def k(c: Image) -> float:\n    x = c[0, 0].x\n"
+        + "".join(f"    if {'«' if n == 100 else ''}x > {n}.0{'»' if n == 100 else ''}: return x\n" for n in range(200))
+        + "    return x",
+        "branches and loops nest deeper than 100, functions inlined",
+    ),
     ("«import os»\ndef k(c: Image) -> float: return 1.0", "kernel text cannot import os"),
     ("«from os import path»\ndef k(c: Image) -> float: return 1.0", "kernel text cannot import os"),
     ("«print(1)»\ndef k(c: Image) -> float: return 1.0", "kernel text holds functions, structs and named numbers only"),
@@ -300,6 +315,10 @@ LIGHT = kernel(source=STRUCT + "def light(c: Image, s: S) -> vec4: return c[0, 0
 PLACE = vertex(source=VARYING + "def place(v: Vertex) -> P: return P(vec4(v.position, 1.0), v.normal)")
 PAINT = fragment(source=VARYING + "def paint(p: P) -> vec4: return vec4(p.normal, 1.0)")
 GLOW = fragment(source=VARYING + "def glow(p: P, gain: float, c: Image) -> vec4: return c.sample(vec2(gain))")
+COPY = kernel(source="def copy(c: Image) -> vec4: return c[0, 0]")
+COUNT = kernel(source="def count(c: Image, n: int) -> vec4: return c[0, 0] * float(n)")
+GAIN = kernel(source="def amplified(c: Image, gain: float) -> vec4: return c[0, 0] * gain")
+ON = kernel(source="def switched(c: Image, on: bool) -> vec4: return c[0, 0] if on else c[1, 0]")
 OTHER = fragment(source="class Q:\n    glow: vec2\n\ndef other(q: Q) -> vec4: return q.glow.xyxy")
 FRAME, COLOR, DEPTH = Input("frame"), target("color"), target("depth", "depth32f")
 
@@ -389,20 +408,48 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
         "is rgba8_srgb, which cannot be blended; use a linear format",
     ),
     (lambda: drawn(blend="addd"), "there is no blend 'addd'; there are add, alpha"),
-    (lambda: target(""), "a target needs a name, got ''"),
+    (lambda: target(""), "the name of a target must be a name (a printable string, not empty), got ''"),
     (lambda: target("t", size=(4, 4), scale=0.5), "target 't' has both a size and a scale; give one"),
     (lambda: target("t", clear=(1.0, 2.0)), "target 't' (rgba16f) clears to 1 or 4 numbers, got 2"),
     (lambda: target("t", size=(4.5, 4)), "target 't' needs a size (width, height) in whole pixels"),  # type: ignore[arg-type]
     (lambda: Input("t", size=(0, 4)), "input 't' is 0x4 pixels; each side must be 1 to 32768"),
-    (lambda: target("t", scale=0.0), "target 't' has scale 0.0; it must be above 0 and at most 16"),
+    (lambda: target("t", scale=0.0), "target 't': scale must be a number above 0 and at most 16, got 0.0"),
     (lambda: FRAME.depth, "target 'frame' was not drawn with a depth target"),
     (lambda: FRAME.border("black"), "there is no border rule 'black'; the rules are clamp, zero, repeat, mirror"),
     (lambda: previous(FRAME), "input 'frame' has no history; keep a copy of it in a target"),
     (lambda: Blend("two"), "blend source factor cannot be 'two'; it is one of zero, one"),
     (lambda: DrawState(cull="both"), "cull cannot be 'both'; it is one of none, back, front"),
-    (lambda: Stencil(reference=256), "stencil reference is 256; it must be 0 to 255"),
+    (lambda: Stencil(reference=256), "stencil reference must be a whole number from 0 to 255, got 256"),
     (lambda: format_named("rgba8_srbg"), "there is no format 'rgba8_srbg'; did you mean 'rgba8_srgb'? Formats are r8"),
     (lambda: format_named("x"), "there is no format 'x'. Formats are r8"),
+    # arguments of a kind that does not fit at all
+    (lambda: Target(3), "a handle stands for pg.target(...) or pg.Input(...), got 3"),  # type: ignore[arg-type]
+    (lambda: Target(target("t"), made_by=3), "a handle is made by a pass, got 3"),  # type: ignore[arg-type]
+    (lambda: Value("v", 3), "value 'v': type must be a class, such as float or pg.vec3, got 3"),
+    (lambda: Derived((), abs), "a value is computed from at least one pg.Value, got none"),
+    (lambda: target("t", clear="red"), "target 't': clear must be a finite number within float32"),  # type: ignore[arg-type]
+    (lambda: DrawState(polygon_offset=(1.0,)), "polygon_offset must be two numbers (factor, units)"),  # type: ignore[arg-type]
+    (lambda: DrawState(color_mask=((True,),)), "color_mask has four bools (red, green, blue, alpha)"),  # type: ignore[arg-type]
+    (lambda: drawn(clear_stencil=1000), "draw 'paint': clear_stencil must be a whole number from 0 to 255, got 1000"),
+    (lambda: drawn(geometry=3), "draw 'paint' needs a mesh with positions and triangles, such as pg.Mesh.make(...)"),
+    (
+        lambda: drawn(geometry=SimpleNamespace(**{**vars(Mesh()), "triangles": np.eye(3)})),
+        "triangles must be whole numbers, got float64",
+    ),
+    (
+        lambda: drawn(geometry=SimpleNamespace(**{**vars(Mesh()), "normals": np.zeros((2, 3))})),
+        "draw 'paint': normals must be (3, 3), got (2, 3)",
+    ),
+    (lambda: COPY(FRAME, into=target("t"), name=3), "kernel copy: the pass's name must be a name"),
+    # numbers beyond their range
+    (
+        lambda: COUNT(FRAME, 2**32),
+        "parameter 'n' must be int, got 4294967296; ints reach from -2147483648 to 2147483647",
+    ),
+    (lambda: COUNT(FRAME, -(2**31) - 1), "parameter 'n' must be int, got -2147483649; ints reach"),
+    (lambda: COUNT(FRAME, 10**400), "parameter 'n' must be int (1 numbers), got a whole number of 1329 bits"),
+    (lambda: GAIN(FRAME, 1e300), "parameter 'gain' must be float, got 1e+300; finite floats reach"),
+    (lambda: ON(FRAME, 2), "parameter 'on' must be bool, got 2; a bool is True or False (1 or 0)"),
 ]
 
 
@@ -432,5 +479,32 @@ CALLS += [
             + "x = x * x + x\n    return x"
         ),
         "the kernel takes more than 200000 steps to compile; make loops shorter",
+    ),
+    (
+        lambda: compiled("def k(c: Image) -> vec4:\n    x = c[0, 0]\n" + "    x = x * x + x\n" * 2600 + "    return x"),
+        "instructions, loops unrolled; at most 20000",
+    ),
+    (
+        lambda: compiled(
+            "".join(f"T{n} = (" + f"{n}.5, " * 1024 + ")\n" for n in range(17))
+            + "def k(c: Image) -> float:\n    i = int(c[0, 0].x)\n    return "
+            + " + ".join(f"T{n}[i]" for n in range(17))
+        ),
+        "the constant tables of k hold 17408 numbers; at most 16384",
+    ),
+    (
+        lambda: compiled(
+            "def k(c: Image) -> float:\n    x = c[0, 0].x\n    for i in range(65536):\n"
+            + "        x = x * x + 1.0\n" * 200
+            + "    return x"
+        ),
+        "instructions a pixel, loops run; at most 16777216",
+    ),
+    (
+        lambda: compiled(
+            "def k(c: Image) -> float:\n    i = int(c[0, 0].x)\n    a = [mat4(1)] * 1024\n    b = [1.0] * 65\n"
+            "    a[i] = mat4(2)\n    b[i] = 2.0\n    return b[i + 1] + a[i][0].x"
+        ),
+        "read or written at computed indices hold 16449 numbers or more together; at most 16384 are allowed",
     ),
 ]

@@ -56,6 +56,7 @@ class Evaluator:
         self.program, self.lanes, self.fetch, self.blocks = program, lanes, fetch, blocks
         self.values: dict[int, Lanes] = {}
         self.variables = {name: np.zeros(lanes, DTYPES[type_]) for name, type_ in program.variables}
+        self.arrays = {name: np.zeros((n, lanes), DTYPES[type_]) for name, type_, n in program.arrays}
         self.tables = {n: np.array(v, DTYPES[t]) for n, t, v in program.tables}
         self.jumps: list[list[Lanes]] = []  # of each loop around: lanes that left it, lanes that left this trip
         with np.errstate(all="ignore"):
@@ -104,6 +105,11 @@ class Evaluator:
         elif isinstance(i, s.Write):
             old = self.variables[i.variable]
             self.variables[i.variable] = np.where(active, self.get(i.value), old)
+        elif isinstance(i, s.ReadAt):
+            self.put(i.to, self.arrays[i.array][self.get(i.index), np.arange(self.lanes)])
+        elif isinstance(i, s.WriteAt):
+            where = self.get(i.index)[active], np.flatnonzero(active)
+            self.arrays[i.array][where] = self.get(i.value)[active]
         elif isinstance(i, s.If):
             condition = self.get(i.condition)
             self.block(i.then, active & condition)

@@ -25,13 +25,10 @@ MUTANTS = (
         "glsl", "int i = int(max(x, -2147483648.0));", "int i = int(max(floor(x), -2147483648.0));", "operations/to_int"
     ),
     _g("glsl", "return pg_isnan(x) ? 0 : i;", "return pg_isnan(x) ? 1 : i;", "operations/to_int"),
-    _g(
-        "glsl",
-        "intBitsToFloat(0x7fc00000) : 0.0",
-        "0.0 : 0.0",
-        "language/identities",
-        harmless="the oracle lets infinity times 0 be 0 or NaN",
-    ),
+    _g("glsl", 'return f"pg_hidden({text})" if zero else text', "return text", "language/written zeros"),
+    _g("foreseen", "self.found.add(i.index.id)", "pass", "language/unrolled zeros"),
+    _g("foreseen", "return i.table in self.tables", "return True", "language/unrolled zeros"),
+    _g("foreseen", "self.variables.add(i.variable)", "pass", "language/unrolled zeros"),
     _g(
         "glsl",
         'if op.on == "float" and op.operation in ("equal", "not_equal") and',
@@ -42,6 +39,7 @@ MUTANTS = (
     _g("glsl", '[f"{whole} < {count}"] * high', '[f"{whole} <= {count}"] * high', *PICTURES),
     _g("glsl", '[f"{whole} >= 0"] * low', '[f"{whole} >= -1"] * low', *PICTURES),
     _g("glsl", "uint({whole}) < uint({count})", "uint({whole}) <= uint({count})", *PICTURES),
+    _g("glsl", "float(min({text}, {FARTHEST_TEXEL}))", "float({text})", "pictures/far outside, clamp"),
     _g("glsl", 'f"({number} + 0.5) * {width}"', 'f"({number} - 0.5) * {width}"', *PICTURES, "language/"),
     _g("glsl", ".{axis} + {number} * {width}", ".{axis} - {number} * {width}", *PICTURES),
     _g("backend", "0x2802: 0x812F", "0x2802: 0x2901", *PICTURES),

@@ -226,13 +226,19 @@ MUTANTS = (
     ),
     _n("raster_setup", "np.rint((x / w", "np.floor((x / w", *SEEN, "coverage/", "draw states/cull"),
     _n("raster_setup", "return z + w", "return z + 0.5 * w", "coverage/beyond", "coverage/through"),
-    _n("raster_setup", "* np.float32(t)", "* np.float32(1.0 - t)", "coverage/through", "coverage/beyond"),
     _n(
         "raster_setup",
-        "lerp(clip, varyings, here, there, d_here / (d_here - d_there), free)",
-        "lerp(clip, varyings, there, here, d_there / (d_there - d_here), free)",
+        "np.float32(share), np.float32(rest)",
+        "np.float32(rest), np.float32(share)",
+        "coverage/through",
+        "coverage/beyond",
+    ),
+    _n(
+        "raster_setup",
+        "between(clip, varyings, here, there, d_here, d_there, free)",
+        "between(clip, varyings, there, here, d_there, d_here, free)",
         "coverage/",
-        harmless="the same point; its rounding (float64) lies 2^40 below the grid that corners are rounded to",
+        harmless="the same two shares, the same sum",
     ),
     _n(
         "raster_setup",

@@ -98,7 +98,7 @@ MUTANTS = (
         "draw states/blend",
     ),
     _o("draw_source.py", '"back": 1, "front": 2', '"back": 2, "front": 1', "draw states/cull"),
-    _o("draw_source.py", "+ ({c} - {a}) * v) / near;", "+ ({c} - {a}) * v);", "draw states/cull none, lean"),
+    _o("pixels.cl", "near1 / total, near2 / total", "near1, near2", "draw states/cull none, lean"),
     _o(
         "draw_source.py",
         "return (reject, write) if discards else",
@@ -166,9 +166,15 @@ MUTANTS = (
         "coverage/beyond",
         "coverage/through",
     ),
-    _o("raster.cl", "float t = d / (d - e);", "float t = e / (e - d);", "coverage/beyond", "coverage/through"),
+    _o(
+        "raster.cl",
+        "share = -e / (d - e), rest = d / (d - e);",
+        "share = d / (d - e), rest = -e / (d - e);",
+        "coverage/beyond",
+        "coverage/through",
+    ),
     _o("raster.cl", "x[i] = rint(", "x[i] = floor(", *SEEN, "coverage/"),
-    _o("raster.cl", "(0.5f - corner[i][1] / w * 0.5f)", "(0.5f + corner[i][1] / w * 0.5f)", *SEEN),
+    _o("raster.cl", "(0.5f - up * 0.5f)", "(0.5f + up * 0.5f)", *SEEN),
     _o("raster.cl", "(min(min(p, q), r) + 127) >> 8", "(min(min(p, q), r) + 128) >> 8", *EDGES),
     _o(
         "raster.cl",

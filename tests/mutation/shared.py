@@ -106,7 +106,28 @@ MUTANTS = (
     ),
     _pre("return x * (1.0 - a) + y * a", "return y * (1.0 - a) + x * a", "operations/mix"),
     _pre("return 0.0 if x < edge else 1.0", "return 0.0 if x <= edge else 1.0", "operations/step"),
-    _pre("return x - y * floor(x / y)", "return x - y * floor(x / y + 0.0001)", "operations/mod"),
+    _pre("raised = rest + size if rest < 0.0 else rest", "raised = rest", "operations/mod"),
+    _pre("q = floor(max(whole / size, 0.0))", "q = floor(max(whole / size + 0.9999, 0.0))", "operations/mod"),
+    _pre("other_sign = (x < 0.0) != (y < 0.0)", "other_sign = (x < 0.0)", "operations/mod"),
+    _pre("return min(max(r, -0.8), 0.8)", "return min(max(r, -0.7), 0.7)", "operations/sin", "operations/cos"),
+    _pre("width = 0.5 * high - start", "width = high - start", "operations/smoothstep"),
+    Mutant(
+        "passgraph/language/expand.py",
+        's.Lit("int", 0x02000000)',
+        's.Lit("int", 0x02800000)',
+        "numpy",
+        ("operations/length",),
+    ),
+    Mutant(
+        "passgraph/language/expand.py", 's.Lit("int", 0x78000000)', 's.Lit("int", 0)', "numpy", ("operations/length",)
+    ),
+    Mutant(
+        "passgraph/language/expand.py",
+        "NEAR_ONE = 0x7F000000",
+        "NEAR_ONE = 0x3F800000",
+        "numpy",
+        ("operations/normalize",),
+    ),
     _pre("return t * t * (3.0 - 2.0 * t)", "return t * t * (3.0 - 2.000001 * t)", "operations/smoothstep"),
     _pre("whole = round(y * 1.44269504088896341)", "whole = floor(y * 1.44269504088896341)", "operations/exp"),
     _pre("p = p * f + 1.6666665459e-1", "p = p * f + 1.6680e-1", "operations/exp", "operations/sinh"),
@@ -119,8 +140,8 @@ MUTANTS = (
     _pre("p = p * z + 8.3321608736e-3", "p = p * z + 8.3421608736e-3", "operations/sin"),
     _pre("p = p * z - 1.388731625493765e-3", "p = p * z - 1.398731625493765e-3", "operations/cos"),
     _pre(
-        "result = -value if ((k + 1) & 2) == 2 else value",
-        "result = -value if (k & 2) == 2 else value",
+        "return -value if ((k + 1) & 2) == 2 else value",
+        "return -value if (k & 2) == 2 else value",
         "operations/cos",
     ),
     _pre(
@@ -138,6 +159,15 @@ MUTANTS = (
         "rest = high * 0.00031222839606925845 + low",
         "rest = high * 0.00031222839606925845 + 0.0 * low",
         "operations/pow",
+    ),
+    _pre("signed = -defined if odd_exponent and x < 0.0", "signed = -defined if x < 0.0", "operations/pow"),
+    _pre("size = abs(x) if whole_exponent else x", "size = x", "operations/pow"),
+    Mutant(
+        "passgraph/language/expand.py",
+        'x, n = e.op("div", ONE, x), -n',
+        "n = -n",
+        "gl",
+        ("operations/pow of known exponents",),
     ),
     _pre(
         "result = tail * 0.44269504088896341 + f * 0.44269504088896341 + tail + f + e",

@@ -112,6 +112,7 @@ class Run:
         self.blocks, self.builtins, self.images = {"float": block.floats, "int": block.ints}, builtins, images
         self.tables = {name: np.array(values, TYPES[kind]) for name, kind, values in program.tables}
         self.variables = {name: np.zeros(count, TYPES[kind]) for name, kind in program.variables}
+        self.arrays = {name: np.zeros((length, count), TYPES[kind]) for name, kind, length in program.arrays}
         self.values: dict[int, Lanes] = {}
         self.active = np.ones(count, np.bool_)
         self.continued: list[NDArray[np.bool_]] = []  # of each loop around: lanes that wait for its next trip
@@ -146,6 +147,13 @@ class Run:
                     self.values[i.to.id] = self.variables[i.variable]
                 case s.Write():
                     self.variables[i.variable] = np.where(self.active, self.get(i.value), self.variables[i.variable])
+                case s.ReadAt():
+                    array = self.arrays[i.array]
+                    self.values[i.to.id] = array[self.get(i.index), np.arange(array.shape[1])]
+                case s.WriteAt():
+                    at = np.flatnonzero(self.active)
+                    index, value = (np.broadcast_to(self.get(x), self.active.shape)[at] for x in (i.index, i.value))
+                    self.arrays[i.array][index, at] = value
                 case s.If():
                     self.branch(i)
                 case s.For():

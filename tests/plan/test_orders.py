@@ -16,11 +16,11 @@ SCRIPT = """
 import sys
 import passgraph as pg
 add = pg.kernel(source="def add(a: Image, b: Image) -> vec4: return a[1, 0] + b[0, 1]")
-frame = pg.Input("frame", "rgba32f", (64, 48))
+frame = pg.Input("frame", "rgba32f", (int(sys.argv[1]), 48))
 wide = [add(frame, frame, name=f"wide{k}", into=pg.target(f"wide{k}", "rgba32f")) for k in range(3)]
 first = add(wide[0], wide[1], name="first", into=pg.target("first", "rgba32f"))
 last = add(first, wide[2], name="last", into=pg.target("last", "rgba8"))
-with pg.compile(last, backend="null", size=(int(sys.argv[1]), 48)) as program:
+with pg.compile(last, backend="null") as program:
     print(*(step.name for step in program.plan.steps), "networkx" in sys.modules)
 """
 

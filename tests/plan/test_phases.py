@@ -296,14 +296,12 @@ def test_a_target_with_history_is_written_in_every_run() -> None:
 
 
 def test_size_classes() -> None:
-    sizes = {}
-    for name, settings in {
+    classes = {
         "absolute": {"size": (3, 2)}, "relative": {"scale": 0.3}, "like": {"like": frame, "scale": 0.5},
         "open": {},
-    }.items():  # fmt: skip
-        target = named(zoom, frame, name=name, **settings)
-        made = build({"out": target}, (10, 7))
-        sizes[name] = made.steps[0].size
+    }  # fmt: skip
+    made = build({name: named(zoom, frame, name=name, **settings) for name, settings in classes.items()}, (10, 7))
+    sizes = {step.name: step.size for step in made.steps}
     assert sizes == {"absolute": (3, 2), "relative": (3, 3), "like": (4, 2), "open": (8, 4)}
 
 

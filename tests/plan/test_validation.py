@@ -133,7 +133,7 @@ def test_a_size_may_be_taken_from_what_is_made_later_in_the_graph() -> None:
     late = fill(2.0, into=pg.target("late", like=half), name="later")
     early = fill(1.0, into=pg.target("early", like=late), name="sooner")
     for outputs in ({"early": early, "late": late}, {"late": late, "early": early}):
-        with pg.compile(outputs, "null", size=(8, 4)) as program:
+        with pg.compile(outputs, "null") as program:
             assert {step.size for step in program.plan.steps} == {(3, 5)}
 
 

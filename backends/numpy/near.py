@@ -1,0 +1,73 @@
+"""Which images a pixel pass reads in a window around each pixel, and which texel by texel from the whole picture.
+
+A window is a table of rows and copies of their ends (pixel_code.py), as large as the footprint.  Text may ask for any
+footprint; one that is larger than :data:`MAX_WINDOW`, or that differs between pixels, needs no memory this way.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from passgraph.language import scalar as s
+
+#: Texels of the windows of a pass, their rows times their columns: 256 x 256, or a row of 65,536.
+MAX_WINDOW = 1 << 16
+#: Rows of them: each is an address that is found anew for each row of pixels.
+MAX_WINDOW_ROWS = 1024
+
+
+class Margin(NamedTuple):
+    """Texels around a pixel or a rectangle."""
+
+    left: int = 0
+    right: int = 0
+    up: int = 0
+    down: int = 0
+
+    def over(self, other: Margin) -> Margin:
+        """The larger of both on every side."""
+        return Margin(*map(max, self, other))
+
+    def beyond(self, other: Margin) -> Margin:
+        """This much around what lies ``other`` around."""
+        return Margin(*(a + b for a, b in zip(self, other, strict=True)))
+
+
+def reach(uses: Sequence[s.ImageUse]) -> Margin:
+    """How far relative reads go."""
+    found = Margin()
+    for use in uses:
+        if use.relative:
+            found = found.over(Margin(-use.x[0], use.x[1], -use.y[0], use.y[1]))
+    return found
+
+
+def near_images(program: s.ScalarProgram) -> tuple[s.ImageUse, ...]:
+    """The images whose relative reads go through windows."""
+    apart = _apart(program)
+    around, found = Margin(), []
+    for use in program.images:
+        wider = around.over(reach([use]))
+        rows = wider.up + wider.down + 1
+        small = rows <= MAX_WINDOW_ROWS and rows * (wider.left + wider.right + 1) <= MAX_WINDOW
+        if use.relative and small and use.name not in apart:
+            around = wider
+            found.append(use)
+    return tuple(found)
+
+
+def _apart(program: s.ScalarProgram) -> set[str]:
+    """Images read at offsets that differ between pixels: choices by what a pixel holds."""
+    alike: set[int] = set()
+    apart: set[str] = set()
+    for i in s.walk(program.body):
+        same = all(isinstance(operand, s.Lit) or operand.id in alike for operand in s.operands_of(i))
+        if isinstance(i, s.For):
+            alike.add(i.index.id)
+        elif isinstance(i, s.LoadTexel):
+            if i.relative and not same:
+                apart.add(i.image)
+        elif same and isinstance(i, (s.Op, s.Choose, s.LoadUniform, s.LoadTable)):
+            alike.update(value.id for value in s.results_of(i))
+    return apart

@@ -1,0 +1,111 @@
+"""Who may use a backend now: one thread at a time, in the process that opened it."""
+
+from __future__ import annotations
+
+import os
+import threading
+from collections import deque
+from collections.abc import Callable
+from contextlib import suppress
+from typing import TYPE_CHECKING
+from weakref import WeakValueDictionary
+
+from passgraph.errors import BackendError, PassgraphError
+
+if TYPE_CHECKING:
+    from passgraph.backends.base import Backend
+
+
+class Turn:
+    """``with backend.turn:`` waits until no other thread uses the backend; the same thread may enter again.
+
+    Programs hold it over each call, so programs that share a backend run one after the other.
+    """
+
+    def __init__(self, name: str) -> None:
+        self.name = name
+        #: Why nothing here can be used any more, in a process forked from the one that opened the backend.
+        self.lost = ""
+        self._lock = threading.RLock()
+        self._depth = 0
+        self._left: deque[Callable[[], None]] = deque()
+
+    def __enter__(self) -> Turn:
+        if self.lost:
+            raise BackendError(self.lost)
+        self._lock.acquire()
+        self._depth += 1
+        if self._left and self._depth == 1:
+            self._give_back()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._depth -= 1
+        self._lock.release()
+
+    def later(self, give_back: Callable[[], None]) -> None:
+        """Have this done when somebody next enters: a finaliser may run in any thread, in the middle of anything."""
+        self._left.append(give_back)
+
+    def _give_back(self) -> None:
+        while self._left:
+            with suppress(PassgraphError):  # not the error of whoever entered
+                self._left.popleft()()
+
+    def forked(self, backend: Backend) -> None:
+        """Called in a child process right behind the fork, while it has one thread."""
+        if not self._lock.acquire(blocking=False):
+            self.lost = (
+                f"{self.name}: another thread was using this backend when the process was forked, so what it holds "
+                "may be half done; compile the program again in this process"
+            )
+            return
+        self._lock.release()
+        if not backend.after_fork():
+            self.lost = _lost(self.name)
+
+
+def _lost(name: str) -> str:
+    return (
+        f"{name}: this process was forked from one that had opened a driver, and drivers do not survive a fork; "
+        "start the process anew (multiprocessing.get_context('spawn')), or fork before the first program is compiled"
+    )
+
+
+#: Every backend of this process, for :func:`_after_fork`.
+_backends: WeakValueDictionary[int, Backend] = WeakValueDictionary()
+#: The process that first opened a driver, by backend.
+_processes: dict[str, int] = {}
+
+
+def open_driver(name: str) -> None:
+    """Note that this process opens a driver.
+
+    Raises
+    ------
+    BackendError
+        Where the process was forked from one that had: the driver's threads are not there, and its calls would hang.
+    """
+    _processes.setdefault(name, os.getpid())
+    check_driver(name)
+
+
+def check_driver(name: str) -> None:
+    """Raise that error, without opening anything."""
+    if _processes.get(name, os.getpid()) != os.getpid():
+        raise BackendError(_lost(name))
+
+
+def turn_of(backend: Backend, name: str) -> Turn:
+    """The turn of a backend that is being made."""
+    _backends[id(backend)] = backend
+    return Turn(name)
+
+
+def _after_fork() -> None:
+    for backend in list(_backends.values()):
+        backend.turn.forked(backend)
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_after_fork)

@@ -1,0 +1,64 @@
+"""Meshes that stay as they were when they were drawn."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, is_dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.graph import Geometry
+
+#: Attributes that a mesh may have, and their element types.
+_KINDS = {"positions": np.float32, "triangles": np.int32, "normals": np.float32, "uvs": np.float32,
+          "colors": np.float32, "tangents": np.float32}  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class FrozenGeometry:
+    """Copies of a mesh's arrays, which nobody can write to."""
+
+    positions: NDArray[np.float32]
+    triangles: NDArray[np.int32]
+    normals: NDArray[np.float32] | None = None
+    uvs: NDArray[np.float32] | None = None
+    colors: NDArray[np.float32] | None = None
+    tangents: NDArray[np.float32] | None = None
+
+
+def frozen(geometry: Geometry) -> Geometry:
+    """The mesh itself where neither it nor its arrays can change, as of :meth:`passgraph.Mesh.make`; else a copy.
+
+    >>> from types import SimpleNamespace
+    >>> mesh = SimpleNamespace(positions=np.zeros((3, 3)), triangles=np.array([[0, 1, 2]]))
+    >>> kept = frozen(mesh)
+    >>> mesh.positions = np.zeros((9, 3))
+    >>> kept.positions.shape, kept.positions.flags.writeable
+    ((3, 3), False)
+    >>> frozen(kept) is kept
+    True
+    """
+    arrays = {name: getattr(geometry, name, None) for name in _KINDS}
+    if _is_frozen(geometry) and all(array is None or _is_fixed(array) for array in arrays.values()):
+        return geometry
+    copies: dict[str, Any] = {}
+    for name, array in arrays.items():
+        if array is not None:
+            with np.errstate(over="ignore"):  # infinity is refused by whoever checks the mesh
+                copies[name] = np.array(array, _KINDS[name], order="C")
+            copies[name].setflags(write=False)
+    return FrozenGeometry(**copies)
+
+
+def _is_frozen(geometry: object) -> bool:
+    return is_dataclass(geometry) and bool(getattr(geometry, "__dataclass_params__").frozen)  # noqa: B009
+
+
+def _is_fixed(array: object) -> bool:
+    """Whether neither an array nor the memory that it looks at can be written to."""
+    while isinstance(array, np.ndarray):
+        if array.flags.writeable:
+            return False
+        array = array.base
+    return array is None or isinstance(array, bytes)

@@ -1,0 +1,122 @@
+"""What a device takes: facts that a backend states, fusion stops at, and a plan is held against before it runs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from passgraph.errors import BackendError
+from passgraph.language.scalar import ScalarProgram
+from passgraph.plan.data import DrawStep, PixelStep, Plan, Resource, Step
+
+#: Where a device has no limit of its own.
+NONE = 1 << 62
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Limits of one device; those left out hold nothing back.
+
+    Attributes
+    ----------
+    device : what messages call it, such as ``"gl (llvmpipe)"``
+    side : pixels along one side of a picture
+    pixels : of one picture
+    picture_bytes : of one picture
+    images : that one pass reads, those of both kernels of a draw together
+    targets : that one pass writes, depth apart
+    bindings : images and targets of one pass together
+    vertex_numbers, numbers : parameters of a vertex kernel, and of any other, in numbers of 4 bytes
+    rounding : floats and ints take multiples of so many numbers each
+    varyings : numbers that a vertex kernel hands to the fragment kernel
+    """
+
+    device: str = "this device"
+    side: int = NONE
+    pixels: int = NONE
+    picture_bytes: int = NONE
+    images: int = NONE
+    targets: int = NONE
+    bindings: int = NONE
+    vertex_numbers: int = NONE
+    numbers: int = NONE
+    rounding: int = 1
+    varyings: int = NONE
+
+    def numbers_taken(self, floats: int, ints: int) -> int:
+        """Room that so many parameters take."""
+        return sum(-(-count // self.rounding) * self.rounding for count in (floats, ints))
+
+    def fits(self, images: int, targets: int, floats: int, ints: int) -> bool:
+        """Whether a pixel pass with so much is within the limits."""
+        return (
+            images <= self.images
+            and images + targets <= self.bindings
+            and self.numbers_taken(floats, ints) <= self.numbers
+        )
+
+
+def check(plan: Plan, limits: Limits) -> None:
+    """Refuse what the device does not take, before anything is made there.
+
+    Raises
+    ------
+    BackendError
+        With the pass, the limit and the device.
+    """
+    writers = {resource: step.name for step in plan.steps for resource in step.writes}
+    for resource in plan.resources:
+        _check_picture(resource, writers.get(resource.id), limits)
+    for step in plan.steps:
+        if isinstance(step, (PixelStep, DrawStep)):
+            _check_bindings(step, limits)
+            for program in _programs(step):
+                _check_numbers(step, program, limits)
+        if isinstance(step, DrawStep) and len(step.varyings) > limits.varyings:
+            _refuse(
+                step, f"hands over {len(step.varyings)} numbers from vertex to fragment kernel", limits,
+                limits.varyings, "hand over fewer",
+            )  # fmt: skip
+
+
+def _check_picture(resource: Resource, writer: str | None, limits: Limits) -> None:
+    width, height = resource.size
+    size = width * height * resource.format.bytes_per_pixel
+    for found, limit, unit in (
+        (max(width, height), limits.side, "pixels a side"),
+        (width * height, limits.pixels, "pixels in a picture"),
+        (size, limits.picture_bytes, "bytes in a picture"),
+    ):
+        if found > limit:
+            what = f"input {resource.name!r}" if writer is None else f"pass {writer!r}: target {resource.name!r}"
+            raise BackendError(
+                f"{what} is {width}x{height} {resource.format.name} ({size / 2**20:.0f} MiB); {limits.device} takes "
+                f"{limit:,} {unit}; use a smaller size or format, or another backend"
+            )
+
+
+def _programs(step: PixelStep | DrawStep) -> Iterable[ScalarProgram]:
+    programs = (step.program,) if isinstance(step, PixelStep) else (step.vertex, step.fragment)
+    return [program for program in programs if program is not None]
+
+
+def _check_bindings(step: PixelStep | DrawStep, limits: Limits) -> None:
+    images, targets = sum(len(program.images) for program in _programs(step)), len(step.outputs)
+    if images > limits.images:
+        _refuse(step, f"reads {images} images", limits, limits.images, "split the kernel")
+    if targets > limits.targets:
+        _refuse(step, f"writes {targets} targets", limits, limits.targets, "split the kernel")
+    if images + targets > limits.bindings:
+        _refuse(step, f"has {images + targets} images and targets", limits, limits.bindings, "split the kernel")
+
+
+def _check_numbers(step: Step, program: ScalarProgram, limits: Limits) -> None:
+    limit = limits.vertex_numbers if program.stage == "vertex" else limits.numbers
+    needed = limits.numbers_taken(program.float_count, program.int_count)
+    if needed > limit:
+        mend = "make some of them Const, or put them into a picture"
+        _refuse(step, f"has {needed} numbers as parameters of kernel {program.name}", limits, limit, mend)
+
+
+def _refuse(step: Step, what: str, limits: Limits, limit: int, mend: str) -> None:
+    raise BackendError(f"pass {step.name!r} {what}; {limits.device} takes {limit:,} in one pass; {mend}")

@@ -1,0 +1,110 @@
+"""Files of others, read whole: only regular ones of a bounded size, and never opened before that is known.
+
+A pipe or a device may hang, never end, or do something when it is opened; so what is not a regular file is refused
+first.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+from pathlib import Path
+from typing import BinaryIO
+
+from passgraph.errors import InputError
+
+
+def check_regular(path: str | os.PathLike[str], what: str) -> int:
+    """The size in bytes of a regular file.
+
+    Parameters
+    ----------
+    path : a file, or a link to one
+    what : what is expected there, for messages: "a picture file"
+
+    Raises
+    ------
+    InputError : nothing is there, or a directory, a pipe, a device or a socket.
+
+    Examples
+    --------
+    >>> check_regular("/dev/zero", "a picture file")
+    Traceback (most recent call last):
+    passgraph.errors.InputError: /dev/zero: is a device, a pipe or a socket; expected a picture file
+    """
+    try:
+        return _size(path, os.stat(path), what)
+    except FileNotFoundError as error:
+        raise _missing(path) from error
+    except (OSError, ValueError) as error:  # ValueError: a null byte in the path
+        raise _unreadable(path, error) from error
+
+
+def read_bytes(path: str | os.PathLike[str], what: str, most: int, mend: str = "make it smaller") -> bytes:
+    """All bytes of a regular file.
+
+    Parameters
+    ----------
+    path, what : as `check_regular` takes them
+    most : a larger file is refused before it is read
+    mend : what the error of a larger file advises
+
+    Raises
+    ------
+    InputError : as `check_regular`, or the file is too large or cannot be read.
+
+    Examples
+    --------
+    >>> read_bytes(__file__, "a picture file", 10)
+    Traceback (most recent call last):
+    passgraph.errors.InputError: ...reading.py: has ... bytes; expected at most 10; make it smaller
+    """
+    check_regular(path, what)
+    try:
+        # What stands there now may be another thing than a moment ago; opened so, a pipe does not wait for a writer.
+        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0))
+        with os.fdopen(handle, "rb") as stream:
+            size = _size(path, os.fstat(handle), what)
+            data = _at_most(stream, size, most) if size <= most else b""
+    except FileNotFoundError as error:
+        raise _missing(path) from error
+    except (OSError, ValueError) as error:
+        raise _unreadable(path, error) from error
+    if size > most or len(data) > most:
+        raise InputError(f"{path}: has {max(size, len(data))} bytes; expected at most {most}; {mend}")
+    return data
+
+
+def read_text(path: str | os.PathLike[str], what: str, most: int) -> str:
+    """All text of a regular file in UTF-8; raises `InputError` as `read_bytes` does, and for other bytes."""
+    try:
+        return read_bytes(path, what, most).decode("utf-8")
+    except UnicodeDecodeError as error:
+        raise InputError(
+            f"{path}: is not text in UTF-8 ({error.reason} at byte {error.start}); save it as UTF-8"
+        ) from None
+
+
+def _at_most(stream: BinaryIO, size: int, most: int) -> bytes:
+    """All of a file, or a little more than ``most``: a file may grow, and those of /proc say that they are empty."""
+    parts = [stream.read(size)]
+    while sum(map(len, parts)) <= most and (more := stream.read(1 << 16)):
+        parts.append(more)
+    return parts[0] if len(parts) == 1 else b"".join(parts)
+
+
+def _size(path: str | os.PathLike[str], status: os.stat_result, what: str) -> int:
+    if stat.S_ISDIR(status.st_mode):
+        raise InputError(f"{path}: is a directory; expected {what}")
+    if not stat.S_ISREG(status.st_mode):
+        raise InputError(f"{path}: is a device, a pipe or a socket; expected {what}")
+    return status.st_size
+
+
+def _missing(path: str | os.PathLike[str]) -> InputError:
+    return InputError(f"{path}: no such file; check the path (the folder here is {Path.cwd()})")
+
+
+def _unreadable(path: str | os.PathLike[str], error: OSError | ValueError) -> InputError:
+    reason = error.strerror if isinstance(error, OSError) and error.strerror else str(error)
+    return InputError(f"{path}: cannot be read ({reason}); check its permissions")

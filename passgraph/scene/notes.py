@@ -1,0 +1,34 @@
+"""What a file asked for and did not get: one line for a thing, with the names of the objects that it concerns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+
+@dataclass
+class Notes:
+    """Collected while a file is read; equal notes become one.
+
+    >>> notes = Notes()
+    >>> for name in "abcde":
+    ...     notes.add("its emissive light is not shown", f"material {name!r}")
+    >>> notes.lines()
+    ["material 'a', material 'b', material 'c' and 2 more: its emissive light is not shown"]
+    """
+
+    found: dict[str, list[str]] = field(default_factory=dict)
+
+    def add(self, what: str, where: str) -> None:
+        """``what`` is the feature and what became of it, ``where`` the object."""
+        names = self.found.setdefault(what, [])
+        if where not in names:
+            names.append(where)
+
+    def lines(self) -> list[str]:
+        """One line for each thing, with at most three names."""
+        return [f"{_listed(names)}: {what}" for what, names in self.found.items()]
+
+
+def _listed(names: list[str]) -> str:
+    shown = ", ".join(names[:3])
+    return shown if len(names) <= 3 else f"{shown} and {len(names) - 3} more"

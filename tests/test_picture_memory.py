@@ -1,0 +1,129 @@
+"""What loading a picture holds: told from its header, bounded before it is asked for, little beside the result."""
+
+from __future__ import annotations
+
+import re
+import struct
+import subprocess
+import sys
+import zlib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import passgraph as pg
+
+WIDTH, HEIGHT = 1600, 1000
+RESULT = WIDTH * HEIGHT * 16
+#: Of the loader's pieces, the decoders' own tables and the allocator.
+SLACK = 6 << 20
+#: The most of its memory that a process held, less what it held before, in bytes; and the shape of what it loaded.
+CHILD = """
+import resource, sys
+import numpy as np
+import passgraph as pg
+from passgraph.pictures import load
+for warm in sys.argv[2:]:
+    load(warm)
+def peak():
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+before = peak()
+made = load(sys.argv[1])
+print(peak() - before, made.shape)
+"""
+
+
+def _save(path: Path, size: tuple[int, int]) -> None:
+    """A picture of noise, which no encoder makes small, of the kind that the name says."""
+    kind, suffix = path.stem.split("-")[0], path.suffix
+    noise = np.random.default_rng(1).integers(0, 256, (size[1], size[0], 3), np.uint8)
+    image = Image.fromarray(noise)
+    if suffix in (".exr", ".npy"):
+        pg.save(path, noise.astype(np.float32))
+    elif kind == "deep":
+        rows = np.dstack([noise, noise]).reshape(size[1], -1)
+        raw = b"".join(b"\0" + row.tobytes() for row in rows)
+        head = struct.pack(">IIBBBBB", *size, 16, 2, 0, 0, 0)
+        chunks = ((b"IHDR", head), (b"IDAT", zlib.compress(raw, 0)), (b"IEND", b""))
+        parts = (struct.pack(">I", len(d)) + t + d + struct.pack(">I", zlib.crc32(t + d)) for t, d in chunks)
+        path.write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(parts))
+    elif kind == "gray":
+        image.convert("L").save(path)
+    elif kind == "turned":
+        exif = Image.Exif()
+        exif[0x0112] = 6
+        image.save(path, exif=exif)
+    else:
+        options: dict[str, Any] = {".jpg": {"progressive": True}, ".webp": {"lossless": True, "method": 0}}
+        image.save(path, **options.get(suffix, {}))
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["gray.png", "rgb.png", "deep.png", "rgb.jpg", "turned.jpg", "rgb.webp", "rgb.tiff", "turned.tiff", "rgb.bmp",
+     "rgb.gif", "rgb.tga", "rgb.npy", "rgb.exr"],
+)  # fmt: skip
+def test_loading_holds_what_the_header_foretells(tmp_path: Path, name: str) -> None:
+    if name.endswith(".exr"):
+        pytest.importorskip("OpenEXR")
+    file = tmp_path / name
+    _save(file, (WIDTH, HEIGHT))
+    # a first small picture loads the decoder's code
+    _save(tmp_path / name.replace(".", "-small."), (8, 8))
+    with pytest.raises(pg.InputError) as refused:
+        pg.load(file, max_bytes=file.stat().st_size)
+    found = re.search(r"which take (\d+) bytes of memory", str(refused.value))
+    assert found is not None
+    foretold = int(found[1])
+    command = [sys.executable, "-c", CHILD, str(file), str(tmp_path / name.replace(".", "-small."))]
+    held = subprocess.run(command, capture_output=True, text=True, timeout=120, check=True).stdout
+    assert int(held.split()[0]) <= foretold + SLACK
+    # noise makes files of 3 bytes a pixel, 12 for floats
+    assert foretold <= 3.1 * RESULT
+
+
+@pytest.mark.parametrize(("width", "height", "colour"), [(16384, 16384, 0), (15000, 15000, 6)])
+def test_a_small_file_of_a_huge_picture_is_refused_by_its_memory(
+    tmp_path: Path, width: int, height: int, colour: int
+) -> None:
+    head = struct.pack(">IIBBBBB", width, height, 8, colour, 0, 0, 0)
+    chunk = struct.pack(">I", 13) + b"IHDR" + head + struct.pack(">I", zlib.crc32(b"IHDR" + head))
+    (tmp_path / "a.png").write_bytes(b"\x89PNG\r\n\x1a\n" + chunk + struct.pack(">I", 0) + b"IDAT" + bytes(4))
+    expected = (
+        rf"{width}×{height} = {width * height} pixels, which take \d+ bytes of memory to load; "
+        r"expected at most 4294967296; make it smaller, or raise max_bytes if it is meant"
+    )
+    with pytest.raises(pg.InputError, match=expected):
+        pg.load(tmp_path / "a.png")
+
+
+def test_channels_that_are_not_shown_count(tmp_path: Path) -> None:
+    openexr = pytest.importorskip("OpenEXR")
+    channels = {name: np.zeros((64, 64), np.float32) for name in ("R", "G", "B", *(f"z{k}" for k in range(50)))}
+    openexr.File({"compression": openexr.ZIP_COMPRESSION, "type": openexr.scanlineimage}, channels).write(
+        str(tmp_path / "a.exr")
+    )
+    with pytest.raises(pg.InputError, match=r"64×64 = 4096 pixels, which take 9[0-9]{5} bytes of memory"):
+        pg.load(tmp_path / "a.exr", max_bytes=4096 * 100)
+
+
+def test_pillows_own_limit_is_not_ours(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Pillow calls pictures of more than twice its limit bombs, TIFF once more when it decodes."""
+    for name in ("a.png", "a.tiff", "a.jpg", "a.webp"):
+        Image.new("L", (64, 32)).save(tmp_path / name)
+        with monkeypatch.context() as patch:
+            patch.setattr(Image, "MAX_IMAGE_PIXELS", 1000)
+            assert pg.load(tmp_path / name).shape == (32, 64, 4)
+            assert Image.MAX_IMAGE_PIXELS == 1000
+
+
+def test_other_formats_of_pillow_are_not_opened(tmp_path: Path) -> None:
+    """EPS starts Ghostscript, whatever its name."""
+    (tmp_path / "a.png").write_bytes(b"%!PS-Adobe-3.0 EPSF-3.0\n%%BoundingBox: 0 0 8 8\nshowpage\n")
+    Image.new("RGB", (4, 4)).save(tmp_path / "b.png", "PCX")
+    for name in ("a.png", "b.png"):
+        with pytest.raises(pg.InputError, match="not a picture that can be read, or corrupt; expected PNG, JPEG"):
+            pg.load(tmp_path / name)

@@ -1,0 +1,383 @@
+"""Wrong uses made up by rule: every public call, each argument in turn replaced by every value that does not fit.
+
+A call that succeeds is fine here (some values fit some arguments); what must not come out is an error that is not
+ours.  `wrong_uses.py` holds those that must be refused, with their texts.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import passgraph as pg
+from passgraph.compare import compare
+from passgraph.conformance import cases, run
+from passgraph.draw_state import DrawState
+from passgraph.effects.registry import EFFECTS, effect_named
+from passgraph.formats import FORMATS, format_named
+from passgraph.scene import Camera, Light, Material, Mesh, Node, Scene, Texture
+
+KERNELS = """
+class Corner:
+    position: vec4
+    color: vec4
+
+class Lamp:
+    place: vec3
+    power: float
+
+def place(vertex: Vertex, shift: vec3 = (0, 0, 0)) -> Corner:
+    return Corner(vec4(vertex.position + shift, 1.0), vertex.color)
+
+def paint(corner: Corner) -> vec4:
+    return corner.color
+
+def mixed(color: Image, gain: float, count: int, on: bool, tint: vec3, m: mat3, a: Array[float, 3],
+          cells: Array[ivec2, 2], reach: Const[int] = 2, base: Const[vec2] = (0, 0)) -> vec4:
+    total = color[0, 0] * gain + vec4(m * tint, a[0] + float(count + cells[0].x) + base.x)
+    for i in range(reach):
+        total += color[i, 0]
+    return total if on else color[0, 0]
+
+def copy(color: Image) -> vec4:
+    return color[0, 0]
+
+def lamplit(color: Image, lamp: Lamp) -> vec4:
+    return color[0, 0] * lamp.power
+"""
+FRAME = np.full((4, 8, 4), 0.5, np.float32)
+
+
+@cache
+def kernel(name: str) -> Any:
+    return pg.kernel(source=KERNELS, name=name)
+
+
+@cache
+def stage(name: str) -> Any:
+    return (pg.vertex if name == "place" else pg.fragment)(source=KERNELS, name=name)
+
+
+def frame(name: str = "frame") -> pg.Target:
+    return pg.Input(name, "rgba32f", (8, 4))
+
+
+@cache
+def triangle() -> Mesh:
+    return Mesh.make([[-1, -1, 0], [3, -1, 0], [-1, 3, 0]], [[0, 1, 2]])
+
+
+@cache
+def small_scene() -> Scene:
+    return Scene((Node(triangle()),), Camera((0, 0, 5), (0, 0, 0)), (Light.directional((0, -1, -1)),))
+
+
+class Hostile:
+    """Looks like an array, and is none."""
+
+    def __array__(self, *_: Any, **__: Any) -> Any:
+        raise TypeError("no array")
+
+    def __bool__(self) -> bool:
+        raise RuntimeError("neither")
+
+    def __repr__(self) -> str:
+        return "<hostile>"
+
+
+@cache
+def values() -> dict[str, Any]:
+    masked = np.ma.masked_array(np.ones((4, 8, 4), np.float32), mask=True)
+    return {
+        "None": None, "True": True, "0": 0, "3": 3, "-1": -1, "0.5": 0.5, "2**31": 2**31, "2**70": 2**70,
+        "10**400": 10**400, "1e300": 1e300, "nan": float("nan"), "inf": float("inf"), "1j": 1j,
+        "''": "", "'x'": "x", "'1'": "1", "'self'": "self", "'numpy:²'": "numpy:²", "a nul": "a\0b",
+        "a lone surrogate": "\udcff", "bytes": b"x",
+        "[]": [], "[1]": [1], "(1, 2)": (1, 2), "ragged": [[1], [1, 2]], "nested": [[[[1]]]], "(None,)": (None,),
+        "('a', 'b')": ("a", "b"), "{}": {}, "{'x': 1}": {"x": 1}, "set": {1, 2}, "object": object(), "a class": int,
+        "a function": len, "a generator": (i for i in ()), "hostile": Hostile(),
+        "float32(1)": np.float32(1), "int64(3)": np.int64(3), "float32(nan)": np.float32("nan"),
+        "an empty array": np.zeros(0), "a 0-d array": np.array(1.0), "an array of 3": np.zeros(3),
+        "2x3": np.zeros((2, 3)),
+        "4x8x4": FRAME, "4x8x5": np.zeros((4, 8, 5), np.float32), "of text": np.array(["a"]),
+        "of objects": np.array([object(), None]), "complex": np.zeros((4, 8, 4), np.complex64),
+        "of dates": np.zeros((4, 8), "datetime64[s]"), "structured": np.zeros((4, 8), [("r", "f4"), ("g", "f4")]),
+        "masked": masked, "a target spec": pg.target("spec", "rgba32f"), "a depth spec": pg.target("deep", "depth32f"),
+        "an input": pg.Input("other", "rgba32f", (8, 4)), "history": pg.previous(pg.target("old", "rgba32f")),
+        "a target": kernel("copy")(frame("source")), "a value": pg.Value("given", float),
+        "a derived value": pg.Value("given2", float).map(abs), "a kernel": kernel("copy"), "a mesh": triangle(),
+        "a scene": small_scene(), "a camera": small_scene().camera, "a light": small_scene().lights[0],
+        "a path": Path("/nowhere/at/all.png"), "a blend": pg.Blend(), "a stencil": pg.Stencil(),
+        "a folder": Path("/"),
+    }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Call:
+    """A call that is right, of which one argument at a time is made wrong.
+
+    ``positional`` arguments stand under their numbers' names in ``good``, before the named ones.
+    """
+
+    name: str
+    function: Callable[..., Any]
+    good: Mapping[str, Any] = field(default_factory=dict)
+    positional: int = 0
+
+    def __call__(self, changed: str | None = None, value: Any = None) -> Any:
+        given = dict(self.good)
+        if changed is not None:
+            given[changed] = value
+        names = list(self.good)
+        first = [given.pop(name) for name in names[: self.positional]]
+        return self.function(*first, **given)
+
+
+def call(name: str, function: Callable[..., Any], /, positional: int = 0, **good: Any) -> Call:
+    return Call(name, function, good, positional)
+
+
+def _compiled(**given: Any) -> None:
+    given = {"outputs": kernel("copy")(frame()), "backend": "null", **given}
+    made = pg.compile(given.pop("outputs"), **given)
+    made.close()
+
+
+def _mixed(**given: Any) -> Any:
+    return kernel("mixed")(**given)
+
+
+_MIXED = {
+    "gain": 1.0, "count": 2, "on": True, "tint": (1, 1, 1), "m": np.eye(3), "a": [1, 2, 3], "cells": [[1, 2], [3, 4]],
+}  # fmt: skip
+
+
+def _run(**given: Any) -> None:
+    """Every parameter as a value of the run."""
+    types = {"gain": float, "count": int, "on": bool, "tint": pg.vec3, "m": pg.mat3, "a": object, "cells": object}
+    handles = {name: pg.Value(name, type_) for name, type_ in types.items()}
+    with pg.compile(kernel("mixed")(frame(), **handles), "null") as program:
+        program(frame=FRAME, **given)
+
+
+def _set(**given: Any) -> None:
+    with pg.compile(kernel("mixed")(frame(), **_MIXED), "null") as program:
+        program.set(given.pop("step"), given.pop("name"), given.pop("value"))
+        program(frame=FRAME)
+
+
+def _override(name: str) -> Callable[..., None]:
+    return lambda value: _set(step="mixed", name=name, value=value)
+
+
+def _program(use: Callable[[Any], Any]) -> None:
+    with pg.compile(kernel("copy")(frame()), "null") as program:
+        program(frame=FRAME)
+        use(program)
+
+
+def _observed(observe: Any) -> None:
+    _program(lambda program: program.run(observe, frame=FRAME))
+
+
+def _ran(frame: Any) -> None:
+    with pg.compile(kernel("copy")(pg.Input("frame")), "null") as program:
+        program(frame=frame)
+
+
+def _static(frame: Any) -> None:
+    with pg.compile(kernel("copy")(pg.Input("frame", static=True)), "null") as program:
+        program(frame=frame)
+
+
+def _result(name: Any) -> None:
+    _program(lambda program: program.read()[name])
+
+
+def _saved(**given: Any) -> None:
+    _program(lambda program: program.read().save(**given))
+
+
+def _border(rule: Any) -> Any:
+    return frame().border(rule)
+
+
+def _values_run(**given: Any) -> None:
+    lamp = pg.Value("lamp", given.pop("type"), **given)
+    with pg.compile(kernel("copy")(frame()), "null") as program:
+        program(frame=FRAME)
+    pg.compile(kernel("lamplit")(frame(), lamp), "null").close()
+
+
+def _drawn(**given: Any) -> None:
+    defaults = {
+        "vertex": stage("place"), "fragment": stage("paint"), "into": pg.target("color", "rgba8"),
+        "depth": pg.target("depth", "depth32f_stencil8"),
+    }  # fmt: skip
+    geometry = given.pop("geometry")
+    made = pg.draw(geometry, **{**defaults, **given})
+    pg.compile(made, "null", (4, 4)).close()
+
+
+class Plain:
+    """A mesh of someone else: plain arrays."""
+
+    def __init__(self, **arrays: Any) -> None:
+        self.positions, self.triangles = triangle().positions, triangle().triangles
+        vars(self).update(arrays)
+
+
+def _array(name: str) -> Callable[..., None]:
+    return lambda value: _drawn(geometry=Plain(**{name: value}))
+
+
+_FOLDER = "/nowhere"
+
+
+def _load(**given: Any) -> Any:
+    return pg.load(**given)
+
+
+CALLS: list[Call] = [
+    call("target", pg.target, name="t", format="rgba8", size=None, scale=None, like=None, clear=None, notes=()),
+    call("Input", pg.Input, name="t", format=None, size=None, static=False, border="clamp", default=None),
+    call("Target.border", _border, rule="zero"),
+    call("TargetSpec", pg.TargetSpec, name="t", format=FORMATS["rgba8"], size=None, clear=None, notes=()),
+    call("Target", pg.Target, spec=pg.target("t"), made_by=None, slot=0, is_previous=True, border_rule="clamp"),
+    call("previous", pg.previous, spec=pg.target("t")),
+    call("Value", pg.Value, name="v", type=float, static=False, default=None),
+    call("Value of a run", _values_run, type=object, static=False, default=None),
+    call("Value.map", pg.Value("v").map, function=abs),
+    call("Derived", pg.Derived, sources=(pg.Value("v"),), function=abs),
+    call("Derived.map", pg.Value("v").map(abs).map, function=abs),
+    call("combine", pg.combine, function=abs, first=pg.Value("v"), positional=2),
+    call("format_named", format_named, name="rgba8"),
+    call("kernel", pg.kernel, definition=None, source=KERNELS, name="copy"),
+    call("vertex", pg.vertex, definition=None, source=KERNELS, name="place"),
+    call("fragment", pg.fragment, definition=None, source=KERNELS, name="paint"),
+    call("function", pg.function, definition=len, positional=1),
+    call("struct", pg.struct, cls=int, positional=1),
+    call("a pixel kernel", _mixed, color=frame(), **_MIXED, reach=2, base=(0, 0), into=None, name=None),
+    call("a struct parameter", kernel("lamplit"), color=frame(), lamp=pg.Value("lamp", object)),
+    call("graph", pg.graph, outputs=kernel("copy")(frame()), positional=1),
+    call("compile", _compiled, outputs=kernel("copy")(frame()), backend="null", size=None, options=None,
+                                    non_finite="error", check_finite=False),
+    call("compile, several", lambda one, two: _compiled(outputs=[one, two]),
+         one=kernel("copy")(frame()), two=kernel("copy")(frame("two"), name="two")),
+    call("compile, by name", lambda one: _compiled(outputs={"one": one}), one=kernel("copy")(frame())),
+    call("Options", pg.Options, cull=True, fuse=True, order=True, alias=True, static=True, simplify=True),
+    call("a value of a run", _run, **_MIXED),
+    call("a picture of a run", _ran, frame=FRAME),
+    call("a static picture", _static, frame=FRAME),
+    call("Program.set", _set, step="mixed", name="gain", value=1.0),
+    *(call(f"Program.set {name}", _override(name), value=value) for name, value in _MIXED.items()),
+    call("Program.read", lambda name: _program(lambda program: program.read(name)), name="copy"),
+    call("Program.run", _observed, observe=None),
+    call("Result", _result, name="copy"),
+    call("Result.save", _saved, path=f"{_FOLDER}/x.npy", name="copy"),
+    call("Blend", pg.Blend, source="one", destination="one", equation="add", source_alpha=None,
+                                 destination_alpha=None, equation_alpha=None),
+    call("Stencil", pg.Stencil, compare="always", reference=0, read_mask=255, write_mask=255, fail="keep",
+                                     depth_fail="keep", passed="keep"),
+    call("DrawState", DrawState, cull="none", depth_compare="less", depth_write=True, stencil=None, blend=(),
+                                      color_mask=(), polygon_offset=(0.0, 0.0), clear_stencil=0),
+    call("draw", _drawn, geometry=triangle(), vertex=stage("place"), fragment=stage("paint"),
+                              into=pg.target("color", "rgba8"), depth=None, stencil=None, blend=None, cull="none",
+                              depth_compare="less", depth_write=True, color_mask=None, polygon_offset=(0.0, 0.0),
+                              clear_stencil=0, name=None, values=None, shift=(0, 0, 0)),
+    *(call(f"a mesh's {name}", _array(name), value=getattr(triangle(), name))
+      for name in ("positions", "triangles", "normals", "uvs", "colors", "tangents")),
+    call("load", _load, path=f"{_FOLDER}/x.png", max_bytes=1 << 20, linear=False),
+    call("save", pg.save, path=f"{_FOLDER}/x.npy", picture=FRAME, linear=False),
+    call("compare", lambda **given: compare(kernel("copy")(frame()), **given),
+         backends=(), size=None, progress=lambda _: None, frame=FRAME),
+    call("compare, outputs", lambda outputs: compare(outputs, (), frame=FRAME), outputs=kernel("copy")(frame())),
+    call("Mesh.make", Mesh.make, positions=triangle().positions, triangles=[[0, 1, 2]], normals=None, uvs=None,
+                                      colors=None, name="mesh"),
+    call("Mesh", Mesh, positions=triangle().positions, triangles=triangle().triangles,
+                            normals=triangle().normals, uvs=triangle().uvs, colors=triangle().colors,
+                            tangents=triangle().tangents, name="mesh"),
+    call("Texture.make", Texture.make, pixels=np.zeros((2, 2, 4), np.uint8), color_space="srgb", name="t"),
+    call("Texture", Texture, pixels=np.zeros((2, 2, 4), np.uint8), color_space="srgb", name="t"),
+    call("Material", Material, name="m", base_color=(1, 1, 1, 1), base_color_texture=None, normal_texture=None,
+                                    height_texture=None, height_scale=0.05, alpha_mode="opaque", alpha_cutoff=0.5,
+                                    double_sided=False),
+    call("Node", Node, mesh=triangle(), material=Material(), transform=np.eye(4), name="n", casts=True,
+                            receives=True),
+    call("Scene", Scene, nodes=(Node(triangle()),), camera=small_scene().camera, lights=(), name="s",
+                              warnings=()),
+    call("Scene.with_", small_scene().with_, nodes=None, camera=None, lights=None),
+    call("Scene.load", Scene.load, path=f"{_FOLDER}/x.glb", ground=None, up="y"),
+    call("Camera", Camera, eye=(0, 0, 5), target=(0, 0, 0), up=(0, 1, 0), vertical_fov_rad=1.0, near=0.1,
+                                far=100.0),
+    call("Camera.projection_matrix", small_scene().camera.projection_matrix, aspect=1.5),
+    call("Camera.relative", small_scene().camera.relative, transform=np.eye(4)),
+    call("Camera.framing", Camera.framing, bounds=[[-1, -1, -1], [1, 1, 1]], direction=None, aspect=1.5,
+                                                vertical_fov_rad=0.7, depth_bounds=None),
+    call("Light", Light, kind="spot", position=(0, 0, 0), direction=(0, -1, 0), color=(1, 1, 1), intensity=1.0,
+                              radius=0.0, cone_inner_rad=0.0, cone_outer_rad=0.7, name="l"),
+    call("Light.directional", Light.directional, direction=(0, -1, 0), color=(1, 1, 1), intensity=1.0,
+                                                      radius=0.0, name="l"),
+    call("Light.point", Light.point, position=(0, 0, 0), color=(1, 1, 1), intensity=1.0, radius=0.0, name="l"),
+    call("Light.spot", Light.spot, position=(0, 0, 0), direction=(0, -1, 0), color=(1, 1, 1), intensity=1.0,
+                                        radius=0.0, cone_inner_rad=None, cone_outer_rad=0.7, name="l"),
+    call("Light.frustum", Light.directional((0, -1, 0)).frustum, bounds=[[-1, -1, -1], [1, 1, 1]]),
+    call("conformance.cases", lambda **given: list(cases(**given)), groups=["sequences"], quick=True),
+    call("conformance.run", lambda **given: run(cases=[], **given), backend="null", progress=lambda *_: None),
+    call("conformance.run, case", lambda case: run("null", [case]), case=next(cases(["sequences"]))),
+    call("effect_named", effect_named, name="bloom"),
+    call("Effect.parameter", EFFECTS["bloom"].parameter, name="levels"),
+]  # fmt: skip
+
+
+_GOOD_FLAT: dict[str, dict[str, Any]] = {
+    "Window": {"left": 0, "bottom": 0, "right": 8, "top": 4},
+    "Light2D": {"position": (1, 1), "color": (1, 1, 1), "radius": 2.0, "size": 0.1},
+    "Wall": {"points": ((0, 0), (1, 1)), "closed": True},
+    "Mover": {"position": (1, 1), "half": (1, 1), "angle_rad": 0.0},
+    "World2D": {"window": None, "walls": (), "lights": (), "movers": (), "ambient": (0, 0, 0), "floor": (0, 0, 0)},
+}
+
+
+def _effects() -> Iterator[Call]:
+    """Every function of an effect; each argument in turn, by the effect's own signature."""
+    from passgraph import effects
+    from passgraph.effects import light2d
+
+    first = {
+        "scene": small_scene(), "frame": frame(), "color": frame(), "mask": frame(), "light": frame("light"),
+        "depth": pg.Input("depth", "r32f", (8, 4)), "normals": frame("normals"), "camera": pg.Value("camera", Camera),
+        "radius": 0.5, "world": light2d.World2D.shipped(), "window": light2d.Window(0, 0, 10, 10), "walls": (),
+        "lights": (light2d.Light2D((1, 1)),), "size": (8, 4), "grid": np.zeros((4, 8), np.float32), "threshold": 0.5,
+        "movers": pg.Value("movers", object), "count": 2,
+    }  # fmt: skip
+    for package in (effects, light2d):
+        for name in package.__all__:
+            function = getattr(package, name)
+            if inspect.isclass(function) and name in ("Light2D", "Mover", "Wall", "Window", "World2D"):
+                yield Call(
+                    name,
+                    function,
+                    {**_GOOD_FLAT[name], **({"window": light2d.Window(0, 0, 8, 4)} if name == "World2D" else {})},
+                )
+            if inspect.isfunction(function):
+                parameters = inspect.signature(function).parameters.values()
+                good = {
+                    p.name: first.get(p.name, p.default) if p.default is inspect.Parameter.empty else p.default
+                    for p in parameters
+                }
+                if name in ("lit", "occlusion", "moving_shadows") and package is light2d:
+                    good["scene"] = frame()
+                yield Call(name, function, good)
+
+
+@cache
+def calls() -> list[Call]:
+    """Every call of the sweep."""
+    return [*CALLS, *_effects()]
