@@ -186,7 +186,7 @@ class Fit:
         )
         if not len(points):
             return np.eye(4)
-        casters = corners_of(self.casters(light)) + self.origin
+        casters = self._once("casters", (light, view.tobytes()), lambda: self._before_light(light, view))
         needed = needed_places(light, view, projection, points + self.origin, casters)
         if needed is None or not len(needed):
             return np.eye(4)
@@ -199,6 +199,11 @@ class Fit:
             turn = round(atan2(along[1], along[0]) / (2.0 * pi) * TURNS) * (2.0 * pi / TURNS)
             slope = hypot(*along)
         return _oblong(needed, turn, _nearest(points + self.origin, camera) * float(projection[0, 0]), slope, share)
+
+    def _before_light(self, light: pg.Light, view: Float64) -> Float64:
+        """Corners of the casters' boxes in the map's view, (n, 8, 3)."""
+        corners = corners_of(self.casters(light)).reshape(-1, 3) + self.origin
+        return (corners @ view[:3, :3].T + view[:3, 3]).reshape(-1, 8, 3)
 
     def _once(self, name: str, key: object, make: Callable[[], Float64]) -> Float64:
         """The last value of its name, if its key is the same."""
@@ -222,7 +227,7 @@ def needed_places(
     ----------
     view, projection : of the whole map
     points : (n, 3) world, whose hull holds the receivers
-    casters : (m, 8, 3) corners of boxes
+    casters : (m, 8, 3) corners of boxes, in the map's view
 
     Returns
     -------
@@ -231,25 +236,24 @@ def needed_places(
     """
     scale, parallel = float(projection[0, 0]), light.kind == "directional"
     place = points @ view[:3, :3].T + view[:3, 3]
-    boxes = (casters.reshape(-1, 3) @ view[:3, :3].T + view[:3, 3]).reshape(-1, 8, 3)
-    depth, depths = -place[:, 2], -boxes[..., 2]
+    depth, depths = -place[:, 2], -casters[..., 2]
     far, nearest = float(depth.max()), depths.min(axis=1)
     counts = nearest < far
     if parallel:
-        flat, flats = place[:, :2] * scale, boxes[..., :2] * scale
+        flat, flats = place[:, :2] * scale, casters[..., :2] * scale
         reach = light.radius * np.maximum(far - nearest, 0.0) * scale
     else:
         least = 1e-4 * max(far, 0.0)
         if float(depth.min()) <= least:
             return None
-        x, y = boxes[..., 0] * scale, boxes[..., 1] * scale
+        x, y = casters[..., 0] * scale, casters[..., 1] * scale
         beyond = [(side > 0.0).all(axis=1) for side in (x - depths, -x - depths, y - depths, -y - depths)]
         counts &= ~((depths <= 0.0).all(axis=1) | np.any(beyond, axis=0))
         if (nearest[counts] <= least).any():
             return None  # beside the light a caster may stand in the way of all that it shines on
         flat, flats = (
             place[:, :2] * scale / depth[:, None],
-            boxes[..., :2] * scale / np.maximum(depths, least)[..., None],
+            casters[..., :2] * scale / np.maximum(depths, least)[..., None],
         )
         reach = light.radius * np.maximum(1.0 / np.maximum(nearest, least) - 1.0 / far, 0.0) * scale
     lows, highs = flats.min(axis=1), flats.max(axis=1)

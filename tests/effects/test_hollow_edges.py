@@ -28,12 +28,12 @@ def before_a_wall(degrees: float, turn: float) -> pg.Scene:
 # "blur", which takes the four texels around, at 60 degrees, texels of the wall lie more than one before the floor.
 @pytest.mark.parametrize(("shadow_filter", "degrees"), [("hard", 82), ("pcss", 82), ("penumbra", 82), ("blur", 60)])
 def test_a_hollow_edge_in_full_light_is_lit(shadow_filter: str, degrees: float) -> None:
-    options: dict[str, Any] = {"softness": 0.0} if shadow_filter == "blur" else {}
+    options: dict[str, Any] = {"shadow_filter": shadow_filter}
+    if shadow_filter == "blur":
+        options["softness"] = 0.0
     for turn in (0.0, 0.35, 0.785):
         scene = before_a_wall(degrees, turn)
-        passes = soft_shadow_passes(
-            scene, ambient=0.0, map_size=64, shadow_filter=shadow_filter, fit="scene", **options
-        )  # type: ignore[arg-type]
+        passes = soft_shadow_passes(scene, ambient=0.0, map_size=64, fit="scene", **options)
         assert passes.shadows_blurred is not None
         share = render(passes.shadows_blurred, size=(96, 64), backend="numpy")
         assert next(iter(share.values()))[:, :, 0].min() == 1.0, f"turned by {turn}"
