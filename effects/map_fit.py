@@ -31,9 +31,9 @@ TURNS = 32
 DENSEST = 2.0
 #: Texels to each side beyond what is needed: those that a comparison reads, and rounding.
 MARGIN_TEXELS = 2.0
-#: The faces of a box as corners, of which bit 0 is x, bit 1 y and bit 2 z.
-FACES = np.array([[0, 2, 6, 4], [1, 3, 7, 5], [0, 1, 5, 4], [2, 3, 7, 6], [0, 1, 3, 2], [4, 5, 7, 6]])
+#: The corners of a box, of which bit 0 is x, bit 1 y and bit 2 z, and its edges as pairs of them.
 BITS = np.array([[i & 1, i >> 1 & 1, i >> 2 & 1] for i in range(8)])
+EDGES = np.array([(i, i | bit) for bit in (1, 2, 4) for i in range(8) if not i & bit])
 
 
 def pieces_of(nodes: Sequence[pg.Node], origin: Float64) -> Float64:
@@ -70,26 +70,60 @@ def corners_of(boxes: Float64) -> Float64:
 
 
 def seen_points(boxes: Float64, camera: pg.Camera, aspect: float, origin: Float64) -> Float64:
-    """Points whose hull holds what of the boxes lies in the camera's frustum, (n, 3) relative to ``origin``."""
+    """Points whose hull holds what of the boxes lies in the camera's frustum, (n, 3) relative to ``origin``.
+
+    Of a box that the frustum cuts these are the corners of what is left: each ends a part of one of the box's edges
+    within the frustum, or a part of one of the frustum's edges within the box.
+    """
     half = tan(0.5 * camera.vertical_fov_rad)
     # inside: normal · point + offset ≥ 0 for each of six planes
     local = np.array(
         [[1, 0, -half * aspect], [-1, 0, -half * aspect], [0, 1, -half], [0, -1, -half], [0, 0, -1], [0, 0, 1]]
     )
-    normals = local @ camera.view_rotation()[:3, :3]
-    offsets = -normals @ np.subtract(camera.eye, origin) + np.array([0, 0, 0, 0, -camera.near, camera.far])
-    corners = corners_of(boxes)
-    heights = corners @ normals.T + offsets
-    outside = np.any((heights < 0.0).all(axis=1), axis=1)
-    within = (heights >= 0.0).all(axis=(1, 2))
-    cut = corners[~outside & ~within]
-    polygons = cut[:, FACES].reshape(-1, 4, 3)
-    for normal, offset in zip(normals, offsets, strict=True):
-        polygons = _cut(polygons, normal, offset)
-    found = [corners[within].reshape(-1, 3), polygons.reshape(-1, 3)]
-    if len(cut):
-        found.append(_frustum_corners_in(boxes[~outside & ~within], camera, aspect, origin))
-    return np.concatenate(found)
+    rotation, eye = camera.view_rotation()[:3, :3], np.subtract(camera.eye, origin)
+    normals = local @ rotation
+    offsets = -normals @ eye + np.array([0, 0, 0, 0, -camera.near, camera.far])
+    middles = 0.5 * (boxes[:, 0] + boxes[:, 1]) @ normals.T + offsets
+    reaches = 0.5 * (boxes[:, 1] - boxes[:, 0]) @ np.abs(normals).T
+    within = (middles >= reaches).all(axis=1)
+    cut = boxes[(middles >= -reaches).all(axis=1) & ~within]
+    slopes = np.array([(x, y, -1.0) for y in (-half, half) for x in (-half * aspect, half * aspect)]) @ rotation
+    return np.concatenate(
+        [
+            corners_of(boxes[within]).reshape(-1, 3),
+            _parts_before_planes(corners_of(cut)[:, EDGES], normals, offsets),
+            _parts_in_boxes(np.concatenate([slopes * camera.near, slopes * camera.far])[EDGES] + eye, cut),
+        ]
+    )
+
+
+def _parts_before_planes(edges: Float64, normals: Float64, offsets: Float64) -> Float64:
+    """Ends of what of edges, (n, 12, 2, 3), lies on the inner side of all planes, (m, 3)."""
+    heights = (edges.reshape(-1, 3) @ normals.T + offsets).reshape(-1, 2, len(normals))
+    first, last = heights[:, 0], heights[:, 1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t = first / (first - last)
+    enter = np.where(first < 0.0, np.where(last < 0.0, np.inf, t), 0.0).max(axis=1)
+    leave = np.where((first >= 0.0) & (last < 0.0), t, 1.0).min(axis=1)
+    return _ends(edges.reshape(-1, 2, 3), enter, leave)
+
+
+def _parts_in_boxes(edges: Float64, boxes: Float64) -> Float64:
+    """Ends of what of edges, (m, 2, 3), lies in one of the boxes, (n, 2, 3)."""
+    first, way = edges[:, 0], edges[:, 1] - edges[:, 0]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t = (boxes[:, None] - first[None, :, None]) / way[None, :, None]
+    # not a number where an edge runs within a side of a box: that side does not end it
+    enter = np.fmax(np.fmax.reduce(np.fmin(t[:, :, 0], t[:, :, 1]), axis=2), 0.0)
+    leave = np.fmin(np.fmin.reduce(np.fmax(t[:, :, 0], t[:, :, 1]), axis=2), 1.0)
+    return _ends(np.broadcast_to(edges, (len(boxes), *edges.shape)).reshape(-1, 2, 3), enter.ravel(), leave.ravel())
+
+
+def _ends(edges: Float64, enter: Float64, leave: Float64) -> Float64:
+    """Points at both shares of edges, (n, 2, 3), where the first comes before the second."""
+    some = enter <= leave
+    first, way = edges[some, 0], edges[some, 1] - edges[some, 0]
+    return np.concatenate([first + enter[some, None] * way, first + leave[some, None] * way])
 
 
 def _cut(polygons: Float64, normal: Float64, offset: float) -> Float64:
@@ -109,17 +143,6 @@ def _cut(polygons: Float64, normal: Float64, offset: float) -> Float64:
     order = np.argsort(~inside, axis=1, kind="stable")[:, : polygons.shape[1] + 1]
     kept, inside = np.take_along_axis(kept, order[..., None], 1), np.take_along_axis(inside, order, 1)
     return np.asarray(np.where(inside[..., None], kept, kept[:, :1]))
-
-
-def _frustum_corners_in(boxes: Float64, camera: pg.Camera, aspect: float, origin: Float64) -> Float64:
-    """Corners of the camera's frustum that lie within one of the boxes."""
-    half = tan(0.5 * camera.vertical_fov_rad)
-    local = np.array(
-        [(x * half * aspect * z, y * half * z, -z) for z in (camera.near, camera.far) for x in (-1, 1) for y in (-1, 1)]
-    )
-    points = local @ camera.view_rotation()[:3, :3] + np.subtract(camera.eye, origin)
-    inside = (points[:, None] >= boxes[None, :, 0]) & (points[:, None] <= boxes[None, :, 1])
-    return np.asarray(points[np.any(inside.all(axis=2), axis=1)])
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,7 +186,7 @@ class Fit:
         )
         if not len(points):
             return np.eye(4)
-        casters = corners_of(self.casters(light)) + self.origin
+        casters = self._once("casters", (light, view.tobytes()), lambda: self._before_light(light, view))
         needed = needed_places(light, view, projection, points + self.origin, casters)
         if needed is None or not len(needed):
             return np.eye(4)
@@ -176,6 +199,11 @@ class Fit:
             turn = round(atan2(along[1], along[0]) / (2.0 * pi) * TURNS) * (2.0 * pi / TURNS)
             slope = hypot(*along)
         return _oblong(needed, turn, _nearest(points + self.origin, camera) * float(projection[0, 0]), slope, share)
+
+    def _before_light(self, light: pg.Light, view: Float64) -> Float64:
+        """Corners of the casters' boxes in the map's view, (n, 8, 3)."""
+        corners = corners_of(self.casters(light)).reshape(-1, 3) + self.origin
+        return (corners @ view[:3, :3].T + view[:3, 3]).reshape(-1, 8, 3)
 
     def _once(self, name: str, key: object, make: Callable[[], Float64]) -> Float64:
         """The last value of its name, if its key is the same."""
@@ -199,7 +227,7 @@ def needed_places(
     ----------
     view, projection : of the whole map
     points : (n, 3) world, whose hull holds the receivers
-    casters : (m, 8, 3) corners of boxes
+    casters : (m, 8, 3) corners of boxes, in the map's view
 
     Returns
     -------
@@ -208,25 +236,24 @@ def needed_places(
     """
     scale, parallel = float(projection[0, 0]), light.kind == "directional"
     place = points @ view[:3, :3].T + view[:3, 3]
-    boxes = casters @ view[:3, :3].T + view[:3, 3]
-    depth, depths = -place[:, 2], -boxes[..., 2]
+    depth, depths = -place[:, 2], -casters[..., 2]
     far, nearest = float(depth.max()), depths.min(axis=1)
     counts = nearest < far
     if parallel:
-        flat, flats = place[:, :2] * scale, boxes[..., :2] * scale
+        flat, flats = place[:, :2] * scale, casters[..., :2] * scale
         reach = light.radius * np.maximum(far - nearest, 0.0) * scale
     else:
         least = 1e-4 * max(far, 0.0)
         if float(depth.min()) <= least:
             return None
-        x, y = boxes[..., 0] * scale, boxes[..., 1] * scale
+        x, y = casters[..., 0] * scale, casters[..., 1] * scale
         beyond = [(side > 0.0).all(axis=1) for side in (x - depths, -x - depths, y - depths, -y - depths)]
         counts &= ~((depths <= 0.0).all(axis=1) | np.any(beyond, axis=0))
         if (nearest[counts] <= least).any():
             return None  # beside the light a caster may stand in the way of all that it shines on
         flat, flats = (
             place[:, :2] * scale / depth[:, None],
-            boxes[..., :2] * scale / np.maximum(depths, least)[..., None],
+            casters[..., :2] * scale / np.maximum(depths, least)[..., None],
         )
         reach = light.radius * np.maximum(1.0 / np.maximum(nearest, least) - 1.0 / far, 0.0) * scale
     lows, highs = flats.min(axis=1), flats.max(axis=1)

@@ -29,7 +29,7 @@ from passgraph.effects.views import LightFrame
 
 #: Half widths of penumbrae, in pixels, up to which full size decides, and from which half the size does: the small
 #: picture's pixels are 2 wide, and of a penumbra that is hardly wider they catch a point or two.
-SHARP_PX, SOFT_PX = 2.0, 5.0
+SHARP_PX, SOFT_PX = 1.5, 4.0
 #: Comparisons for each place of the search: a mean of few has steps that show as bands in wide penumbrae.
 COMPARED = 2
 #: Comparisons of each pixel in full size: enough for a penumbra of SHARP_PX.

@@ -26,7 +26,7 @@ NORMAL_OFFSET_TEXELS = 1.5
 #: A caster nearer to the receiver than this many texels does not count: where two surfaces meet in a hollow
 #: edge, the texels of one lie before the other. Thin cards lose as much of the shadow at their foot, solid
 #: bodies nothing.
-DEPTH_SLACK_TEXELS = 1.0
+DEPTH_SLACK_TEXELS = 1.5
 #: A tap counts only for casters nearer to the light by more than its own distance times this: what lies
 #: outside that cone could only shadow the receiver under a light wider than 90 degrees, and is most often the
 #: next wall of a room.

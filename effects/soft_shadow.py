@@ -95,7 +95,7 @@ def soft_shadow_passes(
     >>> passes.shadows_blurred is passes.shadows
     True
     """
-    _check(softness, blur, radius_px, map_size, fit, map_blur_px, hdr_format)
+    _check(softness, blur, radius_px, map_size, map_blur_px, hdr_format)
     if shadow_filter == "auto":
         shadow_filter = _filter_for(scene, softness, blur)
     chosen = FilterChoice(shadow_filter, pcf_size, taps, bleed, exponent, moment_format)
@@ -264,9 +264,7 @@ def _softness(given: float | pg.Value | None, lights: Sequence[pg.Value], caster
     return pg.combine(width, *lights)
 
 
-def _check(
-    softness: object, blur: str, radius_px: int, map_size: int, fit: str, map_blur_px: int, hdr_format: str
-) -> None:
+def _check(softness: object, blur: str, radius_px: int, map_size: int, map_blur_px: int, hdr_format: str) -> None:
     if isinstance(softness, (int, float)) and not 0.0 <= softness < float("inf"):
         raise pg.GraphError(f"soft_shadow: softness must be 0 or more scene units, got {softness!r}")
     if blur not in ("world", "constant"):
@@ -275,8 +273,6 @@ def _check(
         raise pg.GraphError(f"soft_shadow: radius_px must be 1 to 31, got {radius_px!r}")
     if not 16 <= map_size <= 8192:
         raise pg.GraphError(f"soft_shadow: map_size must be 16 to 8192, got {map_size!r}")
-    if fit not in ("view", "scene"):
-        raise pg.GraphError(f"soft_shadow: fit cannot be {fit!r}; it is 'view' or 'scene'")
     if not 0 <= map_blur_px <= 31:
         raise pg.GraphError(f"soft_shadow: map_blur_px must be 0 to 31, got {map_blur_px!r}")
     if hdr_format not in HDR_FORMATS:

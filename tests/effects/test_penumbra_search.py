@@ -50,7 +50,7 @@ def test_it_is_as_soft_as_the_light_makes_it(lights: str, backend_name: str) -> 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["shipped", "samurai", "slab", "room", "chequer"])
+@pytest.mark.parametrize("name", ["shipped", "samurai", "slab", "room", "wide", "chequer"])
 def test_it_is_at_most_a_tenth_worse_than_pcss_with_32_taps(name: str, backend_name: str) -> None:
     """In pictures of 640 × 360; where penumbrae are a few pixels wide the small picture catches too little of them."""
     pytest.importorskip("skimage")

@@ -132,5 +132,5 @@ def test_runs_with_other_cameras_are_those_of_fresh_programs() -> None:
 
 
 def test_fit_is_view_or_scene() -> None:
-    with pytest.raises(pg.GraphError, match=r"soft_shadow: fit cannot be 'all'; it is 'view' or 'scene'"):
+    with pytest.raises(pg.GraphError, match=r"soft_shadow: fit cannot be 'all'; it is one of view, scene"):
         soft_shadow_passes(scene_named("box"), fit="all")  # type: ignore[arg-type]
