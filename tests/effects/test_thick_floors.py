@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph.bench.scenes import scene_named
 from passgraph.bench.truth import truth_of
+from passgraph.compare import compare
 from passgraph.effects import soft_shadow_passes
 from passgraph.effects.map_fit import pieces_of, seen_points
 from passgraph.effects.views import Casters, Seen
@@ -143,3 +145,21 @@ def test_runs_with_other_cameras_are_those_of_fresh_programs() -> None:
 def test_fit_is_view_or_scene() -> None:
     with pytest.raises(pg.GraphError, match=r"soft_shadow: fit cannot be 'all'; it is one of view, scene"):
         soft_shadow_passes(scene_named("box"), fit="all")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("name", "shadow_filter"),
+    [
+        ("room", "penumbra"),
+        pytest.param("room", "pcss", marks=pytest.mark.slow),
+        pytest.param("slab", "penumbra", marks=pytest.mark.slow),
+        pytest.param("slab", "pcss", marks=pytest.mark.slow),
+    ],
+)
+def test_every_pass_is_within_the_bounds_of_the_reference(name: str, shadow_filter: str, backend_name: str) -> None:
+    """Fitted maps, the nearest casters and both searches: under a spot on a thick floor and in a closed room."""
+    options: dict[str, Any] = {"shadow_filter": shadow_filter}
+    made = soft_shadow_passes(scene_named(name), ambient=0.0, map_size=32, taps=4, **options)
+    assert made.shadows_blurred is not None
+    report = compare(made.shadows_blurred, (backend_name,), size=(16, 10))
+    assert report.within_bounds, report
