@@ -33,7 +33,7 @@ from passgraph.program import compile
 PAGE, PICTURES = root / "docs" / "speed-and-error.md", root / "docs" / "images" / "speed-and-error"
 REPORT = root / "out" / "speed-and-error"
 NAMES = ("shipped", "samurai", "slab", "room", "wide", "chequer")
-SETTINGS = Settings(size=(640, 360), map_sizes=(1024,), backends=("numpy", "gl"), frames=3)
+SETTINGS = Settings(size=(640, 360), map_sizes=(1024,), backends=("numpy", "gl"), frames=5)
 #: Methods whose pictures the page shows beside the truth.
 SHOWN = ("hard", "blur-world", "evsm4", "pcss-32", "penumbra-16")
 #: The combination, and what it is held against.

@@ -54,7 +54,7 @@ def test_it_is_as_soft_as_the_light_makes_it(lights: str, backend_name: str) -> 
 def test_it_is_at_most_a_tenth_worse_than_pcss_with_32_taps(name: str, backend_name: str) -> None:
     """In pictures of 640 × 360; where penumbrae are a few pixels wide the small picture catches too little of them."""
     pytest.importorskip("skimage")
-    from passgraph.bench.methods import METHODS
+    from passgraph.bench.methods import METHODS, passes_of
     from passgraph.bench.scenes import SCENES, scene_named
     from passgraph.bench.truth import truth_of
 
@@ -62,11 +62,14 @@ def test_it_is_at_most_a_tenth_worse_than_pcss_with_32_taps(name: str, backend_n
         pytest.skip(f"{SCENES[name].needs} is not installed")
     made, size = scene_named(name), (640, 360)
     traced = truth_of(made, size, 64)
+    # what turns from the light by its shading normal is dark in every method, and would drown where they differ
+    unshadowed = passes_of(made, 64, shadow_filter="hard").unshadowed
+    counts = traced.counts & (render(unshadowed, size=size, backend=backend_name)[unshadowed.name].max(axis=2) > 0.0)
     errors = []
     for method in ("penumbra-16", "pcss-32"):
         target = METHODS[method].make(made, 1024).share
         share = render(target, size=size, backend=backend_name)[target.name][:, :, 0]
-        errors.append(float(np.sqrt(np.mean((share - traced.share)[traced.counts] ** 2))))
+        errors.append(float(np.sqrt(np.mean((share - traced.share)[counts] ** 2))))
     # both have the truth's own noise in them, which brings them closer together and swaps nothing
     assert errors[0] <= 1.1 * errors[1]
 

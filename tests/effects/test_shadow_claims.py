@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from typing import Any
+
 import pytest
 
 import passgraph as pg
 from passgraph.effects import soft_shadow
+from passgraph.language.scalar import For, If, LoadTexel
+from passgraph.plan.data import DrawStep, PixelStep
 from tests.effects.hard import blurring
+from tests.effects.hard.case import SIZE
 from tests.effects.test_hard_cases import lines, values
 
 
@@ -35,10 +41,36 @@ def test_a_larger_map_stays_as_wrong_as_a_hard_shadow(backend_name: str) -> None
     assert hard[-1] > 0.95 * hard[-2]
 
 
+def texels_in(body: Sequence[object]) -> int:
+    """How many texels a program reads; of two branches both count."""
+    read = 0
+    for step in body:
+        if isinstance(step, LoadTexel):
+            read += 1
+        elif isinstance(step, For):
+            read += step.trips * texels_in(step.body)
+        elif isinstance(step, If):
+            read += texels_in(step.then) + texels_in(step.orelse)
+    return read
+
+
+def texels_moved(scene: pg.Scene, size: tuple[int, int], **options: Any) -> int:
+    """Texels that a frame writes, and that its full-screen passes read."""
+    moved = 0
+    with pg.compile(soft_shadow(scene, **options), backend="null", size=size) as program:
+        for step in program.plan.steps:
+            if isinstance(step, (PixelStep, DrawStep)):
+                each = len(step.writes) + (texels_in(step.program.body) if isinstance(step, PixelStep) else 0)
+                moved += step.size[0] * step.size[1] * each
+    return moved
+
+
 def test_a_larger_map_costs_more_than_the_blur() -> None:
-    case = blurring.larger_maps("numpy")
-    blur = values(case, "processor ms a frame, blur, 512²")[2]
-    assert values(case, "processor ms a frame, 4096²")[1] > blur
+    blur = texels_moved(blurring.usual(), SIZE, map_size=512, shadow_filter="blur")
+    sizes = (512, 1024, 2048, 4096)
+    hard = [texels_moved(blurring.usual(), SIZE, map_size=side, shadow_filter="hard") for side in sizes]
+    assert hard == sorted(hard)
+    assert hard[0] < blur < hard[-1]
 
 
 def test_with_a_constant_blur_shadows_vanish_in_the_distance_and_with_ours_they_stay(backend_name: str) -> None:
@@ -67,9 +99,11 @@ def test_any_number_of_lights_is_blurred_once() -> None:
 
 
 def test_a_light_more_costs_a_part_of_the_first_frame() -> None:
-    case = blurring.many_lights("numpy")
-    first = values(case, "processor ms, 1 lights")[2]
-    assert values(case, "processor ms for each light more")[2] < 0.5 * first
+    one, eight = (
+        texels_moved(blurring.under_lights(count), blurring.SPEED_SIZE, map_size=512, shadow_filter="blur")
+        for count in (1, 8)
+    )
+    assert 0 < (eight - one) / 7 < 0.15 * one
 
 
 def test_every_object_casts_and_receives(backend_name: str) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph.bench.scenes import scene_named
 from passgraph.bench.truth import truth_of
+from passgraph.compare import compare
 from passgraph.effects import soft_shadow_passes
 from passgraph.effects.map_fit import pieces_of, seen_points
 from passgraph.effects.views import Casters, Seen
@@ -18,8 +20,18 @@ from passgraph.scene.matrices import transform_points
 from tests.effects.scenes import Picture, cube, floor, render, sun
 
 SIZE = (160, 90)
-#: Errors of both filters by scene, map 1024: a good third more than was measured on 160 × 90 pixels.
-SCENES = {"slab": 0.02, "room": 0.03, "wide": 0.025, "chequer": 0.03}
+#: Errors by scene and filter on a map of 1024: a little more than was measured on 160 × 90 pixels, and less than where
+#: maps hold all casters and searches are as wide as the nearest of them asks.
+WORST = {
+    ("slab", "penumbra"): 0.015,
+    ("slab", "pcss"): 0.01,
+    ("room", "penumbra"): 0.02,
+    ("room", "pcss"): 0.013,
+    ("wide", "penumbra"): 0.016,
+    ("wide", "pcss"): 0.009,
+    ("chequer", "penumbra"): 0.025,
+    ("chequer", "pcss"): 0.0135,
+}
 
 
 @lru_cache
@@ -34,17 +46,16 @@ def share(scene: pg.Scene, **options: object) -> Picture:
     return next(iter(render(passes.shadows_blurred, size=SIZE, backend="numpy").values()))[:, :, 0]
 
 
-@pytest.mark.parametrize("shadow_filter", ["penumbra", "pcss"])
-@pytest.mark.parametrize("name", list(SCENES))
+@pytest.mark.parametrize(("name", "shadow_filter"), list(WORST))
 def test_a_caster_in_the_plane_of_the_lamp_does_not_widen_every_search(name: str, shadow_filter: str) -> None:
     """A floor with an underside, walls, a floor 200 wide, and gaps as fine as the penumbra."""
     true, counts = truth(name)
-    off = (share(scene_named(name), shadow_filter=shadow_filter) - true)[counts]
-    assert np.sqrt(np.mean(off**2)) < SCENES[name]
+    made = share(scene_named(name), shadow_filter=shadow_filter)
+    assert np.sqrt(np.mean((made - true)[counts] ** 2)) < WORST[name, shadow_filter]
     umbra = counts & (true == 0.0)
     assert umbra.sum() > 20 or name == "chequer"
     if umbra.any():
-        assert np.mean(share(scene_named(name), shadow_filter=shadow_filter)[umbra] > 0.5) < 0.05
+        assert np.mean(made[umbra] > 0.5) < 0.05
 
 
 def frustum_of(scene: pg.Scene, seen: Seen | None) -> NDArray[np.float64]:
@@ -134,3 +145,21 @@ def test_runs_with_other_cameras_are_those_of_fresh_programs() -> None:
 def test_fit_is_view_or_scene() -> None:
     with pytest.raises(pg.GraphError, match=r"soft_shadow: fit cannot be 'all'; it is one of view, scene"):
         soft_shadow_passes(scene_named("box"), fit="all")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(
+    ("name", "shadow_filter"),
+    [
+        ("room", "penumbra"),
+        pytest.param("room", "pcss", marks=pytest.mark.slow),
+        pytest.param("slab", "penumbra", marks=pytest.mark.slow),
+        pytest.param("slab", "pcss", marks=pytest.mark.slow),
+    ],
+)
+def test_every_pass_is_within_the_bounds_of_the_reference(name: str, shadow_filter: str, backend_name: str) -> None:
+    """Fitted maps, the nearest casters and both searches: under a spot on a thick floor and in a closed room."""
+    options: dict[str, Any] = {"shadow_filter": shadow_filter}
+    made = soft_shadow_passes(scene_named(name), ambient=0.0, map_size=32, taps=4, **options)
+    assert made.shadows_blurred is not None
+    report = compare(made.shadows_blurred, (backend_name,), size=(16, 10))
+    assert report.within_bounds, report
