@@ -99,23 +99,25 @@ def seen_points(boxes: Float64, camera: pg.Camera, aspect: float, origin: Float6
 
 def _parts_before_planes(edges: Float64, normals: Float64, offsets: Float64) -> Float64:
     """Ends of what of edges, (n, 12, 2, 3), lies on the inner side of all planes, (m, 3)."""
-    heights = (edges.reshape(-1, 3) @ normals.T + offsets).reshape(-1, 2, len(normals))
-    first, last = heights[:, 0], heights[:, 1]
+    # planes come first: NumPy reduces a short last axis slowly
+    heights = (normals @ edges.reshape(-1, 3).T + offsets[:, None]).reshape(len(normals), -1, 2)
+    first, last = heights[..., 0], heights[..., 1]
     with np.errstate(divide="ignore", invalid="ignore"):
         t = first / (first - last)
-    enter = np.where(first < 0.0, np.where(last < 0.0, np.inf, t), 0.0).max(axis=1)
-    leave = np.where((first >= 0.0) & (last < 0.0), t, 1.0).min(axis=1)
+    enter = np.where(first < 0.0, np.where(last < 0.0, np.inf, t), 0.0).max(axis=0)
+    leave = np.where((first >= 0.0) & (last < 0.0), t, 1.0).min(axis=0)
     return _ends(edges.reshape(-1, 2, 3), enter, leave)
 
 
 def _parts_in_boxes(edges: Float64, boxes: Float64) -> Float64:
     """Ends of what of edges, (m, 2, 3), lies in one of the boxes, (n, 2, 3)."""
-    first, way = edges[:, 0], edges[:, 1] - edges[:, 0]
+    first, way = edges[:, 0].T[:, None], (edges[:, 1] - edges[:, 0]).T[:, None]  # (3, 1, m)
+    low, high = boxes.transpose(1, 2, 0)[..., None]  # (3, n, 1) each
     with np.errstate(divide="ignore", invalid="ignore"):
-        t = (boxes[:, None] - first[None, :, None]) / way[None, :, None]
+        a, b = (low - first) / way, (high - first) / way
     # not a number where an edge runs within a side of a box: that side does not end it
-    enter = np.fmax(np.fmax.reduce(np.fmin(t[:, :, 0], t[:, :, 1]), axis=2), 0.0)
-    leave = np.fmin(np.fmin.reduce(np.fmax(t[:, :, 0], t[:, :, 1]), axis=2), 1.0)
+    enter = np.fmax(np.fmax.reduce(np.fmin(a, b), axis=0), 0.0)
+    leave = np.fmin(np.fmin.reduce(np.fmax(a, b), axis=0), 1.0)
     return _ends(np.broadcast_to(edges, (len(boxes), *edges.shape)).reshape(-1, 2, 3), enter.ravel(), leave.ravel())
 
 
