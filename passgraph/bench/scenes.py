@@ -150,7 +150,8 @@ def wide_scene() -> Scene:
 def chequer_scene() -> Scene:
     """A board over a floor of which every other square is missing, as fine as the penumbra is wide."""
     side, squares = 0.2, 8
-    corners, faces = [], []
+    corners: list[list[float]] = []
+    faces: list[list[int]] = []
     for i in range(squares):
         for k in range(squares):
             if (i + k) % 2 == 0:
