@@ -99,23 +99,25 @@ def seen_points(boxes: Float64, camera: pg.Camera, aspect: float, origin: Float6
 
 def _parts_before_planes(edges: Float64, normals: Float64, offsets: Float64) -> Float64:
     """Ends of what of edges, (n, 12, 2, 3), lies on the inner side of all planes, (m, 3)."""
-    heights = (edges.reshape(-1, 3) @ normals.T + offsets).reshape(-1, 2, len(normals))
-    first, last = heights[:, 0], heights[:, 1]
+    # planes come first: NumPy reduces a short last axis slowly
+    heights = (normals @ edges.reshape(-1, 3).T + offsets[:, None]).reshape(len(normals), -1, 2)
+    first, last = heights[..., 0], heights[..., 1]
     with np.errstate(divide="ignore", invalid="ignore"):
         t = first / (first - last)
-    enter = np.where(first < 0.0, np.where(last < 0.0, np.inf, t), 0.0).max(axis=1)
-    leave = np.where((first >= 0.0) & (last < 0.0), t, 1.0).min(axis=1)
+    enter = np.where(first < 0.0, np.where(last < 0.0, np.inf, t), 0.0).max(axis=0)
+    leave = np.where((first >= 0.0) & (last < 0.0), t, 1.0).min(axis=0)
     return _ends(edges.reshape(-1, 2, 3), enter, leave)
 
 
 def _parts_in_boxes(edges: Float64, boxes: Float64) -> Float64:
     """Ends of what of edges, (m, 2, 3), lies in one of the boxes, (n, 2, 3)."""
-    first, way = edges[:, 0], edges[:, 1] - edges[:, 0]
+    first, way = edges[:, 0].T[:, None], (edges[:, 1] - edges[:, 0]).T[:, None]  # (3, 1, m)
+    low, high = boxes.transpose(1, 2, 0)[..., None]  # (3, n, 1) each
     with np.errstate(divide="ignore", invalid="ignore"):
-        t = (boxes[:, None] - first[None, :, None]) / way[None, :, None]
+        a, b = (low - first) / way, (high - first) / way
     # not a number where an edge runs within a side of a box: that side does not end it
-    enter = np.fmax(np.fmax.reduce(np.fmin(t[:, :, 0], t[:, :, 1]), axis=2), 0.0)
-    leave = np.fmin(np.fmin.reduce(np.fmax(t[:, :, 0], t[:, :, 1]), axis=2), 1.0)
+    enter = np.fmax(np.fmax.reduce(np.fmin(a, b), axis=0), 0.0)
+    leave = np.fmin(np.fmin.reduce(np.fmax(a, b), axis=0), 1.0)
     return _ends(np.broadcast_to(edges, (len(boxes), *edges.shape)).reshape(-1, 2, 3), enter.ravel(), leave.ravel())
 
 
@@ -201,9 +203,9 @@ class Fit:
         return _oblong(needed, turn, _nearest(points + self.origin, camera) * float(projection[0, 0]), slope, share)
 
     def _before_light(self, light: pg.Light, view: Float64) -> Float64:
-        """Corners of the casters' boxes in the map's view, (n, 8, 3)."""
-        corners = corners_of(self.casters(light)).reshape(-1, 3) + self.origin
-        return (corners @ view[:3, :3].T + view[:3, 3]).reshape(-1, 8, 3)
+        """Corners of the casters' boxes in the map's view, (8, n, 3): NumPy reduces a short last axis slowly."""
+        corners = corners_of(self.casters(light)).transpose(1, 0, 2).reshape(-1, 3) + self.origin
+        return (corners @ view[:3, :3].T + view[:3, 3]).reshape(8, -1, 3)
 
     def _once(self, name: str, key: object, make: Callable[[], Float64]) -> Float64:
         """The last value of its name, if its key is the same."""
@@ -227,7 +229,7 @@ def needed_places(
     ----------
     view, projection : of the whole map
     points : (n, 3) world, whose hull holds the receivers
-    casters : (m, 8, 3) corners of boxes, in the map's view
+    casters : (8, m, 3) corners of boxes, in the map's view
 
     Returns
     -------
@@ -237,7 +239,7 @@ def needed_places(
     scale, parallel = float(projection[0, 0]), light.kind == "directional"
     place = points @ view[:3, :3].T + view[:3, 3]
     depth, depths = -place[:, 2], -casters[..., 2]
-    far, nearest = float(depth.max()), depths.min(axis=1)
+    far, nearest = float(depth.max()), depths.min(axis=0)
     counts = nearest < far
     if parallel:
         flat, flats = place[:, :2] * scale, casters[..., :2] * scale
@@ -247,8 +249,8 @@ def needed_places(
         if float(depth.min()) <= least:
             return None
         x, y = casters[..., 0] * scale, casters[..., 1] * scale
-        beyond = [(side > 0.0).all(axis=1) for side in (x - depths, -x - depths, y - depths, -y - depths)]
-        counts &= ~((depths <= 0.0).all(axis=1) | np.any(beyond, axis=0))
+        beyond = [(side > 0.0).all(axis=0) for side in (x - depths, -x - depths, y - depths, -y - depths)]
+        counts &= ~((depths <= 0.0).all(axis=0) | np.any(beyond, axis=0))
         if (nearest[counts] <= least).any():
             return None  # beside the light a caster may stand in the way of all that it shines on
         flat, flats = (
@@ -256,7 +258,7 @@ def needed_places(
             casters[..., :2] * scale / np.maximum(depths, least)[..., None],
         )
         reach = light.radius * np.maximum(1.0 / np.maximum(nearest, least) - 1.0 / far, 0.0) * scale
-    lows, highs = flats.min(axis=1), flats.max(axis=1)
+    lows, highs = flats.min(axis=0), flats.max(axis=0)
     wide = reach[:, None]
     counts &= ((lows <= flat.max(axis=0) + wide) & (highs >= flat.min(axis=0) - wide)).all(axis=1)
     if not counts.any():
