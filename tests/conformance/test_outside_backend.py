@@ -26,7 +26,7 @@ CONTRACT = {
     "passgraph.language.scalar",
     "passgraph.plan.data",
 }
-MAX_LINES = 350
+MAX_LINES = 360
 
 
 @pytest.fixture(scope="module")
