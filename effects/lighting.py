@@ -121,9 +121,11 @@ class Lighting:
         if isinstance(look, MomentView):
             by = look.filter_frame(self.filter)
             return blurred_moments(map_, self.filter, by, self.width is not None, self.map_size, name), by
-        if self.filter.name == "disc" and self.width is not None:
-            return map_, with_width(only_width, self.width)
-        return map_, only_width(0.0)
+        width = 0.0 if self.width is None or self.filter.name != "disc" else self.width
+        if isinstance(width, (pg.Value, pg.Derived)):
+            return map_, with_width(only_width, width)
+        assert isinstance(width, (int, float))
+        return map_, only_width(width)
 
     def _fitted(self) -> Fit | None:
         """What maps are fitted to; what is blurred or read over a width that a run says may reach beyond any fit."""

@@ -54,7 +54,8 @@ def test_every_case_is_a_test(project: pytest.Pytester) -> None:
 
 
 def test_what_does_not_conform_fails_with_its_verdict(project: pytest.Pytester) -> None:
-    result = run(project, "--passgraph-backend", "bright", "--passgraph-group", "operations", "-k", "smoothstep or test_own")
+    group = ("--passgraph-group", "operations", "-k", "smoothstep or test_own")
+    result = run(project, "--passgraph-backend", "bright", *group)
     result.assert_outcomes(failed=1, passed=1)
     result.stdout.fnmatch_lines(
         ["*operations/smoothstep on bright: diverged: frame 0, pass probe, target result0: outside*"]
