@@ -124,8 +124,7 @@ class Lighting:
         width = 0.0 if self.width is None or self.filter.name != "disc" else self.width
         if isinstance(width, (pg.Value, pg.Derived)):
             return map_, with_width(only_width, width)
-        assert isinstance(width, (int, float))
-        return map_, only_width(width)
+        return map_, only_width(float(width))  # type: ignore[arg-type]  # checked to be a number before
 
     def _fitted(self) -> Fit | None:
         """What maps are fitted to; what is blurred or read over a width that a run says may reach beyond any fit."""
