@@ -165,7 +165,7 @@ def closed_during_runs(backend: str) -> None:
             refused.append(str(error))
 
     at_once(work)
-    assert refused == ["this program is closed"] * (THREADS - 1)
+    assert refused == ["this program is closed; compile the graph again"] * (THREADS - 1)
 
 
 def other_thread(backend: str) -> None:
