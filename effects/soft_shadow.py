@@ -221,7 +221,7 @@ def soft_shadow() -> None:
     >>> picture = soft_shadow(pg.Scene.shipped(), map_size=64)
     >>> with pg.compile(picture, backend="null", size=(32, 18)) as program:
     ...     [step.name for step in program.plan.steps][-3:]
-    ['shadow map of light', 'penumbrae of light', 'picture']
+    ['nearest casters of light', 'penumbrae of light', 'picture']
     """
 
 

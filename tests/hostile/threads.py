@@ -135,7 +135,7 @@ def unless_closed(do: Any, *given: Any, **named: Any) -> Any:
     try:
         return do(*given, **named)
     except GraphError as error:
-        if str(error) == "this program is closed":
+        if "this program is closed" in str(error):
             raise Closed from None
         raise
 
