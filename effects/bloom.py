@@ -49,6 +49,24 @@ def wide_share(low: float, high: float, centre: float) -> float:
     return (4.0 * tent_share(low, high, centre) + beside) / 6.0
 
 
+@pg.struct
+class Covered:
+    """What a pixel covers of another picture, in texels: from ``first + low`` to ``first + high``."""
+
+    first: ivec2
+    low: vec2
+    high: vec2
+
+
+@pg.function
+def covered(size: ivec2, made: ivec2) -> Covered:
+    """What this pixel covers of a picture, the target being as large as that; the whole part is exact."""
+    begin = pixel() * size
+    first = begin // made
+    low = vec2(begin - first * made) / vec2(made)
+    return Covered(first, low, low + vec2(size) / vec2(made))
+
+
 @pg.kernel(known_sizes=True)
 def down(color: Image) -> vec4:
     """Half the size: half of it the mean of what a pixel covers, half that of twice the width around.
@@ -92,16 +110,13 @@ def up(color: Image) -> vec4:
         total += (color.sample(at + vec2(d.x, d.y)) + color.sample(at + vec2(-d.x, d.y))) * 2.0
         total += (color.sample(at + vec2(d.x, -d.y)) + color.sample(at - d)) * 2.0
         return total / 12.0
-    begin = pixel() * size
-    first = begin // made
-    low = vec2(begin - first * made) / vec2(made)
-    high = low + vec2(size) / vec2(made)
+    over = covered(size, made)
     total = vec4(0.0)
     for y in range(-2, 4):
-        share_y = wide_share(low.y, high.y, float(y) + 0.5)
+        share_y = wide_share(over.low.y, over.high.y, float(y) + 0.5)
         for x in range(-2, 4):
-            share = share_y * wide_share(low.x, high.x, float(x) + 0.5)
-            total += color.texel(first + ivec2(x, y)) * share
+            share = share_y * wide_share(over.low.x, over.high.x, float(x) + 0.5)
+            total += color.texel(over.first + ivec2(x, y)) * share
     return total
 
 
@@ -115,16 +130,13 @@ def add_glow(color: Image, glow: Image, intensity: float) -> vec4:
     size, made = glow.size, output_size()
     if (size.x == made.x or 2 * size.x == made.x) and (size.y == made.y or 2 * size.y == made.y):
         return vec4(c.rgb + glow.sample(uv()).rgb * intensity, c.a)
-    begin = pixel() * size
-    first = begin // made
-    low = vec2(begin - first * made) / vec2(made)
-    high = low + vec2(size) / vec2(made)
+    over = covered(size, made)
     light = vec3(0.0)
     for y in range(-1, 3):
-        share_y = tent_share(low.y, high.y, float(y) + 0.5)
+        share_y = tent_share(over.low.y, over.high.y, float(y) + 0.5)
         for x in range(-1, 3):
-            share = share_y * tent_share(low.x, high.x, float(x) + 0.5)
-            light += glow.texel(first + ivec2(x, y)).rgb * share
+            share = share_y * tent_share(over.low.x, over.high.x, float(x) + 0.5)
+            light += glow.texel(over.first + ivec2(x, y)).rgb * share
     return vec4(c.rgb + light * intensity, c.a)
 
 
