@@ -36,7 +36,11 @@ class Turn:
         self._lock.acquire()
         self._depth += 1
         if self._left and self._depth == 1:
-            self._give_back()
+            try:
+                self._give_back()
+            except BaseException:
+                self.__exit__()  # nobody else would
+                raise
         return self
 
     def __exit__(self, *_: object) -> None:

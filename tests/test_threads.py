@@ -19,6 +19,7 @@ import pytest
 
 import passgraph as pg
 from passgraph.backends.registry import backend_class, open_backend
+from passgraph.backends.turn import Turn
 from passgraph.errors import BackendError, GraphError
 from tests.conftest import require
 
@@ -386,3 +387,19 @@ def test_an_observer_may_use_another_program_of_the_same_backend(name: str) -> N
     for one in seen:
         np.testing.assert_array_equal(one, expected(frame, 7.0))
     assert len(seen) >= 2
+
+
+def test_what_fails_to_be_given_back_leaves_the_turn_free() -> None:
+    turn = Turn("any")
+    turn.later(lambda: {}["missing"])
+    with pytest.raises(KeyError), turn:
+        pass
+    entered = threading.Event()
+
+    def enter() -> None:
+        with turn:
+            entered.set()
+
+    other = threading.Thread(target=enter, daemon=True)
+    other.start()
+    assert entered.wait(HANGS_S)
