@@ -41,7 +41,8 @@ OURS, HELD = "penumbra-16", "pcss-32"
 HEADER = """# Speed and error of shadow methods
 
 Written by `python docs/speed_and_error.py`. `passgraph bench [SCENE…]` measures the same on any scene, and writes a
-report with every picture. **Time** is the median of frames that are run in turn with those of all other methods, with
+report with every picture; `passgraph bench FILE.py --exact NAME` does so for the outputs of a graph of yours, against
+the exact one among them. **Time** is the median of frames that are run in turn with those of all other methods, with
 a light that moves, so that the shadow map is drawn anew: the ratio to the plain frame of the same round, times the
 median plain frame. *CPU* is processor time of all threads, which other programs on the machine disturb less.
 *Filter* is what a frame takes beyond one that draws the same map, surfaces and light and looks up no shadow.

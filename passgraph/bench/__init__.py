@@ -1,5 +1,7 @@
-"""Shadow methods side by side: what each costs, and how far each is from what rays say.
+"""Time against error, side by side.
 
-`scenes` names what is drawn and `methods` how; `truth` traces what should come out; `timing` runs frames in turn,
-`metrics` compares, `measure` does all of it, and `pareto`, `charts`, `tables` and `report` show it.
+Of shadow methods, against what rays say: `scenes` names what is drawn and `methods` how; `truth` traces what should
+come out, `metrics` compares, and `measure` does all of it.  Of a user's own graph, against an exact version of it:
+`versions`.  Both run frames in turn (`timing`), look at pictures as people do (`likeness`), and show what nothing
+beats (`pareto`, `charts`); `tables` and `report` write the folder of shadow methods.
 """

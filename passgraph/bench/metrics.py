@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from importlib.util import find_spec
 from math import nan, sqrt
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from passgraph.bench.likeness import Picture, flip_map, ssim_map
 from passgraph.bench.truth import Float32, Mask, Truth
 from passgraph.errors import InputError
 
 #: A hidden pixel counts as falsely lit, and one in full view as falsely dark, beyond this share of the light.
 FALSE_SHARE = 0.1
-#: Pictures smaller than this have no SSIM: width of its window, 11 texels.
-SMALLEST_SIDE = 11
 
 
 @dataclass(frozen=True)
@@ -59,8 +56,8 @@ def compared(share: Float32, truth: Truth, counts: Mask) -> Errors:
     return Errors(
         _root_mean_square(off[counts]),
         _root_mean_square(off[penumbra]) if penumbra.any() else nan,
-        _ssim(made, true, counts),
-        _flip(made, true, counts),
+        _mean(ssim_map(made, true), counts),
+        _mean(flip_map(_shown(made), _shown(true)), counts),
         float(np.mean((true[counts] <= 0.01) & (made[counts] > FALSE_SHARE))),
         float(np.mean((true[counts] >= 0.99) & (made[counts] < 1.0 - FALSE_SHARE))),
     )
@@ -70,23 +67,8 @@ def _root_mean_square(values: NDArray[np.float64]) -> float:
     return sqrt(float(np.mean(values**2)))
 
 
-def _ssim(made: Float32, true: Float32, counts: Mask) -> float:
-    if min(made.shape) < SMALLEST_SIDE:
-        return nan
-    from skimage.metrics import structural_similarity
-
-    measured: Any = structural_similarity
-    _, each = measured(
-        made, true, data_range=1.0, gaussian_weights=True, sigma=1.5, use_sample_covariance=False, full=True
-    )
-    return float(np.mean(each[counts]))
-
-
-def _flip(made: Float32, true: Float32, counts: Mask) -> float:
-    import flip_evaluator
-
-    each, _, _ = flip_evaluator.evaluate(_shown(true), _shown(made), "LDR", applyMagma=False, computeMeanError=False)
-    return float(np.mean(np.asarray(each)[:, :, 0][counts]))
+def _mean(each: Picture | None, counts: Mask) -> float:
+    return nan if each is None else float(np.mean(each[counts]))
 
 
 def _shown(share: Float32) -> Float32:
@@ -94,11 +76,3 @@ def _shown(share: Float32) -> Float32:
     x = np.clip(share, 0.0, 1.0)
     encoded = np.where(x <= 0.0031308, 12.92 * x, 1.055 * np.maximum(x, 1e-9) ** (1.0 / 2.4) - 0.055)
     return np.ascontiguousarray(np.repeat(encoded[:, :, None], 3, axis=2), np.float32)
-
-
-def check_installed() -> None:
-    """Raise InputError where what the measures need is not here."""
-    needed = ("skimage", "flip_evaluator", "matplotlib")
-    missing = [name for name in needed if find_spec(name) is None]
-    if missing:
-        raise InputError(f"bench needs {', '.join(missing)}; run: pip install 'passgraph[bench]'")

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.bench.charts import pareto_plot
+from passgraph.bench.charts import Point, pareto_plot
 from passgraph.bench.measure import Row, SceneResult, Settings
 from passgraph.bench.pareto import front
 from passgraph.bench.tables import SHOWN, as_csv, as_json, processor, truth_line
@@ -84,7 +84,8 @@ def _section(result: SceneResult, folder: Path) -> str:
     for backend in dict.fromkeys(row.backend for row in result.rows):
         rows = [row for row in result.rows if row.backend == backend]
         plot = plot_name(result.name, backend)
-        pareto_plot(rows, f"{result.name}, {backend}", folder / plot)
+        points = [Point(row.method, row.series, row.frame.wall, row.errors.rmse, row.map_size) for row in rows]
+        pareto_plot(points, f"{result.name}, {backend}", folder / plot, "RMSE of the shadow factor")
         made.append(f"<h3>{escape(backend)}</h3><img src='{plot}' alt='time against error'>{_table(rows)}")
     made.append(_pictures(result, folder))
     return "\n".join(made)

@@ -41,14 +41,25 @@ class FrameTime:
 
 def frame_times(programs: Mapping[str, Program], light: Light, frames: int) -> dict[str, FrameTime]:
     """Run every program once a round, with a light that moves; the first program is what ratios refer to."""
-    names = list(programs)
+
+    def runs(program: Program) -> Callable[[int], None]:
+        def run(frame: int) -> None:
+            program.run(light=nudged(light, frame))
+            program.finish()
+
+        return run
+
+    return times_in_turn({name: runs(program) for name, program in programs.items()}, frames)
+
+
+def times_in_turn(calls: Mapping[str, Callable[[int], object]], frames: int) -> dict[str, FrameTime]:
+    """Make every call once a round, with the round's number; the first one is what ratios refer to."""
+    names = list(calls)
     times: dict[str, list[tuple[float, float]]] = {name: [] for name in names}
     for frame in range(WARM_UP + frames):
-        moved = nudged(light, frame)
-        for name, program in programs.items():
+        for name, call in calls.items():
             clock, processor = time.perf_counter(), time.process_time()
-            program.run(light=moved)
-            program.finish()
+            call(frame)
             spent = time.perf_counter() - clock, time.process_time() - processor
             if frame >= WARM_UP:
                 times[name].append(spent)

@@ -1,4 +1,4 @@
-"""``passgraph bench``: shadow methods, their time and their error."""
+"""``passgraph bench``: time and error side by side, of shadow methods or of versions of a user's graph."""
 
 from __future__ import annotations
 
@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from passgraph.commands.bench_versions import bench_versions, check_unused, show_versions
 from passgraph.commands.files import check_folder
+from passgraph.commands.graph_inputs import InputType
 from passgraph.commands.options import BackendType, size_option
 from passgraph.commands.progress import progress
 from passgraph.errors import InputError
@@ -19,9 +21,12 @@ if TYPE_CHECKING:
 #: What --quick stands for where nothing else is said.
 QUICK_SIZE, QUICK_FRAMES, QUICK_SCENES = (320, 180), 5, ("shipped",)
 
+#: Calls of each version of a user's graph.
+DEFAULT_FRAMES = 9
+
 
 @click.command()
-@click.argument("scenes", metavar="[SCENE]...", nargs=-1)
+@click.argument("sources", metavar="[SCENE]... | FILE.py", nargs=-1)
 @click.option(
     "--output",
     "-o",
@@ -33,6 +38,10 @@ QUICK_SIZE, QUICK_FRAMES, QUICK_SCENES = (320, 180), 5, ("shipped",)
 )
 @click.option("--backend", "-b", "backends", multiple=True, type=BackendType(), help="May be repeated.")
 @click.option("--method", "-m", "methods", multiple=True, metavar="NAME", help="May be repeated; without it all.")
+@click.option("--exact", metavar="NAME", help="Of FILE.py: the output that others are held against.")
+@click.option(
+    "--input", "-i", "inputs", multiple=True, type=InputType(), help="Of FILE.py: an input; else one is made."
+)
 @click.option(
     "--map-size",
     "map_sizes",
@@ -46,23 +55,46 @@ QUICK_SIZE, QUICK_FRAMES, QUICK_SCENES = (320, 180), 5, ("shipped",)
 @click.option("--quick", is_flag=True, help="One scene, small, one map size: minutes become seconds.")
 @click.option("--list", "listed", is_flag=True, help="Show scenes and methods, and stop.")
 def bench(
-    scenes: tuple[str, ...], output: Path, backends: tuple[str, ...], methods: tuple[str, ...],
-    map_sizes: tuple[int, ...], size: tuple[int, int] | None, frames: int | None, quick: bool, listed: bool,
+    sources: tuple[str, ...], output: Path, backends: tuple[str, ...], methods: tuple[str, ...],
+    exact: str | None, inputs: tuple[tuple[str, Path], ...], map_sizes: tuple[int, ...], size: tuple[int, int] | None,
+    frames: int | None, quick: bool, listed: bool,
 ) -> None:  # fmt: skip
-    """Measure every shadow method on SCENEs: time of a frame, and error against traced rays.
+    """Measure time against error.
 
-    A SCENE is one of --list, or a file; without one all that are here are measured.
+    Of every shadow method on SCENEs: frames, against traced rays.  A SCENE is one of --list, or a file; without one
+    all that are here are measured.  Of a Python module of yours, FILE.py (it is run): each of its ``outputs``, a
+    mapping from names to targets, against the one that is --exact.
     """
-    from passgraph.bench.measure import Settings, measure
-    from passgraph.bench.methods import METHODS, method_named
-    from passgraph.bench.metrics import check_installed
-    from passgraph.bench.report import write_report
-    from passgraph.bench.scenes import SCENES, scene_named
+    from passgraph.bench.likeness import check_installed
 
     if listed:
         _list()
         return
     check_installed()
+    if not any(source.endswith(".py") for source in sources):
+        check_unused({"--exact": exact, "--input": inputs}, "is for a file of your own, FILE.py")
+        _bench_shadows(sources, output, backends, methods, map_sizes, size, frames, quick)
+        return
+    if len(sources) > 1:
+        raise InputError(f"bench takes one file of your own at a time, got {', '.join(sources)}")
+    check_unused({"--map-size": map_sizes, "--quick": quick}, "is for shadow methods on a scene")
+    check_folder(output)
+    with progress("reading") as say:
+        file, frames = Path(sources[0]), frames or DEFAULT_FRAMES
+        versions = bench_versions(file, exact, inputs, methods, backends, size, frames, output, say)
+    show_versions(versions)
+    click.echo(f"{output}: written")
+
+
+def _bench_shadows(
+    scenes: tuple[str, ...], output: Path, backends: tuple[str, ...], methods: tuple[str, ...],
+    map_sizes: tuple[int, ...], size: tuple[int, int] | None, frames: int | None, quick: bool,
+) -> None:  # fmt: skip
+    from passgraph.bench.measure import Settings, measure
+    from passgraph.bench.methods import METHODS, method_named
+    from passgraph.bench.report import write_report
+    from passgraph.bench.scenes import SCENES, scene_named
+
     for name in methods:
         method_named(name)
     chosen = scenes or (QUICK_SCENES if quick else tuple(name for name, scene in SCENES.items() if scene.here))

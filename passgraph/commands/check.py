@@ -9,36 +9,21 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from passgraph.commands.graph_inputs import MADE_SIZE, InputType, made_inputs, opened, read_inputs
 from passgraph.commands.options import BackendType, SizeType
 from passgraph.commands.progress import progress
-from passgraph.errors import DeviceMissingError, InputError
+from passgraph.errors import InputError
 
 if TYPE_CHECKING:
     from passgraph.commands.own_file import Graph
     from passgraph.conformance.case import Case, Picture
     from passgraph.conformance.judging import Verdict
 
-CHECK_SIZE = (96, 64)
-
-
-class InputType(click.ParamType[tuple[str, Path]]):
-    """NAME=FILE."""
-
-    name = "NAME=FILE"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, Path]:
-        if isinstance(value, tuple):
-            return value
-        name, sign, path = str(value).partition("=")
-        if not (name and sign and path):
-            self.fail(f"{value!r} is not NAME=FILE, such as frame=photo.png", param, ctx)
-        return name, Path(path)
-
 
 @click.command()
 @click.argument("file", metavar="FILE", type=click.Path(path_type=Path))
 @click.option("--input", "-i", "inputs", multiple=True, type=InputType(), help="Picture of an input; else one is made.")
-@click.option("--size", type=SizeType(), help=f"Size of what is made. [default: {CHECK_SIZE[0]}x{CHECK_SIZE[1]}]")
+@click.option("--size", type=SizeType(), help=f"Size of what is made. [default: {MADE_SIZE[0]}x{MADE_SIZE[1]}]")
 @click.option("--backend", "-b", "backends", multiple=True, type=BackendType(), help="Without it all that are here.")
 @click.option("--golden", type=click.Path(path_type=Path), metavar="FOLDER", help="Compare with what is recorded here.")
 @click.option("--record", is_flag=True, help="With --golden: write inputs and outputs there instead.")
@@ -64,14 +49,14 @@ def check(
     well = True
     with progress("reading") as say:
         graphs = graphs_of(file)
-        pictures = _read(graphs, inputs)
-        opened = _opened(backends)
+        pictures = read_inputs(graphs, inputs)
+        devices = opened(backends)
         try:
             for name, graph in graphs.items():
                 say(name)
-                well &= _check(name, graph, pictures, size, opened, golden, record)
+                well &= _check(name, graph, pictures, size, devices, golden, record)
         finally:
-            for backend in opened:
+            for backend in devices:
                 backend.close()
     return 0 if well else 1
 
@@ -92,7 +77,7 @@ def _check(
     if golden is not None and not record:
         size, given = recorded.recorded_inputs(golden, name)
     else:
-        size, given = _inputs(graph, pictures, size)
+        size, given = made_inputs(graph, pictures, size)
     judge = Judge(Case("check", name, lambda: graph, size, (given,), most_ambiguous=1.0, least_told=0.0))
     judge.passes.allowed(True)  # what cannot run at all is an error, not a verdict
     verdicts = [judge.verdict(backend) for backend in backends]
@@ -106,55 +91,6 @@ def _check(
     elif golden is not None and not changes:
         click.echo(f"{name}: as recorded")
     return not changes and all(verdict.outcome == "passed" for verdict in verdicts)
-
-
-def _opened(names: Sequence[str]) -> list[Any]:
-    """The backends named, or all that are here."""
-    from passgraph.backends.registry import backend_names, open_backend
-
-    if names:
-        return [open_backend(name) for name in names]
-    made = []
-    for name in backend_names():
-        if name not in ("reference", "null"):
-            try:
-                made.append(open_backend(name))
-            except DeviceMissingError as error:
-                click.echo(f"{name}: missing: {' '.join(str(error).split())}")
-    if not made:
-        raise InputError("no backend is here to be checked; see: passgraph backends")
-    return made
-
-
-def _read(graphs: Mapping[str, Graph], inputs: Sequence[tuple[str, Path]]) -> dict[str, Picture]:
-    from passgraph.pictures import load
-    from passgraph.plan.collect import inputs_behind
-
-    known = sorted({name for graph in graphs.values() for name in inputs_behind(list(graph.values()))})
-    for name, _ in inputs:
-        if name not in known:
-            raise InputError(f"there is no input {name!r}; there are {', '.join(known) or 'none'}")
-    return {name: load(path) for name, path in inputs}
-
-
-def _inputs(
-    graph: Graph, pictures: Mapping[str, Picture], size: tuple[int, int] | None
-) -> tuple[tuple[int, int], dict[str, Picture]]:
-    """The output's size and a picture for each input: given, its default, or made."""
-    from passgraph.conformance.scenes import picture, with_special
-    from passgraph.plan.collect import inputs_behind
-
-    first = next(iter(pictures.values()), None)
-    chosen = size or (CHECK_SIZE if first is None else (first.shape[1], first.shape[0]))
-    made = {}
-    for number, (name, spec) in enumerate(inputs_behind(list(graph.values())).items()):
-        channels = 4 if spec.format is None else spec.format.channels
-        if name in pictures:
-            made[name] = pictures[name][:, :, :channels]
-        elif spec.default is None:
-            kind = "float" if spec.format is None else spec.format.kind
-            made[name] = with_special(picture(spec.size or chosen, number)[:, :, :channels], kind)
-    return chosen, made
 
 
 def _show(case: Case, verdicts: Sequence[Verdict]) -> None:

@@ -138,3 +138,16 @@ def test_a_scene_is_measured_and_reported(tmp_path: Path) -> None:
 def test_unknown_scenes_are_refused(name: str, message: str) -> None:
     with pytest.raises(pg.InputError, match=message):
         scene_named(name)
+
+
+def test_values_that_are_not_finite_in_one_picture_alone_are_no_small_difference() -> None:
+    pytest.importorskip("flip_evaluator")
+    from passgraph.bench.versions import difference
+
+    true = np.full((4, 4, 3), 0.5, np.float32)
+    true[0, 0] = np.nan
+    made = true.copy()
+    assert difference(made, true).rmse == 0.0  # where both hold NaN nothing differs
+    made[1, 1, 0] = np.inf
+    assert isnan(difference(made, true).rmse)
+    assert difference(made, true).largest == np.inf

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import csv
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from passgraph.commands.entry import run
@@ -39,3 +41,78 @@ def test_what_is_not_there_is_refused(
     assert run(["bench", *arguments, "-o", str(tmp_path / "made")]) == 2
     assert message in capsys.readouterr().err
     assert not (tmp_path / "made").exists()
+
+
+FILE = """
+import passgraph as pg
+from passgraph import Image, uv, vec4
+
+@pg.kernel
+def scaled(color: Image, by: float) -> vec4:
+    return color.sample(uv()) * by
+
+frame = pg.Input("frame", "rgba32f")
+outputs = {
+    "exact": scaled(frame, by=0.5, into=pg.target("a", "rgba32f")),
+    "near": scaled(frame, by=0.4375, into=pg.target("b", "rgba32f")),
+    "small": scaled(frame, by=0.5, into=pg.target("c", "rgba32f", scale=0.5)),
+}
+"""
+
+
+@pytest.fixture
+def file(tmp_path: Path) -> Path:
+    for package in ("skimage", "flip_evaluator", "matplotlib"):
+        pytest.importorskip(package)
+    np.save(tmp_path / "frame.npy", np.full((24, 32, 4), 0.75, np.float32))
+    (tmp_path / "own.py").write_text(FILE)
+    return tmp_path / "own.py"
+
+
+def own(file: Path, *arguments: str) -> int:
+    given = ["-i", f"frame={file.with_name('frame.npy')}", "-b", "numpy", "--frames", "1"]
+    return run(["bench", str(file), *given, *arguments, "-o", str(file.with_name("made"))])
+
+
+def test_versions_of_a_graph_are_held_against_the_exact_one(file: Path) -> None:
+    assert own(file, "--exact", "exact", "-m", "near") == 0
+    with open(file.with_name("made") / "results.csv", encoding="utf-8") as lines:
+        exact, near = csv.DictReader(lines)
+    assert (exact["version"], float(exact["rmse"]), float(exact["ssim"]), float(exact["flip"])) == ("exact", 0, 1, 0)
+    # a sixteenth of 0.75 in each value
+    assert (near["version"], float(near["rmse"]), float(near["largest"])) == ("near", 0.046875, 0.046875)
+    assert float(near["flip"]) > 0.0
+    made = {path.name for path in file.with_name("made").iterdir()}
+    assert made == {"results.csv", "numpy.png", "numpy-exact.png", "numpy-near.png"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([], "say which output the others are held against: --exact exact or near or small"),
+        (["--exact", "best"], "has no output 'best'; there are exact, near, small"),
+        (["--exact", "exact", "-m", "fast"], "has no output 'fast'"),
+        (
+            ["--exact", "exact"],
+            "version 'small' is 16x12 with 4 channels, and 'exact', which it is held against, 32x24",
+        ),
+        (["--exact", "exact", "--map-size", "64"], "--map-size is for shadow methods on a scene"),
+        (["--exact", "exact", "-i", "photo=frame.npy"], "there is no input 'photo'; there are frame"),
+    ],
+)
+def test_versions_that_cannot_be_compared_are_refused(
+    arguments: list[str], message: str, file: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert own(file, *arguments) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_one_version_is_nothing_to_compare(file: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    file.write_text(FILE.partition("outputs")[0])
+    assert own(file, "--exact", "scaled") == 2
+    assert "bench compares versions of one picture; write outputs = {" in capsys.readouterr().err
+
+
+def test_options_of_versions_are_refused_for_scenes(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["bench", "box", "--exact", "hard"]) == 2
+    assert "--exact is for a file of your own, FILE.py" in capsys.readouterr().err

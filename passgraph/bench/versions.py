@@ -1,0 +1,172 @@
+"""Versions of a user's own graph: the time of each, and how far its picture is from that of an exact one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from math import inf, nan, sqrt
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.backends.base import Backend
+from passgraph.bench.likeness import flip_map, ssim_map
+from passgraph.bench.timing import FrameTime, times_in_turn
+from passgraph.errors import InputError
+from passgraph.plan.collect import inputs_behind
+from passgraph.plan.data import Options
+from passgraph.program import Program, compile
+from passgraph.targets import Target
+
+Picture = NDArray[np.float32]
+
+
+@dataclass(frozen=True)
+class Difference:
+    """Of two pictures of one size.
+
+    Attributes
+    ----------
+    rmse, largest : of all channels' values; NaN and infinite where a value is not finite in one picture alone
+    ssim : structural similarity, mean of pixels and channels, 1 is equal; NaN for pictures under 11 pixels
+    flip : mean of FLIP, 0 is equal, of the pictures as an 8-bit file shows them
+    """
+
+    rmse: float
+    largest: float
+    ssim: float
+    flip: float
+
+
+@dataclass(frozen=True, eq=False)
+class Version:
+    """One version on one backend.
+
+    Attributes
+    ----------
+    name : of the graph's output
+    call : from the inputs' arrays to the picture's, every pass run anew
+    difference : from the exact version on the same backend
+    picture : (h, w, channels)
+    """
+
+    backend: str
+    name: str
+    call: FrameTime
+    difference: Difference
+    picture: Picture
+
+
+def measure_versions(
+    graphs: Mapping[str, Target],
+    exact: str,
+    backends: Sequence[Backend],
+    size: tuple[int, int],
+    given: Mapping[str, Any],
+    frames: int,
+    say: Callable[[str], object] = lambda _: None,
+) -> list[Version]:
+    """Time every graph, calls in turn, and compare its picture.
+
+    Parameters
+    ----------
+    graphs : one target a version, by name
+    exact : the name of the one that others are held against; it is measured too
+    given : pictures of inputs by name; a graph takes those that it has
+    frames : calls of each that are timed
+
+    >>> import passgraph as pg
+    >>> from passgraph.backends.registry import open_backend
+    >>> times = pg.kernel(source="def times(c: Image, by: float) -> float: return c[0, 0].r * by")
+    >>> frame = pg.Input("frame", "r32f", (16, 16))
+    >>> graphs = {name: times(frame, by, into=pg.target("made", "r32f")) for name, by in (("half", 0.5), ("less", 0.4))}
+    >>> with open_backend("numpy") as backend:
+    ...     made = measure_versions(graphs, "half", [backend], (16, 16), {"frame": np.ones((16, 16, 1), np.float32)}, 1)
+    >>> [(version.name, round(version.difference.rmse, 6)) for version in made]
+    [('half', 0.0), ('less', 0.1)]
+    """
+    if exact not in graphs:
+        raise InputError(f"there is no version {exact!r} to hold the others against; there are {', '.join(graphs)}")
+    return [version for backend in backends for version in _on(backend, graphs, exact, size, given, frames, say)]
+
+
+def _on(
+    backend: Backend,
+    graphs: Mapping[str, Target],
+    exact: str,
+    size: tuple[int, int],
+    given: Mapping[str, Any],
+    frames: int,
+    say: Callable[[str], object],
+) -> list[Version]:
+    with ExitStack() as stack:
+        calls: dict[str, Callable[[int], Picture]] = {}
+        for name in [exact, *(other for other in graphs if other != exact)]:
+            say(f"{backend.name}: compiling {name}")
+            # What rests between frames would be timed as nothing: nothing here changes from call to call.
+            options = Options(static=False)
+            program = stack.enter_context(compile(graphs[name], backend=backend, size=size, options=options))
+            known = inputs_behind([graphs[name]])
+            calls[name] = _call(program, {key: picture for key, picture in given.items() if key in known})
+        say(f"{backend.name}: {frames} frames each")
+        pictures = {name: call(0) for name, call in calls.items()}
+        for name, picture in pictures.items():
+            if picture.shape != pictures[exact].shape:
+                raise InputError(
+                    f"version {name!r} is {_shape(picture)}, and {exact!r}, which it is held against, "
+                    f"{_shape(pictures[exact])}; give both targets one size and as many channels"
+                )
+        times = times_in_turn(calls, frames)
+    return [
+        Version(backend.name, name, times[name], difference(pictures[name], pictures[exact]), pictures[name])
+        for name in graphs
+    ]
+
+
+def _call(program: Program, given: Mapping[str, Any]) -> Callable[[int], Picture]:
+    def call(frame: int) -> Picture:
+        made = program(**given)
+        return made[next(iter(made))]
+
+    return call
+
+
+def difference(made: Picture, true: Picture) -> Difference:
+    """What tells one picture from another.
+
+    >>> black, grey = np.zeros((4, 4, 3), np.float32), np.full((4, 4, 3), 0.25, np.float32)
+    >>> difference(grey, black).rmse, difference(grey, black).largest
+    (0.25, 0.25)
+    """
+    off = np.where(_alike(made, true), 0.0, made.astype(np.float64) - true)
+    finite = bool(np.isfinite(off).all())
+    colours = [picture[:, :, :3] for picture in (made, true)]
+    known = all(np.isfinite(picture).all() for picture in colours)
+    span = float(np.ptp(colours[1])) if known else 1.0
+    similar = ssim_map(colours[0], colours[1], span or 1.0) if known else None
+    return Difference(
+        rmse=sqrt(float(np.mean(off**2))) if finite else nan,
+        largest=float(np.abs(off).max()) if finite else inf,
+        ssim=nan if similar is None else float(similar.mean()),
+        flip=float(flip_map(_shown(made), _shown(true)).mean()),
+    )
+
+
+def _alike(made: Picture, true: Picture) -> NDArray[np.bool_]:
+    return np.asarray((made == true) | (np.isnan(made) & np.isnan(true)))
+
+
+def _shown(picture: Picture) -> Picture:
+    """The colour as three channels from 0 to 1; one is grey, and of two the third is 0."""
+    held = np.clip(np.nan_to_num(picture[:, :, :3]), 0.0, 1.0)
+    if held.shape[2] == 1:
+        held = np.repeat(held, 3, axis=2)
+    lacking = np.zeros((*held.shape[:2], 3 - held.shape[2]), np.float32)
+    return np.ascontiguousarray(np.concatenate([held, lacking], axis=2), np.float32)
+
+
+def _shape(picture: Picture) -> str:
+    height, width, channels = picture.shape
+    return f"{width}x{height} with {channels} channel{'s' if channels > 1 else ''}"

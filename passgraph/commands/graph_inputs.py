@@ -1,0 +1,89 @@
+"""What commands run a user's own graphs on: devices, and pictures of their inputs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from passgraph.errors import DeviceMissingError, InputError
+
+if TYPE_CHECKING:
+    from passgraph.commands.own_file import Graph
+    from passgraph.conformance.case import Picture
+
+#: Size of pictures that are made for a check, where none is given.
+MADE_SIZE = (96, 64)
+
+
+class InputType(click.ParamType[tuple[str, Path]]):
+    """NAME=FILE."""
+
+    name = "NAME=FILE"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, Path]:
+        if isinstance(value, tuple):
+            return value
+        name, sign, path = str(value).partition("=")
+        if not (name and sign and path):
+            self.fail(f"{value!r} is not NAME=FILE, such as frame=photo.png", param, ctx)
+        return name, Path(path)
+
+
+def opened(names: Sequence[str]) -> list[Any]:
+    """The backends named, or all that are here."""
+    from passgraph.backends.registry import backend_names, open_backend
+
+    if names:
+        return [open_backend(name) for name in names]
+    made = []
+    for name in backend_names():
+        if name not in ("reference", "null"):
+            try:
+                made.append(open_backend(name))
+            except DeviceMissingError as error:
+                click.echo(f"{name}: missing: {' '.join(str(error).split())}")
+    if not made:
+        raise InputError("no backend is here to be checked; see: passgraph backends")
+    return made
+
+
+def read_inputs(graphs: Mapping[str, Graph], inputs: Sequence[tuple[str, Path]]) -> dict[str, Picture]:
+    from passgraph.pictures import load
+    from passgraph.plan.collect import inputs_behind
+
+    known = sorted({name for graph in graphs.values() for name in inputs_behind(list(graph.values()))})
+    for name, _ in inputs:
+        if name not in known:
+            raise InputError(f"there is no input {name!r}; there are {', '.join(known) or 'none'}")
+    return {name: load(path) for name, path in inputs}
+
+
+def made_inputs(
+    graph: Graph,
+    pictures: Mapping[str, Picture],
+    size: tuple[int, int] | None,
+    made_size: tuple[int, int] = MADE_SIZE,
+    special: bool = True,
+) -> tuple[tuple[int, int], dict[str, Picture]]:
+    """The output's size and a picture for each input: given, its default, or made.
+
+    ``special``: made pictures hold zeros, negative, huge and tiny values, where the format has them.
+    """
+    from passgraph.conformance.scenes import picture, with_special
+    from passgraph.plan.collect import inputs_behind
+
+    first = next(iter(pictures.values()), None)
+    chosen = size or (made_size if first is None else (first.shape[1], first.shape[0]))
+    made = {}
+    for number, (name, spec) in enumerate(inputs_behind(list(graph.values())).items()):
+        channels = 4 if spec.format is None else spec.format.channels
+        if name in pictures:
+            made[name] = pictures[name][:, :, :channels]
+        elif spec.default is None:
+            kind = "float" if spec.format is None else spec.format.kind
+            plain = picture(spec.size or chosen, number)[:, :, :channels]
+            made[name] = with_special(plain, kind) if special else plain
+    return chosen, made
