@@ -47,6 +47,15 @@ class PixelPass:
     def reads(self) -> tuple[Target, ...]:
         return tuple(self.images.values())
 
+    @property
+    def writes(self) -> tuple[TargetSpec, ...]:
+        return self.into
+
+    @property
+    def drawn_over(self) -> tuple[Target, ...]:
+        """It writes every pixel, so that it starts from no content."""
+        return ()
+
 
 @dataclass(frozen=True, eq=False)
 class DrawPass:
@@ -68,8 +77,21 @@ class DrawPass:
     @property
     def reads(self) -> tuple[Target, ...]:
         """Everything that must exist before: images read and content drawn over."""
-        over = [t for t in (*self.loads, self.depth_load) if t is not None]
-        return (*self.images.values(), *over)
+        return (*self.images.values(), *self._loaded)
+
+    @property
+    def writes(self) -> tuple[TargetSpec, ...]:
+        """Colour targets, then depth."""
+        return self.into if self.depth is None else (*self.into, self.depth)
+
+    @property
+    def drawn_over(self) -> tuple[Target, ...]:
+        """Contents that it starts from instead of clearing."""
+        return tuple(t.content for t in self._loaded)
+
+    @property
+    def _loaded(self) -> list[Target]:
+        return [t for t in (*self.loads, self.depth_load) if t is not None]
 
 
 Pass: TypeAlias = PixelPass | DrawPass

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, TypeAlias, get_origin
 
@@ -283,6 +283,11 @@ class Value:
             )
         arguments.flag(self.static, f"{where}: static")
 
+    @property
+    def sources(self) -> tuple[Value, ...]:
+        """Itself: what runs bring for it."""
+        return (self,)
+
     def map(self, function: Callable[[Any], object]) -> Derived:
         """A value computed on the host from this one, at each run in which it changes."""
         return Derived((self,), function)
@@ -322,6 +327,13 @@ class Derived:
 def combine(function: Callable[..., object], *values: Value, by_value: bool = False) -> Derived:
     """A value computed on the host from several run values; see `Derived`."""
     return Derived(values, function, by_value)
+
+
+def sources_of(parameters: Mapping[str, object]) -> Iterator[Value]:
+    """The run values that parameters come from; plain numbers among them come from none."""
+    for given in parameters.values():
+        if isinstance(given, (Value, Derived)):
+            yield from given.sources
 
 
 #: (width, height) of the output in pixels as a value, filled in by the program: for what depends on the

@@ -94,7 +94,7 @@ def test_a_static_input_inside_a_fused_pass_is_noticed(backend: Backend) -> None
         assert [level(program(still=flat(value)), "out") for value in (1.0, 2.0)] == [1.0, 2.0]
     chain = copy(copy(still, name="inner"), name="out")
     with pg.compile(chain, backend) as program:
-        assert program._inputs
+        assert program.inputs
         assert [level(program(still=flat(value)), "out") for value in (1.0, 2.0)] == [1.0, 2.0]
 
 

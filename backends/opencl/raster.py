@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from passgraph.backends.base import Block
-from passgraph.backends.opencl.draw_source import DrawLayouts, draw_source, vertex_attributes
+from passgraph.backends.opencl.draw_source import DrawLayouts, draw_source
 from passgraph.backends.opencl.storage import Storage
 from passgraph.errors import BackendError
 from passgraph.plan.data import DrawStep
@@ -50,7 +50,7 @@ class DrawPassRunner:
         self.vertex_uniforms = Uniforms(backend, vertex.float_count, vertex.int_count, self.what)
         counts = (fragment.float_count, fragment.int_count) if fragment is not None else (0, 0)
         self.fragment_uniforms = Uniforms(backend, *counts, self.what)
-        self.attributes = vertex_attributes(vertex)
+        self.attributes = vertex.attributes
         self.kernels: dict[DrawLayouts, dict[str, Any]] = {}
         self.max_scratch = min(MAX_SCRATCH_BYTES, backend.max_bytes)
         self.bound: dict[int, Sequence[Any]] = {}  # by the id of one of our kernels

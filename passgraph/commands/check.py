@@ -128,7 +128,7 @@ def _opened(names: Sequence[str]) -> list[Any]:
 
 def _read(graphs: Mapping[str, Graph], inputs: Sequence[tuple[str, Path]]) -> dict[str, Picture]:
     from passgraph.pictures import load
-    from passgraph.plan.collect import inputs_behind
+    from passgraph.plan.reach import inputs_behind
 
     known = sorted({name for graph in graphs.values() for name in inputs_behind(list(graph.values()))})
     for name, _ in inputs:
@@ -142,7 +142,7 @@ def _inputs(
 ) -> tuple[tuple[int, int], dict[str, Picture]]:
     """The output's size and a picture for each input: given, its default, or made."""
     from passgraph.conformance.scenes import picture, with_special
-    from passgraph.plan.collect import inputs_behind
+    from passgraph.plan.reach import inputs_behind
 
     first = next(iter(pictures.values()), None)
     chosen = size or (CHECK_SIZE if first is None else (first.shape[1], first.shape[0]))

@@ -10,7 +10,7 @@ from passgraph.arguments import flag
 from passgraph.draw_state import DrawState
 from passgraph.formats import Format
 from passgraph.graph import DrawPass, PixelPass
-from passgraph.targets import Derived, Value
+from passgraph.targets import Value, sources_of
 
 if TYPE_CHECKING:
     from passgraph.language.facts import Facts
@@ -65,7 +65,7 @@ class PixelStep:
 
     name: str
     program: ScalarProgram
-    images: tuple[tuple[str, int], ...]  # image name in the program → resource id
+    images: tuple[tuple[str, int], ...]  # image name → resource id, in the order of the program's images
     outputs: tuple[int, ...]
     size: tuple[int, int]
     values: Mapping[str, object]  # parameter (with the prefix of a fused pass) → number, Value or Derived
@@ -91,7 +91,7 @@ class DrawStep:
     vertex: ScalarProgram
     fragment: ScalarProgram | None
     varyings: tuple[str, ...]  # such as "normal.0": fragment builtins "varying.normal.0" in this order
-    images: tuple[tuple[str, int], ...]
+    images: tuple[tuple[str, int], ...]  # of the fragment program, in its order; vertex programs read none
     outputs: tuple[int, ...]
     clears: tuple[tuple[float, ...] | None, ...]  # for each output: clear to this, or None to draw over
     depth: int | None
@@ -156,12 +156,7 @@ class Plan:
     @property
     def values(self) -> dict[str, Value]:
         """Every run value that some step needs, by name."""
-        found: dict[str, Value] = {}
-        for step in self.steps:
-            for value in step.values.values():
-                sources = (value,) if isinstance(value, Value) else value.sources if isinstance(value, Derived) else ()
-                found.update((source.name, source) for source in sources)
-        return found
+        return {source.name: source for step in self.steps for source in sources_of(step.values)}
 
     @property
     def bytes(self) -> int:

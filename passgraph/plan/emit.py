@@ -7,9 +7,9 @@ from heapq import heappop, heappush
 
 from passgraph.formats import Format
 from passgraph.graph import DrawPass, Pass
-from passgraph.plan.collect import Work
 from passgraph.plan.data import CopyStep, DrawStep, Memory, PixelStep, Plan, Resource, Step
 from passgraph.plan.order import Copies
+from passgraph.plan.work import Work
 from passgraph.targets import Derived, InputSpec, Target, TargetSpec, Value
 
 #: Notes name so many targets that share one memory.

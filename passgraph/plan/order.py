@@ -8,9 +8,9 @@ from heapq import heapify, heappop, heappush
 from typing import TYPE_CHECKING, TypeAlias
 
 from passgraph.graph import Pass
-from passgraph.plan.collect import Lowered, Work, drawn_over, specs_written
 from passgraph.plan.data import Memory
 from passgraph.plan.remembered import remembered
+from passgraph.plan.work import Work
 from passgraph.targets import Target, TargetSpec
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ def dependencies(work: Work) -> tuple[nx.DiGraph, Copies]:
     graph.add_nodes_from(work.passes)
     readers: dict[Target, list[Pass]] = {}
     for lowered in work.passes.values():
-        for target in contents_read(lowered):
+        for target in lowered.awaits:
             readers.setdefault(target, []).append(lowered.node)
             if target.made_by in work.passes:
                 graph.add_edge(target.made_by, lowered.node)
@@ -40,9 +40,9 @@ def dependencies(work: Work) -> tuple[nx.DiGraph, Copies]:
     copies: Copies = set()
     before: list[tuple[Target, Pass, list[Pass]]] = []
     for draw in work.passes:
-        for content in drawn_over(draw):
+        for content in draw.drawn_over:
             others = [r for r in readers.get(content, []) if r is not draw]
-            if content in kept or any(content in drawn_over(r) for r in others):
+            if content in kept or any(content in r.drawn_over for r in others):
                 copies.add((content, draw))
             else:
                 before.append((content, draw, others))
@@ -59,12 +59,6 @@ def dependencies(work: Work) -> tuple[nx.DiGraph, Copies]:
     return graph, copies
 
 
-def contents_read(lowered: Lowered) -> list[Target]:
-    """Contents that a pass needs: images it really reads and what it draws over."""
-    images = [t.content for t in lowered.images.values() if not t.is_previous]
-    return [*images, *drawn_over(lowered.node)]
-
-
 def order(work: Work) -> tuple[list[Pass], Copies]:
     """The sequence of passes and the contents to copy first."""
     nodes = list(work.passes)
@@ -74,7 +68,7 @@ def order(work: Work) -> tuple[list[Pass], Copies]:
     numbered = list(contents)
     copies = {(numbered[content], nodes[node]) for content, node in zip(pairs[::2], pairs[1::2], strict=True)}
     for lowered in work.passes.values():
-        for content in drawn_over(lowered.node):
+        for content in lowered.node.drawn_over:
             if (content, lowered.node) in copies:
                 work.notes.append(
                     f"copied {content.name} before {lowered.name} draws over it: its content is still needed"
@@ -98,7 +92,7 @@ def _described(nodes: list[Pass], work: Work) -> tuple[object, dict[Target, int]
 
     rows = []
     for node, lowered in work.passes.items():
-        read, over = contents_read(lowered), drawn_over(node)
+        read, over = lowered.awaits, node.drawn_over
         rows.append((lowered.index, [told(target) for target in read], [told(target) for target in over]))
     return ("order", rows, [told(target.content) for target in work.roots()]), contents
 
@@ -151,8 +145,7 @@ class _Held:
     def __init__(self, work: Work) -> None:
         self.work = work
         self.reads = {
-            node: [t.spec for t in contents_read(low) if isinstance(t.spec, TargetSpec)]
-            for node, low in work.passes.items()
+            node: [t.spec for t in low.awaits if isinstance(t.spec, TargetSpec)] for node, low in work.passes.items()
         }
         self.consumers = Counter(spec for specs in self.reads.values() for spec in specs)
         self.kept = {t.spec for t in work.roots()}
@@ -160,14 +153,14 @@ class _Held:
         #: Target → passes whose cost hangs on whether it is alive, and on whether one reader is left.
         self.touching: dict[TargetSpec, set[Pass]] = {}
         for node, specs in self.reads.items():
-            for spec in (*specs, *specs_written(node)):
+            for spec in (*specs, *node.writes):
                 self.touching.setdefault(spec, set()).add(node)
 
     def cost(self, node: Pass) -> int:
         """Bytes that running a pass adds to what is held."""
-        grown = sum(bytes_of(s, self.work) for s in specs_written(node) if s not in self.alive)
+        grown = sum(bytes_of(s, self.work) for s in node.writes if s not in self.alive)
         freed = 0
-        for target in set(contents_read(self.work.passes[node])):
+        for target in set(self.work.passes[node].awaits):
             spec = target.spec
             if isinstance(spec, TargetSpec) and self.consumers[spec] == 1 and spec not in self.kept:
                 freed += bytes_of(spec, self.work)
@@ -175,7 +168,7 @@ class _Held:
 
     def run(self, node: Pass) -> set[Pass]:
         """Note that a pass has run; passes whose cost may be another now."""
-        turned = [spec for spec in specs_written(node) if spec not in self.alive]
+        turned = [spec for spec in node.writes if spec not in self.alive]
         self.alive.update(turned)
         for spec in self.reads[node]:
             self.consumers[spec] -= 1

@@ -6,8 +6,8 @@ import networkx as nx
 import numpy as np
 
 from passgraph.graph import Pass
-from passgraph.plan.collect import Work
 from passgraph.plan.order import Copies, dependencies
+from passgraph.plan.work import Work
 
 
 def shuffled(work: Work, seed: int) -> tuple[list[Pass], Copies]:

@@ -9,7 +9,7 @@ import passgraph as pg
 from passgraph import Const, Image, vec4
 from passgraph.formats import format_named
 from passgraph.plan.build import build
-from passgraph.plan.data import CopyStep, Options, PixelStep, Plan
+from passgraph.plan.data import CopyStep, DrawStep, Options, PixelStep, Plan
 from passgraph.plan.emit import disjoint, lifetimes
 from passgraph.targets import Target
 
@@ -367,6 +367,47 @@ def draw_plan(*outputs: Target, **options: bool) -> Plan:
 
 def copies(made: Plan) -> list[str]:
     return [step.name for step in made.steps if isinstance(step, CopyStep)]
+
+
+def test_a_draw_writes_its_depth_too_and_says_what_it_starts_from() -> None:
+    color = drawn(pg.target("drawn"), "first", depth=pg.target("drawn depth", "depth32f"))
+    over = drawn(color, "over", depth=color.depth)
+    for target, contents in ((color, ()), (over, (color, color.depth))):
+        assert target.made_by is not None
+        assert [spec.name for spec in target.made_by.writes] == ["drawn", "drawn depth"]
+        assert target.made_by.drawn_over == contents
+
+
+@pytest.mark.parametrize("fuse", [True, False])
+def test_images_of_a_step_are_those_of_its_program_in_its_order(fuse: bool) -> None:
+    """What backends hand over goes by place, where kernels take more images than they read, and in another order."""
+    crossed = pg.kernel(source="def crossed(a: Image, b: Image, c: Image) -> vec4: return c[1, 0] + a[0, 0]")
+    inner = named(add, still, frame, name="inner")
+    made = plan(named(crossed, inner, frame, still, name="out"), fuse=fuse)
+    for step in made.steps:
+        assert isinstance(step, PixelStep)
+        assert [name for name, _ in step.images] == [use.name for use in step.program.images]
+    names = {resource.id: resource.name for resource in made.resources}
+    assert [names[r] for r in made.steps[-1].reads] == (["still", "frame", "still"] if fuse else ["still", "inner"])
+
+
+def test_a_vertex_program_names_the_attributes_that_it_reads() -> None:
+    text = """
+class Corner:
+    position: vec4
+    color: vec4
+
+def place(vertex: Vertex) -> Corner:
+    return Corner(vec4(vertex.position + vertex.normal, 1.0), vertex.color)
+
+def paint(corner: Corner) -> vec4:
+    return corner.position
+"""
+    stages = {"vertex": pg.vertex(source=text, name="place"), "fragment": pg.fragment(source=text, name="paint")}
+    made = plan(pg.draw(TRIANGLE, into=pg.target("drawn", size=(8, 4)), **stages))
+    assert isinstance(made.steps[0], DrawStep)
+    # The colour goes with the varying that nobody reads.
+    assert made.steps[0].vertex.attributes == ("normal", "position")
 
 
 def test_a_draw_over_content_works_in_place() -> None:

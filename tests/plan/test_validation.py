@@ -14,7 +14,7 @@ from passgraph.backends.null import NullBackend
 from passgraph.formats import format_named
 from passgraph.graph import PixelPass
 from passgraph.plan.build import build
-from passgraph.plan.collect import MAX_PICTURE_BYTES
+from passgraph.plan.sizes import MAX_PICTURE_BYTES
 from passgraph.targets import MAX_SIDE, Target
 
 copy = pg.kernel(source="def copy(color: Image) -> vec4: return color[0, 0]")
