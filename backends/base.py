@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from passgraph.backends.turn import Turn, turn_of
 from passgraph.formats import Format
-from passgraph.graph import Geometry
+from passgraph.geometry import Geometry
 from passgraph.plan.data import DrawStep, PixelStep
 from passgraph.plan.limits import Limits
 

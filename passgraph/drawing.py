@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from passgraph import arguments
 from passgraph.draw_state import BLENDS, Blend, DrawState, Stencil
 from passgraph.errors import GraphError
-from passgraph.frozen_geometry import frozen
-from passgraph.graph import DrawPass, Geometry, _check_result, split_arguments
+from passgraph.geometry import Geometry, frozen
+from passgraph.graph import _check_result, split_arguments
 from passgraph.language.kernel import Kernel
 from passgraph.language.types import Struct
-from passgraph.targets import Target, TargetSpec
+from passgraph.targets import DrawPass, Target, TargetSpec
 
 #: What a mesh may bring beside positions, and the components of each.
 ATTRIBUTES = {"normals": 3, "uvs": 2, "colors": 4, "tangents": 4}

@@ -1,100 +1,22 @@
-"""Passes: what is computed from what.  Calling a kernel on targets adds a pass; nothing runs yet."""
+"""Calling a kernel on targets adds a pass to the graph; nothing runs yet."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, overload
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, Any, overload
 
 from passgraph.arguments import flag, instance, text
-from passgraph.draw_state import DrawState
 from passgraph.errors import GraphError
 from passgraph.formats import Format, format_named
 from passgraph.language.kernel import Kernel, function_source, kernel_from_text
 from passgraph.language.layout import components
 from passgraph.language.scope import FunctionSource
 from passgraph.language.types import ImageType, Struct, Type, component_count
-from passgraph.targets import Derived, InputSpec, Target, TargetSpec, Value
+from passgraph.targets import InputSpec, PixelPass, Target, TargetSpec
+from passgraph.values import Derived, Value
 
 if TYPE_CHECKING:
     import networkx as nx
-
-
-class Geometry(Protocol):
-    """What a draw needs of a mesh: float32 arrays by vertex and (m, 3) int32 triangles."""
-
-    @property
-    def positions(self) -> NDArray[np.float32]: ...
-    @property
-    def triangles(self) -> NDArray[np.int32]: ...
-
-
-@dataclass(frozen=True, eq=False)
-class PixelPass:
-    """A kernel over every pixel of its targets."""
-
-    name: str
-    kernel: PixelKernel
-    images: Mapping[str, Target]
-    values: Mapping[str, object]  # parameter → number, tuple, array, Value or Derived
-    constants: Mapping[str, object]
-    into: tuple[TargetSpec, ...]
-
-    @property
-    def reads(self) -> tuple[Target, ...]:
-        return tuple(self.images.values())
-
-    @property
-    def writes(self) -> tuple[TargetSpec, ...]:
-        return self.into
-
-    @property
-    def drawn_over(self) -> tuple[Target, ...]:
-        """It writes every pixel, so that it starts from no content."""
-        return ()
-
-
-@dataclass(frozen=True, eq=False)
-class DrawPass:
-    """Triangles through a vertex and a fragment kernel."""
-
-    name: str
-    geometry: Geometry
-    vertex: Kernel
-    fragment: Kernel | None
-    images: Mapping[str, Target]
-    values: Mapping[str, object]
-    constants: Mapping[str, object]
-    into: tuple[TargetSpec, ...]
-    loads: tuple[Target | None, ...]  # for each of ``into``: the content drawn over, or None to clear
-    depth: TargetSpec | None
-    depth_load: Target | None
-    state: DrawState = field(default_factory=DrawState)
-
-    @property
-    def reads(self) -> tuple[Target, ...]:
-        """Everything that must exist before: images read and content drawn over."""
-        return (*self.images.values(), *self._loaded)
-
-    @property
-    def writes(self) -> tuple[TargetSpec, ...]:
-        """Colour targets, then depth."""
-        return self.into if self.depth is None else (*self.into, self.depth)
-
-    @property
-    def drawn_over(self) -> tuple[Target, ...]:
-        """Contents that it starts from instead of clearing."""
-        return tuple(t.content for t in self._loaded)
-
-    @property
-    def _loaded(self) -> list[Target]:
-        return [t for t in (*self.loads, self.depth_load) if t is not None]
-
-
-Pass: TypeAlias = PixelPass | DrawPass
 
 
 def channels_of(type_: Type) -> int:
@@ -127,7 +49,7 @@ class PixelKernel(Kernel):
                 f"pass {name!r} reads and writes one target; write into another one, or read "
                 "last frame's by pg.previous()"
             )
-        made = PixelPass(name, self, images, values, constants, specs)
+        made = PixelPass(name, self, images, values, constants, specs, self.known_sizes)
         targets = tuple(Target(spec, made, slot) for slot, spec in enumerate(specs))
         return targets[0] if len(targets) == 1 else targets
 

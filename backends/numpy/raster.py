@@ -20,7 +20,7 @@ from passgraph.plan.data import DrawStep
 
 if TYPE_CHECKING:
     from passgraph.backends.numpy.backend import Storage
-    from passgraph.graph import Geometry
+    from passgraph.geometry import Geometry
 
 #: Triangles (and vertices) in one piece of work.
 CHUNK = 4096

@@ -14,6 +14,7 @@ import numpy as np
 from passgraph.backends.base import Block
 from passgraph.backends.opencl.draw_source import DrawLayouts, draw_source
 from passgraph.backends.opencl.storage import Storage
+from passgraph.backends.opencl.uniforms import Uniforms
 from passgraph.errors import BackendError
 from passgraph.plan.data import DrawStep
 
@@ -38,8 +39,6 @@ class DrawPassRunner:
     """One draw, compiled when it first meets storages of some formats."""
 
     def __init__(self, backend: OpenCLBackend, step: DrawStep, *, serial: bool | None = None) -> None:
-        from passgraph.backends.opencl.backend import Uniforms
-
         self.backend, self.step = backend, step
         self.what = f"draw {step.name!r}"
         # A work-item for each tile pays on CPUs, where a work-group's work-items run one after the other.

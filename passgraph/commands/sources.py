@@ -15,7 +15,8 @@ from passgraph.effects.registry import Effect
 from passgraph.errors import InputError
 from passgraph.graph import kernel
 from passgraph.program import named_outputs
-from passgraph.targets import Input, Target, sources_of
+from passgraph.targets import Input, Target
+from passgraph.values import sources_of
 
 if TYPE_CHECKING:
     from passgraph.scene import Scene

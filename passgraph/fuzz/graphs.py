@@ -23,7 +23,8 @@ from passgraph.language.kernel import Kernel, kernel_from_text
 from passgraph.plan.data import Options
 from passgraph.program import compile as compile_graph
 from passgraph.scene.mesh import Mesh
-from passgraph.targets import Input, Target, TargetSpec, Value, previous, target
+from passgraph.targets import Input, Target, TargetSpec, previous, target
+from passgraph.values import Value
 
 SIZES = ((12, 9), (6, 5))
 #: Small enough for a random graph, and of every kind: float, half, unorm of 8 and 16 bits, encoded.

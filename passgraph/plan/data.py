@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TypeAlias
 
 from passgraph.arguments import flag
 from passgraph.draw_state import DrawState
 from passgraph.formats import Format
-from passgraph.graph import DrawPass, PixelPass
-from passgraph.targets import Value, sources_of
+from passgraph.targets import DrawPass, PixelPass
+from passgraph.values import Value, sources_of
 
 if TYPE_CHECKING:
     from passgraph.language.facts import Facts
@@ -75,6 +75,11 @@ class PixelStep:
     static: bool = False
 
     @property
+    def work(self) -> str:
+        """What it does, in a few words."""
+        return "pixels" + (f" with {', '.join(self.fused)}" if self.fused else "")
+
+    @property
     def reads(self) -> tuple[int, ...]:
         return tuple(r for _, r in self.images)
 
@@ -105,6 +110,10 @@ class DrawStep:
     static: bool = False
 
     @property
+    def work(self) -> str:
+        return f"draws {len(self.source.geometry.triangles)} triangles"
+
+    @property
     def reads(self) -> tuple[int, ...]:
         over = [r for r, clear in zip(self.outputs, self.clears, strict=True) if clear is None]
         if self.depth is not None and self.depth_clear is None:
@@ -128,6 +137,10 @@ class CopyStep:
     values: Mapping[str, object] = field(default_factory=dict)
 
     @property
+    def work(self) -> str:
+        return "copies"
+
+    @property
     def reads(self) -> tuple[int, ...]:
         return (self.source_resource,)
 
@@ -137,6 +150,16 @@ class CopyStep:
 
 
 Step: TypeAlias = PixelStep | DrawStep | CopyStep
+
+
+def lifetimes(resources: Sequence[Resource], steps: Sequence[Step]) -> dict[int, tuple[int, int]]:
+    """First and last step (inclusive) that touches each resource."""
+    spans: dict[int, tuple[int, int]] = {}
+    for index, step in enumerate(steps):
+        for resource in (*step.reads, *step.writes):
+            first, _ = spans.get(resource, (index, index))
+            spans[resource] = (first, index)
+    return {r.id: (0, len(steps)) if r.persistent else spans.get(r.id, (0, 0)) for r in resources}
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,6 +180,11 @@ class Plan:
     def values(self) -> dict[str, Value]:
         """Every run value that some step needs, by name."""
         return {source.name: source for step in self.steps for source in sources_of(step.values)}
+
+    @property
+    def lifetimes(self) -> dict[int, tuple[int, int]]:
+        """First and last step (inclusive) that touches each resource, by id."""
+        return lifetimes(self.resources, self.steps)
 
     @property
     def bytes(self) -> int:

@@ -7,11 +7,10 @@ from collections.abc import Mapping, Sequence
 from heapq import heapify, heappop, heappush
 from typing import TYPE_CHECKING, TypeAlias
 
-from passgraph.graph import Pass
 from passgraph.plan.data import Memory
 from passgraph.plan.remembered import remembered
 from passgraph.plan.work import Work
-from passgraph.targets import Target, TargetSpec
+from passgraph.targets import Pass, Target, TargetSpec
 
 if TYPE_CHECKING:
     import networkx as nx

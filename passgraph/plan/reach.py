@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from passgraph.errors import GraphError
-from passgraph.graph import Pass
 from passgraph.plan.remembered import remembered
-from passgraph.targets import InputSpec, Like, Target, TargetSpec
+from passgraph.targets import InputSpec, Like, Pass, Target, TargetSpec
 
 
 def passes_behind(outputs: list[Target]) -> list[Pass]:

@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 from passgraph.errors import GraphError
-from passgraph.graph import DrawPass, PixelPass
 from passgraph.language.emitter import eliminate_dead
 from passgraph.language.lower import Facts, ImageFacts
 from passgraph.language.lowered import lower_once
 from passgraph.language.scalar import LoadBuiltin, Output, ScalarProgram, walk
 from passgraph.plan.work import Lowered, Work
-from passgraph.targets import Target
+from passgraph.targets import DrawPass, PixelPass, Target
 
 
 def image_facts(target: Target, work: Work, sized: bool = False) -> ImageFacts:
@@ -24,7 +23,7 @@ def specialise(work: Work) -> None:
     for lowered in work.passes.values():
         node = lowered.node
         lowered.values = dict(node.values)
-        sized = isinstance(node, PixelPass) and node.kernel.known_sizes
+        sized = isinstance(node, PixelPass) and node.known_sizes
         images = {name: image_facts(target, work, sized) for name, target in node.images.items()}
         if isinstance(node, PixelPass):
             stores = tuple(spec.format.store for spec in node.into)

@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from passgraph.formats import Format
-from passgraph.graph import Pass
 from passgraph.language.lower import Facts
 from passgraph.language.scalar import ScalarProgram
 from passgraph.plan.data import Options
-from passgraph.targets import InputSpec, Target, TargetSpec
+from passgraph.targets import InputSpec, Pass, Target, TargetSpec
 
 
 @dataclass

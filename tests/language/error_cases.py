@@ -19,7 +19,8 @@ from passgraph.language import symbols
 from passgraph.language.kernel import function, struct
 from passgraph.language.lower import Facts, lower
 from passgraph.language.source import source_from_text
-from passgraph.targets import Derived, Input, Target, Value, previous, target
+from passgraph.targets import Input, Target, previous, target
+from passgraph.values import Derived, Value
 
 HEAD = "def k(c: Image, n: int, v: vec3, m: mat3) -> float:\n    x = c[0, 0].x\n    "
 STRUCT = "class S:\n    a: float\n    b: vec3\n\n"

@@ -211,7 +211,7 @@ MUTANTS = (
     ),
     # The plan: results are known to the bit, whatever is optimised
     _plan("plan/emit.py", "self.busy[0][0] < first:", "self.busy[0][0] <= first:"),
-    _plan("plan/emit.py", "spans[resource] = (first, index)", "spans[resource] = (first, first)"),
+    _plan("plan/data.py", "spans[resource] = (first, index)", "spans[resource] = (first, first)"),
     _plan(
         "plan/emit.py",
         "*outputs.values(), *finals, *finals.values(), *inputs.values(),",

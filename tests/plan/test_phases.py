@@ -10,8 +10,8 @@ from passgraph import Const, Image, vec4
 from passgraph.formats import format_named
 from passgraph.plan.build import build
 from passgraph.plan.data import CopyStep, DrawStep, Options, PixelStep, Plan
-from passgraph.plan.emit import disjoint, lifetimes
 from passgraph.targets import Target
+from tests.plan.orders import apart
 
 copy = pg.kernel(source="def copy(color: Image) -> vec4: return color[0, 0]")
 add = pg.kernel(source="def add(a: Image, b: Image) -> vec4: return a[0, 0] + b[0, 0]")
@@ -187,10 +187,10 @@ def sharing(made: Plan) -> dict[int, list[int]]:
 
 
 def assert_nothing_alive_is_overwritten(made: Plan) -> None:
-    spans = lifetimes(list(made.resources), list(made.steps))
+    spans = made.lifetimes
     for members in sharing(made).values():
         for i, one in enumerate(members):
-            assert all(disjoint(spans[one], spans[other]) for other in members[i + 1 :])
+            assert all(apart(spans[one], spans[other]) for other in members[i + 1 :])
             assert len(members) == 1 or not made.resources[one].persistent
 
 
@@ -199,10 +199,7 @@ def test_lifetimes_reach_from_first_to_last_touch() -> None:
     b = named(left, a, name="b")
     c = named(add, named(left, b, name="between"), a, name="c")
     made = plan(c, fuse=False)
-    spans = {
-        r.name: s
-        for r, s in zip(made.resources, lifetimes(list(made.resources), list(made.steps)).values(), strict=True)
-    }
+    spans = {r.name: s for r, s in zip(made.resources, made.lifetimes.values(), strict=True)}
     assert spans == {"frame": (0, 4), "a": (0, 3), "b": (1, 2), "between": (2, 3), "c": (0, 4)}
 
 
