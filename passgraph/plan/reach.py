@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 from passgraph.errors import GraphError
-from passgraph.plan.remembered import remembered
+from passgraph.plan.sort import producers_first
 from passgraph.targets import InputSpec, Like, Pass, Target, TargetSpec
 
 
@@ -14,37 +14,28 @@ def passes_behind(outputs: list[Target]) -> list[Pass]:
 
     Handles cannot be made before their passes, so a cycle can only be forged by hand; it is refused all the same.
     """
-    ranks: dict[Pass, int] = {}
-    edges: list[tuple[Pass, Pass]] = []
+    waits: dict[Pass, dict[Pass, None]] = {}
     pending = [t.made_by for t in outputs if t.made_by is not None]
     while pending:
         node = pending.pop()
-        if node in ranks:
-            continue
-        ranks[node] = len(ranks)
-        makers = [target.made_by for target in node.reads if target.made_by is not None]
-        edges += [(maker, node) for maker in makers]
-        pending += makers
-    described = ("reachable", len(ranks), [(ranks[maker], ranks[node]) for maker, node in edges])
-    nodes = list(ranks)
-    (sequence,) = remembered(described, lambda: [[ranks[node] for node in _producers_first(ranks, edges)]])
-    return [nodes[rank] for rank in sequence]
+        if node not in waits:
+            makers = [target.made_by for target in node.reads if target.made_by is not None]
+            waits[node] = dict.fromkeys(makers)
+            pending += makers
+    # What was reached last was written first.
+    sequence = producers_first(waits, {node: -number for number, node in enumerate(waits)})
+    if len(sequence) < len(waits):
+        raise GraphError(
+            f"passes form a cycle: {_cycle(waits)}; read last frame's content with pg.previous() where it closes"
+        )
+    return sequence
 
 
-def _producers_first(ranks: Mapping[Pass, int], edges: list[tuple[Pass, Pass]]) -> list[Pass]:
-    """Of passes that may come next the one with the highest rank."""
+def _cycle(waits: Mapping[Pass, Collection[Pass]]) -> str:
     import networkx as nx
 
-    dependencies = nx.DiGraph()
-    dependencies.add_nodes_from(ranks)
-    dependencies.add_edges_from(edges)
-    try:
-        return list(nx.lexicographical_topological_sort(dependencies, key=lambda n: -ranks[n]))
-    except nx.NetworkXUnfeasible:
-        cycle = " → ".join(edge[0].name for edge in nx.find_cycle(dependencies))
-        raise GraphError(
-            f"passes form a cycle: {cycle}; read last frame's content with pg.previous() where it closes"
-        ) from None
+    edges = nx.find_cycle(nx.DiGraph((maker, node) for node, makers in waits.items() for maker in makers))
+    return " → ".join(maker.name for maker, _ in edges)
 
 
 def inputs_behind(outputs: list[Target]) -> dict[str, InputSpec]:

@@ -236,7 +236,7 @@ MUTANTS = (
         "if False:",
     ),
     _plan("plan/fuse.py", "if known.readers[producer.node] != {consumer.node}:", "if False:"),
-    _plan("plan/order.py", "waiting.add_edges_from((r, draw) for _, draw, others in before for r in others)", "pass"),
+    _plan("plan/order.py", "in_place[draw] |= dict.fromkeys(others)", "pass"),
     _plan("plan/order.py", "if content in kept or any(content in r.drawn_over for r in others):", "if False:"),
     _plan("plan/order.py", "if any(nx.has_path(graph, draw, r) for r in others):", "if False:"),
     _plan(
