@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any, overload
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeAlias, TypeVar, cast, overload
 
 from passgraph.arguments import flag, instance, text
 from passgraph.errors import GraphError
@@ -18,6 +18,17 @@ from passgraph.values import Derived, Value
 if TYPE_CHECKING:
     import networkx as nx
 
+    from passgraph.language.symbols import vec2, vec3, vec4
+
+# What a kernel declares to return, and what calling it on targets gives.  For text that is not known to type checkers,
+# nor for a struct, however many fields it has.
+One: TypeAlias = "float | vec2 | vec3 | vec4"
+Two: TypeAlias = "tuple[One, One]"
+Three: TypeAlias = "tuple[One, One, One]"
+Pair: TypeAlias = tuple[Target, Target]
+Triple: TypeAlias = tuple[Target, Target, Target]
+Made = TypeVar("Made")
+
 
 def channels_of(type_: Type) -> int:
     return component_count(type_)
@@ -28,14 +39,14 @@ def default_format(type_: Type) -> Format:
     return format_named({1: "r32f", 2: "rg32f", 3: "rgb32f", 4: "rgba32f"}[channels_of(type_)])
 
 
-class PixelKernel(Kernel):
-    """A kernel that runs once a pixel.  Calling it on targets adds a pass and returns its target(s)."""
+class PixelKernel(Kernel, Generic[Made]):
+    """A kernel that runs once a pixel.  Calling it on targets adds a pass and returns its target or targets."""
 
     def __init__(self, function: FunctionSource, known_sizes: bool = False) -> None:
         super().__init__(function, "pixel")
         self.known_sizes = known_sizes
 
-    def __call__(self, *arguments: Any, into: Any = None, name: str | None = None, **named: Any) -> Any:
+    def __call__(self, *arguments: Any, into: Any = None, name: str | None = None, **named: Any) -> Made:
         self.check_constants()
         name = self.name if name is None else text(name, f"kernel {self.name}: the pass's name")
         bound = bind(self, arguments, named)
@@ -51,7 +62,7 @@ class PixelKernel(Kernel):
             )
         made = PixelPass(name, self, images, values, constants, specs, self.known_sizes)
         targets = tuple(Target(spec, made, slot) for slot, spec in enumerate(specs))
-        return targets[0] if len(targets) == 1 else targets
+        return cast("Made", targets[0] if len(targets) == 1 else targets)
 
 
 def _specs(into: Any, kernel: Kernel, name: str) -> tuple[TargetSpec, ...]:
@@ -164,19 +175,38 @@ def leaves(value: object, type_: Type, name: str) -> list[tuple[str, Type, objec
     return parts
 
 
+class _Maker(Protocol):
+    """A decorator with settings."""
+
+    @overload
+    def __call__(self, definition: Callable[..., One], /) -> PixelKernel[Target]: ...
+    @overload
+    def __call__(self, definition: Callable[..., Two], /) -> PixelKernel[Pair]: ...
+    @overload
+    def __call__(self, definition: Callable[..., Three], /) -> PixelKernel[Triple]: ...
+    @overload
+    def __call__(self, definition: Callable[..., object], /) -> PixelKernel[Any]: ...
+
+
 @overload
-def kernel(definition: Callable[..., Any], *, known_sizes: bool = False) -> PixelKernel: ...
+def kernel(definition: Callable[..., One], *, known_sizes: bool = False) -> PixelKernel[Target]: ...
 @overload
-def kernel(*, known_sizes: bool = False) -> Callable[[Callable[..., Any]], PixelKernel]: ...
+def kernel(definition: Callable[..., Two], *, known_sizes: bool = False) -> PixelKernel[Pair]: ...
 @overload
-def kernel(*, source: str, name: str | None = None, known_sizes: bool = False) -> PixelKernel: ...
+def kernel(definition: Callable[..., Three], *, known_sizes: bool = False) -> PixelKernel[Triple]: ...
+@overload
+def kernel(definition: Callable[..., object], *, known_sizes: bool = False) -> PixelKernel[Any]: ...
+@overload
+def kernel(*, known_sizes: bool = False) -> _Maker: ...
+@overload
+def kernel(*, source: str, name: str | None = None, known_sizes: bool = False) -> PixelKernel[Any]: ...
 def kernel(
     definition: Callable[..., Any] | None = None,
     *,
     source: str | None = None,
     name: str | None = None,
     known_sizes: bool = False,
-) -> PixelKernel | Callable[[Callable[..., Any]], PixelKernel]:
+) -> PixelKernel[Any] | _Maker:
     """A kernel that runs once for each pixel of its target(s).
 
     Use it as a decorator, or give ``source``: text is parsed and never executed, so it may come from
