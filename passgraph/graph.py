@@ -47,8 +47,9 @@ class PixelKernel(Kernel, Generic[Made]):
         self.known_sizes = known_sizes
 
     def __call__(self, *arguments: Any, into: Any = None, name: str | None = None, **named: Any) -> Made:
+        """Add a pass that writes ``into``; its name, where none is given, is that of its target, or the kernel's."""
         self.check_constants()
-        name = self.name if name is None else text(name, f"kernel {self.name}: the pass's name")
+        name = pass_name(name, into, self.name, f"kernel {self.name}: the pass's name")
         bound = bind(self, arguments, named)
         results = self.program.results
         specs = _specs(into, self, name)
@@ -63,6 +64,15 @@ class PixelKernel(Kernel, Generic[Made]):
         made = PixelPass(name, self, images, values, constants, specs, self.known_sizes)
         targets = tuple(Target(spec, made, slot) for slot, spec in enumerate(specs))
         return cast("Made", targets[0] if len(targets) == 1 else targets)
+
+
+def pass_name(given: object, into: object, otherwise: str, what: str) -> str:
+    """As given; else that of the targets that the pass is the first to write; else ``otherwise``."""
+    if given is not None:
+        return text(given, what)
+    specs = into if isinstance(into, (tuple, list)) else [into]
+    names = [spec.name for spec in specs if isinstance(spec, TargetSpec)]
+    return "+".join(names) if names and len(names) == len(specs) else otherwise
 
 
 def _specs(into: Any, kernel: Kernel, name: str) -> tuple[TargetSpec, ...]:

@@ -105,7 +105,7 @@ def test_two_draws_over_one_content_take_copies(ordered: bool) -> None:
     mesh = pg.Mesh.make([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], [[0, 1, 2]])
     stages = {"vertex": pg.vertex(source=MARK, name="place"), "fragment": pg.fragment(source=MARK, name="paint")}
     add = pg.kernel(source="def add(a: Image, b: Image) -> vec4: return a[0, 0] + b[0, 0]")
-    base = pg.draw(mesh, into=pg.target("base"), name="base", **stages)
+    base = pg.draw(mesh, into=pg.target("base"), **stages)
     assert isinstance(base.spec, TargetSpec)
     over = [pg.draw(mesh, into=base, name=f"over{k}", **stages) for k in range(2)]
     with pg.compile(add(*over), backend="null", size=(8, 8), options=Options(order=ordered)) as program:

@@ -40,7 +40,7 @@ def plan(*outputs: Target, **options: bool) -> Plan:
 
 
 def named(kernel: object, *images: Target, name: str, format: str = "rgba32f", **settings: object) -> Target:
-    made: Target = kernel(*images, into=pg.target(name, format, **settings), name=name)  # type: ignore[operator]
+    made: Target = kernel(*images, into=pg.target(name, format, **settings))  # type: ignore[operator]
     return made
 
 
@@ -364,6 +364,23 @@ def draw_plan(*outputs: Target, **options: bool) -> Plan:
 
 def copies(made: Plan) -> list[str]:
     return [step.name for step in made.steps if isinstance(step, CopyStep)]
+
+
+def test_a_pass_is_called_as_its_target_is() -> None:
+    def name(made: Target) -> str:
+        assert made.made_by is not None
+        return made.made_by.name
+
+    assert name(copy(frame, into=pg.target("gray"))) == "gray"
+    assert name(copy(frame, into=pg.target("gray"), name="graded")) == "graded"
+    assert name(pair(frame, into=(pg.target("light"), pg.target("dark")))[0]) == "light+dark"
+    assert (name(copy(frame)), name(pair(frame)[0])) == ("copy", "pair")
+    stages = {"vertex": place, "fragment": paint, "color": (1.0, 0.0, 0.0)}
+    color = pg.draw(TRIANGLE, into=pg.target("color"), depth=pg.target("depth", "depth32f"), **stages)
+    shadow = pg.draw(TRIANGLE, vertex=place, depth=pg.target("shadow", "depth32f"))
+    assert (name(color), name(shadow)) == ("color", "shadow")
+    # The name of what is drawn over is taken.
+    assert name(pg.draw(TRIANGLE, into=color, depth=color.depth, **stages)) == "paint"
 
 
 def test_a_draw_writes_its_depth_too_and_says_what_it_starts_from() -> None:

@@ -116,19 +116,19 @@ def test_no_size_known() -> None:
 def test_targets_of_different_sizes_in_one_pass() -> None:
     into = (pg.target("small", size=(2, 2)), pg.target("large", size=(4, 4)))
     assert refusal(*pair(frame, into=into)) == (
-        "pass 'pair' writes targets of different sizes (small 2x2, large 4x4); give them one size"
+        "pass 'small+large' writes targets of different sizes (small 2x2, large 4x4); give them one size"
     )
 
 
 def test_relative_offsets_need_equal_sizes() -> None:
     assert refusal(copy(frame, into=pg.target("half", scale=0.5))) == (
-        "pass 'copy' reads 'frame' (8x4) by relative offsets and is 4x2 itself; "
+        "pass 'half' reads 'frame' (8x4) by relative offsets and is 4x2 itself; "
         "read it by .sample(uv()) or make the sizes equal"
     )
 
 
 def test_a_size_may_be_taken_from_what_is_made_later_in_the_graph() -> None:
-    half = copy(frame, into=pg.target("half", "rgba32f", (3, 5)), name="half")
+    half = copy(frame, into=pg.target("half", "rgba32f", (3, 5)))
     late = fill(2.0, into=pg.target("late", like=half), name="later")
     early = fill(1.0, into=pg.target("early", like=late), name="sooner")
     for outputs in ({"early": early, "late": late}, {"late": late, "early": early}):
