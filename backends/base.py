@@ -10,19 +10,16 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
+from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.turn import Turn, turn_of
 from passgraph.formats import Format
-from passgraph.graph import Geometry
+from passgraph.geometry import Geometry
 from passgraph.plan.data import DrawStep, PixelStep
 from passgraph.plan.limits import Limits
-
-if TYPE_CHECKING:
-    from passgraph.language.scalar import ScalarProgram
 
 FloatBlock = NDArray[np.float32]
 IntBlock = NDArray[np.int32]
@@ -220,12 +217,6 @@ def quantised(values: NDArray[Any], format_: Format) -> FloatBlock:
             inside = np.clip(np.where(np.isnan(single), np.float32(0.0), single), 0.0, 1.0)
             single = np.asarray(np.rint(inside * steps) / steps, np.float32)
     return np.asarray(single, np.float32)
-
-
-def image_order(step: PixelStep | DrawStep, program: ScalarProgram | None) -> list[int]:
-    """For each image of a program, its place among the images of the step."""
-    names = [name for name, _ in step.images]
-    return [] if program is None else [names.index(use.name) for use in program.images]
 
 
 def border_place(border: str, place: NDArray[np.int64], size: int) -> NDArray[np.int64]:

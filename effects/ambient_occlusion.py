@@ -68,10 +68,7 @@ def dim(color: Image, occlusion: Image) -> vec4:
 def flat_normals(depth: pg.Target, camera: pg.Value) -> pg.Target:
     """Normals of what a depth picture shows; outside it there is no surface to lean on."""
     into = pg.target("normals of depth", "rgba16f", like=depth)
-    made: pg.Target = normals_of_depth(
-        depth.border("zero"), View(camera).tan_half(), into=into, name="normals of depth"
-    )
-    return made
+    return normals_of_depth(depth.border("zero"), View(camera).tan_half(), into=into, name="normals of depth")
 
 
 @dataclass(frozen=True)
@@ -166,7 +163,7 @@ def occlusion(
                  pg.target("small normals", "rgba16f", like=depth, scale=0.5))  # fmt: skip
         searched = invert_half(depth, normals, into=small, name="half size")
     else:
-        searched = invert(depth, into=pg.target("inverse depth", "r32f"), name="inverse depth"), normals
+        searched = invert(depth, into=pg.target("inverse depth", "r32f")), normals
     # outside the picture nothing is known, and nothing taken away
     seen = (searched[0].border("zero"), searched[1], tan_half, radius)
     into = pg.target("raw visibility", "rg32f", like=searched[0])
@@ -299,7 +296,7 @@ def ambient_occlusion_passes(
     )  # fmt: skip
     lit = dim_ambient(
         shaded.soft_shadow, shaded.base_color, around, found.visibility, bounces,
-        into=pg.target("lit", "rgba16f"), name="lit",
+        into=pg.target("lit", "rgba16f"),
     )  # fmt: skip
     picture = tone_map(lit, 0.0, "linear", into=pg.target("picture", "rgba8"), name="picture") if display else lit
     return AmbientOcclusion(
@@ -353,8 +350,7 @@ def occluded(
         depth, flat_normals(depth, camera), camera, radius=radius, method=method, slices=slices, steps=steps,
         power=power, half_resolution=half_resolution,
     )  # fmt: skip
-    made: pg.Target = dim(color, found.visibility, into=into or pg.target(name, "rgba32f"), name=name)
-    return made
+    return dim(color, found.visibility, into=into or pg.target(name, "rgba32f"), name=name)
 
 
 def _radius_in(scene: pg.Scene) -> float:

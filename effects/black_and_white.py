@@ -44,5 +44,4 @@ def black_and_white(
     >>> picture[0, 0].round(4).tolist() == [np.float32(0.7152)] * 3 + [1.0]
     True
     """
-    made: pg.Target = luma(frame, weights, into=into or pg.target("black_and_white", "rgba32f"), name="black_and_white")
-    return made
+    return luma(frame, weights, into=into or pg.target("black_and_white", "rgba32f"), name="black_and_white")

@@ -181,15 +181,14 @@ def bloom(
     for what, value in (("threshold", threshold), ("intensity", intensity)):
         if isinstance(value, (int, float)) and not 0.0 <= value < float("inf"):
             raise pg.GraphError(f"{name}: {what} must be 0 or more, got {value!r}")
-    full: pg.Target = bright(color, threshold, into=pg.target(f"{name}_bright", "rgba32f"), name=f"{name}_bright")
+    full = bright(color, threshold, into=pg.target(f"{name}_bright", "rgba32f"))
     chain = [full]
     for level in range(1, levels + 1):
         label = f"{name}_down{level}"
-        chain.append(down(chain[-1], into=pg.target(label, "rgba32f", like=full, scale=0.5**level), name=label))
+        chain.append(down(chain[-1], into=pg.target(label, "rgba32f", like=full, scale=0.5**level)))
     glow = chain.pop()
     # one halving alone is too narrow to be doubled bilinearly
     for level in range(levels - 1, 0 if levels > 1 else -1, -1):
         label = f"{name}_up{level}"
-        glow = up(glow.border("mirror"), into=pg.target(label, "rgba32f", like=full, scale=0.5**level), name=label)
-    made: pg.Target = add_glow(color, glow, intensity, into=into or pg.target(name, "rgba32f"), name=name)
-    return made
+        glow = up(glow.border("mirror"), into=pg.target(label, "rgba32f", like=full, scale=0.5**level))
+    return add_glow(color, glow, intensity, into=into or pg.target(name, "rgba32f"), name=name)

@@ -86,9 +86,7 @@ def gaussian_blur(
     if radius == 0 or sigma_px == 0.0:
         return color
     blur = _symmetric(gaussian_weights(sigma_px, radius))
-    across = blur(
-        color, 1, 0, into=pg.target(f"{name}_x", "rgba32f" if into is None else _four(into)), name=f"{name}_x"
-    )
+    across = blur(color, 1, 0, into=pg.target(f"{name}_x", "rgba32f" if into is None else _four(into)))
     made: pg.Target = blur(
         across.border(color.border_rule), 0, 1, into=into or pg.target(name, "rgba32f"), name=f"{name}_y"
     )
@@ -174,6 +172,6 @@ def depth_aware_blur(
     if radius_px == 0:
         return mask
     blur = _edge_aware(radius_px)
-    across = blur(mask, depth, tolerance, 1, 0, into=pg.target(f"{name}_x", "rgba32f"), name=f"{name}_x")
+    across = blur(mask, depth, tolerance, 1, 0, into=pg.target(f"{name}_x", "rgba32f"))
     made: pg.Target = blur(across, depth, tolerance, 0, 1, into=into or pg.target(name, "rgba32f"), name=f"{name}_y")
     return made

@@ -118,7 +118,7 @@ def contact_passes(
     passes = soft_shadow_passes(scene, display=False)
     view = View(pg.Value("camera", pg.Camera, default=scene.camera))
     share = _share_on_field(ground, view, made, passes) if ground else _share_on_plane(view, made, passes)
-    lit = multiply(passes.soft_shadow, share, into=pg.target("contact", "rgba16f"), name="contact")
+    lit = multiply(passes.soft_shadow, share, into=pg.target("contact", "rgba16f"))
     picture = tone_map(lit, 0.0, "linear", into=pg.target("picture", "rgba8"), name="picture") if display else lit
     return Contact(picture, lit, share, made.map, made.heights, passes)
 
@@ -165,17 +165,16 @@ def _share_on_plane(view: View, made: ContactMap, passes: SoftShadow) -> pg.Targ
         world: Float64 = made.window.flat @ eye @ camera.view_rotation().T
         return world
 
-    share: pg.Target = look_up(
+    return look_up(
         passes.normals, passes.depth, made.map, view.tan_half(), view.camera.map(from_view), view.up(),
-        into=pg.target("contact share", "rgba16f"), name="contact share",
+        into=pg.target("contact share", "rgba16f"),
     )  # fmt: skip
-    return share
 
 
 def _share_on_field(floor: Sequence[pg.Node], view: View, made: ContactMap, passes: SoftShadow) -> pg.Target:
     origin = np.mean([node.bounds.mean(axis=0) for node in floor], axis=0)
     share: pg.Target = pg.draw(
-        merged(floor, origin), vertex=place_floor, fragment=look_up_floor, name="contact share",
+        merged(floor, origin), vertex=place_floor, fragment=look_up_floor,
         into=pg.target("contact share", "rgba16f", scale=1.0, clear=1.0), depth=passes.base_color.depth,
         depth_compare="less_equal", depth_write=False, polygon_offset=AGAIN_OFFSET, contacts=made.map,
         cull="none" if any(node.material.double_sided for node in floor) else "back",

@@ -144,7 +144,7 @@ def contact_map(
     if floor:
         slack = 1e-3 * max(top - bottom, threshold)
         heights = pg.draw(
-            merged(floor, origin), vertex=from_above, fragment=height_of, name="contact heights",
+            merged(floor, origin), vertex=from_above, fragment=height_of,
             into=pg.target("contact heights", "r32f", size, clear=NO_FLOOR),
             depth=pg.target("contact heights test", "depth32f", size),
             clip_from_local=window.clip(bottom - slack, top + slack),
@@ -156,7 +156,7 @@ def contact_map(
     inside = None
     if floor or low[1] < height - SLACK * threshold:
         inside = pg.draw(
-            merged(near, origin), vertex=from_above, fragment=buried, blend="add", name="contact inside",
+            merged(near, origin), vertex=from_above, fragment=buried, blend="add",
             into=pg.target("contact inside", "r16f", size), values=values,
         )  # fmt: skip
     values |= {"inside": inside or blank, "has_inside": inside is not None}

@@ -170,9 +170,8 @@ def dirty_lens_spots(
     into : where it goes; left out, float32 with the name ``name``
     name : of the passes and targets
     """
-    glow = dirt_times(spots, dirt, into=pg.target(f"{name}_glow", "rgba16f", like=spots), name=f"{name}_glow")
-    made: pg.Target = added(scene, glow, into=into or pg.target(name, "rgba32f"), name=name)
-    return made
+    glow = dirt_times(spots, dirt, into=pg.target(f"{name}_glow", "rgba16f", like=spots))
+    return added(scene, glow, into=into or pg.target(name, "rgba32f"), name=name)
 
 
 def dirty_lens_map(
@@ -206,5 +205,4 @@ def dirty_lens_map(
         return right - x, bottom - y
 
     places = (corner(view), across(view)) if isinstance(view, Window) else (view.map(corner), view.map(across))
-    made: pg.Target = modulate2x(scene, dirt, spots, *places, into=into or pg.target(name, "rgba32f"), name=name)
-    return made
+    return modulate2x(scene, dirt, spots, *places, into=into or pg.target(name, "rgba32f"), name=name)

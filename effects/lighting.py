@@ -99,7 +99,6 @@ class Lighting:
         penumbrae = find_penumbrae(taps)(
             *common, map_, nearest, frame, tan_half, kind, face,
             into=pg.target(f"penumbrae of {name}", "rg16f", like=self.seen.depth, scale=0.5),
-            name=f"penumbrae of {name}",
         )  # fmt: skip
         made: tuple[pg.Target, pg.Target] = add_light_with_penumbrae(
             free, shadowed, *common, map_, penumbrae, frame, tan_half, kind, face, into=_pair(name), name=name

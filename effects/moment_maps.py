@@ -231,13 +231,13 @@ def blurred_moments(
     """
     kernels = {"vsm": variance_map, "evsm4": exponential_map, "msm": moment_map}
     store = "rg32f" if of.name == "vsm" else "rgba32f"
-    made: pg.Target = kernels[of.name](map, by, into=pg.target(f"moments of {name}", store), name=f"moments of {name}")
+    made = kernels[of.name](map, by, into=pg.target(f"moments of {name}", store))
     if blurred:
         boxes = box_kernels(max(int(WIDEST * map_size), 1), 2 if of.name == "vsm" else 4)
         for axis, step in (("x", (1, 0)), ("y", (0, 1))):
             said = f"moments of {name} blurred {axis}"
-            blocks = boxes.block(made, by, *step, into=pg.target(f"{said}, blocks", store), name=f"{said}, blocks")
-            made = boxes.box(blocks, made, by, *step, into=pg.target(said, store), name=said)
+            blocks = boxes.block(made, by, *step, into=pg.target(f"{said}, blocks", store))
+            made = boxes.box(blocks, made, by, *step, into=pg.target(said, store))
     if of.name == "msm" and of.moment_format == "rgba16":
-        made = pack(made, into=pg.target(f"packed moments of {name}", "rgba16"), name=f"packed moments of {name}")
+        made = pack(made, into=pg.target(f"packed moments of {name}", "rgba16"))
     return made

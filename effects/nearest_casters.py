@@ -88,7 +88,7 @@ def nearest_casters(map: pg.Target, map_size: int, name: str) -> pg.Target:
     made = map
     for number, (kernel, format) in enumerate(steps):
         said = f"nearest casters of {name}, {number}" if number + 1 < len(steps) else f"nearest casters of {name}"
-        made = kernel(made, into=pg.target(said, format, (side, side)), name=said)
+        made = kernel(made, into=pg.target(said, format, (side, side)))
     return made
 
 

@@ -70,13 +70,13 @@ def planar_comparison(
     view = View(pg.Value("camera", pg.Camera, default=scene.camera))
     flat = projection(ABOVE, level + lift)
     share = pg.draw(
-        merged(casting, origin), vertex=flatten, fragment=darken, name="projected share",
+        merged(casting, origin), vertex=flatten, fragment=darken,
         into=pg.target("projected share", "rgba16f", scale=1.0, clear=1.0), depth=soft.scene.base_color.depth,
         depth_compare="less_equal", depth_write=False, polygon_offset=SHADOW_OFFSET, blend="min",
         clip_from_local=view.clip_from(origin).map(lambda seen: seen @ flat), above_row=(0.0, 1.0, 0.0, -level),
         beyond_row=projection(ABOVE, level)[3], spot_from_local=np.eye(4), darkness=darkness,
         axis=(0.0, -1.0, 0.0), cone=(-3.0, -2.0), translucent=False,
     )  # fmt: skip
-    lit = multiply(soft.scene.soft_shadow, share, into=pg.target("projected", "rgba16f"), name="projected")
+    lit = multiply(soft.scene.soft_shadow, share, into=pg.target("projected", "rgba16f"))
     picture = tone_map(lit, 0.0, "linear", into=pg.target("projected picture", "rgba8"), name="projected picture")
     return PlanarComparison(picture, soft.picture, share, soft.share)

@@ -115,12 +115,11 @@ def soft_shadow_passes(
     free, shadowed = lighting.sums((ambient,) * 3 if isinstance(ambient, (int, float)) else ambient)
     wide = hdr_format == "rgb32f"
     if not lighting.maps:
-        made: pg.Target = (lit_rgb if wide else lit)(
+        made = (lit_rgb if wide else lit)(
             free,
             seen.color,
             seen.depth,
             into=pg.target("unshadowed", hdr_format, notes=tuple(notes)),
-            name="unshadowed",
         )
         picture = _shown(made, exposure_stops, curve) if display else made
         return SoftShadow(picture, made, made, None, None, seen.depth, seen.normals, seen.color, (), tuple(notes))
@@ -143,8 +142,8 @@ def soft_shadow_passes(
         blurred = gaussian_blur(shadows, radius_px / 2.0, radius_px, into=into, name="shadow blur")
     else:
         blurred = blur_along_surfaces(shadows, seen.normals, seen.depth, width, view.tan_half(), radius_px)
-    result: pg.Target = (multiply_rgb if wide else multiply)(
-        unshadowed, blurred, into=pg.target("soft_shadow", hdr_format, notes=tuple(notes)), name="soft_shadow"
+    result = (multiply_rgb if wide else multiply)(
+        unshadowed, blurred, into=pg.target("soft_shadow", hdr_format, notes=tuple(notes))
     )
     picture = _shown(result, exposure_stops, curve) if display else result
     return SoftShadow(

@@ -187,5 +187,4 @@ def tone_map(
     if curve not in CURVES:
         raise pg.GraphError(f"tone_map: curve cannot be {curve!r}; it is one of {', '.join(CURVES)}")
     target = into or pg.target(name, "rgba8" if encode else "rgba16f")
-    made: pg.Target = tone(frame, exposure_stops, CURVES.index(curve), encode, into=target, name=name)
-    return made
+    return tone(frame, exposure_stops, CURVES.index(curve), encode, into=target, name=name)

@@ -28,17 +28,8 @@ from passgraph.language.kernel import function, struct
 from passgraph.language.symbols import *  # noqa: F403 (every name of the kernel language)
 from passgraph.plan.data import Options
 from passgraph.program import Program, Result, compile
-from passgraph.targets import (
-    OUTPUT_SIZE,
-    Derived,
-    Input,
-    Target,
-    TargetSpec,
-    Value,
-    combine,
-    previous,
-    target,
-)
+from passgraph.targets import Input, Target, TargetSpec, previous, target
+from passgraph.values import OUTPUT_SIZE, Derived, Value, combine
 
 if TYPE_CHECKING:
     from passgraph.pictures import load, save

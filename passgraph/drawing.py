@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 from passgraph import arguments
 from passgraph.draw_state import BLENDS, Blend, DrawState, Stencil
 from passgraph.errors import GraphError
-from passgraph.frozen_geometry import frozen
-from passgraph.graph import DrawPass, Geometry, _check_result, split_arguments
+from passgraph.geometry import Geometry, frozen
+from passgraph.graph import _check_result, pass_name, split_arguments
 from passgraph.language.kernel import Kernel
 from passgraph.language.types import Struct
-from passgraph.targets import Target, TargetSpec
+from passgraph.targets import DrawPass, Target, TargetSpec
 
 #: What a mesh may bring beside positions, and the components of each.
 ATTRIBUTES = {"normals": 3, "uvs": 2, "colors": 4, "tangents": 4}
@@ -57,6 +57,8 @@ def draw(
         Likewise for a depth format.  Read it later as ``color.depth``.
     stencil, blend, cull, depth_compare, depth_write, color_mask, polygon_offset
         See :mod:`passgraph.draw_state`; ``blend`` also takes the names in ``BLENDS``.
+    name
+        Of the pass; left out, that of its targets, or of the fragment kernel where it draws over what is there.
     values, **named
         Parameters of both kernels by name: numbers, targets for images, ``pg.Value`` handles.
 
@@ -71,8 +73,8 @@ def draw(
         For what does not fit together, naming the pass and the target.
     """
     own = fragment if isinstance(fragment, Kernel) else vertex
-    pass_name = getattr(own, "name", "") if name is None else arguments.text(name, "the name of a draw")
-    where = f"draw {pass_name!r}"
+    called = pass_name(name, depth if into is None else into, getattr(own, "name", ""), "the name of a draw")
+    where = f"draw {called!r}"
     _check_kernels(vertex, fragment, where)
     check_geometry(geometry, where)
     kept = frozen(geometry)
@@ -95,7 +97,7 @@ def draw(
         if image.spec in written and not image.is_previous:
             raise GraphError(f"{where} reads and writes target {image.name!r}; write into another one")
     made = DrawPass(
-        pass_name,
+        called,
         kept,
         vertex,
         fragment,

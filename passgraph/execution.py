@@ -15,7 +15,7 @@ from passgraph.language.layout import components
 from passgraph.language.scalar import ScalarProgram
 from passgraph.plan.chains import Chains
 from passgraph.plan.data import CopyStep, DrawStep, PixelStep, Plan, Step
-from passgraph.targets import OUTPUT_SIZE, Derived, Value
+from passgraph.values import OUTPUT_SIZE, Derived, Value
 
 if TYPE_CHECKING:
     from passgraph.backends.base import Backend, Block

@@ -1,78 +1,33 @@
-"""Passes: what is computed from what.  Calling a kernel on targets adds a pass; nothing runs yet."""
+"""Calling a kernel on targets adds a pass to the graph; nothing runs yet."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, overload
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeAlias, TypeVar, cast, overload
 
 from passgraph.arguments import flag, instance, text
-from passgraph.draw_state import DrawState
 from passgraph.errors import GraphError
 from passgraph.formats import Format, format_named
 from passgraph.language.kernel import Kernel, function_source, kernel_from_text
 from passgraph.language.layout import components
 from passgraph.language.scope import FunctionSource
 from passgraph.language.types import ImageType, Struct, Type, component_count
-from passgraph.targets import Derived, InputSpec, Target, TargetSpec, Value
+from passgraph.targets import InputSpec, PixelPass, Target, TargetSpec
+from passgraph.values import Derived, Value
 
 if TYPE_CHECKING:
     import networkx as nx
 
+    from passgraph.language.symbols import vec2, vec3, vec4
 
-class Geometry(Protocol):
-    """What a draw needs of a mesh: float32 arrays by vertex and (m, 3) int32 triangles."""
-
-    @property
-    def positions(self) -> NDArray[np.float32]: ...
-    @property
-    def triangles(self) -> NDArray[np.int32]: ...
-
-
-@dataclass(frozen=True, eq=False)
-class PixelPass:
-    """A kernel over every pixel of its targets."""
-
-    name: str
-    kernel: PixelKernel
-    images: Mapping[str, Target]
-    values: Mapping[str, object]  # parameter → number, tuple, array, Value or Derived
-    constants: Mapping[str, object]
-    into: tuple[TargetSpec, ...]
-
-    @property
-    def reads(self) -> tuple[Target, ...]:
-        return tuple(self.images.values())
-
-
-@dataclass(frozen=True, eq=False)
-class DrawPass:
-    """Triangles through a vertex and a fragment kernel."""
-
-    name: str
-    geometry: Geometry
-    vertex: Kernel
-    fragment: Kernel | None
-    images: Mapping[str, Target]
-    values: Mapping[str, object]
-    constants: Mapping[str, object]
-    into: tuple[TargetSpec, ...]
-    loads: tuple[Target | None, ...]  # for each of ``into``: the content drawn over, or None to clear
-    depth: TargetSpec | None
-    depth_load: Target | None
-    state: DrawState = field(default_factory=DrawState)
-
-    @property
-    def reads(self) -> tuple[Target, ...]:
-        """Everything that must exist before: images read and content drawn over."""
-        over = [t for t in (*self.loads, self.depth_load) if t is not None]
-        return (*self.images.values(), *over)
-
-
-Pass: TypeAlias = PixelPass | DrawPass
+# What a kernel declares to return, and what calling it on targets gives.  For text that is not known to type checkers,
+# nor for a struct, however many fields it has.
+One: TypeAlias = "float | vec2 | vec3 | vec4"
+Two: TypeAlias = "tuple[One, One]"
+Three: TypeAlias = "tuple[One, One, One]"
+Pair: TypeAlias = tuple[Target, Target]
+Triple: TypeAlias = tuple[Target, Target, Target]
+Made = TypeVar("Made")
 
 
 def channels_of(type_: Type) -> int:
@@ -84,16 +39,17 @@ def default_format(type_: Type) -> Format:
     return format_named({1: "r32f", 2: "rg32f", 3: "rgb32f", 4: "rgba32f"}[channels_of(type_)])
 
 
-class PixelKernel(Kernel):
-    """A kernel that runs once a pixel.  Calling it on targets adds a pass and returns its target(s)."""
+class PixelKernel(Kernel, Generic[Made]):
+    """A kernel that runs once a pixel.  Calling it on targets adds a pass and returns its target or targets."""
 
     def __init__(self, function: FunctionSource, known_sizes: bool = False) -> None:
         super().__init__(function, "pixel")
         self.known_sizes = known_sizes
 
-    def __call__(self, *arguments: Any, into: Any = None, name: str | None = None, **named: Any) -> Any:
+    def __call__(self, *arguments: Any, into: Any = None, name: str | None = None, **named: Any) -> Made:
+        """Add a pass that writes ``into``; its name, where none is given, is that of its target, or the kernel's."""
         self.check_constants()
-        name = self.name if name is None else text(name, f"kernel {self.name}: the pass's name")
+        name = pass_name(name, into, self.name, f"kernel {self.name}: the pass's name")
         bound = bind(self, arguments, named)
         results = self.program.results
         specs = _specs(into, self, name)
@@ -105,9 +61,18 @@ class PixelKernel(Kernel):
                 f"pass {name!r} reads and writes one target; write into another one, or read "
                 "last frame's by pg.previous()"
             )
-        made = PixelPass(name, self, images, values, constants, specs)
+        made = PixelPass(name, self, images, values, constants, specs, self.known_sizes)
         targets = tuple(Target(spec, made, slot) for slot, spec in enumerate(specs))
-        return targets[0] if len(targets) == 1 else targets
+        return cast("Made", targets[0] if len(targets) == 1 else targets)
+
+
+def pass_name(given: object, into: object, otherwise: str, what: str) -> str:
+    """As given; else that of the targets that the pass is the first to write; else ``otherwise``."""
+    if given is not None:
+        return text(given, what)
+    specs = into if isinstance(into, (tuple, list)) else [into]
+    names = [spec.name for spec in specs if isinstance(spec, TargetSpec)]
+    return "+".join(names) if names and len(names) == len(specs) else otherwise
 
 
 def _specs(into: Any, kernel: Kernel, name: str) -> tuple[TargetSpec, ...]:
@@ -220,19 +185,38 @@ def leaves(value: object, type_: Type, name: str) -> list[tuple[str, Type, objec
     return parts
 
 
+class _Maker(Protocol):
+    """A decorator with settings."""
+
+    @overload
+    def __call__(self, definition: Callable[..., One], /) -> PixelKernel[Target]: ...
+    @overload
+    def __call__(self, definition: Callable[..., Two], /) -> PixelKernel[Pair]: ...
+    @overload
+    def __call__(self, definition: Callable[..., Three], /) -> PixelKernel[Triple]: ...
+    @overload
+    def __call__(self, definition: Callable[..., object], /) -> PixelKernel[Any]: ...
+
+
 @overload
-def kernel(definition: Callable[..., Any], *, known_sizes: bool = False) -> PixelKernel: ...
+def kernel(definition: Callable[..., One], *, known_sizes: bool = False) -> PixelKernel[Target]: ...
 @overload
-def kernel(*, known_sizes: bool = False) -> Callable[[Callable[..., Any]], PixelKernel]: ...
+def kernel(definition: Callable[..., Two], *, known_sizes: bool = False) -> PixelKernel[Pair]: ...
 @overload
-def kernel(*, source: str, name: str | None = None, known_sizes: bool = False) -> PixelKernel: ...
+def kernel(definition: Callable[..., Three], *, known_sizes: bool = False) -> PixelKernel[Triple]: ...
+@overload
+def kernel(definition: Callable[..., object], *, known_sizes: bool = False) -> PixelKernel[Any]: ...
+@overload
+def kernel(*, known_sizes: bool = False) -> _Maker: ...
+@overload
+def kernel(*, source: str, name: str | None = None, known_sizes: bool = False) -> PixelKernel[Any]: ...
 def kernel(
     definition: Callable[..., Any] | None = None,
     *,
     source: str | None = None,
     name: str | None = None,
     known_sizes: bool = False,
-) -> PixelKernel | Callable[[Callable[..., Any]], PixelKernel]:
+) -> PixelKernel[Any] | _Maker:
     """A kernel that runs once for each pixel of its target(s).
 
     Use it as a decorator, or give ``source``: text is parsed and never executed, so it may come from

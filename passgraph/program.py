@@ -16,6 +16,7 @@ from passgraph.errors import BackendError, GraphError, InputError, UnknownNameEr
 from passgraph.finite import NonFinite, PassCheck, admitted, checked_choice
 from passgraph.formats import Format, format_named
 from passgraph.plan.data import Options, Plan, Step
+from passgraph.plan.reach import inputs_behind
 from passgraph.targets import InputSpec, Target, TargetSpec, checked_size
 
 if TYPE_CHECKING:
@@ -106,7 +107,7 @@ class Program:
             size,
             options if backend.optimises else replace(options, fuse=False, simplify=True),
         )
-        self._inputs = _inputs_of(outputs)
+        self._inputs = inputs_behind(list(outputs.values()))
         self._bound: dict[str, tuple[Format, tuple[int, int]]] = {}
         self._plan: Plan | None = None
         self._busy = False
@@ -119,6 +120,11 @@ class Program:
     @property
     def _execution(self) -> Execution | None:
         return self._held.execution
+
+    @property
+    def inputs(self) -> dict[str, InputSpec]:
+        """What each run brings as pictures, by name: every input behind the outputs, read or not."""
+        return dict(self._inputs)
 
     @property
     def plan(self) -> Plan:
@@ -353,13 +359,6 @@ def checked_picture(given: Any, spec: InputSpec) -> NDArray[Any]:
         return np.ascontiguousarray(array, np.float32)
 
 
-def _inputs_of(outputs: Mapping[str, Target]) -> dict[str, InputSpec]:
-    """Every input behind the outputs, by name."""
-    from passgraph.plan.collect import inputs_behind
-
-    return inputs_behind(list(outputs.values()))
-
-
 def named_outputs(outputs: Any) -> dict[str, Target]:
     """One target, several, or a mapping, as a mapping by result name."""
     if isinstance(outputs, (Target, TargetSpec)):
@@ -458,8 +457,8 @@ def compile(
     opened = open_backend(backend) if owns else arguments.instance(backend, Backend, "backend", expected, BackendError)  # type: ignore[arg-type]
     program = Program(named, opened, owns, bound, options, choice, checking)
     try:
-        if all(spec.size and spec.format for spec in program._inputs.values()):
-            program._bound = {n: (s.format, s.size) for n, s in program._inputs.items()}  # type: ignore[misc]
+        if all(spec.size and spec.format for spec in program.inputs.values()):
+            program._bound = {n: (s.format, s.size) for n, s in program.inputs.items()}  # type: ignore[misc]
             assert program.plan is not None
     except BaseException:
         program.close()

@@ -1,19 +1,19 @@
-"""Render targets, inputs and values: the handles that a graph is written with.  Plain data, no device."""
+"""Render targets and inputs, the handles that a graph is written with, and the passes behind them.  No device."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, TypeAlias, get_origin
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import TypeAlias
 
 import numpy as np
 
 from passgraph import arguments
+from passgraph.draw_state import DrawState
 from passgraph.errors import GraphError
 from passgraph.formats import Format, format_named
-
-if TYPE_CHECKING:
-    from passgraph.graph import Pass
+from passgraph.geometry import Geometry
+from passgraph.language.kernel import Kernel
 
 BORDERS = ("clamp", "zero", "repeat", "mirror")
 #: Largest side of a target, in pixels: what GL 3.3 hardware offers in practice.
@@ -141,6 +141,72 @@ class Target:
         return f"<{'previous ' if self.is_previous else ''}{self.spec!r}>"
 
 
+@dataclass(frozen=True, eq=False)
+class PixelPass:
+    """A kernel over every pixel of its targets."""
+
+    name: str
+    kernel: Kernel
+    images: Mapping[str, Target]
+    values: Mapping[str, object]  # parameter → number, tuple, array, Value or Derived
+    constants: Mapping[str, object]
+    into: tuple[TargetSpec, ...]
+    known_sizes: bool = False  # made for the sizes that the plan has
+
+    @property
+    def reads(self) -> tuple[Target, ...]:
+        return tuple(self.images.values())
+
+    @property
+    def writes(self) -> tuple[TargetSpec, ...]:
+        return self.into
+
+    @property
+    def drawn_over(self) -> tuple[Target, ...]:
+        """It writes every pixel, so that it starts from no content."""
+        return ()
+
+
+@dataclass(frozen=True, eq=False)
+class DrawPass:
+    """Triangles through a vertex and a fragment kernel."""
+
+    name: str
+    geometry: Geometry
+    vertex: Kernel
+    fragment: Kernel | None
+    images: Mapping[str, Target]
+    values: Mapping[str, object]
+    constants: Mapping[str, object]
+    into: tuple[TargetSpec, ...]
+    loads: tuple[Target | None, ...]  # for each of ``into``: the content drawn over, or None to clear
+    depth: TargetSpec | None
+    depth_load: Target | None
+    state: DrawState = field(default_factory=DrawState)
+
+    @property
+    def reads(self) -> tuple[Target, ...]:
+        """Everything that must exist before: images read and content drawn over."""
+        return (*self.images.values(), *self._loaded)
+
+    @property
+    def writes(self) -> tuple[TargetSpec, ...]:
+        """Colour targets, then depth."""
+        return self.into if self.depth is None else (*self.into, self.depth)
+
+    @property
+    def drawn_over(self) -> tuple[Target, ...]:
+        """Contents that it starts from instead of clearing."""
+        return tuple(t.content for t in self._loaded)
+
+    @property
+    def _loaded(self) -> list[Target]:
+        return [t for t in (*self.loads, self.depth_load) if t is not None]
+
+
+Pass: TypeAlias = PixelPass | DrawPass
+
+
 def target(
     name: str,
     format: str | Format = "rgba16f",
@@ -257,73 +323,3 @@ def previous(spec: TargetSpec | Target) -> Target:
     expected = "a target that a pass writes: pg.target(...) or a handle of it"
     arguments.instance(spec, TargetSpec, "what pg.previous takes", expected)
     return Target(spec, is_previous=True)
-
-
-@dataclass(frozen=True)
-class Value:
-    """A number, vector, matrix or object that each run brings by name.
-
-    ``static`` works as for inputs.  :meth:`map` derives another value from it on the host.
-
-    >>> exposure = Value("exposure", float)
-    >>> exposure.map(lambda stops: 2.0**stops).name
-    'exposure'
-    """
-
-    name: str
-    type: object = float
-    static: bool = False
-    default: object = None
-
-    def __post_init__(self) -> None:
-        where = f"value {arguments.text(self.name, 'the name of a value')!r}"
-        if not isinstance(self.type, type) and get_origin(self.type) is None:
-            raise GraphError(
-                f"{where}: type must be a class, such as float or pg.vec3, got {arguments.shown(self.type)}"
-            )
-        arguments.flag(self.static, f"{where}: static")
-
-    def map(self, function: Callable[[Any], object]) -> Derived:
-        """A value computed on the host from this one, at each run in which it changes."""
-        return Derived((self,), function)
-
-
-@dataclass(frozen=True)
-class Derived:
-    """A value computed on the host from run values.
-
-    ``by_value``: not a change of its sources decides whether passes run again that depend on nothing else that changes,
-    but one of itself: for what often comes out the same though its sources change at each run.
-    """
-
-    sources: tuple[Value, ...]
-    function: Callable[..., object]
-    by_value: bool = False
-
-    def __post_init__(self) -> None:
-        if not arguments.several(self.sources, Value, "what a value is computed from", "pg.Value handles"):
-            raise GraphError("a value is computed from at least one pg.Value, got none")
-        arguments.function(self.function, f"what computes a value from {self.name!r}")
-
-    @property
-    def name(self) -> str:
-        return "+".join(source.name for source in self.sources)
-
-    @property
-    def static(self) -> bool:
-        return self.by_value or all(source.static for source in self.sources)
-
-    def map(self, function: Callable[[Any], object]) -> Derived:
-        arguments.function(function, f"what computes a value from {self.name!r}")
-        inner = self.function
-        return Derived(self.sources, lambda *values: function(inner(*values)), self.by_value)
-
-
-def combine(function: Callable[..., object], *values: Value, by_value: bool = False) -> Derived:
-    """A value computed on the host from several run values; see `Derived`."""
-    return Derived(values, function, by_value)
-
-
-#: (width, height) of the output in pixels as a value, filled in by the program: for what depends on the
-#: aspect ratio.
-OUTPUT_SIZE = Value("output_size", tuple, static=True)

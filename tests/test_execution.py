@@ -45,7 +45,7 @@ def test_history_of_another_target_is_one_run_old(backend: Backend) -> None:
     frame = pg.Input("frame")
     spec = pg.target("kept", "rgba32f")
     kept = copy(frame, into=spec, name="kept")
-    old = copy(pg.previous(spec), into=pg.target("old", "rgba32f"), name="old")
+    old = copy(pg.previous(spec), into=pg.target("old", "rgba32f"))
     with pg.compile([kept, old], backend) as program:
         found = [program(frame=flat(value)) for value in (1.0, 2.0, 3.0)]
     assert [level(f, "old") for f in found] == [0.0, 1.0, 2.0]
@@ -94,7 +94,7 @@ def test_a_static_input_inside_a_fused_pass_is_noticed(backend: Backend) -> None
         assert [level(program(still=flat(value)), "out") for value in (1.0, 2.0)] == [1.0, 2.0]
     chain = copy(copy(still, name="inner"), name="out")
     with pg.compile(chain, backend) as program:
-        assert program._inputs
+        assert program.inputs
         assert [level(program(still=flat(value)), "out") for value in (1.0, 2.0)] == [1.0, 2.0]
 
 

@@ -207,23 +207,23 @@ USES: dict[str, Wrong] = {
         within(lambda p: p.run(frame=FRAME)), GRAPH, "a program cannot be run from inside its own run"
     ),
     # draws
-    "draw None": Wrong(drawn(geometry=None), GRAPH, "draw 'paint' needs a mesh with positions and triangles"),
+    "draw None": Wrong(drawn(geometry=None), GRAPH, "draw 'color' needs a mesh with positions and triangles"),
     "draw with a pixel kernel": Wrong(
         drawn(vertex=COPY), GRAPH, "needs a vertex kernel made with @pg.vertex, got <passg"
     ),
     "draw without a kernel": Wrong(lambda: pg.draw(triangle(), vertex=None), GRAPH, "needs a vertex kernel made with"),
-    "a blend of 4": Wrong(drawn(blend=4), GRAPH, r"draw 'paint': blend must be one of add, .*pg.Blend\(...\), got 4"),
+    "a blend of 4": Wrong(drawn(blend=4), GRAPH, r"draw 'color': blend must be one of add, .*pg.Blend\(...\), got 4"),
     "a stencil of 3": Wrong(
-        drawn(stencil=3), GRAPH, r"draw 'paint': stencil must be pg.Stencil\(...\), got 3|stencil8"
+        drawn(stencil=3), GRAPH, r"draw 'color': stencil must be pg.Stencil\(...\), got 3|stencil8"
     ),
-    "clear_stencil of 1000": Wrong(drawn(clear_stencil=1000), GRAPH, "'paint': clear_stencil must be .* from 0 to 255"),
+    "clear_stencil of 1000": Wrong(drawn(clear_stencil=1000), GRAPH, "'color': clear_stencil must be .* from 0 to 255"),
     "a reference as text": Wrong(
         lambda: pg.Stencil(reference="1"), GRAPH, "stencil reference must be a whole number from"
     ),
     "a factor as a list": Wrong(lambda: pg.Blend([]), GRAPH, r"blend source factor cannot be \[\]; it is one of zero"),
     "an empty alpha equation": Wrong(lambda: pg.Blend(equation_alpha=""), GRAPH, "blend alpha equation cannot be ''"),
     "cull by a list": Wrong(
-        drawn(cull=[]), GRAPH, r"draw 'paint': cull cannot be \[\]; it is one of none, back, front"
+        drawn(cull=[]), GRAPH, r"draw 'color': cull cannot be \[\]; it is one of none, back, front"
     ),
     "depth_write by number": Wrong(drawn(depth_write=1), GRAPH, "depth_write must be True or False, got 1"),
     "a mask of numbers": Wrong(
@@ -234,10 +234,10 @@ USES: dict[str, Wrong] = {
     "an offset of text": Wrong(
         drawn(polygon_offset="ab"), GRAPH, "polygon_offset must be a list or tuple of two numbers"
     ),
-    "values that are a list": Wrong(drawn(values=[1]), GRAPH, "draw 'paint': values must be a mapping of parameters"),
+    "values that are a list": Wrong(drawn(values=[1]), GRAPH, "draw 'color': values must be a mapping of parameters"),
     "a draw's name of 3": Wrong(drawn(name=3), GRAPH, f"the name of a draw {NAME} 3"),
     "ragged corners": Wrong(
-        good("a mesh's positions", value=[[1], [1, 2]]), GRAPH, "draw 'paint': positions must be an array"
+        good("a mesh's positions", value=[[1], [1, 2]]), GRAPH, "draw 'color': positions must be an array"
     ),
     "triangles of floats": Wrong(
         good("a mesh's triangles", value=[[0.0, 1, 2]]), GRAPH, "triangles must be whole numbers"

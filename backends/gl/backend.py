@@ -30,7 +30,7 @@ from passgraph.backends.gl.textures import (
 )
 from passgraph.errors import BackendError, DeviceMissingError
 from passgraph.formats import Format
-from passgraph.graph import Geometry
+from passgraph.geometry import Geometry
 from passgraph.plan.data import DrawStep, PixelStep
 from passgraph.plan.limits import Limits
 

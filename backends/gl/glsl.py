@@ -267,7 +267,7 @@ class GLSL(Printer):
         if program.stage == "vertex":
             lines.append("uniform float pg_guard;")
             for k, (attribute, (_, size)) in enumerate(ATTRIBUTES.items()):
-                if attribute in attributes_of(program):
+                if attribute in program.attributes:
                     lines.append(f"layout(location = {k}) in vec{size} in_{attribute};")
         else:
             lines += [f"layout(location = {k}) out vec4 pg_out{k};" for k in range(len(program.outputs))]
@@ -300,9 +300,3 @@ def _vec4(values: Sequence[str], missing: tuple[str, ...]) -> str:
 def varying_place(index: int) -> str:
     """Where the scalar varying of this number travels."""
     return f"pg_varying{index // 4}.{LETTERS[index % 4]}"
-
-
-def attributes_of(program: s.ScalarProgram) -> tuple[str, ...]:
-    """Mesh attributes that a vertex program reads, in the order of ATTRIBUTES."""
-    read = {name.split(".")[1] for name, _ in program.builtins if name.startswith("vertex.")}
-    return tuple(name for name in ATTRIBUTES if name in read)

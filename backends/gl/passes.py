@@ -5,12 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from passgraph.backends.base import Block, image_order
+from passgraph.backends.base import Block
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl import state as fixed
 from passgraph.backends.gl.bound import Bound
 from passgraph.backends.gl.geometry import Mesh
-from passgraph.backends.gl.glsl import attributes_of
 from passgraph.backends.gl.textures import Texture, stored_clear
 from passgraph.plan.data import DrawStep, PixelStep
 
@@ -24,7 +23,6 @@ class PixelRun:
     def __init__(self, backend: GLBackend, step: PixelStep) -> None:
         self.backend, self.step = backend, step
         self.program = backend.programs.pixel(step.program)
-        self.order = image_order(step, step.program)
 
     def __call__(self, outputs: Sequence[Texture], images: Sequence[Texture], block: Block) -> None:
         backend = self.backend
@@ -33,7 +31,7 @@ class PixelRun:
                 return self(outputs, images, block)
         gl, bound, program = backend.context.gl, backend.context.bound, self.program
         fixed.set_pixel_pass(gl, bound, backend.objects.framebuffer(outputs, None), self.step.size)
-        fixed.bind_images(gl, bound, [images[i] for i in self.order])
+        fixed.bind_images(gl, bound, images)
         fixed.use(gl, bound, program.name, backend.no_vertices)
         program.send(gl, "pixel", block)
         program.send_size(gl, self.step.size)
@@ -49,8 +47,7 @@ class DrawRun:
         fixed.check_blends(backend.context.gl, step.state.blend, f"draw {step.name!r}")
         self.program = backend.programs.draw(step.vertex, step.fragment, step.varyings)
         self.guard = fixed.guard_band(backend.context.gl, step.size, backend.max_viewport)
-        self.attributes = attributes_of(step.vertex)
-        self.order = image_order(step, step.vertex) + image_order(step, step.fragment)
+        self.attributes = step.vertex.attributes
 
     def __call__(
         self,
@@ -70,7 +67,7 @@ class DrawRun:
         self._clear(gl, bound, outputs, depth)
         fixed.set_guard_band(gl, bound, step.size, self.guard)
         fixed.set_draw(gl, bound, step.state, outputs, depth)
-        fixed.bind_images(gl, bound, [images[i] for i in self.order])
+        fixed.bind_images(gl, bound, images)
         fixed.use(gl, bound, program.name, geometry.array)
         geometry.send(self.attributes)
         program.send_guard(gl, self.guard)

@@ -106,7 +106,7 @@ def set_transfers(gl: Functions) -> None:
         gl.PixelStorei(what, value)
 
 
-def bind_images(gl: Functions, bound: Bound, images: list[Texture]) -> None:
+def bind_images(gl: Functions, bound: Bound, images: Sequence[Texture]) -> None:
     """Textures from unit 0 on, without sampler objects (those would override how a texture is read)."""
     textures = bound.textures
     for unit, image in enumerate(images):

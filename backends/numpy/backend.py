@@ -23,7 +23,7 @@ from passgraph.backends.numpy.memory import aligned_zeros
 from passgraph.backends.numpy.workers import Workers, thread_count
 from passgraph.errors import BackendError
 from passgraph.formats import Format
-from passgraph.graph import Geometry
+from passgraph.geometry import Geometry
 from passgraph.plan.data import DrawStep, PixelStep
 from passgraph.plan.limits import Limits
 

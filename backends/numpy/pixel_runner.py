@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from passgraph.backends.base import Block, FloatBlock, image_order
+from passgraph.backends.base import Block, FloatBlock
 from passgraph.backends.numpy.chains import Stage, Tiling, pitch, tiling
 from passgraph.backends.numpy.memory import aligned_zeros
 from passgraph.backends.numpy.native import function_address, lanes
@@ -94,7 +94,6 @@ def _text(layout: Layout, name: str) -> str:
 
 
 def _places(stage: Stage) -> list[int]:
-    """For each image of the program that no stage makes, its place among the step's images."""
+    """Places of those images that no stage makes."""
     made = {number for number, _, _ in stage.rings}
-    order = image_order(stage.step, stage.step.program)
-    return [place for number, place in enumerate(order) if number not in made]
+    return [number for number in range(len(stage.step.images)) if number not in made]

@@ -14,13 +14,13 @@ from passgraph.backends.numpy import raster_entries as entries
 from passgraph.backends.numpy.llvm_names import TILE
 from passgraph.backends.numpy.raster_paint import Deferred, Forward, Triangles
 from passgraph.backends.numpy.raster_shade import is_deferred
-from passgraph.backends.numpy.raster_vertices import VertexStage, attributes_of
+from passgraph.backends.numpy.raster_vertices import VertexStage
 from passgraph.backends.numpy.workers import Workers
 from passgraph.plan.data import DrawStep
 
 if TYPE_CHECKING:
     from passgraph.backends.numpy.backend import Storage
-    from passgraph.graph import Geometry
+    from passgraph.geometry import Geometry
 
 #: Triangles (and vertices) in one piece of work.
 CHUNK = 4096
@@ -33,7 +33,7 @@ class Raster:
     def __init__(self, step: DrawStep, workers: Workers) -> None:
         self.step, self.workers = step, workers
         self.width, self.height = step.size
-        self.attributes = attributes_of(step)
+        self.attributes = step.vertex.attributes
         self.vertices = VertexStage(step)
         self.paint = Deferred(step, workers) if is_deferred(step) else Forward(step, workers)
         self.tiles_x = -(-self.width // TILE)

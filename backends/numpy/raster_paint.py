@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.base import Block, clear_colour, image_order, quantised
+from passgraph.backends.base import Block, clear_colour, quantised
 from passgraph.backends.numpy import raster_entries as entries
 from passgraph.backends.numpy.llvm_names import TILE
 from passgraph.backends.numpy.raster_code import thread_scratch, tile_code
@@ -39,7 +39,6 @@ class Forward:
         self.step, self.workers = step, workers
         self.width, self.height = step.size
         self.tiles_x = -(-self.width // TILE)
-        self.image_order = image_order(step, step.fragment)
         code = tile_code(step)
         self.calls = [code.call() for _ in range(workers.count)]
         self.scratch = [thread_scratch(step) for _ in range(workers.count)]
@@ -49,7 +48,7 @@ class Forward:
         triangles: Triangles, offsets: NDArray[np.int64], lists: NDArray[np.int32],
     ) -> None:  # fmt: skip
         self._clear(outputs, depth)
-        arguments = [part for k in self.image_order for part in (images[k].values, *images[k].size)]
+        arguments = [part for image in images for part in (image.values, *image.size)]
         stores = [output.values for output in outputs]
         depths = depth.values if depth is not None else np.zeros(1, np.float32)
         stencil = depth.stencil if depth is not None and depth.stencil is not None else np.zeros(1, np.uint8)
@@ -91,7 +90,6 @@ class Deferred:
         self.test = (int(has_depth), test, int(has_depth and step.state.depth_write))
         shaded = step.fragment is not None
         self.shade = shade_address(step) if shaded else 0
-        self.image_order = image_order(step, step.fragment)
         self.context = np.zeros(len(context_names(step)) if shaded else 1, np.int64)
         self.counter = np.zeros(1, np.int64)
         self.no_depth = [np.zeros(TILE * TILE, np.float32) for _ in range(workers.count)]
@@ -124,10 +122,10 @@ class Deferred:
             self.clear_colours = np.concatenate(
                 [clear_values(o, clear) for o, clear in zip(outputs, self.step.clears, strict=True)]
             )
-        arrays = [block.floats, block.ints, self.clear_colours, *(images[k].values for k in self.image_order)]
+        arrays = [block.floats, block.ints, self.clear_colours, *(image.values for image in images)]
         arrays += [output.values for output in outputs]
         if self.step.fragment is not None:
-            self._fill(arrays, [images[k].size for k in self.image_order])
+            self._fill(arrays, [image.size for image in images])
         depths = depth.values if depth is not None else None
         self.counter[0] = 0
         self.workers.together(

@@ -20,18 +20,13 @@ from passgraph.plan.data import DrawStep
 _CALL = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int64, ctypes.c_int64)
 
 
-def attributes_of(step: DrawStep) -> list[str]:
-    """Mesh attributes that the vertex program reads, by name."""
-    return sorted({name.split(".")[1] for name, _ in step.vertex.builtins if name.startswith("vertex.")})
-
-
 class VertexStage:
     """A compiled vertex program."""
 
     def __init__(self, step: DrawStep) -> None:
         parts = ("vertices", step.vertex.key, repr([n for n, _ in step.vertex.builtins]), str(len(step.varyings)))
         self.function = _CALL(function_address((*parts, str(lanes())), lambda name: _text(step, name)))
-        self.context = np.zeros(4 + len(attributes_of(step)), np.int64)
+        self.context = np.zeros(4 + len(step.vertex.attributes), np.int64)
 
     def bound(self, block: Block, attributes: Sequence[Any], clip: Any, varyings: Any) -> Callable[[int, int], None]:
         """A function of the first vertex and the one behind the last.  It keeps alive what it reads and writes."""
@@ -52,7 +47,7 @@ def _text(step: DrawStep, name: str) -> str:
     function = ir.Function(module, kind, name)
     b = Lanes(ir.IRBuilder(function.append_basic_block("entry")), lanes())
     context, first, last = function.args
-    names = ["floats", "ints", "clip", "varyings", *attributes_of(step)]
+    names = ["floats", "ints", "clip", "varyings", *step.vertex.attributes]
     memory = {}
     for place, entry in enumerate(names):
         address = b.load_at(context, ir.Constant(I64, place), I64, steady=True)

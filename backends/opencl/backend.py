@@ -10,14 +10,14 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.base import Backend, Block, DeviceInfo, DrawRunner, FloatBlock, PixelRunner
+from passgraph.backends.base import Backend, DeviceInfo, DrawRunner, FloatBlock, PixelRunner
 from passgraph.backends.opencl.devices import choose, device_infos
 from passgraph.backends.opencl.programs import Programs
 from passgraph.backends.opencl.storage import DTYPES, ImageLayout, Storage, decode, encode
 from passgraph.backends.turn import open_driver
 from passgraph.errors import BackendError
 from passgraph.formats import Format
-from passgraph.graph import Geometry
+from passgraph.geometry import Geometry
 from passgraph.plan.data import DrawStep, PixelStep
 from passgraph.plan.limits import Limits
 
@@ -223,27 +223,3 @@ class OpenCLBackend(Backend):
         self.queue = None
         self.context = None
         self.programs.context = None
-
-
-class Uniforms:
-    """The parameters of one stage on the device, written again only when they change."""
-
-    def __init__(self, backend: OpenCLBackend, floats: int, ints: int, what: str) -> None:
-        self.backend = backend
-        self.sizes = max(1, floats), max(1, ints)
-        self.buffers = tuple(backend.allocate(4 * n, f"the parameters of {what}") for n in self.sizes)
-        for buffer in self.buffers:
-            backend.free_with(self, buffer)
-        self.held: list[bytes] = [b"", b""]
-        self.writing: list[Any] = [None, None]
-
-    def update(self, block: Block) -> None:
-        for i, array in enumerate((block.floats, block.ints)):
-            raw = array.tobytes()
-            if raw != self.held[i]:
-                self.writing[i] = self.backend.write(self.buffers[i], np.frombuffer(raw, np.uint8))
-                self.held[i] = raw
-
-    def fits_constant(self) -> bool:
-        """Whether every block fits into the device's constant memory."""
-        return 4 * max(self.sizes) <= int(self.backend.device.max_constant_buffer_size)

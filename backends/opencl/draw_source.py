@@ -48,12 +48,6 @@ def draw_source(step: DrawStep, layouts: DrawLayouts, tile: int, *, serial: bool
     )
 
 
-def vertex_attributes(program: ScalarProgram) -> list[str]:
-    """Attributes that a vertex kernel reads, in a fixed order."""
-    read = {name.split(".")[1] for name, _ in program.builtins if name.startswith("vertex.")}
-    return [name for name in ATTRIBUTES if name in read]
-
-
 def _defines(step: DrawStep, layouts: DrawLayouts, tile: int, serial: bool) -> str:
     width, height = step.size
     factor, units = (OpenCLPrinter(step.vertex, {}).float_literal(n) for n in step.state.polygon_offset)
@@ -97,7 +91,7 @@ def _vertex(step: DrawStep) -> Listing:
         for k in range(components):
             builtins[f"vertex.{attribute}.{k}"] = f"in_{attribute}[{components} * vertex + {k}]"
     printer = OpenCLPrinter(program, builtins, prefix="pg_vertex_")
-    parameters = [f"__global const float* restrict in_{name}" for name in vertex_attributes(program)]
+    parameters = [f"__global const float* restrict in_{name}" for name in program.attributes]
     parameters += ["PG_UNIFORMS float* restrict floats", "PG_UNIFORMS int* restrict ints"]
     parameters += ["__global float* restrict clip", "__global float* restrict sent", "int count"]
     printer.open(f"__kernel void pg_vertices({', '.join(parameters)})")

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 from passgraph.backends.base import Block
 from passgraph.backends.opencl.opencl_c import ELEMENTS, OpenCLPrinter, join, prologue, store_expression
 from passgraph.backends.opencl.storage import ImageLayout, Storage
+from passgraph.backends.opencl.uniforms import Uniforms
 from passgraph.backends.printing import Listing
 from passgraph.language.scalar import ScalarProgram
 from passgraph.plan.data import PixelStep
@@ -116,8 +117,6 @@ class PixelPassRunner:
     """One pixel pass, compiled when it first meets storages of some formats and sizes."""
 
     def __init__(self, backend: OpenCLBackend, step: PixelStep) -> None:
-        from passgraph.backends.opencl.backend import Uniforms
-
         self.backend = backend
         self.step = step
         self.what = f"pass {step.name!r}"

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from passgraph.backends.base import Block
-from passgraph.backends.opencl.draw_source import DrawLayouts, draw_source, vertex_attributes
+from passgraph.backends.opencl.draw_source import DrawLayouts, draw_source
 from passgraph.backends.opencl.storage import Storage
+from passgraph.backends.opencl.uniforms import Uniforms
 from passgraph.errors import BackendError
 from passgraph.plan.data import DrawStep
 
@@ -38,8 +39,6 @@ class DrawPassRunner:
     """One draw, compiled when it first meets storages of some formats."""
 
     def __init__(self, backend: OpenCLBackend, step: DrawStep, *, serial: bool | None = None) -> None:
-        from passgraph.backends.opencl.backend import Uniforms
-
         self.backend, self.step = backend, step
         self.what = f"draw {step.name!r}"
         # A work-item for each tile pays on CPUs, where a work-group's work-items run one after the other.
@@ -50,7 +49,7 @@ class DrawPassRunner:
         self.vertex_uniforms = Uniforms(backend, vertex.float_count, vertex.int_count, self.what)
         counts = (fragment.float_count, fragment.int_count) if fragment is not None else (0, 0)
         self.fragment_uniforms = Uniforms(backend, *counts, self.what)
-        self.attributes = vertex_attributes(vertex)
+        self.attributes = vertex.attributes
         self.kernels: dict[DrawLayouts, dict[str, Any]] = {}
         self.max_scratch = min(MAX_SCRATCH_BYTES, backend.max_bytes)
         self.bound: dict[int, Sequence[Any]] = {}  # by the id of one of our kernels

@@ -94,9 +94,8 @@ def light2d(
         raise pg.GraphError(f"{name}: lens_strength must be 0 or more, got {lens_strength!r}")
     window = world.fitted(size)
     unit = (window.right - window.left) / size[0]
-    ground: pg.Target = tiled_floor(
+    ground = tiled_floor(
         (window.left, window.top, unit, -unit), world.floor, into=pg.target(f"{name}_floor", "rgba16f", size),
-        name=f"{name}_floor",
     )  # fmt: skip
     light = light_map(window, world.lights, world.walls, size, penumbra, draws, world.ambient, name=f"{name}_light_map")
     shown = lit(ground, light, name=f"{name}_lit")
@@ -116,8 +115,7 @@ def light2d(
     if lens != "none":
         shown = _behind_lens(shown, window, world, size, lens, lens_strength, name)
     if not display:
-        made: pg.Target = exposed(shown, exposure_stops, into=pg.target(name, "rgba32f"), name=name)
-        return made
+        return exposed(shown, exposure_stops, into=pg.target(name, "rgba32f"))
     return tone_map(shown, exposure_stops, "linear", into=pg.target(name, "rgba8"), name=name)
 
 

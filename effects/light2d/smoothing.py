@@ -137,7 +137,7 @@ def mixed_light(
         raise pg.GraphError(f"{name}: levels must be 2 to 8, got {levels}")
     where = {"clip": window.clip, "light": (*light.position, light.radius, light.size)}
     mask: pg.Target = pg.draw(
-        shadow_of(edges, light.position), vertex=in_window, fragment=shadow_width, name=f"{name}_mask",
+        shadow_of(edges, light.position), vertex=in_window, fragment=shadow_width,
         into=pg.target(f"{name}_mask", "rgba32f", size), blend="max",
         values={**where, "pixels_per_unit": size[0] / (window.right - window.left)},
     )  # fmt: skip
@@ -145,10 +145,9 @@ def mixed_light(
     width = mask
     for level, half in enumerate(halves[1:], 1):
         label = f"{name}_width{level}"
-        width = gathered(width, half, into=pg.target(label, "rgba32f"), name=label)
+        width = gathered(width, half, into=pg.target(label, "rgba32f"))
     shadow = mask
     for level, half in enumerate(halves[1:], 1):
         label = f"{name}_mix{level}"
-        shadow = blended(shadow, half, width, float(level), into=pg.target(label, "rgba32f"), name=label)
-    made: pg.Target = shaded(shadow, color=light.color, into=pg.target(name, "rgba32f"), name=name, **where)
-    return made
+        shadow = blended(shadow, half, width, float(level), into=pg.target(label, "rgba32f"))
+    return shaded(shadow, color=light.color, into=pg.target(name, "rgba32f"), name=name, **where)

@@ -246,7 +246,6 @@ def moving_shadows(
     sprite = pg.Input(f"{name}_sprite", "r32f", (4, 4), static=True, default=SPRITE.astype(np.float32))
     layer: pg.Target = pg.draw(
         _unit_quads(SPRITES[near] * count), vertex=_placed(2 * SPRITES[near] * count), fragment=shadow_sprite,
-        name=f"{name}_sprites",
         into=pg.target(f"{name}_sprites", "rgba16f", like=scene), blend="alpha",
         values={
             "clip": window.clip, "sprite": sprite,
@@ -256,8 +255,7 @@ def moving_shadows(
     if isinstance(share, pg.Value) or share != 1.0:
         kept = pg.target(f"{name}_faded", "rgba16f", like=scene)
         layer = faded(pg.previous(kept), layer, share, into=kept, name=f"{name}_faded")
-    made: pg.Target = darkened(scene, layer, into=into or pg.target(name, "rgba32f"), name=name)
-    return made
+    return darkened(scene, layer, into=into or pg.target(name, "rgba32f"), name=name)
 
 
 def _unit_quads(count: int) -> Shape:

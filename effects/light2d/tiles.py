@@ -312,7 +312,7 @@ def tiled_light(
         label = name if last else f"{name}_layer{number}"
         total = tile_light(
             _static(f"{name}_tiles{number}", "rgb32f", tiles), table, total, _corner(window, size), side, *bounds,
-            into=pg.target(label, format if last else "rgba32f", size), name=label,
+            into=pg.target(label, format if last else "rgba32f", size),
         )  # fmt: skip
     return total
 
@@ -395,9 +395,9 @@ def live_light_map(
     rows = -(-room // (1 << ROW_BITS))
     tiles = pg.Input(f"{name}_tiles", "rgb32f", (-(-size[0] // tile_px), -(-size[1] // tile_px)))
     table = pg.Input(f"{name}_table", "rgba32f", (1 << ROW_BITS, rows))
-    target: pg.Target = tile_light(
+    target = tile_light(
         tiles, table, _ambient(ambient, size, name), _corner(window, size), tile_px, MOST_OPEN, shaded,
-        most_edges(shaded), into=pg.target(name, format, size), name=name,
+        most_edges(shaded), into=pg.target(name, format, size),
     )  # fmt: skip
     return LiveLight(target, window, size, tile_px, shaded, rows, name)
 
@@ -408,8 +408,7 @@ def _corner(window: Window, size: tuple[int, int]) -> tuple[float, float, float,
 
 
 def _ambient(color: tuple[float, float, float], size: tuple[int, int], name: str) -> pg.Target:
-    made: pg.Target = flat((*color, 1.0), into=pg.target(f"{name}_ambient", "rgba32f", size), name=f"{name}_ambient")
-    return made
+    return flat((*color, 1.0), into=pg.target(f"{name}_ambient", "rgba32f", size))
 
 
 def _static(name: str, format: str, texels: NDArray[np.float32]) -> pg.Target:

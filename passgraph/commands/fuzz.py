@@ -128,7 +128,8 @@ def _written(failure: Failure, folder: Path, backends: list[Backend]) -> str:
 
 
 def _replay(path: Path, backends: list[Backend]) -> int:
-    from passgraph.fuzz.cases import load, outcome
+    from passgraph.fuzz.cases import load
+    from passgraph.fuzz.outcomes import outcome
 
     files = sorted(path.glob("*.json")) if path.is_dir() else [path]
     failed = 0

@@ -52,7 +52,7 @@ def opened(names: Sequence[str]) -> list[Any]:
 
 def read_inputs(graphs: Mapping[str, Graph], inputs: Sequence[tuple[str, Path]]) -> dict[str, Picture]:
     from passgraph.pictures import load
-    from passgraph.plan.collect import inputs_behind
+    from passgraph.plan.reach import inputs_behind
 
     known = sorted({name for graph in graphs.values() for name in inputs_behind(list(graph.values()))})
     for name, _ in inputs:
@@ -73,7 +73,7 @@ def made_inputs(
     ``special``: made pictures hold zeros, negative, huge and tiny values, where the format has them.
     """
     from passgraph.conformance.scenes import picture, with_special
-    from passgraph.plan.collect import inputs_behind
+    from passgraph.plan.reach import inputs_behind
 
     first = next(iter(pictures.values()), None)
     chosen = size or (made_size if first is None else (first.shape[1], first.shape[0]))

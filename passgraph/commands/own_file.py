@@ -79,7 +79,7 @@ def _named(outputs: Any, path: Path) -> Graph:
     raise InputError(f"{path}: outputs must be a target, several, or a mapping, got {type(outputs).__name__}")
 
 
-def _alone(kernel: PixelKernel) -> Graph:
+def _alone(kernel: PixelKernel[Any]) -> Graph:
     """A kernel on inputs with the names of its images; numbers without a default are 0.5, ints 1."""
     given = {p.name: _argument(p.name, p.type) for p in kernel.parameters if not p.has_default}
     return named_outputs(kernel(**given))

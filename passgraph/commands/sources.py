@@ -15,7 +15,8 @@ from passgraph.effects.registry import Effect
 from passgraph.errors import InputError
 from passgraph.graph import kernel
 from passgraph.program import named_outputs
-from passgraph.targets import Input, Target, Value
+from passgraph.targets import Input, Target
+from passgraph.values import sources_of
 
 if TYPE_CHECKING:
     from passgraph.scene import Scene
@@ -85,7 +86,6 @@ def load_scene(path: Path | None) -> Scene:
 def values_of(scene: Scene, outputs: dict[str, Target]) -> dict[str, Any]:
     """What a scene says about run values that have no default: its camera and its lights."""
     from passgraph.graph import graph
-    from passgraph.targets import Derived
 
     known: dict[str, Any] = {"camera": scene.camera, "lights": scene.lights}
     known |= {f"light{i}": light for i, light in enumerate(scene.lights)}
@@ -93,10 +93,9 @@ def values_of(scene: Scene, outputs: dict[str, Target]) -> dict[str, Any]:
         known["light"] = scene.lights[0]
     given = {}
     for node, kind in graph(*outputs.values()).nodes(data="kind"):
-        for value in node.values.values() if kind == "pass" else ():
-            for source in (value,) if isinstance(value, Value) else value.sources if isinstance(value, Derived) else ():
-                if source.default is None and source.name in known:
-                    given[source.name] = known[source.name]
+        for source in sources_of(node.values) if kind == "pass" else ():
+            if source.default is None and source.name in known:
+                given[source.name] = known[source.name]
     return given
 
 

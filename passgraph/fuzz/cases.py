@@ -7,19 +7,17 @@ descriptions.  Texts are parsed, never executed.
 from __future__ import annotations
 
 import json
-import warnings
 from collections import Counter
-from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any, Protocol, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from passgraph.backends.base import Backend
 from passgraph.compare import compare
-from passgraph.errors import GraphError, InputError, KernelError
+from passgraph.errors import InputError
 from passgraph.fuzz.kernels import PARAMETERS
 from passgraph.fuzz.pictures import SIDE, Picture, values
 from passgraph.graph import kernel
@@ -51,54 +49,6 @@ class Tally:
         refused = f" ({self.refused} refused)" if self.refused else ""
         vague = f"; {self.vague / self.targets:.1%} of pixels ambiguous" if self.targets else ""
         return f"{cases}{refused}; verdicts: {on}{vague}"
-
-
-class Judge(Protocol):
-    """Runs a case on backends; why it fails, or empty."""
-
-    def __call__(self, case: Case, made: Any, backends: list[Backend], tally: Tally, /) -> str: ...
-
-
-def outcome(case: Case, backends: Iterable[Backend], tally: Tally | None = None) -> str:
-    """Why a case fails, in a line; empty where every backend gives what it may.
-
-    Raises
-    ------
-    InputError
-        For data that is no case.
-    """
-    kinds = _kinds()
-    tally = tally if tally is not None else Tally()
-    if case.get("kind") not in kinds:
-        raise InputError(f"a case is of kind {', '.join(kinds)}, got {case.get('kind')!r}")
-    make, judge = kinds[case["kind"]]
-    tally.cases[case["kind"]] += 1
-    try:
-        made = make(case)
-    except (KernelError, GraphError):
-        tally.refused += 1
-        return ""
-    except (KeyError, TypeError, ValueError, IndexError, AttributeError) as error:
-        raise InputError(f"the {case['kind']} case cannot be read: {type(error).__name__} {error}") from error
-    with warnings.catch_warnings(), np.errstate(all="ignore"):
-        warnings.simplefilter("ignore")
-        try:
-            return judge(case, made, list(backends), tally)
-        except Exception as error:
-            # Whatever is raised behind the language's own checks is a failure as any other.
-            return f"raised {type(error).__name__}: {' '.join(str(error).split())}"
-
-
-def _kinds() -> dict[str, tuple[Callable[[Case], Any], Judge]]:
-    """Kind → what makes its graphs, what judges them."""
-    from passgraph.fuzz import draws, graphs, variants
-
-    return {
-        "kernel": (lambda case: output_of(case, case["text"]), kernel_outcome),
-        "variant": (variants.pair_of, variants.variant_outcome),
-        "graph": (graphs.grown, graphs.graph_outcome),
-        "draw": (draws.drawn, draws.draw_outcome),
-    }
 
 
 def save(case: Case, why: str, folder: Path) -> Path:

@@ -23,7 +23,8 @@ from passgraph.language.kernel import Kernel, kernel_from_text
 from passgraph.plan.data import Options
 from passgraph.program import compile as compile_graph
 from passgraph.scene.mesh import Mesh
-from passgraph.targets import Input, Target, TargetSpec, Value, previous, target
+from passgraph.targets import Input, Target, TargetSpec, previous, target
+from passgraph.values import Value
 
 SIZES = ((12, 9), (6, 5))
 #: Small enough for a random graph, and of every kind: float, half, unorm of 8 and 16 bits, encoded.
@@ -162,7 +163,7 @@ def run_thrice(outputs: dict[str, Target], backend: Backend, options: Options) -
     """Three runs: the second has another frame and value, the third another static picture."""
     seen = []
     with compile_graph(outputs, backend, options=options) as program:
-        wanted = {*program.plan.inputs, *program.plan.values, *program._inputs}
+        wanted = {*program.plan.inputs, *program.plan.values, *program.inputs}
         for frame, still, by in ((0, 0, 0.5), (1, 0, 0.75), (1, 1, 0.75)):
             every = {"frame": unit(frame, SIZES[0]), "still": unit(10 + still, SIZES[0]), "by": by}
             seen.append(dict(program(**{name: value for name, value in every.items() if name in wanted})))
@@ -190,7 +191,7 @@ def graph_outcome(case: Case, outputs: dict[str, Target], backends: list[Backend
         return ""
     needed = {"frame": unit(0, SIZES[0]), "still": unit(10, SIZES[0]), "by": 0.5}
     with compile_graph(outputs, NullBackend(), options=Options(cull=False)) as program:
-        wanted = {*program.plan.inputs, *program.plan.values, *program._inputs}
+        wanted = {*program.plan.inputs, *program.plan.values, *program.inputs}
     why = judged(outputs, backends, tally, **{n: v for n, v in needed.items() if n in wanted})
     if why:
         return why

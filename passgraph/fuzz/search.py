@@ -13,7 +13,8 @@ from hypothesis import settings as hypothesis_settings
 from hypothesis.strategies import SearchStrategy
 
 from passgraph.backends.base import Backend
-from passgraph.fuzz.cases import Case, Tally, outcome
+from passgraph.fuzz.cases import Case, Tally
+from passgraph.fuzz.outcomes import outcome
 from passgraph.fuzz.pictures import SIDE
 
 #: Cases between two looks at the clock and the counts; a graph compiles many kernels.

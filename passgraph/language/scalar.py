@@ -272,8 +272,16 @@ class ScalarProgram:
     def int_count(self) -> int:
         return sum(s.count for s in self.uniforms if s.block == "int")
 
+    @property
+    def attributes(self) -> tuple[str, ...]:
+        """Mesh attributes that a vertex program reads, by name, sorted."""
+        return tuple(sorted({name.split(".")[1] for name, _ in self.builtins if name.startswith("vertex.")}))
+
     def image(self, name: str) -> ImageUse:
         return next(use for use in self.images if use.name == name)
+
+    def reads_size(self, image: str) -> bool:
+        return any(name.startswith(f"size.{image}.") for name, _ in self.builtins)
 
 
 def walk(body: Iterable[Instruction]) -> Iterator[Instruction]:

@@ -14,7 +14,7 @@ from passgraph.backends.reference import ReferenceBackend
 from passgraph.backends.reference.draw_pass import ReferenceDrawPass
 from passgraph.backends.reference.pixel_pass import ReferencePixelPass
 from passgraph.backends.reference.storage import Storage
-from passgraph.graph import Geometry
+from passgraph.geometry import Geometry
 from passgraph.oracle.draw import DrawOracle, Ints
 from passgraph.oracle.interval import Interval, Lanes
 from passgraph.oracle.stage import StageOracle, stored

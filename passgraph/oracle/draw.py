@@ -13,7 +13,7 @@ from passgraph.backends.base import ATTRIBUTES, Block, vertex_attribute
 from passgraph.backends.reference.draw_pass import ReferenceDrawPass
 from passgraph.backends.reference.output_tests import layers
 from passgraph.backends.reference.storage import Storage
-from passgraph.graph import Geometry
+from passgraph.geometry import Geometry
 from passgraph.oracle.coverage import Corners, Fragments, Triangles, cover, depth_of, triangles, varying_of
 from passgraph.oracle.decisions import Bounds
 from passgraph.oracle.domain import Bounded

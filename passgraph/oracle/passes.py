@@ -14,8 +14,8 @@ from passgraph.execution import Execution
 from passgraph.formats import Format, format_named
 from passgraph.oracle.backend import Allowed, OracleBackend
 from passgraph.plan.build import build
-from passgraph.plan.collect import inputs_behind
 from passgraph.plan.data import CopyStep, DrawStep, Options, Plan, Step
+from passgraph.plan.reach import inputs_behind
 from passgraph.program import checked_picture
 from passgraph.targets import Target
 

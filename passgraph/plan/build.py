@@ -10,12 +10,13 @@ from collections.abc import Mapping
 
 from passgraph.formats import Format
 from passgraph.plan.collect import collect
+from passgraph.plan.cull import cull
 from passgraph.plan.data import Options, Plan
 from passgraph.plan.emit import emit
 from passgraph.plan.fuse import fuse
 from passgraph.plan.limits import Limits, check
 from passgraph.plan.order import order
-from passgraph.plan.specialise import cull, specialise
+from passgraph.plan.specialise import specialise
 from passgraph.targets import Target
 
 

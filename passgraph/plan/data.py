@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TypeAlias
 
 from passgraph.arguments import flag
 from passgraph.draw_state import DrawState
 from passgraph.formats import Format
-from passgraph.graph import DrawPass, PixelPass
-from passgraph.targets import Derived, Value
+from passgraph.targets import DrawPass, PixelPass
+from passgraph.values import Value, sources_of
 
 if TYPE_CHECKING:
     from passgraph.language.facts import Facts
@@ -65,7 +65,7 @@ class PixelStep:
 
     name: str
     program: ScalarProgram
-    images: tuple[tuple[str, int], ...]  # image name in the program → resource id
+    images: tuple[tuple[str, int], ...]  # image name → resource id, in the order of the program's images
     outputs: tuple[int, ...]
     size: tuple[int, int]
     values: Mapping[str, object]  # parameter (with the prefix of a fused pass) → number, Value or Derived
@@ -73,6 +73,11 @@ class PixelStep:
     facts: Facts
     fused: tuple[str, ...] = ()  # names of passes computed inside this one
     static: bool = False
+
+    @property
+    def work(self) -> str:
+        """What it does, in a few words."""
+        return "pixels" + (f" with {', '.join(self.fused)}" if self.fused else "")
 
     @property
     def reads(self) -> tuple[int, ...]:
@@ -91,7 +96,7 @@ class DrawStep:
     vertex: ScalarProgram
     fragment: ScalarProgram | None
     varyings: tuple[str, ...]  # such as "normal.0": fragment builtins "varying.normal.0" in this order
-    images: tuple[tuple[str, int], ...]
+    images: tuple[tuple[str, int], ...]  # of the fragment program, in its order; vertex programs read none
     outputs: tuple[int, ...]
     clears: tuple[tuple[float, ...] | None, ...]  # for each output: clear to this, or None to draw over
     depth: int | None
@@ -103,6 +108,10 @@ class DrawStep:
     vertex_facts: Facts
     fragment_facts: Facts
     static: bool = False
+
+    @property
+    def work(self) -> str:
+        return f"draws {len(self.source.geometry.triangles)} triangles"
 
     @property
     def reads(self) -> tuple[int, ...]:
@@ -128,6 +137,10 @@ class CopyStep:
     values: Mapping[str, object] = field(default_factory=dict)
 
     @property
+    def work(self) -> str:
+        return "copies"
+
+    @property
     def reads(self) -> tuple[int, ...]:
         return (self.source_resource,)
 
@@ -137,6 +150,16 @@ class CopyStep:
 
 
 Step: TypeAlias = PixelStep | DrawStep | CopyStep
+
+
+def lifetimes(resources: Sequence[Resource], steps: Sequence[Step]) -> dict[int, tuple[int, int]]:
+    """First and last step (inclusive) that touches each resource."""
+    spans: dict[int, tuple[int, int]] = {}
+    for index, step in enumerate(steps):
+        for resource in (*step.reads, *step.writes):
+            first, _ = spans.get(resource, (index, index))
+            spans[resource] = (first, index)
+    return {r.id: (0, len(steps)) if r.persistent else spans.get(r.id, (0, 0)) for r in resources}
 
 
 @dataclass(frozen=True, eq=False)
@@ -156,12 +179,12 @@ class Plan:
     @property
     def values(self) -> dict[str, Value]:
         """Every run value that some step needs, by name."""
-        found: dict[str, Value] = {}
-        for step in self.steps:
-            for value in step.values.values():
-                sources = (value,) if isinstance(value, Value) else value.sources if isinstance(value, Derived) else ()
-                found.update((source.name, source) for source in sources)
-        return found
+        return {source.name: source for step in self.steps for source in sources_of(step.values)}
+
+    @property
+    def lifetimes(self) -> dict[int, tuple[int, int]]:
+        """First and last step (inclusive) that touches each resource, by id."""
+        return lifetimes(self.resources, self.steps)
 
     @property
     def bytes(self) -> int:

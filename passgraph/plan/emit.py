@@ -6,11 +6,11 @@ from dataclasses import dataclass, field, replace
 from heapq import heappop, heappush
 
 from passgraph.formats import Format
-from passgraph.graph import DrawPass, Pass
-from passgraph.plan.collect import Work
-from passgraph.plan.data import CopyStep, DrawStep, Memory, PixelStep, Plan, Resource, Step
+from passgraph.plan.data import CopyStep, DrawStep, Memory, PixelStep, Plan, Resource, Step, lifetimes
 from passgraph.plan.order import Copies
-from passgraph.targets import Derived, InputSpec, Target, TargetSpec, Value
+from passgraph.plan.work import Work
+from passgraph.targets import DrawPass, InputSpec, Pass, Target, TargetSpec
+from passgraph.values import Derived, Value
 
 #: Notes name so many targets that share one memory.
 MAX_NAMED = 16
@@ -206,17 +206,3 @@ def _named(occupants: list[str]) -> str:
     more = len(occupants) - MAX_NAMED
     listed = ", ".join(occupants[-MAX_NAMED:]) + (f" and {more} more" if more > 0 else "")
     return f"{listed}: never alive together"
-
-
-def lifetimes(resources: list[Resource], steps: list[Step]) -> dict[int, tuple[int, int]]:
-    """First and last step (inclusive) that touches each resource."""
-    spans: dict[int, tuple[int, int]] = {}
-    for index, step in enumerate(steps):
-        for resource in (*step.reads, *step.writes):
-            first, _ = spans.get(resource, (index, index))
-            spans[resource] = (first, index)
-    return {r.id: (0, len(steps)) if r.persistent else spans.get(r.id, (0, 0)) for r in resources}
-
-
-def disjoint(a: tuple[int, int], b: tuple[int, int]) -> bool:
-    return a[1] < b[0] or b[1] < a[0]

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from passgraph.plan.data import DrawStep, PixelStep, Plan, Step
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from passgraph.plan.data import Plan
 
 
 def explain(plan: Plan) -> str:
@@ -13,9 +16,7 @@ def explain(plan: Plan) -> str:
         reads = ", ".join(dict.fromkeys(names[r] for r in step.reads)) or "nothing"
         writes = ", ".join(names[r] for r in step.writes)
         once = "; runs once" if step.static else ""
-        lines.append(
-            f"{number:3}. {step.name}: {reads} → {writes} ({_kind(step)}, {step.size[0]}x{step.size[1]}{once})"
-        )
+        lines.append(f"{number:3}. {step.name}: {reads} → {writes} ({step.work}, {step.size[0]}x{step.size[1]}{once})")
     saved = plan.bytes_unaliased - plan.bytes
     lines.append(
         f"memory: {_mebibytes(plan.bytes)} in {len(plan.memories)} pictures for "
@@ -23,15 +24,6 @@ def explain(plan: Plan) -> str:
     )
     lines += [f"- {note}" for note in plan.notes]
     return "\n".join(lines)
-
-
-def _kind(step: Step) -> str:
-    if isinstance(step, PixelStep):
-        inside = f" with {', '.join(step.fused)}" if step.fused else ""
-        return "pixels" + inside
-    if isinstance(step, DrawStep):
-        return f"draws {len(step.source.geometry.triangles)} triangles"
-    return "copies"
 
 
 def _mebibytes(count: int) -> str:

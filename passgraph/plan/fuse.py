@@ -8,14 +8,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from passgraph.graph import Pass, PixelPass
 from passgraph.language.lower import Fused
 from passgraph.language.lowered import lower_once
 from passgraph.language.scalar import walk
-from passgraph.plan.collect import Lowered, Work, drawn_over
 from passgraph.plan.limits import Limits
-from passgraph.plan.specialise import reads_size
-from passgraph.targets import Derived, InputSpec, Target, Value
+from passgraph.plan.work import Lowered, Work
+from passgraph.targets import InputSpec, Pass, PixelPass, Target
+from passgraph.values import Derived, Value
 
 #: A fused program longer than this stays two passes: compile time grows faster than what is saved.  Numbers that are
 #: alive at once leave the registers long before, and a driver takes about a second for a kernel of this length.
@@ -63,7 +62,7 @@ def fuse(work: Work, limits: Limits) -> None:
 def _known(work: Work, limits: Limits) -> Known:
     readers: dict[Pass, set[Pass]] = {}
     for node, lowered in work.passes.items():
-        for target in _contents(lowered):
+        for target in lowered.reads:
             if target.made_by is not None:
                 readers.setdefault(target.made_by, set()).add(node)
     lengths = {node: _length(lowered) for node, lowered in work.passes.items()}
@@ -104,7 +103,7 @@ def _fusable(target: Target, consumer: Lowered, known: Known, work: Work) -> boo
     names = [name for name, t in consumer.images.items() if t.made_by is producer.node]
     if any("/" in name for name in names):
         return False  # also read by a pass that was fused into the consumer
-    if any(not consumer.program.image(name).pointwise or reads_size(consumer.program, name) for name in names):
+    if any(not consumer.program.image(name).pointwise or consumer.program.reads_size(name) for name in names):
         return False
     if producer.program.arrays or consumer.program.arrays:
         return False  # what one kernel may hold in arrays is bounded; together they could take more
@@ -118,10 +117,6 @@ def _fusable(target: Target, consumer: Lowered, known: Known, work: Work) -> boo
 def _together(known: Known, one: Pass, other: Pass) -> tuple[int, int]:
     (floats, ints), (more_floats, more_ints) = known.numbers[one], known.numbers[other]
     return floats + more_floats, ints + more_ints
-
-
-def _contents(lowered: Lowered) -> list[Target]:
-    return [*lowered.images.values(), *drawn_over(lowered.node)]
 
 
 def _static_passes(work: Work) -> set[Pass]:

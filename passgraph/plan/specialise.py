@@ -1,17 +1,16 @@
-"""Lowers every kernel under what the graph knows, then drops what no output needs."""
+"""Lowers every kernel under what the graph knows."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
 from passgraph.errors import GraphError
-from passgraph.graph import DrawPass, Pass, PixelPass
 from passgraph.language.emitter import eliminate_dead
 from passgraph.language.lower import Facts, ImageFacts
 from passgraph.language.lowered import lower_once
 from passgraph.language.scalar import LoadBuiltin, Output, ScalarProgram, walk
-from passgraph.plan.collect import Lowered, Work, drawn_over
-from passgraph.targets import Target
+from passgraph.plan.work import Lowered, Work
+from passgraph.targets import DrawPass, PixelPass, Target
 
 
 def image_facts(target: Target, work: Work, sized: bool = False) -> ImageFacts:
@@ -24,7 +23,7 @@ def specialise(work: Work) -> None:
     for lowered in work.passes.values():
         node = lowered.node
         lowered.values = dict(node.values)
-        sized = isinstance(node, PixelPass) and node.kernel.known_sizes
+        sized = isinstance(node, PixelPass) and node.known_sizes
         images = {name: image_facts(target, work, sized) for name, target in node.images.items()}
         if isinstance(node, PixelPass):
             stores = tuple(spec.format.store for spec in node.into)
@@ -90,32 +89,3 @@ def check_relative(lowered: Lowered, work: Work) -> None:
                 f"by relative offsets and is "
                 f"{lowered.size[0]}x{lowered.size[1]} itself; read it by .sample(uv()) or make the sizes equal"
             )
-
-
-def cull(work: Work) -> None:
-    """Keep the passes that an output or history still needs once unused images are known."""
-    if not work.options.cull:
-        return
-    needed: set[Pass] = set()
-    still_read: set[object] = set()
-    pending = [t.made_by for t in work.outputs.values() if t.made_by is not None]
-    while pending:
-        node = pending.pop()
-        if node in needed:
-            continue
-        needed.add(node)
-        lowered = work.passes[node]
-        # What is read of the last run must be written in this one.
-        history = [t.spec for t in lowered.images.values() if t.is_previous]
-        still_read.update(history)
-        needs = [*lowered.images.values(), *drawn_over(node), *(work.final[s] for s in history)]  # type: ignore[index]
-        pending += [t.made_by for t in needs if t.made_by is not None]
-    for node in [n for n in work.passes if n not in needed]:
-        work.notes.append(f"left out pass {node.name}: nothing that reaches an output reads it")
-        del work.passes[node]
-    for spec in [s for s in work.final if s not in still_read]:
-        del work.final[spec]
-
-
-def reads_size(program: ScalarProgram, image: str) -> bool:
-    return any(name.startswith(f"size.{image}.") for name, _ in program.builtins)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections import Counter
 from html import escape
+from typing import TYPE_CHECKING
 
-from passgraph.plan.data import Plan
-from passgraph.plan.emit import lifetimes
+if TYPE_CHECKING:
+    from passgraph.plan.data import Plan
 
 ROW_PX, COLUMN_PX, LEFT_PX = 34, 56, 300
 #: Room above the first row for a title, and for each letter of a name written at 45 degrees.
@@ -19,7 +20,7 @@ ALONE = "#999999"
 
 def svg(plan: Plan) -> str:
     """The drawing as SVG text; pictures that share memory have one colour, others are grey."""
-    spans = lifetimes(list(plan.resources), list(plan.steps))
+    spans = plan.lifetimes
     top_px = TITLE_PX + LETTER_PX * max((len(r.name) for r in plan.resources), default=0)
     uses = Counter(r.memory for r in plan.resources)
     shared = [memory for memory, count in uses.items() if count > 1]

@@ -7,7 +7,7 @@ from dataclasses import replace
 from io import BytesIO
 from os import PathLike
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -25,13 +25,16 @@ from passgraph.scene.load_materials import MtlReader
 from passgraph.scene.matrices import Float64, sphere_of
 from passgraph.scene.node import Node
 from passgraph.scene.notes import Notes
-from passgraph.scene.scene import Scene
+
+if TYPE_CHECKING:
+    from passgraph.scene.scene import Scene
 
 # A file whose y axis is up stays; one with z up is turned so that z becomes y.
 _Z_UP = np.array([[1.0, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1]])
 
 
 def load_scene(
+    make: type[Scene],
     path: str | PathLike[str],
     *,
     ground: bool | None = None,
@@ -42,6 +45,7 @@ def load_scene(
 
     Parameters
     ----------
+    make : the class of scenes, which comes before this file
     path : the file; textures and material files are looked for in its folder and below, nowhere else
     ground : True adds a tiled floor below the model, False does not, None adds one to a file of a single node
         that has no light of its own, because such a model has nothing that receives its shadow
@@ -72,13 +76,13 @@ def load_scene(
     file = checked_path(path, max_bytes)
     try:
         with np.errstate(all="ignore"):  # values too large become infinite and are refused as such
-            return _load(file, ground, up)
+            return _load(make, file, ground, up)
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         # a stranger's JSON may hold any type anywhere; what no check below names ends here
         raise InputError(f"{file}: a value in it has the wrong type or range ({error})") from error
 
 
-def _load(file: Path, ground: bool | None, up: Literal["y", "z"]) -> Scene:
+def _load(make: type[Scene], file: Path, ground: bool | None, up: Literal["y", "z"]) -> Scene:
     folder, notes = FolderReader(file), Notes()
     turn = _Z_UP if up == "z" else np.eye(4)
     is_gltf = file.suffix.lower() in (".glb", ".gltf")
@@ -91,7 +95,7 @@ def _load(file: Path, ground: bool | None, up: Literal["y", "z"]) -> Scene:
         nodes, lines = _nodes(_read(file, folder), file, MtlReader(str(file), folder, notes), turn)
     lines += [f"{name}: not found beside {file.name}; left out" for name in folder.missing]
     lines += [f"{sentence}; left out" for sentence in folder.refused]
-    scene = _framed(nodes, file, notes.lines() + lines)
+    scene = _framed(make, nodes, file, notes.lines() + lines)
     scene = _with_own_view(scene, header, file) if is_gltf and up == "y" else scene
     has_own_light = bool(header.get("extensions", {}).get("KHR_lights_punctual"))
     if ground or (ground is None and len(nodes) == 1 and not has_own_light):
@@ -104,7 +108,7 @@ def with_floor(scene: Scene) -> Scene:
 
     The camera's far plane is moved to hold the floor in front of it.
 
-    >>> from passgraph.scene.mesh import Mesh
+    >>> from passgraph.scene import Mesh, Scene
     >>> node = Node(Mesh.make([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]))
     >>> bare = Scene((node,), Camera.framing(node.bounds))
     >>> [node.name for node in with_floor(bare).nodes]
@@ -173,12 +177,12 @@ def _nodes(loaded: Any, file: Path, reader: MtlReader, turn: Float64) -> tuple[l
     return placed.done(len(loaded.geometry) > 0)
 
 
-def _framed(nodes: list[Node], file: Path, notes: list[str]) -> Scene:
+def _framed(make: type[Scene], nodes: list[Node], file: Path, notes: list[str]) -> Scene:
     boxes = np.stack([node.bounds for node in nodes])
     bounds = np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
     if not np.isfinite(bounds).all() or sphere_of(bounds)[1] > 1e15:
         raise InputError(f"{file}: its extent {bounds.tolist()} is beyond what float32 can draw; scale it down")
-    return Scene(tuple(nodes), Camera.framing(bounds), (default_light(),), file.name, tuple(notes))
+    return make(tuple(nodes), Camera.framing(bounds), (default_light(),), file.name, tuple(notes))
 
 
 def _with_own_view(scene: Scene, header: dict[str, Any], file: Path) -> Scene:

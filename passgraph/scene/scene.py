@@ -91,11 +91,11 @@ class Scene:
         """Load a model or scene file; see `passgraph.scene.load.load_scene`."""
         from passgraph.scene.load import load_scene
 
-        return load_scene(path, ground=ground, up=up)
+        return load_scene(cls, path, ground=ground, up=up)
 
     @classmethod
     def shipped(cls) -> Scene:
         """The scene that comes with passgraph: the Utah teapot on a tiled floor, one light with an extent."""
         from passgraph.scene.shipped import shipped_scene
 
-        return shipped_scene()
+        return shipped_scene(cls)  # type: ignore[arg-type]  # a class can be hashed, which mypy asks of its objects

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from functools import lru_cache
 from math import cos, pi, sin
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,8 +15,10 @@ from passgraph.scene.material import Material
 from passgraph.scene.matrices import Float64, rotation_y, translation
 from passgraph.scene.mesh import Mesh
 from passgraph.scene.node import Node
-from passgraph.scene.scene import Scene
 from passgraph.scene.teapot import teapot_mesh
+
+if TYPE_CHECKING:
+    from passgraph.scene.scene import Scene
 
 # Linear base colours: a glazed blue-green pot, two warm props, one pale pillar.
 TEAL = (0.045, 0.26, 0.29, 1.0)
@@ -25,14 +28,16 @@ CHALK = (0.78, 0.75, 0.69, 1.0)
 
 
 @lru_cache(maxsize=2)
-def shipped_scene(segments: int = 16) -> Scene:
+def shipped_scene(make: type[Scene], segments: int = 16) -> Scene:
     """The Utah teapot, a pillar, a box and a ball on a tiled floor, under one light with an extent.
 
     Parameters
     ----------
+    make : the class of scenes, which comes before this file
     segments : pieces along each side of a teapot patch
 
-    >>> [node.name for node in shipped_scene(4).nodes]
+    >>> from passgraph.scene import Scene
+    >>> [node.name for node in shipped_scene(Scene, 4).nodes]
     ['floor', 'teapot', 'pillar', 'box', 'ball']
     """
     floor = floor_node([[-5.0, 0.0, -5.0], [5.0, 3.2, 5.0]], tile=1.25)
@@ -45,7 +50,7 @@ def shipped_scene(segments: int = 16) -> Scene:
     )
     camera = Camera((3.2, 6.6, 10.6), (0.2, 0.75, 0.1), vertical_fov_rad=0.57, near=1.0, far=60.0)
     light = Light.directional((0.78, -1.0, 0.0), (1.0, 0.95, 0.87), 0.9, radius=0.06, name="key light")
-    return Scene(nodes, camera, (light,), "shipped scene")
+    return make(nodes, camera, (light,), "shipped scene")
 
 
 def box(size: float) -> Mesh:

@@ -12,9 +12,10 @@ numba compiles.
 
 from __future__ import annotations
 
+from passgraph.truth.rays import Tracer
 from passgraph.truth.share import VisibleShare, visible_share, visible_shares
 from passgraph.truth.surfaces import Surfaces, first_surfaces
-from passgraph.truth.tracers import Tracer, TracerName, open_tracer
+from passgraph.truth.tracers import TracerName, open_tracer
 
 __all__ = [
     "Surfaces", "Tracer", "TracerName", "VisibleShare", "first_surfaces", "open_tracer", "visible_share",

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.truth import bvh_build, bvh_walk
-from passgraph.truth.tracers import ENDLESS, Float64, Int32
+from passgraph.truth.rays import ENDLESS, Float64, Int32
 
 #: Rays that one thread takes at a time.
 RAYS = 1 << 14

@@ -6,7 +6,7 @@ import numpy as np
 
 from passgraph.scene.light import Light
 from passgraph.scene.matrices import look_rotation
-from passgraph.truth.tracers import ENDLESS, Float64
+from passgraph.truth.rays import ENDLESS, Float64
 
 
 def strata(rng: np.random.Generator, count: int, side: int) -> Float64:

@@ -13,9 +13,10 @@ from passgraph.errors import InputError
 from passgraph.scene.camera import Camera
 from passgraph.scene.light import Light
 from passgraph.scene.scene import Scene
+from passgraph.truth.rays import Float64, Tracer
 from passgraph.truth.samples import strata, toward
 from passgraph.truth.surfaces import Surfaces, casting_triangles, first_surfaces
-from passgraph.truth.tracers import Float64, Tracer, TracerName, open_tracer
+from passgraph.truth.tracers import TracerName, open_tracer
 
 Float32 = NDArray[np.float32]
 #: Independent sets of samples, whose scatter is the error that is reported.

@@ -13,7 +13,8 @@ from passgraph.errors import InputError
 from passgraph.scene.camera import Camera
 from passgraph.scene.node import Node
 from passgraph.scene.scene import Scene
-from passgraph.truth.tracers import Float64, Tracer, TracerName, open_tracer
+from passgraph.truth.rays import Float64, Tracer
+from passgraph.truth.tracers import TracerName, open_tracer
 
 #: Back faces of single-sided surfaces that a line of sight may pass through before it counts as seeing nothing.
 MOST_LAYERS = 64

@@ -1,39 +1,17 @@
-"""What traces rays: one interface, two implementations."""
+"""What traces rays: two implementations of one interface."""
 
 from __future__ import annotations
 
 from importlib.util import find_spec
-from typing import Literal, Protocol
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.errors import InputError
+from passgraph.truth.rays import Float64, Int32, Tracer
 
-Float64 = NDArray[np.float64]
-Int32 = NDArray[np.int32]
 TracerName = Literal["auto", "embree", "bvh"]
-#: Stands for a ray without an end; finite in float32 too.
-ENDLESS = 1e30
-
-
-class Tracer(Protocol):
-    """Answers for many rays at once, about one set of triangles.
-
-    Attributes
-    ----------
-    name : "embree" or "bvh"
-    rounding : how far a hit may lie off its triangle, as a share of the largest coordinate
-    """
-
-    name: str
-    rounding: float
-
-    def closest(self, origins: Float64, directions: Float64) -> Int32:
-        """Number of the first triangle along each ray, (n,), -1 where there is none; directions are unit vectors."""
-
-    def blocked(self, origins: Float64, directions: Float64, lengths: Float64) -> NDArray[np.bool_]:
-        """Whether any triangle lies within each ray's length, (n,)."""
 
 
 def open_tracer(corners: Float64, name: TracerName = "auto") -> Tracer:

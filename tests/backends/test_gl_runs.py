@@ -58,7 +58,7 @@ def drawn(corners: list[list[float]], name: str, state: str, size: tuple[int, in
 
 
 def passed(kernel: Any, *images: pg.Target, name: str, size: tuple[int, int] = SIZE) -> pg.Target:
-    made: pg.Target = kernel(*images, into=pg.target(name, "rgba32f", size), name=name)
+    made: pg.Target = kernel(*images, into=pg.target(name, "rgba32f", size))
     return made
 
 

@@ -93,7 +93,7 @@ def test_a_mesh_too_large_for_scratch_memory_is_drawn_in_parts(
 
 def test_a_triangle_that_does_not_fit_is_refused(device: OpenCLBackend, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(raster, "MAX_SCRATCH_BYTES", 40)
-    with pytest.raises(BackendError, match="draw 'shaded': one triangle needs more than 40 bytes"):
+    with pytest.raises(BackendError, match="draw 'color': one triangle needs more than 40 bytes"):
         teapot(device)
 
 

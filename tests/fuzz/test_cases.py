@@ -9,7 +9,8 @@ import pytest
 from passgraph.backends.base import Backend
 from passgraph.errors import InputError
 from passgraph.fuzz import search
-from passgraph.fuzz.cases import Tally, load, outcome, save
+from passgraph.fuzz.cases import Tally, load, save
+from passgraph.fuzz.outcomes import outcome
 
 REGRESSIONS = sorted((Path(__file__).parent / "regressions").glob("*.json"))
 #: How many of each kind a run takes: what two cores compile in less than a minute.

@@ -17,12 +17,13 @@ from passgraph.backends.reference import ReferenceBackend
 from passgraph.backends.registry import open_backend
 from passgraph.draw_state import COMPARE, CULL, EQUATIONS, FACTORS, STENCIL_OPERATIONS
 from passgraph.fuzz import search
-from passgraph.fuzz.cases import Tally, inputs_of, outcome, output_of, run
+from passgraph.fuzz.cases import Tally, inputs_of, output_of, run
 from passgraph.fuzz.draws import draws
 from passgraph.fuzz.expressions import CALLS, WHOLE, Features
 from passgraph.fuzz.graphs import OPERATIONS as STEPS
 from passgraph.fuzz.graphs import graphs
 from passgraph.fuzz.kernels import kernel_texts, kernels, whole
+from passgraph.fuzz.outcomes import outcome
 from passgraph.fuzz.variants import REWRITINGS, rewritten
 from passgraph.graph import kernel
 from passgraph.language import ir

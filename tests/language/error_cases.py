@@ -19,7 +19,8 @@ from passgraph.language import symbols
 from passgraph.language.kernel import function, struct
 from passgraph.language.lower import Facts, lower
 from passgraph.language.source import source_from_text
-from passgraph.targets import Derived, Input, Target, Value, previous, target
+from passgraph.targets import Input, Target, previous, target
+from passgraph.values import Derived, Value
 
 HEAD = "def k(c: Image, n: int, v: vec3, m: mat3) -> float:\n    x = c[0, 0].x\n    "
 STRUCT = "class S:\n    a: float\n    b: vec3\n\n"
@@ -351,8 +352,8 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
     (lambda: INVERT(FRAME, "a"), "gain must be float|parameter 'gain' must be float (1 numbers), got 'a'"),
     (lambda: INVERT(FRAME, (1, 2)), "parameter 'gain' must be float (1 numbers), got (1, 2)"),
     (lambda: TAPS(FRAME, 1.5), "parameter 'n' must be int, got floats (1.5); convert them first"),
-    (lambda: INVERT(FRAME, into=(COLOR, COLOR)), "returns 1 result(s), and pass 'invert' has 2 target(s)"),
-    (lambda: TWO(FRAME, into=(COLOR, COLOR)), "pass 'two' writes one target twice"),
+    (lambda: INVERT(FRAME, into=(COLOR, COLOR)), "returns 1 result(s), and pass 'color+color' has 2 target(s)"),
+    (lambda: TWO(FRAME, into=(COLOR, COLOR)), "pass 'color+color' writes one target twice"),
     (lambda: INVERT(FRAME, into=DEPTH), "cannot write depth target 'depth'; depth is written by draws"),
     (lambda: INVERT(FRAME, into=target("t", "r8")), "kernel invert returns vec4, and target 't' has 1 channel(s) (r8)"),
     (lambda: INVERT(FRAME, 1, 2), "kernel invert takes 2 arguments (c, gain), got 3"),
@@ -360,7 +361,7 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
     (lambda: INVERT(COLOR), "target 'color' is declared but not written; pass what its pass returned"),
     (lambda: INVERT(3), "'c' is an Image and takes a target or pg.Input(...), got int"),
     (lambda: INVERT(FRAME, FRAME), "'gain' is float, got the target 'frame'; declare the parameter as Image"),
-    (lambda: INVERT(INVERT(FRAME, into=COLOR), into=COLOR), "pass 'invert' reads and writes one target"),
+    (lambda: INVERT(INVERT(FRAME, into=COLOR), into=COLOR), "pass 'color' reads and writes one target"),
     (
         lambda: INVERT(FRAME, into=INVERT(FRAME)),
         "writes every pixel of 'invert'; give a new pg.target(...), not a handle",
@@ -394,13 +395,13 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
             fragment=fragment(source=VARYING + "def two(p: P) -> tuple[vec4, vec4]: return p.position, p.position"),
             into=(COLOR, COLOR),
         ),
-        "draw 'two' writes one target twice",
+        "draw 'color+color' writes one target twice",
     ),
-    (lambda: drawn(blend=("add", "add")), "draw 'paint' has 2 blends for 1 targets"),
+    (lambda: drawn(blend=("add", "add")), "draw 'color' has 2 blends for 1 targets"),
     (lambda: drawn(color_mask=(True, False)), "color_mask is four bools (red, green, blue, alpha)"),
-    (lambda: drawn(gain=1.0), "draw 'paint' has no parameter 'gain'; its kernels have none"),
+    (lambda: drawn(gain=1.0), "draw 'color' has no parameter 'gain'; its kernels have none"),
     (lambda: drawn(fragment=GLOW, gain=1.0), "fragment kernel glow needs c"),
-    (lambda: drawn(fragment=GLOW, gain=1.0, c=drawn()), "draw 'glow' reads and writes target 'color'"),
+    (lambda: drawn(fragment=GLOW, gain=1.0, c=drawn()), "draw 'color' reads and writes target 'color'"),
     (lambda: drawn(vertex=PAINT), "needs a vertex kernel made with @pg.vertex, got"),
     (lambda: drawn(fragment=OTHER), "takes glow: vec2, and vertex kernel place hands over nothing; use one struct"),
     (
@@ -430,15 +431,15 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
     (lambda: target("t", clear="red"), "target 't': clear must be a finite number within float32"),  # type: ignore[arg-type]
     (lambda: DrawState(polygon_offset=(1.0,)), "polygon_offset must be two numbers (factor, units)"),  # type: ignore[arg-type]
     (lambda: DrawState(color_mask=((True,),)), "color_mask has four bools (red, green, blue, alpha)"),  # type: ignore[arg-type]
-    (lambda: drawn(clear_stencil=1000), "draw 'paint': clear_stencil must be a whole number from 0 to 255, got 1000"),
-    (lambda: drawn(geometry=3), "draw 'paint' needs a mesh with positions and triangles, such as pg.Mesh.make(...)"),
+    (lambda: drawn(clear_stencil=1000), "draw 'color': clear_stencil must be a whole number from 0 to 255, got 1000"),
+    (lambda: drawn(geometry=3), "draw 'color' needs a mesh with positions and triangles, such as pg.Mesh.make(...)"),
     (
         lambda: drawn(geometry=SimpleNamespace(**{**vars(Mesh()), "triangles": np.eye(3)})),
         "triangles must be whole numbers, got float64",
     ),
     (
         lambda: drawn(geometry=SimpleNamespace(**{**vars(Mesh()), "normals": np.zeros((2, 3))})),
-        "draw 'paint': normals must be (3, 3), got (2, 3)",
+        "draw 'color': normals must be (3, 3), got (2, 3)",
     ),
     (lambda: COPY(FRAME, into=target("t"), name=3), "kernel copy: the pass's name must be a name"),
     # numbers beyond their range

@@ -215,7 +215,7 @@ MUTANTS = (
         "sequences/a long",
         harmless="pyopencl waits for a copy to the host when its event is dropped, which here is at once",
     ),
-    _o("backend.py", "if raw != self.held[i]:", "if not self.held[i]:", "sequences/static"),
+    _o("uniforms.py", "if raw != self.held[i]:", "if not self.held[i]:", "sequences/static"),
     _o(
         "backend.py",
         "self.fill(storage.stencil, pixels)",

@@ -211,7 +211,7 @@ MUTANTS = (
     ),
     # The plan: results are known to the bit, whatever is optimised
     _plan("plan/emit.py", "self.busy[0][0] < first:", "self.busy[0][0] <= first:"),
-    _plan("plan/emit.py", "spans[resource] = (first, index)", "spans[resource] = (first, first)"),
+    _plan("plan/data.py", "spans[resource] = (first, index)", "spans[resource] = (first, first)"),
     _plan(
         "plan/emit.py",
         "*outputs.values(), *finals, *finals.values(), *inputs.values(),",
@@ -236,11 +236,11 @@ MUTANTS = (
         "if False:",
     ),
     _plan("plan/fuse.py", "if known.readers[producer.node] != {consumer.node}:", "if False:"),
-    _plan("plan/order.py", "waiting.add_edges_from((r, draw) for _, draw, others in before for r in others)", "pass"),
-    _plan("plan/order.py", "if content in kept or any(content in drawn_over(r) for r in others):", "if False:"),
+    _plan("plan/order.py", "in_place[draw] |= dict.fromkeys(others)", "pass"),
+    _plan("plan/order.py", "if content in kept or any(content in r.drawn_over for r in others):", "if False:"),
     _plan("plan/order.py", "if any(nx.has_path(graph, draw, r) for r in others):", "if False:"),
     _plan(
-        "plan/specialise.py",
+        "plan/cull.py",
         "*(work.final[s] for s in history)",
         "",
         "a graph that reads history which no output needs is refused before",

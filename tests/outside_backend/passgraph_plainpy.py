@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from passgraph.backends import base
 from passgraph.draw_state import Blend, DrawState
 from passgraph.formats import Format
-from passgraph.graph import Geometry
+from passgraph.geometry import Geometry
 from passgraph.language import scalar as s
 from passgraph.plan.data import DrawStep, PixelStep
 

@@ -1,18 +1,22 @@
-"""Other orders of passes than the planner's own."""
+"""Other orders of passes than the planner's own, and lifetimes that they give."""
 
 from __future__ import annotations
 
-import networkx as nx
 import numpy as np
 
-from passgraph.graph import Pass
-from passgraph.plan.collect import Work
 from passgraph.plan.order import Copies, dependencies
+from passgraph.plan.sort import producers_first
+from passgraph.plan.work import Work
+from passgraph.targets import Pass
 
 
 def shuffled(work: Work, seed: int) -> tuple[list[Pass], Copies]:
     """A random topological order of the passes, in place of the one that needs least memory."""
-    graph, copies = dependencies(work)
-    passes = list(graph)
-    place = dict(zip(passes, np.random.default_rng(seed).permutation(len(passes)), strict=True))
-    return list(nx.lexicographical_topological_sort(graph, key=place.__getitem__)), copies
+    waits, copies = dependencies(work)
+    place = dict(zip(waits, np.random.default_rng(seed).permutation(len(waits)), strict=True))
+    return producers_first(waits, place), copies
+
+
+def apart(one: tuple[int, int], other: tuple[int, int]) -> bool:
+    """Whether two lifetimes, first and last step of each, share no step."""
+    return one[1] < other[0] or other[1] < one[0]

@@ -32,8 +32,8 @@ def two_passes(images: int, numbers: int = 0) -> Target:
     inputs = [pg.Input(f"in{k}", "rgba32f", SIZE) for k in range(2 * images - 1)]
     kernel = summing("added", images, numbers)
     weights = [0.5] * numbers
-    first = kernel(*inputs[:images], *weights, into=pg.target("first", "rgba32f"), name="first")
-    second: Target = kernel(first, *inputs[images:], *weights, into=pg.target("second", "rgba32f"), name="second")
+    first = kernel(*inputs[:images], *weights, into=pg.target("first", "rgba32f"))
+    second: Target = kernel(first, *inputs[images:], *weights, into=pg.target("second", "rgba32f"))
     return second
 
 

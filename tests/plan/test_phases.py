@@ -9,9 +9,9 @@ import passgraph as pg
 from passgraph import Const, Image, vec4
 from passgraph.formats import format_named
 from passgraph.plan.build import build
-from passgraph.plan.data import CopyStep, Options, PixelStep, Plan
-from passgraph.plan.emit import disjoint, lifetimes
+from passgraph.plan.data import CopyStep, DrawStep, Options, PixelStep, Plan
 from passgraph.targets import Target
+from tests.plan.orders import apart
 
 copy = pg.kernel(source="def copy(color: Image) -> vec4: return color[0, 0]")
 add = pg.kernel(source="def add(a: Image, b: Image) -> vec4: return a[0, 0] + b[0, 0]")
@@ -40,7 +40,7 @@ def plan(*outputs: Target, **options: bool) -> Plan:
 
 
 def named(kernel: object, *images: Target, name: str, format: str = "rgba32f", **settings: object) -> Target:
-    made: Target = kernel(*images, into=pg.target(name, format, **settings), name=name)  # type: ignore[operator]
+    made: Target = kernel(*images, into=pg.target(name, format, **settings))  # type: ignore[operator]
     return made
 
 
@@ -187,10 +187,10 @@ def sharing(made: Plan) -> dict[int, list[int]]:
 
 
 def assert_nothing_alive_is_overwritten(made: Plan) -> None:
-    spans = lifetimes(list(made.resources), list(made.steps))
+    spans = made.lifetimes
     for members in sharing(made).values():
         for i, one in enumerate(members):
-            assert all(disjoint(spans[one], spans[other]) for other in members[i + 1 :])
+            assert all(apart(spans[one], spans[other]) for other in members[i + 1 :])
             assert len(members) == 1 or not made.resources[one].persistent
 
 
@@ -199,10 +199,7 @@ def test_lifetimes_reach_from_first_to_last_touch() -> None:
     b = named(left, a, name="b")
     c = named(add, named(left, b, name="between"), a, name="c")
     made = plan(c, fuse=False)
-    spans = {
-        r.name: s
-        for r, s in zip(made.resources, lifetimes(list(made.resources), list(made.steps)).values(), strict=True)
-    }
+    spans = {r.name: s for r, s in zip(made.resources, made.lifetimes.values(), strict=True)}
     assert spans == {"frame": (0, 4), "a": (0, 3), "b": (1, 2), "between": (2, 3), "c": (0, 4)}
 
 
@@ -367,6 +364,64 @@ def draw_plan(*outputs: Target, **options: bool) -> Plan:
 
 def copies(made: Plan) -> list[str]:
     return [step.name for step in made.steps if isinstance(step, CopyStep)]
+
+
+def test_a_pass_is_called_as_its_target_is() -> None:
+    def name(made: Target) -> str:
+        assert made.made_by is not None
+        return made.made_by.name
+
+    assert name(copy(frame, into=pg.target("gray"))) == "gray"
+    assert name(copy(frame, into=pg.target("gray"), name="graded")) == "graded"
+    assert name(pair(frame, into=(pg.target("light"), pg.target("dark")))[0]) == "light+dark"
+    assert (name(copy(frame)), name(pair(frame)[0])) == ("copy", "pair")
+    stages = {"vertex": place, "fragment": paint, "color": (1.0, 0.0, 0.0)}
+    color = pg.draw(TRIANGLE, into=pg.target("color"), depth=pg.target("depth", "depth32f"), **stages)
+    shadow = pg.draw(TRIANGLE, vertex=place, depth=pg.target("shadow", "depth32f"))
+    assert (name(color), name(shadow)) == ("color", "shadow")
+    # The name of what is drawn over is taken.
+    assert name(pg.draw(TRIANGLE, into=color, depth=color.depth, **stages)) == "paint"
+
+
+def test_a_draw_writes_its_depth_too_and_says_what_it_starts_from() -> None:
+    color = drawn(pg.target("drawn"), "first", depth=pg.target("drawn depth", "depth32f"))
+    over = drawn(color, "over", depth=color.depth)
+    for target, contents in ((color, ()), (over, (color, color.depth))):
+        assert target.made_by is not None
+        assert [spec.name for spec in target.made_by.writes] == ["drawn", "drawn depth"]
+        assert target.made_by.drawn_over == contents
+
+
+@pytest.mark.parametrize("fuse", [True, False])
+def test_images_of_a_step_are_those_of_its_program_in_its_order(fuse: bool) -> None:
+    """What backends hand over goes by place, where kernels take more images than they read, and in another order."""
+    crossed = pg.kernel(source="def crossed(a: Image, b: Image, c: Image) -> vec4: return c[1, 0] + a[0, 0]")
+    inner = named(add, still, frame, name="inner")
+    made = plan(named(crossed, inner, frame, still, name="out"), fuse=fuse)
+    for step in made.steps:
+        assert isinstance(step, PixelStep)
+        assert [name for name, _ in step.images] == [use.name for use in step.program.images]
+    names = {resource.id: resource.name for resource in made.resources}
+    assert [names[r] for r in made.steps[-1].reads] == (["still", "frame", "still"] if fuse else ["still", "inner"])
+
+
+def test_a_vertex_program_names_the_attributes_that_it_reads() -> None:
+    text = """
+class Corner:
+    position: vec4
+    color: vec4
+
+def place(vertex: Vertex) -> Corner:
+    return Corner(vec4(vertex.position + vertex.normal, 1.0), vertex.color)
+
+def paint(corner: Corner) -> vec4:
+    return corner.position
+"""
+    stages = {"vertex": pg.vertex(source=text, name="place"), "fragment": pg.fragment(source=text, name="paint")}
+    made = plan(pg.draw(TRIANGLE, into=pg.target("drawn", size=(8, 4)), **stages))
+    assert isinstance(made.steps[0], DrawStep)
+    # The colour goes with the varying that nobody reads.
+    assert made.steps[0].vertex.attributes == ("normal", "position")
 
 
 def test_a_draw_over_content_works_in_place() -> None:

@@ -16,9 +16,8 @@ from passgraph.backends.null import NullBackend
 from passgraph.backends.registry import open_backend
 from passgraph.fuzz.cases import EXACT
 from passgraph.fuzz.graphs import OPTIMISATIONS, different, graphs, grown, plannable, run_thrice
-from passgraph.plan.data import Resource, Step
-from passgraph.plan.emit import disjoint, lifetimes
-from tests.plan.orders import shuffled
+from passgraph.plan.data import Resource, Step, lifetimes
+from tests.plan.orders import apart, shuffled
 
 BOUNDED = settings(
     deadline=None,
@@ -39,10 +38,10 @@ def test_plans_never_let_pictures_overlap(case: dict[str, Any]) -> None:
         options = pg.Options() if off is None else replace(pg.Options(), **{off: False})
         with pg.compile(outputs, NullBackend(), options=options) as program:
             made = program.plan
-            spans = lifetimes(list(made.resources), list(made.steps))
+            spans = made.lifetimes
             for one in made.resources:
                 for other in made.resources[one.id + 1 :]:
-                    assert one.memory != other.memory or disjoint(spans[one.id], spans[other.id])
+                    assert one.memory != other.memory or apart(spans[one.id], spans[other.id])
             written = {resource.id for resource in made.resources if resource.kind != "target"}
             for step in made.steps:
                 assert set(step.reads) <= written, "read before it is written"

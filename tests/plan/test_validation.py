@@ -12,10 +12,9 @@ import passgraph as pg
 from passgraph import vec4
 from passgraph.backends.null import NullBackend
 from passgraph.formats import format_named
-from passgraph.graph import PixelPass
 from passgraph.plan.build import build
-from passgraph.plan.collect import MAX_PICTURE_BYTES
-from passgraph.targets import MAX_SIDE, Target
+from passgraph.plan.sizes import MAX_PICTURE_BYTES
+from passgraph.targets import MAX_SIDE, PixelPass, Target
 
 copy = pg.kernel(source="def copy(color: Image) -> vec4: return color[0, 0]")
 add = pg.kernel(source="def add(a: Image, b: Image) -> vec4: return a[0, 0] + b[0, 0]")
@@ -117,19 +116,19 @@ def test_no_size_known() -> None:
 def test_targets_of_different_sizes_in_one_pass() -> None:
     into = (pg.target("small", size=(2, 2)), pg.target("large", size=(4, 4)))
     assert refusal(*pair(frame, into=into)) == (
-        "pass 'pair' writes targets of different sizes (small 2x2, large 4x4); give them one size"
+        "pass 'small+large' writes targets of different sizes (small 2x2, large 4x4); give them one size"
     )
 
 
 def test_relative_offsets_need_equal_sizes() -> None:
     assert refusal(copy(frame, into=pg.target("half", scale=0.5))) == (
-        "pass 'copy' reads 'frame' (8x4) by relative offsets and is 4x2 itself; "
+        "pass 'half' reads 'frame' (8x4) by relative offsets and is 4x2 itself; "
         "read it by .sample(uv()) or make the sizes equal"
     )
 
 
 def test_a_size_may_be_taken_from_what_is_made_later_in_the_graph() -> None:
-    half = copy(frame, into=pg.target("half", "rgba32f", (3, 5)), name="half")
+    half = copy(frame, into=pg.target("half", "rgba32f", (3, 5)))
     late = fill(2.0, into=pg.target("late", like=half), name="later")
     early = fill(1.0, into=pg.target("early", like=late), name="sooner")
     for outputs in ({"early": early, "late": late}, {"late": late, "early": early}):

@@ -1,14 +1,22 @@
-"""Meshes that stay as they were when they were drawn."""
+"""What a draw needs of a mesh, and meshes that stay as they were when they were drawn."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass, is_dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.graph import Geometry
+
+class Geometry(Protocol):
+    """What a draw needs of a mesh: float32 arrays by vertex and (m, 3) int32 triangles."""
+
+    @property
+    def positions(self) -> NDArray[np.float32]: ...
+    @property
+    def triangles(self) -> NDArray[np.int32]: ...
+
 
 #: Attributes that a mesh may have, and their element types.
 _KINDS = {"positions": np.float32, "triangles": np.int32, "normals": np.float32, "uvs": np.float32,

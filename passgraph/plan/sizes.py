@@ -1,0 +1,144 @@
+"""How large every target is: as declared, or taken from an input, another target or the output."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Container
+
+from passgraph.errors import GraphError
+from passgraph.plan.work import Lowered, Work
+from passgraph.targets import MAX_SIDE, Absolute, InputSpec, Like, Pass, PixelPass, Relative, Target, TargetSpec
+from passgraph.values import OUTPUT_SIZE, sources_of
+
+#: Largest picture that a plan will ask memory for, in bytes: a typing error in a size should not swap a machine to
+#: death.
+MAX_PICTURE_BYTES = 16 << 30
+
+
+def find_sizes(passes: list[Pass], work: Work) -> None:
+    """Every pass into ``work``, in writing order, with the size of what it writes; the output's where none is asked."""
+    asked = work.size
+    work.size = asked or _output_size(work)
+    for node in passes:
+        for spec in node.writes:
+            work.makers.setdefault(spec, node)
+    for index, node in enumerate(passes):
+        work.passes[node] = Lowered(node, _pass_size(node, work), index)
+    if asked is not None:
+        _check_asked(asked, work)
+    work.size = work.size or work.size_of(next(iter(work.outputs.values())))
+
+
+def _output_size(work: Work) -> tuple[int, int] | None:
+    """What targets take for the output's size where none is asked for."""
+    for target in work.outputs.values():
+        if isinstance(target.spec, TargetSpec) and isinstance(target.spec.size, Absolute):
+            return target.spec.size.width, target.spec.size.height
+    for spec, (_, input_size) in work.inputs.items():
+        if spec.default is None:  # textures do not set the output's size
+            return input_size
+    return None
+
+
+def _pass_size(node: Pass, work: Work) -> tuple[int, int]:
+    specs = node.writes
+    for spec in specs:
+        _find_size(spec, work)
+    sizes = {work.sizes[spec] for spec in specs}
+    if len(sizes) > 1:
+        listed = ", ".join(f"{s.name} {work.sizes[s][0]}x{work.sizes[s][1]}" for s in specs)
+        raise GraphError(f"pass {node.name!r} writes targets of different sizes ({listed}); give them one size")
+    return sizes.pop()
+
+
+def _find_size(spec: TargetSpec, work: Work) -> None:
+    """The size of a target into ``work.sizes``, and before it those that it is taken from."""
+    pending = {spec: None}
+    while pending:
+        last = next(reversed(pending))
+        source, scale = _size_source(last, work)
+        size = _known_size(source, work) if isinstance(source, Target) else source
+        if last in work.sizes:
+            pending.popitem()
+        elif size is not None:
+            work.sizes[last] = _checked(_scaled(size, scale), last)
+            work.not_asked[last] = _why_not_asked(last, source, work)
+        else:
+            assert isinstance(source, Target) and isinstance(source.spec, TargetSpec)
+            _check_lender(source.spec, last, pending, work)
+            pending[source.spec] = None
+
+
+def _size_source(spec: TargetSpec, work: Work) -> tuple[Target | tuple[int, int], float]:
+    """What a target takes its size from, and the factor on it."""
+    if isinstance(spec.size, Absolute):
+        return (spec.size.width, spec.size.height), 1.0
+    if isinstance(spec.size, Like):
+        return spec.size.other, spec.size.scale
+    if not isinstance(spec.size, Relative):
+        node = work.makers[spec]
+        for image in node.images.values() if isinstance(node, PixelPass) else ():
+            if not image.is_previous:
+                return image, 1.0
+    if work.size is None:
+        raise GraphError("the output's size is not known: give pg.compile(..., size=(width, height))")
+    return work.size, spec.size.scale if isinstance(spec.size, Relative) else 1.0
+
+
+def _why_not_asked(spec: TargetSpec, source: Target | tuple[int, int], work: Work) -> str:
+    """Why a target's size does not hang on the output's; empty where it does."""
+    if isinstance(spec.size, Absolute):
+        return f"as target {spec.name!r} is declared"
+    if not isinstance(source, Target):
+        return ""
+    if isinstance(source.spec, InputSpec):
+        return f"the size of input {source.name!r}"
+    return work.not_asked.get(source.spec, f"the size of target {source.name!r}")
+
+
+def _check_asked(size: tuple[int, int], work: Work) -> None:
+    """A size that nothing takes is refused, and one that outputs do not take because an input has another one."""
+    specs = {name: target.spec for name, target in work.outputs.items() if isinstance(target.spec, TargetSpec)}
+    if any(work.sizes[spec] == size or not work.not_asked[spec] for spec in specs.values()):
+        return
+    taken = any(not reason for reason in work.not_asked.values()) or any(
+        value is OUTPUT_SIZE for node in work.passes for value in sources_of(node.values)
+    )
+    for name, spec in specs.items():
+        reason, (width, height) = work.not_asked[spec], work.sizes[spec]
+        if not taken or reason.startswith("the size of input"):
+            raise GraphError(
+                f"size=({size[0]}, {size[1]}) is asked for, and output {name!r} is {width}x{height}, {reason}; "
+                "leave size out, or declare the target with scale=1.0, which takes the size asked for"
+            )
+
+
+def _known_size(target: Target, work: Work) -> tuple[int, int] | None:
+    if isinstance(target.spec, InputSpec):
+        return work.inputs[target.spec][1]
+    if target.spec not in work.sizes and isinstance(target.spec.size, Absolute):
+        return target.spec.size.width, target.spec.size.height
+    return work.sizes.get(target.spec)
+
+
+def _check_lender(lender: TargetSpec, spec: TargetSpec, pending: Container[TargetSpec], work: Work) -> None:
+    where = f"pass {work.makers[spec].name!r} takes its size from {lender.name!r}, which"
+    if lender not in work.makers:
+        raise GraphError(f"{where} no pass before it makes; give that one a size")
+    if lender in pending:
+        raise GraphError(f"{where} takes its own from {spec.name!r}; give one of the two a size")
+
+
+def _scaled(size: tuple[int, int], scale: float) -> tuple[int, int]:
+    return max(1, math.ceil(size[0] * scale)), max(1, math.ceil(size[1] * scale))
+
+
+def _checked(size: tuple[int, int], spec: TargetSpec) -> tuple[int, int]:
+    width, height = size
+    total = width * height * spec.format.bytes_per_pixel
+    if width > MAX_SIDE or height > MAX_SIDE or total > MAX_PICTURE_BYTES:
+        raise GraphError(
+            f"target {spec.name!r} would be {width}x{height} {spec.format.name} ({total / 2**30:.1f} GiB); "
+            f"the limits are {MAX_SIDE} a side and {MAX_PICTURE_BYTES >> 30} GiB"
+        )
+    return size

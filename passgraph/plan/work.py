@@ -1,0 +1,77 @@
+"""What the phases of planning hand on to each other: every pass with what is known of it so far."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from passgraph.formats import Format
+from passgraph.language.lower import Facts
+from passgraph.language.scalar import ScalarProgram
+from passgraph.plan.data import Options
+from passgraph.targets import InputSpec, Pass, Target, TargetSpec
+
+
+@dataclass
+class Lowered:
+    """A pass with its scalar programs, growing through the phases."""
+
+    node: Pass
+    size: tuple[int, int]
+    index: int  # position in writing order
+    program: ScalarProgram | None = None  # pixel passes
+    facts: Facts = field(default_factory=Facts)
+    vertex: ScalarProgram | None = None  # draws
+    vertex_facts: Facts = field(default_factory=Facts)
+    fragment: ScalarProgram | None = None
+    varyings: tuple[str, ...] = ()
+    #: Image name in the program → what it reads; after culling only what is really read.
+    images: dict[str, Target] = field(default_factory=dict)
+    values: dict[str, object] = field(default_factory=dict)
+    fused: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        return self.node.name
+
+    @property
+    def reads(self) -> list[Target]:
+        """Images that it really reads, last frame's too, and contents that it draws over."""
+        return [*self.images.values(), *self.node.drawn_over]
+
+    @property
+    def awaits(self) -> list[Target]:
+        """Contents that must be there first: images of this run, and what it draws over."""
+        return [*(t.content for t in self.images.values() if not t.is_previous), *self.node.drawn_over]
+
+
+@dataclass
+class Work:
+    """What the phases hand on to each other."""
+
+    outputs: dict[str, Target]
+    size: tuple[int, int] | None  # None as long as neither asked for nor known from an input
+    options: Options
+    inputs: dict[InputSpec, tuple[Format, tuple[int, int]]]
+    passes: dict[Pass, Lowered] = field(default_factory=dict)
+    #: For history: the last content of each target that is read as last frame's.
+    final: dict[TargetSpec, Target] = field(default_factory=dict)
+    sizes: dict[TargetSpec, tuple[int, int]] = field(default_factory=dict)
+    #: For each target why its size does not hang on the output's; empty where it does.
+    not_asked: dict[TargetSpec, str] = field(default_factory=dict)
+    #: Who writes a target first: a size may be taken from a target that is not read.
+    makers: dict[TargetSpec, Pass] = field(default_factory=dict)
+    #: Programs lowered so far, by digest: many passes of one kernel share one.
+    programs: dict[str, ScalarProgram] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+
+    def size_of(self, target: Target) -> tuple[int, int]:
+        if isinstance(target.spec, InputSpec):
+            return self.inputs[target.spec][1]
+        return self.sizes[target.spec]
+
+    def format_of(self, target: Target) -> Format:
+        return self.inputs[target.spec][0] if isinstance(target.spec, InputSpec) else target.spec.format
+
+    def roots(self) -> list[Target]:
+        """What must be computed: the outputs and what the next run reads as history."""
+        return [*self.outputs.values(), *self.final.values()]

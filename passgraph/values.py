@@ -1,0 +1,92 @@
+"""Run values: what changes from run to run, as handles that kernels take in the place of numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, get_origin
+
+from passgraph import arguments
+from passgraph.errors import GraphError
+
+
+@dataclass(frozen=True)
+class Value:
+    """A number, vector, matrix or object that each run brings by name.
+
+    ``static`` works as for inputs.  :meth:`map` derives another value from it on the host.
+
+    >>> exposure = Value("exposure", float)
+    >>> exposure.map(lambda stops: 2.0**stops).name
+    'exposure'
+    """
+
+    name: str
+    type: object = float
+    static: bool = False
+    default: object = None
+
+    def __post_init__(self) -> None:
+        where = f"value {arguments.text(self.name, 'the name of a value')!r}"
+        if not isinstance(self.type, type) and get_origin(self.type) is None:
+            raise GraphError(
+                f"{where}: type must be a class, such as float or pg.vec3, got {arguments.shown(self.type)}"
+            )
+        arguments.flag(self.static, f"{where}: static")
+
+    @property
+    def sources(self) -> tuple[Value, ...]:
+        """Itself: what runs bring for it."""
+        return (self,)
+
+    def map(self, function: Callable[[Any], object]) -> Derived:
+        """A value computed on the host from this one, at each run in which it changes."""
+        return Derived((self,), function)
+
+
+@dataclass(frozen=True)
+class Derived:
+    """A value computed on the host from run values.
+
+    ``by_value``: not a change of its sources decides whether passes run again that depend on nothing else that changes,
+    but one of itself: for what often comes out the same though its sources change at each run.
+    """
+
+    sources: tuple[Value, ...]
+    function: Callable[..., object]
+    by_value: bool = False
+
+    def __post_init__(self) -> None:
+        if not arguments.several(self.sources, Value, "what a value is computed from", "pg.Value handles"):
+            raise GraphError("a value is computed from at least one pg.Value, got none")
+        arguments.function(self.function, f"what computes a value from {self.name!r}")
+
+    @property
+    def name(self) -> str:
+        return "+".join(source.name for source in self.sources)
+
+    @property
+    def static(self) -> bool:
+        return self.by_value or all(source.static for source in self.sources)
+
+    def map(self, function: Callable[[Any], object]) -> Derived:
+        arguments.function(function, f"what computes a value from {self.name!r}")
+        inner = self.function
+        return Derived(self.sources, lambda *values: function(inner(*values)), self.by_value)
+
+
+def combine(function: Callable[..., object], *values: Value, by_value: bool = False) -> Derived:
+    """A value computed on the host from several run values; see `Derived`."""
+    return Derived(values, function, by_value)
+
+
+def sources_of(parameters: Mapping[str, object]) -> Iterator[Value]:
+    """The run values that parameters come from; plain numbers among them come from none."""
+    for given in parameters.values():
+        if isinstance(given, (Value, Derived)):
+            yield from given.sources
+
+
+#: (width, height) of the output in pixels as a value, filled in by the program: for what depends on the
+#: aspect ratio.
+OUTPUT_SIZE = Value("output_size", tuple, static=True)
