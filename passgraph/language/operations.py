@@ -1,6 +1,6 @@
-"""The one table of operations: types, documentation, reference meaning, spelling, error bound.
+"""The one table of operations: types, documentation, reference meaning, error bound.
 
-A row is either *primitive* (it has a spelling for each target), *prelude* (a scalar function written in
+A row is either *primitive* (each backend writes it in its own language), *prelude* (a scalar function written in
 the kernel language itself, see :mod:`.prelude`; every target then computes the same polynomial) or
 *expanded* (vector and matrix operations, taken apart by :mod:`.expand`).
 
@@ -19,9 +19,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 Values = NDArray[Any]
-#: Languages that the table spells operations in.  The numpy backend builds LLVM instead (backends/numpy/llvm_ops.py).
-TARGETS = ("glsl", "opencl")
-
 INT_MIN, INT_MAX, UINT_MAX = -(2**31), 2**31 - 1, 2**32 - 1
 #: The largest float32 below one: where fract is capped.
 BELOW_ONE = float(np.nextafter(np.float32(1), np.float32(0)))
@@ -44,14 +41,7 @@ class Operation:
     kind: str  # "primitive", "prelude" or "expanded"
     ulp: float = 0.0
     absolute: float = 0.0
-    spelling: tuple[tuple[str, tuple[str, str]], ...] = ()  # scalar type: (glsl, opencl)
-
-    def spell(self, scalar: str, target: str) -> str:
-        """The expression template of this operation on ``scalar`` arguments in a target's language."""
-        for kind, texts in self.spelling:
-            if kind == scalar:
-                return texts[TARGETS.index(target)]
-        raise KeyError(f"{self.name} has no {scalar} spelling")
+    on: tuple[str, ...] = ()  # of a primitive: the types that its arguments may have
 
 
 def wrap32(values: Values) -> Values:
@@ -158,10 +148,6 @@ def _inverse(m: Values) -> Values:
         return np.where((determinant == 0)[:, None, None], np.nan, np.linalg.inv(safe))
 
 
-def _spelled(glsl: str, opencl: str | None = None) -> tuple[str, str]:
-    return glsl, glsl if opencl is None else opencl
-
-
 OPERATIONS: dict[str, Operation] = {}
 
 
@@ -176,10 +162,10 @@ def _primitive(
     reference: Callable[..., Values],
     *,
     ulp: float = 0.0,
-    **spell: tuple[str, str],
+    on: tuple[str, ...] = (),
 ) -> None:
-    rows = tuple(spell.items())
-    _add(Operation(name, signature, doc, reference, "primitive", ulp, spelling=rows))
+    taken = {"N": ("float", "int"), "G": ("float",), "f": ("float",), "I": ("int",), "i": ("int",), "B": ("bool",)}
+    _add(Operation(name, signature, doc, reference, "primitive", ulp, on=on or taken[signature.split()[0]]))
 
 
 def _composite(
@@ -195,83 +181,56 @@ def _composite(
     _add(Operation(name, signature, doc, reference, kind, ulp, absolute))
 
 
-def _comparison(name: str, sign: str, doc: str, reference: Callable[..., Values]) -> None:
-    text = _spelled(f"({{0}} {sign} {{1}})")
-    _primitive(name, "N N -> B", doc, reference, float=text, int=text)
+def _comparison(name: str, doc: str, reference: Callable[..., Values]) -> None:
+    _primitive(name, "N N -> B", doc, reference)
 
 
 # fmt: off
 # Arithmetic.  Float rows are correctly rounded except where a target's standard gives less: GLSL and OpenCL
 # both allow 2.5 ULP for a quotient and 3 for a square root.
-_primitive("add", "N N -> N", "a + b", _arith(np.add), ulp=0.5,
-           float=_spelled("({0} + {1})"), int=_spelled("({0} + {1})", "pg_add({0}, {1})"))
-_primitive("sub", "N N -> N", "a - b", _arith(np.subtract), ulp=0.5,
-           float=_spelled("({0} - {1})"), int=_spelled("({0} - {1})", "pg_sub({0}, {1})"))
-_primitive("mul", "N N -> N", "a * b, component by component", _arith(np.multiply), ulp=0.5,
-           float=_spelled("({0} * {1})"), int=_spelled("({0} * {1})", "pg_mul({0}, {1})"))
-_primitive("div", "G G -> G", "a / b; IEEE 754 on a zero divisor", np.divide, ulp=2.5,
-           float=_spelled("({0} / {1})"))
-_primitive("neg", "N -> N", "-a", lambda a: wrap32(-a) if _is_int(a) else -a,
-           float=_spelled("(-{0})"), int=_spelled("(-{0})", "pg_sub(0, {0})"))
-_primitive("floor_divide", "I I -> I", "a // b, floored as in Python; a // 0 is 0", _floor_divide,
-           int=_spelled("pg_floor_divide({0}, {1})"))
-_primitive("int_mod", "I I -> I", "a % b with the sign of b, as in Python; a % 0 is 0", _modulo,
-           int=_spelled("pg_int_mod({0}, {1})"))
-_primitive("min", "N N -> N", "b if b < a else a", _minimum,
-           float=_spelled("({1} < {0} ? {1} : {0})"),
-           int=_spelled("({1} < {0} ? {1} : {0})"))
-_primitive("max", "N N -> N", "b if a < b else a", _maximum,
-           float=_spelled("({0} < {1} ? {1} : {0})"),
-           int=_spelled("({0} < {1} ? {1} : {0})"))
-_primitive("abs", "N -> N", "the magnitude", lambda a: wrap32(np.abs(a)) if _is_int(a) else np.abs(a),
-           float=_spelled("abs({0})", "fabs({0})"),
-           int=_spelled("abs({0})", "pg_abs({0})"))
-_primitive("floor", "G -> G", "the largest whole number not above", np.floor,
-           float=_spelled("floor({0})"))
-_primitive("ceil", "G -> G", "the smallest whole number not below", np.ceil,
-           float=_spelled("ceil({0})"))
-_primitive("trunc", "G -> G", "the whole part", np.trunc, float=_spelled("trunc({0})"))
-_primitive("round", "G -> G", "the nearest whole number, halves to even", np.rint,
-           float=_spelled("roundEven({0})", "rint({0})"))
-_primitive("sqrt", "G -> G", "the square root, x >= 0", np.sqrt, ulp=3.0,
-           float=_spelled("sqrt({0})"))
+_primitive("add", "N N -> N", "a + b", _arith(np.add), ulp=0.5)
+_primitive("sub", "N N -> N", "a - b", _arith(np.subtract), ulp=0.5)
+_primitive("mul", "N N -> N", "a * b, component by component", _arith(np.multiply), ulp=0.5)
+_primitive("div", "G G -> G", "a / b; IEEE 754 on a zero divisor", np.divide, ulp=2.5)
+_primitive("neg", "N -> N", "-a", lambda a: wrap32(-a) if _is_int(a) else -a)
+_primitive("floor_divide", "I I -> I", "a // b, floored as in Python; a // 0 is 0", _floor_divide)
+_primitive("int_mod", "I I -> I", "a % b with the sign of b, as in Python; a % 0 is 0", _modulo)
+_primitive("min", "N N -> N", "b if b < a else a", _minimum)
+_primitive("max", "N N -> N", "b if a < b else a", _maximum)
+_primitive("abs", "N -> N", "the magnitude", lambda a: wrap32(np.abs(a)) if _is_int(a) else np.abs(a))
+_primitive("floor", "G -> G", "the largest whole number not above", np.floor)
+_primitive("ceil", "G -> G", "the smallest whole number not below", np.ceil)
+_primitive("trunc", "G -> G", "the whole part", np.trunc)
+_primitive("round", "G -> G", "the nearest whole number, halves to even", np.rint)
+_primitive("sqrt", "G -> G", "the square root, x >= 0", np.sqrt, ulp=3.0)
 
 # Comparison and logic.
-_comparison("less", "<", "a < b", np.less)
-_comparison("less_equal", "<=", "a <= b", np.less_equal)
-_comparison("greater", ">", "a > b", np.greater)
-_comparison("greater_equal", ">=", "a >= b", np.greater_equal)
-_comparison("equal", "==", "a == b", np.equal)
-_comparison("not_equal", "!=", "a != b", np.not_equal)
-_primitive("logical_and", "B B -> B", "a and b", np.logical_and, bool=_spelled("({0} && {1})"))
-_primitive("logical_or", "B B -> B", "a or b", np.logical_or, bool=_spelled("({0} || {1})"))
-_primitive("logical_not", "B -> B", "not a", np.logical_not, bool=_spelled("(!{0})"))
-_primitive("isnan", "G -> B", "whether it is not a number", np.isnan,
-           float=_spelled("pg_isnan({0})"))
-_primitive("isinf", "G -> B", "whether it is infinite", np.isinf,
-           float=_spelled("pg_isinf({0})"))
+_comparison("less", "a < b", np.less)
+_comparison("less_equal", "a <= b", np.less_equal)
+_comparison("greater", "a > b", np.greater)
+_comparison("greater_equal", "a >= b", np.greater_equal)
+_comparison("equal", "a == b", np.equal)
+_comparison("not_equal", "a != b", np.not_equal)
+_primitive("logical_and", "B B -> B", "a and b", np.logical_and)
+_primitive("logical_or", "B B -> B", "a or b", np.logical_or)
+_primitive("logical_not", "B -> B", "not a", np.logical_not)
+_primitive("isnan", "G -> B", "whether it is not a number", np.isnan)
+_primitive("isinf", "G -> B", "whether it is infinite", np.isinf)
 
 # Bits.
-_primitive("bit_and", "I I -> I", "a & b", np.bitwise_and, int=_spelled("({0} & {1})"))
-_primitive("bit_or", "I I -> I", "a | b", np.bitwise_or, int=_spelled("({0} | {1})"))
-_primitive("bit_xor", "I I -> I", "a ^ b", np.bitwise_xor, int=_spelled("({0} ^ {1})"))
-_primitive("bit_not", "I -> I", "~a", np.bitwise_not, int=_spelled("(~{0})"))
-_primitive("shift_left", "I I -> I", "a << (b & 31)", _shift(np.left_shift),
-           int=_spelled("({0} << ({1} & 31))", "pg_shl({0}, {1})"))
-_primitive("shift_right", "I I -> I", "a >> (b & 31), keeping the sign", _shift(np.right_shift),
-           int=_spelled("({0} >> ({1} & 31))"))
-_primitive("bits_from_float", "f -> i", "the bits of a float32", _float_bits,
-           float=_spelled("floatBitsToInt({0})", "as_int({0})"))
-_primitive("float_from_bits", "i -> f", "the float32 with these bits", _bits_float,
-           int=_spelled("intBitsToFloat({0})", "as_float({0})"))
+_primitive("bit_and", "I I -> I", "a & b", np.bitwise_and)
+_primitive("bit_or", "I I -> I", "a | b", np.bitwise_or)
+_primitive("bit_xor", "I I -> I", "a ^ b", np.bitwise_xor)
+_primitive("bit_not", "I -> I", "~a", np.bitwise_not)
+_primitive("shift_left", "I I -> I", "a << (b & 31)", _shift(np.left_shift))
+_primitive("shift_right", "I I -> I", "a >> (b & 31), keeping the sign", _shift(np.right_shift))
+_primitive("bits_from_float", "f -> i", "the bits of a float32", _float_bits)
+_primitive("float_from_bits", "i -> f", "the float32 with these bits", _bits_float)
 
 # Conversions.  float -> int saturates and turns NaN into 0, which no target promises by itself.
 _primitive("to_float", "N -> G", "as float", lambda a: np.asarray(a).astype(np.float64), ulp=0.5,
-           int=_spelled("float({0})", "(float)({0})"),
-           bool=_spelled("({0} ? 1.0 : 0.0)", "({0} ? 1.0f : 0.0f)"))
-_primitive("to_int", "N -> I", "as int, toward zero; saturates, NaN gives 0", _to_int,
-           float=_spelled("pg_to_int({0})"),
-           bool=_spelled("({0} ? 1 : 0)"))
+           on=("int", "bool"))
+_primitive("to_int", "N -> I", "as int, toward zero; saturates, NaN gives 0", _to_int, on=("float", "bool"))
 
 # Scalar functions written in the kernel language (prelude.py): one polynomial on every backend.
 _P = "prelude"
