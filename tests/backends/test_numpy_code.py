@@ -245,5 +245,5 @@ def test_every_primitive_has_its_instruction() -> None:
     from passgraph.language.operations import OPERATIONS
 
     for row in OPERATIONS.values():
-        for scalar in row.on:
+        for scalar in row.types:
             assert row.name in _ROWS[scalar], f"{row.name} on {scalar}"

@@ -265,8 +265,8 @@ MUTANTS = (
     ),
     Mutant(
         "passgraph/language/emitter.py",
-        '    "add",\n',
-        '    "add",\n    "sub",\n',
+        "if row.commutes)",
+        'if row.commutes or row.name == "sub")',
         "gl",
         ("language/identities", "operations/sub"),
     ),
