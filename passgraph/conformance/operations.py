@@ -268,13 +268,11 @@ def _ints(row: Operation) -> Case:
     )
     kind = _result(row, ints=True)
     vectors, scalars = ["p", "q", "p.yx"][:count], ["p.x", "q.x", "p.y"][:count]
-    scalar = call(row, scalars, False)
+    scalar = call(row, ["q.x"] if row.operands == ("i",) or row.converts else scalars, False)
     if row.operands == ("i",):
-        vector, scalar = f"vec2({call(row, ['p.x'], False)}, {call(row, ['p.y'], False)})", call(row, ["q.x"], False)
-    elif row.converts:
-        vector, scalar = _converted(row, "vec2" if kind == "float" else "ivec2", vectors), call(row, ["q.x"], False)
+        vector = f"vec2({call(row, ['p.x'], False)}, {call(row, ['p.y'], False)})"
     else:
-        vector = call(row, vectors, True)
+        vector = _converted(row, "vec2" if kind == "float" else "ivec2", vectors)
     lines = [f"    w = {vector}", f"    v = {scalar}"]
     wide = {"int": "ivec4(w, w)", "bool": "vec4(float(w.x), float(w.y), 0.0, 0.0)", "float": "vec4(w, 0.0, 0.0)"}[kind]
     text = _kernel(head, [*lines, f"    u = {wide}"], kind)

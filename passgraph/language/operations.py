@@ -10,26 +10,18 @@ from __future__ import annotations
 import builtins
 from functools import cache
 
-from passgraph.language import functions, primitives, vectors
+from passgraph.language import functions, primitives, vectors  # noqa: F401 (they write the rows)
 from passgraph.language.operation import ROWS, Operation
 
 #: Every row by its name, in the order of the table.
 OPERATIONS: dict[str, Operation] = {
     row.name: row for kind in ("primitive", "prelude", "expanded") for row in ROWS if row.kind == kind
 }
+_CALLED = {row.call: row for row in reversed(OPERATIONS.values()) if row.call and not row.converts}
 #: Functions that are called by a name of their own; ``abs``, ``min`` and their like are Python's.
-FUNCTIONS: dict[str, Operation] = {
-    name: row
-    for module in (primitives, functions, vectors)
-    for name, row in vars(module).items()
-    if isinstance(row, Operation)
-}
+FUNCTIONS: dict[str, Operation] = {name: row for name, row in _CALLED.items() if not hasattr(builtins, name)}
 #: Python's functions that are operations.
-BUILTINS: dict[object, str] = {
-    getattr(builtins, row.call): row.call
-    for row in OPERATIONS.values()
-    if row.call and row.call not in FUNCTIONS and not row.converts
-}
+BUILTINS: dict[object, str] = {getattr(builtins, name): name for name in _CALLED if name not in FUNCTIONS}
 
 
 @cache
