@@ -1,9 +1,12 @@
-"""Prints a scalar program in a language that looks like C; a subclass says how its language differs.
+"""Prints a scalar program in a shading language; a subclass is that language.
 
-A subclass sets ``target`` (its column of the operations table), implements the hooks below, and assembles a
-whole source: :meth:`Printer.line` and :meth:`Printer.block` for the body, then :meth:`Printer.front` for what
-stands before it (:meth:`Printer.called` tells which helper functions the body needs).  Every generated line
-remembers the kernel line that it came from, so that a compiler's message can point there (:class:`Listing`).
+What is here goes through the instructions and writes what such languages have in common: names, numbers, assignments,
+blocks in braces.  A subclass says what its types are called, how each primitive operation is written (``spelled``), and
+how declarations, choices and loops are (GLSL and OpenCL C share :mod:`.c_like`); it says where uniforms, builtins and
+texels come from.  Then it assembles a whole source: :meth:`Printer.line` and :meth:`Printer.block` for the body,
+:meth:`Printer.front` for what stands before it (:meth:`Printer.called` tells which helper functions the body needs).
+Every generated line remembers the kernel line that it came from, so that a compiler's message can point there
+(:class:`Listing`).
 """
 
 from __future__ import annotations
@@ -11,14 +14,13 @@ from __future__ import annotations
 import math
 import struct
 from abc import ABC, abstractmethod
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from passgraph.language import scalar as s
-from passgraph.language.operations import OPERATIONS
 from passgraph.language.source import NOWHERE, Span
 
 INT_MIN = -(2**31)
@@ -26,41 +28,6 @@ INT_MIN = -(2**31)
 INT_MIN_TEXT = "(-2147483647 - 1)"
 #: The smallest normal float32; compilers may flush literals below it.
 SMALLEST_NORMAL = 2.0**-126
-
-#: Integer functions that GLSL and OpenCL C spell alike.  No step overflows, and ``%`` never sees a negative
-#: operand (undefined in GLSL 3.30).
-FLOOR_DIVIDE = f"""
-int pg_floor_divide(int a, int b)
-{{
-    if (b == 0) {{ return 0; }}
-    if (b == -1) {{ return a == {INT_MIN_TEXT} ? a : -a; }}
-    int q = a / b;
-    int r = a - q * b;
-    return r != 0 && (r < 0) != (b < 0) ? q - 1 : q;
-}}
-"""
-INT_MOD = """
-int pg_int_mod(int a, int b)
-{
-    if (b == 0 || b == -1) { return 0; }
-    int r = a - (a / b) * b;
-    return r != 0 && (r < 0) != (b < 0) ? r + b : r;
-}
-"""
-REPEAT = """
-int pg_repeat(int i, int count)
-{
-    return i >= 0 ? i % count : count - 1 - (-1 - i) % count;
-}
-"""
-#: Mirrored at the outer edge: -1 is 0 and ``count`` is ``count - 1``.
-MIRROR = """
-int pg_mirror(int i, int count)
-{
-    int m = (i >= 0 ? i : -1 - i) % (2 * count);
-    return m < count ? m : 2 * count - 1 - m;
-}
-"""
 
 
 @dataclass(frozen=True)
@@ -78,13 +45,12 @@ class Listing:
 class Printer(ABC):
     """One program on its way to text.  Values are named ``v1``, ``v2`` …, variables ``m0``, ``m1`` …"""
 
-    #: Column of the operations table: ``"glsl"`` or ``"opencl"``.
-    target: ClassVar[str]
-    types: ClassVar[dict[str, str]] = {"bool": "bool", "int": "int", "float": "float"}
+    #: What ``bool``, ``int`` and ``float`` are called.
+    types: ClassVar[Mapping[str, str]]
+    #: Type of the arguments → primitive operation → its expression; ``{0}`` is the first argument.
+    spelled: ClassVar[Mapping[str, Mapping[str, str]]]
     #: After a float literal: ``"f"`` where a literal would otherwise be double.
     float_suffix: ClassVar[str] = ""
-    #: Before the type of a float value, such as ``"precise "``.
-    float_qualifier: ClassVar[str] = ""
 
     def __init__(self, program: s.ScalarProgram) -> None:
         self.program = program
@@ -95,11 +61,37 @@ class Printer(ABC):
         self.spans: list[Span] = []
         self.depth = 0
 
-    # Hooks
+    # How the language writes it
+
+    @abstractmethod
+    def constant(self, type_: str, name: str, expression: str) -> str:
+        """Declare a value that is never written again."""
+
+    @abstractmethod
+    def variable(self, type_: str, name: str) -> str:
+        """Declare what branches and loops write; what it holds before is never read."""
+
+    @abstractmethod
+    def array(self, type_: str, name: str, length: int) -> str:
+        """Declare an array; what it holds before is never read."""
+
+    @abstractmethod
+    def choice(self, condition: str, then: str, orelse: str) -> str:
+        """``then`` where the condition holds; both may be computed."""
+
+    @abstractmethod
+    def loop(self, index: str, start: str, compare: str, stop: str, step: str) -> str:
+        """Open a loop whose index goes on by ``step`` while it compares with ``stop``."""
+
+    @abstractmethod
+    def repetition(self, index: str, count: str) -> str:
+        """Open a loop of ``count`` trips."""
 
     @abstractmethod
     def float_from_bits(self, bits: int) -> str:
         """The float with these bits (a signed 32-bit int): infinities, NaN and denormals have no literal."""
+
+    # Where values come from
 
     @abstractmethod
     def uniform(self, block: str, index: str | int) -> str:
@@ -118,7 +110,7 @@ class Printer(ABC):
 
     def operation(self, op: s.Op, arguments: list[str]) -> str:
         """The expression of an operation; arguments are names or literals, cheap to repeat."""
-        return OPERATIONS[op.operation].spell(op.on, self.target).format(*arguments)
+        return self.spelled[op.on][op.operation].format(*arguments)
 
     # Text
 
@@ -186,18 +178,14 @@ class Printer(ABC):
     def value(self, value: s.Val, expression: str, span: Span | None = None) -> None:
         """Declare a value and compute it here."""
         self.names[value.id] = f"v{value.id}"
-        self.line(f"{self.declared(value.type)} v{value.id} = {expression};", span)
-
-    def declared(self, type_: str) -> str:
-        return (self.float_qualifier if type_ == "float" else "") + self.types[type_]
+        self.line(self.constant(value.type, f"v{value.id}", expression), span)
 
     def variables(self) -> None:
-        """Declare what branches and loops hand on; the zero is never read."""
-        zeros = {"bool": "false", "int": "0", "float": "0.0" + self.float_suffix}
+        """Declare what branches and loops hand on."""
         for name, type_ in self.program.variables:
-            self.line(f"{self.declared(type_)} {name} = {zeros[type_]};")
+            self.line(self.variable(type_, name))
         for name, type_, length in self.program.arrays:
-            self.line(f"{self.declared(type_)} {name}[{length}];")
+            self.line(self.array(type_, name, length))
 
     # Instructions
 
@@ -211,7 +199,7 @@ class Printer(ABC):
             self.value(i.to, self.operation(i, [self.operand(a) for a in i.arguments]))
         elif isinstance(i, s.Choose):
             condition, then, orelse = (self.operand(a) for a in (i.condition, i.then, i.orelse))
-            self.value(i.to, f"({condition} ? {then} : {orelse})")
+            self.value(i.to, self.choice(condition, then, orelse))
         elif isinstance(i, s.LoadUniform):
             if isinstance(i.index, s.Lit):
                 self.name(i.to, self.uniform(i.block, int(i.index.value)))
@@ -235,7 +223,7 @@ class Printer(ABC):
         elif isinstance(i, s.If):
             self.branch(i)
         elif isinstance(i, s.For):
-            self.loop(i)
+            self.trips(i)
         else:
             self.line("break;" if isinstance(i, s.Break) else "continue;")
 
@@ -247,27 +235,19 @@ class Printer(ABC):
             self.indented(i.orelse)
         self.line("}")
 
-    def loop(self, i: s.For) -> None:
+    def trips(self, i: s.For) -> None:
+        """A loop.  Where the index would leave 32 bits behind the last trip, trips are counted instead."""
         index = f"v{i.index.id}"
         self.name(i.index, index)
+        start, stop, step, trips = (self.int_literal(n) for n in (i.start, i.stop, i.step, i.trips))
         if i.wraps:
-            self._counted_loop(i, index)
-            return
-        start, stop, step = (self.int_literal(n) for n in (i.start, i.stop, i.step))
-        compare = "<" if i.step > 0 else ">"
-        self.line(f"for (int {index} = {start}; {index} {compare} {stop}; {index} += {step}) {{")
-        self.indented(i.body)
-        self.line("}")
-
-    def _counted_loop(self, i: s.For, index: str) -> None:
-        """Trips are counted where the index would leave 32 bits behind the last one."""
-        trip, step = s.Lit("int", i.trips), s.Lit("int", i.step)
-        add, multiply = (OPERATIONS[name].spell("int", self.target) for name in ("add", "mul"))
-        moved = multiply.format(f"{index}t", self.literal(step))
-        self.line(f"for (int {index}t = 0; {index}t < {self.literal(trip)}; ++{index}t) {{")
-        self.depth += 1
-        self.line(f"int {index} = {add.format(self.int_literal(i.start), moved)};")
-        self.depth -= 1
+            add, multiply = (self.spelled["int"][name] for name in ("add", "mul"))
+            self.line(self.repetition(f"{index}t", trips))
+            self.depth += 1
+            self.line(self.constant("int", index, add.format(start, multiply.format(f"{index}t", step))))
+            self.depth -= 1
+        else:
+            self.line(self.loop(index, start, "<" if i.step > 0 else ">", stop, step))
         self.indented(i.body)
         self.line("}")
 

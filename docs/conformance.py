@@ -27,7 +27,12 @@ ROWS = {"numpy": "numpy", "gl": "gl", "opencl (PoCL)": "opencl", "opencl (Intel)
 #: Part of the sources → beginnings of the paths that belong to it; the first that fits.
 PARTS = {
     "functions written in the kernel language": ("passgraph/language/prelude.py",),
-    "spelling of operations, lowering, printing": ("passgraph/language/", "backends/printing.py", "backends/steps.py"),
+    "spelling of operations, lowering, printing": (
+        "passgraph/language/",
+        "backends/printing.py",
+        "backends/c_like.py",
+        "backends/steps.py",
+    ),
     "schedule and execution": ("passgraph/plan/", "passgraph/execution.py"),
     "gl": ("backends/gl/",),
     "opencl": ("backends/opencl/",),

@@ -24,8 +24,11 @@ from passgraph.errors import (
     PassgraphError,
 )
 from passgraph.graph import fragment, graph, kernel, vertex
+from passgraph.language.functions import *  # noqa: F403 (every name of the kernel language, here and below)
 from passgraph.language.kernel import function, struct
-from passgraph.language.symbols import *  # noqa: F403 (every name of the kernel language)
+from passgraph.language.primitives import *  # noqa: F403
+from passgraph.language.symbols import *  # noqa: F403
+from passgraph.language.vectors import *  # noqa: F403
 from passgraph.plan.data import Options
 from passgraph.program import Program, Result, compile
 from passgraph.targets import Input, Target, TargetSpec, previous, target

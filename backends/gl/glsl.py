@@ -6,13 +6,15 @@ kernels do; a draw turns clip space upside down in the vertex shader, so that it
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
 from passgraph.backends.base import ATTRIBUTES
+from passgraph.backends.c_like import CLike
 from passgraph.backends.gl.foreseen import foreseen_values
-from passgraph.backends.printing import FLOOR_DIVIDE, INT_MOD, MIRROR, REPEAT, Listing, Printer
+from passgraph.backends.gl.glsl_functions import FUNCTIONS, SPELLED
+from passgraph.backends.printing import Listing
 from passgraph.language import scalar as s
 
 #: Drivers may reorder float arithmetic unless values are ``precise``, which 3.30 has through an extension.
@@ -33,27 +35,6 @@ void main()
 #: The fragment shader of a draw that writes depth and stencil only.
 NO_COLOUR = "#version 330 core\nvoid main()\n{\n}\n"
 
-FUNCTIONS = {
-    "pg_isnan": "bool pg_isnan(float x) { return (floatBitsToInt(x) & 0x7fffffff) > 0x7f800000; }",
-    "pg_isinf": "bool pg_isinf(float x) { return (floatBitsToInt(x) & 0x7fffffff) == 0x7f800000; }",
-    # Nobody sets the uniform, so it is 0; but no compiler knows that.
-    "pg_hidden": """
-uniform int pg_nil;
-float pg_hidden(float x) { return intBitsToFloat(floatBitsToInt(x) | pg_nil); }
-""",
-    "pg_to_int": """
-int pg_to_int(float x)
-{
-    int i = int(max(x, -2147483648.0));
-    i = x < 2147483648.0 ? i : 2147483647;
-    return pg_isnan(x) ? 0 : i;
-}
-""",
-    "pg_floor_divide": FLOOR_DIVIDE,
-    "pg_int_mod": INT_MOD,
-    "pg_repeat": REPEAT,
-    "pg_mirror": MIRROR,
-}
 LETTERS = "xyzw"
 #: Beyond every picture, and as a float still an int after it was multiplied and rounded; farther offsets are brought
 #: nearer first: with the number of a pixel they could leave 32 bits.
@@ -88,10 +69,10 @@ def in_vectors(components: int) -> bool:
     return components > LONGEST_SCALAR_BLOCK
 
 
-class GLSL(Printer):
+class GLSL(CLike):
     """A program of any stage as one shader; ``varyings`` names the scalars sent from vertex to fragment."""
 
-    target: ClassVar[str] = "glsl"
+    spelled: ClassVar[Mapping[str, Mapping[str, str]]] = SPELLED
 
     def __init__(self, program: s.ScalarProgram, varyings: tuple[str, ...] = ()) -> None:
         super().__init__(program)

@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from importlib import resources
 from typing import ClassVar
 
+from passgraph.backends.c_like import FLOOR_DIVIDE, INT_MOD, MIRROR, REPEAT, CLike, spelled
 from passgraph.backends.opencl.storage import ImageLayout
-from passgraph.backends.printing import FLOOR_DIVIDE, INT_MOD, MIRROR, REPEAT, Listing, Printer
+from passgraph.backends.printing import Listing
 from passgraph.language import scalar as s
 from passgraph.language.source import NOWHERE, Span
 
@@ -16,6 +17,16 @@ ELEMENTS = {"float": "float", "depth": "float", "half": "ushort", "unorm8": "uch
 #: The first index that no longer fits into int.
 INT_LIMIT = 1 << 31
 
+#: Type of the arguments → operation → its expression.  Functions with ``pg_`` are in helpers.cl and below.
+SPELLED = spelled({
+    "float": {"abs": "fabs({0})", "round": "rint({0})", "bits_from_float": "as_int({0})"},
+    "int": {
+        "add": "pg_add({0}, {1})", "sub": "pg_sub({0}, {1})", "mul": "pg_mul({0}, {1})", "neg": "pg_sub(0, {0})",
+        "abs": "pg_abs({0})", "shift_left": "pg_shl({0}, {1})", "to_float": "(float)({0})",
+        "float_from_bits": "as_float({0})",
+    },
+    "bool": {"to_float": "({0} ? 1.0f : 0.0f)"},
+})  # fmt: skip
 FUNCTIONS = {
     "pg_floor_divide": FLOOR_DIVIDE,
     "pg_int_mod": INT_MOD,
@@ -80,14 +91,14 @@ def prologue(constant_uniforms: bool) -> str:
     return f"#define PG_UNIFORMS {space}\n{package_text('helpers.cl')}{functions}"
 
 
-class OpenCLPrinter(Printer):
+class OpenCLPrinter(CLike):
     """The body of one program; the enclosing function is the caller's.
 
     ``builtins`` maps names to expressions; ``images`` names to buffer parameter and layout.  With ``inner``
     every relative texel is known to lie inside, so that no border code is printed.
     """
 
-    target = "opencl"
+    spelled: ClassVar[Mapping[str, Mapping[str, str]]] = SPELLED
     float_suffix: ClassVar[str] = "f"
 
     def __init__(

@@ -16,6 +16,8 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph.compare import MOST_AMBIGUOUS
 from passgraph.conformance.case import Case
+from passgraph.language import domains
+from passgraph.language.domains import Domain
 from passgraph.language.operations import OPERATIONS, Operation
 
 GROUP = "operations"
@@ -37,17 +39,6 @@ INTS = (
 #: A row leaves open up to four of the 64 values: denormals, which may count as 0; or zeros or large numbers that it
 #: takes to infinity, and infinities.  A pixel holds four values, so a quarter may have one, beside the usual share.
 OPEN_SHARE = 4 * 4 / 64 + MOST_AMBIGUOUS
-
-INFIX = {
-    "add": "+", "sub": "-", "mul": "*", "div": "/", "floor_divide": "//", "float_floor_divide": "//",
-    "int_mod": "%", "mod": "%",
-    "less": "<", "less_equal": "<=", "greater": ">", "greater_equal": ">=", "equal": "==", "not_equal": "!=",
-    "logical_and": "and", "logical_or": "or", "bit_and": "&", "bit_or": "|", "bit_xor": "^",
-    "shift_left": "<<", "shift_right": ">>",
-}  # fmt: skip
-PREFIX = {"neg": "-{0}", "logical_not": "not {0}", "bit_not": "~{0}", "atan2": "atan({0}, {1})"}
-#: Comparisons of vectors are functions: the operators give one bool.
-COMPARISONS = ("less", "less_equal", "greater", "greater_equal", "equal", "not_equal")
 
 #: Vectors and matrices: expressions of two vec4 ``p`` and ``q`` that give a vec4, in every size.
 VECTOR = {
@@ -121,20 +112,43 @@ def _known_bits(v: Values) -> Values:
     return np.where(np.isnan(v) | (np.abs(v) < 2.0**-126), np.float32(0.75), v)
 
 
-#: Into the documented domain of a row: of its first operand, of the second.
-DOMAINS: dict[str, tuple[Callable[[Values], Values], Callable[[Values], Values]]] = {
-    **dict.fromkeys(("sqrt", "log", "log2"), (np.abs, np.abs)),
-    **dict.fromkeys(("sin", "cos", "tan"), (_angle, _angle)),
-    **dict.fromkeys(("asin", "acos"), (_unit, _unit)),
-    **dict.fromkeys(("smoothstep", "mix", "atan2"), (_moderate, _moderate)),
-    "float_floor_divide": (_dividends, _divisors),
-    "mod": (_moderate, lambda v: np.where(v == 0, np.float32(0.375), _moderate(v))),
-    **dict.fromkeys(("exp", "exp2", "sinh", "cosh"), (_exponents, _exponents)),
-    "div": (np.asarray, _divisible),
-    "inversesqrt": (lambda v: np.abs(_known_bits(_divisible(v))), np.abs),
-    "bits_from_float": (_known_bits, _known_bits),
-    "pow": (_moderate, _small),
+def _folded(domain: Domain) -> Callable[[Values], Values]:
+    """Numbers beyond come around to the other side of 0, those below what is least become it; then into the ends."""
+
+    def brought(v: Values) -> Values:
+        v = np.abs(v) if domain.low >= 0 else v
+        size = np.abs(v)
+        high = max(abs(domain.low), abs(domain.high))
+        with np.errstate(invalid="ignore"):
+            inside = np.where(np.isfinite(v) & (size > high), np.sign(v) * (size % high), v)
+        nearest = np.copysign(np.float32(domain.least), inside)
+        small = (np.abs(inside) < domain.least) & ((inside != 0) | (not domain.zero))
+        return np.asarray(np.clip(np.where(small, nearest, inside), domain.low, domain.high), np.float32)
+
+    return brought
+
+
+#: Domain → how the list is brought into it; into others by :func:`_folded`.
+BROUGHT: dict[Domain, Callable[[Values], Values]] = {
+    domains.ANY: np.asarray,
+    domains.NOT_NEGATIVE: np.abs,
+    domains.UNIT: _unit,
+    domains.ANGLE: _angle,
+    domains.EXPONENT: _exponents,
+    domains.POWER: _small,
+    domains.MODERATE: _moderate,
+    domains.MODERATE_NOT_ZERO: lambda v: np.where(v == 0, np.float32(0.375), _moderate(v)),
+    domains.DIVISOR: _divisible,
+    domains.POSITIVE: lambda v: np.abs(_known_bits(_divisible(v))),
+    domains.KNOWN_BITS: _known_bits,
+    domains.DIVIDEND: _dividends,
+    domains.SMALL_DIVISOR: _divisors,
 }
+
+
+def into(domain: Domain, v: Values) -> Values:
+    """A list of numbers brought into a domain."""
+    return BROUGHT.get(domain, _folded(domain))(v)
 
 
 def floats() -> Values:
@@ -155,32 +169,28 @@ def pairs(v: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
 def cases() -> Iterator[Case]:
     """Each row: floats and ints where it takes both."""
     for row in OPERATIONS.values():
-        letters = set(row.signature.split("->")[0].split())
+        letters = set(row.operands)
         if row.name in VECTOR:
             yield _vectors(row)
             continue
         if letters & {"N", "G", "f"}:
             yield _floats(row)
-        if letters & {"N", "I", "i"} and row.name != "fract":
+        if letters & {"N", "I", "i"}:
             yield _ints(row)
-        if letters == {"B"} or row.name in ("to_float", "to_int"):
+        if letters == {"B"} or row.converts:
             yield _bools(row)
         if row.name == "pow":
             yield _known_powers()
 
 
 def call(row: Operation, operands: list[str], vector: bool) -> str:
-    """The operation as it is written."""
-    if row.name in INFIX and not (vector and row.name in COMPARISONS):
-        return f"({operands[0]} {INFIX[row.name]} {operands[1]})"
-    if row.name in PREFIX:
-        return PREFIX[row.name].format(*operands)
-    return f"{row.name}({', '.join(operands)})"
+    """The operation as it is written; comparisons of vectors are functions, as the operators give one bool."""
+    return row.as_written(*operands, by_name=vector and row.result == "B")
 
 
 def _result(row: Operation, ints: bool) -> str:
     """What kind of number a row gives: "float", "int" or "bool"."""
-    letter = row.signature.split()[-1]
+    letter = row.result
     if letter in "Bb":
         return "bool"
     return "int" if letter in "Ii" or (ints and letter == "N") else "float"
@@ -214,26 +224,23 @@ def _case(name: str, text: str, a: NDArray[Any], b: NDArray[Any]) -> Case:
 
 def _floats(row: Operation) -> Case:
     """Four components at once, and one by itself."""
-    count = len(row.signature.split("->")[0].split())
+    count = len(row.operands)
     v = floats()
-    first, second = DOMAINS.get(row.name, (np.asarray, np.asarray))
-    (a, _), (_, b) = pairs(first(v)), pairs(second(v))
+    (a, _), (_, b) = (pairs(into(row.domain_of(operand), v)) for operand in (0, 1))
     vectors, scalars = ["p", "q", "p.yzwx"][:count], ["p.x", "q.x", "p.y"][:count]
-    name = {"to_float": "vec4", "to_int": "ivec4"}.get(row.name, row.name)
-    alone = {"to_float": "float", "to_int": "int"}.get(row.name, row.name)
     kind = _result(row, ints=False)
-    scalar = _call_named(row, alone, scalars, False)
-    if row.name in ("bits_from_float",):
-        vector = "ivec4({})".format(", ".join(f"bits_from_float(p.{c})" for c in "xyzw"))
+    if row.operands == ("f",):
+        vector = "ivec4({})".format(", ".join(call(row, [f"p.{c}"], False) for c in "xyzw"))
     else:
-        vector = _call_named(row, name, vectors, True)
-    lines = [f"    u = {vector}", f"    v = {scalar}"]
+        vector = _converted(row, "vec4" if kind == "float" else "ivec4", vectors)
+    lines = [f"    u = {vector}", f"    v = {call(row, scalars, False)}"]
     text = _kernel("    p = a[0, 0]\n    q = b[0, 0]\n", lines, kind)
     return _case(row.name, text, a, b)
 
 
-def _call_named(row: Operation, name: str, operands: list[str], vector: bool) -> str:
-    return f"{name}({operands[0]})" if row.name in ("to_float", "to_int") else call(row, operands, vector)
+def _converted(row: Operation, type_: str, vectors: list[str]) -> str:
+    """A row on vectors; conversions are their types."""
+    return f"{type_}({vectors[0]})" if row.converts else call(row, vectors, True)
 
 
 def _kernel(head: str, lines: list[str], kind: str) -> str:
@@ -249,7 +256,7 @@ def _kernel(head: str, lines: list[str], kind: str) -> str:
 def _ints(row: Operation) -> Case:
     """An int is brought as two halves, which float32 holds exactly: upper in the first channel, lower in the second."""
     v = np.array(INTS, np.int64)
-    count = len(row.signature.split("->")[0].split())
+    count = len(row.operands)
     first, second = pairs(v)
     a, b = (
         np.stack([x[..., 0] >> 16, x[..., 0] & 0xFFFF, x[..., 1] >> 16, x[..., 1] & 0xFFFF], -1)
@@ -261,12 +268,11 @@ def _ints(row: Operation) -> Case:
     )
     kind = _result(row, ints=True)
     vectors, scalars = ["p", "q", "p.yx"][:count], ["p.x", "q.x", "p.y"][:count]
-    if row.name == "float_from_bits":
-        vector, scalar = "vec2(float_from_bits(p.x), float_from_bits(p.y))", "float_from_bits(q.x)"
-    elif row.name in ("to_float", "to_int"):
-        vector, scalar = ("vec2(p)", "float(q.x)") if row.name == "to_float" else ("ivec2(p)", "int(q.x)")
+    scalar = call(row, ["q.x"] if row.operands == ("i",) or row.converts else scalars, False)
+    if row.operands == ("i",):
+        vector = f"vec2({call(row, ['p.x'], False)}, {call(row, ['p.y'], False)})"
     else:
-        vector, scalar = call(row, vectors, True), call(row, scalars, False)
+        vector = _converted(row, "vec2" if kind == "float" else "ivec2", vectors)
     lines = [f"    w = {vector}", f"    v = {scalar}"]
     wide = {"int": "ivec4(w, w)", "bool": "vec4(float(w.x), float(w.y), 0.0, 0.0)", "float": "vec4(w, 0.0, 0.0)"}[kind]
     text = _kernel(head, [*lines, f"    u = {wide}"], kind)
@@ -276,10 +282,7 @@ def _ints(row: Operation) -> Case:
 def _bools(row: Operation) -> Case:
     v = np.array([0.0, 1.0], np.float32)
     a, b = pairs(np.tile(v, 4))
-    count = len(row.signature.split("->")[0].split())
-    names = {"to_float": "float", "to_int": "int"}
-    operands = ["p.x", "q.y"][:count]
-    scalar = f"{names[row.name]}(p.x)" if row.name in names else call(row, operands, False)
+    scalar = call(row, ["p.x", "q.y"][: len(row.operands)], False)
     head = "    p = a[0, 0] > vec4(0.5)\n    q = b[0, 0] > vec4(0.5)\n"
     text = f"def probe(a: Image, b: Image) -> vec4:\n{head}    v = {scalar}\n    return vec4(float(v), 0.0, 0.0, 0.0)\n"
     return _case(f"{row.name} of bools", text, a, b)

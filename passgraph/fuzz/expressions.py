@@ -10,40 +10,55 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
 
+import numpy as np
 from hypothesis import strategies as st
 
-Range: TypeAlias = tuple[float, float]
+from passgraph.language.operation import WHOLE, Operation, Range
+from passgraph.language.operations import OPERATIONS
 
-#: What variables, texels and parameters hold.
-WHOLE: Range = (-8.0, 8.0)
 UNIT: Range = (0.0, 1.0)
 #: Numbers that break naive arithmetic, and whole numbers likewise; wild expressions only.
 WILD_FLOATS = ("0.0", "1.0", "-0.5", "2.25", "3.0e38", "1.0e-30", "-7.0", "8388609.0")
 WILD_INTS = ("0", "1", "-1", "2", "7", "31", "-2147483648", "2147483647")
 
-#: Function → ranges of its operands, range of its result.
+
+def _tame(row: Operation) -> tuple[Range, ...]:
+    return tuple(row.ordinary(operand) for operand in range(len(row.operands)))
+
+
+def result_of(row: Operation) -> Range:
+    """Whole numbers that the results of tame operands lie between, as the row's meaning gives them on a grid."""
+    grid = np.meshgrid(*(np.linspace(low, high, 33) for low, high in _tame(row)))
+    made = row.reference(*(axis.ravel() for axis in grid))
+    return float(np.floor(made.min())), float(np.ceil(made.max()))
+
+
+#: Functions of floats → ranges of their operands, range of their result.
 CALLS: dict[str, tuple[tuple[Range, ...], Range]] = {
-    "abs": ((WHOLE,), (0, 8)), "floor": ((WHOLE,), WHOLE), "ceil": ((WHOLE,), WHOLE), "trunc": ((WHOLE,), WHOLE),
-    "round": ((WHOLE,), WHOLE), "fract": ((WHOLE,), UNIT), "sign": ((WHOLE,), (-1, 1)), "saturate": ((WHOLE,), UNIT),
-    "sqrt": (((0, 8),), (0, 3)), "inversesqrt": (((0.125, 8),), (0, 3)),
-    "exp": (((-2, 2),), (0, 8)), "exp2": (((-3, 3),), (0, 8)),
-    "log": (((0.125, 8),), (-3, 3)), "log2": (((0.125, 8),), (-3, 3)),
-    "sin": ((WHOLE,), (-1, 1)), "cos": ((WHOLE,), (-1, 1)), "tan": (((-1.25, 1.25),), (-4, 4)),
-    "asin": (((-1, 1),), (-2, 2)), "acos": (((-1, 1),), (0, 4)), "atan": ((WHOLE,), (-2, 2)),
-    "sinh": (((-2, 2),), (-4, 4)), "cosh": (((-2, 2),), (1, 4)), "tanh": ((WHOLE,), (-1, 1)),
-    "radians": ((WHOLE,), (-1, 1)), "degrees": (((-0.125, 0.125),), WHOLE),
-    "min": ((WHOLE, WHOLE), WHOLE), "max": ((WHOLE, WHOLE), WHOLE), "step": ((WHOLE, WHOLE), UNIT),
-    "mod": ((WHOLE, (0.5, 8)), (0, 8)), "pow": (((0.5, 2), (-2, 2)), (0.25, 4)), "atan2": ((WHOLE, WHOLE), (-4, 4)),
-    "mix": ((WHOLE, WHOLE, UNIT), WHOLE), "smoothstep": (((-8, 0), (0.5, 8), WHOLE), UNIT),
-    "clamp": ((WHOLE, (-8, 0), (0, 8)), WHOLE),
-}  # fmt: skip
-#: The same for vectors alone.
-OF_VECTORS: dict[str, tuple[tuple[Range, ...], Range]] = {
-    "normalize": ((WHOLE,), (-1, 1)), "reflect": (((-2, 2), (-1, 1)), WHOLE),
-    "faceforward": ((WHOLE, WHOLE, WHOLE), WHOLE),
-}  # fmt: skip
+    row.name: (_tame(row), result_of(row)) for row in OPERATIONS.values() if row.of_numbers and row.call
+}
+#: The same for vectors alone, whose results may be anything.
+OF_VECTORS: dict[str, tuple[Range, ...]] = {
+    row.name: _tame(row) for row in OPERATIONS.values() if {*row.operands, row.result} == {"V"}
+}
+
+
+def _rows(signature: str) -> tuple[str, ...]:
+    """Names of the rows that may be of a signature; ``N`` of a row is ints and floats."""
+    letters = signature.replace("->", " ").split()
+    found = []
+    for row in OPERATIONS.values():
+        has = (*row.operands, row.result)
+        same = (h == letter or (h == "N" and letter in "GI") for h, letter in zip(has, letters, strict=False))
+        if len(has) == len(letters) and all(same) and not row.converts:
+            found.append(row.name)
+    return tuple(found)
+
+
+INTS, PAIRS_OF_INTS = _rows("I -> I"), _rows("I I -> I")
+COMPARISONS, TESTS = _rows("I I -> B"), _rows("G -> B")
+LOGIC, FOLDS = (*_rows("B B -> B"), *_rows("B -> B")), _rows("B -> b")
 SIZE = {"vec2": 2, "vec3": 3, "vec4": 4, "mat2": 2, "mat3": 3}
 COMPONENTS = "xyzw"
 
@@ -145,11 +160,14 @@ class Expressions:
 
     def _call(self, d: int, wanted: Range) -> str:
         name = self.pick(*CALLS)
-        operands, result = CALLS[name]
         if name == "clamp":  # bounds that are known the wrong way round are refused
             return f"clamp({self.of('float', d)}, {float(wanted[0])!r}, {float(wanted[1])!r})"
-        texts = [self.of("float", d, operand) for operand in operands]
-        return self.fit(f"{'atan' if name == 'atan2' else name}({', '.join(texts)})", result, wanted)
+        return self._function(name, "float", d, wanted)
+
+    def _function(self, name: str, type_: str, d: int, wanted: Range) -> str:
+        operands, result = CALLS[name]
+        texts = [self.of(type_, d, operand) for operand in operands]
+        return self.fit(OPERATIONS[name].as_written(*texts, by_name=True), result, wanted)
 
     def _chosen(self, d: int, wanted: Range, type_: str = "float") -> str:
         return f"({self.of(type_, d, wanted)} if {self.of('bool', d)} else {self.of(type_, d, wanted)})"
@@ -191,19 +209,14 @@ class Expressions:
     # Whole numbers and truth
 
     def _int(self, d: int) -> str:
-        form = self.pick("binary", "binary", "chosen", "from", "unary", "call", *["stage"] * self.features.reads)
-        if form == "binary":
-            sign = self.pick("+", "-", "*", "//", "%", "&", "|", "^", "<<", ">>")
-            return f"({self.of('int', d)} {sign} {self.of('int', d)})"
+        form = self.pick("binary", "binary", "binary", "chosen", "from", "unary", *["stage"] * self.features.reads)
+        if form in ("binary", "unary"):
+            return self._applied(self.pick(*(PAIRS_OF_INTS if form == "binary" else INTS)), "int", d)
         if form == "chosen":
             return f"({self.of('int', d)} if {self.of('bool', d)} else {self.of('int', d)})"
         if form == "from":
             cast = self.pick("int", *["bits_from_float"] * self.features.wild)
             return f"{cast}({self.of(self.pick('float', 'bool') if cast == 'int' else 'float', d)})"
-        if form == "unary":
-            return f"{self.pick('-', '~', 'abs', 'sign')}({self.of('int', d)})"
-        if form == "call":
-            return f"{self.pick('min', 'max')}({self.of('int', d)}, {self.of('int', d)})"
         return f"{self.pick('pixel()', 'output_size()', 'd.size', self.of('ivec2', d))}.{self.pick('x', 'y')}"
 
     def _ivec2(self, d: int) -> str:
@@ -213,21 +226,21 @@ class Expressions:
         return f"({first} {self.pick('+', '-', '*', '&')} {self.of('ivec2', d)})"
 
     def _bool(self, d: int) -> str:
-        form = self.pick("float", "int", "logic", "not", "nan", "vector")
+        form = self.pick("float", "int", "logic", "nan", "vector")
         if form in ("float", "int"):
-            sign = self.pick("<", "<=", ">", ">=", "==", "!=")
-            return f"({self.of(form, d)} {sign} {self.of(form, d)})"
+            return self._applied(self.pick(*COMPARISONS), form, d)
         if form == "logic":
-            return f"({self.of('bool', d)} {self.pick('and', 'or')} {self.of('bool', d)})"
-        if form == "nan":
-            return f"{self.pick('isnan', 'isinf')}({self.of('float', d)})"
-        if form == "not":
-            return f"(not {self.of('bool', d)})"
-        return f"{self.pick('any', 'all')}({self.of('bvec3', d)})"
+            return self._applied(self.pick(*LOGIC), "bool", d)
+        return self._applied(self.pick(*TESTS), "float", d) if form == "nan" else self._applied(
+            self.pick(*FOLDS), "bvec3", d)  # fmt: skip
 
     def _bvec3(self, d: int) -> str:
-        name = self.pick("less", "less_equal", "greater", "greater_equal", "equal", "not_equal")
-        return f"{name}({self.of('vec3', d)}, {self.of('vec3', d)})"
+        return self._applied(self.pick(*COMPARISONS), "vec3", d, by_name=True)
+
+    def _applied(self, name: str, type_: str, d: int, by_name: bool = False) -> str:
+        """A row on operands of one type."""
+        row = OPERATIONS[name]
+        return row.as_written(*(self.of(type_, d) for _ in row.operands), by_name=by_name)
 
     # Vectors and matrices
 
@@ -247,10 +260,7 @@ class Expressions:
             letters = "".join(self.pick(*COMPONENTS[: SIZE[source]]) for _ in range(SIZE[type_]))
             return f"{self.of(source, d, wanted)}.{letters}"
         if form == "call":
-            name = self.pick(*(n for n in CALLS if n != "clamp"))
-            operands, result = CALLS[name]
-            texts = [self.of(type_, d, operand) for operand in operands]
-            return self.fit(f"{'atan' if name == 'atan2' else name}({', '.join(texts)})", result, wanted)
+            return self._function(self.pick(*(n for n in CALLS if n != "clamp")), type_, d, wanted)
         if form == "read":
             return self.fit(self._read(d), (-math.inf, math.inf), wanted)
         return self._linear(type_, d, wanted) if form == "matrix" else self._own(type_, d, wanted)
@@ -283,8 +293,7 @@ class Expressions:
         if form == "refract":
             unit = f"normalize({self.of(type_, d, (0.125, 1))})"
             return self.fit(f"refract({unit}, normalize({self.of(type_, d, (-1, 1))}), 0.75)", (-2, 2), wanted)
-        operands, _ = OF_VECTORS[form]
-        text = f"{form}({', '.join(self.of(type_, d, operand) for operand in operands)})"
+        text = f"{form}({', '.join(self.of(type_, d, operand) for operand in OF_VECTORS[form])})"
         return self.fit(text, (-math.inf, math.inf), wanted)
 
     def _read(self, d: int) -> str:

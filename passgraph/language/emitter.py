@@ -10,7 +10,8 @@ import numpy as np
 
 from passgraph.language import scalar as s
 from passgraph.language.liveness import eliminate_dead
-from passgraph.language.operations import INT_MAX, INT_MIN, OPERATIONS
+from passgraph.language.meanings import INT_MAX, INT_MIN
+from passgraph.language.operations import OPERATIONS
 from passgraph.language.source import NOWHERE, Span, fail
 
 #: Branches at most this long become selections, which vectorise; longer ones stay branches.
@@ -18,17 +19,7 @@ MAX_SELECTED_INSTRUCTIONS = 12
 #: Expressions lowered and instructions made for one kernel, loops unrolled.
 MAX_STEPS = 200_000
 _RESULT = {"N": "", "G": "float", "I": "int", "B": "bool", "f": "float", "i": "int", "b": "bool"}
-COMMUTATIVE = {
-    "add",
-    "mul",
-    "equal",
-    "not_equal",
-    "logical_and",
-    "logical_or",
-    "bit_and",
-    "bit_or",
-    "bit_xor",
-}
+COMMUTATIVE = frozenset(row.name for row in OPERATIONS.values() if row.commutes)
 
 
 class Emitter:
@@ -254,7 +245,7 @@ class Emitter:
 @cache
 def _fixed_result(name: str) -> str:
     """The scalar type that an operation gives; empty where it is that of its arguments."""
-    return _RESULT[OPERATIONS[name].signature.split("->")[1].strip()]
+    return _RESULT[OPERATIONS[name].result]
 
 
 Range: TypeAlias = tuple[int, int]

@@ -6,6 +6,7 @@ import ast
 from typing import TYPE_CHECKING
 
 from passgraph.language import ir, symbols
+from passgraph.language.operations import OPERATIONS, called, signed
 from passgraph.language.scope import FunctionSource, ModuleName, number, written
 from passgraph.language.signature import MAX_ARRAY_LENGTH, resolve
 from passgraph.language.source import Span, fail
@@ -44,15 +45,25 @@ if TYPE_CHECKING:
     from passgraph.language.frame import Frame
 
 
-_BINARY: dict[type[ast.operator], str] = {
-    ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul", ast.Div: "div", ast.FloorDiv: "floor_divide",
-    ast.Mod: "mod", ast.MatMult: "matmul", ast.BitAnd: "bit_and", ast.BitOr: "bit_or", ast.BitXor: "bit_xor",
-    ast.LShift: "shift_left", ast.RShift: "shift_right",
-}  # fmt: skip
-_COMPARE: dict[type[ast.cmpop], str] = {
-    ast.Lt: "less", ast.LtE: "less_equal", ast.Gt: "greater", ast.GtE: "greater_equal",
-    ast.Eq: "equal", ast.NotEq: "not_equal",
-}  # fmt: skip
+def _operators() -> dict[type[ast.AST], str]:
+    """Python's operators and the sign of each, as rows of the table are written by them."""
+    found: dict[type[ast.AST], str] = {}
+    for row in OPERATIONS.values():
+        for sign, form in row.signs.items():
+            node: ast.expr = ast.parse(form, mode="eval").body
+            operator = node.ops[0] if isinstance(node, ast.Compare) else node.op  # type: ignore[attr-defined]
+            found[type(operator)] = sign
+    return found
+
+
+_SIGNS = _operators()
+
+
+def _row(operator: ast.AST, operands: int) -> str:
+    """The row of an operator that stands for one alone."""
+    return signed(_SIGNS[type(operator)], operands)[0].name
+
+
 #: Whole exponents up to this size become multiplications, which are defined for negative bases too.
 _MAX_EXPANDED_POWER = 16
 
@@ -172,13 +183,13 @@ class Expressions:
         left = self.value(node.left)
         if isinstance(node.op, ast.Pow):
             return self._power(left, node.right, span)
-        return self._arithmetic(_BINARY[type(node.op)], left, self.value(node.right), span)
+        return self._arithmetic(_SIGNS[type(node.op)], left, self.value(node.right), span)
 
-    def _arithmetic(self, operator: str, left: ir.Expr, right: ir.Expr, span: Span) -> ir.Expr:
+    def _arithmetic(self, sign: str, left: ir.Expr, right: ir.Expr, span: Span) -> ir.Expr:
         if isinstance(left.type, Matrix) or isinstance(right.type, Matrix):
             # Sums of matrices and products with scalars go by column and use both sides once for each.
             left, right = (self.frame.name_it(side, span) for side in (left, right))
-        return binary(operator, left, right, span)
+        return binary(sign, left, right, span)
 
     def _power(self, base: ir.Expr, node: ast.expr, span: Span) -> ir.Expr:
         exponent = self.value(node)
@@ -221,21 +232,16 @@ class Expressions:
         value = self.value(node.operand)
         if isinstance(node.op, ast.UAdd):
             return value
-        if isinstance(node.op, ast.Not):
-            return apply("logical_not", [value], span)
-        if isinstance(node.op, ast.Invert):
-            return apply("bit_not", [value], span)
-        if isinstance(value, ir.Literal) and value.type is not BOOL:
+        if isinstance(node.op, ast.USub) and isinstance(value, ir.Literal) and value.type is not BOOL:
             return number(-value.value, span)
-        if isinstance(value.type, Matrix):
-            return self._arithmetic("mul", ir.Literal(FLOAT, -1.0, span), value, span)
-        return apply("neg", [value], span)
+        if isinstance(node.op, ast.USub) and isinstance(value.type, Matrix):
+            return self._arithmetic("*", ir.Literal(FLOAT, -1.0, span), value, span)
+        return apply(_row(node.op, 1), [value], span)
 
     def _bool(self, node: ast.BoolOp) -> ir.Expr:
-        operation = "logical_and" if isinstance(node.op, ast.And) else "logical_or"
         result = self.condition(node.values[0])
         for part in node.values[1:]:
-            result = apply(operation, [result, self.condition(part)], self.span(node))
+            result = apply(_row(node.op, 2), [result, self.condition(part)], self.span(node))
         return result
 
     def _compare(self, node: ast.Compare) -> ir.Expr:
@@ -243,7 +249,7 @@ class Expressions:
         result: ir.Expr | None = None
         left = self.value(node.left)
         for operator, right_node in zip(node.ops, node.comparators, strict=True):
-            if type(operator) not in _COMPARE:
+            if type(operator) not in _SIGNS:
                 fail(span, "the kernel language has no 'is' and no 'in'; compare values with == or !=")
             right = self.value(right_node)
             if len(node.ops) > 1:  # the middle of a < b < c is used twice
@@ -252,7 +258,7 @@ class Expressions:
                 one, other = (apply("to_int", [side], span) for side in (left, right))
             else:
                 one, other = left, right
-            link = apply(_COMPARE[type(operator)], [one, other], span)
+            link = apply(_row(operator, 2), [one, other], span)
             result = link if result is None else apply("logical_and", [result, link], span)
             left = right
         assert result is not None
@@ -343,11 +349,9 @@ class Expressions:
             if len(arguments) != 3:
                 fail(span, "select() takes a condition, the value where it holds and the value elsewhere")
             return select(arguments, span, self.frame.name_it)
-        if name == "atan" and len(arguments) == 2:
-            name = "atan2"
         if name == "clamp":
             check_clamp(arguments, span)
-        return apply(name, arguments, span)
+        return apply(called(name, len(arguments)), arguments, span)
 
     def _make_struct(self, struct: Struct, node: ast.Call) -> StructValue:
         span = self.span(node)

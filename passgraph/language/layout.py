@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from passgraph.arguments import LARGEST_FLOAT, numbers, shown
 from passgraph.errors import InputError
-from passgraph.language.operations import INT_MAX, INT_MIN, UINT_MAX
+from passgraph.language.meanings import INT_MAX, INT_MIN, UINT_MAX
 from passgraph.language.symbols import CONSTANTS
 from passgraph.language.types import Array, Matrix, Type, component_count, element_of
 

@@ -395,7 +395,7 @@ class Lowering:
 
     def prelude(self, name: str, arguments: list[s.Operand]) -> s.Operand:
         """A scalar function of the prelude, in place."""
-        if arguments[0].type == "int" and name in ("sign", "clamp"):
+        if arguments[0].type == "int":
             name += "_int"
         if name == "pow":
             power = whole_power(self.emitter, *arguments)

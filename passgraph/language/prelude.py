@@ -9,7 +9,7 @@ library would not).  Reductions and coefficients follow the single-precision Cep
 # mypy: disable-error-code="no-any-return"
 from __future__ import annotations
 
-from passgraph.language.symbols import bits_from_float, float_from_bits, floor, sqrt
+from passgraph.language.primitives import bits_from_float, float_from_bits, floor, sqrt
 
 
 def sign(x: float) -> float:

@@ -19,7 +19,9 @@ from numpy.typing import NDArray
 from passgraph.arguments import numbers, shown
 from passgraph.errors import InputError
 from passgraph.language import ir, symbols
-from passgraph.language.operations import INT_MAX, INT_MIN, UINT_MAX
+from passgraph.language.meanings import INT_MAX, INT_MIN, UINT_MAX
+from passgraph.language.operations import BUILTINS as OPERATIONS_OF_PYTHON
+from passgraph.language.operations import FUNCTIONS
 from passgraph.language.source import Source, Span, fail
 from passgraph.language.types import (
     BOOL,
@@ -38,17 +40,14 @@ from passgraph.language.types import (
 
 #: Longest table that a kernel may capture: as long as the longest array that it may declare.
 MAX_TABLE_ENTRIES = 1024
-#: Python's builtins that kernels may call, and the operation that each one is.
-BUILTINS: dict[object, str] = {
-    builtins.abs: "abs", builtins.min: "min", builtins.max: "max", builtins.round: "round",
-    builtins.pow: "pow", builtins.any: "any", builtins.all: "all", builtins.len: "len",
-    builtins.range: "range",
-}  # fmt: skip
+#: Python's builtins that kernels may call, and what each is called there.
+BUILTINS: dict[object, str] = {**OPERATIONS_OF_PYTHON, builtins.len: "len", builtins.range: "range"}
 
 #: Names that kernel text may use without importing them.
 TEXT_NAMES: dict[str, object] = {
     **{name: marker for marker, name in symbols.TYPE_MARKERS.items()},
     **symbols.FUNCTIONS,
+    **FUNCTIONS,
     **{name: function for function, name in BUILTINS.items()},
     "Const": symbols.Const,
     "Array": symbols.Array,

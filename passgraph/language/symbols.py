@@ -1,7 +1,7 @@
-"""The names that kernels use: types, constructors and functions.
+"""The names that kernels use beside operations: types, constructors, what a stage provides.
 
 They are markers.  The parser reads a kernel's source and recognises these objects by identity; calling
-a function such as :func:`dot` in ordinary Python is an error, while ``vec3(1, 0, 0)`` makes a constant
+a function such as :func:`pixel` in ordinary Python is an error, while ``vec3(1, 0, 0)`` makes a constant
 that a kernel may capture.
 """
 
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Generic, TypeVar
 
 from passgraph.errors import PassgraphError
@@ -16,11 +17,11 @@ from passgraph.errors import PassgraphError
 T = TypeVar("T")
 
 
+@dataclass(frozen=True, eq=False, repr=False)
 class Symbol:
     """A function of the kernel language."""
 
-    def __init__(self, name: str) -> None:
-        self.name = name
+    name: str
 
     def __call__(self, *arguments: Any) -> Any:
         raise PassgraphError(f"{self.name}() exists inside kernels only; on the host use numpy")
@@ -172,150 +173,13 @@ TYPE_MARKERS: dict[object, str] = {
 CONSTANTS = tuple(kind for kind in TYPE_MARKERS if isinstance(kind, type) and issubclass(kind, _Constant))
 
 
-def _functions(names: str) -> dict[str, Symbol]:
-    return {name: Symbol(name) for name in names.split()}
-
-
-#: Functions that Python's namespace lacks; ``abs min max round pow int float bool any all len`` are builtins.
-FUNCTIONS = _functions(
-    "dot cross length distance normalize faceforward reflect refract outer transpose inverse determinant "
-    "mix clamp step smoothstep saturate sign floor ceil trunc fract mod "
-    "sqrt inversesqrt exp exp2 log log2 sin cos tan asin acos atan sinh cosh tanh radians degrees "
-    "isnan isinf bits_from_float float_from_bits "
-    "less less_equal greater greater_equal equal not_equal select "
-    "pixel uv output_size front_facing fragment_depth discard"
-)
-
-dot = FUNCTIONS["dot"]
-cross = FUNCTIONS["cross"]
-length = FUNCTIONS["length"]
-distance = FUNCTIONS["distance"]
-normalize = FUNCTIONS["normalize"]
-faceforward = FUNCTIONS["faceforward"]
-reflect = FUNCTIONS["reflect"]
-refract = FUNCTIONS["refract"]
-outer = FUNCTIONS["outer"]
-transpose = FUNCTIONS["transpose"]
-inverse = FUNCTIONS["inverse"]
-determinant = FUNCTIONS["determinant"]
-mix = FUNCTIONS["mix"]
-clamp = FUNCTIONS["clamp"]
-step = FUNCTIONS["step"]
-smoothstep = FUNCTIONS["smoothstep"]
-saturate = FUNCTIONS["saturate"]
-sign = FUNCTIONS["sign"]
-floor = FUNCTIONS["floor"]
-ceil = FUNCTIONS["ceil"]
-trunc = FUNCTIONS["trunc"]
-fract = FUNCTIONS["fract"]
-mod = FUNCTIONS["mod"]
-sqrt = FUNCTIONS["sqrt"]
-inversesqrt = FUNCTIONS["inversesqrt"]
-exp = FUNCTIONS["exp"]
-exp2 = FUNCTIONS["exp2"]
-log = FUNCTIONS["log"]
-log2 = FUNCTIONS["log2"]
-sin = FUNCTIONS["sin"]
-cos = FUNCTIONS["cos"]
-tan = FUNCTIONS["tan"]
-asin = FUNCTIONS["asin"]
-acos = FUNCTIONS["acos"]
-atan = FUNCTIONS["atan"]
-sinh = FUNCTIONS["sinh"]
-cosh = FUNCTIONS["cosh"]
-tanh = FUNCTIONS["tanh"]
-radians = FUNCTIONS["radians"]
-degrees = FUNCTIONS["degrees"]
-isnan = FUNCTIONS["isnan"]
-isinf = FUNCTIONS["isinf"]
-bits_from_float = FUNCTIONS["bits_from_float"]
-float_from_bits = FUNCTIONS["float_from_bits"]
-less = FUNCTIONS["less"]
-less_equal = FUNCTIONS["less_equal"]
-greater = FUNCTIONS["greater"]
-greater_equal = FUNCTIONS["greater_equal"]
-equal = FUNCTIONS["equal"]
-not_equal = FUNCTIONS["not_equal"]
-select = FUNCTIONS["select"]
-pixel = FUNCTIONS["pixel"]
-uv = FUNCTIONS["uv"]
-output_size = FUNCTIONS["output_size"]
-front_facing = FUNCTIONS["front_facing"]
-fragment_depth = FUNCTIONS["fragment_depth"]
-discard = FUNCTIONS["discard"]
+pixel, uv, output_size = Symbol("pixel"), Symbol("uv"), Symbol("output_size")
+front_facing, fragment_depth = Symbol("front_facing"), Symbol("fragment_depth")
+select, discard = Symbol("select"), Symbol("discard")
+#: Functions that are no operations.
+FUNCTIONS = {s.name: s for s in (pixel, uv, output_size, front_facing, fragment_depth, select, discard)}
 
 __all__ = [
-    "Array",
-    "Const",
-    "Image",
-    "Vertex",
-    "acos",
-    "asin",
-    "atan",
-    "bits_from_float",
-    "bvec2",
-    "bvec3",
-    "bvec4",
-    "ceil",
-    "clamp",
-    "cos",
-    "cosh",
-    "cross",
-    "degrees",
-    "determinant",
-    "discard",
-    "distance",
-    "dot",
-    "equal",
-    "exp",
-    "exp2",
-    "faceforward",
-    "float_from_bits",
-    "floor",
-    "fract",
-    "fragment_depth",
-    "front_facing",
-    "greater",
-    "greater_equal",
-    "inverse",
-    "inversesqrt",
-    "isinf",
-    "isnan",
-    "ivec2",
-    "ivec3",
-    "ivec4",
-    "length",
-    "less",
-    "less_equal",
-    "log",
-    "log2",
-    "mat2",
-    "mat3",
-    "mat4",
-    "mix",
-    "mod",
-    "normalize",
-    "not_equal",
-    "outer",
-    "output_size",
-    "pixel",
-    "radians",
-    "reflect",
-    "refract",
-    "saturate",
-    "select",
-    "sign",
-    "sin",
-    "sinh",
-    "smoothstep",
-    "sqrt",
-    "step",
-    "tan",
-    "tanh",
-    "transpose",
-    "trunc",
-    "uv",
-    "vec2",
-    "vec3",
-    "vec4",
-]
+    "Array", "Const", "Image", "Vertex", "bvec2", "bvec3", "bvec4", "discard", "fragment_depth", "front_facing",
+    "ivec2", "ivec3", "ivec4", "mat2", "mat3", "mat4", "output_size", "pixel", "select", "uv", "vec2", "vec3", "vec4",
+]  # fmt: skip

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from functools import cache
-
 from passgraph.language import ir
-from passgraph.language.operations import OPERATIONS
+from passgraph.language.operations import OPERATIONS, Operation, signed
 from passgraph.language.source import Span, fail
 from passgraph.language.types import (
     BOOL,
@@ -70,52 +68,45 @@ def apply(name: str, arguments: list[ir.Expr], span: Span) -> ir.Expr:
     row = OPERATIONS[name]
     if name == "matmul":
         return _matmul(arguments, span)
-    wanted, result = _letters(row.signature)
-    shown = _spoken(name)
+    wanted, shown = row.operands, row.spoken
     if len(arguments) != len(wanted):
         plural = "" if len(wanted) == 1 else "s"
         fail(span, f"{shown} takes {len(wanted)} argument{plural}, got {len(arguments)} ({row.doc})")
     for argument in arguments:
         if not isinstance(argument.type, (Scalar, Vector, Matrix)):
             fail(span, f"{shown} does not take {argument.type}")
-    size = _common_size(name, wanted, arguments, span)
-    element = _number_element(wanted, arguments, shown, span)
+    size = _common_size(row, arguments, span)
+    element = _number_element(row, arguments, span)
     typed: list[ir.Expr] = []
     for letter, argument in zip(wanted, arguments, strict=True):
         target = element if letter == "N" else _LETTERS.get(letter, FLOAT)
         typed.append(_fit(argument, letter, target, size, shown, span))
-    return ir.Apply(_result_type(result[0], size, element, typed), name, tuple(typed), span)
+    return ir.Apply(_result_type(row.result, size, element, typed), name, tuple(typed), span)
 
 
-@cache
-def _letters(signature: str) -> tuple[list[str], list[str]]:
-    wanted, result = (part.split() for part in signature.split("->"))
-    return wanted, result
-
-
-def _common_size(name: str, wanted: list[str], arguments: list[ir.Expr], span: Span) -> int:
+def _common_size(row: Operation, arguments: list[ir.Expr], span: Span) -> int:
     """How many components the vectors among the arguments have; 0 when all are scalars."""
     size = 0
-    for letter, argument in zip(wanted, arguments, strict=True):
+    for letter, argument in zip(row.operands, arguments, strict=True):
         if not isinstance(argument.type, Vector) or letter in "fib":
             continue
         if size and argument.type.size != size:
-            fail(span, f"{_spoken(name)} mixes vectors of {size} and {argument.type.size} components")
+            fail(span, f"{row.spoken} mixes vectors of {size} and {argument.type.size} components")
         size = argument.type.size
         if letter == "v3" and size != 3:
-            fail(span, f"{_spoken(name)} is for vec3, got {argument.type}")
+            fail(span, f"{row.spoken} is for vec3, got {argument.type}")
     return size
 
 
-def _number_element(wanted: list[str], arguments: list[ir.Expr], shown: str, span: Span) -> Scalar:
+def _number_element(row: Operation, arguments: list[ir.Expr], span: Span) -> Scalar:
     """The element type shared by all ``N`` arguments: int when every one is, else float."""
     elements = [
         _element(a.type)
-        for letter, a in zip(wanted, arguments, strict=True)
+        for letter, a in zip(row.operands, arguments, strict=True)
         if letter == "N" and isinstance(a.type, (Scalar, Vector))
     ]
-    if BOOL in elements and shown not in ("float()", "int()"):
-        fail(span, f"{shown} takes numbers, got bool; write int(...) or float(...)")
+    if BOOL in elements and not row.converts:
+        fail(span, f"{row.spoken} takes numbers, got bool; write int(...) or float(...)")
     if elements and all(e is BOOL for e in elements):
         return BOOL
     return INT if elements and all(e is INT for e in elements) else FLOAT
@@ -162,53 +153,38 @@ def _matmul(arguments: list[ir.Expr], span: Span) -> ir.Expr:
     return ir.Apply(result, "matmul", (left, right), span)
 
 
-_SPOKEN = {
-    "add": "+", "sub": "-", "mul": "*", "div": "/", "floor_divide": "//", "float_floor_divide": "//",
-    "int_mod": "%", "neg": "unary -", "less": "<", "less_equal": "<=", "greater": ">", "greater_equal": ">=",
-    "equal": "==", "not_equal": "!=", "logical_and": "and", "logical_or": "or", "logical_not": "not",
-    "bit_and": "&", "bit_or": "|", "bit_xor": "^", "bit_not": "~", "shift_left": "<<", "shift_right": ">>",
-    "to_float": "float()", "to_int": "int()",
-}  # fmt: skip
-
-
-def _spoken(name: str) -> str:
-    return _SPOKEN.get(name, f"{name}()")
-
-
-def binary(operator: str, left: ir.Expr, right: ir.Expr, span: Span) -> ir.Expr:
-    """``+ - * / // % **``, bits and comparisons on typed operands."""
+def binary(sign: str, left: ir.Expr, right: ir.Expr, span: Span) -> ir.Expr:
+    """An operator between typed operands: the row for floats where one of them is, else the one for ints."""
     matrices = isinstance(left.type, Matrix) or isinstance(right.type, Matrix)
-    if matrices and operator == "matmul":
-        return _matmul([left, right], span)
-    if operator == "matmul":
+    if sign == "@":
+        if matrices:
+            return _matmul([left, right], span)
         fail(span, f"@ multiplies matrices, got {left.type} @ {right.type}")
     if matrices:
-        return _matrix_arithmetic(operator, left, right, span)
+        return _matrix_arithmetic(sign, left, right, span)
+    rows = [row for row in signed(sign, 2) if row.operands[0] != "M"]
     floats = any(isinstance(e.type, (Scalar, Vector)) and _element(e.type) is FLOAT for e in (left, right))
-    if operator == "mod":
-        return apply("mod" if floats else "int_mod", [left, right], span)
-    if operator == "floor_divide":
-        return apply("float_floor_divide" if floats else "floor_divide", [left, right], span)
-    return apply(operator, [left, right], span)
+    fitting = (row for row in rows if row.operands[0] == ("G" if floats else "I"))
+    return apply(next(fitting, rows[0]).name, [left, right], span)
 
 
-def _matrix_arithmetic(operator: str, left: ir.Expr, right: ir.Expr, span: Span) -> ir.Expr:
+def _matrix_arithmetic(sign: str, left: ir.Expr, right: ir.Expr, span: Span) -> ir.Expr:
     """``*`` between matrices and vectors is the product; with scalars, and for + and -, it goes by column."""
-    if operator == "mul" and not isinstance(left.type, Scalar) and not isinstance(right.type, Scalar):
+    if sign == "*" and not isinstance(left.type, Scalar) and not isinstance(right.type, Scalar):
         return _matmul([left, right], span)
-    if operator not in ("add", "sub", "mul", "div"):
-        fail(span, f"{_spoken(operator)} does not take matrices")
+    if sign not in ("+", "-", "*", "/"):
+        fail(span, f"{sign} does not take matrices")
     size = left.type.size if isinstance(left.type, Matrix) else right.type.size  # type: ignore[union-attr]
     if isinstance(left.type, Matrix) and isinstance(right.type, Matrix) and left.type != right.type:
-        fail(span, f"{_spoken(operator)} mixes {left.type} and {right.type}")
+        fail(span, f"{sign} mixes {left.type} and {right.type}")
     if isinstance(left.type, Vector) or isinstance(right.type, Vector):
-        fail(span, f"{_spoken(operator)} does not take {left.type} and {right.type}")
+        fail(span, f"{sign} does not take {left.type} and {right.type}")
     column = Vector(FLOAT, size)
 
     def part(value: ir.Expr, i: int) -> ir.Expr:
         return ir.Index(column, value, ir.Literal(INT, i, span), span) if isinstance(value.type, Matrix) else value
 
-    columns = tuple(apply(operator, [part(left, i), part(right, i)], span) for i in range(size))
+    columns = tuple(binary(sign, part(left, i), part(right, i), span) for i in range(size))
     return ir.Construct(Matrix(size), columns, span)
 
 

@@ -16,7 +16,8 @@ from passgraph.backends.reference.domain import Domain
 from passgraph.backends.reference.number_domain import KINDS, NumberDomain, Numbers, shaped
 from passgraph.language import expand, ir
 from passgraph.language import scalar as s
-from passgraph.language.operations import BELOW_ONE, INT_MAX, INT_MIN, OPERATIONS
+from passgraph.language.meanings import BELOW_ONE, INT_MAX, INT_MIN
+from passgraph.language.operations import OPERATIONS
 from passgraph.language.types import Array, Matrix, Scalar, Type, Value, Vector, element_of, shape_of
 from passgraph.oracle import interval as iv
 from passgraph.oracle.decisions import Track
@@ -413,7 +414,7 @@ def _type_of(value: Bounded) -> Type:
 
 def _shape_after(operation: str, arguments: Sequence[Bounded]) -> tuple[int, ...]:
     first = arguments[0].shape[1:]
-    if operation in ("dot", "length", "distance", "any", "all", "determinant"):
+    if OPERATIONS[operation].result in ("f", "b"):
         return ()
     if operation == "outer":
         return (*arguments[1].shape[1:], *first)

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.language.operations import OPERATIONS
+from passgraph.language.domains import ANGLE
+from passgraph.language.operations import OPERATIONS, Operation
 from passgraph.oracle import interval as iv
 from passgraph.oracle.interval import (
     FLOAT_MAX,
@@ -30,7 +31,7 @@ from passgraph.oracle.interval import (
 Function = Callable[..., Interval]
 
 #: Where the documented domain of an angle ends.
-LARGEST_ANGLE = 8192.0
+LARGEST_ANGLE = ANGLE.high
 
 
 def _widened(name: str, lo: Float64, hi: Float64, nan: Lanes) -> Interval:
@@ -40,13 +41,13 @@ def _widened(name: str, lo: Float64, hi: Float64, nan: Lanes) -> Interval:
     return rounded(lo, hi, nan, max(row.ulp, 1.0), row.absolute)
 
 
-def monotone(name: str, *, falls: bool = False, low: float = -np.inf, high: float = np.inf) -> Function:
+def monotone(row: Operation) -> Function:
     """A function that only rises (or only falls) on its documented domain; beyond it nothing is promised."""
-    reference = OPERATIONS[name].reference
+    low, high = row.domain_of(0).promised
 
     def apply(a: Interval) -> Interval:
-        first, last = (np.clip(x, low, high) for x in ((a.hi, a.lo) if falls else (a.lo, a.hi)))
-        made = _widened(name, reference(first), reference(last), a.nan)
+        first, last = (np.clip(x, low, high) for x in ((a.hi, a.lo) if row.course == "falls" else (a.lo, a.hi)))
+        made = _widened(row.name, row.reference(first), row.reference(last), a.nan)
         return where((a.lo < low) | (a.hi > high), Interval.anything(a.shape), made)
 
     return apply
@@ -93,13 +94,12 @@ def _beyond(a: Interval, largest: float) -> Interval:
     return where(np.isfinite(a.magnitude), Interval(lo, -lo, a.nan), Interval.anything(a.shape))
 
 
-def _even(name: str) -> Function:
+def even(row: Operation) -> Function:
     """Falls to 0, rises from there."""
-    reference = OPERATIONS[name].reference
 
     def apply(a: Interval) -> Interval:
         nearest = np.where(a.has(0.0), 0.0, np.minimum(np.abs(a.lo), np.abs(a.hi)))
-        return _widened(name, reference(nearest), reference(a.magnitude), a.nan)
+        return _widened(row.name, row.reference(nearest), row.reference(a.magnitude), a.nan)
 
     return apply
 
@@ -165,27 +165,16 @@ def _mix(x: Interval, y: Interval, a: Interval) -> Interval:
     return where(tame, iv.overlap(linear, steps), steps)
 
 
-def _radians_like(name: str) -> Function:
-    reference = OPERATIONS[name].reference
-    return lambda a: _widened(name, reference(a.lo), reference(a.hi), a.nan)
-
-
-#: Rows of one and more numbers that have no jump.
+#: Rows of one and more numbers that have no jump: those whose course says all, and others.
 FUNCTIONS: dict[str, Function] = {
-    **{name: monotone(name) for name in ("exp2", "exp", "atan", "sinh", "tanh")},
-    **{name: monotone(name, low=0.0) for name in ("log", "log2")},
+    **{row.name: even(row) if row.course == "even" else monotone(row) for row in OPERATIONS.values() if row.course},
     "inversesqrt": lambda a: iv.div(Interval.point(np.ones_like(a.lo)), iv.sqrt(a)),
-    "asin": monotone("asin", low=-1.0, high=1.0),
-    "acos": monotone("acos", falls=True, low=-1.0, high=1.0),
     "sin": _sine_like("sin"),
     "cos": _sine_like("cos"),
     "tan": _tan,
-    "cosh": _even("cosh"),
     "pow": _pow,
     "atan2": _atan2,
     "mix": _mix,
-    "radians": _radians_like("radians"),
-    "degrees": _radians_like("degrees"),
 }
 
 

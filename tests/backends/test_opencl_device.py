@@ -8,7 +8,6 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -222,14 +221,9 @@ def test_a_refused_build_names_the_kernel_line_and_repeats_the_driver() -> None:
 
 
 def test_a_build_that_fails_is_a_backend_error(device: OpenCLBackend, monkeypatch: pytest.MonkeyPatch) -> None:
-    from passgraph.language.operations import OPERATIONS, Operation
+    from passgraph.backends.opencl.opencl_c import SPELLED
 
-    wrong = OPERATIONS["mul"]
-    broken: Any = Operation(
-        wrong.name, wrong.signature, wrong.doc, wrong.reference, wrong.kind, wrong.ulp,
-        spelling=(("float", ("", "no_such_function({0}, {1})")),),
-    )  # fmt: skip
-    monkeypatch.setitem(OPERATIONS, "mul", broken)
+    monkeypatch.setitem(SPELLED["float"], "mul", "no_such_function({0}, {1})")
     with pytest.raises(
         BackendError, match=r"kernel text>:1: the OpenCL driver refuses pass 'gray'(.|\n)*no_such_function"
     ):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import ast
 import re
 from collections import Counter
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +12,7 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, seed, settings
 
 from passgraph.backends.base import Backend
+from passgraph.backends.gl.glsl_functions import SPELLED
 from passgraph.backends.reference import ReferenceBackend
 from passgraph.backends.registry import open_backend
 from passgraph.draw_state import COMPARE, CULL, EQUATIONS, FACTORS, STENCIL_OPERATIONS
@@ -131,12 +131,6 @@ def test_one_seed_gives_the_same_cases() -> None:
 # Planted mistakes
 
 
-def spelled(name: str, kind: str, text: str) -> Any:
-    """A row whose GLSL is another."""
-    row = OPERATIONS[name]
-    return replace(row, spelling=tuple((k, (text, t[1]) if k == kind else t) for k, t in row.spelling))
-
-
 @pytest.mark.parametrize(
     ("name", "kind", "text"),
     [
@@ -149,7 +143,7 @@ def test_a_planted_operation_is_found_and_shrunk(
     require("gl")
     with open_backend("gl") as backend, monkeypatch.context() as patch:
         patch.setattr(search, "SHRINK_SECONDS", 10.0)
-        patch.setitem(OPERATIONS, name, spelled(name, kind, text))
+        patch.setitem(SPELLED[kind], name, text)
         failures = (search.batch(kernels(Features()), [backend], number, Tally(), 40) for number in range(6))
         failure = next((one for one in failures if one is not None), None)
     assert failure is not None

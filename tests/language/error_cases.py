@@ -15,7 +15,7 @@ from passgraph.draw_state import Blend, DrawState, Stencil
 from passgraph.drawing import draw
 from passgraph.formats import format_named
 from passgraph.graph import fragment, kernel, vertex
-from passgraph.language import symbols
+from passgraph.language import symbols, vectors
 from passgraph.language.kernel import function, struct
 from passgraph.language.lower import Facts, lower
 from passgraph.language.source import source_from_text
@@ -52,7 +52,7 @@ BODIES: list[tuple[str, str]] = [
     ("return («m**2»)[0].x", "** does not take mat3"),
     ("return 1.0 if «x is x» else x", "no 'is' and no 'in'"),
     ("return «x @ x»", "@ multiplies matrices, got float @ float"),
-    ("return («m % 2.0»)[0].x", "mod() does not take matrices"),
+    ("return («m % 2.0»)[0].x", "% does not take matrices"),
     ("return («m + mat2(1.0)»)[0].x", "+ mixes mat3 and mat2"),
     ("return («m + v»)[0].x", "+ does not take mat3 and vec3"),
     ("return («m * vec2(x)»).x", "cannot multiply mat3 by vec2"),
@@ -347,7 +347,7 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
     (lambda: source_from_text("#" * 300_000), "kernel text has 300000 characters; at most 200000"),
     (lambda: source_from_text("\n#" + "a" * 20_000), "<kernel text>:2: this line has 20001 characters; at most 10000"),
     (lambda: kernel(source="x = " + "-" * 9000 + "1"), "kernel text cannot be parsed"),
-    (lambda: symbols.dot(1, 2), "dot() exists inside kernels only; on the host use numpy"),
+    (lambda: vectors.dot(1, 2), "dot() exists inside kernels only; on the host use numpy"),
     (lambda: symbols.vec3(1, 2), "vec3 takes 3 numbers, got 2"),
     (lambda: INVERT(FRAME, "a"), "gain must be float|parameter 'gain' must be float (1 numbers), got 'a'"),
     (lambda: INVERT(FRAME, (1, 2)), "parameter 'gain' must be float (1 numbers), got (1, 2)"),

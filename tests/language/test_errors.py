@@ -144,8 +144,11 @@ def test_every_error_is_provoked_by_a_case() -> None:
 
 IMPORTS = """from __future__ import annotations
 from passgraph.graph import kernel
+from passgraph.language.functions import *
 from passgraph.language.kernel import function, struct
+from passgraph.language.primitives import *
 from passgraph.language.symbols import *
+from passgraph.language.vectors import *
 """
 
 

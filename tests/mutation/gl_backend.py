@@ -14,17 +14,27 @@ def _g(file: str, old: str, new: str, *catchers: str, harmless: str = "") -> Mut
 
 MUTANTS = (
     _g(
-        "glsl",
+        "glsl_functions",
         "(floatBitsToInt(x) & 0x7fffffff) > 0x7f800000",
         "(floatBitsToInt(x) & 0x7fffffff) >= 0x7f800000",
         "operations/isnan",
     ),
-    _g("glsl", "(floatBitsToInt(x) & 0x7fffffff) == 0x7f800000", "floatBitsToInt(x) == 0x7f800000", "operations/isinf"),
-    _g("glsl", "i = x < 2147483648.0 ? i : 2147483647;", "i = x < 2147483648.0 ? i : 0;", "operations/to_int"),
     _g(
-        "glsl", "int i = int(max(x, -2147483648.0));", "int i = int(max(floor(x), -2147483648.0));", "operations/to_int"
+        "glsl_functions",
+        "(floatBitsToInt(x) & 0x7fffffff) == 0x7f800000",
+        "floatBitsToInt(x) == 0x7f800000",
+        "operations/isinf",
     ),
-    _g("glsl", "return pg_isnan(x) ? 0 : i;", "return pg_isnan(x) ? 1 : i;", "operations/to_int"),
+    _g(
+        "glsl_functions", "i = x < 2147483648.0 ? i : 2147483647;", "i = x < 2147483648.0 ? i : 0;", "operations/to_int"
+    ),
+    _g(
+        "glsl_functions",
+        "int i = int(max(x, -2147483648.0));",
+        "int i = int(max(floor(x), -2147483648.0));",
+        "operations/to_int",
+    ),
+    _g("glsl_functions", "return pg_isnan(x) ? 0 : i;", "return pg_isnan(x) ? 1 : i;", "operations/to_int"),
     _g("glsl", 'return f"pg_hidden({text})" if zero else text', "return text", "language/written zeros"),
     _g("foreseen", "self.found.add(i.index.id)", "pass", "language/unrolled zeros"),
     _g("foreseen", "return i.table in self.tables", "return True", "language/unrolled zeros"),

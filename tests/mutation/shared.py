@@ -5,12 +5,13 @@ from __future__ import annotations
 from tests.mutation.mutant import Mutant
 
 PRINTING = "backends/printing.py"
-OPERATIONS = "passgraph/language/operations.py"
+C_LIKE = "backends/c_like.py"
+GLSL, OPENCL_C = "backends/gl/glsl_functions.py", "backends/opencl/opencl_c.py"
 PRELUDE = "passgraph/language/prelude.py"
 
 
-def _op(old: str, new: str, *names: str, backend: str = "gl", harmless: str = "") -> Mutant:
-    return Mutant(OPERATIONS, old, new, backend, tuple(f"operations/{name}" for name in names), harmless)
+def _op(file: str, old: str, new: str, *names: str, backend: str = "gl", harmless: str = "") -> Mutant:
+    return Mutant(file, old, new, backend, tuple(f"operations/{name}" for name in names), harmless)
 
 
 def _pre(old: str, new: str, *catchers: str, harmless: str = "") -> Mutant:
@@ -23,12 +24,12 @@ def _plan(file: str, old: str, new: str, harmless: str = "") -> Mutant:
 
 MUTANTS = (
     # The printer
-    Mutant(PRINTING, "? q - 1 : q;", "? q : q;", "gl", ("operations/floor_divide",)),
-    Mutant(PRINTING, "? r + b : r;", "? r : r;", "opencl", ("operations/int_mod",)),
-    Mutant(PRINTING, "count - 1 - (-1 - i) % count", "count - (-1 - i) % count", "gl", ("pictures/rgba32f 7x5",)),
-    Mutant(PRINTING, "(i >= 0 ? i : -1 - i)", "(i >= 0 ? i : -i)", "gl", ("pictures/rgba32f 7x5",)),
-    Mutant(PRINTING, ": 2 * count - 1 - m;", ": 2 * count - 2 - m;", "opencl", ("pictures/rgba32f 7x5",)),
-    Mutant(PRINTING, 'compare = "<" if', 'compare = "<=" if', "gl", ("language/",)),
+    Mutant(C_LIKE, "? q - 1 : q;", "? q : q;", "gl", ("operations/floor_divide",)),
+    Mutant(C_LIKE, "? r + b : r;", "? r : r;", "opencl", ("operations/int_mod",)),
+    Mutant(C_LIKE, "count - 1 - (-1 - i) % count", "count - (-1 - i) % count", "gl", ("pictures/rgba32f 7x5",)),
+    Mutant(C_LIKE, "(i >= 0 ? i : -1 - i)", "(i >= 0 ? i : -i)", "gl", ("pictures/rgba32f 7x5",)),
+    Mutant(C_LIKE, ": 2 * count - 1 - m;", ": 2 * count - 2 - m;", "opencl", ("pictures/rgba32f 7x5",)),
+    Mutant(PRINTING, '"<" if i.step > 0', '"<=" if i.step > 0', "gl", ("language/",)),
     Mutant(
         PRINTING,
         'f"if ({self.operand(i.condition)}) {{"',
@@ -37,7 +38,7 @@ MUTANTS = (
         ("language/",),
     ),
     Mutant(
-        PRINTING,
+        C_LIKE,
         "({condition} ? {then} : {orelse})",
         "({condition} ? {orelse} : {then})",
         "gl",
@@ -67,36 +68,32 @@ MUTANTS = (
         "docs/kernels.md promises no sign of a zero",
     ),
     # How operations are spelled
-    _op('float=_spelled("({0} + {1})")', 'float=_spelled("({0} - {1})")', "add"),
-    _op('float=_spelled("({0} - {1})")', 'float=_spelled("({1} - {0})")', "sub"),
-    _op('float=_spelled("({0} / {1})")', 'float=_spelled("({1} / {0})")', "div", "inversesqrt"),
-    _op('float=_spelled("(-{0})")', 'float=_spelled("({0})")', "neg"),
-    _op('float=_spelled("({1} < {0} ? {1} : {0})")', 'float=_spelled("({0} < {1} ? {1} : {0})")', "min"),
-    _op('float=_spelled("({1} < {0} ? {1} : {0})")', 'float=_spelled("({0} < {1} ? {0} : {1})")', "min"),
+    _op(C_LIKE, '"({0} + {1})"', '"({0} - {1})"', "add"),
+    _op(C_LIKE, '"({0} - {1})"', '"({1} - {0})"', "sub"),
+    _op(C_LIKE, '"({0} / {1})"', '"({1} / {0})"', "div", "inversesqrt"),
+    _op(C_LIKE, '"(-{0})"', '"({0})"', "neg"),
+    _op(C_LIKE, '"({1} < {0} ? {1} : {0})"', '"({0} < {1} ? {1} : {0})"', "min"),
+    _op(C_LIKE, '"({1} < {0} ? {1} : {0})"', '"({0} < {1} ? {0} : {1})"', "min"),
+    _op(C_LIKE, '"({0} < {1} ? {1} : {0})"', '"({1} < {0} ? {0} : {1})"', "max", backend="opencl"),
+    _op(GLSL, '"abs": "abs({0})", "round"', '"abs": "({0})", "round"', "abs"),
+    _op(C_LIKE, '"({0} < {1})"', '"({0} <= {1})"', "less"),
+    _op(C_LIKE, '"({0} >= {1})"', '"({0} > {1})"', "greater_equal", backend="opencl"),
+    _op(C_LIKE, '"({0} == {1})"', '"({0} <= {1})"', "equal"),
+    _op(C_LIKE, '"floor({0})"', '"trunc({0})"', "floor"),
+    _op(C_LIKE, '"ceil({0})"', '"(floor({0}) + 1.0)"', "ceil"),
+    _op(C_LIKE, '"trunc({0})"', '"floor({0})"', "trunc", backend="opencl"),
+    _op(GLSL, '"roundEven({0})"', '"floor({0} + 0.5)"', "round"),
+    _op(OPENCL_C, '"rint({0})"', '"round({0})"', "round", backend="opencl"),
+    _op(C_LIKE, '"({0} || {1})"', '"({0} && {1})"', "logical_or"),
+    _op(GLSL, '"({0} << ({1} & 31))"', '"({0} << ({1} & 15))"', "shift_left"),
+    _op(C_LIKE, '"({0} >> ({1} & 31))"', '"(({0} >> ({1} & 31)) & 0x7fffffff)"', "shift_right", backend="opencl"),
+    _op(C_LIKE, '"({0} ^ {1})"', '"({0} | {1})"', "bit_xor"),
+    _op(GLSL, '"({0} ? 1.0 : 0.0)"', '"({0} ? 0.0 : 1.0)"', "to_float of bools"),
+    _op(C_LIKE, '"sqrt({0})"', '"(sqrt({0}) * 1.0000008)"', "sqrt"),
     _op(
-        'float=_spelled("({0} < {1} ? {1} : {0})")',
-        'float=_spelled("({1} < {0} ? {0} : {1})")',
-        "max",
-        backend="opencl",
-    ),
-    _op('float=_spelled("abs({0})", "fabs({0})")', 'float=_spelled("({0})", "({0})")', "abs"),
-    _op('_comparison("less", "<"', '_comparison("less", "<="', "less"),
-    _op('_comparison("greater_equal", ">="', '_comparison("greater_equal", ">"', "greater_equal", backend="opencl"),
-    _op('_comparison("equal", "=="', '_comparison("equal", "<="', "equal"),
-    _op('float=_spelled("floor({0})")', 'float=_spelled("trunc({0})")', "floor"),
-    _op('float=_spelled("ceil({0})")', 'float=_spelled("(floor({0}) + 1.0)")', "ceil"),
-    _op('float=_spelled("trunc({0})")', 'float=_spelled("floor({0})")', "trunc", backend="opencl"),
-    _op('"roundEven({0})"', '"floor({0} + 0.5)"', "round"),
-    _op('"rint({0})"', '"round({0})"', "round", backend="opencl"),
-    _op('"({0} || {1})"', '"({0} && {1})"', "logical_or"),
-    _op('"({0} << ({1} & 31))", "pg_shl', '"({0} << ({1} & 15))", "pg_shl', "shift_left"),
-    _op('"({0} >> ({1} & 31))"', '"(({0} >> ({1} & 31)) & 0x7fffffff)"', "shift_right", backend="opencl"),
-    _op('"({0} ^ {1})"', '"({0} | {1})"', "bit_xor"),
-    _op('"({0} ? 1.0 : 0.0)"', '"({0} ? 0.0 : 1.0)"', "to_float of bools"),
-    _op('float=_spelled("sqrt({0})")', 'float=_spelled("(sqrt({0}) * 1.0000008)")', "sqrt"),
-    _op(
-        'float=_spelled("sqrt({0})")',
-        'float=_spelled("(sqrt({0}) * 1.0000001)")',
+        C_LIKE,
+        '"sqrt({0})"',
+        '"(sqrt({0}) * 1.0000001)"',
         "sqrt",
         harmless="about one unit in the last place, where the table allows 3",
     ),
@@ -268,8 +265,8 @@ MUTANTS = (
     ),
     Mutant(
         "passgraph/language/emitter.py",
-        '    "add",\n',
-        '    "add",\n    "sub",\n',
+        "if row.commutes)",
+        'if row.commutes or row.name == "sub")',
         "gl",
         ("language/identities", "operations/sub"),
     ),

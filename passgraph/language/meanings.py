@@ -1,0 +1,195 @@
+"""What operations mean: on float64, int64 or bool arrays, a batch on the first axis and components behind it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Values = NDArray[Any]
+
+INT_MIN, INT_MAX, UINT_MAX = -(2**31), 2**31 - 1, 2**32 - 1
+#: The largest float32 below one: where fract is capped.
+BELOW_ONE = float(np.nextafter(np.float32(1), np.float32(0)))
+
+
+def wrap32(values: Values) -> Values:
+    """Two's complement, 32 bits: what int arithmetic means when it overflows."""
+    return ((np.asarray(values, np.int64) + 2**31) & 0xFFFFFFFF) - 2**31
+
+
+def is_int(values: Values) -> bool:
+    return bool(np.asarray(values).dtype.kind == "i")
+
+
+def arith(function: Callable[[Values, Values], Values]) -> Callable[[Values, Values], Values]:
+    return lambda a, b: wrap32(function(a, b)) if is_int(a) else function(a, b)
+
+
+def floor_divide(a: Values, b: Values) -> Values:
+    if is_int(a):
+        return wrap32(np.where(b == 0, 0, a // np.where(b == 0, 1, b)))
+    return np.asarray(np.floor(a / b))
+
+
+def modulo(a: Values, b: Values) -> Values:
+    if is_int(a):
+        return wrap32(np.where(b == 0, 0, a % np.where(b == 0, 1, b)))
+    known = np.isfinite(a) & np.isfinite(b) & (b != 0)
+    made = np.mod(np.where(known, a, 0.0), np.where(known, b, 1.0))
+    # The sum of a tiny negative number and b may be b itself, which no rest is.
+    largest = np.nextafter(np.abs(np.asarray(b)).astype(np.float32), np.float32(0)).astype(np.float64)
+    made = np.copysign(np.minimum(np.abs(made), largest), made)
+    return np.where(known, made, np.nan)
+
+
+def to_int(a: Values) -> Values:
+    a = np.asarray(a)
+    if a.dtype.kind != "f":
+        return a.astype(np.int64)
+    clean = np.where(np.isnan(a), 0.0, a)
+    return np.asarray(np.trunc(np.clip(clean, INT_MIN, INT_MAX)).astype(np.int64))
+
+
+def minimum(a: Values, b: Values) -> Values:
+    return np.where(b < a, b, a)
+
+
+def maximum(a: Values, b: Values) -> Values:
+    return np.where(a < b, b, a)
+
+
+def normalize(v: Values) -> Values:
+    # No square of a float32 leaves the range of float64.
+    size = np.sqrt(np.sum(v * v, axis=-1, keepdims=True))
+    return np.where(size > 0, v / np.where(size > 0, size, 1), np.where(np.isnan(size), size, 0.0))
+
+
+def smoothstep(low: Values, high: Values, x: Values) -> Values:
+    width = high - low
+    t = np.where(width == 0, np.where(x < low, 0.0, 1.0), (x - low) / np.where(width == 0, 1.0, width))
+    t = minimum(maximum(t, np.zeros_like(t)), np.ones_like(t))
+    return np.asarray(t * t * (3 - 2 * t))
+
+
+def dot(a: Values, b: Values) -> Values:
+    return np.asarray(np.sum(a * b, axis=-1))
+
+
+def power(x: Values, y: Values) -> Values:
+    """Of a negative x only whole powers; a zero has no sign here, so that its negative powers have none either."""
+    missing = np.isnan(y) | ((x < 0) & (np.floor(y) != y))
+    return np.where(missing, np.nan, np.power(np.where(missing, 1.0, x + 0.0), np.where(missing, 1.0, y)))
+
+
+def refract(incident: Values, normal: Values, ratio: Values) -> Values:
+    cosine = dot(normal, incident)
+    k = 1 - ratio * ratio * (1 - cosine * cosine)
+    bent = ratio[..., None] * incident - (ratio * cosine + np.sqrt(np.maximum(k, 0)))[..., None] * normal
+    return np.where((k < 0)[..., None], 0.0, bent)
+
+
+def matmul(a: Values, b: Values) -> Values:
+    """Columns on axis -2: M*v, v*M and M*N with the meaning of GLSL."""
+    if a.ndim == 3 and b.ndim == 3:
+        return np.asarray(np.einsum("ncr,nkc->nkr", a, b))
+    if a.ndim == 3:
+        return np.asarray(np.einsum("ncr,nc->nr", a, b))
+    return np.asarray(np.einsum("nr,ncr->nc", a, b))
+
+
+def shift(function: Callable[[Values, Values], Values]) -> Callable[[Values, Values], Values]:
+    return lambda a, b: wrap32(function(a, b & 31))
+
+
+def float_bits(a: Values) -> Values:
+    return np.asarray(a).astype(np.float32).view(np.int32).astype(np.int64)
+
+
+def bits_float(a: Values) -> Values:
+    return np.asarray(a).astype(np.int32).view(np.float32).astype(np.float64)
+
+
+def inverse(m: Values) -> Values:
+    with np.errstate(all="ignore"):
+        determinant = np.linalg.det(m)
+        safe = np.where((determinant == 0)[:, None, None], np.eye(m.shape[-1]), m)
+        return np.where((determinant == 0)[:, None, None], np.nan, np.linalg.inv(safe))
+
+
+def negative(a: Values) -> Values:
+    return wrap32(-a) if is_int(a) else np.asarray(-a)
+
+
+def magnitude(a: Values) -> Values:
+    return wrap32(np.abs(a)) if is_int(a) else np.abs(a)
+
+
+def to_float(a: Values) -> Values:
+    return np.asarray(a).astype(np.float64)
+
+
+def sign(a: Values) -> Values:
+    return np.where(a > 0, 1, np.where(a < 0, -1, 0)).astype(a.dtype)
+
+
+def clamp(x: Values, low: Values, high: Values) -> Values:
+    return minimum(maximum(x, low), high)
+
+
+def saturate(x: Values) -> Values:
+    return clamp(x, np.zeros_like(x), np.ones_like(x))
+
+
+def fract(x: Values) -> Values:
+    return minimum(x - np.floor(x), np.full_like(x, BELOW_ONE))
+
+
+def inversesqrt(x: Values) -> Values:
+    return np.asarray(1 / np.sqrt(x))
+
+
+def step(edge: Values, x: Values) -> Values:
+    return np.where(x < edge, 0.0, 1.0)
+
+
+def mix(x: Values, y: Values, a: Values) -> Values:
+    return np.asarray(x * (1 - a) + y * a)
+
+
+def angle(y: Values, x: Values) -> Values:
+    return np.where((x == 0) & (y == 0), 0.0, np.arctan2(y + 0.0, x))
+
+
+def length(v: Values) -> Values:
+    return np.asarray(np.sqrt(dot(v, v)))
+
+
+def distance(a: Values, b: Values) -> Values:
+    return length(a - b)
+
+
+def faceforward(n: Values, incident: Values, reference: Values) -> Values:
+    return np.where((dot(reference, incident) < 0)[..., None], n, -n)
+
+
+def reflect(incident: Values, normal: Values) -> Values:
+    return np.asarray(incident - 2 * dot(normal, incident)[..., None] * normal)
+
+
+def any_of(v: Values) -> Values:
+    return np.asarray(np.any(v, axis=-1))
+
+
+def all_of(v: Values) -> Values:
+    return np.asarray(np.all(v, axis=-1))
+
+
+def transpose(m: Values) -> Values:
+    return np.swapaxes(m, -1, -2)
+
+
+def outer(a: Values, b: Values) -> Values:
+    return np.asarray(np.einsum("nr,nc->ncr", a, b))

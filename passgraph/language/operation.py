@@ -1,0 +1,142 @@
+"""A row of the table of operations, and everything that is read off it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, Literal, TypeAlias
+
+from passgraph.language.domains import ANY, Domain
+from passgraph.language.meanings import Values
+from passgraph.language.symbols import Symbol
+
+Kind: TypeAlias = Literal["primitive", "prelude", "expanded"]
+Range: TypeAlias = tuple[float, float]
+
+#: Every row that was written, module by module as they were imported.
+ROWS: list[Operation] = []
+
+#: What floats of made-up kernels keep to: sums and products of such are told from one another.
+WHOLE: Range = (-8.0, 8.0)
+_OPERAND = re.compile(r"\b[a-z]\b")
+#: Letter of a signature → the types that primitives of such arguments are printed for.
+_TYPES = {"N": ("float", "int"), "G": ("float",), "f": ("float",), "I": ("int",), "i": ("int",), "B": ("bool",)}
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Operation(Symbol):
+    """One row; where kernels call it by its name, the row is that name.
+
+    Attributes
+    ----------
+    signature : letters of the operands and of the result, such as ``"N N -> B"``: ``N`` a number of any size (int or
+        float), ``G`` floats of any size, ``I`` ints, ``B`` bools, ``V`` a float vector, ``v3`` a vec3, ``M`` a matrix,
+        ``f i b`` scalars.  A letter that occurs twice stands for one type, except that a scalar may stand beside
+        vectors and is then spread
+    doc : what it gives, in the words of docs/kernels.md
+    reference : its meaning on float64, int64 or bool arrays, a batch on the first axis and components behind it
+    kind : *primitive* rows are spelled by every backend; *prelude* rows are the scalar function of their name in
+        :mod:`.prelude`, so that every backend computes the same polynomial; *expanded* ones (of vectors and matrices)
+        are taken apart by :mod:`.expand`
+    examples : operands, then the result; what the documentation says of hard values
+    written : how kernels write it, in single letters for the operands: by signs, calls, or both; left out, a call of
+        its name
+    ulp : farthest that a conforming backend's float32 result is from the exact value, in units in the last place, on
+        its domain; ``absolute`` is added
+    of_terms : whether that unit is the largest term's: where terms of both signs cancel, their rounding stays while the
+        result is small
+    domain : of each operand; any number for those that are left out
+    tame : for each operand a range on steps of 1/8 within its domain and :data:`WHOLE`, away from poles, where results
+        are within :data:`WHOLE` too; left out, all of both
+    course : how a float of one operand goes over its domain, for the oracle: it ``"rises"``, ``"falls"``, or is
+        ``"even"``: falls to 0 and rises from there.  Others are in :mod:`passgraph.oracle`
+    on : of a primitive, the types that its arguments may have; left out, those of the first letter
+    commutes : whether the order of operands means nothing, bit for bit
+    """
+
+    signature: str
+    doc: str
+    reference: Callable[..., Values]
+    kind: Kind
+    examples: tuple[tuple[Any, ...], ...]
+    written: tuple[str, ...] = ()
+    ulp: float = 0.0
+    absolute: float = 0.0
+    of_terms: bool = False
+    domain: tuple[Domain, ...] = ()
+    tame: tuple[Range, ...] = ()
+    course: Literal["", "rises", "falls", "even"] = ""
+    on: tuple[str, ...] = ()
+    commutes: bool = False
+
+    @cached_property
+    def operands(self) -> tuple[str, ...]:
+        """The letter of each operand."""
+        return tuple(self.signature.split("->")[0].split())
+
+    @cached_property
+    def result(self) -> str:
+        """The letter of the result."""
+        return self.signature.split("->")[1].strip()
+
+    @property
+    def of_numbers(self) -> bool:
+        """Whether it makes floats of floats, component by component."""
+        return {*self.operands, self.result} <= {"N", "G"} and not self.converts
+
+    @property
+    def types(self) -> tuple[str, ...]:
+        """Of a primitive: the scalar types that printers spell it for."""
+        return () if self.kind != "primitive" else self.on or _TYPES[self.operands[0]]
+
+    @property
+    def converts(self) -> bool:
+        """Whether it is written as a type: ``float(a)``."""
+        return self.call in ("float", "int")
+
+    @cached_property
+    def call(self) -> str:
+        """The name that kernels call; empty where there is none."""
+        forms = self.written or (f"{self.name}()",)
+        return next((form.partition("(")[0] for form in forms if "(" in form), "")
+
+    @cached_property
+    def signs(self) -> dict[str, str]:
+        """Python's operators that it is written by, each with the form around it."""
+        return {_OPERAND.sub("", form).strip(): form for form in self.written if "(" not in form}
+
+    @property
+    def spoken(self) -> str:
+        """What errors call it: as it is written first."""
+        if self.signs and "(" not in self.written[0]:
+            sign = next(iter(self.signs))
+            return f"unary {sign}" if len(self.operands) == 1 and sign in "+-" else sign
+        return f"{self.call}()"
+
+    def as_written(self, *operands: str, by_name: bool = False) -> str:
+        """Kernel text that applies it to the texts of its operands, by its sign where it has one."""
+        if self.signs and not (by_name and self.call):
+            given = iter(operands)
+            return f"({_OPERAND.sub(lambda _: next(given), next(iter(self.signs.values())))})"
+        return f"{self.call}({', '.join(operands)})"
+
+    def domain_of(self, operand: int) -> Domain:
+        return self.domain[operand] if operand < len(self.domain) else ANY
+
+    def ordinary(self, operand: int) -> Range:
+        """Where an operand is tame: as the row says, else its domain within :data:`WHOLE`."""
+        domain = self.domain_of(operand)
+        within = (max(WHOLE[0], domain.low), min(WHOLE[1], domain.high))
+        return self.tame[operand] if operand < len(self.tame) else within
+
+
+def row(
+    kind: Kind, name: str, signature: str, doc: str, reference: Callable[..., Values], /, *examples: tuple[Any, ...],
+    **known: Any,
+) -> Operation:  # fmt: skip
+    """A new row of the table; ``known`` are further attributes of :class:`Operation`."""
+    made = Operation(name, signature, doc, reference, kind, examples, **known)
+    ROWS.append(made)
+    return made
