@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from passgraph.backends.base import ATTRIBUTES, clear_colour
-from passgraph.backends.opencl.draw_tests import blended, compare, stencil_update
+from passgraph.backends.opencl.draw_tests import compare, stencil_update
 from passgraph.backends.opencl.opencl_c import (
     ELEMENTS,
     INT_LIMIT,
@@ -43,6 +43,7 @@ def draw_source(step: DrawStep, layouts: DrawLayouts, tile: int, *, serial: bool
         _vertex(step),
         package_text("raster.cl"),
         _clear(step, layouts),
+        *_blends(step),
         _shade(step, layouts),
         package_text("pixels.cl"),
     )
@@ -213,21 +214,34 @@ def _tests(step: DrawStep, layouts: DrawLayouts, *, discards: bool) -> tuple[str
     return ("", text) if discards else (text, "")
 
 
+def _blends(step: DrawStep) -> Iterator[Listing]:
+    """``pg_blend0`` …: for each target that is blended, what a colour and the pixel under it become."""
+    for i, program in enumerate(step.blending):
+        if program is None:
+            continue
+        builtins = {f"{name}.{k}": f"{name}.s{k}" for name in ("source", "destination") for k in range(4)}
+        printer = OpenCLPrinter(program, builtins)
+        printer.open(f"float4 pg_blend{i}(float4 source, float4 destination)")
+        printer.variables()
+        printer.block(program.body)
+        printer.line(f"return {_four([printer.operand(value) for value in program.outputs[0].values])};")
+        yield printer.close()
+
+
+def _four(values: Sequence[str]) -> str:
+    return f"(float4)({', '.join([*values, '0.0f', '0.0f', '0.0f'][:4])})"
+
+
 def _write(printer: OpenCLPrinter, step: DrawStep, i: int, layout: ImageLayout, values: Sequence[str]) -> None:
     """Blend, mask and store one target."""
     state = step.state
     mask = state.color_mask[i] if state.color_mask else (True,) * 4
-    blend = state.blend[i] if state.blend else None
     at = [f"at * {layout.channels} + {k}" for k in range(layout.channels)]
     results = list(values)
-    if blend is not None:
+    if step.blending[i] is not None:
         stored = [load_expression(layout.kind, f"pg_out{i}", index) for index in at]
-        for k, (value, old) in enumerate(zip(values, stored, strict=True)):
-            if layout.kind.startswith("unorm"):
-                value = f"clamp({value}, 0.0f, 1.0f)"
-            printer.line(f"float s{i}_{k} = {value}, d{i}_{k} = {old};")
-        source, destination = ([f"{c}{i}_{k}" for k in range(layout.channels)] for c in "sd")
-        results = blended(blend, source, destination)
+        printer.line(f"float4 blended{i} = pg_blend{i}({_four(values)}, {_four(stored)});")
+        results = [f"blended{i}.s{k}" for k in range(layout.channels)]
     for k, result in enumerate(results):
         if mask[k]:
             printer.line(f"pg_out{i}[{at[k]}] = {store_expression(layout.kind, result)};")

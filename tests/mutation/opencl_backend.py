@@ -72,31 +72,7 @@ MUTANTS = (
         "draw states/stencil increment",
     ),
     _o("draw_tests.py", '"invert": f"(~{old})"', '"invert": f"(-{old})"', "draw states/stencil invert"),
-    _o(
-        "draw_tests.py",
-        "return f\"{value} * (1.0f - {factors[factor.removeprefix('one_minus_')]})\"",
-        "return f\"{value} * {factors[factor.removeprefix('one_minus_')]}\"",
-        "draw states/blend",
-    ),
-    _o(
-        "draw_tests.py",
-        'return f"({destination} - {source})"',
-        'return f"({source} - {destination})"',
-        "draw states/blend equation reverse",
-    ),
     _o("draw_tests.py", "({old} & {keep}) | ({new}", "({new}", "draws/stencil", "draw states/stencil"),
-    _o(
-        "draw_tests.py",
-        'source_alpha = source[3] if len(source) == 4 else "1.0f"',
-        'source_alpha = source[3] if len(source) == 4 else "0.0f"',
-        "draws/blend",
-    ),
-    _o(
-        "draw_tests.py",
-        "terms = blend.alpha_terms if k == 3 else",
-        "terms = blend.alpha_terms if k == 4 else",
-        "draw states/blend",
-    ),
     _o("draw_source.py", '"back": 1, "front": 2', '"back": 2, "front": 1', "draw states/cull"),
     _o("pixels.cl", "near1 / total, near2 / total", "near1, near2", "draw states/cull none, lean"),
     _o(
@@ -107,12 +83,6 @@ MUTANTS = (
     ),
     _o("draw_source.py", 'return ("", text) if discards else (text, "")', 'return (text, "")', "draw states/discard"),
     _o("draw_source.py", "if mask[k]:", "if True:", "draw states/mask"),
-    _o(
-        "draw_source.py",
-        'value = f"clamp({value}, 0.0f, 1.0f)"',
-        "pass",
-        "draws/blend from beyond",
-    ),
     _o(
         "draw_source.py",
         "pg_stencils[at] = {step.state.clear_stencil & 255};",

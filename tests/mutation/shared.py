@@ -7,6 +7,7 @@ from tests.mutation.mutant import Mutant
 PRINTING = "backends/printing.py"
 OPERATIONS = "passgraph/language/operations.py"
 PRELUDE = "passgraph/language/prelude.py"
+BLENDING = "passgraph/plan/blending.py"
 
 
 def _op(old: str, new: str, *names: str, backend: str = "gl", harmless: str = "") -> Mutant:
@@ -21,7 +22,18 @@ def _plan(file: str, old: str, new: str, harmless: str = "") -> Mutant:
     return Mutant(f"passgraph/{file}", old, new, "gl", ("plans/", "sequences/"), harmless)
 
 
+def _blend(old: str, new: str, *catchers: str) -> Mutant:
+    """What all blend by is wrong; gl's hardware knows better."""
+    return Mutant(BLENDING, old, new, "gl", catchers or ("draw states/blend",))
+
+
 MUTANTS = (
+    # Blending
+    _blend('"{x} * (1.0 - {da})"', '"{x} * {da}"', "draw states/blend factor one_minus_destination_alpha"),
+    _blend('"{destination} - {source}"', '"{source} - {destination}"', "draw states/blend equation reverse"),
+    _blend('"sa": "1.0" if opaque', '"sa": "0.0" if opaque', "draws/blend"),
+    _blend("_combined(blend.alpha_terms,", "_combined((blend.source, blend.destination, blend.equation),"),
+    _blend("'min(max(0.0, source), 1.0)'", "'source'", "draws/blend from beyond"),
     # The printer
     Mutant(PRINTING, "? q - 1 : q;", "? q : q;", "gl", ("operations/floor_divide",)),
     Mutant(PRINTING, "? r + b : r;", "? r : r;", "opencl", ("operations/int_mod",)),

@@ -21,7 +21,7 @@ CHOSEN = (
     '[f"{whole} <= {count}"] * high',
     "return floor(min(max(0.0, x), 1.0) * 255.0 + 0.5) / 255.0",
     "self.busy[0][0] <= first:",
-    "f\"{value} * {factors[factor.removeprefix('one_minus_')]}\"",
+    '"{x} * {da}"',
     "return value;",
     "share = d / (d - e), rest = -e / (d - e);",
 )
