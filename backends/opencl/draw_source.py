@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from passgraph.backends.base import ATTRIBUTES, clear_colour
 from passgraph.backends.opencl.draw_tests import compare, stencil_update
 from passgraph.backends.opencl.opencl_c import (
-    ELEMENTS,
     INT_LIMIT,
     OpenCLPrinter,
+    element,
     join,
     load_expression,
     package_text,
@@ -59,8 +59,8 @@ def _defines(step: DrawStep, layouts: DrawLayouts, tile: int, serial: bool) -> s
     width, height = step.size
     factor, units = (OpenCLPrinter(step.vertex, {}).float_literal(n) for n in step.state.polygon_offset)
     fragment = step.fragment
-    resources = [f"__global const {ELEMENTS[o.kind]}* restrict image{i}" for i, o in enumerate(layouts.images)]
-    resources += [f"__global {ELEMENTS[o.kind]}* restrict out{i}" for i, o in enumerate(layouts.outputs)]
+    resources = [f"__global const {element(o.format)}* restrict image{i}" for i, o in enumerate(layouts.images)]
+    resources += [f"__global {element(o.format)}* restrict out{i}" for i, o in enumerate(layouts.outputs)]
     resources += ["__global float* restrict depths"] if layouts.depth else []
     resources += ["__global uchar* restrict stencils"] if layouts.stencil else []
     resources += ["PG_UNIFORMS float* restrict floats", "PG_UNIFORMS int* restrict ints"]
@@ -121,8 +121,8 @@ def _clear(step: DrawStep, layouts: DrawLayouts) -> str:
     for i, (values, layout) in enumerate(zip(step.clears, layouts.outputs, strict=True)):
         if values is None:
             continue
-        for k, value in enumerate(clear_colour(values, layout.channels, layout.srgb)):
-            stored = store_expression(layout.kind, printer.float_literal(value))
+        for k, value in enumerate(clear_colour(values, layout.channels, layout.format.srgb)):
+            stored = store_expression(layout.format, printer.float_literal(value))
             lines.append(f"pg_out{i}[at * {layout.channels} + {k}] = {stored};")
     if layouts.depth and step.depth_clear is not None:
         lines.append(f"pg_depths[at] = {printer.float_literal(step.depth_clear)};")
@@ -239,9 +239,9 @@ def _write(printer: OpenCLPrinter, step: DrawStep, i: int, layout: ImageLayout, 
     at = [f"at * {layout.channels} + {k}" for k in range(layout.channels)]
     results = list(values)
     if step.blending[i] is not None:
-        stored = [load_expression(layout.kind, f"pg_out{i}", index) for index in at]
+        stored = [load_expression(layout.format, f"pg_out{i}", index) for index in at]
         printer.line(f"float4 blended{i} = pg_blend{i}({_four(values)}, {_four(stored)});")
         results = [f"blended{i}.s{k}" for k in range(layout.channels)]
     for k, result in enumerate(results):
         if mask[k]:
-            printer.line(f"pg_out{i}[{at[k]}] = {store_expression(layout.kind, result)};")
+            printer.line(f"pg_out{i}[{at[k]}] = {store_expression(layout.format, result)};")

@@ -152,7 +152,7 @@ def _inputs(
         if name in pictures:
             made[name] = pictures[name][:, :, :channels]
         elif spec.default is None:
-            kind = "float" if spec.format is None else spec.format.kind
+            kind = "f4" if spec.format is None else spec.format.number
             made[name] = with_special(picture(spec.size or chosen, number)[:, :, :channels], kind)
     return chosen, made
 

@@ -194,11 +194,10 @@ def blended(format_: Format, blend: Blend, source: Interval, old: Interval) -> I
     (result,) = Interpreter(program, domain, around).run()[0].values()
     assert isinstance(result, Interval)
     made = result.map(lambda x: np.broadcast_to(x.reshape(len(x), source.shape[1]), source.shape))
-    if format_.kind in ("float", "depth"):
+    if not format_.unit:
         return stored(format_, made)
-    unorm = format_.kind.startswith("unorm")
-    slack = BLEND_STEPS * (format_.unit if unorm else format_.unit * np.maximum(made.magnitude, 2.0**-14))
+    slack = BLEND_STEPS * (format_.unit if format_.steps else format_.unit * np.maximum(made.magnitude, 2.0**-14))
     low, high = made.lo - slack, made.hi + slack
-    if format_.kind == "half":  # what overflows may stop at the largest number
+    if not format_.steps:  # what overflows may stop at the largest number
         low, high = np.minimum(low, LARGEST_HALF), np.maximum(high, -LARGEST_HALF)
     return stored(format_, Interval(low, high, made.nan))

@@ -43,16 +43,10 @@ MUTANTS = (
     _o("helpers.cl", "((bits >> 16) & 0x8000u)", "0u", "pictures/"),
     _o(
         "opencl_c.py",
-        "convert_uchar_sat_rte(({value}) * 255.0f)",
-        "convert_uchar_sat_rtz(({value}) * 255.0f)",
+        "_sat_rte(({value})",
+        "_sat_rtz(({value})",
         "pictures/",
         "draw states/blend into rgba8",
-    ),
-    _o(
-        "opencl_c.py",
-        "convert_ushort_sat_rte(({value}) * 65535.0f)",
-        "convert_ushort_sat_rtz(({value}) * 65535.0f)",
-        "pictures/",
     ),
     _o("opencl_c.py", 'f"clamp({position}, 0, {count - 1})"', 'f"clamp({position}, 0, {count})"', *PICTURES),
     _o("opencl_c.py", "{x} >= 0 && {x} < {width}", "{x} >= 0 && {x} <= {width}", *PICTURES),
@@ -97,7 +91,7 @@ MUTANTS = (
     ),
     _o(
         "draw_source.py",
-        "clear_colour(values, layout.channels, layout.srgb)",
+        "clear_colour(values, layout.channels, layout.format.srgb)",
         "clear_colour(values, layout.channels, False)",
         "draw states/draw into rgba8_srgb",
     ),

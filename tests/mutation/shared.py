@@ -33,7 +33,7 @@ MUTANTS = (
     _blend('"{destination} - {source}"', '"{source} - {destination}"', "draw states/blend equation reverse"),
     _blend('"sa": "1.0" if opaque', '"sa": "0.0" if opaque', "draws/blend"),
     _blend("_combined(blend.alpha_terms,", "_combined((blend.source, blend.destination, blend.equation),"),
-    _blend("'min(max(0.0, source), 1.0)'", "'source'", "draws/blend from beyond"),
+    _blend("f'min(max({format_.low}, source), 1.0)'", "'source'", "draws/blend from beyond"),
     # The printer
     Mutant(PRINTING, "? q - 1 : q;", "? q : q;", "gl", ("operations/floor_divide",)),
     Mutant(PRINTING, "? r + b : r;", "? r : r;", "opencl", ("operations/int_mod",)),
@@ -188,22 +188,16 @@ MUTANTS = (
         harmless="rounds once more, within the table's 3 units",
     ),
     _pre(
-        "return round(min(max(0.0, x), 1.0) * 255.0) / 255.0",
-        "return floor(min(max(0.0, x), 1.0) * 255.0 + 0.5) / 255.0",
-        "language/stored",
-        "pictures/",
-    ),
-    _pre(
-        "return round(min(max(0.0, x), 1.0) * 65535.0) / 65535.0",
-        "return floor(min(max(0.0, x), 1.0) * 65535.0) / 65535.0",
+        "return round(min(max(low, x), 1.0) * steps) / steps",
+        "return floor(min(max(low, x), 1.0) * steps + 0.5) / steps",
         "language/stored",
         "pictures/",
     ),
     # On numpy, which stores floats: hardware turns a NaN into 0 by itself.
     Mutant(
         PRELUDE,
-        "return round(min(max(0.0, x), 1.0) * 255.0) / 255.0",
-        "return round(min(max(x, 0.0), 1.0) * 255.0) / 255.0",
+        "return round(min(max(low, x), 1.0) * steps) / steps",
+        "return round(min(max(x, low), 1.0) * steps) / steps",
         "numpy",
         ("language/stored",),
     ),
