@@ -15,13 +15,15 @@ from typing import Any, ClassVar, Protocol, Self
 import numpy as np
 from numpy.typing import NDArray
 
+from passgraph.backends.steps import FloatBlock as FloatBlock
+from passgraph.backends.steps import quantised as quantised
 from passgraph.backends.turn import Turn, turn_of
 from passgraph.formats import Format
 from passgraph.geometry import Geometry
 from passgraph.plan.data import DrawStep, PixelStep
 from passgraph.plan.limits import Limits
+from passgraph.srgb import linear_to_srgb
 
-FloatBlock = NDArray[np.float32]
 IntBlock = NDArray[np.int32]
 
 
@@ -194,29 +196,8 @@ def clear_colour(clear: tuple[float, ...], channels: int, srgb: bool) -> tuple[f
     spread = clear * channels if len(clear) == 1 else clear
     if not srgb:
         return spread
-    light = [min(max(value, 0.0), 1.0) for value in spread[:3]]
-    curve = (12.92 * x if x <= 0.0031308 else 1.055 * x ** (1 / 2.4) - 0.055 for x in light)
-    return *curve, *spread[3:]
-
-
-def quantised(values: NDArray[Any], format_: Format) -> FloatBlock:
-    """The nearest values that a format stores, halves to even; a unorm holds NaN as 0.
-
-    Uploads, clears and blending round so, what kernels write is rounded already.  Steps are counted in float32, as
-    kernels count them: 254.5 / 255 is a half then, though as float32 it lies beside it.
-
-    >>> quantised(np.array([0.4 / 255, 1.6 / 255, 7.0]), Format("r8", 1, "unorm8")) * 255
-    array([  0.,   2., 255.], dtype=float32)
-    """
-    with np.errstate(all="ignore"):
-        single = np.asarray(values).astype(np.float32, copy=False)
-        if format_.kind == "half":
-            single = single.astype(np.float16).astype(np.float32)
-        if format_.kind in ("unorm8", "unorm16"):
-            steps = np.float32(255.0 if format_.kind == "unorm8" else 65535.0)
-            inside = np.clip(np.where(np.isnan(single), np.float32(0.0), single), 0.0, 1.0)
-            single = np.asarray(np.rint(inside * steps) / steps, np.float32)
-    return np.asarray(single, np.float32)
+    curve = linear_to_srgb(np.clip(np.array(spread[:3], np.float64), 0.0, 1.0))
+    return *curve.tolist(), *spread[3:]
 
 
 def border_place(border: str, place: NDArray[np.int64], size: int) -> NDArray[np.int64]:

@@ -1,4 +1,4 @@
-"""Host pictures as the whole steps that unorm formats store, for backends whose devices hold bytes and shorts."""
+"""Host pictures as formats hold them: whole steps, halves or float32; the one place where the host rounds."""
 
 from __future__ import annotations
 
@@ -7,32 +7,56 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.base import FloatBlock
+from passgraph.formats import Format
 
-#: What 1.0 is stored as.
-UNORM_ONE = {"unorm8": 255, "unorm16": 65535}
-_TYPES: dict[str, Any] = {"unorm8": np.uint8, "unorm16": np.uint16}
+FloatBlock = NDArray[np.float32]
 #: Values taken at once: what is between two steps of the work stays in the processor's cache.
 CHUNK = 1 << 14
 
 
-def steps_of(picture: FloatBlock, kind: str) -> NDArray[Any]:
-    """Numbers from 0 to 1 as steps of ``"unorm8"`` or ``"unorm16"``, halves to the even one; NaN is 0.
+def numbers_of(values: NDArray[Any], format_: Format) -> NDArray[Any]:
+    """The numbers that a format holds for values: the nearest, halves to even.
 
-    >>> steps_of(np.array([0.0, 0.5 / 255, 1.5 / 255, 7.0, np.nan, -np.inf], np.float32), "unorm8")
+    Steps are counted in float32, as kernels count them: 254.5 / 255 is a half then, though as float32 it lies beside
+    it.
+
+    >>> numbers_of(np.array([0.0, 0.5 / 255, 1.5 / 255, 7.0, np.nan, -np.inf]), Format("r8", 1, 8, 255))
     array([  0,   0,   2, 255,   0,   0], dtype=uint8)
     """
-    made = np.empty(picture.shape, _TYPES[kind])
+    with np.errstate(all="ignore"):  # above 65504 a half is infinite
+        single = np.asarray(values).astype(np.float32, copy=False)
+        return _steps(single, format_) if format_.steps else np.ascontiguousarray(single, format_.number)
+
+
+def _steps(picture: FloatBlock, format_: Format) -> NDArray[Any]:
+    made = np.empty(picture.shape, format_.number)
     values, steps = picture.reshape(-1), made.reshape(-1)
     room = np.empty(min(CHUNK, values.size), np.float32)
     # beside arrays: beside a scalar NumPy takes four times as long for fmax and fmin
-    zeros, ones = np.zeros_like(room), np.ones_like(room)
+    lows, ones = np.full_like(room, format_.low), np.ones_like(room)
     for start in range(0, values.size, CHUNK):
         given = values[start : start + CHUNK]
         part = room[: given.size]
-        np.fmax(given, zeros[: given.size], out=part)
+        np.fmax(given, lows[: given.size], out=part)
         np.fmin(part, ones[: given.size], out=part)
-        np.multiply(part, np.float32(UNORM_ONE[kind]), out=part)
+        np.multiply(part, np.float32(format_.steps), out=part)
         np.rint(part, out=part)
         np.copyto(steps[start : start + CHUNK], part, casting="unsafe")
     return made
+
+
+def values_of(numbers: NDArray[Any], format_: Format) -> FloatBlock:
+    """What held numbers stand for, as float32; fractions are rounded once."""
+    values: FloatBlock = numbers.astype(np.float32, copy=False)
+    return values / np.float32(format_.steps) if format_.steps else values
+
+
+def quantised(values: NDArray[Any], format_: Format) -> FloatBlock:
+    """The nearest values that a format stores, as :func:`numbers_of` rounds.
+
+    Uploads, clears and the reference's blending round so, what kernels write is rounded already.
+
+    >>> quantised(np.array([0.4 / 255, 1.6 / 255, 7.0]), Format("r8", 1, 8, 255)) * 255
+    array([  0.,   2., 255.], dtype=float32)
+    """
+    return values_of(numbers_of(values, format_), format_)

@@ -11,6 +11,7 @@ from typing import Any
 import passgraph as pg
 from passgraph import Const, Image, vec4
 from passgraph.effects.checked import checked
+from passgraph.formats import FORMATS
 
 #: A Gaussian beyond three standard deviations holds 0.3 % of the whole.
 SIGMAS = 3.0
@@ -95,7 +96,7 @@ def gaussian_blur(
 
 def _four(spec: pg.TargetSpec) -> str:
     """A four-channel float format as precise as the result's."""
-    return "rgba16f" if spec.format.kind in ("half", "unorm8") else "rgba32f"
+    return "rgba16f" if spec.format.unit >= FORMATS["rgba16f"].unit else "rgba32f"
 
 
 @lru_cache(maxsize=64)

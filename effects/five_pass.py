@@ -23,6 +23,7 @@ from passgraph.effects.shadow_map import NOTHING, caster_meshes, shadow_map
 from passgraph.effects.textures import TextureInputs
 from passgraph.effects.tone_map import encode_srgb
 from passgraph.effects.views import Casters, LightFrame, MapView, View
+from passgraph.srgb import linear_to_srgb
 
 MaskFormat = Literal["r8", "r16f", "r32f"]
 MASK_FORMATS: tuple[MaskFormat, ...] = ("r8", "r16f", "r32f")
@@ -159,7 +160,7 @@ def five_pass_targets(
     assert isinstance(into, pg.Target)
     mask, (across, blurred) = into, blur_mask(into, kernel, weights, mask_format)
 
-    shown = tuple(_encoded(c) for c in background) if display else background
+    shown = linear_to_srgb(np.clip(np.array(background, np.float64), 0.0, 1.0)).tolist() if display else background
     into = pg.target("picture", "rgba8" if display else "rgba16f", scale=1.0, clear=(*shown, 1.0))
     depth = pg.target("picture_test", "depth32f", scale=1.0)
     for batch in opaque:
@@ -234,12 +235,6 @@ def _draw(
         batch.mesh, vertex=place, fragment=fragment, into=into, depth=depth, cull=cull, name=name, values=values
     )
     return made
-
-
-def _encoded(x: float) -> float:
-    """sRGB of a linear value, on the host."""
-    x = min(max(x, 0.0), 1.0)
-    return 12.92 * x if x <= 0.0031308 else 1.055 * float(x ** (1.0 / 2.4)) - 0.055
 
 
 def _check(scene: pg.Scene, map_size: int, mask_format: str, ambient: float) -> None:

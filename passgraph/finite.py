@@ -53,6 +53,10 @@ class Found:
         )
 
 
+def _is_half(format: Format | None) -> bool:
+    return format is not None and format.number == "f2"
+
+
 def find(picture: Picture, format: Format | None = None) -> Found | None:
     """The values of a picture that are not finite, or become infinite in a format.
 
@@ -60,7 +64,7 @@ def find(picture: Picture, format: Format | None = None) -> Found | None:
     Found(count=2, total=4, column=1, row=0, channel=0, value=inf)
     """
     values = np.ascontiguousarray(picture).reshape(-1)
-    half = format is not None and format.kind == "half"
+    half = _is_half(format)
     # The sum of squares cannot be below the largest of them, so one pass over memory clears nearly every picture.
     with np.errstate(over="ignore", invalid="ignore"):
         squares = float(np.dot(values, values))
@@ -90,8 +94,8 @@ def admitted(picture: Picture, name: str, format: Format | None, choice: NonFini
     InputError
         With the number of values, the first of them, and the passes that would read it.
     """
-    # formats of a fixed range store NaN as 0 and infinity as 1
-    if choice == "keep" or (format is not None and format.kind.startswith("unorm")):
+    # formats of a fixed range store NaN as its lower end and infinity as 1
+    if choice == "keep" or (format is not None and format.steps):
         return picture
     found = find(picture, format)
     if found is None:
@@ -103,7 +107,7 @@ def admitted(picture: Picture, name: str, format: Format | None, choice: NonFini
             "non_finite='replace' (NaN becomes 0, infinity the largest number) or 'keep'; "
             "on the command line --non-finite replace"
         )
-    largest = LARGEST_HALF if format is not None and format.kind == "half" else LARGEST_FLOAT
+    largest = LARGEST_HALF if _is_half(format) else LARGEST_FLOAT
     made: Picture = np.clip(np.nan_to_num(picture, nan=0.0), -largest, largest, dtype=np.float32)
     return made
 
@@ -136,8 +140,7 @@ class PassCheck:
                 self._mark(resource.history, resource.id in self._bad)
         for name, resource_id in self.plan.inputs.items():
             format = self.plan.resources[resource_id].format
-            bounded = format.kind.startswith("unorm")
-            self._mark(resource_id, not bounded and find(pictures[name], format) is not None)
+            self._mark(resource_id, not format.steps and find(pictures[name], format) is not None)
 
     def look(self, step: Step, written: Mapping[int, Picture]) -> None:
         """Behind a step; ``written`` by resource.

@@ -8,45 +8,50 @@ from __future__ import annotations
 
 import difflib
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from passgraph.arguments import among, shown
 from passgraph.errors import GraphError
 
+#: A prelude function that a value passes through before it is stored, and the numbers that it takes behind the value.
+Store: TypeAlias = tuple[str | float, ...]
+
 
 @dataclass(frozen=True, slots=True)
 class Format:
-    """One way to store a pixel.
+    """One way to store a pixel: so many channels of so many ``bits``.
 
-    ``kind`` is ``"float"``, ``"half"``, ``"unorm8"``, ``"unorm16"`` or ``"depth"``.  sRGB formats hold
-    encoded values: kernels read and write linear ones.
+    Where ``steps`` is given, a channel holds a whole number of steps, 1 being that many, from ``low`` (0, or -1 with a
+    sign) to 1; NaN is held as ``low``.  Else it holds a floating point number.  sRGB formats hold encoded values:
+    kernels read and write linear ones.
     """
 
     name: str
     channels: int
-    kind: str
+    bits: int
+    steps: int = 0
+    low: float = 0.0
     srgb: bool = False
+    is_depth: bool = False
     stencil: bool = False
 
     @property
     def bytes_per_pixel(self) -> int:
         """As specified; a backend may need more (3-channel targets are padded on some GL drivers)."""
-        each = {"float": 4, "half": 2, "unorm8": 1, "unorm16": 2, "depth": 4}[self.kind]
-        return self.channels * each + (1 if self.stencil else 0)
+        return self.channels * self.bits // 8 + (1 if self.stencil else 0)
 
     @property
-    def is_depth(self) -> bool:
-        return self.kind == "depth"
+    def number(self) -> str:
+        """What a channel holds, as NumPy names it: ``"f4"``, ``"f2"``, ``"u1"`` …"""
+        kind = "f" if not self.steps else "i" if self.low < 0 else "u"
+        return f"{kind}{self.bits // 8}"
 
     @property
-    def store(self) -> tuple[tuple[str, ...], tuple[str, ...]]:
-        """Prelude functions that colour channels and alpha pass through before they are stored."""
-        quantize = {
-            "half": ("quantize_half",),
-            "unorm8": ("quantize_unorm8",),
-            "unorm16": ("quantize_unorm16",),
-        }
-        alpha = quantize.get(self.kind, ())
-        return (("encode_srgb", *alpha) if self.srgb else alpha), alpha
+    def store(self) -> tuple[tuple[Store, ...], tuple[Store, ...]]:
+        """What colour channels and alpha pass through before they are stored, one behind the other."""
+        quantize: dict[str, tuple[Store, ...]] = {"f4": (), "f2": (("quantize_half",),)}
+        alpha = quantize.get(self.number, (("quantize", self.low, float(self.steps)),))
+        return ((("encode_srgb",), *alpha) if self.srgb else alpha), alpha
 
     @property
     def decode(self) -> str | None:
@@ -61,24 +66,27 @@ class Format:
     @property
     def unit(self) -> float:
         """The distance between neighbouring stored values near 1; 0 for float32, whose own ulp decides."""
-        return {"half": 2.0**-11, "unorm8": 1 / 255, "unorm16": 1 / 65535}.get(self.kind, 0.0)
+        if self.steps:
+            return 1 / self.steps
+        return 2.0**-11 if self.bits == 16 else 0.0
 
 
+#: Ending of a colour format's name → bits, steps and least number of a channel.
 _COLOUR = {
-    "8": "unorm8",
-    "16": "unorm16",
-    "16f": "half",
-    "32f": "float",
+    "8": (8, 255, 0.0),
+    "16": (16, 65535, 0.0),
+    "16f": (16, 0, 0.0),
+    "32f": (32, 0, 0.0),
 }
 FORMATS: dict[str, Format] = {
-    f"{letters}{suffix}": Format(f"{letters}{suffix}", len(letters), kind)
+    f"{letters}{suffix}": Format(f"{letters}{suffix}", len(letters), *channel)
     for letters in ("r", "rg", "rgb", "rgba")
-    for suffix, kind in _COLOUR.items()
+    for suffix, channel in _COLOUR.items()
 }
-FORMATS["rgb8_srgb"] = Format("rgb8_srgb", 3, "unorm8", srgb=True)
-FORMATS["rgba8_srgb"] = Format("rgba8_srgb", 4, "unorm8", srgb=True)
-FORMATS["depth32f"] = Format("depth32f", 1, "depth")
-FORMATS["depth32f_stencil8"] = Format("depth32f_stencil8", 1, "depth", stencil=True)
+FORMATS["rgb8_srgb"] = Format("rgb8_srgb", 3, *_COLOUR["8"], srgb=True)
+FORMATS["rgba8_srgb"] = Format("rgba8_srgb", 4, *_COLOUR["8"], srgb=True)
+FORMATS["depth32f"] = Format("depth32f", 1, 32, is_depth=True)
+FORMATS["depth32f_stencil8"] = Format("depth32f_stencil8", 1, 32, is_depth=True, stencil=True)
 
 
 def format_named(name: str | Format) -> Format:

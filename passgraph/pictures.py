@@ -22,6 +22,7 @@ from passgraph import arguments
 from passgraph.errors import InputError
 from passgraph.picture_decoders import decode, import_openexr
 from passgraph.reading import read_bytes
+from passgraph.srgb import linear_to_srgb, srgb_to_linear
 
 type_of_suffix = {
     ".png": "PNG",
@@ -141,29 +142,6 @@ def save(path: str | os.PathLike[str], picture: object, *, linear: bool = False)
     else:
         encoded = _encode_with_pillow(file, _as_uint8(file, pixels, linear), kind)
         _write(file, lambda temporary: _write_new(temporary, encoded))
-
-
-def srgb_to_linear(encoded: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Linear light of sRGB-encoded values in [0, 1] (IEC 61966-2-1:1999, section 5.2).
-
-    >>> srgb_to_linear(np.array([0.0, 0.5, 1.0], np.float32)).round(4).tolist() == np.float32(
-    ...     [0.0, 0.214, 1.0]).tolist()
-    True
-    """
-    low = encoded / np.float32(12.92)
-    high = ((np.maximum(encoded, 0) + np.float32(0.055)) / np.float32(1.055)) ** np.float32(2.4)
-    return np.where(encoded <= np.float32(0.04045), low, high).astype(np.float32)
-
-
-def linear_to_srgb(light: NDArray[np.float32]) -> NDArray[np.float32]:
-    """sRGB-encoded values of linear light in [0, 1] (IEC 61966-2-1:1999, section 5.3).
-
-    >>> float(linear_to_srgb(np.float32([0.214]))[0].round(2)) == float(np.float32(0.5))
-    True
-    """
-    low = light * np.float32(12.92)
-    high = np.maximum(light, 0) ** np.float32(1 / 2.4) * np.float32(1.055) - np.float32(0.055)
-    return np.where(light <= np.float32(0.0031308), low, high).astype(np.float32)
 
 
 # Writing

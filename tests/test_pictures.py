@@ -18,7 +18,8 @@ from PIL import Image
 
 from passgraph import pictures
 from passgraph.errors import InputError
-from passgraph.pictures import linear_to_srgb, load, save, srgb_to_linear
+from passgraph.pictures import load, save
+from passgraph.srgb import linear_to_srgb, srgb_to_linear
 
 rng = np.random.default_rng(1)
 bytes_of = {channels: rng.integers(0, 256, (7, 5, channels), dtype=np.uint8) for channels in (1, 2, 3, 4)}

@@ -12,21 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.base import FloatBlock, clear_colour
-from passgraph.backends.steps import UNORM_ONE, steps_of
+from passgraph.backends.steps import numbers_of, quantised, values_of
 from passgraph.formats import Format
 
-_TYPES: dict[str, tuple[int, Any]] = {
-    "unorm8": (0x1401, np.uint8),
-    "unorm16": (0x1403, np.uint16),
-    "half": (0x140B, np.float16),
-    "float": (0x1406, np.float32),
-    "depth": (0x1406, np.float32),
-}
+#: What a channel holds (`Format.number`) → OpenGL's type, and internal formats of one to four channels.
+_TYPES = {"u1": 0x1401, "u2": 0x1403, "f2": 0x140B, "f4": 0x1406}
 _INTERNAL = {
-    "unorm8": (0x8229, 0x822B, 0x8051, 0x8058),
-    "unorm16": (0x822A, 0x822C, 0x8054, 0x805B),
-    "half": (0x822D, 0x822F, 0x881B, 0x881A),
-    "float": (0x822E, 0x8230, 0x8815, 0x8814),
+    "u1": (0x8229, 0x822B, 0x8051, 0x8058),
+    "u2": (0x822A, 0x822C, 0x8054, 0x805B),
+    "f2": (0x822D, 0x822F, 0x881B, 0x881A),
+    "f4": (0x822E, 0x8230, 0x8815, 0x8814),
 }
 _EXTERNAL = (0x1903, 0x8227, 0x1907, 0x1908)  # red, rg, rgb, rgba
 _DEPTH_COMPONENT, _DEPTH_STENCIL, _FLOAT_AND_STENCIL = 0x1902, 0x84F9, 0x8DAD
@@ -53,8 +48,9 @@ def layout_of(format_: Format, padded: bool) -> Layout:
     if format_.is_depth:
         return Layout(_DEPTH32F, _DEPTH_COMPONENT, 0x1406, np.float32, 1)
     channels = 4 if padded else format_.channels
-    type_, dtype = _TYPES[format_.kind]
-    return Layout(_INTERNAL[format_.kind][channels - 1], _EXTERNAL[channels - 1], type_, dtype, channels)
+    number = format_.number
+    internal = _INTERNAL[number][channels - 1]
+    return Layout(internal, _EXTERNAL[channels - 1], _TYPES[number], np.dtype(number), channels)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -81,20 +77,14 @@ def encoded(picture: FloatBlock, texture: Texture) -> NDArray[Any]:
         return packed
     if texture.padded:
         values = np.concatenate([values, np.ones((height, width, 1), np.float32)], axis=-1)
-    if texture.format.kind in UNORM_ONE:
-        return steps_of(values, texture.format.kind)
-    with np.errstate(over="ignore"):
-        return np.ascontiguousarray(values.astype(texture.layout.dtype, copy=False))
+    return numbers_of(values, texture.format)
 
 
 def decoded(stored: NDArray[Any], texture: Texture) -> FloatBlock:
     """The bytes of a texture as a host picture."""
     if texture.format.stencil:
         return np.ascontiguousarray(stored["depth"][..., None])
-    values = stored.astype(np.float32, copy=False)
-    one = UNORM_ONE.get(texture.format.kind)
-    if one is not None:
-        values = values / np.float32(one)
+    values = values_of(stored, texture.format)
     return np.ascontiguousarray(values[..., : texture.format.channels])
 
 
@@ -114,10 +104,4 @@ def stored_clear(value: tuple[float, ...], texture: Texture) -> NDArray[np.float
     """A clear colour as four floats that the format holds exactly."""
     four = np.array([0, 0, 0, 1], np.float32)
     four[: texture.format.channels] = clear_colour(value, texture.format.channels, texture.format.srgb)
-    one = UNORM_ONE.get(texture.format.kind)
-    if one is not None:
-        four = np.rint(np.clip(four, 0, 1) * np.float32(one)) / np.float32(one)
-    elif texture.format.kind == "half":
-        with np.errstate(over="ignore"):
-            four = four.astype(np.float16).astype(np.float32)
-    return np.ascontiguousarray(four, np.float32)
+    return quantised(four, texture.format)

@@ -40,9 +40,9 @@ def pg_take(typing_context: Any, counter: Any) -> Any:
 
 
 @njit
-def pg_quantize_unorm(x: Any, steps: Any) -> Any:
-    """Nearest of the stored values, halves to even; NaN gives 0."""
-    return pg_rint(min(max(float32(0.0), x), float32(1.0)) * steps) / steps
+def pg_quantize(x: Any, low: Any, steps: Any) -> Any:
+    """Nearest of the stored values, halves to even; NaN gives the least."""
+    return pg_rint(min(max(low, x), float32(1.0)) * steps) / steps
 
 
 @njit

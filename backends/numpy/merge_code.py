@@ -17,8 +17,6 @@ _STENCIL = {
     "increment_wrap": "(held + 1) & 255", "decrement": "max(held - 1, 0)", "decrement_wrap": "(held - 1) & 255",
     "invert": "held ^ 255",
 }  # fmt: skip
-_QUANTIZE = {"half": "pg_quantize_half({0})", "unorm8": "pg_quantize_unorm({0}, float32(255.0))",
-             "unorm16": "pg_quantize_unorm({0}, float32(65535.0))"}  # fmt: skip
 
 
 def stencil_compare(stencil: Stencil) -> list[str]:
@@ -69,11 +67,15 @@ def _colour(step: DrawStep) -> list[str]:
 def _blend(blend: Blend, values: list[str], number: int, format_: Format) -> tuple[list[str], list[str]]:
     """Source and destination, each times its factor, combined, then quantised to the target's format."""
     count = len(values)
-    clamped = format_.kind.startswith("unorm")
+    clamped = bool(format_.steps)
+    quantize = f"pg_quantize({{0}}, float32({format_.low}), float32({format_.steps}.0))" if clamped else (
+        "pg_quantize_half({0})" if format_.unit else "{0}"
+    )  # fmt: skip
     lines = []
     for channel, value in enumerate(values):
-        # Written so that NaN becomes 0.
-        source = f"min({value} if {value} > float32(0.0) else float32(0.0), float32(1.0))" if clamped else value
+        # Written so that NaN becomes the least number.
+        low = f"float32({format_.low})"
+        source = f"min({value} if {value} > {low} else {low}, float32(1.0))" if clamped else value
         lines.append(f"b{number}_s{channel} = {source}")
         lines.append(f"b{number}_d{channel} = out{number}[uint64(i * {count} + {channel})]")
     results = []
@@ -89,7 +91,7 @@ def _blend(blend: Blend, values: list[str], number: int, format_: Format) -> tup
             "add": f"{scaled_s} + {scaled_d}", "subtract": f"{scaled_s} - {scaled_d}",
             "reverse_subtract": f"{scaled_d} - {scaled_s}", "min": f"min({s}, {d})", "max": f"max({s}, {d})",
         }[equation]  # fmt: skip
-        results.append(_QUANTIZE.get(format_.kind, "{0}").format(text))
+        results.append(quantize.format(text))
     lines += [f"b{number}_r{channel} = {text}" for channel, text in enumerate(results)]
     return lines, [f"b{number}_r{channel}" for channel in range(count)]
 

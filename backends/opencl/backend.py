@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from passgraph.backends.base import Backend, DeviceInfo, DrawRunner, FloatBlock, PixelRunner
 from passgraph.backends.opencl.devices import choose, device_infos
 from passgraph.backends.opencl.programs import Programs
-from passgraph.backends.opencl.storage import DTYPES, ImageLayout, Storage, decode, encode
+from passgraph.backends.opencl.storage import ImageLayout, Storage, encode
+from passgraph.backends.steps import values_of
 from passgraph.backends.turn import open_driver
 from passgraph.errors import BackendError
 from passgraph.formats import Format
@@ -130,7 +131,7 @@ class OpenCLBackend(Backend):
 
     def make(self, format: Format, size: tuple[int, int]) -> Storage:
         pixels = size[0] * size[1]
-        layout = ImageLayout(format.kind, format.channels, size)
+        layout = ImageLayout(format, size)
         what = f"a target of {size[0]}x{size[1]} pixels {format.name}"
         storage = Storage(format, size, self.allocate(layout.bytes, what))
         self.fill(storage.buffer, layout.bytes)
@@ -147,10 +148,10 @@ class OpenCLBackend(Backend):
 
     def download(self, storage: Storage) -> FloatBlock:
         self.check_open()
-        stored = np.empty(storage.shape, DTYPES[storage.format.kind])
+        stored = np.empty(storage.shape, storage.format.number)
         with self.reported("downloading a picture"):
             self.read(storage.buffer, stored)
-        return decode(stored, storage.format.kind)
+        return values_of(stored, storage.format)
 
     def download_stencil(self, storage: Storage) -> NDArray[np.uint8]:
         """The stencil of a depth-stencil storage, (height, width)."""

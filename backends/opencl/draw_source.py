@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 from passgraph.backends.base import ATTRIBUTES, clear_colour
-from passgraph.backends.opencl.draw_tests import blended, compare, stencil_update
+from passgraph.backends.opencl.draw_tests import compare, stencil_update
 from passgraph.backends.opencl.opencl_c import (
-    ELEMENTS,
     INT_LIMIT,
     OpenCLPrinter,
+    element,
     join,
     load_expression,
     package_text,
@@ -43,6 +43,7 @@ def draw_source(step: DrawStep, layouts: DrawLayouts, tile: int, *, serial: bool
         _vertex(step),
         package_text("raster.cl"),
         _clear(step, layouts),
+        *_blends(step),
         _shade(step, layouts),
         package_text("pixels.cl"),
     )
@@ -52,8 +53,8 @@ def _defines(step: DrawStep, layouts: DrawLayouts, tile: int, serial: bool) -> s
     width, height = step.size
     factor, units = (OpenCLPrinter(step.vertex, {}).float_literal(n) for n in step.state.polygon_offset)
     fragment = step.fragment
-    resources = [f"__global const {ELEMENTS[o.kind]}* restrict image{i}" for i, o in enumerate(layouts.images)]
-    resources += [f"__global {ELEMENTS[o.kind]}* restrict out{i}" for i, o in enumerate(layouts.outputs)]
+    resources = [f"__global const {element(o.format)}* restrict image{i}" for i, o in enumerate(layouts.images)]
+    resources += [f"__global {element(o.format)}* restrict out{i}" for i, o in enumerate(layouts.outputs)]
     resources += ["__global float* restrict depths"] if layouts.depth else []
     resources += ["__global uchar* restrict stencils"] if layouts.stencil else []
     resources += ["PG_UNIFORMS float* restrict floats", "PG_UNIFORMS int* restrict ints"]
@@ -114,8 +115,8 @@ def _clear(step: DrawStep, layouts: DrawLayouts) -> str:
     for i, (values, layout) in enumerate(zip(step.clears, layouts.outputs, strict=True)):
         if values is None:
             continue
-        for k, value in enumerate(clear_colour(values, layout.channels, layout.srgb)):
-            stored = store_expression(layout.kind, printer.float_literal(value))
+        for k, value in enumerate(clear_colour(values, layout.channels, layout.format.srgb)):
+            stored = store_expression(layout.format, printer.float_literal(value))
             lines.append(f"pg_out{i}[at * {layout.channels} + {k}] = {stored};")
     if layouts.depth and step.depth_clear is not None:
         lines.append(f"pg_depths[at] = {printer.float_literal(step.depth_clear)};")
@@ -207,21 +208,34 @@ def _tests(step: DrawStep, layouts: DrawLayouts, *, discards: bool) -> tuple[str
     return ("", text) if discards else (text, "")
 
 
+def _blends(step: DrawStep) -> Iterator[Listing]:
+    """``pg_blend0`` …: for each target that is blended, what a colour and the pixel under it become."""
+    for i, program in enumerate(step.blending):
+        if program is None:
+            continue
+        builtins = {f"{name}.{k}": f"{name}.s{k}" for name in ("source", "destination") for k in range(4)}
+        printer = OpenCLPrinter(program, builtins)
+        printer.open(f"float4 pg_blend{i}(float4 source, float4 destination)")
+        printer.variables()
+        printer.block(program.body)
+        printer.line(f"return {_four([printer.operand(value) for value in program.outputs[0].values])};")
+        yield printer.close()
+
+
+def _four(values: Sequence[str]) -> str:
+    return f"(float4)({', '.join([*values, '0.0f', '0.0f', '0.0f'][:4])})"
+
+
 def _write(printer: OpenCLPrinter, step: DrawStep, i: int, layout: ImageLayout, values: Sequence[str]) -> None:
     """Blend, mask and store one target."""
     state = step.state
     mask = state.color_mask[i] if state.color_mask else (True,) * 4
-    blend = state.blend[i] if state.blend else None
     at = [f"at * {layout.channels} + {k}" for k in range(layout.channels)]
     results = list(values)
-    if blend is not None:
-        stored = [load_expression(layout.kind, f"pg_out{i}", index) for index in at]
-        for k, (value, old) in enumerate(zip(values, stored, strict=True)):
-            if layout.kind.startswith("unorm"):
-                value = f"clamp({value}, 0.0f, 1.0f)"
-            printer.line(f"float s{i}_{k} = {value}, d{i}_{k} = {old};")
-        source, destination = ([f"{c}{i}_{k}" for k in range(layout.channels)] for c in "sd")
-        results = blended(blend, source, destination)
+    if step.blending[i] is not None:
+        stored = [load_expression(layout.format, f"pg_out{i}", index) for index in at]
+        printer.line(f"float4 blended{i} = pg_blend{i}({_four(values)}, {_four(stored)});")
+        results = [f"blended{i}.s{k}" for k in range(layout.channels)]
     for k, result in enumerate(results):
         if mask[k]:
-            printer.line(f"pg_out{i}[{at[k]}] = {store_expression(layout.kind, result)};")
+            printer.line(f"pg_out{i}[{at[k]}] = {store_expression(layout.format, result)};")

@@ -9,11 +9,12 @@ from typing import ClassVar
 from passgraph.backends.c_like import FLOOR_DIVIDE, INT_MOD, MIRROR, REPEAT, CLike, spelled
 from passgraph.backends.opencl.storage import ImageLayout
 from passgraph.backends.printing import Listing
+from passgraph.formats import Format
 from passgraph.language import scalar as s
 from passgraph.language.source import NOWHERE, Span
 
-#: Kind of a format → element type of its buffer.
-ELEMENTS = {"float": "float", "depth": "float", "half": "ushort", "unorm8": "uchar", "unorm16": "ushort"}
+#: What a channel of a format holds (`Format.number`) → how buffers hold it.
+ELEMENTS = {"u1": "uchar", "u2": "ushort", "i1": "char", "i2": "short", "f2": "ushort", "f4": "float"}
 #: The first index that no longer fits into int.
 INT_LIMIT = 1 << 31
 
@@ -40,26 +41,23 @@ def package_text(name: str) -> str:
     return resources.files(__package__).joinpath(name).read_text(encoding="utf-8")
 
 
-def load_expression(kind: str, image: str, index: str) -> str:
+def element(format_: Format) -> str:
+    """The type of a channel in a buffer."""
+    return ELEMENTS[format_.number]
+
+
+def load_expression(format_: Format, image: str, index: str) -> str:
     """One channel as float."""
-    if kind == "half":
-        return f"pg_load_half({image}[{index}])"
-    if kind == "unorm8":
-        return f"((float){image}[{index}] / 255.0f)"
-    if kind == "unorm16":
-        return f"((float){image}[{index}] / 65535.0f)"
-    return f"{image}[{index}]"
+    if format_.steps:
+        return f"((float){image}[{index}] / {format_.steps}.0f)"
+    return f"pg_load_half({image}[{index}])" if format_.number == "f2" else f"{image}[{index}]"
 
 
-def store_expression(kind: str, value: str) -> str:
+def store_expression(format_: Format, value: str) -> str:
     """What is stored for a float; one that the format holds is stored as it is."""
-    if kind == "half":
-        return f"pg_store_half({value})"
-    if kind == "unorm8":
-        return f"convert_uchar_sat_rte(({value}) * 255.0f)"
-    if kind == "unorm16":
-        return f"convert_ushort_sat_rte(({value}) * 65535.0f)"
-    return value
+    if format_.steps:
+        return f"convert_{element(format_)}_sat_rte(({value}) * {format_.steps}.0f)"
+    return f"pg_store_half({value})" if format_.number == "f2" else value
 
 
 def within(border: str, offset: int, count: int) -> int:
@@ -151,7 +149,7 @@ class OpenCLPrinter(CLike):
         for channel, value in enumerate(load.to):
             if value is None:
                 continue
-            texel = load_expression(layout.kind, buffer, f"{index} + {channel}" if channel else index)
+            texel = load_expression(layout.format, buffer, f"{index} + {channel}" if channel else index)
             if not inside and load.border == "zero":
                 texel = f"({here} ? {texel} : 0.0f)"
             self.value(value, texel)

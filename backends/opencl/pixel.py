@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from passgraph.backends.base import Block
-from passgraph.backends.opencl.opencl_c import ELEMENTS, OpenCLPrinter, join, prologue, store_expression
+from passgraph.backends.opencl.opencl_c import OpenCLPrinter, element, join, prologue, store_expression
 from passgraph.backends.opencl.storage import ImageLayout, Storage
 from passgraph.backends.opencl.uniforms import Uniforms
 from passgraph.backends.printing import Listing
@@ -63,8 +63,8 @@ def _kernel(
     builtins = {"pixel.0": "x", "pixel.1": "y", "output_size.0": str(width), "output_size.1": str(height)}
     named = {image: (f"image{i}", layout) for i, (image, layout) in enumerate(images)}
     printer = OpenCLPrinter(program, builtins, named, inner=inner, prefix=f"{name}_")
-    parameters = [f"__global const {ELEMENTS[layout.kind]}* restrict {n}" for n, layout in named.values()]
-    parameters += [f"__global {ELEMENTS[o.kind]}* restrict out{i}" for i, o in enumerate(outputs)]
+    parameters = [f"__global const {element(layout.format)}* restrict {n}" for n, layout in named.values()]
+    parameters += [f"__global {element(o.format)}* restrict out{i}" for i, o in enumerate(outputs)]
     parameters += ["PG_UNIFORMS float* restrict floats", "PG_UNIFORMS int* restrict ints", "int4 cut"]
     printer.open(f"__kernel void {name}({', '.join(parameters)})")
     if inner and run > 1:
@@ -84,7 +84,7 @@ def _kernel(
         type_ = "int" if width * height * layout.channels < 1 << 31 else "long"
         printer.line(f"{type_} o{i} = (({type_})y * {width} + x) * {layout.channels};")
         for channel, value in enumerate(output.values):
-            printer.line(f"out{i}[o{i} + {channel}] = {store_expression(layout.kind, printer.operand(value))};")
+            printer.line(f"out{i}[o{i} + {channel}] = {store_expression(layout.format, printer.operand(value))};")
     if inner and run > 1:
         printer.line("}")
     return printer.close()

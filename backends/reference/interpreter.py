@@ -7,10 +7,12 @@ are not active does no harm.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Generic
+from typing import Generic, NoReturn
 
 from passgraph.backends.reference.domain import Domain, M, Surroundings, V
+from passgraph.errors import BackendError
 from passgraph.language import ir
 from passgraph.language.types import INT
 
@@ -120,3 +122,22 @@ class Interpreter(Generic[V, M]):
             x, y = self.value(expression.x), self.value(expression.y)
             return self.surroundings.texel(expression.image, x, y, expression.relative)
         return self.surroundings.size(expression.image)
+
+
+class StageValues(Surroundings[V]):
+    """Around programs that read stage values and nothing else."""
+
+    def __init__(self, values: Mapping[str, V]) -> None:
+        self.values = values
+
+    def builtin(self, expression: ir.Builtin) -> V:
+        return self.values[expression.name]
+
+    def uniform(self, expression: ir.Uniform) -> NoReturn:
+        raise BackendError(f"there is no parameter {expression.name} here")
+
+    def texel(self, image: str, x: V, y: V, relative: bool) -> NoReturn:
+        raise BackendError(f"there is no image {image} here")
+
+    def size(self, image: str) -> NoReturn:
+        raise BackendError(f"there is no image {image} here")

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from passgraph.backends.base import quantised
 from passgraph.formats import Format
+from passgraph.srgb import linear_to_srgb, srgb_to_linear
 
 Float32 = NDArray[np.float32]
 Float64 = NDArray[np.float64]
@@ -40,16 +41,13 @@ class Storage:
 
 
 def encode_srgb(linear: NDArray[Any]) -> Float64:
-    """IEC 61966-2-1, linear [0, 1] to encoded [0, 1]; beyond is clamped."""
-    x = np.clip(np.asarray(linear, np.float64), 0.0, 1.0)
-    return np.where(x <= 0.0031308, 12.92 * x, 1.055 * np.power(x, 1 / 2.4) - 0.055)
+    """In float64, of [0, 1]; beyond is clamped."""
+    return linear_to_srgb(np.clip(np.asarray(linear, np.float64), 0.0, 1.0))
 
 
 def decode_srgb(encoded: NDArray[Any]) -> Float64:
-    """IEC 61966-2-1, encoded to linear."""
-    x = np.asarray(encoded, np.float64)
-    with np.errstate(all="ignore"):
-        return np.where(x <= 0.04045, x / 12.92, np.power((x + 0.055) / 1.055, 2.4))
+    """In float64."""
+    return srgb_to_linear(np.asarray(encoded, np.float64))
 
 
 def stored(format_: Format, values: NDArray[Any]) -> Float32:

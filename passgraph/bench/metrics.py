@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from passgraph.bench.likeness import Picture, flip_map, ssim_map
 from passgraph.bench.truth import Float32, Mask, Truth
 from passgraph.errors import InputError
+from passgraph.srgb import linear_to_srgb
 
 #: A hidden pixel counts as falsely lit, and one in full view as falsely dark, beyond this share of the light.
 FALSE_SHARE = 0.1
@@ -74,5 +75,4 @@ def _mean(each: Picture | None, counts: Mask) -> float:
 def _shown(share: Float32) -> Float32:
     """A white surface on a display: sRGB in three equal channels."""
     x = np.clip(share, 0.0, 1.0)
-    encoded = np.where(x <= 0.0031308, 12.92 * x, 1.055 * np.maximum(x, 1e-9) ** (1.0 / 2.4) - 0.055)
-    return np.ascontiguousarray(np.repeat(encoded[:, :, None], 3, axis=2), np.float32)
+    return np.ascontiguousarray(np.repeat(linear_to_srgb(x)[:, :, None], 3, axis=2), np.float32)

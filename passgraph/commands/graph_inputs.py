@@ -83,7 +83,7 @@ def made_inputs(
         if name in pictures:
             made[name] = pictures[name][:, :, :channels]
         elif spec.default is None:
-            kind = "float" if spec.format is None else spec.format.kind
+            kind = "f4" if spec.format is None else spec.format.number
             plain = picture(spec.size or chosen, number)[:, :, :channels]
             made[name] = with_special(plain, kind) if special else plain
     return chosen, made

@@ -66,23 +66,23 @@ def picture(size: tuple[int, int] = SIZE, seed: int = 0) -> Picture:
     return np.dstack([colours, np.ones_like(x)]).astype(np.float32)
 
 
-#: Kind of a format → numbers with meanings of their own that it holds: zeros, ones, halves, huge and tiny ones.
+#: What a channel holds (`Format.number`) → numbers with meanings of their own: zeros, ones, halves, huge and tiny ones.
 _SPECIAL = {
-    "float": (0.0, 1.0, 0.5, -1.0, -2.5, 2.0, 1e20, -1e20, 3e38, 1e-20, -1e-20, 1e-37, 8388609.0, -7.0, 4294967296.0),
-    "half": (0.0, 1.0, 0.5, -1.0, -2.5, 2.0, 65504.0, -65504.0, 2.0**-14, -(2.0**-14), 2.0**-24, 2049.0, -7.0),
+    "f4": (0.0, 1.0, 0.5, -1.0, -2.5, 2.0, 1e20, -1e20, 3e38, 1e-20, -1e-20, 1e-37, 8388609.0, -7.0, 4294967296.0),
+    "f2": (0.0, 1.0, 0.5, -1.0, -2.5, 2.0, 65504.0, -65504.0, 2.0**-14, -(2.0**-14), 2.0**-24, 2049.0, -7.0),
 }
 _SPECIAL_STEPS = (0.0, 1.0, 0.5, 1 / 255, 254 / 255, 128 / 255, 1 / 65535)
 
 
-def with_special(picture: Picture, kind: str) -> Picture:
+def with_special(picture: Picture, number: str) -> Picture:
     """The same picture, its lower quarter full of numbers that are often special, side by side in many combinations.
 
     They stay together, so that passes that read far around see ordinary numbers elsewhere.
 
-    >>> with_special(np.full((4, 3, 1), 0.25, np.float32), "unorm8")[2:, :, 0].tolist()
+    >>> with_special(np.full((4, 3, 1), 0.25, np.float32), "u1")[2:, :, 0].tolist()
     [[0.25, 0.25, 0.25], [0.0, 1.0, 0.5]]
     """
-    values = np.array(_SPECIAL.get(kind, _SPECIAL_STEPS), np.float32)
+    values = np.array(_SPECIAL.get(number, _SPECIAL_STEPS), np.float32)
     height, width, channels = picture.shape
     count = max(height // 4, 1)
     y, x, channel = np.mgrid[0:count, 0:width, 0:channels]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
+from passgraph.formats import Store
 from passgraph.language import ir
 from passgraph.language import scalar as s
 from passgraph.language.emitter import Emitter
@@ -29,8 +30,8 @@ class Facts:
 
     constants: Mapping[str, object] = field(default_factory=dict)
     images: Mapping[str, ImageFacts] = field(default_factory=dict)
-    #: For each result: prelude functions applied to colour channels and to alpha before it is stored.
-    stores: tuple[tuple[tuple[str, ...], tuple[str, ...]], ...] = ()
+    #: For each result: what its colour channels and its alpha pass through before they are stored.
+    stores: tuple[tuple[tuple[Store, ...], tuple[Store, ...]], ...] = ()
     simplify: bool = True
     size: tuple[int, int] | None = None  # of the output, as of images
 

@@ -197,7 +197,7 @@ class Continue:
 
 Stmt: TypeAlias = Assign | If | For | Break | Continue
 
-Stage: TypeAlias = OneOf["pixel", "vertex", "fragment", "function"]
+Stage: TypeAlias = OneOf["pixel", "vertex", "fragment", "blend", "function"]
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,6 +12,7 @@ from functools import cache
 from typing import Any, TypeGuard
 
 from passgraph.errors import KernelError
+from passgraph.formats import Store
 from passgraph.language import ir
 from passgraph.language import scalar as s
 from passgraph.language.arrays import Arrays
@@ -144,11 +145,11 @@ class Lowering:
             outputs.append(s.Output(result.name, tuple(values)))
         return outputs
 
-    def _stored(self, values: list[s.Operand], colour: tuple[str, ...], alpha: tuple[str, ...]) -> list[s.Operand]:
+    def _stored(self, values: list[s.Operand], colour: tuple[Store, ...], alpha: tuple[Store, ...]) -> list[s.Operand]:
         stored = []
         for i, value in enumerate(values):
-            for function in alpha if i == 3 else colour:
-                value = self.prelude(function, [value])
+            for function, *numbers in alpha if i == 3 else colour:
+                value = self.prelude(str(function), [value, *(s.Lit("float", float(number)) for number in numbers)])
             stored.append(value)
         return stored
 

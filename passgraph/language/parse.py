@@ -101,6 +101,9 @@ def _parameter_part(parameter: ir.Parameter, stage: ir.Stage) -> Part:
         return StructValue(VERTEX, dict(fields))
     if stage == "fragment" and isinstance(parameter.type, Struct):
         return _varyings(parameter.type, "varying", parameter.span)
+    if stage == "blend":
+        assert isinstance(parameter.type, Vector)  # the texts are our own
+        return ir.Builtin(parameter.type, parameter.name, parameter.span)
     return _uniform(parameter.type, parameter.name, parameter.const, parameter.span)
 
 

@@ -389,15 +389,12 @@ def tanh(x: float) -> float:
 
 
 # What targets store.  A value is quantised before it is stored, so that storing is exact everywhere.
-# max(0.0, x) in this order turns NaN into 0.
+# max(low, x) in this order turns NaN into low.
 
 
-def quantize_unorm8(x: float) -> float:
-    return round(min(max(0.0, x), 1.0) * 255.0) / 255.0
-
-
-def quantize_unorm16(x: float) -> float:
-    return round(min(max(0.0, x), 1.0) * 65535.0) / 65535.0
+def quantize(x: float, low: float, steps: float) -> float:
+    """Nearest fraction of steps from low to 1, halves to even."""
+    return round(min(max(low, x), 1.0) * steps) / steps
 
 
 def quantize_half(x: float) -> float:

@@ -8,13 +8,18 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from passgraph.backends.reference.interpreter import Interpreter, StageValues
+from passgraph.backends.reference.output_merge import filled
 from passgraph.backends.reference.output_tests import COMPARE, OPERATIONS
 from passgraph.backends.reference.storage import Storage
 from passgraph.draw_state import Blend, Stencil
 from passgraph.formats import Format
 from passgraph.oracle import interval as iv
+from passgraph.oracle.decisions import Track
+from passgraph.oracle.domain import Bounded, IntervalDomain
 from passgraph.oracle.interval import Interval, Lanes
 from passgraph.oracle.stage import stored
+from passgraph.plan.blending import blend_kernel
 from passgraph.plan.data import DrawStep
 
 Ints = NDArray[np.int64]
@@ -181,49 +186,18 @@ def compared(name: str, a: Interval, b: Interval) -> tuple[Lanes, Lanes]:
 
 
 def blended(format_: Format, blend: Blend, source: Interval, old: Interval) -> Interval:
-    """Both (n, channels); alpha is the fourth channel, and 1 where there is none."""
-    unorm = format_.kind.startswith("unorm")
-    if unorm:
-        source = Interval(
-            np.clip(np.nan_to_num(source.lo, nan=0), 0, 1),
-            np.clip(np.nan_to_num(source.hi, nan=0), 0, 1),
-            source.nan & False,
-        )
-    one = Interval.point(np.ones((len(source), 1)))
-    source_alpha = source.map(lambda x: x[:, 3:]) if source.shape[1] == 4 else one
-    old_alpha = old.map(lambda x: x[:, 3:]) if old.shape[1] == 4 else one
-    colours = [x.map(lambda v: v[:, :3]) for x in (source, old)]
-    parts = [
-        _equation((blend.source, blend.destination, blend.equation), colours[0], source_alpha, colours[1], old_alpha)
-    ]
-    if source.shape[1] == 4:
-        parts.append(_equation(blend.alpha_terms, source_alpha, source_alpha, old_alpha, old_alpha))
-    lo, hi, nan = (np.concatenate([getattr(p, n) for p in parts], axis=1) for n in ("lo", "hi", "nan"))
-    made = Interval(lo, hi, nan)
-    if format_.kind in ("float", "depth"):
+    """Both (n, channels): the blend's own kernel, and what hardware may do otherwise."""
+    program = blend_kernel(blend, format_)
+    # Nothing in it is decided, so that there is one path.
+    domain = IntervalDomain(Track(np.empty((len(source), 0), np.int8)))
+    around = StageValues[Bounded]({"source": source.map(filled), "destination": old.map(filled)})
+    (result,) = Interpreter(program, domain, around).run()[0].values()
+    assert isinstance(result, Interval)
+    made = result.map(lambda x: np.broadcast_to(x.reshape(len(x), source.shape[1]), source.shape))
+    if not format_.unit:
         return stored(format_, made)
-    slack = BLEND_STEPS * (format_.unit if unorm else format_.unit * np.maximum(made.magnitude, 2.0**-14))
+    slack = BLEND_STEPS * (format_.unit if format_.steps else format_.unit * np.maximum(made.magnitude, 2.0**-14))
     low, high = made.lo - slack, made.hi + slack
-    if format_.kind == "half":  # what overflows may stop at the largest number
+    if not format_.steps:  # what overflows may stop at the largest number
         low, high = np.minimum(low, LARGEST_HALF), np.maximum(high, -LARGEST_HALF)
     return stored(format_, Interval(low, high, made.nan))
-
-
-def _factor(name: str, s: Interval, sa: Interval, d: Interval, da: Interval) -> Interval:
-    if name in ("zero", "one"):
-        return Interval.point(np.full((1, 1), float(name == "one")))
-    inverse, _, kind = name.rpartition("one_minus_")
-    value = {"source_color": s, "destination_color": d, "source_alpha": sa, "destination_alpha": da}[kind]
-    return iv.sub(Interval.point(np.ones((1, 1))), value) if inverse or name.startswith("one_minus_") else value
-
-
-def _equation(terms: tuple[str, str, str], s: Interval, sa: Interval, d: Interval, da: Interval) -> Interval:
-    source, destination, equation = terms
-    if equation == "min":  # as in OpenGL, min and max use no factors
-        return iv.minimum(s, d)
-    if equation == "max":
-        return iv.maximum(s, d)
-    one, other = iv.mul(s, _factor(source, s, sa, d, da)), iv.mul(d, _factor(destination, s, sa, d, da))
-    if equation == "add":
-        return iv.add(one, other)
-    return iv.sub(one, other) if equation == "subtract" else iv.sub(other, one)

@@ -29,7 +29,7 @@ Builtins = Mapping[str, Callable[[], Bounded]]
 #: ULP that encoding loses, of the result and :data:`SRGB_OFFSET` (what the last sum subtracts) together: the
 #: power (16), its exponent as float32 (1), the product and its factor (2), the sum (1).
 SRGB_ENCODE_ULP, SRGB_OFFSET = 20.0, 0.055
-#: Units of a stored fraction of 255 or 65535 that reading loses: GL leaves the rounding of this quotient open
+#: Units of a stored fraction that reading loses: GL leaves the rounding of this quotient open
 #: (1), and the reference's own is rounded to nearest (0.5).
 UNORM_READ_ULP = 1.5
 #: ULP that decoding loses, of the result: the fraction (1.5), the sum (1) and the quotient (2.5) go through a
@@ -150,7 +150,7 @@ def loaded(
 ) -> Interval:
     """What a backend may read where the reference reads these texels (lanes, 4)."""
     exact = Interval.of(texels)
-    if format_ is None or not format_.kind.startswith("unorm"):
+    if format_ is None or not format_.steps:
         return exact
     read = as_read(exact)
     if format_.srgb:
@@ -158,14 +158,18 @@ def loaded(
         colour = iv.rounded(texels - slack, texels + slack, exact.nan, 0.5)
         read = iv.where(np.arange(4) < 3, colour, read)
     # 1 and what is missing go through no curve where there is none.
-    whole = (texels == 0) | ((texels == 1) & ((np.arange(4) == 3) | (not format_.srgb))) | (np.arange(4) >= channels)
+    whole = (
+        (texels == 0)
+        | ((np.abs(texels) == 1) & ((np.arange(4) == 3) | (not format_.srgb)))
+        | (np.arange(4) >= channels)
+    )
     return iv.where(whole, exact, read)
 
 
 def as_read(steps: Interval) -> Interval:
-    """Fractions of 255 or 65535: a quotient that may round either way, except for 0 and 1."""
+    """Fractions of a format's steps: a quotient that may round either way, except for 0 and 1."""
     read = iv.rounded(steps.lo, steps.hi, steps.nan, UNORM_READ_ULP)
-    lo, hi = (np.where((x == 0) | (x == 1), x, y) for x, y in ((steps.lo, read.lo), (steps.hi, read.hi)))
+    lo, hi = (np.where((x == 0) | (np.abs(x) == 1), x, y) for x, y in ((steps.lo, read.lo), (steps.hi, read.hi)))
     return Interval(lo, hi, steps.nan)
 
 
@@ -180,12 +184,12 @@ def stored(format_: Format, value: Interval) -> Interval:
                 np.concatenate([curve.hi, value.hi[..., 3:]], axis=-1),
                 value.nan,
             )
-        if not format_.kind.startswith("unorm"):
+        if not format_.steps:
             held = value.both(lambda x: quantised(x, format_).astype(np.float64))
-            return held if format_.kind == "half" else iv.flushed(held)
-        steps = 255.0 if format_.kind == "unorm8" else 65535.0
-        clamped = value.both(lambda x: np.clip(np.nan_to_num(x, nan=0.0), 0.0, 1.0))
+            return held if format_.unit else iv.flushed(held)
+        steps, low = float(format_.steps), format_.low
+        clamped = value.both(lambda x: np.clip(np.nan_to_num(x, nan=low), low, 1.0))
         scaled = iv.mul(clamped, Interval.point(np.full((1,) * clamped.ndim, steps)))
         lo, hi = (np.rint(x) for x in (scaled.lo, scaled.hi))
-        lo = np.where(value.nan, 0.0, lo)  # NaN is stored as 0
+        lo = np.where(value.nan, low * steps, lo)  # as NaN is stored
         return as_read(Interval(lo / steps, hi / steps, np.zeros(lo.shape, np.bool_)))

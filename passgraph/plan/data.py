@@ -114,6 +114,18 @@ class DrawStep:
         return f"draws {len(self.source.geometry.triangles)} triangles"
 
     @property
+    def blending(self) -> tuple[ScalarProgram | None, ...]:
+        """For each output how it is blended, see :func:`passgraph.plan.blending.blend_program`; None: written over."""
+        from passgraph.plan.blending import blend_program
+
+        blends = self.state.blend or (None,) * len(self.outputs)
+        formats = (spec.format for spec in self.source.into)
+        return tuple(
+            None if blend is None else blend_program(blend, format_)
+            for blend, format_ in zip(blends, formats, strict=True)
+        )
+
+    @property
     def reads(self) -> tuple[int, ...]:
         over = [r for r, clear in zip(self.outputs, self.clears, strict=True) if clear is None]
         if self.depth is not None and self.depth_clear is None:

@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from passgraph.errors import InputError
-from passgraph.scene.material import Material, Texture, linear_to_srgb
+from passgraph.scene.material import Material, Texture
 from passgraph.scene.matrices import Float64, bounds_of, sphere_of, translation
 from passgraph.scene.mesh import Mesh
 from passgraph.scene.node import Node
+from passgraph.srgb import linear_to_srgb
 
 # The texture shows 2 x 2 tiles, so that a checker repeats.
 TILES = 2
@@ -53,7 +54,9 @@ def floor_material(size: int = 512, seed: int = 7) -> Material:
     return Material(
         name,
         (1.0, 1.0, 1.0, 1.0),
-        Texture.make(_bytes(linear_to_srgb(color)), "srgb", f"{name} base colour"),
+        Texture.make(
+            _bytes(linear_to_srgb(np.clip(color, 0.0, 1.0)).astype(np.float32)), "srgb", f"{name} base colour"
+        ),
         Texture.make(_bytes(0.5 + 0.5 * _normals(height, HEIGHT_SCALE * size)), "linear", f"{name} normal map"),
         Texture.make(_bytes(height), "linear", f"{name} height map"),
         height_scale=HEIGHT_SCALE,

@@ -11,11 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.errors import InputError
-from passgraph.scene.material import Material, srgb_to_linear
+from passgraph.scene.material import Material
 from passgraph.scene.matrices import Float64, is_singular, translation
 from passgraph.scene.mesh import Mesh
 from passgraph.scene.node import Node
 from passgraph.scene.normals import smooth_normals
+from passgraph.srgb import srgb_to_linear
 
 # Beyond this ratio of distance to extent float32 loses more than 6 of its 24 bits. Nearer meshes keep their
 # coordinates, so that borders which two meshes share stay equal to the bit.
@@ -164,7 +165,7 @@ def _linear(colors: Any) -> Float64:
     table = np.asarray(colors)
     scale = float(np.iinfo(table.dtype).max) if np.issubdtype(table.dtype, np.integer) else 1.0
     values = np.clip(np.nan_to_num(table.astype(np.float64) / scale), 0.0, 1.0)
-    values[:, :3] = srgb_to_linear(values[:, :3])
+    values[:, :3] = srgb_to_linear(values[:, :3]).astype(np.float32)
     return values
 
 

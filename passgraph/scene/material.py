@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from passgraph import arguments
 from passgraph.errors import InputError
 from passgraph.scene.matrices import floats, number
+from passgraph.srgb import srgb_to_linear
 
 AlphaMode = Literal["opaque", "mask", "blend"]
 ColorSpace = Literal["srgb", "linear"]
@@ -170,23 +171,3 @@ def check_texels(width: int, height: int, where: str) -> None:
         raise InputError(
             f"{where}: {width} x {height} texels are more than the limit of {MAX_TEXELS}; scale the picture down"
         )
-
-
-def srgb_to_linear(values: ArrayLike) -> NDArray[np.float32]:
-    """Decode sRGB values in [0, 1] to linear light (IEC 61966-2-1).
-
-    >>> srgb_to_linear([0.0, 1.0]).tolist()
-    [0.0, 1.0]
-    """
-    v = np.asarray(values, dtype=np.float64)
-    return np.where(v <= 0.04045, v / 12.92, ((v + 0.055) / 1.055) ** 2.4).astype(np.float32)
-
-
-def linear_to_srgb(values: ArrayLike) -> NDArray[np.float32]:
-    """Encode linear light in [0, 1] as sRGB (IEC 61966-2-1).
-
-    >>> linear_to_srgb([0.0, 1.0]).round(6).tolist()
-    [0.0, 1.0]
-    """
-    v = np.clip(np.asarray(values, dtype=np.float64), 0.0, 1.0)
-    return np.where(v <= 0.0031308, v * 12.92, 1.055 * v ** (1 / 2.4) - 0.055).astype(np.float32)

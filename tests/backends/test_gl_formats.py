@@ -25,10 +25,10 @@ def backend() -> Iterator[GLBackend]:
 def picture(format_: Format) -> np.ndarray:
     """Every value different, and a value that each format holds."""
     values = np.random.default_rng(3).random((SIZE[1], SIZE[0], format_.channels), np.float32)
-    if format_.kind == "half":
+    if format_.number == "f2":
         return values.astype(np.float16).astype(np.float32)
-    largest = {"unorm8": 255, "unorm16": 65535}.get(format_.kind)
-    return values if largest is None else np.rint(values * np.float32(largest)) / np.float32(largest)
+    steps = np.float32(format_.steps)
+    return np.rint(values * steps) / steps if steps else values
 
 
 @pytest.mark.parametrize("name", FORMATS)
@@ -66,7 +66,7 @@ def test_kernels_read_what_was_uploaded(name: str) -> None:
         got = program(image=picture(format_))["copy"]
     expected = np.broadcast_to(np.array([0, 0, 0, 1], np.float32), (*SIZE[::-1], 4)).copy()
     expected[..., : format_.channels] = picture(format_)
-    np.testing.assert_allclose(got, expected, rtol=0, atol=6e-8 if "unorm" in format_.kind else 0)
+    np.testing.assert_allclose(got, expected, rtol=0, atol=6e-8 if format_.steps else 0)
 
 
 def test_uploads_round_halves_to_even(backend: GLBackend) -> None:

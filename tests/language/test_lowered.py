@@ -56,7 +56,7 @@ def from_disk(kernel: PixelKernel, facts: Facts, monkeypatch: pytest.MonkeyPatch
     [
         Facts(),
         Facts({"reach": 3}, {"color": ImageFacts(3, "mirror", "decode_srgb")}),
-        Facts(stores=((("quantize_unorm8",), ("quantize_half",)),), simplify=False),
+        Facts(stores=(((("quantize", 0.0, 255.0),), (("quantize_half",),)),), simplify=False),
     ],
     ids=["plain", "image", "stored"],
 )
@@ -76,7 +76,7 @@ def test_what_a_kernel_or_its_graph_says_otherwise_is_another_program(folder: Pa
         for more in ("0.0", "1.0")
         for facts in (
             Facts(), Facts({"reach": 5}), Facts(images={"color": ImageFacts(3)}), Facts(simplify=False),
-            Facts(images={"color": ImageFacts(border="zero")}), Facts(stores=((("quantize_half",), ()),)),
+            Facts(images={"color": ImageFacts(border="zero")}), Facts(stores=(((("quantize_half",),), ()),)),
         )
     ]  # fmt: skip
     assert len(set(made)) == len(made) == len(list(folder.iterdir()))

@@ -350,7 +350,7 @@ def test_keys_depend_on_constants_borders_and_formats() -> None:
         key("return x + 1.0", images={"c": ImageFacts(border="zero")}),
         key("return x + 1.0", images={"c": ImageFacts(channels=1)}),
         key("return x + 1.0", images={"c": ImageFacts(decode="decode_srgb")}), key("return x + 1.0", simplify=False),
-        key("return x + 1.0", stores=((("quantize_half",), ()),)), key("return x - 0.0"), key("return x + -0.0"),
+        key("return x + 1.0", stores=(((("quantize_half",),), ()),)), key("return x - 0.0"), key("return x + -0.0"),
         key("return W[int(x)]", "W = (0.0, 1.0)\n"), key("return W[int(x)]", "W = (-0.0, 1.0)\n"),
     ]  # fmt: skip
     assert len(set(keys)) == len(keys)

@@ -156,8 +156,8 @@ MUTANTS = (
     _g("state", "gl.ColorMask(1, 1, 1, 1)", "pass", "draw states/", "sequences/"),
     _g(
         "textures",
-        '"unorm16": (0x822A, 0x822C, 0x8054, 0x805B)',
-        '"unorm16": (0x8229, 0x822B, 0x8051, 0x8058)',
+        '"u2": (0x822A, 0x822C, 0x8054, 0x805B)',
+        '"u2": (0x8229, 0x822B, 0x8051, 0x8058)',
         "pictures/",
     ),
     Mutant("backends/steps.py", "np.rint(part, out=part)", "np.floor(part, out=part)", "gl", ("pictures/r8 brought",)),

@@ -184,7 +184,7 @@ MUTANTS = (
     _n("merge_code", "alpha = channel == 3", "alpha = channel == 4", "draw states/blend factor"),
     _n(
         "merge_code",
-        'clamped = format_.kind.startswith("unorm")',
+        "clamped = bool(format_.steps)",
         "clamped = False",
         "draw states/several",
         "draw states/blend into",

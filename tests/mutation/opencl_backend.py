@@ -43,16 +43,10 @@ MUTANTS = (
     _o("helpers.cl", "((bits >> 16) & 0x8000u)", "0u", "pictures/"),
     _o(
         "opencl_c.py",
-        "convert_uchar_sat_rte(({value}) * 255.0f)",
-        "convert_uchar_sat_rtz(({value}) * 255.0f)",
+        "_sat_rte(({value})",
+        "_sat_rtz(({value})",
         "pictures/",
         "draw states/blend into rgba8",
-    ),
-    _o(
-        "opencl_c.py",
-        "convert_ushort_sat_rte(({value}) * 65535.0f)",
-        "convert_ushort_sat_rtz(({value}) * 65535.0f)",
-        "pictures/",
     ),
     _o("opencl_c.py", 'f"clamp({position}, 0, {count - 1})"', 'f"clamp({position}, 0, {count})"', *PICTURES),
     _o("opencl_c.py", "{x} >= 0 && {x} < {width}", "{x} >= 0 && {x} <= {width}", *PICTURES),
@@ -72,31 +66,7 @@ MUTANTS = (
         "draw states/stencil increment",
     ),
     _o("draw_tests.py", '"invert": f"(~{old})"', '"invert": f"(-{old})"', "draw states/stencil invert"),
-    _o(
-        "draw_tests.py",
-        "return f\"{value} * (1.0f - {factors[factor.removeprefix('one_minus_')]})\"",
-        "return f\"{value} * {factors[factor.removeprefix('one_minus_')]}\"",
-        "draw states/blend",
-    ),
-    _o(
-        "draw_tests.py",
-        'return f"({destination} - {source})"',
-        'return f"({source} - {destination})"',
-        "draw states/blend equation reverse",
-    ),
     _o("draw_tests.py", "({old} & {keep}) | ({new}", "({new}", "draws/stencil", "draw states/stencil"),
-    _o(
-        "draw_tests.py",
-        'source_alpha = source[3] if len(source) == 4 else "1.0f"',
-        'source_alpha = source[3] if len(source) == 4 else "0.0f"',
-        "draws/blend",
-    ),
-    _o(
-        "draw_tests.py",
-        "terms = blend.alpha_terms if k == 3 else",
-        "terms = blend.alpha_terms if k == 4 else",
-        "draw states/blend",
-    ),
     _o("draw_source.py", '"back": 1, "front": 2', '"back": 2, "front": 1', "draw states/cull"),
     _o("pixels.cl", "near1 / total, near2 / total", "near1, near2", "draw states/cull none, lean"),
     _o(
@@ -107,12 +77,6 @@ MUTANTS = (
     ),
     _o("draw_source.py", 'return ("", text) if discards else (text, "")', 'return (text, "")', "draw states/discard"),
     _o("draw_source.py", "if mask[k]:", "if True:", "draw states/mask"),
-    _o(
-        "draw_source.py",
-        'value = f"clamp({value}, 0.0f, 1.0f)"',
-        "pass",
-        "draws/blend from beyond",
-    ),
     _o(
         "draw_source.py",
         "pg_stencils[at] = {step.state.clear_stencil & 255};",
@@ -127,7 +91,7 @@ MUTANTS = (
     ),
     _o(
         "draw_source.py",
-        "clear_colour(values, layout.channels, layout.srgb)",
+        "clear_colour(values, layout.channels, layout.format.srgb)",
         "clear_colour(values, layout.channels, False)",
         "draw states/draw into rgba8_srgb",
     ),

@@ -8,6 +8,7 @@ PRINTING = "backends/printing.py"
 C_LIKE = "backends/c_like.py"
 GLSL, OPENCL_C = "backends/gl/glsl_functions.py", "backends/opencl/opencl_c.py"
 PRELUDE = "passgraph/language/prelude.py"
+BLENDING = "passgraph/plan/blending.py"
 
 
 def _op(file: str, old: str, new: str, *names: str, backend: str = "gl", harmless: str = "") -> Mutant:
@@ -22,7 +23,18 @@ def _plan(file: str, old: str, new: str, harmless: str = "") -> Mutant:
     return Mutant(f"passgraph/{file}", old, new, "gl", ("plans/", "sequences/"), harmless)
 
 
+def _blend(old: str, new: str, *catchers: str) -> Mutant:
+    """What all blend by is wrong; gl's hardware knows better."""
+    return Mutant(BLENDING, old, new, "gl", catchers or ("draw states/blend",))
+
+
 MUTANTS = (
+    # Blending
+    _blend('"{x} * (1.0 - {da})"', '"{x} * {da}"', "draw states/blend factor one_minus_destination_alpha"),
+    _blend('"{destination} - {source}"', '"{source} - {destination}"', "draw states/blend equation reverse"),
+    _blend('"sa": "1.0" if opaque', '"sa": "0.0" if opaque', "draws/blend"),
+    _blend("_combined(blend.alpha_terms,", "_combined((blend.source, blend.destination, blend.equation),"),
+    _blend("f'min(max({format_.low}, source), 1.0)'", "'source'", "draws/blend from beyond"),
     # The printer
     Mutant(C_LIKE, "? q - 1 : q;", "? q : q;", "gl", ("operations/floor_divide",)),
     Mutant(C_LIKE, "? r + b : r;", "? r : r;", "opencl", ("operations/int_mod",)),
@@ -173,22 +185,16 @@ MUTANTS = (
         harmless="rounds once more, within the table's 3 units",
     ),
     _pre(
-        "return round(min(max(0.0, x), 1.0) * 255.0) / 255.0",
-        "return floor(min(max(0.0, x), 1.0) * 255.0 + 0.5) / 255.0",
-        "language/stored",
-        "pictures/",
-    ),
-    _pre(
-        "return round(min(max(0.0, x), 1.0) * 65535.0) / 65535.0",
-        "return floor(min(max(0.0, x), 1.0) * 65535.0) / 65535.0",
+        "return round(min(max(low, x), 1.0) * steps) / steps",
+        "return floor(min(max(low, x), 1.0) * steps + 0.5) / steps",
         "language/stored",
         "pictures/",
     ),
     # On numpy, which stores floats: hardware turns a NaN into 0 by itself.
     Mutant(
         PRELUDE,
-        "return round(min(max(0.0, x), 1.0) * 255.0) / 255.0",
-        "return round(min(max(x, 0.0), 1.0) * 255.0) / 255.0",
+        "return round(min(max(low, x), 1.0) * steps) / steps",
+        "return round(min(max(x, low), 1.0) * steps) / steps",
         "numpy",
         ("language/stored",),
     ),

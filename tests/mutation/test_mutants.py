@@ -19,9 +19,9 @@ CHOSEN = (
     "b.fsub(y, x",
     "return y * (1.0 - a) + x * a",
     '[f"{whole} <= {count}"] * high',
-    "return floor(min(max(0.0, x), 1.0) * 255.0 + 0.5) / 255.0",
+    "return floor(min(max(low, x), 1.0) * steps + 0.5) / steps",
     "self.busy[0][0] <= first:",
-    "f\"{value} * {factors[factor.removeprefix('one_minus_')]}\"",
+    '"{x} * {da}"',
     "return value;",
     "share = d / (d - e), rest = -e / (d - e);",
 )

@@ -194,8 +194,8 @@ def wrong_front(screen: ScreenTriangles) -> ScreenTriangles:
 
 
 def swapped_factors(right: Callable[..., Any]) -> Callable[..., Any]:
-    def blended(blend: Blend, source: Any, destination: Any) -> Any:
-        return right(replace(blend, source=blend.destination, destination=blend.source), source, destination)
+    def blended(blend: Blend, *given: Any) -> Any:
+        return right(replace(blend, source=blend.destination, destination=blend.source), *given)
 
     return blended
 

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends import base
-from passgraph.draw_state import Blend, DrawState
+from passgraph.draw_state import DrawState
 from passgraph.formats import Format
 from passgraph.geometry import Geometry
 from passgraph.language import scalar as s
@@ -235,6 +235,9 @@ def draw(
             merge(step, keep, y * step.size[0] + x, z, colours, outputs, depth)
 
 
+EMPTY = base.Block(np.zeros(0, np.float32), np.zeros(0, np.int32))
+
+
 def merge(
     step: DrawStep, keep: Lanes, pixel: Lanes, z: Lanes, colours: list[Lanes], outputs: Sequence[Picture],
     depth: Picture | None,
@@ -248,9 +251,11 @@ def merge(
             layer = layer[tested(state, depth, pixel[layer], z[layer])]
         for k, (output, colour) in enumerate(zip(outputs, colours, strict=True)):
             stored, at = output.pixels.reshape(-1, output.format.channels), pixel[layer]
-            new, blend = colour[layer], state.blend[k] if state.blend else None
-            if blend is not None:
-                new = base.quantised(blended(blend, output.format, new, stored[at]), output.format)
+            new, blend = colour[layer], step.blending[k]
+            if blend is not None:  # a program too, which quantises
+                parts = {"source": new, "destination": stored[at]}
+                builtins = {f"{name}.{c}": column for name, part in parts.items() for c, column in enumerate(part.T)}
+                new = Run(blend, len(layer), EMPTY, builtins, {}).outputs[0]
             mask = state.color_mask[k] if state.color_mask else (True,) * 4
             stored[at] = np.where(mask[: output.format.channels], new, stored[at])
 
@@ -335,24 +340,3 @@ def tested(state: DrawState, picture: Picture, at: Lanes, depth: Lanes) -> Lanes
     if state.depth_write:
         depths[at[passed]] = depth[passed]
     return passed
-
-
-def blended(blend: Blend, format_: Format, new: Lanes, old: Lanes) -> Lanes:
-    """7: both (n, channels); alpha is the fourth channel, and 1 where there is none."""
-    if format_.kind.startswith("unorm"):
-        new = np.clip(np.where(np.isnan(new), np.float32(0), new), 0, 1)
-    one = np.ones((len(new), 1), np.float32)
-    new_alpha, old_alpha = (new[:, 3:], old[:, 3:]) if format_.channels == 4 else (one, one)
-    colour = combined((blend.source, blend.destination, blend.equation), new[:, :3], new_alpha, old[:, :3], old_alpha)
-    alpha = combined(blend.alpha_terms, new_alpha, new_alpha, old_alpha, old_alpha)
-    return np.concatenate([colour, alpha], axis=1)[:, : format_.channels]
-
-
-def combined(terms: tuple[str, str, str], new: Lanes, new_alpha: Lanes, old: Lanes, old_alpha: Lanes) -> Any:
-    values = {"source_color": new, "source_alpha": new_alpha, "destination_color": old, "destination_alpha": old_alpha}
-    factors = {"zero": np.float32(0), "one": np.float32(1), **values}
-    factors |= {f"one_minus_{name}": 1 - value for name, value in values.items()}
-    s, d = new * factors[terms[0]], old * factors[terms[1]]
-    # min and max use no factors
-    least, most = np.where(old < new, old, new), np.where(new < old, old, new)
-    return {"add": s + d, "subtract": s - d, "reverse_subtract": d - s, "min": least, "max": most}[terms[2]]

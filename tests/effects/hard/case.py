@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph.scene.material import linear_to_srgb
+from passgraph.srgb import linear_to_srgb
 from passgraph.truth import VisibleShare, first_surfaces, visible_share
 from tests.effects.scenes import render
 
@@ -106,4 +106,4 @@ def shown(scene: pg.Scene, share: Picture) -> Picture:
     # half of the light from above keeps facets apart that no light reaches
     sky = 0.16 + 0.06 * seen.normals[..., 1] + 0.05 * seen.normals[..., 0]
     lit = white * (sky + 0.75 * np.sqrt(facing) * share)[..., None]
-    return linear_to_srgb(np.where((seen.node >= 0)[..., None], lit, 0.75))
+    return linear_to_srgb(np.clip(np.where((seen.node >= 0)[..., None], lit, 0.75), 0.0, 1.0)).astype(np.float32)

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph import dot, mat4, normalize, vec3, vec4
 from passgraph.effects import soft_shadow_passes
-from passgraph.scene.material import linear_to_srgb
 from passgraph.scene.matrices import rotation_y, translation
 from passgraph.scene.shipped import ball
+from passgraph.srgb import linear_to_srgb
 from tests.effects.hard.case import SIZE, Case, Figure, Picture
 from tests.effects.scenes import cube, floor, moved, render, sun
 
@@ -77,7 +77,7 @@ def far_from_origin(backend: str) -> Case:
     scene = set_of_things()
     # the same view: what changes by more than a rounding of the picture is wrong
     naive_here, ours_here = (f(scene, backend, SIZE) for f in (naive_picture, library_picture))
-    figures, strip = [], [("at the origin", linear_to_srgb(ours_here))]
+    figures, strip = [], [("at the origin", linear_to_srgb(np.clip(ours_here, 0, 1)))]
     for offset in OFFSETS:
         far = moved(scene, (offset, offset / 3.0, -offset / 7.0))
         bad, good = (f(far, backend, SIZE) for f in (naive_picture, library_picture))
@@ -90,7 +90,10 @@ def far_from_origin(backend: str) -> Case:
             )
         )
         if offset == 1e6:
-            strip += [("world positions, 1e6", linear_to_srgb(bad)), ("passgraph, 1e6", linear_to_srgb(good))]
+            strip += [
+                ("world positions, 1e6", linear_to_srgb(np.clip(bad, 0, 1))),
+                ("passgraph, 1e6", linear_to_srgb(np.clip(good, 0, 1))),
+            ]
     return Case(
         "far-from-origin",
         "A world far from its origin",
@@ -239,7 +242,7 @@ def coplanar(backend: str) -> Case:
         " distance. Planar shadows are blended once by the stencil; those of `soft_shadow` are no geometry.",
         ("truth", "lifted by a millimetre", "and polygon offset (−1, −4)"),
         tuple(figures),
-        tuple((label, linear_to_srgb(picture)) for label, picture in strip),
+        tuple((label, linear_to_srgb(np.clip(picture, 0, 1))) for label, picture in strip),
     )
 
 
