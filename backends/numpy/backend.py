@@ -19,7 +19,7 @@ from passgraph.backends.base import (
     device_number,
     quantised,
 )
-from passgraph.backends.numpy.memory import aligned_zeros
+from passgraph.backends.numpy.memory import ROOM, aligned_zeros
 from passgraph.backends.numpy.workers import Workers, thread_count
 from passgraph.errors import BackendError
 from passgraph.formats import Format
@@ -72,7 +72,7 @@ class NumpyBackend(Backend):
             )
         try:
             values = aligned_zeros(count * format.channels)
-            stencil = np.zeros(count, np.uint8) if format.stencil else None
+            stencil = np.zeros(count + ROOM, np.uint8)[:count] if format.stencil else None
         except MemoryError:
             needed = count * format.channels * 4 / 2**30
             raise BackendError(

@@ -16,7 +16,7 @@ from llvmlite import ir
 
 from passgraph.backends.numpy.llvm_ops import BOOL, I32
 
-_LETTERS = {"float": "f32", "double": "f64", "i32": "i32", "i64": "i64", "i1": "i1"}
+_LETTERS = {"float": "f32", "double": "f64", "i32": "i32", "i64": "i64", "i8": "i8", "i1": "i1"}
 _ALIKE = ("fadd", "fsub", "fmul", "fdiv", "add", "sub", "mul", "sdiv", "srem", "shl", "ashr", "lshr",
           "and_", "or_", "xor")  # fmt: skip
 _CASTS = ("sext", "zext", "trunc", "fptrunc", "fpext", "sitofp", "uitofp", "fptosi", "bitcast")
@@ -191,7 +191,7 @@ def _parts(name: str, kinds: list[Any]) -> list[Any]:
 
 
 def _size(kind: Any) -> int:
-    return {"float": 4, "i32": 4, "double": 8, "i64": 8}[str(kind)]
+    return {"i8": 1, "float": 4, "i32": 4, "double": 8, "i64": 8}[str(kind)]
 
 
 @contextmanager

@@ -1,6 +1,7 @@
 """The rasteriser's fixed functions as the host calls them, and the numbers that both know.
 
-They are written in raster_setup.py and raster_tiles.py, which are loaded only where they must be compiled.
+They are written in raster_setup.py, raster_tiles.py and raster_order.py, which are loaded only where they must be
+compiled.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
+from passgraph.backends.numpy.llvm_names import TILE
 from passgraph.backends.numpy.numba_code import NumbaCode
 
 #: A triangle cut by six planes has at most nine corners.
@@ -19,6 +21,11 @@ NEW_VERTICES = 12
 CORNER_LISTS = 2
 #: Entries of each list: those corners in whole cache lines, as chunks write side by side.
 CORNER_ROOM = 16
+
+#: A triangle's first pixels in the rows of a tile, then as many last ones; vectors may reach three rows farther.
+SPAN_ROWS = TILE + 3
+#: The first pixel of a row without any; its last is -1.
+NOWHERE = 1 << 30
 
 #: A depth test passes where the new depth is on one of these sides of the held one.
 LESS, EQUAL, GREATER = 1, 2, 4
@@ -47,5 +54,10 @@ fill_tiles = _entry("raster_setup", "fill_tiles", 3, "i32[2] i64 i64[2] i32[1]")
 tiles = _entry(
     "raster_tiles", "tiles", 0,
     "i64[1] i64 i64[1] i64 i64[1] i32[1] i32[2] i32[1] i32[1] f64[1] f64[1] f32[2] f64 f64 i64 i64 "
-    "f32[1] i64 i64 i64 f64 i32[1] i32[1] f64[2] f64[1] i64 i64[1]",
+    "f32[1] i64 i64 i64 f64 i32[1] i32[1] i64 f64[1] i64 i64[1]",
+)  # fmt: skip
+in_order = _entry(
+    "raster_order", "in_order", 0,
+    "i64[1] i64 i64[1] i64 i64[1] i32[1] i32[2] i32[1] i32[1] f64[1] f64[1] f32[2] f64 f64 i64 i64 "
+    "f32[1] f64 i64 i32[1] i64 f64[1] i64 i64[1]",
 )  # fmt: skip

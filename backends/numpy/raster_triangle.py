@@ -1,9 +1,9 @@
 """One triangle in one tile: its numbers (llvm_names.py), its edges, the span of pixels that it covers in a row.
 
-Called by the generated loop over a tile (raster_code.py).  Compiled once for all draws.
+Called by the loops over a tile (raster_tiles.py, raster_order.py).  Compiled once for all draws.
 """
 
-# mypy: disable-error-code="untyped-decorator"
+# mypy: disable-error-code="untyped-decorator,call-arg,unreachable"
 from __future__ import annotations
 
 from typing import Any
@@ -12,7 +12,31 @@ import numpy as np
 
 from passgraph.backends.numpy.jit import compiled
 from passgraph.backends.numpy.llvm_names import DEPTH, EDGE1, EDGE2, FRONT, NEARNESS, PLANES, TO_Y, VARYINGS
-from passgraph.backends.numpy.raster_setup import edge
+from passgraph.backends.numpy.raster_call import pg_soon
+
+#: Triangles between the one that is fetched and the one that is drawn.
+AHEAD = 4
+
+
+def _soon(
+    n: Any, end: Any, lists: Any, made: Any, window_x: Any, window_y: Any, depth: Any, inverse_w: Any, varyings: Any,
+    every: Any,
+) -> None:  # fmt: skip
+    """Fetch into the cache what triangles a few behind ``lists[n]`` need: corners' places and depths; ``every``: all.
+
+    A tile's triangles lie all over memory, and waiting for them would take longer than all else.
+    """
+    if n + 2 * AHEAD < end:
+        pg_soon(made, np.int64(lists[n + 2 * AHEAD]))
+        t = lists[n + AHEAD]
+        for k in range(3):
+            v = np.int64(made[t, k])
+            pg_soon(window_x, v)
+            pg_soon(window_y, v)
+            pg_soon(depth, v)
+            if every:
+                pg_soon(inverse_w, v)
+                pg_soon(varyings, v)
 
 
 def _window(ax: Any, ay: Any, bx: Any, by: Any, cx: Any, cy: Any) -> Any:
@@ -38,41 +62,33 @@ def _depth_plane(
     return start, step_x, step_y
 
 
-def _triangle(
-    t: Any, made: Any, window_x: Any, window_y: Any, depth: Any, inverse_w: Any, varyings: Any, factor: Any, units: Any,
-    planes: Any,
-) -> Any:  # fmt: skip
-    """Fill ``planes``, as many as it has rows; returns the way from their origin, the first corner, to the centre of
-    pixel (0, 0).
-    """
+def _numbered(
+    t: Any, slot: Any, made: Any, window_x: Any, window_y: Any, depth: Any, inverse_w: Any, varyings: Any, factor: Any,
+    units: Any, rows: Any, table: Any,
+) -> None:  # fmt: skip
+    """Put a triangle's numbers, so many rows, into their place in ``table``."""
     a, b, c = made[t, 0], made[t, 1], made[t, 2]
     x0, y0, x1, y1, x2, y2 = window(window_x[a], window_y[a], window_x[b], window_y[b], window_x[c], window_y[c])
     area = float(x1 * y2 - x2 * y1)
-    scale = 256.0 / area
-    planes[DEPTH, 0], planes[DEPTH, 1], planes[DEPTH, 2] = depth_plane(
-        depth[a], depth[b], depth[c], x1, y1, x2, y2, scale, factor, units
-    )
-    if len(planes) > 1:
-        planes[EDGE1, 0], planes[EDGE1, 1], planes[EDGE1, 2] = 0.0, 256.0 * y2, -256.0 * x2
-        planes[EDGE2, 0], planes[EDGE2, 1], planes[EDGE2, 2] = 0.0, -256.0 * y1, 256.0 * x1
-        planes[NEARNESS, 0] = area
-        planes[NEARNESS, 1], planes[NEARNESS, 2] = inverse_w[b] / inverse_w[a], inverse_w[c] / inverse_w[a]
+    to_x = 0.5 - x0 / 256.0
+    at = np.uint64(np.int64(slot) * (PLANES + 3 * rows))
+    table[at + np.uint64(TO_Y)] = 0.5 - y0 / 256.0
+    table[at + np.uint64(FRONT)] = made[t, 3]
+    at += np.uint64(PLANES)
+    start, step_x, step_y = depth_plane(depth[a], depth[b], depth[c], x1, y1, x2, y2, 256.0 / area, factor, units)
+    put(table, at, DEPTH, start + step_x * to_x, step_x, step_y)
+    if rows > 1:
+        put(table, at, EDGE1, 0.0 + 256.0 * y2 * to_x, 256.0 * y2, -256.0 * x2)
+        put(table, at, EDGE2, 0.0 + -256.0 * y1 * to_x, -256.0 * y1, 256.0 * x1)
+        put(table, at, NEARNESS, area, inverse_w[b] / inverse_w[a], inverse_w[c] / inverse_w[a])
         for k in range(varyings.shape[1]):
-            row, first = VARYINGS + k, float(varyings[a, k])
-            planes[row, 0], planes[row, 1], planes[row, 2] = first, varyings[b, k] - first, varyings[c, k] - first
-    return 0.5 - x0 / 256.0, 0.5 - y0 / 256.0
+            first = float(varyings[a, k])
+            put(table, at, VARYINGS + k, first, varyings[b, k] - first, varyings[c, k] - first)
 
 
-def _edges(t: Any, made: Any, window_x: Any, window_y: Any, left: Any, top: Any, edges: Any) -> None:
-    """Of the edges a→b, b→c, c→a: values at the pixel (left, top), steps along x, steps along y."""
-    a, b, c = made[t, 0], made[t, 1], made[t, 2]
-    x0, y0, x1, y1, x2, y2 = window(window_x[a], window_y[a], window_x[b], window_y[b], window_x[c], window_y[c])
-    px, py = left * 256 + 128 - x0, top * 256 + 128 - y0
-    edges[0] = edge(0, 0, x1, y1, px, py)
-    edges[1] = edge(x1, y1, x2, y2, px, py)
-    edges[2] = edge(x2, y2, 0, 0, px, py)
-    edges[3], edges[4], edges[5] = -y1 * 256, -(y2 - y1) * 256, y2 * 256
-    edges[6], edges[7], edges[8] = x1 * 256, (x2 - x1) * 256, -x2 * 256
+def _put(table: Any, at: Any, row: Any, first: Any, second: Any, third: Any) -> None:
+    place = at + np.uint64(3 * row)
+    table[place], table[place + np.uint64(1)], table[place + np.uint64(2)] = first, second, third
 
 
 def _narrowed(first: Any, last: Any, value: Any, step: Any, left: Any) -> Any:
@@ -97,18 +113,11 @@ def _span(e0: Any, e1: Any, e2: Any, step0: Any, step1: Any, step2: Any, left: A
     return narrowed(first, last, e2, step2, left)
 
 
-def _row_values(planes: Any, to_x: Any, to_y: Any, values: Any) -> None:
-    """Values of the planes at the start of a row; their steps along x are column 1 of ``planes``."""
-    for k in range(len(values)):
-        values[k] = planes[k, 0] + planes[k, 1] * to_x + planes[k, 2] * to_y
-
-
 def _visible(
     ids: Any, slots: Any, lists: Any, begin: Any, end: Any, made: Any, window_x: Any, window_y: Any, depth: Any,
-    inverse_w: Any, varyings: Any, factor: Any, units: Any, planes: Any, table: Any,
+    inverse_w: Any, varyings: Any, factor: Any, units: Any, rows: Any, table: Any,
 ) -> None:  # fmt: skip
     """Number the triangles that ``ids`` shows, put those numbers in their place, and their planes into ``table``."""
-    rows = len(planes)
     for n in range(end - begin):
         slots[n] = -1
     number = 0
@@ -122,24 +131,16 @@ def _visible(
             slots[n] = slot
             number += 1
             t = lists[begin + n]
-            to_x, to_y = triangle(t, made, window_x, window_y, depth, inverse_w, varyings, factor, units, planes)
-            base = np.int64(slot) * (PLANES + 3 * rows)
-            table[base + TO_Y] = to_y
-            table[base + FRONT] = made[t, 3]
-            for row in range(rows):
-                at = base + PLANES + 3 * row
-                table[at] = planes[row, 0] + (planes[row, 1] * to_x if row < NEARNESS else 0.0)
-                table[at + 1] = planes[row, 1]
-                table[at + 2] = planes[row, 2]
+            numbered(t, slot, made, window_x, window_y, depth, inverse_w, varyings, factor, units, rows, table)
         ids[k] = slot
 
 
+soon = compiled(_soon)
 window = compiled(_window)
 plane = compiled(_plane)
 depth_plane = compiled(_depth_plane)
-triangle = compiled(_triangle)
-edges_at = compiled(_edges)
+put = compiled(_put)
 narrowed = compiled(_narrowed)
 span = compiled(_span)
-row_values = compiled(_row_values)
+numbered = compiled(_numbered)
 visible = compiled(_visible)

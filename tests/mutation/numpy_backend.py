@@ -6,8 +6,6 @@ from tests.mutation.mutant import Mutant
 
 EDGES = ("coverage/edges", "coverage/spokes", "coverage/quad", "coverage/fan")
 SEEN = ("coverage/quad", "coverage/row 0", "draw states/cull none")
-#: Kernels round what they store; what is left to intrinsics is what blends.
-BLENDED = "a blend may fall on either neighbour in the format"
 PICTURES = ("pictures/rgba32f 7x5", "pictures/rgba32f 70x66", "pictures/rgba32f")
 
 
@@ -17,6 +15,9 @@ def _n(file: str, old: str, new: str, *catchers: str, harmless: str = "") -> Mut
 
 MUTANTS = (
     _n("llvm_ops", "b.fsub(x, y", "b.fsub(y, x", "operations/sub"),
+    _n("llvm_ops", "_int(2**31 - 1), made)", "_int(2**31 - 2), made)", "operations/to_int"),
+    _n("pixel_layout", "-use.y[0], rows, across, begin)", "-use.y[0] + 1, rows, across, begin)", *PICTURES),
+    _n("raster_setup", "np.rint((x / w", "np.floor((x / w", *SEEN, "coverage/", "draw states/cull"),
     _n(
         "llvm_ops",
         '"min": lambda b, x, y: b.select(b.fcmp_ordered("<", y, x), y, x)',
@@ -33,7 +34,6 @@ MUTANTS = (
         '"isnan": lambda b, x: b.fcmp_ordered("ord", x, x)',
         "operations/isnan",
     ),
-    _n("llvm_ops", "_int(2**31 - 1), made)", "_int(2**31 - 2), made)", "operations/to_int"),
     _n("llvm_ops", 'b.select(b.fcmp_unordered("uno", x, x), _int(0), made)', "made", "operations/to_int"),
     _n("llvm_ops", "b.uitofp(x, F32)", "b.sitofp(x, F32)", "operations/to_float of bools"),
     _n("llvm_ops", "b.select(down, b.sub(quotient, _int(1)), quotient)", "quotient", "operations/floor_divide"),
@@ -55,15 +55,9 @@ MUTANTS = (
         *PICTURES,
     ),
     _n(
-        "llvm_body",
-        'zip(more, ("near1", "near2"), strict=True)',
-        'zip(more, ("near2", "near1"), strict=True)',
-        "draw states/blend",
-        "coverage/through the eye",
+        "raster_planes", "b.fmul(edge, factor) for edge, factor", "edge for edge, factor", "draw states/cull none, lean"
     ),
-    _n("raster_code", "edge{k} * planes[{NEARNESS}, {k}]", "edge{k}", "draw states/discard, lean"),
-    _n("raster_shade", "b.fmul(edge, factor) for edge, factor", "edge for edge, factor", "draw states/cull none, lean"),
-    _n("raster_triangle", "planes[EDGE2, 2] = 0.0, -256.0 * y1", "planes[EDGE2, 2] = 0.0, 256.0 * y1", *SEEN),
+    _n("raster_triangle", "-256.0 * y1, 256.0 * x1)", "256.0 * y1, 256.0 * x1)", *SEEN),
     _n("lane_body", '"<" if step > 0 else ">"', '"<=" if step > 0 else ">"', "language/"),
     _n("lane_body", "b.and_(live, b.not_(self._at_work()))", "live", "language/"),
     _n("lane_body", "value = b.select(self._at_work(), value, held)", "pass", "language/"),
@@ -76,14 +70,13 @@ MUTANTS = (
     ),
     _n("lane_body", "b.cbranch(condition, then, orelse)", "b.cbranch(condition, orelse, then)", "language/"),
     _n(
-        "program_body",
+        "lane_body",
         "b.select(self.operand(i.condition), self.operand(i.then), self.operand(i.orelse))",
         "b.select(self.operand(i.condition), self.operand(i.orelse), self.operand(i.then))",
         "operations/smoothstep",
     ),
     _n("texels", "low, high = (0, 4, 1, 5), (2, 6, 3, 7)", "low, high = (0, 4, 1, 5), (2, 6, 7, 3)", "pictures/rgba"),
     _n("texels", "range(channel, count, channels)", "range(0, count, channels)", *PICTURES),
-    _n("pixel_layout", "-use.y[0], rows, across, begin)", "-use.y[0] + 1, rows, across, begin)", *PICTURES),
     _n("pixel_code", 'b.select(inside, row, memory["zeros"])', "b.select(inside, row, row)", *PICTURES),
     _n(
         "pixel_code",
@@ -116,102 +109,10 @@ MUTANTS = (
     _n("channels", "own if number == channel else None", "own", "language/"),
     _n("channels", '("output_size.", "size.", "pixel.1")', '("output_size.", "size.", "pixel.")', "language/"),
     _n(
-        "merge_code",
-        '"less": "{0} < {1}"',
-        '"less": "{0} <= {1}"',
-        "draw states/depth less",
-        "draw states/stencil less",
-    ),
-    _n(
-        "merge_code",
-        '"greater_equal": "{0} >= {1}"',
-        '"greater_equal": "{0} > {1}"',
-        "draw states/stencil greater_equal",
-    ),
-    _n("raster_code", "last = TILE - 1", "last = TILE - 2", *SEEN),
-    _n(
-        "raster_code",
-        "float32(min(max(z_row + z_step * dx, 0.0), 1.0))",
-        "float32(z_row + z_step * dx)",
-        "draws/offset beyond",
-    ),
-    _n(
-        "raster_code",
-        "*indented(merge_lines(step, tests, write_depth, [])),",
-        "*indented(merge_lines(step, tests, [], [])),",
-        "draw states/discard",
-    ),
-    _n(
         "raster_setup",
         "made[at, 3] = 1 if area < 0 else 0",
         "made[at, 3] = 0 if area < 0 else 1",
         "draw states/several targets",
-    ),
-    _n(
-        "merge_code",
-        '"increment": "min(held + 1, 255)"',
-        '"increment": "(held + 1) & 255"',
-        "draws/stencil",
-    ),
-    _n(
-        "merge_code",
-        '"decrement_wrap": "(held - 1) & 255"',
-        '"decrement_wrap": "max(held - 1, 0)"',
-        "draw states/stencil decrement_wrap",
-    ),
-    _n(
-        "merge_code",
-        '"invert": "held ^ 255"',
-        '"invert": "held ^ 127"',
-        "draw states/stencil invert",
-        "draw states/clears",
-    ),
-    _n("merge_code", 'f"(held & {stencil.read_mask})"', '"held"', "draws/stencil", "draw states/stencil"),
-    _n(
-        "merge_code",
-        "uint8((held & {keep}) | (changed & {change}))",
-        "uint8(changed)",
-        "draws/stencil",
-        "draw states/stencil",
-    ),
-    _n(
-        "merge_code",
-        "({texts['passed']} if depth_passes else {texts['depth_fail']})",
-        "({texts['depth_fail']} if depth_passes else {texts['passed']})",
-        "draw states/stencil zero on passed",
-    ),
-    _n("merge_code", "if mask[channel]:", "if True:", "draw states/mask"),
-    _n("merge_code", "alpha = channel == 3", "alpha = channel == 4", "draw states/blend factor"),
-    _n(
-        "merge_code",
-        'clamped = format_.kind.startswith("unorm")',
-        "clamped = False",
-        "draw states/several",
-        "draw states/blend into",
-    ),
-    _n(
-        "merge_code",
-        'destination_alpha = f"b{number}_d3" if count == 4 else "float32(1.0)"',
-        'destination_alpha = f"b{number}_d3" if count == 4 else "float32(0.0)"',
-        "draws/blend",
-    ),
-    _n(
-        "merge_code",
-        "return f\"{value} * (float32(1.0) - {names[factor.removeprefix('one_minus_')]})\"",
-        "return f\"{value} * {names[factor.removeprefix('one_minus_')]}\"",
-        "draw states/blend",
-    ),
-    _n(
-        "merge_code",
-        '"reverse_subtract": f"{scaled_d} - {scaled_s}"',
-        '"reverse_subtract": f"{scaled_s} - {scaled_d}"',
-        "draw states/blend equation reverse",
-    ),
-    _n(
-        "merge_code",
-        "scaled_s = _times(s, source_factor,",
-        "scaled_s = _times(s, destination_factor,",
-        "draw states/blend",
     ),
     _n(
         "raster_setup",
@@ -227,7 +128,6 @@ MUTANTS = (
         "(area < 0 and cull == 1) or (area > 0 and cull == 2)",
         "draw states/cull",
     ),
-    _n("raster_setup", "np.rint((x / w", "np.floor((x / w", *SEEN, "coverage/", "draw states/cull"),
     _n("raster_setup", "return z + w", "return z + 0.5 * w", "coverage/beyond", "coverage/through"),
     _n(
         "raster_setup",
@@ -251,10 +151,17 @@ MUTANTS = (
     ),
     _n("raster_setup", "(0 if dy < 0 or (dy == 0 and dx > 0) else 1)", "0", *EDGES),
     _n(
-        "raster_triangle",
+        "raster_tiles",
         "px, py = left * 256 + 128 - x0, top * 256 + 128 - y0",
         "px, py = left * 256 - x0, top * 256 - y0",
         *EDGES,
+    ),
+    _n(
+        "raster_order",
+        "px, py = left * 256 + 128 - x0, top * 256 + 128 - y0",
+        "px, py = left * 256 - x0, top * 256 - y0",
+        "draw states/blend alpha",
+        "draw states/",
     ),
     _n(
         "raster_triangle",
@@ -269,21 +176,7 @@ MUTANTS = (
         "draw states/polygon offset",
     ),
     _n("raster_triangle", "np.int64(np.ceil(-value / step))", "np.int64(np.floor(-value / step))", *EDGES),
-    _n("raster_triangle", "return 0.5 - x0 / 256.0, 0.5 - y0 / 256.0", "return -x0 / 256.0, -y0 / 256.0", *SEEN),
-    _n(
-        "intrinsics",
-        'call("llvm.roundeven.f32", F32)',
-        'call("llvm.floor.f32", F32)',
-        "draw states/blend into",
-        harmless=BLENDED,
-    ),
-    _n(
-        "intrinsics",
-        "size + int32(0xFFF) + int32((size >> int32(13)) & int32(1))",
-        "size",
-        "draw states/blend into",
-        harmless=BLENDED,
-    ),
+    _n("raster_triangle", "to_x = 0.5 - x0 / 256.0", "to_x = -x0 / 256.0", *SEEN),
     _n("workers", "errors += [ended.get() for _ in begun]", "errors += []", "sequences/a long"),
     _n("raster", "depth.stencil.fill(self.step.state.clear_stencil)", "depth.stencil.fill(0)", "draw states/clears"),
     _n(
@@ -292,4 +185,88 @@ MUTANTS = (
         "clear_colour(clear, channels, False)",
         "draw states/draw into rgba8_srgb",
     ),
+    _n(
+        "raster_planes",
+        "zip(more, near, strict=True)",
+        "zip(more, near[::-1], strict=True)",
+        "draw states/blend",
+        "coverage/through the eye",
+    ),
+    _n(
+        "raster_planes",
+        'z = b.select(b.fcmp_ordered(">", z, ir.Constant(F64, 1.0)), ir.Constant(F64, 1.0), z)',
+        "pass",
+        "draws/offset beyond",
+        "draw states/polygon",
+    ),
+    _n("raster_order", "x_end - 1), min", "x_end - 2), min", "draw states/blend", "draw states/mask"),
+    _n("raster_order", "min(first, x), x", "x, x", "draw states/blend", "draw states/", "draws/"),
+    _n(
+        "raster_blocks",
+        "lane % self.rows * count",
+        "0 * count",
+        "draw states/discard",
+        "draw states/blend",
+        "draw states/",
+    ),
+    _n(
+        "raster_blocks",
+        "column * self.rows + row for column",
+        "column + row for column",
+        "draw states/discard",
+        "draw states/",
+    ),
+    _n(
+        "raster_blocks",
+        "[lane % self.rows for lane in range(self.builder.lanes)])\n\n    def _numbers",
+        "[0] * self.builder.lanes)\n\n    def _numbers",
+        "draw states/blend",
+        "draw states/",
+    ),
+    _n("raster_merge", '"less": "<"', '"less": "<="', "draw states/stencil less", "draw states/depth less"),
+    _n("raster_merge", '"greater_equal": ">="', '"greater_equal": ">"', "draw states/stencil greater_equal"),
+    _n("raster_merge", "if step.depth is not None and step.state.depth_write:", "if False:", "draw states/discard"),
+    _n(
+        "raster_merge",
+        'b.icmp_signed("<", held, _FULL), b.add(held, _ONE), held)',
+        'b.icmp_signed("<=", held, _FULL), b.add(held, _ONE), held)',
+        "draws/stencil",
+    ),
+    _n(
+        "raster_merge",
+        "b.and_(b.sub(held, _ONE), _FULL)",
+        'b.select(b.icmp_signed(">", held, _NONE), b.sub(held, _ONE), held)',
+        "draw states/stencil decrement_wrap",
+    ),
+    _n(
+        "raster_merge",
+        "b.xor(held, _FULL)",
+        "b.xor(held, ir.Constant(I32, 127))",
+        "draw states/stencil invert",
+        "draw states/clears",
+    ),
+    _n(
+        "raster_merge",
+        "seen = b.and_(held, ir.Constant(I32, stencil.read_mask))",
+        "seen = held",
+        "draws/stencil",
+        "draw states/stencil",
+    ),
+    _n(
+        "raster_merge",
+        "changed = b.or_(rest, b.and_(changed, ir.Constant(I32, stencil.write_mask)))",
+        "pass",
+        "draws/stencil",
+        "draw states/stencil",
+    ),
+    _n(
+        "raster_merge",
+        "b.select(deep, passed, failed)",
+        "b.select(deep, failed, passed)",
+        "draw states/stencil zero on passed",
+    ),
+    _n("raster_merge", "passed if written else none", "passed", "draw states/mask"),
+    _n("raster_merge", "blend = step.blending[number]", "blend = None", "draw states/blend"),
+    _n("raster_merge", "there, bottom))", "there, y))", "draw states/blend", "draw states/"),
+    _n("raster_kernel", "b.and_(mask, body.operand(program.keep))", "mask", "draw states/discard"),
 )
