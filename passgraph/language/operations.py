@@ -19,7 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 Values = NDArray[Any]
-#: Languages that the table spells operations in.  The numpy backend builds LLVM instead (backends/numpy/llvm_ops.py).
+#: Languages that the table spells operations in.  The numpy backend builds LLVM instead
+#: (backends/numpy/vector/operations.py).
 TARGETS = ("glsl", "opencl")
 
 INT_MIN, INT_MAX, UINT_MAX = -(2**31), 2**31 - 1, 2**32 - 1

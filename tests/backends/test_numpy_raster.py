@@ -11,10 +11,10 @@ import pytest
 from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph.backends.numpy import raster, raster_kernel
-from passgraph.backends.numpy import raster_entries as entries
-from passgraph.backends.numpy.jit import llvm_text
-from passgraph.backends.numpy.raster_setup import holds
+from passgraph.backends.numpy.machine.jit import llvm_text
+from passgraph.backends.numpy.raster import draw as raster
+from passgraph.backends.numpy.raster import entries, kernel
+from passgraph.backends.numpy.raster.setup import holds
 from passgraph.language.kernel import Kernel, kernel_from_text
 from passgraph.plan.data import Options
 
@@ -167,7 +167,7 @@ def test_vectors_of_eight_and_of_sixteen_give_the_same_bits_in_order(
 ) -> None:
     found = []
     for width in (8, 16):
-        monkeypatch.setattr(raster_kernel, "lanes", lambda width=width: width)
+        monkeypatch.setattr(kernel, "lanes", lambda width=width: width)
         found.append(drawn(name, mesh(80, 0.5), **state))
     for one, other in zip(*found, strict=True):
         np.testing.assert_array_equal(one.view(np.int32), other.view(np.int32))

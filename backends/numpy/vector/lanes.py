@@ -1,7 +1,8 @@
 """An LLVM builder whose values may be one number or a vector of them, one a lane.
 
 A value that is the same in every lane stays a single number as long as only such values meet; where it meets a vector
-it is spread.  So the emitters of single operations (llvm_ops.py) serve both, and what does not vary costs nothing more.
+it is spread.  So the emitters of single operations (operations.py) serve both, and what does not vary costs nothing
+more.
 """
 
 # mypy: disable-error-code="no-untyped-call"
@@ -14,7 +15,7 @@ from typing import Any
 
 from llvmlite import ir
 
-from passgraph.backends.numpy.llvm_ops import BOOL, I32
+from passgraph.backends.numpy.vector.operations import BOOL, I32
 
 _LETTERS = {"float": "f32", "double": "f64", "i32": "i32", "i64": "i64", "i8": "i8", "i1": "i1"}
 _ALIKE = ("fadd", "fsub", "fmul", "fdiv", "add", "sub", "mul", "sdiv", "srem", "shl", "ashr", "lshr",

@@ -1,4 +1,4 @@
-"""What triangles' numbers (llvm_names.py) say at the pixels of a vector."""
+"""What triangles' numbers (layout.py) say at the pixels of a vector."""
 
 # mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
@@ -7,9 +7,9 @@ from typing import Any
 
 from llvmlite import ir
 
-from passgraph.backends.numpy.lanes import Lanes
-from passgraph.backends.numpy.llvm_names import DEPTH, EDGE1, EDGE2, FRONT, NEARNESS, PLANES, TO_Y, VARYINGS
-from passgraph.backends.numpy.llvm_ops import F32, F64, I32
+from passgraph.backends.numpy.raster.layout import DEPTH, EDGE1, EDGE2, FRONT, NEARNESS, PLANES, TO_Y, VARYINGS
+from passgraph.backends.numpy.vector.lanes import Lanes
+from passgraph.backends.numpy.vector.operations import F32, F64, I32
 from passgraph.plan.data import DrawStep
 
 

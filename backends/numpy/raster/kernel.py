@@ -7,11 +7,11 @@ from typing import Any
 
 from llvmlite import ir
 
-from passgraph.backends.numpy.lane_body import LaneBody
-from passgraph.backends.numpy.lanes import Lanes
-from passgraph.backends.numpy.llvm_names import is_varying
-from passgraph.backends.numpy.llvm_ops import F32, I32, I64
-from passgraph.backends.numpy.native import lanes
+from passgraph.backends.numpy.machine.native import lanes
+from passgraph.backends.numpy.raster.layout import is_varying
+from passgraph.backends.numpy.vector.lane_body import LaneBody
+from passgraph.backends.numpy.vector.lanes import Lanes
+from passgraph.backends.numpy.vector.operations import F32, I32, I64
 from passgraph.plan.data import DrawStep
 
 

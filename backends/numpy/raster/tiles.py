@@ -1,6 +1,6 @@
-"""Tiles of draws that are shaded a tile at once: which triangle each pixel shows, then the kernel (raster_shade.py).
+"""Tiles of draws that are shaded a tile at once: which triangle each pixel shows, then the kernel (shade.py).
 
-Compiled once for all draws; raster_entries.py is how it is called.
+Compiled once for all draws; entries.py is how it is called.
 """
 
 # mypy: disable-error-code="untyped-decorator,arg-type,call-arg,var-annotated,unreachable"
@@ -10,12 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from passgraph.backends.numpy.jit import compiled
-from passgraph.backends.numpy.llvm_names import TILE
-from passgraph.backends.numpy.raster_call import pg_shade, pg_take
-from passgraph.backends.numpy.raster_entries import EQUAL, GREATER, LESS
-from passgraph.backends.numpy.raster_setup import edge
-from passgraph.backends.numpy.raster_triangle import depth_plane, soon, span, visible, window
+from passgraph.backends.numpy.machine.jit import compiled
+from passgraph.backends.numpy.raster.call import pg_shade, pg_take
+from passgraph.backends.numpy.raster.entries import EQUAL, GREATER, LESS
+from passgraph.backends.numpy.raster.layout import TILE
+from passgraph.backends.numpy.raster.setup import edge
+from passgraph.backends.numpy.raster.triangle import depth_plane, soon, span, visible, window
 
 #: Columns of a triangle that is tested pixel by pixel: its spans would take longer to find.
 NARROW = 8

@@ -9,7 +9,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from passgraph.backends.numpy.llvm_ops import I64
+from passgraph.backends.numpy.vector.operations import I64
 
 
 @intrinsic
@@ -57,7 +57,7 @@ def _call(target: Any, builder: Any, signature: Any, arguments: Any) -> Any:
 def pg_shade(
     typing_context: Any, address: Any, context: Any, ids: Any, planes: Any, left: Any, top: Any, rows: Any
 ) -> Any:
-    """Write one tile's pixels (raster_shade.py)."""
+    """Write one tile's pixels (shade.py)."""
     return types.void(types.int64, context, ids, planes, types.int64, types.int64, types.int64), _call
 
 
@@ -66,5 +66,5 @@ def pg_merge(
     typing_context: Any, address: Any, context: Any, spans: Any, triangle: Any, left: Any, top: Any, bottom: Any,
     clear: Any,
 ) -> Any:  # fmt: skip
-    """Write one triangle's pixels in a tile (raster_merge.py)."""
+    """Write one triangle's pixels in a tile (merge.py)."""
     return types.void(types.int64, context, spans, triangle, *[types.int64] * 4), _call

@@ -8,8 +8,8 @@ from typing import Any
 
 from llvmlite import ir
 
-from passgraph.backends.numpy.lanes import Lanes
-from passgraph.backends.numpy.llvm_ops import F32, I32, I64
+from passgraph.backends.numpy.vector.lanes import Lanes
+from passgraph.backends.numpy.vector.operations import F32, I32, I64
 
 
 def neighbours(b: Lanes, row: Any, place: Any, channels: int, wanted: Sequence[int]) -> list[Any]:
@@ -64,7 +64,7 @@ def _put_together(b: Lanes, picture: Any, pixels: Any, channels: int, wanted: Se
                 vector = b.insert_element(vector, b.load(place, typ=F32, align=4), ir.Constant(I32, lane))
             found[here[0]] = vector
         elif here:
-            # More may be loaded than is wanted: pictures have room behind their last pixel (memory.py).
+            # More may be loaded than is wanted: pictures have room behind their last pixel (machine/memory.py).
             count = 2 if max(here) < first + 2 else 4
             loads = [b.load(place, typ=ir.VectorType(F32, count), align=4) for place in places(first)]
             if count == 2:

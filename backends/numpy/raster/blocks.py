@@ -8,9 +8,9 @@ from typing import Any
 
 from llvmlite import ir
 
-from passgraph.backends.numpy.lanes import Lanes
-from passgraph.backends.numpy.llvm_ops import I32
-from passgraph.backends.numpy.texels import joined, picked, transposed
+from passgraph.backends.numpy.vector.lanes import Lanes
+from passgraph.backends.numpy.vector.operations import I32
+from passgraph.backends.numpy.vector.texels import joined, picked, transposed
 
 
 class Blocks:

@@ -10,10 +10,10 @@ from typing import Any
 
 from llvmlite import ir
 
-from passgraph.backends.numpy.lanes import Lanes, border, is_vector, offset_within
-from passgraph.backends.numpy.llvm_ops import BOOL, F32, HELD, I8, I32, I64, TYPES, constant, emit_operation
-from passgraph.backends.numpy.texels import scattered
-from passgraph.backends.numpy.windows import Window, windows_of
+from passgraph.backends.numpy.vector.lanes import Lanes, border, is_vector, offset_within
+from passgraph.backends.numpy.vector.operations import BOOL, F32, HELD, I8, I32, I64, TYPES, constant, emit_operation
+from passgraph.backends.numpy.vector.texels import scattered
+from passgraph.backends.numpy.vector.windows import Window, windows_of
 from passgraph.language import scalar as s
 
 #: Branches with more instructions than this, or with loops, are jumped over where no lane takes them.

@@ -8,15 +8,15 @@ from typing import Any
 
 from llvmlite import ir
 
-from passgraph.backends.numpy.lane_body import LaneBody
-from passgraph.backends.numpy.lanes import Lanes, counting
-from passgraph.backends.numpy.llvm_names import TILE
-from passgraph.backends.numpy.llvm_ops import BOOL, F32, I8, I32, I64
-from passgraph.backends.numpy.native import function_address
-from passgraph.backends.numpy.raster_blocks import Blocks
-from passgraph.backends.numpy.raster_entries import SPAN_ROWS
-from passgraph.backends.numpy.raster_kernel import Fragments, kernel_parts
-from passgraph.backends.numpy.raster_planes import interpolated, plane_numbers
+from passgraph.backends.numpy.machine.native import function_address
+from passgraph.backends.numpy.raster.blocks import Blocks
+from passgraph.backends.numpy.raster.entries import SPAN_ROWS
+from passgraph.backends.numpy.raster.kernel import Fragments, kernel_parts
+from passgraph.backends.numpy.raster.layout import TILE
+from passgraph.backends.numpy.raster.planes import interpolated, plane_numbers
+from passgraph.backends.numpy.vector.lane_body import LaneBody
+from passgraph.backends.numpy.vector.lanes import Lanes, counting
+from passgraph.backends.numpy.vector.operations import BOOL, F32, I8, I32, I64
 from passgraph.draw_state import Stencil
 from passgraph.plan.data import DrawStep
 

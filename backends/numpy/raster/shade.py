@@ -1,6 +1,6 @@
 """The fragments of one tile, all at once, after the nearest triangle of every pixel is known.
 
-Only draws whose fragments do not depend on one another are shaded so; the rest go through raster_merge.py.
+Only draws whose fragments do not depend on one another are shaded so; the rest go through merge.py.
 """
 
 # mypy: disable-error-code="no-untyped-call"
@@ -10,12 +10,12 @@ from typing import Any
 
 from llvmlite import ir
 
-from passgraph.backends.numpy.lanes import counting
-from passgraph.backends.numpy.llvm_names import TILE
-from passgraph.backends.numpy.llvm_ops import F32, I32
-from passgraph.backends.numpy.native import function_address
-from passgraph.backends.numpy.raster_kernel import Fragments, kernel_parts
-from passgraph.backends.numpy.raster_planes import interpolated
+from passgraph.backends.numpy.machine.native import function_address
+from passgraph.backends.numpy.raster.kernel import Fragments, kernel_parts
+from passgraph.backends.numpy.raster.layout import TILE
+from passgraph.backends.numpy.raster.planes import interpolated
+from passgraph.backends.numpy.vector.lanes import counting
+from passgraph.backends.numpy.vector.operations import F32, I32
 from passgraph.plan.data import DrawStep
 
 

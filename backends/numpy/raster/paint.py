@@ -9,20 +9,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.base import Block, clear_colour, image_order, quantised
-from passgraph.backends.numpy import raster_entries as entries
-from passgraph.backends.numpy.llvm_names import TILE
-from passgraph.backends.numpy.numba_code import NumbaCode
-from passgraph.backends.numpy.raster_kernel import context_names
-from passgraph.backends.numpy.raster_merge import merge_address
-from passgraph.backends.numpy.raster_planes import plane_numbers, plane_rows
-from passgraph.backends.numpy.raster_shade import shade_address
-from passgraph.backends.numpy.workers import Workers
+from passgraph.backends.numpy.machine.numba_code import NumbaCode
+from passgraph.backends.numpy.machine.workers import Workers
+from passgraph.backends.numpy.raster import entries
+from passgraph.backends.numpy.raster.kernel import context_names
+from passgraph.backends.numpy.raster.layout import TILE
+from passgraph.backends.numpy.raster.merge import merge_address
+from passgraph.backends.numpy.raster.planes import plane_numbers, plane_rows
+from passgraph.backends.numpy.raster.shade import shade_address
 from passgraph.plan.data import DrawStep
 
 if TYPE_CHECKING:
     from passgraph.backends.numpy.backend import Storage
 
-#: Triangles as raster_setup.py makes them, and their vertices: window x and y, depth, 1/w, varyings.
+#: Triangles as setup.py makes them, and their vertices: window x and y, depth, 1/w, varyings.
 Triangles: TypeAlias = "tuple[NDArray[Any], ...]"
 #: Pixels of a tile.
 PIXELS = TILE * TILE

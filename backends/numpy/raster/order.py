@@ -1,6 +1,6 @@
-"""Tiles of draws whose fragments depend on those below them: triangle by triangle, in order (raster_merge.py).
+"""Tiles of draws whose fragments depend on those below them: triangle by triangle, in order (merge.py).
 
-Compiled once for all draws; raster_entries.py is how it is called.
+Compiled once for all draws; entries.py is how it is called.
 """
 
 # mypy: disable-error-code="untyped-decorator,arg-type,call-arg,var-annotated,unreachable"
@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from passgraph.backends.numpy.jit import compiled
-from passgraph.backends.numpy.llvm_names import TILE
-from passgraph.backends.numpy.raster_call import pg_merge, pg_take
-from passgraph.backends.numpy.raster_entries import NOWHERE, SPAN_ROWS
-from passgraph.backends.numpy.raster_setup import edge
-from passgraph.backends.numpy.raster_tiles import NARROW
-from passgraph.backends.numpy.raster_triangle import numbered, soon, span, window
+from passgraph.backends.numpy.machine.jit import compiled
+from passgraph.backends.numpy.raster.call import pg_merge, pg_take
+from passgraph.backends.numpy.raster.entries import NOWHERE, SPAN_ROWS
+from passgraph.backends.numpy.raster.layout import TILE
+from passgraph.backends.numpy.raster.setup import edge
+from passgraph.backends.numpy.raster.tiles import NARROW
+from passgraph.backends.numpy.raster.triangle import numbered, soon, span, window
 
 
 def _in_order(

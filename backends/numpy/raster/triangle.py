@@ -1,6 +1,6 @@
-"""One triangle in one tile: its numbers (llvm_names.py), its edges, the span of pixels that it covers in a row.
+"""One triangle in one tile: its numbers (layout.py), its edges, the span of pixels that it covers in a row.
 
-Called by the loops over a tile (raster_tiles.py, raster_order.py).  Compiled once for all draws.
+Called by the loops over a tile (tiles.py, order.py).  Compiled once for all draws.
 """
 
 # mypy: disable-error-code="untyped-decorator,call-arg,unreachable"
@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from passgraph.backends.numpy.jit import compiled
-from passgraph.backends.numpy.llvm_names import DEPTH, EDGE1, EDGE2, FRONT, NEARNESS, PLANES, TO_Y, VARYINGS
-from passgraph.backends.numpy.raster_call import pg_soon
+from passgraph.backends.numpy.machine.jit import compiled
+from passgraph.backends.numpy.raster.call import pg_soon
+from passgraph.backends.numpy.raster.layout import DEPTH, EDGE1, EDGE2, FRONT, NEARNESS, PLANES, TO_Y, VARYINGS
 
 #: Triangles between the one that is fetched and the one that is drawn.
 AHEAD = 4
