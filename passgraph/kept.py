@@ -169,7 +169,7 @@ def _private_group(group: int) -> bool:
 @cache
 def text_digest(folder: Path) -> str:
     """Stands for the text of a package: part of every name of what all of it decides."""
-    return hashlib.sha256(b"".join(path.read_bytes() for path in sorted(folder.glob("*.py")))).hexdigest()
+    return hashlib.sha256(b"".join(path.read_bytes() for path in sorted(folder.rglob("*.py")))).hexdigest()
 
 
 def recall(part: str, name: str) -> bytes | None:

@@ -161,6 +161,10 @@ def is_in(module: str, part: str) -> bool:
         ("plan", ["backends", "effects", "commands"]),
         ("scene", ["plan", "backends", "effects", "commands"]),
         ("backends", ["effects", "commands"]),
+        ("backends.numpy.machine", ["backends.numpy.vector", "backends.numpy.pixels", "backends.numpy.raster"]),
+        ("backends.numpy.vector", ["backends.numpy.pixels", "backends.numpy.raster"]),
+        ("backends.numpy.pixels", ["backends.numpy.raster"]),
+        ("backends.numpy.raster", ["backends.numpy.pixels"]),
         ("effects", ["commands"]),
     ],
 )

@@ -19,8 +19,8 @@ from passgraph.backends.base import (
     device_number,
     quantised,
 )
-from passgraph.backends.numpy.memory import aligned_zeros
-from passgraph.backends.numpy.workers import Workers, thread_count
+from passgraph.backends.numpy.machine.memory import ROOM, aligned_zeros
+from passgraph.backends.numpy.machine.workers import Workers, thread_count
 from passgraph.errors import BackendError
 from passgraph.formats import Format
 from passgraph.geometry import Geometry
@@ -72,7 +72,7 @@ class NumpyBackend(Backend):
             )
         try:
             values = aligned_zeros(count * format.channels)
-            stencil = np.zeros(count, np.uint8) if format.stencil else None
+            stencil = np.zeros(count + ROOM, np.uint8)[:count] if format.stencil else None
         except MemoryError:
             needed = count * format.channels * 4 / 2**30
             raise BackendError(
@@ -103,22 +103,22 @@ class NumpyBackend(Backend):
         return mesh
 
     def pixel_pass(self, step: PixelStep) -> PixelRunner:
-        from passgraph.backends.numpy.chains import alone
-        from passgraph.backends.numpy.pixel_runner import PixelRun
+        from passgraph.backends.numpy.pixels.chains import alone
+        from passgraph.backends.numpy.pixels.runner import PixelRun
 
         run = PixelRun.made(alone(step), self.workers)
         assert run is not None
         return lambda outputs, images, block: run(outputs, (images,), (block,))
 
     def pixel_chain(self, steps: Sequence[PixelStep]) -> ChainRunner | None:
-        from passgraph.backends.numpy.chains import stages
-        from passgraph.backends.numpy.pixel_runner import PixelRun
+        from passgraph.backends.numpy.pixels.chains import stages
+        from passgraph.backends.numpy.pixels.runner import PixelRun
 
         chain = stages(steps)
         return None if chain is None else PixelRun.made(chain, self.workers)
 
     def draw_pass(self, step: DrawStep) -> DrawRunner:
-        from passgraph.backends.numpy.raster import Raster
+        from passgraph.backends.numpy.raster.draw import Raster
 
         return Raster(step, self.workers)
 

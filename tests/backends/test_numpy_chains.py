@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.backends.numpy import chains
+from passgraph.backends.numpy.pixels import chains
 from passgraph.effects import gaussian_blur
 from passgraph.effects.blur import depth_aware_blur
 from passgraph.plan.chains import Chains

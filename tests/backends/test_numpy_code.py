@@ -16,12 +16,12 @@ import pytest
 
 import passgraph as pg
 from passgraph import kept
-from passgraph.backends.numpy import native
 from passgraph.backends.numpy.backend import NumpyBackend
-from passgraph.backends.numpy.chains import alone
-from passgraph.backends.numpy.pixel_code import pixel_text
-from passgraph.backends.numpy.pixel_layout import Layout
-from passgraph.backends.numpy.workers import Workers
+from passgraph.backends.numpy.machine import native
+from passgraph.backends.numpy.machine.workers import Workers
+from passgraph.backends.numpy.pixels.chains import alone
+from passgraph.backends.numpy.pixels.code import pixel_text
+from passgraph.backends.numpy.pixels.layout import Layout
 from passgraph.errors import BackendError
 from passgraph.formats import format_named
 from passgraph.plan.data import PixelStep
@@ -139,7 +139,7 @@ def test_border_and_interior_agree_with_the_reference(border: str, size: tuple[i
 SECOND = """
 import sys, numpy as np
 import passgraph as pg
-from passgraph.backends.numpy import native
+from passgraph.backends.numpy.machine import native
 compiled, before = [], native._compiled
 native._compiled = lambda text: (compiled.append("anew"), before(text))[1]
 kernel = pg.kernel(source=sys.argv[1])
@@ -241,7 +241,7 @@ def test_an_exception_in_one_thread_reaches_the_caller() -> None:
 
 def test_every_primitive_has_its_instruction() -> None:
     """On each type that the table of operations lets it have."""
-    from passgraph.backends.numpy.llvm_ops import _ROWS
+    from passgraph.backends.numpy.vector.operations import _ROWS
     from passgraph.language.operations import OPERATIONS
 
     for row in OPERATIONS.values():

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.backends.numpy.chains import alone
-from passgraph.backends.numpy.pixel_layout import StageLayout
+from passgraph.backends.numpy.pixels.chains import alone
+from passgraph.backends.numpy.pixels.layout import StageLayout
 from passgraph.plan.data import PixelStep
 
 #: The border rules as NumPy pads.

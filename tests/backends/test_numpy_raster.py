@@ -11,10 +11,10 @@ import pytest
 from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph.backends.numpy import raster
-from passgraph.backends.numpy import raster_entries as entries
-from passgraph.backends.numpy.jit import llvm_text
-from passgraph.backends.numpy.raster_setup import holds
+from passgraph.backends.numpy.machine.jit import llvm_text
+from passgraph.backends.numpy.raster import draw as raster
+from passgraph.backends.numpy.raster import entries, kernel
+from passgraph.backends.numpy.raster.setup import holds
 from passgraph.language.kernel import Kernel, kernel_from_text
 from passgraph.plan.data import Options
 
@@ -62,6 +62,11 @@ def tables(corner: Corner, weights: Array[float, 6]) -> tuple[vec4, float]:
     near = weights[k] if corner.place.x > 0.0 else 0.5
     return vec4(near, float(k // 2), float(-k % 3), uv().x), corner.color.g / max(corner.color.b, 0.1)
 
+def holes(corner: Corner) -> vec4:
+    if (pixel().x + pixel().y) % 3 == 0:
+        discard()
+    return corner.color
+
 def pictures(corner: Corner, picture: Image) -> tuple[vec4, vec3]:
     at = ivec2(floor(corner.place * 3.0))
     return picture.texel(at), picture.sample(corner.place).rgb + picture.texel(at - 40).rgb
@@ -91,7 +96,7 @@ def drawn(name: str, geometry: pg.Mesh, backend: str = "numpy", **state: object)
         "pictures": {"picture": pg.Input("picture").border(str(state.pop("border", "clamp")))},
     }.get(name, {})
     # In the middle of the range, so that fragments pass whichever way they are compared.
-    depth = pg.target("depth", "depth32f", clear=0.5)
+    depth = pg.target("depth", "depth32f_stencil8" if "stencil" in state else "depth32f", clear=0.5)
     made = pg.draw(
         geometry, vertex=stage("lean"), fragment=stage(name), into=into if len(into) > 1 else into[0], depth=depth,
         values=values, **state,
@@ -140,6 +145,32 @@ def test_borders_give_the_same_texels(monkeypatch: pytest.MonkeyPatch, border: s
 )
 def test_states_decide_the_same_fragments(monkeypatch: pytest.MonkeyPatch, state: dict[str, object]) -> None:
     both(monkeypatch, "branches", mesh(60, 0.6), **state)
+
+
+MARKED = pg.Stencil("not_equal", 2, read_mask=3, write_mask=7, passed="increment", depth_fail="invert", fail="zero")
+
+
+@pytest.mark.parametrize(
+    ("name", "state"),
+    [
+        ("branches", {"blend": "alpha"}),
+        ("tables", {"blend": ("premultiplied", None), "color_mask": ((True, False, True, True), (True,) * 4)}),
+        ("pictures", {"blend": ("multiply", "add"), "depth_compare": "not_equal"}),
+        ("holes", {"stencil": MARKED, "depth_compare": "less_equal"}),
+        ("holes", {"depth_compare": "greater"}),
+        ("loops", {"stencil": MARKED, "color_mask": (False,) * 4}),
+    ],
+    ids=str,
+)
+def test_vectors_of_eight_and_of_sixteen_give_the_same_bits_in_order(
+    monkeypatch: pytest.MonkeyPatch, name: str, state: dict[str, object]
+) -> None:
+    found = []
+    for width in (8, 16):
+        monkeypatch.setattr(kernel, "lanes", lambda width=width: width)
+        found.append(drawn(name, mesh(80, 0.5), **state))
+    for one, other in zip(*found, strict=True):
+        np.testing.assert_array_equal(one.view(np.int32), other.view(np.int32))
 
 
 def test_a_triangle_between_centres_is_left_out_and_one_over_a_centre_is_kept() -> None:

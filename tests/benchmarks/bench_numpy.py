@@ -13,7 +13,7 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 import passgraph as pg
-from passgraph.backends.numpy.workers import thread_count
+from passgraph.backends.numpy.machine.workers import thread_count
 from passgraph.effects import black_and_white, gaussian_blur
 
 SIZE = (1920, 1080)

@@ -17,9 +17,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 
 import passgraph as pg
-import passgraph.backends.numpy.chains as numpy_chains
-import passgraph.backends.numpy.pixel_runner as numpy_pixels
-import passgraph.backends.numpy.raster as numpy_raster
+import passgraph.backends.numpy.pixels.chains as numpy_chains
+import passgraph.backends.numpy.pixels.runner as numpy_pixels
+import passgraph.backends.numpy.raster.draw as numpy_raster
 import passgraph.backends.opencl.pixel as opencl_pixel
 import passgraph.backends.opencl.raster as opencl_raster
 import passgraph.plan.build
@@ -220,7 +220,7 @@ def test_numbers_of_threads_and_of_triangles_at_once_change_no_bit_of_a_draw(cas
 #: Prints a digest of every target of some draws, in tiles of a side that is compiled into their code.
 TILED = """
 import hashlib, sys
-import passgraph.backends.numpy.llvm_names as names
+import passgraph.backends.numpy.raster.layout as names
 names.TILE = int(sys.argv[1])
 from passgraph.conformance import cases
 from passgraph.fuzz.cases import run

@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[2]
 PARTS = ("passgraph", "backends", "effects")
 #: Generated code is kept under its text and its programs, so these may share a cache of compiled code; mistakes in what
 #: compiles the text may not, as the cache would show the code of another mutant.
-WRITES_TEXT = ("merge_code.py", "raster_code.py", "pixel_code.py")
+WRITES_TEXT = ("pixels/code.py",)
 #: What the reference runs through too: for mistakes in it, what the oracle allows is found anew.
 SHARED_WITH_ORACLE = ("passgraph/plan/", "passgraph/execution.py")
 #: A mutant that runs longer hangs, which counts as caught.

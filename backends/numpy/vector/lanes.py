@@ -1,7 +1,8 @@
 """An LLVM builder whose values may be one number or a vector of them, one a lane.
 
 A value that is the same in every lane stays a single number as long as only such values meet; where it meets a vector
-it is spread.  So the emitters of single operations (llvm_ops.py) serve both, and what does not vary costs nothing more.
+it is spread.  So the emitters of single operations (operations.py) serve both, and what does not vary costs nothing
+more.
 """
 
 # mypy: disable-error-code="no-untyped-call"
@@ -14,9 +15,9 @@ from typing import Any
 
 from llvmlite import ir
 
-from passgraph.backends.numpy.llvm_ops import BOOL, I32
+from passgraph.backends.numpy.vector.operations import BOOL, I32
 
-_LETTERS = {"float": "f32", "double": "f64", "i32": "i32", "i64": "i64", "i1": "i1"}
+_LETTERS = {"float": "f32", "double": "f64", "i32": "i32", "i64": "i64", "i8": "i8", "i1": "i1"}
 _ALIKE = ("fadd", "fsub", "fmul", "fdiv", "add", "sub", "mul", "sdiv", "srem", "shl", "ashr", "lshr",
           "and_", "or_", "xor")  # fmt: skip
 _CASTS = ("sext", "zext", "trunc", "fptrunc", "fpext", "sitofp", "uitofp", "fptosi", "bitcast")
@@ -191,7 +192,7 @@ def _parts(name: str, kinds: list[Any]) -> list[Any]:
 
 
 def _size(kind: Any) -> int:
-    return {"float": 4, "i32": 4, "double": 8, "i64": 8}[str(kind)]
+    return {"i8": 1, "float": 4, "i32": 4, "double": 8, "i64": 8}[str(kind)]
 
 
 @contextmanager

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from passgraph.backends.numpy.near import Margin, near_images, reach
+from passgraph.backends.numpy.pixels.near import Margin, near_images, reach
 from passgraph.language import scalar as s
 from passgraph.plan.data import PixelStep
 

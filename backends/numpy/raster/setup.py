@@ -1,7 +1,7 @@
 """From clip coordinates to binned triangles: projection, clipping, snapping, culling, tiles.
 
 The rules are those of docs/rasterisation.md.  Work is cut into chunks of triangles in submission order; a tile's list
-is the chunks' lists one after another, so order is kept without locks.  Written for numba; raster_entries.py is how the
+is the chunks' lists one after another, so order is kept without locks.  Written for numba; entries.py is how the
 functions are called.
 """
 
@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from passgraph.backends.numpy.jit import compiled
-from passgraph.backends.numpy.llvm_names import TILE
-from passgraph.backends.numpy.raster_entries import CORNER_LISTS, MAX_CORNERS, NEW_VERTICES
+from passgraph.backends.numpy.machine.jit import compiled
+from passgraph.backends.numpy.raster.entries import CORNER_LISTS, MAX_CORNERS, NEW_VERTICES
+from passgraph.backends.numpy.raster.layout import TILE
 
 #: Window coordinates carry 8 bits below the pixel.
 SUBPIXEL = 256
@@ -160,7 +160,7 @@ def _placed(v: Any, clip: Any) -> Any:
 
 
 def _holds(x0: Any, y0: Any, x1: Any, y1: Any, x2: Any, y2: Any, px: Any, py: Any) -> Any:
-    """Whether a triangle of positive area covers a point (rule 4; as ``edges_at`` of raster_triangle.py)."""
+    """Whether a triangle of positive area covers a point (rule 4; as ``edges_at`` of triangle.py)."""
     return edge(x0, y0, x1, y1, px, py) >= 0 and edge(x1, y1, x2, y2, px, py) >= 0 and edge(x2, y2, x0, y0, px, py) >= 0
 
 

@@ -1,6 +1,6 @@
-"""Tiles of draws that are shaded a tile at once: which triangle each pixel shows, then the kernel (raster_shade.py).
+"""Tiles of draws that are shaded a tile at once: which triangle each pixel shows, then the kernel (shade.py).
 
-Compiled once for all draws; raster_entries.py is how it is called.
+Compiled once for all draws; entries.py is how it is called.
 """
 
 # mypy: disable-error-code="untyped-decorator,arg-type,call-arg,var-annotated,unreachable"
@@ -10,13 +10,12 @@ from typing import Any
 
 import numpy as np
 
-from passgraph.backends.numpy.intrinsics import pg_take
-from passgraph.backends.numpy.jit import compiled
-from passgraph.backends.numpy.llvm_names import TILE
-from passgraph.backends.numpy.raster_call import pg_shade
-from passgraph.backends.numpy.raster_entries import EQUAL, GREATER, LESS
-from passgraph.backends.numpy.raster_setup import edge
-from passgraph.backends.numpy.raster_triangle import depth_plane, span, visible, window
+from passgraph.backends.numpy.machine.jit import compiled
+from passgraph.backends.numpy.raster.call import pg_shade, pg_take
+from passgraph.backends.numpy.raster.entries import EQUAL, GREATER, LESS
+from passgraph.backends.numpy.raster.layout import TILE
+from passgraph.backends.numpy.raster.setup import edge
+from passgraph.backends.numpy.raster.triangle import depth_plane, soon, span, visible, window
 
 #: Columns of a triangle that is tested pixel by pixel: its spans would take longer to find.
 NARROW = 8
@@ -26,7 +25,7 @@ def _tiles(
     counter: Any, count: Any, busy: Any, tiles_x: Any, offsets: Any, lists: Any,
     made: Any, wx: Any, wy: Any, wz: Any, iw: Any, vary: Any, factor: Any, units: Any, width: Any, height: Any,
     depth: Any, has_depth: Any, test: Any, write: Any, clear: Any,
-    ids: Any, slots: Any, planes: Any, table: Any, shade: Any, context: Any,
+    ids: Any, slots: Any, rows: Any, table: Any, shade: Any, context: Any,
 ) -> None:  # fmt: skip
     """Take tiles by a shared counter until none is left.
 
@@ -50,6 +49,7 @@ def _tiles(
         begin, end = offsets[tile], offsets[tile + 1]
         for n in range(begin, end):
             # Numbers instead of views of rows: a view counts references, and threads would meet there every time.
+            soon(n, end, lists, made, wx, wy, wz, iw, vary, False)
             t = lists[n]
             a, b, c = made[t, 0], made[t, 1], made[t, 2]
             x0, y0, x1, y1, x2, y2 = window(wx[a], wy[a], wx[b], wy[b], wx[c], wy[c])
@@ -86,7 +86,7 @@ def _tiles(
                         depth[np.uint64(row + x)] = z if passes & writes else held
                 e0, e1, e2 = e0 + x1 * 256, e1 + (x2 - x1) * 256, e2 - x2 * 256
         if shade != 0:
-            visible(ids, slots, lists, begin, end, made, wx, wy, wz, iw, vary, factor, units, planes, table)
+            visible(ids, slots, lists, begin, end, made, wx, wy, wz, iw, vary, factor, units, rows, table)
             pg_shade(shade, context, ids, table, x_low, y_low, y_end - y_low)
 
 

@@ -11,10 +11,10 @@ import numpy as np
 from llvmlite import ir
 
 from passgraph.backends.base import ATTRIBUTES, Block
-from passgraph.backends.numpy.lane_body import LaneBody
-from passgraph.backends.numpy.lanes import Lanes, counting
-from passgraph.backends.numpy.llvm_ops import F32, F64, I64
-from passgraph.backends.numpy.native import function_address, lanes
+from passgraph.backends.numpy.machine.native import function_address, lanes
+from passgraph.backends.numpy.vector.lane_body import LaneBody
+from passgraph.backends.numpy.vector.lanes import Lanes, counting
+from passgraph.backends.numpy.vector.operations import F32, F64, I64
 from passgraph.plan.data import DrawStep
 
 _CALL = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int64, ctypes.c_int64)

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import gcd
 
-from passgraph.backends.numpy.chains import Stage
-from passgraph.backends.numpy.channels import single_channel
-from passgraph.backends.numpy.near import Margin, near_images, reach
+from passgraph.backends.numpy.pixels.chains import Stage
+from passgraph.backends.numpy.pixels.channels import single_channel
+from passgraph.backends.numpy.pixels.near import Margin, near_images, reach
 from passgraph.language import scalar as s
 
 #: Instructions that one turn of the loop may have where it makes several rows or vectors at once.

@@ -65,7 +65,7 @@ def function_address(parts: tuple[str, ...], emit: Callable[[str], str]) -> int:
 
 def _address(parts: tuple[str, ...], emit: Callable[[str], str]) -> int:
     _, cpu, features = _machine()
-    told = (text_digest(Path(__file__).parent), llvmlite.__version__, cpu, features, *parts)
+    told = (text_digest(Path(__file__).parents[1]), llvmlite.__version__, cpu, features, *parts)
     key = hashlib.sha256("\0".join(told).encode()).hexdigest()[:40]
     if key not in _loaded:
         name = f"pg_{key}"

@@ -8,8 +8,8 @@ from typing import Any
 
 from llvmlite import ir
 
-from passgraph.backends.numpy.lanes import Lanes
-from passgraph.backends.numpy.llvm_ops import F32, I32, I64
+from passgraph.backends.numpy.vector.lanes import Lanes
+from passgraph.backends.numpy.vector.operations import F32, I32, I64
 
 
 def neighbours(b: Lanes, row: Any, place: Any, channels: int, wanted: Sequence[int]) -> list[Any]:
@@ -17,7 +17,7 @@ def neighbours(b: Lanes, row: Any, place: Any, channels: int, wanted: Sequence[i
     count = b.lanes * channels
     pointer = b.gep(row, [place], True, source_etype=F32)
     loaded = b.load(pointer, typ=ir.VectorType(F32, count), align=4)
-    return [_picked(b, loaded, range(channel, count, channels)) for channel in wanted]
+    return [picked(b, loaded, range(channel, count, channels)) for channel in wanted]
 
 
 def scattered(
@@ -64,19 +64,19 @@ def _put_together(b: Lanes, picture: Any, pixels: Any, channels: int, wanted: Se
                 vector = b.insert_element(vector, b.load(place, typ=F32, align=4), ir.Constant(I32, lane))
             found[here[0]] = vector
         elif here:
-            # More may be loaded than is wanted: pictures have room behind their last pixel (memory.py).
+            # More may be loaded than is wanted: pictures have room behind their last pixel (machine/memory.py).
             count = 2 if max(here) < first + 2 else 4
             loads = [b.load(place, typ=ir.VectorType(F32, count), align=4) for place in places(first)]
             if count == 2:
-                joined = _joined(b, loads)
-                columns = [_picked(b, joined, range(column, 2 * b.lanes, 2)) for column in range(2)]
+                whole = joined(b, loads)
+                columns = [picked(b, whole, range(column, 2 * b.lanes, 2)) for column in range(2)]
             else:
-                columns = _transposed(b, [_joined(b, loads[row::4]) for row in range(4)])
+                columns = transposed(b, [joined(b, loads[row::4]) for row in range(4)])
             found |= {number: columns[number - first] for number in here}
     return [found[number] for number in wanted]
 
 
-def _transposed(b: Lanes, rows: list[Any]) -> list[Any]:
+def transposed(b: Lanes, rows: list[Any]) -> list[Any]:
     """Four vectors whose fours of numbers are 4x4 matrices, each transposed: what units do without crossing fours."""
     count = rows[0].type.count
 
@@ -90,7 +90,7 @@ def _transposed(b: Lanes, rows: list[Any]) -> list[Any]:
     return [mixed(*pair, part) for pair in pairs for part in (first, second)]
 
 
-def _joined(b: Lanes, parts: list[Any]) -> Any:
+def joined(b: Lanes, parts: list[Any]) -> Any:
     """Vectors one behind another; as many as a power of two."""
     while len(parts) > 1:
         length = 2 * parts[0].type.count
@@ -99,8 +99,9 @@ def _joined(b: Lanes, parts: list[Any]) -> Any:
     return parts[0]
 
 
-def _picked(b: Lanes, vector: Any, places: Sequence[int]) -> Any:
-    if len(places) == vector.type.count:
+def picked(b: Lanes, vector: Any, places: Sequence[int]) -> Any:
+    """Those numbers of a vector."""
+    if list(places) == list(range(vector.type.count)):
         return vector
     order = ir.Constant(ir.VectorType(I32, len(places)), list(places))
     return b.shuffle_vector(vector, ir.Constant(vector.type, ir.Undefined), order)

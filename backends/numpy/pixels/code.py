@@ -15,11 +15,11 @@ from typing import Any
 
 from llvmlite import ir
 
-from passgraph.backends.numpy.lane_body import LaneBody
-from passgraph.backends.numpy.lanes import Lanes, border, counting
-from passgraph.backends.numpy.llvm_ops import BOOL, F32, I32, I64
-from passgraph.backends.numpy.pixel_layout import Layout, StageLayout, View
-from passgraph.backends.numpy.texels import neighbours
+from passgraph.backends.numpy.pixels.layout import Layout, StageLayout, View
+from passgraph.backends.numpy.vector.lane_body import LaneBody
+from passgraph.backends.numpy.vector.lanes import Lanes, border, counting
+from passgraph.backends.numpy.vector.operations import BOOL, F32, I32, I64
+from passgraph.backends.numpy.vector.texels import neighbours
 from passgraph.language import scalar as s
 
 POINTER = ir.PointerType()

@@ -1,6 +1,7 @@
 """The rasteriser's fixed functions as the host calls them, and the numbers that both know.
 
-They are written in raster_setup.py and raster_tiles.py, which are loaded only where they must be compiled.
+They are written in setup.py, tiles.py and order.py, which are loaded only where they must be
+compiled.
 """
 
 from __future__ import annotations
@@ -9,7 +10,8 @@ from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
-from passgraph.backends.numpy.numba_code import NumbaCode
+from passgraph.backends.numpy.machine.numba_code import NumbaCode
+from passgraph.backends.numpy.raster.layout import TILE
 
 #: A triangle cut by six planes has at most nine corners.
 MAX_CORNERS = 9
@@ -19,6 +21,11 @@ NEW_VERTICES = 12
 CORNER_LISTS = 2
 #: Entries of each list: those corners in whole cache lines, as chunks write side by side.
 CORNER_ROOM = 16
+
+#: A triangle's first pixels in the rows of a tile, then as many last ones; vectors may reach three rows farther.
+SPAN_ROWS = TILE + 3
+#: The first pixel of a row without any; its last is -1.
+NOWHERE = 1 << 30
 
 #: A depth test passes where the new depth is on one of these sides of the held one.
 LESS, EQUAL, GREATER = 1, 2, 4
@@ -30,22 +37,29 @@ TESTS = {
 
 def _entry(module: str, function: str, pieces: int, kinds: str) -> NumbaCode:
     def find() -> Callable[..., Any]:
-        found: Callable[..., Any] = getattr(import_module(f"passgraph.backends.numpy.{module}"), function).py_func
+        found: Callable[..., Any] = getattr(
+            import_module(f"passgraph.backends.numpy.raster.{module}"), function
+        ).py_func
         return found
 
     return NumbaCode((module, function), pieces, kinds.split(), find)
 
 
-project = _entry("raster_setup", "project", 2, "f64[2] i64 i64 i32[1] i32[1] f64[1] f64[1] u8[1]")
-classify = _entry("raster_setup", "classify", 3, "i32[2] u8[1] u8[1] i64[2]")
+project = _entry("setup", "project", 2, "f64[2] i64 i64 i32[1] i32[1] f64[1] f64[1] u8[1]")
+classify = _entry("setup", "classify", 3, "i32[2] u8[1] u8[1] i64[2]")
 assemble = _entry(
-    "raster_setup", "assemble", 5,
+    "setup", "assemble", 5,
     "i32[2] u8[1] u8[1] f64[2] f32[2] i64 i64 i64 i32[1] i32[1] f64[1] f64[1] i32[2] i64[2]",
 )  # fmt: skip
-count_tiles = _entry("raster_setup", "count_tiles", 3, "i32[2] i64 i64[2]")
-fill_tiles = _entry("raster_setup", "fill_tiles", 3, "i32[2] i64 i64[2] i32[1]")
+count_tiles = _entry("setup", "count_tiles", 3, "i32[2] i64 i64[2]")
+fill_tiles = _entry("setup", "fill_tiles", 3, "i32[2] i64 i64[2] i32[1]")
 tiles = _entry(
-    "raster_tiles", "tiles", 0,
+    "tiles", "tiles", 0,
     "i64[1] i64 i64[1] i64 i64[1] i32[1] i32[2] i32[1] i32[1] f64[1] f64[1] f32[2] f64 f64 i64 i64 "
-    "f32[1] i64 i64 i64 f64 i32[1] i32[1] f64[2] f64[1] i64 i64[1]",
+    "f32[1] i64 i64 i64 f64 i32[1] i32[1] i64 f64[1] i64 i64[1]",
+)  # fmt: skip
+in_order = _entry(
+    "order", "in_order", 0,
+    "i64[1] i64 i64[1] i64 i64[1] i32[1] i32[2] i32[1] i32[1] f64[1] f64[1] f32[2] f64 f64 i64 i64 "
+    "f32[1] f64 i64 i32[1] i64 f64[1] i64 i64[1]",
 )  # fmt: skip

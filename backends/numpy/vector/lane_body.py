@@ -10,18 +10,17 @@ from typing import Any
 
 from llvmlite import ir
 
-from passgraph.backends.numpy.lanes import Lanes, border, is_vector, offset_within
-from passgraph.backends.numpy.llvm_ops import BOOL, F32, HELD, I8, I32, I64, TYPES
-from passgraph.backends.numpy.program_body import ProgramBody, counter, index_of
-from passgraph.backends.numpy.texels import scattered
-from passgraph.backends.numpy.windows import Window, windows_of
+from passgraph.backends.numpy.vector.lanes import Lanes, border, is_vector, offset_within
+from passgraph.backends.numpy.vector.operations import BOOL, F32, HELD, I8, I32, I64, TYPES, constant, emit_operation
+from passgraph.backends.numpy.vector.texels import scattered
+from passgraph.backends.numpy.vector.windows import Window, windows_of
 from passgraph.language import scalar as s
 
 #: Branches with more instructions than this, or with loops, are jumped over where no lane takes them.
 MAX_UNCONDITIONAL = 12
 
 
-class LaneBody(ProgramBody):
+class LaneBody:
     """``given`` are the builtins and ``memory`` the pointers and sizes by their names."""
 
     def __init__(
@@ -43,6 +42,15 @@ class LaneBody(ProgramBody):
         """Emit everything; the outputs' components."""
         self.block(self.program.body)
         return [self.operand(value) for output in self.program.outputs for value in output.values]
+
+    def operand(self, value: s.Operand) -> Any:
+        return constant(value) if isinstance(value, s.Lit) else self.values[value.id]
+
+    def block(self, instructions: tuple[s.Instruction, ...]) -> None:
+        for instruction in instructions:
+            if self.builder.block.is_terminated:
+                return
+            self.emit(instruction)
 
     def _slot(self, kind: Any) -> Any:
         """A variable with a value in each lane.  It begins with 0: idle lanes too compute with what they hold."""
@@ -70,7 +78,14 @@ class LaneBody(ProgramBody):
 
     def emit(self, i: s.Instruction) -> None:
         b = self.builder
-        if isinstance(i, s.Read):
+        if isinstance(i, s.Op):
+            self.values[i.to.id] = emit_operation(b, i.operation, i.on, [self.operand(a) for a in i.arguments])
+        elif isinstance(i, s.Choose):
+            self.values[i.to.id] = b.select(self.operand(i.condition), self.operand(i.then), self.operand(i.orelse))
+        elif isinstance(i, s.LoadUniform):
+            index = b.sext(self.operand(i.index), I64)
+            self.values[i.to.id] = self._entry(self.memory[f"{i.block}s"], index, TYPES[i.block])
+        elif isinstance(i, s.Read):
             self.values[i.to.id] = self._read_slot(self.slots[i.variable], TYPES[i.to.type])
         elif isinstance(i, s.Write):
             value, slot = b.spread(self.operand(i.value)), self.slots[i.variable]
@@ -98,7 +113,7 @@ class LaneBody(ProgramBody):
         elif isinstance(i, s.For):
             self._for(i)
         else:
-            super().emit(i)
+            raise AssertionError(i)
 
     # Memory: indices and coordinates are brought into range in every lane, so that idle lanes may read too.
 
@@ -130,9 +145,6 @@ class LaneBody(ProgramBody):
         b = self.builder
         return b.add(b.mul(index, ir.Constant(I32, b.lanes)), b.counting(I32))
 
-    def load(self, name: str, index: Any, kind: Any) -> Any:
-        return self._entry(self.memory[name], index, kind)
-
     def _entry(self, array: Any, index: Any, kind: Any) -> Any:
         if is_vector(index) and kind == F32:
             return scattered(self.builder, array, self.builder.trunc(index, I32), 1, (0,))[0]
@@ -141,7 +153,9 @@ class LaneBody(ProgramBody):
     def _table(self, i: s.LoadTable) -> Any:
         b = self.builder
         if i.table not in self.tables:
-            array = self.table_constant(i.table)
+            kind, values = next((kind, values) for name, kind, values in self.program.tables if name == i.table)
+            entries = [constant(s.Lit(kind, value)) for value in values]
+            array = ir.Constant(ir.ArrayType(TYPES[kind], len(values)), entries)
             held = ir.GlobalVariable(b.module, array.type, b.module.get_unique_name("table"))
             held.linkage, held.global_constant, held.initializer = "internal", True, array
             self.tables[i.table] = held
@@ -270,7 +284,7 @@ class LaneBody(ProgramBody):
         with b.goto_entry_block():
             slot = b.alloca(I32)
         before, live = self._at_work(), self._slot(BOOL)
-        start, stop, step = counter(i)
+        start, stop, step = _counter(i)
         b.store(ir.Constant(I32, start), slot)
         b.store(before, live)
         check, body, behind = (b.append_basic_block(name) for name in ("check", "body", "behind"))
@@ -283,7 +297,7 @@ class LaneBody(ProgramBody):
         b.cbranch(more, body, behind)
         b.position_at_end(body)
         b.store(self._read_slot(live, BOOL), self.mask)
-        self.values[i.index.id] = index_of(b, i, count)
+        self.values[i.index.id] = _index_of(b, i, count)
         was, self.masked = self.masked, self.masked or _breaks(i.body)
         self.breaks.append(live)
         self.block(i.body)
@@ -311,3 +325,15 @@ def _leaves(body: tuple[s.Instruction, ...]) -> bool:
 def _long(body: tuple[s.Instruction, ...]) -> bool:
     listed = list(s.walk(body))
     return len(listed) > MAX_UNCONDITIONAL or any(isinstance(i, (s.For, s.LoadTexel)) for i in listed)
+
+
+def _counter(loop: s.For) -> tuple[int, int, int]:
+    """Start, stop and step of what a loop counts: its index, or its trips where the index would pass 32 bits."""
+    return (0, loop.trips, 1) if loop.wraps else (loop.start, loop.stop, loop.step)
+
+
+def _index_of(b: Any, loop: s.For, count: Any) -> Any:
+    """The index of a trip; sums and products wrap, and the index itself fits."""
+    if not loop.wraps:
+        return count
+    return b.add(b.mul(count, ir.Constant(I32, loop.step)), ir.Constant(I32, loop.start))

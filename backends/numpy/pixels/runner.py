@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from passgraph.backends.base import Block, FloatBlock
-from passgraph.backends.numpy.chains import Stage, Tiling, pitch, tiling
-from passgraph.backends.numpy.memory import aligned_zeros
-from passgraph.backends.numpy.native import function_address, lanes
-from passgraph.backends.numpy.pixel_layout import Layout
-from passgraph.backends.numpy.workers import Workers
+from passgraph.backends.numpy.machine.memory import aligned_zeros
+from passgraph.backends.numpy.machine.native import function_address, lanes
+from passgraph.backends.numpy.machine.workers import Workers
+from passgraph.backends.numpy.pixels.chains import Stage, Tiling, pitch, tiling
+from passgraph.backends.numpy.pixels.layout import Layout
 
 if TYPE_CHECKING:
     from passgraph.backends.numpy.backend import Storage
@@ -88,7 +88,7 @@ class _Own:
 
 def _text(layout: Layout, name: str) -> str:
     """What writes code is loaded only where there is some to compile."""
-    from passgraph.backends.numpy.pixel_code import pixel_text
+    from passgraph.backends.numpy.pixels.code import pixel_text
 
     return pixel_text(layout, name)
 

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from passgraph.backends.numpy.native import function_address
+from passgraph.backends.numpy.machine.native import function_address
 
 _LLVM = {"i64": "i64", "f64": "double"}
 _DTYPES = {name: np.dtype(kind) for name, kind in (
@@ -50,7 +50,7 @@ class NumbaCode:
         return Call(kind(address), self.kinds)
 
     def _text(self, name: str) -> str:
-        from passgraph.backends.numpy.jit import llvm_text
+        from passgraph.backends.numpy.machine.jit import llvm_text
 
         text, inner = llvm_text(self.find(), self.pieces, self.kinds)
         return text + _entry(name, inner, self.pieces, self.kinds)

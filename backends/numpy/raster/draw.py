@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.base import Block, vertex_attribute
-from passgraph.backends.numpy import raster_entries as entries
-from passgraph.backends.numpy.llvm_names import TILE
-from passgraph.backends.numpy.raster_paint import Deferred, Forward, Triangles
-from passgraph.backends.numpy.raster_shade import is_deferred
-from passgraph.backends.numpy.raster_vertices import VertexStage
-from passgraph.backends.numpy.workers import Workers
+from passgraph.backends.numpy.machine.workers import Workers
+from passgraph.backends.numpy.raster import entries
+from passgraph.backends.numpy.raster.layout import TILE
+from passgraph.backends.numpy.raster.paint import Deferred, Ordered, Triangles
+from passgraph.backends.numpy.raster.shade import is_deferred
+from passgraph.backends.numpy.raster.vertices import VertexStage
 from passgraph.plan.data import DrawStep
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ class Raster:
         self.width, self.height = step.size
         self.attributes = step.vertex.attributes
         self.vertices = VertexStage(step)
-        self.paint = Deferred(step, workers) if is_deferred(step) else Forward(step, workers)
+        self.paint = (Deferred if is_deferred(step) else Ordered)(step, workers)
         self.tiles_x = -(-self.width // TILE)
         self.tiles_y = -(-self.height // TILE)
         self.project, self.classify, self.assemble, self.count, self.fill = (

@@ -1,6 +1,6 @@
 """Which images a pixel pass reads in a window around each pixel, and which texel by texel from the whole picture.
 
-A window is a table of rows and copies of their ends (pixel_code.py), as large as the footprint.  Text may ask for any
+A window is a table of rows and copies of their ends (code.py), as large as the footprint.  Text may ask for any
 footprint; one that is larger than :data:`MAX_WINDOW`, or that differs between pixels, needs no memory this way.
 """
 

@@ -1,0 +1,1 @@
+"""Pixel passes, and chains of them, as loops over pieces of rows."""

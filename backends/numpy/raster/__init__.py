@@ -1,0 +1,1 @@
+"""Draws: vertices, clipping, tiles, fragments."""

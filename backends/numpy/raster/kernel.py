@@ -1,0 +1,87 @@
+"""A fragment kernel in vectors, and what it and the rest of its draw find in memory."""
+
+# mypy: disable-error-code="no-untyped-call"
+from __future__ import annotations
+
+from typing import Any
+
+from llvmlite import ir
+
+from passgraph.backends.numpy.machine.native import lanes
+from passgraph.backends.numpy.raster.layout import is_varying
+from passgraph.backends.numpy.vector.lane_body import LaneBody
+from passgraph.backends.numpy.vector.lanes import Lanes
+from passgraph.backends.numpy.vector.operations import F32, I32, I64
+from passgraph.plan.data import DrawStep
+
+
+def kernel_parts(step: DrawStep) -> tuple[str, ...]:
+    """What tells the code of a draw's fragments from every other, apart from the draw's state."""
+    cleared = [clear is not None for clear in step.clears]
+    program = step.fragment
+    kernel = () if program is None else (program.key, repr([name for name, _ in program.builtins]))
+    return *kernel, repr(cleared), repr(step.varyings), str(lanes())
+
+
+def context_names(step: DrawStep) -> list[str]:
+    """Entries of the context, in order: each an address or a size."""
+    names = ["floats", "ints", "clears", "depth", "stencil", "width", "height"]
+    for number in range(0 if step.fragment is None else len(step.fragment.images)):
+        names += [f"im{number}", f"im{number}_w", f"im{number}_h"]
+    return [*names, *(f"out{number}" for number in range(len(step.outputs)))]
+
+
+class Fragments:
+    """A function of so many pointers, of which the first is the context, and whole numbers, on its way into LLVM."""
+
+    def __init__(self, step: DrawStep, name: str, pointers: int, numbers: int) -> None:
+        self.step, self.program = step, step.fragment
+        self.module = ir.Module(name)
+        kind = ir.FunctionType(ir.VoidType(), [ir.PointerType()] * pointers + [I64] * numbers)
+        self.function = ir.Function(self.module, kind, name)
+        self.builder = Lanes(ir.IRBuilder(self.function.append_basic_block("entry")), lanes())
+        self.memory: dict[str, Any] = {}
+        builtins = [] if self.program is None else [name for name, _ in self.program.builtins]
+        #: Builtins that depend on the triangle.
+        self.interpolated = [n for n in builtins if is_varying(n) or n in ("front_facing", "fragment_depth")]
+        #: Of each target.
+        self.channels = [] if self.program is None else [len(output.values) for output in self.program.outputs]
+
+    def found_in(self, context: Any) -> dict[str, Any]:
+        """The context's entries: pointers, or sizes as int32."""
+        b = self.builder
+        found = {}
+        for place, name in enumerate(context_names(self.step)):
+            entry = b.load_at(context, ir.Constant(I64, place), I64, steady=True)
+            size = name in ("width", "height") or name.endswith(("_w", "_h"))
+            found[name] = b.trunc(entry, I32) if size else b.inttoptr(entry, ir.PointerType())
+        return found
+
+    def places(self, x: Any, y: Any) -> dict[str, Any]:
+        """Builtins that depend on the place alone."""
+        given = {"pixel.0": x, "pixel.1": y,
+                 "output_size.0": self.memory["width"], "output_size.1": self.memory["height"]}  # fmt: skip
+        for number, use in enumerate(() if self.program is None else self.program.images):
+            given |= {f"size.{use.name}.{axis}": self.memory[f"im{number}_{'wh'[axis]}"] for axis in range(2)}
+        return given
+
+    def run(self, given: dict[str, Any], mask: Any) -> tuple[list[Any], Any]:
+        """Run the kernel in the lanes of the mask: components of all outputs, and which of those lanes it keeps."""
+        b, program = self.builder, self.program
+        if program is None:
+            return [], mask
+        body = LaneBody(program, b, given, self.memory, mask)
+        results = [b.spread(value) for value in body.results()]
+        return results, mask if program.keep is None else b.and_(mask, body.operand(program.keep))
+
+    def clears(self, number: int) -> list[Any]:
+        """What each channel of a target is cleared to."""
+        b, begin = self.builder, sum(self.channels[:number])
+        places = [ir.Constant(I64, begin + channel) for channel in range(self.channels[number])]
+        return [b.spread(b.load_at(self.memory["clears"], place, F32, steady=True)) for place in places]
+
+    def pixel(self, name: str, column: Any, row: Any, numbers: int, kind: Any) -> Any:
+        """Where a pixel of a picture as large as the targets lies."""
+        b = self.builder
+        first = b.add(b.mul(b.sext(row, I64), b.sext(self.memory["width"], I64)), b.sext(column, I64))
+        return b.gep(self.memory[name], [b.mul(first, ir.Constant(I64, numbers))], True, source_etype=kind)

@@ -1,0 +1,1 @@
+"""Scalar programs as LLVM code in vectors: lanes, operations, texels, bodies."""
