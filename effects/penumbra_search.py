@@ -35,7 +35,7 @@ SHARP_PX, SOFT_PX = 1.5, 4.0
 COMPARED = 2
 #: Comparisons of each pixel in full size: enough for a penumbra of SHARP_PX.
 FEW = 5
-FEW_PLACES = vogel_disc(FEW)
+FEW_PLACES: Any = vogel_disc(FEW)
 #: A caster nearer to the receiver than DEPTH_SLACK_TEXELS counts from so many texels on where all comparisons find one.
 NEAR_SLACK_TEXELS = 0.5
 #: How far a pixel of the small picture may lie off the plane of one that it is blended into.
