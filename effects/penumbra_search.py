@@ -10,13 +10,14 @@ from math import cos, pi, sin
 from typing import Any
 
 import passgraph as pg
-from passgraph import Const, Image, dot, ivec2, length, mix, smoothstep, vec2, vec3
+from passgraph import Const, Image, dot, floor, ivec2, length, mix, smoothstep, vec2, vec3
 from passgraph.effects.geometry import unpack_normal, view_ray
 from passgraph.effects.nearest_casters import search_reach
 from passgraph.effects.shadow_filters import (
     Receiver,
     beside,
     caster_at,
+    limit_at,
     mean_of,
     reach_of,
     receiver_at,
@@ -34,7 +35,9 @@ SHARP_PX, SOFT_PX = 1.5, 4.0
 COMPARED = 2
 #: Comparisons of each pixel in full size: enough for a penumbra of SHARP_PX.
 FEW = 5
-FEW_PLACES = vogel_disc(FEW)
+FEW_PLACES: Any = vogel_disc(FEW)
+#: A caster nearer to the receiver than DEPTH_SLACK_TEXELS counts from so many texels on where all comparisons find one.
+NEAR_SLACK_TEXELS = 0.5
 #: How far a pixel of the small picture may lie off the plane of one that it is blended into.
 SAME_PLANE_PX = 2.0
 #: Half width of the least filter, in texels: an edge in a map is only known to a texel, and straightened by that much.
@@ -201,9 +204,34 @@ def find_penumbrae(taps: int) -> Any:
 
 
 @pg.function
-def lit_at(map: Image, receiver: Receiver, offset: vec2, kind: int, face: int) -> float:
-    """1 where nothing casts, 0 where something does; ``offset`` in scene units."""
-    return 1.0 if caster_at(map, receiver, beside(receiver, offset), kind, face) >= NOTHING else 0.0
+def before_limit(map: Image, receiver: Receiver, offset: vec2, kind: int, face: int) -> float:
+    """By how much a texel's caster, ``offset`` scene units beside, lies before what it has to; negative where it does
+    not, or beyond the map's border."""
+    texel = floor(receiver.place + beside(receiver, offset))
+    limit = limit_at(receiver, texel + 0.5 - receiver.place, kind)
+    size = vec2(map.size)
+    inside = face >= 0 or (texel.x >= 0.0 and texel.y >= 0.0 and texel.x < size.x and texel.y < size.y)
+    return limit - map.texel(ivec2(texel)).r if inside else -NOTHING
+
+
+@pg.function
+def sharp_share(map: Image, receiver: Receiver, reach: float, soft: bool, kind: int, face: int) -> float:
+    """The mean of FEW comparisons over a disc; of the first alone where it is lit and nothing is near.
+
+    Where two surfaces meet, some of the places see the receiver's own surface; where none of them does, a caster that
+    nearly touches the receiver is one.
+    """
+    near = NEAR_SLACK_TEXELS * receiver.texel - receiver.slack
+    before = before_limit(map, receiver, FEW_PLACES[0] * reach, kind, face)
+    lit = 0.0 if before > 0.0 else 1.0
+    least = before
+    if soft or before > near:
+        for i in range(1, FEW):
+            before = before_limit(map, receiver, FEW_PLACES[i] * reach, kind, face)
+            lit += 0.0 if before > 0.0 else 1.0
+            least = min(least, before)
+        lit = 0.0 if least > near else mean_of(lit, FEW)
+    return lit
 
 
 @pg.kernel
@@ -255,10 +283,6 @@ def add_light_with_penumbrae(
         share = min(total / max(weight, 1e-6), 1.0)
         if width_px < SOFT_PX:
             reach = min(max(width_px * pixel_width, LEAST * receiver.texel), receiver.farthest)
-            sharp = lit_at(map, receiver, FEW_PLACES[0] * reach, kind, face)
-            if width_px > 0.0:
-                for i in range(1, FEW):
-                    sharp += lit_at(map, receiver, FEW_PLACES[i] * reach, kind, face)
-                sharp = mean_of(sharp, FEW)
+            sharp = sharp_share(map, receiver, reach, width_px > 0.0, kind, face)
             share = mix(sharp, share, smoothstep(SHARP_PX, SOFT_PX, width_px))
     return free[0, 0].rgb + more, shadowed[0, 0].rgb + more * share

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph.compare import compare
 from passgraph.effects import soft_shadow_passes
+from passgraph.scene.matrices import translation
 from passgraph.truth import visible_share
 from tests.effects.scenes import Picture, cube, floor, render, sun
 
@@ -87,6 +88,25 @@ def test_far_from_penumbrae_nothing_is_interpolated(value: float, away_px: int, 
             settled &= np.roll(settled, 1, axis) & np.roll(settled, -1, axis)
     assert settled.sum() > least
     assert (made[settled] == value).all()  # float16 holds 0 and 1
+
+
+def plate_over_floor(texels: float, map_size: int) -> pg.Scene:
+    """A plate so many texels over a floor under a sun at the zenith; from above, where the camera is, it is culled."""
+    corners = np.array([[-1, 0, -1], [-1, 0, 1], [1, 0, 1], [1, 0, -1.0]])
+    mesh = pg.Mesh.make(corners, [[0, 2, 1], [0, 3, 2]], np.tile([0.0, -1.0, 0.0], (4, 1)))
+    plate = pg.Node(mesh, transform=translation((0.0, texels * 2.0 / map_size, 0.0)))
+    camera = pg.Camera((0, 5, 0), (0, 0, 0), up=(0, 0, -1), vertical_fov_rad=0.5)
+    return pg.Scene((floor(4.0), plate), camera, (pg.Light.directional((0, -1, 0), radius=0.02),))
+
+
+def test_a_plate_that_nearly_touches_the_floor_hides_it(backend_name: str) -> None:
+    """Though not each comparison finds it, as its depth is within what hollow edges may take."""
+    passes = soft_shadow_passes(
+        plate_over_floor(2.0, 64), ambient=0.0, map_size=64, fit="scene", shadow_filter="penumbra"
+    )
+    assert passes.shadows_blurred is not None
+    made = render(passes.shadows_blurred, size=(64, 64), backend=backend_name)[passes.shadows_blurred.name][:, :, 0]
+    assert made[20:44, 20:44].max() == 0.0
 
 
 @pytest.mark.parametrize("size", [(33, 21), (1, 1), (2, 5)], ids=str)

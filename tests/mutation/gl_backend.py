@@ -124,7 +124,7 @@ MUTANTS = (
         "state",
         "wanted = (state, depth is None,",
         "wanted = (None, depth is None,",
-        "sequences/",
+        "draws/stencil",
         "effects/soft-shadow",
     ),
     _g("state", "            _FACTORS[source],\n", "            _FACTORS[blend.source],\n", "draw states/blend"),
