@@ -28,6 +28,7 @@ from passgraph.language.kernel import function, struct
 from passgraph.language.symbols import *  # noqa: F403 (every name of the kernel language)
 from passgraph.plan.data import Options
 from passgraph.program import Program, Result, compile
+from passgraph.ranges import Range
 from passgraph.targets import (
     OUTPUT_SIZE,
     Derived,
@@ -63,8 +64,8 @@ def __getattr__(name: str) -> Any:
 
 __all__ = [
     "OUTPUT_SIZE", "BackendError", "Blend", "Camera", "Derived", "DeviceMissingError", "GraphError", "Input",
-    "InputError", "KernelError", "Light", "Material", "Mesh", "Node", "Options", "PassgraphError", "Program", "Result",
-    "Scene", "Stencil",
+    "InputError", "KernelError", "Light", "Material", "Mesh", "Node", "Options", "PassgraphError", "Program", "Range",
+    "Result", "Scene", "Stencil",
     "Target", "TargetSpec", "Texture", "Value", "combine", "compile", "draw", "fragment", "function", "graph", "kernel",
     "load", "previous", "save", "struct", "target", "vertex",
 ]  # fmt: skip
