@@ -57,7 +57,7 @@ from passgraph.effects import (
     tone_map,
 )
 from passgraph.effects.ambient_occlusion import ambient_occlusion, ambient_occlusion_passes
-from passgraph.effects.lens import dirty_lens_bright, dirty_lens_map, dirty_lens_spots, light_spots
+from passgraph.effects.lens import dirty_lens_bright
 from passgraph.effects.light2d import (
     Wall,
     World2D,
@@ -69,12 +69,13 @@ from passgraph.effects.light2d import (
     smoothed,
 )
 from passgraph.effects.light2d.grid import reach
+from passgraph.effects.light2d.lens_spots import dirty_lens_map, dirty_lens_spots, light_spots
 from passgraph.effects.light2d.light_map import PENUMBRAS
 from passgraph.effects.light2d.picture import light2d
-from passgraph.effects.planar_comparison import planar_comparison
-from passgraph.effects.shadow_lookup import SHADOW_FILTERS
+from passgraph.effects.shadow_choice import SHADOW_FILTERS, Blur, BlurWidth
 from passgraph.effects.tone_map import CURVES
 from tests.benchmarks.memory import table
+from tests.effects.planar_comparison import planar_comparison
 
 FRAME, DEPTH, SCENE = pg.Input("frame"), pg.Input("depth"), pg.Input("scene")
 DIRT = pg.Input("dirt", static=True)
@@ -121,7 +122,7 @@ def shadows() -> list[Panel]:
 
 
 def chain() -> list[Panel]:
-    passes = soft_shadow_passes(pg.Scene.shipped(), shadow_filter="blur")
+    passes = soft_shadow_passes(pg.Scene.shipped(), filter=Blur())
     assert passes.shadows is not None
     assert passes.shadows_blurred is not None
     return [
@@ -135,8 +136,8 @@ def chain() -> list[Panel]:
 def filters() -> list[Panel]:
     scene = standing()
     return [
-        Panel(name, soft_shadow(scene, shadow_filter=name, softness=0.03), size=(840, 400), middle=0.6)
-        for name in SHADOW_FILTERS
+        Panel(name, soft_shadow(scene, filter=kind(), softness=0.03), size=(840, 400), middle=0.6)
+        for name, kind in SHADOW_FILTERS.items()
     ]
 
 
@@ -155,9 +156,9 @@ def before_and_after() -> list[Panel]:
 
 
 def dolly() -> list[Panel]:
-    def mask(times: float, blur: str) -> pg.Target:
+    def mask(times: float, blur: BlurWidth) -> pg.Target:
         scene = receding(standing(), times)
-        made = soft_shadow_passes(scene, softness=0.04, blur=blur, radius_px=12).shadows_blurred  # type: ignore[arg-type]
+        made = soft_shadow_passes(scene, softness=0.04, filter=Blur(blur, radius_px=12)).shadows_blurred
         assert made is not None
         return made
 

@@ -67,7 +67,7 @@ CHOICE = """## Which method when
 
 | Wanted | Take | Because |
 |---|---|---|
-| soft shadows, nothing else known | `shadow_filter="auto"`, the default | `penumbra` where lights have a radius |
+| soft shadows, nothing else known | `filter=Auto()`, the default | `penumbra` where lights have a radius |
 | edges of one width, chosen by hand | `"blur"` with `softness=…` | one blur for any number of lights |
 | sharp shadows, the least time | `"hard"`, with a larger map | no filter at all |
 | smooth edges a few texels wide | `"pcf"`, 3 to 5 texels | cheap, and no light leaks |

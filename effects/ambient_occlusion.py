@@ -5,17 +5,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
 import passgraph as pg
 from passgraph import Const, Image, vec3, vec4
-from passgraph.effects.checked import checked
+from passgraph.effects.checked import checked, effect
 from passgraph.effects.hemisphere_occlusion import hemisphere_visibility
 from passgraph.effects.horizon_occlusion import horizon_visibility
 from passgraph.effects.occlusion_filter import denoise as denoise_line
 from passgraph.effects.occlusion_filter import enlarge, invert, invert_half, normals_of_depth
+from passgraph.effects.passes import picture_of
+from passgraph.effects.quantities import Color, NotNegative, Reach, Share
 from passgraph.effects.shadow_light import ambient_light
 from passgraph.effects.soft_shadow import soft_shadow_passes
 from passgraph.effects.tone_map import tone_map
@@ -23,7 +25,11 @@ from passgraph.effects.views import Casters, View
 from passgraph.scene.camera import DEFAULT_FOV_RAD
 
 Method = Literal["gtao", "ssao"]
-METHODS: tuple[Method, ...] = ("gtao", "ssao")
+#: Planes, taps and points of a search, and shares of its radius.
+Slices = Annotated[int, pg.Range(1, 64)]
+Steps = Annotated[int, pg.Range(1, 256)]
+Falloff = Annotated[float, pg.Range(0, 1, above=True)]
+Bias = Annotated[float, pg.Range(0, 1, "of the radius")]
 #: The radius where none is given, as a share of the diagonal of what stands in the scene.
 RADIUS_SHARE = 0.08
 
@@ -121,16 +127,16 @@ def occlusion(
     normals: pg.Target,
     camera: pg.Value,
     *,
-    radius: float | pg.Value | pg.Derived,
+    radius: Reach | pg.Value | pg.Derived,
     method: Method = "gtao",
-    slices: int = 2,
-    steps: int = 4,
-    falloff: float = 0.6,
-    thickness: float = 0.0,
-    taps: int = 16,
-    bias: float = 0.02,
+    slices: Slices = 2,
+    steps: Steps = 4,
+    falloff: Falloff = 0.6,
+    thickness: Share = 0.0,
+    taps: Steps = 16,
+    bias: Bias = 0.02,
     range_check: bool = True,
-    power: float | pg.Value = 1.0,
+    power: NotNegative | pg.Value = 1.0,
     half_resolution: bool = False,
     denoise: bool = True,
 ) -> Occlusion:
@@ -141,7 +147,7 @@ def occlusion(
     depth : red is the distance along the view axis in scene units, 0 where there is no surface
     normals : packed, of the camera's frame, in blue and alpha, as in `passgraph.effects.g_buffer.GBuffer`
     camera : the run value of the camera that both were seen by
-    radius : how far away things still take light, scene units, above 0
+    radius : how far away things still take light, scene units
     method, slices, steps, falloff, thickness, taps, bias, range_check, power, half_resolution, denoise :
         see `ambient_occlusion`
 
@@ -156,7 +162,6 @@ def occlusion(
     >>> bool((flat == 1.0).all())
     True
     """
-    _check(method, radius, slices, steps, falloff, thickness, taps, bias, power)
     tan_half = View(camera).tan_half()
     if half_resolution:
         small = (pg.target("inverse depth", "r32f", like=depth, scale=0.5),
@@ -185,44 +190,71 @@ def occlusion(
 
 
 @checked
-def ambient_occlusion(
+def ambient_occlusion_passes(
     scene: pg.Scene,
     *,
     method: Method = "gtao",
-    radius: float | pg.Value | None = None,
-    slices: int = 2,
-    steps: int = 4,
-    falloff: float = 0.6,
-    thickness: float = 0.0,
-    taps: int = 16,
-    bias: float = 0.02,
+    radius: Reach | pg.Value | None = None,
+    slices: Slices = 2,
+    steps: Steps = 4,
+    falloff: Falloff = 0.6,
+    thickness: Share = 0.0,
+    taps: Steps = 16,
+    bias: Bias = 0.02,
     range_check: bool = True,
-    power: float | pg.Value = 1.0,
+    power: NotNegative | pg.Value = 1.0,
     half_resolution: bool = False,
     denoise: bool = True,
     bounces: bool = False,
-    ambient: float | tuple[float, float, float] = 0.5,
+    ambient: NotNegative | Color = 0.5,
     display: bool = True,
-) -> pg.Target:
+) -> AmbientOcclusion:
+    """`ambient_occlusion` with every target on the way; parameters as there."""
+    light = (ambient,) * 3 if isinstance(ambient, (int, float)) else ambient
+    shaded = soft_shadow_passes(scene, ambient=light, display=False)
+    camera = pg.Value("camera", pg.Camera, default=scene.camera)
+    found = occlusion(
+        shaded.depth, flat_normals(shaded.depth, camera), camera,
+        radius=_radius_in(scene) if radius is None else radius, method=method,
+        slices=slices, steps=steps, falloff=falloff, thickness=thickness, taps=taps, bias=bias,
+        range_check=range_check, power=power, half_resolution=half_resolution, denoise=denoise,
+    )  # fmt: skip
+    around, _ = ambient_light(
+        shaded.normals, light, View(camera).up(),
+        into=(pg.target("ambient", "rgb32f"), pg.target("ambient again", "rgb32f")), name="ambient",
+    )  # fmt: skip
+    lit = dim_ambient(
+        shaded.soft_shadow, shaded.base_color, around, found.visibility, bounces,
+        into=pg.target("lit", "rgba16f"), name="lit",
+    )  # fmt: skip
+    picture = tone_map(lit, 0.0, "linear", into=pg.target("picture", "rgba8"), name="picture") if display else lit
+    return AmbientOcclusion(
+        picture, lit, shaded.soft_shadow, around, found, shaded.depth, shaded.normals, shaded.base_color
+    )
+
+
+@effect("ambient-occlusion", "scene")
+@picture_of(ambient_occlusion_passes)
+def ambient_occlusion() -> None:
     """A scene with soft shadows whose light from all around is dimmed in corners and near contacts.
 
     Parameters
     ----------
     scene : what is drawn; the camera and the lights are values of each run
-    method : "gtao" finds, in ``slices`` planes through the line of sight, how high things rise on both sides,
-        and integrates the light between; "ssao" asks whether points of a hemisphere are seen
-    radius : how far away things still take light, scene units, above 0; left out, 8 % of the diagonal of what
-        stands in the scene
-    slices : of gtao, 1 to 64; each pixel of 4 by 4 turns them by another angle
-    steps : of gtao, taps to each side of a slice, 1 to 256, closer together near the pixel
-    falloff : of gtao: the share of the radius, from its end, over which things fade out, above 0 to 1
-    thickness : of gtao: by how much a horizon sinks again toward each lower tap behind it, 0 (all that is seen
-        is endlessly thick) to 1
-    taps : of ssao, points of the hemisphere, 1 to 256; each pixel of 4 by 4 turns them by another angle
-    bias : of ssao: how far before a point something must lie to hide it, as a share of the radius, 0 to 1
+    method : horizons, or points of a hemisphere. "gtao" finds, in ``slices`` planes through the line of sight, how
+        high things rise on both sides, and integrates the light between; "ssao" asks whether points of a hemisphere
+        are seen
+    radius : how far away things still take light; left out, 8 % of the diagonal of what stands in the scene
+    slices : of gtao: planes through the line of sight; each pixel of 4 by 4 turns them by another angle
+    steps : of gtao: taps to each side of a slice, closer together near the pixel
+    falloff : of gtao: the share of the radius, from its end, over which things fade out
+    thickness : of gtao: by how much a horizon sinks again toward each lower tap behind it; with 0 all that is
+        seen is endlessly thick
+    taps : of ssao: points of the hemisphere; each pixel of 4 by 4 turns them by another angle
+    bias : of ssao: how far before a point something must lie to hide it, as a share of the radius
     range_check : of ssao: what lies farther before or behind than the radius fades out, and beyond twice the
         radius counts nothing; off, a near thing darkens all that it is seen before
-    power : exponent on the visibility, 0 or more: 1 is physical, more is darker
+    power : exponent on the visibility: 1 is physical, more is darker
     half_resolution : search at half the width and height, then enlarge along surfaces
     denoise : average over the 4 by 4 pixels of the noise, along surfaces
     bounces : lighten by what hidden surfaces of the same colour would reflect
@@ -253,55 +285,6 @@ def ambient_occlusion(
     >>> ambient_occlusion(pg.Scene.shipped()).name
     'picture'
     """
-    return ambient_occlusion_passes(
-        scene, method=method, radius=radius, slices=slices, steps=steps, falloff=falloff, thickness=thickness,
-        taps=taps, bias=bias, range_check=range_check, power=power, half_resolution=half_resolution,
-        denoise=denoise, bounces=bounces, ambient=ambient, display=display,
-    ).picture  # fmt: skip
-
-
-@checked
-def ambient_occlusion_passes(
-    scene: pg.Scene,
-    *,
-    method: Method = "gtao",
-    radius: float | pg.Value | None = None,
-    slices: int = 2,
-    steps: int = 4,
-    falloff: float = 0.6,
-    thickness: float = 0.0,
-    taps: int = 16,
-    bias: float = 0.02,
-    range_check: bool = True,
-    power: float | pg.Value = 1.0,
-    half_resolution: bool = False,
-    denoise: bool = True,
-    bounces: bool = False,
-    ambient: float | tuple[float, float, float] = 0.5,
-    display: bool = True,
-) -> AmbientOcclusion:
-    """`ambient_occlusion` with every target on the way; parameters as there."""
-    light = (ambient,) * 3 if isinstance(ambient, (int, float)) else ambient
-    shaded = soft_shadow_passes(scene, ambient=light, display=False)
-    camera = pg.Value("camera", pg.Camera, default=scene.camera)
-    found = occlusion(
-        shaded.depth, flat_normals(shaded.depth, camera), camera,
-        radius=_radius_in(scene) if radius is None else radius, method=method,
-        slices=slices, steps=steps, falloff=falloff, thickness=thickness, taps=taps, bias=bias,
-        range_check=range_check, power=power, half_resolution=half_resolution, denoise=denoise,
-    )  # fmt: skip
-    around, _ = ambient_light(
-        shaded.normals, light, View(camera).up(),
-        into=(pg.target("ambient", "rgb32f"), pg.target("ambient again", "rgb32f")), name="ambient",
-    )  # fmt: skip
-    lit = dim_ambient(
-        shaded.soft_shadow, shaded.base_color, around, found.visibility, bounces,
-        into=pg.target("lit", "rgba16f"),
-    )  # fmt: skip
-    picture = tone_map(lit, 0.0, "linear", into=pg.target("picture", "rgba8"), name="picture") if display else lit
-    return AmbientOcclusion(
-        picture, lit, shaded.soft_shadow, around, found, shaded.depth, shaded.normals, shaded.base_color
-    )
 
 
 @checked
@@ -309,12 +292,12 @@ def occluded(
     color: pg.Target,
     depth: pg.Target,
     *,
-    radius: float,
+    radius: Reach,
     vertical_fov_rad: float = DEFAULT_FOV_RAD,
     method: Method = "gtao",
-    slices: int = 2,
-    steps: int = 4,
-    power: float = 1.0,
+    slices: Slices = 2,
+    steps: Steps = 4,
+    power: NotNegative = 1.0,
     half_resolution: bool = False,
     into: pg.TargetSpec | None = None,
     name: str = "occluded",
@@ -326,7 +309,7 @@ def occluded(
     color : any picture, linear light
     depth : red is the distance along the view axis in scene units, 0 where there is no surface; of the size of
         ``color``
-    radius : how far away things still take light, in units of the depth, above 0
+    radius : how far away things still take light, in units of the depth
     vertical_fov_rad : full vertical angle of view of both pictures
     method, slices, steps, power, half_resolution : see `ambient_occlusion`
     into : where it goes; left out, float32 with the name ``name``
@@ -359,23 +342,3 @@ def _radius_in(scene: pg.Scene) -> float:
     low = np.min([node.bounds[0] for node in nodes], axis=0)
     high = np.max([node.bounds[1] for node in nodes], axis=0)
     return RADIUS_SHARE * float(np.linalg.norm(high - low))
-
-
-def _check(
-    method: str, radius: object, slices: int, steps: int, falloff: float, thickness: float, taps: int, bias: float,
-    power: object,
-) -> None:  # fmt: skip
-    if method not in METHODS:
-        raise pg.GraphError(f"occlusion: method cannot be {method!r}; it is one of {', '.join(METHODS)}")
-    if isinstance(radius, (int, float)) and not 0.0 < radius < float("inf"):
-        raise pg.GraphError(f"occlusion: radius must be above 0 scene units, got {radius!r}")
-    if isinstance(power, (int, float)) and not 0.0 <= power < float("inf"):
-        raise pg.GraphError(f"occlusion: power must be 0 or more, got {power!r}")
-    if not 0.0 < falloff <= 1.0:
-        raise pg.GraphError(f"occlusion: falloff must be above 0 and at most 1, got {falloff!r}")
-    for name, share in (("thickness", thickness), ("bias", bias)):
-        if not 0.0 <= share <= 1.0:
-            raise pg.GraphError(f"occlusion: {name} must be 0 to 1, got {share!r}")
-    for name, count, most in (("slices", slices, 64), ("steps", steps, 256), ("taps", taps, 256)):
-        if not 1 <= count <= most:
-            raise pg.GraphError(f"occlusion: {name} must be 1 to {most}, got {count!r}")

@@ -4,9 +4,11 @@
 # Values of the kernel language are Any to Python's type checkers.
 from __future__ import annotations
 
+from typing import Annotated
+
 import passgraph as pg
 from passgraph import Image, dot, vec3, vec4
-from passgraph.effects.checked import checked
+from passgraph.effects.checked import effect
 
 #: Luma weights of Rec. ITU-R BT.709-6, item 3.2, and of BT.601-7 for older material.
 REC709 = (0.2126, 0.7152, 0.0722)
@@ -21,16 +23,18 @@ def luma(color: Image, weights: vec3) -> vec4:
     return vec4(y, y, y, here.a)
 
 
-@checked
+@effect("black-and-white")
 def black_and_white(
-    frame: pg.Target, weights: tuple[float, float, float] = REC709, into: pg.TargetSpec | None = None
+    frame: pg.Target,
+    weights: Annotated[tuple[float, float, float], pg.Range(0, 1)] = REC709,
+    into: pg.TargetSpec | None = None,
 ) -> pg.Target:
     """Each pixel's luma in all three channels; alpha stays.
 
     Parameters
     ----------
     frame : a picture in any colour space; linear light gives luminance, encoded values give luma
-    weights : share of red, green and blue, each 0 to 1; they should add up to 1
+    weights : shares of red, green and blue, which should add up to 1
     into : where it goes; left out, a float32 target "black_and_white"
 
     Source: Rec. ITU-R BT.709-6 (2015), item 3.2.

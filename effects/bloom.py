@@ -4,9 +4,12 @@
 # Values of the kernel language are Any to Python's type checkers.
 from __future__ import annotations
 
+from typing import Annotated
+
 import passgraph as pg
 from passgraph import Image, clamp, ivec2, output_size, pixel, uv, vec2, vec3, vec4
-from passgraph.effects.checked import checked
+from passgraph.effects.checked import effect
+from passgraph.effects.quantities import NotNegative
 
 #: Brightest value that glows, scene-linear: the largest float16.
 BRIGHTEST = 65504.0
@@ -140,12 +143,12 @@ def add_glow(color: Image, glow: Image, intensity: float) -> vec4:
     return vec4(c.rgb + light * intensity, c.a)
 
 
-@checked
+@effect("bloom")
 def bloom(
     color: pg.Target,
-    threshold: float | pg.Value | pg.Derived = 1.0,
-    intensity: float | pg.Value | pg.Derived = 0.5,
-    levels: int = 4,
+    threshold: NotNegative | pg.Value | pg.Derived = 1.0,
+    intensity: NotNegative | pg.Value | pg.Derived = 0.5,
+    levels: Annotated[int, pg.Range(1, 8)] = 4,
     into: pg.TargetSpec | None = None,
     name: str = "bloom",
 ) -> pg.Target:
@@ -154,9 +157,9 @@ def bloom(
     Parameters
     ----------
     color : any picture, linear light
-    threshold : what is above it glows, scene-linear, 0 or more; may be a ``pg.Value``
-    intensity : factor on the glow, 0 or more; 0 leaves the picture as it is; may be a ``pg.Value``
-    levels : halvings, 1 to 8; each doubles the glow's width
+    threshold : what is above it glows, scene-linear
+    intensity : factor on the glow; 0 leaves the picture as it is
+    levels : halvings; each doubles the glow's width
     into : where it goes; left out, float32 with the name ``name``
     name : of the passes and targets
 
@@ -176,11 +179,6 @@ def bloom(
     ...     program(frame=np.full((8, 8, 4), 3.0, np.float32))["bloom"][4, 4].tolist()
     [4.0, 4.0, 4.0, 3.0]
     """
-    if not 1 <= levels <= 8:
-        raise pg.GraphError(f"{name}: levels must be 1 to 8, got {levels!r}")
-    for what, value in (("threshold", threshold), ("intensity", intensity)):
-        if isinstance(value, (int, float)) and not 0.0 <= value < float("inf"):
-            raise pg.GraphError(f"{name}: {what} must be 0 or more, got {value!r}")
     full = bright(color, threshold, into=pg.target(f"{name}_bright", "rgba32f"))
     chain = [full]
     for level in range(1, levels + 1):

@@ -6,11 +6,11 @@ from __future__ import annotations
 
 from functools import lru_cache
 from math import ceil, exp
-from typing import Any
+from typing import Annotated, Any
 
 import passgraph as pg
 from passgraph import Const, Image, vec4
-from passgraph.effects.checked import checked
+from passgraph.effects.checked import effect
 from passgraph.formats import FORMATS
 
 #: A Gaussian beyond three standard deviations holds 0.3 % of the whole.
@@ -47,11 +47,11 @@ def _symmetric(weights: tuple[float, ...]) -> Any:
     return blur
 
 
-@checked
+@effect("gaussian-blur")
 def gaussian_blur(
     color: pg.Target,
-    sigma_px: float = 3.0,
-    radius_px: int | None = None,
+    sigma_px: Annotated[float, pg.Range(0, 100, "px")] = 3.0,
+    radius_px: Annotated[int, pg.Range(0, MAX_RADIUS_PX, "px")] | None = None,
     into: pg.TargetSpec | None = None,
     name: str = "gaussian_blur",
 ) -> pg.Target:
@@ -60,9 +60,8 @@ def gaussian_blur(
     Parameters
     ----------
     color : any picture, linear light; outside it the rule of ``color.border(...)`` holds
-    sigma_px : standard deviation, 0 to 100 px; 0 returns ``color`` itself
-    radius_px : taps to each side, 0 to 300 (7 makes 15 taps); left out, three sigma; 0 returns ``color``
-        itself
+    sigma_px : standard deviation; 0 returns ``color`` itself
+    radius_px : taps to each side (7 makes 15 taps); left out, three sigma; 0 returns ``color`` itself
     into : where it goes; left out, float32 with the name ``name``
     name : of the passes and targets
 
@@ -77,20 +76,12 @@ def gaussian_blur(
     >>> bool(abs(picture - 1.0).max() < 1e-6)
     True
     """
-    if not 0.0 <= sigma_px < float("inf"):
-        raise pg.GraphError(f"{name}: sigma_px must be 0 or more, got {sigma_px!r}")
     radius = ceil(SIGMAS * sigma_px) if radius_px is None else radius_px
-    if not 0 <= radius <= MAX_RADIUS_PX:
-        raise pg.GraphError(
-            f"{name}: radius_px must be 0 to {MAX_RADIUS_PX}, got {radius}; blur a smaller picture instead"
-        )
     if radius == 0 or sigma_px == 0.0:
         return color
     blur = _symmetric(gaussian_weights(sigma_px, radius))
     across = blur(color, 1, 0, into=pg.target(f"{name}_x", "rgba32f" if into is None else _four(into)))
-    made: pg.Target = blur(
-        across.border(color.border_rule), 0, 1, into=into or pg.target(name, "rgba32f"), name=f"{name}_y"
-    )
+    made = blur(across.border(color.border_rule), 0, 1, into=into or pg.target(name, "rgba32f"), name=f"{name}_y")
     return made
 
 
@@ -127,12 +118,12 @@ def _edge_aware(radius: int) -> Any:
     return blur
 
 
-@checked
+@effect("depth-aware-blur", "picture+depth")
 def depth_aware_blur(
     mask: pg.Target,
     depth: pg.Target,
-    radius_px: int = 7,
-    tolerance: float = 0.05,
+    radius_px: Annotated[int, pg.Range(0, 63, "px")] = 7,
+    tolerance: Annotated[float, pg.Range(0, None, "relative", above=True)] = 0.05,
     into: pg.TargetSpec | None = None,
     name: str = "depth_aware_blur",
 ) -> pg.Target:
@@ -142,9 +133,8 @@ def depth_aware_blur(
     ----------
     mask : what is blurred, any range
     depth : red is the distance along the view axis in scene units, above 0; of the size of ``mask``
-    radius_px : taps to each side, 0 to 63; 0 returns ``mask`` itself
-    tolerance : how far a tap may lie off the plane through the centre, as a share of the centre's distance;
-        above 0
+    radius_px : taps to each side; 0 returns ``mask`` itself
+    tolerance : how far a tap may lie off the plane through the centre, as a share of the centre's distance
     into : where it goes; left out, float32 with the name ``name``
     name : of the passes and targets
 
@@ -166,13 +156,9 @@ def depth_aware_blur(
     >>> bool(abs(picture[:, :, 0] - mask).max() < 1e-6)
     True
     """
-    if not 0 <= radius_px <= 63:
-        raise pg.GraphError(f"{name}: radius_px must be 0 to 63, got {radius_px!r}")
-    if not tolerance > 0.0:
-        raise pg.GraphError(f"{name}: tolerance must be above 0, got {tolerance!r}")
     if radius_px == 0:
         return mask
     blur = _edge_aware(radius_px)
     across = blur(mask, depth, tolerance, 1, 0, into=pg.target(f"{name}_x", "rgba32f"))
-    made: pg.Target = blur(across, depth, tolerance, 0, 1, into=into or pg.target(name, "rgba32f"), name=f"{name}_y")
+    made = blur(across, depth, tolerance, 0, 1, into=into or pg.target(name, "rgba32f"), name=f"{name}_y")
     return made

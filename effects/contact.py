@@ -6,6 +6,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,10 +14,11 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph import Image, mat4, vec2, vec3, vec4
 from passgraph.effects.batches import merged
-from passgraph.effects.checked import checked
-from passgraph.effects.contact_map import ContactMap, Darkness, check_darkness, contact_map, floor_nodes
+from passgraph.effects.checked import checked, effect
+from passgraph.effects.contact_map import ContactMap, Darkness, check_names, contact_map, floor_nodes
 from passgraph.effects.geometry import unpack_normal, view_ray
 from passgraph.effects.passes import picture_of
+from passgraph.effects.quantities import Height, Reach
 from passgraph.effects.shadow_light import multiply
 from passgraph.effects.soft_shadow import SoftShadow, soft_shadow_passes
 from passgraph.effects.tone_map import tone_map
@@ -100,19 +102,15 @@ class Contact:
 def contact_passes(
     scene: pg.Scene,
     *,
-    height: float = 0.0,
+    height: Height = 0.0,
     floor: str | None = None,
-    threshold: float = 0.3,
+    threshold: Reach = 0.3,
     darkness: Darkness = 0.7,
-    map_size: int = 256,
+    map_size: Annotated[int, pg.Range(16, 4096, "texels")] = 256,
     display: bool = True,
 ) -> Contact:
     """`contact` with every target on the way; parameters as there."""
-    if not threshold > 0.0:
-        raise pg.GraphError(f"contact: threshold must be above 0 scene units, got {threshold!r}")
-    if not 16 <= map_size <= 4096:
-        raise pg.GraphError(f"contact: map_size must be 16 to 4096, got {map_size!r}")
-    check_darkness(scene, darkness)
+    check_names(scene, darkness)
     ground = floor_nodes(scene, floor)
     made = contact_map(scene, ground, height, threshold, darkness, map_size)
     passes = soft_shadow_passes(scene, display=False)
@@ -123,6 +121,7 @@ def contact_passes(
     return Contact(picture, lit, share, made.map, made.heights, passes)
 
 
+@effect("contact", "scene")
 @picture_of(contact_passes)
 def contact() -> None:
     """A scene with soft shadows, and its floor darkened near contacts.
@@ -132,10 +131,10 @@ def contact() -> None:
     scene : its floor is parallel to XOZ, or a height field
     height : of the plane, world y; a height field has its own
     floor : name of the node, or of the nodes, whose surface seen from above is the floor; left out, the plane
-    threshold : what is higher over the floor throws no contact shadow, scene units, above 0
-    darkness : share of the light that is taken at contact, 0 to 1; linear to 0 at the threshold. A mapping
+    threshold : what is higher over the floor throws no contact shadow
+    darkness : share of the light that is taken at contact; linear to 0 at the threshold. A mapping
         gives it by the name of the node that throws it, and 0.7 for names that are not in it
-    map_size : texels along each side of the view from above, 16 to 4096; fewer are softer
+    map_size : texels along each side of the view from above; fewer are softer
     display : return an 8-bit sRGB picture; off, the scene-linear HDR target
 
     A run takes ``camera=`` and the lights, as `passgraph.effects.soft_shadow.soft_shadow` does.

@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph import Const, Image, clamp, discard, front_facing, mat4, pixel, vec4
 from passgraph.effects.batches import merged
+from passgraph.effects.quantities import Share
 from passgraph.scene.matrices import transform_points
 
 Float64 = NDArray[np.float64]
-Darkness = float | Mapping[str, float]
+Darkness = Share | Mapping[str, Share]
 #: Of a node that a mapping of darkness leaves out.
 DARKNESS = 0.7
 #: What lies less than this share of the threshold under the floor counts as lying on it.
@@ -209,14 +210,10 @@ def floor_nodes(scene: pg.Scene, name: str | None) -> list[pg.Node]:
     return found
 
 
-def check_darkness(scene: pg.Scene, darkness: Darkness) -> None:
-    """Every darkness from 0 to 1, every name that of a node."""
-    given = darkness if isinstance(darkness, Mapping) else {"": darkness}
-    for name, value in given.items():
-        where = f"darkness of {name!r}" if isinstance(darkness, Mapping) else "darkness"
-        if not 0.0 <= value <= 1.0:
-            raise pg.GraphError(f"contact: {where} must be 0 to 1, got {value!r}")
-        if isinstance(darkness, Mapping) and all(node.name != name for node in scene.nodes):
+def check_names(scene: pg.Scene, darkness: Darkness) -> None:
+    """Every name that of a node."""
+    for name in darkness if isinstance(darkness, Mapping) else ():
+        if all(node.name != name for node in scene.nodes):
             raise pg.GraphError(f"contact: darkness: {_unknown(scene, name)}")
 
 

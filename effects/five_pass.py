@@ -12,11 +12,12 @@ import numpy as np
 import passgraph as pg
 from passgraph import Const, Image, discard, length, mat3, mat4, output_size, pixel, vec2, vec3, vec4
 from passgraph.effects.batches import Batch, batches
-from passgraph.effects.checked import checked
+from passgraph.effects.checked import checked, effect
 from passgraph.effects.five_pass_blur import BlurKernel, WeightsFrom, blur_mask
 from passgraph.effects.g_buffer import Surface, place, sided
 from passgraph.effects.geometry import facing
 from passgraph.effects.passes import picture_of
+from passgraph.effects.quantities import Color, MapSize, NotNegative
 from passgraph.effects.shadow_filters import caster_at, receiver_at
 from passgraph.effects.shadow_light import KINDS
 from passgraph.effects.shadow_map import NOTHING, caster_meshes, shadow_map
@@ -26,7 +27,6 @@ from passgraph.effects.views import Casters, LightFrame, MapView, View
 from passgraph.srgb import linear_to_srgb
 
 MaskFormat = Literal["r8", "r16f", "r32f"]
-MASK_FORMATS: tuple[MaskFormat, ...] = ("r8", "r16f", "r32f")
 #: What a comparison counts that finds a caster, so that the mask runs from here to 1.
 DARKEST = 0.1
 #: Width of the spotlight's picture, texels, and the share of its radius over which it fades.
@@ -115,15 +115,15 @@ def five_pass_targets(
     *,
     kernel: BlurKernel = "normalised",
     weights: WeightsFrom = "host",
-    map_size: int = 512,
+    map_size: MapSize = 512,
     mask_format: MaskFormat = "r16f",
-    ambient: float = 0.0,
-    background: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    ambient: NotNegative = 0.0,
+    background: Color = (0.0, 0.0, 0.0),
     spotlight: pg.Texture | None = None,
     display: bool = True,
 ) -> FivePass:
     """`five_pass` with every target on the way; parameters as there."""
-    _check(scene, map_size, mask_format, ambient)
+    _check(scene)
     default = scene.lights[0]
     casters, textures = Casters.of(scene), TextureInputs()
     if not casters.nodes:
@@ -172,6 +172,7 @@ def five_pass_targets(
     return FivePass(map_, mask, across, blurred, into)
 
 
+@effect("five-pass", "scene")
 @picture_of(five_pass_targets)
 def five_pass() -> None:
     """A scene under one light with a soft shadow, in the five passes of 2006.
@@ -179,12 +180,13 @@ def five_pass() -> None:
     Parameters
     ----------
     scene : what is drawn; it has one light, which has to see all casters in one view
-    kernel : "normalised" blurs symmetrically with weights that add up to 1; "faithful" blurs as printed: each
-        pass makes the mask 1.0665 times as bright (1.137 both) and moves it 0.408 texel, to the left and up
+    kernel : of the blur, normalised or faithful to the print. "normalised" blurs symmetrically with weights that add
+        up to 1; "faithful" blurs as printed: each pass makes the mask 1.0665 times as bright (1.137 both) and moves
+        it 0.408 texel, to the left and up
     weights : computed by the "host", or by the "kernel" for each pixel
-    map_size : texels along each side of the shadow map, 16 to 8192
+    map_size : texels along each side of the shadow map
     mask_format : of the mask and its blurs; "r8" cuts what the faithful kernel brightens beyond 1
-    ambient : scene-linear light that neither shadow nor spotlight takes away, 0 or more
+    ambient : scene-linear light that neither shadow nor spotlight takes away
     background : scene-linear colour where there is no surface
     spotlight : a picture that the light projects, over the whole shadow map; left out, a soft round spot
     display : return an 8-bit sRGB picture; off, scene-linear rgba16f
@@ -237,7 +239,7 @@ def _draw(
     return made
 
 
-def _check(scene: pg.Scene, map_size: int, mask_format: str, ambient: float) -> None:
+def _check(scene: pg.Scene) -> None:
     if not scene.lights:
         raise pg.GraphError(f"five_pass: scene {scene.name!r} has no light")
     if len(scene.lights) > 1:
@@ -246,9 +248,3 @@ def _check(scene: pg.Scene, map_size: int, mask_format: str, ambient: float) -> 
             f"five_pass: one light, and scene {scene.name!r} has {len(scene.lights)}: {names}; choose with "
             "scene.with_(lights=[...]), or use soft_shadow, which takes any number"
         )
-    if not 16 <= map_size <= 8192:
-        raise pg.GraphError(f"five_pass: map_size must be 16 to 8192, got {map_size!r}")
-    if mask_format not in MASK_FORMATS:
-        raise pg.GraphError(f"five_pass: mask_format cannot be {mask_format!r}; it is one of {', '.join(MASK_FORMATS)}")
-    if not 0.0 <= ambient < float("inf"):
-        raise pg.GraphError(f"five_pass: ambient must be 0 or more, got {ambient!r}")

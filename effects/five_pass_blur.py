@@ -9,11 +9,10 @@ from typing import Literal
 
 import passgraph as pg
 from passgraph import Array, Const, Image
+from passgraph.effects.checked import checked
 
 BlurKernel = Literal["normalised", "faithful"]
-BLUR_KERNELS: tuple[BlurKernel, ...] = ("normalised", "faithful")
 WeightsFrom = Literal["host", "kernel"]
-WEIGHTS_FROM: tuple[WeightsFrom, ...] = ("host", "kernel")
 #: Distances 1, 3 … 13 to each side.
 PAIRS = 7
 CENTER_RHO = 2.0
@@ -73,6 +72,7 @@ def blur_computing(mask: Image, slip: Const[int], dx: Const[int], dy: Const[int]
     return total if slip == 1 else total / weight
 
 
+@checked
 def blur_mask(
     mask: pg.Target, kernel: BlurKernel = "normalised", weights: WeightsFrom = "host", mask_format: str = "r32f"
 ) -> tuple[pg.Target, pg.Target]:
@@ -100,10 +100,6 @@ def blur_mask(
     >>> round(float(picture[0, 0, 0]), 4)
     1.1374
     """
-    if kernel not in BLUR_KERNELS:
-        raise pg.GraphError(f"five_pass: kernel cannot be {kernel!r}; it is one of {', '.join(BLUR_KERNELS)}")
-    if weights not in WEIGHTS_FROM:
-        raise pg.GraphError(f"five_pass: weights cannot be {weights!r}; they are from {' or '.join(WEIGHTS_FROM)}")
     across = _pass(mask, kernel, weights, 1, 0, pg.target("mask_x", mask_format), "pass 3: blur x")
     made = _pass(
         across.border(mask.border_rule), kernel, weights, 0, 1,

@@ -12,9 +12,9 @@ from passgraph.effects.map_fit import MARGIN_TEXELS, Fit, pieces_of
 from passgraph.effects.moment_maps import MomentView, blurred_moments, with_width
 from passgraph.effects.nearest_casters import nearest_casters
 from passgraph.effects.penumbra_search import add_light_with_penumbrae, find_penumbrae
+from passgraph.effects.shadow_choice import Blur, DecidedFilter, Disc, MomentFilter, Pcf, Penumbra, SearchingFilter
 from passgraph.effects.shadow_filters import FilterFrame
 from passgraph.effects.shadow_light import KINDS, add_light, add_shadowed_light, ambient_light
-from passgraph.effects.shadow_lookup import FilterChoice
 from passgraph.effects.shadow_map import CasterMesh, caster_meshes, shadow_map
 from passgraph.effects.textures import TextureInputs
 from passgraph.effects.views import Casters, MapView, View
@@ -33,7 +33,7 @@ class Lighting:
     map_size: int
     map_blur_px: int
     notes: list[str]
-    filter: FilterChoice
+    filter: DecidedFilter
     to_view: bool  # whether maps are fitted to what the camera sees
     width: object  # half that of edges in scene units: a number, a value, or None for 0
 
@@ -66,9 +66,14 @@ class Lighting:
                 if needed:
                     map_, by = self._map(look, meshes, name)
                     # what does not search leaves out the code that reads it
-                    nearest = nearest_casters(map_, self.map_size, name) if self.filter.searches else map_
-                    if self.filter.name == "penumbra":
-                        free, shadowed = self._with_penumbrae(free, shadowed, map_, nearest, frame, kind, face, name)
+                    nearest = (
+                        nearest_casters(map_, self.map_size, name) if isinstance(self.filter, SearchingFilter) else map_
+                    )
+                    if isinstance(self.filter, Penumbra):
+                        taps = self.filter.taps
+                        free, shadowed = self._with_penumbrae(
+                            free, shadowed, map_, nearest, frame, taps, kind, face, name
+                        )
                         continue
                     free, shadowed = add_shadowed_light(self.filter)(
                         free,
@@ -92,10 +97,10 @@ class Lighting:
 
     def _with_penumbrae(
         self, free: pg.Target, shadowed: pg.Target, map_: pg.Target, nearest: pg.Target, frame: pg.Derived,
-        kind: int, face: int, name: str,
+        taps: int, kind: int, face: int, name: str,
     ) -> tuple[pg.Target, pg.Target]:  # fmt: skip
         """Both sums with one light, looked up in half the size where its shadow is soft."""
-        common, tan_half, taps = (self.seen.normals, self.seen.depth), self.view.tan_half(), self.filter.taps_or_default
+        common, tan_half = (self.seen.normals, self.seen.depth), self.view.tan_half()
         penumbrae = find_penumbrae(taps)(
             *common, map_, nearest, frame, tan_half, kind, face,
             into=pg.target(f"penumbrae of {name}", "rg16f", like=self.seen.depth, scale=0.5),
@@ -106,7 +111,7 @@ class Lighting:
         return made
 
     def _view(self, light: pg.Value, face: int) -> MapView:
-        if self.filter.blurs_maps:
+        if isinstance(self.filter, MomentFilter):
             width = 0.0 if self.width is None else self.width
             return MomentView(light, self.casters, face, None, self.map_size, width)
         return MapView(light, self.casters, face, self._fit)
@@ -117,25 +122,25 @@ class Lighting:
         self.maps.append(map_)
         # does not soften shadows (see soft_shadow); without a radius it is the map itself
         map_ = gaussian_blur(map_, self.map_blur_px / 2.0, self.map_blur_px, name=f"blurred map of {name}")
-        if isinstance(look, MomentView):
+        if isinstance(look, MomentView) and isinstance(self.filter, MomentFilter):
             by = look.filter_frame(self.filter)
             return blurred_moments(map_, self.filter, by, self.width is not None, self.map_size, name), by
-        width = 0.0 if self.width is None or self.filter.name != "disc" else self.width
+        width = 0.0 if self.width is None or not isinstance(self.filter, Disc) else self.width
         if isinstance(width, (pg.Value, pg.Derived)):
             return map_, with_width(only_width, width)
         return map_, only_width(float(width))  # type: ignore[arg-type]  # checked to be a number before
 
     def _fitted(self) -> Fit | None:
         """What maps are fitted to; what is blurred or read over a width that a run says may reach beyond any fit."""
-        wide = self.filter.name == "disc" and self.width is not None
-        if wide or self.filter.blurs_maps or not self.casters.nodes:
+        wide = isinstance(self.filter, Disc) and self.width is not None
+        if wide or isinstance(self.filter, MomentFilter) or not self.casters.nodes:
             return None
         receivers = [node for node in self.scene.nodes if node.receives]
         origin = self.casters.origin
-        reads = self.filter.pcf_size // 2 if self.filter.name == "pcf" else 0
+        reads = self.filter.size // 2 if isinstance(self.filter, Pcf) else 0
         return Fit(
             self.view.camera, origin, pieces_of(receivers, origin), self.casters.pieces_for, self.map_size,
-            square=self.filter.name == "blur", margin_texels=MARGIN_TEXELS + reads,
+            square=isinstance(self.filter, Blur), margin_texels=MARGIN_TEXELS + reads,
         )  # fmt: skip
 
     def _faces(self, light: pg.Light) -> Sequence[int]:

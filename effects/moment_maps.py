@@ -13,8 +13,8 @@ import numpy as np
 
 import passgraph as pg
 from passgraph import Const, Image, ivec2, output_size, pixel, vec2, vec4
+from passgraph.effects.shadow_choice import Evsm4, MomentFilter, Msm, Vsm
 from passgraph.effects.shadow_filters import FilterFrame
-from passgraph.effects.shadow_lookup import FilterChoice
 from passgraph.effects.shadow_moments import four_moments, normalised, packed_moments, two_moments, warped_moments
 from passgraph.effects.views import Float64, LightFrame, MapView, Seen, View
 from passgraph.scene.matrices import translation
@@ -69,15 +69,16 @@ class MomentView(MapView):
 
         return with_width(made, self.width, view.camera, self.light)
 
-    def filter_frame(self, of: FilterChoice) -> pg.Derived:
+    def filter_frame(self, of: MomentFilter) -> pg.Derived:
         """What each run sets of the filter."""
+        exponent = of.exponent if isinstance(of, Evsm4) else 0.0  # the others have no warp
 
         def frame(light: pg.Light, width: float) -> FilterFrame:
             projection = super(MomentView, self).frustum(light)[1]
             near, far = depths_of(projection)
             radius = replace(self, width=float(width))._radius(light, projection)
             scale = 2.0 / (far - near)
-            return FilterFrame(width, of.bleed_or_default, of.exponent, near, scale, radius, block_of(radius))
+            return FilterFrame(width, of.bleed, exponent, near, scale, radius, block_of(radius))
 
         return with_width(frame, self.width, self.light)
 
@@ -212,14 +213,14 @@ def box_kernels(reach: int, channels: int) -> BoxKernels:
 
 
 def blurred_moments(
-    map: pg.Target, of: FilterChoice, by: pg.Derived, blurred: bool, map_size: int, name: str
+    map: pg.Target, of: MomentFilter, by: pg.Derived, blurred: bool, map_size: int, name: str
 ) -> pg.Target:
     """The moments of a shadow map, blurred by a box.
 
     Parameters
     ----------
     map : depths, see `passgraph.effects.shadow_map.shadow_map`
-    of : "vsm", "evsm4" or "msm", with its settings
+    of : which moments
     by : see `MomentView.filter_frame`
     blurred : off where the width is known to be 0
     map_size : texels along each side
@@ -227,17 +228,18 @@ def blurred_moments(
 
     Returns
     -------
-    rg32f, rgba32f, or with ``moment_format="rgba16"`` what `passgraph.effects.shadow_moments.packed_moments` says.
+    rg32f, rgba32f, or with ``Msm(format="rgba16")`` what `passgraph.effects.shadow_moments.packed_moments` says.
     """
-    kernels = {"vsm": variance_map, "evsm4": exponential_map, "msm": moment_map}
-    store = "rg32f" if of.name == "vsm" else "rgba32f"
-    made = kernels[of.name](map, by, into=pg.target(f"moments of {name}", store))
+    two = isinstance(of, Vsm)
+    kernel = variance_map if two else exponential_map if isinstance(of, Evsm4) else moment_map
+    store = "rg32f" if two else "rgba32f"
+    made = kernel(map, by, into=pg.target(f"moments of {name}", store))
     if blurred:
-        boxes = box_kernels(max(int(WIDEST * map_size), 1), 2 if of.name == "vsm" else 4)
+        boxes = box_kernels(max(int(WIDEST * map_size), 1), 2 if two else 4)
         for axis, step in (("x", (1, 0)), ("y", (0, 1))):
             said = f"moments of {name} blurred {axis}"
             blocks = boxes.block(made, by, *step, into=pg.target(f"{said}, blocks", store))
             made = boxes.box(blocks, made, by, *step, into=pg.target(said, store))
-    if of.name == "msm" and of.moment_format == "rgba16":
+    if isinstance(of, Msm) and of.format == "rgba16":
         made = pack(made, into=pg.target(f"packed moments of {name}", "rgba16"))
     return made

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 import passgraph as pg
-from passgraph.effects.checked import checked
+from passgraph.effects.checked import checked, effect
 from passgraph.effects.passes import picture_of
 from passgraph.effects.planar_draws import Draws
 from passgraph.effects.planar_kernels import fogged
 from passgraph.effects.planar_matrices import LIGHTS_MOST, ground_of
+from passgraph.effects.quantities import Color, Height, NotNegative, Share, Width
 from passgraph.effects.tone_map import tone_map
 
-Color = tuple[float, float, float]
 Fog = Literal["none", "linear", "exp", "exp2"]
-FOGS: tuple[Fog, ...] = ("none", "linear", "exp", "exp2")
+FOGS: tuple[Fog, ...] = get_args(Fog)
 
 
 @dataclass(frozen=True)
@@ -42,34 +42,26 @@ class Planar:
 def planar_passes(
     scene: pg.Scene,
     *,
-    height: float = 0.0,
+    height: Height = 0.0,
     top: Color = (1.0, 1.0, 1.0),
-    top_opacity: float = 0.7,
+    top_opacity: Share = 0.7,
     bottom: Color = (0.25, 0.2, 0.2),
-    bottom_opacity: float = 1.0,
-    darkness: float = 0.6,
-    lift: float = 0.001,
-    ambient: float = 0.25,
+    bottom_opacity: Share = 1.0,
+    darkness: Share = 0.6,
+    lift: Width = 0.001,
+    ambient: NotNegative = 0.25,
     fog: Fog = "linear",
     fog_color: Color = (0.32, 0.42, 0.55),
-    fog_start: float = 10.0,
-    fog_end: float = 40.0,
-    fog_density: float = 0.05,
+    fog_start: Height = 10.0,
+    fog_end: Height = 40.0,
+    fog_density: Annotated[float, pg.Range(0, None, "per scene unit")] = 0.05,
     display: bool = True,
 ) -> Planar:
     """`planar` with every step; parameters as there."""
-    if fog not in FOGS:
-        raise pg.GraphError(f"planar: fog cannot be {fog!r}; it is one of {', '.join(FOGS)}")
     if not fog_start < fog_end:
         raise pg.GraphError(f"planar: fog_start must be below fog_end, got {fog_start!r} and {fog_end!r}")
     if len(scene.lights) > LIGHTS_MOST:
         raise pg.GraphError(f"planar: {len(scene.lights)} lights; at most {LIGHTS_MOST} fit")
-    shares = {"top_opacity": top_opacity, "bottom_opacity": bottom_opacity, "darkness": darkness}
-    for name, value in shares.items():
-        if not 0.0 <= value <= 1.0:
-            raise pg.GraphError(f"planar: {name} must be 0 to 1, got {value!r}")
-    if lift < 0.0:
-        raise pg.GraphError(f"planar: lift must be 0 or more, got {lift!r}")
     ground = ground_of(scene, height)
     draws = Draws(scene, ground, ambient)
     side = draws.side
@@ -97,6 +89,7 @@ def planar_passes(
     return Planar(picture, reflection, objects, shadowed, result)
 
 
+@effect("planar", "scene")
 @picture_of(planar_passes)
 def planar() -> None:
     """A scene that is mirrored in, and throws shadows on, a plane parallel to XOZ, in fog.
@@ -105,16 +98,19 @@ def planar() -> None:
     ----------
     scene : a flat node at ``height`` is the plane (with its base colour map); without one, a square is made
     height : of the plane, world y
-    top, bottom : linear colours of the plane's faces, each 0 or more; a texture multiplies them
-    top_opacity, bottom_opacity : 0 to 1; what is left over shows the reflection
-    darkness : share of the colour that the shadow of each light takes, once a pixel, 0 to 1
-    lift : of the shadows over the plane, scene units; beside it they have a polygon offset. With 0 they have
-        neither and speckle with the plane: here to be seen
-    ambient : scene-linear light from all around, 0 or more
-    fog : OpenGL's "linear", "exp", "exp2", or "none"
+    top : linear colour of the plane's upper face; a texture multiplies it
+    top_opacity : what is left over shows the reflection
+    bottom : linear colour of the plane's lower face; a texture multiplies it
+    bottom_opacity : what is left over shows the reflection
+    darkness : share of the colour that the shadow of each light takes, once a pixel
+    lift : of the shadows over the plane; with 0 they speckle. Beside it they have a polygon offset; with 0 they
+        have neither: here to be seen
+    ambient : scene-linear light from all around
+    fog : OpenGL's fog modes
     fog_color : scene-linear; also where there is no surface
-    fog_start, fog_end : of linear fog, scene units along the view axis, start below end
-    fog_density : of the exponential ones, per scene unit, 0 or more
+    fog_start : of linear fog, along the view axis
+    fog_end : of linear fog, beyond ``fog_start``
+    fog_density : of the exponential ones
     display : return an 8-bit sRGB picture; off, the scene-linear HDR target
 
     Returns

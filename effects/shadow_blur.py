@@ -110,7 +110,7 @@ def blur_along_surfaces(
         into=pg.target("shadows_blurred_x", "rgba16f"),
         name="shadow blur x",
     )
-    made: pg.Target = blur(
+    made = blur(
         across,
         normals,
         depth,

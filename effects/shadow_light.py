@@ -10,8 +10,9 @@ from typing import Any, Literal
 import passgraph as pg
 from passgraph import Const, Image, dot, length, smoothstep, vec2, vec3, vec4
 from passgraph.effects.geometry import facing, unpack_normal, view_ray
+from passgraph.effects.shadow_choice import DecidedFilter
 from passgraph.effects.shadow_filters import FilterFrame
-from passgraph.effects.shadow_lookup import FilterChoice, lookup
+from passgraph.effects.shadow_lookup import lookup
 from passgraph.effects.views import LightFrame
 
 KINDS: tuple[Literal["directional", "point", "spot"], ...] = ("directional", "point", "spot")
@@ -72,7 +73,7 @@ def add_light(
 
 
 @lru_cache(maxsize=64)
-def add_shadowed_light(of: FilterChoice) -> Any:
+def add_shadowed_light(of: DecidedFilter) -> Any:
     """A kernel that adds one light with its shadow map (or one face of its cube map) to both sums."""
     share_lit = lookup(of)
 

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 
 import passgraph as pg
 from passgraph.effects.blur import gaussian_blur
-from passgraph.effects.checked import checked
+from passgraph.effects.checked import checked, effect
 from passgraph.effects.g_buffer import g_buffer
 from passgraph.effects.lighting import Lighting
+from passgraph.effects.parameters import Called
 from passgraph.effects.passes import picture_of
+from passgraph.effects.quantities import Color, Exposure, MapSize, NotNegative, Width
 from passgraph.effects.shadow_blur import blur_along_surfaces
+from passgraph.effects.shadow_choice import Auto, Blur, DecidedFilter, MomentFilter, ShadowFilter
 from passgraph.effects.shadow_light import (
     lit,
     lit_rgb,
@@ -23,13 +26,11 @@ from passgraph.effects.shadow_light import (
     split,
     split_rgb,
 )
-from passgraph.effects.shadow_lookup import FilterChoice, MomentFormat, ShadowFilter
 from passgraph.effects.textures import TextureInputs
 from passgraph.effects.tone_map import Curve, tone_map
 from passgraph.effects.views import Casters, View
 
 HdrFormat = Literal["rgba16f", "rgb32f", "rgba32f"]
-HDR_FORMATS: tuple[HdrFormat, ...] = ("rgba16f", "rgb32f", "rgba32f")
 #: A linear sky blue that a white surface under the default light stands out from.
 SKY = (0.32, 0.42, 0.55)
 
@@ -68,22 +69,15 @@ class SoftShadow:
 def soft_shadow_passes(
     scene: pg.Scene,
     *,
-    softness: float | pg.Value | None = None,
-    shadow_filter: ShadowFilter | Literal["auto"] = "auto",
-    pcf_size: int = 5,
-    taps: int | None = None,
-    bleed: float | None = None,
-    exponent: float = 40.0,
-    moment_format: MomentFormat = "rgba32f",
-    blur: Literal["world", "constant"] = "world",
-    radius_px: int = 7,
-    map_size: int = 1024,
+    softness: Width | pg.Value | None = None,
+    filter: Annotated[ShadowFilter | None, Called("shadow_filter")] = None,
+    map_size: MapSize = 1024,
     fit: Literal["view", "scene"] = "view",
-    map_blur_px: int = 0,
-    ambient: float | tuple[float, float, float] = 0.25,
-    background: tuple[float, float, float] = SKY,
+    map_blur_px: Annotated[int, pg.Range(0, 31, "texels")] = 0,
+    ambient: NotNegative | Color = 0.25,
+    background: Color = SKY,
     hdr_format: HdrFormat = "rgba16f",
-    exposure_stops: float | pg.Value = 0.0,
+    exposure_stops: Exposure | pg.Value = 0.0,
     curve: Curve = "linear",
     display: bool = True,
 ) -> SoftShadow:
@@ -95,10 +89,7 @@ def soft_shadow_passes(
     >>> passes.shadows_blurred is passes.shadows
     True
     """
-    _check(softness, blur, radius_px, map_size, map_blur_px, hdr_format)
-    if shadow_filter == "auto":
-        shadow_filter = _filter_for(scene, softness, blur)
-    chosen = FilterChoice(shadow_filter, pcf_size, taps, bleed, exponent, moment_format)
+    chosen = _decided(Auto() if filter is None else filter, scene, softness)
     notes: list[str] = []
     view = View(pg.Value("camera", pg.Camera, default=scene.camera))
     textures = TextureInputs()
@@ -128,20 +119,20 @@ def soft_shadow_passes(
         into=(pg.target("unshadowed", hdr_format), pg.target("shadows", "rgba16f")),
         name="unshadowed and shadows",
     )  # fmt: skip
-    if chosen.blurs_maps:
-        notes.append(f"no blur on the screen: shadow_filter={shadow_filter!r} blurs the shadow maps")
+    if isinstance(chosen, MomentFilter):
+        notes.append(f"no blur on the screen: filter={chosen} blurs the shadow maps")
         blurred = shadows
-    elif shadow_filter != "blur":
-        notes.append(f"no blur: shadow_filter={shadow_filter!r} filters where the map is compared")
+    elif not isinstance(chosen, Blur):
+        notes.append(f"no blur: filter={chosen} filters where the map is compared")
         blurred = shadows
     elif width is None:
         notes.append("no blur: the shadows' softness is 0")
         blurred = shadows
-    elif blur == "constant":
+    elif chosen.width == "constant":
         into = pg.target("shadows_blurred", "rgba16f")
-        blurred = gaussian_blur(shadows, radius_px / 2.0, radius_px, into=into, name="shadow blur")
+        blurred = gaussian_blur(shadows, chosen.radius_px / 2.0, chosen.radius_px, into=into, name="shadow blur")
     else:
-        blurred = blur_along_surfaces(shadows, seen.normals, seen.depth, width, view.tan_half(), radius_px)
+        blurred = blur_along_surfaces(shadows, seen.normals, seen.depth, width, view.tan_half(), chosen.radius_px)
     result = (multiply_rgb if wide else multiply)(
         unshadowed, blurred, into=pg.target("soft_shadow", hdr_format, notes=tuple(notes))
     )
@@ -160,6 +151,7 @@ def soft_shadow_passes(
     )
 
 
+@effect("soft-shadow", "scene")
 @picture_of(soft_shadow_passes)
 def soft_shadow() -> None:
     """A scene with soft shadows: a shadow map a light, one mask of all shadows, times the lit scene.
@@ -168,38 +160,26 @@ def soft_shadow() -> None:
     ----------
     scene : what is drawn; geometry and materials are built in, the camera and the lights are values of each
         run
-    softness : half width of shadow edges in scene units, 0 or more; 0 leaves the blur out. "penumbra", "pcss",
-        "pcf" and "hard" have no such width; the others take it, where it is left out, from the lights' radius and
+    softness : half width of shadow edges; 0 leaves the blur out. Filters with a width of their own do not take it
+        (`Penumbra`, `Pcss`, `Pcf`, `Hard`); the others take it, where it is left out, from the lights' radius and
         the size of the casters
-    shadow_filter : "auto" is "penumbra", or "blur" where ``softness`` is given, ``blur`` is "constant" or no light
-        has a radius. "blur" blurs the shadows on the screen. The others filter where the map is compared, and
-        nothing is blurred after that: "penumbra" searches for casters in half the width and height, makes
-        penumbrae as wide as the lights' radius and the casters' distance ask, and compares in full size where
-        they are narrow. "hard" compares one texel, "pcf" the mean of ``pcf_size`` squared,
-        "disc" of ``taps`` over a disc of ``softness``, "pcss" over a disc as wide as the light's radius and
-        the casters' distance make the penumbra. "vsm", "evsm4" and "msm" blur maps of moments of the depth
-        over a box of half width ``softness``, once for each place of the light: variance, both exponential
-        warps, and four moments
-    pcf_size : texels along each side with "pcf", odd, 1 to 15
-    taps : of "disc", and of the search and of the filter of "pcss", 1 to 128, 32 where left out; of the search of
-        "penumbra", which then compares twice as many, 16 where left out
-    bleed : shares of light up to this count as none with "vsm", "evsm4" and "msm", 0 to 0.9: it takes leaks
-        where casters overlap, and narrows penumbrae; left out, 0.2 with "vsm", else 0.02
-    exponent : of "evsm4", 1 to 42, where float32 ends: more leaks less
-    moment_format : of the map of "msm": "rgba32f", or "rgba16" with its optimised quantisation
-    blur : "world" keeps that width in the scene; "constant" blurs ``radius_px`` pixels wherever the camera is
-    radius_px : taps to each side, 1 to 31 (7 makes 15); with blur="constant" the width itself
-    map_size : texels along each side of a shadow map, 16 to 8192; maps of moments are blurred over at most
+    filter : how shadows become soft, or hard; left out, `Auto`. Else `Blur`, `Hard`, `Pcf`, `Disc`, `Pcss`, `Penumbra`,
+        `Vsm`, `Evsm4` or `Msm`, with its settings, such as ``Pcss(taps=16)``. `Blur` blurs the shadows on the screen;
+        the others filter where the map is compared, or blur maps of moments of the depth once for each place of the
+        light, and nothing is blurred after that
+    map_size : texels along each side of a shadow map; maps of moments are blurred over at most
         an eighth of that to each side
-    fit : "view" narrows each map to the receivers that the camera sees and the casters before them, with more texels
-        near the camera under suns; the map is drawn again when that changes by more than a 64th. "scene" holds all
-        casters, whatever the camera sees, as do maps of "disc" and of moments
-    map_blur_px : blurs the shadow maps themselves, before they are compared, 0 to 31 texels to each side: a
-        depth is not a colour, so that this moves edges and softens nothing; here to be seen, 0 is right
+    fit : of maps: what the camera sees, or the whole scene. "view" narrows each map to the receivers that the camera
+        sees and the casters before them, with more texels near the camera under suns; the map is drawn again when
+        that changes by more than a 64th. "scene" holds all casters, whatever the camera sees, as do maps of `Disc`
+        and of moments
+    map_blur_px : blurs the shadow maps themselves, before they are compared, which softens nothing. So many texels to
+        each side: a depth is not a colour, so that this moves edges and softens nothing; here to be seen, 0 is right
     ambient : scene-linear light (or its red, green, blue) from all around that no shadow takes away
     background : scene-linear colour where there is no surface
-    hdr_format : of RTT1 and RTT4: "rgba16f", "rgba32f", or "rgb32f", which is 96-bit HDR
-    exposure_stops, curve : see `passgraph.effects.tone_map.tone_map`
+    hdr_format : of the lit picture (RTT1 and RTT4); "rgb32f" is 96-bit HDR
+    exposure_stops : brightness before the curve, factor 2 a stop
+    curve : how high values are compressed. See `passgraph.effects.tone_map.tone_map`
     display : return an 8-bit sRGB picture; off, the scene-linear HDR target
 
     Returns
@@ -228,11 +208,13 @@ def _shown(hdr: pg.Target, exposure_stops: float | pg.Value, curve: Curve) -> pg
     return tone_map(hdr, exposure_stops, curve, into=pg.target("picture", "rgba8"), name="picture")
 
 
-def _filter_for(scene: pg.Scene, softness: float | pg.Value | None, blur: str) -> ShadowFilter:
-    """What "auto" stands for: penumbrae of the lights' own width need lights with an extent, and no other width."""
-    if softness is not None or blur == "constant" or all(light.radius == 0.0 for light in scene.lights):
-        return "blur"
-    return "penumbra"
+def _decided(given: ShadowFilter, scene: pg.Scene, softness: float | pg.Value | None) -> DecidedFilter:
+    """What `Auto` stands for: penumbrae of the lights' own width need lights with an extent, and no other width."""
+    if not isinstance(given, Auto):
+        return given
+    if softness is not None or given.blur.width == "constant" or all(light.radius == 0.0 for light in scene.lights):
+        return given.blur
+    return given.penumbra
 
 
 def _softness(given: float | pg.Value | None, lights: Sequence[pg.Value], casters: Casters) -> object:
@@ -261,18 +243,3 @@ def _softness(given: float | pg.Value | None, lights: Sequence[pg.Value], caster
         return float(np.average(widths, weights=weights))
 
     return pg.combine(width, *lights)
-
-
-def _check(softness: object, blur: str, radius_px: int, map_size: int, map_blur_px: int, hdr_format: str) -> None:
-    if isinstance(softness, (int, float)) and not 0.0 <= softness < float("inf"):
-        raise pg.GraphError(f"soft_shadow: softness must be 0 or more scene units, got {softness!r}")
-    if blur not in ("world", "constant"):
-        raise pg.GraphError(f"soft_shadow: blur cannot be {blur!r}; it is 'world' or 'constant'")
-    if not 1 <= radius_px <= 31:
-        raise pg.GraphError(f"soft_shadow: radius_px must be 1 to 31, got {radius_px!r}")
-    if not 16 <= map_size <= 8192:
-        raise pg.GraphError(f"soft_shadow: map_size must be 16 to 8192, got {map_size!r}")
-    if not 0 <= map_blur_px <= 31:
-        raise pg.GraphError(f"soft_shadow: map_blur_px must be 0 to 31, got {map_blur_px!r}")
-    if hdr_format not in HDR_FORMATS:
-        raise pg.GraphError(f"soft_shadow: hdr_format cannot be {hdr_format!r}; it is one of {', '.join(HDR_FORMATS)}")

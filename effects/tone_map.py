@@ -5,14 +5,15 @@
 from __future__ import annotations
 
 from math import log2 as _log2
-from typing import Literal
+from typing import Literal, get_args
 
 import passgraph as pg
 from passgraph import Const, Image, clamp, exp2, log2, mix, sqrt, vec3, vec4
-from passgraph.effects.checked import checked
+from passgraph.effects.checked import effect
+from passgraph.effects.quantities import Exposure
 
 Curve = Literal["linear", "reinhard", "hable", "aces", "agx", "pbr-neutral"]
-CURVES: tuple[Curve, ...] = ("linear", "reinhard", "hable", "aces", "agx", "pbr-neutral")
+CURVES: tuple[Curve, ...] = get_args(Curve)
 #: Brightest input in scene-linear units: the largest float16. Infinity becomes this.
 BRIGHTEST = 65504.0
 #: Hable's white point: the input that becomes 1.
@@ -149,10 +150,10 @@ def tone(color: Image, exposure_stops: float, curve: Const[int], encode: Const[b
     return vec4(shown, min(finite(here.a), 1.0))
 
 
-@checked
+@effect("tone-map", linear=True)
 def tone_map(
     frame: pg.Target,
-    exposure_stops: float | pg.Value | pg.Derived = 0.0,
+    exposure_stops: Exposure | pg.Value | pg.Derived = 0.0,
     curve: Curve = "aces",
     encode: bool = True,
     into: pg.TargetSpec | None = None,
@@ -163,10 +164,11 @@ def tone_map(
     Parameters
     ----------
     frame : scene-linear, Rec. 709 primaries, any range
-    exposure_stops : factor 2 a stop, -16 to 16; may be a ``pg.Value``
-    curve : "linear" clips at 1; "reinhard" x / (1 + x); "hable" filmic, white at 11.2; "aces" Narkowicz's fit;
-        "agx" 16.5 stops, bright colours turn white; "pbr-neutral" keeps base colours, compresses highlights alone
-    encode : sRGB-encode the result; off leaves it linear in [0, 1]
+    exposure_stops : brightness before the curve, factor 2 a stop
+    curve : how high values are compressed. "linear" clips at 1; "reinhard" x / (1 + x); "hable" filmic, white at
+        11.2; "aces" Narkowicz's fit; "agx" 16.5 stops, bright colours turn white; "pbr-neutral" keeps base colours,
+        compresses highlights alone
+    encode : sRGB-encode the result, for display and 8-bit files; off leaves it linear in [0, 1]
     into : where it goes; left out, 8 bits a channel where encoded, else float16, with the name ``name``
     name : of the pass
 
@@ -184,7 +186,5 @@ def tone_map(
     ...     program(frame=np.full((1, 1, 4), 1.0, np.float32))["tone_map"][0, 0, 0].item()
     0.5
     """
-    if curve not in CURVES:
-        raise pg.GraphError(f"tone_map: curve cannot be {curve!r}; it is one of {', '.join(CURVES)}")
     target = into or pg.target(name, "rgba8" if encode else "rgba16f")
     return tone(frame, exposure_stops, CURVES.index(curve), encode, into=target, name=name)

@@ -31,6 +31,7 @@ from passgraph.language.symbols import *  # noqa: F403
 from passgraph.language.vectors import *  # noqa: F403
 from passgraph.plan.data import Options
 from passgraph.program import Program, Result, compile
+from passgraph.ranges import Range
 from passgraph.targets import Input, Target, TargetSpec, previous, target
 from passgraph.values import OUTPUT_SIZE, Derived, Value, combine
 
@@ -57,8 +58,8 @@ def __getattr__(name: str) -> Any:
 
 __all__ = [
     "OUTPUT_SIZE", "BackendError", "Blend", "Camera", "Derived", "DeviceMissingError", "GraphError", "Input",
-    "InputError", "KernelError", "Light", "Material", "Mesh", "Node", "Options", "PassgraphError", "Program", "Result",
-    "Scene", "Stencil",
+    "InputError", "KernelError", "Light", "Material", "Mesh", "Node", "Options", "PassgraphError", "Program", "Range",
+    "Result", "Scene", "Stencil",
     "Target", "TargetSpec", "Texture", "Value", "combine", "compile", "draw", "fragment", "function", "graph", "kernel",
     "load", "previous", "save", "struct", "target", "vertex",
 ]  # fmt: skip

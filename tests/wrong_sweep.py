@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ import passgraph as pg
 from passgraph.compare import compare
 from passgraph.conformance import cases, run
 from passgraph.draw_state import DrawState
+from passgraph.effects.checked import Choice
 from passgraph.effects.registry import EFFECTS, effect_named
 from passgraph.formats import FORMATS, format_named
 from passgraph.scene import Camera, Light, Material, Mesh, Node, Scene, Texture
@@ -331,6 +332,7 @@ CALLS: list[Call] = [
     call("conformance.cases", lambda **given: list(cases(**given)), groups=["sequences"], quick=True),
     call("conformance.run", lambda **given: run(cases=[], **given), backend="null", progress=lambda *_: None),
     call("conformance.run, case", lambda case: run("null", [case]), case=next(cases(["sequences"]))),
+    call("Range", pg.Range, low=0.0, high=1.0, unit="px", above=False, odd=False),
     call("effect_named", effect_named, name="bloom"),
     call("Effect.parameter", EFFECTS["bloom"].parameter, name="levels"),
 ]  # fmt: skip
@@ -355,7 +357,7 @@ def _effects() -> Iterator[Call]:
         "depth": pg.Input("depth", "r32f", (8, 4)), "normals": frame("normals"), "camera": pg.Value("camera", Camera),
         "radius": 0.5, "world": light2d.World2D.shipped(), "window": light2d.Window(0, 0, 10, 10), "walls": (),
         "lights": (light2d.Light2D((1, 1)),), "size": (8, 4), "grid": np.zeros((4, 8), np.float32), "threshold": 0.5,
-        "movers": pg.Value("movers", object), "count": 2,
+        "movers": pg.Value("movers", object), "count": 2, "name": "dimmed",
     }  # fmt: skip
     for package in (effects, light2d):
         for name in package.__all__:
@@ -366,6 +368,8 @@ def _effects() -> Iterator[Call]:
                     function,
                     {**_GOOD_FLAT[name], **({"window": light2d.Window(0, 0, 8, 4)} if name == "World2D" else {})},
                 )
+            if inspect.isclass(function) and issubclass(function, Choice) and fields(function):
+                yield Call(name, function, {field.name: getattr(function(), field.name) for field in fields(function)})
             if inspect.isfunction(function):
                 parameters = inspect.signature(function).parameters.values()
                 good = {

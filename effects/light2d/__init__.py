@@ -1,7 +1,7 @@
 """Light and shadow of flat worlds: a light map computed once, and what changes in each frame.
 
-Reading order: world, shapes, buffers, penumbra, tiles, smoothing, light_map, grid, sprites,
-world_file, picture, comparison, bake.
+Reading order: world, shapes, penumbra, tiles, smoothing, light_map, grid, sprites,
+world_file, lens_spots, picture, bake.
 """
 
 from passgraph.effects.light2d.grid import distance_grid, occlusion

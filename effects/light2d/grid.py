@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,23 +11,25 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph import arguments
 from passgraph.effects.checked import checked
-from passgraph.effects.light2d.buffers import WHOLE, copied, drawn, whole
-from passgraph.effects.light2d.shapes import in_window, quads
 from passgraph.effects.light2d.world import Float64, Point, Wall, Window, all_edges, distance_to_edges
+from passgraph.effects.quantities import Share
+from passgraph.effects.stretched import WHOLE_CLIP, copied, drawn, in_window, quads, whole
 
+#: Side of a cell of a grid.
+Cell = Annotated[float, pg.Range(0, None, "world units", above=True)]
 #: Black over the scene by the rims' opacity; alpha is the scene's.
 DARKER = pg.Blend("source_alpha", "one_minus_source_alpha", source_alpha="zero", destination_alpha="one")
 
 
 @checked
-def distance_grid(window: Window, walls: Sequence[Wall], cell: float = 1.5) -> NDArray[np.float32]:
+def distance_grid(window: Window, walls: Sequence[Wall], cell: Cell = 1.5) -> NDArray[np.float32]:
     """Distance of each cell's middle to the nearest wall, world units; 0 inside closed walls, infinite without walls.
 
     Parameters
     ----------
     window : the part of the world; a last cell that juts out of it counts
     walls : obstacles
-    cell : side of a cell, world units, above 0
+    cell : side of a cell
 
     Returns
     -------
@@ -36,8 +39,6 @@ def distance_grid(window: Window, walls: Sequence[Wall], cell: float = 1.5) -> N
     array([[0. , 0.5, 1.5, 2.5],
            [0. , 0.5, 1.5, 2.5]], dtype=float32)
     """
-    if not cell > 0.0:
-        raise pg.GraphError(f"distance grid: cell must be above 0, got {cell!r}")
     columns = max(round((window.right - window.left) / cell + 0.499), 1)
     rows = max(round((window.top - window.bottom) / cell + 0.499), 1)
     grid = np.full((rows, columns), np.inf, np.float32)
@@ -80,8 +81,8 @@ def reach(grid: NDArray[np.float32] | Float64, window: Window, place: Point, cel
 def occlusion(
     scene: pg.Target,
     grid: NDArray[np.float32],
-    threshold: float,
-    darkness: float = 0.5,
+    threshold: Annotated[float, pg.Range(0, None, "world units")],
+    darkness: Share = 0.5,
     into: pg.TargetSpec | None = None,
     name: str = "occlusion",
     over: tuple[Window, float] | None = None,
@@ -92,14 +93,12 @@ def occlusion(
     ----------
     scene : any picture of the window; where ``over`` is left out, the window must end with the grid's last cells
     grid : from `distance_grid`
-    threshold : cells nearer to a wall are black, world units, 0 or more
-    darkness : opacity of black, 0 to 1
+    threshold : cells nearer to a wall are black
+    darkness : opacity of black
     into : where it goes; left out, float16 of the scene's size with the name ``name``
     name : of the passes and targets
     over : the grid's window and the side of its cells
     """
-    if not 0.0 <= darkness <= 1.0:
-        raise pg.GraphError(f"{name}: darkness must be 0 to 1, got {darkness!r}")
     cells = arguments.numbers(grid, f"{name}: grid", "be an array (rows, columns), from distance_grid", pg.GraphError)
     if cells.ndim != 2 or not cells.size:
         raise pg.GraphError(f"{name}: grid must be an array (rows, columns), got shape {cells.shape}")
@@ -107,7 +106,7 @@ def occlusion(
     texels[:, :, 3] = np.where(grid < threshold, darkness, 0.0)
     rims = pg.Input(f"{name}_texels", "rgba8", (grid.shape[1], grid.shape[0]), static=True, default=texels)
     copy = drawn(scene, into or pg.target(name, "rgba16f", like=scene), f"{name}_scene")
-    shape, clip = whole(), WHOLE.clip
+    shape, clip = whole(), WHOLE_CLIP
     if over is not None:
         window, cell = over
         height, width = grid.shape

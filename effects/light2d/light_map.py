@@ -4,21 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from math import asin, cos, hypot, pi, sin
-from typing import Literal
+from typing import Annotated, Literal, get_args
 
 import numpy as np
 
 import passgraph as pg
 from passgraph.effects.checked import checked
-from passgraph.effects.light2d.buffers import WHOLE, black, drawn, whole
 from passgraph.effects.light2d.penumbra import gradient
-from passgraph.effects.light2d.shapes import around, in_window, shadow_of
+from passgraph.effects.light2d.shapes import around, shadow_of
 from passgraph.effects.light2d.smoothing import mixed_light
 from passgraph.effects.light2d.tiles import tiled_light
 from passgraph.effects.light2d.world import Float64, Light2D, Point, Wall, Window, all_edges, in_reach
+from passgraph.effects.quantities import Color
+from passgraph.effects.stretched import WHOLE_CLIP, black, drawn, in_window, whole
 
 Penumbra = Literal["exact", "none", "rotate", "move", "mixed"]
-PENUMBRAS: tuple[Penumbra, ...] = ("exact", "none", "rotate", "move", "mixed")
+PENUMBRAS: tuple[Penumbra, ...] = get_args(Penumbra)
+#: How often shadows are drawn.
+Draws = Annotated[int, pg.Range(2, 64)]
+#: Side of a tile.
+Tile = Annotated[int, pg.Range(4, 256, "px")]
 #: The scene is destination, the light map source: scene × light, for colour and alpha.
 ONTO_SCENE = pg.Blend("zero", "source_color")
 
@@ -30,10 +35,10 @@ def light_map(
     walls: Sequence[Wall],
     size: tuple[int, int],
     penumbra: Penumbra = "exact",
-    draws: int = 8,
-    ambient: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    draws: Draws = 8,
+    ambient: Color = (0.0, 0.0, 0.0),
     format: str = "rgba16f",
-    tile_px: int = 16,
+    tile_px: Tile = 16,
     name: str = "light_map",
 ) -> pg.Target:
     """Everything that the lights shed, shadows included; it reads no input, so a program computes it once.
@@ -49,11 +54,10 @@ def light_map(
         180 edges may stand between it and one tile.  "none" takes lamps as points.  "rotate" draws the shadows several
         times, turned about the lamp, "move" with the lamp's middle moved across its disc.  "mixed" blurs a
         point's shadow by halved pictures, sharp at the wall and softer with the way behind it
-    draws : of "rotate" and "move", 2 to 64
-    ambient : linear RGB everywhere, 0 or more
+    draws : of "rotate" and "move"
+    ambient : linear RGB everywhere
     format : of the map and its buffers, four channels, blendable; alpha is 1
-    tile_px : of "exact": side of the tiles for which it is found out which edges may stand before which light,
-        4 to 256 px
+    tile_px : of "exact": side of the tiles for which it is found out which edges may stand before which light
     name : of the map and, with the light's number, of its buffers
 
     Source: for "exact", the angle that segments leave of a disc, by a sweep over their intervals; a place's
@@ -69,17 +73,11 @@ def light_map(
     >>> bool(red[4, 3] > 0.9), red[4, 7].item()
     (True, 0.0)
     """
-    if penumbra not in PENUMBRAS:
-        raise pg.GraphError(f"{name}: penumbra cannot be {penumbra!r}; it is one of {', '.join(PENUMBRAS)}")
-    if not 4 <= tile_px <= 256:
-        raise pg.GraphError(f"{name}: tile_px must be 4 to 256, got {tile_px}")
-    if not 2 <= draws <= 64:
-        raise pg.GraphError(f"{name}: draws must be 2 to 64, got {draws}")
     if penumbra == "exact":
         return tiled_light(window, lights, walls, size, ambient, format, tile_px, name)
     total: pg.Target = pg.draw(
         whole(), vertex=in_window, fragment=black, into=pg.target(name, format, size, clear=(*ambient, 1.0)),
-        blend="add", name=f"{name}_ambient", values={"clip": WHOLE.clip},
+        blend="add", name=f"{name}_ambient", values={"clip": WHOLE_CLIP},
     )  # fmt: skip
     every = all_edges(walls)
     for number, light in enumerate(lights):

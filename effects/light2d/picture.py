@@ -8,26 +8,21 @@ from typing import Literal
 
 import passgraph as pg
 from passgraph import Image, exp2, floor, ivec2, pixel, uv, vec2, vec3, vec4
-from passgraph.effects.checked import checked
-from passgraph.effects.lens import (
-    dirt_texture,
-    dirty_lens_bright,
-    dirty_lens_map,
-    dirty_lens_spots,
-    light_spots,
-)
+from passgraph.effects.checked import effect
+from passgraph.effects.lens import dirt_texture, dirty_lens_bright
 from passgraph.effects.light2d.grid import distance_grid, occlusion, reach
-from passgraph.effects.light2d.light_map import Penumbra, light_map, lit
-from passgraph.effects.light2d.shapes import Spot, in_window, quads
+from passgraph.effects.light2d.lens_spots import dirty_lens_map, dirty_lens_spots, light_spots
+from passgraph.effects.light2d.light_map import Draws, Penumbra, light_map, lit
 from passgraph.effects.light2d.sprites import Near, moving_shadows
 from passgraph.effects.light2d.world import Window
 from passgraph.effects.light2d.world_file import World2D
+from passgraph.effects.quantities import Exposure, NotNegative, Share
+from passgraph.effects.stretched import Spot, in_window, quads
 from passgraph.effects.tone_map import tone_map
 
 Lens = Literal["none", "bright", "spots", "map"]
 #: Linear colour of moving things.
 BODY = (0.35, 0.12, 0.08)
-LENSES: tuple[Lens, ...] = ("none", "bright", "spots", "map")
 
 
 @pg.kernel
@@ -52,17 +47,17 @@ def exposed(color: Image, stops: float) -> vec4:
     return vec4(c.rgb * exp2(stops), c.a)
 
 
-@checked
+@effect("light2d", "world2d")
 def light2d(
     world: World2D,
     size: tuple[int, int] = (1280, 720),
     penumbra: Penumbra = "exact",
-    draws: int = 8,
-    rims: float = 0.5,
+    draws: Draws = 8,
+    rims: Share = 0.5,
     near: Near = "fade",
     lens: Lens = "none",
-    lens_strength: float = 1.0,
-    exposure_stops: float = 0.0,
+    lens_strength: NotNegative = 1.0,
+    exposure_stops: Exposure = 0.0,
     display: bool = True,
     name: str = "light2d",
 ) -> pg.Target:
@@ -72,12 +67,13 @@ def light2d(
     ----------
     world : see `World2D.load`
     size : (width, height) of the picture, px
-    penumbra, draws : as in `light_map`
-    rims : darkness of the rims along walls, 0 to 1
-    near : of shadows of moving things near a lamp, see `moving_shadows`
-    lens : dirt on the lens: "none"; "bright" where the picture is bright; "spots" by spots of light drawn for this
-        view; "map" by a map of spots of the world
-    lens_strength : factor on the dirt, 0 or more
+    penumbra : of lamps: the exact angle in sight, none, or shadows drawn several times or blurred. See `light_map`
+    draws : of penumbrae "rotate" and "move"
+    rims : darkness of the rims along walls
+    near : of shadows of moving things near a lamp: fade, or more sprites. See `moving_shadows`
+    lens : dirt on the lens: where it is bright, at spots of light, or by a map of them. "none"; "bright" where the
+        picture is bright; "spots" by spots of light drawn for this view; "map" by a map of spots of the world
+    lens_strength : factor on the dirt
     exposure_stops : brightness: factor 2 a stop
     display : sRGB; off: the linear HDR result
     name : of the result
@@ -88,10 +84,6 @@ def light2d(
     ...     program()["light2d"].shape
     (36, 64, 4)
     """
-    if lens not in LENSES:
-        raise pg.GraphError(f"{name}: lens cannot be {lens!r}; it is one of {', '.join(LENSES)}")
-    if not 0.0 <= lens_strength < float("inf"):
-        raise pg.GraphError(f"{name}: lens_strength must be 0 or more, got {lens_strength!r}")
     window = world.fitted(size)
     unit = (window.right - window.left) / size[0]
     ground = tiled_floor(

@@ -4,13 +4,15 @@
 # Values of the kernel language are Any to Python's type checkers.
 from __future__ import annotations
 
+from typing import Annotated
+
 import passgraph as pg
 from passgraph import Image, floor, length, log2, saturate, uv, vec2, vec3, vec4
 from passgraph.effects.checked import checked
-from passgraph.effects.light2d.buffers import drawn
 from passgraph.effects.light2d.penumbra import cross2, falloff
-from passgraph.effects.light2d.shapes import Spot, in_window, shadow_of
+from passgraph.effects.light2d.shapes import shadow_of
 from passgraph.effects.light2d.world import Float64, Light2D, Window
+from passgraph.effects.stretched import Spot, drawn, in_window
 
 #: A halving scaled up by splines turns a hard edge into one about this many of its texels wide: of 2, 2.25, 2.5 and 3
 #: the one that comes nearest to the exact penumbra.
@@ -34,18 +36,18 @@ def _halves(picture: pg.Target, levels: int, name: str) -> list[pg.Target]:
 
 
 @checked
-def smoothed(light: pg.Target, levels: int = 3, format: str = "rgba16f", name: str = "smoothed") -> pg.Target:
+def smoothed(
+    light: pg.Target, levels: Annotated[int, pg.Range(1, 6)] = 3, format: str = "rgba16f", name: str = "smoothed"
+) -> pg.Target:
     """A light map mixed in equal parts with its halvings, each scaled up bilinearly and added.
 
     Parameters
     ----------
     light : the map, any size
-    levels : the map itself and its halvings, 1 to 6
+    levels : the map itself and its halvings
     format : of the result, four channels, blendable
     name : of the result and, with a number, of the halvings
     """
-    if not 1 <= levels <= 6:
-        raise pg.GraphError(f"{name}: levels must be 1 to 6, got {levels}")
     total: pg.Target | pg.TargetSpec = pg.target(name, format, like=light)
     for number, part in enumerate(_halves(light, levels, name)):
         total = drawn(part, total, f"{name}_add{number}", 1.0 / levels, blend="add")
@@ -116,8 +118,14 @@ def shaded(shadow: Image, clip: vec4, light: vec4, color: vec3) -> vec4:
     return vec4(color * (falloff(far, light.z) * (1.0 - saturate(shadow[0, 0].r))), 0.0)
 
 
+@checked
 def mixed_light(
-    window: Window, light: Light2D, edges: Float64, size: tuple[int, int], levels: int = 6, name: str = "mixed"
+    window: Window,
+    light: Light2D,
+    edges: Float64,
+    size: tuple[int, int],
+    levels: Annotated[int, pg.Range(2, 8)] = 6,
+    name: str = "mixed",
 ) -> pg.Target:
     """One light whose shadows are sharp at the wall and soft far behind it, by choosing among halvings.
 
@@ -130,11 +138,9 @@ def mixed_light(
     light : with ``size`` above 0
     edges : (n, 4) as x, y, x, y, n above 0
     size : (width, height) of the picture, px
-    levels : the shadow itself and its halvings, 2 to 8
+    levels : the shadow itself and its halvings
     name : of the passes and targets
     """
-    if not 2 <= levels <= 8:
-        raise pg.GraphError(f"{name}: levels must be 2 to 8, got {levels}")
     where = {"clip": window.clip, "light": (*light.position, light.radius, light.size)}
     mask: pg.Target = pg.draw(
         shadow_of(edges, light.position), vertex=in_window, fragment=shadow_width,

@@ -8,16 +8,17 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from math import atan, cos, floor, hypot, inf, isfinite, sin
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 import passgraph as pg
 from passgraph import Array, Image, uv, vec4
-from passgraph.effects.checked import check_fields, checked
-from passgraph.effects.light2d.shapes import Shape, Spot
+from passgraph.effects.annotations import check_fields
+from passgraph.effects.checked import checked
 from passgraph.effects.light2d.world import Light2D, Point, Window
+from passgraph.effects.stretched import Shape, Spot
 
 #: Angles in radians under which a lamp sees a thing: below the first the two sprites are one.
 ONE_SPRITE = 0.12
@@ -213,9 +214,9 @@ def moving_shadows(
     window: Window,
     lights: Sequence[Light2D] | LampCache,
     movers: pg.Value,
-    count: int,
+    count: Annotated[int, pg.Range(1, 32)],
     reach: Callable[[Point], float] = lambda place: inf,
-    share: float | pg.Value = 1.0,
+    share: Annotated[float, pg.Range(0, 1, above=True)] | pg.Value = 1.0,
     near: Near = "fade",
     into: pg.TargetSpec | None = None,
     name: str = "moving_shadows",
@@ -228,10 +229,10 @@ def moving_shadows(
     window : as in `light_map`
     lights : the lamps, or a `LampCache` of them
     movers : a value that runs bring: a sequence of `Mover`
-    count : most things at once, 1 to 32
+    count : most things at once
     reach : longest shadow from a place, world units, such as `passgraph.effects.light2d.grid.reach`
-    share : how far shadows go from the last frame's to this one's, above 0, 1 or less; below 1 a shadow that
-        jumps to another lamp fades over, and one that moves leaves a trail; may be a ``pg.Value``
+    share : how far shadows go from the last frame's to this one's; below 1 a shadow that
+        jumps to another lamp fades over, and one that moves leaves a trail
     near : where a lamp sees a thing under more than 1 radian, two sprites part: "fade" lets the shadow fade, to
         nothing at 1.6; "fan" takes five sprites
     into : where it goes; left out, float32 with the name ``name``
@@ -239,10 +240,6 @@ def moving_shadows(
 
     A pair's shadow is at most as long as the way from the lamp, where the sprites' inner sides meet.
     """
-    if near not in SPRITES:
-        raise pg.GraphError(f"{name}: near cannot be {near!r}; it is fade or fan")
-    if not 1 <= count <= 32:
-        raise pg.GraphError(f"{name}: count must be 1 to 32, got {count}")
     sprite = pg.Input(f"{name}_sprite", "r32f", (4, 4), static=True, default=SPRITE.astype(np.float32))
     layer: pg.Target = pg.draw(
         _unit_quads(SPRITES[near] * count), vertex=_placed(2 * SPRITES[near] * count), fragment=shadow_sprite,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import sqrt
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,7 @@ from passgraph.effects.light2d.world import (
     distance_to_edges,
     outlines_of,
 )  # fmt: skip
+from passgraph.effects.quantities import Color
 
 #: The walk through edges is a loop of lights · (2 · edges + 1) · edges trips, of which a kernel may have this many.
 TRIPS = 1 << 16
@@ -362,11 +364,11 @@ class LiveLight:
 def live_light_map(
     window: Window,
     size: tuple[int, int],
-    room: int = 1 << 17,
-    ambient: tuple[float, float, float] = (0.0, 0.0, 0.0),
+    room: Annotated[int, pg.Range(1 << ROW_BITS, MAX_TABLE_ROWS << ROW_BITS, "texels")] = 1 << 17,
+    ambient: Color = (0.0, 0.0, 0.0),
     format: str = "rgba16f",
-    tile_px: int = 32,
-    shaded: int = 31,
+    tile_px: Annotated[int, pg.Range(1, 1024, "px")] = 32,
+    shaded: Annotated[int, pg.Range(1, 1024)] = 31,
     name: str = "live_light",
 ) -> LiveLight:
     """An exact light map for lamps and walls that move: one pass a frame, lists found anew on the host.
@@ -374,9 +376,9 @@ def live_light_map(
     Parameters
     ----------
     window, size, ambient, format, name : as in `light_map`
-    room : texels for the lists: one edge, or half a light, of one tile each; 1024 to 2²⁴
-    tile_px : side of a tile, 4 to 256 px; smaller ones take more time on the host and less on the device
-    shaded : most lights with edges before them in one tile, 1 to 1024; 31 may have 32 edges each, 64 have 22
+    room : texels for the lists: one edge, or half a light, of one tile each
+    tile_px : side of a tile; smaller ones take more time on the host and less on the device
+    shaded : most lights with edges before them in one tile; 31 may have 32 edges each, 64 have 22
 
     Examples
     --------
@@ -386,12 +388,6 @@ def live_light_map(
     >>> bool(red[4, 3, 0] > 0.9), red[4, 7, 0].item()
     (True, 0.0)
     """
-    if not 1 << ROW_BITS <= room <= MAX_TABLE_ROWS << ROW_BITS:
-        raise pg.GraphError(f"{name}: room must be 1024 to {MAX_TABLE_ROWS << ROW_BITS}, got {room}")
-    if not 1 <= tile_px <= 1024:
-        raise pg.GraphError(f"{name}: tile_px must be 1 to 1024, got {tile_px}")
-    if not 1 <= shaded <= 1024:
-        raise pg.GraphError(f"{name}: shaded must be 1 to 1024, got {shaded}")
     rows = -(-room // (1 << ROW_BITS))
     tiles = pg.Input(f"{name}_tiles", "rgb32f", (-(-size[0] // tile_px), -(-size[1] // tile_px)))
     table = pg.Input(f"{name}_table", "rgba32f", (1 << ROW_BITS, rows))

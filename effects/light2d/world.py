@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 import passgraph as pg
 from passgraph import arguments
-from passgraph.effects.checked import check_fields
+from passgraph.effects.annotations import check_fields
 
 Point = tuple[float, float]
 Float64 = NDArray[np.float64]

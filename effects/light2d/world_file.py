@@ -12,12 +12,12 @@ from typing import Any, TypeVar
 
 import passgraph as pg
 from passgraph import arguments
-from passgraph.effects.checked import check_fields
+from passgraph.effects.annotations import check_fields
 from passgraph.effects.light2d.sprites import Mover
 from passgraph.effects.light2d.world import Light2D, Point, Wall, Window
+from passgraph.effects.quantities import Color
 from passgraph.reading import read_text
 
-Color = tuple[float, float, float]
 Made = TypeVar("Made")
 MAX_FILE_BYTES = 4 << 20
 MAX_WALLS = 4096

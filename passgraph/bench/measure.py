@@ -12,11 +12,12 @@ import numpy as np
 
 from passgraph.backends.base import Backend
 from passgraph.backends.registry import open_backend
-from passgraph.bench.methods import METHODS, PLAIN, Made, Method, frame_without_shadows, passes_of
+from passgraph.bench.methods import METHODS, Made, Method, frame_without_shadows, passes_of
 from passgraph.bench.metrics import Errors, compared
 from passgraph.bench.scenes import scene_named
 from passgraph.bench.timing import FrameTime, PassTimes, frame_times, pass_times
 from passgraph.bench.truth import Float32, Mask, Truth, truth_of
+from passgraph.effects.shadow_choice import Hard
 from passgraph.errors import DeviceMissingError, PassgraphError
 from passgraph.program import Program, compile
 from passgraph.scene import Scene
@@ -146,7 +147,7 @@ def measure(name: str, settings: Settings, say: Callable[[str], object] = lambda
 
 def _counts(scene: Scene, device: Backend, size: tuple[int, int], truth: Truth) -> Mask:
     """Where the truth counts, the rasteriser sees the same surface, and light arrives by the shading normal too."""
-    passes = passes_of(scene, 64, shadow_filter=PLAIN)
+    passes = passes_of(scene, 64, filter=Hard())
     with compile([passes.depth, passes.unshadowed], backend=device, size=size) as program:
         made = program()
     lit = made[passes.unshadowed.name][:, :, :3].max(axis=2) > 0.0

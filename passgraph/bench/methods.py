@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from passgraph.effects.five_pass import DARKEST, five_pass_targets
+from passgraph.effects.shadow_choice import Blur, Evsm4, Hard, Msm, Pcf, Pcss, Penumbra, Vsm
 from passgraph.effects.soft_shadow import SoftShadow, soft_shadow_passes
 from passgraph.effects.tone_map import tone_map
 from passgraph.errors import InputError
@@ -74,15 +75,15 @@ PLAIN = "hard"
 METHODS: dict[str, Method] = {
     method.name: method
     for method in (
-        _soft(PLAIN, "hard", shadow_filter="hard"),
-        *(_soft(f"pcf-{n}", "PCF", shadow_filter="pcf", pcf_size=n) for n in (3, 5, 9, 15)),
-        *(_soft(f"pcss-{n}", "PCSS", shadow_filter="pcss", taps=n) for n in (8, 16, 32, 64)),
-        *(_soft(f"penumbra-{n}", "penumbra", shadow_filter="penumbra", taps=n) for n in (8, 16, 32)),
-        _soft("vsm", "VSM", shadow_filter="vsm"),
-        _soft("evsm4", "EVSM4", shadow_filter="evsm4"),
-        _soft("msm", "MSM", shadow_filter="msm"),
-        _soft("blur-constant", "blur, constant", shadow_filter="blur", blur="constant"),
-        _soft("blur-world", "blur, depth-aware", shadow_filter="blur", blur="world"),
+        _soft(PLAIN, "hard", filter=Hard()),
+        *(_soft(f"pcf-{n}", "PCF", filter=Pcf(n)) for n in (3, 5, 9, 15)),
+        *(_soft(f"pcss-{n}", "PCSS", filter=Pcss(taps=n)) for n in (8, 16, 32, 64)),
+        *(_soft(f"penumbra-{n}", "penumbra", filter=Penumbra(taps=n)) for n in (8, 16, 32)),
+        _soft("vsm", "VSM", filter=Vsm()),
+        _soft("evsm4", "EVSM4", filter=Evsm4()),
+        _soft("msm", "MSM", filter=Msm()),
+        _soft("blur-constant", "blur, constant", filter=Blur("constant")),
+        _soft("blur-world", "blur, depth-aware", filter=Blur("world")),
         Method("five-pass", "five passes", _five_pass),
     )
 }
@@ -100,6 +101,6 @@ def method_named(name: str) -> Method:
 
 def frame_without_shadows(scene: Scene, map_size: int) -> list[Target]:
     """A frame that draws the shadow map, the surfaces and the lit picture, and looks up no shadow."""
-    passes = passes_of(scene, map_size, shadow_filter="hard")
+    passes = passes_of(scene, map_size, filter=Hard())
     picture = tone_map(passes.unshadowed, 0.0, "linear", into=target("picture", "rgba8"), name="picture")
     return [picture, *passes.shadow_maps]

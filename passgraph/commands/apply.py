@@ -53,7 +53,7 @@ def command_of(effect: Effect) -> click.Command:
     @non_finite_option
     @check_finite_option
     @click.option(
-        "--linear/--as-stored", default=effect.name == "tone-map", show_default=True,
+        "--linear/--as-stored", default=effect.linear, show_default=True,
         help="Decode 8- and 16-bit pictures from sRGB to linear light first.",
     )  # fmt: skip
     @click.pass_context

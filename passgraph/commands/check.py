@@ -37,8 +37,9 @@ def check(
 ) -> int:
     """Check FILE on every backend: a Python module of yours (it is run), or kernels as text (only parsed).
 
-    Of a module its ``outputs`` are checked (a target, several, or a mapping), else its targets, else each of its
-    kernels.  Exit status: 0 all within bounds and as recorded, 1 something differs, 2 an error.
+    Of a module its ``outputs`` are checked (a target, several, or a mapping), else its targets, else its effects on
+    pictures, else each of its kernels.  Exit status: 0 all within bounds and as recorded, 1 something differs, 2 an
+    error.
     """
     from passgraph.commands.own_file import graphs_of
 

@@ -11,13 +11,14 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 from click.core import ParameterSource
 
-from passgraph.effects.registry import EFFECTS, Effect, Parameter
+from passgraph.effects.registry import EFFECTS, Effect
 from passgraph.errors import BackendError, InputError, PassgraphError
 from passgraph.finite import CHOICES
 from passgraph.targets import MAX_SIDE
 
 if TYPE_CHECKING:
     from passgraph.backends.base import Backend
+    from passgraph.effects.parameters import Parameter
 
 Decorated = TypeVar("Decorated", bound=Callable[..., Any])
 
@@ -121,7 +122,7 @@ def output_option(command: Decorated) -> Decorated:
 
 def flag_of(parameter: Parameter) -> str:
     """
-    >>> flag_of(Parameter("radius_px", "int", 3))
+    >>> flag_of(EFFECTS["gaussian-blur"].parameter("radius_px"))
     '--radius-px'
     """
     return "--" + parameter.name.replace("_", "-")
@@ -129,7 +130,7 @@ def flag_of(parameter: Parameter) -> str:
 
 def option_of(parameter: Parameter) -> click.Option:
     """A parameter as an option with range, unit and default."""
-    flag, settings = flag_of(parameter), dict[str, Any]()
+    flag, settings, limits = flag_of(parameter), dict[str, Any](), parameter.range
     if parameter.type == "bool":
         flag = f"{flag}/--no-{flag[2:]}"
     elif parameter.type == "choice":
@@ -137,9 +138,9 @@ def option_of(parameter: Parameter) -> click.Option:
     elif parameter.type == "picture":
         settings |= {"type": click.Path(path_type=Path), "metavar": "FILE"}
     elif parameter.type == "int":
-        settings["type"] = click.IntRange(_whole(parameter.low), _whole(parameter.high))
+        settings["type"] = click.IntRange(_as(int, limits.low), _as(int, limits.high), min_open=limits.above)
     else:
-        settings["type"] = FiniteRange(parameter.low, parameter.high)
+        settings["type"] = FiniteRange(_as(float, limits.low), _as(float, limits.high), min_open=limits.above)
     if parameter.type == "rgb":
         settings |= {"nargs": 3, "metavar": "R G B"}
     elif parameter.type in ("int", "float"):
@@ -148,12 +149,12 @@ def option_of(parameter: Parameter) -> click.Option:
     if default is not None:
         settings["show_default"] = " ".join(f"{v:g}" for v in default) if isinstance(default, tuple) else True
     text = parameter.help[:1].upper() + parameter.help[1:]
-    unit = f" ({parameter.unit})" if parameter.unit else ""
+    unit = f" ({limits.unit})" if limits.unit else ""
     return click.Option([flag, parameter.name], default=default, help=text + unit, **settings)
 
 
-def _whole(limit: float | None) -> int | None:
-    return None if limit is None else int(limit)
+def _as(number: Callable[[float], Any], limit: float | None) -> Any:
+    return None if limit is None else number(limit)
 
 
 def chosen_effect(name: str) -> Effect:

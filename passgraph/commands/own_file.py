@@ -10,6 +10,7 @@ from typing import Any
 
 import passgraph as pg
 from passgraph.arguments import shown
+from passgraph.effects.checked import Mark
 from passgraph.errors import InputError
 from passgraph.graph import PixelKernel
 from passgraph.language.types import Array, ImageType, Matrix, Scalar, Struct, Type, Vector
@@ -23,7 +24,7 @@ MAX_TEXT_BYTES = 1 << 20
 
 
 def graphs_of(path: Path) -> dict[str, Graph]:
-    """Graphs by name: ``outputs`` of a module; without it its targets; without any, each of its pixel kernels.
+    """Graphs by name: ``outputs`` of a module; without it its targets; without any, its effects; else its kernels.
 
     Raises
     ------
@@ -41,10 +42,24 @@ def graphs_of(path: Path) -> dict[str, Graph]:
     targets = {name: value for name, value in names.items() if isinstance(value, pg.Target) and value.made_by}
     if targets:
         return {"targets": targets}
+    effects = _effects(names, path.stem)
+    if effects:
+        return effects
     kernels = [value for value in names.values() if isinstance(value, PixelKernel)]
     if not kernels:
         raise InputError(f"{path}: has neither outputs nor targets nor kernels (@pg.kernel) at the top of the module")
     return {kernel.name: _alone(kernel) for kernel in kernels}
+
+
+def _effects(names: Mapping[str, Any], module: str) -> dict[str, Graph]:
+    """Effects of the module's own that take pictures (see `passgraph.effects.effect`), on what inputs bring."""
+    inputs = {"picture": ("frame",), "picture+depth": ("frame", "depth")}
+    made: dict[str, Graph] = {}
+    for function in names.values():
+        mark = getattr(function, "effect", None)
+        if isinstance(mark, Mark) and function.__module__ == module and mark.takes in inputs:
+            made[mark.name] = named_outputs(function(*map(pg.Input, inputs[mark.takes])))
+    return made
 
 
 def _run(path: Path) -> dict[str, Any]:

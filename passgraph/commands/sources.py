@@ -51,7 +51,7 @@ def picture_job(effect: Effect, path: Path, depth: Path | None, linear: bool, pa
         if parameter.type == "picture" and parameters.get(parameter.name) is not None:
             given[parameter.name] = _load(parameters[parameter.name], False)
             parameters = {**parameters, parameter.name: _input(parameter.name, given[parameter.name])}
-    made = effect.function(*targets, **parameters)
+    made = effect.made(*targets, **parameters)
     if isinstance(made, Target) and made.made_by is None:
         # A blur of radius 0 returns its input, which no pass computes.
         made = kernel(source="def unchanged(color: Image) -> vec4: return color[0, 0]")(made)
@@ -61,7 +61,7 @@ def picture_job(effect: Effect, path: Path, depth: Path | None, linear: bool, pa
 def scene_job(effect: Effect, path: Path | None, size: tuple[int, int] | None, parameters: dict[str, Any]) -> Job:
     """An effect on a scene file, or on the scene that comes with passgraph."""
     scene = load_scene(path)
-    made = named_outputs(effect.function(scene, **parameters))
+    made = named_outputs(effect.made(scene, **parameters))
     return Job(made, size or RENDER_SIZE, values_of(scene, made))
 
 
@@ -70,7 +70,7 @@ def world_job(effect: Effect, path: Path | None, size: tuple[int, int] | None, p
     from passgraph.effects.light2d import World2D
 
     world = World2D.shipped() if path is None else World2D.load(path)
-    made = named_outputs(effect.function(world, size or RENDER_SIZE, **parameters))
+    made = named_outputs(effect.made(world, size or RENDER_SIZE, **parameters))
     return Job(made, size or RENDER_SIZE)
 
 

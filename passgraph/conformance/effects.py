@@ -90,4 +90,4 @@ def _graph(effect: Effect, parameters: Mapping[str, Any]) -> Mapping[str, pg.Tar
         arguments = [scenes.scene(parameters.get("light", "sun"))]
     elif effect.takes == "world2d":
         arguments = [scenes.world(), scenes.SIZE]
-    return named_outputs(effect.function(*arguments, **given))
+    return named_outputs(effect.made(*arguments, **given))

@@ -257,9 +257,10 @@ def test_help_shows_every_parameter_with_unit_and_range(capsys: pytest.CaptureFi
         text = " ".join(well(capsys, *command, "--help").split()).replace("- ", "-")
         for parameter in effect.parameters:
             assert "--" + parameter.name.replace("_", "-") in text
-            assert parameter.unit in text
-            if parameter.low is not None and parameter.high is not None and parameter.type == "int":
-                assert f"{parameter.low}<=x<={parameter.high}" in text
+            assert parameter.range.unit in text
+            low, high = parameter.range.low, parameter.range.high
+            if low is not None and high is not None and parameter.type == "int":
+                assert f"{low}<=x<={high}" in text
 
 
 def test_help_without_an_effect_shows_all_of_them(capsys: pytest.CaptureFixture[str]) -> None:

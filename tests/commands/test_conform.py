@@ -131,6 +131,21 @@ def test_kernels_of_a_module_are_checked_one_by_one(capsys: pytest.CaptureFixtur
     ]
 
 
+def test_effects_of_a_module_are_checked_as_they_are_called(capsys: pytest.CaptureFixture[str]) -> None:
+    """Those that it imports are not its own."""
+    mine = """
+from passgraph.effects import bloom, effect
+
+@effect("twice")
+def twice(frame: pg.Target, factor: float = 0.5) -> pg.Target:
+    once = gain(frame, into=pg.target("once"))
+    return gain(once, into=pg.target("twice"))
+"""
+    Path("own.py").write_text(MODULE.format(gain=0.5) + mine)
+    out = well(capsys, "check", "own.py", "-b", "numpy", "--size", "20x10")
+    assert [line.split()[1] for line in out.splitlines() if "within" in line] == ["once", "twice"]
+
+
 @pytest.mark.parametrize("end", ["outputs = faded", "outputs = {'b': faded}", "", "outputs = [faded]"])
 def test_a_graph_of_a_module_is_checked_whole(capsys: pytest.CaptureFixture[str], end: str) -> None:
     graph = 'faded = gain(gain(pg.Input("frame"), into=pg.target("once")), into=pg.target("faded", "rgba8"))\n'

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import passgraph as pg
+from passgraph.effects.shadow_choice import SHADOW_FILTERS
 from tests.effects.hard import bias, blurring, lights, moments, penumbrae, precision, refusals
 from tests.effects.hard.case import Case, Figure, mask
 
@@ -189,7 +190,7 @@ def test_nothing_is_projected_backward(backend_name: str) -> None:
 @pytest.mark.parametrize("shadow_filter", ["blur", "hard"])
 def test_a_light_in_an_odd_place_spoils_nothing(name: str, shadow_filter: str, backend_name: str) -> None:
     scene = lights.under(lights.odd_lights()[name])
-    share = mask(scene, backend_name, (64, 40), shadow_filter=shadow_filter, softness=0.05, map_size=128)
+    share = mask(scene, backend_name, (64, 40), filter=SHADOW_FILTERS[shadow_filter](), softness=0.05, map_size=128)
     assert np.isfinite(share).all()
     assert share.min() >= 0.0
     assert share.max() <= 1.0

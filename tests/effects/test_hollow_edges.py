@@ -10,6 +10,7 @@ import pytest
 
 import passgraph as pg
 from passgraph.effects import soft_shadow_passes
+from passgraph.effects.shadow_choice import SHADOW_FILTERS
 from passgraph.scene.matrices import rotation_y, translation
 from passgraph.scene.shipped import box
 from tests.effects.scenes import floor, render
@@ -28,7 +29,7 @@ def before_a_wall(degrees: float, turn: float) -> pg.Scene:
 # "blur", which takes the four texels around, at 60 degrees, texels of the wall lie more than one before the floor.
 @pytest.mark.parametrize(("shadow_filter", "degrees"), [("hard", 82), ("pcss", 82), ("penumbra", 82), ("blur", 60)])
 def test_a_hollow_edge_in_full_light_is_lit(shadow_filter: str, degrees: float) -> None:
-    options: dict[str, Any] = {"shadow_filter": shadow_filter}
+    options: dict[str, Any] = {"filter": SHADOW_FILTERS[shadow_filter]()}
     if shadow_filter == "blur":
         options["softness"] = 0.0
     for turn in (0.0, 0.35, 0.785):

@@ -7,9 +7,10 @@ import pytest
 
 import passgraph as pg
 from passgraph.compare import compare
-from passgraph.effects.lens import dirt_texture, dirty_lens, dirty_lens_map, dirty_lens_spots, light_spots
+from passgraph.effects.lens import dirt_texture, dirty_lens
 from passgraph.effects.light2d import Light2D, Mover, Wall, Window, light_map, lit, moving_shadows, occlusion, smoothed
 from passgraph.effects.light2d.grid import distance_grid
+from passgraph.effects.light2d.lens_spots import dirty_lens_map, dirty_lens_spots, light_spots
 
 WINDOW = Window(0, 0, 16, 12)
 SIZE = (40, 30)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from passgraph.effects.light2d import Light2D, Mover, Wall, Window, World2D
-from passgraph.effects.light2d.comparison import static_against_dynamic
+from tests.effects.light2d_comparison import static_against_dynamic
 
 WORLD = World2D(
     Window(0, 0, 16, 9),

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph.compare import compare
 from passgraph.effects import soft_shadow_passes
+from passgraph.effects.shadow_choice import Hard, Penumbra
 from passgraph.scene.matrices import translation
 from passgraph.truth import visible_share
 from tests.effects.scenes import Picture, cube, floor, render, sun
@@ -46,8 +47,8 @@ def rmse(lights: str, backend: str, **options: object) -> float:
 @pytest.mark.parametrize("lights", list(LIGHTS))
 def test_it_is_as_soft_as_the_light_makes_it(lights: str, backend_name: str) -> None:
     """One comparison a pixel is worse by far."""
-    ours = rmse(lights, backend_name, shadow_filter="penumbra")
-    assert ours < 0.6 * rmse(lights, backend_name, shadow_filter="hard")
+    ours = rmse(lights, backend_name, filter=Penumbra())
+    assert ours < 0.6 * rmse(lights, backend_name, filter=Hard())
 
 
 @pytest.mark.slow
@@ -64,7 +65,7 @@ def test_it_is_at_most_a_tenth_worse_than_pcss_with_32_taps(name: str, backend_n
     made, size = scene_named(name), (640, 360)
     traced = truth_of(made, size, 64)
     # what turns from the light by its shading normal is dark in every method, and would drown where they differ
-    unshadowed = passes_of(made, 64, shadow_filter="hard").unshadowed
+    unshadowed = passes_of(made, 64, filter=Hard()).unshadowed
     counts = traced.counts & (render(unshadowed, size=size, backend=backend_name)[unshadowed.name].max(axis=2) > 0.0)
     errors = []
     for method in ("penumbra-16", "pcss-32"):
@@ -78,7 +79,7 @@ def test_it_is_at_most_a_tenth_worse_than_pcss_with_32_taps(name: str, backend_n
 # Pixels of the small picture are 2 wide: nearer to a penumbra they have a part of it.
 @pytest.mark.parametrize(("value", "away_px", "least"), [(1.0, 3, 2000), (0.0, 2, 50)], ids=["lit", "hidden"])
 def test_far_from_penumbrae_nothing_is_interpolated(value: float, away_px: int, least: int, backend_name: str) -> None:
-    passes = soft_shadow_passes(scene("directional"), ambient=0.0, map_size=512, shadow_filter="penumbra")
+    passes = soft_shadow_passes(scene("directional"), ambient=0.0, map_size=512, filter=Penumbra())
     assert passes.shadows_blurred is not None
     made = render(passes.shadows_blurred, size=SIZE, backend=backend_name)[passes.shadows_blurred.name][:, :, 0]
     share, counts = truth("directional")
@@ -101,9 +102,7 @@ def plate_over_floor(texels: float, map_size: int) -> pg.Scene:
 
 def test_a_plate_that_nearly_touches_the_floor_hides_it(backend_name: str) -> None:
     """Though not each comparison finds it, as its depth is within what hollow edges may take."""
-    passes = soft_shadow_passes(
-        plate_over_floor(2.0, 64), ambient=0.0, map_size=64, fit="scene", shadow_filter="penumbra"
-    )
+    passes = soft_shadow_passes(plate_over_floor(2.0, 64), ambient=0.0, map_size=64, fit="scene", filter=Penumbra())
     assert passes.shadows_blurred is not None
     made = render(passes.shadows_blurred, size=(64, 64), backend=backend_name)[passes.shadows_blurred.name][:, :, 0]
     assert made[20:44, 20:44].max() == 0.0
@@ -111,7 +110,7 @@ def test_a_plate_that_nearly_touches_the_floor_hides_it(backend_name: str) -> No
 
 @pytest.mark.parametrize("size", [(33, 21), (1, 1), (2, 5)], ids=str)
 def test_odd_sizes_are_filled_to_their_borders(size: tuple[int, int], backend_name: str) -> None:
-    picture = soft_shadow_passes(scene("directional"), map_size=64, shadow_filter="penumbra").picture
+    picture = soft_shadow_passes(scene("directional"), map_size=64, filter=Penumbra()).picture
     made = render(picture, size=size, backend=backend_name)["picture"]
     assert made.shape[:2] == size[::-1]
     assert np.isfinite(made).all()
@@ -119,7 +118,7 @@ def test_odd_sizes_are_filled_to_their_borders(size: tuple[int, int], backend_na
 
 @pytest.mark.parametrize("lights", list(LIGHTS))
 def test_every_pass_is_within_the_bounds_of_the_reference(lights: str, backend_name: str) -> None:
-    passes = soft_shadow_passes(scene(lights), ambient=0.0, map_size=64, shadow_filter="penumbra", taps=8)
+    passes = soft_shadow_passes(scene(lights), ambient=0.0, map_size=64, filter=Penumbra(taps=8))
     assert passes.shadows_blurred is not None
     report = compare(passes.shadows_blurred, (backend_name,), size=(24, 16))
     assert report.within_bounds, report

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.effects.planar_comparison import PlanarComparison, planar_comparison
+from tests.effects.planar_comparison import PlanarComparison, planar_comparison
 from tests.effects.scenes import Float64, Picture, cube, floor, floor_places, from_above, render, sun
 from tests.effects.test_planar import slab
 

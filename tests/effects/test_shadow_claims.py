@@ -9,6 +9,7 @@ import pytest
 
 import passgraph as pg
 from passgraph.effects import soft_shadow
+from passgraph.effects.shadow_choice import Blur, Hard
 from passgraph.language.scalar import For, If, LoadTexel
 from passgraph.plan.data import DrawStep, PixelStep
 from tests.effects.hard import blurring
@@ -36,7 +37,7 @@ def test_a_larger_map_stays_as_wrong_as_a_hard_shadow(backend_name: str) -> None
     scene = blurring.usual()
     truth = traced(scene)
     blurred = rmse(mask(scene, backend_name, map_size=512), truth)
-    hard = [rmse(mask(scene, backend_name, SIZE, shadow_filter="hard", map_size=n), truth) for n in (256, 1024, 2048)]
+    hard = [rmse(mask(scene, backend_name, SIZE, filter=Hard(), map_size=n), truth) for n in (256, 1024, 2048)]
     assert min(hard) > 1.4 * blurred
     assert hard[-1] > 0.95 * hard[-2]
 
@@ -66,9 +67,9 @@ def texels_moved(scene: pg.Scene, size: tuple[int, int], **options: Any) -> int:
 
 
 def test_a_larger_map_costs_more_than_the_blur() -> None:
-    blur = texels_moved(blurring.usual(), SIZE, map_size=512, shadow_filter="blur")
+    blur = texels_moved(blurring.usual(), SIZE, map_size=512, filter=Blur())
     sizes = (512, 1024, 2048, 4096)
-    hard = [texels_moved(blurring.usual(), SIZE, map_size=side, shadow_filter="hard") for side in sizes]
+    hard = [texels_moved(blurring.usual(), SIZE, map_size=side, filter=Hard()) for side in sizes]
     assert hard == sorted(hard)
     assert hard[0] < blur < hard[-1]
 
@@ -88,7 +89,7 @@ def test_with_a_constant_blur_shadows_vanish_in_the_distance_and_with_ours_they_
 
 def test_any_number_of_lights_is_blurred_once() -> None:
     def passes(count: int) -> dict[str, int]:
-        blurred = soft_shadow(blurring.under_lights(count), shadow_filter="blur")
+        blurred = soft_shadow(blurring.under_lights(count), filter=Blur())
         with pg.compile(blurred, backend="null", size=(64, 36)) as program:
             names = [name for step in program.plan.steps for name in (step.name, *getattr(step, "fused", ()))]
         return {word: sum(word in name for name in names) for word in ("blur", "shadow map")}
@@ -100,8 +101,7 @@ def test_any_number_of_lights_is_blurred_once() -> None:
 
 def test_a_light_more_costs_a_part_of_the_first_frame() -> None:
     one, eight = (
-        texels_moved(blurring.under_lights(count), blurring.SPEED_SIZE, map_size=512, shadow_filter="blur")
-        for count in (1, 8)
+        texels_moved(blurring.under_lights(count), blurring.SPEED_SIZE, map_size=512, filter=Blur()) for count in (1, 8)
     )
     assert 0 < (eight - one) / 7 < 0.15 * one
 

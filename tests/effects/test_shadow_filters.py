@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 from math import radians, sin
@@ -12,11 +13,13 @@ import pytest
 
 import passgraph as pg
 from passgraph.effects import soft_shadow, soft_shadow_passes
-from passgraph.effects.shadow_lookup import MOMENT_FILTERS, ShadowFilter
+from passgraph.effects.parameters import arguments_from
+from passgraph.effects.shadow_choice import SHADOW_FILTERS, Disc, Evsm4, Msm, Pcf, Vsm
 from passgraph.scene.matrices import translation
 from tests.effects.scenes import Float64, Picture, cube, floor, floor_places, from_above, render, sun
 
-FILTERS: tuple[ShadowFilter, ...] = ("hard", "pcf", "disc", "pcss")
+FILTERS = ("hard", "pcf", "disc", "pcss")
+MOMENT_FILTERS = ("vsm", "evsm4", "msm")
 EVERY = (*FILTERS, *MOMENT_FILTERS)
 ABOVE = from_above(6.0)
 LIGHTS = {
@@ -36,8 +39,8 @@ def scene(*lights: pg.Light) -> pg.Scene:
 def shadows_of(
     of: pg.Scene, shadow_filter: str, backend: str = "reference", size: tuple[int, int] = (96, 64), **options: object
 ) -> Picture:
-    settings = {"ambient": 0.0, "map_size": 256, "shadow_filter": shadow_filter, **options}
-    passes = soft_shadow_passes(of, **settings)  # type: ignore[arg-type]
+    settings: dict[str, Any] = {"ambient": 0.0, "map_size": 256, "shadow_filter": shadow_filter, **options}
+    passes = soft_shadow_passes(of, **arguments_from(soft_shadow_passes, settings))
     assert passes.shadows is not None
     assert passes.shadows_blurred is passes.shadows
     return render(passes.shadows, size=size, backend=backend)["shadows"]
@@ -116,7 +119,7 @@ def test_a_disc_is_as_wide_as_asked_for() -> None:
 
 def test_the_width_of_a_disc_may_be_a_run_value() -> None:
     softness = pg.Value("softness", default=0.0)
-    passes = soft_shadow_passes(scene(LIGHTS["directional"]), shadow_filter="disc", softness=softness, map_size=64)
+    passes = soft_shadow_passes(scene(LIGHTS["directional"]), filter=Disc(), softness=softness, map_size=64)
     assert passes.shadows is not None
     with pg.compile(passes.shadows, backend="reference", size=(48, 27)) as program:
         hard, soft = program()["shadows"], program(softness=0.2)["shadows"]
@@ -160,24 +163,23 @@ def test_the_next_wall_does_not_darken_a_lit_corner(shadow_filter: str) -> None:
 
 def test_no_blur_is_planned() -> None:
     for shadow_filter in FILTERS:
-        picture = soft_shadow(scene(LIGHTS["directional"]), shadow_filter=shadow_filter, map_size=64)
+        picture = soft_shadow(scene(LIGHTS["directional"]), filter=SHADOW_FILTERS[shadow_filter](), map_size=64)
         with pg.compile(picture, backend="null", size=(64, 36)) as program:
             steps = program.plan.steps
             assert not any("blur" in name for step in steps for name in (step.name, *getattr(step, "fused", ())))
-            assert f"no blur: shadow_filter='{shadow_filter}'" in program.explain()
+            assert f"no blur: filter={SHADOW_FILTERS[shadow_filter]()}" in program.explain()
 
 
 @pytest.mark.parametrize(
-    ("options", "message"),
+    ("made", "message"),
     [
-        ({"shadow_filter": "vsn"}, "shadow_filter cannot be 'vsn'"),
-        ({"pcf_size": 4}, "pcf_size must be odd"),
-        ({"taps": 0}, "taps must be 1 to 128"),
-        ({"bleed": 1.0}, "bleed must be 0 to 0.9"),
-        ({"exponent": 43.0}, "exponent must be 1 to 42"),
-        ({"moment_format": "rgba16f"}, "moment_format cannot be 'rgba16f'; it is one of rgba32f, rgba16"),
+        (lambda: Pcf(4), "Pcf: size must be odd, 1 to 15, got 4"),
+        (lambda: Disc(0), "Disc: taps must be 1 to 128, got 0"),
+        (lambda: Vsm(bleed=1.0), "Vsm: bleed must be 0 to 0.9, got 1.0"),
+        (lambda: Evsm4(exponent=43.0), "Evsm4: exponent must be 1 to 42, got 43.0"),
+        (lambda: Msm(format="rgba16f"), "Msm: format cannot be 'rgba16f'; it is one of rgba32f, rgba16"),  # type: ignore[arg-type]
     ],
 )
-def test_parameters_out_of_range_are_refused(options: dict[str, object], message: str) -> None:
+def test_settings_out_of_range_are_refused(made: Callable[[], object], message: str) -> None:
     with pytest.raises(pg.GraphError, match=message):
-        soft_shadow(scene(), **options)  # type: ignore[arg-type]
+        made()

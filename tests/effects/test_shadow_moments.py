@@ -15,8 +15,8 @@ from passgraph import Image, exp, float_from_bits, isinf, ivec2, pixel, vec2, ve
 from passgraph.compare import compare
 from passgraph.effects import soft_shadow_passes
 from passgraph.effects.moment_maps import block_of, box_kernels, exponential_map, moment_map, pack, variance_map
+from passgraph.effects.shadow_choice import SHADOW_FILTERS, Evsm4, Msm
 from passgraph.effects.shadow_filters import FilterFrame
-from passgraph.effects.shadow_lookup import MOMENT_FILTERS, ShadowFilter
 from passgraph.effects.shadow_moments import (
     LEAST_SURE,
     MOMENT_BIAS,
@@ -32,7 +32,7 @@ from passgraph.effects.shadow_moments import (
 )
 from passgraph.scene.matrices import translation
 from tests.effects.scenes import Float64, Picture, cube, floor, floor_places, from_above, sun
-from tests.effects.test_shadow_filters import LIGHTS, card, scene, shadows_of
+from tests.effects.test_shadow_filters import LIGHTS, MOMENT_FILTERS, card, scene, shadows_of
 
 ABOVE = from_above(6.0)
 TAPS = 4
@@ -220,10 +220,10 @@ def read_packed(stored: Image) -> vec4:
 @pytest.mark.parametrize(
     ("light", "options"),
     [
-        *(("directional", {"shadow_filter": name}) for name in MOMENT_FILTERS),
-        ("directional", {"shadow_filter": "msm", "moment_format": "rgba16"}),
-        ("spot", {"shadow_filter": "evsm4"}),
-        ("cube", {"shadow_filter": "msm"}),
+        *(("directional", {"filter": SHADOW_FILTERS[name]()}) for name in MOMENT_FILTERS),
+        ("directional", {"filter": Msm(format="rgba16")}),
+        ("spot", {"filter": Evsm4()}),
+        ("cube", {"filter": Msm()}),
     ],
 )
 def test_every_target_is_within_its_bound(light: str, options: dict[str, object], backend_name: str) -> None:
@@ -252,7 +252,7 @@ def test_blocks_side_by_side_are_a_box(radius: float, backend_name: str) -> None
 
 @pytest.mark.parametrize("name", MOMENT_FILTERS)
 @pytest.mark.parametrize("softness", [0.05, 0.07])
-def test_a_straight_edge_is_the_ramp_of_a_box(name: ShadowFilter, softness: float) -> None:
+def test_a_straight_edge_is_the_ramp_of_a_box(name: str, softness: float) -> None:
     """The edge of a card at z = 0.5: light rises linearly over twice the softness, within a texel of the map."""
     light, sheet, map_size, size = sun(45.0), card(1.0), 256, (192, 128)
     of = pg.Scene((floor(), sheet), ABOVE, (light,))
@@ -273,7 +273,7 @@ def test_a_straight_edge_is_the_ramp_of_a_box(name: ShadowFilter, softness: floa
     [LIGHTS["directional"], pg.Light.spot((-2, 2.5, -1), (0.6, -0.7, 0.35), intensity=20, cone_outer_rad=0.7)],
     ids=["directional", "spot"],
 )
-def test_without_softness_it_is_the_hard_shadow(name: ShadowFilter, light: pg.Light) -> None:
+def test_without_softness_it_is_the_hard_shadow(name: str, light: pg.Light) -> None:
     """One texel has no variance: all or nothing, unless the caster is so near that rounding cannot tell."""
     of = scene(light)
     # Maps of moments hold the whole scene, whatever of it is seen.
@@ -284,7 +284,7 @@ def test_without_softness_it_is_the_hard_shadow(name: ShadowFilter, light: pg.Li
 
 
 @pytest.mark.parametrize("name", MOMENT_FILTERS)
-def test_lights_have_one_shadow_each_and_colours_add(name: ShadowFilter) -> None:
+def test_lights_have_one_shadow_each_and_colours_add(name: str) -> None:
     red, blue = sun(45, 0, color=(1, 0, 0)), sun(45, 180, color=(0, 0, 1))
     both = pg.Scene((floor(), cube()), from_above(6.0, 0.0), (red, blue))
     shadows = shadows_of(both, name, map_size=128, ambient=0.1, softness=0.05)
@@ -296,7 +296,7 @@ def test_lights_have_one_shadow_each_and_colours_add(name: ShadowFilter) -> None
 
 
 @pytest.mark.parametrize("name", MOMENT_FILTERS)
-def test_a_cube_of_maps_has_no_seams(name: ShadowFilter) -> None:
+def test_a_cube_of_maps_has_no_seams(name: str) -> None:
     """On an empty floor nothing is dark, and a shadow over the faces' edges at 45 degrees is whole."""
     camera = from_above(6.0, 0.0)
     light = pg.Light.point((0.0, 1.0, 0.0), intensity=1.0)
@@ -314,19 +314,19 @@ def test_a_cube_of_maps_has_no_seams(name: ShadowFilter) -> None:
 
 
 @pytest.mark.parametrize("name", MOMENT_FILTERS)
-def test_maps_are_blurred_once_a_place_of_the_light(name: ShadowFilter) -> None:
-    passes = soft_shadow_passes(scene(LIGHTS["directional"]), shadow_filter=name, map_size=64)
+def test_maps_are_blurred_once_a_place_of_the_light(name: str) -> None:
+    passes = soft_shadow_passes(scene(LIGHTS["directional"]), filter=SHADOW_FILTERS[name](), map_size=64)
     with pg.compile(passes.picture, backend="null", size=(64, 36)) as program:
         static = [step.name for step in program.plan.steps if step.static]
-        assert f"no blur on the screen: shadow_filter='{name}' blurs the shadow maps" in program.explain()
+        assert f"no blur on the screen: filter={SHADOW_FILTERS[name]()} blurs the shadow maps" in program.explain()
     assert static[-3::2] == ["moments of light blurred x", "moments of light blurred y"]
-    sharp = soft_shadow_passes(scene(LIGHTS["directional"]), shadow_filter=name, map_size=64, softness=0.0)
+    sharp = soft_shadow_passes(scene(LIGHTS["directional"]), filter=SHADOW_FILTERS[name](), map_size=64, softness=0.0)
     with pg.compile(sharp.picture, backend="null", size=(64, 36)) as program:
         assert not any("blur" in step.name for step in program.plan.steps)
 
 
 @pytest.mark.parametrize("name", MOMENT_FILTERS)
-def test_a_box_on_a_floor_is_dark_at_its_foot(name: ShadowFilter) -> None:
+def test_a_box_on_a_floor_is_dark_at_its_foot(name: str) -> None:
     """Solid bodies lose nothing of the shadow at contact: behind the foot, light at 45 degrees."""
     camera = pg.Camera((0.6, 1.2, 0), (0.6, 0, 0), up=(0, 0, -1), vertical_fov_rad=0.3, near=0.05, far=40.0)
     of = pg.Scene((floor(), cube()), camera, (sun(45.0),))
@@ -339,7 +339,7 @@ def test_a_box_on_a_floor_is_dark_at_its_foot(name: ShadowFilter) -> None:
 
 @pytest.mark.parametrize("name", MOMENT_FILTERS)
 @pytest.mark.parametrize("elevation", [1.0, 3.0, 5.0])
-def test_a_lit_floor_before_a_box_has_no_acne_at_grazing_light(name: ShadowFilter, elevation: float) -> None:
+def test_a_lit_floor_before_a_box_has_no_acne_at_grazing_light(name: str, elevation: float) -> None:
     """On the side of the light, and beside the box by more than the softness, nothing is dark."""
     softness = 0.05
     of = pg.Scene((floor(), cube()), from_above(6.0, 0.0), (sun(elevation),))
@@ -354,9 +354,11 @@ def test_a_lit_floor_before_a_box_has_no_acne_at_grazing_light(name: ShadowFilte
 
 
 @pytest.mark.parametrize("name", MOMENT_FILTERS)
-def test_the_softness_may_be_a_run_value(name: ShadowFilter) -> None:
+def test_the_softness_may_be_a_run_value(name: str) -> None:
     softness = pg.Value("softness", default=0.0)
-    passes = soft_shadow_passes(scene(LIGHTS["directional"]), shadow_filter=name, softness=softness, map_size=64)
+    passes = soft_shadow_passes(
+        scene(LIGHTS["directional"]), filter=SHADOW_FILTERS[name](), softness=softness, map_size=64
+    )
     assert passes.shadows is not None
     with pg.compile(passes.shadows, backend="reference", size=(48, 27)) as program:
         hard, soft = program()["shadows"], program(softness=0.2)["shadows"]

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 import passgraph as pg
 from passgraph.effects import soft_shadow, soft_shadow_passes
+from passgraph.effects.shadow_choice import Blur, BlurWidth
 from passgraph.scene.matrices import rotation_y, translation
 from tests.effects.scenes import (
     SIZE,
@@ -164,16 +165,23 @@ def test_blurring_the_shadow_map_softens_nothing_and_blurring_the_mask_does() ->
     assert _half_lit(map_blur_px=15) < 0.06 * after
 
 
+def test_settings_of_a_blur_out_of_range_are_refused() -> None:
+    with pytest.raises(pg.GraphError, match="Blur: width cannot be 'box'; it is one of world, constant"):
+        Blur("box")  # type: ignore[arg-type]
+    with pytest.raises(pg.GraphError, match="Blur: radius_px must be 1 to 31, got 0"):
+        Blur(radius_px=0)
+
+
 def test_a_larger_shadow_map_sharpens_edges_and_softens_nothing() -> None:
     areas = [_half_lit(map_size=size) for size in (64, 256, 1024)]
     assert areas[0] > areas[1] > areas[2]
 
 
-def _dark_mass(distance: float, blur: str) -> float:
+def _dark_mass(distance: float, blur: BlurWidth) -> float:
     """Floor area, weighted by darkness, that is more than half dark."""
     camera = from_above(distance)
     scene = pg.Scene((floor(40.0), cube()), camera, (sun(45, 20),))
-    passes = soft_shadow_passes(scene, softness=0.15, ambient=0.0, map_size=256, blur=blur)  # type: ignore[arg-type]
+    passes = soft_shadow_passes(scene, softness=0.15, ambient=0.0, map_size=256, filter=Blur(blur))
     assert passes.shadows_blurred is not None
     dark = 1.0 - render(passes.shadows_blurred)["shadows_blurred"][:, :, 0]
     area = (2.0 * tan(0.5 * camera.vertical_fov_rad) * distance / SIZE[1]) ** 2
@@ -304,8 +312,7 @@ def test_mirrored_nodes_look_like_unmirrored_ones() -> None:
     ("options", "message"),
     [
         ({"softness": -1.0}, "softness must be 0 or more"),
-        ({"blur": "box"}, "blur cannot be 'box'"),
-        ({"radius_px": 0}, "radius_px must be 1 to 31"),
+        ({"filter": "vsn"}, "filter must be .*a Pcss or .*got 'vsn'"),
         ({"map_size": 4}, "map_size must be 16 to 8192"),
         ({"hdr_format": "r8"}, "hdr_format cannot be 'r8'"),
     ],

@@ -9,6 +9,7 @@ import pytest
 
 import passgraph as pg
 from passgraph.effects import soft_shadow_passes
+from passgraph.effects.shadow_choice import Blur
 from tests.effects.scenes import Picture, cube, floor, render, sun
 
 SIZE = (64, 36)
@@ -29,7 +30,7 @@ def scene(lights: str) -> pg.Scene:
 
 @lru_cache
 def pictures(lights: str, backend: str) -> dict[str, Picture]:
-    passes = soft_shadow_passes(scene(lights), shadow_filter="blur", map_size=128)
+    passes = soft_shadow_passes(scene(lights), filter=Blur(), map_size=128)
     assert passes.shadows is not None
     assert passes.shadows_blurred is not None
     targets = (

@@ -7,6 +7,7 @@ import pytest
 
 import passgraph as pg
 from passgraph.effects import soft_shadow, soft_shadow_passes
+from passgraph.effects.shadow_choice import Auto, Blur, Penumbra
 from passgraph.plan.data import Plan
 from tests.effects.scenes import cube, floor, from_above, render, sun
 
@@ -30,16 +31,18 @@ NEAREST = [*(f"nearest casters of light, {number}" for number in range(4)), "nea
 def test_the_chain_of_penumbrae_is_four_steps_beside_those_of_the_map() -> None:
     """One draw for the map, one for all surfaces, one pass in half the size, one for the light and the picture."""
     scene = pg.Scene(NODES, CAMERA, (sun(radius=0.1),))
-    assert sorted(steps_of(scene, shadow_filter="penumbra")) == [
+    assert sorted(steps_of(scene, filter=Penumbra())) == [
         *sorted(NEAREST), "penumbrae of light", "picture", "shadow map of light", "surfaces: untextured",
     ]  # fmt: skip
 
 
 @pytest.mark.parametrize(
-    ("options", "blurs"), [({}, False), ({"softness": 0.1}, True), ({"blur": "constant"}, True)], ids=str
+    ("options", "blurs"),
+    [({}, False), ({"softness": 0.1}, True), ({"filter": Auto(blur=Blur("constant"))}, True)],
+    ids=str,
 )
 def test_auto_blurs_where_a_width_is_asked_for(options: dict[str, object], blurs: bool) -> None:
-    names = steps_of(pg.Scene(NODES, CAMERA, (sun(radius=0.1),)), shadow_filter="auto", **options)
+    names = steps_of(pg.Scene(NODES, CAMERA, (sun(radius=0.1),)), **options)
     assert any("blur" in name for name in names) == blurs
     assert any("penumbrae" in name for name in names) != blurs
 

@@ -15,6 +15,7 @@ from passgraph.bench.truth import truth_of
 from passgraph.compare import compare
 from passgraph.effects import soft_shadow_passes
 from passgraph.effects.map_fit import pieces_of, seen_points
+from passgraph.effects.shadow_choice import SHADOW_FILTERS, Pcss, Penumbra
 from passgraph.effects.views import Casters, Seen
 from passgraph.scene.matrices import transform_points
 from tests.effects.scenes import Picture, cube, floor, render, sun
@@ -50,7 +51,7 @@ def share(scene: pg.Scene, **options: object) -> Picture:
 def test_a_caster_in_the_plane_of_the_lamp_does_not_widen_every_search(name: str, shadow_filter: str) -> None:
     """A floor with an underside, walls, a floor 200 wide, and gaps as fine as the penumbra."""
     true, counts = truth(name)
-    made = share(scene_named(name), shadow_filter=shadow_filter)
+    made = share(scene_named(name), filter=SHADOW_FILTERS[shadow_filter]())
     assert np.sqrt(np.mean((made - true)[counts] ** 2)) < WORST[name, shadow_filter]
     umbra = counts & (true == 0.0)
     assert umbra.sum() > 20 or name == "chequer"
@@ -158,8 +159,8 @@ def test_fit_is_view_or_scene() -> None:
 )
 def test_every_pass_is_within_the_bounds_of_the_reference(name: str, shadow_filter: str, backend_name: str) -> None:
     """Fitted maps, the nearest casters and both searches: under a spot on a thick floor and in a closed room."""
-    options: dict[str, Any] = {"shadow_filter": shadow_filter}
-    made = soft_shadow_passes(scene_named(name), ambient=0.0, map_size=32, taps=4, **options)
+    options: dict[str, Any] = {"filter": {"penumbra": Penumbra, "pcss": Pcss}[shadow_filter](taps=4)}
+    made = soft_shadow_passes(scene_named(name), ambient=0.0, map_size=32, **options)
     assert made.shadows_blurred is not None
     report = compare(made.shadows_blurred, (backend_name,), size=(16, 10))
     assert report.within_bounds, report

@@ -11,7 +11,7 @@ import networkx as nx
 import pytest
 
 import passgraph as pg
-from passgraph.effects import soft_shadow
+from passgraph.effects import Vsm, soft_shadow
 from passgraph.plan.build import build
 from passgraph.plan.data import Options
 from passgraph.targets import Target, TargetSpec
@@ -81,7 +81,7 @@ def test_lights_follow_each_other() -> None:
     """Of each light the maps are looked up and given back before those of the next are drawn."""
     scene = pg.Scene.shipped()
     lights = pg.Scene(scene.nodes, scene.camera, scene.lights * 4)
-    picture = soft_shadow(lights, shadow_filter="vsm")
+    picture = soft_shadow(lights, filter=Vsm())
     ordered, written = (
         build({"picture": picture}, (64, 36), options=Options(order=order, static=False)) for order in (True, False)
     )

@@ -8,6 +8,7 @@ from math import radians, tan
 import numpy as np
 
 import passgraph as pg
+from passgraph.effects.shadow_choice import Hard, Pcf
 from passgraph.scene.matrices import rotation_y, translation
 from passgraph.scene.shipped import ball, cylinder
 from tests.effects.hard.case import SIZE, Case, Figure, Picture, mask, shown, traced
@@ -37,7 +38,7 @@ def grazing_light(backend: str) -> Case:
         one_texel = frame(bare)["texel"]
         for side in (1, 7):
             bad = naive(constant_bias, bare, backend, bias=one_texel, half=side // 2)
-            good = mask(bare, backend, shadow_filter="pcf", pcf_size=side)
+            good = mask(bare, backend, filter=Pcf(side))
             name = f"share of a bare floor that is darkened, {side}×{side} texels, {degrees:g}°"
             seen = traced(bare).valid
             figures.append(Figure(name, 0.0, float((bad[seen] < 1.0).mean()), float((good[seen] < 1.0).mean())))
@@ -55,7 +56,7 @@ def grazing_light(backend: str) -> Case:
         (
             ("ray-traced, 3°", shown(scene, traced(scene).share)),
             ("bias of one texel, 7 x 7", shown(scene, acne)),
-            ("passgraph pcf, 7 x 7", shown(scene, mask(scene, backend, shadow_filter="pcf", pcf_size=7))),
+            ("passgraph pcf, 7 x 7", shown(scene, mask(scene, backend, filter=Pcf(7)))),
         ),
     )
 
@@ -78,7 +79,7 @@ def creases(backend: str) -> Case:
     truth = traced(scene)
     reach = 7
     bad = naive(plane_by_differences, scene, backend, bias=0.5 * frame(scene)["texel"], half=2)
-    good = mask(scene, backend, shadow_filter="pcf", pcf_size=5)
+    good = mask(scene, backend, filter=Pcf(5))
     # a ball's own terminator is left out: facets hide it before smooth normals do
     clear = sure(truth.share, reach) & truth.valid
     wrong = [float((abs(p - truth.share)[clear] > 0.25).mean()) for p in (bad, good)]
@@ -141,7 +142,7 @@ def contacts(backend: str) -> Case:
         shares = (
             traced(scene).share,
             naive(constant_bias, scene, backend, bias=cure * texel, half=0),
-            mask(scene, backend, shadow_filter="hard"),
+            mask(scene, backend, filter=Hard()),
         )
         gaps = (gap_of_light(share, foot) / texel for share in shares)
         figures.append(Figure(f"gap of light behind a {thing}, texels", *gaps, digits=1))
@@ -162,7 +163,7 @@ def contacts(backend: str) -> Case:
                 f"bias of {cure:.0f} texels",
                 shown(scene, naive(constant_bias, scene, backend, bias=cure * texel, half=0)),
             ),
-            ("passgraph hard", shown(scene, mask(scene, backend, shadow_filter="hard"))),
+            ("passgraph hard", shown(scene, mask(scene, backend, filter=Hard()))),
         ),
     )
 

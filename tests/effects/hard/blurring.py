@@ -13,6 +13,7 @@ from scipy.ndimage import maximum_filter
 
 import passgraph as pg
 from passgraph.effects import soft_shadow_passes
+from passgraph.effects.shadow_choice import Blur, Hard, Pcss
 from passgraph.scene.matrices import translation
 from passgraph.scene.shipped import ball, cylinder
 from passgraph.truth import first_surfaces
@@ -37,7 +38,7 @@ def pillar(backend: str) -> Case:
     scene = before_a_shadow()
     truth = traced(scene)
     softness = 0.06
-    bad = mask(scene, backend, softness=softness, blur="constant", radius_px=9, map_size=512)
+    bad = mask(scene, backend, softness=softness, filter=Blur("constant", radius_px=9), map_size=512)
     good = mask(scene, backend, softness=softness, map_size=512)
     seen = first_surfaces(scene, SIZE)
     # away from where the pillar turns from the light, which no mask gets right to a pixel
@@ -86,8 +87,8 @@ def dark_mass(share: Picture, distance: float) -> float:
 def along_dolly(backend: str, distances: Sequence[float]) -> list[tuple[Picture, Picture, Picture]]:
     """Rays, constant blur and blur in scene units from each distance; the camera is a value of each run."""
     made = [[traced(receding(distance), DOLLY_SIZE).share for distance in distances]]
-    for blur in ("constant", "world"):
-        passes = soft_shadow_passes(receding(distances[0]), ambient=0.0, map_size=256, softness=0.15, blur=blur)  # type: ignore[arg-type]
+    for width in (Blur("constant"), Blur("world")):
+        passes = soft_shadow_passes(receding(distances[0]), ambient=0.0, map_size=256, softness=0.15, filter=width)
         assert passes.shadows_blurred is not None
         with pg.compile(passes.shadows_blurred, backend=backend, size=DOLLY_SIZE) as program:
             runs = [program(camera=from_above(distance))["shadows_blurred"] for distance in distances]
@@ -230,16 +231,16 @@ def larger_maps(backend: str) -> Case:
     """Sharper and sharper, and no nearer to the truth."""
     scene = usual()
     truth = traced(scene)
-    blurred = mask(scene, backend, map_size=512, shadow_filter="blur")
-    settings: list[dict[str, object]] = [{"map_size": 512, "shadow_filter": "blur"}]
-    settings += [{"map_size": side, "shadow_filter": "hard"} for side in MAP_SIZES]
+    blurred = mask(scene, backend, map_size=512, filter=Blur())
+    settings: list[dict[str, object]] = [{"map_size": 512, "filter": Blur()}]
+    settings += [{"map_size": side, "filter": Hard()} for side in MAP_SIZES]
     times = frame_ms([(scene, options) for options in settings], backend, SIZE)
     figures = [
         Figure("RMSE to rays, blur, 512²", 0.0, None, rmse(blurred, truth)),
         Figure("processor ms a frame, blur, 512²", None, None, times[0], 1),
     ]
     for side, ms in zip(MAP_SIZES, times[1:], strict=True):
-        sharp = mask(scene, backend, shadow_filter="hard", map_size=side)
+        sharp = mask(scene, backend, filter=Hard(), map_size=side)
         figures += [
             Figure(f"RMSE to rays, {side}²", 0.0, rmse(sharp, truth), None),
             Figure(f"processor ms a frame, {side}²", None, ms, None, 1),
@@ -272,8 +273,8 @@ SPEED_SIZE = (480, 300)
 PARTS: dict[str, dict[str, object]] = {
     "no shadows": {"softness": 0.0},
     "hard shadows": {"softness": 0.0},
-    "blurred shadows": {"shadow_filter": "blur"},
-    "pcss, 16 taps": {"shadow_filter": "pcss", "taps": 16},
+    "blurred shadows": {"filter": Blur()},
+    "pcss, 16 taps": {"filter": Pcss(taps=16)},
 }
 
 
@@ -285,7 +286,7 @@ def silenced(scene: pg.Scene) -> pg.Scene:
 @lru_cache
 def many_lights(backend: str) -> Case:
     """All lights share one blur; each adds a map and a lookup."""
-    options: dict[str, object] = {"map_size": 512, "shadow_filter": "blur"}
+    options: dict[str, object] = {"map_size": 512, "filter": Blur()}
     scenes = [(under_lights(count), options) for count in LIGHTS]
     times = frame_ms(scenes, backend, SPEED_SIZE)
     figures = [Figure(f"processor ms, {n} lights", None, None, ms, 1) for n, ms in zip(LIGHTS, times, strict=True)]
@@ -326,7 +327,7 @@ def everything(backend: str) -> Case:
     """Each node's darkness, where its own surface faces the light."""
     scene = self_shadowing()
     truth = traced(scene)
-    soft = mask(scene, backend, map_size=512, shadow_filter="blur")
+    soft = mask(scene, backend, map_size=512, filter=Blur())
     seen = first_surfaces(scene, SIZE)
     figures = []
     for number, node in enumerate(scene.nodes):
@@ -343,7 +344,7 @@ def everything(backend: str) -> Case:
         tuple(pg.Node(n.mesh, n.material, n.transform, n.name, receives=n.name == "floor") for n in scene.nodes),
         scene.camera, scene.lights,
     )  # fmt: skip
-    planar = mask(silent, backend, map_size=512, shadow_filter="blur")
+    planar = mask(silent, backend, map_size=512, filter=Blur())
     figures.append(Figure("RMSE to rays", 0.0, rmse(planar, truth), rmse(soft, truth)))
     return Case(
         "everything",

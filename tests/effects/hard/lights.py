@@ -8,6 +8,7 @@ from math import radians
 import numpy as np
 
 import passgraph as pg
+from passgraph.effects.shadow_choice import Hard
 from passgraph.effects.views import Casters
 from passgraph.scene.matrices import translation
 from tests.effects.hard.case import SIZE, Case, Figure, Picture, mask, mean_off, shown, traced
@@ -34,7 +35,7 @@ def wide_spots(backend: str) -> Case:
         projection = scene.lights[0].projection_matrix(Casters.of(scene).bounds_for(scene.lights[0]))
         scale, shift = float(projection[2, 2]), float(projection[2, 3])
         bad = naive(divided_depth, scene, backend, scale=scale, shift=shift, bias=2e-4)
-        good = mask(scene, backend, shadow_filter="hard", map_size=512)
+        good = mask(scene, backend, filter=Hard(), map_size=512)
         behind = _behind(scene)
         bad_shadow, good_shadow = (float((p[behind] < 0.5).mean()) for p in (bad, good))
         figures += [
@@ -100,10 +101,10 @@ def odd_places(backend: str) -> Case:
     for name, light in odd_lights().items():
         scene = under(light)
         truth = traced(scene)
-        soft = mask(scene, backend, shadow_filter="hard", map_size=512)
+        soft = mask(scene, backend, filter=Hard(), map_size=512)
         figures.append(Figure(f"mean error, {name}", 0.0, None, mean_off(soft, truth) if truth.valid.any() else 0.0))
     scene = under(odd_lights()["point light exactly at a vertex"])
-    share: Picture = mask(scene, backend, shadow_filter="hard", map_size=512)
+    share: Picture = mask(scene, backend, filter=Hard(), map_size=512)
     return Case(
         "odd-places",
         "Lights on, at and inside geometry",

@@ -7,17 +7,18 @@ from functools import lru_cache
 import numpy as np
 
 import passgraph as pg
+from passgraph.effects.shadow_choice import Evsm4, Msm, Vsm
 from passgraph.scene.matrices import translation
 from tests.effects.hard.case import Case, Figure, mask, rmse, shown, traced
 from tests.effects.hard.naive import sure
 from tests.effects.scenes import cube, floor, sun
 
 FILTERS: dict[str, dict[str, object]] = {
-    "vsm, no bleed remap": {"shadow_filter": "vsm", "bleed": 0.0},
-    "vsm": {"shadow_filter": "vsm"},
-    "evsm4, exponent 5": {"shadow_filter": "evsm4", "exponent": 5.0},
-    "evsm4, exponent 40": {"shadow_filter": "evsm4"},
-    "msm": {"shadow_filter": "msm"},
+    "vsm, no bleed remap": {"filter": Vsm(bleed=0.0)},
+    "vsm": {"filter": Vsm()},
+    "evsm4, exponent 5": {"filter": Evsm4(exponent=5.0)},
+    "evsm4, exponent 40": {"filter": Evsm4()},
+    "msm": {"filter": Msm()},
 }
 
 

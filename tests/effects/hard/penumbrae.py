@@ -8,6 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 import passgraph as pg
+from passgraph.effects.shadow_choice import Blur, Disc, Hard, Pcf, Pcss
 from passgraph.scene.matrices import translation
 from tests.effects.hard.case import SIZE, Case, Figure, Picture, mask, rmse, shown, traced, width_of
 from tests.effects.hard.naive import closer_soft, frame, naive
@@ -64,14 +65,14 @@ def stacked(backend: str) -> Case:
     figures = []
     for name, scene in (single | {"both, one over the other": double}).items():
         truth = traced(scene, samples=400)
-        hard, pcss = (mask(scene, backend, shadow_filter=f, taps=32, map_size=512) for f in ("hard", "pcss"))
+        hard, pcss = (mask(scene, backend, filter=f, map_size=512) for f in (Hard(), Pcss(taps=32)))
         figures += [
             Figure(f"penumbra's width, {name}", *(edge_width(p, scene) for p in (truth.share, hard, pcss))),
             Figure(f"RMSE to rays, {name}", 0.0, rmse(hard, truth), rmse(pcss, truth)),
         ]
     scene = bar_over_box()
     truth = traced(scene)
-    hard, pcss = (mask(scene, backend, shadow_filter=f, taps=64, map_size=512) for f in ("hard", "pcss"))
+    hard, pcss = (mask(scene, backend, filter=f, map_size=512) for f in (Hard(), Pcss(taps=64)))
     figures.append(Figure("RMSE to rays, a bar's shadow across a box's", 0.0, rmse(hard, truth), rmse(pcss, truth)))
     return Case(
         "stacked-blockers",
@@ -101,14 +102,14 @@ def clamped_depth(backend: str) -> Case:
     depth_of_floor = floor_depth(scene)
     flattened = naive(closer_soft, scene, backend, map_size=512, lowest=depth_of_floor - 0.4, **values)
     kept = naive(closer_soft, scene, backend, map_size=512, lowest=UNCLAMPED, **values)
-    ours = mask(scene, backend, shadow_filter="pcss", taps=32, map_size=512)
+    ours = mask(scene, backend, filter=Pcss(taps=32), map_size=512)
     widths = [edge_width(p, scene) for p in (truth.share, flattened, ours)]
     # the picture shows the same sheet from a corner
     corner = scene.with_(camera=pg.Camera((3.6, 1.35, 3.0), (0.3, 0, 0.6), vertical_fov_rad=0.62))
     seen = (
         traced(corner).share,
         naive(closer_soft, corner, backend, map_size=512, lowest=depth_of_floor - 0.4, **values),
-        mask(corner, backend, shadow_filter="pcss", taps=32, map_size=512),
+        mask(corner, backend, filter=Pcss(taps=32), map_size=512),
     )
     labels = ("ray-traced", "clamped", "passgraph pcss")
     return Case(
@@ -142,10 +143,10 @@ def blocks(light: pg.Light, *nodes: pg.Node) -> pg.Scene:
 
 
 SOFT_FILTERS = {
-    "blur": {"shadow_filter": "blur", "softness": None},
-    "pcf, 1×1": {"shadow_filter": "pcf", "pcf_size": 1},
-    "disc": {"shadow_filter": "disc", "softness": 0.0},
-    "pcss": {"shadow_filter": "pcss"},
+    "blur": {"filter": Blur(), "softness": None},
+    "pcf, 1×1": {"filter": Pcf(1)},
+    "disc": {"filter": Disc(), "softness": 0.0},
+    "pcss": {"filter": Pcss()},
 }
 
 
@@ -153,8 +154,8 @@ SOFT_FILTERS = {
 def zero_area(backend: str) -> Case:
     """A light without extent: every filter is the hard shadow, bit by bit."""
     scene = blocks(sun(45, 30, radius=0.0))
-    hard = mask(scene, backend, shadow_filter="hard")
-    bilinear = mask(scene, backend, shadow_filter="blur", softness=0.0)
+    hard = mask(scene, backend, filter=Hard())
+    bilinear = mask(scene, backend, filter=Blur(), softness=0.0)
     figures = []
     for name, options in SOFT_FILTERS.items():
         # the blurred mask compares four texels bilinearly; without a blur that is what must be left
@@ -185,11 +186,11 @@ def no_blockers(backend: str) -> Case:
     known = frame(scene)
     values = {"bias": 3 * known["texel"], "radius": 0.1, "search": 0.2, "lowest": UNCLAMPED}
     bad = naive(closer_soft, scene, backend, spared=False, **values)
-    good = mask(scene, backend, shadow_filter="pcss", taps=48)
+    good = mask(scene, backend, filter=Pcss(taps=48))
     lit = truth.valid & (truth.share == 1.0)
     spoilt = (float(((~np.isfinite(p) | (p < 0.99)) & lit).sum() / lit.sum()) for p in (bad, good))
     alone = blocks(replace(scene.lights[0], radius=0.1), cube((30, 0, 30)))
-    bare = mask(alone, backend, shadow_filter="pcss")
+    bare = mask(alone, backend, filter=Pcss())
     return Case(
         "no-blockers",
         "No caster before the receiver",

@@ -9,6 +9,7 @@ import numpy as np
 
 import passgraph as pg
 from passgraph.effects import soft_shadow
+from passgraph.effects.shadow_choice import Hard
 from tests.effects.hard.case import Case, Figure, mask, traced
 from tests.effects.scenes import cube, floor, from_above, sun
 
@@ -124,11 +125,11 @@ def degenerate() -> dict[str, tuple[pg.Scene, pg.Scene]]:
 def refusals(backend: str) -> Case:
     figures = []
     for name, (scene, plain) in degenerate().items():
-        with_it, without = (mask(s, backend, (96, 64), shadow_filter="hard") for s in (scene, plain))
+        with_it, without = (mask(s, backend, (96, 64), filter=Hard()) for s in (scene, plain))
         figures.append(Figure(f"pixels that {name} changes", 0, None, float((with_it != without).sum()), 0))
     for name, middle in (("in the shadow", 1.0), ("in the light", 2.5)):
         scene = shadowed(cube()).with_(camera=from_above(6.0, middle))
-        one = mask(scene, backend, (1, 1), shadow_filter="hard")
+        one = mask(scene, backend, (1, 1), filter=Hard())
         figures.append(
             Figure(
                 f"light in a picture of 1 × 1 pixel, {name}",

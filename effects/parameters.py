@@ -1,0 +1,211 @@
+"""An effect's parameters as the command line, the documentation and tests read them: from signature and docstring."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import re
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from types import NoneType, UnionType
+from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
+
+import passgraph as pg
+from passgraph.effects.annotations import words_of
+from passgraph.effects.checked import Choice
+
+ParameterType = Literal["float", "int", "bool", "choice", "rgb", "picture"]
+#: One entry of a docstring's list of parameters: names, a colon, and what they are.
+ENTRY = re.compile(r"^(\w+(?:, \w+)*) : (.*)$")
+
+
+@dataclass(frozen=True, slots=True)
+class Called:
+    """Stands in an annotation where the command line has another name for a parameter than Python."""
+
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """One parameter as plain data.
+
+    Attributes
+    ----------
+    name : on the command line, with underscores
+    type : "float", "int", "bool", "choice", "rgb" (three floats) or "picture" (a target;
+        on the command line a file)
+    default : what the effect takes where nothing is given; None means that the effect chooses, see ``help``
+    range : of numbers, of each of the three for "rgb"; with the unit
+    help : the first sentence of the docstring
+    choices : the names that "choice" allows
+    """
+
+    name: str
+    type: ParameterType
+    default: object
+    range: pg.Range
+    help: str
+    choices: tuple[str, ...] = ()
+
+
+def parameters_of(function: Callable[..., Any]) -> tuple[Parameter, ...]:
+    """Every argument that has a default and that text can say; names, targets to write into and scenes it cannot.
+
+    >>> from passgraph.effects.checked import checked
+    >>> @checked
+    ... def dimmed(color: pg.Target, share: Annotated[float, pg.Range(0, 1)] = 0.5, name: str = "x") -> pg.Target:
+    ...     '''Darker.
+    ...
+    ...     Parameters
+    ...     ----------
+    ...     share : of the light that is left
+    ...     '''
+    ...     return color
+    >>> [(p.name, p.type, p.default, str(p.range), p.help) for p in parameters_of(dimmed)]
+    [('share', 'float', 0.5, '0 to 1', 'of the light that is left')]
+    """
+    made: list[Parameter] = []
+    for name, hint, default, text in _arguments(function):
+        kind = _Kind.of(hint)
+        if kind.alternatives:
+            words = tuple(one.word() for one in kind.alternatives)
+            made.append(Parameter(kind.called or name, "choice", words[0], pg.Range(), text, words))
+            made += _settings(kind.alternatives)
+        elif kind.said is not None:
+            words = tuple(words_of(kind.hint))
+            made.append(Parameter(kind.called or name, kind.said, default, kind.range, text, words))
+    return tuple(made)
+
+
+def arguments_from(function: Callable[..., Any], given: Mapping[str, Any]) -> dict[str, Any]:
+    """Keyword arguments from `Parameter` names: settings of a choice become an object of the class that is chosen.
+
+    Settings that the chosen class does not have are left aside, as are options of another effect's kind.
+    """
+    left, made = dict(given), dict[str, Any]()
+    for name, hint, _, _ in _arguments(function):
+        kind = _Kind.of(hint)
+        if kind.alternatives:
+            word = left.pop(kind.called or name, kind.alternatives[0].word())
+            settings = {each.name for each in _settings(kind.alternatives)}
+            mine = {key: left.pop(key) for key in settings & left.keys()}
+            by_word = {one.word(): one for one in kind.alternatives}
+            if word not in by_word:
+                raise pg.GraphError(f"{kind.called or name} cannot be {word!r}; it is one of {', '.join(by_word)}")
+            made[name] = _chosen(by_word[word], mine)
+        elif kind.called in left:
+            made[name] = left.pop(kind.called)
+    return {**left, **made}
+
+
+def _chosen(of: type[Choice], settings: Mapping[str, Any]) -> Choice:
+    made: dict[str, Any] = {}
+    for field, kind in _fields(of):
+        if kind.alternatives:
+            made[field.name] = _chosen(kind.alternatives[0], settings)
+        elif (kind.called or field.name) in settings:
+            made[field.name] = settings[kind.called or field.name]
+    return of(**made)
+
+
+def _settings(alternatives: tuple[type[Choice], ...]) -> Iterator[Parameter]:
+    """Fields of all alternatives, each name once, with the words of those that have it."""
+    found: dict[str, list[tuple[type[Choice], Any, _Kind]]] = {}
+    for one in alternatives:
+        for field, kind in _fields(one):
+            if kind.said is not None:
+                found.setdefault(kind.called or field.name, []).append((one, field, kind))
+    for name, uses in found.items():
+        first, field, kind = uses[0]
+        words = [one.word() for one in alternatives if name in _names(one)]
+        defaults = {other.default for _, other, _ in uses}
+        assert kind.said is not None
+        text = f"of {', '.join(words)}: {help_of(first)[field.name]}"
+        default = field.default if len(defaults) == 1 else None
+        yield Parameter(name, kind.said, default, kind.range, text, tuple(words_of(kind.hint)))
+
+
+def _names(of: type[Choice]) -> set[str]:
+    """What settings lead to, those of a choice inside it among them."""
+    inner = [_names(one) for _, kind in _fields(of) for one in kind.alternatives]
+    return {kind.called or field.name for field, kind in _fields(of) if kind.said}.union(*inner)
+
+
+def _fields(of: type[Choice]) -> Iterator[tuple[Any, _Kind]]:
+    hints = get_type_hints(of, include_extras=True)
+    for field in dataclasses.fields(of):  # type: ignore[arg-type]
+        yield field, _Kind.of(hints[field.name])
+
+
+def _arguments(function: Callable[..., Any]) -> Iterator[tuple[str, Any, Any, str]]:
+    """Name, annotation, default and help of what may be left out."""
+    hints, texts = get_type_hints(function, include_extras=True), help_of(function)
+    for name, parameter in inspect.signature(function).parameters.items():
+        if parameter.default is not inspect.Parameter.empty:
+            yield name, hints[name], parameter.default, texts.get(name, "")
+
+
+@dataclass(frozen=True, slots=True)
+class _Kind:
+    """What an annotation comes to: of several alternatives the first that text can say."""
+
+    hint: Any
+    said: ParameterType | None
+    range: pg.Range
+    called: str | None
+    alternatives: tuple[type[Choice], ...] = ()
+
+    @classmethod
+    def of(cls, hint: Any) -> _Kind:
+        notes: list[Any] = []
+        plain = list(_plain(hint, notes))
+        limit = next((note for note in notes if isinstance(note, pg.Range)), pg.Range())
+        called = next((note.name for note in notes if isinstance(note, Called)), None)
+        choices = tuple(one for one in plain if isinstance(one, type) and issubclass(one, Choice))
+        for one in plain:
+            if choices or (type_ := _type_of(one)) is not None:
+                return cls(one, None if choices else type_, limit, called, choices)
+        return cls(hint, None, limit, called)
+
+
+def _plain(hint: Any, notes: list[Any]) -> Iterator[Any]:
+    """The alternatives of an annotation, without what runs bring; ``notes`` collects what they are annotated with."""
+    origin = get_origin(hint)
+    if origin is Annotated:
+        notes += hint.__metadata__
+        yield from _plain(get_args(hint)[0], notes)
+    elif origin in (Union, UnionType):
+        for one in get_args(hint):
+            yield from _plain(one, notes)
+    elif hint not in (NoneType, pg.Value, pg.Derived):
+        yield hint
+
+
+def _type_of(hint: Any) -> ParameterType | None:
+    if get_origin(hint) is Literal:
+        return "choice"
+    if hint == tuple[float, float, float]:
+        return "rgb"
+    known: dict[Any, ParameterType] = {float: "float", int: "int", bool: "bool", pg.Target: "picture"}
+    return known.get(hint)
+
+
+def help_of(documented: Any) -> dict[str, str]:
+    """The first sentence about each name that a docstring lists under Parameters (or Attributes), without markup."""
+    heading = re.search(r"^(Parameters|Attributes)\n-+\n", inspect.getdoc(documented) or "", re.MULTILINE)
+    texts: dict[str, str] = {}
+    names: list[str] = []
+    for line in heading.string[heading.end() :].splitlines() if heading else ():
+        if not line.strip():
+            break
+        if entry := ENTRY.match(line):
+            names = entry[1].split(", ")
+            texts |= dict.fromkeys(names, entry[2])
+        else:
+            texts |= {name: f"{texts[name]} {line.strip()}" for name in names}
+    return {name: _sentence(text) for name, text in texts.items()}
+
+
+def _sentence(text: str) -> str:
+    return re.sub(r"(?<=[^.\d])\.\s.*", "", text.replace("`", "")).strip().rstrip(".")
