@@ -159,7 +159,7 @@ class Backend(ABC):
         """Give a mesh back, where it is more than the arrays that it came from."""
 
     def after_fork(self) -> bool:
-        """Make ready for use in a child process, right behind a fork; False where that cannot be.
+        """Make ready for use in a child process, right after a fork; False where that cannot be.
 
         Every use there is then refused with an error.  Threads other than the one that forked are gone.
         """

@@ -57,7 +57,7 @@ class Turn:
                 self._left.popleft()()
 
     def forked(self, backend: Backend) -> None:
-        """Called in a child process right behind the fork, while it has one thread."""
+        """Called in a child process right after the fork, while it has one thread."""
         if not self._lock.acquire(blocking=False):
             self.lost = (
                 f"{self.name}: another thread was using this backend when the process was forked, so what it holds "

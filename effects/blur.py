@@ -81,8 +81,7 @@ def gaussian_blur(
         return color
     blur = _symmetric(gaussian_weights(sigma_px, radius))
     across = blur(color, 1, 0, into=pg.target(f"{name}_x", "rgba32f" if into is None else _four(into)))
-    made = blur(across.border(color.border_rule), 0, 1, into=into or pg.target(name, "rgba32f"), name=f"{name}_y")
-    return made
+    return blur(across.border(color.border_rule), 0, 1, into=into or pg.target(name, "rgba32f"), name=f"{name}_y")
 
 
 def _four(spec: pg.TargetSpec) -> str:
@@ -160,5 +159,4 @@ def depth_aware_blur(
         return mask
     blur = _edge_aware(radius_px)
     across = blur(mask, depth, tolerance, 1, 0, into=pg.target(f"{name}_x", "rgba32f"))
-    made = blur(across, depth, tolerance, 0, 1, into=into or pg.target(name, "rgba32f"), name=f"{name}_y")
-    return made
+    return blur(across, depth, tolerance, 0, 1, into=into or pg.target(name, "rgba32f"), name=f"{name}_y")

@@ -110,7 +110,7 @@ def blur_along_surfaces(
         into=pg.target("shadows_blurred_x", "rgba16f"),
         name="shadow blur x",
     )
-    made = blur(
+    return blur(
         across,
         normals,
         depth,
@@ -121,4 +121,3 @@ def blur_along_surfaces(
         into=pg.target("shadows_blurred", "rgba16f"),
         name="shadow blur y",
     )
-    return made

@@ -19,7 +19,7 @@ from passgraph.values import OUTPUT_SIZE, Derived, Value
 
 if TYPE_CHECKING:
     from passgraph.backends.base import Backend, Block
-    from passgraph.finite import PassCheck
+    from passgraph.finite_checks import PassCheck
 
 Picture = NDArray[np.float32]
 Execute: TypeAlias = Callable[[dict[Any, object]], None]
@@ -33,7 +33,7 @@ class Execution:
 
         self.plan, self.backend = plan, backend
         self.memories: list[Any] = []
-        #: Resource id → memory index; history swaps two of them behind each run.
+        #: Resource id → memory index; history swaps two of them after each run.
         self.places = [resource.memory for resource in plan.resources]
         self._geometries: dict[int, Any] = {}
         self._empty = Block(np.zeros(1, np.float32), np.zeros(1, np.int32))
@@ -191,7 +191,7 @@ class Execution:
         self._static_seen, self._swap_due = static, True
 
     def _swap_history(self) -> None:
-        """What the last run wrote becomes history; at the start of a run, so that results can be read behind it."""
+        """What the last run wrote becomes history; at the start of a run, so that results can be read after it."""
         if self._swap_due:
             self._swap_due = False
             for resource in self.plan.resources:

@@ -258,7 +258,7 @@ def _definition(definition: Callable[..., Any] | None, source: str | None, name:
     if (definition is None) == (source is None):
         raise GraphError("a kernel is made from a function or from source=..., one of the two")
     if source is not None:
-        return kernel_from_text(source, "pixel", None if name is None else text(name, "the name of a function"))
+        return kernel_from_text(source, None if name is None else text(name, "the name of a function"))
     assert definition is not None
     return function_source(definition)
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from passgraph import arguments
 from passgraph.errors import BackendError, GraphError, InputError, UnknownNameError
-from passgraph.finite import NonFinite, PassCheck, admitted, checked_choice
+from passgraph.finite_checks import NonFinite, PassCheck, admitted, checked_choice
 from passgraph.formats import Format, format_named
 from passgraph.plan.data import Options, Plan, Step
 from passgraph.plan.reach import inputs_behind
@@ -180,7 +180,7 @@ class Program:
     def run(self, _observe: Observer | None = None, /, **given: Any) -> None:
         """Run once without reading anything back.
 
-        ``_observe(step, pictures)`` is called behind every step with what it wrote: slow, for looking.
+        ``_observe(step, pictures)`` is called after every step with what it wrote: slow, for looking.
         """
         if _observe is not None:
             arguments.function(_observe, "the observer of a run")

@@ -19,12 +19,12 @@ from passgraph.backends.gl.objects import Objects
 from passgraph.backends.gl.passes import DrawRun, PixelRun
 from passgraph.backends.gl.programs import Programs
 from passgraph.backends.gl.textures import (
-    Layout,
+    GLFormat,
     Texture,
     decoded,
     empty,
     encoded,
-    layout_of,
+    gl_format_of,
     stencil_of,
     stored_clear,
 )
@@ -67,7 +67,7 @@ class GLBackend(Backend):
                 varyings=gl.integer(g.MAX_VARYINGS),
             )
             self.no_vertices = self.objects.new("VertexArray")
-        self._layouts: dict[Format, Layout] = {}
+        self._gl_formats: dict[Format, GLFormat] = {}
 
     @classmethod
     def devices(cls) -> list[DeviceInfo]:
@@ -86,16 +86,16 @@ class GLBackend(Backend):
             gl.check(f"making a {format.name} target of {size[0]} x {size[1]}")
         return texture
 
-    def _texture(self, format_: Format, size: tuple[int, int], layout: Layout | None = None) -> Texture:
-        layout = layout or self._layout(format_)
+    def _texture(self, format_: Format, size: tuple[int, int], gl_format: GLFormat | None = None) -> Texture:
+        gl_format = gl_format or self._gl_format(format_)
         gl, (width, height) = self.context.gl, size
-        what = f"a {format_.name} target of {width} x {height} ({layout_bytes(layout, size) / 2**20:.0f} MiB)"
+        what = f"a {format_.name} target of {width} x {height} ({gl_format_bytes(gl_format, size) / 2**20:.0f} MiB)"
         if max(size) > self.max_size:
             raise BackendError(
                 f"gl: {what} is too large: this device takes {self.max_size} pixels a side; "
                 "use a smaller size, or the numpy backend"
             )
-        arguments = (layout.internal, width, height, 0, layout.external, layout.type, None)
+        arguments = (gl_format.internal, width, height, 0, gl_format.external, gl_format.type, None)
         gl.TexImage2D(g.PROXY_TEXTURE_2D, 0, *arguments)
         accepted = ctypes.c_int(0)
         gl.GetTexLevelParameteriv(g.PROXY_TEXTURE_2D, 0, g.TEXTURE_WIDTH, ctypes.byref(accepted))
@@ -109,7 +109,7 @@ class GLBackend(Backend):
         fixed.set_transfers(gl)
         gl.TexImage2D(g.TEXTURE_2D, 0, *arguments)
         gl.BindTexture(g.TEXTURE_2D, 0)
-        texture = Texture(name, format_, size, layout)
+        texture = Texture(name, format_, size, gl_format)
         try:
             gl.check(f"making {what}")
         except BackendError:
@@ -117,19 +117,19 @@ class GLBackend(Backend):
             raise
         return texture
 
-    def _layout(self, format_: Format) -> Layout:
+    def _gl_format(self, format_: Format) -> GLFormat:
         """Three channels stay three where the driver can draw into them (OpenGL does not promise it)."""
-        if format_ not in self._layouts:
-            layout = layout_of(format_, padded=False)
+        if format_ not in self._gl_formats:
+            gl_format = gl_format_of(format_, padded=False)
             if format_.channels == 3:
-                probe = self._texture(format_, (1, 1), layout)
+                probe = self._texture(format_, (1, 1), gl_format)
                 try:
                     self.objects.framebuffer((probe,), None)
                 except BackendError:
-                    layout = layout_of(format_, padded=True)
+                    gl_format = gl_format_of(format_, padded=True)
                 self.objects.forget(probe)
-            self._layouts[format_] = layout
-        return self._layouts[format_]
+            self._gl_formats[format_] = gl_format
+        return self._gl_formats[format_]
 
     def _zero(self, texture: Texture) -> None:
         gl = self.context.gl
@@ -163,8 +163,8 @@ class GLBackend(Backend):
             fixed.set_transfers(gl)
             gl.ActiveTexture(g.TEXTURE0)
             gl.BindTexture(g.TEXTURE_2D, storage.name)
-            layout = storage.layout
-            gl.TexSubImage2D(g.TEXTURE_2D, 0, 0, 0, width, height, layout.external, layout.type, data.ctypes.data)
+            gl_format = storage.gl_format
+            gl.TexSubImage2D(g.TEXTURE_2D, 0, 0, 0, width, height, gl_format.external, gl_format.type, data.ctypes.data)
             gl.BindTexture(g.TEXTURE_2D, 0)
             gl.check(f"uploading a {storage.format.name} picture of {width} x {height}")
 
@@ -184,8 +184,8 @@ class GLBackend(Backend):
             fixed.set_transfers(gl)
             gl.ActiveTexture(g.TEXTURE0)
             gl.BindTexture(g.TEXTURE_2D, storage.name)
-            layout = storage.layout
-            gl.GetTexImage(g.TEXTURE_2D, 0, layout.external, layout.type, data.ctypes.data)
+            gl_format = storage.gl_format
+            gl.GetTexImage(g.TEXTURE_2D, 0, gl_format.external, gl_format.type, data.ctypes.data)
             gl.BindTexture(g.TEXTURE_2D, 0)
             gl.check(f"downloading a {storage.format.name} picture")
         return data
@@ -268,8 +268,8 @@ class GLBackend(Backend):
             self.context.release()
 
 
-def layout_bytes(layout: Layout, size: tuple[int, int]) -> int:
-    return int(np.dtype(layout.dtype).itemsize * layout.channels * size[0] * size[1])
+def gl_format_bytes(gl_format: GLFormat, size: tuple[int, int]) -> int:
+    return int(np.dtype(gl_format.dtype).itemsize * gl_format.channels * size[0] * size[1])
 
 
 def _device_number(device: str | None) -> int:

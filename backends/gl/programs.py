@@ -33,7 +33,7 @@ class StageUniforms:
 
 
 @dataclass
-class Program:
+class LinkedProgram:
     """A linked program and its uniforms."""
 
     name: int
@@ -74,16 +74,16 @@ class Programs:
 
     def __init__(self, objects: Objects) -> None:
         self.objects = objects
-        self.made: dict[tuple[str, str, tuple[str, ...]], Program] = {}
+        self.made: dict[tuple[str, str, tuple[str, ...]], LinkedProgram] = {}
 
-    def pixel(self, program: ScalarProgram) -> Program:
+    def pixel(self, program: ScalarProgram) -> LinkedProgram:
         key = ("", program.key, ())
         if key not in self.made:
             fragment = GLSL(program).shader()
             self.made[key] = self._link(Listing(FULLSCREEN, (NOWHERE,)), fragment, (program,))
         return self.made[key]
 
-    def draw(self, vertex: ScalarProgram, fragment: ScalarProgram | None, varyings: tuple[str, ...]) -> Program:
+    def draw(self, vertex: ScalarProgram, fragment: ScalarProgram | None, varyings: tuple[str, ...]) -> LinkedProgram:
         key = (vertex.key, "" if fragment is None else fragment.key, varyings)
         if key not in self.made:
             first = GLSL(vertex, varyings).shader()
@@ -93,7 +93,7 @@ class Programs:
                 self.made[key] = self._link(first, GLSL(fragment, varyings).shader(), (vertex, fragment))
         return self.made[key]
 
-    def _link(self, vertex: Listing, fragment: Listing, programs: tuple[ScalarProgram, ...]) -> Program:
+    def _link(self, vertex: Listing, fragment: Listing, programs: tuple[ScalarProgram, ...]) -> LinkedProgram:
         gl = self.objects.gl
         shaders: list[int] = []
         name = gl.CreateProgram()
@@ -126,8 +126,8 @@ class Programs:
             raise BackendError(pointed(log, listing, kernel))
         return shader
 
-    def _described(self, name: int, programs: tuple[ScalarProgram, ...]) -> Program:
-        gl, made, unit = self.objects.gl, Program(name), 0
+    def _described(self, name: int, programs: tuple[ScalarProgram, ...]) -> LinkedProgram:
+        gl, made, unit = self.objects.gl, LinkedProgram(name), 0
         gl.UseProgram(name)
         for program in programs:
             names = NAMES[program.stage]

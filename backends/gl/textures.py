@@ -31,7 +31,7 @@ _DEPTH_AND_STENCIL = np.dtype([("depth", np.float32), ("stencil", np.uint32)])
 
 
 @dataclass(frozen=True, slots=True)
-class Layout:
+class GLFormat:
     """OpenGL's words for a storage format: internal format, and format and type of what goes in and out."""
 
     internal: int
@@ -41,16 +41,16 @@ class Layout:
     channels: int
 
 
-def layout_of(format_: Format, padded: bool) -> Layout:
+def gl_format_of(format_: Format, padded: bool) -> GLFormat:
     """``padded``: three channels stored as four, where a driver cannot draw into three."""
     if format_.stencil:
-        return Layout(_DEPTH32F_STENCIL8, _DEPTH_STENCIL, _FLOAT_AND_STENCIL, _DEPTH_AND_STENCIL, 1)
+        return GLFormat(_DEPTH32F_STENCIL8, _DEPTH_STENCIL, _FLOAT_AND_STENCIL, _DEPTH_AND_STENCIL, 1)
     if format_.is_depth:
-        return Layout(_DEPTH32F, _DEPTH_COMPONENT, 0x1406, np.float32, 1)
+        return GLFormat(_DEPTH32F, _DEPTH_COMPONENT, 0x1406, np.float32, 1)
     channels = 4 if padded else format_.channels
     number = format_.number
     internal = _INTERNAL[number][channels - 1]
-    return Layout(internal, _EXTERNAL[channels - 1], _TYPES[number], np.dtype(number), channels)
+    return GLFormat(internal, _EXTERNAL[channels - 1], _TYPES[number], np.dtype(number), channels)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -60,15 +60,15 @@ class Texture:
     name: int
     format: Format
     size: tuple[int, int]
-    layout: Layout
+    gl_format: GLFormat
 
     @property
     def padded(self) -> bool:
-        return self.layout.channels > self.format.channels
+        return self.gl_format.channels > self.format.channels
 
 
 def encoded(picture: FloatBlock, texture: Texture) -> NDArray[Any]:
-    """A host picture as the bytes of a texture: (h, w, channels) of the layout's type."""
+    """A host picture as the bytes of a texture: (h, w, channels) of the format's type."""
     width, height = texture.size
     values = np.ascontiguousarray(picture, np.float32).reshape(height, width, texture.format.channels)
     if texture.format.stencil:
@@ -97,7 +97,7 @@ def empty(texture: Texture) -> NDArray[Any]:
     width, height = texture.size
     if texture.format.stencil:
         return np.empty((height, width), _DEPTH_AND_STENCIL)
-    return np.empty((height, width, texture.layout.channels), texture.layout.dtype)
+    return np.empty((height, width, texture.gl_format.channels), texture.gl_format.dtype)
 
 
 def stored_clear(value: tuple[float, ...], texture: Texture) -> NDArray[np.float32]:

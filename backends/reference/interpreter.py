@@ -27,7 +27,7 @@ class _Loop(Generic[M]):
 class Interpreter(Generic[V, M]):
     """One run of a program in one domain."""
 
-    def __init__(self, program: ir.Program, domain: Domain[V, M], surroundings: Surroundings[V]) -> None:
+    def __init__(self, program: ir.TypedKernel, domain: Domain[V, M], surroundings: Surroundings[V]) -> None:
         self.program, self.domain, self.surroundings = program, domain, surroundings
         self.locals: dict[str, V] = {}
         self.loops: list[_Loop[M]] = []

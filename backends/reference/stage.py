@@ -35,7 +35,7 @@ def given(value: NDArray[Any]) -> Callable[[], Numbers]:
 class Stage:
     """A kernel, what the graph knows about it, and where its parameters lie."""
 
-    def __init__(self, program: ir.Program, scalar: ScalarProgram, facts: Facts) -> None:
+    def __init__(self, program: ir.TypedKernel, scalar: ScalarProgram, facts: Facts) -> None:
         self.program, self.facts = program, facts
         self.domain = NumberDomain()
         self.slots: dict[str, UniformSlot] = {slot.name: slot for slot in scalar.uniforms}

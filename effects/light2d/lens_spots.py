@@ -68,8 +68,7 @@ def dirty_lens_spots(
     name : of the passes and targets
     """
     glow = dirt_times(spots, dirt, into=pg.target(f"{name}_glow", "rgba16f", like=spots), name=f"{name}_glow")
-    made = added(scene, glow, into=into or pg.target(name, "rgba32f"), name=name)
-    return made
+    return added(scene, glow, into=into or pg.target(name, "rgba32f"), name=name)
 
 
 @checked
@@ -104,5 +103,4 @@ def dirty_lens_map(
         return right - x, bottom - y
 
     places = (corner(view), across(view)) if isinstance(view, Window) else (view.map(corner), view.map(across))
-    made = modulate2x(scene, dirt, spots, *places, into=into or pg.target(name, "rgba32f"), name=name)
-    return made
+    return modulate2x(scene, dirt, spots, *places, into=into or pg.target(name, "rgba32f"), name=name)

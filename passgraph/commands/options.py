@@ -13,7 +13,7 @@ from click.core import ParameterSource
 
 from passgraph.effects.registry import EFFECTS, Effect
 from passgraph.errors import BackendError, InputError, PassgraphError
-from passgraph.finite import CHOICES
+from passgraph.finite_checks import CHOICES
 from passgraph.targets import MAX_SIDE
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from passgraph.commands.files import check_folder, check_picture_path
 from passgraph.commands.options import check_computes
 from passgraph.commands.progress import progress
 from passgraph.commands.sources import Job
-from passgraph.finite import NonFinite
+from passgraph.finite_checks import NonFinite
 
 
 def check_outputs(output: Path, capture: Path | None) -> None:

@@ -69,7 +69,7 @@ def soup(count: int, seed: int, extent: float, steps: int) -> Mesh:
 
 
 def stage(kind: Literal["vertex", "fragment"], name: str) -> Kernel:
-    return Kernel(kernel_from_text(KERNELS, kind, name), kind)
+    return Kernel(kernel_from_text(KERNELS, name), kind)
 
 
 @st.composite

@@ -69,8 +69,8 @@ class Growing:
 
     def __init__(self) -> None:
         self.kernels = {name: kernel(source=text, name=name) for name, text in PIXEL_KERNELS.items()}
-        self.place = Kernel(kernel_from_text(DRAW_KERNELS, "vertex", "place"), "vertex")
-        self.paint = Kernel(kernel_from_text(DRAW_KERNELS, "fragment", "paint"), "fragment")
+        self.place = Kernel(kernel_from_text(DRAW_KERNELS, "place"), "vertex")
+        self.paint = Kernel(kernel_from_text(DRAW_KERNELS, "paint"), "fragment")
         self.frame = Input("frame", "rgba32f", SIZES[0])
         self.still = Input("still", "rgba32f", SIZES[0], static=True)
         self.contents: list[tuple[Target, int]] = [(self.frame, 0), (self.still, 0)]

@@ -54,5 +54,5 @@ def outcome(case: Case, backends: Iterable[Backend], tally: Tally | None = None)
         try:
             return judge(case, made, list(backends), tally)
         except Exception as error:
-            # Whatever is raised behind the language's own checks is a failure as any other.
+            # Whatever is raised after the language's own checks is a failure as any other.
             return f"raised {type(error).__name__}: {' '.join(str(error).split())}"

@@ -34,7 +34,7 @@ class Memory:
 class Arrays:
     """The arrays in memory of one kernel, by the names of its variables."""
 
-    def __init__(self, emitter: Emitter, program: ir.Program) -> None:
+    def __init__(self, emitter: Emitter, program: ir.TypedKernel) -> None:
         self.emitter = emitter
         self.wanted = _indexed(program)
         self.made: dict[str, Memory] = {}
@@ -72,7 +72,7 @@ class Arrays:
         return [e.read_at(memory.name, place) for place in self._places(memory, clamped)]
 
     def store(self, name: str, index: s.Operand, entry: list[s.Operand]) -> None:
-        """An entry takes a value; out of range the entry behind the last one does, which nobody reads."""
+        """An entry takes a value; out of range the entry after the last one does, which nobody reads."""
         e, memory = self.emitter, self.made[name]
         inside = e.op(
             "logical_and",
@@ -122,7 +122,7 @@ class _Counting:
         self.emitter.push(s.For(self.index, 0, self.count, 1, tuple(body)))
 
 
-def _indexed(program: ir.Program) -> dict[str, Array]:
+def _indexed(program: ir.TypedKernel) -> dict[str, Array]:
     """Variables that hold long arrays, and that an index which is no written number reaches."""
     found: dict[str, Array] = {}
     for part in _expressions(program):
@@ -134,7 +134,7 @@ def _indexed(program: ir.Program) -> dict[str, Array]:
     return found
 
 
-def _expressions(program: ir.Program) -> Iterator[ir.Expr]:
+def _expressions(program: ir.TypedKernel) -> Iterator[ir.Expr]:
     """Every expression of a program, each once."""
     pending: list[object] = [*program.body, *(result.value for result in program.results)]
     while pending:

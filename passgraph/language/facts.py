@@ -40,7 +40,7 @@ class Facts:
 class Fused:
     """A producer computed inside its consumer; its uniforms and images are named with ``prefix``."""
 
-    program: ir.Program
+    program: ir.TypedKernel
     facts: Facts
     prefix: str
     output: int
@@ -68,7 +68,7 @@ class Shared:
 
     def finish(
         self,
-        program: ir.Program,
+        program: ir.TypedKernel,
         body: tuple[s.Instruction, ...],
         outputs: tuple[s.Output, ...],
         keep: s.Operand | None,

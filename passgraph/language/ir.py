@@ -222,7 +222,7 @@ class Result:
 
 
 @dataclass(frozen=True, slots=True)
-class Program:
+class TypedKernel:
     """A whole kernel in the intermediate representation."""
 
     name: str

@@ -8,7 +8,7 @@ import inspect
 import sys
 import types as pytypes
 from collections.abc import Callable
-from typing import Any, TypeVar, cast, dataclass_transform
+from typing import Any, TypeVar, dataclass_transform
 
 from passgraph.arguments import shown
 from passgraph.errors import KernelError, PassgraphError
@@ -17,7 +17,6 @@ from passgraph.language.parse import parse_with_scopes
 from passgraph.language.scope import TEXT_NAMES, FunctionSource, Scope, python_scope, text_scope
 from passgraph.language.signature import literal_value, read_signature, read_struct
 from passgraph.language.source import Source, fail, source_from_text, source_of, source_of_class
-from passgraph.language.types import Struct
 
 T = TypeVar("T")
 
@@ -178,9 +177,7 @@ def _language_module() -> pytypes.ModuleType:
     return module
 
 
-def kernel_from_text(
-    text: str, stage: ir.Stage, name: str | None = None, file: str = "<kernel text>"
-) -> FunctionSource:
+def kernel_from_text(text: str, name: str | None = None, file: str = "<kernel text>") -> FunctionSource:
     """The function to use as a kernel: the one named, or the last one marked ``@kernel``, or the last."""
     functions, candidates = text_functions(text, file)
     if not functions:
@@ -188,8 +185,3 @@ def kernel_from_text(
     if name is not None and name not in functions:
         raise KernelError(f"{file}: no function {name!r} is defined here; there are {', '.join(functions)}")
     return functions[name if name is not None else candidates[-1]]
-
-
-def struct_of(cls: object) -> Struct | None:
-    """The struct behind a class marked with :func:`struct`."""
-    return cast("Struct | None", getattr(cls, "__passgraph_struct__", None))

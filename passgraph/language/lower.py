@@ -43,7 +43,7 @@ MAX_TABLE_NUMBERS = 16_384
 MAX_WORK = 1 << 24
 
 
-def lower(program: ir.Program, facts: Facts | None = None) -> s.ScalarProgram:
+def lower(program: ir.TypedKernel, facts: Facts | None = None) -> s.ScalarProgram:
     """The scalar program of a kernel under given facts.
 
     Raises
@@ -59,7 +59,7 @@ def lower(program: ir.Program, facts: Facts | None = None) -> s.ScalarProgram:
         raise KernelError(program.source.point_at(message)) from None
 
 
-def _lower(program: ir.Program, facts: Facts) -> s.ScalarProgram:
+def _lower(program: ir.TypedKernel, facts: Facts) -> s.ScalarProgram:
     shared = Shared(Emitter(facts.simplify))
     lowering = Lowering(program, facts, shared, prefix="")
     lowering.run()
@@ -93,7 +93,7 @@ class Lowering:
 
     def __init__(
         self,
-        program: ir.Program,
+        program: ir.TypedKernel,
         facts: Facts,
         shared: Shared,
         prefix: str,
@@ -108,7 +108,7 @@ class Lowering:
         self.trips = 1  # of the loops around together
 
     def run(self) -> None:
-        # Producers come first: what is computed inside a branch or loop would not be there behind it.  A stack of
+        # Producers come first: what is computed inside a branch or loop would not be there after it.  A stack of
         # our own holds them: a chain may be longer than Python lets calls nest.
         pending = self._producers()
         while pending:
@@ -512,7 +512,7 @@ _VALUES: dict[type[ir.Expr], Callable[[Lowering, Any], list[s.Operand]]] = {
 
 
 @cache
-def _prelude_program(name: str) -> ir.Program:
+def _prelude_program(name: str) -> ir.TypedKernel:
     return parse_kernel(prelude_function(name), "function")
 
 
@@ -539,7 +539,7 @@ def _jumps(statements: tuple[ir.Stmt, ...]) -> bool:
 
 
 def _leaves(block: list[s.Instruction] | tuple[s.Instruction, ...]) -> bool:
-    """Whether nothing behind this block runs: it ends in a jump, or in branches that both do."""
+    """Whether nothing after this block runs: it ends in a jump, or in branches that both do."""
     if not block:
         return False
     last = block[-1]

@@ -34,7 +34,7 @@ from passgraph.language.values import ImageValue, Part, StructValue
 from passgraph.language.variables import Variable
 
 
-def parse_kernel(function: FunctionSource, stage: ir.Stage) -> ir.Program:
+def parse_kernel(function: FunctionSource, stage: ir.Stage) -> ir.TypedKernel:
     """The whole kernel: signature, body, results.
 
     Raises
@@ -46,7 +46,9 @@ def parse_kernel(function: FunctionSource, stage: ir.Stage) -> ir.Program:
     return program
 
 
-def parse_with_scopes(function: FunctionSource, stage: ir.Stage) -> tuple[ir.Program, Mapping[FunctionSource, Scope]]:
+def parse_with_scopes(
+    function: FunctionSource, stage: ir.Stage
+) -> tuple[ir.TypedKernel, Mapping[FunctionSource, Scope]]:
     """The kernel, and for each function in it the scope that recorded which constants it captured."""
     builder = Builder(stage)
     try:
@@ -78,7 +80,7 @@ def _told(meaning: object, numbers: Mapping[FunctionSource, str]) -> str:
     return "module" if isinstance(meaning, ModuleName) else repr(meaning)
 
 
-def _parse(function: FunctionSource, stage: ir.Stage, builder: Builder) -> ir.Program:
+def _parse(function: FunctionSource, stage: ir.Stage, builder: Builder) -> ir.TypedKernel:
     signature = read_signature(function)
     builder.calls.append(function.node)
     span = function.source.span(function.node)
@@ -92,7 +94,7 @@ def _parse(function: FunctionSource, stage: ir.Stage, builder: Builder) -> ir.Pr
     results = tuple(_results(frame.result))
     keep = ir.Local(BOOL, "$keep", span) if builder.discards else None
     body = tuple(builder.blocks[0])
-    return ir.Program(function.name, stage, signature.parameters, body, results, keep, span)
+    return ir.TypedKernel(function.name, stage, signature.parameters, body, results, keep, span)
 
 
 def _parameter_part(parameter: ir.Parameter, stage: ir.Stage) -> Part:

@@ -164,7 +164,7 @@ class For:
 
     @property
     def wraps(self) -> bool:
-        """Whether counting on behind the last trip leaves 32 bits, so that comparing the index never ends the loop."""
+        """Whether counting on after the last trip leaves 32 bits, so that comparing the index never ends the loop."""
         return not -(2**31) <= self.start + self.trips * self.step < 2**31
 
 

@@ -1,6 +1,6 @@
 """Statements: branches, loops and exits.
 
-``return`` and ``discard`` anywhere in a body become one exit at its end: code behind a conditional return
+``return`` and ``discard`` anywhere in a body become one exit at its end: code after a conditional return
 moves into the other branch, and a return inside a loop leaves the loop and sets a flag that guards the rest.
 """
 
@@ -100,7 +100,7 @@ class Statements:
         then, then_done = self._captured(then_nodes)
         after_then, frame.assigned = frame.assigned, before
         orelse, else_done = self._captured(else_nodes)
-        # A branch that left has no say in what is assigned behind it.
+        # A branch that left has no say in what is assigned after it.
         if else_done or _jumps(orelse):
             frame.assigned = after_then
         elif not (then_done or _jumps(then)):
@@ -151,7 +151,7 @@ class Statements:
         frame.assigned = before
         del frame.variables[name]
         if outer is not None:
-            # The name meant an int before the loop and holds the last index behind it, as in Python.
+            # The name meant an int before the loop and holds the last index after it, as in Python.
             frame.variables[name] = outer
             body = (ir.Assign(outer.name, ir.Local(INT, index.name, span), span), *body)
         frame.emit(ir.For(index.name, start, stop, step, body, span))

@@ -41,7 +41,7 @@ BATCH = 1 << 15
 class Track:
     """The choices of the lanes of one run: those that are forced, then the first one wherever a decision straddles."""
 
-    forced: Choices  # (lanes, depth): 0 the first way, 1 the other; -1 behind the end
+    forced: Choices  # (lanes, depth): 0 the first way, 1 the other; -1 after the end
     active: Lanes = field(init=False)
     met: Ints = field(init=False)
     taken: list[tuple[Ints, Ints, Choices]] = field(default_factory=list)
@@ -216,7 +216,7 @@ class _Search:
             np.fmax.at(self.up[i], frontier.origins, up)
 
     def _following(self, frontier: Frontier, track: Track, level: int) -> Frontier:
-        """Each decision behind the forced ones, turned."""
+        """Each decision after the forced ones, turned."""
         lanes, prefixes = frontier.lanes, frontier.prefixes
         given = (prefixes >= 0).sum(axis=1)
         new = track.met - given

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from passgraph.language.lower import Fused
-from passgraph.language.lowered import lower_once
+from passgraph.language.lower_cache import lower_once
 from passgraph.language.scalar import walk
 from passgraph.plan.limits import Limits
 from passgraph.plan.work import Lowered, Work

@@ -1,4 +1,4 @@
-"""Sorting passes so that each comes behind those that it waits for."""
+"""Sorting passes so that each comes after those that it waits for."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from passgraph.targets import Pass
 
 
 def producers_first(waits: Mapping[Pass, Collection[Pass]], rank: Mapping[Pass, int]) -> list[Pass]:
-    """Each pass behind those that it waits for, and of those that may come next the one of the lowest rank first.
+    """Each pass after those that it waits for, and of those that may come next the one of the lowest rank first.
 
     Passes that wait for each other are left out, and so are those that wait for them.
     """

@@ -7,7 +7,7 @@ from dataclasses import replace
 from passgraph.errors import GraphError
 from passgraph.language.emitter import eliminate_dead
 from passgraph.language.lower import Facts, ImageFacts
-from passgraph.language.lowered import lower_once
+from passgraph.language.lower_cache import lower_once
 from passgraph.language.scalar import LoadBuiltin, Output, ScalarProgram, walk
 from passgraph.plan.work import Lowered, Work
 from passgraph.targets import DrawPass, PixelPass, Target

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph import kept
+from passgraph import disk_cache
 from passgraph.backends.numpy.backend import NumpyBackend
 from passgraph.backends.numpy.machine import native
 from passgraph.backends.numpy.machine.workers import Workers
@@ -171,7 +171,7 @@ def test_a_cache_that_others_may_write_to_is_refused(tmp_path: Path, monkeypatch
     (tmp_path / "code").mkdir(mode=0o777)
     (tmp_path / "code").chmod(0o777)
     monkeypatch.setenv("PASSGRAPH_CACHE", str(tmp_path))
-    monkeypatch.setattr(kept, "_said", set())
+    monkeypatch.setattr(disk_cache, "_said", set())
     with pytest.warns(UserWarning, match=r"others may write.*chmod 700"):
         native.function_address(("a test of its own", str(tmp_path)), returns)
     assert not list((tmp_path / "code").iterdir())

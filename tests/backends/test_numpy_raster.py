@@ -75,7 +75,7 @@ def pictures(corner: Corner, picture: Image) -> tuple[vec4, vec3]:
 
 def stage(name: str) -> Kernel:
     kind = "vertex" if name == "lean" else "fragment"
-    return Kernel(kernel_from_text(KERNELS, kind, name), kind)
+    return Kernel(kernel_from_text(KERNELS, name), kind)
 
 
 def mesh(count: int, size: float) -> pg.Mesh:

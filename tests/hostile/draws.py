@@ -73,10 +73,10 @@ class Setup:
     def graph(self) -> dict[str, pg.Target]:
         mesh = Soup(np.zeros((3, 3), np.float32), np.arange(3, dtype=np.int32)[None], np.ones((3, 4), np.float32))
         depth = pg.target("depth", self.depth, clear=1.0) if self.depth else None
-        vertex = Kernel(kernel_from_text(KERNELS, "vertex", "place"), "vertex")
+        vertex = Kernel(kernel_from_text(KERNELS, "place"), "vertex")
         if self.fragment is None:
             return {"depth": pg.draw(mesh, vertex=vertex, depth=depth, **dict(self.state))}
-        fragment = Kernel(kernel_from_text(KERNELS, "fragment", self.fragment), "fragment")
+        fragment = Kernel(kernel_from_text(KERNELS, self.fragment), "fragment")
         into = pg.target("color", self.format, clear=0.25)
         return {"color": pg.draw(mesh, vertex=vertex, fragment=fragment, into=into, depth=depth, **dict(self.state))}
 

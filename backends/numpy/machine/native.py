@@ -14,7 +14,7 @@ from typing import Any
 import llvmlite
 import llvmlite.binding as llvm
 
-from passgraph.kept import recall, remember, text_digest
+from passgraph.disk_cache import recall, remember, text_digest
 
 #: Held by whoever compiles or loads: LLVM's engine and what numba knows are one for the process, made once.
 _compiling = threading.RLock()

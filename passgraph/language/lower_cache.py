@@ -14,7 +14,7 @@ from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any
 
-from passgraph import kept
+from passgraph import disk_cache
 from passgraph.language import ir, scalar, types
 from passgraph.language.facts import Facts, ImageFacts
 from passgraph.language.lower import lower
@@ -48,12 +48,12 @@ _MAKERS[_single.__module__, _single.__name__] = _single
 
 
 def lower_once(
-    program: ir.Program, facts: Facts, known: dict[str, scalar.ScalarProgram] | None = None
+    program: ir.TypedKernel, facts: Facts, known: dict[str, scalar.ScalarProgram] | None = None
 ) -> scalar.ScalarProgram:
     """As :func:`~.lower.lower`, from disk where it is there; ``known`` holds those of one plan, by name."""
     known = {} if known is None else known
     try:
-        parts = (kept.text_digest(Path(__file__).parent), _told(program), _facts_told(facts))
+        parts = (disk_cache.text_digest(Path(__file__).parent), _told(program), _facts_told(facts))
     except TypeError:
         return lower(program, facts)
     name = hashlib.sha256("\0".join(parts).encode()).hexdigest()
@@ -62,18 +62,18 @@ def lower_once(
     return known[name]
 
 
-def _from_disk(program: ir.Program, facts: Facts, name: str) -> scalar.ScalarProgram:
-    data = kept.recall("programs", name)
+def _from_disk(program: ir.TypedKernel, facts: Facts, name: str) -> scalar.ScalarProgram:
+    data = disk_cache.recall("programs", name)
     found = None if data is None else _read(data)
     if found is None:
         found = lower(program, facts)
         data = _written(found) if sum(1 for _ in scalar.walk(found.body)) >= MIN_INSTRUCTIONS else None
         if data is not None:
-            kept.remember("programs", name, data)
+            disk_cache.remember("programs", name, data)
     return found
 
 
-def _told(program: ir.Program) -> str:
+def _told(program: ir.TypedKernel) -> str:
     if not program.digest:
         raise TypeError(f"{program.name} has no text")
     return program.digest

@@ -13,9 +13,9 @@ import pytest
 
 import passgraph as pg
 from passgraph.graph import PixelKernel
-from passgraph.language import lowered
+from passgraph.language import lower_cache
 from passgraph.language.lower import Facts, ImageFacts, lower
-from passgraph.language.lowered import lower_once
+from passgraph.language.lower_cache import lower_once
 from passgraph.language.scalar import ScalarProgram
 
 TEXT = """
@@ -47,7 +47,7 @@ def soften(more: str = "0.0") -> PixelKernel:
 def from_disk(kernel: PixelKernel, facts: Facts, monkeypatch: pytest.MonkeyPatch) -> ScalarProgram:
     """A program that may not be lowered again."""
     with monkeypatch.context() as patch:
-        patch.setattr(lowered, "lower", None)
+        patch.setattr(lower_cache, "lower", None)
         return lower_once(kernel.program, facts)
 
 
@@ -130,7 +130,7 @@ def test_reading_makes_nothing_but_programs(folder: Path) -> None:
         path.write_bytes(hashlib.sha256(evil).digest() + evil)
         assert lower_once(soften().program, Facts()) == before
     with pytest.raises(pickle.UnpicklingError, match=r"builtins\.print does not belong into a program"):
-        lowered._Reader(io.BytesIO(pickle.dumps(print))).load()
+        lower_cache._Reader(io.BytesIO(pickle.dumps(print))).load()
 
 
 def test_short_programs_are_not_kept(folder: Path) -> None:

@@ -27,7 +27,7 @@ MAX_LINKS = 40
 _OTHERS = stat.S_IWGRP | stat.S_IWOTH
 _POSIX = os.name == "posix"
 _FOLDER_FLAGS = os.O_RDONLY | getattr(os, "O_DIRECTORY", 0) | getattr(os, "O_NOFOLLOW", 0)
-#: A pipe must not hold us up: what is no plain file is found out behind opening.
+#: A pipe must not hold us up: what is no plain file is found out after opening.
 _FILE_FLAGS = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0) | getattr(os, "O_BINARY", 0)
 #: Whether this process has said that it keeps nothing, and folders that it has looked through.
 _said: set[str] = set()

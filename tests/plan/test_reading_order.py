@@ -1,0 +1,83 @@
+"""A reader who follows the outputs through ``plan.build`` call by call meets each file once."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from types import FrameType
+
+import passgraph as pg
+from passgraph.plan.build import build
+
+root = Path(pg.__file__).resolve().parent
+#: Files of nouns, read before: calls into them are answers, not steps of the way.
+NOUNS = {
+    "arguments.py", "errors.py", "formats.py", "geometry.py", "values.py", "targets.py", "plan/data.py", "plan/work.py",
+}  # fmt: skip
+#: Sorting is asked for twice, and the files of passes and of inputs too.
+MOST = 6
+half = pg.kernel(source="def half(color: Image, other: Image) -> vec4: return color[0, 0] * 0.5 + other[1, 0]")
+zoom = pg.kernel(source="def zoom(color: Image, by: float) -> vec4: return color.sample(uv()) * by")
+STAGES = """
+class Corner:
+    position: vec4
+
+def place(vertex: Vertex) -> Corner:
+    return Corner(vec4(vertex.position, 1.0))
+
+def paint(corner: Corner) -> vec4:
+    return vec4(0.5)
+"""
+
+
+def rich() -> dict[str, pg.Target]:
+    """Static inputs, history, a draw over another, a pass that fuses, one that nothing reads, and run values."""
+    stages = {"vertex": pg.vertex(source=STAGES, name="place"), "fragment": pg.fragment(source=STAGES, name="paint")}
+    mesh = pg.Mesh.make([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], [[0, 1, 2]])
+    frame, still = pg.Input("frame", "rgba32f", (8, 4)), pg.Input("still", "rgba32f", (8, 4), static=True)
+    kept = pg.target("kept")
+    first = half(frame, zoom(still, 2.0, into=pg.target("once")), into=pg.target("first"))
+    over = half(first, pg.previous(kept), into=kept)
+    small = zoom(over, pg.Value("by", float), into=pg.target("small", scale=0.5))
+    color = pg.draw(
+        mesh, into=pg.target("color", like=frame), depth=pg.target("depth", "depth32f", like=frame), **stages
+    )
+    both = half(color, zoom(small, 0.5, into=pg.target("large", like=frame)), into=pg.target("both"))
+    again = pg.draw(mesh, into=color, depth=color.depth, **stages)
+    return {"out": half(again, both, into=pg.target("out")), "kept": over}
+
+
+def left_and_entered_again(follow: Callable[[], object]) -> set[tuple[str, str]]:
+    """From which file to which that had been left, each pair once."""
+    inside: list[str] = []
+    met: set[str] = set()
+    found: set[tuple[str, str]] = set()
+
+    def note(frame: FrameType, event: str, _: object) -> None:
+        path = Path(frame.f_code.co_filename)
+        name = path.relative_to(root).as_posix() if path.is_relative_to(root) else ""
+        counts = bool(name) and name not in NOUNS and not name.startswith("language/")
+        if event == "call":
+            if counts and name in met and name not in inside:
+                found.add((inside[-1] if inside else "", name))
+            met.update([name] if counts else [])
+            inside.append(name if counts else "")
+        elif event == "return" and inside:
+            inside.pop()
+
+    before = sys.getprofile()
+    sys.setprofile(note)
+    try:
+        follow()
+    finally:
+        sys.setprofile(before)
+    return found
+
+
+def test_planning_is_read_file_by_file() -> None:
+    outputs = rich()
+    build(outputs)  # what is loaded and lowered once
+    found = left_and_entered_again(lambda: build(outputs))
+    assert ("plan/build.py", "plan/collect.py") not in found
+    assert len(found) <= MOST, sorted(found)
