@@ -11,11 +11,11 @@ import numpy as np
 from passgraph import arguments
 from passgraph.errors import GraphError
 from passgraph.formats import Format, format_named
+from passgraph.language.borders import BORDERS
 
 if TYPE_CHECKING:
     from passgraph.graph import Pass
 
-BORDERS = ("clamp", "zero", "repeat", "mirror")
 #: Largest side of a target, in pixels: what GL 3.3 hardware offers in practice.
 MAX_SIDE = 1 << 15
 #: Largest number of an output among those of its pass: structs have no more fields.

@@ -8,12 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import ClassVar
 
 from passgraph.backends.base import ATTRIBUTES
 from passgraph.backends.gl.foreseen import foreseen_values
-from passgraph.backends.printing import FLOOR_DIVIDE, INT_MOD, MIRROR, REPEAT, Listing, Printer
+from passgraph.backends.printing import FLOOR_DIVIDE, INT_MOD, Listing, Printer
 from passgraph.language import scalar as s
+from passgraph.language.borders import BORDERS, border_program
 
 #: Drivers may reorder float arithmetic unless values are ``precise``, which 3.30 has through an extension.
 HEADER = """#version 330 core
@@ -51,8 +53,6 @@ int pg_to_int(float x)
 """,
     "pg_floor_divide": FLOOR_DIVIDE,
     "pg_int_mod": INT_MOD,
-    "pg_repeat": REPEAT,
-    "pg_mirror": MIRROR,
 }
 LETTERS = "xyzw"
 #: Beyond every picture, and as a float still an int after it was multiplied and rounded; farther offsets are brought
@@ -73,6 +73,7 @@ class Names:
 
 
 NAMES = {
+    "border": Names("", "", ""),
     "pixel": Names("pg_floats", "pg_ints", "pg_image"),
     "vertex": Names("pg_vertex_floats", "pg_vertex_ints", "pg_vertex_image"),
     "fragment": Names("pg_floats", "pg_ints", "pg_image"),
@@ -120,6 +121,8 @@ class GLSL(Printer):
         return f"{name}[{index} >> 2][{index} & 3]"
 
     def builtin(self, name: str) -> str:
+        if self.program.stage == "border":
+            return name
         head, _, rest = name.partition(".")
         if head == "pixel":
             return f"{self._pixel()}.{LETTERS[int(rest)]}"
@@ -188,14 +191,15 @@ class GLSL(Printer):
         if load.relative and max(map(abs, use.x if axis == "x" else use.y)) > FARTHEST_TEXEL:
             known, text = None, self._within(load.border, text, count)
         whole = f"{self._pixel()}.{axis} + {text}" if load.relative else text
-        if load.border in ("repeat", "mirror"):
-            return f"(float(pg_{load.border}({whole}, {count})) + 0.5) * {width}", []
+        rule = BORDERS[load.border]
+        if not rule.is_nearest:
+            return f"(float(pg_border_{load.border}({whole}, {count})) + 0.5) * {width}", []
         # Drivers make an int of the place before they clamp it; what is too large for one comes out at the other edge.
         number = f"float(min({text}, {FARTHEST_TEXEL}))" if known is None else self.float_literal(known)
         place = f"({number} + 0.5) * {width}"
         if load.relative:
             place = f"{self._here(load.image)}.{axis} + {number} * {width}"
-        if load.border == "clamp":
+        if not rule.blank:
             return place, []
         if known is None:
             # as unsigned, what is below 0 is above all counts
@@ -206,9 +210,8 @@ class GLSL(Printer):
     @staticmethod
     def _within(border: str, offset: str, count: str) -> str:
         """An offset that leads to the same texel and whose sum with a pixel stays within int."""
-        if border in ("repeat", "mirror"):
-            return f"pg_repeat({offset}, {count}{' * 2' if border == 'mirror' else ''})"
-        return f"clamp({offset}, -{count}, {count})"
+        far = f"2 * {count}"
+        return f"pg_int_mod({offset}, {far})" if BORDERS[border].periodic else f"clamp({offset}, -{far}, {far})"
 
     def _here(self, image: str) -> str:
         """The centre of this pixel in texture coordinates of an image that is as large as the target."""
@@ -242,7 +245,7 @@ class GLSL(Printer):
         self.depth = 0
         self.line("}")
         declared = "".join(f"\n    {text}" for text in self.declarations.values())
-        parts = [HEADER, *self.interface(), self.called(FUNCTIONS), f"void main()\n{{{declared}"]
+        parts = [HEADER, *self.interface(), self.called(functions()), f"void main()\n{{{declared}"]
         self.front("\n".join(part for part in parts if part))
         return self.listing()
 
@@ -306,3 +309,20 @@ def attributes_of(program: s.ScalarProgram) -> tuple[str, ...]:
     """Mesh attributes that a vertex program reads, in the order of ATTRIBUTES."""
     read = {name.split(".")[1] for name, _ in program.builtins if name.startswith("vertex.")}
     return tuple(name for name in ATTRIBUTES if name in read)
+
+
+@cache
+def functions() -> dict[str, str]:
+    """Every helper function by its name; rules of borders that hardware has not call others."""
+    rules = [rule for rule, border in BORDERS.items() if not border.is_nearest]
+    return FUNCTIONS | {f"pg_border_{rule}": _border_function(rule) for rule in rules}
+
+
+def _border_function(rule: str) -> str:
+    """``pg_border_RULE``: a column or row brought inside."""
+    program = border_program(rule)
+    printer = GLSL(program)
+    printer.line(f"int pg_border_{rule}(int i, int size)\n{{")
+    printer.indented(program.body)
+    printer.line(f"    return {printer.operand(program.outputs[0].values[0])};\n}}")
+    return printer.listing().text

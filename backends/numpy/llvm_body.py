@@ -19,6 +19,7 @@ from passgraph.backends.numpy.llvm_names import PLANE_ARGUMENTS, VARYINGS, argum
 from passgraph.backends.numpy.llvm_ops import F32, F64, HELD, I32, I64, TYPES
 from passgraph.backends.numpy.program_body import ProgramBody, counter, index_of
 from passgraph.language import scalar as s
+from passgraph.language.borders import BORDERS
 
 
 def body_intrinsic(program: s.ScalarProgram, apart: bool = False, varyings: tuple[str, ...] = ()) -> Any:
@@ -179,7 +180,7 @@ class Body(ProgramBody):
         width, height = (b.trunc(self.given[f"im{number}_{axis}"], I32) for axis in "wh")
         inner_x, inner_y = border(b, i.border, x, width), border(b, i.border, y, height)
         outside = None
-        if i.border == "zero":
+        if BORDERS[i.border].blank:
             outside = b.or_(b.icmp_signed("!=", inner_x, x), b.icmp_signed("!=", inner_y, y))
         at = b.mul(b.sext(b.add(b.mul(inner_y, width), inner_x), I64), channels)
         for channel, value in enumerate(i.to):

@@ -46,8 +46,6 @@ MUTANTS = (
         '"less": lambda b, x, y: b.icmp_unsigned("<", x, y)',
         "operations/less",
     ),
-    _n("lanes", "last = b.sub(size, one)", "last = size", *PICTURES),
-    _n("lanes", "back = b.sub(b.sub(twice, one), m)", "back = b.sub(twice, m)", *PICTURES),
     _n(
         "lanes",
         "ir.Constant(I32, 0)), b.add(rest, size), rest)\n    kind",

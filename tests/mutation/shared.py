@@ -7,6 +7,7 @@ from tests.mutation.mutant import Mutant
 PRINTING = "backends/printing.py"
 OPERATIONS = "passgraph/language/operations.py"
 PRELUDE = "passgraph/language/prelude.py"
+BORDERS = "passgraph/language/borders.py"
 BLENDING = "passgraph/plan/blending.py"
 
 
@@ -34,12 +35,18 @@ MUTANTS = (
     _blend('"sa": "1.0" if opaque', '"sa": "0.0" if opaque', "draws/blend"),
     _blend("_combined(blend.alpha_terms,", "_combined((blend.source, blend.destination, blend.equation),"),
     _blend("f'min(max({format_.low}, source), 1.0)'", "'source'", "draws/blend from beyond"),
+    # Border rules: what a picture padded by NumPy gives knows better
+    Mutant(BORDERS, '"i % size"', '"(i + 1) % size"', "numpy", ("language/a wide neighbourhood, repeat",)),
+    Mutant(
+        BORDERS,
+        "2 * size - 1 - i % (2 * size)",
+        "2 * size - 2 - i % (2 * size)",
+        "opencl",
+        ("language/a wide neighbourhood, mirror",),
+    ),
     # The printer
     Mutant(PRINTING, "? q - 1 : q;", "? q : q;", "gl", ("operations/floor_divide",)),
     Mutant(PRINTING, "? r + b : r;", "? r : r;", "opencl", ("operations/int_mod",)),
-    Mutant(PRINTING, "count - 1 - (-1 - i) % count", "count - (-1 - i) % count", "gl", ("pictures/rgba32f 7x5",)),
-    Mutant(PRINTING, "(i >= 0 ? i : -1 - i)", "(i >= 0 ? i : -i)", "gl", ("pictures/rgba32f 7x5",)),
-    Mutant(PRINTING, ": 2 * count - 1 - m;", ": 2 * count - 2 - m;", "opencl", ("pictures/rgba32f 7x5",)),
     Mutant(PRINTING, 'compare = "<" if', 'compare = "<=" if', "gl", ("language/",)),
     Mutant(
         PRINTING,
