@@ -20,6 +20,7 @@ from passgraph.backends.steps import quantised as quantised
 from passgraph.backends.turn import Turn, turn_of
 from passgraph.formats import Format
 from passgraph.geometry import Geometry
+from passgraph.language.borders import border_place as border_place
 from passgraph.plan.data import DrawStep, PixelStep
 from passgraph.plan.limits import Limits
 from passgraph.srgb import linear_to_srgb
@@ -198,20 +199,6 @@ def clear_colour(clear: tuple[float, ...], channels: int, srgb: bool) -> tuple[f
         return spread
     curve = linear_to_srgb(np.clip(np.array(spread[:3], np.float64), 0.0, 1.0))
     return *curve.tolist(), *spread[3:]
-
-
-def border_place(border: str, place: NDArray[np.int64], size: int) -> NDArray[np.int64]:
-    """Where along an axis of ``size`` texels a read finds its texel; ``"zero"`` reads 0 where that moves it.
-
-    >>> {rule: border_place(rule, np.arange(-2, 5), 3).tolist() for rule in ("clamp", "repeat", "mirror")}
-    {'clamp': [0, 0, 0, 1, 2, 2, 2], 'repeat': [1, 2, 0, 1, 2, 0, 1], 'mirror': [1, 0, 0, 1, 2, 2, 1]}
-    """
-    if border == "repeat":
-        return place % size
-    if border == "mirror":
-        folded = place % (2 * size)
-        return np.minimum(folded, 2 * size - 1 - folded)
-    return np.clip(place, 0, size - 1)
 
 
 #: Mesh attribute → (array name, components), in the order of passgraph.language.signature.VERTEX_FIELDS.

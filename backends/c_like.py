@@ -26,20 +26,6 @@ int pg_int_mod(int a, int b)
     return r != 0 && (r < 0) != (b < 0) ? r + b : r;
 }
 """
-REPEAT = """
-int pg_repeat(int i, int count)
-{
-    return i >= 0 ? i % count : count - 1 - (-1 - i) % count;
-}
-"""
-#: Mirrored at the outer edge: -1 is 0 and ``count`` is ``count - 1``.
-MIRROR = """
-int pg_mirror(int i, int count)
-{
-    int m = (i >= 0 ? i : -1 - i) % (2 * count);
-    return m < count ? m : 2 * count - 1 - m;
-}
-"""
 
 _NUMBERS = {
     "min": "({1} < {0} ? {1} : {0})", "max": "({0} < {1} ? {1} : {0})",

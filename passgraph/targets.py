@@ -13,9 +13,9 @@ from passgraph.draw_state import DrawState
 from passgraph.errors import GraphError
 from passgraph.formats import Format, format_named
 from passgraph.geometry import Geometry
+from passgraph.language.borders import BORDERS
 from passgraph.language.kernel import Kernel
 
-BORDERS = ("clamp", "zero", "repeat", "mirror")
 #: Largest side of a target, in pixels: what GL 3.3 hardware offers in practice.
 MAX_SIDE = 1 << 15
 #: Largest number of an output among those of its pass: structs have no more fields.

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import ClassVar
 
 from passgraph.backends.base import ATTRIBUTES
@@ -16,6 +17,7 @@ from passgraph.backends.gl.foreseen import foreseen_values
 from passgraph.backends.gl.glsl_functions import FUNCTIONS, SPELLED
 from passgraph.backends.printing import Listing
 from passgraph.language import scalar as s
+from passgraph.language.borders import BORDERS, border_program
 
 #: Drivers may reorder float arithmetic unless values are ``precise``, which 3.30 has through an extension.
 HEADER = """#version 330 core
@@ -54,6 +56,7 @@ class Names:
 
 
 NAMES = {
+    "border": Names("", "", ""),
     "pixel": Names("pg_floats", "pg_ints", "pg_image"),
     "vertex": Names("pg_vertex_floats", "pg_vertex_ints", "pg_vertex_image"),
     "fragment": Names("pg_floats", "pg_ints", "pg_image"),
@@ -101,6 +104,8 @@ class GLSL(CLike):
         return f"{name}[{index} >> 2][{index} & 3]"
 
     def builtin(self, name: str) -> str:
+        if self.program.stage == "border":
+            return name
         head, _, rest = name.partition(".")
         if head == "pixel":
             return f"{self._pixel()}.{LETTERS[int(rest)]}"
@@ -169,14 +174,15 @@ class GLSL(CLike):
         if load.relative and max(map(abs, use.x if axis == "x" else use.y)) > FARTHEST_TEXEL:
             known, text = None, self._within(load.border, text, count)
         whole = f"{self._pixel()}.{axis} + {text}" if load.relative else text
-        if load.border in ("repeat", "mirror"):
-            return f"(float(pg_{load.border}({whole}, {count})) + 0.5) * {width}", []
+        rule = BORDERS[load.border]
+        if not rule.is_nearest:
+            return f"(float(pg_border_{load.border}({whole}, {count})) + 0.5) * {width}", []
         # Drivers make an int of the place before they clamp it; what is too large for one comes out at the other edge.
         number = f"float(min({text}, {FARTHEST_TEXEL}))" if known is None else self.float_literal(known)
         place = f"({number} + 0.5) * {width}"
         if load.relative:
             place = f"{self._here(load.image)}.{axis} + {number} * {width}"
-        if load.border == "clamp":
+        if not rule.blank:
             return place, []
         if known is None:
             # as unsigned, what is below 0 is above all counts
@@ -187,9 +193,8 @@ class GLSL(CLike):
     @staticmethod
     def _within(border: str, offset: str, count: str) -> str:
         """An offset that leads to the same texel and whose sum with a pixel stays within int."""
-        if border in ("repeat", "mirror"):
-            return f"pg_repeat({offset}, {count}{' * 2' if border == 'mirror' else ''})"
-        return f"clamp({offset}, -{count}, {count})"
+        far = f"2 * {count}"
+        return f"pg_int_mod({offset}, {far})" if BORDERS[border].periodic else f"clamp({offset}, -{far}, {far})"
 
     def _here(self, image: str) -> str:
         """The centre of this pixel in texture coordinates of an image that is as large as the target."""
@@ -223,7 +228,7 @@ class GLSL(CLike):
         self.depth = 0
         self.line("}")
         declared = "".join(f"\n    {text}" for text in self.declarations.values())
-        parts = [HEADER, *self.interface(), self.called(FUNCTIONS), f"void main()\n{{{declared}"]
+        parts = [HEADER, *self.interface(), self.called(functions()), f"void main()\n{{{declared}"]
         self.front("\n".join(part for part in parts if part))
         return self.listing()
 
@@ -281,3 +286,20 @@ def _vec4(values: Sequence[str], missing: tuple[str, ...]) -> str:
 def varying_place(index: int) -> str:
     """Where the scalar varying of this number travels."""
     return f"pg_varying{index // 4}.{LETTERS[index % 4]}"
+
+
+@cache
+def functions() -> dict[str, str]:
+    """Every helper function by its name; rules of borders that hardware has not call others."""
+    rules = [rule for rule, border in BORDERS.items() if not border.is_nearest]
+    return FUNCTIONS | {f"pg_border_{rule}": _border_function(rule) for rule in rules}
+
+
+def _border_function(rule: str) -> str:
+    """``pg_border_RULE``: a column or row brought inside."""
+    program = border_program(rule)
+    printer = GLSL(program)
+    printer.line(f"int pg_border_{rule}(int i, int size)\n{{")
+    printer.indented(program.body)
+    printer.line(f"    return {printer.operand(program.outputs[0].values[0])};\n}}")
+    return printer.listing().text

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from passgraph.backends.c_like import FLOOR_DIVIDE, INT_MOD, MIRROR, REPEAT, spelled
+from passgraph.backends.c_like import FLOOR_DIVIDE, INT_MOD, spelled
 
 #: Type of the arguments → operation → its expression.
 SPELLED = spelled({
@@ -35,6 +35,4 @@ int pg_to_int(float x)
 """,
     "pg_floor_divide": FLOOR_DIVIDE,
     "pg_int_mod": INT_MOD,
-    "pg_repeat": REPEAT,
-    "pg_mirror": MIRROR,
 }

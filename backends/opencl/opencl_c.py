@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cache
 from importlib import resources
 from typing import ClassVar
 
-from passgraph.backends.c_like import FLOOR_DIVIDE, INT_MOD, MIRROR, REPEAT, CLike, spelled
+from passgraph.backends.c_like import FLOOR_DIVIDE, INT_MOD, CLike, spelled
 from passgraph.backends.opencl.storage import ImageLayout
 from passgraph.backends.printing import Listing
 from passgraph.formats import Format
 from passgraph.language import scalar as s
+from passgraph.language.borders import BORDERS, border_program
 from passgraph.language.source import NOWHERE, Span
 
 #: What a channel of a format holds (`Format.number`) → how buffers hold it.
@@ -31,8 +33,6 @@ SPELLED = spelled({
 FUNCTIONS = {
     "pg_floor_divide": FLOOR_DIVIDE,
     "pg_int_mod": INT_MOD,
-    "pg_repeat": REPEAT,
-    "pg_mirror": MIRROR,
 }
 
 
@@ -64,11 +64,10 @@ def within(border: str, offset: int, count: int) -> int:
     """An offset of at most twice the picture's side that leads from each of its pixels to the same texel.
 
     >>> within("clamp", -(2**31), 64), within("repeat", 2**31 - 1, 64), within("mirror", -(2**31), 5)
-    (-64, 63, 2)
+    (-128, 127, 2)
     """
-    if border in ("repeat", "mirror"):
-        return offset % (count if border == "repeat" else 2 * count)
-    return min(max(offset, -count), count)
+    far = 2 * count
+    return offset % far if BORDERS[border].periodic else min(max(offset, -far), far)
 
 
 def join(*parts: Listing | str) -> Listing:
@@ -85,7 +84,9 @@ def join(*parts: Listing | str) -> Listing:
 def prologue(constant_uniforms: bool) -> str:
     """What every source begins with."""
     space = "__constant" if constant_uniforms else "__global const"
-    functions = "".join(FUNCTIONS.values())
+    functions = "".join(
+        [*FUNCTIONS.values(), *(border_function(rule) for rule in BORDERS if not BORDERS[rule].is_nearest)]
+    )
     return f"#define PG_UNIFORMS {space}\n{package_text('helpers.cl')}{functions}"
 
 
@@ -139,7 +140,7 @@ class OpenCLPrinter(CLike):
         self.indices += 1
         index, here = f"i{self.indices}", f"h{self.indices}"
         width, height = layout.size
-        if not inside and load.border == "zero":
+        if not inside and BORDERS[load.border].blank:
             self.line(f"bool {here} = {x} >= 0 && {x} < {width} && {y} >= 0 && {y} < {height};")
         if not inside:
             x, y = self._bordered(load.border, x, width), self._bordered(load.border, y, height)
@@ -150,7 +151,7 @@ class OpenCLPrinter(CLike):
             if value is None:
                 continue
             texel = load_expression(layout.format, buffer, f"{index} + {channel}" if channel else index)
-            if not inside and load.border == "zero":
+            if not inside and BORDERS[load.border].blank:
                 texel = f"({here} ? {texel} : 0.0f)"
             self.value(value, texel)
 
@@ -162,10 +163,11 @@ class OpenCLPrinter(CLike):
         if isinstance(offset, s.Lit):
             number = within(load.border, int(offset.value), count) if far else int(offset.value)
             return name if number == 0 else f"({name} {'+' if number > 0 else '-'} {abs(number)})"
-        if far and load.border in ("repeat", "mirror"):
-            period = count if load.border == "repeat" else 2 * count
-            return f"({name} + pg_repeat({self.operand(offset)}, {period}))"
-        return f"({name} + {f'clamp({self.operand(offset)}, -{count}, {count})' if far else self.operand(offset)})"
+        moved = self.operand(offset)
+        if far:
+            periodic = BORDERS[load.border].periodic
+            moved = f"pg_int_mod({moved}, {2 * count})" if periodic else f"clamp({moved}, -{2 * count}, {2 * count})"
+        return f"({name} + {moved})"
 
     @staticmethod
     def _here(load: s.LoadTexel) -> bool:
@@ -173,11 +175,9 @@ class OpenCLPrinter(CLike):
 
     @staticmethod
     def _bordered(border: str, position: str, count: int) -> str:
-        if border == "repeat":
-            return f"pg_repeat({position}, {count})"
-        if border == "mirror":
-            return f"pg_mirror({position}, {count})"
-        return f"clamp({position}, 0, {count - 1})"
+        if BORDERS[border].is_nearest:
+            return f"clamp({position}, 0, {count - 1})"
+        return f"pg_border_{border}({position}, {count})"
 
     def open(self, head: str) -> None:
         """Tables, then the function's head and variables."""
@@ -193,3 +193,14 @@ class OpenCLPrinter(CLike):
         self.depth -= 1
         self.line("}")
         return self.listing()
+
+
+@cache
+def border_function(rule: str) -> str:
+    """``pg_border_RULE``: a column or row brought inside."""
+    program = border_program(rule)
+    printer = OpenCLPrinter(program, {"i": "i", "size": "size"})
+    printer.open(f"int pg_border_{rule}(int i, int size)")
+    printer.block(program.body)
+    printer.line(f"return {printer.operand(program.outputs[0].values[0])};")
+    return printer.close().text

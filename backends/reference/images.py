@@ -2,33 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.reference.storage import Float32, decode_srgb
+from passgraph.language.borders import BORDERS, border_place
 from passgraph.language.lower import ImageFacts
 
 Ints = NDArray[np.int64]
 
 #: What the channels that a picture lacks read as.
 MISSING = (0.0, 0.0, 0.0, 1.0)
-
-
-def _mirror(i: Ints, size: int) -> Ints:
-    m = i % (2 * size)
-    return np.minimum(m, 2 * size - 1 - m)
-
-
-#: Border rule → the coordinate inside that a coordinate reads.  "zero" reads any and is blanked afterwards.
-_INSIDE: dict[str, Callable[[Ints, int], Ints]] = {
-    "clamp": lambda i, size: np.clip(i, 0, size - 1),
-    "zero": lambda i, size: np.clip(i, 0, size - 1),
-    "repeat": lambda i, size: i % size,
-    "mirror": _mirror,
-}
 
 
 class SampledImage:
@@ -45,12 +31,11 @@ class SampledImage:
 
     def fetch(self, x: Ints, y: Ints) -> NDArray[np.float64]:
         """Texels at integer positions, (lanes, 4) float64."""
-        inside = _INSIDE[self.border]
-        place = inside(y, self.height) * self.width + inside(x, self.width)
+        place = border_place(self.border, y, self.height) * self.width + border_place(self.border, x, self.width)
         result = np.empty((len(place), 4), np.float64)
         result[:, : self.channels] = self.texels[place]
         result[:, self.channels :] = MISSING[self.channels :]
-        if self.border == "zero":
+        if BORDERS[self.border].blank:
             outside = (x < 0) | (x >= self.width) | (y < 0) | (y >= self.height)
             result[np.broadcast_to(outside, place.shape), : self.channels] = 0.0
         return result

@@ -264,7 +264,7 @@ def cases() -> Iterator[Case]:
     yield Case(GROUP, "identities", partial(_graph, IDENTITIES), (64, 8), (_specials(),))
     yield Case(GROUP, "written zeros", partial(_graph, ZEROS), (64, 8), (_specials(),), most_ambiguous=0.3)
     yield Case(GROUP, "unrolled zeros", partial(_graph, UNROLLED_ZEROS), (64, 8), (_specials(),), most_ambiguous=0.3)
-    for border in ("clamp", "zero", "repeat", "mirror"):
+    for border in PADS:
         frames = ({"color": whole(WIDE)},)
         exact = {"result0": _blur(whole(WIDE), border)}
         yield Case(GROUP, f"a wide neighbourhood, {border}", partial(_wide, border), WIDE, frames, exact=exact)
@@ -339,6 +339,10 @@ def run(color: Image) -> vec4:
 """
 
 
+#: Border rule → the same as padding.
+PADS = {"clamp": "edge", "zero": "constant", "repeat": "wrap", "mirror": "symmetric"}
+
+
 def _wide(border: str) -> Mapping[str, pg.Target]:
     kernel = pg.kernel(source=WIDE_TEXT)
     return {"result0": kernel(pg.Input("color").border(border), into=pg.target("result0", "rgba32f"))}
@@ -346,8 +350,7 @@ def _wide(border: str) -> Mapping[str, pg.Target]:
 
 def _blur(a: Picture, border: str) -> Picture:
     """WIDE_TEXT with a border as padding."""
-    mode = {"clamp": "edge", "zero": "constant", "repeat": "wrap", "mirror": "symmetric"}[border]
-    padded = np.pad(a, ((3, 3), (3, 3), (0, 0)), mode)  # type: ignore[call-overload]
+    padded = np.pad(a, ((3, 3), (3, 3), (0, 0)), PADS[border])  # type: ignore[call-overload]
 
     def at(dx: int, dy: int) -> NDArray[Any]:
         moved: NDArray[Any] = padded[3 + dy : 3 + dy + a.shape[0], 3 + dx : 3 + dx + a.shape[1]]

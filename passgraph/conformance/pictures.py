@@ -8,7 +8,7 @@ from functools import partial
 import passgraph as pg
 from passgraph.conformance.case import Case, values
 from passgraph.formats import FORMATS, Format
-from passgraph.targets import BORDERS
+from passgraph.language.borders import BORDERS
 
 GROUP = "pictures"
 #: One pixel, odd sides, one column, one row, and more than a tile of 64 either way.

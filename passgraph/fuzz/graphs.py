@@ -19,6 +19,7 @@ from passgraph.formats import format_named
 from passgraph.fuzz.cases import EXACT, Case, Tally, judged, same_bits
 from passgraph.fuzz.pictures import Picture, unit
 from passgraph.graph import kernel
+from passgraph.language.borders import BORDERS
 from passgraph.language.kernel import Kernel, kernel_from_text
 from passgraph.plan.data import Options
 from passgraph.program import compile as compile_graph
@@ -29,7 +30,6 @@ from passgraph.values import Value
 SIZES = ((12, 9), (6, 5))
 #: Small enough for a random graph, and of every kind: float, half, unorm of 8 and 16 bits, encoded.
 FORMATS = ("rgba32f", "rgba16f", "rgba8", "rgba16", "rgba8_srgb")
-BORDERS = ("clamp", "zero", "repeat", "mirror")
 OPTIMISATIONS = ("cull", "fuse", "order", "alias", "static", "simplify")
 OPERATIONS = ("copy", "left", "add", "gain", "curve", "either", "pair", "zoom", "draw", "history", "blur")
 
@@ -141,7 +141,7 @@ def graphs(draw: st.DrawFn, most: int = 10) -> Case:
     """Two to ten passes and one to three outputs: a case of kind ``graph``."""
     step = st.tuples(
         st.sampled_from(OPERATIONS), st.integers(0, 3), st.integers(0, 9), st.integers(0, 1),
-        st.sampled_from(FORMATS), st.booleans(), st.sampled_from(BORDERS),
+        st.sampled_from(FORMATS), st.booleans(), st.sampled_from(tuple(BORDERS)),
     )  # fmt: skip
     steps = draw(st.lists(step.map(list), min_size=2, max_size=most))
     outputs = draw(st.lists(st.integers(0, most), max_size=2))

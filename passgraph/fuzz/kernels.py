@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from passgraph.fuzz.expressions import Expressions, Features
 from passgraph.fuzz.pictures import SIDE
+from passgraph.language.borders import BORDERS
 
 #: Declarations that a kernel may use; those that it does not name are left out of its text.
 DECLARATIONS = {
@@ -37,7 +38,6 @@ PARAMETERS: dict[str, tuple[str, Any]] = {
     "across": ("Const[bool]", True),
 }
 FORMATS = ("rgba32f", "rgba16f", "rgba8", "rgba16", "rgba8_srgb")
-BORDERS = ("clamp", "zero", "repeat", "mirror")
 
 
 class Writer(Expressions):
@@ -170,7 +170,7 @@ def kernels(draw: st.DrawFn, features: Features | None = None, side: int = SIDE)
         "kind": "kernel",
         "text": draw(kernel_texts(features)),
         "format": draw(st.sampled_from(FORMATS)),
-        "border": draw(st.sampled_from(BORDERS)),
+        "border": draw(st.sampled_from(tuple(BORDERS))),
         "special": draw(st.booleans()),
         "seed": draw(st.integers(0, 3)),
         "side": side,

@@ -197,7 +197,7 @@ class Continue:
 
 Stmt: TypeAlias = Assign | If | For | Break | Continue
 
-Stage: TypeAlias = OneOf["pixel", "vertex", "fragment", "blend", "function"]
+Stage: TypeAlias = OneOf["pixel", "vertex", "fragment", "blend", "border", "function"]
 
 
 @dataclass(frozen=True, slots=True)

@@ -103,8 +103,8 @@ def _parameter_part(parameter: ir.Parameter, stage: ir.Stage) -> Part:
         return StructValue(VERTEX, dict(fields))
     if stage == "fragment" and isinstance(parameter.type, Struct):
         return _varyings(parameter.type, "varying", parameter.span)
-    if stage == "blend":
-        assert isinstance(parameter.type, Vector)  # the texts are our own
+    if stage in ("blend", "border"):
+        assert isinstance(parameter.type, (Scalar, Vector))  # the texts are our own
         return ir.Builtin(parameter.type, parameter.name, parameter.span)
     return _uniform(parameter.type, parameter.name, parameter.const, parameter.span)
 
@@ -135,8 +135,8 @@ def _results(variable: Variable, name: str = "") -> Iterable[ir.Result]:
 
 
 def _check_result(function: FunctionSource, stage: ir.Stage, result: Type, span: Span) -> None:
-    if stage == "function":
-        return  # the prelude's, of ints too
+    if stage in ("function", "border"):
+        return  # our own, of ints too
     members: tuple[tuple[str, Type], ...]
     if isinstance(result, Struct):
         members = result.fields

@@ -76,7 +76,7 @@ def test_a_value_compared_with_itself_asks_for_nan_by_its_bits() -> None:
 
 def test_only_called_functions_are_printed() -> None:
     text = shader("def one(color: Image) -> float: return float(int(color[0, 0].r))")
-    assert "int pg_to_int" in text and "bool pg_isnan" in text and "pg_mirror" not in text
+    assert "int pg_to_int" in text and "bool pg_isnan" in text and "pg_border_mirror" not in text
 
 
 def test_uniform_blocks_are_declared_only_when_used() -> None:

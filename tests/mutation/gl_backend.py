@@ -62,8 +62,8 @@ MUTANTS = (
     ),
     _g(
         "glsl",
-        'if load.border in ("repeat", "mirror"):',
-        'if load.border in ("repeat", "mirror") and not load.relative:',
+        "if not rule.is_nearest:",
+        "if not rule.is_nearest and not load.relative:",
         *PICTURES,
     ),
     _g(

@@ -53,8 +53,6 @@ MUTANTS = (
         '"less": lambda b, x, y: b.icmp_unsigned("<", x, y)',
         "operations/less",
     ),
-    _n("vector/lanes", "last = b.sub(size, one)", "last = size", *PICTURES),
-    _n("vector/lanes", "back = b.sub(b.sub(twice, one), m)", "back = b.sub(twice, m)", *PICTURES),
     _n(
         "vector/lanes",
         "ir.Constant(I32, 0)), b.add(rest, size), rest)\n    kind",

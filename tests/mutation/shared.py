@@ -8,6 +8,7 @@ PRINTING = "backends/printing.py"
 C_LIKE = "backends/c_like.py"
 GLSL, OPENCL_C = "backends/gl/glsl_functions.py", "backends/opencl/opencl_c.py"
 PRELUDE = "passgraph/language/prelude.py"
+BORDERS = "passgraph/language/borders.py"
 BLENDING = "passgraph/plan/blending.py"
 
 
@@ -35,12 +36,18 @@ MUTANTS = (
     _blend('"sa": "1.0" if opaque', '"sa": "0.0" if opaque', "draws/blend"),
     _blend("_combined(blend.alpha_terms,", "_combined((blend.source, blend.destination, blend.equation),"),
     _blend("f'min(max({format_.low}, source), 1.0)'", "'source'", "draws/blend from beyond"),
+    # Border rules: what a picture padded by NumPy gives knows better
+    Mutant(BORDERS, '"i % size"', '"(i + 1) % size"', "numpy", ("language/a wide neighbourhood, repeat",)),
+    Mutant(
+        BORDERS,
+        "2 * size - 1 - i % (2 * size)",
+        "2 * size - 2 - i % (2 * size)",
+        "opencl",
+        ("language/a wide neighbourhood, mirror",),
+    ),
     # The printer
     Mutant(C_LIKE, "? q - 1 : q;", "? q : q;", "gl", ("operations/floor_divide",)),
     Mutant(C_LIKE, "? r + b : r;", "? r : r;", "opencl", ("operations/int_mod",)),
-    Mutant(C_LIKE, "count - 1 - (-1 - i) % count", "count - (-1 - i) % count", "gl", ("pictures/rgba32f 7x5",)),
-    Mutant(C_LIKE, "(i >= 0 ? i : -1 - i)", "(i >= 0 ? i : -i)", "gl", ("pictures/rgba32f 7x5",)),
-    Mutant(C_LIKE, ": 2 * count - 1 - m;", ": 2 * count - 2 - m;", "opencl", ("pictures/rgba32f 7x5",)),
     Mutant(PRINTING, '"<" if i.step > 0', '"<=" if i.step > 0', "gl", ("language/",)),
     Mutant(
         PRINTING,

@@ -15,6 +15,7 @@ import llvmlite
 import llvmlite.binding as llvm
 
 from passgraph.disk_cache import recall, remember, text_digest
+from passgraph.language import borders
 
 #: Held by whoever compiles or loads: LLVM's engine and what numba knows are one for the process, made once.
 _compiling = threading.RLock()
@@ -65,7 +66,9 @@ def function_address(parts: tuple[str, ...], emit: Callable[[str], str]) -> int:
 
 def _address(parts: tuple[str, ...], emit: Callable[[str], str]) -> int:
     _, cpu, features = _machine()
-    told = (text_digest(Path(__file__).parents[1]), llvmlite.__version__, cpu, features, *parts)
+    # Border rules come from the language's own text, beside the programs among the parts.
+    texts = (text_digest(Path(__file__).parents[1]), text_digest(Path(borders.__file__).parent))
+    told = (*texts, llvmlite.__version__, cpu, features, *parts)
     key = hashlib.sha256("\0".join(told).encode()).hexdigest()[:40]
     if key not in _loaded:
         name = f"pg_{key}"

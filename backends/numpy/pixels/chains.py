@@ -12,13 +12,12 @@ from dataclasses import dataclass
 
 from passgraph.backends.numpy.pixels.near import Margin, near_images, reach
 from passgraph.language import scalar as s
+from passgraph.language.borders import BORDERS
 from passgraph.plan.data import PixelStep
 
 #: Rings of one thread take at most this, half of the level-2 cache of common cores; rows that the last stage makes at
 #: once come on top.
 RING_BYTES = 512 * 1024
-#: Rules that never lead out of the rows and columns kept: texels outside are those at the edge, or nothing.
-NEAR_BORDERS = ("clamp", "zero")
 #: Narrower columns of pieces spend more on beginning and ending rows than a ring saves.
 MIN_COLUMNS = 64
 #: A piece is at least so many times as large as what must be computed again around it, in each direction.
@@ -74,7 +73,8 @@ def _near(program: s.ScalarProgram, use: s.ImageUse) -> bool:
     if use.absolute or (use.relative and use not in near_images(program)):
         return False
     loads = (i for i in s.walk(program.body) if isinstance(i, s.LoadTexel) and i.image == use.name)
-    return all(load.border in NEAR_BORDERS for load in loads)
+    # Other rules lead out of the rows and columns kept.
+    return all(BORDERS[load.border].is_nearest for load in loads)
 
 
 def pitch(stage: Stage, tile: int) -> int:

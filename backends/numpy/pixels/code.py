@@ -21,6 +21,7 @@ from passgraph.backends.numpy.vector.lanes import Lanes, border, counting
 from passgraph.backends.numpy.vector.operations import BOOL, F32, I32, I64
 from passgraph.backends.numpy.vector.texels import neighbours
 from passgraph.language import scalar as s
+from passgraph.language.borders import BORDERS
 
 POINTER = ir.PointerType()
 
@@ -187,7 +188,7 @@ class StageRows:
         else:
             ring, first = memory[f"im{n}_{view.image}"], b.mul(inner, memory["width"])
         row = b.gep(ring, [b.mul(first, number(view.channels))], False, source_etype=F32)
-        return b.select(inside, row, memory["zeros"]) if view.border == "zero" else row
+        return b.select(inside, row, memory["zeros"]) if BORDERS[view.border].blank else row
 
     def _point(self, at: int, begin: Any, end: Any, is_middle: Any) -> None:
         """Let a view's table lead to its rows, or at a row's end to copies of what is read there."""
@@ -215,7 +216,7 @@ class StageRows:
         inner = b.sext(border(b, view.border, b.trunc(x, I32), b.trunc(self.memory["width"], I32)), I64)
         for channel in range(view.channels):
             value = b.load_at(row, b.add(b.mul(inner, channels), number(channel)), F32)
-            if view.border == "zero":
+            if BORDERS[view.border].blank:
                 value = b.select(b.icmp_signed("==", inner, x), value, ir.Constant(F32, 0.0))
             place = b.add(b.mul(i, channels), number(channel))
             b.plain.store(value, b.gep(strip, [place], True, source_etype=F32), align=4)

@@ -11,6 +11,7 @@ from passgraph.backends.numpy.pixels.chains import Stage
 from passgraph.backends.numpy.pixels.channels import single_channel
 from passgraph.backends.numpy.pixels.near import Margin, near_images, reach
 from passgraph.language import scalar as s
+from passgraph.language.borders import BORDERS
 
 #: Instructions that one turn of the loop may have where it makes several rows or vectors at once.
 MAX_AT_ONCE = 400
@@ -189,7 +190,7 @@ class Layout:
     @property
     def zeros(self) -> int:
         """Numbers of a row of zeros for where nothing is, if one is needed."""
-        counts = [v.channels for stage in self.stages for v in stage.views if v.border == "zero"]
+        counts = [v.channels for stage in self.stages for v in stage.views if BORDERS[v.border].blank]
         return max(counts, default=0) * self.stages[-1].stage.step.size[0]
 
     def ring_rows(self, number: int) -> int:

@@ -15,6 +15,7 @@ from passgraph.backends.numpy.vector.operations import BOOL, F32, HELD, I8, I32,
 from passgraph.backends.numpy.vector.texels import scattered
 from passgraph.backends.numpy.vector.windows import Window, windows_of
 from passgraph.language import scalar as s
+from passgraph.language.borders import BORDERS
 
 #: Branches with more instructions than this, or with loops, are jumped over where no lane takes them.
 MAX_UNCONDITIONAL = 12
@@ -177,7 +178,7 @@ class LaneBody:
             y = b.add(self.given["pixel.1"], offset_within(b, i.border, y, height))
         inner_x, inner_y = border(b, i.border, x, width), border(b, i.border, y, height)
         outside = None
-        if i.border == "zero":
+        if BORDERS[i.border].blank:
             outside = b.or_(b.icmp_signed("!=", inner_x, x), b.icmp_signed("!=", inner_y, y))
         pixel = b.add(b.mul(inner_y, width), inner_x)
         self.keep(i, self._channels(number, pixel, [c for c, value in enumerate(i.to) if value is not None]), outside)
@@ -205,7 +206,7 @@ class LaneBody:
             at = b.add(x, ir.Constant(I32, offset))
             inner_x = border(b, first.border, at, width)
             (loaded,) = scattered(b, picture, b.add(row, inner_x), 1, [0], rarely=True)
-            if first.border == "zero":
+            if BORDERS[first.border].blank:
                 loaded = b.select(b.icmp_signed("!=", inner_x, at), ir.Constant(F32, 0.0), loaded)
             others.append(loaded)
         b.branch(behind)
@@ -214,7 +215,7 @@ class LaneBody:
         for phi, *values in zip(either, found, others, strict=True):
             for value, block in zip(values, (together, apart), strict=True):
                 phi.add_incoming(value, block)
-        outside = b.icmp_signed("!=", inner_y, y) if first.border == "zero" else None
+        outside = b.icmp_signed("!=", inner_y, y) if BORDERS[first.border].blank else None
         for load, phi in zip(window.loads, either, strict=True):
             self.keep(load, [phi], outside)
 

@@ -16,6 +16,8 @@ from typing import Any
 from llvmlite import ir
 
 from passgraph.backends.numpy.vector.operations import BOOL, I32
+from passgraph.language import scalar as s
+from passgraph.language.borders import BORDERS, border_program
 
 _LETTERS = {"float": "f32", "double": "f64", "i32": "i32", "i64": "i64", "i8": "i8", "i1": "i1"}
 _ALIKE = ("fadd", "fsub", "fmul", "fdiv", "add", "sub", "mul", "sdiv", "srem", "shl", "ashr", "lshr",
@@ -228,25 +230,38 @@ def floor_modulo(b: Any, value: Any, size: Any) -> Any:
 
 def offset_within(b: Any, rule: str, offset: Any, size: Any) -> Any:
     """An offset that leads from a pixel of a picture to the same texel by the border rule, and never out of 32 bits."""
-    if rule == "repeat":
-        return b.sub(floor_modulo(b, offset, size), size)
-    if rule == "mirror":
-        return floor_modulo(b, offset, b.add(size, size))
-    back = b.sub(ir.Constant(I32, 0), size)
-    low = b.select(b.icmp_signed("<", offset, back), back, offset)
-    return b.select(b.icmp_signed(">", low, size), size, low)
+    far = b.add(size, size)
+    if BORDERS[rule].periodic:
+        return b.sub(floor_modulo(b, offset, far), far)
+    return _at_most(b, _at_least(b, offset, b.sub(ir.Constant(I32, 0), far)), far)
 
 
 def border(b: Any, rule: str, coordinate: Any, size: Any) -> Any:
     """A coordinate brought into range; the builder may be a plain one where nothing is a vector."""
-    zero, one = ir.Constant(I32, 0), ir.Constant(I32, 1)
-    last = b.sub(size, one)
-    if rule == "repeat":
-        return floor_modulo(b, coordinate, size)
-    if rule == "mirror":
-        twice = b.add(size, size)
-        m = floor_modulo(b, coordinate, twice)
-        back = b.sub(b.sub(twice, one), m)
-        return b.select(b.icmp_signed("<", back, m), back, m)
-    low = b.select(b.icmp_signed("<", coordinate, zero), zero, coordinate)
-    return b.select(b.icmp_signed(">", low, last), last, low)
+    program, values = border_program(rule), {"i": coordinate, "size": size}
+    made: dict[int, Any] = {}
+    for i in program.body:
+        if isinstance(i, s.LoadBuiltin):
+            made[i.to.id] = values[i.name]
+        else:
+            assert isinstance(i, s.Op)
+            arguments = [made[a.id] if isinstance(a, s.Val) else ir.Constant(I32, a.value) for a in i.arguments]
+            made[i.to.id] = _WHOLE[i.operation](b, *arguments)
+    place = program.outputs[0].values[0]
+    assert isinstance(place, s.Val)
+    return made[place.id]
+
+
+def _at_least(b: Any, value: Any, low: Any) -> Any:
+    return b.select(b.icmp_signed("<", value, low), low, value)
+
+
+def _at_most(b: Any, value: Any, high: Any) -> Any:
+    return b.select(b.icmp_signed(">", value, high), high, value)
+
+
+#: Operations that border rules are made of, for numbers and vectors of them.
+_WHOLE: dict[str, Callable[..., Any]] = {
+    "add": lambda b, x, y: b.add(x, y), "sub": lambda b, x, y: b.sub(x, y), "mul": lambda b, x, y: b.mul(x, y),
+    "neg": lambda b, x: b.sub(ir.Constant(I32, 0), x), "min": _at_most, "max": _at_least, "int_mod": floor_modulo,
+}  # fmt: skip

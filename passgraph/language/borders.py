@@ -1,0 +1,96 @@
+"""What reads outside of a picture find: the rules, one row each, in the kernel language.
+
+A rule is the same for columns and for rows.  Backends print its scalar program; what runs on the host computes it with
+the reference meaning of each operation.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.language import scalar as s
+
+_NEAREST = "min(max(i, 0), size - 1)"
+
+
+@dataclass(frozen=True, slots=True)
+class Border:
+    """Where along an axis of ``size`` texels a read of texel ``i``, any int, finds its texel.
+
+    ``place`` is an expression of the kernel language, of ``i`` and ``size``, without branches; it leaves texels inside
+    where they are and never leaves 32 bits.  ``periodic``: it is the same 2 · size texels on; else the same beyond
+    2 · size texels outside.  ``blank``: reads outside give 0 instead.
+    """
+
+    place: str
+    periodic: bool = False
+    blank: bool = False
+
+    @property
+    def is_nearest(self) -> bool:
+        """Whether texels outside are those at the edge, or nothing."""
+        return self.place == _NEAREST
+
+
+#: Name → rule; the first one holds where none is given.
+BORDERS = {
+    "clamp": Border(_NEAREST),
+    "zero": Border(_NEAREST, blank=True),
+    "repeat": Border("i % size", periodic=True),
+    # Mirrored at the outer edge: -1 is 0 and size is size - 1.
+    "mirror": Border("min(i % (2 * size), 2 * size - 1 - i % (2 * size))", periodic=True),
+}
+
+
+@cache
+def border_program(rule: str) -> s.ScalarProgram:
+    """A rule lowered: ints ``i`` and ``size`` are builtins, the place its only output; no branches.
+
+    >>> for instruction in border_program("repeat").body:
+    ...     print(instruction)
+    LoadBuiltin(to=%1, name='i')
+    LoadBuiltin(to=%2, name='size')
+    Op(to=%3, operation='int_mod', on='int', arguments=(%1, %2))
+    """
+    from passgraph.language.library import functions_of
+    from passgraph.language.lower import lower
+    from passgraph.language.parse import parse_kernel
+    from passgraph.language.source import Source
+
+    text = f"def place(i: int, size: int) -> int: return {BORDERS[rule].place}"
+    return lower(parse_kernel(functions_of(Source("<passgraph borders>", text))["place"], "border"))
+
+
+def border_place(rule: str, place: NDArray[np.int64] | int, size: int) -> NDArray[np.int64]:
+    """Where along an axis of ``size`` texels a read finds its texel; ``"zero"`` reads 0 where that moves it.
+
+    >>> {rule: border_place(rule, np.arange(-2, 5), 3).tolist() for rule in ("clamp", "repeat", "mirror")}
+    {'clamp': [0, 0, 0, 1, 2, 2, 2], 'repeat': [1, 2, 0, 1, 2, 0, 1], 'mirror': [1, 0, 0, 1, 2, 2, 1]}
+    """
+    # Nearer the same texel is found, and nothing leaves 32 bits.
+    far = 2 * size
+    near = np.asarray(place) % far if BORDERS[rule].periodic else np.clip(place, -far, far)
+    return np.asarray(computed(border_program(rule), {"i": near, "size": np.int64(size)}))
+
+
+def computed(program: s.ScalarProgram, given: dict[str, Any]) -> Any:
+    """The output of a straight program of ints, each operation by its reference meaning."""
+    from passgraph.language.operations import OPERATIONS
+
+    values: dict[int, Any] = {}
+
+    def value(operand: s.Operand) -> Any:
+        return values[operand.id] if isinstance(operand, s.Val) else np.int64(operand.value)
+
+    for i in program.body:
+        if isinstance(i, s.LoadBuiltin):
+            values[i.to.id] = given[i.name]
+        else:
+            assert isinstance(i, s.Op)
+            values[i.to.id] = OPERATIONS[i.operation].reference(*map(value, i.arguments))
+    return value(program.outputs[0].values[0])
