@@ -119,6 +119,6 @@ export PASSGRAPH_FAILED_STEPS=${PASSGRAPH_FAILED_STEPS#;}
 
 heading "pytest"
 status=0
-"$bin/python" -m pytest -n 2 -m "not slow" --durations=10 ${tests[@]+"${tests[@]}"} "$@" || status=$?
+"$bin/python" -m pytest -n 2 --dist worksteal -m "not slow" --durations=10 ${tests[@]+"${tests[@]}"} "$@" || status=$?
 if [ "$status" -eq 0 ] && [ ${#failed[@]} -gt 0 ]; then status=1; fi
 exit "$status"
