@@ -20,6 +20,10 @@ from pathlib import Path
 from typing import Any
 
 DOCS = Path(__file__).resolve().parent
+sys.path.insert(0, str(DOCS.parent))
+
+from tests.mutation.places import places
+
 PAGE, MUTANTS, RECORDS = DOCS / "conformance.md", DOCS / "mutants.json", DOCS / "conformance.json"
 INTEL = "libintelocl.so"
 #: Row of the table → backend.
@@ -112,11 +116,11 @@ def suite_table(reports: dict[str, dict[str, Any]]) -> str:
 
 def mutant_text(rows: list[dict[str, Any]]) -> str:
     """How many mistakes were caught, part by part, and which were not."""
-    current = [row for row in rows if row["outcome"] != "stale"]
+    current = [row for row in rows if row["outcome"] != "stale" and places(row["function"], row["old"])]
     mattering = [row for row in current if not row["harmless"]]
-    caught = Counter(_part(row["file"]) for row in mattering if row["outcome"])
-    planted = Counter(_part(row["file"]) for row in mattering)
-    harmless = Counter(_part(row["file"]) for row in current if row["harmless"])
+    caught = Counter(_part(row) for row in mattering if row["outcome"])
+    planted = Counter(_part(row) for row in mattering)
+    harmless = Counter(_part(row) for row in current if row["harmless"])
     lines = [
         f"{len(current)} mistakes (operations, rounding, borders, coverage rules, draw states, uploads, schedule)",
         "were planted, one at a time, and the suite was run on each: `python -m tests.mutation.run --json",
@@ -132,15 +136,17 @@ def mutant_text(rows: list[dict[str, Any]]) -> str:
     missed = [row for row in mattering if not row["outcome"]]
     lines += ["", "Not caught: " + ("none." if not missed else "")]
     lines += [
-        f"- `{row['file']}`, judged on {row['backend']}: {_shown(row['old'])} → {_shown(row['new'])}" for row in missed
+        f"- `{row['function']}`, judged on {row['backend']}: {_shown(row['old'])} → {_shown(row['new'])}"
+        for row in missed
     ]
     wrong = [row for row in current if row["harmless"] and row["outcome"]]
-    lines += [f"- said to be harmless, yet caught: `{row['file']}`: {_shown(row['old'])}" for row in wrong]
+    lines += [f"- said to be harmless, yet caught: `{row['function']}`: {_shown(row['old'])}" for row in wrong]
     return "\n".join(lines)
 
 
-def _part(file: str) -> str:
-    return next(part for part, heads in PARTS.items() if file.startswith(heads))
+def _part(row: dict[str, Any]) -> str:
+    (place,) = places(row["function"], row["old"])
+    return next(part for part, heads in PARTS.items() if place.file.startswith(heads))
 
 
 def _shown(text: str) -> str:

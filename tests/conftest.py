@@ -45,6 +45,14 @@ def require(name: str) -> None:
         pytest.skip(f"backend {name} is not here: {reason}")
 
 
+def present_devices() -> list[str]:
+    """Names of those that are here; one that is expected and missing fails."""
+    for name in DEVICES:
+        if name in expected_devices():
+            require(name)
+    return [name for name in DEVICES if not why_missing(name)]
+
+
 @pytest.fixture(params=DEVICES)
 def backend_name(request: pytest.FixtureRequest) -> str:
     """The name of each device backend, one test run apiece."""

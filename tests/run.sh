@@ -1,5 +1,8 @@
 #!/usr/bin/env bash
-# Formats, lints, type-checks and tests passgraph: bash tests/run.sh [arguments for pytest]
+# Formats, lints, type-checks and tests passgraph: bash tests/run.sh [--quick] [arguments for pytest]
+#
+#   --quick           between edits: the language, the plan, a case of each kind and effect on every backend, the
+#                     documentation's examples; everything else waits for the whole run
 #
 #   PYTHON            the interpreter to build the virtual environment with (default: python3, 3.11 or later)
 #   PASSGRAPH_VENV    where that environment is (default: .venv-tests in the checkout)
@@ -8,6 +11,13 @@
 # Every step runs, also after one has failed; the exit status is 0 only if all passed.
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
+
+tests=()
+if [ "${1-}" = --quick ]; then
+    shift
+    tests=(tests/language tests/plan tests/conformance/test_first_cases.py tests/test_layout.py tests/test_execution.py
+           tests/mutation/test_mutants.py::test_every_mistake_can_still_be_planted passgraph docs README.md)
+fi
 
 heading() { printf '\n=== %s\n' "$*"; }
 stop() {
@@ -109,6 +119,6 @@ export PASSGRAPH_FAILED_STEPS=${PASSGRAPH_FAILED_STEPS#;}
 
 heading "pytest"
 status=0
-"$bin/python" -m pytest -n 2 -m "not slow" "$@" || status=$?
+"$bin/python" -m pytest -n 2 --dist worksteal -m "not slow" --durations=10 ${tests[@]+"${tests[@]}"} "$@" || status=$?
 if [ "$status" -eq 0 ] && [ ${#failed[@]} -gt 0 ]; then status=1; fi
 exit "$status"

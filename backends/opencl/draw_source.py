@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from passgraph.backends.base import ATTRIBUTES, clear_colour
@@ -22,6 +22,8 @@ from passgraph.backends.printing import Listing
 from passgraph.language.scalar import ScalarProgram
 from passgraph.plan.data import DrawStep
 
+#: Ints that a triangle takes; raster.cl says which.
+TRIANGLE_INTS = 12
 CULL = {"none": 0, "back": 1, "front": 2}
 
 
@@ -35,23 +37,64 @@ class DrawLayouts:
     stencil: bool
 
 
-def draw_source(step: DrawStep, layouts: DrawLayouts, tile: int, *, serial: bool, constant: bool) -> Listing:
-    """The whole source; ``serial`` gives a tile to one work-item instead of a work-group."""
-    return join(
-        prologue(constant),
-        _defines(step, layouts, tile, serial),
-        _vertex(step),
-        package_text("raster.cl"),
-        _clear(step, layouts),
-        *_blends(step),
-        _shade(step, layouts),
-        package_text("pixels.cl"),
-    )
+def draw_sources(
+    step: DrawStep, layouts: DrawLayouts, tile: int, *, serial: bool, constant: bool
+) -> dict[tuple[str, ...], Listing]:
+    """Kernels → their source; ``serial`` gives a tile to one work-item instead of a work-group.
+
+    Three sources, since compilers take long: draws of one vertex kernel share the first, and of one size, culling and
+    number of varyings the second.
+    """
+    triangles = _defines(_triangle_rows(step, tile))
+    pixels = _defines(_pixel_rows(step, layouts, serial))
+    return {
+        ("pg_vertices",): join(prologue(constant), _vertex(step)),
+        ("pg_count", "pg_setup", "pg_scan", "pg_fill"): join(
+            prologue(True), triangles, _defines(_setup_rows(step)), package_text("raster.cl")
+        ),
+        ("pg_tiles",): join(
+            prologue(constant), triangles, pixels, _clear(step, layouts), *_blends(step), _shade(step, layouts),
+            package_text("pixels.cl"),
+        ),
+    }  # fmt: skip
 
 
-def _defines(step: DrawStep, layouts: DrawLayouts, tile: int, serial: bool) -> str:
+def triangle_floats(step: DrawStep) -> int:
+    """Floats that a triangle takes; raster.cl says which."""
+    return 8 + 3 * len(step.varyings)
+
+
+def _defines(rows: Mapping[str, object]) -> str:
+    return "".join(f"#define {name} {value}\n" for name, value in rows.items())
+
+
+def _triangle_rows(step: DrawStep, tile: int) -> dict[str, object]:
+    """What both who makes triangles and who draws them must know."""
     width, height = step.size
+    return {
+        "PG_WIDTH": width,
+        "PG_HEIGHT": height,
+        "PG_TILE": tile,
+        "PG_TILES_X": -(-width // tile),
+        "PG_TILES_Y": -(-height // tile),
+        "PG_INTS": TRIANGLE_INTS,
+        "PG_FLOATS": triangle_floats(step),
+    }
+
+
+def _setup_rows(step: DrawStep) -> dict[str, object]:
     factor, units = (OpenCLPrinter(step.vertex, {}).float_literal(n) for n in step.state.polygon_offset)
+    return {
+        "PG_SENT": len(step.varyings),
+        "PG_CULL": CULL[step.state.cull],
+        "PG_OFFSET": int(step.state.polygon_offset != (0.0, 0.0)),
+        "PG_OFFSET_FACTOR": factor,
+        "PG_OFFSET_UNITS": units,
+    }
+
+
+def _pixel_rows(step: DrawStep, layouts: DrawLayouts, serial: bool) -> dict[str, object]:
+    width, height = step.size
     fragment = step.fragment
     resources = [f"__global const {element(o.format)}* restrict image{i}" for i, o in enumerate(layouts.images)]
     resources += [f"__global {element(o.format)}* restrict out{i}" for i, o in enumerate(layouts.outputs)]
@@ -59,19 +102,9 @@ def _defines(step: DrawStep, layouts: DrawLayouts, tile: int, serial: bool) -> s
     resources += ["__global uchar* restrict stencils"] if layouts.stencil else []
     resources += ["PG_UNIFORMS float* restrict floats", "PG_UNIFORMS int* restrict ints"]
     names = [text.split()[-1] for text in resources]
-    # The raster kernels have parameters of these names of their own.
+    # pg_tiles has parameters of these names of its own.
     resources = [text.removesuffix(name) + f"pg_{name}" for text, name in zip(resources, names, strict=True)]
-    rows = {
-        "PG_WIDTH": width,
-        "PG_HEIGHT": height,
-        "PG_TILE": tile,
-        "PG_TILES_X": -(-width // tile),
-        "PG_TILES_Y": -(-height // tile),
-        "PG_SENT": len(step.varyings),
-        "PG_CULL": CULL[step.state.cull],
-        "PG_OFFSET": int(step.state.polygon_offset != (0.0, 0.0)),
-        "PG_OFFSET_FACTOR": factor,
-        "PG_OFFSET_UNITS": units,
+    return {
         "PG_DEPTH": int(layouts.depth),
         "PG_READS_DEPTH": int(fragment is not None and any(n == "fragment_depth" for n, _ in fragment.builtins)),
         "PG_SERIAL": int(serial),
@@ -81,7 +114,6 @@ def _defines(step: DrawStep, layouts: DrawLayouts, tile: int, serial: bool) -> s
         "PG_RESOURCES": ", ".join(resources).replace(" restrict ", " "),
         "PG_PASS": ", ".join(f"pg_{name}" for name in names),
     }
-    return "".join(f"#define {name} {value}\n" for name, value in rows.items())
 
 
 def _vertex(step: DrawStep) -> Listing:

@@ -1,4 +1,8 @@
-// Rules 4 to 7: which pixels of a tile a triangle covers, and what happens there.  Follows raster.cl.
+// Rules 4 to 7: which pixels of a tile a triangle of raster.cl covers, and what happens there.
+//
+// The host defines, before this text: PG_WIDTH, PG_HEIGHT, PG_TILE, PG_TILES_X, PG_INTS, PG_FLOATS, PG_DEPTH,
+// PG_READS_DEPTH, PG_SERIAL, PG_RESOURCES and PG_PASS (parameters and arguments: images, targets, depth, stencil,
+// uniforms), pg_clear_pixel() and pg_shade().
 
 // An edge from a to b at a pixel centre, positive inside; less one where the edge is neither top nor left, so
 // that covered means not negative.

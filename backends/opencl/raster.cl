@@ -1,14 +1,11 @@
 // Triangles into tiles, tiles into pixels; docs/rasterisation.md has the rules by number.
 //
 // The host defines, before this text: PG_WIDTH, PG_HEIGHT, PG_TILE, PG_TILES_X, PG_TILES_Y, PG_SENT (varyings),
-// PG_CULL (0 none, 1 back, 2 front), PG_OFFSET and its two numbers, and PG_RESOURCES and PG_PASS (parameters
-// and arguments: images, targets, depth, stencil, uniforms).  pixels.cl needs pg_clear_pixel() and pg_shade().
+// PG_CULL (0 none, 1 back, 2 front), PG_OFFSET and its two numbers, PG_INTS and PG_FLOATS.
 
 // A triangle in slot t: six window coordinates in 1/256 pixel, wound so that its area is positive;
-// the box of pixels that it can touch (x, X, y, Y; empty where x > X); whether it faces front.
-#define PG_INTS 12
-// Three depths, three 1/w relative to the largest, 1/area, polygon offset, then each varying's three values.
-#define PG_FLOATS (8 + 3 * PG_SENT)
+// the box of pixels that it can touch (x, X, y, Y; empty where x > X); whether it faces front: PG_INTS in all.
+// PG_FLOATS: three depths, three 1/w relative to the largest, 1/area, polygon offset, then each varying's three values.
 #define PG_CORNER (4 + PG_SENT)
 // A triangle cut by six planes has at most nine corners.
 #define PG_CORNERS 9

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from passgraph.backends.base import Block
-from passgraph.backends.opencl.draw_source import DrawLayouts, draw_source
+from passgraph.backends.opencl.draw_source import TRIANGLE_INTS, DrawLayouts, draw_sources, triangle_floats
 from passgraph.backends.opencl.storage import Storage
 from passgraph.backends.opencl.uniforms import Uniforms
 from passgraph.errors import BackendError
@@ -32,7 +32,6 @@ MAX_TABLE = 1 << 22
 GROUP = 64
 #: Slots and lists larger than this are made for parts of the mesh, one after the other.
 MAX_SCRATCH_BYTES = 1 << 28
-KERNELS = ("pg_vertices", "pg_count", "pg_setup", "pg_scan", "pg_fill", "pg_tiles")
 
 
 class DrawPassRunner:
@@ -84,10 +83,13 @@ class DrawPassRunner:
         )
         if layouts not in self.kernels:
             constant = self.vertex_uniforms.fits_constant() and self.fragment_uniforms.fits_constant()
-            source = draw_source(self.step, layouts, self.tile, serial=self.serial, constant=constant)
-            built = self.backend.programs.build(source, self.what)
-            with self.backend.reported(f"making the kernels of {self.what}"):
-                self.kernels[layouts] = {name: self.backend.cl.Kernel(built, name) for name in KERNELS}
+            made: dict[str, Any] = {}
+            sources = draw_sources(self.step, layouts, self.tile, serial=self.serial, constant=constant)
+            for names, source in sources.items():
+                built = self.backend.programs.build(source, self.what)
+                with self.backend.reported(f"making the kernels of {self.what}"):
+                    made |= {name: self.backend.cl.Kernel(built, name) for name in names}
+            self.kernels[layouts] = made
         return self.kernels[layouts]
 
     def _vertices(self, kernels: dict[str, Any], geometry: DeviceMesh) -> tuple[Any, Any]:
@@ -144,12 +146,12 @@ class Triangles:
         chunk = -(-count // chunks)
         span = np.int32(first), np.int32(count), np.int32(chunk), np.int32(chunks)
         starts, slots = self._starts(span, chunks)
-        floats = 8 + 3 * len(self.runner.step.varyings)
-        if slots * 4 * max(12, floats) > self.runner.max_scratch:
+        floats = triangle_floats(self.runner.step)
+        if slots * 4 * max(TRIANGLE_INTS, floats) > self.runner.max_scratch:
             self._halves(first, count)
             return
         buffers = (
-            self.backend.scratch_buffer("triangles", slots * 4 * 12),
+            self.backend.scratch_buffer("triangles", slots * 4 * TRIANGLE_INTS),
             self.backend.scratch_buffer("triangle values", slots * 4 * floats),
         )
         bins = self.backend.scratch_buffer("bins", 4 * chunks * self.tile_count)

@@ -7,7 +7,7 @@ import pytest
 
 import passgraph as pg
 from passgraph import Image, vec4
-from passgraph.language.operations import OPERATIONS
+from passgraph.compare import compare
 
 pytestmark = pytest.mark.gl
 PICTURE = np.random.default_rng(7).random((6, 9, 4), np.float32)
@@ -16,17 +16,21 @@ PICTURE = np.random.default_rng(7).random((6, 9, 4), np.float32)
 def run(
     source: str, backend: str = "gl", picture: np.ndarray = PICTURE, border: str = "clamp", **kernel: object
 ) -> np.ndarray:
-    made = pg.kernel(source=source)
-    channels = sum({"float": 1, "vec2": 2, "vec3": 3, "vec4": 4}[str(r.type)] for r in made.program.results)
-    into = pg.target("out", format=("r32f", "rg32f", "rgb32f", "rgba32f")[channels - 1])
-    target = made(pg.Input("color").border(border), into=into, **kernel)
-    with pg.compile(target, backend=backend, non_finite="keep") as program:
+    with pg.compile(output(source, border, **kernel), backend=backend, non_finite="keep") as program:
         return np.asarray(program(color=picture)["out"])
 
 
-def check(source: str, tolerance: float = 0.0, **more: object) -> None:
-    got, expected = run(source, **more), run(source, "reference", **more)  # type: ignore[arg-type]
-    np.testing.assert_allclose(got, expected, rtol=tolerance, atol=tolerance)
+def check(source: str, picture: np.ndarray = PICTURE, border: str = "clamp") -> None:
+    """What the oracle allows; of values that are only moved, that is the reference's alone."""
+    (report,) = compare(output(source, border), ["gl"], color=picture).backends
+    assert report.within_bounds, report.failed or str(report.first_divergence)
+
+
+def output(source: str, border: str, **kernel: object) -> pg.Target:
+    made = pg.kernel(source=source)
+    channels = sum({"float": 1, "vec2": 2, "vec3": 3, "vec4": 4}[str(r.type)] for r in made.program.results)
+    into = pg.target("out", format=("r32f", "rg32f", "rgb32f", "rgba32f")[channels - 1])
+    return made(pg.Input("color").border(border), into=into, **kernel)
 
 
 @pytest.mark.parametrize("border", ["clamp", "zero", "repeat", "mirror"])
@@ -51,7 +55,7 @@ def one(color: Image) -> vec4:
         total = total + color[i - 46, 46 - i]
     return total
 """
-    check(source, 2e-6, border=border)
+    check(source, border=border)
 
 
 def test_row_0_is_on_top() -> None:
@@ -134,16 +138,9 @@ def test_the_smallest_int_divides_without_a_trap() -> None:
     assert run(source, picture=picture).ravel().tolist() == [-(2.0**31)]
 
 
-@pytest.mark.parametrize(
-    "function", [r.call for r in OPERATIONS.values() if r.of_numbers and r.call and len(r.operands) == 1]
-)
-def test_functions_agree_with_the_reference(function: str) -> None:
-    check(f"def one(color: Image) -> vec4: return {function}(color[0, 0])", 1e-6)
-
-
 def test_angle_reduction_keeps_its_precision() -> None:
     picture = np.linspace(-8000, 8000, 64, dtype=np.float32).reshape(4, 4, 4)
-    check("def one(color: Image) -> vec4: return sin(color[0, 0])", 2e-6, picture=picture)
+    check("def one(color: Image) -> vec4: return sin(color[0, 0])", picture=picture)
 
 
 def test_halves_are_rounded_to_even() -> None:
@@ -176,7 +173,7 @@ def one(color: Image) -> float:
         total = total * 0.5 + float(i)
     return total
 """
-    check(source, 1e-6)
+    check(source)
 
 
 def test_uniform_arrays_are_indexed_at_run_time() -> None:

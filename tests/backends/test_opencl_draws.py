@@ -210,34 +210,6 @@ def test_a_draw_without_fragment_kernel_writes_depth(device: Backend) -> None:
     np.testing.assert_array_equal(run(device, pg.draw(quad(-0.5), vertex=flat, depth=depth_target())), 0.25)
 
 
-@pytest.mark.parametrize(
-    ("compare", "passes"),
-    [
-        ("never", (0, 0, 0)),
-        ("less", (1, 0, 0)),
-        ("equal", (0, 1, 0)),
-        ("less_equal", (1, 1, 0)),
-        ("greater", (0, 0, 1)),
-        ("not_equal", (1, 0, 1)),
-        ("greater_equal", (0, 1, 1)),
-        ("always", (1, 1, 1)),
-    ],
-)
-def test_depth_compares(device: Backend, compare: str, passes: tuple[int, int, int]) -> None:
-    found = []
-    for z in (-0.5, 0.0, 0.5):
-        drawn = pg.draw(
-            quad(z),
-            vertex=flat,
-            fragment=white,
-            into=colour(),
-            depth=depth_target(clear=0.5),
-            depth_compare=compare,
-        )
-        found.append(int(run(device, drawn)[3, 3, 0]))
-    assert tuple(found) == passes
-
-
 def test_polygon_offset_moves_by_steps_of_the_depth(device: Backend) -> None:
     made = pg.draw(quad(0.0), vertex=flat, depth=depth_target(), polygon_offset=(0.0, 4.0))
     # Depth 0.5 has exponent -1: a step is 2**-24.

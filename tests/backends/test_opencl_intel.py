@@ -22,9 +22,10 @@ FOLDER_VARIABLE = "PASSGRAPH_INTEL_OPENCL"
 
 FUZZ = """
 import sys
+from pathlib import Path
 from passgraph.backends.registry import open_backend
 from passgraph.fuzz import search
-from passgraph.fuzz.cases import Tally
+from passgraph.fuzz.cases import Tally, load, outcome
 
 with open_backend("opencl") as backend:
     assert "Intel" in backend.device.platform.name, backend.device.platform.name
@@ -34,6 +35,10 @@ with open_backend("opencl") as backend:
         print(tally)
         if failure is not None:
             sys.exit(f"{failure.why}\\n{failure.case}")
+    for path in sorted(Path("tests/fuzz/regressions").glob("*.json")):
+        why = outcome(load(path), [backend], Tally())
+        if why:
+            sys.exit(f"{why}\\n{path}")
 """
 
 
@@ -73,20 +78,22 @@ def test_the_runtime_is_the_one_that_is_meant(environment: dict[str, str]) -> No
     assert listed.splitlines() == ["Intel(R) OpenCL"]
 
 
-@pytest.mark.parametrize(
-    ("file", "chosen"),
-    [
-        ("backends/test_opencl_pixels.py", "border_rule or halves or pythons or breaks"),
-        ("backends/test_opencl_draws.py", "shared_edges or near_plane or guard"),
-        ("backends/test_opencl_outputs.py", "stencil_counts or several or discarded or blends"),
-        ("fuzz/test_cases.py", "failed_once and opencl"),
-        ("cross/test_far_positions.py", "opencl"),
-        ("language/test_powers.py", "opencl"),
-        ("cross/test_literal_operands.py", "opencl"),
-    ],
-)
-def test_what_holds_on_other_devices_holds_there(file: str, chosen: str, environment: dict[str, str]) -> None:
-    run(["-m", "pytest", "-q", "-n", "0", "-p", "no:cacheprovider", "-k", chosen, f"tests/{file}"], environment)
+#: File → which of its tests are run there.
+CHOSEN = {
+    "backends/test_opencl_pixels.py": "border_rule or halves or pythons or breaks",
+    "backends/test_opencl_draws.py": "shared_edges or near_plane or guard",
+    "backends/test_opencl_outputs.py": "stencil_counts or several or discarded or blending",
+    "cross/test_far_positions.py": "opencl",
+    "language/test_powers.py": "opencl",
+    "cross/test_literal_operands.py": "opencl",
+}
+
+
+def test_what_holds_on_other_devices_holds_there(environment: dict[str, str]) -> None:
+    """In one process: each compiles what it needs of the runtime anew."""
+    chosen = " or ".join(f"({Path(file).stem} and ({words}))" for file, words in CHOSEN.items())
+    files = [f"tests/{file}" for file in CHOSEN]
+    run(["-m", "pytest", "-q", "-n", "0", "-p", "no:cacheprovider", "-k", chosen, *files], environment)
 
 
 def test_random_cases_are_within_bounds_there(environment: dict[str, str]) -> None:

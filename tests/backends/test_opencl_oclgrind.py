@@ -39,7 +39,7 @@ with open_backend("opencl") as backend:
     [
         ("pixels", "border_rule and (130 or size0) or halves or pythons or breaks"),
         ("draws", "shared_edges or near_plane or guard"),
-        ("outputs", "stencil_counts or several or discarded or blends"),
+        ("outputs", "stencil_counts or several or discarded or blending"),
         ("tiles", "work_groups or images"),
     ],
 )

@@ -81,17 +81,6 @@ def test_stencil_counts_and_tests(device: Backend) -> None:
 
 
 @pytest.mark.parametrize(
-    ("operation", "stored"),
-    [
-        ("keep", 200), ("zero", 0), ("replace", 7), ("increment", 201), ("increment_wrap", 201),
-        ("decrement", 199), ("decrement_wrap", 199), ("invert", 55),
-    ],
-)  # fmt: skip
-def test_stencil_operations(device: Backend, operation: str, stored: int) -> None:
-    assert stencil_behind(device, pg.Stencil(reference=7, passed=operation), 200) == stored
-
-
-@pytest.mark.parametrize(
     ("operation", "start", "stored"),
     [("increment", 255, 255), ("increment_wrap", 255, 0), ("decrement", 0, 0), ("decrement_wrap", 0, 255)],
 )
@@ -137,24 +126,6 @@ def test_blending_happens_in_the_order_of_submission(device: Backend) -> None:
     both = mesh(corners, [(0, 1, 2), (0, 2, 3), (4, 5, 6), (4, 6, 7)], colors)
     drawn = run(device, pg.draw(both, vertex=flat, fragment=painted, into=colour(), blend="alpha"))
     np.testing.assert_array_equal(drawn, np.broadcast_to([0.25, 0.5, 0, 0.75], drawn.shape))
-
-
-@pytest.mark.parametrize(
-    ("blend", "result"),
-    [
-        ("add", 0.75), ("multiply", 0.125), ("min", 0.25), ("max", 0.5),
-        (pg.Blend("one", "one", "subtract"), -0.25), (pg.Blend("one", "one", "reverse_subtract"), 0.25),
-        (pg.Blend("destination_color", "zero"), 0.125),
-        (pg.Blend("one_minus_destination_color", "zero"), 0.125),
-        (pg.Blend("destination_alpha", "zero"), 0.125),
-        (pg.Blend("source_alpha", "one_minus_source_alpha"), 0.4375),
-    ],
-)  # fmt: skip
-def test_blends(device: Backend, blend: Any, result: float) -> None:
-    """0.25 (alpha 0.25) drawn over 0.5 (alpha 0.5)."""
-    cleared = colour(clear=0.5)
-    drawn = run(device, pg.draw(quad(color=(0.25,) * 4), vertex=flat, fragment=painted, into=cleared, blend=blend))
-    assert drawn[3, 3, 0] == result
 
 
 def test_blending_quantises_behind_it(device: Backend) -> None:

@@ -1,38 +1,27 @@
-"""Every case on every backend that is here.  The reference's work is done once for all of them."""
+"""Every case on every backend that is here, but those of test_first_cases.py.
+
+The reference's work is done once for all of them.
+"""
 
 from __future__ import annotations
-
-from collections.abc import Iterator
 
 import pytest
 
 from passgraph.backends.base import Backend
-from passgraph.backends.registry import open_backend
 from passgraph.conformance import Case, cases, judge
 from passgraph.language.operations import OPERATIONS
-from tests.conftest import DEVICES, expected_devices, why_missing
+from tests.conformance.choice import CASES, first_of_each
 
-CASES = list(cases())
-
-
-@pytest.fixture(scope="module")
-def backends() -> Iterator[list[Backend]]:
-    """Those that are here; one that is expected and missing fails."""
-    names = []
-    for name in DEVICES:
-        reason = why_missing(name)
-        if reason and name in expected_devices():
-            pytest.fail(f"backend {name} is expected here and missing: {reason}", pytrace=False)
-        if not reason:
-            names.append(name)
-    opened = [open_backend(name) for name in ("reference", *names)]
-    yield opened
-    for backend in opened:
-        backend.close()
+FIRST = {case.id for case in first_of_each()}
 
 
 @pytest.mark.parametrize(
-    "case", [pytest.param(case, id=case.id, marks=() if case.quick else pytest.mark.slow) for case in CASES]
+    "case",
+    [
+        pytest.param(case, id=case.id, marks=() if case.quick else pytest.mark.slow)
+        for case in CASES
+        if case.id not in FIRST
+    ],
 )
 def test_every_backend_conforms(case: Case, backends: list[Backend]) -> None:
     faults = [str(verdict) for verdict in judge(case, backends) if verdict.outcome != "passed"]

@@ -15,6 +15,8 @@ from passgraph.conformance.case import values
 from passgraph.formats import FORMATS, Format
 
 COLOUR_FORMATS = [f for f in FORMATS.values() if not f.is_depth]
+#: Numbers of channels are stored alike; each kind of number once, and each number of channels.
+FIRST_OF_EACH_KIND = ("r8", "rg16", "rgb16f", "rgba32f", "rgba8", "rgba16f", "rgb8_srgb")
 #: Draws whose order, blending, tests or threads could show.
 DRAWS = ("cull none, lean", "blend alpha", "blend into rgba8", "discard", "several targets", "stencil invert on passed")
 
@@ -34,7 +36,13 @@ def run(target: pg.Target, backend: str, frame: NDArray[np.float32], **options: 
         return program(frame=frame)["out"]
 
 
-@pytest.mark.parametrize("format_", COLOUR_FORMATS, ids=lambda f: f.name)
+@pytest.mark.parametrize(
+    "format_",
+    [
+        pytest.param(form, id=form.name, marks=() if form.name in FIRST_OF_EACH_KIND else pytest.mark.slow)
+        for form in COLOUR_FORMATS
+    ],
+)
 def test_fused_passes_give_the_same_bits(format_: Format, backend_name: str) -> None:
     """A fused producer still passes through its target's format."""
     frame = values((37, 23), format_.channels)

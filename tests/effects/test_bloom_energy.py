@@ -10,6 +10,7 @@ from scipy.ndimage import map_coordinates
 import passgraph as pg
 from passgraph.effects import bloom
 from passgraph.targets import Target
+from tests.conftest import DEVICES
 from tests.effects.scenes import Picture
 
 Doubles = NDArray[np.float64]
@@ -46,6 +47,7 @@ def test_large_odd_pictures_too(size: tuple[int, int]) -> None:
     np.testing.assert_allclose(shares(size, places, 4), 1.0, rtol=1e-4)
 
 
+@pytest.mark.parametrize("backend_name", DEVICES, indirect=True)
 def test_every_backend_keeps_it(backend_name: str) -> None:
     places = [(0, 0), (30, 0), (11, 17), (12, 17), (30, 32)]
     np.testing.assert_allclose(shares((31, 33), places, 2, backend_name), 1.0, rtol=1e-4)

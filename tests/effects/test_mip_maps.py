@@ -10,12 +10,12 @@ import pytest
 
 import passgraph as pg
 from passgraph import Const, Image, pixel, vec2, vec4
-from passgraph.compare import compare
 from passgraph.effects.batches import batches
 from passgraph.effects.g_buffer import g_buffer
 from passgraph.effects.mip_maps import WRAPS, mipped, mips_of, texel_density
 from passgraph.effects.textures import TextureInputs
 from passgraph.effects.views import View
+from tests.agreement import assert_within_bounds
 
 SIZE = (160, 90)
 HALF, TILES = 200.0, 50.0
@@ -97,16 +97,11 @@ def test_far_tiles_do_not_alias() -> None:
     assert abs((shown - truth)[far].mean()) < 0.01
 
 
-@pytest.mark.parametrize(
-    "backend",
-    ["numpy", pytest.param("gl", marks=pytest.mark.gl), pytest.param("opencl", marks=pytest.mark.opencl)],
-)
-def test_backends_agree(backend: str) -> None:
+def test_backends_agree() -> None:
     pixels = noise().integers(0, 256, (16, 16, 4), np.uint8)
     normals = pg.Texture.make(pixels[::2, ::2, :3] // 4 + np.uint8(96), "linear")
     made = buffers(floor_scene(pg.Texture.make(pixels, wrap="mirror"), normal_texture=normals))
-    report = compare([made.color, made.normals], [backend], size=(20, 12))
-    assert report.within_bounds, report
+    assert_within_bounds([made.color, made.normals], (20, 12))
 
 
 # Levels

@@ -9,11 +9,11 @@ import pytest
 from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph.compare import compare
 from passgraph.effects import soft_shadow_passes
 from passgraph.effects.shadow_choice import Hard, Penumbra
 from passgraph.scene.matrices import translation
 from passgraph.truth import visible_share
+from tests.agreement import assert_within_bounds
 from tests.effects.scenes import Picture, cube, floor, render, sun
 
 SIZE = (128, 84)
@@ -117,8 +117,7 @@ def test_odd_sizes_are_filled_to_their_borders(size: tuple[int, int], backend_na
 
 
 @pytest.mark.parametrize("lights", list(LIGHTS))
-def test_every_pass_is_within_the_bounds_of_the_reference(lights: str, backend_name: str) -> None:
+def test_every_pass_is_within_the_bounds_of_the_reference(lights: str) -> None:
     passes = soft_shadow_passes(scene(lights), ambient=0.0, map_size=64, filter=Penumbra(taps=8))
     assert passes.shadows_blurred is not None
-    report = compare(passes.shadows_blurred, (backend_name,), size=(24, 16))
-    assert report.within_bounds, report
+    assert_within_bounds(passes.shadows_blurred, (24, 16))

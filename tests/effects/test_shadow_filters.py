@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import lru_cache
 from math import radians, sin
 from typing import Any
 
@@ -16,6 +15,7 @@ from passgraph.effects import soft_shadow, soft_shadow_passes
 from passgraph.effects.parameters import arguments_from
 from passgraph.effects.shadow_choice import SHADOW_FILTERS, Disc, Evsm4, Msm, Pcf, Vsm
 from passgraph.scene.matrices import translation
+from tests.agreement import assert_within_bounds
 from tests.effects.scenes import Float64, Picture, cube, floor, floor_places, from_above, render, sun
 
 FILTERS = ("hard", "pcf", "disc", "pcss")
@@ -27,8 +27,6 @@ LIGHTS = {
     "spot": pg.Light.spot((2, 4, 3), (-0.5, -1, -0.8), intensity=22, radius=0.2, cone_outer_rad=0.5),
     "cube": pg.Light.point((0.2, 1.2, 1.0), (1, 0.9, 0.7), 1.5, radius=0.1),
 }
-#: A tap may fall to the other side of a texel's edge, which is 1/16 of the light here.
-SHARE_ON_EDGES = 0.01
 
 
 def scene(*lights: pg.Light) -> pg.Scene:
@@ -46,21 +44,13 @@ def shadows_of(
     return render(passes.shadows, size=size, backend=backend)["shadows"]
 
 
-@lru_cache
-def small(light: str, shadow_filter: str, backend: str) -> Picture:
-    return shadows_of(scene(LIGHTS[light]), shadow_filter, backend, (64, 36), map_size=128, pcf_size=3, taps=16)
-
-
-@pytest.mark.parametrize(
-    ("light", "shadow_filter"),
-    [*(("directional", name) for name in FILTERS), ("spot", "pcss"), ("cube", "hard")],
-)
-def test_every_filter_agrees_with_the_reference(light: str, shadow_filter: str, backend_name: str) -> None:
-    expected, got = small(light, shadow_filter, "reference"), small(light, shadow_filter, backend_name)
-    assert np.isfinite(got).all()
-    off = (abs(got - expected) > 2.0**-9).any(axis=2).mean()
-    assert off <= SHARE_ON_EDGES, f"{off:.2%} of the pixels differ"
-    assert abs(got.mean() - expected.mean()) < 5e-4
+@pytest.mark.parametrize(("light", "shadow_filter"), [("spot", "pcss"), ("cube", "pcf")])
+def test_every_filter_agrees_with_the_reference(light: str, shadow_filter: str) -> None:
+    """Where maps are looked up in other ways than in the conformance suite, which has every filter under a sun."""
+    settings = {"ambient": 0.0, "map_size": 32, "shadow_filter": shadow_filter, "pcf_size": 3, "taps": 4}
+    passes = soft_shadow_passes(scene(LIGHTS[light]), **arguments_from(soft_shadow_passes, settings))
+    assert passes.shadows is not None
+    assert_within_bounds(passes.shadows, (20, 12))
 
 
 @pytest.mark.parametrize("light", ["directional", "spot"])

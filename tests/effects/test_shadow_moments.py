@@ -12,7 +12,6 @@ from numpy.typing import ArrayLike, NDArray
 
 import passgraph as pg
 from passgraph import Image, exp, float_from_bits, isinf, ivec2, pixel, vec2, vec4
-from passgraph.compare import compare
 from passgraph.effects import soft_shadow_passes
 from passgraph.effects.moment_maps import block_of, box_kernels, exponential_map, moment_map, pack, variance_map
 from passgraph.effects.shadow_choice import SHADOW_FILTERS, Evsm4, Msm
@@ -31,6 +30,7 @@ from passgraph.effects.shadow_moments import (
     without_bleed,
 )
 from passgraph.scene.matrices import translation
+from tests.agreement import assert_within_bounds
 from tests.effects.scenes import Float64, Picture, cube, floor, floor_places, from_above, sun
 from tests.effects.test_shadow_filters import LIGHTS, MOMENT_FILTERS, card, scene, shadows_of
 
@@ -226,10 +226,9 @@ def read_packed(stored: Image) -> vec4:
         ("cube", {"filter": Msm()}),
     ],
 )
-def test_every_target_is_within_its_bound(light: str, options: dict[str, object], backend_name: str) -> None:
+def test_every_target_is_within_its_bound(light: str, options: dict[str, object]) -> None:
     passes = soft_shadow_passes(scene(LIGHTS[light]), map_size=48, **options)  # type: ignore[arg-type]
-    report = compare(passes.picture, [backend_name], size=(40, 24))
-    assert report.within_bounds, str(report.backends[0].first_divergence or report.backends[0].failed)
+    report = assert_within_bounds(passes.picture, (40, 24))
     names = {target.target for target in report.backends[0].targets}
     assert any(name.startswith("moments of light") and name.endswith("blurred y") for name in names)
 

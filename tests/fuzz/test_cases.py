@@ -2,34 +2,46 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
 
 from passgraph.backends.base import Backend
+from passgraph.backends.registry import open_backend
 from passgraph.errors import InputError
 from passgraph.fuzz import search
 from passgraph.fuzz.cases import Tally, load, save
 from passgraph.fuzz.outcomes import outcome
+from tests.conftest import present_devices
 
 REGRESSIONS = sorted((Path(__file__).parent / "regressions").glob("*.json"))
 #: How many of each kind a run takes: what two cores compile in less than a minute.
 BOUNDED = {"kernels": 10, "graphs": 3, "draws": 6, "variants": 6}
 
 
+@pytest.fixture(scope="module")
+def backends() -> Iterator[list[Backend]]:
+    """All devices: the oracle's work on a case is done once for all of them."""
+    with ExitStack() as stack:
+        yield [stack.enter_context(open_backend(name)) for name in present_devices()]
+
+
 @pytest.mark.parametrize("kind", BOUNDED)
-def test_random_cases_are_within_bounds(kind: str, backend: Backend) -> None:
+def test_random_cases_are_within_bounds(kind: str, backends: list[Backend]) -> None:
     tally = Tally()
-    failure = search.batch(search.strategies()[kind], [backend], 1, tally, BOUNDED[kind])
+    failure = search.batch(search.strategies()[kind], backends, 1, tally, BOUNDED[kind])
     assert failure is None, f"{failure.why}\n{failure.case}"
     # Some are made up twice, and a graph may be refused.
-    assert tally.verdicts[backend.name] >= BOUNDED[kind] / 2
+    for backend in backends:
+        assert tally.verdicts[backend.name] >= BOUNDED[kind] / 2
 
 
 @pytest.mark.parametrize("path", REGRESSIONS, ids=lambda path: path.stem)
-def test_what_failed_once_fails_no_more(path: Path, backend: Backend) -> None:
+def test_what_failed_once_fails_no_more(path: Path, backends: list[Backend]) -> None:
     tally = Tally()
-    assert outcome(load(path), [backend], tally) == ""
+    assert outcome(load(path), backends, tally) == ""
     assert not tally.refused
 
 

@@ -188,7 +188,17 @@ def test_a_mesh_of_nothing_draws_nothing(opened: Backend) -> None:
 # Cases by chance
 
 
-@pytest.mark.parametrize(("backend", "count"), [("numpy", 360), ("opencl", 90), ("gl", 90)])
+@pytest.mark.parametrize(
+    ("backend", "count"),
+    [
+        ("numpy", 90),
+        ("opencl", 36),
+        ("gl", 36),
+        pytest.param("numpy", 360, marks=pytest.mark.slow),
+        pytest.param("opencl", 90, marks=pytest.mark.slow),
+        pytest.param("gl", 90, marks=pytest.mark.slow),
+    ],
+)
 def test_hostile_draws(backend: str, count: int) -> None:
     require(backend)
     assert run(backend, 0, count, count // 9) == ""

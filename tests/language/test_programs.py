@@ -31,12 +31,26 @@ def bits(values: list[list[np.ndarray]]) -> list[np.ndarray]:
     return [np.where(np.isnan(v), np.int32(0x7FC00000), v.astype(np.float32).view(np.int32)) for v in flat]
 
 
-@settings(
-    max_examples=400, deadline=None, derandomize=True, database=None,
+BY_CHANCE = settings(
+    deadline=None, derandomize=True, database=None,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.large_base_example],
 )  # fmt: skip
+
+
+@settings(BY_CHANCE, max_examples=100)
 @given(kernel_texts(Features(wild=True, reads=False)))
 def test_simplified_and_plain_programs_give_the_same_bits(text: str) -> None:
+    assert_simplified_gives_the_same_bits(text)
+
+
+@pytest.mark.slow
+@settings(BY_CHANCE, max_examples=400)
+@given(kernel_texts(Features(wild=True, reads=False)))
+def test_many_simplified_and_plain_programs_give_the_same_bits(text: str) -> None:
+    assert_simplified_gives_the_same_bits(text)
+
+
+def assert_simplified_gives_the_same_bits(text: str) -> None:
     program = kernel(source=text, name="k").program
     inputs = {"c": PICTURE[::17].astype(np.float32)}
     plain, short = lower(program, Facts(simplify=False)), lower(program)

@@ -12,13 +12,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-ROOT = Path(__file__).resolve().parents[2]
-#: What a mutated tree is made of; tests and documents are not needed to judge a backend.
-PARTS = ("passgraph", "backends", "effects")
+from tests.mutation.places import PARTS, ROOT, Place, places, sources
+
 #: Generated code is kept under its text and its programs, so these may share a cache of compiled code; mistakes in what
 #: compiles the text may not, as the cache would show the code of another mutant.
 WRITES_TEXT = ("pixels/code.py",)
-#: What the reference runs through too: for mistakes in it, what the oracle allows is found anew.
+#: What the reference runs through too (beginnings of paths): for mistakes in it, what the oracle allows is found anew.
 SHARED_WITH_ORACLE = ("passgraph/plan/", "passgraph/execution.py")
 #: A mutant that runs longer hangs, which counts as caught.
 TIMEOUT_S = 600
@@ -26,18 +25,19 @@ TIMEOUT_S = 600
 
 @dataclass(frozen=True)
 class Mutant:
-    """A mistake: ``old`` becomes ``new`` in ``file``.
+    """A mistake: ``old`` becomes ``new`` in ``function``.
 
     Attributes
     ----------
-    file : path from the root of the repository
-    old, new : text; ``old`` occurs exactly once
+    function : name of the definition, as in :func:`tests.mutation.places.places`; the file is found by it
+    old, new : text; ``old`` occurs exactly once in definitions of that name; lines behind the first are indented as in
+        a function that is not inside anything
     backend : the backend that the suite is run on
     catchers : beginnings of the names of conformance cases that should fail; tried before all others
     harmless : why no conforming test can see it; empty for a mistake that must be caught
     """
 
-    file: str
+    function: str
     old: str
     new: str
     backend: str
@@ -46,22 +46,31 @@ class Mutant:
 
     @property
     def name(self) -> str:
-        return f"{self.file}: {self.old.strip()!r} -> {self.new.strip()!r}"
+        return f"{self.function}: {self.old.strip()!r} -> {self.new.strip()!r}"
 
     @property
-    def source(self) -> str:
-        """The file's text, in these sources; empty where there is no such file any more."""
-        path = ROOT / self.file
-        return path.read_text(encoding="utf-8") if path.exists() else ""
-
-    def planted_in(self, text: str) -> str:
-        """The file's text with the mistake in it.
+    def place(self) -> Place:
+        """Where it is planted.
 
         Raises ValueError where the text is no longer there, or there twice: such a mutant shows nothing.
         """
-        if text.count(self.old) != 1:
-            raise ValueError(f"{self.file} has {self.old!r} {text.count(self.old)} times; bring the mutant up to date")
-        return text.replace(self.old, self.new)
+        found = places(self.function, self.old)
+        times = sum(place.count(sources()[place.file], self.old) for place in found)
+        if times != 1:
+            raise ValueError(
+                f"definitions named {self.function} have {self.old!r} {times} times; bring the mutant up to date"
+            )
+        return found[0]
+
+    @property
+    def source(self) -> str:
+        """The text of the file that it is planted in."""
+        return sources()[self.place.file]
+
+    @property
+    def planted(self) -> str:
+        """The file's text with the mistake in it."""
+        return self.place.replaced(self.source, self.old, self.new)
 
 
 @dataclass(frozen=True)
@@ -91,12 +100,15 @@ class Tree:
 
     def judge(self, mutant: Mutant, accepted: list[str], *, everything: bool) -> Fate:
         """Run the cases that should catch it, then, with ``everything``, all others, until one does."""
-        path = self.folder / "tree" / mutant.file
+        file = mutant.place.file
+        path = self.folder / "tree" / file
         kept, times = path.read_text(encoding="utf-8"), path.stat()
-        path.write_text(mutant.planted_in(kept), encoding="utf-8")
+        if kept != mutant.source:
+            raise ValueError(f"{file} changed while mistakes were tried; start again")
+        path.write_text(mutant.planted, encoding="utf-8")
         try:
-            fresh = mutant.backend == "numpy" and not mutant.file.endswith(WRITES_TEXT)
-            anew = mutant.file.startswith(SHARED_WITH_ORACLE)
+            fresh = mutant.backend == "numpy" and not file.endswith(WRITES_TEXT)
+            anew = file.startswith(SHARED_WITH_ORACLE)
             return self.run(mutant.backend, mutant.catchers, accepted, everything=everything, fresh=fresh, anew=anew)
         finally:
             path.write_text(kept, encoding="utf-8")

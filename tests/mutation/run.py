@@ -33,10 +33,15 @@ def stale(mutants: tuple[Mutant, ...] = MUTANTS) -> list[str]:
     messages = []
     for mutant in mutants:
         try:
-            mutant.planted_in(mutant.source)
-        except ValueError as error:
+            _ = mutant.place
+        except ValueError as error:  # the sources changed since they were looked at
             messages.append(str(error))
     return messages
+
+
+def file_of(mutant: Mutant) -> str:
+    """The file that it is planted in; empty for one that is out of date."""
+    return "" if stale((mutant,)) else mutant.place.file
 
 
 def judged(mutants: list[Mutant], folder: Path, workers: int, *, named: bool = False) -> Iterator[tuple[Mutant, Fate]]:
@@ -61,7 +66,7 @@ def judged(mutants: list[Mutant], folder: Path, workers: int, *, named: bool = F
         try:
             everything = not (named or mutant.harmless)
             return mutant, tree.judge(mutant, accepted.get(mutant.backend, []), everything=everything)
-        except ValueError as error:  # the sources changed since they were looked at
+        except ValueError as error:
             return mutant, Fate("", STALE, str(error), 0)
         finally:
             trees.put(tree)
@@ -96,7 +101,7 @@ class Record:
 
 
 #: What makes a mutant this one.
-KEY = ("file", "old", "new", "backend")
+KEY = ("function", "old", "new", "backend")
 
 
 def _key(row: dict[str, Any]) -> tuple[str, ...]:
@@ -115,7 +120,7 @@ def main() -> int:
     record = Record(options.json)
     chosen = [
         m for m in MUTANTS
-        if options.file in m.file and options.backend in (None, m.backend)
+        if options.file in file_of(m) and options.backend in (None, m.backend)
         and not (options.missing and record.knows(m))
     ]  # fmt: skip
     record.save()
@@ -140,7 +145,7 @@ def main() -> int:
 def report(fates: list[tuple[Mutant, Fate]]) -> int:
     """A line a file, the share, and who survived."""
     mattering = [(m, f) for m, f in fates if not m.harmless]
-    for file, group in groupby(sorted(mattering, key=lambda row: row[0].file), key=lambda row: row[0].file):
+    for file, group in groupby(sorted(mattering, key=lambda row: file_of(row[0])), key=lambda row: file_of(row[0])):
         rows = list(group)
         print(f"{file}: {sum(f.caught for _, f in rows)} of {len(rows)} caught")
     survivors = [m for m, f in mattering if not f.caught]

@@ -6,12 +6,15 @@ A few of them at every run; ``python -m tests.mutation.run`` tries all.
 from __future__ import annotations
 
 import json
+import textwrap
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from tests.conftest import require
-from tests.mutation.mutant import Fate, Mutant, Tree
+from tests.mutation.mutant import SHARED_WITH_ORACLE, WRITES_TEXT, Fate, Mutant, Tree
+from tests.mutation.places import ROOT, definitions, sources
 from tests.mutation.run import MUTANTS, STALE, Record, judged, stale
 
 #: One of each kind, by what is planted: an operation, a border, a quantiser, a fill rule, a draw state, the plan.
@@ -41,36 +44,66 @@ def chosen() -> list[Mutant]:
 
 @pytest.mark.parametrize("mutant", chosen(), ids=lambda mutant: mutant.name)
 def test_a_mistake_is_caught(mutant: Mutant, tree: Tree) -> None:
-    """By one of the cases that are named, which pass where it is not planted."""
+    """By one of the cases that are named, which passes where it is not planted."""
     require(mutant.backend)
-    assert tree.run(mutant.backend, mutant.catchers, [], everything=False).outcome == ""
     fate = tree.judge(mutant, [], everything=False)
     assert fate.caught and fate.case, fate
+    without = tree.run(mutant.backend, (fate.case,), [fate.case], everything=False)
+    assert (without.outcome, without.ran) == ("", 1)
 
 
 def test_every_mistake_can_still_be_planted() -> None:
     assert stale() == []
 
 
+def test_files_that_change_how_a_mistake_is_judged_are_there() -> None:
+    for end in WRITES_TEXT:
+        assert any(file.endswith(end) for file in sources()), end
+    for beginning in SHARED_WITH_ORACLE:
+        assert any(file.startswith(beginning) for file in sources()), beginning
+
+
+def test_code_may_move_and_be_indented_anew(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A mistake of two lines finds its function by name: at the beginning of a line, in a class, beside its like."""
+    mutant = Mutant("f", "x = 1\n    return x", "return 2", "gl", ())
+    plain = "def f():\n    x = 1\n    return x\n"
+    inside = "class C:\n" + textwrap.indent(plain, "    ")
+    for text, name in ((plain, "f"), (inside, "C.f"), (plain + "\n\ndef g():\n    x = 1\n    return x\n", "f")):
+        monkeypatch.setattr("tests.mutation.places.sources", lambda text=text: {"moved.py": text})
+        monkeypatch.setattr("tests.mutation.mutant.sources", lambda text=text: {"moved.py": text})
+        definitions.cache_clear()
+        made = replace(mutant, function=name).planted
+        assert "return 2" in made.partition("def g")[0]
+        compile(made, "moved.py", "exec")
+    definitions.cache_clear()
+
+
 def test_a_mutated_tree_leaves_the_sources_alone(tree: Tree) -> None:
     """The copy is changed, run, and put back; nothing else is touched."""
     mutant = chosen()[0]
-    original = mutant.source
+    file = mutant.place.file
+    original = (ROOT / file).read_text(encoding="utf-8")
     tree.judge(mutant, ["none"], everything=False)
-    assert mutant.source == original
-    assert (tree.folder / "tree" / mutant.file).read_text(encoding="utf-8") == original
+    assert (ROOT / file).read_text(encoding="utf-8") == original
+    assert (tree.folder / "tree" / file).read_text(encoding="utf-8") == original
 
 
 def test_a_mistake_whose_text_is_gone_is_stale_and_not_caught(tree: Tree) -> None:
-    gone = Mutant("backends/gl/state.py", "no such text", "", "gl", ())
-    assert "has 'no such text' 0 times" in stale((gone,))[0]
+    gone = Mutant("set_draw", "no such text", "", "gl", ())
+    assert "definitions named set_draw have 'no such text' 0 times" in stale((gone,))[0]
     ((_, fate),) = judged([gone], tree.folder / "other", 1, named=True)
     assert (fate.outcome, fate.caught) == (STALE, False)
 
 
 def test_fates_that_are_known_stay_and_those_of_former_mutants_go(tmp_path: Path) -> None:
     rows = [
-        {"file": mutant.file, "old": mutant.old, "new": mutant.new, "backend": mutant.backend, "outcome": outcome}
+        {
+            "function": mutant.function,
+            "old": mutant.old,
+            "new": mutant.new,
+            "backend": mutant.backend,
+            "outcome": outcome,
+        }
         for mutant, outcome in zip(MUTANTS, ("diverged", STALE), strict=False)
     ]
     path = tmp_path / "fates.json"

@@ -14,7 +14,15 @@ from passgraph.fuzz.cases import Tally
 from passgraph.fuzz.search import batch, strategies
 
 
-@pytest.mark.parametrize(("kind", "count"), [("kernels", 60), ("graphs", 12)])
+@pytest.mark.parametrize(
+    ("kind", "count"),
+    [
+        ("kernels", 15),
+        ("graphs", 4),
+        pytest.param("kernels", 60, marks=pytest.mark.slow),
+        pytest.param("graphs", 12, marks=pytest.mark.slow),
+    ],
+)
 def test_what_the_standards_allow_lies_inside(kind: str, count: int) -> None:
     tally = Tally()
     # Rounding to nearest: the bounds of polynomials count on it.

@@ -28,9 +28,20 @@ BOUNDED = settings(
 )
 
 
-@settings(BOUNDED, max_examples=100)
+@settings(BOUNDED, max_examples=25)
 @given(graphs())
 def test_plans_never_let_pictures_overlap(case: dict[str, Any]) -> None:
+    assert_no_pictures_overlap(case)
+
+
+@pytest.mark.slow
+@settings(BOUNDED, max_examples=100)
+@given(graphs())
+def test_many_plans_never_let_pictures_overlap(case: dict[str, Any]) -> None:
+    assert_no_pictures_overlap(case)
+
+
+def assert_no_pictures_overlap(case: dict[str, Any]) -> None:
     outputs = grown(case)
     if not plannable(outputs):
         return
@@ -80,9 +91,20 @@ def test_every_order_of_passes_gives_the_same(backend_name: str, case: dict[str,
             assert different(outputs, backend, options, options, expected) == ""
 
 
-@settings(BOUNDED, max_examples=40)
+@settings(BOUNDED, max_examples=15)
 @given(case=graphs())
 def test_the_plan_means_what_was_written(case: dict[str, Any]) -> None:
+    assert_means_what_was_written(case)
+
+
+@pytest.mark.slow
+@settings(BOUNDED, max_examples=40)
+@given(case=graphs())
+def test_many_plans_mean_what_was_written(case: dict[str, Any]) -> None:
+    assert_means_what_was_written(case)
+
+
+def assert_means_what_was_written(case: dict[str, Any]) -> None:
     """The reference, which never fuses, with everything else on, against everything off."""
     outputs = grown(case)
     if not plannable(outputs):

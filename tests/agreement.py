@@ -1,0 +1,19 @@
+"""Graphs on every device against what the oracle allows; the reference's work is done once for all of them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from passgraph.compare import Report, compare
+from passgraph.program import Outputs
+from tests.conftest import present_devices
+
+
+def assert_within_bounds(outputs: Outputs, size: tuple[int, int] | None = None, **given: Any) -> Report:
+    """Every target of every pass on every device that is here; the report says what was compared."""
+    report = compare(outputs, present_devices(), size=size, **given)
+    faults = [
+        f"{b.name}: {b.missing or b.failed or b.first_divergence}" for b in report.backends if not b.within_bounds
+    ]
+    assert not faults, "\n".join(faults)
+    return report
