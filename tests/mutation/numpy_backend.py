@@ -161,7 +161,7 @@ MUTANTS = (
         "_tiles",
         "px, py = left * 256 + 128 - x0, top * 256 + 128 - y0",
         "px, py = left * 256 - x0, top * 256 - y0",
-        *EDGES,
+        *SEEN,
     ),
     _n(
         "_depth_plane",
