@@ -19,7 +19,7 @@ from passgraph.backends.steps import FloatBlock as FloatBlock
 from passgraph.backends.steps import quantised as quantised
 from passgraph.backends.turn import Turn, turn_of
 from passgraph.formats import Format
-from passgraph.geometry import Geometry
+from passgraph.graph.geometry import Geometry
 from passgraph.language.borders import border_place as border_place
 from passgraph.plan.data import DrawStep, PixelStep
 from passgraph.plan.limits import Limits

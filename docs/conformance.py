@@ -37,7 +37,7 @@ PARTS = {
         "backends/c_like.py",
         "backends/steps.py",
     ),
-    "schedule and execution": ("passgraph/plan/", "passgraph/execution.py"),
+    "schedule and execution": ("passgraph/plan/", "passgraph/run/execution.py"),
     "gl": ("backends/gl/",),
     "opencl": ("backends/opencl/",),
     "numpy": ("backends/numpy/",),
@@ -46,12 +46,12 @@ HEAD = """# Conformance: what backends are held to
 
 Written by `python docs/conformance.py`; run it again where a backend or the suite has changed.
 
-The reference backend runs every pass over float64 intervals (`passgraph/oracle/`): each operation is widened by the
-bound in the [table of operations](kernels.md), each stored value by its format. Where rounding may turn a decision (a
-comparison, a floor, whether a pixel is covered, a depth test) both ways are run; a pixel whose outcomes then lie apart
-is *ambiguous*. A backend conforms when every value of every target of every pass lies within; there is no tolerance to
-raise. Each pass is given the reference's pictures, so that a verdict is on that pass alone. A case whose targets are
-too ambiguous, or of whose values the bounds say too little, is *vacuous* and does not pass.
+The reference backend runs every pass over float64 intervals (`passgraph/verify/oracle/`): each operation is widened
+by the bound in the [table of operations](kernels.md), each stored value by its format. Where rounding may turn a
+decision (a comparison, a floor, whether a pixel is covered, a depth test) both ways are run; a pixel whose outcomes
+then lie apart is *ambiguous*. A backend conforms when every value of every target of every pass lies within; there is
+no tolerance to raise. Each pass is given the reference's pictures, so that a verdict is on that pass alone. A case
+whose targets are too ambiguous, or of whose values the bounds say too little, is *vacuous* and does not pass.
 
 OpenGL leaves the grid that corners are rounded to, and how attributes are interpolated from unrounded corners, to the
 driver: on `gl` a corner may be anywhere within 1/256 pixel, elsewhere it is where

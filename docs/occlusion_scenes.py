@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph.effects.ambient_occlusion import ambient_occlusion_passes
-from passgraph.effects.contact import contact_passes
+from passgraph.effects.ambient.ambient_occlusion import ambient_occlusion_passes
+from passgraph.effects.ambient.contact import contact_passes
 from passgraph.scene import Material, Mesh, Node
 from passgraph.scene.matrices import translation
 from passgraph.scene.shipped import box, cylinder

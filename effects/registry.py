@@ -31,7 +31,7 @@ class Effect:
     Attributes
     ----------
     name : such as "tone-map"
-    path : module and function, ``"passgraph.effects.tone_map:tone_map"``
+    path : module and function, ``"passgraph.effects.pictures.tone_map:tone_map"``
     takes : what its positional arguments are, see `passgraph.effects.checked.effect`
     summary : the first line of its docstring
     """
@@ -114,6 +114,12 @@ def _built_in() -> dict[str, Effect]:
                     found.append(Effect(name, f"{module}:{made.name}", takes, _summary(ast.get_docstring(made))))
     order = ("picture", "picture+depth", "scene", "world2d")
     return {effect.name: effect for effect in sorted(found, key=lambda one: (order.index(one.takes), one.name))}
+
+
+def function_named(name: str) -> Callable[..., Any] | None:
+    """The function of a built-in effect by its own name, such as ``tone_map``; None where there is none."""
+    found = (effect for effect in _built_in().values() if effect.path.endswith(f":{name}"))
+    return next((effect.function for effect in found), None)
 
 
 @cache

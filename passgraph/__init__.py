@@ -13,8 +13,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from passgraph.draw_state import Blend, Stencil
-from passgraph.drawing import draw
 from passgraph.errors import (
     BackendError,
     DeviceMissingError,
@@ -23,17 +21,19 @@ from passgraph.errors import (
     KernelError,
     PassgraphError,
 )
-from passgraph.graph import fragment, graph, kernel, vertex
+from passgraph.graph.calls import fragment, graph, kernel, vertex
+from passgraph.graph.draw_state import Blend, Stencil
+from passgraph.graph.drawing import draw
+from passgraph.graph.targets import Input, Target, TargetSpec, previous, target
+from passgraph.graph.values import OUTPUT_SIZE, Derived, Value, combine
 from passgraph.language.functions import *  # noqa: F403 (every name of the kernel language, here and below)
 from passgraph.language.kernel import function, struct
 from passgraph.language.primitives import *  # noqa: F403
 from passgraph.language.symbols import *  # noqa: F403
 from passgraph.language.vectors import *  # noqa: F403
 from passgraph.plan.data import Options
-from passgraph.program import Program, Result, compile
 from passgraph.ranges import Range
-from passgraph.targets import Input, Target, TargetSpec, previous, target
-from passgraph.values import OUTPUT_SIZE, Derived, Value, combine
+from passgraph.run.program import Program, Result, compile
 
 if TYPE_CHECKING:
     from passgraph.pictures import load, save

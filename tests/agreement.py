@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from passgraph.compare import Report, compare
-from passgraph.program import Outputs
+from passgraph.run.program import Outputs
+from passgraph.verify.compare import Report, compare
 from tests.conftest import present_devices
 
 

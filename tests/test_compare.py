@@ -14,12 +14,12 @@ from passgraph import Image, vec4
 from passgraph.backends.base import Backend
 from passgraph.backends.reference import ReferenceBackend
 from passgraph.backends.reference.pixel_pass import ReferencePixelPass
-from passgraph.compare import Report, compare, distance
 from passgraph.errors import BackendError, DeviceMissingError
-from passgraph.oracle.passes import OPTIONS
+from passgraph.graph.targets import Target
 from passgraph.plan.build import build
 from passgraph.plan.data import PixelStep
-from passgraph.targets import Target
+from passgraph.verify.compare import Report, compare, distance
+from passgraph.verify.oracle.passes import OPTIONS
 from tests.agreement import assert_within_bounds
 
 halve = pg.kernel(source="def halve(color: Image) -> vec4: return color[0, 0] * 0.5")
@@ -185,7 +185,7 @@ def test_missing_and_failing_backends_are_listed(monkeypatch: pytest.MonkeyPatch
     def gone(name: str) -> Backend:
         raise DeviceMissingError("no driver; run: apt-get install driver")
 
-    monkeypatch.setattr("passgraph.compare.open_backend", gone)
+    monkeypatch.setattr("passgraph.verify.compare.open_backend", gone)
     report = compare(chain(), ["gl", Failing()], frame=picture())
     assert [(b.name, b.missing, b.failed) for b in report.backends] == [
         ("gl", "no driver; run: apt-get install driver", ""),

@@ -13,7 +13,7 @@ import passgraph as pg
 from passgraph.backends.base import Backend
 from passgraph.commands.entry import run
 from passgraph.effects import gaussian_blur, planar, soft_shadow
-from passgraph.finite_checks import HALF_OVERFLOW, LARGEST_FLOAT, LARGEST_HALF, find
+from passgraph.run.finite_checks import HALF_OVERFLOW, LARGEST_FLOAT, LARGEST_HALF, find
 from tests.effects.scenes import Picture, cube, floor, from_above, sun
 
 copy = pg.kernel(source="def copy(color: Image) -> vec4: return color[0, 0]")
@@ -121,14 +121,14 @@ def test_8_bit_pictures_and_inputs_are_not_looked_through(monkeypatch: pytest.Mo
     def never(*_: object) -> None:
         raise AssertionError("looked through")
 
-    monkeypatch.setattr("passgraph.finite_checks.find", never)
+    monkeypatch.setattr("passgraph.run.finite_checks.find", never)
     _run_once(copy(FRAME), np.zeros((2, 2, 4), np.uint8))
     _run_once(copy(pg.Input("frame", "rgba8")), np.zeros((2, 2, 4), np.float32))
 
 
 def test_a_static_input_is_looked_through_once(monkeypatch: pytest.MonkeyPatch) -> None:
     seen: list[object] = []
-    monkeypatch.setattr("passgraph.finite_checks.find", lambda picture, _=None: seen.append(picture))
+    monkeypatch.setattr("passgraph.run.finite_checks.find", lambda picture, _=None: seen.append(picture))
     fixed, picture = copy(pg.Input("frame", static=True)), plain()
     with pg.compile(fixed, "reference") as program:
         for _ in range(3):

@@ -152,20 +152,27 @@ def is_in(module: str, part: str) -> bool:
     return f"{module}.".startswith(f"passgraph.{part}.")
 
 
+#: In the order in which data go through them.
+STOREYS = ["language", "graph", "scene", "plan", "backends", "run", "effects", "verify", "commands"]
+
+
 @pytest.mark.parametrize(
     ("part", "later"),
     [
-        ("errors", ["pictures", "language", "graph", "scene", "plan", "backends", "effects", "commands"]),
-        ("pictures", ["language", "graph", "scene", "plan", "backends", "effects", "commands"]),
-        ("language", ["graph", "scene", "plan", "backends", "effects", "commands"]),
-        ("plan", ["backends", "effects", "commands"]),
-        ("scene", ["plan", "backends", "effects", "commands"]),
-        ("backends", ["effects", "commands"]),
+        ("errors", ["pictures", *STOREYS]),
+        ("pictures", STOREYS),
+        ("language", STOREYS[1:]),
+        ("graph", STOREYS[2:]),
+        ("scene", STOREYS[3:]),
+        ("plan", ["run", "backends", "effects", "verify", "commands"]),
+        ("backends", ["run", "effects", "verify", "commands"]),
+        ("run", ["effects", "verify", "commands"]),
         ("backends.numpy.machine", ["backends.numpy.vector", "backends.numpy.pixels", "backends.numpy.raster"]),
         ("backends.numpy.vector", ["backends.numpy.pixels", "backends.numpy.raster"]),
         ("backends.numpy.pixels", ["backends.numpy.raster"]),
         ("backends.numpy.raster", ["backends.numpy.pixels"]),
-        ("effects", ["commands"]),
+        ("effects", ["verify", "commands"]),
+        ("verify", ["commands"]),
     ],
 )
 def test_imports_go_one_way(part: str, later: list[str]) -> None:

@@ -14,8 +14,8 @@ import passgraph as pg
 from passgraph.commands.golden import recorded_inputs
 from passgraph.commands.own_file import graphs_of
 from passgraph.effects.light2d import World2D
-from passgraph.fuzz.cases import load as load_case
 from passgraph.reading import check_regular, read_bytes, read_text
+from passgraph.verify.fuzz.cases import load as load_case
 
 READERS: dict[str, tuple[str, Callable[[Path], Any]]] = {
     "picture": ("a.png", pg.load),

@@ -16,13 +16,13 @@ from typing import Any
 import numpy as np
 
 import passgraph as pg
-from passgraph.compare import compare
-from passgraph.conformance import cases, run
-from passgraph.draw_state import DrawState
 from passgraph.effects.checked import Choice
 from passgraph.effects.registry import EFFECTS, effect_named
 from passgraph.formats import FORMATS, format_named
+from passgraph.graph.draw_state import DrawState
 from passgraph.scene import Camera, Light, Material, Mesh, Node, Scene, Texture
+from passgraph.verify.compare import compare
+from passgraph.verify.conformance import cases, run
 
 KERNELS = """
 class Corner:

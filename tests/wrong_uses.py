@@ -10,10 +10,10 @@ import numpy as np
 
 import passgraph as pg
 from passgraph import effects
-from passgraph.compare import compare
 from passgraph.effects import light2d
 from passgraph.effects.registry import EFFECTS, effect_named
 from passgraph.scene import Camera, Light, Material, Mesh, Node, Scene, Texture
+from passgraph.verify.compare import compare
 from tests.wrong_sweep import CALLS, FRAME, frame, kernel, small_scene, triangle
 
 

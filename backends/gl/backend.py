@@ -30,7 +30,7 @@ from passgraph.backends.gl.textures import (
 )
 from passgraph.errors import BackendError, DeviceMissingError
 from passgraph.formats import Format
-from passgraph.geometry import Geometry
+from passgraph.graph.geometry import Geometry
 from passgraph.plan.data import DrawStep, PixelStep
 from passgraph.plan.limits import Limits
 

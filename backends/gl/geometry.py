@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from passgraph.backends.base import ATTRIBUTES, vertex_attribute
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl.objects import Objects
-from passgraph.geometry import Geometry
+from passgraph.graph.geometry import Geometry
 
 
 class Mesh:

@@ -13,8 +13,8 @@ from passgraph.backends.gl import functions as g
 from passgraph.backends.gl.bound import Bound
 from passgraph.backends.gl.functions import Functions
 from passgraph.backends.gl.textures import Texture
-from passgraph.draw_state import COMPARE, Blend, DrawState
 from passgraph.errors import BackendError
+from passgraph.graph.draw_state import COMPARE, Blend, DrawState
 
 _COMPARE = {name: 0x200 + k for k, name in enumerate(COMPARE)}
 _STENCIL = {

@@ -23,7 +23,7 @@ from passgraph.backends.numpy.machine.memory import ROOM, aligned_zeros
 from passgraph.backends.numpy.machine.workers import Workers, thread_count
 from passgraph.errors import BackendError
 from passgraph.formats import Format
-from passgraph.geometry import Geometry
+from passgraph.graph.geometry import Geometry
 from passgraph.plan.data import DrawStep, PixelStep
 from passgraph.plan.limits import Limits
 

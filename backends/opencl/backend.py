@@ -18,7 +18,7 @@ from passgraph.backends.steps import values_of
 from passgraph.backends.turn import open_driver
 from passgraph.errors import BackendError
 from passgraph.formats import Format
-from passgraph.geometry import Geometry
+from passgraph.graph.geometry import Geometry
 from passgraph.plan.data import DrawStep, PixelStep
 from passgraph.plan.limits import Limits
 

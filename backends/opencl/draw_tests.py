@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from passgraph.draw_state import Stencil
+from passgraph.graph.draw_state import Stencil
 
 SIGNS = {
     "less": "<",

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from passgraph.backends.base import vertex_attribute
-from passgraph.geometry import Geometry
+from passgraph.graph.geometry import Geometry
 
 if TYPE_CHECKING:
     from passgraph.backends.opencl.backend import OpenCLBackend

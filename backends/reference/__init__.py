@@ -17,7 +17,7 @@ from passgraph.backends.reference.pixel_pass import ReferencePixelPass
 from passgraph.backends.reference.storage import Storage
 from passgraph.errors import BackendError
 from passgraph.formats import Format
-from passgraph.geometry import Geometry
+from passgraph.graph.geometry import Geometry
 from passgraph.plan.data import DrawStep, PixelStep
 
 

@@ -16,7 +16,7 @@ from passgraph.backends.reference.raster_cover import Fragments, cover
 from passgraph.backends.reference.raster_setup import ScreenTriangles, to_window
 from passgraph.backends.reference.stage import LANES, BoundStage, Builtins, Stage, given
 from passgraph.backends.reference.storage import Float32, Storage, stored
-from passgraph.geometry import Geometry
+from passgraph.graph.geometry import Geometry
 from passgraph.language.types import component_count, shape_of
 from passgraph.plan.data import DrawStep
 

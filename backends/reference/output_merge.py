@@ -12,8 +12,8 @@ from passgraph.backends.reference.interpreter import Interpreter, StageValues
 from passgraph.backends.reference.number_domain import NumberDomain
 from passgraph.backends.reference.output_tests import layers
 from passgraph.backends.reference.storage import Storage, stored
-from passgraph.draw_state import Blend
 from passgraph.formats import Format
+from passgraph.graph.draw_state import Blend
 from passgraph.plan.blending import blend_kernel
 
 Ints = NDArray[np.int64]

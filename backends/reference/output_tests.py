@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.reference.storage import Float32, Storage
-from passgraph.draw_state import DrawState, Stencil
+from passgraph.graph.draw_state import DrawState, Stencil
 
 Ints = NDArray[np.int64]
 Lanes = NDArray[np.bool_]

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.reference.raster_clip import Vertices
-from passgraph.draw_state import DrawState
+from passgraph.graph.draw_state import DrawState
 
 Float64 = NDArray[np.float64]
 Ints = NDArray[np.int64]

@@ -12,8 +12,8 @@ import passgraph as pg
 from passgraph import arguments
 from passgraph.effects.checked import checked
 from passgraph.effects.light2d.world import Float64, Point, Wall, Window, all_edges, distance_to_edges
+from passgraph.effects.pictures.stretched import WHOLE_CLIP, copied, drawn, in_window, quads, whole
 from passgraph.effects.quantities import Share
-from passgraph.effects.stretched import WHOLE_CLIP, copied, drawn, in_window, quads, whole
 
 #: Side of a cell of a grid.
 Cell = Annotated[float, pg.Range(0, None, "world units", above=True)]

@@ -15,8 +15,8 @@ from passgraph.effects.light2d.shapes import around, shadow_of
 from passgraph.effects.light2d.smoothing import mixed_light
 from passgraph.effects.light2d.tiles import tiled_light
 from passgraph.effects.light2d.world import Float64, Light2D, Point, Wall, Window, all_edges, in_reach
+from passgraph.effects.pictures.stretched import WHOLE_CLIP, black, drawn, in_window, whole
 from passgraph.effects.quantities import Color
-from passgraph.effects.stretched import WHOLE_CLIP, black, drawn, in_window, whole
 
 Penumbra = Literal["exact", "none", "rotate", "move", "mixed"]
 PENUMBRAS: tuple[Penumbra, ...] = get_args(Penumbra)

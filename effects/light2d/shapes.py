@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from passgraph.effects.light2d.world import Float64, Point
-from passgraph.effects.stretched import Shape, quads, shape_of
+from passgraph.effects.pictures.stretched import Shape, quads, shape_of
 
 #: Far ends of shadows lie this many times farther from the light than the edge.
 FAR = 2.0**20

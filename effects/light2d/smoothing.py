@@ -12,7 +12,7 @@ from passgraph.effects.checked import checked
 from passgraph.effects.light2d.penumbra import cross2, falloff
 from passgraph.effects.light2d.shapes import shadow_of
 from passgraph.effects.light2d.world import Float64, Light2D, Window
-from passgraph.effects.stretched import Spot, drawn, in_window
+from passgraph.effects.pictures.stretched import Spot, drawn, in_window
 
 #: A halving scaled up by splines turns a hard edge into one about this many of its texels wide: of 2, 2.25, 2.5 and 3
 #: the one that comes nearest to the exact penumbra.

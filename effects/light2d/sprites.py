@@ -18,7 +18,7 @@ from passgraph import Array, Image, uv, vec4
 from passgraph.effects.annotations import check_fields
 from passgraph.effects.checked import checked
 from passgraph.effects.light2d.world import Light2D, Point, Window
-from passgraph.effects.stretched import Shape, Spot
+from passgraph.effects.pictures.stretched import Shape, Spot
 
 #: Angles in radians under which a lamp sees a thing: below the first the two sprites are one.
 ONE_SPRITE = 0.12

@@ -17,11 +17,11 @@ from passgraph.bench.metrics import Errors, compared
 from passgraph.bench.scenes import scene_named
 from passgraph.bench.timing import FrameTime, PassTimes, frame_times, pass_times
 from passgraph.bench.truth import Float32, Mask, Truth, truth_of
-from passgraph.effects.shadow_choice import Hard
+from passgraph.effects.shadows.shadow_choice import Hard
 from passgraph.errors import DeviceMissingError, PassgraphError
-from passgraph.program import Program, compile
+from passgraph.graph.targets import Target
+from passgraph.run.program import Program, compile
 from passgraph.scene import Scene
-from passgraph.targets import Target
 
 #: The truth is traced with more rays until its own error is so many times below the best method's.
 FINER = 10.0

@@ -6,13 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from passgraph.effects.five_pass import DARKEST, five_pass_targets
-from passgraph.effects.shadow_choice import Blur, Evsm4, Hard, Msm, Pcf, Pcss, Penumbra, Vsm
-from passgraph.effects.soft_shadow import SoftShadow, soft_shadow_passes
-from passgraph.effects.tone_map import tone_map
+from passgraph.effects.pictures.tone_map import tone_map
+from passgraph.effects.shadows.five_pass import DARKEST, five_pass_targets
+from passgraph.effects.shadows.shadow_choice import Blur, Evsm4, Hard, Msm, Pcf, Pcss, Penumbra, Vsm
+from passgraph.effects.shadows.soft_shadow import SoftShadow, soft_shadow_passes
 from passgraph.errors import InputError
+from passgraph.graph.targets import Target, target
 from passgraph.scene import Scene
-from passgraph.targets import Target, target
 
 #: Texels along each side of shadow maps.
 MAP_SIZES = (512, 1024, 2048)

@@ -12,9 +12,9 @@ import numpy as np
 
 from passgraph.backends.base import Backend, Block, DeviceInfo, DrawRunner, FloatBlock, PixelRunner
 from passgraph.formats import Format
-from passgraph.geometry import Geometry
+from passgraph.graph.geometry import Geometry
 from passgraph.plan.data import DrawStep, PixelStep
-from passgraph.program import Program
+from passgraph.run.program import Program
 from passgraph.scene import Light
 
 #: Frames before the first that is timed.

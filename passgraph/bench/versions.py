@@ -15,10 +15,10 @@ from passgraph.backends.base import Backend
 from passgraph.bench.likeness import flip_map, ssim_map
 from passgraph.bench.timing import FrameTime, times_in_turn
 from passgraph.errors import InputError
+from passgraph.graph.targets import Target
 from passgraph.plan.data import Options
 from passgraph.plan.reach import inputs_behind
-from passgraph.program import Program, compile
-from passgraph.targets import Target
+from passgraph.run.program import Program, compile
 
 Picture = NDArray[np.float32]
 

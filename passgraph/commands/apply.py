@@ -20,7 +20,7 @@ from passgraph.commands.options import (
 from passgraph.commands.running import check_outputs, run_and_save
 from passgraph.commands.sources import picture_job
 from passgraph.effects.registry import EFFECTS, Effect
-from passgraph.finite_checks import NonFinite
+from passgraph.run.finite_checks import NonFinite
 
 
 class _Effects(click.Group):

@@ -16,8 +16,8 @@ from passgraph.errors import InputError
 
 if TYPE_CHECKING:
     from passgraph.commands.own_file import Graph
-    from passgraph.conformance.case import Case, Picture
-    from passgraph.conformance.judging import Verdict
+    from passgraph.verify.conformance.case import Case, Picture
+    from passgraph.verify.conformance.judging import Verdict
 
 
 @click.command()
@@ -72,8 +72,8 @@ def _check(
     record: bool,
 ) -> bool:
     from passgraph.commands import golden as recorded
-    from passgraph.conformance.case import Case
-    from passgraph.conformance.judging import Judge
+    from passgraph.verify.conformance.case import Case
+    from passgraph.verify.conformance.judging import Judge
 
     if golden is not None and not record:
         size, given = recorded.recorded_inputs(golden, name)

@@ -17,10 +17,10 @@ from passgraph.commands.options import (
 )
 from passgraph.commands.progress import progress
 from passgraph.commands.sources import Job, picture_job, scene_job, world_job
-from passgraph.compare import BackendReport, Report
-from passgraph.compare import compare as compare_backends
 from passgraph.effects.registry import Effect
 from passgraph.errors import InputError
+from passgraph.verify.compare import BackendReport, Report
+from passgraph.verify.compare import compare as compare_backends
 
 #: The reference interprets every operation over intervals, for every way that decisions may fall: large pictures
 #: take minutes.

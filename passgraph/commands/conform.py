@@ -14,8 +14,8 @@ from passgraph.commands.files import check_path, write_text
 from passgraph.commands.options import BackendType
 
 if TYPE_CHECKING:
-    from passgraph.conformance import SuiteReport
-    from passgraph.conformance.suite import Progress
+    from passgraph.verify.conformance import SuiteReport
+    from passgraph.verify.conformance.suite import Progress
 
 
 @click.command()
@@ -31,7 +31,7 @@ def conform(backend: str, groups: tuple[str, ...], quick: bool, report: Path | N
     formats allow.  A case is vacuous where too much of it hangs on rounding to say anything; it does not pass.
     Exit status: 0 every case passes, 1 some do not, 2 an error.
     """
-    from passgraph.conformance import cases, run
+    from passgraph.verify.conformance import cases, run
 
     for path in (report, json_path):
         if path is not None:
@@ -41,12 +41,12 @@ def conform(backend: str, groups: tuple[str, ...], quick: bool, report: Path | N
         made = run(backend, chosen, progress=progress)
     _show(made)
     if report is not None:
-        from passgraph.conformance.page import html_of
+        from passgraph.verify.conformance.page import html_of
 
         write_text(report, html_of(made))
         click.echo(f"{report}: written")
     if json_path is not None:
-        from passgraph.conformance.page import json_of
+        from passgraph.verify.conformance.page import json_of
 
         write_text(json_path, json_of(made))
         click.echo(f"{json_path}: written")
@@ -74,7 +74,7 @@ def _show(report: SuiteReport) -> None:
     from rich.console import Console
     from rich.table import Table
 
-    from passgraph.conformance.judging import Outcome
+    from passgraph.verify.conformance.judging import Outcome
 
     table = Table(box=box.SIMPLE_HEAD)
     table.add_column("group")

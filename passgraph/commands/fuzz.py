@@ -18,7 +18,7 @@ from passgraph.commands.options import BackendType, FiniteRange
 from passgraph.errors import BackendError, DeviceMissingError
 
 if TYPE_CHECKING:
-    from passgraph.fuzz.search import Failure
+    from passgraph.verify.fuzz.search import Failure
 
 INSTALL = "pip install 'passgraph[fuzz]'"
 BACKENDS = ("gl", "opencl", "numpy")
@@ -59,7 +59,7 @@ def fuzz(minutes: float, seed: int, backends: tuple[str, ...], what: str, failur
     its texts are parsed, never executed.  Exit status: 0 nothing found, 1 something, 2 an error.
     """
     try:
-        import passgraph.fuzz.search  # noqa: F401
+        import passgraph.verify.fuzz.search  # noqa: F401
     except ImportError as error:
         raise DeviceMissingError(f"fuzzing needs hypothesis ({error}); install it: {INSTALL}") from None
     with ExitStack() as stack:
@@ -98,8 +98,8 @@ def _opened(chosen: tuple[str, ...], stack: ExitStack) -> Iterator[Backend]:
 
 def _hunt(kinds: tuple[str, ...], backends: list[Backend], seed: int, seconds: float, folder: Path) -> int:
     """Batches of each kind in turn; a failure that was found already, in other clothes, is not written again."""
-    from passgraph.fuzz import search
-    from passgraph.fuzz.cases import Tally
+    from passgraph.verify.fuzz import search
+    from passgraph.verify.fuzz.cases import Tally
 
     strategies, tally, found = search.strategies(), Tally(), set[str]()
     until, number = monotonic() + seconds, 0
@@ -119,7 +119,7 @@ def _hunt(kinds: tuple[str, ...], backends: list[Backend], seed: int, seconds: f
 
 def _written(failure: Failure, folder: Path, backends: list[Backend]) -> str:
     """Write a failure and say how it is run again."""
-    from passgraph.fuzz.cases import save
+    from passgraph.verify.fuzz.cases import save
 
     path = save(failure.case, failure.why, folder)
     names = " ".join(f"--backend {backend.name}" for backend in backends)
@@ -128,8 +128,8 @@ def _written(failure: Failure, folder: Path, backends: list[Backend]) -> str:
 
 
 def _replay(path: Path, backends: list[Backend]) -> int:
-    from passgraph.fuzz.cases import load
-    from passgraph.fuzz.outcomes import outcome
+    from passgraph.verify.fuzz.cases import load
+    from passgraph.verify.fuzz.outcomes import outcome
 
     files = sorted(path.glob("*.json")) if path.is_dir() else [path]
     failed = 0

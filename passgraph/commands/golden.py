@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from passgraph.commands.capture import file_name
 from passgraph.commands.files import check_folder, write_text
-from passgraph.conformance.judging import Divergence, Judge, divergence
 from passgraph.errors import InputError
-from passgraph.oracle.backend import outside
 from passgraph.reading import check_regular, read_text
+from passgraph.verify.conformance.judging import Divergence, Judge, divergence
+from passgraph.verify.oracle.backend import outside
 
 MANIFEST = "manifest.json"
 MAX_MANIFEST_BYTES = 1 << 24

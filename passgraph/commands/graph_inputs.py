@@ -12,7 +12,7 @@ from passgraph.errors import DeviceMissingError, InputError
 
 if TYPE_CHECKING:
     from passgraph.commands.own_file import Graph
-    from passgraph.conformance.case import Picture
+    from passgraph.verify.conformance.case import Picture
 
 #: Size of pictures that are made for a check, where none is given.
 MADE_SIZE = (96, 64)
@@ -72,8 +72,8 @@ def made_inputs(
 
     ``special``: made pictures hold zeros, negative, huge and tiny values, where the format has them.
     """
-    from passgraph.conformance.scenes import picture, with_special
     from passgraph.plan.reach import inputs_behind
+    from passgraph.verify.conformance.scenes import picture, with_special
 
     first = next(iter(pictures.values()), None)
     chosen = size or (made_size if first is None else (first.shape[1], first.shape[0]))

@@ -13,8 +13,8 @@ from click.core import ParameterSource
 
 from passgraph.effects.registry import EFFECTS, Effect
 from passgraph.errors import BackendError, InputError, PassgraphError
-from passgraph.finite_checks import CHOICES
-from passgraph.targets import MAX_SIDE
+from passgraph.graph.targets import MAX_SIDE
+from passgraph.run.finite_checks import CHOICES
 
 if TYPE_CHECKING:
     from passgraph.backends.base import Backend

@@ -12,7 +12,7 @@ from passgraph.commands.files import check_folder, check_picture_path
 from passgraph.commands.options import check_computes
 from passgraph.commands.progress import progress
 from passgraph.commands.sources import Job
-from passgraph.finite_checks import NonFinite
+from passgraph.run.finite_checks import NonFinite
 
 
 def check_outputs(output: Path, capture: Path | None) -> None:
@@ -33,7 +33,7 @@ def run_and_save(
     """Run a job once and write its first output; the last two as for :func:`passgraph.compile`."""
     from passgraph.pictures import save
     from passgraph.plan.data import Options
-    from passgraph.program import compile
+    from passgraph.run.program import compile
 
     observer = None if capture is None else Capture(capture)
     options = Options() if observer is None else Options(fuse=False, alias=False)

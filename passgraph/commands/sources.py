@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from passgraph.effects.registry import Effect
 from passgraph.errors import InputError
-from passgraph.graph import kernel
-from passgraph.program import named_outputs
-from passgraph.targets import Input, Target
-from passgraph.values import sources_of
+from passgraph.graph.calls import kernel
+from passgraph.graph.targets import Input, Target
+from passgraph.graph.values import sources_of
+from passgraph.run.program import named_outputs
 
 if TYPE_CHECKING:
     from passgraph.scene import Scene
@@ -85,7 +85,7 @@ def load_scene(path: Path | None) -> Scene:
 
 def values_of(scene: Scene, outputs: dict[str, Target]) -> dict[str, Any]:
     """What a scene says about run values that have no default: its camera and its lights."""
-    from passgraph.graph import graph
+    from passgraph.graph.calls import graph
 
     known: dict[str, Any] = {"camera": scene.camera, "lights": scene.lights}
     known |= {f"light{i}": light for i, light in enumerate(scene.lights)}

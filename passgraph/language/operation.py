@@ -51,7 +51,7 @@ class Operation(Symbol):
     tame : for each operand a range on steps of 1/8 within its domain and :data:`WHOLE`, away from poles, where results
         are within :data:`WHOLE` too; left out, all of both
     course : how a float of one operand goes over its domain, for the oracle: it ``"rises"``, ``"falls"``, or is
-        ``"even"``: falls to 0 and rises from there.  Others are in :mod:`passgraph.oracle`
+        ``"even"``: falls to 0 and rises from there.  Others are in :mod:`passgraph.verify.oracle`
     on : of a primitive, the types that its arguments may have; left out, those of the first letter
     commutes : whether the order of operands means nothing, bit for bit
     """

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 from functools import cache
 
-from passgraph.draw_state import Blend
 from passgraph.formats import Format
+from passgraph.graph.draw_state import Blend
 from passgraph.language import ir
 from passgraph.language.facts import Facts
 from passgraph.language.library import functions_of

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from passgraph.formats import Format
+from passgraph.graph.targets import Target
 from passgraph.plan.collect import collect
 from passgraph.plan.cull import cull
 from passgraph.plan.data import Options, Plan
@@ -17,7 +18,6 @@ from passgraph.plan.fuse import fuse
 from passgraph.plan.limits import Limits, check
 from passgraph.plan.order import order
 from passgraph.plan.specialise import specialise
-from passgraph.targets import Target
 
 
 def build(

@@ -6,12 +6,12 @@ from collections.abc import Mapping
 
 from passgraph.errors import GraphError
 from passgraph.formats import Format, format_named
+from passgraph.graph.targets import InputSpec, Pass, Target, TargetSpec
+from passgraph.graph.values import Value, sources_of
 from passgraph.plan.data import Options
 from passgraph.plan.reach import inputs_of, passes_behind
 from passgraph.plan.sizes import find_sizes
 from passgraph.plan.work import Work
-from passgraph.targets import InputSpec, Pass, Target, TargetSpec
-from passgraph.values import Value, sources_of
 
 
 def collect(

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from passgraph.graph.targets import Pass
 from passgraph.plan.work import Work
-from passgraph.targets import Pass
 
 
 def cull(work: Work) -> None:

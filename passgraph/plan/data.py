@@ -7,10 +7,10 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, TypeAlias
 
 from passgraph.arguments import flag
-from passgraph.draw_state import DrawState
 from passgraph.formats import Format
-from passgraph.targets import DrawPass, PixelPass
-from passgraph.values import Value, sources_of
+from passgraph.graph.draw_state import DrawState
+from passgraph.graph.targets import DrawPass, PixelPass
+from passgraph.graph.values import Value, sources_of
 
 if TYPE_CHECKING:
     from passgraph.language.facts import Facts

@@ -6,11 +6,11 @@ from dataclasses import dataclass, field, replace
 from heapq import heappop, heappush
 
 from passgraph.formats import Format
+from passgraph.graph.targets import DrawPass, InputSpec, Pass, Target, TargetSpec
+from passgraph.graph.values import Derived, Value
 from passgraph.plan.data import CopyStep, DrawStep, Memory, PixelStep, Plan, Resource, Step, lifetimes
 from passgraph.plan.order import Copies
 from passgraph.plan.work import Work
-from passgraph.targets import DrawPass, InputSpec, Pass, Target, TargetSpec
-from passgraph.values import Derived, Value
 
 #: Notes name so many targets that share one memory.
 MAX_NAMED = 16

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from passgraph.graph.targets import InputSpec, Pass, PixelPass, Target
+from passgraph.graph.values import Derived, Value
 from passgraph.language.lower import Fused
 from passgraph.language.lower_cache import lower_once
 from passgraph.language.scalar import walk
 from passgraph.plan.limits import Limits
 from passgraph.plan.work import Lowered, Work
-from passgraph.targets import InputSpec, Pass, PixelPass, Target
-from passgraph.values import Derived, Value
 
 #: A fused program longer than this stays two passes: compile time grows faster than what is saved.  Numbers that are
 #: alive at once leave the registers long before, and a driver takes about a second for a kernel of this length.

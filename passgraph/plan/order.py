@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TypeAlias
 
+from passgraph.graph.targets import Pass, Target, TargetSpec
 from passgraph.plan.data import Memory
 from passgraph.plan.sort import producers_first
 from passgraph.plan.work import Work
-from passgraph.targets import Pass, Target, TargetSpec
 
 #: Contents that a draw must not write over: each with the draw that takes a copy.
 Copies: TypeAlias = set[tuple[Target, Pass]]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 from passgraph.errors import GraphError
+from passgraph.graph.targets import InputSpec, Like, Pass, Target, TargetSpec
 from passgraph.plan.sort import producers_first
-from passgraph.targets import InputSpec, Like, Pass, Target, TargetSpec
 
 
 def passes_behind(outputs: list[Target]) -> list[Pass]:

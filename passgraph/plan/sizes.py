@@ -6,9 +6,9 @@ import math
 from collections.abc import Container
 
 from passgraph.errors import GraphError
+from passgraph.graph.targets import MAX_SIDE, Absolute, InputSpec, Like, Pass, PixelPass, Relative, Target, TargetSpec
+from passgraph.graph.values import OUTPUT_SIZE, sources_of
 from passgraph.plan.work import Lowered, Work
-from passgraph.targets import MAX_SIDE, Absolute, InputSpec, Like, Pass, PixelPass, Relative, Target, TargetSpec
-from passgraph.values import OUTPUT_SIZE, sources_of
 
 #: Largest picture that a plan will ask memory for, in bytes: a typing error in a size should not swap a machine to
 #: death.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from heapq import heapify, heappop, heappush
 
-from passgraph.targets import Pass
+from passgraph.graph.targets import Pass
 
 
 def producers_first(waits: Mapping[Pass, Collection[Pass]], rank: Mapping[Pass, int]) -> list[Pass]:

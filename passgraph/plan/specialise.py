@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 from passgraph.errors import GraphError
+from passgraph.graph.targets import DrawPass, PixelPass, Target
 from passgraph.language.emitter import eliminate_dead
 from passgraph.language.lower import Facts, ImageFacts
 from passgraph.language.lower_cache import lower_once
 from passgraph.language.scalar import LoadBuiltin, Output, ScalarProgram, walk
 from passgraph.plan.work import Lowered, Work
-from passgraph.targets import DrawPass, PixelPass, Target
 
 
 def image_facts(target: Target, work: Work, sized: bool = False) -> ImageFacts:

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from passgraph.formats import Format
+from passgraph.graph.targets import InputSpec, Pass, Target, TargetSpec
 from passgraph.language.lower import Facts
 from passgraph.language.scalar import ScalarProgram
 from passgraph.plan.data import Options
-from passgraph.targets import InputSpec, Pass, Target, TargetSpec
 
 
 @dataclass

@@ -12,9 +12,9 @@ import pytest
 import passgraph as pg
 from passgraph import vec2, vec3, vec4
 from passgraph.backends.gl import GLBackend
-from passgraph.compare import compare
-from passgraph.draw_state import Blend, Stencil
 from passgraph.errors import BackendError
+from passgraph.graph.draw_state import Blend, Stencil
+from passgraph.verify.compare import compare
 
 pytestmark = pytest.mark.gl
 SIZE = (16, 12)

@@ -7,7 +7,7 @@ import pytest
 
 import passgraph as pg
 from passgraph import Image, vec4
-from passgraph.compare import compare
+from passgraph.verify.compare import compare
 
 pytestmark = pytest.mark.gl
 PICTURE = np.random.default_rng(7).random((6, 9, 4), np.float32)

@@ -7,7 +7,7 @@ import math
 import pytest
 
 from passgraph.backends.gl.glsl import GLSL
-from passgraph.graph import kernel
+from passgraph.graph.calls import kernel
 from passgraph.language import scalar as s
 from passgraph.language.lower import Facts, ImageFacts, lower
 

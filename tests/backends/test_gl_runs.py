@@ -12,7 +12,7 @@ import pytest
 
 import passgraph as pg
 from passgraph.backends.gl import GLBackend
-from passgraph.draw_state import Blend, Stencil
+from passgraph.graph.draw_state import Blend, Stencil
 from tests.backends.test_uploads import CountedFunctions
 
 pytestmark = pytest.mark.gl

@@ -24,8 +24,8 @@ FUZZ = """
 import sys
 from pathlib import Path
 from passgraph.backends.registry import open_backend
-from passgraph.fuzz import search
-from passgraph.fuzz.cases import Tally, load, outcome
+from passgraph.verify.fuzz import search
+from passgraph.verify.fuzz.cases import Tally, load, outcome
 
 with open_backend("opencl") as backend:
     assert "Intel" in backend.device.platform.name, backend.device.platform.name

@@ -18,8 +18,8 @@ ROOT = Path(__file__).resolve().parents[2]
 RANDOM = """
 import sys
 from passgraph.backends.registry import open_backend
-from passgraph.fuzz import search
-from passgraph.fuzz.cases import Tally
+from passgraph.verify.fuzz import search
+from passgraph.verify.fuzz.cases import Tally
 
 seed, counts = 3, (("kernels", 4), ("draws", 3))
 with open_backend("opencl") as backend:

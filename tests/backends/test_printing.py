@@ -10,7 +10,7 @@ import pytest
 from passgraph.backends.gl.glsl import GLSL
 from passgraph.backends.opencl.opencl_c import OpenCLPrinter
 from passgraph.backends.printing import Printer
-from passgraph.graph import kernel
+from passgraph.graph.calls import kernel
 from passgraph.language import scalar as s
 from passgraph.language.lower import lower
 from passgraph.language.operations import OPERATIONS

@@ -23,8 +23,8 @@ from typing import Any
 import numpy as np
 
 import passgraph as pg
-from passgraph.effects.ambient_occlusion import ambient_occlusion
-from passgraph.effects.soft_shadow import soft_shadow
+from passgraph.effects.ambient.ambient_occlusion import ambient_occlusion
+from passgraph.effects.shadows.soft_shadow import soft_shadow
 from passgraph.scene import Material, Node
 from passgraph.scene.floor import floor_node
 from passgraph.scene.teapot import teapot_mesh

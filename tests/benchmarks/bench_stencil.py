@@ -22,7 +22,7 @@ import numpy as np
 
 import passgraph as pg
 from passgraph.backends.registry import backend_class
-from passgraph.effects.planar import planar_passes
+from passgraph.effects.planar_shadows.planar import planar_passes
 
 sys.path.insert(0, str(Path(__file__).parent))
 from harness import Ratio

@@ -15,7 +15,7 @@ import passgraph as pg
 from passgraph.effects.registry import EFFECTS, Effect
 from passgraph.plan.build import build
 from passgraph.plan.data import Plan
-from passgraph.program import named_outputs
+from passgraph.run.program import named_outputs
 
 sys.path.insert(0, str(Path(__file__).parent))
 from harness import Ratio

@@ -186,7 +186,7 @@ class Wrong(ReferenceBackend):
 def test_compare_ends_with_one_where_a_backend_diverges(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("passgraph.compare.open_backend", lambda name: Wrong())
+    monkeypatch.setattr("passgraph.verify.compare.open_backend", lambda name: Wrong())
     outcome = Outcome(["compare", "in.png", "-e", "black-and-white", "-b", "gl"], capsys)
     assert outcome.status == 1
     assert "gl: diverges first in pass black_and_white, target black_and_white: outside its bounds at" in outcome.out
@@ -197,7 +197,7 @@ def test_compare_lists_what_is_missing(capsys: pytest.CaptureFixture[str], monke
     def gone(name: str) -> ReferenceBackend:
         raise DeviceMissingError("no OpenGL; run:\n    apt-get install libegl1")
 
-    monkeypatch.setattr("passgraph.compare.open_backend", gone)
+    monkeypatch.setattr("passgraph.verify.compare.open_backend", gone)
     outcome = Outcome(["compare", "in.png", "-e", "black-and-white"], capsys)
     assert outcome.status == 1
     assert "gl: missing: no OpenGL; run: apt-get install libegl1" in outcome.out

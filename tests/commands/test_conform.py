@@ -13,7 +13,7 @@ import pytest
 import passgraph as pg
 from passgraph.backends.reference import ReferenceBackend
 from passgraph.commands.entry import run
-from passgraph.conformance.scenes import picture, with_special
+from passgraph.verify.conformance.scenes import picture, with_special
 
 MODULE = """
 import passgraph as pg
@@ -58,7 +58,7 @@ class Bright(ReferenceBackend):
 @pytest.fixture
 def bright(monkeypatch: pytest.MonkeyPatch) -> None:
     """The reference as a backend that is wrong everywhere, under the name gl."""
-    monkeypatch.setattr("passgraph.conformance.suite.open_backend", lambda name: Bright())
+    monkeypatch.setattr("passgraph.verify.conformance.suite.open_backend", lambda name: Bright())
     monkeypatch.setattr("passgraph.backends.registry.open_backend", lambda name: Bright())
 
 

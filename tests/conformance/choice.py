@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from passgraph.conformance import Case, cases
+from passgraph.verify.conformance import Case, cases
 
 CASES = list(cases())
 

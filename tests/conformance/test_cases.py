@@ -8,8 +8,8 @@ from __future__ import annotations
 import pytest
 
 from passgraph.backends.base import Backend
-from passgraph.conformance import Case, cases, judge
 from passgraph.language.operations import OPERATIONS
+from passgraph.verify.conformance import Case, cases, judge
 from tests.conformance.choice import CASES, first_of_each
 
 FIRST = {case.id for case in first_of_each()}

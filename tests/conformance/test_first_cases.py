@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from passgraph.backends.base import Backend
-from passgraph.conformance import Case, judge
+from passgraph.verify.conformance import Case, judge
 from tests.conformance.choice import first_of_each
 
 

@@ -15,13 +15,13 @@ import pytest
 import passgraph as pg
 from passgraph.backends.reference import ReferenceBackend
 from passgraph.backends.reference.storage import Storage
-from passgraph.conformance import Case, SuiteReport, cases, judge, run
-from passgraph.conformance.judging import told
-from passgraph.conformance.page import html_of, json_of
 from passgraph.formats import FORMATS
-from passgraph.oracle.backend import Allowed
-from passgraph.oracle.interval import Interval
 from passgraph.plan.data import DrawStep, PixelStep
+from passgraph.verify.conformance import Case, SuiteReport, cases, judge, run
+from passgraph.verify.conformance.judging import told
+from passgraph.verify.conformance.page import html_of, json_of
+from passgraph.verify.oracle.backend import Allowed
+from passgraph.verify.oracle.interval import Interval
 
 Mistake = Callable[[Any, list[Storage], Any], None]
 

@@ -18,7 +18,7 @@ MODULE = PACKAGE / "passgraph_plainpy.py"
 #: What docs/backends.md allows a backend to import.
 CONTRACT = {
     "passgraph.backends.base",
-    "passgraph.draw_state",
+    "passgraph.graph.draw_state",
     "passgraph.errors",
     "passgraph.formats",
     "passgraph.graph",

@@ -10,7 +10,7 @@ import pytest
 pytest_plugins = ["pytester"]
 
 root = Path(__file__).resolve().parents[2]
-MODULE = "passgraph.conformance.pytest_plugin"
+MODULE = "passgraph.verify.conformance.pytest_plugin"
 #: Where passgraph is installed, pytest finds the plugin by itself.
 INSTALLED = any(entry.value == MODULE for entry in entry_points(group="pytest11"))
 

@@ -1,6 +1,6 @@
 """What holds between two runs of one backend: optimised or not, once and again.
 
-Whether each run by itself is right, passgraph.conformance says (tests/conformance).
+Whether each run by itself is right, passgraph.verify.conformance says (tests/conformance).
 """
 
 from __future__ import annotations
@@ -10,9 +10,9 @@ import pytest
 from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph.conformance import Case, cases
-from passgraph.conformance.case import values
 from passgraph.formats import FORMATS, Format
+from passgraph.verify.conformance import Case, cases
+from passgraph.verify.conformance.case import values
 
 COLOUR_FORMATS = [f for f in FORMATS.values() if not f.is_depth]
 #: Numbers of channels are stored alike; each kind of number once, and each number of channels.

@@ -7,14 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 import passgraph as pg
-from passgraph.effects.batches import merged
-from passgraph.effects.contact import contact_passes
-from passgraph.effects.planar_draws import SHADOW_OFFSET
-from passgraph.effects.planar_kernels import darken, flatten
-from passgraph.effects.planar_matrices import ground_of, projection
-from passgraph.effects.shadow_light import multiply
-from passgraph.effects.tone_map import tone_map
-from passgraph.effects.views import View
+from passgraph.effects.ambient.contact import contact_passes
+from passgraph.effects.pictures.tone_map import tone_map
+from passgraph.effects.planar_shadows.planar_draws import SHADOW_OFFSET
+from passgraph.effects.planar_shadows.planar_kernels import darken, flatten
+from passgraph.effects.planar_shadows.planar_matrices import ground_of, projection
+from passgraph.effects.shadows.shadow_light import multiply
+from passgraph.effects.surfaces.batches import merged
+from passgraph.effects.surfaces.views import View
 
 #: Towards a light straight above.
 ABOVE = np.array([0.0, 1.0, 0.0, 0.0])
@@ -49,13 +49,13 @@ def planar_comparison(
 
     Parameters
     ----------
-    scene, height, threshold, darkness, map_size : see `passgraph.effects.contact.contact`
+    scene, height, threshold, darkness, map_size : see `passgraph.effects.ambient.contact.contact`
     lift : of the projected triangles over the plane, scene units
 
     Both look down from straight above; the first has no threshold and no filter.
 
-    Source: as for `passgraph.effects.planar.planar` and `passgraph.effects.contact.contact`. Deviation: each
-    pixel is darkened once by a minimum in place of the stencil, for the share starts at 1.
+    Source: as for `passgraph.effects.planar_shadows.planar.planar` and `passgraph.effects.ambient.contact.contact`.
+    Deviation: each pixel is darkened once by a minimum in place of the stencil, for the share starts at 1.
 
     Examples
     --------

@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 import passgraph as pg
 from docs.occlusion_scenes import LEG_RADIUS, LEGS, RADIUS, WALL_Z, compared, legs_scene
-from passgraph.effects.ambient_occlusion import ambient_occlusion_passes, occluded, occlusion
-from passgraph.effects.contact import contact_passes
-from passgraph.effects.occlusion_filter import normals_of_depth
+from passgraph.effects.ambient.ambient_occlusion import ambient_occlusion_passes, occluded, occlusion
+from passgraph.effects.ambient.contact import contact_passes
+from passgraph.effects.ambient.occlusion_filter import normals_of_depth
 from passgraph.scene.matrices import translation
 from passgraph.scene.shipped import ball, cylinder
 from tests.agreement import assert_within_bounds

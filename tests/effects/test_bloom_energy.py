@@ -9,7 +9,7 @@ from scipy.ndimage import map_coordinates
 
 import passgraph as pg
 from passgraph.effects import bloom
-from passgraph.targets import Target
+from passgraph.graph.targets import Target
 from tests.conftest import DEVICES
 from tests.effects.scenes import Picture
 

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.effects.batches import merged
-from passgraph.effects.contact import Contact, contact, contact_passes
-from passgraph.effects.contact_map import Darkness
+from passgraph.effects.ambient.contact import Contact, contact, contact_passes
+from passgraph.effects.ambient.contact_map import Darkness
+from passgraph.effects.surfaces.batches import merged
+from passgraph.graph.targets import Absolute
 from passgraph.scene.matrices import translation
 from passgraph.scene.shipped import ball
-from passgraph.targets import Absolute
 from tests.effects.scenes import Picture, cube, floor, floor_places, from_above, render, sun
 
 SIZE = (48, 32)

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.effects.contact import Contact, contact_passes
+from passgraph.effects.ambient.contact import Contact, contact_passes
+from passgraph.graph.targets import Absolute
 from passgraph.scene.matrices import translation
 from passgraph.scene.shipped import ball
-from passgraph.targets import Absolute
 from tests.agreement import assert_within_bounds
 from tests.effects.scenes import Float64, Picture, cube, render, sun
 

@@ -9,8 +9,8 @@ import pytest
 from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph.effects.five_pass import five_pass, five_pass_targets, round_spot
-from passgraph.effects.five_pass_blur import BlurKernel, WeightsFrom, blur_mask, tap_weights
+from passgraph.effects.shadows.five_pass import five_pass, five_pass_targets, round_spot
+from passgraph.effects.shadows.five_pass_blur import BlurKernel, WeightsFrom, blur_mask, tap_weights
 from tests.effects.scenes import Picture, cube, floor, floor_places, from_above, render, sun
 
 KERNELS: tuple[BlurKernel, ...] = ("normalised", "faithful")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.effects.shadow_choice import SHADOW_FILTERS
+from passgraph.effects.shadows.shadow_choice import SHADOW_FILTERS
 from tests.effects.hard import bias, blurring, lights, moments, penumbrae, precision, refusals
 from tests.effects.hard.case import Case, Figure, mask
 

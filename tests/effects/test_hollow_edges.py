@@ -10,7 +10,7 @@ import pytest
 
 import passgraph as pg
 from passgraph.effects import soft_shadow_passes
-from passgraph.effects.shadow_choice import SHADOW_FILTERS
+from passgraph.effects.shadows.shadow_choice import SHADOW_FILTERS
 from passgraph.scene.matrices import rotation_y, translation
 from passgraph.scene.shipped import box
 from tests.effects.scenes import floor, render

@@ -10,11 +10,11 @@ import pytest
 
 import passgraph as pg
 from passgraph import Const, Image, pixel, vec2, vec4
-from passgraph.effects.batches import batches
-from passgraph.effects.g_buffer import g_buffer
-from passgraph.effects.mip_maps import WRAPS, mipped, mips_of, texel_density
-from passgraph.effects.textures import TextureInputs
-from passgraph.effects.views import View
+from passgraph.effects.surfaces.batches import batches
+from passgraph.effects.surfaces.g_buffer import g_buffer
+from passgraph.effects.surfaces.mip_maps import WRAPS, mipped, mips_of, texel_density
+from passgraph.effects.surfaces.textures import TextureInputs
+from passgraph.effects.surfaces.views import View
 from tests.agreement import assert_within_bounds
 
 SIZE = (160, 90)

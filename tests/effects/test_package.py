@@ -1,4 +1,4 @@
-"""The package of effects: loads what is asked for, and a name means the effect even where its module has it too."""
+"""The package of effects: loads what is asked for, by the names of effects."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ import sys
 import passgraph.effects
 loaded = lambda: sorted(name for name in sys.modules if name.startswith("passgraph.effects."))
 assert loaded() == [], loaded()
-import passgraph.effects.bloom, passgraph.effects.lens
-from passgraph.effects import bloom, lens, tone_map
-assert callable(bloom) and callable(tone_map) and callable(lens.dirty_lens)
-assert "passgraph.effects.ambient_occlusion" not in loaded()
+import passgraph.effects.pictures.bloom
+from passgraph.effects import bloom, tone_map
+assert callable(bloom) and callable(tone_map)
+assert "passgraph.effects.ambient.ambient_occlusion" not in loaded()
 assert "networkx" not in sys.modules and "numba" not in sys.modules
 """
 

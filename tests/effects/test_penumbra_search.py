@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 import passgraph as pg
 from passgraph.effects import soft_shadow_passes
-from passgraph.effects.shadow_choice import Hard, Penumbra
+from passgraph.effects.shadows.shadow_choice import Hard, Penumbra
 from passgraph.scene.matrices import translation
 from passgraph.truth import visible_share
 from tests.agreement import assert_within_bounds

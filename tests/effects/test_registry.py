@@ -102,9 +102,8 @@ def _steps(picture: pg.Target) -> str:
 
 
 def test_listing_imports_no_effect() -> None:
-    code = (
-        "from passgraph.effects.registry import EFFECTS; print(len(EFFECTS), 'passgraph.effects.bloom' in sys.modules)"
-    )
+    code = "from passgraph.effects.registry import EFFECTS; print(len(EFFECTS), BLOOM in sys.modules)"
+    code = code.replace("BLOOM", "'passgraph.effects.pictures.bloom'")
     assert told(code) == f"{len(EFFECTS)} False\n"
 
 
@@ -128,7 +127,7 @@ def test_an_effect_of_another_package_is_one_of_all(tmp_path: Path) -> None:
     code = """
 import passgraph as pg
 from passgraph.commands.entry import run
-from passgraph.conformance.effects import cases
+from passgraph.verify.conformance.effects import cases
 from passgraph.effects.registry import EFFECTS
 found = EFFECTS["halved"]
 print(found.takes, found.summary, [(p.name, str(p.range), p.help) for p in found.parameters])

@@ -9,7 +9,7 @@ import pytest
 
 import passgraph as pg
 from passgraph.effects import soft_shadow
-from passgraph.effects.shadow_choice import Blur, Hard
+from passgraph.effects.shadows.shadow_choice import Blur, Hard
 from passgraph.language.scalar import For, If, LoadTexel
 from passgraph.plan.data import DrawStep, PixelStep
 from tests.effects.hard import blurring

@@ -13,7 +13,7 @@ import pytest
 import passgraph as pg
 from passgraph.effects import soft_shadow, soft_shadow_passes
 from passgraph.effects.parameters import arguments_from
-from passgraph.effects.shadow_choice import SHADOW_FILTERS, Disc, Evsm4, Msm, Pcf, Vsm
+from passgraph.effects.shadows.shadow_choice import SHADOW_FILTERS, Disc, Evsm4, Msm, Pcf, Vsm
 from passgraph.scene.matrices import translation
 from tests.agreement import assert_within_bounds
 from tests.effects.scenes import Float64, Picture, cube, floor, floor_places, from_above, render, sun

@@ -13,10 +13,10 @@ from numpy.typing import ArrayLike, NDArray
 import passgraph as pg
 from passgraph import Image, exp, float_from_bits, isinf, ivec2, pixel, vec2, vec4
 from passgraph.effects import soft_shadow_passes
-from passgraph.effects.moment_maps import block_of, box_kernels, exponential_map, moment_map, pack, variance_map
-from passgraph.effects.shadow_choice import SHADOW_FILTERS, Evsm4, Msm
-from passgraph.effects.shadow_filters import FilterFrame
-from passgraph.effects.shadow_moments import (
+from passgraph.effects.shadows.moment_maps import block_of, box_kernels, exponential_map, moment_map, pack, variance_map
+from passgraph.effects.shadows.shadow_choice import SHADOW_FILTERS, Evsm4, Msm
+from passgraph.effects.shadows.shadow_filters import FilterFrame
+from passgraph.effects.shadows.shadow_moments import (
     LEAST_SURE,
     MOMENT_BIAS,
     MOMENT_BIAS_16,

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 import passgraph as pg
 from passgraph.effects import soft_shadow, soft_shadow_passes
-from passgraph.effects.shadow_choice import Blur, BlurWidth
+from passgraph.effects.shadows.shadow_choice import Blur, BlurWidth
 from passgraph.scene.matrices import rotation_y, translation
 from tests.effects.scenes import (
     SIZE,

@@ -7,7 +7,7 @@ import pytest
 
 import passgraph as pg
 from passgraph.effects import soft_shadow, soft_shadow_passes
-from passgraph.effects.shadow_choice import Auto, Blur, Penumbra
+from passgraph.effects.shadows.shadow_choice import Auto, Blur, Penumbra
 from passgraph.plan.data import Plan
 from tests.effects.scenes import cube, floor, from_above, render, sun
 

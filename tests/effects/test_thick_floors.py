@@ -13,9 +13,9 @@ import passgraph as pg
 from passgraph.bench.scenes import scene_named
 from passgraph.bench.truth import truth_of
 from passgraph.effects import soft_shadow_passes
-from passgraph.effects.map_fit import pieces_of, seen_points
-from passgraph.effects.shadow_choice import SHADOW_FILTERS, Pcss, Penumbra
-from passgraph.effects.views import Casters, Seen
+from passgraph.effects.shadows.shadow_choice import SHADOW_FILTERS, Pcss, Penumbra
+from passgraph.effects.surfaces.map_fit import pieces_of, seen_points
+from passgraph.effects.surfaces.views import Casters, Seen
 from passgraph.scene.matrices import transform_points
 from tests.agreement import assert_within_bounds
 from tests.effects.scenes import Picture, cube, floor, render, sun
@@ -61,8 +61,8 @@ def test_a_caster_in_the_plane_of_the_lamp_does_not_widen_every_search(name: str
 
 def frustum_of(scene: pg.Scene, seen: Seen | None) -> NDArray[np.float64]:
     """The map that the default filter draws, projection times view."""
-    from passgraph.effects.map_fit import Fit
-    from passgraph.effects.views import MapView
+    from passgraph.effects.surfaces.map_fit import Fit
+    from passgraph.effects.surfaces.views import MapView
 
     casters, camera = Casters.of(scene), pg.Value("camera", pg.Camera)
     receivers = pieces_of([node for node in scene.nodes if node.receives], casters.origin)

@@ -11,9 +11,9 @@ import pytest
 from passgraph.backends.base import Backend
 from passgraph.backends.registry import open_backend
 from passgraph.errors import InputError
-from passgraph.fuzz import search
-from passgraph.fuzz.cases import Tally, load, save
-from passgraph.fuzz.outcomes import outcome
+from passgraph.verify.fuzz import search
+from passgraph.verify.fuzz.cases import Tally, load, save
+from passgraph.verify.fuzz.outcomes import outcome
 from tests.conftest import present_devices
 
 REGRESSIONS = sorted((Path(__file__).parent / "regressions").glob("*.json"))

@@ -80,6 +80,6 @@ def test_errors_are_one_line_and_2(arguments: list[str], words: str, capsys: pyt
 def test_without_hypothesis_the_message_says_what_installs_it(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setitem(sys.modules, "passgraph.fuzz.search", None)
+    monkeypatch.setitem(sys.modules, "passgraph.verify.fuzz.search", None)
     assert run(["fuzz", "-b", "reference"]) == 2
     assert "pip install 'passgraph[fuzz]'" in capsys.readouterr().err

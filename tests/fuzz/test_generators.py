@@ -15,19 +15,19 @@ from passgraph.backends.base import Backend
 from passgraph.backends.gl.glsl_functions import SPELLED
 from passgraph.backends.reference import ReferenceBackend
 from passgraph.backends.registry import open_backend
-from passgraph.draw_state import COMPARE, CULL, EQUATIONS, FACTORS, STENCIL_OPERATIONS
-from passgraph.fuzz import search
-from passgraph.fuzz.cases import Tally, inputs_of, output_of, run
-from passgraph.fuzz.draws import draws
-from passgraph.fuzz.expressions import CALLS, WHOLE, Features
-from passgraph.fuzz.graphs import OPERATIONS as STEPS
-from passgraph.fuzz.graphs import graphs
-from passgraph.fuzz.kernels import kernel_texts, kernels, whole
-from passgraph.fuzz.outcomes import outcome
-from passgraph.fuzz.variants import REWRITINGS, rewritten
-from passgraph.graph import kernel
+from passgraph.graph.calls import kernel
+from passgraph.graph.draw_state import COMPARE, CULL, EQUATIONS, FACTORS, STENCIL_OPERATIONS
 from passgraph.language import ir
 from passgraph.language.operations import OPERATIONS
+from passgraph.verify.fuzz import search
+from passgraph.verify.fuzz.cases import Tally, inputs_of, output_of, run
+from passgraph.verify.fuzz.draws import draws
+from passgraph.verify.fuzz.expressions import CALLS, WHOLE, Features
+from passgraph.verify.fuzz.graphs import OPERATIONS as STEPS
+from passgraph.verify.fuzz.graphs import graphs
+from passgraph.verify.fuzz.kernels import kernel_texts, kernels, whole
+from passgraph.verify.fuzz.outcomes import outcome
+from passgraph.verify.fuzz.variants import REWRITINGS, rewritten
 from tests.conftest import require
 
 MANY = settings(

@@ -27,11 +27,11 @@ from passgraph.backends.base import Backend
 from passgraph.backends.registry import open_backend
 from passgraph.commands.sources import Job, scene_job, world_job
 from passgraph.effects.registry import EFFECTS, Effect
-from passgraph.fuzz.cases import EXACT, output_of, run, same_bits
-from passgraph.fuzz.draws import drawn, draws
-from passgraph.fuzz.graphs import OPTIMISATIONS, graphs, grown, plannable, run_thrice
-from passgraph.fuzz.pictures import Picture, unit
-from passgraph.program import named_outputs
+from passgraph.run.program import named_outputs
+from passgraph.verify.fuzz.cases import EXACT, output_of, run, same_bits
+from passgraph.verify.fuzz.draws import drawn, draws
+from passgraph.verify.fuzz.graphs import OPTIMISATIONS, graphs, grown, plannable, run_thrice
+from passgraph.verify.fuzz.pictures import Picture, unit
 from tests.conftest import require
 from tests.plan.orders import shuffled
 
@@ -222,8 +222,8 @@ TILED = """
 import hashlib, sys
 import passgraph.backends.numpy.raster.layout as names
 names.TILE = int(sys.argv[1])
-from passgraph.conformance import cases
-from passgraph.fuzz.cases import run
+from passgraph.verify.conformance import cases
+from passgraph.verify.fuzz.cases import run
 from passgraph.backends.registry import open_backend
 chosen = ("cull none, lean", "several targets", "discard", "blend alpha", "stencil increment on passed", "depth only",
           "polygon offset 1.5, 0")

@@ -23,12 +23,12 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph.backends.base import Backend, Block
 from passgraph.backends.registry import open_backend
-from passgraph.conformance.meshes import Soup
-from passgraph.draw_state import COMPARE, CULL, EQUATIONS, FACTORS, STENCIL_OPERATIONS, Blend, Stencil
+from passgraph.graph.draw_state import COMPARE, CULL, EQUATIONS, FACTORS, STENCIL_OPERATIONS, Blend, Stencil
 from passgraph.language.kernel import Kernel, kernel_from_text
-from passgraph.oracle.backend import Allowed, OracleBackend, outside
 from passgraph.plan.build import build
 from passgraph.plan.data import DrawStep, Options, Plan
+from passgraph.verify.conformance.meshes import Soup
+from passgraph.verify.oracle.backend import Allowed, OracleBackend, outside
 from tests.hostile.guard import guarded, guarded_copy
 
 Float32 = NDArray[np.float32]

@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from passgraph.backends.base import Backend
 from passgraph.backends.reference.raster_clip import Vertices, clip_triangles
 from passgraph.backends.registry import open_backend
-from passgraph.conformance.meshes import Soup
-from passgraph.draw_state import Blend
-from passgraph.oracle.coverage import INTERPOLATION_ULP, ULP
+from passgraph.graph.draw_state import Blend
+from passgraph.verify.conformance.meshes import Soup
+from passgraph.verify.oracle.coverage import INTERPOLATION_ULP, ULP
 from tests.conftest import expected_devices, require
 from tests.hostile.draws import SIMULATED_SECONDS, Drawn, Setup, case_of, run
 

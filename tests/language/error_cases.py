@@ -11,16 +11,16 @@ from typing import Any
 
 import numpy as np
 
-from passgraph.draw_state import Blend, DrawState, Stencil
-from passgraph.drawing import draw
 from passgraph.formats import format_named
-from passgraph.graph import fragment, kernel, vertex
+from passgraph.graph.calls import fragment, kernel, vertex
+from passgraph.graph.draw_state import Blend, DrawState, Stencil
+from passgraph.graph.drawing import draw
+from passgraph.graph.targets import Input, Target, previous, target
+from passgraph.graph.values import Derived, Value
 from passgraph.language import symbols, vectors
 from passgraph.language.kernel import function, struct
 from passgraph.language.lower import Facts, lower
 from passgraph.language.source import source_from_text
-from passgraph.targets import Input, Target, previous, target
-from passgraph.values import Derived, Value
 
 HEAD = "def k(c: Image, n: int, v: vec3, m: mat3) -> float:\n    x = c[0, 0].x\n    "
 STRUCT = "class S:\n    a: float\n    b: vec3\n\n"

@@ -8,7 +8,7 @@ import numpy as np
 from evaluate import Evaluator
 from numpy.typing import NDArray
 
-from passgraph.graph import PixelKernel, kernel
+from passgraph.graph.calls import PixelKernel, kernel
 from passgraph.language.lower import Facts, lower
 from passgraph.language.scalar import ScalarProgram
 

@@ -17,7 +17,7 @@ from error_cases import BODIES, CALLS, HEAD, HELPER, STAGES, STRUCT, TEXTS
 
 import passgraph.language.source as source_module
 from passgraph.errors import KernelError, PassgraphError
-from passgraph.graph import kernel
+from passgraph.graph.calls import kernel
 from passgraph.language.lower import lower
 
 PACKAGE = Path(source_module.__file__).parent.parent
@@ -143,7 +143,7 @@ def test_every_error_is_provoked_by_a_case() -> None:
 
 
 IMPORTS = """from __future__ import annotations
-from passgraph.graph import kernel
+from passgraph.graph.calls import kernel
 from passgraph.language.functions import *
 from passgraph.language.kernel import function, struct
 from passgraph.language.primitives import *
@@ -253,14 +253,14 @@ def test_a_file_that_changed_after_import_is_noticed(tmp_path: Path) -> None:
 
 def test_the_plain_prompt_keeps_no_source_and_the_error_says_what_to_do() -> None:
     shell = code.InteractiveInterpreter()
-    shell.runsource("from passgraph.graph import kernel; from passgraph.language.symbols import *", "<stdin>")
+    shell.runsource("from passgraph.graph.calls import kernel; from passgraph.language.symbols import *", "<stdin>")
     shell.runsource("def k(c: Image) -> float: return 1.0\n", "<stdin>", "single")
     with pytest.raises(KernelError, match=r"the source of k cannot be found.*pg\.kernel\(source=\.\.\.\)"):
         kernel(shell.locals["k"])  # type: ignore[call-overload]
 
 
 CELL = """from __future__ import annotations
-from passgraph.graph import kernel
+from passgraph.graph.calls import kernel
 from passgraph.language.kernel import struct
 from passgraph.language.symbols import Image, vec3, vec4
 

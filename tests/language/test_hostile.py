@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from passgraph.errors import PassgraphError
-from passgraph.graph import kernel
+from passgraph.graph.calls import kernel
 from passgraph.language.lower import lower
 
 #: Calls of functions that a text may cost.  The longest takes 4.4 million, a second or two alone on a machine.
@@ -190,7 +190,7 @@ def test_nothing_of_python_can_be_reached(text: str) -> None:
     [
         "import os",
         "from os import system",
-        "import passgraph.program",
+        "import passgraph.run.program",
         "from . import x",
         "raise SystemExit",
         "x = open('a')",

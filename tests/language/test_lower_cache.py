@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 import passgraph as pg
-from passgraph.graph import PixelKernel
+from passgraph.graph.calls import PixelKernel
 from passgraph.language import lower_cache
 from passgraph.language.lower import Facts, ImageFacts, lower
 from passgraph.language.lower_cache import lower_once

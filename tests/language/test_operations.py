@@ -10,14 +10,14 @@ import pytest
 
 import passgraph as pg
 from passgraph.backends.reference.number_domain import KINDS
-from passgraph.conformance.operations import floats, into
-from passgraph.fuzz.expressions import CALLS, WHOLE
 from passgraph.language import functions, primitives, vectors
 from passgraph.language.domains import Domain
 from passgraph.language.expand import EXPANSIONS
 from passgraph.language.library import prelude_function
 from passgraph.language.operation import ROWS, Operation
 from passgraph.language.operations import BUILTINS, FUNCTIONS, OPERATIONS, called, signed
+from passgraph.verify.conformance.operations import floats, into
+from passgraph.verify.fuzz.expressions import CALLS, WHOLE
 
 NAMES = list(OPERATIONS)
 MODULES = (primitives, functions, vectors)

@@ -13,11 +13,11 @@ from evaluate import evaluate
 from hypothesis import HealthCheck, given, settings
 from running import lowered, parsed, run, run_program
 
-from passgraph.fuzz.expressions import Features
-from passgraph.fuzz.kernels import kernel_texts
-from passgraph.graph import kernel
+from passgraph.graph.calls import kernel
 from passgraph.language import scalar as s
 from passgraph.language.lower import Facts, Fused, ImageFacts, lower
+from passgraph.verify.fuzz.expressions import Features
+from passgraph.verify.fuzz.kernels import kernel_texts
 
 SPECIAL = [0.0, -0.0, 1.0, -1.0, 0.5, 2.5, -3.75, 7.0, 31.0, 1e-40, 1e30, -3e38, math.inf, -math.inf, math.nan, 1e9]
 PICTURE = np.array(
@@ -379,7 +379,7 @@ def test_keys_are_the_same_in_every_process() -> None:
                 r.y = sin(r.y)
             return r
         """
-    script = "from passgraph.graph import kernel\nfrom passgraph.language.lower import lower\n"
+    script = "from passgraph.graph.calls import kernel\nfrom passgraph.language.lower import lower\n"
     script += f"print(lower(kernel(source={text!r}).program).key)"
     keys = {lower(kernel(source=text).program).key}
     for seed in ("1", "2"):

@@ -19,8 +19,8 @@ from typing import Any
 
 from passgraph.backends.base import Backend
 from passgraph.backends.registry import open_backend
-from passgraph.conformance import GROUPS, Case, Verdict, cases, judge
-from passgraph.conformance.judging import Judge
+from passgraph.verify.conformance import GROUPS, Case, Verdict, cases, judge
+from passgraph.verify.conformance.judging import Judge
 
 
 def chosen(request: dict[str, Any]) -> Iterator[Case]:

@@ -11,10 +11,10 @@ import pytest
 from conforming import Conforming
 
 import passgraph as pg
-from passgraph.compare import compare
 from passgraph.errors import PassgraphError
-from passgraph.oracle.backend import Allowed, outside
-from passgraph.oracle.passes import Passes
+from passgraph.verify.compare import compare
+from passgraph.verify.oracle.backend import Allowed, outside
+from passgraph.verify.oracle.passes import Passes
 
 #: Bodies over p, the texel; a third of the texels lies on steps of 1/8, where decisions straddle.
 FLOW = {

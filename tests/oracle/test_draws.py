@@ -18,10 +18,10 @@ from passgraph.backends.reference import ReferenceBackend, output_merge
 from passgraph.backends.reference import draw_pass as reference_draw
 from passgraph.backends.reference.draw_pass import ReferenceDrawPass
 from passgraph.backends.reference.raster_setup import ScreenTriangles
-from passgraph.compare import BackendReport, compare
-from passgraph.conformance.meshes import Soup, soup
-from passgraph.draw_state import COMPARE, EQUATIONS, FACTORS, STENCIL_OPERATIONS, Blend, Stencil
-from passgraph.oracle.passes import Passes
+from passgraph.graph.draw_state import COMPARE, EQUATIONS, FACTORS, STENCIL_OPERATIONS, Blend, Stencil
+from passgraph.verify.compare import BackendReport, compare
+from passgraph.verify.conformance.meshes import Soup, soup
+from passgraph.verify.oracle.passes import Passes
 
 SIZE = (67, 49)
 #: Shares of ambiguous pixels that the soups below keep to: backends that snap corners as documented, and OpenGL,

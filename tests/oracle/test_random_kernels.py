@@ -1,4 +1,4 @@
-"""Random kernels and graphs of passgraph.fuzz, computed as badly as the standards allow: inside, always.
+"""Random kernels and graphs of passgraph.verify.fuzz, computed as badly as the standards allow: inside, always.
 
 The figures printed (``pytest -s``) say how many cases and verdicts there were and how many pixels were ambiguous:
 were all of them, the test would prove nothing.
@@ -10,8 +10,8 @@ import pytest
 from conforming import Conforming
 
 from passgraph.backends.reference import ReferenceBackend
-from passgraph.fuzz.cases import Tally
-from passgraph.fuzz.search import batch, strategies
+from passgraph.verify.fuzz.cases import Tally
+from passgraph.verify.fuzz.search import batch, strategies
 
 
 @pytest.mark.parametrize(

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from running import lowered
 
 from passgraph.language.operations import OPERATIONS
-from passgraph.oracle.decisions import Bounds, Track, explore
-from passgraph.oracle.domain import IntervalDomain
-from passgraph.oracle.interval import Interval, flushed
+from passgraph.verify.oracle.decisions import Bounds, Track, explore
+from passgraph.verify.oracle.domain import IntervalDomain
+from passgraph.verify.oracle.interval import Interval, flushed
 
 SMALLEST_NORMAL = 2.0**-126
 #: Row → the expression of the kernel language that it is.

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends import base
-from passgraph.draw_state import DrawState
 from passgraph.formats import Format
-from passgraph.geometry import Geometry
+from passgraph.graph.draw_state import DrawState
+from passgraph.graph.geometry import Geometry
 from passgraph.language import scalar as s
 from passgraph.plan.data import DrawStep, PixelStep
 

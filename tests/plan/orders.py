@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from passgraph.graph.targets import Pass
 from passgraph.plan.order import Copies, dependencies
 from passgraph.plan.sort import producers_first
 from passgraph.plan.work import Work
-from passgraph.targets import Pass
 
 
 def shuffled(work: Work, seed: int) -> tuple[list[Pass], Copies]:

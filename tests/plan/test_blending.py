@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 import passgraph as pg
 from passgraph.backends.base import Block, quantised
-from passgraph.draw_state import BLENDS, EQUATIONS, FACTORS, Blend
 from passgraph.formats import FORMATS, Format
+from passgraph.graph.draw_state import BLENDS, EQUATIONS, FACTORS, Blend
 from passgraph.language import scalar as s
 from passgraph.plan.blending import blend_program
 from passgraph.plan.data import DrawStep

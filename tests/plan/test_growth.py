@@ -14,10 +14,10 @@ import pytest
 
 import passgraph as pg
 from passgraph.backends.null import NullBackend
+from passgraph.graph.targets import Target
 from passgraph.language.lower import Facts, Fused, ImageFacts, lower
 from passgraph.plan.chains import MAX_STEPS, Chains
 from passgraph.plan.fuse import MAX_FUSED_INSTRUCTIONS
-from passgraph.targets import Target
 
 SIZE = (16, 12)
 half = pg.kernel(source="def half(color: Image) -> vec4: return color[0, 0] * 0.5")

@@ -9,11 +9,11 @@ import passgraph as pg
 from passgraph.backends.base import Backend
 from passgraph.backends.null import NullBackend
 from passgraph.errors import BackendError
-from passgraph.graph import PixelKernel
+from passgraph.graph.calls import PixelKernel
+from passgraph.graph.targets import Target
 from passgraph.plan.data import Plan
 from passgraph.plan.fuse import MAX_FUSED_IMAGES
 from passgraph.plan.limits import Limits
-from passgraph.targets import Target
 
 SIZE = (8, 4)
 

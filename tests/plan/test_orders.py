@@ -12,9 +12,9 @@ import pytest
 
 import passgraph as pg
 from passgraph.effects import Vsm, soft_shadow
+from passgraph.graph.targets import Target, TargetSpec
 from passgraph.plan.build import build
 from passgraph.plan.data import Options
-from passgraph.targets import Target, TargetSpec
 
 SCRIPT = """
 import sys

@@ -8,9 +8,9 @@ import pytest
 import passgraph as pg
 from passgraph import Const, Image, vec4
 from passgraph.formats import format_named
+from passgraph.graph.targets import Target
 from passgraph.plan.build import build
 from passgraph.plan.data import CopyStep, DrawStep, Options, PixelStep, Plan
-from passgraph.targets import Target
 from tests.plan.orders import apart
 
 copy = pg.kernel(source="def copy(color: Image) -> vec4: return color[0, 0]")

@@ -14,9 +14,9 @@ import passgraph.plan.build
 from passgraph.backends.base import Backend
 from passgraph.backends.null import NullBackend
 from passgraph.backends.registry import open_backend
-from passgraph.fuzz.cases import EXACT
-from passgraph.fuzz.graphs import OPTIMISATIONS, different, graphs, grown, plannable, run_thrice
 from passgraph.plan.data import Resource, Step, lifetimes
+from passgraph.verify.fuzz.cases import EXACT
+from passgraph.verify.fuzz.graphs import OPTIMISATIONS, different, graphs, grown, plannable, run_thrice
 from tests.plan.orders import apart, shuffled
 
 BOUNDED = settings(

@@ -12,9 +12,9 @@ import passgraph as pg
 from passgraph import vec4
 from passgraph.backends.null import NullBackend
 from passgraph.formats import format_named
+from passgraph.graph.targets import MAX_SIDE, PixelPass, Target
 from passgraph.plan.build import build
 from passgraph.plan.sizes import MAX_PICTURE_BYTES
-from passgraph.targets import MAX_SIDE, PixelPass, Target
 
 copy = pg.kernel(source="def copy(color: Image) -> vec4: return color[0, 0]")
 add = pg.kernel(source="def add(a: Image, b: Image) -> vec4: return a[0, 0] + b[0, 0]")

@@ -20,7 +20,7 @@ from passgraph.plan.data import DrawStep
 
 if TYPE_CHECKING:
     from passgraph.backends.numpy.backend import Storage
-    from passgraph.geometry import Geometry
+    from passgraph.graph.geometry import Geometry
 
 #: Triangles (and vertices) in one piece of work.
 CHUNK = 4096

@@ -17,7 +17,7 @@ from passgraph.backends.numpy.raster.planes import interpolated, plane_numbers
 from passgraph.backends.numpy.vector.lane_body import LaneBody
 from passgraph.backends.numpy.vector.lanes import Lanes, counting
 from passgraph.backends.numpy.vector.operations import BOOL, F32, I8, I32, I64
-from passgraph.draw_state import Stencil
+from passgraph.graph.draw_state import Stencil
 from passgraph.plan.data import DrawStep
 
 _SIGNS = {"less": "<", "equal": "==", "less_equal": "<=", "greater": ">", "not_equal": "!=", "greater_equal": ">="}

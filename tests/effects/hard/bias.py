@@ -8,7 +8,7 @@ from math import radians, tan
 import numpy as np
 
 import passgraph as pg
-from passgraph.effects.shadow_choice import Hard, Pcf
+from passgraph.effects.shadows.shadow_choice import Hard, Pcf
 from passgraph.scene.matrices import rotation_y, translation
 from passgraph.scene.shipped import ball, cylinder
 from tests.effects.hard.case import SIZE, Case, Figure, Picture, mask, shown, traced

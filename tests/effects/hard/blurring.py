@@ -13,7 +13,7 @@ from scipy.ndimage import maximum_filter
 
 import passgraph as pg
 from passgraph.effects import soft_shadow_passes
-from passgraph.effects.shadow_choice import Blur, Hard, Pcss
+from passgraph.effects.shadows.shadow_choice import Blur, Hard, Pcss
 from passgraph.scene.matrices import translation
 from passgraph.scene.shipped import ball, cylinder
 from passgraph.truth import first_surfaces

@@ -8,8 +8,8 @@ from math import radians
 import numpy as np
 
 import passgraph as pg
-from passgraph.effects.shadow_choice import Hard
-from passgraph.effects.views import Casters
+from passgraph.effects.shadows.shadow_choice import Hard
+from passgraph.effects.surfaces.views import Casters
 from passgraph.scene.matrices import translation
 from tests.effects.hard.case import SIZE, Case, Figure, Picture, mask, mean_off, shown, traced
 from tests.effects.hard.naive import divided_depth, naive

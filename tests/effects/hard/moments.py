@@ -7,7 +7,7 @@ from functools import lru_cache
 import numpy as np
 
 import passgraph as pg
-from passgraph.effects.shadow_choice import Evsm4, Msm, Vsm
+from passgraph.effects.shadows.shadow_choice import Evsm4, Msm, Vsm
 from passgraph.scene.matrices import translation
 from tests.effects.hard.case import Case, Figure, mask, rmse, shown, traced
 from tests.effects.hard.naive import sure

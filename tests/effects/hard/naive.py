@@ -11,9 +11,9 @@ import numpy as np
 import passgraph as pg
 from passgraph import Const, Image, dot, floor, ivec2, mat4, vec2, vec3, vec4
 from passgraph.effects import soft_shadow_passes
-from passgraph.effects.geometry import view_ray
-from passgraph.effects.shadow_filters import vogel_disc
-from passgraph.effects.views import Casters
+from passgraph.effects.shadows.shadow_filters import vogel_disc
+from passgraph.effects.surfaces.geometry import view_ray
+from passgraph.effects.surfaces.views import Casters
 from passgraph.scene.matrices import translation
 from tests.effects.hard.case import SIZE, Picture
 from tests.effects.scenes import render

@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 import passgraph as pg
-from passgraph.effects.shadow_choice import Blur, Disc, Hard, Pcf, Pcss
+from passgraph.effects.shadows.shadow_choice import Blur, Disc, Hard, Pcf, Pcss
 from passgraph.scene.matrices import translation
 from tests.effects.hard.case import SIZE, Case, Figure, Picture, mask, rmse, shown, traced, width_of
 from tests.effects.hard.naive import closer_soft, frame, naive
@@ -130,7 +130,7 @@ def clamped_depth(backend: str) -> Case:
 
 def floor_depth(scene: pg.Scene) -> float:
     """Along the light's axis, of the world's origin, which lies on the floor."""
-    from passgraph.effects.views import Casters
+    from passgraph.effects.surfaces.views import Casters
 
     light = scene.lights[0]
     view, _ = light.frustum(Casters.of(scene).bounds_for(light))

@@ -9,7 +9,7 @@ import numpy as np
 
 import passgraph as pg
 from passgraph.effects import soft_shadow
-from passgraph.effects.shadow_choice import Hard
+from passgraph.effects.shadows.shadow_choice import Hard
 from tests.effects.hard.case import Case, Figure, mask, traced
 from tests.effects.scenes import cube, floor, from_above, sun
 

@@ -1,0 +1,169 @@
+"""Occlusion from horizons: how much of the light from all around reaches a pixel, by slices through the depth."""
+
+# mypy: disable-error-code="no-any-return"
+# Values of the kernel language are Any to Python's type checkers.
+from __future__ import annotations
+
+from math import pi
+
+import passgraph as pg
+from passgraph import (
+    Const,
+    Image,
+    acos,
+    atan,
+    clamp,
+    cos,
+    dot,
+    exp2,
+    floor,
+    inversesqrt,
+    ivec2,
+    length,
+    log2,
+    mix,
+    normalize,
+    output_size,
+    pixel,
+    sin,
+    sqrt,
+    vec2,
+    vec3,
+)
+from passgraph.effects.surfaces.geometry import unpack_normal, view_ray
+
+PI = pi
+#: Rows and columns of the noise pattern.  `passgraph.effects.ambient.occlusion_filter` averages exactly one pattern.
+PATTERN = 4
+#: Normals that are interpolated over a triangle may turn away from the eye where the triangle does not: below
+#: this cosine with the line of sight they are taken to be wrong …
+SMALLEST_COSINE = 0.002
+#: … and turned to about 45 degrees from it: unknown, they are then off by the least.
+TURNED_COSINE = 0.7
+#: The inverse depth of a tap is moved along the receiver's plane by at most this share of the receiver's own.
+LARGEST_SHIFT = 0.25
+
+
+@pg.function
+def pattern(p: ivec2) -> vec2:
+    """Two numbers in [0, 1): the first takes each of 16 values once in every 4 by 4 pixels, the second each of 4.
+
+    Source: J. Jimenez, X. Wu, A. Pesce, A. Jarabo, "Practical Real-Time Strategies for Accurate Indirect
+    Occlusion", 2016, the spatial noise of its implementation.
+    """
+    turn = (((p.x + p.y) & 3) << 2) + (p.x & 3)
+    return vec2(float(turn) / 16.0, float((p.y - p.x) & 3) / 4.0)
+
+
+@pg.function
+def unit(v: vec3) -> vec3:
+    """`normalize` of what is not near zero, by one division in place of three."""
+    return v * inversesqrt(dot(v, v))
+
+
+@pg.function
+def facing_normal(packed: vec2, v: vec3) -> vec3:
+    """The unit normal behind a packed one, turned toward the eye (unit direction) where it is none of what is seen."""
+    n = unpack_normal(packed)
+    cosine = dot(n, v)
+    return n if cosine > SMALLEST_COSINE else unit(n + v * (TURNED_COSINE - cosine))
+
+
+@pg.function
+def inverse_depth_step(n: vec3, ray: vec3, far: float, pixel_width: float) -> vec2:
+    """By how much 1 / depth grows on the plane through a pixel, a pixel to the right and a pixel down.
+
+    1 / depth is linear over the picture on any plane: dot(n, ray) / (dot(n, ray of the pixel) * far).
+    """
+    step = vec2(n.x, -n.y) * (pixel_width / (dot(n, ray) * far))
+    most = LARGEST_SHIFT / far
+    return clamp(step, -most, most)
+
+
+@pg.function
+def shaped(visibility: float, power: float) -> float:
+    """A share from 0 to 1 to a power, as exact as float16 shows: ``**`` is so to the last bits of float32."""
+    return exp2(power * log2(clamp(visibility, 1e-37, 1.0)))
+
+
+@pg.function
+def plane_step(packed: vec2, ray: vec3, far: float, pixel_width: float) -> vec2:
+    """`inverse_depth_step` of the `facing_normal`, whose length cancels out and is left as it is."""
+    n = unpack_normal(packed)
+    toward = -dot(n, ray)
+    ray_squared = dot(ray, ray)
+    ray_length = sqrt(ray_squared)
+    turned = n - ray * ((TURNED_COSINE * ray_length - toward) / ray_squared)
+    return inverse_depth_step(n if toward > SMALLEST_COSINE * ray_length else turned, ray, far, pixel_width)
+
+
+@pg.kernel
+def horizon_visibility(
+    inverse_depth: Image, normals: Image, tan_half: vec2, radius: float, falloff: float, thickness: float,
+    power: float, slices: Const[int], steps: Const[int],
+) -> vec2:  # fmt: skip
+    """The share of the cosine-weighted light from all around that arrives (1 without a surface); 1 / depth."""
+    inverse = inverse_depth[0, 0].r
+    if inverse <= 0.0:
+        return vec2(1.0, 0.0)
+    far = 1.0 / inverse
+    here = pixel()
+    ray = view_ray(tan_half)
+    pixel_width = 2.0 * tan_half.y / float(output_size().y)  # at distance 1
+    ray_length = length(ray)
+    v = -ray / ray_length
+    n = facing_normal(normals[0, 0].zw, v)
+    # a frame across the line of sight; v.z is above 0
+    a = 1.0 / (1.0 + v.z)
+    across = vec3(1.0 - v.x * v.x * a, -v.x * v.y * a, -v.x)
+    along = vec3(-v.x * v.y * a, 1.0 - v.y * v.y * a, -v.y)
+    n_v = dot(n, v)
+    step_of_plane = inverse_depth_step(n, ray, far, pixel_width)
+    reach_px = min(radius / (pixel_width * far), float(output_size().x + output_size().y))
+    full = 1.0 / falloff  # what is nearer than radius * (1 - falloff) counts in full
+    noise = pattern(here)
+    seen = 0.0
+    whole = 0.0
+    for i in range(slices):
+        angle = (float(i) + noise.x) * (PI / float(slices))
+        d = across * cos(angle) + along * sin(angle)
+        n_d = dot(n, d)
+        bent = sqrt(n_d * n_d + n_v * n_v)  # length of the normal's part in the slice
+        # where the slice's direction leads on the screen
+        screen = normalize(d.xy + ray.xy * d.z)
+        toward = vec2(screen.x, -screen.y)
+        # how a place one pixel on moves toward the eye and across the line of sight, at distance 1
+        toward_eye = dot(vec3(screen, 0.0), v) * pixel_width
+        sideways = dot(vec3(screen, 0.0), d) * pixel_width
+        lowest = [-n_d / bent, n_d / bent]
+        cosines = [-n_d / bent, n_d / bent]
+        for j in range(steps):
+            t = (float(j) + noise.y) / float(steps)
+            away = t * t * reach_px + 1.0
+            at = toward * away
+            nearest = floor(at + 0.5)
+            tap = ivec2(nearest)
+            # a texel's centre lies beside the slice: its depth is carried over along the receiver's plane
+            carried = dot(at - nearest, step_of_plane)
+            for side in range(2):
+                sign = 1 - 2 * side
+                w = max(inverse_depth.texel(here + tap * sign).r + carried * float(sign), 1e-20)
+                # from the pixel to the tap, both times w, which no cosine feels
+                up = ray_length * (far * w - 1.0) + away * float(sign) * toward_eye
+                beside = away * sideways
+                squared = up * up + beside * beside
+                # one division for two: by the distance, and of it by the radius
+                most = radius * w
+                scale = 1.0 / (sqrt(max(squared, 1e-30)) * most)
+                near = clamp((1.0 - squared * scale) * full, 0.0, 1.0)
+                c = mix(lowest[side], up * most * scale, near)
+                horizon = cosines[side]
+                cosines[side] = c if c > horizon else mix(horizon, max(c, lowest[side]), thickness)
+        # the arc's integral of cosine times sine, from the line of sight to each horizon
+        c1, c2 = cosines[0], cosines[1]
+        s1 = sqrt(max(1.0 - c1 * c1, 0.0))
+        s2 = sqrt(max(1.0 - c2 * c2, 0.0))
+        arc = acos(clamp(c1, -1.0, 1.0)) - c1 * s1 - acos(clamp(c2, -1.0, 1.0)) + c2 * s2
+        seen += 0.5 * (n_v * (s1 * s1 + s2 * s2) + n_d * arc)
+        whole += n_v + n_d * atan(n_d, n_v)
+    return vec2(shaped(seen / whole, power), inverse)

@@ -1,0 +1,1 @@
+"""Shadows and reflections in planes, with the stencil."""

@@ -1,0 +1,1 @@
+"""Shadows of lights: maps, filters, and the effects made of them."""

@@ -1,0 +1,252 @@
+"""Shadow maps turned into maps of moments, and blurred once a light."""
+
+# mypy: disable-error-code="no-any-return"
+# Values of the kernel language are Any to Python's type checkers.
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+import passgraph as pg
+from passgraph import Const, Image, ivec2, output_size, pixel, vec2, vec4
+from passgraph.effects.shadows.shadow_choice import Evsm4, MomentFilter, Msm, Vsm
+from passgraph.effects.shadows.shadow_filters import FilterFrame
+from passgraph.effects.shadows.shadow_moments import (
+    four_moments,
+    normalised,
+    packed_moments,
+    two_moments,
+    warped_moments,
+)
+from passgraph.effects.surfaces.views import Float64, LightFrame, MapView, Seen, View
+from passgraph.scene.matrices import translation
+
+#: A blur reaches no farther than this share of the map's width to each side.
+WIDEST = 1.0 / 8.0
+#: Bounds of loops that end early.  Drivers write out loops that are short (Mesa up to 32 rounds), and then make every
+#: read: on llvmpipe a narrow blur takes twice the time.
+NOT_WRITTEN_OUT = 64
+
+
+@dataclass(frozen=True, eq=False)
+class MomentView(MapView):
+    """How a map of moments looks at the scene: farther to each side than a map of depths, by what a blur reads.
+
+    ``width`` is half that of edges in scene units: a number or a value.
+    """
+
+    map_size: int = 1024
+    width: object = 0.0
+
+    def frustum(self, light: pg.Light, seen: Seen | None = None) -> tuple[Float64, Float64]:
+        """As fitted to the casters; widened where the width is a number, as in each run it is."""
+        view, projection = super().frustum(light)
+        if not isinstance(self.width, float):
+            return view, projection
+        radius = self._radius(light, projection)
+        inner = 1.0 - 2.0 * (radius + 2.0) / self.map_size if radius > 0.0 else 1.0
+        return view, np.diag([inner, inner, 1.0, 1.0]) @ projection
+
+    def _radius(self, light: pg.Light, projection: Float64) -> float:
+        """Of the blur, in texels of the widened map; ``projection`` is that of the casters."""
+        assert isinstance(self.width, float)
+        near, far = depths_of(projection)
+        share = self.width * float(projection[0, 0])
+        if light.kind != "directional":
+            share /= 0.5 * (near + far)
+        # the casters keep size - 2 (radius + 2) texels, and the width is this share of half of them
+        radius = 0.5 * share * (self.map_size - 4.0) / (1.0 + share)
+        return min(radius, WIDEST * self.map_size)
+
+    def clip_from(self, origin: Float64) -> pg.Derived:
+        def matrix(light: pg.Light, width: float) -> Float64:
+            view, projection = replace(self, width=float(width)).frustum(light)
+            return projection @ view @ translation(origin)
+
+        return with_width(matrix, self.width, self.light)
+
+    def frame(self, view: View, map_size: int) -> pg.Derived:
+        def made(camera: pg.Camera, light: pg.Light, width: float) -> LightFrame:
+            return replace(self, width=float(width))._frame(camera, light, None, map_size)
+
+        return with_width(made, self.width, view.camera, self.light)
+
+    def filter_frame(self, of: MomentFilter) -> pg.Derived:
+        """What each run sets of the filter."""
+        exponent = of.exponent if isinstance(of, Evsm4) else 0.0  # the others have no warp
+
+        def frame(light: pg.Light, width: float) -> FilterFrame:
+            projection = super(MomentView, self).frustum(light)[1]
+            near, far = depths_of(projection)
+            radius = replace(self, width=float(width))._radius(light, projection)
+            scale = 2.0 / (far - near)
+            return FilterFrame(width, of.bleed, exponent, near, scale, radius, block_of(radius))
+
+        return with_width(frame, self.width, self.light)
+
+
+def with_width(function: Callable[..., object], width: object, *values: pg.Value) -> pg.Derived:
+    """A value from run values and a width, which is a number, a run value or derived from some."""
+    count = len(values)
+    if isinstance(width, pg.Derived):
+        inner = width.function
+        return pg.combine(lambda *given: function(*given[:count], inner(*given[count:])), *values, *width.sources)
+    if isinstance(width, pg.Value):
+        return pg.combine(function, *values, width)
+    return pg.combine(lambda *given: function(*given, width), *values)
+
+
+def depths_of(projection: Float64) -> tuple[float, float]:
+    """Near and far, scene units."""
+    scale, shift = float(projection[2, 2]), float(projection[2, 3])
+    if projection[3, 3] == 1.0:
+        return (shift + 1.0) / scale, (shift - 1.0) / scale
+    return shift / (scale - 1.0), shift / (scale + 1.0)
+
+
+@pg.function
+def depth_at(map: Image, by: FilterFrame) -> float:
+    """-1 to 1; a blur reads outside the map, where the outermost texels are repeated: they are empty."""
+    p, last = pixel(), output_size() - 1
+    border = p.x == 0 or p.y == 0 or p.x == last.x or p.y == last.y
+    return 1.0 if border and by.radius > 0.0 else normalised(map[0, 0].r, by)
+
+
+@pg.kernel
+def variance_map(map: Image, by: FilterFrame) -> vec2:
+    """Depth and its square."""
+    return two_moments(depth_at(map, by))
+
+
+@pg.kernel
+def exponential_map(map: Image, by: FilterFrame) -> vec4:
+    """Two warps of the depth, and their squares."""
+    return warped_moments(depth_at(map, by), by.exponent)
+
+
+@pg.kernel
+def moment_map(map: Image, by: FilterFrame) -> vec4:
+    """Four powers of the depth."""
+    return four_moments(depth_at(map, by))
+
+
+@pg.kernel
+def pack(moments: Image) -> vec4:
+    """Four powers for 16 bits."""
+    return packed_moments(moments[0, 0])
+
+
+def block_of(radius: float) -> int:
+    """Texels to each side of a block's middle: blocks of about √radius texels make for the fewest reads."""
+    return max(int((radius**0.5 - 1.0) / 2.0), 0)
+
+
+@dataclass(frozen=True)
+class BoxKernels:
+    """A box in one direction, in two passes: `block`, the mean of a few texels, and `box`, of blocks side by side.
+
+    About 4 √radius reads a texel, where one pass takes 2 radius.
+    """
+
+    block: Any  # (map, by, dx, dy)
+    box: Any  # (blocks, map, by, dx, dy)
+
+
+@lru_cache(maxsize=64)
+def box_kernels(reach: int, channels: int) -> BoxKernels:
+    """For any half width up to ``reach`` texels, and of half a texel at least.  Two channels or four.
+
+    The outermost texels count by the part of them that the box covers.
+    """
+    longest = max(2 * block_of(reach) + 1, NOT_WRITTEN_OUT)
+    most = max(int(reach**0.5) + 4, NOT_WRITTEN_OUT)  # blocks to each side: more than √reach where they are just short
+
+    @pg.function
+    def block_mean(map: Image, beside: int, dx: int, dy: int) -> vec4:
+        share = 1.0 / float(2 * beside + 1)
+        total = map[0, 0] * share
+        for i in range(1, longest):
+            if i > beside:
+                break
+            total += (map[i * dx, i * dy] + map[-i * dx, -i * dy]) * share
+        return total
+
+    @pg.function
+    def box_mean(blocks: Image, map: Image, radius: float, beside: int, dx: int, dy: int) -> vec4:
+        here = pixel()
+        # shares first: every partial sum then stays below the largest value
+        share = 1.0 / (2.0 * radius)
+        length = 2 * beside + 1
+        of_block = share * float(length)
+        total = blocks[0, 0] * of_block
+        covered = beside  # texels to each side that are in the sum
+        for _ in range(most):
+            if float(covered + length) + 0.5 > radius:
+                break
+            at = ivec2(dx, dy) * (covered + beside + 1)
+            total += (blocks.texel(here + at) + blocks.texel(here - at)) * of_block
+            covered += length
+        for _ in range(longest):
+            part = radius - 0.5 - float(covered)
+            if part <= 0.0:
+                break
+            covered += 1
+            at = ivec2(dx, dy) * covered
+            total += (map.texel(here + at) + map.texel(here - at)) * (share * min(part, 1.0))
+        return total
+
+    @pg.kernel
+    def block_of_two(map: Image, by: FilterFrame, dx: Const[int], dy: Const[int]) -> vec2:
+        return block_mean(map, by.block, dx, dy).xy
+
+    @pg.kernel
+    def block_of_four(map: Image, by: FilterFrame, dx: Const[int], dy: Const[int]) -> vec4:
+        return block_mean(map, by.block, dx, dy)
+
+    @pg.kernel
+    def box_of_two(blocks: Image, map: Image, by: FilterFrame, dx: Const[int], dy: Const[int]) -> vec2:
+        return box_mean(blocks, map, max(by.radius, 0.5), by.block, dx, dy).xy
+
+    @pg.kernel
+    def box_of_four(blocks: Image, map: Image, by: FilterFrame, dx: Const[int], dy: Const[int]) -> vec4:
+        return box_mean(blocks, map, max(by.radius, 0.5), by.block, dx, dy)
+
+    return BoxKernels(block_of_two, box_of_two) if channels == 2 else BoxKernels(block_of_four, box_of_four)
+
+
+def blurred_moments(
+    map: pg.Target, of: MomentFilter, by: pg.Derived, blurred: bool, map_size: int, name: str
+) -> pg.Target:
+    """The moments of a shadow map, blurred by a box.
+
+    Parameters
+    ----------
+    map : depths, see `passgraph.effects.shadows.shadow_map.shadow_map`
+    of : which moments
+    by : see `MomentView.filter_frame`
+    blurred : off where the width is known to be 0
+    map_size : texels along each side
+    name : of the light
+
+    Returns
+    -------
+    rg32f, rgba32f, or with ``Msm(format="rgba16")`` what
+    `passgraph.effects.shadows.shadow_moments.packed_moments` says.
+    """
+    two = isinstance(of, Vsm)
+    kernel = variance_map if two else exponential_map if isinstance(of, Evsm4) else moment_map
+    store = "rg32f" if two else "rgba32f"
+    made = kernel(map, by, into=pg.target(f"moments of {name}", store))
+    if blurred:
+        boxes = box_kernels(max(int(WIDEST * map_size), 1), 2 if two else 4)
+        for axis, step in (("x", (1, 0)), ("y", (0, 1))):
+            said = f"moments of {name} blurred {axis}"
+            blocks = boxes.block(made, by, *step, into=pg.target(f"{said}, blocks", store))
+            made = boxes.box(blocks, made, by, *step, into=pg.target(said, store))
+    if isinstance(of, Msm) and of.format == "rgba16":
+        made = pack(made, into=pg.target(f"packed moments of {name}", "rgba16"))
+    return made

@@ -1,0 +1,288 @@
+"""Shadows of lights with an extent, searched for in half the size, and sharpened in full size where they are sharp."""
+
+# mypy: disable-error-code="no-any-return"
+# Values of the kernel language are Any to Python's type checkers.
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from math import cos, pi, sin
+from typing import Any
+
+import passgraph as pg
+from passgraph import Const, Image, dot, floor, ivec2, length, mix, smoothstep, vec2, vec3
+from passgraph.effects.shadows.nearest_casters import search_reach
+from passgraph.effects.shadows.shadow_filters import (
+    Receiver,
+    beside,
+    caster_at,
+    limit_at,
+    mean_of,
+    reach_of,
+    receiver_at,
+    toward_light,
+    vogel_disc,
+)
+from passgraph.effects.shadows.shadow_light import SCREEN_ROUNDING, light_at, on_face
+from passgraph.effects.shadows.shadow_map import NOTHING
+from passgraph.effects.surfaces.geometry import unpack_normal, view_ray
+from passgraph.effects.surfaces.views import LightFrame
+
+#: Half widths of penumbrae, in pixels, up to which full size decides, and from which half the size does: the small
+#: picture's pixels are 2 wide, and of a penumbra that is hardly wider they catch a point or two.
+SHARP_PX, SOFT_PX = 1.5, 4.0
+#: Comparisons for each place of the search: a mean of few has steps that show as bands in wide penumbrae.
+COMPARED = 2
+#: Comparisons of each pixel in full size: enough for a penumbra of SHARP_PX.
+FEW = 5
+FEW_PLACES: Any = vogel_disc(FEW)
+#: A caster nearer to the receiver than DEPTH_SLACK_TEXELS counts from so many texels on where all comparisons find one.
+NEAR_SLACK_TEXELS = 0.5
+#: How far a pixel of the small picture may lie off the plane of one that it is blended into.
+SAME_PLANE_PX = 2.0
+#: Half width of the least filter, in texels: an edge in a map is only known to a texel, and straightened by that much.
+LEAST = 0.6
+#: A texel is met by rays that pass its middle by up to half its diagonal.
+HALF_DIAGONAL = 0.75
+#: A comparison counts for casters whose own penumbra is so many times narrower at most: others stand beside the light.
+WIDER = 2.0
+#: Casters are near ones where their penumbra is so many times narrower than the widest that a search could find, and
+#: the search is wider than so many texels.
+FAR_AND_NEAR = 0.25
+LAYERED_TEXELS = 4.0
+#: Places of the search crowd toward the middle with this power of their number; 0.5 would spread them evenly. Most
+#: casters are near the receiver, and can be in its way only near its own place.
+CROWDING = 1.5
+
+
+def search_disc(taps: int) -> tuple[tuple[float, float], ...]:
+    """Points of a disc of radius 1, closer together toward its middle.
+
+    >>> [round(math.hypot(x, y), 3) for x, y in search_disc(4)]
+    [0.044, 0.23, 0.494, 0.818]
+    """
+    turn = pi * (3.0 - math.sqrt(5.0))
+    radii = [((i + 0.5) / taps) ** CROWDING for i in range(taps)]
+    return tuple((r * cos(i * turn), r * sin(i * turn)) for i, r in enumerate(radii))
+
+
+@pg.struct
+class Layers:
+    """Half widths of the penumbrae of the casters that a receiver has before it, scene units."""
+
+    far: float  # of casters far from it; -1 where there is none
+    near: float  # of those near it; -1 where there is none
+    split: float  # far casters have at least this
+
+
+@pg.function
+def facing_light(light: LightFrame, position: vec3, n: vec3, kind: int) -> bool:
+    """Whether the light's middle lies over the surface."""
+    return dot(n, toward_light(light, position, kind)) > 0.0
+
+
+@pg.function
+def step_aside(size: ivec2, tan_half: vec2) -> vec2:
+    """How far rays at distance 1 lie apart, of neighbouring pixels to the right and downwards."""
+    return vec2(2.0 * tan_half.x / float(size.x), -2.0 * tan_half.y / float(size.y))
+
+
+@lru_cache(maxsize=64)
+def find_penumbrae(taps: int) -> Any:
+    """A kernel for every other pixel of every other row: the share of the light that arrives, and the penumbra's half
+    width in pixels.
+
+    The width is 0 where nothing is in the way, and -1 where no light can arrive or there is no surface.
+
+    Source: R. Fernando, "Percentage-Closer Soft Shadows", 2005. Deviations: of the casters found only those count
+    that lie in the cone from the receiver to the light, for their mean and for the comparisons; the mean is harmonic
+    in their distance, as the nearest bound the light; places of the search crowd toward the middle.
+    """
+    search_places: Any = search_disc(taps)
+    compared = COMPARED * taps
+    places: Any = vogel_disc(compared)
+
+    @pg.function
+    def casters_about(
+        map: Image, nearest: Image, light: LightFrame, receiver: Receiver, kind: int, face: int
+    ) -> Layers:
+        """Harmonic means of the distances to the casters in the cone to the light, far ones and near ones."""
+        search = search_reach(map, nearest, light, receiver, kind)
+        margin = HALF_DIAGONAL * receiver.texel
+        split = search * FAR_AND_NEAR if search > LAYERED_TEXELS * receiver.texel else 0.0
+        far, far_count, near, near_count = 0.0, 0.0, 0.0, 0.0
+        for i in range(taps):
+            offset = search_places[i] * (search + margin)
+            caster = caster_at(map, receiver, beside(receiver, offset), kind, face)
+            reach = reach_of(light, receiver, caster, kind)
+            if caster < NOTHING and length(offset) <= reach + margin:
+                inverse = 1.0 / max(receiver.depth - caster, 1e-6 * receiver.depth)
+                if reach < split:
+                    near += inverse
+                    near_count += 1.0
+                else:
+                    far += inverse
+                    far_count += 1.0
+        return Layers(
+            reach_of(light, receiver, receiver.depth - far_count / max(far, 1e-30), kind) if far > 0.0 else -1.0,
+            reach_of(light, receiver, receiver.depth - near_count / max(near, 1e-30), kind) if near > 0.0 else -1.0,
+            split,
+        )
+
+    @pg.function
+    def share_of_disc(map: Image, light: LightFrame, receiver: Receiver, reach: float, kind: int, face: int) -> float:
+        """The mean of comparisons over a disc."""
+        lit = 0.0
+        for i in range(compared):
+            offset = places[i] * reach
+            caster = caster_at(map, receiver, beside(receiver, offset), kind, face)
+            own = WIDER * reach_of(light, receiver, caster, kind) + HALF_DIAGONAL * receiver.texel
+            lit += 0.0 if caster < NOTHING and length(offset) <= own else 1.0
+        return mean_of(lit, compared)
+
+    @pg.function
+    def share_past_both(
+        map: Image, light: LightFrame, receiver: Receiver, layers: Layers, kind: int, face: int
+    ) -> float:
+        """The mean over places of the light whose rays pass far casters and near ones.
+
+        Where a far caster hides from the map what is near, near ones are as common as elsewhere.
+        """
+        lit, lit_if_free, seen, blocked = 0.0, 0.0, 0.0, 0.0
+        for i in range(compared):
+            offset = places[i] * layers.far
+            caster = caster_at(map, receiver, beside(receiver, offset), kind, face)
+            reach = reach_of(light, receiver, caster, kind)
+            stopped = (
+                caster < NOTHING
+                and reach >= layers.split
+                and length(offset) <= WIDER * reach + HALF_DIAGONAL * receiver.texel
+            )
+            free = 0.0 if stopped else 1.0
+            offset = places[i] * layers.near
+            caster = caster_at(map, receiver, beside(receiver, offset), kind, face)
+            reach = reach_of(light, receiver, caster, kind)
+            if caster < NOTHING and reach >= layers.split:
+                lit_if_free += free
+            else:
+                seen += 1.0
+                if caster < NOTHING and length(offset) <= WIDER * reach + HALF_DIAGONAL * receiver.texel:
+                    blocked += 1.0
+                else:
+                    lit += free
+        return mean_of(lit + lit_if_free * (1.0 - blocked / max(seen, 1.0)), compared)
+
+    @pg.kernel
+    def penumbrae(
+        normals: Image, depth: Image, map: Image, nearest: Image, light: LightFrame, tan_half: vec2,
+        kind: Const[int], face: Const[int],
+    ) -> vec2:  # fmt: skip
+        size = depth.size
+        at = pg.pixel() * 2
+        far = depth.texel(at).r
+        aside = step_aside(size, tan_half)
+        ray = vec3((vec2(at) + 0.5 - 0.5 * vec2(size)) * aside, -1.0)
+        position = ray * far
+        n = unpack_normal(normals.texel(at).zw)
+        if far <= 0.0 or not facing_light(light, position, n, kind):
+            return vec2(0.0, -1.0)
+        pixel_width = -aside.y * far
+        receiver = receiver_at(map, light, position, n, 0.5 * pixel_width * SCREEN_ROUNDING, kind)
+        if receiver.share >= 0.0:
+            return vec2(receiver.share, 0.0)
+        layers = casters_about(map, nearest, light, receiver, kind, face)
+        widest = max(layers.far, layers.near)
+        if widest < 0.0:
+            return vec2(1.0, 0.0)
+        width_px = widest / pixel_width
+        if min(layers.far, layers.near) >= 0.0:
+            return vec2(share_past_both(map, light, receiver, layers, kind, face), width_px)
+        reach = max(widest, LEAST * receiver.texel)
+        return vec2(share_of_disc(map, light, receiver, reach, kind, face), width_px)
+
+    return penumbrae
+
+
+@pg.function
+def before_limit(map: Image, receiver: Receiver, offset: vec2, kind: int, face: int) -> float:
+    """By how much a texel's caster, ``offset`` scene units beside, lies before what it has to; negative where it does
+    not, or beyond the map's border."""
+    texel = floor(receiver.place + beside(receiver, offset))
+    limit = limit_at(receiver, texel + 0.5 - receiver.place, kind)
+    size = vec2(map.size)
+    inside = face >= 0 or (texel.x >= 0.0 and texel.y >= 0.0 and texel.x < size.x and texel.y < size.y)
+    return limit - map.texel(ivec2(texel)).r if inside else -NOTHING
+
+
+@pg.function
+def sharp_share(map: Image, receiver: Receiver, reach: float, soft: bool, kind: int, face: int) -> float:
+    """The mean of FEW comparisons over a disc; of the first alone where it is lit and nothing is near.
+
+    Where two surfaces meet, some of the places see the receiver's own surface; where none of them does, a caster that
+    nearly touches the receiver is one.
+    """
+    near = NEAR_SLACK_TEXELS * receiver.texel - receiver.slack
+    before = before_limit(map, receiver, FEW_PLACES[0] * reach, kind, face)
+    lit = 0.0 if before > 0.0 else 1.0
+    least = before
+    if soft or before > near:
+        for i in range(1, FEW):
+            before = before_limit(map, receiver, FEW_PLACES[i] * reach, kind, face)
+            lit += 0.0 if before > 0.0 else 1.0
+            least = min(least, before)
+        lit = 0.0 if least > near else mean_of(lit, FEW)
+    return lit
+
+
+@pg.kernel
+def add_light_with_penumbrae(
+    free: Image, shadowed: Image, normals: Image, depth: Image, map: Image, penumbrae: Image,
+    light: LightFrame, tan_half: vec2, kind: Const[int], face: Const[int],
+) -> tuple[vec3, vec3]:  # fmt: skip
+    """Adds one light to both sums, as `passgraph.effects.shadows.shadow_light.add_shadowed_light` does.
+
+    The small picture is enlarged along the surface that each pixel lies on; where its penumbrae are narrow, a few
+    comparisons over their width take its place.
+    """
+    here = pg.pixel()
+    far = depth[0, 0].r
+    ray = view_ray(tan_half)
+    position = ray * far
+    packed = normals[0, 0]
+    n = unpack_normal(packed.zw)
+    more = light_at(light, position, unpack_normal(packed.xy), kind).rgb
+    if face >= 0 and not on_face(light.world * (position - light.place), face):
+        more = vec3(0.0)
+    aside = step_aside(depth.size, tan_half)
+    pixel_width = -aside.y * far
+    # the height of a neighbour over this pixel's plane: dot(n, ray) is linear over the picture
+    level = dot(n, ray)
+    rise = n.xy * aside
+    first = here // 2
+    odd = here - first * 2
+    part = 0.5 * vec2(odd)
+    total = 0.0
+    weight = 0.0
+    wide = 0.0
+    wide_weight = 0.0
+    for i in range(4):
+        near = min(first + ivec2(i % 2, i // 2), penumbrae.size - 1)
+        away = vec2(near * 2 - here)
+        found = penumbrae.texel(near).rg
+        off = (depth.texel(near * 2).r * (level + dot(rise, away)) - far * level) / (SAME_PLANE_PX * pixel_width)
+        w = (part.x if i % 2 == 1 else 1.0 - part.x) * (part.y if i // 2 == 1 else 1.0 - part.y)
+        w = w * max(1.0 - off * off, 0.0) if found.y >= 0.0 else 0.0
+        total += found.x * w
+        weight += w
+        wide += found.y * w
+        wide_weight += w if found.y > 0.0 else 0.0
+    width_px = wide / max(wide_weight, 1e-6)
+    receiver = receiver_at(map, light, position, n, 0.5 * pixel_width * SCREEN_ROUNDING, kind)
+    share = receiver.share
+    if receiver.share < 0.0:
+        share = min(total / max(weight, 1e-6), 1.0)
+        if width_px < SOFT_PX:
+            reach = min(max(width_px * pixel_width, LEAST * receiver.texel), receiver.farthest)
+            sharp = sharp_share(map, receiver, reach, width_px > 0.0, kind, face)
+            share = mix(sharp, share, smoothstep(SHARP_PX, SOFT_PX, width_px))
+    return free[0, 0].rgb + more, shadowed[0, 0].rgb + more * share

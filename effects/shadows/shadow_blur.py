@@ -1,0 +1,123 @@
+"""RTT3: shadows blurred along the surfaces that they lie on."""
+
+# mypy: disable-error-code="no-any-return"
+# Values of the kernel language are Any to Python's type checkers.
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+import passgraph as pg
+from passgraph import Const, Image, ceil, clamp, dot, ivec2, output_size, pixel, vec2, vec4
+from passgraph.effects.surfaces.geometry import unpack_normal, view_ray
+
+#: A tap counts less the farther it lies off the receiver's plane, and not at all at this share of the blur's
+#: radius.
+OFF_PLANE = 0.5
+#: Pixels are never blurred by less: RTT2's edges are jagged at the size of a shadow map's texel.
+SMALLEST_RADIUS_PX = 1.0
+#: Taps are spread by up to this many pixels; beyond it the blur is narrower than asked for.
+WIDEST_SPACING_PX = 4.0
+
+
+@lru_cache(maxsize=32)
+def along_surfaces(radius: int) -> Any:
+    """A kernel with ``radius`` taps to each side, whose width is given in scene units."""
+
+    @pg.kernel
+    def blur(
+        shadows: Image,
+        normals: Image,
+        depth: Image,
+        softness: float,
+        tan_half: vec2,
+        dx: Const[int],
+        dy: Const[int],
+    ) -> vec4:
+        here = pixel()
+        far = depth[0, 0].r
+        center = shadows[0, 0]
+        if far <= 0.0:
+            return center
+        n = unpack_normal(normals[0, 0].zw)
+        ray = view_ray(tan_half)
+        pixel_width = 2.0 * tan_half.y / float(output_size().y)  # at distance 1
+        wide = softness / (pixel_width * far)
+        spacing = clamp(ceil(wide / float(radius)), 1.0, WIDEST_SPACING_PX)
+        reach = clamp(wide, SMALLEST_RADIUS_PX, spacing * float(radius)) + 1.0
+        stride = int(spacing)
+        # a spread tap is the mean of two texels, so that none is skipped up to a spacing of 2; beyond it rows
+        # and columns start at different phases
+        half = stride // 2
+        line = here.x * dy + here.y * dx
+        phase = (line + line // stride) % stride - half if stride > 2 else 0
+        # the tap's height over the receiver's plane: dot(n, ray) is linear over the picture
+        level = dot(n, ray)
+        slope = (n.x * float(dx) - n.y * float(dy)) * pixel_width
+        plane = far * level
+        steep = 1.0 / (OFF_PLANE * max(softness, 2.0 * pixel_width * far))
+        total = center * 1e-3
+        weight = 1e-3
+        for i in range(-radius, radius + 1):
+            step = i * stride + phase
+            tap = here + ivec2(step * dx, step * dy)
+            beside = tap + ivec2(half * dx, half * dy)
+            t = (float(step) + 0.5 * float(half)) / reach
+            window = max(1.0 - t * t, 0.0)
+            z = depth.texel(tap).r
+            off = (z * (level + float(step) * slope) - plane) * steep
+            w = window * window * max(1.0 - off * off, 0.0)
+            w = w if z > 0.0 else 0.0
+            total += (shadows.texel(tap) + shadows.texel(beside)) * (0.5 * w)
+            weight += w
+        return total / weight
+
+    return blur
+
+
+def blur_along_surfaces(
+    shadows: pg.Target,
+    normals: pg.Target,
+    depth: pg.Target,
+    softness: object,
+    tan_half: object,
+    radius_px: int,
+) -> pg.Target:
+    """Blur a shadow picture with a width in scene units, horizontally, then vertically.
+
+    Parameters
+    ----------
+    shadows : rgb, what is blurred
+    normals, depth : of `passgraph.effects.surfaces.g_buffer.GBuffer`
+    softness : half width in scene units: a float, or a run value
+    tan_half : tangents of half the angles of view
+    radius_px : taps to each side, 1 to 31
+
+    A pixel at distance z blurs over softness / (2 * tan_half / height * z) pixels to each side.  A tap's
+    weight is (1 - t²)² for its distance t, times 1 - (h / (OFF_PLANE * softness))² for its height h over the
+    plane through the receiver: depth weighs in relative to the surface, so that slanted floors are blurred
+    and silhouettes are not crossed.  The centre's own small weight keeps the sum above 0.
+    """
+    blur = along_surfaces(radius_px)
+    across = blur(
+        shadows,
+        normals,
+        depth,
+        softness,
+        tan_half,
+        1,
+        0,
+        into=pg.target("shadows_blurred_x", "rgba16f"),
+        name="shadow blur x",
+    )
+    return blur(
+        across,
+        normals,
+        depth,
+        softness,
+        tan_half,
+        0,
+        1,
+        into=pg.target("shadows_blurred", "rgba16f"),
+        name="shadow blur y",
+    )

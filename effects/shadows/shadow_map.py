@@ -1,0 +1,93 @@
+"""Shadow maps: the casters' linear depth as a light sees them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import passgraph as pg
+from passgraph import Image, discard, dot, mat4, vec2, vec4
+from passgraph.effects.surfaces.batches import merged
+from passgraph.effects.surfaces.textures import TextureInputs
+from passgraph.effects.surfaces.views import Casters, MapView
+
+#: Depth where a map shows no caster: farther than any receiver.
+NOTHING = 1e30
+
+
+@pg.struct
+class Caster:
+    """A caster's vertex in the light's clip space."""
+
+    position: vec4
+    depth: float
+    uv: vec2
+    alpha: float
+
+
+@pg.vertex
+def toward_light(vertex: pg.Vertex, clip_from_local: mat4, depth_row: vec4) -> Caster:
+    """Linear depth beside the clip position: it keeps its precision whatever near and far are."""
+    local = vec4(vertex.position, 1.0)
+    return Caster(clip_from_local * local, dot(depth_row, local), vertex.uv, vertex.color.a)
+
+
+@pg.fragment
+def distance_of(caster: Caster) -> float:
+    """Distance along the light's axis, scene units."""
+    return caster.depth
+
+
+@pg.fragment
+def distance_of_cut_out(caster: Caster, base_map: Image, cutoff: float) -> float:
+    """The same for a caster whose texture has holes."""
+    if caster.alpha * base_map.sample(caster.uv).a < cutoff:
+        discard()
+    return caster.depth
+
+
+@dataclass(frozen=True, eq=False)
+class CasterMesh:
+    """Casters that one draw takes, relative to the origin of `Casters`; ``cut_out`` has holes."""
+
+    mesh: pg.Mesh
+    cut_out: pg.Material | None = None
+
+
+def caster_meshes(casters: Casters) -> list[CasterMesh]:
+    """Solid casters as one mesh, and one more for each cut-out material; all lights share them."""
+    groups: dict[int | None, list[pg.Node]] = {}
+    for node in casters.nodes:
+        cut_out = node.material.alpha_mode == "mask" and node.material.base_color_texture is not None
+        groups.setdefault(id(node.material) if cut_out else None, []).append(node)
+    return [
+        CasterMesh(merged(nodes, casters.origin), None if key is None else nodes[0].material)
+        for key, nodes in groups.items()
+    ]
+
+
+def shadow_map(view: MapView, meshes: list[CasterMesh], textures: TextureInputs, map_size: int, name: str) -> pg.Target:
+    """Draw every caster as one light sees it.
+
+    Returns
+    -------
+    r32f, ``map_size`` squared: distance along the light's axis in scene units, 1e30 where nothing is.
+    """
+    into: pg.Target | pg.TargetSpec = pg.target(name, "r32f", (map_size, map_size), clear=NOTHING)
+    depth: pg.Target | pg.TargetSpec = pg.target(f"{name}_test", "depth32f", (map_size, map_size))
+    origin = view.casters.origin
+    for part in meshes:
+        values: dict[str, object] = {
+            "clip_from_local": view.clip_from(origin),
+            "depth_row": view.depth_row(origin),
+        }
+        texture = part.cut_out.base_color_texture if part.cut_out is not None else None
+        if part.cut_out is not None and texture is not None:
+            values |= {"base_map": textures.of(texture, "base color"), "cutoff": part.cut_out.alpha_cutoff}
+        into = pg.draw(
+            part.mesh, vertex=toward_light, fragment=distance_of if texture is None else distance_of_cut_out,
+            into=into, depth=depth, name=name, values=values,
+        )  # fmt: skip
+        assert isinstance(into, pg.Target)
+        depth = into.depth
+    assert isinstance(into, pg.Target)
+    return into

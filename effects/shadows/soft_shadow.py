@@ -1,0 +1,245 @@
+"""Soft shadows by post-effect: RTT1 × blurred RTT2."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import numpy as np
+
+import passgraph as pg
+from passgraph.effects.checked import checked, effect
+from passgraph.effects.parameters import Called
+from passgraph.effects.passes import picture_of
+from passgraph.effects.pictures.blur import gaussian_blur
+from passgraph.effects.pictures.tone_map import Curve, tone_map
+from passgraph.effects.quantities import Color, Exposure, MapSize, NotNegative, Width
+from passgraph.effects.shadows.lighting import Lighting
+from passgraph.effects.shadows.shadow_blur import blur_along_surfaces
+from passgraph.effects.shadows.shadow_choice import Auto, Blur, DecidedFilter, MomentFilter, ShadowFilter
+from passgraph.effects.shadows.shadow_light import (
+    lit,
+    lit_rgb,
+    multiply,
+    multiply_rgb,
+    split,
+    split_rgb,
+)
+from passgraph.effects.surfaces.g_buffer import g_buffer
+from passgraph.effects.surfaces.textures import TextureInputs
+from passgraph.effects.surfaces.views import Casters, View
+
+HdrFormat = Literal["rgba16f", "rgb32f", "rgba32f"]
+#: A linear sky blue that a white surface under the default light stands out from.
+SKY = (0.32, 0.42, 0.55)
+
+
+@dataclass(frozen=True)
+class SoftShadow:
+    """Every target of the effect, for looking at and for building on.
+
+    Attributes
+    ----------
+    picture : what `soft_shadow` returns
+    soft_shadow : RTT4, scene-linear HDR
+    unshadowed : RTT1, the textured scene without shadows, scene-linear HDR
+    shadows : RTT2, white objects with shadows only: the share of each channel's light that arrives, 0 to 1
+    shadows_blurred : RTT3; RTT2 itself where nothing is to be blurred
+    depth : RTTDepth, distance along the view axis in scene units, 0 where there is no surface
+    normals : see `passgraph.effects.surfaces.g_buffer.GBuffer`
+    base_color : linear, with the background
+    shadow_maps : one a light, six for a point light amid the scene
+    notes : what this scene made unnecessary
+    """
+
+    picture: pg.Target
+    soft_shadow: pg.Target
+    unshadowed: pg.Target
+    shadows: pg.Target | None
+    shadows_blurred: pg.Target | None
+    depth: pg.Target
+    normals: pg.Target
+    base_color: pg.Target
+    shadow_maps: tuple[pg.Target, ...] = ()
+    notes: tuple[str, ...] = ()
+
+
+@checked
+def soft_shadow_passes(
+    scene: pg.Scene,
+    *,
+    softness: Width | pg.Value | None = None,
+    filter: Annotated[ShadowFilter | None, Called("shadow_filter")] = None,
+    map_size: MapSize = 1024,
+    fit: Literal["view", "scene"] = "view",
+    map_blur_px: Annotated[int, pg.Range(0, 31, "texels")] = 0,
+    ambient: NotNegative | Color = 0.25,
+    background: Color = SKY,
+    hdr_format: HdrFormat = "rgba16f",
+    exposure_stops: Exposure | pg.Value = 0.0,
+    curve: Curve = "linear",
+    display: bool = True,
+) -> SoftShadow:
+    """`soft_shadow` with every target on the way; parameters as there.
+
+    Examples
+    --------
+    >>> passes = soft_shadow_passes(pg.Scene.shipped(), softness=0.0)
+    >>> passes.shadows_blurred is passes.shadows
+    True
+    """
+    chosen = _decided(Auto() if filter is None else filter, scene, softness)
+    notes: list[str] = []
+    view = View(pg.Value("camera", pg.Camera, default=scene.camera))
+    textures = TextureInputs()
+    seen = g_buffer(scene, view, textures, background)
+    lights = [
+        pg.Value("light" if len(scene.lights) == 1 else f"light{i}", pg.Light, static=True, default=light)
+        for i, light in enumerate(scene.lights)
+    ]
+    casters = Casters.of(scene)
+    width = _softness(softness, lights, casters)
+    lighting = Lighting(
+        scene, view, seen, lights, textures, casters, map_size, map_blur_px, notes, chosen, fit == "view", width
+    )
+    free, shadowed = lighting.sums((ambient,) * 3 if isinstance(ambient, (int, float)) else ambient)
+    wide = hdr_format == "rgb32f"
+    if not lighting.maps:
+        made = (lit_rgb if wide else lit)(
+            free,
+            seen.color,
+            seen.depth,
+            into=pg.target("unshadowed", hdr_format, notes=tuple(notes)),
+        )
+        picture = _shown(made, exposure_stops, curve) if display else made
+        return SoftShadow(picture, made, made, None, None, seen.depth, seen.normals, seen.color, (), tuple(notes))
+    unshadowed, shadows = (split_rgb if wide else split)(
+        free, shadowed, seen.color, seen.depth,
+        into=(pg.target("unshadowed", hdr_format), pg.target("shadows", "rgba16f")),
+        name="unshadowed and shadows",
+    )  # fmt: skip
+    if isinstance(chosen, MomentFilter):
+        notes.append(f"no blur on the screen: filter={chosen} blurs the shadow maps")
+        blurred = shadows
+    elif not isinstance(chosen, Blur):
+        notes.append(f"no blur: filter={chosen} filters where the map is compared")
+        blurred = shadows
+    elif width is None:
+        notes.append("no blur: the shadows' softness is 0")
+        blurred = shadows
+    elif chosen.width == "constant":
+        into = pg.target("shadows_blurred", "rgba16f")
+        blurred = gaussian_blur(shadows, chosen.radius_px / 2.0, chosen.radius_px, into=into, name="shadow blur")
+    else:
+        blurred = blur_along_surfaces(shadows, seen.normals, seen.depth, width, view.tan_half(), chosen.radius_px)
+    result = (multiply_rgb if wide else multiply)(
+        unshadowed, blurred, into=pg.target("soft_shadow", hdr_format, notes=tuple(notes))
+    )
+    picture = _shown(result, exposure_stops, curve) if display else result
+    return SoftShadow(
+        picture,
+        result,
+        unshadowed,
+        shadows,
+        blurred,
+        seen.depth,
+        seen.normals,
+        seen.color,
+        tuple(lighting.maps),
+        tuple(notes),
+    )
+
+
+@effect("soft-shadow", "scene")
+@picture_of(soft_shadow_passes)
+def soft_shadow() -> None:
+    """A scene with soft shadows: a shadow map a light, one mask of all shadows, times the lit scene.
+
+    Parameters
+    ----------
+    scene : what is drawn; geometry and materials are built in, the camera and the lights are values of each
+        run
+    softness : half width of shadow edges; 0 leaves the blur out. Filters with a width of their own do not take it
+        (`Penumbra`, `Pcss`, `Pcf`, `Hard`); the others take it, where it is left out, from the lights' radius and
+        the size of the casters
+    filter : how shadows become soft, or hard; left out, `Auto`. Else `Blur`, `Hard`, `Pcf`, `Disc`, `Pcss`, `Penumbra`,
+        `Vsm`, `Evsm4` or `Msm`, with its settings, such as ``Pcss(taps=16)``. `Blur` blurs the shadows on the screen;
+        the others filter where the map is compared, or blur maps of moments of the depth once for each place of the
+        light, and nothing is blurred after that
+    map_size : texels along each side of a shadow map; maps of moments are blurred over at most
+        an eighth of that to each side
+    fit : of maps: what the camera sees, or the whole scene. "view" narrows each map to the receivers that the camera
+        sees and the casters before them, with more texels near the camera under suns; the map is drawn again when
+        that changes by more than a 64th. "scene" holds all casters, whatever the camera sees, as do maps of `Disc`
+        and of moments
+    map_blur_px : blurs the shadow maps themselves, before they are compared, which softens nothing. So many texels to
+        each side: a depth is not a colour, so that this moves edges and softens nothing; here to be seen, 0 is right
+    ambient : scene-linear light (or its red, green, blue) from all around that no shadow takes away
+    background : scene-linear colour where there is no surface
+    hdr_format : of the lit picture (RTT1 and RTT4); "rgb32f" is 96-bit HDR
+    exposure_stops : brightness before the curve, factor 2 a stop
+    curve : how high values are compressed. See `passgraph.effects.pictures.tone_map.tone_map`
+    display : return an 8-bit sRGB picture; off, the scene-linear HDR target
+
+    Returns
+    -------
+    The target "picture", or "soft_shadow" with ``display=False``.  A run takes ``camera=``, and ``light=``
+    (with several lights ``light0=``, ``light1=`` …); what is left out is as in the scene.
+
+    Source: soft shadows by blurring the shadow mask on the screen, with a depth texture against its shrinking
+    as the camera recedes. Deviations: the mask is the share of each channel's light that arrives, so that
+    many lights need one blur; the blur's width is given in scene units; translucent surfaces take the shadow
+    of what lies behind them. The sources of the filters stand in `passgraph.effects.shadows.shadow_filters` and
+    `passgraph.effects.shadows.shadow_moments`. Maps of moments are blurred alike everywhere: under point and spot
+    lights their ``softness`` holds at the middle of the casters' depths, and under light at a grazing angle a
+    caster throws no shadow on what is nearer to it than the depth of the floor within the blur.
+
+    Examples
+    --------
+    >>> picture = soft_shadow(pg.Scene.shipped(), map_size=64)
+    >>> with pg.compile(picture, backend="null", size=(32, 18)) as program:
+    ...     [step.name for step in program.plan.steps][-3:]
+    ['nearest casters of light', 'penumbrae of light', 'picture']
+    """
+
+
+def _shown(hdr: pg.Target, exposure_stops: float | pg.Value, curve: Curve) -> pg.Target:
+    return tone_map(hdr, exposure_stops, curve, into=pg.target("picture", "rgba8"), name="picture")
+
+
+def _decided(given: ShadowFilter, scene: pg.Scene, softness: float | pg.Value | None) -> DecidedFilter:
+    """What `Auto` stands for: penumbrae of the lights' own width need lights with an extent, and no other width."""
+    if not isinstance(given, Auto):
+        return given
+    if softness is not None or given.blur.width == "constant" or all(light.radius == 0.0 for light in scene.lights):
+        return given.blur
+    return given.penumbra
+
+
+def _softness(given: float | pg.Value | None, lights: Sequence[pg.Value], casters: Casters) -> object:
+    """The blur's half width in scene units: a number, a run value, or None for no blur at all."""
+    if given is not None:
+        return given if isinstance(given, (pg.Value, pg.Derived)) or given > 0.0 else None
+    if all(isinstance(value.default, pg.Light) and value.default.radius == 0.0 for value in lights):
+        return None
+    sizes = [float(np.linalg.norm(node.bounds[1] - node.bounds[0])) for node in casters.shadowing_nodes()]
+    if not sizes:
+        return None
+    away = 0.5 * float(np.median(sizes))
+    centre = casters.origin
+
+    def width(*given_lights: pg.Light) -> float:
+        """Penumbra half widths at that distance behind a caster, weighted by intensity."""
+        widths, weights = [], []
+        for light in given_lights:
+            far = (
+                1.0
+                if light.kind == "directional"
+                else max(float(np.linalg.norm(np.subtract(light.position, centre))), away)
+            )
+            widths.append(light.radius * away / far)
+            weights.append(light.intensity + 1e-12)
+        return float(np.average(widths, weights=weights))
+
+    return pg.combine(width, *lights)

@@ -1,0 +1,1 @@
+"""What effects on scenes draw first: surfaces, textures, views and the maps of lights."""

@@ -1,0 +1,115 @@
+"""Fewer draws: nodes that look alike become one mesh."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+import passgraph as pg
+from passgraph.effects.surfaces.mip_maps import full_size, texel_density
+
+Float64 = NDArray[np.float64]
+#: A part smaller than this share of the scene keeps a mesh of its own: float32 positions relative to a common
+#: origin would round it by more than a thousandth of its size.
+SMALLEST_PART = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class Batch:
+    """Triangles that one draw can take: their material, and where the mesh's origin lies in the world.
+
+    Tangents of textured ones are as long as a scene unit has texels (see `texel_density`).
+    """
+
+    mesh: pg.Mesh
+    material: pg.Material
+    origin: Float64
+    receives: bool = True
+
+
+def is_textured(material: pg.Material) -> bool:
+    """Whether drawing it needs texture coordinates at all."""
+    maps = (material.base_color_texture, material.normal_texture, material.height_texture)
+    return any(texture is not None for texture in maps)
+
+
+def batches(scene: pg.Scene) -> list[Batch]:
+    """The scene in as few meshes as its materials allow; base colours become vertex colours.
+
+    Positions are world positions relative to the batch's origin, subtracted in float64, so that a scene far
+    from the world's origin keeps its shape.
+    """
+    box = scene.bounds()
+    extent = float(np.linalg.norm(box[1] - box[0]))
+    groups: dict[tuple[object, ...], list[pg.Node]] = {}
+    for number, node in enumerate(scene.nodes):
+        low, high = node.bounds
+        alone = float(np.linalg.norm(high - low)) < SMALLEST_PART * extent
+        look: object = id(node.material) if is_textured(node.material) else _plain(node.material)
+        key = (look, node.material.double_sided, node.receives, number if alone else None)
+        groups.setdefault(key, []).append(node)
+    made = [_batch(nodes) for nodes in groups.values()]
+    # what blends is drawn behind everything opaque
+    return sorted(made, key=lambda batch: batch.material.alpha_mode == "blend")
+
+
+def bounds_of(nodes: Sequence[pg.Node]) -> Float64:
+    """The world box round some nodes, (2, 3): minimum, maximum."""
+    boxes = np.stack([node.bounds for node in nodes])
+    return np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
+
+
+def _plain(material: pg.Material) -> tuple[object, ...]:
+    cutoff = material.alpha_cutoff if material.alpha_mode == "mask" else None
+    return (material.alpha_mode, cutoff)
+
+
+def _batch(nodes: list[pg.Node]) -> Batch:
+    material = nodes[0].material
+    origin = bounds_of(nodes).mean(axis=0)
+    mesh = merged(nodes, origin)
+    return Batch(_measured(mesh, material) if is_textured(material) else mesh, material, origin, nodes[0].receives)
+
+
+def _measured(mesh: pg.Mesh, material: pg.Material) -> pg.Mesh:
+    """With tangents as long as a scene unit there has texels, which tells kernels the level of mip maps."""
+    mesh = mesh.with_tangents()
+    tangents = mesh.tangents.copy()
+    # a tangent of no length would have no direction
+    tangents[:, :3] *= np.maximum(texel_density(mesh, texels_of(material)), 1e-6)[:, None]
+    tangents.setflags(write=False)
+    return dataclasses.replace(mesh, tangents=tangents)
+
+
+def texels_of(material: pg.Material) -> tuple[int, int]:
+    """Width and height of the texture that density is counted in."""
+    maps = (material.base_color_texture, material.normal_texture, material.height_texture)
+    texture = next(texture for texture in maps if texture is not None)
+    return full_size(texture.size)
+
+
+def merged(nodes: Iterable[pg.Node], origin: Float64) -> pg.Mesh:
+    """One mesh of placed nodes, relative to ``origin``, with base colours in the vertex colours."""
+    columns: list[list[NDArray[np.floating]]] = [[], [], [], []]
+    triangles, first = [], 0
+    for node in nodes:
+        linear, mesh = node.transform[:3, :3], node.mesh
+        positions = mesh.positions.astype(np.float64) @ linear.T + (node.transform[:3, 3] - origin)
+        normals = mesh.normals.astype(np.float64) @ np.linalg.inv(linear)
+        parts: tuple[NDArray[np.floating], ...] = (
+            positions,
+            normals,
+            mesh.uvs,
+            mesh.colors * np.array(node.material.base_color, np.float32),
+        )
+        for column, part in zip(columns, parts, strict=True):
+            column.append(part)
+        faces = mesh.triangles + first
+        triangles.append(faces[:, ::-1] if node.flips_winding else faces)
+        first += mesh.vertex_count
+    positions, normals, uvs, colors = (np.concatenate(column) for column in columns)
+    return pg.Mesh.make(positions, np.concatenate(triangles), normals, uvs, colors, name="merged")

@@ -1,0 +1,278 @@
+"""The scene as the camera sees it, unlit: colour, normals and linear depth in one pass."""
+
+# mypy: disable-error-code="no-any-return"
+# Values of the kernel language are Any to Python's type checkers.
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import passgraph as pg
+from passgraph import (
+    Const,
+    Image,
+    clamp,
+    cross,
+    discard,
+    dot,
+    floor,
+    front_facing,
+    ivec2,
+    length,
+    mat3,
+    mat4,
+    normalize,
+    vec2,
+    vec3,
+    vec4,
+)
+from passgraph.effects.surfaces.batches import Batch, batches, is_textured, texels_of
+from passgraph.effects.surfaces.geometry import pack_normal
+from passgraph.effects.surfaces.mip_maps import Use, full_size, level_of, mipped, pixel_extent
+from passgraph.effects.surfaces.textures import TextureInputs
+from passgraph.effects.surfaces.views import View
+
+#: Layers that parallax looks through; the crossing between two layers is interpolated.
+PARALLAX_STEPS = 8
+#: The view is treated as no flatter than this (cosine), or the texture would smear at grazing angles.
+FLATTEST_VIEW = 0.25
+
+
+@pg.struct
+class Surface:
+    """What a vertex hands over, in the camera's frame."""
+
+    position: vec4
+    normal: vec3
+    tangent: vec4
+    view: vec3
+    uv: vec2
+    color: vec4
+
+
+@pg.vertex
+def place(vertex: pg.Vertex, clip_from_local: mat4, view_from_local: mat4) -> Surface:
+    """Vertices to clip space; normals and tangents to the camera's frame, by a rotation."""
+    turn = mat3(view_from_local)
+    local = vec4(vertex.position, 1.0)
+    return Surface(
+        clip_from_local * local,
+        turn * vertex.normal,
+        vec4(turn * vertex.tangent.xyz, vertex.tangent.w),
+        (view_from_local * local).xyz,
+        vertex.uv,
+        vertex.color,
+    )
+
+
+@pg.function
+def sided(normal: vec3, double_sided: bool) -> vec3:
+    """The unit normal, turned toward the viewer on back faces."""
+    n = normalize(normal)
+    return -n if double_sided and not front_facing() else n
+
+
+@pg.function
+def parallax(heights: Image, surface: Surface, n: vec3, scale: float) -> vec2:
+    """Texture coordinates where the line of sight meets the height map.
+
+    Source: N. Tatarchuk, "Dynamic Parallax Occlusion Mapping", 2006.
+    """
+    t = normalize(surface.tangent.xyz)
+    b = cross(n, t) * surface.tangent.w
+    toward = normalize(-surface.view)
+    size = vec2(heights.size)
+    flat = max(dot(n, toward), FLATTEST_VIEW)
+    # one unit of depth moves the coordinates by this; v grows against the bitangent
+    slide = vec2(-dot(t, toward), dot(b, toward) * size.x / size.y) * (scale / flat)
+    start = surface.uv * size
+    found = PARALLAX_STEPS
+    for i in range(PARALLAX_STEPS):
+        # the nearest texel tells the layer; the crossing inside the layer is found from filtered heights
+        if found == PARALLAX_STEPS:
+            layer = float(i) / float(PARALLAX_STEPS)
+            if 1.0 - heights.texel(ivec2(floor(start + slide * size * layer))).r <= layer:
+                found = i
+    low = max(float(found) - 1.0, 0.0) / float(PARALLAX_STEPS)
+    high = float(found) / float(PARALLAX_STEPS)
+    above = 1.0 - heights.sample(surface.uv + slide * low).r - low
+    below = 1.0 - heights.sample(surface.uv + slide * high).r - high
+    crossing = clamp(above / max(above - below, 1e-6), 0.0, 1.0)
+    return surface.uv + slide * (low + (high - low) * crossing)
+
+
+@pg.function
+def bent(texel: vec3, surface: Surface, n: vec3) -> vec3:
+    """The normal that a normal map gives, of whose texel x, y, z are -1..1."""
+    t = normalize(surface.tangent.xyz)
+    return normalize(t * texel.x + cross(n, t) * (surface.tangent.w * texel.y) + n * texel.z)
+
+
+@pg.fragment
+def plain(
+    surface: Surface, double_sided: Const[bool], receives: Const[float], masked: Const[bool], cutoff: float
+) -> tuple[vec4, vec4, float]:
+    """A surface without textures: colour, normals, distance along the view axis."""
+    if masked and surface.color.a < cutoff:
+        discard()
+    packed = pack_normal(sided(surface.normal, double_sided))
+    return vec4(surface.color.rgb, receives), vec4(packed, packed), -surface.view.z
+
+
+@pg.fragment
+def textured(
+    surface: Surface, base_map: Image, normal_map: Image, height_map: Image, height_scale: float,
+    base_levels: Image, base_size: vec2, base_count: Const[int], base_wrap: Const[int],
+    normal_levels: Image, normal_size: vec2, normal_count: Const[int], normal_wrap: Const[int],
+    normal_finer: Const[float],
+    has_base: Const[bool], has_normals: Const[bool], has_heights: Const[bool], pixel: float,
+    double_sided: Const[bool], receives: Const[float], masked: Const[bool], cutoff: float,
+) -> tuple[vec4, vec4, float]:  # fmt: skip
+    """A surface with any of base colour, normal and height map."""
+    n = sided(surface.normal, double_sided)
+    at = surface.uv
+    if has_heights:
+        at = parallax(height_map, surface, n, height_scale)
+    color = surface.color
+    texels = length(surface.tangent.xyz) * pixel_extent(surface.view, n, pixel)
+    if has_base:
+        level = level_of(texels)
+        color = color * mipped(base_map, base_levels, base_size, base_count, base_wrap, at, level)
+    if masked and color.a < cutoff:
+        discard()
+    shown = n
+    if has_normals:
+        level = level_of(texels * normal_finer)
+        texel = mipped(normal_map, normal_levels, normal_size, normal_count, normal_wrap, at, level).xyz
+        shown = bent(texel * 2.0 - 1.0, surface, n)
+    return vec4(color.rgb, receives), vec4(pack_normal(shown), pack_normal(n)), -surface.view.z
+
+
+@pg.fragment
+def tinted(surface: Surface) -> vec4:
+    """A translucent surface without textures: colour and opacity."""
+    return surface.color
+
+
+@pg.fragment
+def tinted_textured(
+    surface: Surface, base_map: Image, base_levels: Image, base_size: vec2, base_count: Const[int],
+    base_wrap: Const[int], pixel: float,
+) -> vec4:  # fmt: skip
+    """A translucent surface with a base colour map."""
+    extent = pixel_extent(surface.view, normalize(surface.normal), pixel)
+    level = level_of(length(surface.tangent.xyz) * extent)
+    return surface.color * mipped(base_map, base_levels, base_size, base_count, base_wrap, surface.uv, level)
+
+
+@dataclass(frozen=True)
+class GBuffer:
+    """Targets of one size, each of the nearest opaque surface.
+
+    Attributes
+    ----------
+    color : rgba16f, linear base colour, translucent surfaces mixed in; alpha is 1 where shadows are received
+    normals : rgba16f, packed: the normal after normal maps (red, green) and that of the surface (blue, alpha)
+    depth : r32f, distance along the view axis in scene units; 0 where there is no surface
+    """
+
+    color: pg.Target
+    normals: pg.Target
+    depth: pg.Target
+
+
+def g_buffer(scene: pg.Scene, view: View, textures: TextureInputs, background: tuple[float, float, float]) -> GBuffer:
+    """Draw the scene's attributes, one draw for each look (see `passgraph.effects.surfaces.batches`)."""
+    into: tuple[pg.Target | pg.TargetSpec, ...] = (
+        pg.target("base_color", "rgba16f", scale=1.0, clear=(*background, 0.0)),
+        pg.target("normals", "rgba16f", scale=1.0),
+        pg.target("depth", "r32f", scale=1.0),
+    )
+    depth: pg.Target | pg.TargetSpec = pg.target("depth_test", "depth32f", scale=1.0)
+    listed = batches(scene)
+    opaque = [batch for batch in listed if batch.material.alpha_mode != "blend"]
+    if not opaque:
+        raise pg.GraphError(f"scene {scene.name!r}: every surface is translucent; shadows need an opaque one")
+    for batch in opaque:
+        into = _draw(batch, view, textures, into, depth)
+        depth = into[0].depth
+    color = into[0]
+    for batch in listed[len(opaque) :]:
+        color = _draw_translucent(batch, view, textures, color, depth)
+    _, normals, linear = into
+    assert isinstance(color, pg.Target) and isinstance(normals, pg.Target) and isinstance(linear, pg.Target)
+    return GBuffer(color, normals, linear)
+
+
+def _matrices(batch: Batch, view: View) -> dict[str, pg.Derived]:
+    return {"clip_from_local": view.clip_from(batch.origin), "view_from_local": view.view_from(batch.origin)}
+
+
+def _draw(
+    batch: Batch, view: View, textures: TextureInputs,
+    into: tuple[pg.Target | pg.TargetSpec, ...], depth: pg.Target | pg.TargetSpec,
+) -> tuple[pg.Target, ...]:  # fmt: skip
+    material = batch.material
+    values: dict[str, object] = {
+        "double_sided": material.double_sided, "receives": float(batch.receives),
+        "masked": material.alpha_mode == "mask", "cutoff": material.alpha_cutoff, **_matrices(batch, view),
+    }  # fmt: skip
+    if is_textured(material):
+        maps: dict[str, tuple[pg.Texture | None, Use]] = {
+            "base_map": (material.base_color_texture, "base color"),
+            "normal_map": (material.normal_texture, "normals"),
+            "height_map": (material.height_texture, "height"),
+        }
+        inputs = {key: textures.of(texture, use) for key, (texture, use) in maps.items() if texture is not None}
+        any_input = next(iter(inputs.values()))  # stands in for maps that are not there; their code is left out
+        values |= {key: inputs.get(key, any_input) for key in maps}
+        values |= {f"has_{word}": f"{key}" in inputs for word, key in
+                   (("base", "base_map"), ("normals", "normal_map"), ("heights", "height_map"))}  # fmt: skip
+        values |= {"height_scale": material.height_scale, "pixel": view.pixel()}
+        values |= _levels("base", material.base_color_texture, "base color", textures, any_input)
+        values |= _levels("normal", material.normal_texture, "normals", textures, any_input)
+        values["normal_finer"] = _finer(material)
+    made: tuple[pg.Target, ...] = pg.draw(
+        batch.mesh, vertex=place, fragment=textured if is_textured(material) else plain, into=into,
+        depth=depth, cull="none" if material.double_sided else "back",
+        name=f"surfaces: {material.name if is_textured(material) else 'untextured'}", values=values,
+    )  # fmt: skip
+    return made
+
+
+def _levels(
+    word: str, texture: pg.Texture | None, use: Use, textures: TextureInputs, any_input: object
+) -> dict[str, object]:
+    """What kernels take beside a map, for its smaller sizes."""
+    if texture is None:
+        return {f"{word}_levels": any_input, f"{word}_size": (1.0, 1.0), f"{word}_count": 0, f"{word}_wrap": 0}
+    return {f"{word}_{name}": value for name, value in textures.levels(texture, use).items()}
+
+
+def _finer(material: pg.Material) -> float:
+    """Texels of the normal map to one of the texture that density is counted in."""
+    if material.normal_texture is None:
+        return 1.0
+    own, counted = full_size(material.normal_texture.size), texels_of(material)
+    return max(own[0] / counted[0], own[1] / counted[1])
+
+
+def _draw_translucent(
+    batch: Batch,
+    view: View,
+    textures: TextureInputs,
+    color: pg.Target | pg.TargetSpec,
+    depth: pg.Target | pg.TargetSpec,
+) -> pg.Target:
+    """Mixed into the colour of what lies behind, so that it takes that surface's light and shadow."""
+    values: dict[str, object] = dict(_matrices(batch, view))
+    texture = batch.material.base_color_texture
+    if texture is not None:
+        values |= {"base_map": textures.of(texture, "base color"), "pixel": view.pixel()}
+        values |= _levels("base", texture, "base color", textures, values["base_map"])
+    made: pg.Target = pg.draw(
+        batch.mesh, vertex=place, fragment=tinted if texture is None else tinted_textured, into=color,
+        depth=depth, depth_write=False, blend="alpha", color_mask=(True, True, True, False),
+        cull="none" if batch.material.double_sided else "back", name=f"translucent: {batch.material.name}",
+        values=values,
+    )  # fmt: skip
+    return made

@@ -1,0 +1,1 @@
+"""Targets and passes: the graph that calls of kernels build."""

@@ -1,0 +1,296 @@
+"""Calling a kernel on targets adds a pass to the graph; nothing runs yet."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeAlias, TypeVar, cast, overload
+
+from passgraph.arguments import flag, instance, text
+from passgraph.errors import GraphError
+from passgraph.formats import Format, format_named
+from passgraph.graph.targets import InputSpec, PixelPass, Target, TargetSpec
+from passgraph.graph.values import Derived, Value
+from passgraph.language.kernel import Kernel, function_source, kernel_from_text
+from passgraph.language.layout import components
+from passgraph.language.scope import FunctionSource
+from passgraph.language.types import ImageType, Struct, Type, component_count
+
+if TYPE_CHECKING:
+    import networkx as nx
+
+    from passgraph.language.symbols import vec2, vec3, vec4
+
+# What a kernel declares to return, and what calling it on targets gives.  For text that is not known to type checkers,
+# nor for a struct, however many fields it has.
+One: TypeAlias = "float | vec2 | vec3 | vec4"
+Two: TypeAlias = "tuple[One, One]"
+Three: TypeAlias = "tuple[One, One, One]"
+Pair: TypeAlias = tuple[Target, Target]
+Triple: TypeAlias = tuple[Target, Target, Target]
+Made = TypeVar("Made")
+
+
+def channels_of(type_: Type) -> int:
+    return component_count(type_)
+
+
+def default_format(type_: Type) -> Format:
+    """The float32 format that holds a result as it is."""
+    return format_named({1: "r32f", 2: "rg32f", 3: "rgb32f", 4: "rgba32f"}[channels_of(type_)])
+
+
+class PixelKernel(Kernel, Generic[Made]):
+    """A kernel that runs once a pixel.  Calling it on targets adds a pass and returns its target or targets."""
+
+    def __init__(self, function: FunctionSource, known_sizes: bool = False) -> None:
+        super().__init__(function, "pixel")
+        self.known_sizes = known_sizes
+
+    def __call__(self, *arguments: Any, into: Any = None, name: str | None = None, **named: Any) -> Made:
+        """Add a pass that writes ``into``; its name, where none is given, is that of its target, or the kernel's."""
+        self.check_constants()
+        name = pass_name(name, into, self.name, f"kernel {self.name}: the pass's name")
+        bound = bind(self, arguments, named)
+        results = self.program.results
+        specs = _specs(into, self, name)
+        for spec, result in zip(specs, results, strict=True):
+            _check_result(self.name, spec, result.type)
+        images, values, constants = split_arguments(self, bound)
+        if any(spec in (t.spec for t in images.values() if not t.is_previous) for spec in specs):
+            raise GraphError(
+                f"pass {name!r} reads and writes one target; write into another one, or read "
+                "last frame's by pg.previous()"
+            )
+        made = PixelPass(name, self, images, values, constants, specs, self.known_sizes)
+        targets = tuple(Target(spec, made, slot) for slot, spec in enumerate(specs))
+        return cast("Made", targets[0] if len(targets) == 1 else targets)
+
+
+def pass_name(given: object, into: object, otherwise: str, what: str) -> str:
+    """As given; else that of the targets that the pass is the first to write; else ``otherwise``."""
+    if given is not None:
+        return text(given, what)
+    specs = into if isinstance(into, (tuple, list)) else [into]
+    names = [spec.name for spec in specs if isinstance(spec, TargetSpec)]
+    return "+".join(names) if names and len(names) == len(specs) else otherwise
+
+
+def _specs(into: Any, kernel: Kernel, name: str) -> tuple[TargetSpec, ...]:
+    results = kernel.program.results
+    if into is None:
+        names = [name if len(results) == 1 else f"{name}.{result.name}" for result in results]
+        return tuple(TargetSpec(n, default_format(r.type)) for n, r in zip(names, results, strict=True))
+    specs = tuple(into) if isinstance(into, (tuple, list)) else (into,)
+    for spec in specs:
+        if isinstance(spec, Target):
+            raise GraphError(
+                f"pass {name!r} writes every pixel of {spec.name!r}; give a new pg.target(...), not a handle"
+            )
+        if not isinstance(spec, TargetSpec):
+            raise GraphError(f"pass {name!r} writes into pg.target(...), got {type(spec).__name__}")
+    if len(specs) != len(results):
+        raise GraphError(
+            f"kernel {kernel.name} returns {len(results)} result(s), and pass {name!r} has {len(specs)} target(s)"
+        )
+    if len(set(specs)) != len(specs):
+        raise GraphError(f"pass {name!r} writes one target twice")
+    return specs
+
+
+def _check_result(name: str, spec: TargetSpec, type_: Type) -> None:
+    if spec.format.is_depth:
+        raise GraphError(f"kernel {name} cannot write depth target {spec.name!r}; depth is written by draws")
+    if channels_of(type_) != spec.format.channels:
+        fits = ("r", "rg", "rgb", "rgba")[channels_of(type_) - 1]
+        raise GraphError(
+            f"kernel {name} returns {type_}, and target {spec.name!r} has {spec.format.channels} channel(s) "
+            f"({spec.format.name}); use a format such as {fits}32f or return {spec.format.channels} "
+            "component(s)"
+        )
+
+
+def bind(kernel: Kernel, arguments: Sequence[Any], named: Mapping[str, Any]) -> dict[str, Any]:
+    """Arguments by parameter name."""
+    names = [p.name for p in kernel.parameters]
+    if len(arguments) > len(names):
+        raise GraphError(
+            f"kernel {kernel.name} takes {len(names)} arguments ({', '.join(names)}), got {len(arguments)}"
+        )
+    bound = dict(zip(names, arguments, strict=False))
+    for key, value in named.items():
+        if key not in names:
+            raise GraphError(f"kernel {kernel.name} has no parameter {key!r}; it has {', '.join(names) or 'none'}")
+        if key in bound:
+            raise GraphError(f"kernel {kernel.name} gets {key!r} twice")
+        bound[key] = value
+    missing = [p.name for p in kernel.parameters if p.name not in bound and not p.has_default]
+    if missing:
+        raise GraphError(f"kernel {kernel.name} needs {', '.join(missing)}")
+    return bound
+
+
+def split_arguments(
+    kernel: Kernel, bound: Mapping[str, Any]
+) -> tuple[dict[str, Target], dict[str, object], dict[str, object]]:
+    """Images, values and baked constants of a kernel, each checked against its parameter."""
+    images: dict[str, Target] = {}
+    values: dict[str, object] = {}
+    constants: dict[str, object] = {}
+    for parameter in kernel.parameters:
+        where = f"kernel {kernel.name}, parameter {parameter.name!r}"
+        given = bound.get(parameter.name, parameter.default)
+        if isinstance(parameter.type, ImageType):
+            images[parameter.name] = _image(given, where)
+        elif parameter.const:
+            if isinstance(given, (Value, Derived, Target)):
+                raise GraphError(
+                    f"{where} is Const: it is baked when the graph is compiled and takes a number, got {given!r}"
+                )
+            components(given, parameter.type, where)
+            constants[parameter.name] = given
+        else:
+            values[parameter.name] = _value(given, parameter.type, where)
+    return images, values, constants
+
+
+def _image(given: Any, where: str) -> Target:
+    if isinstance(given, TargetSpec):
+        raise GraphError(f"{where}: target {given.name!r} is declared but not written; pass what its pass returned")
+    if not isinstance(given, Target):
+        raise GraphError(f"{where} is an Image and takes a target or pg.Input(...), got {type(given).__name__}")
+    return given
+
+
+def _value(given: Any, type_: Type, where: str) -> object:
+    if isinstance(given, Target):
+        raise GraphError(f"{where} is {type_}, got the target {given.name!r}; declare the parameter as Image")
+    if isinstance(given, (Value, Derived)):
+        return given
+    for name, leaf, value in leaves(given, type_, where):
+        components(value, leaf, name)
+    return given
+
+
+def leaves(value: object, type_: Type, name: str) -> list[tuple[str, Type, object]]:
+    """A parameter's plain parts: itself, or the fields of a struct, read from attributes."""
+    if not isinstance(type_, Struct):
+        return [(name, type_, value)]
+    parts: list[tuple[str, Type, object]] = []
+    for field_name, field_type in type_.fields:
+        if not hasattr(value, field_name):
+            raise GraphError(
+                f"{name} is {type_.name} and needs a field {field_name!r}, which {type(value).__name__} lacks"
+            )
+        parts += leaves(getattr(value, field_name), field_type, f"{name}.{field_name}")
+    return parts
+
+
+class _Maker(Protocol):
+    """A decorator with settings."""
+
+    @overload
+    def __call__(self, definition: Callable[..., One], /) -> PixelKernel[Target]: ...
+    @overload
+    def __call__(self, definition: Callable[..., Two], /) -> PixelKernel[Pair]: ...
+    @overload
+    def __call__(self, definition: Callable[..., Three], /) -> PixelKernel[Triple]: ...
+    @overload
+    def __call__(self, definition: Callable[..., object], /) -> PixelKernel[Any]: ...
+
+
+@overload
+def kernel(definition: Callable[..., One], *, known_sizes: bool = False) -> PixelKernel[Target]: ...
+@overload
+def kernel(definition: Callable[..., Two], *, known_sizes: bool = False) -> PixelKernel[Pair]: ...
+@overload
+def kernel(definition: Callable[..., Three], *, known_sizes: bool = False) -> PixelKernel[Triple]: ...
+@overload
+def kernel(definition: Callable[..., object], *, known_sizes: bool = False) -> PixelKernel[Any]: ...
+@overload
+def kernel(*, known_sizes: bool = False) -> _Maker: ...
+@overload
+def kernel(*, source: str, name: str | None = None, known_sizes: bool = False) -> PixelKernel[Any]: ...
+def kernel(
+    definition: Callable[..., Any] | None = None,
+    *,
+    source: str | None = None,
+    name: str | None = None,
+    known_sizes: bool = False,
+) -> PixelKernel[Any] | _Maker:
+    """A kernel that runs once for each pixel of its target(s).
+
+    Use it as a decorator, or give ``source``: text is parsed and never executed, so it may come from
+    strangers.  With ``known_sizes`` it is compiled for the sizes that the plan has: ``image.size`` and
+    ``output_size()`` are constants in it, a branch that they decide costs nothing, and other sizes compile it anew.
+
+    Raises
+    ------
+    KernelError
+        For anything outside the language, with file, line, source line and caret.
+
+    Examples
+    --------
+    >>> invert = kernel(source="def invert(color: Image) -> vec4: return vec4(1.0 - color[0, 0].rgb, 1.0)")
+    >>> invert
+    <passgraph pixel kernel invert(color: Image)>
+    """
+    flag(known_sizes, "a kernel's known_sizes")
+    if definition is None and source is None and name is None and known_sizes:
+        return lambda marked: PixelKernel(_definition(marked, None, None), known_sizes)
+    return PixelKernel(_definition(definition, source, name), known_sizes)
+
+
+def vertex(
+    definition: Callable[..., Any] | None = None, *, source: str | None = None, name: str | None = None
+) -> Kernel:
+    """A kernel that runs once a vertex and returns a struct with ``position: vec4`` in clip space."""
+    return Kernel(_definition(definition, source, name), "vertex")
+
+
+def fragment(
+    definition: Callable[..., Any] | None = None, *, source: str | None = None, name: str | None = None
+) -> Kernel:
+    """A kernel that runs once a fragment, on the interpolated struct of the vertex kernel."""
+    return Kernel(_definition(definition, source, name), "fragment")
+
+
+def _definition(definition: Callable[..., Any] | None, source: str | None, name: str | None) -> Any:
+    if (definition is None) == (source is None):
+        raise GraphError("a kernel is made from a function or from source=..., one of the two")
+    if source is not None:
+        return kernel_from_text(source, None if name is None else text(name, "the name of a function"))
+    assert definition is not None
+    return function_source(definition)
+
+
+def graph(*outputs: Target) -> nx.DiGraph:
+    """The graph behind some targets: passes and targets as nodes, an edge along which data flows.
+
+    >>> invert = kernel(source="def invert(color: Image) -> vec4: return vec4(1.0 - color[0, 0].rgb, 1.0)")
+    >>> from passgraph.graph.targets import Input
+    >>> [str(kind) for _, kind in graph(invert(Input("frame"))).nodes(data="kind")]
+    ['target', 'pass', 'input']
+    """
+    import networkx as nx
+
+    for output in outputs:
+        instance(output, Target, "what pg.graph takes", "a target that a pass returned, or an input")
+    made = nx.DiGraph()
+    pending = [output.content for output in outputs]
+    seen: set[object] = set()
+    while pending:
+        target = pending.pop()
+        if target in seen:
+            continue
+        seen.add(target)
+        kind = "input" if isinstance(target.spec, InputSpec) else "history" if target.is_previous else "target"
+        made.add_node(target, kind=kind, name=target.name)
+        if target.made_by is None:
+            continue
+        node = target.made_by
+        made.add_node(node, kind="pass", name=node.name)
+        made.add_edge(node, target)
+        for parameter in node.reads:
+            made.add_edge(parameter.content, node)
+            pending.append(parameter.content)
+    return made

@@ -1,0 +1,1 @@
+"""A plan bound to inputs and a device."""

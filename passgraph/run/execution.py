@@ -1,0 +1,347 @@
+"""A plan on a device: its pictures, its compiled steps, one run after another."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from contextlib import nullcontext
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.arguments import text
+from passgraph.errors import GraphError, InputError
+from passgraph.graph.values import OUTPUT_SIZE, Derived, Value
+from passgraph.language.layout import components
+from passgraph.language.scalar import ScalarProgram
+from passgraph.plan.chains import Chains
+from passgraph.plan.data import CopyStep, DrawStep, PixelStep, Plan, Step
+
+if TYPE_CHECKING:
+    from passgraph.backends.base import Backend, Block
+    from passgraph.run.finite_checks import PassCheck
+
+Picture = NDArray[np.float32]
+Execute: TypeAlias = Callable[[dict[Any, object]], None]
+
+
+class Execution:
+    """Owns a plan's storages until :meth:`release`."""
+
+    def __init__(self, plan: Plan, backend: Backend) -> None:
+        from passgraph.backends.base import Block
+
+        self.plan, self.backend = plan, backend
+        self.memories: list[Any] = []
+        #: Resource id → memory index; history swaps two of them after each run.
+        self.places = [resource.memory for resource in plan.resources]
+        self._geometries: dict[int, Any] = {}
+        self._empty = Block(np.zeros(1, np.float32), np.zeros(1, np.int32))
+        self._overrides: dict[tuple[str, str], object] = {}
+        self._uploaded: dict[str, object] = {}
+        self._static_seen: dict[str, object] | None = None
+        #: What static steps derive from sources that are not static.
+        self._by_value = [
+            value
+            for step in plan.steps
+            if step.static
+            for value in step.values.values()
+            if isinstance(value, Derived) and value.by_value
+        ]
+        #: Steps one by one, and with chains made one (under the chain's last step).
+        self._runs: list[tuple[Step, Execute]] = []
+        self._chained: list[tuple[Step, Execute]] = []
+        #: Results of chains whose memory one of the chain's images has, and the memory that they have instead.
+        self._apart: dict[int, int] = {}
+        self._swap_due = False
+        try:
+            for memory in plan.memories:
+                self.memories.append(backend.make(memory.format, memory.size))
+            chains = Chains(plan)
+            while len(self._runs) < len(plan.steps):
+                self._compile_next(chains)
+        except BaseException:
+            self.release()
+            raise
+
+    def _storage(self, resource: int) -> Any:
+        return self.memories[self.places[resource]]
+
+    # Compiling: each step becomes a function of this run's values.
+
+    def _compile_next(self, chains: Chains) -> None:
+        """The next steps that the backend makes one, or the next step."""
+        start = len(self._runs)
+        for end in chains.ends(start):
+            steps = self.plan.steps[start:end]
+            execute = self._compile_chain(cast("tuple[PixelStep, ...]", steps))
+            if execute is not None:
+                self._chained.append((steps[-1], execute))
+                self._runs += [(step, self._compiled_when_run(step)) for step in steps]
+                return
+        step = self.plan.steps[start]
+        self._runs.append((step, self._compile(step)))
+        self._chained.append(self._runs[-1])
+
+    def _compiled_when_run(self, step: Step) -> Execute:
+        """A step of a chain by itself: needed where someone looks at what every step writes."""
+        made: list[Execute] = []
+
+        def execute(values: dict[Any, object]) -> None:
+            if not made:
+                made.append(self._compile(step))
+            made[0](values)
+
+        return execute
+
+    def _compile_chain(self, steps: tuple[PixelStep, ...]) -> Execute | None:
+        run = self.backend.pixel_chain(steps)
+        if run is None:
+            return None
+        blocks = [Uniforms(step.program, step, self._overrides) for step in steps]
+        image_ids = [[r for _, r in step.images] for step in steps]
+        outputs = steps[-1].outputs
+        # Step by step, a result may take the memory of what only the first step reads; here that is still being read.
+        inner = {r for step in steps[:-1] for r in step.outputs}
+        taken = {self._apart.get(r, self.places[r]) for ids in image_ids for r in ids if r not in inner}
+        for resource in outputs:
+            if self.places[resource] in taken:
+                memory = self.plan.memories[self.places[resource]]
+                self._apart[resource] = len(self.memories)
+                self.memories.append(self.backend.make(memory.format, memory.size))
+        return lambda values: run(
+            [self._storage(r) for r in outputs],
+            [[self._storage(r) for r in ids] for ids in image_ids],
+            [block.pack(values) for block in blocks],
+        )
+
+    def _compile(self, step: Step) -> Execute:
+        if isinstance(step, CopyStep):
+            return lambda _: self.backend.copy(self._storage(step.source_resource), self._storage(step.outputs[0]))
+        if isinstance(step, PixelStep):
+            run = self.backend.pixel_pass(step)
+            block = Uniforms(step.program, step, self._overrides)
+            image_ids = [r for _, r in step.images]
+            return lambda values: run(
+                [self._storage(r) for r in step.outputs],
+                [self._storage(r) for r in image_ids],
+                block.pack(values),
+            )
+        return self._compile_draw(step)
+
+    def _compile_draw(self, step: DrawStep) -> Execute:
+        run = self.backend.draw_pass(step)
+        mesh = step.source.geometry
+        if id(mesh) not in self._geometries:
+            self._geometries[id(mesh)] = self.backend.geometry(mesh)
+        geometry = self._geometries[id(mesh)]
+        vertex = Uniforms(step.vertex, step, self._overrides)
+        fragment = Uniforms(step.fragment, step, self._overrides) if step.fragment is not None else None
+        image_ids = [r for _, r in step.images]
+
+        def draw(values: dict[Any, object]) -> None:
+            run(
+                [self._storage(r) for r in step.outputs],
+                None if step.depth is None else self._storage(step.depth),
+                [self._storage(r) for r in image_ids],
+                geometry,
+                vertex.pack(values),
+                fragment.pack(values) if fragment is not None else self._empty,
+            )
+
+        return draw
+
+    # Running
+
+    def run(
+        self,
+        pictures: Mapping[str, Picture],
+        given: Mapping[str, object],
+        observe: Callable[[Step, dict[str, Picture]], None] | None,
+        check: PassCheck | None = None,
+    ) -> None:
+        """Every step in order; static ones only where something that they depend on is new.
+
+        ``observe`` and ``check`` see what each step wrote, which is then read back: slow, for looking.
+        """
+        values = self._values(given)
+        static = {name: values[name] for name, handle in self.plan.values.items() if handle.static}
+        static |= {str(number): _contents(resolve(handle, values)) for number, handle in enumerate(self._by_value)}
+        static_changed = self._changed(static)
+        self._static_seen = None  # until this run has ended well, nothing counts as done
+        if check is not None:
+            check.begin(pictures)
+        looking = observe is not None or check is not None
+        # Who looks may use the device between two steps.
+        with nullcontext() if looking else self.backend.running():
+            static_changed |= self._upload(pictures)
+            self._swap_history()
+            for resource, apart in self._apart.items():
+                self.places[resource] = self.plan.resources[resource].memory if looking else apart
+            for step, execute in self._runs if looking else self._chained:
+                if step.static and not static_changed:
+                    continue
+                execute(values)
+                if observe is not None or check is not None:
+                    written = {resource: self.download(resource) for resource in step.writes}
+                    if observe is not None:
+                        observe(step, {self.plan.resources[r].name: picture for r, picture in written.items()})
+                    if check is not None:
+                        check.look(step, written)
+        self._static_seen, self._swap_due = static, True
+
+    def _swap_history(self) -> None:
+        """What the last run wrote becomes history; at the start of a run, so that results can be read after it."""
+        if self._swap_due:
+            self._swap_due = False
+            for resource in self.plan.resources:
+                if resource.history is not None:
+                    places = self.places
+                    places[resource.id], places[resource.history] = (
+                        places[resource.history],
+                        places[resource.id],
+                    )
+
+    def _values(self, given: Mapping[str, object]) -> dict[Any, object]:
+        """Run values by handle; derived ones are computed when first asked for."""
+        needed = self.plan.values
+        surplus = [name for name in given if name not in needed]
+        if surplus:
+            known = ", ".join([*self.plan.inputs, *needed]) or "nothing"
+            raise InputError(f"there is no input or value {surplus[0]!r} in this graph; it takes {known}")
+        values: dict[Any, object] = {}
+        for name, handle in needed.items():
+            value = given.get(name, self.plan.size if handle is OUTPUT_SIZE else handle.default)
+            if value is None:
+                raise InputError(f"value {name!r} is missing; run the program as program({name}=...)")
+            if is_object_type(handle.type) and not isinstance(value, handle.type):  # type: ignore[arg-type]
+                raise InputError(f"value {name!r} must be a {handle.type.__name__}, got {type(value).__name__}")  # type: ignore[attr-defined]
+            values[name] = value
+        return values
+
+    def _upload(self, pictures: Mapping[str, Picture]) -> bool:
+        """Inputs to the device; true when a static one is new."""
+        changed = False
+        static = self.plan.static_inputs
+        for name, resource in self.plan.inputs.items():
+            picture = pictures[name]
+            if name in static and self._uploaded.get(name) is picture:
+                continue
+            self.backend.upload(self._storage(resource), picture)
+            self._uploaded[name] = picture
+            changed |= name in static
+        return changed
+
+    def _changed(self, static: dict[str, object]) -> bool:
+        """Whether a static value is another one than in the last run; arrays count as new whenever given anew."""
+        seen = self._static_seen
+        return seen is None or any(not _same(seen.get(name), value) for name, value in static.items())
+
+    def override(self, step: str, name: str, value: object) -> None:
+        """Another value for a plain parameter of a step."""
+        step, name = text(step, "the name of a pass"), text(name, "the name of a parameter")
+        found = [s for s in self.plan.steps if s.name == step or (isinstance(s, PixelStep) and step in s.fused)]
+        if not found:
+            raise GraphError(f"there is no pass {step!r}; there are {', '.join(s.name for s in self.plan.steps)}")
+        keys = [k for k in found[0].values if k == name or k.endswith("/" + name)]
+        if not keys:
+            raise GraphError(
+                f"pass {step!r} has no parameter {name!r} to set; it has {', '.join(found[0].values) or 'none'}"
+            )
+        self._overrides[found[0].name, keys[0]] = value
+        self._static_seen = None
+
+    def download(self, resource: int) -> Picture:
+        """A picture of the last run."""
+        return self.backend.download(self._storage(resource))
+
+    def replace(self, resource: int, picture: Picture) -> None:
+        """Put another picture in the place of what a step wrote: for comparing pass by pass."""
+        self.backend.upload(self._storage(resource), picture)
+
+    def release(self) -> None:
+        """Give back pictures, meshes and, by letting go of them, compiled steps."""
+        for memory in self.memories:
+            self.backend.release(memory)
+        for geometry in self._geometries.values():
+            self.backend.release_geometry(geometry)
+        self.forget()
+
+    def forget(self) -> None:
+        """Let go of everything; compiled steps know this object, so that it would wait for the garbage collector."""
+        self.memories, self._runs, self._chained = [], [], []
+        self._geometries.clear()
+
+
+def _same(one: object, other: object) -> bool:
+    plain = (bool, int, float, str, bytes, tuple)
+    return one is other or (type(one) is type(other) and isinstance(one, plain) and bool(one == other))
+
+
+def _contents(value: object) -> object:
+    """What tells two derived values apart: numbers as bytes, fields of structs one by one."""
+    if isinstance(value, np.ndarray) or not hasattr(value, "__dict__"):
+        return np.asarray(value, np.float64).tobytes()
+    return tuple(_contents(part) for part in vars(value).values())
+
+
+def is_object_type(type_: object) -> bool:
+    """Whether a value's type is a class of its own, such as Camera; numbers and vectors are checked when packed."""
+    plain = type_ in (int, float, bool) or getattr(type_, "__module__", "") == "passgraph.language.symbols"
+    return isinstance(type_, type) and not plain
+
+
+class Uniforms:
+    """The parameters of one stage: constant parts packed once, run values at each run."""
+
+    def __init__(self, program: ScalarProgram, step: Step, overrides: Mapping[tuple[str, str], object]) -> None:
+        from passgraph.backends.base import Block
+
+        self.step, self.overrides = step, overrides
+        self.floats = np.zeros(max(1, program.float_count), np.float32)
+        self.ints = np.zeros(max(1, program.int_count), np.int32)
+        self.block: Block = Block(self.floats, self.ints)
+        self.constant: list[Any] = []
+        self.changing: list[Any] = []
+        for slot in program.uniforms:
+            base, _, path = slot.name.rpartition("/")
+            parameter, *fields = path.split(".")
+            key = f"{base}/{parameter}" if base else parameter
+            block = self.floats if slot.block == "float" else self.ints
+            place = block[slot.offset : slot.offset + slot.count]
+            entry = (key, fields, place, slot.type, f"{slot.name} of pass {step.name!r}")
+            value = step.values[key]
+            (self.changing if isinstance(value, (Value, Derived)) else self.constant).append(entry)
+        for entry in self.constant:
+            self._store(entry, step.values[entry[0]])
+
+    def _store(self, entry: Any, value: object) -> None:
+        key, fields, place, type_, name = entry
+        for field in fields:
+            if not hasattr(value, field):
+                raise InputError(f"{key!r} needs a field {field!r}, which {type(value).__name__} lacks")
+            value = getattr(value, field)
+        place[:] = components(value, type_, name)
+
+    def pack(self, values: dict[Any, object]) -> Block:
+        """The block for this run."""
+        for entry in self.changing:
+            handle = self.step.values[entry[0]]
+            self._store(entry, self.overrides.get((self.step.name, entry[0]), resolve(handle, values)))
+        if self.overrides:
+            for entry in self.constant:
+                key = (self.step.name, entry[0])
+                if key in self.overrides:
+                    self._store(entry, self.overrides[key])
+        return self.block
+
+
+def resolve(handle: object, values: dict[Any, object]) -> object:
+    """What a handle stands for in this run."""
+    if isinstance(handle, Value):
+        return values[handle.name]
+    assert isinstance(handle, Derived)
+    # By identity: a default inside the handle may be an array, which has no hash.
+    if id(handle) not in values:
+        values[id(handle)] = handle.function(*(values[source.name] for source in handle.sources))
+    return values[id(handle)]

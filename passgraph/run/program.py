@@ -1,0 +1,466 @@
+"""A compiled graph: bind inputs, run the plan on a backend, read results."""
+
+from __future__ import annotations
+
+import weakref
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from os import PathLike
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph import arguments
+from passgraph.errors import BackendError, GraphError, InputError, UnknownNameError
+from passgraph.formats import Format, format_named
+from passgraph.graph.targets import InputSpec, Target, TargetSpec, checked_size
+from passgraph.plan.data import Options, Plan, Step
+from passgraph.plan.reach import inputs_behind
+from passgraph.run.finite_checks import NonFinite, PassCheck, admitted, checked_choice
+
+if TYPE_CHECKING:
+    from passgraph.backends.base import Backend
+    from passgraph.run.execution import Execution
+
+Picture: TypeAlias = NDArray[np.float32]
+Outputs: TypeAlias = "Target | Iterable[Target] | Mapping[str, Target]"
+Observer: TypeAlias = Callable[[Step, dict[str, Picture]], None]
+
+
+class Result(Mapping[str, Picture]):
+    """Pictures by target name: (height, width, channels) float32, row 0 on top."""
+
+    def __init__(self, pictures: dict[str, Picture]) -> None:
+        self._pictures = pictures
+
+    def __getitem__(self, name: str) -> Picture:
+        if not arguments.among(name, self._pictures):
+            got = arguments.shown(name)
+            raise UnknownNameError(f"there is no result {got}; there are {', '.join(self._pictures)}")
+        return self._pictures[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._pictures)
+
+    def __len__(self) -> int:
+        return len(self._pictures)
+
+    def save(self, path: str | PathLike[str], name: str | None = None) -> None:
+        """Write a result (the first where no name is given) as PNG, EXR …; the file is written whole or not at all.
+
+        Values above 1 are clipped in 8-bit formats; use a tone-mapping effect, or EXR.
+        """
+        from passgraph.pictures import save
+
+        save(path, self[next(iter(self)) if name is None else name])
+
+
+@dataclass
+class _Held:
+    """What a program must give back: known to its finaliser, which cannot know the program."""
+
+    backend: Backend
+    owns: bool
+    execution: Execution | None = None
+
+    def abandoned(self) -> None:
+        """The program was dropped without being closed; this may run in any thread, in the middle of anything."""
+        execution, self.execution = self.execution, None
+        if execution is None:
+            return
+        if self.owns:
+            # Nobody else has this backend: it goes with the last reference to it.
+            execution.forget()
+        else:
+            self.backend.turn.later(execution.release)
+
+
+class Program:
+    """What :func:`compile` returns.  Call it with inputs and values by name.
+
+    It owns its pictures and compiled passes until :meth:`close` (it is a context manager too).
+
+    Threads may share it: each call, from the inputs to the results, is one thread's alone, and others wait; so does
+    :meth:`close`.  Between :meth:`run` and :meth:`read` another thread's run may come; call the program instead.
+    What a run calls (an observer, a value's function) cannot run, change or close the program.  In a process forked
+    after it was compiled, it works on ``numpy`` and ``reference``, and refuses on ``gl`` and ``opencl``.
+    """
+
+    def __init__(
+        self,
+        outputs: dict[str, Target],
+        backend: Backend,
+        owns: bool,
+        size: tuple[int, int] | None,
+        options: Options,
+        non_finite: NonFinite = "error",
+        check_finite: bool = False,
+    ) -> None:
+        self._outputs, self.backend, self._owns = outputs, backend, owns
+        self._held = _Held(backend, owns)
+        weakref.finalize(self, self._held.abandoned).atexit = False
+        self._non_finite, self._check_finite = non_finite, check_finite
+        # A check names passes as they were written, so none is computed inside another.
+        options = replace(options, fuse=False) if check_finite else options
+        self._size, self._options = (
+            size,
+            options if backend.optimises else replace(options, fuse=False, simplify=True),
+        )
+        self._inputs = inputs_behind(list(outputs.values()))
+        self._bound: dict[str, tuple[Format, tuple[int, int]]] = {}
+        self._plan: Plan | None = None
+        self._busy = False
+        self._pass_check: PassCheck | None = None
+        self._overrides: dict[tuple[str, str], object] = {}
+        self._static_pictures: dict[str, tuple[Any, Any]] = {}
+        self._closed = False
+        self.replanned = 0  # how often an input of another size or format made a new plan
+
+    @property
+    def _execution(self) -> Execution | None:
+        return self._held.execution
+
+    @property
+    def inputs(self) -> dict[str, InputSpec]:
+        """What each run brings as pictures, by name: every input behind the outputs, read or not."""
+        return dict(self._inputs)
+
+    @property
+    def plan(self) -> Plan:
+        """The plan; where inputs were left open it exists after the first run."""
+        self._check_open()
+        plan = self._plan
+        if plan is None:
+            with self._alone("planned"):
+                if self._plan is None:
+                    self._make_plan()
+                plan = self._plan
+        assert plan is not None
+        return plan
+
+    def _alone(self, what: str) -> _Alone:
+        """While nobody else uses the backend."""
+        return _Alone(self, what)
+
+    def _check_open(self) -> None:
+        if self._closed:
+            raise GraphError("this program is closed; compile the graph again")
+
+    def explain(self) -> str:
+        return self.plan.explain()
+
+    def _make_plan(self) -> None:
+        from passgraph.plan.build import build
+        from passgraph.run.execution import Execution
+
+        # Nothing is left half made where the new plan fails: the next run starts afresh.
+        if self._execution is not None:
+            self._execution.release()
+        self._held.execution = self._plan = None
+        plan = build(self._outputs, self._size, self._bound, self._options, self.backend.limits)
+        self._held.execution = made = Execution(plan, self.backend)
+        self._plan = plan
+        self._pass_check = PassCheck(plan) if self._check_finite else None
+        for (step, name), value in self._overrides.items():
+            made.override(step, name, value)
+
+    def __call__(self, /, **given: Any) -> Result:
+        """Run once and read every output.
+
+        Raises
+        ------
+        InputError
+            For a missing, surplus or unfit input or value, by name; for a picture that holds NaN or infinity.
+        """
+        with self._alone("called"):
+            self._run(None, given)
+            return self._read(None)
+
+    def run(self, _observe: Observer | None = None, /, **given: Any) -> None:
+        """Run once without reading anything back.
+
+        ``_observe(step, pictures)`` is called after every step with what it wrote: slow, for looking.
+        """
+        if _observe is not None:
+            arguments.function(_observe, "the observer of a run")
+        with self._alone("run"):
+            self._run(_observe, given)
+
+    def _run(self, observe: Observer | None, given: Mapping[str, Any]) -> None:
+        pictures = self._pictures(given)
+        if self._bind(pictures) or self._plan is None:
+            self._make_plan()
+        assert self._execution is not None
+        values = {name: value for name, value in given.items() if name not in self._inputs}
+        self._execution.run(pictures, values, observe, self._pass_check)
+
+    def read(self, name: str | None = None) -> Result:
+        """The outputs of the last run (or one of them)."""
+        with self._alone("read"):
+            return self._read(name)
+
+    def _read(self, name: str | None) -> Result:
+        execution = self._execution
+        if execution is None:
+            raise GraphError("nothing has run yet")
+        outputs = execution.plan.outputs
+        if name is not None:
+            _known(name, outputs)
+        names = list(outputs) if name is None else [name]
+        with self.backend.running():
+            return Result({n: execution.download(outputs[n]) for n in names})
+
+    def set(self, step: str, name: str, value: object) -> None:
+        """Change a plain parameter of a pass, by the pass's name and the parameter's."""
+        with self._alone("changed"):
+            if self._execution is None:
+                self._make_plan()
+            assert self._execution is not None
+            self._execution.override(step, name, value)
+            self._overrides[step, name] = value
+
+    def finish(self) -> None:
+        """Wait for the device."""
+        with self._alone("waited for"):
+            self.backend.finish()
+
+    def _pictures(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        pictures = {}
+        for name, spec in self._inputs.items():
+            picture = given.get(name, spec.default)
+            if picture is None:
+                raise InputError(f"input {name!r} is missing; run the program as program({name}=picture)")
+            seen, checked = self._static_pictures.get(name, (None, None))
+            if not spec.static or seen is not picture:
+                checked = self._admitted(picture, spec)
+            if spec.static:
+                # The same object again is the same picture: what depends on it does not run again.
+                self._static_pictures[name] = picture, checked
+            pictures[name] = checked
+        return pictures
+
+    def _admitted(self, given: Any, spec: InputSpec) -> Picture:
+        """An input as float32, looked through for NaN and infinity where it could hold them."""
+        picture = checked_picture(given, spec)
+        if np.asarray(given).dtype.kind != "f":
+            return picture
+        return admitted(picture, spec.name, spec.format, self._non_finite, self._readers(spec.name))
+
+    def _readers(self, name: str) -> Iterator[str]:
+        """Passes that read an input, by name."""
+        from passgraph.graph.calls import graph
+
+        made = graph(*self._outputs.values())
+        for node, data in made.nodes(data=True):
+            if data["kind"] == "input" and data["name"] == name:
+                yield from (reader.name for reader in made.successors(node))
+
+    def _bind(self, pictures: Mapping[str, Any]) -> bool:
+        """Formats and sizes of this run's inputs; true when they differ from the plan's."""
+        bound = {}
+        for name, spec in self._inputs.items():
+            array = pictures[name]
+            height, width, channels = array.shape
+            made = spec.format or format_named({1: "r32f", 2: "rg32f", 3: "rgb32f", 4: "rgba32f"}[channels])
+            bound[name] = (made, (width, height))
+        changed = bound != self._bound
+        if changed and self._plan is not None:
+            self.replanned += 1
+        self._bound = bound
+        return changed
+
+    def close(self) -> None:
+        """Give back every picture and compiled pass; the backend too when the program opened it.
+
+        A call that runs in another thread ends first.
+        """
+        if self._closed or self.backend.turn.lost:
+            # What belongs to the process that this one was forked from is left alone.
+            self._closed = True
+            return
+        with self._alone("closed"):
+            self._closed = True
+            execution = self._execution
+            if execution is not None and self._owns:
+                execution.forget()
+            elif execution is not None:
+                execution.release()
+            if self._owns:
+                self.backend.close()
+            self._held.execution = None
+
+    def __enter__(self) -> Program:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+class _Alone:
+    """Around what one thread does with a program; a class, since every call passes here."""
+
+    __slots__ = ("program", "what")
+
+    def __init__(self, program: Program, what: str) -> None:
+        self.program, self.what = program, what
+
+    def __enter__(self) -> None:
+        program = self.program
+        program.backend.turn.__enter__()
+        # Only this thread can have come here twice.
+        if program._busy or (program._closed and self.what != "closed"):
+            program.backend.turn.__exit__()
+            program._check_open()
+            raise GraphError(
+                f"a program cannot be {self.what} from inside its own run; an observer, or a value's function, "
+                "keeps what it needs and does this after the run"
+            )
+        program._busy = True
+
+    def __exit__(self, *_: object) -> None:
+        self.program._busy = False
+        self.program.backend.turn.__exit__()
+
+
+def _known(name: str, outputs: Mapping[str, int]) -> None:
+    if not arguments.among(name, outputs):
+        raise GraphError(f"there is no output {arguments.shown(name)}; there are {', '.join(outputs)}")
+
+
+def checked_picture(given: Any, spec: InputSpec) -> NDArray[Any]:
+    """An input as (height, width, channels) float32; uint8, uint16 and bool count from 0 to 1.
+
+    Byte order and strides may be any; floats of 16, 64 and more bits are rounded to float32.
+
+    Raises
+    ------
+    InputError
+        For what is not a picture, holds no numbers, or does not fit the declared size or channels.
+    """
+    what, expected = f"input {spec.name!r}", "be an array (height, width, channels) of numbers"
+    array = arguments.numbers(given, what, expected)
+    if array.ndim not in (2, 3):
+        raise InputError(f"{what} must {expected}, got {arguments.shown(given)}")
+    if array.ndim == 2:
+        array = array[:, :, None]
+    height, width, channels = array.shape
+    if not (height and width and 1 <= channels <= 4):
+        raise InputError(f"{what} must have 1 to 4 channels and at least one pixel, got shape {array.shape}")
+    if spec.format is not None and channels != spec.format.channels:
+        raise InputError(f"{what} is {spec.format.name} with {spec.format.channels} channel(s), got {channels}")
+    if spec.size is not None and (width, height) != spec.size:
+        raise InputError(f"{what} is declared {spec.size[0]}x{spec.size[1]} pixels, got {width}x{height}")
+    if array.dtype.kind == "u" and array.dtype.itemsize <= 2:  # of any byte order
+        return np.ascontiguousarray(array / np.float32(np.iinfo(array.dtype).max), np.float32)
+    if array.dtype.kind in "ui":
+        raise InputError(f"{what} has dtype {array.dtype}; give float32 (0 to 1 for colours), uint8 or uint16")
+    with np.errstate(over="ignore"):  # float64 beyond float32 becomes infinite, and non_finite says what of that
+        return np.ascontiguousarray(array, np.float32)
+
+
+def named_outputs(outputs: Any) -> dict[str, Target]:
+    """One target, several, or a mapping, as a mapping by result name."""
+    if isinstance(outputs, (Target, TargetSpec)):
+        outputs = [outputs]
+    if isinstance(outputs, Mapping):
+        for name, target in outputs.items():
+            arguments.text(name, "the name of an output")
+            _check_target(target)
+        return dict(outputs)
+    if isinstance(outputs, (str, bytes, np.ndarray)) or not isinstance(outputs, Iterable):
+        raise GraphError(f"compile takes targets that passes returned, got {arguments.shown(outputs)}")
+    named: dict[str, Target] = {}
+    for target in outputs:
+        _check_target(target)
+        if target.name in named:
+            raise GraphError(
+                f"two outputs are called {target.name!r}; give a mapping: pg.compile({{'first': ..., 'second': ...}})"
+            )
+        named[target.name] = target
+    return named
+
+
+def _check_target(target: object) -> None:
+    if isinstance(target, TargetSpec):
+        raise GraphError(
+            f"compile takes targets that passes returned, got target {target.name!r} is declared but not written"
+        )
+    if not isinstance(target, Target):
+        raise GraphError(f"compile takes targets that passes returned, got {arguments.shown(target)}")
+
+
+def compile(
+    outputs: Outputs,
+    backend: str | Backend | None = None,
+    size: tuple[int, int] | None = None,
+    options: Options | None = None,
+    *,
+    non_finite: NonFinite = "error",
+    check_finite: bool = False,
+) -> Program:
+    """Plan the graph behind some targets and make it ready to run.
+
+    Parameters
+    ----------
+    outputs
+        One target, several, or ``{name: target}``; results are read by target name or by the given name.
+    backend
+        ``"numpy"`` (default), ``"gl"``, ``"opencl"``, ``"opencl:1"``, ``"reference"``, or an open backend, which
+        then stays yours to close.
+    size
+        (width, height) of the output in pixels; left out, the size of the first input.  Targets that are declared
+        with a size, or take that of an input, keep it; where no output would have the size asked for, or a fraction
+        of it, it is refused.
+    options
+        Optimisations to switch off.
+    non_finite
+        What becomes of NaN and infinity in an input: ``"error"`` refuses the picture with an ``InputError`` that
+        names the pixel and the passes that read it; ``"replace"`` makes NaN 0 and infinity the largest number that
+        the input's format holds; ``"keep"`` lets passes read them.  Static inputs are looked through once, those
+        in 8 and 16 bits never.
+    check_finite
+        Look at what every pass wrote, and raise a ``GraphError`` that names the first pass and pixel where a value
+        that is not finite came from finite ones.  Slow: every target is read back, and no passes are fused.
+
+    Raises
+    ------
+    GraphError, KernelError
+        For what does not fit; with inputs whose size is open, at the first run.
+    BackendError
+        For a pass that needs more images, parameters or targets, or a larger picture, than the device takes.
+    DeviceMissingError
+        Where the backend's driver is missing, with the command that installs it.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from passgraph.graph.calls import kernel
+    >>> from passgraph.graph.targets import Input
+    >>> invert = kernel(source="def invert(color: Image) -> vec4: return vec4(1.0 - color[0, 0].rgb, 1.0)")
+    >>> with compile(invert(Input("frame")), backend="reference") as program:
+    ...     program(frame=np.zeros((2, 3, 4), np.float32))["invert"].shape
+    (2, 3, 4)
+    """
+    from passgraph.backends.base import Backend
+    from passgraph.backends.registry import open_backend
+
+    named = named_outputs(outputs)
+    bound = None if size is None else checked_size(size, "the output")
+    choice = checked_choice(non_finite)
+    checking = arguments.flag(check_finite, "check_finite")
+    if options is None:
+        options = Options()
+    arguments.instance(options, Options, "options", "pg.Options(...)")
+    owns = backend is None or isinstance(backend, str)
+    expected = "a name such as 'gl' or an open backend"
+    opened = open_backend(backend) if owns else arguments.instance(backend, Backend, "backend", expected, BackendError)  # type: ignore[arg-type]
+    program = Program(named, opened, owns, bound, options, choice, checking)
+    try:
+        if all(spec.size and spec.format for spec in program.inputs.values()):
+            program._bound = {n: (s.format, s.size) for n, s in program.inputs.items()}  # type: ignore[misc]
+            assert program.plan is not None
+    except BaseException:
+        program.close()
+        raise
+    return program

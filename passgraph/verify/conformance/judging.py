@@ -1,0 +1,227 @@
+"""One case on open backends: every target of every pass of every frame held against what the oracle allows.
+
+Each pass works on the reference's pictures (what it wrote itself is replaced before the next pass reads it), so
+that a difference is that pass's own, in later frames too.
+"""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.backends.base import Backend
+from passgraph.formats import Format
+from passgraph.run.program import compile
+from passgraph.verify.compare import distance
+from passgraph.verify.conformance.case import Case, Picture
+from passgraph.verify.oracle.backend import Allowed, outside
+from passgraph.verify.oracle.passes import Passes
+
+Outcome = Literal["passed", "diverged", "vacuous", "failed"]
+
+#: A value is told where its bounds lie within this share of its size, or within a step of its format, or …
+TOLD_SHARE = 1.0 / 64.0
+#: … within this (what sine promises at its zeros is 2^-22).
+TOLD_DISTANCE = 2.0**-20
+
+
+@dataclass(frozen=True)
+class TargetVerdict:
+    """One target of one pass in one frame.
+
+    Attributes
+    ----------
+    outside : share of pixels with a value that no conforming backend may have
+    ambiguous : share of pixels where rounding may turn a decision, and the outcomes lie apart
+    told : share of values whose bounds are finite and near each other
+    known : whether the case knows the picture to the bit, so that the last two do not matter
+    """
+
+    frame: int
+    step: str
+    target: str
+    outside: float
+    ambiguous: float
+    told: float
+    known: bool
+
+
+@dataclass(frozen=True, eq=False)
+class Divergence:
+    """The first target that is beyond its bounds, and the pixel that is farthest beyond."""
+
+    where: str
+    pixel: tuple[int, int]  # column, row
+    channel: int
+    got: float
+    expected: float
+    low: float
+    high: float
+    pictures: tuple[Picture, Picture, NDArray[np.bool_]]  # got, expected, pixels outside
+
+    def __str__(self) -> str:
+        column, row = self.pixel
+        share = self.pictures[2].mean()
+        return (
+            f"{self.where}: outside its bounds at {share:.3%} of pixels; worst at column {column}, row {row}, "
+            f"channel {self.channel}: {self.got:.9g} where {self.expected:.9g} is expected and {self.low:.9g} to "
+            f"{self.high:.9g} is allowed"
+        )
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What became of one case on one backend."""
+
+    group: str
+    name: str
+    backend: str
+    outcome: Outcome
+    seconds: float
+    targets: tuple[TargetVerdict, ...] = ()
+    divergence: Divergence | None = None
+    reason: str = ""  # of a vacuous or failed case
+
+    @classmethod
+    def of_failure(cls, case: Case, backend: str, seconds: float, targets: tuple[TargetVerdict, ...] = ()) -> Verdict:
+        """With the end of the traceback that is being handled."""
+        reason = traceback.format_exc(limit=-4).strip()
+        return cls(case.group, case.name, backend, "failed", seconds, targets, None, reason)
+
+    @property
+    def id(self) -> str:
+        return f"{self.group}/{self.name}"
+
+    @property
+    def ambiguous(self) -> float:
+        """The largest share of any target that is not known to the bit."""
+        return max((target.ambiguous for target in self.targets if not target.known), default=0.0)
+
+    @property
+    def told(self) -> float:
+        """The smallest share of any target that is not known to the bit."""
+        return min((target.told for target in self.targets if not target.known), default=1.0)
+
+    def __str__(self) -> str:
+        detail = str(self.divergence) if self.divergence else self.reason
+        return f"{self.id} on {self.backend}: {self.outcome}{': ' if detail else ''}{detail}"
+
+
+class Judge:
+    """A case with its plan; what conforming backends may write is found when first needed."""
+
+    def __init__(self, case: Case) -> None:
+        self.case = case
+        self.outputs = dict(case.graph())
+        self.passes = Passes(self.outputs, case.size, case.frames)
+
+    def verdict(self, backend: Backend) -> Verdict:
+        """Of one open backend; what it raises becomes the verdict."""
+        start = perf_counter()
+        name, case = backend.name, self.case
+        targets: list[TargetVerdict] = []
+        first: Divergence | None = None
+        try:
+            for target, divergent in self._targets(backend):
+                targets.append(target)
+                first = first or divergent
+            first = first or self._inexact(backend)
+        except Exception:
+            return Verdict.of_failure(case, name, perf_counter() - start, tuple(targets))
+        outcome, reason = self._vacuous(targets)
+        if first:
+            outcome, reason = "diverged", ""
+        seconds = perf_counter() - start
+        return Verdict(case.group, case.name, name, outcome, seconds, tuple(targets), first, reason)
+
+    def _targets(self, backend: Backend) -> Iterator[tuple[TargetVerdict, Divergence | None]]:
+        """Every target of every frame, in the order in which they are written."""
+        plan = self.passes.plan
+        expected, allowed = self.passes.allowed(backend.snaps)
+        for written in self.passes.written(backend, expected):
+            for key, got in written.items():
+                frame, step, target = key[0], plan.steps[key[1]], plan.resources[key[2]]
+                bounds = allowed[key]
+                beyond = outside(got, bounds.values)
+                share = float(beyond.any(axis=2).mean())
+                figures = share, float(bounds.ambiguous.mean()), float(told(bounds, target.format).mean())
+                known = target.name in self.case.exact
+                divergent = None
+                if share:
+                    where = f"frame {frame}, pass {step.name}, target {target.name}"
+                    divergent = divergence(where, got, expected[key], bounds.values.lo, bounds.values.hi, beyond)
+                yield TargetVerdict(frame, step.name, target.name, *figures, known), divergent
+
+    def _vacuous(self, targets: Sequence[TargetVerdict]) -> tuple[Outcome, str]:
+        for target in targets:
+            if target.known:
+                continue
+            where = f"frame {target.frame}, pass {target.step}, target {target.target}"
+            if target.ambiguous > self.case.most_ambiguous:
+                return "vacuous", (
+                    f"{where}: {target.ambiguous:.2%} of the pixels are ambiguous, above {self.case.most_ambiguous:.2%}"
+                )
+            if target.told < self.case.least_told:
+                return "vacuous", (
+                    f"{where}: of {target.told:.1%} of the values something is known, below {self.case.least_told:.1%}"
+                )
+        return "passed", ""
+
+    def _inexact(self, backend: Backend) -> Divergence | None:
+        """Outputs of the program as it is compiled by default, against those that are known to the bit."""
+        if not self.case.exact:
+            return None
+        with compile(self.outputs, backend, self.case.size) as program:
+            for frame in self.case.frames:
+                program.run(**frame)
+            results = program.read()
+        for name, number in self.case.exact.items():
+            got = results[name]
+            expected = np.broadcast_to(np.asarray(number, np.float32), got.shape)
+            beyond = ~((got == expected) | (np.isnan(got) & np.isnan(expected)))
+            if beyond.any():
+                return divergence(f"output {name}, all optimisations on", got, expected, expected, expected, beyond)
+        return None
+
+
+def divergence(
+    where: str,
+    got: Picture,
+    expected: Picture,
+    low: NDArray[np.floating],
+    high: NDArray[np.floating],
+    beyond: NDArray[np.bool_],
+) -> Divergence:
+    """With the pixel that is farthest beyond its bounds."""
+    apart = np.where(beyond, distance(got, expected), -1.0)
+    row, column, channel = (int(i) for i in np.unravel_index(np.argmax(apart), apart.shape))
+    at = row, column, channel
+    return Divergence(
+        where, (column, row), channel, float(got[at]), float(expected[at]), float(low[at]), float(high[at]),
+        (got, expected, np.asarray(beyond.any(axis=2))),
+    )  # fmt: skip
+
+
+def told(bounds: Allowed, format_: Format) -> NDArray[np.bool_]:
+    """Of which values the bounds say something: one number within little, or a sure NaN."""
+    values = bounds.values
+    size = values.magnitude
+    near = values.width <= np.fmax(TOLD_SHARE * size, max(TOLD_DISTANCE, format_.unit))
+    return np.asarray(near & (~values.nan | np.isnan(values.lo)))
+
+
+def judge(case: Case, backends: Sequence[Backend]) -> list[Verdict]:
+    """One case on several open backends, which share the reference's work."""
+    start = perf_counter()
+    try:
+        made = Judge(case)
+    except Exception:
+        seconds = perf_counter() - start
+        return [Verdict.of_failure(case, backend.name, seconds) for backend in backends]
+    return [made.verdict(backend) for backend in backends]

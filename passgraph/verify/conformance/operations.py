@@ -1,0 +1,305 @@
+"""Every row of the operations table on special values, as scalars, vectors and ints.
+
+One kernel evaluates a picture of values pairwise: every value of a list with every other one.  The oracle
+promises nothing outside a row's documented domain, so lists are moved into it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import passgraph as pg
+from passgraph.language import domains
+from passgraph.language.domains import Domain
+from passgraph.language.operations import OPERATIONS, Operation
+from passgraph.verify.compare import MOST_AMBIGUOUS
+from passgraph.verify.conformance.case import Case
+
+GROUP = "operations"
+Values = NDArray[np.float32]
+
+#: Zeros, ones, halves, range ends, denormals, tiny and huge numbers; then of either sign, and what is not finite.
+SPECIAL = (
+    0.0, 1.0, 0.5, 1.5, 2.5, 3.5, 1e-3, 1e-20, 2.0**-126, 2.0**-127, 1e-45, 1e20, 3.4028235e38, 0.1, 0.3, 0.7, 2.0,
+    3.0, 7.0, 100.0, 255.0, 8191.0, 0.99999994, 1.0000001, 8388607.5, 16777216.0, 2147483648.0,
+)  # fmt: skip
+NOT_FINITE = (np.inf, -np.inf, np.nan)
+#: Range ends, powers of two beside them, shift distances at and beyond 32, and divisors.
+INTS = (
+    0, 1, 2, 3, 5, 7, 30, 31, 32, 33, 63, 64, 255, 256, 32767, 32768, 65535, 65536, 8388607, 16777217, 123456789,
+    2**30, 2**31 - 2, 2**31 - 1, -1, -2, -3, -5, -7, -31, -32, -33, -255, -256, -65536, -16777217, -(2**30),
+    -(2**31) + 1, -(2**31),
+)  # fmt: skip
+
+#: A row leaves open up to four of the 64 values: denormals, which may count as 0; or zeros or large numbers that it
+#: takes to infinity, and infinities.  A pixel holds four values, so a quarter may have one, beside the usual share.
+OPEN_SHARE = 4 * 4 / 64 + MOST_AMBIGUOUS
+
+#: Vectors and matrices: expressions of two vec4 ``p`` and ``q`` that give a vec4, in every size.
+VECTOR = {
+    "dot": "vec4(dot(p.xy, q.xy), dot(p.xyz, q.xyz), dot(p, q), 0.0)",
+    "cross": "vec4(cross(p.xyz, q.xyz), 0.0)",
+    "length": "vec4(length(p.xy), length(p.xyz), length(p), length(q))",
+    "distance": "vec4(distance(p.xy, q.xy), distance(p.xyz, q.xyz), distance(p, q), 0.0)",
+    "normalize": "normalize(p) + vec4(0.0, normalize(q.xyz))",
+    "faceforward": "faceforward(p, q, p.yxwz)",
+    "reflect": "reflect(p, normalize(q))",
+    "refract": "vec4(refract(normalize(p.xyz), normalize(q.xyz), 0.7), 0.0)",
+    "any": "vec4(float(any(p.xy > q.xy)), float(any(p.xyz > q.xyz)), float(any(p > q)), 0.0)",
+    "all": "vec4(float(all(p.xy > q.xy)), float(all(p.xyz > q.xyz)), float(all(p > q)), 0.0)",
+    "matmul": "mat4(p, q, p.yzwx, q.zwxy) * p + vec4(mat3(p.xyz, q.xyz, p.yzw) * q.xyz, 0.0)",
+    "transpose": "transpose(mat4(p, q, p.yzwx, q.zwxy))[1]",
+    "determinant": "vec4(determinant(mat2(p)), determinant(mat3(p.xyz, q.xyz, p.yzw)), determinant(mat2(q)), 0.0)",
+    "inverse": "vec4(inverse((mat2(p) + mat2(9.0)) * 1e25)[0], inverse((mat2(q) + mat2(9.0)) * 1e-25)[1])",
+    "outer": "outer(p, q)[2]",
+}
+
+
+def _unit(v: Values) -> Values:
+    """Into [-1, 1]."""
+    with np.errstate(all="ignore"):
+        return np.where(np.abs(v) > 1, np.float32(1) / v, v)
+
+
+def _angle(v: Values) -> Values:
+    with np.errstate(invalid="ignore"):
+        return np.where(np.abs(v) > 8192, np.sign(v) * (np.abs(v) % 8192), v)
+
+
+def _moderate(v: Values) -> Values:
+    """Sizes whose quotients, products and squares float32 holds: 2^-20 to 2^20, and zero."""
+    size = np.abs(v)
+    clipped = np.sign(v) * np.clip(size, 2.0**-20, 2.0**20)
+    return np.where(np.isfinite(v), np.where(size == 0, 0.0, clipped), 1.25).astype(np.float32)
+
+
+def _small(v: Values) -> Values:
+    """Exponents: -20 to 20."""
+    return np.where(np.isfinite(v), np.clip(v, -20, 20), 3.0).astype(np.float32)
+
+
+def _dividends(v: Values) -> Values:
+    """Numbers to divide: zero, and such that no quotient with :func:`_divisors` is near a whole number."""
+    return (1000.0 * np.sin(np.arange(len(v)))).astype(np.float32)
+
+
+def _divisors(v: Values) -> Values:
+    """±0.5 to ±8."""
+    turned = np.cos(7.0 * np.arange(len(v)))
+    return np.asarray(np.sign(turned) * (0.5 + 7.5 * np.abs(turned)), np.float32)
+
+
+def _divisible(v: Values) -> Values:
+    """Divisors that are documented, 2^-126 to 2^126; zero, infinity and NaN too."""
+    size = np.abs(v)
+    inside = (size >= 2.0**-126) & (size <= 2.0**126)
+    return np.where(inside | (size == 0) | ~np.isfinite(v), v, np.float32(-0.375))
+
+
+def _exponents(v: Values) -> Values:
+    """Whose powers float32 holds: -80 to 80, infinity and NaN."""
+    with np.errstate(invalid="ignore"):
+        return np.where(np.isfinite(v) & (np.abs(v) > 80), np.sign(v) * (np.abs(v) % 80), v)
+
+
+def _known_bits(v: Values) -> Values:
+    """Bits of NaN, of a zero's sign and of denormals are not the same everywhere."""
+    return np.where(np.isnan(v) | (np.abs(v) < 2.0**-126), np.float32(0.75), v)
+
+
+def _folded(domain: Domain) -> Callable[[Values], Values]:
+    """Numbers beyond come around to the other side of 0, those below what is least become it; then into the ends."""
+
+    def brought(v: Values) -> Values:
+        v = np.abs(v) if domain.low >= 0 else v
+        size = np.abs(v)
+        high = max(abs(domain.low), abs(domain.high))
+        with np.errstate(invalid="ignore"):
+            inside = np.where(np.isfinite(v) & (size > high), np.sign(v) * (size % high), v)
+        nearest = np.copysign(np.float32(domain.least), inside)
+        small = (np.abs(inside) < domain.least) & ((inside != 0) | (not domain.zero))
+        return np.asarray(np.clip(np.where(small, nearest, inside), domain.low, domain.high), np.float32)
+
+    return brought
+
+
+#: Domain → how the list is brought into it; into others by :func:`_folded`.
+BROUGHT: dict[Domain, Callable[[Values], Values]] = {
+    domains.ANY: np.asarray,
+    domains.NOT_NEGATIVE: np.abs,
+    domains.UNIT: _unit,
+    domains.ANGLE: _angle,
+    domains.EXPONENT: _exponents,
+    domains.POWER: _small,
+    domains.MODERATE: _moderate,
+    domains.MODERATE_NOT_ZERO: lambda v: np.where(v == 0, np.float32(0.375), _moderate(v)),
+    domains.DIVISOR: _divisible,
+    domains.POSITIVE: lambda v: np.abs(_known_bits(_divisible(v))),
+    domains.KNOWN_BITS: _known_bits,
+    domains.DIVIDEND: _dividends,
+    domains.SMALL_DIVISOR: _divisors,
+}
+
+
+def into(domain: Domain, v: Values) -> Values:
+    """A list of numbers brought into a domain."""
+    return BROUGHT.get(domain, _folded(domain))(v)
+
+
+def floats() -> Values:
+    """64 values: special ones of either sign, what is not finite, and ordinary ones."""
+    random = np.random.default_rng(7)
+    listed = [*SPECIAL, *(-v for v in SPECIAL), *NOT_FINITE]
+    return np.array([*listed, *random.uniform(-4, 4, 64 - len(listed))], np.float32)
+
+
+def pairs(v: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Two pictures (n, n, 4) that pair every value with every other one; channels are the list moved on."""
+    rolled = [np.roll(v, 5 * k) for k in range(4)]
+    first = [np.repeat(r[:, None], len(v), axis=1) for r in rolled]
+    second = [np.repeat(r[None, :], len(v), axis=0) for r in rolled]
+    return np.stack(first, -1), np.stack(second, -1)
+
+
+def cases() -> Iterator[Case]:
+    """Each row: floats and ints where it takes both."""
+    for row in OPERATIONS.values():
+        letters = set(row.operands)
+        if row.name in VECTOR:
+            yield _vectors(row)
+            continue
+        if letters & {"N", "G", "f"}:
+            yield _floats(row)
+        if letters & {"N", "I", "i"}:
+            yield _ints(row)
+        if letters == {"B"} or row.converts:
+            yield _bools(row)
+        if row.name == "pow":
+            yield _known_powers()
+
+
+def call(row: Operation, operands: list[str], vector: bool) -> str:
+    """The operation as it is written; comparisons of vectors are functions, as the operators give one bool."""
+    return row.as_written(*operands, by_name=vector and row.result == "B")
+
+
+def _result(row: Operation, ints: bool) -> str:
+    """What kind of number a row gives: "float", "int" or "bool"."""
+    letter = row.result
+    if letter in "Bb":
+        return "bool"
+    return "int" if letter in "Ii" or (ints and letter == "N") else "float"
+
+
+#: Exponents that are known when the kernel is compiled: products, reciprocals, and what is left to logarithms.
+KNOWN_POWERS = (2.0, 3.0, -1.0, -2.0, 7.0, 8.0, -3.0, 9.0, 0.5, 4.0, 5.0, 6.0)
+
+
+def _known_powers() -> Case:
+    a, b = pairs(np.clip(_moderate(floats()), -100.0, 100.0))
+    powers = [", ".join(f"pow(x, {y})" for y in KNOWN_POWERS[k : k + 4]) for k in range(0, len(KNOWN_POWERS), 4)]
+    shown = ", ".join(f"vec4({part})" for part in powers)
+    head = "def probe(a: Image, b: Image) -> tuple[vec4, vec4, vec4]:\n    x = a[0, 0].x\n"
+    return _case("pow of known exponents", f"{head}    return {shown}\n", a, b)
+
+
+def _graph(text: str) -> Mapping[str, pg.Target]:
+    kernel = pg.kernel(source=text)
+    into = tuple(pg.target(f"result{i}", "rgba32f") for i in range(len(kernel.program.results)))
+    made = kernel(pg.Input("a"), pg.Input("b"), into=into if len(into) > 1 else into[0])
+    return {target.name: target for target in (made if isinstance(made, tuple) else (made,))}
+
+
+def _case(name: str, text: str, a: NDArray[Any], b: NDArray[Any]) -> Case:
+    height, width = a.shape[:2]
+    frame = {"a": a.astype(np.float32), "b": b.astype(np.float32)}
+    graph = partial(_graph, text)
+    return Case(GROUP, name, graph, (width, height), (frame,), most_ambiguous=OPEN_SHARE)
+
+
+def _floats(row: Operation) -> Case:
+    """Four components at once, and one by itself."""
+    count = len(row.operands)
+    v = floats()
+    (a, _), (_, b) = (pairs(into(row.domain_of(operand), v)) for operand in (0, 1))
+    vectors, scalars = ["p", "q", "p.yzwx"][:count], ["p.x", "q.x", "p.y"][:count]
+    kind = _result(row, ints=False)
+    if row.operands == ("f",):
+        vector = "ivec4({})".format(", ".join(call(row, [f"p.{c}"], False) for c in "xyzw"))
+    else:
+        vector = _converted(row, "vec4" if kind == "float" else "ivec4", vectors)
+    lines = [f"    u = {vector}", f"    v = {call(row, scalars, False)}"]
+    text = _kernel("    p = a[0, 0]\n    q = b[0, 0]\n", lines, kind)
+    return _case(row.name, text, a, b)
+
+
+def _converted(row: Operation, type_: str, vectors: list[str]) -> str:
+    """A row on vectors; conversions are their types."""
+    return f"{type_}({vectors[0]})" if row.converts else call(row, vectors, True)
+
+
+def _kernel(head: str, lines: list[str], kind: str) -> str:
+    """Results are written exactly: ints as their lower and their upper half."""
+    body = "\n".join(lines)
+    if kind == "int":
+        halves = "vec4(u & 0xFFFF), vec4((u >> 16) & 0xFFFF), vec4(v & 0xFFFF, (v >> 16) & 0xFFFF, 0.0, 0.0)"
+        return f"def probe(a: Image, b: Image) -> tuple[vec4, vec4, vec4]:\n{head}{body}\n    return {halves}\n"
+    shown = "vec4(u), vec4(float(v), 0.0, 0.0, 0.0)"
+    return f"def probe(a: Image, b: Image) -> tuple[vec4, vec4]:\n{head}{body}\n    return {shown}\n"
+
+
+def _ints(row: Operation) -> Case:
+    """An int is brought as two halves, which float32 holds exactly: upper in the first channel, lower in the second."""
+    v = np.array(INTS, np.int64)
+    count = len(row.operands)
+    first, second = pairs(v)
+    a, b = (
+        np.stack([x[..., 0] >> 16, x[..., 0] & 0xFFFF, x[..., 1] >> 16, x[..., 1] & 0xFFFF], -1)
+        for x in (first, second)
+    )
+    head = "".join(
+        f"    {name} = ivec2(int({source}.x), int({source}.z)) * 65536 + ivec2(int({source}.y), int({source}.w))\n"
+        for name, source in (("p", "a[0, 0]"), ("q", "b[0, 0]"))
+    )
+    kind = _result(row, ints=True)
+    vectors, scalars = ["p", "q", "p.yx"][:count], ["p.x", "q.x", "p.y"][:count]
+    scalar = call(row, ["q.x"] if row.operands == ("i",) or row.converts else scalars, False)
+    if row.operands == ("i",):
+        vector = f"vec2({call(row, ['p.x'], False)}, {call(row, ['p.y'], False)})"
+    else:
+        vector = _converted(row, "vec2" if kind == "float" else "ivec2", vectors)
+    lines = [f"    w = {vector}", f"    v = {scalar}"]
+    wide = {"int": "ivec4(w, w)", "bool": "vec4(float(w.x), float(w.y), 0.0, 0.0)", "float": "vec4(w, 0.0, 0.0)"}[kind]
+    text = _kernel(head, [*lines, f"    u = {wide}"], kind)
+    return _case(f"{row.name} of ints", text, a, b)
+
+
+def _bools(row: Operation) -> Case:
+    v = np.array([0.0, 1.0], np.float32)
+    a, b = pairs(np.tile(v, 4))
+    scalar = call(row, ["p.x", "q.y"][: len(row.operands)], False)
+    head = "    p = a[0, 0] > vec4(0.5)\n    q = b[0, 0] > vec4(0.5)\n"
+    text = f"def probe(a: Image, b: Image) -> vec4:\n{head}    v = {scalar}\n    return vec4(float(v), 0.0, 0.0, 0.0)\n"
+    return _case(f"{row.name} of bools", text, a, b)
+
+
+def _vectors(row: Operation) -> Case:
+    """Ordinary numbers; some vectors zero, some equal; huge and tiny ones where no square of them is a result."""
+    random = np.random.default_rng(3)
+    a, b = (random.uniform(-3.0, 3.0, (48, 64, 4)) for _ in range(2))
+    a[0], b[1] = 0.0, 0.0
+    a[2] = b[2]
+    a[3, :, 1:], b[4, :, :3] = 0.0, 0.0
+    if row.name in ("length", "distance", "normalize"):
+        scales = np.ldexp(1.0, np.arange(-120, 120, 240 // 16))[:, None, None]
+        a[16:32] *= scales
+        b[16:32] *= scales
+        a[32:40, :, :2] *= 2.0**40
+        b[32:40, :, 1:] *= 2.0**-40
+    text = f"def probe(a: Image, b: Image) -> vec4:\n    p = a[0, 0]\n    q = b[0, 0]\n    return {VECTOR[row.name]}\n"
+    return _case(row.name, text, a, b)

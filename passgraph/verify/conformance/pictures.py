@@ -1,0 +1,96 @@
+"""Every format stored and read, by texel and filtered, under every border rule, in pictures of all kinds of sizes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import partial
+
+import passgraph as pg
+from passgraph.formats import FORMATS, Format
+from passgraph.language.borders import BORDERS
+from passgraph.verify.conformance.case import Case, values
+
+GROUP = "pictures"
+#: One pixel, odd sides, one column, one row, and more than a tile of 64 either way.
+SIZES = ((1, 1), (7, 5), (1, 9), (9, 1), (70, 66))
+
+#: Reads beside this pixel (where picture and target have one size) and far outside; filtered ones from beyond one side
+#: to beyond the other.
+READS = """
+def reads(color: Image) -> tuple[vec4, vec4]:
+    texels = color[-3, 2] + color[4, -1] * 2.0 + color.texel(pixel() * 3 - ivec2(70, 90)) * 4.0
+    return texels, color.sample(uv() * 2.5 - 0.7)
+"""
+#: A target of another size than what it reads, at the middles of texels, on their seams and at the corners.
+RESIZED = """
+def resized(color: Image) -> vec4:
+    return color.sample(uv())
+"""
+#: Places where an int ends, in texels and as fractions of the picture.
+FAR = """
+def far(color: Image) -> tuple[vec4, vec4, vec4]:
+    p = pixel() * 97
+    beyond = vec2(pixel() * 2 - ivec2(7, 5)) * 7e8
+    lowest = color.texel(ivec2(-2147483647 - 1, p.y)) + color.texel(ivec2(p.x, -2147483647 - 1) + ivec2(p.y, p.x % 3))
+    highest = color.texel(ivec2(2147483647 - p.x, p.y)) + color.texel(ivec2(p.x, 2147483584 + p.y % 64))
+    return lowest, highest, color.sample(beyond)
+"""
+
+
+def cases() -> Iterator[Case]:
+    """Format by format."""
+    for border in BORDERS:
+        frame = {"frame": values((7, 5))}
+        yield Case(GROUP, f"far outside, {border}", partial(far, border), (7, 5), (frame,))
+    forms = [form for form in FORMATS.values() if not form.is_depth]
+    for number, form in enumerate(forms):
+        for at, size in enumerate(SIZES):
+            frame = {"frame": values(size, form.channels, seed=size[0])}
+            for which, border in enumerate(BORDERS):
+                # A short run has each format in one size under one rule, and one format in all of them.
+                quick = form.name == "rgba32f" or (at, which) == (number % len(SIZES), number % len(BORDERS))
+                name = f"{form.name} {size[0]}x{size[1]} {border}"
+                yield Case(GROUP, name, partial(through, form, border), size, (frame,), quick=quick)
+        if not form.srgb:
+            frame = {"frame": values((7, 5), form.channels)}
+            yield Case(GROUP, f"{form.name} brought from the host", partial(brought, form), (7, 5), (frame,))
+    for size in SIZES:
+        frame = {"frame": values((33, 18), 4)}
+        yield Case(GROUP, f"33x18 resized to {size[0]}x{size[1]}", resized, size, (frame,))
+
+
+def through(form: Format, border: str) -> Mapping[str, pg.Target]:
+    """Stored in a format, then read in both ways under a border rule."""
+    letters = "rgba"[: form.channels]
+    result = "float" if form.channels == 1 else f"vec{form.channels}"
+    store = pg.kernel(source=f"def store(color: Image) -> {result}: return color[0, 0].{letters}")
+    stored = store(pg.Input("frame"), into=pg.target("stored", form))
+    into = pg.target("texels", "rgba32f"), pg.target("samples", "rgba32f")
+    texels, samples = pg.kernel(source=READS)(stored.border(border), into=into)
+    return {"stored": stored, "texels": texels, "samples": samples}
+
+
+def far(border: str) -> Mapping[str, pg.Target]:
+    """Reads as far away as places can be."""
+    into = tuple(pg.target(f"far{k}", "rgba32f") for k in range(3))
+    made = pg.kernel(source=FAR)(pg.Input("frame", "rgba32f").border(border), into=into)
+    return {target.name: target for target in made}
+
+
+def brought(form: Format) -> Mapping[str, pg.Target]:
+    """An input is rounded to its format, halves of a step to even."""
+    letters = "rgba"[: form.channels]
+    result = "float" if form.channels == 1 else f"vec{form.channels}"
+    read = pg.kernel(source=f"def read(color: Image) -> {result}: return color[0, 0].{letters}")
+    floats = ("r32f", "rg32f", "rgb32f", "rgba32f")[form.channels - 1]
+    return {"read": read(pg.Input("frame", form.name), into=pg.target("read", floats))}
+
+
+def resized() -> Mapping[str, pg.Target]:
+    """Larger and smaller than the picture, by each border rule."""
+    kernel = pg.kernel(source=RESIZED)
+    made, frame = {}, pg.Input("frame")
+    for border in BORDERS:
+        into = pg.target(border, "rgba32f", scale=1.0)
+        made[border] = kernel(frame.border(border), into=into, name=border)
+    return made

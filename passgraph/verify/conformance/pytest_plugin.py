@@ -1,0 +1,87 @@
+"""The suite as tests: ``pytest --passgraph-backend NAME`` adds one test a case, in any project.
+
+pytest finds this plugin by its entry point; nothing has to be written.  ``-k`` chooses among
+``conformance[group/name]`` as among other tests.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+if TYPE_CHECKING:
+    from passgraph.backends.base import Backend
+    from passgraph.verify.conformance.case import Case
+
+_backend: pytest.StashKey[Backend] = pytest.StashKey()
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    group = parser.getgroup("passgraph", "conformance of a passgraph backend")
+    group.addoption("--passgraph-backend", metavar="NAME", help="test this backend, such as gl or your own")
+    group.addoption("--passgraph-group", metavar="GROUP", action="append", help="only this group; may be repeated")
+    group.addoption("--passgraph-quick", action="store_true", help="leave out cases that are near others")
+
+
+@pytest.hookimpl(tryfirst=True)  # -k and -m choose among what is added here
+def pytest_collection_modifyitems(session: pytest.Session, config: pytest.Config, items: list[pytest.Item]) -> None:
+    if not config.getoption("passgraph_backend"):
+        return
+    from passgraph.errors import InputError
+    from passgraph.verify.conformance.suite import cases
+
+    parent = Conformance.from_parent(session, name="passgraph", nodeid="passgraph")
+    try:
+        for case in cases(config.getoption("passgraph_group"), quick=config.getoption("passgraph_quick")):
+            items.append(CaseItem.from_parent(parent, name=f"conformance[{case.id}]", case=case))
+    except InputError as error:
+        raise pytest.UsageError(str(error)) from error
+
+
+def pytest_unconfigure(config: pytest.Config) -> None:
+    if _backend in config.stash:
+        config.stash[_backend].close()
+
+
+class NotConforming(Exception):
+    """A case that did not pass; its text is the verdict."""
+
+
+class Conformance(pytest.Collector):
+    """Where the tests hang; it has no file."""
+
+    def collect(self) -> list[pytest.Item]:
+        return []
+
+
+class CaseItem(pytest.Item):
+    """One case."""
+
+    def __init__(self, *, case: Case, **options: Any) -> None:
+        super().__init__(**options)
+        self.case = case
+
+    def runtest(self) -> None:
+        from passgraph.verify.conformance.judging import judge
+
+        (verdict,) = judge(self.case, [self._opened()])
+        if verdict.outcome != "passed":
+            raise NotConforming(str(verdict))
+
+    def _opened(self) -> Backend:
+        """The backend; opened once, closed with the session."""
+        from passgraph.backends.registry import open_backend
+
+        if _backend not in self.config.stash:
+            self.config.stash[_backend] = open_backend(self.config.getoption("passgraph_backend"))
+        return self.config.stash[_backend]
+
+    def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> Any:
+        if isinstance(excinfo.value, NotConforming):
+            return str(excinfo.value)
+        return super().repr_failure(excinfo, style)
+
+    def reportinfo(self) -> tuple[Path, None, str]:
+        return self.path, None, self.name

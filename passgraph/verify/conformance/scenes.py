@@ -1,0 +1,109 @@
+"""What effects are run on: a small scene with coarse textures, a picture, a depth and a flat world.
+
+Where a driver may move corners by a step of its grid, a fine texture on a large clipped floor leaves most pixels
+undecided.  So textures have few, large texels, and the camera sees the floor from above.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+import passgraph as pg
+from passgraph.scene.matrices import rotation_y, translation
+from passgraph.scene.shipped import box
+from passgraph.verify.conformance.case import Picture
+
+if TYPE_CHECKING:
+    from passgraph.effects.light2d import World2D
+
+SIZE = (48, 32)
+
+
+@lru_cache
+def scene(light: str = "sun") -> pg.Scene:
+    """Two boxes on a floor of four tiles, with a light of an extent: "sun", "spot", "point" or "two"."""
+    sun = pg.Light.directional((0.6, -1.0, 0.35), (1.0, 0.95, 0.87), 0.9, radius=0.06)
+    lights = {
+        "sun": (sun,),
+        "spot": (pg.Light.spot((2, 4, 3), (-0.5, -1, -0.8), intensity=22, radius=0.2, cone_outer_rad=0.5),),
+        "point": (pg.Light.point((0.2, 2.4, 1.0), (1, 0.9, 0.7), 4.0, radius=0.1),),
+        "two": (sun, pg.Light.directional((-0.5, -1.0, 0.2), (0.3, 0.3, 1.0), 0.5, radius=0.1)),
+    }[light]
+    nodes = (
+        _floor(),
+        pg.Node(box(1.0), pg.Material("grey", (0.5, 0.5, 0.5, 1)), translation((0.2, 0, 0)) @ rotation_y(0.4), "box"),
+        pg.Node(box(0.5), pg.Material("red", (0.7, 0.2, 0.1, 1)), translation((-1.1, 0, 0.9)), "small box"),
+    )
+    return pg.Scene(nodes, pg.Camera((1.8, 4.2, 4.2), (0, 0.2, 0), vertical_fov_rad=0.6), lights, "conformance scene")
+
+
+def _floor() -> pg.Node:
+    corners = np.array([[-1, 0, 1], [1, 0, 1], [1, 0, -1], [-1, 0, -1.0]]) * 2.5
+    uvs = [[0, 1], [1, 1], [1, 0], [0, 0]]
+    up = np.tile([0.0, 1.0, 0.0], (4, 1))
+    tiles = np.array([[[200, 180, 150], [120, 130, 140]], [[120, 130, 140], [200, 180, 150]]], np.uint8)
+    material = pg.Material("tiles", (1, 1, 1, 1), pg.Texture.make(tiles, "srgb", "tiles"))
+    return pg.Node(pg.Mesh.make(corners, [[0, 1, 2], [0, 2, 3]], up, uvs), material, name="floor")
+
+
+def picture(size: tuple[int, int] = SIZE, seed: int = 0) -> Picture:
+    """Ramps, a bright disc above 1, an edge and noise; in the last row numbers that are often special.
+
+    >>> picture((8, 4)).shape
+    (4, 8, 4)
+    """
+    width, height = size
+    y, x = (v + 0.5 for v in np.mgrid[0:height, 0:width].astype(np.float64))
+    noise = np.random.default_rng(seed).uniform(0.0, 0.1, (height, width, 3))
+    disc = 3.0 * ((x / width - 0.6) ** 2 + (y / height - 0.4) ** 2 < 0.04)
+    edge = 0.3 * (x + 0.5 * y > 0.4 * width)
+    colours = np.stack([x / width, y / height, 1.0 - x / width], -1) * 0.6 + (disc + edge)[:, :, None] + noise
+    special = np.array([0.0, 1.0, 0.5, 0.5 / 255, 254.5 / 255, 1e-6, 100.0, 1000.0])
+    colours[-1] = special[np.arange(width) % len(special), None]
+    return np.dstack([colours, np.ones_like(x)]).astype(np.float32)
+
+
+#: What a channel holds (`Format.number`) → numbers with meanings of their own: zeros, ones, halves, huge and tiny ones.
+_SPECIAL = {
+    "f4": (0.0, 1.0, 0.5, -1.0, -2.5, 2.0, 1e20, -1e20, 3e38, 1e-20, -1e-20, 1e-37, 8388609.0, -7.0, 4294967296.0),
+    "f2": (0.0, 1.0, 0.5, -1.0, -2.5, 2.0, 65504.0, -65504.0, 2.0**-14, -(2.0**-14), 2.0**-24, 2049.0, -7.0),
+}
+_SPECIAL_STEPS = (0.0, 1.0, 0.5, 1 / 255, 254 / 255, 128 / 255, 1 / 65535)
+
+
+def with_special(picture: Picture, number: str) -> Picture:
+    """The same picture, its lower quarter full of numbers that are often special, side by side in many combinations.
+
+    They stay together, so that passes that read far around see ordinary numbers elsewhere.
+
+    >>> with_special(np.full((4, 3, 1), 0.25, np.float32), "u1")[2:, :, 0].tolist()
+    [[0.25, 0.25, 0.25], [0.0, 1.0, 0.5]]
+    """
+    values = np.array(_SPECIAL.get(number, _SPECIAL_STEPS), np.float32)
+    height, width, channels = picture.shape
+    count = max(height // 4, 1)
+    y, x, channel = np.mgrid[0:count, 0:width, 0:channels]
+    made = picture.copy()
+    made[height - count :] = values[(x + y * channel + x * channel // len(values)) % len(values)]
+    return made
+
+
+def depth() -> Picture:
+    """Linear depth: a slope with a step."""
+    width, height = SIZE
+    y, x = np.mgrid[0:height, 0:width] + 0.5
+    made: Picture = (2.0 + 0.05 * y + 3.0 * (x > 20.25))[:, :, None].astype(np.float32)
+    return made
+
+
+@lru_cache
+def world() -> World2D:
+    """A room with a pillar and an open wall, lit by a lamp."""
+    from passgraph.effects.light2d import Light2D, Wall, Window, World2D
+
+    walls = (Wall.box(2.3, 1.9, 2.9, 2.6), Wall(((0.6, 2.7), (1.6, 3.1)), closed=False))
+    lamp = Light2D((1.2, 1.1), (1.0, 0.9, 0.6), radius=4.0, size=0.2)
+    return World2D(Window(0.013, 0.021, 6.013, 4.021), walls, (lamp,))

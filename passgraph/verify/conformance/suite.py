@@ -1,0 +1,167 @@
+"""The suite: every group of cases, run on one backend."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Literal
+
+from passgraph.arguments import among, flag, function, instance, iterable, shown
+from passgraph.backends.base import Backend
+from passgraph.backends.registry import open_backend
+from passgraph.errors import BackendError, InputError
+from passgraph.verify.conformance.case import Case
+from passgraph.verify.conformance.judging import Outcome, Verdict, judge
+
+#: Group → the module whose ``cases`` yields it.
+GROUPS = {
+    "operations": "passgraph.verify.conformance.operations",
+    "language": "passgraph.verify.conformance.language",
+    "pictures": "passgraph.verify.conformance.pictures",
+    "draw states": "passgraph.verify.conformance.draw_states",
+    "draws": "passgraph.verify.conformance.draws",
+    "coverage": "passgraph.verify.conformance.coverage",
+    "sequences": "passgraph.verify.conformance.sequences",
+    "plans": "passgraph.verify.conformance.plans",
+    "effects": "passgraph.verify.conformance.effects",
+}
+
+
+def cases(groups: Iterable[str] | None = None, *, quick: bool = False) -> Iterator[Case]:
+    """Every case of some groups (left out: of all), made as they are asked for.
+
+    Parameters
+    ----------
+    groups
+        Names in :data:`GROUPS`.
+    quick
+        Leave out those that are near others.
+
+    Raises
+    ------
+    InputError
+        For a group that there is not.
+
+    Examples
+    --------
+    >>> next(cases(["operations"])).id
+    'operations/add'
+    """
+    quick = flag(quick, "quick", InputError)
+    expected = "a list of names of groups"
+    chosen = list(GROUPS) if groups is None else list(iterable(groups, "groups", expected, InputError))
+    for group in chosen:
+        if not among(group, GROUPS):
+            raise InputError(f"there is no group {shown(group)} of cases; there are {', '.join(GROUPS)}")
+    for group in chosen:
+        for case in import_module(GROUPS[group]).cases():
+            if case.quick or not quick:
+                yield case
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Figures of one group."""
+
+    group: str
+    cases: int
+    passed: int
+    most_ambiguous: float
+    mean_ambiguous: float
+    least_told: float
+    seconds: float
+
+
+@dataclass(frozen=True)
+class SuiteReport:
+    """What became of every case on one backend."""
+
+    backend: str
+    verdicts: tuple[Verdict, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Whether some case ran and all passed."""
+        return bool(self.verdicts) and not self.faults
+
+    @property
+    def faults(self) -> tuple[Verdict, ...]:
+        """Those that did not pass, in order."""
+        return tuple(verdict for verdict in self.verdicts if verdict.outcome != "passed")
+
+    def count(self, outcome: Outcome) -> int:
+        return sum(verdict.outcome == outcome for verdict in self.verdicts)
+
+    @property
+    def groups(self) -> tuple[Summary, ...]:
+        """Group by group."""
+        names = dict.fromkeys(verdict.group for verdict in self.verdicts)
+        return tuple(_summary(name, [v for v in self.verdicts if v.group == name]) for name in names)
+
+
+def _summary(group: str, verdicts: Sequence[Verdict]) -> Summary:
+    shares = [verdict.ambiguous for verdict in verdicts]
+    passed = sum(verdict.outcome == "passed" for verdict in verdicts)
+    return Summary(
+        group, len(verdicts), passed, max(shares), sum(shares) / len(shares),
+        min(verdict.told for verdict in verdicts), sum(verdict.seconds for verdict in verdicts),
+    )  # fmt: skip
+
+
+#: Under another name where a parameter has this one.
+_all_cases = cases
+Progress = Callable[[int, Case, Literal["start"] | Verdict], None]
+
+
+def run(
+    backend: str | Backend,
+    cases: Iterable[Case] | None = None,
+    *,
+    groups: Iterable[str] | None = None,
+    quick: bool = False,
+    progress: Progress = lambda number, case, state: None,
+) -> SuiteReport:
+    """Run cases on a backend, one after another.
+
+    Parameters
+    ----------
+    backend
+        A name such as ``"gl"`` or ``"opencl:1"``, or an open backend, which stays open.
+    cases
+        Left out, those of :func:`passgraph.verify.conformance.cases` with ``groups`` and ``quick``.
+    groups, quick
+        As there.
+    progress
+        Called with the case's number, the case, and ``"start"`` or its verdict.
+
+    Returns
+    -------
+    SuiteReport
+        A backend that raises has failed the case; nothing that it does ends the run.
+
+    Raises
+    ------
+    DeviceMissingError, BackendError
+        Where the backend cannot be opened.
+    InputError
+        For a group that there is not.
+    """
+    chosen: Iterable[Case] = _all_cases(groups, quick=quick)
+    if cases is not None:
+        chosen = iterable(cases, "cases", "a list of passgraph.verify.conformance.Case", InputError)
+    function(progress, "progress", InputError)
+    instance(backend, (str, Backend), "backend", "a name such as 'gl' or an open backend", BackendError)
+    opened = open_backend(backend) if isinstance(backend, str) else backend
+    verdicts = []
+    try:
+        for number, case in enumerate(chosen):
+            instance(case, Case, f"case {number}", "a passgraph.verify.conformance.Case", InputError)
+            progress(number, case, "start")
+            (verdict,) = judge(case, [opened])
+            verdicts.append(verdict)
+            progress(number, case, verdict)
+    finally:
+        if isinstance(backend, str):
+            opened.close()
+    return SuiteReport(backend if isinstance(backend, str) else backend.name, tuple(verdicts))

@@ -1,0 +1,133 @@
+"""A case: plain data (JSON) that says what is run; its verdict comes from the oracle, or from equal bits.
+
+A case of kind ``kernel`` has the text of a kernel, ``variant`` two texts that mean the same, ``graph`` and ``draw``
+descriptions.  Texts are parsed, never executed.
+"""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from passgraph.backends.base import Backend
+from passgraph.errors import InputError
+from passgraph.graph.calls import kernel
+from passgraph.graph.targets import Input, Target, target
+from passgraph.reading import read_text
+from passgraph.run.program import compile as compile_graph
+from passgraph.verify.compare import compare
+from passgraph.verify.fuzz.kernels import PARAMETERS
+from passgraph.verify.fuzz.pictures import SIDE, Picture, values
+
+#: A case as data.
+Case: TypeAlias = dict[str, Any]
+
+MAX_CASE_BYTES = 1 << 24
+#: Backends whose compilers are told to contract nothing, so that rewritten code gives the same bits.
+EXACT = ("numpy", "opencl", "reference")
+
+
+@dataclass
+class Tally:
+    """What was run: cases by kind, verdicts by backend, and how much the bounds left open."""
+
+    cases: Counter[str] = field(default_factory=Counter)
+    verdicts: Counter[str] = field(default_factory=Counter)
+    refused: int = 0  # cases that the language or the graph does not take
+    targets: int = 0
+    vague: float = 0.0  # sum over targets of the share of pixels that is ambiguous
+
+    def __str__(self) -> str:
+        cases = ", ".join(f"{count} {kind}s" for kind, count in sorted(self.cases.items())) or "nothing"
+        on = ", ".join(f"{name} {count}" for name, count in sorted(self.verdicts.items())) or "none"
+        refused = f" ({self.refused} refused)" if self.refused else ""
+        vague = f"; {self.vague / self.targets:.1%} of pixels ambiguous" if self.targets else ""
+        return f"{cases}{refused}; verdicts: {on}{vague}"
+
+
+def save(case: Case, why: str, folder: Path) -> Path:
+    """Write a case into a folder, named by its content; lines of texts apart, so that they can be read."""
+    import hashlib
+
+    key = hashlib.sha256(json.dumps(case, sort_keys=True).encode()).hexdigest()[:10]
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / f"{case['kind']}-{key}.json"
+    lines = {k: v.splitlines() if k in ("text", "other") else v for k, v in case.items()}
+    path.write_text(json.dumps({**lines, "why": why}, indent=1) + "\n")
+    return path
+
+
+def load(path: Path) -> dict[str, Any]:
+    """A case from its file."""
+    try:
+        case = json.loads(read_text(path, "a case", MAX_CASE_BYTES))
+    except (InputError, ValueError) as error:
+        raise InputError(f"{path} cannot be read as a case: {error}") from error
+    if not isinstance(case, dict):
+        raise InputError(f"{path} holds no case")
+    case.pop("why", None)
+    return {k: "\n".join([*v, ""]) if k in ("text", "other") and isinstance(v, list) else v for k, v in case.items()}
+
+
+# Kernels
+
+
+def pictures_of(case: Case) -> dict[str, Picture]:
+    """The inputs of a kernel: ``c`` as large as the target, ``d`` of another size."""
+    seed, special, side = case["seed"], case["special"], case.get("side", SIDE)
+    return {"c": values(seed, (side, side), special), "d": values(seed + 100, (37, 21), special)}
+
+
+def output_of(case: Case, text: str) -> Target:
+    """The pass of a kernel case, with ``text`` for its kernel."""
+    made = kernel(source=text, name="k")
+    given: dict[str, Any] = {}
+    for parameter in made.parameters:
+        value = PARAMETERS[parameter.name][1]
+        if parameter.name in ("c", "d"):
+            value = Input(parameter.name).border(case["border"])
+        given[parameter.name] = SimpleNamespace(**value) if isinstance(value, dict) else value
+    out: Target = made(**given, into=target("out", case["format"], like=given["c"]))
+    return out
+
+
+def inputs_of(case: Case, out: Target) -> dict[str, Picture]:
+    assert out.made_by is not None
+    return {name: picture for name, picture in pictures_of(case).items() if name in out.made_by.images}
+
+
+def kernel_outcome(case: Case, out: Target, backends: list[Backend], tally: Tally) -> str:
+    """The oracle's verdict on one kernel."""
+    return judged({"out": out}, backends, tally, **inputs_of(case, out))
+
+
+def judged(outputs: dict[str, Target], backends: list[Backend], tally: Tally, **given: Any) -> str:
+    """The oracle's verdict on a graph: the first divergence, or empty."""
+    report = compare(outputs, backends, **given)
+    for made in report.backends:
+        tally.verdicts[made.name] += 1
+        for one in made.targets:
+            tally.targets += 1
+            tally.vague += one.ambiguous
+        if made.failed:
+            return f"{made.name} failed: {made.failed}"
+        if made.first_divergence is not None:
+            return f"{made.name}: {made.first_divergence}"
+    return ""
+
+
+def run(outputs: dict[str, Target], backend: Backend, size: tuple[int, int] | None, **given: Any) -> dict[str, Picture]:
+    """One run, whatever numbers come in."""
+    with compile_graph(outputs, backend, size, non_finite="keep") as program:
+        return dict(program(**given))
+
+
+def same_bits(one: Picture, other: Picture) -> bool:
+    """Whether values are the same: one NaN is as another, a zero has no sign."""
+    return bool(np.array_equal(one, other, equal_nan=True))

@@ -1,0 +1,148 @@
+"""Random draws: soups of triangles with every state of :mod:`passgraph.graph.draw_state`, one over another."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+from hypothesis import strategies as st
+
+from passgraph.backends.base import Backend
+from passgraph.formats import format_named
+from passgraph.graph.draw_state import COMPARE, CULL, EQUATIONS, FACTORS, STENCIL_OPERATIONS, Blend, Stencil
+from passgraph.graph.drawing import draw
+from passgraph.graph.targets import Target, target
+from passgraph.language.kernel import Kernel, kernel_from_text
+from passgraph.scene.mesh import Mesh
+from passgraph.verify.fuzz.cases import Case, Tally, judged, run, same_bits
+
+KERNELS = """
+class Corner:
+    position: vec4
+    color: vec4
+
+def place(vertex: Vertex) -> Corner:
+    return Corner(vec4(vertex.position, 1.0), vertex.color)
+
+def lean(vertex: Vertex) -> Corner:
+    w = 1.5 + vertex.position.x
+    return Corner(vec4(vertex.position.xy, vertex.position.z * w, w), vertex.color)
+
+def paint(corner: Corner) -> vec4:
+    return corner.color
+
+def holes(corner: Corner) -> vec4:
+    if (pixel().x + pixel().y) % 3 == 0:
+        discard()
+    return corner.color
+
+def facing(corner: Corner) -> vec4:
+    return vec4(corner.color.rgb, 1.0) if front_facing() else vec4(fragment_depth())
+
+def steps(corner: Corner) -> vec4:
+    total = vec4(0.0)
+    for i in range(4):
+        if corner.color.r * 4.0 < float(i):
+            break
+        total += corner.color * 0.25
+    return total
+"""
+VERTEX, FRAGMENT = ("place", "lean"), ("paint", "holes", "facing", "steps")
+FORMATS = ("rgba32f", "rgba16f", "rgba8", "rgba16")
+SIZES = ((21, 17), (1, 1), (33, 2), (64, 9))
+#: Half the side of a triangle's box: slivers and dots, ordinary ones, ones that leave the picture on all sides.
+EXTENTS = (0.5, 0.05, 3.0, 30.0)
+
+
+def soup(count: int, seed: int, extent: float, steps: int) -> Mesh:
+    """Triangles of both windings anywhere; ``steps`` puts corners on a grid, where edges and depths tie."""
+    random = np.random.default_rng(seed)
+    corners = random.uniform(-1, 1, (count, 1, 2)) + random.uniform(-extent, extent, (count, 3, 2))
+    z = random.uniform(-0.9, 0.9, (count, 1, 1)) + random.uniform(-0.2, 0.2, (count, 3, 1)) * min(extent, 2.0)
+    positions = np.concatenate([corners, z], -1).reshape(-1, 3)
+    if steps:
+        positions = np.round(positions * steps) / steps
+    colors = random.integers(0, 17, (count * 3, 4)) / 16
+    return Mesh.make(
+        positions.astype(np.float32), np.arange(count * 3).reshape(-1, 3), colors=colors.astype(np.float32)
+    )
+
+
+def stage(kind: Literal["vertex", "fragment"], name: str) -> Kernel:
+    return Kernel(kernel_from_text(KERNELS, name), kind)
+
+
+@st.composite
+def states(draw: st.DrawFn) -> dict[str, Any]:
+    """What one draw does, without its targets."""
+    factor, operation = st.sampled_from(FACTORS), st.sampled_from(STENCIL_OPERATIONS)
+    byte = st.sampled_from((0, 1, 2, 3, 0xF0, 0xFF))
+    blends = st.fixed_dictionaries({
+        "source": factor, "destination": factor, "equation": st.sampled_from(EQUATIONS),
+        "source_alpha": st.none() | factor, "destination_alpha": st.none() | factor,
+        "equation_alpha": st.none() | st.sampled_from(EQUATIONS),
+    })  # fmt: skip
+    stencils = st.fixed_dictionaries({
+        "compare": st.sampled_from(("always", *COMPARE)), "reference": byte, "read_mask": byte, "write_mask": byte,
+        "fail": operation, "depth_fail": operation, "passed": operation,
+    })  # fmt: skip
+    return {
+        "count": draw(st.integers(1, 12)),
+        "seed": draw(st.integers(0, 99)),
+        "extent": draw(st.sampled_from(EXTENTS)),
+        "steps": draw(st.sampled_from((0, 8, 3))),
+        "vertex": draw(st.sampled_from(VERTEX)),
+        "fragment": draw(st.sampled_from(FRAGMENT)),
+        "cull": draw(st.sampled_from(CULL)),
+        "depth_compare": draw(st.sampled_from(("less", *COMPARE))),
+        "depth_write": draw(st.booleans()),
+        "blend": draw(st.none() | blends),
+        "stencil": draw(st.none() | stencils),
+        "color_mask": draw(st.sampled_from(([True] * 4, [True, False, True, False], [False] * 4))),
+        "polygon_offset": draw(st.sampled_from(([0.0, 0.0], [0.0, 4.0], [1.5, 0.0], [-2.0, -8.0]))),
+    }
+
+
+@st.composite
+def draws(draw: st.DrawFn) -> Case:
+    """One to three draws over each other: a case of kind ``draw``."""
+    return {
+        "kind": "draw",
+        "draws": draw(st.lists(states(), min_size=1, max_size=3)),
+        "format": draw(st.sampled_from(FORMATS)),
+        "depth": draw(st.sampled_from((None, "depth32f", "depth32f_stencil8"))),
+        "size": list(draw(st.sampled_from(SIZES))),
+        "clear": draw(st.sampled_from((0.0, 0.25, 1.0))),
+    }
+
+
+def drawn(case: Case) -> dict[str, Target]:
+    """The last draw's targets."""
+    depth_format = case["depth"]
+    color: Any = target("color", case["format"], clear=case["clear"])
+    depth: Any = target("depth", depth_format) if depth_format else None
+    stencils = depth_format is not None and format_named(depth_format).stencil
+    for number, state in enumerate(case["draws"]):
+        mesh = soup(state["count"], state["seed"], state["extent"], state["steps"])
+        color = draw(
+            mesh, vertex=stage("vertex", state["vertex"]), fragment=stage("fragment", state["fragment"]), into=color,
+            depth=depth, stencil=Stencil(**state["stencil"]) if stencils and state["stencil"] else None,
+            blend=Blend(**state["blend"]) if state["blend"] else None, cull=state["cull"],
+            depth_compare=state["depth_compare"], depth_write=state["depth_write"],
+            color_mask=tuple(state["color_mask"]), polygon_offset=tuple(state["polygon_offset"]), name=f"draw{number}",
+        )  # fmt: skip
+        depth = color.depth if depth_format else None
+    return {"color": color} | ({"depth": depth} if depth is not None else {})
+
+
+def draw_outcome(case: Case, outputs: dict[str, Target], backends: list[Backend], tally: Tally) -> str:
+    """The oracle's verdict, then a second run: what a pixel becomes must not depend on timing."""
+    size = (case["size"][0], case["size"][1])
+    why = judged(outputs, backends, tally, size=size)
+    if why:
+        return why
+    for backend in backends:
+        one, other = (run(outputs, backend, size) for _ in range(2))
+        if not all(same_bits(one[name], other[name]) for name in one):
+            return f"{backend.name}: two runs differ"
+    return ""

@@ -1,0 +1,177 @@
+"""Random kernels: declarations, branches, loops with jumps, early returns, arrays, structs, functions."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from hypothesis import strategies as st
+
+from passgraph.language.borders import BORDERS
+from passgraph.verify.fuzz.expressions import Expressions, Features
+from passgraph.verify.fuzz.pictures import SIDE
+
+#: Declarations that a kernel may use; those that it does not name are left out of its text.
+DECLARATIONS = {
+    "helper": """def helper(a: float, n: int) -> float:
+    for i in range(3):
+        if i == n:
+            return a * 0.5
+        a += float(i)
+    return a
+""",
+    "blend": "def blend(a: vec3, b: vec3, t: float) -> vec3: return a * (1.0 - t) + b * t\n",
+    "Pair": "class Pair:\n    scale: float\n    shift: vec3\n",
+    "TABLE": "TABLE = (0.25, -1.0, 3.5, 2.0)\n",
+}
+#: Parameters with the values that their runs bring; those that a kernel does not name are left out.
+PARAMETERS: dict[str, tuple[str, Any]] = {
+    "c": ("Image", None),
+    "d": ("Image", None),
+    "gain": ("float", 1.375),
+    "toward": ("vec3", (0.6, -0.48, 0.64)),
+    "whole": ("int", 5),
+    "turn": ("mat3", ((0.36, 0.48, -0.8), (-0.8, 0.6, 0.0), (0.48, 0.64, 0.6))),
+    "weights": ("Array[float, 4]", (0.125, -0.5, 2.0, 1.0)),
+    "pair": ("Pair", {"scale": -0.75, "shift": (0.5, 0.25, -1.5)}),
+    "reach": ("Const[int]", 3),
+    "across": ("Const[bool]", True),
+}
+FORMATS = ("rgba32f", "rgba16f", "rgba8", "rgba16", "rgba8_srgb")
+
+
+class Writer(Expressions):
+    """Writes one kernel; every choice is drawn, so that a failure shrinks."""
+
+    def __init__(self, draw: st.DrawFn, features: Features) -> None:
+        super().__init__(draw, features)
+        self.lines: list[str] = []
+        self.depth = 1
+        self.count = 0
+        self.names = {
+            "float": ["x", "y"], "int": ["n"], "vec2": ["u"], "vec3": ["v"], "vec4": ["p"], "mat3": ["m"],
+            "array": ["a", "TABLE"],
+        }  # fmt: skip
+        if features.reads:
+            more = {"float": ["gain", "pair.scale"], "int": ["whole", "reach"], "vec3": ["toward", "pair.shift"],
+                    "mat3": ["turn"], "array": ["weights"], "bool": ["across"]}  # fmt: skip
+            self.names = {type_: [*self.names.get(type_, []), *more.get(type_, [])] for type_ in {**self.names, **more}}
+        self.written = {"float": ["x", "y"], "vec2": ["u"], "vec3": ["v"], "vec4": ["p"], "mat3": ["m"]}
+
+    def line(self, text: str) -> None:
+        self.lines.append("    " * self.depth + text)
+
+    def block(self, size: int, nest: int) -> None:
+        for _ in range(self.draw(st.integers(1, size))):
+            self.statement(nest)
+
+    def statement(self, nest: int) -> None:
+        kinds = ["set", "set", "new", "add", "element", "swizzle", "column"]
+        kinds += ["if", "if", "for"] * (nest > 0) + ["return"] + ["jump"] * bool(self.indices)
+        kind = self.pick(*kinds)
+        if kind == "if":
+            self._branch(nest)
+        elif kind == "for":
+            self._loop(nest)
+        elif kind == "return":
+            self.line(f"if {self.of('bool')}: return {self.of('vec4')}")
+        elif kind == "jump":
+            self.line(f"if {self.of('bool')}: {self.pick('break', 'continue')}")
+        else:
+            getattr(self, f"_{kind}")()
+
+    def _set(self) -> None:
+        type_ = self.pick(*self.written)
+        self.line(f"{self.pick(*self.written[type_])} = {self.of(type_)}")
+
+    def _new(self) -> None:
+        self.count += 1
+        type_ = self.pick("float", "vec3", "int", "vec2", "bool")
+        name = f"{type_[0]}{self.count}"
+        self.line(f"{name} = {self.of(type_)}")
+        self.names[type_] = [*self.names.get(type_, []), name]
+
+    def _add(self) -> None:
+        name = self.pick(*self.written["float"])
+        if self.features.wild:
+            self.line(f"{name} {self.pick('+=', '-=', '*=')} {self.of('float')}")
+        else:
+            self.line(f"{name} = clamp({name} {self.pick('+', '-', '*')} {self.of('float')}, -8.0, 8.0)")
+
+    def _element(self) -> None:
+        self.line(f"a[0 + {self.of('int', 2)}] = {self.of('float')}")
+
+    def _swizzle(self) -> None:
+        self.line(
+            self.pick(f"v.xy = {self.of('vec3')}.zx", f"v.z = {self.of('float')}", f"p.gb = {self.of('vec3')}.xy")
+        )
+
+    def _column(self) -> None:
+        self.line(f"m[0 + {self.of('int', 1)}] = {self.of('vec3', 2, (-1, 1))}")
+
+    def _branch(self, nest: int) -> None:
+        self.inside(f"if {self.of('bool')}:", nest)
+        if self.draw(st.booleans()):
+            self.inside(f"elif {self.of('bool')}:", nest)
+        if self.draw(st.booleans()):
+            self.inside("else:", nest)
+
+    def _loop(self, nest: int) -> None:
+        self.count += 1
+        index = f"i{self.count}"
+        bounds = ("1", "3", "1, 6, 2", "4, 0, -1", "70", "0", *["reach"] * self.features.reads)
+        # Texels at indices are read as far as the index goes, so only short loops lend theirs.
+        trips = self.pick(*bounds)
+        known = self.names["int"]
+        self.names["int"] = [*known, index]
+        self.indices.append(index)
+        self.inside(f"for {index} in range({trips}):", min(nest, 2))
+        self.indices.pop()
+        self.names["int"] = known
+
+    def inside(self, head: str, nest: int) -> None:
+        """A block of its own: names that it introduces end with it."""
+        names = {type_: list(known) for type_, known in self.names.items()}
+        self.line(head)
+        self.depth += 1
+        self.block(3, nest - 1)
+        self.depth -= 1
+        self.names = names
+
+
+@st.composite
+def kernel_texts(draw: st.DrawFn, features: Features = Features()) -> str:  # noqa: B008
+    """The text of a kernel ``k`` over an image ``c``."""
+    writer = Writer(draw, features)
+    writer.line("p = c[0, 0]")
+    writer.line("x, y, u, v = p.x, p.y, p.zw, p.xyz")
+    writer.line("n, a, m = int(p.w), [p.x, p.y, 1.0, 4.0], mat3(p.z)")
+    writer.block(5, 2)
+    writer.line(f"return {writer.of('vec4')}")
+    body = "\n".join(writer.lines)
+    if draw(st.booleans()):
+        body += " + vec4(x, y, v.z, a[n]) + vec4(m * v, u.x)"
+    return whole(body)
+
+
+def whole(body: str) -> str:
+    """A kernel around some lines, with the declarations and parameters that they name."""
+    used = set(re.findall(r"\w+", body))
+    needed = [text for name, text in DECLARATIONS.items() if name in used or (name == "Pair" and "pair" in used)]
+    parameters = ", ".join(f"{n}: {type_}" for n, (type_, _) in PARAMETERS.items() if n in used or n == "c")
+    return "\n".join([*needed, f"def k({parameters}) -> vec4:", body, ""])
+
+
+@st.composite
+def kernels(draw: st.DrawFn, features: Features | None = None, side: int = SIDE) -> dict[str, Any]:
+    """A kernel with its pictures: a case of kind ``kernel``.  Without given features one in four is wild."""
+    features = features or Features(wild=draw(st.integers(0, 3)) == 3)
+    return {
+        "kind": "kernel",
+        "text": draw(kernel_texts(features)),
+        "format": draw(st.sampled_from(FORMATS)),
+        "border": draw(st.sampled_from(tuple(BORDERS))),
+        "special": draw(st.booleans()),
+        "seed": draw(st.integers(0, 3)),
+        "side": side,
+    }

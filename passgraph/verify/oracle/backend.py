@@ -1,0 +1,147 @@
+"""The reference backend, which also finds for each pass what a conforming backend may write."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from passgraph.backends.base import Block, FloatBlock
+from passgraph.backends.reference import ReferenceBackend
+from passgraph.backends.reference.draw_pass import ReferenceDrawPass
+from passgraph.backends.reference.pixel_pass import ReferencePixelPass
+from passgraph.backends.reference.storage import Storage
+from passgraph.graph.geometry import Geometry
+from passgraph.plan.data import DrawStep, PixelStep
+from passgraph.verify.oracle.draw import DrawOracle, Ints
+from passgraph.verify.oracle.interval import Interval, Lanes
+from passgraph.verify.oracle.stage import StageOracle, stored
+
+
+@dataclass(frozen=True, eq=False)
+class Allowed:
+    """What one target may hold after a step.
+
+    Attributes
+    ----------
+    values : (height, width, channels), intervals of stored values
+    ambiguous : (height, width), pixels where a decision may fall either way and the outcomes lie apart
+    names : the operations that straddled, and in how many pixels
+    """
+
+    values: Interval
+    ambiguous: Lanes
+    names: Counter[str]
+
+    @classmethod
+    def exactly(cls, picture: FloatBlock) -> Allowed:
+        """This and nothing else: of bits that are only moved."""
+        return cls(Interval.point(picture), np.zeros(picture.shape[:2], np.bool_), Counter())
+
+
+class OracleBackend(ReferenceBackend):
+    """Runs as the reference does; ``found`` has, by step, what its targets may hold.
+
+    Parameters
+    ----------
+    snapped
+        Whether the backends in question put corners on the grid of docs/rasterisation.md; OpenGL promises none.
+    known
+        ``found`` of a run that differs in ``snapped`` alone: pixel passes, which rasterise nothing, take theirs
+        from it.
+    """
+
+    name: ClassVar[str] = "oracle"
+
+    def __init__(self, snapped: bool = True, known: Mapping[int, list[Allowed]] | None = None) -> None:
+        super().__init__()
+        self.snapped = snapped
+        self.known = known or {}
+        self.found: dict[int, list[Allowed]] = {}
+        #: What pictures with a stencil may hold: they cannot be replaced between passes, so it adds up.
+        self.carried: dict[int, Interval] = {}
+        self.stencils: dict[int, tuple[Ints, Ints]] = {}
+
+    def copy(self, source: Storage, destination: Storage) -> None:
+        super().copy(source, destination)
+        if id(source) in self.carried:
+            self.carried[id(destination)] = self.carried[id(source)]
+            self.stencils[id(destination)] = self.stencils[id(source)]
+
+    def pixel_pass(self, step: PixelStep) -> ReferencePixelPass:
+        return _PixelPass(step, self)
+
+    def draw_pass(self, step: DrawStep) -> ReferenceDrawPass:
+        return _DrawPass(step, self)
+
+
+class _PixelPass(ReferencePixelPass):
+    def __init__(self, step: PixelStep, oracle: OracleBackend) -> None:
+        super().__init__(step)
+        self.oracle = oracle
+
+    def __call__(self, outputs: Sequence[Storage], images: Sequence[Storage], block: Block) -> None:
+        super().__call__(outputs, images, block)
+        # A picture with a stencil is the run's own, all others are the reference's.
+        own = any(id(image) in self.oracle.carried for image in images)
+        if id(self.step) in self.oracle.known and not own:
+            self.oracle.found[id(self.step)] = self.oracle.known[id(self.step)]
+        else:
+            self.oracle.found[id(self.step)] = self._allowed(outputs, images, block)
+
+    def _allowed(self, outputs: Sequence[Storage], images: Sequence[Storage], block: Block) -> list[Allowed]:
+        width, height = self.step.size
+        stage = StageOracle(self.stage, block, [name for name, _ in self.step.images], images, self.oracle.carried)
+        y, x = np.divmod(np.arange(width * height), width)
+        bounds = stage.bounds(
+            width * height,
+            {"pixel": lambda: np.stack([x, y], axis=1), "output_size": lambda: np.array([[width, height]], np.int64)},
+        )
+        return [
+            Allowed(
+                stored(output.format, values).map(lambda v: v.reshape(height, width, -1)),
+                bounds.ambiguous.reshape(height, width),
+                bounds.names,
+            )
+            for output, values in zip(outputs, bounds.outputs, strict=True)
+        ]
+
+
+class _DrawPass(ReferenceDrawPass):
+    def __init__(self, step: DrawStep, oracle: OracleBackend) -> None:
+        super().__init__(step)
+        self.oracle = oracle
+
+    def __call__(
+        self, outputs: Sequence[Storage], depth: Storage | None, images: Sequence[Storage], geometry: Geometry,
+        vertex: Block, fragment: Block,
+    ) -> None:  # fmt: skip
+        draw = DrawOracle(
+            self, outputs, depth, images, geometry, vertex, fragment, self.oracle.snapped, self.oracle.carried
+        )
+        if depth is not None and self.step.depth_clear is None and id(depth) in self.oracle.carried:
+            draw.state.depth = self.oracle.carried[id(depth)].map(np.copy)
+            draw.state.stencil = self.oracle.stencils[id(depth)]
+        state = draw.run()
+        if depth is not None and state.depth is not None and state.stencil is not None:
+            self.oracle.carried[id(depth)] = state.depth.map(np.copy)
+            self.oracle.stencils[id(depth)] = state.stencil
+        width, height = self.step.size
+        values = [layer.values for layer in state.colours]
+        if state.depth is not None:
+            values.append(state.depth.map(lambda x: x[:, None]))
+        ambiguous = state.ambiguous.reshape(height, width)
+        self.oracle.found[id(self.step)] = [
+            Allowed(v.map(lambda x: x.reshape(height, width, -1)), ambiguous, draw.names) for v in values
+        ]
+        super().__call__(outputs, depth, images, geometry, vertex, fragment)
+
+
+def outside(picture: FloatBlock, allowed: Interval) -> Lanes:
+    """Which values of a picture no conforming backend may have written."""
+    got = picture.astype(np.float64)
+    inside = (got >= allowed.lo) & (got <= allowed.hi)
+    return np.asarray(np.where(np.isnan(got), ~allowed.nan, ~inside))

@@ -1,0 +1,349 @@
+"""Which pixels a triangle may cover, and what is interpolated there, when corners are not exactly known.
+
+A corner may lie a little off by rounding of the vertex kernel and of the window transform.  Where backends
+snap as rule 2 of docs/rasterisation.md says, most of that is gone behind the snapping: a corner is on one point
+of the grid, or on one of few.  OpenGL leaves the grid and its rounding open, and drivers interpolate from
+unsnapped corners: there a corner may be anywhere within a step of the grid.  Edge functions and barycentric
+weights are bounded over all such corners to first order, with the products of two errors added.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.backends.reference.raster_clip import Vertices, clip_triangles
+from passgraph.backends.reference.raster_cover import expand
+from passgraph.backends.reference.raster_setup import FARTHEST
+from passgraph.graph.draw_state import DrawState
+from passgraph.verify.oracle.interval import Float64, Interval, Lanes, rounded
+
+Ints = NDArray[np.int64]
+
+ULP = 2.0**-23
+#: The grid of positions, in pixels (rule 2 of docs/rasterisation.md).
+SNAP_PX = 1.0 / 256.0
+#: ULP that the window transform loses in any rounding mode, relative to |x/w| / 2 + 1/2: a quotient (2.5), two
+#: products (1 each), a sum (1).
+WINDOW_ULP = 5.5
+#: ULP that interpolation loses, relative to the largest corner: a weight (its edge function is exact, its quotient
+#: 2.5), 1/w (2.5), the products of both and with the value (1 each), two sums (1 each), the last quotient (2.5)
+#: and half a unit of the reference's own rounding: 12.
+INTERPOLATION_ULP = 12.0
+#: ULP that a corner made by clipping loses, relative to the two shares that it is the sum of, where backends clip
+#: as rule 1 says: a distance and the sum of both (0.5 each), the quotient (2.5), the product (0.5) and the sum
+#: (0.5), and as much again for a plane that cuts it a second time.
+SHARES_ULP = 9.0
+#: The same of a + (b - a) t, as drivers may have it, relative to the largest number of its column: with b - a up
+#: to twice as large, a difference and a product (2, as 1 - t of it is a's) and the sum (1), and 1 for the plane that
+#: cuts it a second time.  What t is off moves all columns together along the cut edge, which leaves the edge and
+#: what is interpolated from it where they are.
+CLIP_ULP = 4.0
+#: Units that a plane through three corners loses, relative to its largest part (:func:`_plane_size`): of a step two
+#: differences (1 each), a product (1), their difference (1), the area (two products and a difference, 3) and the
+#: quotient (2.5), with the way to the pixel a product (1) and a sum (1): 11.5.
+PLANE_UNITS = 11.5
+#: What planes are evaluated in: float32 by drivers, from the corner of the picture on; float64 where rule 5 holds, and
+#: then of depths only, as what is interpolated in perspective comes from the edges.
+DRIVER_UNIT, OWN_UNIT = ULP, 2.0**-52
+#: How far off a corner is of which nothing is known, in pixels: far beyond every picture, products of it finite.
+ANYWHERE_PX = 1e18
+#: Beside the largest 1/w of a triangle, one so many times smaller may be flushed to 0.
+FLUSHED = 2.0**-126
+#: The same of drivers, which have 1/w as it is.
+LARGEST_W = 2.0**126
+
+
+@dataclass(frozen=True)
+class Corners:
+    """Vertices as computed in float64, with how far each number may be off: rows (n, columns) of both."""
+
+    values: Float64
+    errors: Float64
+
+
+@dataclass(frozen=True)
+class Triangles:
+    """Clipped triangles on the screen, in pixels with row 0 on top; (m, 3) each unless said otherwise."""
+
+    corners: Ints  # rows of ``rows``
+    x: Float64
+    y: Float64
+    off: Float64  # how far x and y may be off
+    depth: Float64
+    depth_off: Float64
+    inverse_w: Float64
+    inverse_w_off: Float64
+    area: Float64  # (m,), twice the signed area, negative where the front is seen
+    area_off: Float64
+    offset: Interval  # (m,), what polygon offset adds to the depth
+    rows: Corners
+    snapped: bool
+    size: tuple[int, int]  # of the picture
+
+    @property
+    def sliver(self) -> Lanes:
+        """Triangles that may have no area, or either side in front."""
+        return np.asarray(~(np.abs(self.area) > self.area_off) & ((self.area != 0) | (self.area_off > 0)))
+
+    def __len__(self) -> int:
+        return len(self.area)
+
+
+def triangles(vertices: Corners, indices: Ints, size: tuple[int, int], state: DrawState, snapped: bool) -> Triangles:
+    """Clip, project, and drop what is surely culled; ``snapped`` corners lie on the grid."""
+    rows, corners = _clipped(vertices, indices, snapped)
+    values, errors = rows.values, rows.errors
+    width, height = size
+    w, w_off = values[:, 3], errors[:, 3]
+    room = np.maximum(np.abs(w) - w_off, 1e-300)
+    ratio = values[:, :3] / w[:, None]
+    ratio_off = (errors[:, :3] + np.abs(ratio) * w_off[:, None]) / room[:, None]
+    x, y = (ratio[:, 0] * 0.5 + 0.5) * width, (0.5 - ratio[:, 1] * 0.5) * height
+    rounding = WINDOW_ULP * ULP * (np.abs(ratio[:, :2]) * 0.5 + 0.5) * [width, height]
+    off = (ratio_off[:, :2] * 0.5 * [width, height] + rounding).max(axis=1)
+    off = np.minimum(np.nan_to_num(off, nan=ANYWHERE_PX), ANYWHERE_PX)
+    if snapped:
+        x, y, off = _snapped(x, y, off)
+    else:
+        # Where 1/w is less than the smallest normal float, drivers may have 0 instead, and no place on the screen.
+        off = np.where(np.abs(w) + w_off > LARGEST_W, ANYWHERE_PX, off + SNAP_PX)
+    depth, depth_off = ratio[:, 2] * 0.5 + 0.5, ratio_off[:, 2] * 0.5 + WINDOW_ULP * ULP
+    inverse_w, inverse_w_off = 1.0 / w, w_off / (np.abs(w) * room) + 2.5 * ULP / np.abs(w)
+    at = [a[corners] for a in (x, y, off, depth, depth_off, inverse_w, inverse_w_off)]
+    area, area_off = _area(at[0], at[1], at[2])
+    surely = np.abs(area) > area_off
+    front = area < 0
+    gone = {"none": np.zeros_like(front), "back": surely & ~front, "front": surely & front}[state.cull]
+    gone |= (area == 0) & (area_off == 0)
+    placed = (w > 0) & (np.abs(values[:, :2]) <= FARTHEST * w[:, None]).all(axis=1)
+    kept = np.flatnonzero(placed[corners].all(axis=1) & ~gone)
+    picked = [a[kept] for a in at]
+    offset = _offset(picked[0], picked[1], picked[3], picked[2], picked[4], area[kept], area_off[kept], state)
+    return Triangles(
+        corners[kept], picked[0], picked[1], picked[2], picked[3], picked[4], picked[5], picked[6],
+        area[kept], area_off[kept], offset, rows, snapped, size,
+    )  # fmt: skip
+
+
+def _clipped(vertices: Corners, indices: Ints, snapped: bool) -> tuple[Corners, Ints]:
+    """What lies inside all planes; beside each new corner, the shares that it is the sum of are added up, and the
+    largest numbers of its triangle stay as they are."""
+    columns, count = vertices.values.shape[1], len(vertices.values)
+    sizes = np.abs(vertices.values)
+    beside = [vertices.values, vertices.errors, sizes, _largest_near(sizes, indices)]
+    both, corners = clip_triangles(Vertices(np.concatenate(beside, axis=1)), indices)
+    values, errors, shares, largest = (both.rows[:, k * columns : (k + 1) * columns] for k in range(4))
+    errors = errors.copy()
+    lost = SHARES_ULP * ULP * shares + FLUSHED * largest if snapped else CLIP_ULP * ULP * largest
+    errors[count:] += lost[count:]
+    return Corners(values, errors), corners
+
+
+def _largest_near(sizes: Float64, indices: Ints) -> Float64:
+    """Of each vertex and column, the largest number in a triangle that has the vertex and is drawn."""
+    found = np.where(np.isfinite(sizes), sizes, 0.0)
+    drawn = indices[np.isfinite(sizes[indices, :4]).all(axis=(1, 2))]
+    for corner in range(3):
+        np.maximum.at(found, drawn[:, corner], sizes[drawn].max(axis=1))
+    return found
+
+
+def _snapped(x: Float64, y: Float64, off: Float64) -> tuple[Float64, Float64, Float64]:
+    """The middle of the points of the grid that a corner may be on, and how far they reach from it."""
+    low, high = ([np.rint((v + e) / SNAP_PX) * SNAP_PX for v in (x, y)] for e in (-off, off))
+    middle = [0.5 * (a + b) for a, b in zip(low, high, strict=True)]
+    reach = [0.5 * (b - a) for a, b in zip(low, high, strict=True)]
+    return middle[0], middle[1], np.maximum(*reach)
+
+
+def _others(values: Float64) -> tuple[Float64, Float64]:
+    """Of each corner the next one and the one behind that."""
+    return np.roll(values, -1, axis=1), np.roll(values, -2, axis=1)
+
+
+def _area(x: Float64, y: Float64, off: Float64) -> tuple[Float64, Float64]:
+    (x1, x2), (y1, y2) = _others(x), _others(y)
+    area = (x[:, 1] - x[:, 0]) * (y[:, 2] - y[:, 0]) - (x[:, 2] - x[:, 0]) * (y[:, 1] - y[:, 0])
+    first_order = (off * (np.abs(y1 - y2) + np.abs(x1 - x2))).sum(axis=1)
+    return area, first_order + 6.0 * off.max(axis=1, initial=0.0) ** 2
+
+
+def _offset(
+    x: Float64, y: Float64, depth: Float64, off: Float64, depth_off: Float64, area: Float64, area_off: Float64,
+    state: DrawState,
+) -> Interval:  # fmt: skip
+    """factor · largest slope + units · 2^(e − 23) (rule 5), over all corners."""
+    factor, units = state.polygon_offset
+    if (factor, units) == (0.0, 0.0):
+        return Interval.point(np.zeros(len(area)))
+    room = np.maximum(np.abs(area) - area_off, 0.0)
+    (x1, x2), (y1, y2) = _others(x), _others(y)
+    middle = depth.mean(axis=1, keepdims=True)
+    slopes = []
+    # Σ depth · side over the area, where subtracting the mean depth changes nothing (the sides add up to 0) but
+    # keeps what corners that are off may add small: each side by two of them, each depth by its own.
+    for side in (y1 - y2, x2 - x1):
+        slope = np.abs(((depth - middle) * side).sum(axis=1)) / np.abs(area)
+        spread = (np.abs(depth - middle) * 2.0 * off.max(axis=1, keepdims=True)).sum(axis=1)
+        spread += (depth_off * np.abs(side)).sum(axis=1) + slope * area_off
+        slopes.append((np.maximum(slope - spread / room, 0.0), slope + spread / room))
+    low, high = np.maximum(slopes[0][0], slopes[1][0]), np.maximum(slopes[0][1], slopes[1][1])
+    largest = np.abs(depth).max(axis=1)
+    units_of = [
+        2.0 ** (np.frexp(np.maximum(largest + e, 2.0**-126))[1] - 24.0)
+        for e in (-depth_off.max(axis=1), depth_off.max(axis=1))
+    ]
+    ends = [factor * s + units * u for s in (low, high) for u in units_of]
+    # Two products and their sum, of which the exponent's is exact.
+    return rounded(np.fmin.reduce(ends), np.fmax.reduce(ends), np.zeros(len(area), np.bool_), 2.0)
+
+
+@dataclass(frozen=True)
+class Fragments:
+    """Pixels that a triangle may cover, in the order of submission."""
+
+    triangle: Ints
+    x: Ints
+    y: Ints
+    surely: Lanes
+    weights: Float64  # (n, 3) barycentric
+    off: Float64  # (n, 3), how far they may be off
+
+    def __len__(self) -> int:
+        return len(self.triangle)
+
+    def take(self, chosen: NDArray[np.generic]) -> Fragments:
+        return Fragments(*(getattr(self, n)[chosen] for n in ("triangle", "x", "y", "surely", "weights", "off")))
+
+
+def cover(found: Triangles, size: tuple[int, int]) -> Iterator[Fragments]:
+    """All of them, in batches."""
+    width, height = size
+    reach = found.off.max(axis=1, initial=0.0)
+    first_x, last_x = _pixels(found.x, reach, width)
+    first_y, last_y = _pixels(found.y, reach, height)
+    columns = np.maximum(last_x - first_x + 1, 0)
+    for owner, place in expand(columns * np.maximum(last_y - first_y + 1, 0)):
+        row, column = np.divmod(place, columns[owner])
+        yield _inside(found, owner, first_x[owner] + column, first_y[owner] + row)
+
+
+def _pixels(position: Float64, reach: Float64, limit: int) -> tuple[Ints, Ints]:
+    low = np.clip(np.ceil(position.min(axis=1) - reach - 0.5), 0, limit)
+    high = np.clip(np.floor(position.max(axis=1) + reach - 0.5), -1, limit - 1)
+    return low.astype(np.int64), high.astype(np.int64)
+
+
+def _inside(found: Triangles, owner: Ints, column: Ints, row: Ints) -> Fragments:
+    # Column by column: what most pixels of a box need first is to be found outside.
+    right, down, off = (
+        (found.x.T[:, owner] - (column + 0.5)),
+        (found.y.T[:, owner] - (row + 0.5)),
+        found.off.T[:, owner],
+    )
+    away = np.abs(right) + np.abs(down)
+    area, area_off, sliver = found.area[owner], found.area_off[owner], found.sliver[owner]
+    turn = np.where(area < 0, -1.0, 1.0)
+    edges, errors = np.empty((3, len(owner))), np.empty((3, len(owner)))
+    surely, perhaps, behind = ~sliver, np.ones(len(owner), np.bool_), sliver.copy()
+    for k in range(3):
+        a, b = (k + 1) % 3, (k + 2) % 3
+        edges[k] = right[a] * down[b] - right[b] * down[a]
+        errors[k] = off[a] * away[b] + off[b] * away[a] + 4.0 * off[a] * off[b]
+        turned = edges[k] * turn
+        # Rule 4: a centre on an edge is inside at top and left edges only, as wound so that the area is positive.
+        dx, dy = (right[b] - right[a]) * turn, (down[b] - down[a]) * turn
+        owned = (dy < 0) | ((dy == 0) & (dx > 0))
+        known = (turned == 0) & (off[a] == 0) & (off[b] == 0)
+        turned = np.where(known, np.where(owned, 1.0, -1.0), turned)
+        surely &= turned > errors[k]
+        perhaps &= turned >= -errors[k]
+        behind &= -turned >= -errors[k]
+    kept = np.flatnonzero(perhaps | behind)
+    area, area_off, edges, errors = area[kept], area_off[kept], edges.T[kept], errors.T[kept]
+    with np.errstate(all="ignore"):
+        weights = edges / area[:, None]
+        weights_off = (errors + np.abs(weights) * area_off[:, None]) / (np.abs(area) - area_off)[:, None]
+    weights_off[sliver[kept]] = np.inf
+    return Fragments(owner[kept], column[kept], row[kept], surely[kept], weights, weights_off)
+
+
+def depth_of(found: Triangles, fragments: Fragments) -> Interval:
+    """Interpolated, offset and clamped; (n,)."""
+    at = fragments.triangle
+    depth = found.depth[at]
+    middle = np.einsum("nk,nk->n", fragments.weights, depth)
+    off = (
+        _spread(fragments.off, depth, middle)
+        + _shared(fragments.weights, fragments.off, found.depth_off[at])
+        + INTERPOLATION_ULP * ULP * np.abs(depth).max(axis=1)
+        + _plane_off(found, found.depth)[at]
+    )
+    low, high = middle - off + found.offset.lo[at], middle + off + found.offset.hi[at]
+    strange = ~np.isfinite(low + high)
+    made = rounded(np.clip(low, 0.0, 1.0), np.clip(high, 0.0, 1.0), np.zeros(len(at), np.bool_), 0.5)
+    return Interval(np.where(strange, 0.0, made.lo), np.where(strange, 1.0, made.hi), made.nan)
+
+
+def _spread(weights_off: Float64, corners: Float64, middle: Float64) -> Float64:
+    """What weights that are off (their sum is not) do to an interpolated value."""
+    apart = np.abs(corners - middle[:, None])
+    return np.asarray(np.einsum("nk->n", np.where(apart > 0, weights_off * apart, 0.0)))
+
+
+def _shared(weights: Float64, weights_off: Float64, corners_off: Float64) -> Float64:
+    """What corners that are off do to an interpolated value: each by its share."""
+    shares = np.abs(weights) + weights_off
+    return np.asarray(np.einsum("nk->n", np.where(corners_off > 0, shares * corners_off, 0.0)))
+
+
+def _plane_off(found: Triangles, corners: Float64) -> Float64:
+    """What evaluating the plane through a value's corners (m, 3) loses; (m,)."""
+    return PLANE_UNITS * (OWN_UNIT if found.snapped else DRIVER_UNIT) * _plane_size(found, corners)
+
+
+def _plane_size(found: Triangles, corners: Float64) -> Float64:
+    """The largest number in a plane's evaluation: a corner's value, or the way from a corner to the corner of the
+    picture and back to a pixel, along steps of which each part may be larger than their difference."""
+    (x1, x2), (y1, y2) = _others(found.x), _others(found.y)
+    apart = np.abs(corners - corners.mean(axis=1, keepdims=True))
+    parts = []
+    for place, side, length in zip((found.x, found.y), (y1 - y2, x2 - x1), found.size, strict=True):
+        parts.append((apart * np.abs(side)).sum(axis=1) * (np.abs(place).max(axis=1) + length))
+    return np.asarray(np.abs(corners).max(axis=1) + (parts[0] + parts[1]) / np.abs(found.area))
+
+
+def varying_of(found: Triangles, fragments: Fragments, columns: slice) -> Interval:
+    """Perspective interpolation of some columns, (n, columns)."""
+    at = fragments.triangle
+    inverse_w = found.inverse_w[at]
+    inverse_w_off = found.inverse_w_off[at] + FLUSHED * inverse_w.max(axis=1, keepdims=True)
+    over_w = fragments.weights * inverse_w
+    total = over_w.sum(axis=1)
+    weights = over_w / total[:, None]
+    total_off = _spread(fragments.off, inverse_w, total) + _shared(fragments.weights, fragments.off, inverse_w_off)
+    plane_off = _plane_off(found, found.inverse_w)[at]
+    room = np.abs(total) - total_off
+    own = fragments.off * np.abs(inverse_w) + np.abs(fragments.weights) * inverse_w_off
+    off = (own + np.abs(weights) * total_off[:, None]) / np.where(room > 0, room, 0.0)[:, None]
+    vertices = found.rows.values[:, columns][found.corners]
+    corners = vertices[at]
+    corners_off = found.rows.errors[:, columns][found.corners[at]]
+    made = np.einsum("nk,nkc->nc", weights, corners)
+    parts: list[Float64] = []
+    for c in range(corners.shape[2]):
+        spread = _spread(off, corners[:, :, c], made[:, c])
+        rounding = INTERPOLATION_ULP * ULP * np.abs(corners[:, :, c]).max(axis=1)
+        parts.append(spread + _shared(weights, off, corners_off[:, :, c]) + rounding)
+        if not found.snapped:
+            # Planes of v/w and 1/w: what rounds there is large near the eye and where planes are steep.
+            planes = _plane_off(found, vertices[:, :, c] * found.inverse_w)[at] + np.abs(made[:, c]) * plane_off
+            parts[-1] += planes / np.where(room > 0, room, np.nan)
+    error = np.stack(parts, axis=1) if parts else np.zeros_like(made)
+    strange = ~np.isfinite(made + error)
+    low, high = np.where(strange, -np.inf, made - error), np.where(strange, np.inf, made + error)
+    return Interval(low, high, strange)

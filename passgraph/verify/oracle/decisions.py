@@ -1,0 +1,281 @@
+"""Decisions that rounding may turn, tried both ways.
+
+Where a comparison or a floor straddles, a conforming backend may go either way; what it then computes is
+bounded for each way by itself.  So the program runs once with a first choice everywhere, and again for each
+decision that a lane met on its way, with that one turned, as long as new decisions come up.  The bounds of a
+lane are the hull of its paths.  A continuous function with a jump inside (bilinear filtering at a texel's
+centre) stays as tight as it is, which a hull at the jump would lose.
+
+Lanes with more paths than :data:`MAX_PATHS` are bounded to first order instead: the first path, moved by the
+sum of what each of its decisions can move it, alone or with the next one (x and y of one texel).  That holds
+for sums over decisions, such as filters.  Whether a program is one is tried: where turning many decisions at
+once leads out of that bound, nothing is said of the lane.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.verify.oracle.interval import Interval
+
+Ints = NDArray[np.int64]
+Lanes = NDArray[np.bool_]
+Choices = NDArray[np.int8]
+
+#: Paths tried for a lane before it is bounded to first order.
+MAX_PATHS = 64
+#: Decisions of one path that are turned one by one; a lane that meets more is given up: anything is allowed.
+MAX_DECISIONS = 256
+#: Ways of turning many decisions at once that are tried on lanes that are bounded to first order.
+JOINT_PATHS = 8
+#: Lanes run at once.
+BATCH = 1 << 15
+
+
+@dataclass
+class Track:
+    """The choices of the lanes of one run: those that are forced, then the first one wherever a decision straddles."""
+
+    forced: Choices  # (lanes, depth): 0 the first way, 1 the other; -1 after the end
+    active: Lanes = field(init=False)
+    met: Ints = field(init=False)
+    taken: list[tuple[Ints, Ints, Choices]] = field(default_factory=list)
+    names: Counter[str] = field(default_factory=Counter)
+    wide: Lanes = field(init=False)  # lanes that met a jump of a float with more than two ways
+    vague: Lanes = field(init=False)  # lanes that met one of an int: any texel may be read
+    lost: Lanes = field(init=False)  # lanes about which nothing can be said any more
+
+    def __post_init__(self) -> None:
+        count = len(self.forced)
+        self.active = np.ones(count, np.bool_)
+        self.met = np.zeros(count, np.int64)
+        self.wide, self.vague, self.lost = (np.zeros(count, np.bool_) for _ in range(3))
+
+    def mark(self, marks: Lanes, lanes: Lanes) -> Lanes:
+        """Set ``marks`` where an active lane has any component in ``lanes``; gives ``lanes``."""
+        if lanes.any():
+            marks |= lanes.reshape(len(lanes), -1).any(axis=1) & self.active
+        return lanes
+
+    def choose(self, straddles: Lanes, name: str) -> Lanes:
+        """For each lane that straddles, whether it goes the other way; one decision a component.
+
+        ``straddles`` is (lanes or 1, …components).
+        """
+        if not straddles.any():
+            return np.zeros(straddles.shape, np.bool_)
+        count, shape = len(self.forced), straddles.shape[1:]
+        straddles = np.broadcast_to(straddles, (count, *shape)).reshape(count, -1)
+        other = np.zeros(straddles.shape, np.bool_)
+        for component in range(straddles.shape[1]):
+            lanes = np.flatnonzero(straddles[:, component] & self.active)
+            if len(lanes) == 0:
+                continue
+            self.names[name] += len(lanes)
+            at = self.met[lanes]
+            self.met[lanes] += 1
+            choice = np.zeros(len(lanes), np.int8)
+            known = at < self.forced.shape[1]
+            choice[known] = np.maximum(self.forced[lanes[known], at[known]], 0)
+            self.taken.append((lanes, at, choice))
+            other[lanes, component] = choice == 1
+        return other.reshape(count, *shape)
+
+    def path(self) -> Choices:
+        """Every choice that was made, (lanes, most decisions)."""
+        made = np.full((len(self.forced), int(self.met.max(initial=0))), -1, np.int8)
+        for lanes, at, choice in self.taken:
+            made[lanes, at] = choice
+        return made
+
+
+@dataclass
+class Bounds:
+    """What lanes may compute.
+
+    Attributes
+    ----------
+    outputs : an interval (lanes, components) for each result
+    surely, perhaps : lanes whose result is kept on every path, on some path
+    ambiguous : lanes whose paths lead to results that lie apart, and those of which nothing is known
+    names : what straddled, by operation: how many lanes met it
+    """
+
+    outputs: list[Interval]
+    surely: Lanes
+    perhaps: Lanes
+    ambiguous: Lanes
+    names: Counter[str]
+
+
+#: Runs some lanes along forced choices: results and which lanes are kept (None: all).
+Run = Callable[[Ints, Track], tuple[list[Interval], Lanes | None]]
+
+
+@dataclass(frozen=True)
+class Frontier:
+    """Paths to try: a lane, its forced choices, and which decision of its first path was turned (-1: none)."""
+
+    lanes: Ints
+    prefixes: Choices
+    origins: Ints
+
+    def __len__(self) -> int:
+        return len(self.lanes)
+
+    def part(self, chosen: slice) -> Frontier:
+        return Frontier(self.lanes[chosen], self.prefixes[chosen], self.origins[chosen])
+
+    @classmethod
+    def joined(cls, parts: list[Frontier]) -> Frontier:
+        depth = max(p.prefixes.shape[1] for p in parts)
+        padded = [np.pad(p.prefixes, ((0, 0), (0, depth - p.prefixes.shape[1])), constant_values=-1) for p in parts]
+        return cls(
+            np.concatenate([p.lanes for p in parts]), np.concatenate(padded), np.concatenate([p.origins for p in parts])
+        )
+
+
+def explore(run: Run, count: int, components: list[int]) -> Bounds:
+    """All paths of ``count`` lanes."""
+    search = _Search(count, components)
+    for first in range(0, count, BATCH):
+        lanes = np.arange(first, min(first + BATCH, count))
+        frontier = Frontier(lanes, np.zeros((len(lanes), 0), np.int8), np.full(len(lanes), -1))
+        level = 0
+        while len(frontier):
+            parts = [frontier.part(slice(i, i + BATCH)) for i in range(0, len(frontier), BATCH)]
+            frontier = Frontier.joined([search.step(run, part, level) for part in parts])
+            level += 1
+        search.end_batch()
+        doubtful = lanes[search.first_order[lanes] & ~search.lost[lanes]]
+        for i in range(0, len(doubtful), BATCH):
+            for way in range(JOINT_PATHS):
+                search.try_jointly(run, doubtful[i : i + BATCH], way)
+    return search.result()
+
+
+class _Search:
+    """What is known of each lane so far."""
+
+    def __init__(self, count: int, components: list[int]) -> None:
+        shapes = [(count, c) for c in components]
+        self.lo, self.hi = ([np.full(s, np.nan) for s in shapes] for _ in range(2))
+        self.nan = [np.zeros(s, np.bool_) for s in shapes]
+        self.widths = [np.zeros(s) for s in shapes]
+        #: The first path, and how far turning each of its decisions, added up, moves either end.
+        self.root_lo, self.root_hi = ([np.zeros(s) for s in shapes] for _ in range(2))
+        self.total_down, self.total_up = ([np.zeros(s) for s in shapes] for _ in range(2))
+        #: The decisions of the first paths of this batch: whose they are, and what each moves.
+        self.owners: Ints = np.zeros(0, np.int64)
+        self.down: list[NDArray[np.float64]] = []
+        self.up: list[NDArray[np.float64]] = []
+        self.surely, self.perhaps = np.ones(count, np.bool_), np.zeros(count, np.bool_)
+        self.paths = np.zeros(count, np.int64)
+        self.first_order = np.zeros(count, np.bool_)
+        self.vague, self.lost = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
+        #: Results that turned out not to be sums over decisions.
+        self.unbounded = [np.zeros(count, np.bool_) for _ in components]
+        self.discards = False
+        self.names: Counter[str] = Counter()
+
+    def step(self, run: Run, frontier: Frontier, level: int) -> Frontier:
+        """Run some paths, note what comes out, and give the paths that follow from them."""
+        lanes, track = frontier.lanes, Track(frontier.prefixes)
+        results, keep = run(lanes, track)
+        if level == 0:
+            self.names.update(track.names)
+        np.logical_or.at(self.vague, lanes, track.vague | track.wide)
+        np.logical_or.at(self.lost, lanes, track.lost)
+        self.discards |= keep is not None
+        kept = np.ones(len(lanes), np.bool_) if keep is None else np.broadcast_to(keep, (len(lanes),))
+        np.logical_and.at(self.surely, lanes, kept)
+        np.logical_or.at(self.perhaps, lanes, kept)
+        np.add.at(self.paths, lanes, 1)
+        for i, result in enumerate(results):
+            np.fmin.at(self.lo[i], lanes, result.lo)
+            np.fmax.at(self.hi[i], lanes, result.hi)
+            np.logical_or.at(self.nan[i], lanes, result.nan)
+            np.add.at(self.widths[i], lanes, result.width)
+            self._note_move(i, frontier, result, level)
+        return self._following(frontier, track, level)
+
+    def _note_move(self, i: int, frontier: Frontier, result: Interval, level: int) -> None:
+        lanes = frontier.lanes
+        if level == 0:
+            self.root_lo[i][lanes], self.root_hi[i][lanes] = result.lo, result.hi
+        elif level <= 2:
+            # One decision turned, or one and the next (x and y of one texel).
+            down = np.fmin(result.lo - self.root_lo[i][lanes], 0.0)
+            up = np.fmax(result.hi - self.root_hi[i][lanes], 0.0)
+            np.fmin.at(self.down[i], frontier.origins, down)
+            np.fmax.at(self.up[i], frontier.origins, up)
+
+    def _following(self, frontier: Frontier, track: Track, level: int) -> Frontier:
+        """Each decision after the forced ones, turned."""
+        lanes, prefixes = frontier.lanes, frontier.prefixes
+        given = (prefixes >= 0).sum(axis=1)
+        new = track.met - given
+        self.lost[lanes[track.met > MAX_DECISIONS]] = True
+        new[self.lost[lanes]] = 0
+        wanted = self.paths.copy()
+        np.add.at(wanted, lanes, new)
+        self.first_order[lanes[(wanted[lanes] > MAX_PATHS) & (new > 0)]] = True
+        if level > 0:
+            new = np.where(self.first_order[lanes], np.minimum(new, 1 if level == 1 else 0), new)
+        path = track.path()
+        row = np.repeat(np.arange(len(lanes)), new)
+        turned = given[row] + np.arange(len(row)) - np.repeat(np.cumsum(new) - new, new)
+        following = np.where(np.arange(path.shape[1]) < turned[:, None], path[row], -1).astype(np.int8)
+        following[np.arange(len(row)), turned] = 1 - path[row, turned]
+        if level > 0:
+            return Frontier(lanes[row], following, frontier.origins[row])
+        self.owners = lanes[row]
+        self.down, self.up = ([np.zeros((len(row), lo.shape[1])) for lo in self.lo] for _ in range(2))
+        return Frontier(self.owners, following, np.arange(len(row)))
+
+    def end_batch(self) -> None:
+        for total, moves in ((self.total_down, self.down), (self.total_up, self.up)):
+            for i, moved in enumerate(moves):
+                np.add.at(total[i], self.owners, moved)
+
+    def first_order_bounds(self, i: int, lanes: Ints | slice) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        lo = np.fmin(self.lo[i][lanes], self.root_lo[i][lanes] + self.total_down[i][lanes])
+        return lo, np.fmax(self.hi[i][lanes], self.root_hi[i][lanes] + self.total_up[i][lanes])
+
+    def try_jointly(self, run: Run, lanes: Ints, way: int) -> None:
+        """Turn every decision at once, then random halves of them, and give up lanes that leave their bounds."""
+        choices = np.random.default_rng(way).integers(0, 2, (1, MAX_DECISIONS)) if way else np.ones((1, MAX_DECISIONS))
+        track = Track(np.repeat(choices, len(lanes), axis=0).astype(np.int8))
+        results, keep = run(lanes, track)
+        if keep is not None:
+            self.surely[lanes] &= keep
+            self.perhaps[lanes] |= keep
+        self.vague[lanes] |= track.vague | track.wide
+        self.lost[lanes] |= track.lost
+        for i, result in enumerate(results):
+            lo, hi = self.first_order_bounds(i, lanes)
+            beyond = (result.lo < lo) | (result.hi > hi) | (result.nan & ~self.nan[i][lanes])
+            self.unbounded[i][lanes] |= beyond.any(axis=1)
+
+    def result(self) -> Bounds:
+        outputs = []
+        ambiguous = self.lost | self.vague
+        first_order = self.first_order[:, None]
+        for i in range(len(self.lo)):
+            low, high = self.first_order_bounds(i, slice(None))
+            lo, hi = np.where(first_order, low, self.lo[i]), np.where(first_order, high, self.hi[i])
+            found = Interval(lo, hi, self.nan[i])
+            # Sums of widths are rounded themselves, in float64.
+            apart = found.width > self.widths[i] * (1 + 1e-12)
+            ambiguous |= (apart & (self.paths > 1)[:, None]).any(axis=1)
+            lost = (self.lost | self.unbounded[i])[:, None]
+            outputs.append(Interval(np.where(lost, -np.inf, lo), np.where(lost, np.inf, hi), self.nan[i] | lost))
+            # Where anything goes, nothing was checked.
+            ambiguous |= ((outputs[i].lo == -np.inf) & (outputs[i].hi == np.inf)).any(axis=1)
+        surely = self.surely & ~(self.lost & self.discards)
+        return Bounds(outputs, surely, self.perhaps | self.lost, ambiguous, self.names)

@@ -1,0 +1,423 @@
+"""What the interpreter computes with when it looks for bounds: intervals for floats, plain numbers for ints and bools.
+
+An int or bool that hangs on a float is a decision (:mod:`.decisions`): a path of the program has one value for
+it, so control flow, indices and texel positions stay exact.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.backends.reference.domain import Domain
+from passgraph.backends.reference.number_domain import KINDS, NumberDomain, Numbers, shaped
+from passgraph.language import expand, ir
+from passgraph.language import scalar as s
+from passgraph.language.meanings import BELOW_ONE, INT_MAX, INT_MIN
+from passgraph.language.operations import OPERATIONS
+from passgraph.language.types import Array, Matrix, Scalar, Type, Value, Vector, element_of, shape_of
+from passgraph.verify.oracle import interval as iv
+from passgraph.verify.oracle.decisions import Track
+from passgraph.verify.oracle.functions import FUNCTIONS
+from passgraph.verify.oracle.interval import FLOAT_MAX, Interval, Lanes
+
+Bounded: TypeAlias = Interval | Numbers
+
+_PLUS_OR_MINUS: dict[str, Callable[..., Interval]] = {"add": iv.add, "sub": iv.sub, "mul": iv.mul}
+_SIMPLE: dict[str, Callable[..., Interval]] = {
+    "div": iv.div, "neg": iv.neg, "abs": iv.absolute, "sqrt": iv.sqrt, "min": iv.minimum, "max": iv.maximum,
+}  # fmt: skip
+#: Floats that jump between whole numbers.
+_WHOLE = {"floor": np.floor, "ceil": np.ceil, "trunc": np.trunc, "round": np.rint}
+
+
+#: ULP that t * t * (3 - 2 * t) loses: three roundings (3 - 2t, and two products), each one ULP of its own
+#: result in any rounding mode, which is at most two of the last one's.
+HERMITE_ULP = 6.0
+#: Where rests of divisions are exact: docs/kernels.md.
+MOD_QUOTIENT, MOD_DIVISOR = 2.0**20, 2.0**-100
+
+
+class IntervalDomain(Domain[Bounded, Lanes]):
+    """Each operation widened by its row's bound; decisions go as the track says."""
+
+    def __init__(self, track: Track) -> None:
+        self.track = track
+        self.numbers = NumberDomain()
+
+    def constant(self, type_: Type, numbers: Sequence[ir.Number]) -> Bounded:
+        made = shaped(numbers, type_)
+        # Literals are float32 on every backend.
+        return Interval.of(made.astype(np.float32)) if made.dtype.kind == "f" else made
+
+    def whole(self, value: Bounded) -> int:
+        assert not isinstance(value, Interval)
+        return self.numbers.whole(value)
+
+    def apply(self, operation: str, arguments: Sequence[Bounded]) -> Bounded:
+        row = OPERATIONS[operation]
+        if row.kind == "expanded":
+            return self._expanded(operation, arguments)
+        numbers = [a for a in arguments if not isinstance(a, Interval)]
+        if len(numbers) == len(arguments):
+            exact = self.numbers.apply(operation, numbers)
+            if exact.dtype.kind != "i":
+                self._hangs_on(numbers)
+            if exact.dtype.kind != "f":
+                return exact
+            # From ints only to_float and bit patterns: rounded like a sum.
+            return iv.rounded(exact, exact, np.isnan(exact), row.ulp)
+        if operation == "mul" and arguments[0] is arguments[1]:
+            return iv.square(_interval(arguments[0]))
+        return self._float(operation, _spread([_interval(a) for a in arguments]))
+
+    def _hangs_on(self, numbers: Sequence[Numbers]) -> None:
+        """Nothing is known of a lane where more than which texel is read hangs on an int that may be any."""
+        if self.track.vague.any() and any(n.dtype.kind == "i" for n in numbers):
+            self.track.mark(self.track.lost, self.track.vague)
+
+    def _float(self, name: str, a: list[Interval]) -> Bounded:
+        if name in _PLUS_OR_MINUS:
+            return _PLUS_OR_MINUS[name](*a)
+        if name in _SIMPLE:
+            return _SIMPLE[name](*a)
+        if name in _WHOLE:
+            return self._whole(_WHOLE[name], a[0], name)
+        if name in FUNCTIONS:
+            return FUNCTIONS[name](*a)
+        made: Bounded = getattr(self, f"_{name}")(*a)
+        return made
+
+    # Decisions
+
+    def _decided(self, can_be: Lanes, can_fail: Lanes, name: str) -> Lanes:
+        other = self.track.choose(can_be & can_fail, name)
+        return np.asarray(can_be & ~other)
+
+    def _whole(self, function: Callable[[Any], Any], a: Interval, name: str) -> Interval:
+        low, high = function(a.lo), function(a.hi)
+        wide = self.track.mark(self.track.wide, ~(high - low <= 1) & (low != high) & ~np.isnan(low))
+        chosen = np.where(self.track.choose((low < high) & ~wide, name), high, low)
+        return Interval(chosen, np.where(wide, high, chosen), a.nan)
+
+    def _less(self, a: Interval, b: Interval) -> Lanes:
+        return self._decided(a.lo < b.hi, ~(a.hi < b.lo) | a.nan | b.nan, "less")
+
+    def _greater(self, a: Interval, b: Interval) -> Lanes:
+        return self._decided(a.hi > b.lo, ~(a.lo > b.hi) | a.nan | b.nan, "greater")
+
+    def _less_equal(self, a: Interval, b: Interval) -> Lanes:
+        return self._decided(a.lo <= b.hi, ~(a.hi <= b.lo) | a.nan | b.nan, "less_equal")
+
+    def _greater_equal(self, a: Interval, b: Interval) -> Lanes:
+        return self._decided(a.hi >= b.lo, ~(a.lo >= b.hi) | a.nan | b.nan, "greater_equal")
+
+    def _equal(self, a: Interval, b: Interval) -> Lanes:
+        same = a.exact & b.exact & (a.lo == b.lo)
+        return self._decided((a.lo <= b.hi) & (b.lo <= a.hi), ~same, "equal")
+
+    def _not_equal(self, a: Interval, b: Interval) -> Lanes:
+        same = a.exact & b.exact & (a.lo == b.lo)
+        apart = ~((a.lo <= b.hi) & (b.lo <= a.hi))
+        return ~self._decided(~apart, ~same, "not_equal")
+
+    def _isnan(self, a: Interval) -> Lanes:
+        return self._decided(a.nan, ~np.isnan(a.lo), "isnan")
+
+    def _isinf(self, a: Interval) -> Lanes:
+        finite = ~(np.isinf(a.lo) & (a.lo == a.hi)) | a.nan
+        return self._decided(np.isinf(a.lo) | np.isinf(a.hi), finite, "isinf")
+
+    def _to_int(self, a: Interval) -> Numbers:
+        number = a.nan & np.isnan(a.lo)
+        low, high = (np.trunc(np.clip(np.where(number, 0.0, x), INT_MIN, INT_MAX)) for x in (a.lo, a.hi))
+        wide = self.track.mark(self.track.vague, (high - low > 1) | (a.nan & ~number))
+        chosen = np.where(self.track.choose((low < high) & ~wide, "to_int"), high, low)
+        return np.asarray(np.where(wide, np.trunc(0.5 * (low + high)), chosen).astype(np.int64))
+
+    def _bits_from_float(self, a: Interval) -> Numbers:
+        # A NaN's bits, the sign of a zero and a flushed denormal are not the same everywhere.
+        self.track.mark(self.track.lost, ~a.exact | (a.lo == 0))
+        return OPERATIONS["bits_from_float"].reference(a.lo)
+
+    def _sign(self, a: Interval) -> Interval:
+        positive = self._decided(a.hi > 0, ~(a.lo > 0) | a.nan, "sign")
+        negative = self._decided((a.lo < 0) & ~positive, ~(a.hi < 0) | a.nan, "sign")
+        return Interval.point(np.where(positive, 1.0, np.where(negative, -1.0, 0.0)))
+
+    def _step(self, edge: Interval, x: Interval) -> Interval:
+        return Interval.point(np.where(self._less(x, edge), 0.0, 1.0))
+
+    def _clamp(self, x: Interval, low: Interval, high: Interval) -> Interval:
+        return iv.minimum(iv.maximum(x, low), high)
+
+    def _saturate(self, x: Interval) -> Interval:
+        zero = Interval.point(np.zeros_like(x.lo))
+        return self._clamp(x, zero, Interval.point(np.ones_like(x.lo)))
+
+    def _fract(self, x: Interval) -> Interval:
+        below = self._whole(np.floor, x, "fract")
+        part = iv.sub(x, below)
+        # Below 0 only where x is a product that goes into the difference unrounded: by its rounding.
+        least = -iv.spacing(x.magnitude)
+        return part.both(lambda end: np.clip(end, least, BELOW_ONE))
+
+    def _mod(self, x: Interval, y: Interval) -> Interval:
+        """The rest of exact numbers for each whole quotient that they may have; of too many, any rest."""
+        ends = [x.lo / y.lo, x.lo / y.hi, x.hi / y.lo, x.hi / y.hi]
+        low, high = np.floor(np.minimum.reduce(ends)), np.floor(np.maximum.reduce(ends))
+        smallest = iv.absolute(y).lo
+        size = np.maximum(np.abs(low), np.abs(high))
+        told = (size < MOD_QUOTIENT) & (smallest >= MOD_DIVISOR) & (high - low <= 1)
+        whole = np.where(self.track.choose(told & (low < high), "floor"), high, low)
+        times = (y.lo * whole, y.hi * whole)
+        rest = iv.rounded(x.lo - np.maximum(*times), x.hi - np.minimum(*times), x.nan | y.nan, 1.0)
+        # Rests are capped at the number below y.
+        below = [np.nextafter(end.astype(np.float32), np.float32(0)).astype(np.float64) for end in (y.lo, y.hi)]
+        lo, hi = (
+            np.clip(end, np.minimum(cap, 0.0), np.maximum(cap, 0.0))
+            for end, cap in zip((rest.lo, rest.hi), below, strict=True)
+        )
+        any_rest = Interval(np.minimum(below[0], 0.0), np.maximum(below[1], 0.0), rest.nan | (size > FLOAT_MAX))
+        made = iv.where(told, Interval(lo, hi, rest.nan), any_rest)
+        known = np.isfinite(x.magnitude) & np.isfinite(y.magnitude) & ~y.has(0.0)
+        return iv.where(known, made, Interval.anything(made.shape))
+
+    def _float_floor_divide(self, a: Interval, b: Interval) -> Interval:
+        return self._whole(np.floor, iv.div(a, b), "floor")
+
+    def _smoothstep(self, low: Interval, high: Interval, x: Interval) -> Interval:
+        low, high, x = (a.both(lambda end: 0.5 * end) for a in (low, high, x))  # exact, as the prelude does
+        width = iv.sub(high, low)
+        equal = self._equal(width, Interval.point(np.zeros_like(width.lo)))
+        one = Interval.point(np.ones_like(width.lo))
+        inside = iv.div(iv.sub(x, low), iv.where(equal, one, width))
+        # Met in lanes with equal edges only: which decisions a lane meets may hang on nothing but the lane.
+        below = self._decided(equal & (x.lo < low.hi), ~(x.hi < low.lo) | x.nan | low.nan, "smoothstep")
+        t = self._saturate(iv.where(equal, Interval.point(np.where(below, 0.0, 1.0)), inside))
+        lo, hi = (v * v * (3 - 2 * v) for v in (t.lo, t.hi))  # rises with t
+        lo = np.where(lo < 4 * iv.SMALLEST_NORMAL, 0.0, lo)  # of a square that was flushed
+        made = iv.rounded(lo, hi, t.nan, HERMITE_ULP)
+        made = Interval(np.maximum(made.lo, 0.0), made.hi, made.nan)
+        exact = t.exact & ((t.lo == 0) | (t.lo == 1))
+        return iv.where(exact, t, made)
+
+    # Vectors and matrices: as :mod:`passgraph.language.expand` takes them apart, on intervals.
+
+    def _expanded(self, operation: str, arguments: Sequence[Bounded]) -> Bounded:
+        if operation == "normalize":
+            return self._normalize(_interval(arguments[0]))
+        if operation == "length":
+            return self._length(_interval(arguments[0]))
+        if operation == "distance":
+            return self._length(iv.sub(_interval(arguments[0]), _interval(arguments[1])))
+        if operation == "inverse":
+            return self._inverse(_interval(arguments[0]))
+        types = [_type_of(a) for a in arguments]
+        taken = {id(a): _components(a) for a in arguments}  # the same components of the same vector: squares
+        parts = [taken[id(a)] for a in arguments]
+        emitter = _Emitter(self)
+        results = expand.EXPANSIONS[operation](emitter, parts, types)  # type: ignore[arg-type]
+        shape = _shape_after(operation, arguments)
+        made = [emitter.value(r) for r in results]
+        if not isinstance(made[0], Interval):
+            bools = np.stack(np.broadcast_arrays(*made), axis=-1)  # type: ignore[arg-type]
+            return np.asarray(bools.reshape(len(bools), *shape))
+        stacked = _stack([_interval(m) for m in made])
+        return stacked.map(lambda x: x.reshape(len(x), *shape))
+
+    # Vectors and columns are brought near 1 by a power of two and back: whichever it is, no rounding changes but where
+    # something would overflow or vanish.
+
+    def _length(self, v: Interval) -> Interval:
+        power = _power_of(v.magnitude.max(axis=1))
+        near = [_times(v.map(lambda x, i=i: x[:, i]), power) for i in range(v.shape[1])]  # type: ignore[misc]
+        total = iv.square(near[0])
+        for part in near[1:]:
+            total = iv.add(total, iv.square(part))
+        made = _times(iv.sqrt(total), 1.0 / power)
+        return iv.rounded(made.lo, made.hi, made.nan, 0.5)
+
+    def _inverse(self, m: Interval) -> Interval:
+        power = _power_of(m.magnitude.max(axis=2))  # of each column
+        near = _times(m, power[:, :, None])
+        size = m.shape[1]
+        emitter = _Emitter(self)
+        cells = expand.plain_inverse(emitter, expand.columns(_components(near), size))  # type: ignore[arg-type]
+        made = _stack([_interval(emitter.value(cell)) for cell in cells]).map(lambda x: x.reshape(len(x), size, size))
+        made = _times(made, power[:, None, :])
+        return iv.rounded(made.lo, made.hi, made.nan, 0.5)
+
+    def _normalize(self, v: Interval) -> Interval:
+        """v / |v| component by component: with s the other components' squares, x / √(x² + s) rises with x."""
+        v = _times(v, _power_of(v.magnitude.max(axis=1))[:, None])
+        parts = [v.map(lambda x, i=i: x[:, i]) for i in range(v.shape[1])]  # type: ignore[misc]
+        squares = [iv.square(p) for p in parts]
+        total = squares[0]
+        for other in squares[1:]:
+            total = iv.add(total, other)
+        length = iv.sqrt(total)
+        results = []
+        for i, p in enumerate(parts):
+            rest_lo = np.sum([q.lo for j, q in enumerate(squares) if j != i], axis=0)
+            rest_hi = np.sum([q.hi for j, q in enumerate(squares) if j != i], axis=0)
+            candidates = [_unit(x, rest) for x in (p.lo, p.hi) for rest in (rest_lo, rest_hi)]
+            lo, hi = np.min(candidates, axis=0), np.max(candidates, axis=0)
+            # The sum of n squares loses n ULP, its root half of that and 3; each may be two of the quotient's, which
+            # loses 2.5 itself.
+            results.append(iv.rounded(lo, hi, p.nan | length.nan, 2.0 * (0.5 * len(parts) + 3.0) + 2.5))
+        made = _stack(results)
+        zero = self._equal(length, Interval.point(np.zeros_like(length.lo)))[:, None]
+        made = iv.where(zero, Interval.point(np.zeros_like(made.lo)), made)
+        strange = ~np.isfinite(v.magnitude.max(axis=1))[:, None]
+        return iv.where(strange, Interval.anything(made.shape), made)
+
+    def select(self, condition: Bounded, then: Bounded, orelse: Bounded) -> Bounded:
+        assert not isinstance(condition, Interval)
+        return self.merge(condition, then, orelse)
+
+    def swizzle(self, value: Bounded, components: tuple[int, ...]) -> Bounded:
+        return _map(value, lambda x: x[:, components[0]] if len(components) == 1 else x[:, list(components)])
+
+    def construct(self, type_: Value | Array, parts: Sequence[Bounded]) -> Bounded:
+        if element_of(type_).name != "float":
+            return self.numbers.construct(type_, parts)  # type: ignore[arg-type]
+        intervals = [_interval(p) for p in parts]
+        arrays = [
+            self.numbers_of([getattr(p, name) for p in intervals], shape_of(type_)) for name in ("lo", "hi", "nan")
+        ]
+        return Interval(arrays[0], arrays[1], arrays[2].astype(np.bool_))
+
+    @staticmethod
+    def numbers_of(parts: list[Numbers], shape: tuple[int, ...]) -> Numbers:
+        count = max(len(p) for p in parts)
+        flat = [np.broadcast_to(p.reshape(len(p), -1), (count, p.size // len(p))) for p in parts]
+        return np.concatenate(flat, axis=1).reshape(count, *shape)
+
+    def index(self, value: Bounded, index: Bounded) -> Bounded:
+        assert not isinstance(index, Interval)
+        self._hangs_on([index])
+        return _map(value, lambda x: self.numbers.index(x, index))
+
+    def insert(self, value: Bounded, index: Bounded, element: Bounded) -> Bounded:
+        assert not isinstance(index, Interval)
+        self._hangs_on([index])
+        if isinstance(value, Interval):
+            new = _interval(element)
+            lo, hi, nan = (
+                self.numbers.insert(getattr(value, name), index, getattr(new, name)) for name in ("lo", "hi", "nan")
+            )
+            return Interval(lo, hi, nan)
+        return self.numbers.insert(value, index, element)  # type: ignore[arg-type]
+
+    # Masks: which lanes are on this path, exactly known.
+
+    def everywhere(self) -> Lanes:
+        return self.numbers.everywhere()
+
+    def nowhere(self) -> Lanes:
+        return self.numbers.nowhere()
+
+    def some(self, mask: Lanes) -> bool:
+        return self.numbers.some(mask)
+
+    def narrow(self, mask: Lanes, condition: Bounded, holds: bool) -> Lanes:
+        assert not isinstance(condition, Interval)
+        return self.numbers.narrow(mask, condition, holds)
+
+    def join(self, one: Lanes, other: Lanes) -> Lanes:
+        return self.numbers.join(one, other)
+
+    def without(self, mask: Lanes, gone: Lanes) -> Lanes:
+        return self.numbers.without(mask, gone)
+
+    def merge(self, mask: Lanes, new: Bounded, old: Bounded) -> Bounded:
+        if isinstance(new, Interval) or isinstance(old, Interval):
+            new, old = _interval(new), _interval(old)
+            mask = mask.reshape(mask.shape + (1,) * (new.ndim - mask.ndim))
+            return new if mask.all() else iv.where(mask, new, old)
+        return self.numbers.merge(mask, new, old)
+
+    def focus(self, mask: Lanes) -> None:
+        self.track.active = np.broadcast_to(mask, self.track.active.shape)
+
+
+class _Emitter:
+    """Stands in for the emitter of scalar code: computes instead."""
+
+    def __init__(self, domain: IntervalDomain) -> None:
+        self.domain = domain
+
+    def value(self, operand: Any) -> Bounded:
+        return self.domain.constant(Scalar("float"), (operand.value,)) if isinstance(operand, s.Lit) else operand
+
+    def op(self, name: str, *operands: Any) -> Bounded:
+        if name == "mul" and operands[0] is operands[1] and isinstance(operands[0], Interval):
+            return iv.square(operands[0])
+        return self.domain.apply(name, [self.value(o) for o in operands])
+
+    def choose(self, condition: Any, then: Any, orelse: Any) -> Bounded:
+        return self.domain.select(condition, self.value(then), self.value(orelse))
+
+
+def _power_of(size: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The power of two that brings a size to [1/2, 1); 1 for 0 and what is not finite."""
+    return np.where(np.isfinite(size) & (size > 0), np.ldexp(1.0, -np.frexp(size)[1]), 1.0)
+
+
+def _times(a: Interval, power: NDArray[np.float64]) -> Interval:
+    """Exact: no bound leaves the range of float64."""
+    return a.both(lambda end: end * power)
+
+
+def _unit(x: NDArray[np.float64], rest: NDArray[np.float64]) -> NDArray[np.float64]:
+    length = np.sqrt(x * x + rest)
+    return np.where(length > 0, x / np.where(length > 0, length, 1.0), 0.0)
+
+
+def _interval(value: Bounded) -> Interval:
+    return value if isinstance(value, Interval) else Interval.point(value)
+
+
+def _map(value: Bounded, function: Callable[[NDArray[Any]], NDArray[Any]]) -> Bounded:
+    return value.map(function) if isinstance(value, Interval) else function(value)
+
+
+def _spread(values: list[Interval]) -> list[Interval]:
+    """Scalars with an axis for components where others are vectors."""
+    depth = max(v.ndim for v in values)
+    return [v.map(lambda x: x.reshape(x.shape + (1,) * (depth - x.ndim))) for v in values]
+
+
+def _components(value: Bounded) -> list[Any]:
+    """Components in order (columns of a matrix one behind the other), each (lanes,)."""
+    flat = _map(value, lambda x: x.reshape(len(x), -1))
+    count = flat.shape[1]
+    return [_map(flat, lambda x, i=i: x[:, i]) for i in range(count)]  # type: ignore[misc]
+
+
+def _stack(parts: list[Interval]) -> Interval:
+    lo, hi, nan = (np.stack(np.broadcast_arrays(*(getattr(p, n) for p in parts)), axis=-1) for n in ("lo", "hi", "nan"))
+    return Interval(lo, hi, nan)
+
+
+def _type_of(value: Bounded) -> Type:
+    kind = "float" if isinstance(value, Interval) else {np.dtype(v): k for k, v in KINDS.items()}[value.dtype]
+    element = Scalar(kind)
+    if value.ndim == 1:
+        return element
+    return Vector(element, value.shape[1]) if value.ndim == 2 else Matrix(value.shape[1])
+
+
+def _shape_after(operation: str, arguments: Sequence[Bounded]) -> tuple[int, ...]:
+    first = arguments[0].shape[1:]
+    if OPERATIONS[operation].result in ("f", "b"):
+        return ()
+    if operation == "outer":
+        return (*arguments[1].shape[1:], *first)
+    if operation == "matmul":
+        return min((a.shape[1:] for a in arguments), key=len)
+    return first

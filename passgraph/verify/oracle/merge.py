@@ -1,0 +1,203 @@
+"""What each pixel of a draw's targets may hold, fragment by fragment (rules 6 and 7 of docs/rasterisation.md)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.backends.reference.interpreter import Interpreter, StageValues
+from passgraph.backends.reference.output_merge import filled
+from passgraph.backends.reference.output_tests import COMPARE, OPERATIONS
+from passgraph.backends.reference.storage import Storage
+from passgraph.formats import Format
+from passgraph.graph.draw_state import Blend, Stencil
+from passgraph.plan.blending import blend_kernel
+from passgraph.plan.data import DrawStep
+from passgraph.verify.oracle import interval as iv
+from passgraph.verify.oracle.decisions import Track
+from passgraph.verify.oracle.domain import Bounded, IntervalDomain
+from passgraph.verify.oracle.interval import Interval, Lanes
+from passgraph.verify.oracle.stage import stored
+
+Ints = NDArray[np.int64]
+
+#: Steps of a format below float32 that hardware blending may be off: OpenGL lets it compute in the format's own
+#: precision, where source, factors and products are rounded to steps too.  A half each of two products and of
+#: the source, less what the last rounding absorbs.
+BLEND_STEPS = 1.0
+#: Where OpenGL may stop when a blended half overflows: it leaves the rounding of that conversion open.
+LARGEST_HALF = 65504.0
+
+
+@dataclass
+class Layer:
+    """One colour target: bounds of each pixel, (pixels, channels)."""
+
+    format: Format
+    values: Interval
+    blend: Blend | None
+    mask: Lanes
+
+
+@dataclass
+class State:
+    """All targets of a draw; pixels are numbered row by row."""
+
+    step: DrawStep
+    colours: list[Layer]
+    depth: Interval | None  # (pixels,)
+    stencil: tuple[Ints, Ints] | None  # lowest and highest value of each pixel
+    ambiguous: Lanes
+
+    @classmethod
+    def before(cls, step: DrawStep, outputs: Sequence[Storage], depth: Storage | None) -> State:
+        """Cleared, or what the targets hold already."""
+        state = step.state
+        count = step.size[0] * step.size[1]
+        blends = state.blend or (None,) * len(outputs)
+        masks = state.color_mask or ((True,) * 4,) * len(outputs)
+        colours = []
+        for output, clear, blend, mask in zip(outputs, step.clears, blends, masks, strict=True):
+            channels = output.format.channels
+            if clear is None:
+                values = _held(output.flat)
+            else:
+                colour = np.broadcast_to(np.asarray(clear, np.float32), (1, channels))
+                values = stored(output.format, Interval.of(colour)).take(np.zeros(count, np.int64))
+            colours.append(Layer(output.format, values, blend, np.asarray(mask[:channels])))
+        depths, stencils = None, None
+        if depth is not None:
+            start = depth.pixels.reshape(-1) if step.depth_clear is None else np.full(count, step.depth_clear)
+            depths = _held(start.astype(np.float32))
+            if depth.stencil is not None:
+                held = depth.stencil.reshape(-1).astype(np.int64)
+                held = held if step.depth_clear is None else np.full(count, state.clear_stencil, np.int64)
+                stencils = held.copy(), held.copy()
+        return cls(step, colours, depths, stencils, np.zeros(count, np.bool_))
+
+    def may_pass(self, at: Ints, depth: Interval) -> Ints:
+        """Fragments that the depth and stencil tests need not drop; dropped ones may still change the stencil."""
+        if self.depth is None or self.stencil is not None:
+            return np.arange(len(at))
+        can_pass, _ = compared(self.step.state.depth_compare, depth, self.depth.take(at))
+        return np.flatnonzero(can_pass)
+
+    def add(
+        self, at: Ints, depth: Interval, surely: Lanes, perhaps: Lanes, colours: Sequence[Interval], doubtful: Lanes
+    ) -> None:
+        """At most one fragment a pixel; of ``doubtful`` ones the colours hang on a decision."""
+        surely = surely & perhaps
+        if self.depth is not None:
+            surely, perhaps = self._tests(at, depth, surely, perhaps, self.depth)
+        if not any(layer.blend for layer in self.colours):
+            self.ambiguous[at[surely]] = False
+        self.ambiguous[at[perhaps & doubtful]] = True
+        for layer, colour in zip(self.colours, colours, strict=False):
+            self._write(layer, at, colour, surely, perhaps)
+
+    def _tests(self, at: Ints, depth: Interval, surely: Lanes, perhaps: Lanes, held: Interval) -> tuple[Lanes, Lanes]:
+        state = self.step.state
+        can_pass, can_fail = compared(state.depth_compare, depth, held.take(at))
+        if state.stencil is not None and self.stencil is not None:
+            allowed, refused = self._stencil_test(state.stencil, at, surely, perhaps, can_pass, can_fail)
+            can_pass, can_fail = can_pass & allowed, can_fail | refused
+        perhaps = perhaps & can_pass
+        surely = surely & ~can_fail
+        if state.depth_write:
+            _put(held, at, depth, surely, perhaps)
+        return surely, perhaps
+
+    def _stencil_test(
+        self, stencil: Stencil, at: Ints, surely: Lanes, perhaps: Lanes, nearer: Lanes, farther: Lanes
+    ) -> tuple[Lanes, Lanes]:
+        """Whether each fragment may pass and may fail; the stencil gets every value that it may get."""
+        assert self.stencil is not None
+        low, high = self.stencil[0][at], self.stencil[1][at]
+        results = []
+        allowed, refused = np.zeros(len(at), np.bool_), np.zeros(len(at), np.bool_)
+        reference = np.int64(stencil.reference & stencil.read_mask)
+        for old in (low, high):
+            passes = COMPARE[stencil.compare](reference, old & stencil.read_mask)
+            allowed, refused = allowed | passes, refused | ~passes
+        uncertain = low != high
+        allowed, refused = allowed | uncertain, refused | uncertain
+        for old in (low, high):
+            outcomes = (
+                (stencil.fail, refused),
+                (stencil.depth_fail, allowed & farther),
+                (stencil.passed, allowed & nearer),
+            )
+            for name, possible in outcomes:
+                new = (old & ~stencil.write_mask) | (OPERATIONS[name](old, stencil.reference) & stencil.write_mask)
+                results.append((new, possible & perhaps))
+        new_low = np.where(surely, 255, low)
+        new_high = np.where(surely, 0, high)
+        for new, possible in results:
+            new_low = np.where(possible, np.minimum(new_low, new), new_low)
+            new_high = np.where(possible, np.maximum(new_high, new), new_high)
+        # Operations that wrap or invert do not keep an order of several values.
+        mixed = uncertain & perhaps
+        self.stencil[0][at], self.stencil[1][at] = np.where(mixed, 0, new_low), np.where(mixed, 255, new_high)
+        return allowed, refused
+
+    def _write(self, layer: Layer, at: Ints, colour: Interval, surely: Lanes, perhaps: Lanes) -> None:
+        old = layer.values.take(at)
+        new = stored(layer.format, colour) if layer.blend is None else blended(layer.format, layer.blend, colour, old)
+        new = iv.where(layer.mask, new, old)
+        open_ = perhaps & ~surely
+        both = iv.hull(old, new)
+        apart = (both.width > np.maximum(old.width, new.width)).any(axis=1) | (old.nan != new.nan).any(axis=1)
+        self.ambiguous[at] |= open_ & apart
+        _put(layer.values, at, new, surely, perhaps)
+
+
+def _held(pixels: NDArray[np.float32]) -> Interval:
+    """What is stored, exactly, in arrays of its own."""
+    exact = pixels.astype(np.float64)
+    return Interval(exact, exact.copy(), np.isnan(exact))
+
+
+def _put(held: Interval, at: Ints, new: Interval, surely: Lanes, perhaps: Lanes) -> None:
+    """New values in place where they surely come, the hull with the old ones where they may."""
+    old = held.take(at)
+    shape = (-1,) + (1,) * (old.ndim - 1)
+    value = iv.where(surely.reshape(shape), new, iv.where(perhaps.reshape(shape), iv.hull(old, new), old))
+    held.lo[at], held.hi[at], held.nan[at] = value.lo, value.hi, value.nan
+
+
+def compared(name: str, a: Interval, b: Interval) -> tuple[Lanes, Lanes]:
+    """Whether a comparison may hold and may fail."""
+    never, always = np.zeros(len(a), np.bool_), np.ones(len(a), np.bool_)
+    same = (a.lo == a.hi) & (b.lo == b.hi) & (a.lo == b.lo)
+    meet = (a.lo <= b.hi) & (b.lo <= a.hi)
+    return {
+        "never": (never, always),
+        "always": (always, never),
+        "less": (a.lo < b.hi, a.hi >= b.lo),
+        "less_equal": (a.lo <= b.hi, a.hi > b.lo),
+        "greater": (a.hi > b.lo, a.lo <= b.hi),
+        "greater_equal": (a.hi >= b.lo, a.lo < b.hi),
+        "equal": (meet, ~same),
+        "not_equal": (~same, meet),
+    }[name]
+
+
+def blended(format_: Format, blend: Blend, source: Interval, old: Interval) -> Interval:
+    """Both (n, channels): the blend's own kernel, and what hardware may do otherwise."""
+    program = blend_kernel(blend, format_)
+    # Nothing in it is decided, so that there is one path.
+    domain = IntervalDomain(Track(np.empty((len(source), 0), np.int8)))
+    around = StageValues[Bounded]({"source": source.map(filled), "destination": old.map(filled)})
+    (result,) = Interpreter(program, domain, around).run()[0].values()
+    assert isinstance(result, Interval)
+    made = result.map(lambda x: np.broadcast_to(x.reshape(len(x), source.shape[1]), source.shape))
+    if not format_.unit:
+        return stored(format_, made)
+    slack = BLEND_STEPS * (format_.unit if format_.steps else format_.unit * np.maximum(made.magnitude, 2.0**-14))
+    low, high = made.lo - slack, made.hi + slack
+    if not format_.steps:  # what overflows may stop at the largest number
+        low, high = np.minimum(low, LARGEST_HALF), np.maximum(high, -LARGEST_HALF)
+    return stored(format_, Interval(low, high, made.nan))

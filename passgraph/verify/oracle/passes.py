@@ -1,0 +1,109 @@
+"""A graph pass by pass: what each of its steps writes on a backend, and what the oracle allows it to write."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.backends.base import Backend
+from passgraph.errors import InputError
+from passgraph.formats import Format, format_named
+from passgraph.graph.targets import Target
+from passgraph.plan.build import build
+from passgraph.plan.data import CopyStep, DrawStep, Options, Plan, Step
+from passgraph.plan.reach import inputs_behind
+from passgraph.run.execution import Execution
+from passgraph.run.program import checked_picture
+from passgraph.verify.oracle.backend import Allowed, OracleBackend
+
+Picture: TypeAlias = NDArray[np.float32]
+#: (frame, step, resource)
+Key: TypeAlias = tuple[int, int, int]
+
+#: Every pass as written, every picture in memory of its own: what is compared is what passes compute.
+OPTIONS = Options(fuse=False, alias=False, static=False)
+
+
+class Passes:
+    """A graph planned as written, with the pictures and values of each run.
+
+    Parameters
+    ----------
+    outputs
+        Results by name.
+    size
+        (width, height) of the output, pixels; None where every target says its own.
+    frames
+        Inputs and values of each run, by name.
+
+    Raises
+    ------
+    GraphError, InputError
+        As for compiling and running.
+    """
+
+    def __init__(
+        self, outputs: Mapping[str, Target], size: tuple[int, int] | None, frames: Sequence[Mapping[str, Any]]
+    ) -> None:
+        specs = inputs_behind(list(outputs.values()))
+        bound: dict[str, tuple[Format, tuple[int, int]]] = {}
+        #: Of each run, pictures by input and values by name.
+        self.frames: list[tuple[dict[str, Picture], dict[str, Any]]] = []
+        for frame in frames:
+            pictures = {}
+            for name, spec in specs.items():
+                picture = frame.get(name, spec.default)
+                if picture is None:
+                    raise InputError(f"input {name!r} is missing; give {name}=picture")
+                pictures[name] = checked_picture(picture, spec)
+                height, width, channels = pictures[name].shape
+                made = spec.format or format_named(("r32f", "rg32f", "rgb32f", "rgba32f")[channels - 1])
+                bound[name] = (made, (width, height))
+            self.frames.append((pictures, {name: value for name, value in frame.items() if name not in specs}))
+        self.plan: Plan = build(outputs, size, bound, OPTIONS)
+        #: By whether corners snap, what :meth:`allowed` found.
+        self.found: dict[bool, tuple[dict[Key, Picture], dict[Key, Allowed]]] = {}
+        self._known: dict[int, list[Allowed]] = {}
+
+    def written(self, backend: Backend, fed: Mapping[Key, Picture] | None = None) -> Iterator[dict[Key, Picture]]:
+        """Of each run what every step wrote; pictures of ``fed`` take its place before the next step reads it."""
+        execution = Execution(self.plan, backend)
+        order = {id(step): number for number, step in enumerate(self.plan.steps)}
+        try:
+            for frame, (pictures, values) in enumerate(self.frames):
+                made: dict[Key, Picture] = {}
+
+                def observe(step: Step, _: Any, frame: int = frame, made: dict[Key, Picture] = made) -> None:
+                    for resource in step.writes:
+                        key = frame, order[id(step)], resource
+                        made[key] = execution.download(resource)
+                        # A stencil cannot be uploaded, so a picture with one stays the backend's own.
+                        if fed is not None and not self.plan.resources[resource].format.stencil:
+                            execution.replace(resource, fed[key])
+
+                execution.run(pictures, values, observe)
+                yield made
+        finally:
+            execution.release()
+
+    def allowed(self, snaps: bool) -> tuple[dict[Key, Picture], dict[Key, Allowed]]:
+        """The reference's pictures, and what backends may write that snap corners as documented, or need not."""
+        snaps = snaps or not any(isinstance(step, DrawStep) for step in self.plan.steps)
+        if snaps not in self.found:
+            oracle = OracleBackend(snaps, self._known)
+            expected: dict[Key, Picture] = {}
+            allowed: dict[Key, Allowed] = {}
+            for written in self.written(oracle):
+                expected |= written
+                for key, picture in written.items():
+                    step = self.plan.steps[key[1]]
+                    moved = isinstance(step, CopyStep)
+                    place = step.writes.index(key[2])
+                    allowed[key] = Allowed.exactly(picture) if moved else oracle.found[id(step)][place]
+            if len(self.frames) == 1:  # what the oracle found is that of the last run
+                self._known = oracle.found
+            self.found[snaps] = expected, allowed
+        return self.found[snaps]

@@ -1,0 +1,195 @@
+"""One stage of a step over intervals: a kernel with its parameters and pictures, every path of every lane."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+
+from passgraph.backends.base import Block, quantised
+from passgraph.backends.reference.domain import Surroundings
+from passgraph.backends.reference.images import SampledImage
+from passgraph.backends.reference.interpreter import Interpreter
+from passgraph.backends.reference.number_domain import Numbers
+from passgraph.backends.reference.stage import BoundStage, Stage
+from passgraph.backends.reference.storage import Storage, encode_srgb
+from passgraph.formats import Format
+from passgraph.language import ir
+from passgraph.language.lower import ImageFacts
+from passgraph.language.types import component_count
+from passgraph.verify.oracle import interval as iv
+from passgraph.verify.oracle.decisions import Bounds, Ints, Lanes, Track, explore
+from passgraph.verify.oracle.domain import Bounded, IntervalDomain
+from passgraph.verify.oracle.functions import increasing
+from passgraph.verify.oracle.interval import Interval
+
+#: Stage value → its value in all lanes, (lanes or 1, …), asked only where the kernel reads it.
+Builtins = Mapping[str, Callable[[], Bounded]]
+
+#: ULP that encoding loses, of the result and :data:`SRGB_OFFSET` (what the last sum subtracts) together: the
+#: power (16), its exponent as float32 (1), the product and its factor (2), the sum (1).
+SRGB_ENCODE_ULP, SRGB_OFFSET = 20.0, 0.055
+#: Units of a stored fraction that reading loses: GL leaves the rounding of this quotient open
+#: (1), and the reference's own is rounded to nearest (0.5).
+UNORM_READ_ULP = 1.5
+#: ULP that decoding loses, of the result: the fraction (1.5), the sum (1) and the quotient (2.5) go through a
+#: power of 2.4, which loses 16 itself; on the straight part, the fraction and the quotient.
+SRGB_DECODE_ULP = 2.4 * (UNORM_READ_ULP + 1.0 + 2.5) + 16.0
+
+
+class StageOracle:
+    """A kernel with the parameters and pictures of one run."""
+
+    def __init__(
+        self,
+        stage: Stage,
+        block: Block,
+        names: Sequence[str] = (),
+        storages: Sequence[Storage] = (),
+        carried: Mapping[int, Interval] | None = None,
+    ) -> None:
+        self.bound: BoundStage = stage.bind(block, names, storages)
+        self.formats = {name: storage.format for name, storage in zip(names, storages, strict=True)}
+        self._whole: dict[str, Interval] = {}
+        #: Images of which only bounds are known: smallest and largest pixels.
+        self.uncertain: dict[str, tuple[SampledImage, SampledImage]] = {}
+        for name, storage in zip(names, storages, strict=True):
+            if carried and id(storage) in carried and name in stage.program.images:
+                held = carried[id(storage)]
+                facts = stage.facts.images.get(name, ImageFacts())
+                low, high = (x.reshape(storage.pixels.shape).astype(np.float32) for x in (held.lo, held.hi))
+                self.uncertain[name] = SampledImage(low, facts), SampledImage(high, facts)
+
+    def whole(self, image: str) -> Interval:
+        """Anything that any texel may be, (1, 4)."""
+        if image not in self._whole:
+            ends = []
+            for picture in self.uncertain.get(image, (self.bound.image(image),) * 2):
+                ends.append(loaded(picture.everything(), self.formats.get(image), picture.channels))
+            low, high = ends[0].lo, ends[1].hi
+            nan = np.asarray(ends[0].nan.any(axis=0, keepdims=True))
+            self._whole[image] = Interval(np.fmin.reduce(low, keepdims=True), np.fmax.reduce(high, keepdims=True), nan)
+        return self._whole[image]
+
+    def bounds(self, count: int, builtins: Builtins) -> Bounds:
+        """Of every result in every lane."""
+        made: dict[str, Bounded] = {}
+
+        def builtin(name: str) -> Bounded:
+            if name not in made:
+                made[name] = builtins[name]()
+            return made[name]
+
+        program = self.bound.program
+        sizes = [component_count(result.type) for result in program.results]
+
+        def run(lanes: Ints, track: Track) -> tuple[list[Interval], Lanes | None]:
+            domain = IntervalDomain(track)
+            around = _Around(self, builtin, lanes, track)
+            values, keep = Interpreter(program, domain, around).run()
+            results = []
+            for result, size in zip(program.results, sizes, strict=True):
+                value = values[result.name]
+                value = value if isinstance(value, Interval) else Interval.point(value)
+                results.append(_in_lanes(value, len(lanes), size))
+            # A verdict that all lanes share hangs on none of them.
+            always = keep is None or (len(keep) == 1 and bool(np.asarray(keep)[0]))
+            return results, None if always else np.broadcast_to(np.asarray(keep), (len(lanes),))
+
+        with np.errstate(all="ignore"):
+            return explore(run, count, sizes)
+
+
+def _in_lanes(value: Interval, count: int, components: int) -> Interval:
+    return value.map(lambda x: np.broadcast_to(x.reshape(len(x), -1), (count, components)))
+
+
+class _Around(Surroundings[Bounded]):
+    """What some of the lanes see."""
+
+    def __init__(self, oracle: StageOracle, builtin: Callable[[str], Bounded], lanes: Ints, track: Track) -> None:
+        self.oracle, self.whole, self.lanes, self.track = oracle, builtin, lanes, track
+
+    def uniform(self, expression: ir.Uniform) -> Bounded:
+        value = self.oracle.bound.uniform(expression)
+        return Interval.of(value.astype(np.float32)) if value.dtype.kind == "f" else value
+
+    def builtin(self, expression: ir.Builtin) -> Bounded:
+        return self._builtin(expression.name)
+
+    def _builtin(self, name: str) -> Bounded:
+        value = self.whole(name)
+        if len(value) == 1:
+            return value
+        return value.map(lambda x: x[self.lanes]) if isinstance(value, Interval) else value[self.lanes]
+
+    def texel(self, image: str, x: Bounded, y: Bounded, relative: bool) -> Bounded:
+        assert not isinstance(x, Interval)
+        assert not isinstance(y, Interval)
+        if relative:
+            pixel = self._builtin("pixel")
+            assert not isinstance(pixel, Interval)
+            x, y = x + pixel[:, 0], y + pixel[:, 1]
+        read = self._read(image, x, y)
+        return iv.where(self.track.vague[:, None], self.oracle.whole(image), read) if self.track.vague.any() else read
+
+    def _read(self, image: str, x: Numbers, y: Numbers) -> Interval:
+        if image in self.oracle.uncertain:
+            low, high = (picture.fetch(x, y) for picture in self.oracle.uncertain[image])
+            return Interval(low, high, np.zeros(low.shape, np.bool_))
+        picture = self.oracle.bound.image(image)
+        return loaded(picture.fetch(x, y), self.oracle.formats.get(image), picture.channels)
+
+    def size(self, image: str) -> Bounded:
+        picture = self.oracle.bound.image(image)
+        return np.array([[picture.width, picture.height]], np.int64)
+
+
+def loaded(
+    texels: np.ndarray[tuple[int, ...], np.dtype[np.float64]], format_: Format | None, channels: int
+) -> Interval:
+    """What a backend may read where the reference reads these texels (lanes, 4)."""
+    exact = Interval.of(texels)
+    if format_ is None or not format_.steps:
+        return exact
+    read = as_read(exact)
+    if format_.srgb:
+        slack = SRGB_DECODE_ULP * iv.ULP * texels
+        colour = iv.rounded(texels - slack, texels + slack, exact.nan, 0.5)
+        read = iv.where(np.arange(4) < 3, colour, read)
+    # 1 and what is missing go through no curve where there is none.
+    whole = (
+        (texels == 0)
+        | ((np.abs(texels) == 1) & ((np.arange(4) == 3) | (not format_.srgb)))
+        | (np.arange(4) >= channels)
+    )
+    return iv.where(whole, exact, read)
+
+
+def as_read(steps: Interval) -> Interval:
+    """Fractions of a format's steps: a quotient that may round either way, except for 0 and 1."""
+    read = iv.rounded(steps.lo, steps.hi, steps.nan, UNORM_READ_ULP)
+    lo, hi = (np.where((x == 0) | (np.abs(x) == 1), x, y) for x, y in ((steps.lo, read.lo), (steps.hi, read.hi)))
+    return Interval(lo, hi, steps.nan)
+
+
+def stored(format_: Format, value: Interval) -> Interval:
+    """What a target may hold where a kernel's result (…, channels) is this."""
+    with np.errstate(all="ignore"):
+        if format_.srgb:
+            colour = value.map(lambda x: x[..., :3])
+            curve = increasing(encode_srgb, colour, SRGB_ENCODE_ULP, SRGB_OFFSET)
+            value = Interval(
+                np.concatenate([curve.lo, value.lo[..., 3:]], axis=-1),
+                np.concatenate([curve.hi, value.hi[..., 3:]], axis=-1),
+                value.nan,
+            )
+        if not format_.steps:
+            held = value.both(lambda x: quantised(x, format_).astype(np.float64))
+            return held if format_.unit else iv.flushed(held)
+        steps, low = float(format_.steps), format_.low
+        clamped = value.both(lambda x: np.clip(np.nan_to_num(x, nan=low), low, 1.0))
+        scaled = iv.mul(clamped, Interval.point(np.full((1,) * clamped.ndim, steps)))
+        lo, hi = (np.rint(x) for x in (scaled.lo, scaled.hi))
+        lo = np.where(value.nan, low * steps, lo)  # as NaN is stored
+        return as_read(Interval(lo / steps, hi / steps, np.zeros(lo.shape, np.bool_)))
