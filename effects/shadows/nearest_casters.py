@@ -11,24 +11,27 @@ of the lamp would make every search as wide as the map.
 from __future__ import annotations
 
 import passgraph as pg
-from passgraph import Image, clamp, floor, ivec2, length, pixel, vec2, vec3, vec4
+from passgraph import Const, Image, clamp, floor, ivec2, length, pixel, vec2, vec3, vec4
 from passgraph.effects.shadows.shadow_filters import Receiver, reach_of
 from passgraph.effects.shadows.shadow_map import NOTHING
 from passgraph.effects.surfaces.views import LightFrame
 
-#: Texels along each side of a block that has one nearest depth.
-BLOCK = 8
-#: How far about a receiver's block the four depths look, in texels of the map: 1, 4, 16 and 64 blocks.
-AROUND = (8.0, 32.0, 128.0, 512.0)
+#: Texels along each side of a block that has one nearest depth, at least; larger ones are put together from such.
+LEAST_BLOCK = 8
+#: How far about a receiver's block the four depths look, in blocks.
+AROUND = (1.0, 4.0, 16.0, 64.0)
+#: Blocks along each side of a map, at most: the farthest look then covers half the map whatever its size, which is as
+#: far as a filter reaches (see `passgraph.effects.shadows.shadow_filters.FARTHEST`).
+MOST_BLOCKS = 128
 
 
 @pg.kernel
-def nearest_of_blocks(map: Image) -> float:
+def nearest_of_blocks(map: Image, side: Const[int]) -> float:
     """The least depth of each block; beyond the map's border its last texels count again."""
-    first = pixel() * BLOCK
+    first = pixel() * side
     nearest = NOTHING
-    for y in range(BLOCK):
-        for x in range(BLOCK):
+    for y in range(side):
+        for x in range(side):
             nearest = min(nearest, map.texel(first + ivec2(x, y)).r)
     return nearest
 
@@ -78,18 +81,31 @@ def nearest_casters(map: pg.Target, map_size: int, name: str) -> pg.Target:
 
     Returns
     -------
-    rgba32f, a texel for every 8 × 8 of the map: the least depth up to 8, 32, 128 and 512 texels from the block.
+    rgba32f, a texel for every block of the map: the least depth up to 1, 4, 16 and 64 blocks from it.  A block has
+    8 × 8 texels in maps of up to 1024, and whole times as many in larger ones, so that there are MOST_BLOCKS at most.
     """
-    side = -(-map_size // BLOCK)
-    steps = (
-        (nearest_of_blocks, "r32f"), (within_one, "r32f"), (within_four, "rg32f"), (within_sixteen, "rgb32f"),
-        (within_sixty_four, "rgba32f"),
-    )  # fmt: skip
-    made = map
-    for number, (kernel, format) in enumerate(steps):
-        said = f"nearest casters of {name}, {number}" if number + 1 < len(steps) else f"nearest casters of {name}"
-        made = kernel(made, into=pg.target(said, format, (side, side)))
+    said = f"nearest casters of {name}"
+    side = -(-map_size // LEAST_BLOCK)
+    made = nearest_of_blocks(map, LEAST_BLOCK, into=pg.target(f"{said}, 0", "r32f", (side, side)))
+    wider = -(-side // MOST_BLOCKS)
+    if wider > 1:
+        side = -(-side // wider)
+        made = nearest_of_blocks(made, wider, into=pg.target(f"{said}, wider", "r32f", (side, side)))
+    steps = ((within_one, "r32f"), (within_four, "rg32f"), (within_sixteen, "rgb32f"), (within_sixty_four, "rgba32f"))
+    for number, (kernel, format) in enumerate(steps, 1):
+        named = f"{said}, {number}" if number < len(steps) else said
+        made = kernel(made, into=pg.target(named, format, (side, side)))
     return made
+
+
+@pg.function
+def block_of(map: Image, nearest: Image) -> int:
+    """Texels along each side of a block.
+
+    The sizes of both pictures say it exactly where there are as many blocks to a side as a block has texels; where
+    there are fewer, the map is small and its blocks are the least.
+    """
+    return max(LEAST_BLOCK, (map.size.x + nearest.size.x - 1) // nearest.size.x)
 
 
 @pg.function
@@ -103,10 +119,11 @@ def search_reach(map: Image, nearest: Image, light: LightFrame, receiver: Receiv
     outside = length(receiver.place - inside)
     # a scene unit; a reach that is half the map must not be more by rounding
     texels = 0.999 * max(length(receiver.right), abs(receiver.above.y))
-    least = nearest.texel(ivec2(floor(inside)) // BLOCK)
+    block = block_of(map, nearest)
+    least = nearest.texel(ivec2(floor(inside)) // block)
     reach = reach_of(light, receiver, light.near, kind)
     for i in range(4):
         k = 3 - i
-        if reach * texels <= AROUND[k] - outside:
+        if reach * texels <= AROUND[k] * float(block) - outside:
             reach = min(reach, reach_of(light, receiver, least[k], kind))
     return reach

@@ -59,6 +59,17 @@ def test_a_caster_in_the_plane_of_the_lamp_does_not_widen_every_search(name: str
         assert np.mean(made[umbra] > 0.5) < 0.05
 
 
+@pytest.mark.parametrize("shadow_filter", ["penumbra", "pcss"])
+def test_a_larger_map_does_not_widen_searches(shadow_filter: str) -> None:
+    """The nearest casters are looked for in the same share of a map whatever its texels."""
+    true, counts = truth("room")
+    errors = []
+    for side in (1024, 2048, 4096):
+        made = share(scene_named("room"), shadow_filter=shadow_filter, map_size=side)
+        errors.append(float(np.sqrt(np.mean((made - true)[counts] ** 2))))
+    assert max(errors[1:]) <= 1.1 * errors[0]
+
+
 def frustum_of(scene: pg.Scene, seen: Seen | None) -> NDArray[np.float64]:
     """The map that the default filter draws, projection times view."""
     from passgraph.effects.surfaces.map_fit import Fit
