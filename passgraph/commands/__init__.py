@@ -1,4 +1,4 @@
-"""The command line: ``passgraph render | apply | compare | backends | plan``."""
+"""The ``passgraph`` command: `entry` names the subcommands, each of which has a file of its own."""
 
 from passgraph.commands.entry import main
 
