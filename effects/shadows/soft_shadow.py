@@ -200,7 +200,7 @@ def soft_shadow() -> None:
     >>> picture = soft_shadow(pg.Scene.shipped(), map_size=64)
     >>> with pg.compile(picture, backend="null", size=(32, 18)) as program:
     ...     [step.name for step in program.plan.steps][-3:]
-    ['nearest casters of light', 'penumbrae of light', 'picture']
+    ['surfaces: untextured', 'penumbrae of light', 'picture']
     """
 
 

@@ -21,7 +21,7 @@ CONTRACT = {
     "passgraph.graph.draw_state",
     "passgraph.errors",
     "passgraph.formats",
-    "passgraph.graph",
+    "passgraph.graph.geometry",
     "passgraph.language.operations",
     "passgraph.language.scalar",
     "passgraph.plan.data",

@@ -58,7 +58,7 @@ def test_what_does_not_conform_fails_with_its_verdict(project: pytest.Pytester) 
     result = run(project, "--passgraph-backend", "bright", *group)
     result.assert_outcomes(failed=1, passed=1)
     result.stdout.fnmatch_lines(
-        ["*operations/smoothstep on bright: diverged: frame 0, pass probe, target result0: outside*"]
+        ["*operations/smoothstep on bright: diverged: frame 0, pass result0+result1, target result0: outside*"]
     )
     assert "Traceback" not in result.stdout.str()
 

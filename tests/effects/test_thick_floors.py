@@ -65,7 +65,7 @@ def test_a_larger_map_does_not_widen_searches(shadow_filter: str) -> None:
     true, counts = truth("room")
     errors = []
     for side in (1024, 2048, 4096):
-        made = share(scene_named("room"), shadow_filter=shadow_filter, map_size=side)
+        made = share(scene_named("room"), filter=SHADOW_FILTERS[shadow_filter](), map_size=side)
         errors.append(float(np.sqrt(np.mean((made - true)[counts] ** 2))))
     assert max(errors[1:]) <= 1.1 * errors[0]
 

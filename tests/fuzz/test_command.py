@@ -53,7 +53,7 @@ def test_a_failure_is_1_and_written_with_the_line_that_replays_it(
     (path,) = folder.glob("*.json")
     said = capsys.readouterr().out
     assert f"again: passgraph fuzz --replay {path} --backend skewed" in said
-    assert json.loads(path.read_text())["why"].startswith("skewed: pass k, target out: outside its bounds")
+    assert json.loads(path.read_text())["why"].startswith("skewed: pass out, target out: outside its bounds")
     assert run(["fuzz", "--replay", str(path), "-b", skewed]) == 1
     monkeypatch.undo()
     assert run(["fuzz", "--replay", str(folder), "-b", "reference"]) == 0

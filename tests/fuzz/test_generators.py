@@ -147,7 +147,7 @@ def test_a_planted_operation_is_found_and_shrunk(
         failures = (search.batch(kernels(Features()), [backend], number, Tally(), 40) for number in range(6))
         failure = next((one for one in failures if one is not None), None)
     assert failure is not None
-    assert "gl: pass k, target out: outside its bounds" in failure.why
+    assert "gl: pass out, target out: outside its bounds" in failure.why
     # The head has five lines and the least that a kernel does one or two; functions that it calls come before it.
     assert len(failure.case["text"].splitlines()) <= 20, failure.case["text"]
     with open_backend("gl") as backend:

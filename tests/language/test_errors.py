@@ -21,8 +21,8 @@ from passgraph.graph.calls import kernel
 from passgraph.language.lower import lower
 
 PACKAGE = Path(source_module.__file__).parent.parent
-MODULES = [*sorted((PACKAGE / "language").glob("*.py")), *(
-    PACKAGE / f"{name}.py" for name in ("graph", "drawing", "targets", "draw_state", "formats"))]  # fmt: skip
+OTHERS = ("graph/calls", "graph/drawing", "graph/targets", "graph/draw_state", "formats")
+MODULES = [*sorted((PACKAGE / "language").glob("*.py")), *(PACKAGE / f"{name}.py" for name in OTHERS)]
 #: Broken promises between our own modules, not errors of users.
 INTERNAL = {"types.py", "library.py", "operations.py", "prelude.py"}
 

@@ -13,7 +13,8 @@ from passgraph.plan.build import build
 root = Path(pg.__file__).resolve().parent
 #: Files of nouns, read before: calls into them are answers, not steps of the way.
 NOUNS = {
-    "arguments.py", "errors.py", "formats.py", "geometry.py", "values.py", "targets.py", "plan/data.py", "plan/work.py",
+    "arguments.py", "errors.py", "formats.py", "graph/geometry.py", "graph/values.py", "graph/targets.py",
+    "plan/data.py", "plan/work.py",
 }  # fmt: skip
 #: Sorting is asked for twice, and the files of passes and of inputs too.
 MOST = 6
