@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+from collections.abc import Callable
 from math import hypot, isnan, pi
 from pathlib import Path
 
@@ -12,6 +13,7 @@ import numpy as np
 import pytest
 
 import passgraph as pg
+from passgraph.bench import timing
 from passgraph.bench.pareto import front
 from passgraph.bench.scenes import BOX_HEIGHT, BOX_LIGHT, SCENES, scene_named
 from passgraph.bench.timing import frame_times, nudged, pass_times
@@ -97,8 +99,7 @@ def test_frames_and_passes_are_timed(backend_name: str) -> None:
     with open_backend(backend_name) as device:
         with pg.compile(made.picture, backend=device, size=SIZE) as program:
             times = frame_times({"one": program, "again": program}, scene.lights[0], 3)
-        assert times["one"].wall > 0.0
-        assert 0.2 < times["again"].wall / times["one"].wall < 5.0
+        assert min(times["one"].wall, times["again"].wall) > 0.0
         each = pass_times(
             lambda watch: pg.compile(made.picture, backend=watch, size=SIZE), device, scene.lights[0], 2
         )  # fmt: skip
@@ -107,6 +108,24 @@ def test_frames_and_passes_are_timed(backend_name: str) -> None:
     assert min(each.passes.values()) > 0.0
     assert each.upload > 0.0
     assert each.read_back > 0.0
+
+
+def test_a_time_is_the_median_ratio_to_the_first_call(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The machine is twice as slow in every other round, which changes no ratio; processor time goes at half pace."""
+    now = [0.0]
+    monkeypatch.setattr(timing.time, "perf_counter", lambda: now[0])
+    monkeypatch.setattr(timing.time, "process_time", lambda: now[0] / 2.0)
+
+    def takes(seconds: float) -> Callable[[int], None]:
+        def call(frame: int) -> None:
+            now[0] += seconds * (1 + frame % 2)
+
+        return call
+
+    times = timing.times_in_turn({"first": takes(1.0), "longer": takes(3.0)}, 5)
+    assert times["first"].wall == pytest.approx(1000.0)  # three of five rounds are quick ones
+    assert times["longer"].wall == pytest.approx(3.0 * times["first"].wall)
+    assert times["longer"].cpu == pytest.approx(times["longer"].wall / 2.0)
 
 
 def test_the_light_moves_by_next_to_nothing() -> None:
