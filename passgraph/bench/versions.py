@@ -17,7 +17,6 @@ from passgraph.bench.timing import FrameTime, times_in_turn
 from passgraph.errors import InputError
 from passgraph.graph.targets import Target
 from passgraph.plan.data import Options
-from passgraph.plan.reach import inputs_behind
 from passgraph.run.program import Program, compile
 
 Picture = NDArray[np.float32]
@@ -108,8 +107,7 @@ def _on(
             # What rests between frames would be timed as nothing: nothing here changes from call to call.
             options = Options(static=False)
             program = stack.enter_context(compile(graphs[name], backend=backend, size=size, options=options))
-            known = inputs_behind([graphs[name]])
-            calls[name] = _call(program, {key: picture for key, picture in given.items() if key in known})
+            calls[name] = _call(program, {key: picture for key, picture in given.items() if key in program.inputs})
         say(f"{backend.name}: {frames} frames each")
         pictures = {name: call(0) for name, call in calls.items()}
         for name, picture in pictures.items():

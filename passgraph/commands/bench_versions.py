@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import csv
-import io
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
+from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -103,9 +102,10 @@ def _by_backend(versions: Sequence[Version]) -> dict[str, list[Version]]:
 
 def _write(versions: Sequence[Version], file: Path, folder: Path) -> None:
     from passgraph.bench.charts import Point, pareto_plot
+    from passgraph.bench.tables import csv_text
     from passgraph.pictures import save
 
-    write_text(folder / "results.csv", _as_csv(versions))
+    write_text(folder / "results.csv", csv_text(COLUMNS, [_flat(row) for row in versions]))
     for backend, rows in _by_backend(versions).items():
         points = [Point(row.name, row.name, row.call.wall, row.difference.rmse) for row in rows]
         plot = folder / f"{file_name(backend)}.png"
@@ -114,15 +114,10 @@ def _write(versions: Sequence[Version], file: Path, folder: Path) -> None:
             save(folder / f"{file_name(backend)}-{file_name(row.name)}.png", row.picture)
 
 
-def _as_csv(versions: Sequence[Version]) -> str:
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    for row in versions:
-        off = row.difference
-        numbers: Sequence[Any] = (row.call.wall, row.call.cpu, off.rmse, off.largest, off.ssim, off.flip)
-        writer.writerow([row.backend, row.name, *(f"{number:.6g}" for number in numbers)])
-    return text.getvalue()
+def _flat(row: Version) -> dict[str, Any]:
+    """One version with a plain value in each column."""
+    call = {"backend": row.backend, "version": row.name, "call_ms": row.call.wall, "call_cpu_ms": row.call.cpu}
+    return call | asdict(row.difference)
 
 
 def check_unused(given: Mapping[str, object], why: str) -> None:
