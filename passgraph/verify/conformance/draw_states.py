@@ -12,27 +12,14 @@ from passgraph.graph.draw_state import BLENDS, COMPARE, CULL, EQUATIONS, FACTORS
 from passgraph.language.kernel import Kernel
 from passgraph.verify.conformance.case import Case
 from passgraph.verify.conformance.meshes import Soup, quad, soup
+from passgraph.verify.corner_kernels import CORNER_KERNELS
 
 GROUP = "draw states"
 #: Not a multiple of a tile, and larger than one.
 SIZE = (83, 61)
 STENCIL_DEPTH = "depth32f_stencil8"
 
-KERNELS = """
-class Corner:
-    position: vec4
-    color: vec4
-
-def place(vertex: Vertex) -> Corner:
-    return Corner(vec4(vertex.position, 1.0), vertex.color)
-
-def lean(vertex: Vertex) -> Corner:
-    w = 1.5 + vertex.position.x
-    return Corner(vec4(vertex.position.xy, vertex.position.z * w, w), vertex.color)
-
-def paint(corner: Corner) -> vec4:
-    return corner.color
-
+KERNELS = f"""{CORNER_KERNELS}
 def one(corner: Corner) -> float:
     return corner.color.r
 
@@ -44,11 +31,6 @@ def three(corner: Corner) -> vec3:
 
 def bright(corner: Corner) -> vec4:
     return corner.color * 3.0 - 1.0
-
-def holes(corner: Corner) -> vec4:
-    if (pixel().x + pixel().y) % 3 == 0:
-        discard()
-    return corner.color
 
 def several(corner: Corner) -> tuple[vec4, float, vec4]:
     return corner.color, 1.0 if front_facing() else 0.25, vec4(fragment_depth(), uv(), 1.0)

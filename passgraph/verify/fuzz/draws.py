@@ -14,28 +14,10 @@ from passgraph.graph.drawing import draw
 from passgraph.graph.targets import Target, target
 from passgraph.language.kernel import Kernel, kernel_from_text
 from passgraph.scene.mesh import Mesh
+from passgraph.verify.corner_kernels import CORNER_KERNELS
 from passgraph.verify.fuzz.cases import Case, Tally, judged, run, same_bits
 
-KERNELS = """
-class Corner:
-    position: vec4
-    color: vec4
-
-def place(vertex: Vertex) -> Corner:
-    return Corner(vec4(vertex.position, 1.0), vertex.color)
-
-def lean(vertex: Vertex) -> Corner:
-    w = 1.5 + vertex.position.x
-    return Corner(vec4(vertex.position.xy, vertex.position.z * w, w), vertex.color)
-
-def paint(corner: Corner) -> vec4:
-    return corner.color
-
-def holes(corner: Corner) -> vec4:
-    if (pixel().x + pixel().y) % 3 == 0:
-        discard()
-    return corner.color
-
+KERNELS = f"""{CORNER_KERNELS}
 def facing(corner: Corner) -> vec4:
     return vec4(corner.color.rgb, 1.0) if front_facing() else vec4(fragment_depth())
 
