@@ -19,6 +19,7 @@ from passgraph.backends.numpy.pixels.layout import Layout, StageLayout, View
 from passgraph.backends.numpy.vector.lane_body import LaneBody
 from passgraph.backends.numpy.vector.lanes import Lanes, border, counting
 from passgraph.backends.numpy.vector.operations import BOOL, F32, I32, I64
+from passgraph.backends.numpy.vector.stored import element, store
 from passgraph.backends.numpy.vector.texels import neighbours
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS
@@ -43,7 +44,7 @@ def pixel_text(layout: Layout, name: str) -> str:
 
 def is_size(name: str) -> bool:
     numbers = ("counter", "count", "columns", "tile", "band", "width", "height")
-    return name in numbers or name.startswith("pitch") or name.endswith(("_w", "_h"))
+    return name in numbers or name.startswith("pitch") or name.endswith(("_w", "_h", "_p", "_last"))
 
 
 def number(value: int) -> Any:
@@ -105,6 +106,7 @@ class StageRows:
             found[f"im{image}_h"] = b.trunc(memory["height"] if ring else memory[f"im{n}_{image}_h"], I32)
             if not ring:
                 found[f"im{image}"] = memory[f"im{n}_{image}"]
+                found[f"im{image}_p"] = b.trunc(memory[f"im{n}_{image}_p"], I32)
         return found
 
     def begin(self, x0: Any, y0: Any) -> None:
@@ -185,9 +187,13 @@ class StageRows:
             ring, start = memory[f"ring{producer}_{slot}"], memory[f"from{producer}"]
             kept = b.srem(inner, number(self.layout.ring_rows(producer)))
             first = b.sub(b.mul(kept, memory[f"pitch{producer}"]), start)
+            row = b.gep(ring, [b.mul(first, number(view.channels))], False, source_etype=F32)
         else:
-            ring, first = memory[f"im{n}_{view.image}"], b.mul(inner, memory["width"])
-        row = b.gep(ring, [b.mul(first, number(view.channels))], False, source_etype=F32)
+            picture = f"im{n}_{view.image}"
+            first = b.mul(b.mul(inner, memory[f"{picture}_p"]), number(view.channels))
+            row = b.gep(memory[picture], [first], False, source_etype=element(view.held))
+            # Behind the last row of somebody else's memory nothing may be read: a copy with room stands for it.
+            row = b.select(b.icmp_signed("==", inner, memory[f"{picture}_last"]), memory[f"{picture}_row"], row)
         return b.select(inside, row, memory["zeros"]) if BORDERS[view.border].blank else row
 
     def _point(self, at: int, begin: Any, end: Any, is_middle: Any) -> None:
@@ -205,21 +211,22 @@ class StageRows:
             with b.if_then(b.not_(is_middle)):
                 offset = b.add(b.mul(k, number(stage.strip_pixels * view.channels)), number(view.strips))
                 strip = b.gep(self.memory["scratch"], [offset], True, source_etype=F32)
+                kind = element(view.held)
                 with counting(b, number(0), count, number(1)) as i:
                     self._copy(view, row, b.add(start, i), strip, i)
                 back = b.mul(start, number(-view.channels))
-                b.store(b.gep(strip, [back], False, source_etype=F32), place)
+                b.store(b.gep(strip, [back], False, source_etype=kind), place)
 
     def _copy(self, view: View, row: Any, x: Any, strip: Any, i: Any) -> None:
         """One texel into a strip, by the border rule."""
-        b, channels = self.b, number(view.channels)
+        b, channels, kind = self.b, number(view.channels), element(view.held)
         inner = b.sext(border(b, view.border, b.trunc(x, I32), b.trunc(self.memory["width"], I32)), I64)
         for channel in range(view.channels):
-            value = b.load_at(row, b.add(b.mul(inner, channels), number(channel)), F32)
+            value = b.load_at(row, b.add(b.mul(inner, channels), number(channel)), kind)
             if BORDERS[view.border].blank:
-                value = b.select(b.icmp_signed("==", inner, x), value, ir.Constant(F32, 0.0))
+                value = b.select(b.icmp_signed("==", inner, x), value, ir.Constant(kind, 0))
             place = b.add(b.mul(i, channels), number(channel))
-            b.plain.store(value, b.gep(strip, [place], True, source_etype=F32), align=4)
+            b.plain.store(value, b.gep(strip, [place], True, source_etype=kind), align=view.held.bits // 8)
 
     def _stretch(self, y: Any, begin: Any, end: Any) -> None:
         """The body over columns from ``begin`` to ``end``: by pixels, or by single numbers where channels are alike."""
@@ -229,7 +236,7 @@ class StageRows:
         with counting(b, b.mul(begin, unit), last, number(step)) as first:
             turns = [(row, b.add(first, number(vector * b.lanes)))
                      for row in range(stage.rows) for vector in range(stage.vectors)]  # fmt: skip
-            results = [PixelBody(self, y, row, at).results() for row, at in turns]
+            results = [PixelBody(self, y, row, at).stored() for row, at in turns]
             full, part, behind = (b.append_basic_block(name) for name in ("full", "part", "stored"))
             b.cbranch(b.icmp_signed("<=", b.add(first, number(step)), last), full, part)
             for block, masked in ((full, False), (part, True)):
@@ -245,20 +252,18 @@ class StageRows:
         mask = None if last is None else b.icmp_signed("<", b.add(at, b.counting(I64)), last)
         counts = (1,) if stage.alike > 1 else stage.channels
         for slot, count in enumerate(counts):
+            held = stage.outputs[slot]
             if stage.last:
-                target, first = self.memory[f"out{slot}"], b.mul(y, self.memory["width"])
+                target, first = self.memory[f"out{slot}"], b.mul(y, self.memory[f"out{slot}_p"])
             else:
                 target = self.memory[f"ring{stage.number}_{slot}"]
                 kept = b.srem(y, number(self.layout.ring_rows(stage.number)))
                 first = b.sub(b.mul(kept, self.memory[f"pitch{stage.number}"]), self.first)
             place = b.mul(b.add(b.mul(first, number(stage.alike)), at), number(count))
-            pointer = b.gep(target, [place], True, source_etype=F32)
+            pointer = b.gep(target, [place], True, source_etype=element(held))
             parts = [b.spread(value) for value in values[begin : begin + count]]
             begin += count
-            if mask is None:
-                b.plain.store(b.interleaved(parts), pointer, align=4)
-            else:
-                b.store_masked(b.interleaved(parts), pointer, b.interleaved([mask] * count), F32)
+            store(b, parts, pointer, held, mask)
 
 
 class PixelBody(LaneBody):
@@ -272,8 +277,14 @@ class PixelBody(LaneBody):
         given = {"pixel.0": x, "pixel.1": y, "output_size.0": width, "output_size.1": height}
         for image, use in enumerate(stage.program.images):
             given |= {f"size.{use.name}.{axis}": place.body_memory[f"im{image}_{'wh'[axis]}"] for axis in range(2)}
-        super().__init__(stage.program, b, given, place.body_memory, b.spread(ir.Constant(BOOL, 1)))
+        super().__init__(stage.program, b, given, place.body_memory, b.spread(ir.Constant(BOOL, 1)), stage.images)
         self.views = {(view.image, view.border): number for number, view in enumerate(stage.views)}
+
+    def stored(self) -> list[Any]:
+        """Emit everything; the outputs' numbers as they are stored."""
+        self.block(self.program.body)
+        pairs = zip(self.program.outputs, self.place.stage.outputs, strict=True)
+        return [self.raw(value, held) for output, held in pairs for value in output.values]
 
     def texel(self, i: s.LoadTexel) -> None:
         at = self.views.get((self.numbers[i.image], i.border)) if i.relative else None
@@ -287,7 +298,7 @@ class PixelBody(LaneBody):
         wanted = [channel for channel, value in enumerate(i.to) if value is not None]
         if unit > 1:
             first = b.add(self.at, b.mul(x, number(unit)))
-            self.keep(i, neighbours(b, row, first, 1, (0,)) * len(wanted))
+            self.keep(i, neighbours(b, row, first, 1, (0,), view.held) * len(wanted))
         else:
             first = b.mul(b.add(self.at, x), number(view.channels))
-            self.keep(i, neighbours(b, row, first, view.channels, wanted))
+            self.keep(i, neighbours(b, row, first, view.channels, wanted, view.held))

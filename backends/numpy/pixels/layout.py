@@ -10,6 +10,8 @@ from math import gcd
 from passgraph.backends.numpy.pixels.chains import Stage
 from passgraph.backends.numpy.pixels.channels import single_channel
 from passgraph.backends.numpy.pixels.near import Margin, near_images, reach
+from passgraph.backends.numpy.vector.stored import FLOAT
+from passgraph.formats import Format
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS
 
@@ -19,6 +21,9 @@ MAX_AT_ONCE = 400
 MAX_ROWS, MAX_ROWS_OF_PIXELS = 8, 4
 #: Vectors side by side at most.
 MAX_VECTORS = 3
+#: What the context says of an image: where it begins, its width and height, pixels from row to row, the number of the
+#: row that lies last in memory, and where a copy of that row is (see memory.py).
+PICTURE = ("", "_w", "_h", "_p", "_last", "_row")
 
 
 @dataclass(frozen=True)
@@ -28,6 +33,7 @@ class View:
     image: int
     border: str
     channels: int
+    held: Format
     up: int
     rows: int
     across: bool  # whether reads go left or right
@@ -78,6 +84,18 @@ class StageLayout:
     def near(self) -> tuple[s.ImageUse, ...]:
         """Images that relative reads find in windows."""
         return near_images(self.program)
+
+    @property
+    def images(self) -> tuple[Format, ...]:
+        """How each image is held: what a stage before makes as float32."""
+        held = self.stage.step.image_formats
+        return tuple(FLOAT if number in self.rings else format_ for number, format_ in enumerate(held))
+
+    @property
+    def outputs(self) -> tuple[Format, ...]:
+        """How each output is held."""
+        held = self.stage.step.output_formats
+        return held if self.last else (FLOAT,) * len(held)
 
     @property
     def rings(self) -> dict[int, tuple[int, int]]:
@@ -139,7 +157,8 @@ class StageLayout:
             if (number, load.border) in found or use not in self.near:
                 continue
             rows, across = use.y[1] - use.y[0] + self.rows, use.x != (0, 0)
-            found[number, load.border] = View(number, load.border, use.channels, -use.y[0], rows, across, begin)
+            held = self.images[number]
+            found[number, load.border] = View(number, load.border, use.channels, held, -use.y[0], rows, across, begin)
             begin += rows * self.strip_pixels * use.channels if across else 0
         return tuple(found.values())
 
@@ -173,9 +192,9 @@ class Layout:
         for stage in self.stages:
             for image in range(len(stage.program.images)):
                 if image not in stage.rings:
-                    names += [f"im{stage.number}_{image}{end}" for end in ("", "_w", "_h")]
+                    names += [f"im{stage.number}_{image}{end}" for end in PICTURE]
             names += [f"floats{stage.number}", f"ints{stage.number}"]
-        return [*names, *(f"out{slot}" for slot in range(len(self.stages[-1].channels)))]
+        return [*names, *(f"out{slot}{end}" for slot in range(len(self.stages[-1].channels)) for end in ("", "_p"))]
 
     @property
     def own(self) -> list[str]:
@@ -205,4 +224,5 @@ class Layout:
             program = stage.program
             told += [program.key, repr([name for name, _ in program.builtins])]
             told.append(repr((stage.alike, stage.rows, stage.vectors, stage.lanes, stage.stage.margin, stage.rings)))
+            told.append(repr([(held.number, held.steps) for held in (*stage.images, *stage.outputs)]))
         return ("pixels", *told)
