@@ -62,16 +62,20 @@ class NumpyBackend(Backend):
     def adopt(self, external: NDArray[Any], format: Format) -> Storage | None:
         return adopted(external, format)
 
-    def upload(self, storage: Storage, picture: NDArray[Any]) -> None:
-        given = picture.reshape(storage.numbers.shape)
-        held = given if given.dtype == storage.numbers.dtype else numbers_of(given, storage.format)
-        np.copyto(storage.numbers, held)
+    def upload(self, storage: Storage, picture: FloatBlock) -> None:
+        np.copyto(storage.numbers, numbers_of(picture.reshape(storage.numbers.shape), storage.format))
+
+    def upload_stored(self, storage: Storage, numbers: NDArray[Any], format: Format) -> None:
+        np.copyto(storage.numbers, numbers)
 
     def download(self, storage: Storage) -> FloatBlock:
-        return values_of(storage.numbers, storage.format).copy()
+        values = np.empty(storage.numbers.shape, np.float32)
+        self.download_into(storage, values, storage.format)
+        return values
 
-    def stored(self, storage: Storage) -> NDArray[Any]:
-        return storage.numbers.copy()
+    def download_into(self, storage: Storage, into: NDArray[Any], format: Format) -> None:
+        numbers = storage.numbers
+        np.copyto(into, numbers if into.dtype == numbers.dtype else values_of(numbers, format))
 
     def download_stencil(self, storage: Storage) -> NDArray[np.uint8]:
         """The stencil of a depth-stencil storage, (height, width)."""

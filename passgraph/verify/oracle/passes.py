@@ -15,8 +15,8 @@ from passgraph.graph.targets import Target
 from passgraph.plan.build import build
 from passgraph.plan.data import CopyStep, DrawStep, Options, Plan, Step
 from passgraph.plan.reach import inputs_behind
+from passgraph.run.admission import checked_picture
 from passgraph.run.execution import Execution
-from passgraph.run.program import checked_picture
 from passgraph.verify.oracle.backend import Allowed, OracleBackend
 
 Picture: TypeAlias = NDArray[np.float32]
