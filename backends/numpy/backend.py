@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, ClassVar
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,13 +19,15 @@ from passgraph.backends.base import (
     device_number,
 )
 from passgraph.backends.numpy.machine.workers import Workers, thread_count
-from passgraph.backends.numpy.storage import MAX_PIXELS, Storage, adopted, made
-from passgraph.backends.steps import numbers_of, values_of
+from passgraph.backends.numpy.storage import MAX_PIXELS, Storage, adopted, float_format, made
 from passgraph.errors import BackendError
 from passgraph.formats import Format
 from passgraph.graph.geometry import Geometry
 from passgraph.plan.data import DrawStep, PixelStep
 from passgraph.plan.limits import Limits
+
+if TYPE_CHECKING:
+    from passgraph.backends.numpy.pixels.moves import Moves
 
 
 class NumpyBackend(Backend):
@@ -62,20 +65,29 @@ class NumpyBackend(Backend):
     def adopt(self, external: NDArray[Any], format: Format) -> Storage | None:
         return adopted(external, format)
 
+    @cached_property
+    def moves(self) -> Moves:
+        from passgraph.backends.numpy.pixels.moves import Moves
+
+        return Moves(self.workers)
+
+    # Between float32 and what a storage holds, and between layouts, pictures are moved by compiled code.
+
     def upload(self, storage: Storage, picture: FloatBlock) -> None:
-        np.copyto(storage.numbers, numbers_of(picture.reshape(storage.numbers.shape), storage.format))
+        values = picture.reshape(storage.numbers.shape)
+        self.moves(values, float_format(storage.format.channels), storage.numbers, storage.format)
 
     def upload_stored(self, storage: Storage, numbers: NDArray[Any], format: Format) -> None:
-        np.copyto(storage.numbers, numbers)
+        self.moves(numbers, format, storage.numbers, format)
 
     def download(self, storage: Storage) -> FloatBlock:
         values = np.empty(storage.numbers.shape, np.float32)
-        self.download_into(storage, values, storage.format)
+        self.moves(storage.numbers, storage.format, values, float_format(storage.format.channels))
         return values
 
     def download_into(self, storage: Storage, into: NDArray[Any], format: Format) -> None:
-        numbers = storage.numbers
-        np.copyto(into, numbers if into.dtype == numbers.dtype else values_of(numbers, format))
+        values = into.dtype == np.float32
+        self.moves(storage.numbers, format, into, float_format(format.channels) if values else format)
 
     def download_stencil(self, storage: Storage) -> NDArray[np.uint8]:
         """The stencil of a depth-stencil storage, (height, width)."""
@@ -83,7 +95,7 @@ class NumpyBackend(Backend):
         return storage.stencil.reshape(storage.size[1], storage.size[0]).copy()
 
     def copy(self, source: Storage, destination: Storage) -> None:
-        np.copyto(destination.numbers, source.numbers)
+        self.moves(source.numbers, source.format, destination.numbers, destination.format)
         if source.stencil is not None and destination.stencil is not None:
             np.copyto(destination.stencil, source.stencil)
 

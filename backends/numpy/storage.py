@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.numpy.machine.memory import ROOM, aligned_zeros, rest_of_page
-from passgraph.formats import Format
+from passgraph.formats import FORMATS, Format
 
 #: Loads of single texels take as many numbers at once.
 TOGETHER = 4
@@ -111,3 +111,8 @@ def adopted(numbers: NDArray[Any], format_: Format) -> Storage | None:
     if step % pixel or apart < max(width * pixel, ROOM * item) or apart // pixel * height >= MAX_PIXELS:
         return None
     return Storage(format_, size, numbers, is_ours=False)
+
+
+def float_format(channels: int) -> Format:
+    """Of float32 values."""
+    return FORMATS[f"{'rgba'[:channels]}32f"]

@@ -19,7 +19,7 @@ from passgraph.backends.numpy.pixels.layout import Layout, StageLayout, View
 from passgraph.backends.numpy.vector.lane_body import LaneBody
 from passgraph.backends.numpy.vector.lanes import Lanes, border, counting
 from passgraph.backends.numpy.vector.operations import BOOL, F32, I32, I64
-from passgraph.backends.numpy.vector.stored import element, store
+from passgraph.backends.numpy.vector.stored import decoded, element, store
 from passgraph.backends.numpy.vector.texels import neighbours
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS
@@ -145,13 +145,18 @@ class StageRows:
             return
         self.tables = self.parts
         cut, rest = self._cuts()
-        with counting(b, number(0), number(3), number(1)) as part:
-            is_first, is_middle = b.icmp_signed("==", part, number(0)), b.icmp_signed("==", part, number(1))
-            begin = b.select(is_first, self.first, b.select(is_middle, cut, rest))
-            end = b.select(is_first, cut, b.select(is_middle, rest, self.end))
+        # Parts of a row: what reads beyond its beginning, the middle (maybe in segments), what reads beyond its end.
+        segment = number(stage.segment) if stage.segment else b.sub(rest, cut)
+        middles = b.sdiv(b.add(b.sub(rest, cut), number(stage.segment - 1)), segment) if stage.segment else number(1)
+        last = b.add(middles, number(1))
+        with counting(b, number(0), b.add(last, number(1)), number(1)) as part:
+            is_first, is_last = b.icmp_signed("==", part, number(0)), b.icmp_signed("==", part, last)
+            middle = b.add(cut, b.mul(b.sub(part, number(1)), segment))
+            begin = b.select(is_first, self.first, b.select(is_last, rest, middle))
+            end = b.select(is_first, cut, b.select(is_last, self.end, smaller(b, rest, b.add(middle, segment))))
             with b.if_then(b.icmp_signed("<", begin, end)):
                 for at in range(len(stage.views)):
-                    self._point(at, begin, end, is_middle)
+                    self._point(at, begin, end, b.not_(b.or_(is_first, is_last)))
                 self._stretch(y, begin, end)
 
     def _cuts(self) -> tuple[Any, Any]:
@@ -197,36 +202,50 @@ class StageRows:
         return b.select(inside, row, memory["zeros"]) if BORDERS[view.border].blank else row
 
     def _point(self, at: int, begin: Any, end: Any, is_middle: Any) -> None:
-        """Let a view's table lead to its rows, or at a row's end to copies of what is read there."""
+        """Let a view's table lead to its rows, or to copies: at a row's end, and where numbers are decoded first."""
         b, stage, view = self.b, self.stage, self.stage.views[at]
         left, right, _, _ = stage.reach
         count = b.add(b.sub(end, begin), number(left + right))
-        start = b.sub(begin, number(left))
+        start, channels = b.sub(begin, number(left)), number(view.channels)
         with self._each(view.rows) as k:
             row = b.load(self._entry(self.rows[at], k), typ=POINTER)
             place = self._entry(self.parts[at], k)
             b.store(row, place)
             if not view.across:
                 return
-            with b.if_then(b.not_(is_middle)):
-                offset = b.add(b.mul(k, number(stage.strip_pixels * view.channels)), number(view.strips))
-                strip = b.gep(self.memory["scratch"], [offset], True, source_etype=F32)
-                kind = element(view.held)
-                with counting(b, number(0), count, number(1)) as i:
-                    self._copy(view, row, b.add(start, i), strip, i)
-                back = b.mul(start, number(-view.channels))
-                b.store(b.gep(strip, [back], False, source_etype=kind), place)
+            kind = element(view.read)
+            offset = b.mul(b.add(b.mul(k, channels), number(view.strips)), number(stage.strip_pixels))
+            strip = b.gep(self.memory["scratch"], [offset], True, source_etype=F32)
+            shifted = b.gep(strip, [b.mul(start, number(-view.channels))], False, source_etype=kind)
+            with b.if_else(is_middle) as (inside, beyond):
+                with inside:
+                    if view.decodes:
+                        self._decode(view, row, b.mul(start, channels), b.mul(count, channels), strip)
+                        b.store(shifted, place)
+                with beyond:
+                    with counting(b, number(0), count, number(1)) as i:
+                        self._copy(view, row, b.add(start, i), strip, i)
+                    b.store(shifted, place)
+
+    def _decode(self, view: View, row: Any, start: Any, count: Any, strip: Any) -> None:
+        """Numbers of a row into a strip as float32."""
+        b = self.b
+        with counting(b, number(0), count, number(b.lanes)) as i:
+            (values,) = neighbours(b, row, b.add(start, i), 1, (0,), view.held)
+            b.plain.store(values, b.gep(strip, [i], True, source_etype=F32), align=4)
 
     def _copy(self, view: View, row: Any, x: Any, strip: Any, i: Any) -> None:
         """One texel into a strip, by the border rule."""
-        b, channels, kind = self.b, number(view.channels), element(view.held)
+        b, channels, kind = self.b, number(view.channels), element(view.read)
         inner = b.sext(border(b, view.border, b.trunc(x, I32), b.trunc(self.memory["width"], I32)), I64)
         for channel in range(view.channels):
-            value = b.load_at(row, b.add(b.mul(inner, channels), number(channel)), kind)
+            value = b.load_at(row, b.add(b.mul(inner, channels), number(channel)), element(view.held))
+            if view.decodes:
+                value = decoded(b, value, view.held)
             if BORDERS[view.border].blank:
                 value = b.select(b.icmp_signed("==", inner, x), value, ir.Constant(kind, 0))
             place = b.add(b.mul(i, channels), number(channel))
-            b.plain.store(value, b.gep(strip, [place], True, source_etype=kind), align=view.held.bits // 8)
+            b.plain.store(value, b.gep(strip, [place], True, source_etype=kind), align=view.read.bits // 8)
 
     def _stretch(self, y: Any, begin: Any, end: Any) -> None:
         """The body over columns from ``begin`` to ``end``: by pixels, or by single numbers where channels are alike."""
@@ -283,8 +302,12 @@ class PixelBody(LaneBody):
     def stored(self) -> list[Any]:
         """Emit everything; the outputs' numbers as they are stored."""
         self.block(self.program.body)
-        pairs = zip(self.program.outputs, self.place.stage.outputs, strict=True)
-        return [self.raw(value, held) for output, held in pairs for value in output.values]
+        b, stage = self.builder, self.place.stage
+        found = []
+        for output, meant, held in zip(self.program.outputs, stage.formats, stage.outputs, strict=True):
+            numbers = self.rounded(output, meant)
+            found += numbers if held is meant else [decoded(b, b.spread(number), meant) for number in numbers]
+        return found
 
     def texel(self, i: s.LoadTexel) -> None:
         at = self.views.get((self.numbers[i.image], i.border)) if i.relative else None
@@ -298,7 +321,7 @@ class PixelBody(LaneBody):
         wanted = [channel for channel, value in enumerate(i.to) if value is not None]
         if unit > 1:
             first = b.add(self.at, b.mul(x, number(unit)))
-            self.keep(i, neighbours(b, row, first, 1, (0,), view.held) * len(wanted))
+            self.keep(i, neighbours(b, row, first, 1, (0,), view.read) * len(wanted))
         else:
             first = b.mul(b.add(self.at, x), number(view.channels))
-            self.keep(i, neighbours(b, row, first, view.channels, wanted, view.held))
+            self.keep(i, neighbours(b, row, first, view.channels, wanted, view.read))

@@ -10,7 +10,7 @@ from llvmlite import ir
 
 from passgraph.backends.numpy.vector.lanes import Lanes
 from passgraph.backends.numpy.vector.operations import I32
-from passgraph.backends.numpy.vector.stored import decoded, element, encoded
+from passgraph.backends.numpy.vector.stored import decoded, element, rounded
 from passgraph.backends.numpy.vector.texels import joined, picked, transposed
 from passgraph.formats import Format
 
@@ -58,7 +58,7 @@ class Blocks:
 
     def store(self, places: Sequence[Any], parts: list[Any], masks: list[Any], held: Format) -> None:
         """Each channel, where its mask says so."""
-        numbers = [encoded(self.builder, self.builder.spread(part), held) for part in parts]
+        numbers = [rounded(self.builder, self.builder.spread(part), held) for part in parts]
         self.store_numbers(places, numbers, masks, held.bits // 8)
 
     def store_numbers(self, places: Sequence[Any], parts: list[Any], masks: list[Any], align: int) -> None:

@@ -13,7 +13,7 @@ from passgraph.backends.numpy.raster.layout import is_varying
 from passgraph.backends.numpy.vector.lane_body import LaneBody
 from passgraph.backends.numpy.vector.lanes import Lanes
 from passgraph.backends.numpy.vector.operations import F32, I32, I64
-from passgraph.backends.numpy.vector.stored import element, encoded, store
+from passgraph.backends.numpy.vector.stored import element, rounded, store
 from passgraph.plan.data import DrawStep
 
 #: Endings of an image's sizes: width and height, and pixels from row to row.
@@ -97,4 +97,4 @@ class Fragments:
         """Components of target ``number`` for pixels of a row, in the lanes of the mask."""
         b, held = self.builder, self.step.output_formats[number]
         place = self.pixel(f"out{number}", column, row, len(parts), element(held))
-        store(b, [encoded(b, part, held) for part in parts], place, held, mask)
+        store(b, [rounded(b, part, held) for part in parts], place, held, mask)

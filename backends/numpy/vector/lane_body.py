@@ -7,14 +7,13 @@ LLVM's own vectoriser gives up on loops and branches inside a loop over pixels; 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
 from typing import Any
 
 from llvmlite import ir
 
 from passgraph.backends.numpy.vector.lanes import Lanes, border, is_vector, offset_within
 from passgraph.backends.numpy.vector.operations import BOOL, F32, HELD, I8, I32, I64, TYPES, constant, emit_operation
-from passgraph.backends.numpy.vector.stored import counted, decoded, element, encoded
+from passgraph.backends.numpy.vector.stored import decoded, element, rounded
 from passgraph.backends.numpy.vector.texels import scattered
 from passgraph.backends.numpy.vector.windows import Window, windows_of
 from passgraph.formats import Format
@@ -50,21 +49,9 @@ class LaneBody:
         self.block(self.program.body)
         return [self.operand(value) for output in self.program.outputs for value in output.values]
 
-    def raw(self, value: s.Operand, held: Format) -> Any:
-        """A value of a format as its number: the count of steps where the program ends in a division by them."""
-        made = self.made.get(value.id) if isinstance(value, s.Val) else None
-        if held.steps and made is not None and made.operation == "div":
-            whole, steps = made.arguments
-            rounded = self.made.get(whole.id) if isinstance(whole, s.Val) else None
-            counts = isinstance(steps, s.Lit) and steps.value == held.steps
-            if counts and rounded is not None and rounded.operation == "round":
-                return counted(self.builder, self.operand(whole), held)
-        return encoded(self.builder, self.operand(value), held)
-
-    @cached_property
-    def made(self) -> dict[int, s.Op]:
-        """Operations by what they make, where every lane comes by."""
-        return {i.to.id: i for i in self.program.body if isinstance(i, s.Op)}
+    def rounded(self, output: s.Output, held: Format) -> list[Any]:
+        """An output's components as the numbers of its format."""
+        return [rounded(self.builder, self.operand(value), held) for value in output.unrounded]
 
     def operand(self, value: s.Operand) -> Any:
         return constant(value) if isinstance(value, s.Lit) else self.values[value.id]

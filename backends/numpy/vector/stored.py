@@ -1,7 +1,4 @@
-"""Numbers as formats hold them in memory, and the float32 that a kernel computes with: loads decode, stores encode.
-
-Values that are stored are numbers of the format already (a kernel ends in rounding), so encoding is exact.
-"""
+"""Numbers as formats hold them in memory, and the float32 that a kernel computes with: loads decode, stores round."""
 
 # mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
@@ -19,8 +16,8 @@ from passgraph.formats import FORMATS, Format
 #: What lies between the passes of a chain, and what a depth buffer holds.
 FLOAT = FORMATS["r32f"]
 _ELEMENTS = {"f4": F32, "f2": ir.HalfType()}
-#: Added to a whole number below 2²³, it leaves the number in the lowest bits; halves round to even.
-_WHOLE = float(1 << 23)
+#: Added to a number of a few bits, it leaves the nearest whole one in the lowest bits, halves rounded to even.
+_WHOLE = 1.5 * (1 << 23)
 
 
 def element(held: Format) -> Any:
@@ -56,17 +53,15 @@ def divided(b: Lanes, whole: Any, steps: int) -> Any:
     return b.call(fused, [whole, ir.Constant(F32, float(large)), rest])
 
 
-def encoded(b: Lanes, value: Any, held: Format) -> Any:
-    """Values that the format holds as numbers of :func:`element`."""
+def rounded(b: Lanes, value: Any, held: Format) -> Any:
+    """The nearest numbers of :func:`element`, halves to even, as `quantize` and `quantize_half` of the prelude give."""
     if held.steps:
-        return counted(b, b.fmul(value, ir.Constant(F32, float(held.steps))), held)
+        low, one = ir.Constant(F32, held.low), ir.Constant(F32, 1.0)
+        value = b.select(b.fcmp_ordered("<", low, value), value, low)  # NaN becomes the lowest
+        value = b.select(b.fcmp_ordered("<", one, value), one, value)
+        moved = b.fadd(b.fmul(value, ir.Constant(F32, float(held.steps))), ir.Constant(F32, _WHOLE))
+        return b.trunc(b.bitcast(moved, I32), element(held))
     return b.fptrunc(value, element(held)) if held.bits < 32 else value
-
-
-def counted(b: Lanes, whole: Any, held: Format) -> Any:
-    """So many steps, as numbers of :func:`element`."""
-    moved = b.fadd(whole, ir.Constant(F32, 1.5 * _WHOLE if held.low < 0 else _WHOLE))
-    return b.trunc(b.bitcast(moved, I32), element(held))
 
 
 def split(b: Lanes, words: Any, held: Format, places: Sequence[int]) -> list[Any]:
