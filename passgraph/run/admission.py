@@ -33,6 +33,9 @@ def format_of(picture: NDArray[Any]) -> Format:
 def admitted_picture(given: Any, spec: InputSpec) -> NDArray[Any]:
     """An input as (height, width, channels): as it is where the input's format holds such numbers, else in float32.
 
+    As float32, uint8, uint16 and bool count from 0 to 1; floats of 64 and more bits are rounded.  Byte order and
+    strides may be any.
+
     Raises
     ------
     InputError
@@ -44,17 +47,9 @@ def admitted_picture(given: Any, spec: InputSpec) -> NDArray[Any]:
     return array if own and number in (None, array.dtype.str[1:]) else _as_values(array)
 
 
-def checked_picture(given: Any, spec: InputSpec) -> NDArray[Any]:
-    """An input as (height, width, channels) float32; uint8, uint16 and bool count from 0 to 1.
-
-    Byte order and strides may be any; floats of 16, 64 and more bits are rounded to float32.
-
-    Raises
-    ------
-    InputError
-        For what is not a picture, holds no numbers, or does not fit the declared size or channels.
-    """
-    return _as_values(_picture(given, spec))
+def bound_to(picture: NDArray[Any], spec: InputSpec) -> tuple[Format, tuple[int, int]]:
+    """Format and size (width, height) of an input that such a picture is given for."""
+    return spec.format or format_of(picture), (picture.shape[1], picture.shape[0])
 
 
 def _picture(given: Any, spec: InputSpec) -> NDArray[Any]:
@@ -110,7 +105,9 @@ def _room(array: Any, format_: Format, size: tuple[int, int], what: str) -> NDAr
     types = "float32" if number == np.float32 else f"{number} or float32"
     expected = f"an array ({height}, {width}, {format_.channels}) of {types}, as target format {format_.name} says"
     if not isinstance(array, np.ndarray):
-        raise InputError(f"{what} takes {expected}, got {arguments.shown(array)}")
+        given, array = array, arguments.numbers(array, what, f"be {expected}")
+        if array.flags.owndata:  # a list: what is written into the array would not be in it
+            raise InputError(f"{what} takes {expected}, got {arguments.shown(given)}, which is no memory to write into")
     shaped = array[:, :, None] if array.ndim == 2 else array
     if shaped.shape != (height, width, format_.channels) or array.dtype not in (number, np.dtype(np.float32)):
         raise InputError(f"{what} takes {expected}, got {array.shape} of {array.dtype}")
@@ -118,7 +115,8 @@ def _room(array: Any, format_: Format, size: tuple[int, int], what: str) -> NDAr
         raise InputError(f"{what} is read-only; give an array that may be written, such as a copy of it")
     if _overlaps_itself(shaped):
         raise InputError(f"{what} has pixels that share memory (strides {array.strides}); give a plain array")
-    return shaped
+    made: NDArray[Any] = shaped
+    return made
 
 
 def _overlaps_itself(array: NDArray[Any]) -> bool:

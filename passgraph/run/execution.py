@@ -58,6 +58,8 @@ class Execution:
         self._lent: dict[int, Any] = {}
         #: What the caller gave for results of the last run, by resource.
         self._room: dict[int, NDArray[Any]] = {}
+        #: How the arrays of the last run came in and went out, by name.
+        self.transfers: dict[str, str] = {}
         self._swap_due = False
         try:
             for memory in plan.memories:
@@ -173,6 +175,7 @@ class Execution:
         where results go, by resource.
         """
         self._lent.clear()
+        self.transfers.clear()
         self._room = dict(room or {})
         values = self._values(given)
         static = {name: values[name] for name, handle in self.plan.values.items() if handle.static}
@@ -233,6 +236,10 @@ class Execution:
             if storage is not None:
                 self._lent[self.places[resource]] = storage
                 borrowed.add(resource)
+        names = {resource: name for name, resource in self.plan.outputs.items()}
+        for resource, array in self._room.items():
+            how = "written in place" if resource in borrowed else "moved into"
+            self.transfers[f"output {names[resource]!r}"] = f"{how} {_layout(array)}"
         return borrowed
 
     def _swap_history(self) -> None:
@@ -277,7 +284,9 @@ class Execution:
                 storage = self.backend.adopt(picture, format_)
                 if storage is not None:
                     self._lent[self.places[resource]] = storage
+                    self.transfers[f"input {name!r}"] = f"read in place from {_layout(picture)}"
                     continue
+            self.transfers[f"input {name!r}"] = f"moved to {format_.name} from {_layout(picture)}"
             if picture.dtype == np.float32:
                 self.backend.upload(self._storage(resource), picture)
             else:
@@ -337,6 +346,10 @@ class Execution:
         """Let go of everything; compiled steps know this object, so that it would wait for the garbage collector."""
         self.memories, self._runs, self._chained = [], [], []
         self._geometries.clear()
+
+
+def _layout(array: NDArray[Any]) -> str:
+    return f"{array.dtype} {array.shape}, strides {array.strides}"
 
 
 def _same(one: object, other: object) -> bool:

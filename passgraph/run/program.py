@@ -17,7 +17,7 @@ from passgraph.formats import Format
 from passgraph.graph.targets import InputSpec, Target, TargetSpec, checked_size
 from passgraph.plan.data import Options, Plan, Step
 from passgraph.plan.reach import inputs_behind
-from passgraph.run.admission import admitted_picture, format_of, given_room
+from passgraph.run.admission import admitted_picture, bound_to, given_room
 from passgraph.run.finite_checks import NonFinite, PassCheck, admitted, checked_choice
 
 if TYPE_CHECKING:
@@ -156,7 +156,11 @@ class Program:
             raise GraphError("this program is closed; compile the graph again")
 
     def explain(self) -> str:
-        return self.plan.explain()
+        """What runs in which order and why, and how the arrays of the last run came in and went out."""
+        lines = [self.plan.explain()]
+        if self._execution is not None:
+            lines += [f"- {what}: {how}" for what, how in self._execution.transfers.items()]
+        return "\n".join(lines)
 
     def _make_plan(self) -> None:
         from passgraph.plan.build import build
@@ -279,10 +283,7 @@ class Program:
 
     def _bind(self, pictures: Mapping[str, Any]) -> bool:
         """Formats and sizes of this run's inputs; true when they differ from the plan's."""
-        bound = {}
-        for name, spec in self._inputs.items():
-            array = pictures[name]
-            bound[name] = (spec.format or format_of(array), (array.shape[1], array.shape[0]))
+        bound = {name: bound_to(pictures[name], spec) for name, spec in self._inputs.items()}
         changed = bound != self._bound
         if changed and self._plan is not None:
             self.replanned += 1
