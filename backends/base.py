@@ -16,7 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.steps import FloatBlock as FloatBlock
+from passgraph.backends.steps import numbers_of as numbers_of
 from passgraph.backends.steps import quantised as quantised
+from passgraph.backends.steps import values_of as values_of
 from passgraph.backends.turn import Turn, turn_of
 from passgraph.formats import Format
 from passgraph.graph.geometry import Geometry
@@ -122,6 +124,26 @@ class Backend(ABC):
     @abstractmethod
     def download(self, storage: Any) -> FloatBlock:
         """A fresh host copy of a storage."""
+
+    # Numbers as formats hold them (`Format.number`): these go through float32 where a backend knows no shorter way.
+
+    def adopt(self, external: Any, format: Format) -> Any | None:
+        """A storage in memory that somebody else owns, read or written in place and never freed; None where its layout
+        does not fit, and what it holds must be moved.
+
+        ``external`` is an array (height, width, channels) of the format's number; a backend may know other things.  It
+        is adopted anew for each run, and stays the caller's: what is written through the storage is there.
+        """
+        return None
+
+    def upload_stored(self, storage: Any, numbers: NDArray[Any], format: Format) -> None:
+        """An array (height, width, channels) of the format's numbers into a storage."""
+        self.upload(storage, values_of(numbers, format))
+
+    def download_into(self, storage: Any, into: NDArray[Any], format: Format) -> None:
+        """A storage into an array (height, width, channels): values where that is float32, else numbers."""
+        values = self.download(storage)
+        np.copyto(into, values if into.dtype == np.float32 else numbers_of(values, format))
 
     @abstractmethod
     def copy(self, source: Any, destination: Any) -> None:

@@ -173,13 +173,15 @@ def numbers(
 ) -> NDArray[Any]:
     """An array of bools, whole numbers or floats as it is given: no copy, no other dtype.
 
+    Arrays of other libraries in the host's memory come through the buffer protocol, ``__array__``,
+    ``__array_interface__`` or DLPack.
     Refused are ragged nesting, objects, text, complex numbers, records, and masked arrays with something masked:
     what is behind a mask has no value.  Whole numbers beyond 64 bits become float64.
     """
     if isinstance(value, np.ma.MaskedArray) and np.ma.getmaskarray(value).any():
         raise error(f"{what} must {expected}, got {shown(value)} with masked values; fill them first: .filled(0)")
     try:
-        array = np.asarray(value)
+        array = np.asarray(value) if hasattr(value, "__array__") else _exchanged(value)
         if array.dtype.kind == "O" and array is not value and array.size and all(type(v) is int for v in array.ravel()):
             array = array.astype(np.float64)
     except Exception:  # ragged, too deep, too large, or an __array__ that fails
@@ -187,6 +189,10 @@ def numbers(
     if array.dtype.kind not in "biuf":
         raise error(f"{what} must {expected}, got {shown(value)}")
     return array
+
+
+def _exchanged(value: Any) -> NDArray[Any]:
+    return np.from_dlpack(value) if hasattr(value, "__dlpack__") else np.asarray(value)
 
 
 def path(value: object, what: str) -> Path:

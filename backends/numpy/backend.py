@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import ClassVar
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,32 +17,17 @@ from passgraph.backends.base import (
     FloatBlock,
     PixelRunner,
     device_number,
-    quantised,
 )
-from passgraph.backends.numpy.machine.memory import ROOM, aligned_zeros
 from passgraph.backends.numpy.machine.workers import Workers, thread_count
+from passgraph.backends.numpy.storage import MAX_PIXELS, Storage, adopted, float_format, made
 from passgraph.errors import BackendError
 from passgraph.formats import Format
 from passgraph.graph.geometry import Geometry
 from passgraph.plan.data import DrawStep, PixelStep
 from passgraph.plan.limits import Limits
 
-#: Compiled code counts the pixels of a picture in 32 bits.
-MAX_PIXELS = 2**31
-
-
-@dataclass(eq=False)
-class Storage:
-    """A picture as flat float32, channels interleaved; values are already quantised to the format."""
-
-    format: Format
-    size: tuple[int, int]
-    values: FloatBlock
-    stencil: NDArray[np.uint8] | None = None
-
-    def __post_init__(self) -> None:
-        #: Where the values begin, for machine code.
-        self.address: int = self.values.ctypes.data
+if TYPE_CHECKING:
+    from passgraph.backends.numpy.pixels.moves import Moves
 
 
 class NumpyBackend(Backend):
@@ -65,29 +50,44 @@ class NumpyBackend(Backend):
         return [DeviceInfo(f"{platform.machine()}, {thread_count()} threads", "llvmlite", version("llvmlite"))]
 
     def make(self, format: Format, size: tuple[int, int]) -> Storage:
-        count = size[0] * size[1]
-        if count >= MAX_PIXELS:
+        if size[0] * size[1] >= MAX_PIXELS:
             raise BackendError(
                 f"a {size[0]}x{size[1]} target has more pixels than backend numpy counts, {MAX_PIXELS - 1}"
             )
         try:
-            values = aligned_zeros(count * format.channels)
-            stencil = np.zeros(count + ROOM, np.uint8)[:count] if format.stencil else None
+            return made(format, size)
         except MemoryError:
-            needed = count * format.channels * 4 / 2**30
+            needed = size[0] * size[1] * format.bytes_per_pixel / 2**30
             raise BackendError(
                 f"a {size[0]}x{size[1]} {format.name} target needs {needed:.1f} GiB, which is not there"
             ) from None
-        return Storage(format, size, values, stencil)
+
+    def adopt(self, external: NDArray[Any], format: Format) -> Storage | None:
+        return adopted(external, format)
+
+    @cached_property
+    def moves(self) -> Moves:
+        from passgraph.backends.numpy.pixels.moves import Moves
+
+        return Moves(self.workers)
+
+    # Between float32 and what a storage holds, and between layouts, pictures are moved by compiled code.
 
     def upload(self, storage: Storage, picture: FloatBlock) -> None:
-        width, height = storage.size
-        given = np.ascontiguousarray(picture, np.float32).reshape(height * width * storage.format.channels)
-        np.copyto(storage.values, quantised(given, storage.format))
+        values = picture.reshape(storage.numbers.shape)
+        self.moves(values, float_format(storage.format.channels), storage.numbers, storage.format)
+
+    def upload_stored(self, storage: Storage, numbers: NDArray[Any], format: Format) -> None:
+        self.moves(numbers, format, storage.numbers, format)
 
     def download(self, storage: Storage) -> FloatBlock:
-        width, height = storage.size
-        return storage.values.reshape(height, width, storage.format.channels).copy()
+        values = np.empty(storage.numbers.shape, np.float32)
+        self.moves(storage.numbers, storage.format, values, float_format(storage.format.channels))
+        return values
+
+    def download_into(self, storage: Storage, into: NDArray[Any], format: Format) -> None:
+        values = into.dtype == np.float32
+        self.moves(storage.numbers, format, into, float_format(format.channels) if values else format)
 
     def download_stencil(self, storage: Storage) -> NDArray[np.uint8]:
         """The stencil of a depth-stencil storage, (height, width)."""
@@ -95,7 +95,7 @@ class NumpyBackend(Backend):
         return storage.stencil.reshape(storage.size[1], storage.size[0]).copy()
 
     def copy(self, source: Storage, destination: Storage) -> None:
-        np.copyto(destination.values, source.values)
+        self.moves(source.numbers, source.format, destination.numbers, destination.format)
         if source.stencil is not None and destination.stencil is not None:
             np.copyto(destination.stencil, source.stencil)
 
@@ -123,7 +123,7 @@ class NumpyBackend(Backend):
         return Raster(step, self.workers)
 
     def release(self, storage: Storage) -> None:
-        storage.values = np.empty(0, np.float32)
+        storage.numbers = np.empty((0, 0, 0), storage.numbers.dtype)
         storage.stencil = None
 
     def after_fork(self) -> bool:

@@ -80,13 +80,14 @@ def gaussian_blur(
     if radius == 0 or sigma_px == 0.0:
         return color
     blur = _symmetric(gaussian_weights(sigma_px, radius))
-    across = blur(color, 1, 0, into=pg.target(f"{name}_x", "rgba32f" if into is None else _four(into)))
+    across = blur(color, 1, 0, into=pg.target(f"{name}_x", "rgba32f" if into is None else _between(into)))
     return blur(across.border(color.border_rule), 0, 1, into=into or pg.target(name, "rgba32f"), name=f"{name}_y")
 
 
-def _four(spec: pg.TargetSpec) -> str:
-    """A four-channel float format as precise as the result's."""
-    return "rgba16f" if spec.format.unit >= FORMATS["rgba16f"].unit else "rgba32f"
+def _between(spec: pg.TargetSpec) -> str:
+    """A float format with the result's channels, as precise as the result's."""
+    letters = "rgb" if spec.format.channels == 3 else "rgba"
+    return letters + ("16f" if spec.format.unit >= FORMATS["rgba16f"].unit else "32f")
 
 
 @lru_cache(maxsize=64)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeAlias, TypeVar, cast, overload
 
 from passgraph.arguments import flag, instance, text
@@ -10,10 +12,11 @@ from passgraph.errors import GraphError
 from passgraph.formats import Format, format_named
 from passgraph.graph.targets import InputSpec, PixelPass, Target, TargetSpec
 from passgraph.graph.values import Derived, Value
+from passgraph.language import ir
 from passgraph.language.kernel import Kernel, function_source, kernel_from_text
 from passgraph.language.layout import components
 from passgraph.language.scope import FunctionSource
-from passgraph.language.types import ImageType, Struct, Type, component_count
+from passgraph.language.types import VEC3, VEC4, ImageType, Struct, Type, component_count
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -51,9 +54,9 @@ class PixelKernel(Kernel, Generic[Made]):
         self.check_constants()
         name = pass_name(name, into, self.name, f"kernel {self.name}: the pass's name")
         bound = bind(self, arguments, named)
-        results = self.program.results
         specs = _specs(into, self, name)
-        for spec, result in zip(specs, results, strict=True):
+        kernel = _without_alpha(self, specs)
+        for spec, result in zip(specs, kernel.program.results, strict=True):
             _check_result(self.name, spec, result.type)
         images, values, constants = split_arguments(self, bound)
         if any(spec in (t.spec for t in images.values() if not t.is_previous) for spec in specs):
@@ -61,7 +64,7 @@ class PixelKernel(Kernel, Generic[Made]):
                 f"pass {name!r} reads and writes one target; write into another one, or read "
                 "last frame's by pg.previous()"
             )
-        made = PixelPass(name, self, images, values, constants, specs, self.known_sizes)
+        made = PixelPass(name, kernel, images, values, constants, specs, self.known_sizes)
         targets = tuple(Target(spec, made, slot) for slot, spec in enumerate(specs))
         return cast("Made", targets[0] if len(targets) == 1 else targets)
 
@@ -95,6 +98,22 @@ def _specs(into: Any, kernel: Kernel, name: str) -> tuple[TargetSpec, ...]:
     if len(set(specs)) != len(specs):
         raise GraphError(f"pass {name!r} writes one target twice")
     return specs
+
+
+def _without_alpha(kernel: Kernel, specs: Sequence[TargetSpec]) -> Kernel:
+    """A kernel whose vec4 results lose their alpha where a target has three channels: pictures mostly have none, and
+    effects compute with four."""
+    program, results = kernel.program, list(kernel.program.results)
+    for slot, (spec, result) in enumerate(zip(specs, results, strict=True)):
+        if spec.format.channels == 3 and result.type == VEC4:
+            colour = ir.Swizzle(VEC3, result.value, (0, 1, 2))
+            results[slot] = ir.Result(result.name, VEC3, colour)
+            program = replace(program, digest=program.digest and f"{program.digest} rgb {slot}")
+    if program is kernel.program:
+        return kernel
+    narrow = copy(kernel)
+    narrow.program = replace(program, results=tuple(results))
+    return narrow
 
 
 def _check_result(name: str, spec: TargetSpec, type_: Type) -> None:

@@ -68,7 +68,7 @@ def _lower(program: ir.TypedKernel, facts: Facts) -> s.ScalarProgram:
     keep = lowering.value(program.keep)[0] if program.keep is not None else None
     if isinstance(keep, s.Lit) and keep.value:
         keep = None
-    roots = [v for o in outputs for v in o.values] + ([keep] if keep is not None else [])
+    roots = [v for o in outputs for v in (*o.values, *o.unrounded)] + ([keep] if keep is not None else [])
     body = eliminate_dead(emitter.blocks[0], roots)
     made = shared.finish(program, body, outputs, keep)
     if not shared.fused:  # what passes alone passes fused
@@ -139,19 +139,21 @@ class Lowering:
     def outputs(self) -> list[s.Output]:
         outputs = []
         for i, result in enumerate(self.program.results):
-            values = self.value(result.value)
+            pairs = [(value, value) for value in self.value(result.value)]
             if i < len(self.facts.stores):
-                values = self._stored(values, *self.facts.stores[i])
-            outputs.append(s.Output(result.name, tuple(values)))
+                colour, alpha = self.facts.stores[i]
+                pairs = [self._stored(value, alpha if c == 3 else colour) for c, (value, _) in enumerate(pairs)]
+            values, unrounded = zip(*pairs, strict=True)
+            outputs.append(s.Output(result.name, values, unrounded))
         return outputs
 
-    def _stored(self, values: list[s.Operand], colour: tuple[Store, ...], alpha: tuple[Store, ...]) -> list[s.Operand]:
-        stored = []
-        for i, value in enumerate(values):
-            for function, *numbers in alpha if i == 3 else colour:
-                value = self.prelude(str(function), [value, *(s.Lit("float", float(number)) for number in numbers)])
-            stored.append(value)
-        return stored
+    def _stored(self, value: s.Operand, functions: tuple[Store, ...]) -> tuple[s.Operand, s.Operand]:
+        """A channel as it is stored, and before the last function, which rounds."""
+        unrounded = value
+        for function, *numbers in functions:
+            unrounded = value
+            value = self.prelude(str(function), [value, *(s.Lit("float", float(number)) for number in numbers)])
+        return value, unrounded
 
     # Statements
 

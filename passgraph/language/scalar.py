@@ -233,10 +233,15 @@ class ImageUse:
 
 @dataclass(frozen=True, slots=True)
 class Output:
-    """One result: a target's channels, or a varying's components."""
+    """One result: a target's channels, or a varying's components.
+
+    ``unrounded`` is what the values were before they were rounded to the target's format, the last that was done: a
+    backend may round as its memory is written instead.
+    """
 
     name: str
     values: tuple[Operand, ...]
+    unrounded: tuple[Operand, ...]
 
 
 @dataclass(frozen=True)

@@ -66,7 +66,9 @@ class PixelStep:
     name: str
     program: ScalarProgram
     images: tuple[tuple[str, int], ...]  # image name → resource id, in the order of the program's images
+    image_formats: tuple[Format, ...]
     outputs: tuple[int, ...]
+    output_formats: tuple[Format, ...]
     size: tuple[int, int]
     values: Mapping[str, object]  # parameter (with the prefix of a fused pass) → number, Value or Derived
     source: PixelPass
@@ -97,7 +99,9 @@ class DrawStep:
     fragment: ScalarProgram | None
     varyings: tuple[str, ...]  # such as "normal.0": fragment builtins "varying.normal.0" in this order
     images: tuple[tuple[str, int], ...]  # of the fragment program, in its order; vertex programs read none
+    image_formats: tuple[Format, ...]
     outputs: tuple[int, ...]
+    output_formats: tuple[Format, ...]
     clears: tuple[tuple[float, ...] | None, ...]  # for each output: clear to this, or None to draw over
     depth: int | None
     depth_clear: float | None  # None draws over (stencil too)
@@ -119,10 +123,9 @@ class DrawStep:
         from passgraph.plan.blending import blend_program
 
         blends = self.state.blend or (None,) * len(self.outputs)
-        formats = (spec.format for spec in self.source.into)
         return tuple(
             None if blend is None else blend_program(blend, format_)
-            for blend, format_ in zip(blends, formats, strict=True)
+            for blend, format_ in zip(blends, self.output_formats, strict=True)
         )
 
     @property

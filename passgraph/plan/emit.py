@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from heapq import heappop, heappush
 
@@ -27,6 +28,9 @@ class Resources:
     def add(self, name: str, format_: Format, size: tuple[int, int], kind: str) -> int:
         self.list.append(Resource(len(self.list), name, format_, size, kind, -1))
         return len(self.list) - 1
+
+    def formats(self, numbers: Iterable[int]) -> tuple[Format, ...]:
+        return tuple(self.list[number].format for number in numbers)
 
     def of(self, target: Target) -> int:
         content = target.content
@@ -94,11 +98,15 @@ def _step(node: Pass, work: Work, resources: Resources) -> Step:
     outputs = tuple(resources.of(Target(spec, node, slot)) for slot, spec in enumerate(node.into))
     if not isinstance(node, DrawPass):
         assert low.program is not None
-        return PixelStep(low.name, low.program, images, outputs, low.size, low.values, node, low.facts, low.fused)
+        return PixelStep(
+            low.name, low.program, images, resources.formats(r for _, r in images), outputs,
+            resources.formats(outputs), low.size, low.values, node, low.facts, low.fused,
+        )  # fmt: skip
     assert low.vertex is not None
     depth = None if node.depth is None else resources.of(Target(node.depth, node, -1))
     return DrawStep(
-        low.name, low.vertex, low.fragment, low.varyings, images, outputs,
+        low.name, low.vertex, low.fragment, low.varyings,
+        images, resources.formats(r for _, r in images), outputs, resources.formats(outputs),
         tuple(_clear(spec) if load is None else None for spec, load in zip(node.into, node.loads, strict=True)),
         depth,
         None if node.depth is None or node.depth_load is not None else _depth_clear(node.depth),

@@ -65,7 +65,8 @@ def link(vertex: ScalarProgram, varyings: tuple[str, ...]) -> ScalarProgram:
     for name in varyings:
         field, _, component = name.partition(".")
         wanted.append(outputs[field][int(component or 0)])
-    made = (Output("position", outputs["position"]), Output("varyings", tuple(wanted)))
+    place, scalars = outputs["position"], tuple(wanted)
+    made = (Output("position", place, place), Output("varyings", scalars, scalars))
     roots = [value for output in made for value in output.values]
     body = eliminate_dead(list(vertex.body), roots)
     used = {i.name for i in walk(body) if isinstance(i, LoadBuiltin)}

@@ -63,7 +63,7 @@ def find(picture: Picture, format: Format | None = None) -> Found | None:
     >>> find(np.array([[[1.0, 2.0], [np.inf, np.nan]]], np.float32))
     Found(count=2, total=4, column=1, row=0, channel=0, value=inf)
     """
-    values = np.ascontiguousarray(picture).reshape(-1)
+    values = np.ascontiguousarray(picture, np.float32).reshape(-1)
     half = _is_half(format)
     # The sum of squares cannot be below the largest of them, so one pass over memory clears nearly every picture.
     with np.errstate(over="ignore", invalid="ignore"):
@@ -108,7 +108,7 @@ def admitted(picture: Picture, name: str, format: Format | None, choice: NonFini
             "on the command line --non-finite replace"
         )
     largest = LARGEST_HALF if _is_half(format) else LARGEST_FLOAT
-    made: Picture = np.clip(np.nan_to_num(picture, nan=0.0), -largest, largest, dtype=np.float32)
+    made: Picture = np.clip(np.nan_to_num(picture.astype(np.float32), nan=0.0), -largest, largest, dtype=np.float32)
     return made
 
 

@@ -6,17 +6,18 @@ import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from os import PathLike
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
 from passgraph import arguments
 from passgraph.errors import BackendError, GraphError, InputError, UnknownNameError
-from passgraph.formats import Format, format_named
+from passgraph.formats import Format
 from passgraph.graph.targets import InputSpec, Target, TargetSpec, checked_size
 from passgraph.plan.data import Options, Plan, Step
 from passgraph.plan.reach import inputs_behind
+from passgraph.run.admission import admitted_picture, bound_to, given_room
 from passgraph.run.finite_checks import NonFinite, PassCheck, admitted, checked_choice
 
 if TYPE_CHECKING:
@@ -25,13 +26,16 @@ if TYPE_CHECKING:
 
 Picture: TypeAlias = NDArray[np.float32]
 Outputs: TypeAlias = "Target | Iterable[Target] | Mapping[str, Target]"
+#: Arrays to write results into, by output name.
+Into: TypeAlias = Mapping[str, NDArray[Any]]
+Results: TypeAlias = Literal["float32", "stored"]
 Observer: TypeAlias = Callable[[Step, dict[str, Picture]], None]
 
 
 class Result(Mapping[str, Picture]):
-    """Pictures by target name: (height, width, channels) float32, row 0 on top."""
+    """Pictures by target name: (height, width, channels), row 0 on top; float32 unless compiled or called otherwise."""
 
-    def __init__(self, pictures: dict[str, Picture]) -> None:
+    def __init__(self, pictures: dict[str, NDArray[Any]]) -> None:
         self._pictures = pictures
 
     def __getitem__(self, name: str) -> Picture:
@@ -96,8 +100,10 @@ class Program:
         options: Options,
         non_finite: NonFinite = "error",
         check_finite: bool = False,
+        results: Results = "float32",
     ) -> None:
         self._outputs, self.backend, self._owns = outputs, backend, owns
+        self._results = results
         self._held = _Held(backend, owns)
         weakref.finalize(self, self._held.abandoned).atexit = False
         self._non_finite, self._check_finite = non_finite, check_finite
@@ -108,6 +114,8 @@ class Program:
             options if backend.optimises else replace(options, fuse=False, simplify=True),
         )
         self._inputs = inputs_behind(list(outputs.values()))
+        if "into" in self._inputs:
+            raise GraphError("an input cannot be called 'into': that says where results go; give it another name")
         self._bound: dict[str, tuple[Format, tuple[int, int]]] = {}
         self._plan: Plan | None = None
         self._busy = False
@@ -148,7 +156,11 @@ class Program:
             raise GraphError("this program is closed; compile the graph again")
 
     def explain(self) -> str:
-        return self.plan.explain()
+        """What runs in which order and why, and how the arrays of the last run came in and went out."""
+        lines = [self.plan.explain()]
+        if self._execution is not None:
+            lines += [f"- {what}: {how}" for what, how in self._execution.transfers.items()]
+        return "\n".join(lines)
 
     def _make_plan(self) -> None:
         from passgraph.plan.build import build
@@ -165,35 +177,47 @@ class Program:
         for (step, name), value in self._overrides.items():
             made.override(step, name, value)
 
-    def __call__(self, /, **given: Any) -> Result:
+    def __call__(self, /, into: Into | None = None, **given: Any) -> Result:
         """Run once and read every output.
+
+        Parameters
+        ----------
+        into
+            Arrays of yours by output name, (height, width, channels) in float32 or in the target's own type (uint8
+            for ``rgba8``, uint16 for ``rgba16``, float16 for ``rgba16f``): the results are written there, where the
+            backend can in place, and are what the result of the call holds.  They may be views with any row stride.
+        given
+            Pictures and values by name.  Arrays in the type of a format (uint8, uint16, float16, float32) are read
+            as they are, in place where the backend can; nothing of them is kept after the call.
 
         Raises
         ------
         InputError
-            For a missing, surplus or unfit input or value, by name; for a picture that holds NaN or infinity.
+            For a missing, surplus or unfit input or value, by name; for a picture that holds NaN or infinity; for an
+            array to write into that has another shape or type, is read-only, or shares memory with another one.
         """
         with self._alone("called"):
-            self._run(None, given)
+            self._run(None, given, into)
             return self._read(None)
 
-    def run(self, _observe: Observer | None = None, /, **given: Any) -> None:
-        """Run once without reading anything back.
+    def run(self, _observe: Observer | None = None, /, into: Into | None = None, **given: Any) -> None:
+        """Run once without reading anything back, but for what is given to write ``into``.
 
         ``_observe(step, pictures)`` is called after every step with what it wrote: slow, for looking.
         """
         if _observe is not None:
             arguments.function(_observe, "the observer of a run")
         with self._alone("run"):
-            self._run(_observe, given)
+            self._run(_observe, given, into)
 
-    def _run(self, observe: Observer | None, given: Mapping[str, Any]) -> None:
+    def _run(self, observe: Observer | None, given: Mapping[str, Any], into: Into | None) -> None:
         pictures = self._pictures(given)
         if self._bind(pictures) or self._plan is None:
             self._make_plan()
         assert self._execution is not None
         values = {name: value for name, value in given.items() if name not in self._inputs}
-        self._execution.run(pictures, values, observe, self._pass_check)
+        room = given_room(into or {}, self.plan, pictures)
+        self._execution.run(pictures, values, observe, self._pass_check, room)
 
     def read(self, name: str | None = None) -> Result:
         """The outputs of the last run (or one of them)."""
@@ -209,7 +233,7 @@ class Program:
             _known(name, outputs)
         names = list(outputs) if name is None else [name]
         with self.backend.running():
-            return Result({n: execution.download(outputs[n]) for n in names})
+            return Result({n: execution.result(outputs[n], self._results == "stored") for n in names})
 
     def set(self, step: str, name: str, value: object) -> None:
         """Change a plain parameter of a pass, by the pass's name and the parameter's."""
@@ -240,10 +264,11 @@ class Program:
             pictures[name] = checked
         return pictures
 
-    def _admitted(self, given: Any, spec: InputSpec) -> Picture:
-        """An input as float32, looked through for NaN and infinity where it could hold them."""
-        picture = checked_picture(given, spec)
-        if np.asarray(given).dtype.kind != "f":
+    def _admitted(self, given: Any, spec: InputSpec) -> NDArray[Any]:
+        """An input as it is given where a format holds such numbers, else as float32, looked through for NaN and
+        infinity where it could hold them."""
+        picture = admitted_picture(given, spec)
+        if picture.dtype.kind != "f":
             return picture
         return admitted(picture, spec.name, spec.format, self._non_finite, self._readers(spec.name))
 
@@ -258,12 +283,7 @@ class Program:
 
     def _bind(self, pictures: Mapping[str, Any]) -> bool:
         """Formats and sizes of this run's inputs; true when they differ from the plan's."""
-        bound = {}
-        for name, spec in self._inputs.items():
-            array = pictures[name]
-            height, width, channels = array.shape
-            made = spec.format or format_named({1: "r32f", 2: "rg32f", 3: "rgb32f", 4: "rgba32f"}[channels])
-            bound[name] = (made, (width, height))
+        bound = {name: bound_to(pictures[name], spec) for name, spec in self._inputs.items()}
         changed = bound != self._bound
         if changed and self._plan is not None:
             self.replanned += 1
@@ -328,37 +348,6 @@ def _known(name: str, outputs: Mapping[str, int]) -> None:
         raise GraphError(f"there is no output {arguments.shown(name)}; there are {', '.join(outputs)}")
 
 
-def checked_picture(given: Any, spec: InputSpec) -> NDArray[Any]:
-    """An input as (height, width, channels) float32; uint8, uint16 and bool count from 0 to 1.
-
-    Byte order and strides may be any; floats of 16, 64 and more bits are rounded to float32.
-
-    Raises
-    ------
-    InputError
-        For what is not a picture, holds no numbers, or does not fit the declared size or channels.
-    """
-    what, expected = f"input {spec.name!r}", "be an array (height, width, channels) of numbers"
-    array = arguments.numbers(given, what, expected)
-    if array.ndim not in (2, 3):
-        raise InputError(f"{what} must {expected}, got {arguments.shown(given)}")
-    if array.ndim == 2:
-        array = array[:, :, None]
-    height, width, channels = array.shape
-    if not (height and width and 1 <= channels <= 4):
-        raise InputError(f"{what} must have 1 to 4 channels and at least one pixel, got shape {array.shape}")
-    if spec.format is not None and channels != spec.format.channels:
-        raise InputError(f"{what} is {spec.format.name} with {spec.format.channels} channel(s), got {channels}")
-    if spec.size is not None and (width, height) != spec.size:
-        raise InputError(f"{what} is declared {spec.size[0]}x{spec.size[1]} pixels, got {width}x{height}")
-    if array.dtype.kind == "u" and array.dtype.itemsize <= 2:  # of any byte order
-        return np.ascontiguousarray(array / np.float32(np.iinfo(array.dtype).max), np.float32)
-    if array.dtype.kind in "ui":
-        raise InputError(f"{what} has dtype {array.dtype}; give float32 (0 to 1 for colours), uint8 or uint16")
-    with np.errstate(over="ignore"):  # float64 beyond float32 becomes infinite, and non_finite says what of that
-        return np.ascontiguousarray(array, np.float32)
-
-
 def named_outputs(outputs: Any) -> dict[str, Target]:
     """One target, several, or a mapping, as a mapping by result name."""
     if isinstance(outputs, (Target, TargetSpec)):
@@ -398,6 +387,7 @@ def compile(
     *,
     non_finite: NonFinite = "error",
     check_finite: bool = False,
+    results: Results = "float32",
 ) -> Program:
     """Plan the graph behind some targets and make it ready to run.
 
@@ -422,6 +412,9 @@ def compile(
     check_finite
         Look at what every pass wrote, and raise a ``GraphError`` that names the first pass and pixel where a value
         that is not finite came from finite ones.  Slow: every target is read back, and no passes are fused.
+    results
+        ``"float32"``: values, 0 to 1 for formats of whole steps; ``"stored"``: what the target itself holds, such as
+        uint8 for ``rgba8``.
 
     Raises
     ------
@@ -455,7 +448,8 @@ def compile(
     owns = backend is None or isinstance(backend, str)
     expected = "a name such as 'gl' or an open backend"
     opened = open_backend(backend) if owns else arguments.instance(backend, Backend, "backend", expected, BackendError)  # type: ignore[arg-type]
-    program = Program(named, opened, owns, bound, options, choice, checking)
+    typed = cast("Results", arguments.one_of(results, "results", get_args(Results)))
+    program = Program(named, opened, owns, bound, options, choice, checking, typed)
     try:
         if all(spec.size and spec.format for spec in program.inputs.values()):
             program._bound = {n: (s.format, s.size) for n, s in program.inputs.items()}  # type: ignore[misc]

@@ -27,8 +27,8 @@ _mprotect.argtypes = (ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int)
 _NOTHING_ALLOWED = 0
 #: Functions whose results are moved between guards; ``zeros`` and ``empty`` make them there.
 MOVED = ("arange", "array", "ascontiguousarray", "concatenate", "flatnonzero", "full", "tile")
-#: What lies behind the end of an array that may be read there, but not written.
-CANARY = np.array(0xA5A5A5A5, np.uint32).view(np.float32)
+#: The bytes behind the end of an array that may be read there, but not written.
+CANARY = 0xA5
 #: Rooms behind arrays that were made since they were last looked at.
 _rooms: list[np.ndarray[Any, Any]] = []
 
@@ -48,18 +48,19 @@ def guarded_zeros(shape: Any, dtype: Any = float) -> np.ndarray[Any, Any]:
     return whole[end - size : end].view(kind).reshape(shape)
 
 
-def guarded_aligned_zeros(count: int) -> np.ndarray[Any, Any]:
+def guarded_aligned_zeros(count: int, dtype: Any = np.float32) -> np.ndarray[Any, Any]:
     """As memory.py's: what may be read behind the last number is there, and :func:`check_rooms` sees writes to it."""
-    whole = guarded_zeros(count + ROOM, np.float32)
-    whole[count:] = CANARY
-    _rooms.append(whole[count:])
+    whole = guarded_zeros(count + ROOM, dtype)
+    room = whole[count:].view(np.uint8)
+    room[...] = CANARY
+    _rooms.append(room)
     return whole[:count]
 
 
 def check_rooms() -> None:
     """Nothing was written behind the end of an array made since the last call."""
     for room in _rooms:
-        assert (room.view(np.uint32) == CANARY.view(np.uint32)).all(), "something was written behind an array"
+        assert (room == CANARY).all(), "something was written behind an array"
     _rooms.clear()
 
 

@@ -1,19 +1,29 @@
-"""Memory that begins where a cache line does."""
+"""Memory that begins where a cache line does and may be read a little beyond its end."""
 
 from __future__ import annotations
 
-import numpy as np
+from typing import Any
 
-from passgraph.backends.base import FloatBlock
+import numpy as np
+from numpy.typing import DTypeLike, NDArray
 
 #: Bytes of a cache line, and of the widest vectors: loads that straddle two lines take twice as long.
 LINE = 64
 #: Numbers behind the last one that may be read: the last vector of a row loads whole ones.
 ROOM = 128
+#: Bytes that the processor protects together: what lies behind an array in its last page may be read.
+PAGE = 4096
 
 
-def aligned_zeros(count: int) -> FloatBlock:
-    """``count`` float32 zeros from the start of a cache line."""
-    whole = np.zeros(count + LINE // 4 + ROOM, np.float32)
-    first = -whole.ctypes.data % LINE // 4
-    return whole[first : first + count]
+def aligned_zeros(count: int, dtype: DTypeLike = np.float32) -> NDArray[Any]:
+    """``count`` zeros from the start of a cache line."""
+    kind = np.dtype(dtype)
+    size = count * kind.itemsize
+    whole = np.zeros(size + LINE + ROOM * kind.itemsize, np.uint8)
+    first = -whole.ctypes.data % LINE
+    return whole[first : first + size].view(kind)
+
+
+def rest_of_page(end: int) -> int:
+    """Bytes from an address to the end of its page; none where a page begins there."""
+    return -end % PAGE

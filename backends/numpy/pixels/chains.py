@@ -9,8 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 from passgraph.backends.numpy.pixels.near import Margin, near_images, reach
+from passgraph.formats import Format
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS
 from passgraph.plan.data import PixelStep
@@ -26,11 +28,26 @@ MIN_SHARE = 6
 MAX_AGAIN = 12
 
 
+class Work(Protocol):
+    """What a stage needs to know of its step, see :class:`passgraph.plan.data.PixelStep`."""
+
+    @property
+    def program(self) -> s.ScalarProgram: ...
+    @property
+    def size(self) -> tuple[int, int]: ...
+    @property
+    def images(self) -> tuple[tuple[str, int], ...]: ...
+    @property
+    def image_formats(self) -> tuple[Format, ...]: ...
+    @property
+    def output_formats(self) -> tuple[Format, ...]: ...
+
+
 @dataclass(frozen=True)
 class Stage:
     """One pass of a chain."""
 
-    step: PixelStep
+    step: Work
     margin: Margin  # what later stages need around a piece
     rings: tuple[tuple[int, int, int], ...]  # image number, the stage that makes it, which of its outputs
 

@@ -34,9 +34,10 @@ def single_channel(program: s.ScalarProgram, channels: tuple[int, ...]) -> s.Sca
     shapes = {_shape(program, channel, value, numbering) for channel, value in enumerate(program.outputs[0].values)}
     if len(shapes) != 1 or None in shapes:
         return None
-    first = program.outputs[0].values[0]
-    body = eliminate_dead(list(program.body), [first])
-    return replace(program, body=body, outputs=(replace(program.outputs[0], values=(first,)),))
+    output = program.outputs[0]
+    first = replace(output, values=output.values[:1], unrounded=output.unrounded[:1])
+    body = eliminate_dead(list(program.body), [*first.values, *first.unrounded])
+    return replace(program, body=body, outputs=(first,))
 
 
 def _shape(program: s.ScalarProgram, channel: int, result: s.Operand, numbering: Numbering) -> int | None:

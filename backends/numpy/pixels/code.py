@@ -19,6 +19,7 @@ from passgraph.backends.numpy.pixels.layout import Layout, StageLayout, View
 from passgraph.backends.numpy.vector.lane_body import LaneBody
 from passgraph.backends.numpy.vector.lanes import Lanes, border, counting
 from passgraph.backends.numpy.vector.operations import BOOL, F32, I32, I64
+from passgraph.backends.numpy.vector.stored import decoded, element, store
 from passgraph.backends.numpy.vector.texels import neighbours
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS
@@ -43,7 +44,7 @@ def pixel_text(layout: Layout, name: str) -> str:
 
 def is_size(name: str) -> bool:
     numbers = ("counter", "count", "columns", "tile", "band", "width", "height")
-    return name in numbers or name.startswith("pitch") or name.endswith(("_w", "_h"))
+    return name in numbers or name.startswith("pitch") or name.endswith(("_w", "_h", "_p", "_last"))
 
 
 def number(value: int) -> Any:
@@ -105,6 +106,7 @@ class StageRows:
             found[f"im{image}_h"] = b.trunc(memory["height"] if ring else memory[f"im{n}_{image}_h"], I32)
             if not ring:
                 found[f"im{image}"] = memory[f"im{n}_{image}"]
+                found[f"im{image}_p"] = b.trunc(memory[f"im{n}_{image}_p"], I32)
         return found
 
     def begin(self, x0: Any, y0: Any) -> None:
@@ -143,13 +145,18 @@ class StageRows:
             return
         self.tables = self.parts
         cut, rest = self._cuts()
-        with counting(b, number(0), number(3), number(1)) as part:
-            is_first, is_middle = b.icmp_signed("==", part, number(0)), b.icmp_signed("==", part, number(1))
-            begin = b.select(is_first, self.first, b.select(is_middle, cut, rest))
-            end = b.select(is_first, cut, b.select(is_middle, rest, self.end))
+        # Parts of a row: what reads beyond its beginning, the middle (maybe in segments), what reads beyond its end.
+        segment = number(stage.segment) if stage.segment else b.sub(rest, cut)
+        middles = b.sdiv(b.add(b.sub(rest, cut), number(stage.segment - 1)), segment) if stage.segment else number(1)
+        last = b.add(middles, number(1))
+        with counting(b, number(0), b.add(last, number(1)), number(1)) as part:
+            is_first, is_last = b.icmp_signed("==", part, number(0)), b.icmp_signed("==", part, last)
+            middle = b.add(cut, b.mul(b.sub(part, number(1)), segment))
+            begin = b.select(is_first, self.first, b.select(is_last, rest, middle))
+            end = b.select(is_first, cut, b.select(is_last, self.end, smaller(b, rest, b.add(middle, segment))))
             with b.if_then(b.icmp_signed("<", begin, end)):
                 for at in range(len(stage.views)):
-                    self._point(at, begin, end, is_middle)
+                    self._point(at, begin, end, b.not_(b.or_(is_first, is_last)))
                 self._stretch(y, begin, end)
 
     def _cuts(self) -> tuple[Any, Any]:
@@ -185,41 +192,60 @@ class StageRows:
             ring, start = memory[f"ring{producer}_{slot}"], memory[f"from{producer}"]
             kept = b.srem(inner, number(self.layout.ring_rows(producer)))
             first = b.sub(b.mul(kept, memory[f"pitch{producer}"]), start)
+            row = b.gep(ring, [b.mul(first, number(view.channels))], False, source_etype=F32)
         else:
-            ring, first = memory[f"im{n}_{view.image}"], b.mul(inner, memory["width"])
-        row = b.gep(ring, [b.mul(first, number(view.channels))], False, source_etype=F32)
+            picture = f"im{n}_{view.image}"
+            first = b.mul(b.mul(inner, memory[f"{picture}_p"]), number(view.channels))
+            row = b.gep(memory[picture], [first], False, source_etype=element(view.held))
+            # Behind the last row of somebody else's memory nothing may be read: a copy with room stands for it.
+            row = b.select(b.icmp_signed("==", inner, memory[f"{picture}_last"]), memory[f"{picture}_row"], row)
         return b.select(inside, row, memory["zeros"]) if BORDERS[view.border].blank else row
 
     def _point(self, at: int, begin: Any, end: Any, is_middle: Any) -> None:
-        """Let a view's table lead to its rows, or at a row's end to copies of what is read there."""
+        """Let a view's table lead to its rows, or to copies: at a row's end, and where numbers are decoded first."""
         b, stage, view = self.b, self.stage, self.stage.views[at]
         left, right, _, _ = stage.reach
         count = b.add(b.sub(end, begin), number(left + right))
-        start = b.sub(begin, number(left))
+        start, channels = b.sub(begin, number(left)), number(view.channels)
         with self._each(view.rows) as k:
             row = b.load(self._entry(self.rows[at], k), typ=POINTER)
             place = self._entry(self.parts[at], k)
             b.store(row, place)
             if not view.across:
                 return
-            with b.if_then(b.not_(is_middle)):
-                offset = b.add(b.mul(k, number(stage.strip_pixels * view.channels)), number(view.strips))
-                strip = b.gep(self.memory["scratch"], [offset], True, source_etype=F32)
-                with counting(b, number(0), count, number(1)) as i:
-                    self._copy(view, row, b.add(start, i), strip, i)
-                back = b.mul(start, number(-view.channels))
-                b.store(b.gep(strip, [back], False, source_etype=F32), place)
+            kind = element(view.read)
+            offset = b.mul(b.add(b.mul(k, channels), number(view.strips)), number(stage.strip_pixels))
+            strip = b.gep(self.memory["scratch"], [offset], True, source_etype=F32)
+            shifted = b.gep(strip, [b.mul(start, number(-view.channels))], False, source_etype=kind)
+            with b.if_else(is_middle) as (inside, beyond):
+                with inside:
+                    if view.decodes:
+                        self._decode(view, row, b.mul(start, channels), b.mul(count, channels), strip)
+                        b.store(shifted, place)
+                with beyond:
+                    with counting(b, number(0), count, number(1)) as i:
+                        self._copy(view, row, b.add(start, i), strip, i)
+                    b.store(shifted, place)
+
+    def _decode(self, view: View, row: Any, start: Any, count: Any, strip: Any) -> None:
+        """Numbers of a row into a strip as float32."""
+        b = self.b
+        with counting(b, number(0), count, number(b.lanes)) as i:
+            (values,) = neighbours(b, row, b.add(start, i), 1, (0,), view.held)
+            b.plain.store(values, b.gep(strip, [i], True, source_etype=F32), align=4)
 
     def _copy(self, view: View, row: Any, x: Any, strip: Any, i: Any) -> None:
         """One texel into a strip, by the border rule."""
-        b, channels = self.b, number(view.channels)
+        b, channels, kind = self.b, number(view.channels), element(view.read)
         inner = b.sext(border(b, view.border, b.trunc(x, I32), b.trunc(self.memory["width"], I32)), I64)
         for channel in range(view.channels):
-            value = b.load_at(row, b.add(b.mul(inner, channels), number(channel)), F32)
+            value = b.load_at(row, b.add(b.mul(inner, channels), number(channel)), element(view.held))
+            if view.decodes:
+                value = decoded(b, value, view.held)
             if BORDERS[view.border].blank:
-                value = b.select(b.icmp_signed("==", inner, x), value, ir.Constant(F32, 0.0))
+                value = b.select(b.icmp_signed("==", inner, x), value, ir.Constant(kind, 0))
             place = b.add(b.mul(i, channels), number(channel))
-            b.plain.store(value, b.gep(strip, [place], True, source_etype=F32), align=4)
+            b.plain.store(value, b.gep(strip, [place], True, source_etype=kind), align=view.read.bits // 8)
 
     def _stretch(self, y: Any, begin: Any, end: Any) -> None:
         """The body over columns from ``begin`` to ``end``: by pixels, or by single numbers where channels are alike."""
@@ -229,7 +255,7 @@ class StageRows:
         with counting(b, b.mul(begin, unit), last, number(step)) as first:
             turns = [(row, b.add(first, number(vector * b.lanes)))
                      for row in range(stage.rows) for vector in range(stage.vectors)]  # fmt: skip
-            results = [PixelBody(self, y, row, at).results() for row, at in turns]
+            results = [PixelBody(self, y, row, at).stored() for row, at in turns]
             full, part, behind = (b.append_basic_block(name) for name in ("full", "part", "stored"))
             b.cbranch(b.icmp_signed("<=", b.add(first, number(step)), last), full, part)
             for block, masked in ((full, False), (part, True)):
@@ -245,20 +271,18 @@ class StageRows:
         mask = None if last is None else b.icmp_signed("<", b.add(at, b.counting(I64)), last)
         counts = (1,) if stage.alike > 1 else stage.channels
         for slot, count in enumerate(counts):
+            held = stage.outputs[slot]
             if stage.last:
-                target, first = self.memory[f"out{slot}"], b.mul(y, self.memory["width"])
+                target, first = self.memory[f"out{slot}"], b.mul(y, self.memory[f"out{slot}_p"])
             else:
                 target = self.memory[f"ring{stage.number}_{slot}"]
                 kept = b.srem(y, number(self.layout.ring_rows(stage.number)))
                 first = b.sub(b.mul(kept, self.memory[f"pitch{stage.number}"]), self.first)
             place = b.mul(b.add(b.mul(first, number(stage.alike)), at), number(count))
-            pointer = b.gep(target, [place], True, source_etype=F32)
+            pointer = b.gep(target, [place], True, source_etype=element(held))
             parts = [b.spread(value) for value in values[begin : begin + count]]
             begin += count
-            if mask is None:
-                b.plain.store(b.interleaved(parts), pointer, align=4)
-            else:
-                b.store_masked(b.interleaved(parts), pointer, b.interleaved([mask] * count), F32)
+            store(b, parts, pointer, held, mask)
 
 
 class PixelBody(LaneBody):
@@ -272,8 +296,18 @@ class PixelBody(LaneBody):
         given = {"pixel.0": x, "pixel.1": y, "output_size.0": width, "output_size.1": height}
         for image, use in enumerate(stage.program.images):
             given |= {f"size.{use.name}.{axis}": place.body_memory[f"im{image}_{'wh'[axis]}"] for axis in range(2)}
-        super().__init__(stage.program, b, given, place.body_memory, b.spread(ir.Constant(BOOL, 1)))
+        super().__init__(stage.program, b, given, place.body_memory, b.spread(ir.Constant(BOOL, 1)), stage.images)
         self.views = {(view.image, view.border): number for number, view in enumerate(stage.views)}
+
+    def stored(self) -> list[Any]:
+        """Emit everything; the outputs' numbers as they are stored."""
+        self.block(self.program.body)
+        b, stage = self.builder, self.place.stage
+        found = []
+        for output, meant, held in zip(self.program.outputs, stage.formats, stage.outputs, strict=True):
+            numbers = self.rounded(output, meant)
+            found += numbers if held is meant else [decoded(b, b.spread(number), meant) for number in numbers]
+        return found
 
     def texel(self, i: s.LoadTexel) -> None:
         at = self.views.get((self.numbers[i.image], i.border)) if i.relative else None
@@ -287,7 +321,7 @@ class PixelBody(LaneBody):
         wanted = [channel for channel, value in enumerate(i.to) if value is not None]
         if unit > 1:
             first = b.add(self.at, b.mul(x, number(unit)))
-            self.keep(i, neighbours(b, row, first, 1, (0,)) * len(wanted))
+            self.keep(i, neighbours(b, row, first, 1, (0,), view.read) * len(wanted))
         else:
             first = b.mul(b.add(self.at, x), number(view.channels))
-            self.keep(i, neighbours(b, row, first, view.channels, wanted))
+            self.keep(i, neighbours(b, row, first, view.channels, wanted, view.read))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -10,6 +11,8 @@ from math import gcd
 from passgraph.backends.numpy.pixels.chains import Stage
 from passgraph.backends.numpy.pixels.channels import single_channel
 from passgraph.backends.numpy.pixels.near import Margin, near_images, reach
+from passgraph.backends.numpy.vector.stored import FLOAT
+from passgraph.formats import Format
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS
 
@@ -19,6 +22,13 @@ MAX_AT_ONCE = 400
 MAX_ROWS, MAX_ROWS_OF_PIXELS = 8, 4
 #: Vectors side by side at most.
 MAX_VECTORS = 3
+#: Numbers of a row that are decoded at once: they stay in the level-1 cache.
+SEGMENT = 2048
+#: So often may a body read an image whose numbers it decodes itself.
+MAX_READS = 3
+#: What the context says of an image: where it begins, its width and height, pixels from row to row, the number of the
+#: row that lies last in memory, and where a copy of that row is (see memory.py).
+PICTURE = ("", "_w", "_h", "_p", "_last", "_row")
 
 
 @dataclass(frozen=True)
@@ -28,10 +38,17 @@ class View:
     image: int
     border: str
     channels: int
+    held: Format
     up: int
     rows: int
     across: bool  # whether reads go left or right
-    strips: int  # where copies of its rows with the border applied begin in the scratch memory, in numbers
+    decodes: bool  # whether the strips hold float32, and serve the whole of a row
+    strips: int  # where copies of its rows with the border applied begin in the scratch memory, in strips
+
+    @property
+    def read(self) -> Format:
+        """How the numbers are held that the kernel's body loads."""
+        return FLOAT if self.decodes else self.held
 
 
 @dataclass(frozen=True)
@@ -80,6 +97,22 @@ class StageLayout:
         return near_images(self.program)
 
     @property
+    def images(self) -> tuple[Format, ...]:
+        """How each image is held: what a stage before makes as float32."""
+        held = self.stage.step.image_formats
+        return tuple(FLOAT if number in self.rings else format_ for number, format_ in enumerate(held))
+
+    @property
+    def formats(self) -> tuple[Format, ...]:
+        """What each output is rounded to."""
+        return self.stage.step.output_formats
+
+    @property
+    def outputs(self) -> tuple[Format, ...]:
+        """How each output is held."""
+        return self.formats if self.last else (FLOAT,) * len(self.formats)
+
+    @property
     def rings(self) -> dict[int, tuple[int, int]]:
         """Images that a stage before makes: that stage, and which of its outputs."""
         return {image: (producer, slot) for image, producer, slot in self.stage.rings}
@@ -123,30 +156,39 @@ class StageLayout:
         left, right, _, _ = self.reach
         unit = self.pixels
         cut = max(-(-left // unit) * unit, unit + right)
-        return cut + left + right + self.lanes * self.vectors
+        return max(cut, self.segment) + left + right + self.lanes * self.vectors
+
+    @cached_property
+    def segment(self) -> int:
+        """Pixels of a row that are decoded at once, for many reads of each; 0 where every read decodes for itself."""
+        decoding = [view.channels for view in self.views if view.decodes]
+        return -(-SEGMENT // (max(decoding) * self.pixels)) * self.pixels if decoding else 0
 
     @cached_property
     def views(self) -> tuple[View, ...]:
         """In the order of the program's reads."""
-        program, found = self.program, {}
-        numbers = {use.name: number for number, use in enumerate(program.images)}
-        begin = 0
-        for load in s.walk(program.body):
-            if not isinstance(load, s.LoadTexel) or not load.relative:
-                continue
-            number = numbers[load.image]
-            use = program.images[number]
-            if (number, load.border) in found or use not in self.near:
-                continue
+        found: dict[tuple[int, str], View] = {}
+        before = 0
+        for (number, rule), reads in self._reads.items():
+            use, held = self.program.images[number], self.images[number]
             rows, across = use.y[1] - use.y[0] + self.rows, use.x != (0, 0)
-            found[number, load.border] = View(number, load.border, use.channels, -use.y[0], rows, across, begin)
-            begin += rows * self.strip_pixels * use.channels if across else 0
+            decodes = across and held.bits < 32 and reads > MAX_READS
+            found[number, rule] = View(number, rule, use.channels, held, -use.y[0], rows, across, decodes, before)
+            before += rows * use.channels if across else 0
         return tuple(found.values())
+
+    @property
+    def _reads(self) -> dict[tuple[int, str], int]:
+        """How often the body reads each image by each border rule through windows."""
+        numbers = {use.name: number for number, use in enumerate(self.program.images)}
+        near = {use.name for use in self.near}
+        loads = (i for i in s.walk(self.program.body) if isinstance(i, s.LoadTexel))
+        return Counter((numbers[i.image], i.border) for i in loads if i.relative and i.image in near)
 
     @property
     def scratch(self) -> int:
         """Numbers that all strips take."""
-        ends = [v.strips + v.rows * self.strip_pixels * v.channels for v in self.views if v.across]
+        ends = [(v.strips + v.rows * v.channels) * self.strip_pixels for v in self.views if v.across]
         return max(ends, default=0)
 
 
@@ -173,9 +215,9 @@ class Layout:
         for stage in self.stages:
             for image in range(len(stage.program.images)):
                 if image not in stage.rings:
-                    names += [f"im{stage.number}_{image}{end}" for end in ("", "_w", "_h")]
+                    names += [f"im{stage.number}_{image}{end}" for end in PICTURE]
             names += [f"floats{stage.number}", f"ints{stage.number}"]
-        return [*names, *(f"out{slot}" for slot in range(len(self.stages[-1].channels)))]
+        return [*names, *(f"out{slot}{end}" for slot in range(len(self.stages[-1].channels)) for end in ("", "_p"))]
 
     @property
     def own(self) -> list[str]:
@@ -205,4 +247,5 @@ class Layout:
             program = stage.program
             told += [program.key, repr([name for name, _ in program.builtins])]
             told.append(repr((stage.alike, stage.rows, stage.vectors, stage.lanes, stage.stage.margin, stage.rings)))
+            told.append(repr([(held.number, held.steps) for held in (*stage.images, *stage.formats)]))
         return ("pixels", *told)

@@ -13,10 +13,10 @@ from passgraph.backends.numpy.machine.memory import aligned_zeros
 from passgraph.backends.numpy.machine.native import function_address, lanes
 from passgraph.backends.numpy.machine.workers import Workers
 from passgraph.backends.numpy.pixels.chains import Stage, Tiling, pitch, tiling
-from passgraph.backends.numpy.pixels.layout import Layout
+from passgraph.backends.numpy.pixels.layout import Layout, StageLayout
 
 if TYPE_CHECKING:
-    from passgraph.backends.numpy.backend import Storage
+    from passgraph.backends.numpy.storage import Storage
 
 #: Pixels in one piece of work: small enough to balance, large enough that one more thread is worth waking.
 MIN_PIXELS_A_PIECE = 16_384
@@ -37,7 +37,7 @@ class PixelRun:
         self.begin = len(fixed)
         self.entries: list[int] = []
         self.address = self.context.ctypes.data
-        self.order = [_places(stage) for stage in chain]
+        self.order = [_places(stage) for stage in layout.stages]
         self.blocks: tuple[Block, ...] = ()
         self.block_addresses: list[tuple[int, int]] = []
         threads = min(workers.count, tiles.pieces)
@@ -59,11 +59,13 @@ class PixelRun:
             self.block_addresses = [(block.floats.ctypes.data, block.ints.ctypes.data) for block in blocks]
         entries: list[int] = []
         for places, storages, addresses in zip(self.order, images, self.block_addresses, strict=True):
-            for place in places:
+            for place, anywhere in places:
                 storage = storages[place]
-                entries += (storage.address, *storage.size)
+                entries += storage.anywhere if anywhere else storage.by_rows
+                entries += storage.last_row
             entries += addresses
-        entries += [output.address for output in outputs]
+        for output in outputs:
+            entries += (output.address, output.pitch)
         if entries != self.entries:
             self.entries = entries
             self.context[self.begin :] = entries
@@ -93,7 +95,7 @@ def _text(layout: Layout, name: str) -> str:
     return pixel_text(layout, name)
 
 
-def _places(stage: Stage) -> list[int]:
-    """Places of those images that no stage makes."""
-    made = {number for number, _, _ in stage.rings}
-    return [number for number in range(len(stage.step.images)) if number not in made]
+def _places(stage: StageLayout) -> list[tuple[int, bool]]:
+    """Places of those images that no stage makes, and whether texels are read one by one there, not by rows."""
+    images = list(enumerate(stage.program.images))
+    return [(n, use.absolute or use not in stage.near) for n, use in images if n not in stage.rings]

@@ -10,7 +10,9 @@ from llvmlite import ir
 
 from passgraph.backends.numpy.vector.lanes import Lanes
 from passgraph.backends.numpy.vector.operations import I32
+from passgraph.backends.numpy.vector.stored import decoded, element, rounded
 from passgraph.backends.numpy.vector.texels import joined, picked, transposed
+from passgraph.formats import Format
 
 
 class Blocks:
@@ -36,8 +38,13 @@ class Blocks:
         """A vector with one value a row, in each row's lanes."""
         return picked(self.builder, values, [lane % self.rows for lane in range(self.builder.lanes)])
 
-    def load(self, places: Sequence[Any], channels: int, kind: Any, align: int) -> list[Any]:
+    def load(self, places: Sequence[Any], channels: int, held: Format) -> list[Any]:
         """Each channel of a block, whose rows begin at ``places``."""
+        numbers = self.numbers(places, channels, element(held), held.bits // 8)
+        return [decoded(self.builder, number, held) for number in numbers]
+
+    def numbers(self, places: Sequence[Any], channels: int, kind: Any, align: int) -> list[Any]:
+        """The same as they lie in memory."""
         b, count = self.builder, self.columns * channels
         loads = [b.load(place, typ=ir.VectorType(kind, count), align=align) for place in places]
         if self.rows == channels == 4:
@@ -49,13 +56,18 @@ class Blocks:
         whole = joined(b, loads)
         return [picked(b, whole, lanes) for lanes in order]
 
-    def store(self, places: Sequence[Any], parts: list[Any], masks: list[Any], kind: Any) -> None:
+    def store(self, places: Sequence[Any], parts: list[Any], masks: list[Any], held: Format) -> None:
         """Each channel, where its mask says so."""
+        numbers = [rounded(self.builder, self.builder.spread(part), held) for part in parts]
+        self.store_numbers(places, numbers, masks, held.bits // 8)
+
+    def store_numbers(self, places: Sequence[Any], parts: list[Any], masks: list[Any], align: int) -> None:
+        """The same of numbers as they lie in memory."""
         b = self.builder
         bits = [b.sext(mask, I32) for mask in masks]
         for place, values, mask in zip(places, self._by_rows(parts), self._by_rows(bits), strict=True):
             written = b.plain.icmp_signed("<", mask, ir.Constant(mask.type, None))
-            b.store_masked(values, place, written, kind)
+            b.store_masked(values, place, written, align)
 
     def _by_rows(self, parts: list[Any]) -> list[Any]:
         """Rows of a block with channels interleaved."""

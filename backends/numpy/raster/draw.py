@@ -19,7 +19,7 @@ from passgraph.backends.numpy.raster.vertices import VertexStage
 from passgraph.plan.data import DrawStep
 
 if TYPE_CHECKING:
-    from passgraph.backends.numpy.backend import Storage
+    from passgraph.backends.numpy.storage import Storage
     from passgraph.graph.geometry import Geometry
 
 #: Triangles (and vertices) in one piece of work.

@@ -3,6 +3,7 @@
 # mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from llvmlite import ir
@@ -12,7 +13,11 @@ from passgraph.backends.numpy.raster.layout import is_varying
 from passgraph.backends.numpy.vector.lane_body import LaneBody
 from passgraph.backends.numpy.vector.lanes import Lanes
 from passgraph.backends.numpy.vector.operations import F32, I32, I64
+from passgraph.backends.numpy.vector.stored import element, rounded, store
 from passgraph.plan.data import DrawStep
+
+#: Endings of an image's sizes: width and height, and pixels from row to row.
+SIZES = ("_w", "_h", "_p")
 
 
 def kernel_parts(step: DrawStep) -> tuple[str, ...]:
@@ -20,15 +25,16 @@ def kernel_parts(step: DrawStep) -> tuple[str, ...]:
     cleared = [clear is not None for clear in step.clears]
     program = step.fragment
     kernel = () if program is None else (program.key, repr([name for name, _ in program.builtins]))
-    return *kernel, repr(cleared), repr(step.varyings), str(lanes())
+    held = [(format_.number, format_.steps) for format_ in (*step.image_formats, *step.output_formats)]
+    return *kernel, repr(cleared), repr(held), repr(step.varyings), str(lanes())
 
 
 def context_names(step: DrawStep) -> list[str]:
     """Entries of the context, in order: each an address or a size."""
     names = ["floats", "ints", "clears", "depth", "stencil", "width", "height"]
     for number in range(0 if step.fragment is None else len(step.fragment.images)):
-        names += [f"im{number}", f"im{number}_w", f"im{number}_h"]
-    return [*names, *(f"out{number}" for number in range(len(step.outputs)))]
+        names += [f"im{number}{end}" for end in ("", *SIZES)]
+    return [*names, *(f"out{number}{end}" for number in range(len(step.outputs)) for end in ("", "_p"))]
 
 
 class Fragments:
@@ -53,7 +59,7 @@ class Fragments:
         found = {}
         for place, name in enumerate(context_names(self.step)):
             entry = b.load_at(context, ir.Constant(I64, place), I64, steady=True)
-            size = name in ("width", "height") or name.endswith(("_w", "_h"))
+            size = name in ("width", "height") or name.endswith(SIZES)
             found[name] = b.trunc(entry, I32) if size else b.inttoptr(entry, ir.PointerType())
         return found
 
@@ -70,7 +76,7 @@ class Fragments:
         b, program = self.builder, self.program
         if program is None:
             return [], mask
-        body = LaneBody(program, b, given, self.memory, mask)
+        body = LaneBody(program, b, given, self.memory, mask, self.step.image_formats)
         results = [b.spread(value) for value in body.results()]
         return results, mask if program.keep is None else b.and_(mask, body.operand(program.keep))
 
@@ -83,5 +89,12 @@ class Fragments:
     def pixel(self, name: str, column: Any, row: Any, numbers: int, kind: Any) -> Any:
         """Where a pixel of a picture as large as the targets lies."""
         b = self.builder
-        first = b.add(b.mul(b.sext(row, I64), b.sext(self.memory["width"], I64)), b.sext(column, I64))
+        pitch = self.memory.get(f"{name}_p", self.memory["width"])
+        first = b.add(b.mul(b.sext(row, I64), b.sext(pitch, I64)), b.sext(column, I64))
         return b.gep(self.memory[name], [b.mul(first, ir.Constant(I64, numbers))], True, source_etype=kind)
+
+    def stored(self, number: int, column: Any, row: Any, parts: Sequence[Any], mask: Any) -> None:
+        """Components of target ``number`` for pixels of a row, in the lanes of the mask."""
+        b, held = self.builder, self.step.output_formats[number]
+        place = self.pixel(f"out{number}", column, row, len(parts), element(held))
+        store(b, [rounded(b, part, held) for part in parts], place, held, mask)

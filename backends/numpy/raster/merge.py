@@ -17,6 +17,7 @@ from passgraph.backends.numpy.raster.planes import interpolated, plane_numbers
 from passgraph.backends.numpy.vector.lane_body import LaneBody
 from passgraph.backends.numpy.vector.lanes import Lanes, counting
 from passgraph.backends.numpy.vector.operations import BOOL, F32, I8, I32, I64
+from passgraph.backends.numpy.vector.stored import FLOAT, element
 from passgraph.graph.draw_state import Stencil
 from passgraph.plan.data import DrawStep
 
@@ -85,10 +86,9 @@ class _Merge(Fragments):
         b = self.builder
         with counting(b, left, b.add(left, ir.Constant(I32, TILE)), ir.Constant(I32, b.lanes)) as x:
             inside = b.icmp_signed("<", b.add(x, b.counting(I32)), self.memory["width"])
-            for number, count in enumerate(self.channels):
+            for number in range(len(self.channels)):
                 if self.step.clears[number] is not None:
-                    place = self.pixel(f"out{number}", x, y, count, F32)
-                    b.store_masked(b.interleaved(self.clears(number)), place, b.interleaved([inside] * count), F32)
+                    self.stored(number, x, y, self.clears(number), inside)
 
     def _row(self, spans: Any, y: Any, top: Any, bottom: Any) -> None:
         """A row of blocks."""
@@ -148,7 +148,7 @@ class _Merge(Fragments):
                 results, passed = self._kernel(passed)
             if step.depth is not None and step.state.depth_write:
                 self._planes(["fragment_depth"])
-                self.blocks.store(self._at("depth", 1, F32), [self.given["fragment_depth"]], [passed], F32)
+                self.blocks.store(self._at("depth", 1, F32), [self.given["fragment_depth"]], [passed], FLOAT)
             self._colours(results, passed)
 
     def _depth_test(self, mask: Any) -> Any:
@@ -159,7 +159,7 @@ class _Merge(Fragments):
         if compare == "never":
             return b.spread(ir.Constant(BOOL, 0))
         self._planes(["fragment_depth"])
-        (held,) = self.blocks.load(self._at("depth", 1, F32), 1, F32, 4)
+        (held,) = self.blocks.load(self._at("depth", 1, F32), 1, FLOAT)
         method = b.fcmp_unordered if compare == "not_equal" else b.fcmp_ordered
         return b.and_(mask, method(_SIGNS[compare], self.given["fragment_depth"], held))
 
@@ -167,7 +167,7 @@ class _Merge(Fragments):
         """Update the stencil in the lanes of the mask, of which ``deep`` pass the depth test; those that pass both."""
         b = self.builder
         places = self._at("stencil", 1, I8)
-        (loaded,) = self.blocks.load(places, 1, I8, 1)
+        (loaded,) = self.blocks.numbers(places, 1, I8, 1)
         held = b.zext(loaded, I32)
         if stencil.compare in _SIGNS:
             seen = b.and_(held, ir.Constant(I32, stencil.read_mask))
@@ -183,7 +183,7 @@ class _Merge(Fragments):
             changed = b.select(shown, b.select(deep, passed, failed), hidden)
             rest = b.and_(held, ir.Constant(I32, 255 & ~stencil.write_mask))
             changed = b.or_(rest, b.and_(changed, ir.Constant(I32, stencil.write_mask)))
-            self.blocks.store(places, [b.trunc(changed, I8)], [mask], I8)
+            self.blocks.store_numbers(places, [b.trunc(changed, I8)], [mask], 1)
         return b.and_(shown, deep)
 
     def _colours(self, results: list[Any], passed: Any) -> None:
@@ -195,12 +195,12 @@ class _Merge(Fragments):
             mask = step.state.color_mask[number][:count] if step.state.color_mask else (True,) * count
             if not any(mask):
                 continue
-            places = self._at(f"out{number}", count, F32)
+            held = step.output_formats[number]
+            places = self._at(f"out{number}", count, element(held))
             blend = step.blending[number]
             if blend is not None:
-                held = self.blocks.load(places, count, F32, 4)
                 given = {f"source.{c}": part for c, part in enumerate(parts)}
-                given |= {f"destination.{c}": part for c, part in enumerate(held)}
+                given |= {f"destination.{c}": part for c, part in enumerate(self.blocks.load(places, count, held))}
                 parts = [b.spread(value) for value in LaneBody(blend, b, given, {}, passed).results()]
             none = b.spread(ir.Constant(BOOL, 0))
-            self.blocks.store(places, parts, [passed if written else none for written in mask], F32)
+            self.blocks.store(places, parts, [passed if written else none for written in mask], held)

@@ -20,7 +20,7 @@ from passgraph.backends.numpy.raster.shade import shade_address
 from passgraph.plan.data import DrawStep
 
 if TYPE_CHECKING:
-    from passgraph.backends.numpy.backend import Storage
+    from passgraph.backends.numpy.storage import Storage
 
 #: Triangles as setup.py makes them, and their vertices: window x and y, depth, 1/w, varyings.
 Triangles: TypeAlias = "tuple[NDArray[Any], ...]"
@@ -70,7 +70,7 @@ class Painter:
             colours = np.concatenate(
                 [clear_values(o, clear) for o, clear in zip(outputs, self.step.clears, strict=True)]
             )
-        depths = self.nothing if depth is None else depth.values
+        depths = self.nothing if depth is None else depth.numbers.reshape(-1)
         stencil = self.nothing if depth is None or depth.stencil is None else depth.stencil
         # The context holds bare addresses: what they lead to must live until the threads are done.
         arrays = [block.floats, block.ints, colours, depths, stencil]
@@ -91,8 +91,9 @@ class Painter:
 
     def _fill(self, arrays: Sequence[NDArray[Any]], images: Sequence[Storage], outputs: Sequence[Storage]) -> None:
         addresses = [array.ctypes.data for array in arrays]
-        pictures = [part for image in images for part in (image.address, *image.size)]
-        self.context[:] = [*addresses, self.width, self.height, *pictures, *(output.address for output in outputs)]
+        pictures = [part for image in images for part in image.anywhere]
+        targets = [part for output in outputs for part in (output.address, output.pitch)]
+        self.context[:] = [*addresses, self.width, self.height, *pictures, *targets]
 
     def tiles(self, thread: int, given: tuple[Any, ...], depths: NDArray[np.float32] | None) -> None:
         raise NotImplementedError

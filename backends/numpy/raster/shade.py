@@ -15,7 +15,7 @@ from passgraph.backends.numpy.raster.kernel import Fragments, kernel_parts
 from passgraph.backends.numpy.raster.layout import TILE
 from passgraph.backends.numpy.raster.planes import interpolated
 from passgraph.backends.numpy.vector.lanes import counting
-from passgraph.backends.numpy.vector.operations import F32, I32
+from passgraph.backends.numpy.vector.operations import I32
 from passgraph.plan.data import DrawStep
 
 
@@ -87,8 +87,7 @@ class _Shade(Fragments):
                 mask = inside
             begin += count
             if parts:
-                place = self.pixel(f"out{number}", column, row, count, F32)
-                b.store_masked(b.interleaved(parts), place, b.interleaved([mask] * count), F32)
+                self.stored(number, column, row, parts, mask)
 
     def _builtins(self, slots: Any, one: Any, x: Any, y: Any) -> dict[str, Any]:
         """What the triangles' planes say here."""

@@ -6,14 +6,17 @@ LLVM's own vectoriser gives up on loops and branches inside a loop over pixels; 
 # mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from llvmlite import ir
 
 from passgraph.backends.numpy.vector.lanes import Lanes, border, is_vector, offset_within
 from passgraph.backends.numpy.vector.operations import BOOL, F32, HELD, I8, I32, I64, TYPES, constant, emit_operation
+from passgraph.backends.numpy.vector.stored import decoded, element, rounded
 from passgraph.backends.numpy.vector.texels import scattered
 from passgraph.backends.numpy.vector.windows import Window, windows_of
+from passgraph.formats import Format
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS
 
@@ -22,12 +25,14 @@ MAX_UNCONDITIONAL = 12
 
 
 class LaneBody:
-    """``given`` are the builtins and ``memory`` the pointers and sizes by their names."""
+    """``given`` are the builtins, ``memory`` the pointers and sizes by their names, ``held`` the images' formats."""
 
     def __init__(
-        self, program: s.ScalarProgram, builder: Lanes, given: dict[str, Any], memory: dict[str, Any], mask: Any
-    ) -> None:
+        self, program: s.ScalarProgram, builder: Lanes, given: dict[str, Any], memory: dict[str, Any], mask: Any,
+        held: Sequence[Format] = (),
+    ) -> None:  # fmt: skip
         self.program, self.builder, self.given, self.memory = program, builder, given, memory
+        self.held = held
         self.numbers = {use.name: i for i, use in enumerate(program.images)}
         self.values: dict[int, Any] = {}
         self.tables: dict[str, Any] = {}
@@ -43,6 +48,10 @@ class LaneBody:
         """Emit everything; the outputs' components."""
         self.block(self.program.body)
         return [self.operand(value) for output in self.program.outputs for value in output.values]
+
+    def rounded(self, output: s.Output, held: Format) -> list[Any]:
+        """An output's components as the numbers of its format."""
+        return [rounded(self.builder, self.operand(value), held) for value in output.unrounded]
 
     def operand(self, value: s.Operand) -> Any:
         return constant(value) if isinstance(value, s.Lit) else self.values[value.id]
@@ -172,7 +181,7 @@ class LaneBody:
             return
         number, b = self.numbers[i.image], self.builder
         x, y = self.operand(i.x), self.operand(i.y)
-        width, height = self.memory[f"im{number}_w"], self.memory[f"im{number}_h"]
+        width, height, pitch = (self.memory[f"im{number}{end}"] for end in ("_w", "_h", "_p"))
         if i.relative:
             x = b.add(self.given["pixel.0"], offset_within(b, i.border, x, width))
             y = b.add(self.given["pixel.1"], offset_within(b, i.border, y, height))
@@ -180,17 +189,17 @@ class LaneBody:
         outside = None
         if BORDERS[i.border].blank:
             outside = b.or_(b.icmp_signed("!=", inner_x, x), b.icmp_signed("!=", inner_y, y))
-        pixel = b.add(b.mul(inner_y, width), inner_x)
+        pixel = b.add(b.mul(inner_y, pitch), inner_x)
         self.keep(i, self._channels(number, pixel, [c for c, value in enumerate(i.to) if value is not None]), outside)
 
     def _window(self, window: Window) -> None:
         """All texels of a window, at once where they lie inside for every lane at work, else one after another."""
         b, first = self.builder, window.loads[0]
         number, low, high = self.numbers[first.image], window.offsets[0], window.offsets[-1]
-        picture, width, height = (self.memory[f"im{number}{end}"] for end in ("", "_w", "_h"))
+        picture, width, height, pitch = (self.memory[f"im{number}{end}"] for end in ("", "_w", "_h", "_p"))
         x, y = self.operand(window.base), self.operand(first.y)
         inner_y = border(b, first.border, y, height)
-        row, least = b.mul(inner_y, width), ir.Constant(I32, max(0, -low))
+        row, least = b.mul(inner_y, pitch), ir.Constant(I32, max(0, -low))
         inside = b.and_(
             b.icmp_signed(">=", x, least), b.icmp_signed("<", x, b.sub(width, ir.Constant(I32, max(0, high))))
         )
@@ -198,14 +207,15 @@ class LaneBody:
         b.cbranch(b.all(b.or_(inside, b.not_(self._at_work()))), together, apart).set_weights([1000, 1])
         b.position_at_end(together)
         start = b.add(b.select(inside, x, least), ir.Constant(I32, low))
-        found = scattered(b, picture, b.add(row, start), 1, [offset - low for offset in window.offsets])
+        held = self.held[number]
+        found = scattered(b, picture, b.add(row, start), 1, [offset - low for offset in window.offsets], held)
         b.branch(behind)
         b.position_at_end(apart)
         others = []
         for offset in window.offsets:
             at = b.add(x, ir.Constant(I32, offset))
             inner_x = border(b, first.border, at, width)
-            (loaded,) = scattered(b, picture, b.add(row, inner_x), 1, [0], rarely=True)
+            (loaded,) = scattered(b, picture, b.add(row, inner_x), 1, [0], held, rarely=True)
             if BORDERS[first.border].blank:
                 loaded = b.select(b.icmp_signed("!=", inner_x, at), ir.Constant(F32, 0.0), loaded)
             others.append(loaded)
@@ -221,10 +231,12 @@ class LaneBody:
 
     def _channels(self, number: int, pixel: Any, wanted: list[int]) -> list[Any]:
         b, picture, channels = self.builder, self.memory[f"im{number}"], self.program.images[number].channels
+        held = self.held[number]
         if is_vector(pixel):
-            return scattered(b, picture, pixel, channels, wanted)
-        first = b.mul(b.sext(pixel, I64), ir.Constant(I64, channels))
-        return [b.load_at(picture, b.add(first, ir.Constant(I64, c)), F32, steady=True) for c in wanted]
+            return scattered(b, picture, pixel, channels, wanted, held)
+        first, kind = b.mul(b.sext(pixel, I64), ir.Constant(I64, channels)), element(held)
+        places = [b.add(first, ir.Constant(I64, channel)) for channel in wanted]
+        return [decoded(b, b.load_at(picture, place, kind, steady=True), held) for place in places]
 
     def keep(self, i: s.LoadTexel, loaded: list[Any], outside: Any = None) -> None:
         """What was loaded as the instruction's results; ``outside`` of the picture 0."""

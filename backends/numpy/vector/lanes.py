@@ -19,7 +19,7 @@ from passgraph.backends.numpy.vector.operations import BOOL, I32
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS, border_program
 
-_LETTERS = {"float": "f32", "double": "f64", "i32": "i32", "i64": "i64", "i8": "i8", "i1": "i1"}
+_LETTERS = {"half": "f16", "float": "f32", "double": "f64"} | {f"i{bits}": f"i{bits}" for bits in (1, 8, 16, 32, 64)}
 _ALIKE = ("fadd", "fsub", "fmul", "fdiv", "add", "sub", "mul", "sdiv", "srem", "shl", "ashr", "lshr",
           "and_", "or_", "xor")  # fmt: skip
 _CASTS = ("sext", "zext", "trunc", "fptrunc", "fpext", "sitofp", "uitofp", "fptosi", "bitcast")
@@ -155,13 +155,12 @@ class Lanes:
             gather, [places, ir.Constant(I32, _size(kind)), which, self.spread(ir.Constant(kind, 0))]
         )
 
-    def store_masked(self, values: Any, place: Any, mask: Any, kind: Any) -> None:
+    def store_masked(self, values: Any, place: Any, mask: Any, align: int) -> None:
         """Consecutive numbers from ``place`` on, where the mask says so."""
-        count = values.type.count
-        name = f"llvm.masked.store.v{count}{_LETTERS[str(kind)]}.p0"
+        name = f"llvm.masked.store.v{values.type.count}{_LETTERS[str(values.type.element)]}.p0"
         arguments = [values.type, ir.PointerType(), I32, mask.type]
         store = self.intrinsic(name, ir.VoidType(), arguments)
-        self.plain.call(store, [values, place, ir.Constant(I32, _size(kind)), mask])
+        self.plain.call(store, [values, place, ir.Constant(I32, align), mask])
 
     def store_at(self, pointer: Any, index: Any, value: Any, kind: Any, mask: Any) -> None:
         """``pointer[index] = value`` in the lanes of the mask."""
@@ -194,7 +193,7 @@ def _parts(name: str, kinds: list[Any]) -> list[Any]:
 
 
 def _size(kind: Any) -> int:
-    return {"i8": 1, "float": 4, "i32": 4, "double": 8, "i64": 8}[str(kind)]
+    return {"i8": 1, "i16": 2, "half": 2, "float": 4, "i32": 4, "double": 8, "i64": 8}[str(kind)]
 
 
 @contextmanager

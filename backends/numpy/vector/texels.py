@@ -3,25 +3,41 @@
 # mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import Any
 
 from llvmlite import ir
 
 from passgraph.backends.numpy.vector.lanes import Lanes
 from passgraph.backends.numpy.vector.operations import F32, I32, I64
+from passgraph.backends.numpy.vector.stored import FLOAT, decoded, element, split
+from passgraph.formats import Format
+
+#: Channels of pixels that are one word where they fit.
+WORDS = (1, 2, 4)
 
 
-def neighbours(b: Lanes, row: Any, place: Any, channels: int, wanted: Sequence[int]) -> list[Any]:
+def neighbours(b: Lanes, row: Any, place: Any, channels: int, wanted: Sequence[int], held: Format = FLOAT) -> list[Any]:
     """Channels of consecutive pixels of a row, the first of them ``place`` numbers from its start."""
-    count = b.lanes * channels
-    pointer = b.gep(row, [place], True, source_etype=F32)
-    loaded = b.load(pointer, typ=ir.VectorType(F32, count), align=4)
-    return [picked(b, loaded, range(channel, count, channels)) for channel in wanted]
+    count, kind = b.lanes * channels, element(held)
+    pointer = b.gep(row, [place], True, source_etype=kind)
+    if held.steps and channels in WORDS and channels * held.bits <= 32:
+        words = b.load(pointer, typ=b.vector(ir.IntType(channels * held.bits)), align=held.bits // 8)
+        return [decoded(b, number, held) for number in split(b, words, held, wanted)]
+    loaded = b.load(pointer, typ=ir.VectorType(kind, count), align=held.bits // 8)
+    return [decoded(b, picked(b, loaded, range(channel, count, channels)), held) for channel in wanted]
 
 
 def scattered(
-    b: Lanes, picture: Any, pixels: Any, channels: int, wanted: Sequence[int], *, rarely: bool = False
+    b: Lanes,
+    picture: Any,
+    pixels: Any,
+    channels: int,
+    wanted: Sequence[int],
+    held: Format = FLOAT,
+    *,
+    rarely: bool = False,
 ) -> list[Any]:
     """Channels of the pixels with these numbers; channels beyond the last are those of the pixels that follow.
 
@@ -29,7 +45,8 @@ def scattered(
     neighbourhood) and no faster on others; and all channels of a pixel come with one load.  ``rarely``: in little code
     rather than quickly.
     """
-    module, name = b.module, f"texels_{channels}_{'_'.join(map(str, wanted))}{'_rarely' * rarely}"
+    module = b.module
+    name = f"texels_{held.number}_{held.steps}_{channels}_{'_'.join(map(str, wanted))}{'_rarely' * rarely}"
     # Pointers to pictures, to tables of each length and to arrays differ in type.
     name += "".join(letter if letter.isalnum() else "_" for letter in str(picture.type))
     function = module.globals.get(name)
@@ -41,38 +58,64 @@ def scattered(
         inner = Lanes(ir.IRBuilder(function.append_basic_block("entry")), b.lanes)
         packed = ir.Constant(made, ir.Undefined)
         where, which = function.args
-        for place, value in enumerate(_put_together(inner, where, which, channels, wanted)):
+        put_together = _floats if held.number == FLOAT.number else partial(_words, held)
+        for place, value in enumerate(put_together(inner, where, which, channels, wanted)):
             packed = inner.insert_value(packed, value, place)
         inner.ret(packed)
     found = b.plain.call(function, [picture, pixels])
     return [b.extract_value(found, place) for place in range(len(wanted))]
 
 
-def _put_together(b: Lanes, picture: Any, pixels: Any, channels: int, wanted: Sequence[int]) -> list[Any]:
-    numbers = [b.sext(b.extract_element(pixels, ir.Constant(I32, lane)), I64) for lane in range(b.lanes)]
-    pixel = ir.ArrayType(F32, channels)
+def _fours(wanted: Sequence[int]) -> Iterator[tuple[int, int, list[int]]]:
+    """Of each four that are loaded at once: its first number, how many are loaded, and which of them are wanted.
 
-    def places(first: int) -> list[Any]:
-        return [b.gep(picture, [n, ir.Constant(I64, first)], True, source_etype=pixel) for n in numbers]
-
-    found = {}
+    More may be loaded than is wanted: pictures have room behind their last pixel (machine/memory.py).
+    """
     for first in range(0, max(wanted) + 1, 4):
         here = [number for number in wanted if first <= number < first + 4]
-        if len(here) == 1:
-            vector = ir.Constant(b.vector(F32), ir.Undefined)
-            for lane, place in enumerate(places(here[0])):
-                vector = b.insert_element(vector, b.load(place, typ=F32, align=4), ir.Constant(I32, lane))
-            found[here[0]] = vector
-        elif here:
-            # More may be loaded than is wanted: pictures have room behind their last pixel (machine/memory.py).
-            count = 2 if max(here) < first + 2 else 4
-            loads = [b.load(place, typ=ir.VectorType(F32, count), align=4) for place in places(first)]
-            if count == 2:
-                whole = joined(b, loads)
-                columns = [picked(b, whole, range(column, 2 * b.lanes, 2)) for column in range(2)]
-            else:
-                columns = transposed(b, [joined(b, loads[row::4]) for row in range(4)])
-            found |= {number: columns[number - first] for number in here}
+        if here:
+            yield (here[0], 1, here) if len(here) == 1 else (first, 2 if max(here) < first + 2 else 4, here)
+
+
+def _places(b: Lanes, picture: Any, pixels: Any, channels: int, kind: Any, first: int) -> list[Any]:
+    """Where number ``first`` of each pixel lies."""
+    pixel = ir.ArrayType(kind, channels)
+    numbers = [b.sext(b.extract_element(pixels, ir.Constant(I32, lane)), I64) for lane in range(b.lanes)]
+    return [b.gep(picture, [n, ir.Constant(I64, first)], True, source_etype=pixel) for n in numbers]
+
+
+def _words(held: Format, b: Lanes, picture: Any, pixels: Any, channels: int, wanted: Sequence[int]) -> list[Any]:
+    """Numbers of 8 and 16 bits: several in one word of each lane."""
+    found: dict[int, Any] = {}
+    for first, count, here in _fours(wanted):
+        places = _places(b, picture, pixels, channels, element(held), first)
+        words = _lane_by_lane(b, places, ir.IntType(count * held.bits), held.bits // 8)
+        numbers = split(b, words, held, [number - first for number in here])
+        found |= {number: decoded(b, raw, held) for number, raw in zip(here, numbers, strict=True)}
+    return [found[number] for number in wanted]
+
+
+def _lane_by_lane(b: Lanes, places: Sequence[Any], kind: Any, align: int) -> Any:
+    vector = ir.Constant(b.vector(kind), ir.Undefined)
+    for lane, place in enumerate(places):
+        vector = b.insert_element(vector, b.load(place, typ=kind, align=align), ir.Constant(I32, lane))
+    return vector
+
+
+def _floats(b: Lanes, picture: Any, pixels: Any, channels: int, wanted: Sequence[int]) -> list[Any]:
+    found = {}
+    for first, count, here in _fours(wanted):
+        places = _places(b, picture, pixels, channels, F32, first)
+        if count == 1:
+            found[first] = _lane_by_lane(b, places, F32, 4)
+            continue
+        loads = [b.load(place, typ=ir.VectorType(F32, count), align=4) for place in places]
+        if count == 2:
+            whole = joined(b, loads)
+            columns = [picked(b, whole, range(column, 2 * b.lanes, 2)) for column in range(2)]
+        else:
+            columns = transposed(b, [joined(b, loads[row::4]) for row in range(4)])
+        found |= {number: columns[number - first] for number in here}
     return [found[number] for number in wanted]
 
 

@@ -165,7 +165,7 @@ def run_thrice(outputs: dict[str, Target], backend: Backend, options: Options) -
     with compile_graph(outputs, backend, options=options) as program:
         wanted = {*program.plan.inputs, *program.plan.values, *program.inputs}
         for frame, still, by in ((0, 0, 0.5), (1, 0, 0.75), (1, 1, 0.75)):
-            every = {"frame": unit(frame, SIZES[0]), "still": unit(10 + still, SIZES[0]), "by": by}
+            every: dict[str, Any] = {"frame": unit(frame, SIZES[0]), "still": unit(10 + still, SIZES[0]), "by": by}
             seen.append(dict(program(**{name: value for name, value in every.items() if name in wanted})))
     return seen
 

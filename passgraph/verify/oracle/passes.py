@@ -10,13 +10,13 @@ from numpy.typing import NDArray
 
 from passgraph.backends.base import Backend
 from passgraph.errors import InputError
-from passgraph.formats import Format, format_named
+from passgraph.formats import Format
 from passgraph.graph.targets import Target
 from passgraph.plan.build import build
 from passgraph.plan.data import CopyStep, DrawStep, Options, Plan, Step
 from passgraph.plan.reach import inputs_behind
+from passgraph.run.admission import admitted_picture, bound_to
 from passgraph.run.execution import Execution
-from passgraph.run.program import checked_picture
 from passgraph.verify.oracle.backend import Allowed, OracleBackend
 
 Picture: TypeAlias = NDArray[np.float32]
@@ -58,10 +58,8 @@ class Passes:
                 picture = frame.get(name, spec.default)
                 if picture is None:
                     raise InputError(f"input {name!r} is missing; give {name}=picture")
-                pictures[name] = checked_picture(picture, spec)
-                height, width, channels = pictures[name].shape
-                made = spec.format or format_named(("r32f", "rg32f", "rgb32f", "rgba32f")[channels - 1])
-                bound[name] = (made, (width, height))
+                pictures[name] = admitted_picture(picture, spec)
+                bound[name] = bound_to(pictures[name], spec)
             self.frames.append((pictures, {name: value for name, value in frame.items() if name not in specs}))
         self.plan: Plan = build(outputs, size, bound, OPTIONS)
         #: By whether corners snap, what :meth:`allowed` found.

@@ -1,0 +1,83 @@
+"""Pictures from memory to memory and from one format's numbers to another's, by compiled code and all threads.
+
+What is moved is a pixel pass that computes nothing: loads decode, stores round, and channels may come in reverse, as
+programs that say BGR hold them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.backends.base import Block
+from passgraph.backends.numpy.machine.workers import Workers
+from passgraph.backends.numpy.pixels.chains import Stage
+from passgraph.backends.numpy.pixels.near import Margin
+from passgraph.backends.numpy.pixels.runner import PixelRun
+from passgraph.backends.numpy.storage import adopted
+from passgraph.backends.steps import numbers_of, values_of
+from passgraph.formats import Format
+from passgraph.language import scalar as s
+
+#: Numbers below which NumPy has moved a picture before compiled code is found.
+LEAST = 1 << 14
+_NOTHING = Block(np.zeros(1, np.float32), np.zeros(1, np.int32))
+
+
+@dataclass(frozen=True)
+class Move:
+    """A step that copies a picture, see :class:`passgraph.plan.data.PixelStep`."""
+
+    program: s.ScalarProgram
+    size: tuple[int, int]
+    image_formats: tuple[Format]
+    output_formats: tuple[Format]
+    images: tuple[tuple[str, int]] = (("picture", 0),)
+    outputs: tuple[int] = (1,)
+
+
+@lru_cache(maxsize=8)
+def _program(channels: int, is_reversed: bool) -> s.ScalarProgram:
+    """``picture[0, 0]``, its channels in order or in reverse."""
+    values = tuple(s.Val("float", channel) for channel in range(channels))
+    zero, results = s.Lit("int", 0), values[::-1] if is_reversed else values
+    load = s.LoadTexel(values, "picture", zero, zero, relative=True, border="clamp")
+    use = s.ImageUse("picture", channels, relative=True)
+    return s.ScalarProgram(
+        "move", "pixel", (load,), (s.Output("moved", results, results),), None, (), (), (), (use,), ()
+    )
+
+
+class Moves:
+    """Those of one backend; compiled when first needed, by size and formats."""
+
+    def __init__(self, workers: Workers) -> None:
+        self.workers = workers
+        self._run = lru_cache(maxsize=32)(self._made)
+
+    def _made(self, size: tuple[int, int], source: Format, target: Format, is_reversed: bool) -> PixelRun:
+        step = Move(_program(source.channels, is_reversed), size, (source,), (target,))
+        run = PixelRun.made((Stage(step, Margin(), ()),), self.workers)
+        assert run is not None  # a pass by itself
+        return run
+
+    def __call__(self, source: NDArray[Any], held: Format, target: NDArray[Any], wanted: Format) -> None:
+        """The numbers of one format as those of another; arrays are (height, width, channels), with any strides."""
+        if source.size >= LEAST:
+            (one, other), is_reversed = _side_by_side(source, target)
+            read, written = adopted(one, held), adopted(other, wanted)
+            if read is not None and written is not None:
+                self._run(read.size, held, wanted, is_reversed)((written,), ((read,),), (_NOTHING,))
+                return
+        np.copyto(target, source if held.number == wanted.number else numbers_of(values_of(source, held), wanted))
+
+
+def _side_by_side(source: NDArray[Any], target: NDArray[Any]) -> tuple[tuple[NDArray[Any], NDArray[Any]], bool]:
+    """Both with their channels in the order of memory, and whether one is then the other's reverse."""
+    turned = [array.shape[2] > 1 and array.strides[2] < 0 for array in (source, target)]
+    one, other = (array[:, :, ::-1] if turn else array for array, turn in zip((source, target), turned, strict=True))
+    return (one, other), turned[0] != turned[1]

@@ -1,0 +1,103 @@
+"""Numbers as formats hold them in memory, and the float32 that a kernel computes with: loads decode, stores round."""
+
+# mypy: disable-error-code="no-untyped-call"
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+
+from passgraph.backends.numpy.vector.lanes import Lanes, is_vector
+from passgraph.backends.numpy.vector.operations import F32, I32
+from passgraph.formats import FORMATS, Format
+
+#: What lies between the passes of a chain, and what a depth buffer holds.
+FLOAT = FORMATS["r32f"]
+_ELEMENTS = {"f4": F32, "f2": ir.HalfType()}
+#: Added to a number of a few bits, it leaves the nearest whole one in the lowest bits, halves rounded to even.
+_WHOLE = 1.5 * (1 << 23)
+
+
+def element(held: Format) -> Any:
+    """LLVM's type of one number."""
+    return _ELEMENTS.get(held.number) or ir.IntType(held.bits)
+
+
+def decoded(b: Lanes, raw: Any, held: Format) -> Any:
+    """What loaded numbers (of :func:`element`) stand for."""
+    if not held.steps:
+        return b.fpext(raw, F32) if held.bits < 32 else raw
+    if held.low < 0:
+        whole = b.sitofp(b.sext(raw, I32), F32)
+        # the lowest number stands for -1 too
+        least = ir.Constant(F32, float(-held.steps))
+        whole = b.select(b.fcmp_ordered("<", whole, least), least, whole)
+    else:
+        whole = b.sitofp(b.zext(raw, I32), F32)
+    return divided(b, whole, held.steps)
+
+
+def divided(b: Lanes, whole: Any, steps: int) -> Any:
+    """A whole number of at most ``steps`` over ``steps``, rounded once, in two operations instead of a division.
+
+    The reciprocal in two parts: the product with the smaller one, then the larger added without rounding between.
+    That every number comes out as by division is tested number by number.
+    """
+    large = np.float32(1 / steps)
+    small = np.float32(1 / steps - float(large))
+    rest = b.fmul(whole, ir.Constant(F32, float(small)))
+    kind = ir.FunctionType(F32, [F32, F32, F32])
+    fused = b.module.globals.get("llvm.fma.f32") or ir.Function(b.module, kind, "llvm.fma.f32")
+    return b.call(fused, [whole, ir.Constant(F32, float(large)), rest])
+
+
+def rounded(b: Lanes, value: Any, held: Format) -> Any:
+    """The nearest numbers of :func:`element`, halves to even, as `quantize` and `quantize_half` of the prelude give."""
+    if held.steps:
+        low, one = ir.Constant(F32, held.low), ir.Constant(F32, 1.0)
+        value = b.select(b.fcmp_ordered("<", low, value), value, low)  # NaN becomes the lowest
+        value = b.select(b.fcmp_ordered("<", one, value), one, value)
+        moved = b.fadd(b.fmul(value, ir.Constant(F32, float(held.steps))), ir.Constant(F32, _WHOLE))
+        return b.trunc(b.bitcast(moved, I32), element(held))
+    return b.fptrunc(value, element(held)) if held.bits < 32 else value
+
+
+def split(b: Lanes, words: Any, held: Format, places: Sequence[int]) -> list[Any]:
+    """Numbers out of words that each hold several, the first in the lowest bits."""
+    bits = ir.IntType(held.bits)
+    found = []
+    for place in places:
+        moved = words
+        if place:
+            moved = b.lshr(
+                words, ir.Constant(words.type.element if is_vector(words) else words.type, place * held.bits)
+            )
+        number = b.trunc(moved, bits)
+        found.append(number if held.steps else b.bitcast(number, element(held)))
+    return found
+
+
+def woven(b: Lanes, numbers: Sequence[Any], held: Format) -> Any:
+    """Vectors of numbers, one a channel, in the order of memory: words where a pixel fits one, else interleaved."""
+    bits = held.bits * len(numbers)
+    if len(numbers) == 1 or bits not in (16, 32) or not held.steps:
+        return b.interleaved(list(numbers))
+    word = ir.IntType(bits)
+    made = None
+    for place, number in enumerate(numbers):
+        wide = b.zext(number, word)
+        part = b.shl(wide, ir.Constant(word, place * held.bits)) if place else wide
+        made = part if made is None else b.or_(made, part)
+    return made
+
+
+def store(b: Lanes, numbers: Sequence[Any], pointer: Any, held: Format, mask: Any = None) -> None:
+    """Pixels one behind another, a vector of numbers a channel; where there is a mask, only those in it."""
+    values = woven(b, numbers, held)
+    if mask is None:
+        b.plain.store(values, pointer, align=held.bits // 8)
+    else:
+        masks = b.interleaved([mask] * (values.type.count // b.lanes))
+        b.store_masked(values, pointer, masks, held.bits // 8)

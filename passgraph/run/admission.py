@@ -1,0 +1,147 @@
+"""Arrays of the caller: pictures that a run reads, and room that it writes into."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph import arguments
+from passgraph.errors import InputError
+from passgraph.formats import FORMATS, Format
+from passgraph.graph.targets import InputSpec
+from passgraph.plan.data import Plan
+
+#: What an array holds → how formats of such numbers end.
+_ENDINGS = {"u1": "8", "u2": "16", "f2": "16f", "f4": "32f"}
+#: Steps that finding shared memory may take: enough for pictures side by side in one array.
+OVERLAP_WORK = 10_000
+
+
+def format_of(picture: NDArray[Any]) -> Format:
+    """The format that holds such pictures as they are.
+
+    >>> format_of(np.zeros((2, 3, 4), np.uint8)).name
+    'rgba8'
+    """
+    return FORMATS[f"{'rgba'[: picture.shape[2]]}{_ENDINGS[picture.dtype.str[1:]]}"]
+
+
+def admitted_picture(given: Any, spec: InputSpec) -> NDArray[Any]:
+    """An input as (height, width, channels): as it is where the input's format holds such numbers, else in float32.
+
+    As float32, uint8, uint16 and bool count from 0 to 1; floats of 64 and more bits are rounded.  Byte order and
+    strides may be any.
+
+    Raises
+    ------
+    InputError
+        For what is not a picture, holds no numbers, or does not fit the declared size or channels.
+    """
+    array = _picture(given, spec)
+    number = None if spec.format is None else spec.format.number
+    own = array.dtype.isnative and array.dtype.str[1:] in _ENDINGS
+    return array if own and number in (None, array.dtype.str[1:]) else _as_values(array)
+
+
+def bound_to(picture: NDArray[Any], spec: InputSpec) -> tuple[Format, tuple[int, int]]:
+    """Format and size (width, height) of an input that such a picture is given for."""
+    return spec.format or format_of(picture), (picture.shape[1], picture.shape[0])
+
+
+def _picture(given: Any, spec: InputSpec) -> NDArray[Any]:
+    what, expected = f"input {spec.name!r}", "be an array (height, width, channels) of numbers"
+    array = arguments.numbers(given, what, expected)
+    if array.ndim not in (2, 3):
+        raise InputError(f"{what} must {expected}, got {arguments.shown(given)}")
+    if array.ndim == 2:
+        array = array[:, :, None]
+    height, width, channels = array.shape
+    if not (height and width and 1 <= channels <= 4):
+        raise InputError(f"{what} must have 1 to 4 channels and at least one pixel, got shape {array.shape}")
+    if spec.format is not None and channels != spec.format.channels:
+        raise InputError(f"{what} is {spec.format.name} with {spec.format.channels} channel(s), got {channels}")
+    if spec.size is not None and (width, height) != spec.size:
+        raise InputError(f"{what} is declared {spec.size[0]}x{spec.size[1]} pixels, got {width}x{height}")
+    if array.dtype.kind in "ui" and (array.dtype.kind == "i" or array.dtype.itemsize > 2):
+        raise InputError(f"{what} has dtype {array.dtype}; give float32 (0 to 1 for colours), uint8 or uint16")
+    return array
+
+
+def _as_values(array: NDArray[Any]) -> NDArray[np.float32]:
+    if array.dtype.kind == "u":  # of any byte order
+        return np.ascontiguousarray(array / np.float32(np.iinfo(array.dtype).max), np.float32)
+    with np.errstate(over="ignore"):  # float64 beyond float32 becomes infinite, and non_finite says what of that
+        return np.ascontiguousarray(array, np.float32)
+
+
+def given_room(into: object, plan: Plan, pictures: Mapping[str, NDArray[Any]]) -> dict[int, NDArray[Any]]:
+    """Arrays that results are written into, by resource.
+
+    Raises
+    ------
+    InputError
+        For an array that does not fit its target, cannot be written, or lies where another picture lies.
+    """
+    if not isinstance(into, Mapping):
+        raise InputError(f"into= takes arrays by output name, {{'name': array}}, got {arguments.shown(into)}")
+    room = {}
+    for name, array in into.items():
+        if not arguments.among(name, plan.outputs):
+            raise InputError(f"into= names {arguments.shown(name)}; the outputs are {', '.join(plan.outputs)}")
+        resource = plan.resources[plan.outputs[name]]
+        room[plan.outputs[name]] = _room(array, resource.format, resource.size, f"into={{{name!r}: …}}")
+    for (one, array), (other, another) in _pairs(into, pictures):
+        if _overlap(array, another):
+            raise InputError(f"the array given for output {one!r} shares memory with {other}; give each its own")
+    return room
+
+
+def _room(array: Any, format_: Format, size: tuple[int, int], what: str) -> NDArray[Any]:
+    number, (width, height) = np.dtype(format_.number), size
+    types = "float32" if number == np.float32 else f"{number} or float32"
+    expected = f"an array ({height}, {width}, {format_.channels}) of {types}, as target format {format_.name} says"
+    if not isinstance(array, np.ndarray):
+        given, array = array, arguments.numbers(array, what, f"be {expected}")
+        if array.flags.owndata:  # a list: what is written into the array would not be in it
+            raise InputError(f"{what} takes {expected}, got {arguments.shown(given)}, which is no memory to write into")
+    shaped = array[:, :, None] if array.ndim == 2 else array
+    if shaped.shape != (height, width, format_.channels) or array.dtype not in (number, np.dtype(np.float32)):
+        raise InputError(f"{what} takes {expected}, got {array.shape} of {array.dtype}")
+    if not array.flags.writeable:
+        raise InputError(f"{what} is read-only; give an array that may be written, such as a copy of it")
+    if _overlaps_itself(shaped):
+        raise InputError(f"{what} has pixels that share memory (strides {array.strides}); give a plain array")
+    made: NDArray[Any] = shaped
+    return made
+
+
+def _overlaps_itself(array: NDArray[Any]) -> bool:
+    """Whether two elements lie in one place, as in what np.broadcast_to makes."""
+    reach = array.itemsize
+    for stride, count in sorted((abs(s), n) for s, n in zip(array.strides, array.shape, strict=True) if n > 1):
+        if stride < reach:
+            return True
+        reach = stride * (count - 1) + reach
+    return False
+
+
+_Named = tuple[str, NDArray[Any]]
+
+
+def _pairs(into: Mapping[str, Any], pictures: Mapping[str, NDArray[Any]]) -> Iterator[tuple[_Named, _Named]]:
+    for (one, array), (other, another) in combinations(into.items(), 2):
+        yield (one, array), (f"that of output {other!r}", another)
+    for one, array in into.items():
+        for name, picture in pictures.items():
+            yield (one, array), (f"input {name!r}", picture)
+
+
+def _overlap(one: NDArray[Any], other: NDArray[Any]) -> bool:
+    try:
+        return np.shares_memory(one, other, max_work=OVERLAP_WORK)  # type: ignore[arg-type]
+    except np.exceptions.TooHardError:
+        return True  # their bounds overlap
