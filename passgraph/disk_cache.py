@@ -167,9 +167,10 @@ def _private_group(group: int) -> bool:
 
 
 @cache
-def text_digest(folder: Path) -> str:
+def text_digest(folder: Path, endings: tuple[str, ...] = (".py",)) -> str:
     """Stands for the text of a package: part of every name of what all of it decides."""
-    return hashlib.sha256(b"".join(path.read_bytes() for path in sorted(folder.rglob("*.py")))).hexdigest()
+    files = sorted(path for path in folder.rglob("*") if path.suffix in endings)
+    return hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()
 
 
 def recall(part: str, name: str) -> bytes | None:

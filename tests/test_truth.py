@@ -331,7 +331,16 @@ def test_an_empty_picture_is_refused() -> None:
 
 
 def test_embree_is_asked_for_by_name_or_taken_where_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(tracers, "find_spec", lambda name: None)
+    monkeypatch.setattr(tracers, "find_spec", lambda name: None if name == "embreex" else object())
     assert open_tracer(soup(3)).name == "bvh"
     with pytest.raises(pg.InputError, match=r"needs the package embreex: pip install 'passgraph\[truth\]'"):
         open_tracer(soup(3), "embree")
+
+
+@pytest.mark.parametrize(("name", "package"), [("auto", "embreex, or numba"), ("bvh", "numba"), ("embree", "embreex")])
+def test_a_tracer_without_its_package_says_what_to_install(
+    name: TracerName, package: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tracers, "find_spec", lambda name: None)
+    with pytest.raises(pg.InputError, match=rf"'{name}' needs the package {package}: pip install 'passgraph\[truth\]'"):
+        open_tracer(soup(3), name)

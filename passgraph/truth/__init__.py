@@ -1,7 +1,7 @@
 """What shadows should look like: the visible share of each light, by tracing rays.
 
-Two tracers answer the same questions: Embree, where ``passgraph[truth]`` is installed, and one of our own that
-numba compiles.
+Two tracers answer the same questions: Embree, and one of our own that numba compiles.  Both packages come with
+``passgraph[truth]``.
 
 >>> import passgraph as pg
 >>> from passgraph.truth import visible_share

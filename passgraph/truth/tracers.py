@@ -20,12 +20,13 @@ def open_tracer(corners: Float64, name: TracerName = "auto") -> Tracer:
     Parameters
     ----------
     corners : (n, 3, 3) triangle, corner, coordinate; every triangle has an area
-    name : "embree" needs ``passgraph[truth]``; "bvh" is our own; "auto" takes Embree where it is installed
+    name : "embree", or "bvh", our own, which numba compiles; "auto" takes Embree where it is installed.  The
+        packages of both come with ``passgraph[truth]``
 
     Raises
     ------
     InputError
-        The name is unknown, or Embree is asked for and missing.
+        The name is unknown, or its package is missing.
 
     >>> tracer = open_tracer(np.array([[[0, 0, 0], [1, 0, 0], [0, 1, 0.0]]]), "bvh")
     >>> tracer.closest(np.array([[0.2, 0.2, 1], [2, 2, 1.0]]), np.array([[0, 0, -1], [0, 0, -1.0]])).tolist()
@@ -38,6 +39,11 @@ def open_tracer(corners: Float64, name: TracerName = "auto") -> Tracer:
     if name == "embree" and not installed:
         raise InputError("tracer 'embree' needs the package embreex: pip install 'passgraph[truth]', or take 'bvh'")
     if name == "bvh" or not installed:
+        if find_spec("numba") is None:
+            raise InputError(
+                f"tracer {name!r} needs the package {'numba' if name == 'bvh' else 'embreex, or numba'}: "
+                "pip install 'passgraph[truth]'"
+            )
         from passgraph.truth.bvh import BvhTracer
 
         return BvhTracer(corners)

@@ -141,7 +141,7 @@ import sys, numpy as np
 import passgraph as pg
 from passgraph.backends.numpy.machine import native
 compiled, before = [], native._compiled
-native._compiled = lambda text: (compiled.append("anew"), before(text))[1]
+native._compiled = lambda *given: (compiled.append("anew"), before(*given))[1]
 kernel = pg.kernel(source=sys.argv[1])
 with pg.compile(kernel(pg.Input("frame")), backend="numpy") as program:
     program(frame=np.zeros((16, 16, 4), np.float32))

@@ -2,16 +2,11 @@
 
 from __future__ import annotations
 
-import re
-import subprocess
-import sys
-
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph.backends.numpy.machine.jit import llvm_text
 from passgraph.backends.numpy.raster import draw as raster
 from passgraph.backends.numpy.raster import entries, kernel
 from passgraph.backends.numpy.raster.setup import holds
@@ -202,38 +197,6 @@ def test_scratch_is_kept_from_frame_to_frame() -> None:
         program.run()
         assert {name: id(vars(made_by[1])[name]) for name in kept} == kept
         assert len(kept) > 8
-
-
-SECOND = """
-import sys
-import passgraph as pg
-text = sys.argv[1]
-mesh = pg.Mesh.make([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], [[0, 1, 2]])
-stages = {"vertex": pg.vertex(source=text, name="lean"), "fragment": pg.fragment(source=text, name="branches")}
-at_once = pg.draw(mesh, into=pg.target("at_once"), name="at_once", **stages)
-in_order = pg.draw(mesh, into=pg.target("in_order"), name="in_order", blend="add", **stages)
-with pg.compile([at_once, in_order], "numpy", size=(20, 10)) as program:
-    found = program()
-print(*(found[name].any() for name in found), "numba" in sys.modules)
-"""
-
-
-def test_a_second_process_draws_without_numba() -> None:
-    said = [
-        subprocess.run(
-            [sys.executable, "-c", SECOND, KERNELS], capture_output=True, text=True, check=True, timeout=300
-        ).stdout.split()
-        for _ in range(2)
-    ]
-    assert said[1] == ["True", "True", "False"]
-
-
-def test_fixed_functions_stand_by_themselves_and_keep_arrays_apart() -> None:
-    """LLVM may not assume that a store changes another array; no symbol is left that numba or Python would bring."""
-    code = entries.classify
-    text, _ = llvm_text(code.find(), code.pieces, code.kinds)
-    assert "noalias" in text
-    assert not re.findall(r"^declare (?!.*@llvm\.).*", text, re.MULTILINE)
 
 
 def test_arrays_of_another_kind_are_refused() -> None:

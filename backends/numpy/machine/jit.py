@@ -1,10 +1,14 @@
-"""What numba compiles: Python functions over arrays and numbers, to LLVM text that stands by itself (numba_code.py)."""
+"""What numba compiles: Python functions over arrays and numbers, to LLVM text that stands by itself.
+
+Only who changes such functions needs this, and numba: their text is shipped (shipped.py).
+"""
 
 # mypy: disable-error-code="no-untyped-call,misc,unused-ignore,attr-defined"
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import lru_cache
 from typing import Any
 
@@ -53,7 +57,7 @@ def compiled(function: Callable[..., Any]) -> Any:
 
 
 def llvm_text(function: Callable[..., Any], pieces: int, kinds: Sequence[str]) -> tuple[str, str]:
-    """Optimised LLVM text of a function and of all that it calls, and its name there.
+    """LLVM text of a function and of all that it calls as numba writes it down, and its name there.
 
     ``pieces`` and ``kinds`` say what it takes, see :class:`~.numba_code.NumbaCode`.
     """
@@ -69,7 +73,9 @@ def llvm_text(function: Callable[..., Any], pieces: int, kinds: Sequence[str]) -
     flags: Any = Flags()
     flags.error_model, flags.boundscheck, flags.nrt, flags.noalias = "numpy", False, False, True
     flags.no_cpython_wrapper = flags.no_cfunc_wrapper = True
-    made = compile_extra(cpu_target.typing_context, cpu_target.target_context, function, tuple(given), None, flags, {})
+    with _unoptimised():
+        context = cpu_target.target_context
+        made = compile_extra(cpu_target.typing_context, context, function, tuple(given), None, flags, {})
     assert made.signature.return_type in (types.int64, types.none)
     text = made.library.get_llvm_str()
     # What is called from here alone need not be seen, and may become part of the caller.
@@ -78,3 +84,16 @@ def llvm_text(function: Callable[..., Any], pieces: int, kinds: Sequence[str]) -
     text = re.sub(rf"^declare void @{_GIVE_BACK}\(ptr\).*$", "", text, flags=re.MULTILINE)
     text += f"\ndefine internal void @{_GIVE_BACK}(ptr %memory) {{\n  ret void\n}}\n"
     return text, made.fndesc.llvm_func_name
+
+
+@contextmanager
+def _unoptimised() -> Iterator[None]:
+    """numba optimises for the processor of the machine that it runs on."""
+    from numba.core import config
+
+    before = config.OPT
+    config.OPT = type(before)(0)
+    try:
+        yield
+    finally:
+        config.OPT = before

@@ -1,4 +1,4 @@
-"""Machine code from LLVM text of our own, kept on disk: a second process needs no compiler, and no numba either."""
+"""Machine code from LLVM text of our own, kept on disk: a second process needs no compiler."""
 
 # mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
@@ -55,26 +55,28 @@ def _engine() -> Any:
 _loaded: dict[str, int] = {}
 
 
-def function_address(parts: tuple[str, ...], emit: Callable[[str], str]) -> int:
+def function_address(parts: tuple[str, ...], emit: Callable[[str], str], *, loops: bool = False) -> int:
     """Where the function is that ``emit(name)`` gives the LLVM text of; ``parts`` tell it from every other.
+
+    ``loops``: LLVM is to make vectors of its loops, see :func:`optimised`.
 
     Threads take turns: what one is compiling, another that asks for it finds made.
     """
     with _compiling:
-        return _address(parts, emit)
+        return _address(parts, emit, loops)
 
 
-def _address(parts: tuple[str, ...], emit: Callable[[str], str]) -> int:
+def _address(parts: tuple[str, ...], emit: Callable[[str], str], loops: bool) -> int:
     _, cpu, features = _machine()
     # Border rules come from the language's own text, beside the programs among the parts.
-    texts = (text_digest(Path(__file__).parents[1]), text_digest(Path(borders.__file__).parent))
+    texts = (text_digest(Path(__file__).parents[1], (".py", ".ll")), text_digest(Path(borders.__file__).parent))
     told = (*texts, llvmlite.__version__, cpu, features, *parts)
     key = hashlib.sha256("\0".join(told).encode()).hexdigest()[:40]
     if key not in _loaded:
         name = f"pg_{key}"
         code = recall("code", f"{name}.o")
         if code is None:
-            code = _compiled(emit(name))
+            code = _compiled(emit(name), loops)
             remember("code", f"{name}.o", code)
         engine = _engine()
         engine.add_object_file(llvm.ObjectFileRef.from_data(code))
@@ -83,18 +85,21 @@ def _address(parts: tuple[str, ...], emit: Callable[[str], str]) -> int:
     return _loaded[key]
 
 
-def _compiled(text: str) -> bytes:
-    return bytes(_machine()[0].emit_object(optimised(text)))
+def _compiled(text: str, loops: bool) -> bytes:
+    return bytes(_machine()[0].emit_object(optimised(text, loops=loops)))
 
 
-def optimised(text: str) -> Any:
-    """A module as it becomes machine code."""
+def optimised(text: str, *, loops: bool = False) -> Any:
+    """A module as it becomes machine code.
+
+    In text of kernels what is to be a vector is one already.  ``loops``: others have loops over single numbers, of
+    which LLVM makes vectors and, at its third level alone, takes out conditions that stay the same.
+    """
     machine = _machine()[0]
     module = llvm.parse_assembly(text)
     module.verify()
-    options = llvm.create_pipeline_tuning_options(speed_level=2)
-    # What is to be a vector is one already.
-    options.loop_vectorization = options.slp_vectorization = options.loop_unrolling = False
+    options = llvm.create_pipeline_tuning_options(speed_level=3 if loops else 2)
+    options.loop_vectorization, options.slp_vectorization, options.loop_unrolling = loops, False, False
     builder = llvm.create_pass_builder(machine, options)
     builder.getModulePassManager().run(module, builder)
     return module

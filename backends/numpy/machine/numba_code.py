@@ -1,4 +1,4 @@
-"""Functions written for numba and called without it: compiled once, then kept as plain machine code.
+"""Functions written for numba and called without it: shipped as LLVM text, kept as machine code.
 
 A function takes first the numbers of one piece of work, which a call passes on, then what is the same for all pieces:
 numbers and arrays, whose addresses and shapes are bound before and wait in memory (the *context*).  It raises nothing
@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from passgraph.backends.numpy.machine.native import function_address
+from passgraph.backends.numpy.machine.shipped import Shipped
 
 _LLVM = {"i64": "i64", "f64": "double"}
 _DTYPES = {name: np.dtype(kind) for name, kind in (
@@ -28,32 +29,39 @@ class NumbaCode:
 
     Parameters
     ----------
-    parts
-        Tell it from every other, with the text of this backend.
+    name
+        Tells it from every other, in its text too.
     pieces
         How many whole numbers each call passes on.
     kinds
         Of the other arguments: "i64", "f64", or arrays in C order such as "f32[1]" and "i32[2]" (dimensions).
     find
-        Gives the Python function; called where no machine code is kept.
+        Gives the Python function; called where its text is older than it.
+    shipped
+        Where its text is.
     """
 
     def __init__(
-        self, parts: tuple[str, ...], pieces: int, kinds: Sequence[str], find: Callable[[], Callable[..., Any]]
+        self, name: str, pieces: int, kinds: Sequence[str], find: Callable[[], Callable[..., Any]], shipped: Shipped
     ) -> None:
-        self.parts, self.pieces, self.kinds, self.find = parts, pieces, tuple(kinds), find
+        self.name, self.pieces, self.kinds, self.find, self.shipped = name, pieces, tuple(kinds), find, shipped
 
     def call(self) -> Call:
         """For one caller, compiled or loaded."""
-        address = function_address((*self.parts, str(self.pieces), *self.kinds), self._text)
+        parts = ("shipped", self.name, str(self.pieces), *self.kinds)
+        address = function_address(parts, self._text, loops=True)
         kind = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, *[ctypes.c_int64] * self.pieces)
         return Call(kind(address), self.kinds)
 
-    def _text(self, name: str) -> str:
+    def made(self) -> str:
+        """Its text, made anew by numba."""
         from passgraph.backends.numpy.machine.jit import llvm_text
+        from passgraph.backends.numpy.machine.portable import portable
 
-        text, inner = llvm_text(self.find(), self.pieces, self.kinds)
-        return text + _entry(name, inner, self.pieces, self.kinds)
+        return portable(*llvm_text(self.find(), self.pieces, self.kinds), self.name)
+
+    def _text(self, name: str) -> str:
+        return self.shipped.text(self.name, self.made) + entry_text(name, self.name, self.pieces, self.kinds)
 
 
 class Call:
@@ -87,7 +95,7 @@ class Call:
         self.held[number] = given
 
 
-def _entry(name: str, inner: str, pieces: int, kinds: Sequence[str]) -> str:
+def entry_text(name: str, inner: str, pieces: int, kinds: Sequence[str]) -> str:
     """A function of the context and a piece's numbers that calls numba's with arguments as numba lays them out: an
     array is its owner and parent (none), count, size of an item, address, shape and strides."""
     lines: list[str] = []

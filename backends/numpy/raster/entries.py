@@ -1,16 +1,18 @@
 """The rasteriser's fixed functions as the host calls them, and the numbers that both know.
 
-They are written in setup.py, tiles.py and order.py, which are loaded only where they must be
-compiled.
+They are written in setup.py, tiles.py and order.py, which are loaded only where their text (``fixed/``) is made anew;
+generate.py does that.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 from passgraph.backends.numpy.machine.numba_code import NumbaCode
+from passgraph.backends.numpy.machine.shipped import Shipped
 from passgraph.backends.numpy.raster.layout import TILE
 
 #: A triangle cut by six planes has at most nine corners.
@@ -34,6 +36,14 @@ TESTS = {
     "not_equal": LESS | GREATER, "greater_equal": GREATER | EQUAL, "always": LESS | EQUAL | GREATER,
 }  # fmt: skip
 
+_FOLDER = Path(__file__).parent
+#: Where the functions are written, what they take from elsewhere, and how they become text.
+SOURCES = (
+    *(_FOLDER / f"{name}.py" for name in ("call", "entries", "layout", "order", "setup", "tiles", "triangle")),
+    *(_FOLDER.parent / "machine" / f"{name}.py" for name in ("jit", "portable")),
+)
+SHIPPED = Shipped(_FOLDER / "fixed", SOURCES, "python -m passgraph.backends.numpy.raster.generate")
+
 
 def _entry(module: str, function: str, pieces: int, kinds: str) -> NumbaCode:
     def find() -> Callable[..., Any]:
@@ -42,7 +52,7 @@ def _entry(module: str, function: str, pieces: int, kinds: str) -> NumbaCode:
         ).py_func
         return found
 
-    return NumbaCode((module, function), pieces, kinds.split(), find)
+    return NumbaCode(function, pieces, kinds.split(), find, SHIPPED)
 
 
 project = _entry("setup", "project", 2, "f64[2] i64 i64 i32[1] i32[1] f64[1] f64[1] u8[1]")
@@ -63,3 +73,5 @@ in_order = _entry(
     "i64[1] i64 i64[1] i64 i64[1] i32[1] i32[2] i32[1] i32[1] f64[1] f64[1] f32[2] f64 f64 i64 i64 "
     "f32[1] f64 i64 i32[1] i64 f64[1] i64 i64[1]",
 )  # fmt: skip
+
+FIXED = (project, classify, assemble, count_tiles, fill_tiles, tiles, in_order)
