@@ -113,7 +113,7 @@ def test_plain_arrays_stay_where_they_are_on_numpy() -> None:
         told = program.explain()
         program(frame=given[..., ::-1], into={"grey": room[..., ::-1]})
         moved = program.explain()
-    assert "input 'frame': read in place from uint8" in told and "output 'grey': written in place" in told
+    assert "input 'frame': read in place from uint8" in told and "output 'grey': written in place in" in told
     assert "input 'frame': moved to rgba8" in moved and "output 'grey': moved into uint8" in moved
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from contextlib import nullcontext
-from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 import numpy as np
@@ -17,6 +16,7 @@ from passgraph.language.layout import components
 from passgraph.language.scalar import ScalarProgram
 from passgraph.plan.chains import Chains
 from passgraph.plan.data import CopyStep, DrawStep, PixelStep, Plan, Step
+from passgraph.run.lending import Lending
 
 if TYPE_CHECKING:
     from passgraph.backends.base import Backend, Block
@@ -54,12 +54,7 @@ class Execution:
         self._chained: list[tuple[Step, Execute]] = []
         #: Results of chains whose memory one of the chain's images has, and the memory that they have instead.
         self._apart: dict[int, int] = {}
-        #: Storages in memory of the caller, in the place of memories: inputs of this run, and where it wrote results.
-        self._lent: dict[int, Any] = {}
-        #: What the caller gave for results of the last run, by resource.
-        self._room: dict[int, NDArray[Any]] = {}
-        #: How the arrays of the last run came in and went out, by name.
-        self.transfers: dict[str, str] = {}
+        self.lending = Lending(plan, backend)
         self._swap_due = False
         try:
             for memory in plan.memories:
@@ -72,8 +67,8 @@ class Execution:
             raise
 
     def _storage(self, resource: int) -> Any:
-        place = self.places[resource]
-        return self._lent[place] if place in self._lent else self.memories[place]
+        place, lent = self.places[resource], self.lending.storages
+        return lent[place] if place in lent else self.memories[place]
 
     # Compiling: each step becomes a function of this run's values.
 
@@ -174,9 +169,7 @@ class Execution:
         ``observe`` and ``check`` see what each step wrote, which is then read back: slow, for looking.  ``room`` says
         where results go, by resource.
         """
-        self._lent.clear()
-        self.transfers.clear()
-        self._room = dict(room or {})
+        self.lending.begin(room or {})
         values = self._values(given)
         static = {name: values[name] for name, handle in self.plan.values.items() if handle.static}
         static |= {str(number): _contents(resolve(handle, values)) for number, handle in enumerate(self._by_value)}
@@ -184,6 +177,17 @@ class Execution:
         self._static_seen = None  # until this run has ended well, nothing counts as done
         if check is not None:
             check.begin(pictures)
+        try:
+            self._run_steps(pictures, values, observe, check, static_changed)
+        except BaseException:
+            self.lending.begin({})
+            raise
+        self._static_seen, self._swap_due = static, True
+
+    def _run_steps(
+        self, pictures: Mapping[str, Picture], values: dict[Any, object],
+        observe: Callable[[Step, dict[str, Picture]], None] | None, check: PassCheck | None, static_changed: bool,
+    ) -> None:  # fmt: skip
         looking = observe is not None or check is not None
         # Who looks may use the device between two steps.
         with nullcontext() if looking else self.backend.running():
@@ -191,7 +195,7 @@ class Execution:
             self._swap_history()
             for resource, apart in self._apart.items():
                 self.places[resource] = self.plan.resources[resource].memory if looking else apart
-            borrowed = self._borrow_room()
+            self.lending.take_room(self.places)
             for step, execute in self._runs if looking else self._chained:
                 if step.static and not static_changed:
                     continue
@@ -202,45 +206,7 @@ class Execution:
                         observe(step, {self.plan.resources[r].name: picture for r, picture in written.items()})
                     if check is not None:
                         check.look(step, written)
-            for resource, array in self._room.items():
-                if resource not in borrowed:
-                    self.backend.download_into(self._storage(resource), array, self.plan.resources[resource].format)
-            for resource in self._borrowed_inputs:
-                self._lent.pop(self.places[resource], None)
-        self._static_seen, self._swap_due = static, True
-
-    @cached_property
-    def _written(self) -> set[int]:
-        """Places that some step writes; static steps do so in some runs only."""
-        return {self.plan.resources[r].memory for step in self.plan.steps for r in step.writes}
-
-    @cached_property
-    def _borrowed_inputs(self) -> list[int]:
-        """Inputs that may stay where the caller has them: read by this run alone, and never drawn over."""
-        kept = {
-            *self.plan.outputs.values(),
-            *(self.plan.inputs[name] for name in self.plan.static_inputs & set(self.plan.inputs)),
-        }
-        inputs = self.plan.inputs.values()
-        return [r for r in inputs if r not in kept and self.plan.resources[r].memory not in self._written]
-
-    def _borrow_room(self) -> set[int]:
-        """Results that this run writes where the caller wants them; the others are moved there afterwards."""
-        static = {r for step in self.plan.steps if step.static for r in step.writes}
-        borrowed = set()
-        for resource, array in self._room.items():
-            made = self.plan.resources[resource]
-            if made.history is not None or made.kind != "target" or resource in static:
-                continue
-            storage = self.backend.adopt(array, made.format)
-            if storage is not None:
-                self._lent[self.places[resource]] = storage
-                borrowed.add(resource)
-        names = {resource: name for name, resource in self.plan.outputs.items()}
-        for resource, array in self._room.items():
-            how = "written in place" if resource in borrowed else "moved into"
-            self.transfers[f"output {names[resource]!r}"] = f"{how} {_layout(array)}"
-        return borrowed
+            self.lending.end(self.places, self.memories)
 
     def _swap_history(self) -> None:
         """What the last run wrote becomes history; at the start of a run, so that results can be read after it."""
@@ -280,13 +246,8 @@ class Execution:
             format_ = self.plan.resources[resource].format
             if name in static and self._uploaded.get(name) is picture:
                 continue
-            if resource in self._borrowed_inputs:
-                storage = self.backend.adopt(picture, format_)
-                if storage is not None:
-                    self._lent[self.places[resource]] = storage
-                    self.transfers[f"input {name!r}"] = f"read in place from {_layout(picture)}"
-                    continue
-            self.transfers[f"input {name!r}"] = f"moved to {format_.name} from {_layout(picture)}"
+            if self.lending.takes(name, resource, self.places[resource], picture):
+                continue
             if picture.dtype == np.float32:
                 self.backend.upload(self._storage(resource), picture)
             else:
@@ -321,8 +282,8 @@ class Execution:
 
     def result(self, resource: int, stored: bool = False) -> NDArray[Any]:
         """The same as its caller wants it: what was given to write into, the format's numbers, or values."""
-        if resource in self._room:
-            return self._room[resource]
+        if resource in self.lending.room:
+            return self.lending.room[resource]
         made = self.plan.resources[resource]
         if not stored:
             return self.backend.download(self._storage(resource))
@@ -346,10 +307,6 @@ class Execution:
         """Let go of everything; compiled steps know this object, so that it would wait for the garbage collector."""
         self.memories, self._runs, self._chained = [], [], []
         self._geometries.clear()
-
-
-def _layout(array: NDArray[Any]) -> str:
-    return f"{array.dtype} {array.shape}, strides {array.strides}"
 
 
 def _same(one: object, other: object) -> bool:

@@ -159,7 +159,7 @@ class Program:
         """What runs in which order and why, and how the arrays of the last run came in and went out."""
         lines = [self.plan.explain()]
         if self._execution is not None:
-            lines += [f"- {what}: {how}" for what, how in self._execution.transfers.items()]
+            lines += [f"- {what}: {how}" for what, how in self._execution.lending.transfers.items()]
         return "\n".join(lines)
 
     def _make_plan(self) -> None:

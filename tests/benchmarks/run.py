@@ -45,6 +45,11 @@ def cpu_table(quick: bool, _: str) -> list[Ratio]:
     return found
 
 
+def arrays(quick: bool, _: str) -> list[Ratio]:
+    found: list[Ratio] = importlib.import_module("bench_arrays").ratios(9 if quick else 60)
+    return found
+
+
 def raster(quick: bool, _: str) -> list[Ratio]:
     bench = importlib.import_module("bench_raster")
     size, frames, found = ((960, 540), 3, []) if quick else ((1920, 1080), 9, [])
@@ -136,6 +141,7 @@ class Benchmark:
 
 BENCHMARKS = {
     "cpu": Benchmark(cpu_table, {"halide": "halide", "cv2": "opencv-python-headless"}),
+    "arrays": Benchmark(arrays, {"cv2": "opencv-python-headless"}),
     "raster": Benchmark(raster, {}),
     "soft_shadow": Benchmark(soft_shadow, {}),
     "compile": Benchmark(compiling, {}),

@@ -1,0 +1,90 @@
+"""Arrays of the caller in the place of a plan's memories, as far as a run goes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.plan.data import Plan
+
+if TYPE_CHECKING:
+    from passgraph.backends.base import Backend
+
+
+class Lending:
+    """What the caller lends to one run after another.
+
+    Attributes
+    ----------
+    storages : those that the backend made of such arrays, by the place of the memory that they stand for
+    room : where the caller wants results of the last run, by resource
+    transfers : how each array of the last run came in or went out, in words
+    """
+
+    def __init__(self, plan: Plan, backend: Backend) -> None:
+        self.plan, self.backend = plan, backend
+        self.storages: dict[int, Any] = {}
+        self.room: dict[int, NDArray[Any]] = {}
+        self.transfers: dict[str, str] = {}
+
+    def begin(self, room: Mapping[int, NDArray[Any]]) -> None:
+        """Another run begins: what the one before was lent is the caller's alone."""
+        self.storages.clear()
+        self.transfers.clear()
+        self.room = dict(room)
+
+    def takes(self, name: str, resource: int, place: int, picture: NDArray[Any]) -> bool:
+        """Whether an input's picture is read where it lies."""
+        format_ = self.plan.resources[resource].format
+        storage = self.backend.adopt(picture, format_) if resource in self._read_only else None
+        how = f"moved to {format_.name}" if storage is None else "read in place"
+        self.transfers[f"input {name!r}"] = f"{how} from {_layout(picture)}"
+        if storage is not None:
+            self.storages[place] = storage
+        return storage is not None
+
+    def take_room(self, places: Sequence[int]) -> None:
+        """Results that the backend can write where the caller wants them are written there."""
+        for resource in self.room.keys() & self._plain_results:
+            storage = self.backend.adopt(self.room[resource], self.plan.resources[resource].format)
+            if storage is not None:
+                self.storages[places[resource]] = storage
+
+    def end(self, places: Sequence[int], memories: Sequence[Any]) -> None:
+        """Move the other results to where they are wanted, and give the inputs back.
+
+        Results stay lent until the next run, so that they can be read.
+        """
+        names = {resource: name for name, resource in self.plan.outputs.items()}
+        for resource, array in self.room.items():
+            moved = places[resource] not in self.storages
+            if moved:
+                self.backend.download_into(memories[places[resource]], array, self.plan.resources[resource].format)
+            how = "moved into" if moved else "written in place in"
+            self.transfers[f"output {names[resource]!r}"] = f"{how} {_layout(array)}"
+        for resource in self._read_only:
+            self.storages.pop(places[resource], None)
+
+    @cached_property
+    def _read_only(self) -> set[int]:
+        """Inputs of which nothing is needed after a run, and that no step draws over."""
+        plan = self.plan
+        kept = {*plan.outputs.values(), *(r for name, r in plan.inputs.items() if name in plan.static_inputs)}
+        written = {plan.resources[r].memory for step in plan.steps for r in step.writes}
+        return {r for r in plan.inputs.values() if r not in kept and plan.resources[r].memory not in written}
+
+    @cached_property
+    def _plain_results(self) -> set[int]:
+        """Results that every run writes anew, and that the next one does not need."""
+        plan = self.plan
+        static = {r for step in plan.steps if step.static for r in step.writes}
+        plain = (plan.resources[r] for r in plan.outputs.values() if r not in static)
+        return {made.id for made in plain if made.kind == "target" and made.history is None}
+
+
+def _layout(array: NDArray[Any]) -> str:
+    return f"{np.dtype(array.dtype)} {array.shape}, strides {array.strides}"
