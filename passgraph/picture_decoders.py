@@ -1,7 +1,8 @@
 """Bytes of a picture file to `(h, w, 4)`, in memory that its header tells beforehand.
 
 Decoders deliver the pixels as the file stores them; they are widened to floats piece by piece, straight into the
-result, or kept as they are. So loading holds the result, one copy of the stored pixels (or two), the file, and pieces of a fixed size.
+result, or kept as they are. So loading holds the result, one copy of the stored pixels (or two), the file, and pieces
+of a fixed size.
 """
 
 from __future__ import annotations
@@ -138,7 +139,7 @@ def _decode_with_pillow(file: Path, data: bytes, max_bytes: int, as_stored: bool
     upside = back(picture)
     for box in _pieces(width, height):
         values = _piece(image.crop(box), None if other is None else other.crop(box))
-        _put(upside[box[1] : box[3], box[0] : box[2]], values if as_stored else _scaled(values))
+        _put(upside[box[1] : box[3], box[0] : box[2]], values if as_stored else scaled(values))
     return picture, image.mode != "F"
 
 
@@ -178,7 +179,7 @@ def _piece(image: Any, low: Any) -> Stored:
     return np.asarray(straight.convert("RGBA"))
 
 
-def _scaled(values: Stored) -> Picture:
+def scaled(values: Stored) -> Picture:
     """Integers as floats in [0, 1]; floats as they are."""
     floats: Picture = values.astype(np.float32, copy=False)
     return floats / np.float32(np.iinfo(values.dtype).max) if values.dtype.kind == "u" else floats
@@ -282,7 +283,7 @@ def _decode_npy(file: Path, data: bytes, max_bytes: int, as_stored: bool) -> tup
     for left, top, right, bottom in _pieces(shape[1], shape[0]):
         with np.errstate(over="ignore"):  # a float64 beyond float32 becomes infinity, as in a float target
             part = array[top:bottom, left:right].astype(kept)
-        _put(picture[top:bottom, left:right], part if as_stored else _scaled(part))
+        _put(picture[top:bottom, left:right], part if as_stored else scaled(part))
     return picture, kept is not np.float32
 
 

@@ -43,7 +43,7 @@ class Source(Protocol):
     """What frames come from: iterating gives them in order, without their pixels.
 
     A frame that is broken raises InputError when it is read; a source that cannot go on raises it when it is
-    iterated: what came before stays.
+    iterated: what came before stays.  One that has ``endless = True`` goes with others, which say when to end.
     """
 
     @property
@@ -60,10 +60,13 @@ class Source(Protocol):
 class Sink:
     """What frames go to.  Each run calls `begin`, then `take` for each frame in order, then `finish` or `abandon`."""
 
-    #: What messages call it.
-    name = "sink"
     #: Whether `prepare` writes all that a frame needs, so that a run that is broken off keeps it.
     whole_when_prepared = False
+
+    @property
+    def name(self) -> str:
+        """What messages call it."""
+        return type(self).__name__
 
     def begin(self, source: Source) -> None:
         """Refuse what cannot be written, before the work."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -81,19 +82,40 @@ class ToPictures(Sink):
                 raise InputError(f"{path}: unknown suffix {path.suffix!r}; expected one of {' '.join(type_of_suffix)}")
 
     def holds(self, frame: Frame) -> bool:
-        """Files are written whole, so one that is there and newer than its input is done."""
-        try:
-            made = self.path(frame).stat()
-            given = self._inputs.get(frame.number)
-            return made.st_size > 0 and (given is None or made.st_mtime_ns >= given.stat().st_mtime_ns)
-        except OSError:
-            return False
+        given = self._inputs.get(frame.number)
+        return is_made(self.path(frame), [] if given is None else [given])
 
     def stores(self, frame: Frame) -> np.dtype[Any]:
         return np.dtype(np.float32 if self.path(frame).suffix.lower() in _FLOAT_SUFFIXES else np.uint8)
 
     def prepare(self, frame: Frame, picture: Stored) -> None:
         save(self.path(frame), picture)
+
+
+def is_made(output: Path, inputs: Iterable[Path]) -> bool:
+    """Whether an output is there, no older than its inputs: outputs have their names only when they are whole."""
+    try:
+        made = output.stat()
+        return made.st_size > 0 and all(made.st_mtime_ns >= path.stat().st_mtime_ns for path in inputs)
+    except OSError:
+        return False
+
+
+class Still:
+    """One picture, of a file or an array, that goes with every frame of another source."""
+
+    #: Iterating never ends: others decide how many frames there are.
+    endless = True
+    count = None
+
+    def __init__(self, picture: str | os.PathLike[str] | Stored) -> None:
+        is_array = isinstance(picture, np.ndarray)
+        self.name = "a still picture" if is_array else os.fspath(picture)  # type: ignore[arg-type]
+        self._picture: Stored = picture if is_array else load_stored(Path(picture))  # type: ignore[assignment, arg-type]
+
+    def __iter__(self) -> Iterator[Frame]:
+        for number in count(1):
+            yield Frame.of(number, self.name, self._picture)
 
 
 class Arrays:
@@ -119,8 +141,6 @@ class Arrays:
 
 class ToArrays(Sink):
     """Frames to a list of float32 arrays, ``pictures``."""
-
-    name = "arrays"
 
     def __init__(self) -> None:
         self.pictures: list[Stored] = []

@@ -18,7 +18,7 @@ from passgraph.pictures import MAX_BYTES, encode_with_pillow, load_stored
 
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
 #: Layouts of raw pixels, by ffmpeg's names: type and channels.
-LAYOUTS = {
+LAYOUTS: dict[str, tuple[np.dtype[Any], int]] = {
     "gray": (np.dtype(np.uint8), 1),
     "rgb24": (np.dtype(np.uint8), 3),
     "rgba": (np.dtype(np.uint8), 4),
@@ -105,8 +105,8 @@ class Pipe:
             return b""
         if data != _SIGNATURE:
             raise InputError(
-                f"{where}: is no PNG; expected PNG files one behind the other, or raw pixels with --raw; got bytes that "
-                f"begin with {data!r}"
+                f"{where}: is no PNG; expected PNG files one behind the other, or raw pixels with --raw; got bytes "
+                f"that begin with {data!r}"
             )
         parts, size = [data], 8
         while True:
@@ -135,8 +135,12 @@ class ToPipe(Sink):
     """Frames to a stream such as ``sys.stdout.buffer``: PNG files, or raw pixels of one size."""
 
     def __init__(self, stream: BinaryIO, raw: Raw | None = None, name: str = "standard output") -> None:
-        self.stream, self.raw, self.name = stream, raw, name
+        self.stream, self.raw, self._name = stream, raw, name
         self._size = None if raw is None else raw.size
+
+    @property
+    def name(self) -> str:
+        return self._name
 
     def stores(self, frame: Frame) -> np.dtype[Any]:
         return np.dtype(np.uint8) if self.raw is None else LAYOUTS[self.raw.layout][0]
@@ -172,7 +176,8 @@ def with_channels(picture: Stored, count: int) -> Stored:
         if colours.shape[2] == 1:
             return colours
         weights = np.array([0.2126, 0.7152, 0.0722], np.float32)  # Rec. 709
-        return np.rint(colours.astype(np.float32) @ weights)[..., None].astype(picture.dtype)
+        luma: Stored = np.rint(colours.astype(np.float32) @ weights)[..., None].astype(picture.dtype)
+        return luma
     made = np.empty((*picture.shape[:2], count), picture.dtype)
     made[..., :3] = colours
     if count == 4:

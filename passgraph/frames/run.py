@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import itertools
 import os
 from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
@@ -36,6 +37,7 @@ def frames(
     jobs: int | None = None,
     linear: bool = False,
     resume: bool = False,
+    same_size: bool = False,
     watch: Watch | None = None,
 ) -> Summary:
     """Run a program on every frame of a source, and store the results.
@@ -55,6 +57,7 @@ def frames(
     linear : decode the colours of 8- and 16-bit pictures from sRGB to linear light first
     resume : leave out frames whose output is there, newer than the input.  Programs with history run them all the
         same, without writing them.
+    same_size : refuse a frame for which several sources bring pictures of different sizes
     watch : called with each frame's `Outcome`, in order, in the caller's thread
 
     Returns
@@ -88,7 +91,7 @@ def frames(
     if isinstance(sink, (str, os.PathLike)):
         sink = open_sink(sink)
     count = default_jobs() if jobs is None else arguments.whole(jobs, "jobs", 1, MOST_JOBS, InputError)
-    run = _Run(program, _by_name(program, source, values), sink, values, output, linear, resume, watch)
+    run = _Run(program, _by_name(program, source, values), sink, values, output, linear, resume, same_size, watch)
     return run.all(count)
 
 
@@ -127,6 +130,7 @@ class _Run:
     output: str | None
     linear: bool
     resume: bool
+    same_size: bool
     watch: Watch | None
     written: int = 0
     kept: int = 0
@@ -135,7 +139,7 @@ class _Run:
     size: tuple[int, int] | None = None
     ran: int = 0
     is_full: bool = False
-    sizes: dict[str, tuple[int, ...]] = field(default_factory=dict)
+    sizes: dict[str, tuple[int, int]] = field(default_factory=dict)
 
     def all(self, jobs: int) -> Summary:
         start = perf_counter()
@@ -176,6 +180,7 @@ class _Run:
 
     def _computed(self, loading: Ahead[_Loading]) -> Iterator[_Storing]:
         for item, future in loading:
+            made: Stored | Exception | None
             try:
                 made = None if item.skipped else self._run(item, future.result())
             except (PassgraphError, MemoryError) as error:
@@ -185,8 +190,7 @@ class _Run:
             yield _Storing(item.frame, made)
 
     def _run(self, item: _Loading, pictures: dict[str, Stored]) -> Stored | None:
-        if self.program.has_history:
-            self._check_sizes(pictures)
+        self._check_sizes(item, pictures)
         values = self.values(item.frame.number) if callable(self.values) else self.values or {}
         if item.held:
             self.program.run(**values, **pictures)
@@ -197,14 +201,19 @@ class _Run:
         self.ran += 1
         return result
 
-    def _check_sizes(self, pictures: dict[str, Stored]) -> None:
-        for name, picture in pictures.items():
-            height, width = picture.shape[:2]
-            before = self.sizes.setdefault(name, (width, height))
-            if before != (width, height):
+    def _check_sizes(self, item: _Loading, pictures: dict[str, Stored]) -> None:
+        sizes = {name: (picture.shape[1], picture.shape[0]) for name, picture in pictures.items()}
+        first = next(iter(sizes))
+        for name, size in sizes.items():
+            before = self.sizes.setdefault(name, size) if self.program.has_history else size
+            if before != size:
                 raise InputError(
-                    f"input {name!r} is {width}x{height} pixels, and frames before it are {before[0]}x{before[1]}; an "
+                    f"{item.frames[name].name}: is {_text(size)} pixels, and frames before it are {_text(before)}; an "
                     "effect that reads last frame's picture needs one size; run the sizes apart"
+                )
+            if self.same_size and size != sizes[first]:
+                raise InputError(
+                    f"{item.frames[name].name}: is {_text(size)} pixels, and {item.frame.name} is {_text(sizes[first])}"
                 )
 
     def _prepare(self, item: _Storing) -> Any:
@@ -291,22 +300,27 @@ class _Storing:
 
 
 def _in_step(sources: dict[str, Source]) -> Iterator[dict[str, Frame]]:
-    """One frame of each source, until all end together."""
+    """One frame of each source, until all end together; endless ones go with the others."""
     iterators = {name: iter(source) for name, source in sources.items()}
-    count = 0
-    while True:
-        frames = {name: frame for name, frames in iterators.items() if (frame := next(frames, None)) is not None}
+    ending = [name for name, source in sources.items() if not getattr(source, "endless", False)]
+    if not ending:
+        raise InputError("none of the sources ends; give one that is no still picture")
+    for count in itertools.count():
+        frames = {name: frame for name in ending if (frame := next(iterators[name], None)) is not None}
         if not frames:
             return
-        if len(frames) < len(sources):
-            short = next(name for name in sources if name not in frames)
+        if len(frames) < len(ending):
+            short = next(name for name in ending if name not in frames)
             longer = next(iter(frames))
             raise InputError(
                 f"{sources[short].name}: ends after {count} frames, and {sources[longer].name} has more; "
                 f"give {short!r} one for each"
             )
-        count += 1
-        yield frames
+        yield {name: frames[name] if name in frames else next(iterators[name]) for name in sources}
+
+
+def _text(size: tuple[int, int]) -> str:
+    return f"{size[0]}x{size[1]}"
 
 
 def _is_full(error: BaseException | None) -> bool:

@@ -31,9 +31,7 @@ def import_av(file: Path) -> Any:
     try:
         import av
     except ImportError as error:
-        raise InputError(f"{file}: videos need PyAV, which is not installed; run: pip install 'passgraph[video]'") from (
-            error
-        )
+        raise InputError(f"{file}: PyAV is not installed; run: pip install 'passgraph[video]'") from error
     return av
 
 
@@ -82,8 +80,8 @@ class Video:
     @property
     def count(self) -> int | None:
         if self.frames:
-            return self.frames
-        return round(self.duration * self.rate) if self.duration and self.rate else None
+            return int(self.frames)
+        return round(float(self.duration * self.rate)) if self.duration and self.rate else None
 
     def __iter__(self) -> Iterator[Frame]:
         number, end = 0, Fraction(0)
@@ -114,9 +112,8 @@ class Video:
             except StopIteration:
                 return
             except av.error.FFmpegError as error:
-                raise InputError(f"{self.path}: cannot be read on ({reason(error)}); frames until then are done") from (
-                    error
-                )
+                text = f"{self.path}: cannot be read on ({reason(error)}); frames until then are done"
+                raise InputError(text) from error
             try:
                 frames = packet.decode()
             except av.error.FFmpegError as error:

@@ -16,6 +16,7 @@ import numpy as np
 from passgraph import arguments
 from passgraph.errors import InputError
 from passgraph.frames.frame import Frame, Sink, Source, Stored
+from passgraph.frames.pictures import Pictures, is_made
 from passgraph.frames.pipe import Pipe, with_channels
 from passgraph.frames.sound import Sound
 from passgraph.frames.video import FULL, UNSPECIFIED, Video, import_av, reason, stated
@@ -73,7 +74,8 @@ class ToVideo(Sink):
         self._stream: Any = None
         self._size: tuple[int, int] | None = None
         self._format = ""
-        self._first = self._last = None  # number of the first frame, pts of the last
+        self._first: int | None = None  # number of the first frame
+        self._last: int | None = None  # pts of the last one
         target = Path(os.path.realpath(self.path))
         if self._video is not None and target == Path(os.path.realpath(self._video.path)):
             raise InputError(f"{self.path}: would be overwritten while it is read; give the output another name")
@@ -101,8 +103,21 @@ class ToVideo(Sink):
                 found = self._av.codec.Codec(name, "w")
                 if found.type == "video" and (found.name == usual or name in self._container.supported_codecs):
                     return found
-        known = ", ".join(n for n in ("libx264", "libx265", "libvpx-vp9", "libsvtav1", "prores_ks", "ffv1") if n)
-        raise InputError(f"{self.path}: no encoder {self.codec or usual!r} for such a file; others are {known}")
+        raise InputError(
+            f"{self.path}: no encoder {self.codec or usual!r} for such a file; others are libx264, libx265, "
+            "libvpx-vp9, libsvtav1, prores_ks, ffv1"
+        )
+
+    def is_made(self, source: Source) -> bool:
+        """Whether the whole video is there, newer than what it is made from: it has its name only then."""
+        inputs = (
+            source.paths.values()
+            if isinstance(source, Pictures)
+            else [source.path]
+            if isinstance(source, Video)
+            else []
+        )
+        return is_made(self.path, inputs)
 
     def stores(self, frame: Frame) -> np.dtype[Any]:
         deep = self._video is not None and self._video.deep
@@ -141,19 +156,21 @@ class ToVideo(Sink):
         wanted = [] if video is None else [video.format.replace("yuvj", "yuv") if "mjpeg" not in known else ""]
         wanted += ["yuv420p10le", "yuv422p10le", "yuv444p10le"] if deep else []
         wanted += ["yuv420p", "yuvj420p", "yuv422p", "yuv444p", "yuvj444p"]
+        name: str
         for name in [*wanted, *known]:
             form = self._av.VideoFormat(name, width, height) if name in known else None
-            if form is not None and width % (width // form.chroma_width(width) or 1) == 0 and self._fits(form):
+            if form is not None and self._fits(form):
                 return name
         raise InputError(
             f"{self.path}: the encoder {self._encoder.name} takes no {width}x{height} pixels; use another --codec"
         )
 
-    def _fits(self, form: Any) -> bool:
+    @staticmethod
+    def _fits(form: Any) -> bool:
         """Whether each chroma sample stands for whole pixels."""
         width, height = form.width, form.height
         across, down = form.chroma_width(64), form.chroma_height(64)
-        return width % (64 // across) == 0 and height % (64 // down) == 0
+        return bool(width % (64 // across) == 0 and height % (64 // down) == 0)
 
     # One thread
 
@@ -188,7 +205,7 @@ class ToVideo(Sink):
         video, rate = self._video, Fraction(self._rate).limit_denominator(1 << 16)
         options = {**_QUALITY.get(self._encoder.name, {}), **self.options}
         stream = self._stream = self._container.add_stream(self._encoder.name, rate=rate, options=options)
-        stream.width, stream.height, stream.pix_fmt = *self._size, self._format
+        (stream.width, stream.height), stream.pix_fmt = self._size, self._format
         coarse = self._encoder.name.startswith(_COARSE)
         self._time_base = 1 / rate if video is None or coarse else video.time_base
         context = stream.codec_context
