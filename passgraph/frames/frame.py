@@ -9,6 +9,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from passgraph.errors import InputError
+
 #: (height, width, 1 to 4), row 0 on top: uint8 or uint16, sRGB-encoded, or float32.
 Stored = NDArray[Any]
 
@@ -37,6 +39,10 @@ class Frame:
     def of(number: int, name: str, picture: Stored) -> Frame:
         """A frame whose picture is there already."""
         return Frame(number, name, lambda: picture)
+
+
+class OutputError(InputError):
+    """An output that cannot be written at all: the run ends, since no other frame would fare better."""
 
 
 class Source(Protocol):
@@ -75,8 +81,11 @@ class Sink:
         """Whether the frame's whole output is there already."""
         return False
 
-    def stores(self, frame: Frame) -> np.dtype[Any]:
-        """The type that its picture is stored in: uint8, uint16 or float32."""
+    def stores(self, frame: Frame, size: tuple[int, int]) -> np.dtype[Any]:
+        """The type that a frame of this width and height is stored in: uint8, uint16 or float32.
+
+        Called for each frame in order; raises InputError for a size that does not fit.
+        """
         return np.dtype(np.float32)
 
     def prepare(self, frame: Frame, picture: Stored) -> Any:

@@ -85,7 +85,7 @@ class ToPictures(Sink):
         given = self._inputs.get(frame.number)
         return is_made(self.path(frame), [] if given is None else [given])
 
-    def stores(self, frame: Frame) -> np.dtype[Any]:
+    def stores(self, frame: Frame, size: tuple[int, int]) -> np.dtype[Any]:
         return np.dtype(np.float32 if self.path(frame).suffix.lower() in _FLOAT_SUFFIXES else np.uint8)
 
     def prepare(self, frame: Frame, picture: Stored) -> None:

@@ -142,24 +142,23 @@ class ToPipe(Sink):
     def name(self) -> str:
         return self._name
 
-    def stores(self, frame: Frame) -> np.dtype[Any]:
-        return np.dtype(np.uint8) if self.raw is None else LAYOUTS[self.raw.layout][0]
+    def stores(self, frame: Frame, size: tuple[int, int]) -> np.dtype[Any]:
+        if self.raw is None:
+            return np.dtype(np.uint8)
+        self._size = self._size or size
+        if self._size != size:
+            raise InputError(
+                f"{frame.name}: makes {size[0]}x{size[1]} pixels, and {self.name} holds {self._size[0]}x"
+                f"{self._size[1]}; raw pixels have one size"
+            )
+        return LAYOUTS[self.raw.layout][0]
 
-    def prepare(self, frame: Frame, picture: Stored) -> bytes | Stored:
+    def prepare(self, frame: Frame, picture: Stored) -> bytes:
         if self.raw is None:
             return encode_with_pillow(Path(frame.name), picture, "PNG")
-        return np.ascontiguousarray(with_channels(picture, LAYOUTS[self.raw.layout][1]))
+        return with_channels(picture, LAYOUTS[self.raw.layout][1]).tobytes()
 
-    def take(self, frame: Frame, prepared: bytes | Stored) -> None:
-        if not isinstance(prepared, bytes):
-            height, width = prepared.shape[:2]
-            self._size = self._size or (width, height)
-            if self._size != (width, height):
-                raise InputError(
-                    f"{frame.name}: makes {width}x{height} pixels, and {self.name} holds {self._size[0]}x"
-                    f"{self._size[1]}; raw pixels have one size"
-                )
-            prepared = prepared.tobytes()
+    def take(self, frame: Frame, prepared: bytes) -> None:
         self.stream.write(prepared)
 
     def finish(self) -> None:

@@ -12,10 +12,12 @@ from dataclasses import dataclass, field
 from time import perf_counter
 from typing import Any, TypeAlias
 
+import numpy as np
+
 from passgraph import arguments
 from passgraph.errors import GraphError, InputError, PassgraphError
 from passgraph.frames.ahead import Ahead
-from passgraph.frames.frame import Frame, Outcome, Sink, Source, Stored, Summary
+from passgraph.frames.frame import Frame, Outcome, OutputError, Sink, Source, Stored, Summary
 from passgraph.frames.stored import given, stored
 from passgraph.run.program import Program
 
@@ -181,13 +183,15 @@ class _Run:
     def _computed(self, loading: Ahead[_Loading]) -> Iterator[_Storing]:
         for item, future in loading:
             made: Stored | Exception | None
+            dtype: np.dtype[Any] | None = None
             try:
                 made = None if item.skipped else self._run(item, future.result())
+                dtype = self.sink.stores(item.frame, _size(made)) if made is not None else None
             except (PassgraphError, MemoryError) as error:
-                if not self.ran and not isinstance(error, (InputError, MemoryError)):
+                if isinstance(error, OutputError) or not (self.ran or isinstance(error, (InputError, MemoryError))):
                     raise  # a program that does not fit would fail for every frame
                 made = error
-            yield _Storing(item.frame, made)
+            yield _Storing(item.frame, made, dtype)
 
     def _run(self, item: _Loading, pictures: dict[str, Stored]) -> Stored | None:
         self._check_sizes(item, pictures)
@@ -202,7 +206,7 @@ class _Run:
         return result
 
     def _check_sizes(self, item: _Loading, pictures: dict[str, Stored]) -> None:
-        sizes = {name: (picture.shape[1], picture.shape[0]) for name, picture in pictures.items()}
+        sizes = {name: _size(picture) for name, picture in pictures.items()}
         first = next(iter(sizes))
         for name, size in sizes.items():
             before = self.sizes.setdefault(name, size) if self.program.has_history else size
@@ -221,7 +225,8 @@ class _Run:
             return None
         if isinstance(item.made, Exception):
             raise item.made
-        return self.sink.prepare(item.frame, stored(item.made, self.sink.stores(item.frame), item.frame.name))
+        assert item.dtype is not None
+        return self.sink.prepare(item.frame, stored(item.made, item.dtype, item.frame.name))
 
     def _take_all(self, storing: Ahead[_Storing]) -> None:
         for item, future in storing:
@@ -233,7 +238,7 @@ class _Run:
                 if _is_full(error):
                     self.stopped, self.is_full = f"the disk is full: {error}", True
                     return
-                if isinstance(error, OSError):
+                if isinstance(error, (OSError, OutputError)):
                     raise
                 self._failed(item.frame, error)
             else:
@@ -245,7 +250,7 @@ class _Run:
             self._tell(Outcome(item.frame.number, item.frame.name, "kept"))
         else:
             assert not isinstance(item.made, Exception)
-            self.written, self.size = self.written + 1, (item.made.shape[1], item.made.shape[0])
+            self.written, self.size = self.written + 1, _size(item.made)
             self._tell(Outcome(item.frame.number, item.frame.name, "written"))
 
     def _failed(self, frame: Frame, error: Exception) -> None:
@@ -293,10 +298,11 @@ class _Loading:
 
 @dataclass(frozen=True, eq=False)
 class _Storing:
-    """A frame and its result; None where its output is there already."""
+    """A frame, its result (None where its output is there already), and the type that this is stored in."""
 
     frame: Frame
     made: Stored | Exception | None
+    dtype: np.dtype[Any] | None
 
 
 def _in_step(sources: dict[str, Source]) -> Iterator[dict[str, Frame]]:
@@ -317,6 +323,10 @@ def _in_step(sources: dict[str, Source]) -> Iterator[dict[str, Frame]]:
                 f"give {short!r} one for each"
             )
         yield {name: frames[name] if name in frames else next(iterators[name]) for name in sources}
+
+
+def _size(picture: Stored) -> tuple[int, int]:
+    return picture.shape[1], picture.shape[0]
 
 
 def _text(size: tuple[int, int]) -> str:

@@ -9,7 +9,20 @@ from pathlib import Path
 from typing import Any
 
 from passgraph.errors import InputError
-from passgraph.frames.video import import_av, reason
+from passgraph.frames.video import import_av, opened
+
+
+def check_sound(path: Path, container: Any, into: Path) -> None:
+    """Refuse sound that a container cannot hold: libav would find out when frames are made already."""
+    with opened(path) as given:
+        for stream in given.streams:
+            if stream.type in ("audio", "subtitle") and stream.codec_context is not None:
+                codec = stream.codec_context.codec
+                if not {codec.name, codec.canonical_name} & container.supported_codecs:
+                    raise InputError(
+                        f"{into}: cannot hold the {stream.type} of {path} as it is ({codec.name}); choose another "
+                        "suffix, such as .mkv, or leave it out (--no-sound)"
+                    )
 
 
 class Sound:
@@ -21,25 +34,15 @@ class Sound:
     ----------
     path : the file with the sound
     container : the one that it goes to, to which streams are added
-    into : what messages call that
     """
 
-    def __init__(self, path: Path, container: Any, into: Path) -> None:
+    def __init__(self, path: Path, container: Any) -> None:
         self._av = import_av(path)
         self._container = self._av.open(os.fspath(path), metadata_errors="replace")
         self._streams: dict[int, Any] = {}
-        self.left_out: list[str] = []
         for stream in self._container.streams:
-            if stream.type not in ("audio", "subtitle"):
-                continue
-            try:
+            if stream.type in ("audio", "subtitle") and stream.codec_context is not None:
                 self._streams[stream.index] = container.add_stream_from_template(stream, opaque=True)
-            except (self._av.error.FFmpegError, ValueError) as error:
-                self.close()
-                raise InputError(
-                    f"{into}: cannot hold the {stream.type} of {path} as it is ({reason(error)}); choose another "
-                    "suffix, such as .mkv, or --no-sound"
-                ) from error
         kept = [self._container.streams[index] for index in self._streams]
         self._packets = iter(self._container.demux(kept)) if kept else iter(())
         self._next: Any = None

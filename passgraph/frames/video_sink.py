@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import os
 import secrets
-import threading
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from fractions import Fraction
 from pathlib import Path
@@ -15,10 +14,10 @@ import numpy as np
 
 from passgraph import arguments
 from passgraph.errors import InputError
-from passgraph.frames.frame import Frame, Sink, Source, Stored
+from passgraph.frames.frame import Frame, OutputError, Sink, Source, Stored
 from passgraph.frames.pictures import Pictures, is_made
 from passgraph.frames.pipe import Pipe, with_channels
-from passgraph.frames.sound import Sound
+from passgraph.frames.sound import Sound, check_sound
 from passgraph.frames.video import FULL, UNSPECIFIED, Video, import_av, reason, stated
 
 #: Frames a second of pictures that do not say how many.
@@ -58,7 +57,6 @@ class ToVideo(Sink):
     ) -> None:
         self.path = arguments.path(path, "a video to write")
         self.rate, self.codec, self.options, self.sound = rate, codec, dict(options or {}), sound
-        self._lock = threading.Lock()
         self._temporary: Path | None = None
 
     @property
@@ -87,6 +85,8 @@ class ToVideo(Sink):
         try:
             self._container = self._av.open(os.fspath(self._temporary), "w")
             self._encoder = self._chosen()
+            if self._video is not None and self.sound:
+                check_sound(self._video.path, self._container, self.path)
         except (self._av.error.FFmpegError, OSError, ValueError) as error:
             self.abandon()
             raise InputError(f"{self.path}: cannot be written as a video ({reason(error)})") from error
@@ -119,22 +119,20 @@ class ToVideo(Sink):
         )
         return is_made(self.path, inputs)
 
-    def stores(self, frame: Frame) -> np.dtype[Any]:
+    def stores(self, frame: Frame, size: tuple[int, int]) -> np.dtype[Any]:
+        if self._size is None:
+            self._size, self._format = size, self._pixel_format(*size)
+        if size != self._size:
+            raise InputError(
+                f"{frame.name}: makes {size[0]}x{size[1]} pixels, and {self.path} has frames of {self._size[0]}x"
+                f"{self._size[1]}; a video has one size"
+            )
         deep = self._video is not None and self._video.deep
         return np.dtype(np.uint16 if deep else np.uint8)
 
     # Any thread
 
     def prepare(self, frame: Frame, picture: Stored) -> Any:
-        height, width = picture.shape[:2]
-        with self._lock:
-            if self._size is None:
-                self._size, self._format = (width, height), self._pixel_format(width, height)
-        if (width, height) != self._size:
-            raise InputError(
-                f"{frame.name}: makes {width}x{height} pixels, and {self.path} has frames of {self._size[0]}x"
-                f"{self._size[1]}; a video has one size"
-            )
         deep = picture.dtype == np.uint16
         pixels = np.ascontiguousarray(with_channels(picture, 4))
         made = self._av.VideoFrame.from_numpy_buffer(pixels, "rgba64le" if deep else "rgba")
@@ -161,7 +159,7 @@ class ToVideo(Sink):
             form = self._av.VideoFormat(name, width, height) if name in known else None
             if form is not None and self._fits(form):
                 return name
-        raise InputError(
+        raise OutputError(
             f"{self.path}: the encoder {self._encoder.name} takes no {width}x{height} pixels; use another --codec"
         )
 
@@ -220,8 +218,11 @@ class ToVideo(Sink):
                 {key: text for key, text in video.metadata.items() if key.lower() not in _OWN_METADATA}
             )
             if self.sound:
-                self._sound = Sound(video.path, self._container, self.path)
+                self._sound = Sound(video.path, self._container)
         self._container.start_encoding()
+        for key in self.options:
+            if key in context.options:  # libav takes away those that it knows
+                raise OutputError(f"{self.path}: the encoder {self._encoder.name} has no option {key!r}")
 
     def finish(self) -> None:
         self._guarded(self._finish)
@@ -247,9 +248,9 @@ class ToVideo(Sink):
             self._sound.close()
         temporary.unlink(missing_ok=True)
 
-    def _guarded(self, work: Any) -> None:
-        """Errors of libav with the file's name; a full disk stays one."""
+    def _guarded(self, work: Callable[[], None]) -> None:
+        """Errors of libav with the file's name: nothing can be added behind them."""
         try:
             work()
         except self._av.error.FFmpegError as error:
-            raise InputError(f"{self.path}: cannot be written ({reason(error)})") from error
+            raise OutputError(f"{self.path}: cannot be written ({reason(error)})") from error

@@ -45,8 +45,6 @@ def value(path: Path) -> int:
     return round(float(loaded[0, 0, 0]) * 255)
 
 
-
-
 def video(
     path: Path,
     count: int = 10,
@@ -69,7 +67,7 @@ def video(
             setattr(stream.codec_context, name, number)
         audio = container.add_stream("aac", rate=8000, layout="mono") if sound else None
         for i in range(count):
-            frame = av.VideoFrame.from_ndarray(np.full((size[1], size[0], 3), 20 + 10 * i, np.uint8), "rgb24")
+            frame = av.VideoFrame.from_ndarray(np.full((size[1], size[0], 3), 20 + 10 * (i % 20), np.uint8), "rgb24")
             frame.colorspace, frame.color_range = colours.get("colorspace", 6), colours.get("color_range", 1)
             frame = frame.reformat(format=pix_fmt)
             frame.pts, frame.time_base = (i if times is None else times[i]), base
