@@ -13,6 +13,7 @@ import numpy as np
 
 from passgraph.errors import InputError
 from passgraph.frames.frame import Frame, Sink, Stored
+from passgraph.frames.stored import with_channels
 from passgraph.graph.targets import MAX_SIDE
 from passgraph.pictures import MAX_BYTES, encode_with_pillow, load_stored
 
@@ -163,23 +164,3 @@ class ToPipe(Sink):
 
     def finish(self) -> None:
         self.stream.flush()
-
-
-def with_channels(picture: Stored, count: int) -> Stored:
-    """A picture with 1, 3 or 4 channels: gray is repeated, colours become gray by their luma, alpha is 1 if missing."""
-    have = picture.shape[2]
-    if have == count:
-        return picture
-    colours = picture[..., : 3 if have > 2 else 1]
-    if count == 1:
-        if colours.shape[2] == 1:
-            return colours
-        weights = np.array([0.2126, 0.7152, 0.0722], np.float32)  # Rec. 709
-        luma: Stored = np.rint(colours.astype(np.float32) @ weights)[..., None].astype(picture.dtype)
-        return luma
-    made = np.empty((*picture.shape[:2], count), picture.dtype)
-    made[..., :3] = colours
-    if count == 4:
-        opaque = np.iinfo(picture.dtype).max if picture.dtype.kind == "u" else 1
-        made[..., 3] = picture[..., -1] if have in (2, 4) else opaque
-    return made

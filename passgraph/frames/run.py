@@ -178,7 +178,10 @@ class _Run:
             self.stopped = str(error)
 
     def _load(self, item: _Loading) -> dict[str, Stored]:
-        return {} if item.skipped else {name: given(f.read(), self.linear) for name, f in item.frames.items()}
+        if item.skipped:
+            return {}
+        inputs = self.program.inputs
+        return {name: given(frame.read(), inputs[name], self.linear) for name, frame in item.frames.items()}
 
     def _computed(self, loading: Ahead[_Loading]) -> Iterator[_Storing]:
         for item, future in loading:

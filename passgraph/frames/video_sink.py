@@ -16,8 +16,9 @@ from passgraph import arguments
 from passgraph.errors import InputError
 from passgraph.frames.frame import Frame, OutputError, Sink, Source, Stored
 from passgraph.frames.pictures import Pictures, is_made
-from passgraph.frames.pipe import Pipe, with_channels
+from passgraph.frames.pipe import Pipe
 from passgraph.frames.sound import Sound, check_sound
+from passgraph.frames.stored import with_channels
 from passgraph.frames.video import FULL, UNSPECIFIED, Video, import_av, reason, stated
 
 #: Frames a second of pictures that do not say how many.

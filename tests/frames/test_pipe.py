@@ -13,7 +13,7 @@ import pytest
 import passgraph as pg
 from passgraph.errors import InputError
 from passgraph.frames import Arrays, Pipe, Raw, ToArrays, ToPipe
-from passgraph.frames.pipe import with_channels
+from passgraph.frames.stored import with_channels
 from tests.frames.made import inverted, picture
 
 
@@ -115,8 +115,13 @@ def test_layouts(text: str, made: Raw) -> None:
     assert Raw.parsed(text) == made
 
 
-@pytest.mark.parametrize("text", ["", "64x48", "64x48:", "64x48:yuv", "0x1:rgb24", "99999x1:rgb24", "1x1:rgb24@0",
-                                  "1x1:rgb24@1/0", "1x1:rgb24@-1", "²x²:rgb24", "1x1:rgb24@", "1x1:rgb24 "])  # fmt: skip
+@pytest.mark.parametrize(
+    "text",
+    [
+        "", "64x48", "64x48:", "64x48:yuv", "0x1:rgb24", "99999x1:rgb24", "1x1:rgb24@0", "1x1:rgb24@1/0",
+        "1x1:rgb24@-1", "²x²:rgb24", "1x1:rgb24@", "1x1:rgb24 ",
+    ],
+)  # fmt: skip
 def test_layouts_that_are_refused(text: str) -> None:
     with pytest.raises(InputError, match="'"):
         Raw.parsed(text)
