@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +45,7 @@ class OutputError(InputError):
     """An output that cannot be written at all: the run ends, since no other frame would fare better."""
 
 
+@runtime_checkable
 class Source(Protocol):
     """What frames come from: iterating gives them in order, without their pixels.
 

@@ -69,8 +69,9 @@ class Pattern:
         folder = self._parts[0] or "."
         try:
             names = os.listdir(folder)
-        except OSError as error:
-            raise InputError(f"{self.text}: the folder {folder} cannot be read ({error.strerror})") from error
+        except (OSError, ValueError) as error:
+            reason = getattr(error, "strerror", None) or error
+            raise InputError(f"{self.text}: the folder {folder} cannot be read ({reason})") from error
         found = {number: Path(self._parts[0], name) for name in names if (number := self.number(name)) is not None}
         if not found:
             raise InputError(f"{self.text}: no file has such a name; check the folder and the digits of the number")
@@ -126,7 +127,10 @@ def folder_files(folder: Path) -> list[Path]:
 
 def glob_files(text: str) -> list[Path]:
     """What a wildcard finds: every file, whatever its suffix."""
-    found = [path for name in glob(text, recursive=True) if (path := Path(name)).is_file()]
+    try:
+        found = [path for name in glob(text, recursive=True) if (path := Path(name)).is_file()]
+    except ValueError:  # a null byte
+        found = []
     if not found:
         raise InputError(f"{text}: no file has such a name; check the wildcard (the folder here is {Path.cwd()})")
     return in_order(found)

@@ -22,6 +22,7 @@ from passgraph.frames.stored import given, stored
 from passgraph.run.program import Program
 
 Values: TypeAlias = "Mapping[str, Any] | Callable[[int], Mapping[str, Any]]"
+Feed: TypeAlias = "Source | str | os.PathLike[str]"
 Watch: TypeAlias = Callable[[Outcome], None]
 #: What ends a run: no further frame would fare better.
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EROFS)
@@ -31,7 +32,7 @@ MOST_JOBS = 256
 
 def frames(
     program: Program,
-    source: Source | Mapping[str, Source] | str | os.PathLike[str],
+    source: Feed | Mapping[str, Feed],
     sink: Sink | str | os.PathLike[str],
     *,
     values: Values | None = None,
@@ -85,13 +86,20 @@ def frames(
     >>> made.pictures[0][0, 0].tolist()
     [1.0, 1.0, 1.0, 1.0]
     """
-    from passgraph.frames.open import open_sink, open_source
+    from passgraph.frames.open import open_sink
 
     arguments.instance(program, Program, "the program of frames", "what pg.compile returned")
-    if isinstance(source, (str, os.PathLike)):
-        source = open_source(source)
     if isinstance(sink, (str, os.PathLike)):
         sink = open_sink(sink)
+    arguments.instance(sink, Sink, "the sink of frames", "a path, or a sink such as ToPictures(...)", InputError)
+    for name, flag in (("linear", linear), ("resume", resume), ("same_size", same_size)):
+        arguments.flag(flag, f"frames: {name}", InputError)
+    if values is not None and not callable(values):
+        arguments.instance(values, Mapping, "frames: values", "a mapping, or a function of the frame's number")
+    if output is not None:
+        arguments.text(output, "frames: output")
+    if watch is not None:
+        arguments.function(watch, "frames: watch")
     count = default_jobs() if jobs is None else arguments.whole(jobs, "jobs", 1, MOST_JOBS, InputError)
     run = _Run(program, _by_name(program, source, values), sink, values, output, linear, resume, same_size, watch)
     return run.all(count)
@@ -103,7 +111,7 @@ def default_jobs() -> int:
     return min(cores, MOST_JOBS)
 
 
-def _by_name(program: Program, source: Source | Mapping[str, Source], values: Values | None) -> dict[str, Source]:
+def _by_name(program: Program, source: Feed | Mapping[str, Feed], values: Values | None) -> dict[str, Source]:
     if isinstance(source, Mapping):
         for name in source:
             if not arguments.among(name, program.inputs):
@@ -111,7 +119,7 @@ def _by_name(program: Program, source: Source | Mapping[str, Source], values: Va
                 raise GraphError(f"there is no input {arguments.shown(name)}; the program has {known}")
         if not source:
             raise GraphError("frames needs a source; give one, or {'frame': source}")
-        return dict(source)
+        return {name: _opened(one) for name, one in source.items()}
     constant = values if isinstance(values, Mapping) else {}
     fed = [name for name, spec in program.inputs.items() if spec.default is None and name not in constant]
     if len(fed) != 1:
@@ -120,7 +128,20 @@ def _by_name(program: Program, source: Source | Mapping[str, Source], values: Va
             f"the program has {len(fed)} inputs that a source could be for ({known}); give a mapping such as "
             "{'frame': source}"
         )
-    return {fed[0]: source}
+    return {fed[0]: _opened(source)}
+
+
+def _opened(source: Feed) -> Source:
+    from passgraph.frames.open import open_source
+
+    if isinstance(source, (str, os.PathLike)):
+        return open_source(source)
+    if not isinstance(source, Source):
+        raise InputError(
+            f"a source of frames must be a path, or one such as Pictures([...]) or Arrays([...]), got "
+            f"{arguments.shown(source)}"
+        )
+    return source
 
 
 @dataclass
@@ -199,6 +220,8 @@ class _Run:
     def _run(self, item: _Loading, pictures: dict[str, Stored]) -> Stored | None:
         self._check_sizes(item, pictures)
         values = self.values(item.frame.number) if callable(self.values) else self.values or {}
+        if not isinstance(values, Mapping):
+            raise InputError(f"frames: values must give a mapping for each frame, got {arguments.shown(values)}")
         if item.held:
             self.program.run(**values, **pictures)
             result = None

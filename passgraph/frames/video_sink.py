@@ -75,7 +75,10 @@ class ToVideo(Sink):
         self._format = ""
         self._first: int | None = None  # number of the first frame
         self._last: int | None = None  # pts of the last one
-        target = Path(os.path.realpath(self.path))
+        try:
+            target = Path(os.path.realpath(self.path))
+        except ValueError as error:
+            raise InputError(f"{arguments.shown(self.path)}: cannot be the name of a file ({error})") from error
         if self._video is not None and target == Path(os.path.realpath(self._video.path)):
             raise InputError(f"{self.path}: would be overwritten while it is read; give the output another name")
         if target.is_dir() or not target.parent.is_dir():
