@@ -8,10 +8,10 @@ from time import perf_counter
 import click
 
 from passgraph.commands.capture import Capture
-from passgraph.commands.files import check_folder, check_picture_path
+from passgraph.commands.files import FLOAT_SUFFIXES, check_folder, check_picture_path
 from passgraph.commands.options import check_computes
 from passgraph.commands.progress import progress
-from passgraph.commands.sources import Job
+from passgraph.commands.sources import Job, in_bytes
 from passgraph.run.finite_checks import NonFinite
 
 
@@ -37,9 +37,15 @@ def run_and_save(
 
     observer = None if capture is None else Capture(capture)
     options = Options() if observer is None else Options(fuse=False, alias=False)
+    # Values that are not finite are named where a file cannot hold them; finite pictures of bytes stay bytes.
+    in_whole = not (observer or check_finite or output.suffix.lower() in FLOAT_SUFFIXES) and job.holds_bytes
+    outputs = in_bytes(job.outputs) if in_whole else job.outputs
     with progress("compiling") as say:
         start = perf_counter()
-        made = compile(job.outputs, backend, job.size, options, non_finite=non_finite, check_finite=check_finite)
+        made = compile(
+            outputs, backend, job.size, options, non_finite=non_finite, check_finite=check_finite,
+            results="stored" if in_whole else "float32",
+        )  # fmt: skip
         with made as program:
             check_computes(type(program.backend))  # the environment may name another one than the command line
             compiled = perf_counter()
@@ -50,7 +56,7 @@ def run_and_save(
                 program.run(observer, **job.given)
             program.finish()
             ran = perf_counter()
-            picture = program.read(next(iter(job.outputs)))
+            picture = program.read(next(iter(outputs)))
             name = program.backend.name
         say(f"writing {output}")
         array = next(iter(picture.values()))

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from passgraph.effects.registry import Effect
 from passgraph.errors import InputError
 from passgraph.graph.calls import kernel
-from passgraph.graph.targets import Input, Target
+from passgraph.graph.targets import Input, Target, target
 from passgraph.graph.values import sources_of
 from passgraph.run.program import named_outputs
 
@@ -33,11 +33,17 @@ class Job:
     size: tuple[int, int]
     given: dict[str, Any] = field(default_factory=dict)
 
+    @property
+    def holds_bytes(self) -> bool:
+        """Whether every picture that it is given is of 8 bits."""
+        pictures = [value for value in self.given.values() if isinstance(value, np.ndarray)]
+        return bool(pictures) and all(picture.dtype == np.uint8 for picture in pictures)
+
 
 def picture_job(effect: Effect, path: Path, depth: Path | None, linear: bool, parameters: dict[str, Any]) -> Job:
     """An effect on a picture file."""
-    frame = _load(path, linear)
-    targets, given = [_input("frame", frame)], {"frame": frame}
+    frame = _load_stored(path, linear)
+    targets, given = [_input("frame", frame, linear)], {"frame": frame}
     if effect.takes == "picture+depth":
         if depth is None:
             raise InputError(f"effect {effect.name} needs --depth FILE: linear depth of each pixel of {path}")
@@ -113,18 +119,39 @@ def values_of(scene: Scene, outputs: dict[str, Target]) -> dict[str, Any]:
     return given
 
 
+def in_bytes(outputs: dict[str, Target]) -> dict[str, Target]:
+    """Outputs as files of 8 bits hold them: one more pass, which becomes a part of the last one."""
+    made = {}
+    for name, output in outputs.items():
+        letters = "rgba"[: output.spec.format.channels] if output.spec.format else "rgba"
+        kind = f"vec{len(letters)}" if len(letters) > 1 else "float"
+        whole = kernel(source=f"def in_bytes(color: Image) -> {kind}: return color[0, 0].{letters}")
+        made[name] = whole(output, into=target(f"{name} in bytes", f"{letters}8"))
+    return made
+
+
 def _load(path: Path, linear: bool) -> NDArray[np.float32]:
     from passgraph.pictures import load
 
     return load(path, linear=linear)
 
 
-def _input(name: str, picture: NDArray[np.float32]) -> Target:
+def _load_stored(path: Path, linear: bool) -> NDArray[Any]:
+    """A picture in its file's own type; what is decoded to linear light, and has no format that says so, as float32."""
+    from passgraph.pictures import load, load_stored
+
+    picture = load_stored(path)
+    return load(path, linear=True) if linear and picture.dtype == np.uint16 else picture
+
+
+def _input(name: str, picture: NDArray[Any], linear: bool = False) -> Target:
     height, width, channels = picture.shape
-    return Input(name, "rgba32f" if channels == 4 else "r32f", (width, height))
+    ending = {"u1": "8", "u2": "16", "f4": "32f"}[picture.dtype.str[1:]]
+    format = "rgba"[:channels] + ending
+    return Input(name, f"{format}_srgb" if linear and ending == "8" else format, (width, height))
 
 
-def _size_text(picture: NDArray[np.float32]) -> str:
+def _size_text(picture: NDArray[Any]) -> str:
     return f"{picture.shape[1]}x{picture.shape[0]}"
 
 

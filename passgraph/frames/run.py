@@ -219,14 +219,15 @@ class _Run:
 
     def _run(self, item: _Loading, pictures: dict[str, Stored]) -> Stored | None:
         self._check_sizes(item, pictures)
-        values = self.values(item.frame.number) if callable(self.values) else self.values or {}
+        values: dict[str, Any] = dict(self.values(item.frame.number) if callable(self.values) else self.values or {})
+        values |= pictures
         if not isinstance(values, Mapping):
             raise InputError(f"frames: values must give a mapping for each frame, got {arguments.shown(values)}")
         if item.held:
-            self.program.run(**values, **pictures)
+            self.program.run(**values)
             result = None
         else:
-            results = self.program(**values, **pictures)
+            results = self.program(**values)
             result = results[next(iter(results)) if self.output is None else self.output]
         self.ran += 1
         return result
