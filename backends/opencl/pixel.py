@@ -150,7 +150,8 @@ class PixelPassRunner:
         buffers = [*(storage.buffer for storage in storages), *self.uniforms.buffers]
         for launch in self.launches:
             launch.bind(buffers)
-        self.storages = storages
+        # Memory of the caller is lent for one run: nothing here keeps it.
+        self.storages = [] if any(storage.lent is not None for storage in storages) else storages
 
     def _compile(self, layouts: tuple[ImageLayout, ...], image_count: int) -> list[Launch]:
         names = [name for name, _ in self.step.images]
