@@ -44,8 +44,10 @@ def source_of(format_: Format, run: int) -> str:
     number = ELEMENTS[format_.number]
     nearest = "pg_store_half(values[i])"
     if format_.steps:
-        held = f"fmin(fmax(values[i], {format_.low}f), 1.0f)"
-        nearest = f"convert_{number}_sat_rte({held} * {format_.steps}.0f)"
+        # Comparisons and a plain conversion vectorise.
+        low, steps = f"{format_.low}f", f"{format_.steps}.0f"
+        clamped = f"({low} < values[i] ? (1.0f < values[i] ? 1.0f : values[i]) : {low})"
+        nearest = f"({number})(int)rint({clamped} * {steps})"
     return _SOURCE.format(number=number, run=run, value=load_expression(format_, "numbers", "i"), nearest=nearest)
 
 

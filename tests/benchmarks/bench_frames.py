@@ -3,14 +3,16 @@
     python tests/benchmarks/bench_frames.py [runs]
 
 Black and white at 1920 x 1080: bytes in, and bytes, bytes in a given array, or float32 out.  By hand: a texture
-written, one triangle, the framebuffer read (moderngl, in the same context); memory mapped and written, one kernel, memory
-mapped and read (pyopencl, in the same queue).  Medians of interleaved runs; the ratio is that of neighbours in time.
+written, one triangle, the framebuffer read (moderngl, in the same context); memory mapped and written, one kernel,
+memory mapped and read (pyopencl, in the same queue).  Medians of interleaved runs; the ratio is that of neighbours in
+time.
 """
 
 from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -124,12 +126,12 @@ def ratios(runs: int = 41) -> list[Ratio]:
                 room = np.empty(SHAPE, kind) if given else None
                 made = mine(frame, kind, room).copy()
                 difference = float(np.abs(made.astype(np.float64) - hand(frame, kind, room)).max())
-                jobs = {"ours": mine, "hand": hand}
-                times = interleaved({n: lambda c=c: c(frame, kind, room) for n, c in jobs.items()}, runs, 3)
+                jobs = {"ours": partial(mine, frame, kind, room), "hand": partial(hand, frame, kind, room)}
+                times = interleaved(jobs, runs, 3)
                 ratio = ratio_of(f"{backend.name}, {what} / by hand", times["ours"], times["hand"], WANTED)
                 print(
-                    f"{backend.name}, {what}: {ratio.ms:.2f} ms, by hand {ratio.other_ms:.2f} ms, ratio {ratio.got:.3f}, "
-                    f"largest difference {difference:.1e}"
+                    f"{backend.name}, {what}: {ratio.ms:.2f} ms, by hand {ratio.other_ms:.2f} ms, "
+                    f"ratio {ratio.got:.3f}, largest difference {difference:.1e}"
                 )
                 found.append(ratio)
     return found
