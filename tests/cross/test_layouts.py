@@ -233,16 +233,56 @@ def test_one_array_may_be_several_inputs(device: Backend) -> None:
             np.testing.assert_array_equal(got, one * np.float32(0.25) + other * np.float32(0.5))
 
 
-def test_nothing_of_an_input_is_kept(device: Backend) -> None:
-    with pg.compile(COPY(pg.Input("frame"), into=pg.target("out", "rgba8")), backend=device) as program:
-        frame = np.full((33, 67, 4), 7, np.uint8)
-        program.run(frame=frame)
-        gone = weakref.ref(frame)
+KERNELS = """
+class Corner:
+    position: vec4
+
+def place(vertex: Vertex) -> Corner:
+    return Corner(vec4(vertex.position, 1.0))
+
+def paint(corner: Corner, picture: Image) -> vec4:
+    return picture.texel(pixel())
+"""
+FRAME = pg.Input("frame")
+PLACE, PAINT = (pg.vertex(source=KERNELS, name="place"), pg.fragment(source=KERNELS, name="paint"))
+
+
+def shown(into: Any = None) -> pg.Target:
+    """A draw over the upper left half, or over everything, that shows its input."""
+    corners = [[-1, 1, 0], [3, 1, 0], [-1, -3, 0]] if into is None else [[-1, 1, 0], [1, 1, 0], [-1, -1, 0]]
+    mesh, into = pg.Mesh.make(corners, [[0, 1, 2]]), into or pg.target("out", "rgba8")
+    made: pg.Target = pg.draw(mesh, vertex=PLACE, fragment=PAINT, into=into, picture=FRAME)
+    return made
+
+
+def copied() -> pg.Target:
+    made: pg.Target = COPY(FRAME, into=pg.target("out", "rgba8"))
+    return made
+
+
+@pytest.mark.parametrize("graph", [copied, shown])
+def test_nothing_of_an_input_or_of_room_is_kept(graph: Callable[[], pg.Target], device: Backend) -> None:
+    with pg.compile(graph(), backend=device) as program:
+        frame, room = np.full((33, 67, 4), 7, np.uint8), np.empty((33, 67, 4), np.uint8)
+        program.run(into={"out": room}, frame=frame)
+        gone = weakref.ref(frame), weakref.ref(room)
+        assert room.min() == room.max() == 7
         del frame
-        assert gone() is None
-        room = np.empty((33, 67, 4), np.uint8)
-        program.run(into={"out": room}, frame=np.full((33, 67, 4), 9, np.uint8))
+        assert gone[0]() is None
         program(frame=np.full((33, 67, 4), 8, np.uint8))
-        gone = weakref.ref(room)
         del room
-        assert gone() is None
+        assert gone[1]() is None
+
+
+def test_what_is_drawn_over_is_there_in_a_given_array(device: Backend) -> None:
+    """Nothing of what the array held before shows through."""
+    under = pg.kernel(source="def under(frame: Image) -> vec4: return 1.0 - frame[0, 0]")
+    frame = np.random.default_rng(4).integers(0, 256, (33, 67, 4), np.uint8)
+    first = under(FRAME, into=pg.target("under", "rgba8"))
+    with pg.compile({"out": shown(first)}, backend=device, results="stored") as program:
+        fresh = program(frame=frame)["out"]
+        room = np.full(frame.shape, 99, np.uint8)
+        np.testing.assert_array_equal(program(into={"out": room}, frame=frame)["out"], fresh)
+    covered = (fresh == frame).all(axis=2)
+    assert covered.any()
+    np.testing.assert_array_equal(fresh[~covered], 255 - frame[~covered])
