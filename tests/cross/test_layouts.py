@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -79,50 +80,66 @@ def bits(array: Array) -> Array:
     return np.ascontiguousarray(array).view(f"u{array.dtype.itemsize}")
 
 
-@pytest.fixture(scope="module", params=(*DEVICES, "reference", "outside"))
-def device(request: pytest.FixtureRequest) -> Iterator[Backend]:
-    """Every device; and the reference and a backend from elsewhere, which know no way of their own."""
-    if request.param == "outside":
+#: The last two know no way of their own.
+BACKENDS = (*DEVICES, "reference", "outside")
+
+
+@contextmanager
+def opened(name: str) -> Iterator[Backend]:
+    if name == "outside":
         yield PlainBackend()
         return
-    if request.param in DEVICES:
-        require(request.param)
-    with open_backend(request.param) as opened:
-        yield opened
+    if name in DEVICES:
+        require(name)
+    with open_backend(name) as backend:
+        yield backend
 
 
-@pytest.fixture(params=["on the host", "on the device"])
-def threshold(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Small pictures are converted on the host, unless the limit of that is lowered."""
-    if request.param == "on the device":
-        for name in ("gl", "opencl"):
-            require(name)
-            monkeypatch.setattr(f"passgraph.backends.{name}.transfers.SMALL", 0)
+@pytest.fixture(scope="module", params=BACKENDS)
+def device(request: pytest.FixtureRequest) -> Iterator[Backend]:
+    """Every device, the reference, and a backend from elsewhere."""
+    with opened(request.param) as backend:
+        yield backend
 
 
-@pytest.mark.usefixtures("threshold")
+@pytest.fixture(scope="module", params=[*BACKENDS, "gl always", "opencl always"])
+def converter(request: pytest.FixtureRequest) -> Iterator[Backend]:
+    """The same; the last two convert on the device what they would on the host, for being small."""
+    name, *always = request.param.split()
+    with pytest.MonkeyPatch.context() as patched, opened(name) as backend:
+        if always:
+            patched.setattr(f"passgraph.backends.{name}.transfers.SMALL", 0)
+        yield backend
+
+
 @pytest.mark.parametrize("name", FORMATS)
-def test_what_goes_in_comes_out_in_every_layout(name: str, device: Backend) -> None:
-    """Numbers in and out, and as values; bytes beside the array stay as they are."""
+def test_what_goes_in_comes_out_in_every_layout(name: str, converter: Backend) -> None:
+    """Numbers in and out, and values in and out; bytes beside the array stay as they are."""
     format_, rng = FORMATS[name], np.random.default_rng(7)
     for size in SIZES:
-        storage = device.make(format_, size)
+        storage = converter.make(format_, size)
         for layout in GIVEN:
             held = numbers(format_, size, rng)
             given = given_as(held, layout, rng)
-            device.upload_stored(storage, given, format_)
+            converter.upload_stored(storage, given, format_)
             held = held[:1].repeat(size[1], 0) if layout == "one row again" else held
-            np.testing.assert_array_equal(bits(device.download(storage)), bits(values_of(held, format_)), layout)
+            np.testing.assert_array_equal(bits(converter.download(storage)), bits(values_of(held, format_)), layout)
             for dtype in (format_.number, np.float32):
                 wanted = held if dtype == format_.number else values_of(held, format_)
                 where = str(rng.choice(ROOM))
                 seed = int(rng.integers(1 << 30))
                 room, memory = laid(held.shape, dtype, where, np.random.default_rng(seed))
-                device.download_into(storage, room, format_)
+                converter.download_into(storage, room, format_)
                 expected, expected_memory = laid(held.shape, dtype, where, np.random.default_rng(seed))
                 np.copyto(expected, wanted)
                 np.testing.assert_array_equal(memory, expected_memory, f"{layout} → {where}, {dtype}")
-        device.release(storage)
+            if format_.is_depth or layout == "one row again":
+                continue
+            values = rng.random((*size[::-1], format_.channels), np.float32) * np.float32(1.25) - np.float32(0.125)
+            converter.upload(storage, given_as(values, layout, rng))
+            expected = values_of(numbers_of(values, format_), format_)
+            np.testing.assert_array_equal(converter.download(storage), expected, layout)
+        converter.release(storage)
 
 
 def between(format_: Format) -> NDArray[np.float32]:
