@@ -65,16 +65,17 @@ def adopted(backend: OpenCLBackend, array: Any, format_: Format) -> Storage | No
     plain = array.dtype == np.dtype(format_.number) and array.flags.c_contiguous and array.flags.aligned
     if not plain or format_.stencil or array.nbytes > backend.max_bytes:
         return None
-    place = array.ctypes.data, array.nbytes
-    if place in backend.lent and backend.lent[place].format == format_:
-        return backend.lent[place]
+    place, size = (array.ctypes.data, array.nbytes), (array.shape[1], array.shape[0])
+    held = backend.lent.get(place)
+    if held is not None and (held.format, held.size) == (format_, size):
+        return held
     # Of two buffers over one memory OpenCL promises nothing.
     if any(start < sum(place) and place[0] < start + length for start, length in backend.lent):
         return None
     buffer = _over(backend, array)
     if buffer is None:
         return None
-    storage = Storage(format_, (array.shape[1], array.shape[0]), buffer, lent=array)
+    storage = Storage(format_, size, buffer, lent=array)
     backend.lent[place] = storage
     return storage
 

@@ -129,6 +129,18 @@ def test_nothing_is_adopted_outside_of_a_run(opencl: OpenCLBackend) -> None:
 
 
 @pytest.mark.opencl
+def test_one_memory_is_adopted_once_in_a_run(opencl: OpenCLBackend) -> None:
+    """The same picture is the same storage; of two buffers over one memory OpenCL promises nothing."""
+    frame = picture()
+    with opencl.running():
+        held = opencl.adopt(frame, FORMATS["rgba8"])
+        assert opencl.adopt(frame.view(), FORMATS["rgba8"]) is held
+        for other in (frame[:20], frame[20:], frame.reshape(SIZE[0], SIZE[1], 4)):
+            assert opencl.adopt(other, FORMATS["rgba8"]) is None
+        assert opencl.adopt(picture(), FORMATS["rgba8"]) is not held
+
+
+@pytest.mark.opencl
 def test_a_run_inside_a_run_gives_back_its_own(opencl: OpenCLBackend) -> None:
     frame, other = picture(), picture(2)
     with opencl.running():
