@@ -12,7 +12,9 @@ import pytest
 
 import passgraph as pg
 from passgraph.backends.gl import GLBackend
+from passgraph.backends.gl.textures import gl_format_of
 from passgraph.backends.opencl import OpenCLBackend
+from passgraph.backends.steps import numbers_of, values_of
 from passgraph.errors import InputError
 from passgraph.formats import FORMATS
 from tests.backends.test_uploads import CountedFunctions
@@ -235,3 +237,35 @@ def test_an_array_of_another_shape_is_refused(name: str, request: pytest.Fixture
         ):
             refused(storage, np.zeros((2, 2, 4), np.uint8), storage.format)
     backend.release(storage)
+
+
+@pytest.mark.gl
+@pytest.mark.parametrize("name", ["rgb8", "rgb16", "rgb16f", "rgb32f"])
+@pytest.mark.parametrize("small", [0, 1 << 14], ids=["a pass", "the host"])
+def test_three_channels_are_stored_as_four_where_a_driver_needs_it(
+    name: str, small: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The caller's pixels stay three numbers wide, and the alpha behind them is 1."""
+    require("gl")
+    monkeypatch.setattr("passgraph.backends.gl.transfers.SMALL", small)
+    format_ = FORMATS[name]
+    values = np.random.default_rng(6).random((SIZE[1], SIZE[0] + 1, 3), np.float32)[:, 1:]
+    held = numbers_of(values, format_)
+    with GLBackend() as backend:
+        backend._gl_formats[format_] = gl_format_of(format_, padded=True)
+        storage = backend.make(format_, SIZE)
+        sends = (
+            lambda: backend.upload(storage, values),
+            lambda: backend.upload_stored(storage, held, format_),
+        )
+        for send in sends:
+            send()
+            got = np.zeros((SIZE[1], SIZE[0] + 3, 3), format_.number)
+            backend.download_into(storage, got[:, 2:-1], format_)
+            np.testing.assert_array_equal(got[:, 2:-1], held)
+            assert not got[:, :2].any()
+            assert not got[:, -1:].any()
+            np.testing.assert_array_equal(backend.download(storage), values_of(held, format_))
+        whole = COPY(pg.Input("frame", name), into=pg.target("out", "rgba32f"))
+        with pg.compile(whole, backend=backend) as program:
+            assert (program(frame=held)["out"][..., 3] == 1.0).all()
