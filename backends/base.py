@@ -132,16 +132,21 @@ class Backend(ABC):
         does not fit, and what it holds must be moved.
 
         ``external`` is an array (height, width, channels) of the format's number; a backend may know other things.  It
-        is adopted anew for each run, and stays the caller's: what is written through the storage is there.
+        is adopted anew for each run, inside of :meth:`running`, and stays the caller's: what is written through the
+        storage is there when that ends.  Nothing of it may be kept beyond: a backend that would know no end of its use
+        gives None outside of a run.  One array may be adopted several times in a run, to be read.
         """
         return None
 
     def upload_stored(self, storage: Any, numbers: NDArray[Any], format: Format) -> None:
-        """An array (height, width, channels) of the format's numbers into a storage."""
+        """An array (height, width, channels) of the format's numbers into a storage; of any strides and byte order."""
         self.upload(storage, values_of(numbers, format))
 
     def download_into(self, storage: Any, into: NDArray[Any], format: Format) -> None:
-        """A storage into an array (height, width, channels): values where that is float32, else numbers."""
+        """A storage into an array (height, width, channels) of any strides: values where that is float32, else numbers.
+
+        Only the elements of the array are written, nothing between them.
+        """
         values = self.download(storage)
         np.copyto(into, values if into.dtype == np.float32 else numbers_of(values, format))
 
@@ -168,7 +173,7 @@ class Backend(ABC):
 
     def running(self) -> AbstractContextManager[None]:
         """Around the transfers and passes of one run, between which nobody else uses the device: what they share is
-        done once."""
+        done once, and at the end what was adopted is the caller's again.  May be entered inside of itself."""
         return nullcontext()
 
     def finish(self) -> None:

@@ -12,6 +12,8 @@ from passgraph.formats import Format
 FloatBlock = NDArray[np.float32]
 #: Values taken at once: what is between two steps of the work stays in the processor's cache.
 CHUNK = 1 << 14
+#: The same for numbers on their way to values, where little is done with each.
+VALUES_CHUNK = 1 << 16
 
 
 def numbers_of(values: NDArray[Any], format_: Format) -> NDArray[Any]:
@@ -47,8 +49,30 @@ def _steps(picture: FloatBlock, format_: Format) -> NDArray[Any]:
 
 def values_of(numbers: NDArray[Any], format_: Format) -> FloatBlock:
     """What held numbers stand for, as float32; fractions are rounded once."""
-    values: FloatBlock = numbers.astype(np.float32, copy=False)
-    return values / np.float32(format_.steps) if format_.steps else values
+    if numbers.dtype == np.float32 and not format_.steps:
+        return numbers
+    values = np.empty(numbers.shape, np.float32)
+    values_into(values, numbers, format_)
+    return values
+
+
+def values_into(values: NDArray[np.float32], numbers: NDArray[Any], format_: Format) -> None:
+    """The same, written into an array of the same shape; strides may be any.
+
+    >>> values_into(made := np.empty(2, np.float32), np.array([0, 51], np.uint8), Format("r8", 1, 8, 255)); made
+    array([0. , 0.2], dtype=float32)
+    """
+    if not format_.steps or numbers.size <= VALUES_CHUNK:
+        np.copyto(values, numbers)
+        if format_.steps:
+            np.divide(values, np.float32(format_.steps), out=values)
+        return
+    if len(numbers) == 1:
+        values_into(values[0], numbers[0], format_)
+        return
+    rows = max(1, VALUES_CHUNK * len(numbers) // numbers.size)
+    for start in range(0, len(numbers), rows):
+        values_into(values[start : start + rows], numbers[start : start + rows], format_)
 
 
 def quantised(values: NDArray[Any], format_: Format) -> FloatBlock:

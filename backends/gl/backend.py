@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from passgraph.backends.base import Backend, DeviceInfo, FloatBlock, device_number
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl import state as fixed
+from passgraph.backends.gl import transfers
 from passgraph.backends.gl.context import Context, device_names
 from passgraph.backends.gl.geometry import Mesh
 from passgraph.backends.gl.objects import Objects
@@ -21,11 +22,7 @@ from passgraph.backends.gl.programs import Programs
 from passgraph.backends.gl.textures import (
     GLFormat,
     Texture,
-    decoded,
-    empty,
-    encoded,
     gl_format_of,
-    stencil_of,
     stored_clear,
 )
 from passgraph.errors import BackendError, DeviceMissingError
@@ -67,6 +64,7 @@ class GLBackend(Backend):
                 varyings=gl.integer(g.MAX_VARYINGS),
             )
             self.no_vertices = self.objects.new("VertexArray")
+        self.values: Texture | None = None  # float32 on its way into a texture; the last one stays
         self._gl_formats: dict[Format, GLFormat] = {}
 
     @classmethod
@@ -81,12 +79,12 @@ class GLBackend(Backend):
     def make(self, format: Format, size: tuple[int, int]) -> Texture:
         with self.context as gl:
             gl.drain()
-            texture = self._texture(format, size)
+            texture = self.texture(format, size)
             self._zero(texture)
             gl.check(f"making a {format.name} target of {size[0]} x {size[1]}")
         return texture
 
-    def _texture(self, format_: Format, size: tuple[int, int], gl_format: GLFormat | None = None) -> Texture:
+    def texture(self, format_: Format, size: tuple[int, int], gl_format: GLFormat | None = None) -> Texture:
         gl_format = gl_format or self._gl_format(format_)
         gl, (width, height) = self.context.gl, size
         what = f"a {format_.name} target of {width} x {height} ({gl_format_bytes(gl_format, size) / 2**20:.0f} MiB)"
@@ -102,13 +100,11 @@ class GLBackend(Backend):
         if accepted.value != width:
             raise BackendError(f"gl: this device has no room for {what}; use a smaller size or format")
         name = self.objects.new("Texture")
-        gl.ActiveTexture(g.TEXTURE0)
-        gl.BindTexture(g.TEXTURE_2D, name)
-        for parameter, value in _PARAMETERS.items():
-            gl.TexParameteri(g.TEXTURE_2D, parameter, value)
-        fixed.set_transfers(gl)
-        gl.TexImage2D(g.TEXTURE_2D, 0, *arguments)
-        gl.BindTexture(g.TEXTURE_2D, 0)
+        with fixed.transfer(gl, fixed.Rows()):
+            gl.BindTexture(g.TEXTURE_2D, name)
+            for parameter, value in _PARAMETERS.items():
+                gl.TexParameteri(g.TEXTURE_2D, parameter, value)
+            gl.TexImage2D(g.TEXTURE_2D, 0, *arguments)
         texture = Texture(name, format_, size, gl_format)
         try:
             gl.check(f"making {what}")
@@ -122,7 +118,7 @@ class GLBackend(Backend):
         if format_ not in self._gl_formats:
             gl_format = gl_format_of(format_, padded=False)
             if format_.channels == 3:
-                probe = self._texture(format_, (1, 1), gl_format)
+                probe = self.texture(format_, (1, 1), gl_format)
                 try:
                     self.objects.framebuffer((probe,), None)
                 except BackendError:
@@ -157,38 +153,36 @@ class GLBackend(Backend):
 
     def upload(self, storage: Texture, picture: FloatBlock) -> None:
         """The stencil of a depth-stencil storage becomes 0."""
-        data, (width, height) = encoded(picture, storage), storage.size
-        with self.context as gl:
-            gl.drain()
-            fixed.set_transfers(gl)
-            gl.ActiveTexture(g.TEXTURE0)
-            gl.BindTexture(g.TEXTURE_2D, storage.name)
-            gl_format = storage.gl_format
-            gl.TexSubImage2D(g.TEXTURE_2D, 0, 0, 0, width, height, gl_format.external, gl_format.type, data.ctypes.data)
-            gl.BindTexture(g.TEXTURE_2D, 0)
-            gl.check(f"uploading a {storage.format.name} picture of {width} x {height}")
+        with self._transferring("uploading", storage):
+            transfers.send_values(self, storage, picture)
+
+    def upload_stored(self, storage: Texture, numbers: NDArray[Any], format: Format) -> None:
+        with self._transferring("uploading", storage):
+            transfers.send(self, storage, numbers)
 
     def download(self, storage: Texture) -> FloatBlock:
-        return decoded(self._stored(storage), storage)
+        values = np.empty((*storage.size[::-1], storage.format.channels), np.float32)
+        self.download_into(storage, values, storage.format)
+        return values
+
+    def download_into(self, storage: Texture, into: NDArray[Any], format: Format) -> None:
+        with self._transferring("downloading", storage):
+            transfers.receive(self, storage, into)
 
     def download_stencil(self, storage: Texture) -> NDArray[np.uint8]:
         """The stencil of a depth-stencil storage, (height, width)."""
         if not storage.format.stencil:
             raise BackendError(f"gl: a {storage.format.name} target has no stencil")
-        return stencil_of(self._stored(storage))
+        with self._transferring("downloading", storage):
+            return transfers.stencil(self, storage)
 
-    def _stored(self, storage: Texture) -> NDArray[Any]:
-        data = empty(storage)
+    @contextmanager
+    def _transferring(self, doing: str, storage: Texture) -> Iterator[None]:
+        (width, height), name = storage.size, storage.format.name
         with self.context as gl:
             gl.drain()
-            fixed.set_transfers(gl)
-            gl.ActiveTexture(g.TEXTURE0)
-            gl.BindTexture(g.TEXTURE_2D, storage.name)
-            gl_format = storage.gl_format
-            gl.GetTexImage(g.TEXTURE_2D, 0, gl_format.external, gl_format.type, data.ctypes.data)
-            gl.BindTexture(g.TEXTURE_2D, 0)
-            gl.check(f"downloading a {storage.format.name} picture")
-        return data
+            yield
+            gl.check(f"{doing} a {name} picture of {width} x {height}")
 
     def copy(self, source: Texture, destination: Texture) -> None:
         if (source.format, source.size) != (destination.format, destination.size):

@@ -10,11 +10,30 @@ from passgraph.backends.gl import functions as g
 from passgraph.backends.gl import state as fixed
 from passgraph.backends.gl.bound import Bound
 from passgraph.backends.gl.geometry import Mesh
+from passgraph.backends.gl.programs import LinkedProgram
 from passgraph.backends.gl.textures import Texture, stored_clear
 from passgraph.plan.data import DrawStep, PixelStep
 
 if TYPE_CHECKING:
     from passgraph.backends.gl.backend import GLBackend
+
+
+def run_pixels(
+    backend: GLBackend,
+    program: LinkedProgram,
+    outputs: Sequence[Texture],
+    images: Sequence[Texture],
+    block: Block,
+    size: tuple[int, int],
+) -> None:
+    """One triangle over whole targets; inside a run, or followed by ``backend.unbind()``."""
+    gl, bound = backend.context.gl, backend.context.bound
+    fixed.set_pixel_pass(gl, bound, backend.objects.framebuffer(outputs, None), size)
+    fixed.bind_images(gl, bound, images)
+    fixed.use(gl, bound, program.name, backend.no_vertices)
+    program.send(gl, "pixel", block)
+    program.send_size(gl, size)
+    gl.DrawArrays(g.TRIANGLES, 0, 3)
 
 
 class PixelRun:
@@ -29,14 +48,8 @@ class PixelRun:
         if not backend.in_run:
             with backend.running():
                 return self(outputs, images, block)
-        gl, bound, program = backend.context.gl, backend.context.bound, self.program
-        fixed.set_pixel_pass(gl, bound, backend.objects.framebuffer(outputs, None), self.step.size)
-        fixed.bind_images(gl, bound, images)
-        fixed.use(gl, bound, program.name, backend.no_vertices)
-        program.send(gl, "pixel", block)
-        program.send_size(gl, self.step.size)
-        gl.DrawArrays(g.TRIANGLES, 0, 3)
-        gl.check("running pass", self.step.name)
+        run_pixels(backend, self.program, outputs, images, block, self.step.size)
+        backend.context.gl.check("running pass", self.step.name)
 
 
 class DrawRun:

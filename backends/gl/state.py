@@ -6,7 +6,9 @@ Later passes of the run set what differs (:mod:`passgraph.backends.gl.bound`).
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import Any
 
 from passgraph.backends.gl import functions as g
@@ -45,10 +47,21 @@ _OFF = (
 GUARD_BANDS = (8, 4, 2)
 #: :attr:`Bound.state` of a pixel pass.
 PIXEL_PASS = "pixel pass"
-_PIXEL_STORE = {
-    0xCF5: 1, 0xCF2: 0, 0xCF3: 0, 0xCF4: 0, 0xCF0: 0,  # unpack alignment, row length, skips, swapped bytes
-    0xD05: 1, 0xD02: 0, 0xD03: 0, 0xD04: 0, 0xD00: 0,  # pack
-}  # fmt: skip
+#: Pixel store parameters, of unpacking and packing.
+_ROW_LENGTHS, _ROW_ALIGNMENTS = (0xCF2, 0xD02), (0xCF5, 0xD05)
+_PIXEL_SKIPS = (0xCF3, 0xCF4, 0xCF0, 0xD03, 0xD04, 0xD00)  # skipped rows, skipped pixels, swapped bytes
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Where the rows of a picture in the host's memory begin: so many pixels apart (0: as many as are in one), and
+    then at the next multiple of so many bytes."""
+
+    length: int = 0
+    alignment: int = 1
+
+
+_ROWS_AT_FIRST = Rows(0, 4)
 
 
 def guard_band(gl: Functions, size: tuple[int, int], limit: int) -> int:
@@ -98,12 +111,28 @@ def _open_colours(gl: Functions) -> None:
     gl.ColorMask(1, 1, 1, 1)
 
 
-def set_transfers(gl: Functions) -> None:
-    """Tightly packed rows, no pixel buffers."""
+@contextmanager
+def transfer(gl: Functions, rows: Rows) -> Iterator[None]:
+    """Around one transfer between the host's memory and a texture on unit 0: no pixel buffers, nothing skipped or
+    swapped.  How rows lie is put back to what OpenGL begins with."""
     gl.BindBuffer(g.PIXEL_PACK_BUFFER, 0)
     gl.BindBuffer(g.PIXEL_UNPACK_BUFFER, 0)
-    for what, value in _PIXEL_STORE.items():
-        gl.PixelStorei(what, value)
+    for what in _PIXEL_SKIPS:
+        gl.PixelStorei(what, 0)
+    _set_rows(gl, rows)
+    gl.ActiveTexture(g.TEXTURE0)
+    try:
+        yield
+    finally:
+        gl.BindTexture(g.TEXTURE_2D, 0)
+        _set_rows(gl, _ROWS_AT_FIRST)
+
+
+def _set_rows(gl: Functions, rows: Rows) -> None:
+    for what in _ROW_LENGTHS:
+        gl.PixelStorei(what, rows.length)
+    for what in _ROW_ALIGNMENTS:
+        gl.PixelStorei(what, rows.alignment)
 
 
 def bind_images(gl: Functions, bound: Bound, images: Sequence[Texture]) -> None:

@@ -1,7 +1,4 @@
-"""Textures: how each format is stored, and how pictures get there and back.
-
-Pictures are quantised and expanded on the host, so that no driver's rounding takes part.
-"""
+"""Textures: how each format is stored, and OpenGL's words for it."""
 
 from __future__ import annotations
 
@@ -11,12 +8,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.base import FloatBlock, clear_colour
-from passgraph.backends.steps import numbers_of, quantised, values_of
+from passgraph.backends.base import clear_colour
+from passgraph.backends.steps import quantised
 from passgraph.formats import Format
 
 #: What a channel holds (`Format.number`) → OpenGL's type, and internal formats of one to four channels.
-_TYPES = {"u1": 0x1401, "u2": 0x1403, "f2": 0x140B, "f4": 0x1406}
+FLOAT_TYPE = 0x1406
+_TYPES = {"u1": 0x1401, "u2": 0x1403, "f2": 0x140B, "f4": FLOAT_TYPE}
 _INTERNAL = {
     "u1": (0x8229, 0x822B, 0x8051, 0x8058),
     "u2": (0x822A, 0x822C, 0x8054, 0x805B),
@@ -27,7 +25,7 @@ _EXTERNAL = (0x1903, 0x8227, 0x1907, 0x1908)  # red, rg, rgb, rgba
 _DEPTH_COMPONENT, _DEPTH_STENCIL, _FLOAT_AND_STENCIL = 0x1902, 0x84F9, 0x8DAD
 _DEPTH32F, _DEPTH32F_STENCIL8 = 0x8CAC, 0x8CAD
 #: One pixel of a depth-stencil picture as OpenGL hands it over.
-_DEPTH_AND_STENCIL = np.dtype([("depth", np.float32), ("stencil", np.uint32)])
+DEPTH_AND_STENCIL = np.dtype([("depth", np.float32), ("stencil", np.uint32)])
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,9 +42,9 @@ class GLFormat:
 def gl_format_of(format_: Format, padded: bool) -> GLFormat:
     """``padded``: three channels stored as four, where a driver cannot draw into three."""
     if format_.stencil:
-        return GLFormat(_DEPTH32F_STENCIL8, _DEPTH_STENCIL, _FLOAT_AND_STENCIL, _DEPTH_AND_STENCIL, 1)
+        return GLFormat(_DEPTH32F_STENCIL8, _DEPTH_STENCIL, _FLOAT_AND_STENCIL, DEPTH_AND_STENCIL, 1)
     if format_.is_depth:
-        return GLFormat(_DEPTH32F, _DEPTH_COMPONENT, 0x1406, np.float32, 1)
+        return GLFormat(_DEPTH32F, _DEPTH_COMPONENT, FLOAT_TYPE, np.float32, 1)
     channels = 4 if padded else format_.channels
     number = format_.number
     internal = _INTERNAL[number][channels - 1]
@@ -67,37 +65,24 @@ class Texture:
         return self.gl_format.channels > self.format.channels
 
 
-def encoded(picture: FloatBlock, texture: Texture) -> NDArray[Any]:
-    """A host picture as the bytes of a texture: (h, w, channels) of the format's type."""
-    width, height = texture.size
-    values = np.ascontiguousarray(picture, np.float32).reshape(height, width, texture.format.channels)
-    if texture.format.stencil:
-        packed: NDArray[Any] = np.zeros((height, width), _DEPTH_AND_STENCIL)
-        packed["depth"] = values[..., 0]
-        return packed
-    if texture.padded:
-        values = np.concatenate([values, np.ones((height, width, 1), np.float32)], axis=-1)
-    return numbers_of(values, texture.format)
+def external_of(format_: Format, *, stencil: bool = True) -> tuple[int, int]:
+    """OpenGL's format and type of what goes in and out: the channels that the format has, however it is stored; of a
+    depth-stencil format both parts, or the depth alone."""
+    if format_.is_depth and not stencil:
+        return _DEPTH_COMPONENT, FLOAT_TYPE
+    made = gl_format_of(format_, padded=False)
+    return made.external, made.type
 
 
-def decoded(stored: NDArray[Any], texture: Texture) -> FloatBlock:
-    """The bytes of a texture as a host picture."""
-    if texture.format.stencil:
-        return np.ascontiguousarray(stored["depth"][..., None])
-    values = values_of(stored, texture.format)
-    return np.ascontiguousarray(values[..., : texture.format.channels])
+def with_stencil(depth: NDArray[np.float32]) -> NDArray[Any]:
+    """A depth picture with a stencil of 0, as OpenGL takes both: (height, width, 1)."""
+    packed: NDArray[Any] = np.zeros(depth.shape, DEPTH_AND_STENCIL)
+    packed["depth"] = depth
+    return packed
 
 
 def stencil_of(stored: NDArray[Any]) -> NDArray[np.uint8]:
     return (stored["stencil"] & 0xFF).astype(np.uint8)
-
-
-def empty(texture: Texture) -> NDArray[Any]:
-    """Room for the bytes of a texture."""
-    width, height = texture.size
-    if texture.format.stencil:
-        return np.empty((height, width), _DEPTH_AND_STENCIL)
-    return np.empty((height, width, texture.gl_format.channels), texture.gl_format.dtype)
 
 
 def stored_clear(value: tuple[float, ...], texture: Texture) -> NDArray[np.float32]:

@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.base import Backend, DeviceInfo, DrawRunner, FloatBlock, PixelRunner
+from passgraph.backends.opencl import transfers
 from passgraph.backends.opencl.devices import choose, device_infos
 from passgraph.backends.opencl.programs import Programs
-from passgraph.backends.opencl.storage import ImageLayout, Storage, encode
-from passgraph.backends.steps import values_of
+from passgraph.backends.opencl.storage import ImageLayout, Storage
 from passgraph.backends.turn import open_driver
 from passgraph.errors import BackendError
 from passgraph.formats import Format
@@ -46,6 +46,9 @@ class OpenCLBackend(Backend):
         self.programs = Programs(self.context, self.device)
         self.alive: dict[int, Any] = {}  # every buffer not yet given back, by its id
         self.scratch: dict[str, Any] = {}  # buffers that draws share, by purpose; they only grow
+        #: Storages in memory of the caller, by address and length, while a run is on.
+        self.lent: dict[tuple[int, int], Storage] | None = None
+        self.conversions: dict[str, dict[str, Any]] = {}  # kernels by what a channel holds
         self.closed = False
         self.is_cpu = bool(self.device.type & cl.device_type.CPU)
         self.max_bytes = int(self.device.max_mem_alloc_size)
@@ -140,18 +143,32 @@ class OpenCLBackend(Backend):
             self.fill(storage.stencil, pixels)
         return storage
 
+    def adopt(self, external: Any, format: Format) -> Storage | None:
+        """On processors: a contiguous array, in place until the run ends."""
+        return transfers.adopted(self, external, format)
+
+    def running(self) -> AbstractContextManager[None]:
+        return transfers.running(self)
+
     def upload(self, storage: Storage, picture: FloatBlock) -> None:
         self.check_open()
-        array = encode(picture, storage)
         with self.reported("uploading a picture"):
-            self.cl.enqueue_copy(self.queue, storage.buffer, array, is_blocking=True)
+            transfers.send_values(self, storage, picture)
+
+    def upload_stored(self, storage: Storage, numbers: NDArray[Any], format: Format) -> None:
+        self.check_open()
+        with self.reported("uploading a picture"):
+            transfers.send(self, storage, numbers)
 
     def download(self, storage: Storage) -> FloatBlock:
+        values = np.empty(storage.shape, np.float32)
+        self.download_into(storage, values, storage.format)
+        return values
+
+    def download_into(self, storage: Storage, into: NDArray[Any], format: Format) -> None:
         self.check_open()
-        stored = np.empty(storage.shape, storage.format.number)
         with self.reported("downloading a picture"):
-            self.read(storage.buffer, stored)
-        return values_of(stored, storage.format)
+            transfers.receive(self, storage, into)
 
     def download_stencil(self, storage: Storage) -> NDArray[np.uint8]:
         """The stencil of a depth-stencil storage, (height, width)."""
@@ -219,6 +236,7 @@ class OpenCLBackend(Backend):
         for buffer in list(self.alive.values()):
             self.free(buffer)
         self.scratch.clear()
+        self.conversions.clear()
         self.programs.close()
         # pyopencl gives a context back when its last Python object goes: hold none.
         self.queue = None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cache
+from functools import cache, cached_property
 from importlib import resources
 from typing import ClassVar
 
@@ -178,6 +178,23 @@ class OpenCLPrinter(CLike):
         if BORDERS[border].is_nearest:
             return f"clamp({position}, 0, {count - 1})"
         return f"pg_border_{border}({position}, {count})"
+
+    def stored(self, format_: Format, value: s.Operand) -> str:
+        """What is stored for a result; the steps themselves where it has just been counted in steps: compilers do not
+        see that the division is undone, nor vectorise conversions that saturate."""
+        made = self._operations.get(value.id) if isinstance(value, s.Val) else None
+        if made is not None and (made.operation, made.on) == ("div", "float"):
+            counted, steps = made.arguments
+            count = self._operations.get(counted.id) if isinstance(counted, s.Val) else None
+            rounded = count is not None and count.operation == "round"
+            if rounded and isinstance(steps, s.Lit) and steps.value == format_.steps:
+                return f"({element(format_)})(int){self.operand(counted)}"
+        return store_expression(format_, self.operand(value))
+
+    @cached_property
+    def _operations(self) -> dict[int, s.Op]:
+        """What made the values that are no branch's or loop's own."""
+        return {i.to.id: i for i in self.program.body if isinstance(i, s.Op)}
 
     def open(self, head: str) -> None:
         """Tables, then the function's head and variables."""

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from passgraph.backends.base import Block
-from passgraph.backends.opencl.opencl_c import OpenCLPrinter, element, join, prologue, store_expression
+from passgraph.backends.opencl.opencl_c import OpenCLPrinter, element, join, prologue
 from passgraph.backends.opencl.storage import ImageLayout, Storage
 from passgraph.backends.opencl.uniforms import Uniforms
 from passgraph.backends.printing import Listing
@@ -84,7 +84,7 @@ def _kernel(
         type_ = "int" if width * height * layout.channels < 1 << 31 else "long"
         printer.line(f"{type_} o{i} = (({type_})y * {width} + x) * {layout.channels};")
         for channel, value in enumerate(output.values):
-            printer.line(f"out{i}[o{i} + {channel}] = {store_expression(layout.format, printer.operand(value))};")
+            printer.line(f"out{i}[o{i} + {channel}] = {printer.stored(layout.format, value)};")
     if inner and run > 1:
         printer.line("}")
     return printer.close()
@@ -150,7 +150,8 @@ class PixelPassRunner:
         buffers = [*(storage.buffer for storage in storages), *self.uniforms.buffers]
         for launch in self.launches:
             launch.bind(buffers)
-        self.storages = storages
+        # Memory of the caller is lent for one run: nothing here keeps it.
+        self.storages = [] if any(storage.lent is not None for storage in storages) else storages
 
     def _compile(self, layouts: tuple[ImageLayout, ...], image_count: int) -> list[Launch]:
         names = [name for name, _ in self.step.images]

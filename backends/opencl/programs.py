@@ -24,6 +24,7 @@ class Programs:
 
         self.context = context
         rounded = device.single_fp_config & cl.device_fp_config.CORRECTLY_ROUNDED_DIVIDE_SQRT
+        self.rounds_quotients = bool(rounded)
         self.options = ["-cl-std=CL1.2", *(["-cl-fp32-correctly-rounded-divide-sqrt"] if rounded else [])]
         self.built: dict[str, Any] = {}
 

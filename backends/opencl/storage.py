@@ -6,23 +6,23 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.base import FloatBlock
-from passgraph.backends.steps import numbers_of
-from passgraph.errors import InputError
 from passgraph.formats import Format
 
 
 @dataclass(eq=False)
 class Storage:
-    """Interleaved channels, rows from the top, without padding; the stencil in a buffer of its own."""
+    """Interleaved channels, rows from the top, without padding; the stencil in a buffer of its own.
+
+    ``lent`` is the caller's array whose memory the buffer is, until it is released: for one run.
+    """
 
     format: Format
     size: tuple[int, int]
     buffer: Any
     stencil: Any = None
+    lent: NDArray[Any] | None = None
     released: bool = field(default=False, init=False)
 
     @property
@@ -48,20 +48,3 @@ class ImageLayout:
     @property
     def bytes(self) -> int:
         return self.size[0] * self.size[1] * self.channels * self.format.bits // 8
-
-
-def encode(picture: FloatBlock, storage: Storage) -> NDArray[Any]:
-    """A host picture in a storage's layout, quantised to the nearest value, halves to even.
-
-    Raises
-    ------
-    InputError
-        When the shape is not that of the storage.
-    """
-    array = np.asarray(picture, np.float32)
-    if array.shape != storage.shape:
-        raise InputError(
-            f"a picture of shape {array.shape} cannot go into {storage.format.name} of {storage.size[0]}x"
-            f"{storage.size[1]} pixels; expected shape {storage.shape}"
-        )
-    return numbers_of(array, storage.format)

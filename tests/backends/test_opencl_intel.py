@@ -87,6 +87,8 @@ CHOSEN = {
     "cross/test_far_positions.py": "opencl",
     "language/test_powers.py": "opencl",
     "cross/test_literal_operands.py": "opencl",
+    "cross/test_layouts.py": "opencl and not (rg or host)",
+    "backends/test_transfers.py": "opencl or processor or lent or adopted or inside",
 }
 
 

@@ -149,6 +149,7 @@ BENCHMARKS = {
     "memory": Benchmark(memory, {}),
     "gl": Benchmark(by_hand("bench_gl"), {"moderngl": "moderngl"}),
     "opencl": Benchmark(by_hand("bench_opencl"), {}),
+    "frames": Benchmark(by_hand("bench_frames"), {"moderngl": "moderngl"}),
     "light2d": Benchmark(peers("bench_light2d"), {"pygame_light2d": "pygame-light2d"}, apart=True),
     "bloom": Benchmark(peers("bench_bloom"), {"arcade": "arcade"}, apart=True),
     "ambient_occlusion": Benchmark(occlusion, {"pyvista": "pyvista"}),

@@ -1,0 +1,173 @@
+"""Pictures between the caller's memory and textures, straight: OpenGL goes along the rows where it can be told how.
+
+No driver's rounding takes part.  Numbers move as they are, halves to float32 too, which is exact.  A pass of ours
+quantises float32; fractions are divided out on the host, in cache: drivers multiply with a rounded reciprocal (llvmpipe
+does), and numbers are a quarter or half of what would have to come back.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.backends.base import Block, FloatBlock
+from passgraph.backends.gl import functions as g
+from passgraph.backends.gl import state as fixed
+from passgraph.backends.gl.passes import run_pixels
+from passgraph.backends.gl.state import Rows
+from passgraph.backends.gl.textures import (
+    DEPTH_AND_STENCIL,
+    FLOAT_TYPE,
+    Texture,
+    external_of,
+    gl_format_of,
+    stencil_of,
+    with_stencil,
+)
+from passgraph.backends.steps import numbers_of, values_into
+from passgraph.errors import InputError
+from passgraph.formats import FORMATS, Format
+from passgraph.language.scalar import ScalarProgram
+
+if TYPE_CHECKING:
+    from passgraph.backends.gl.backend import GLBackend
+
+#: Up to so many numbers the host converts sooner than a pass begins.
+SMALL = 1 << 14
+_EMPTY = Block(np.zeros(1, np.float32), np.zeros(1, np.int32))
+
+
+def rows_of(array: NDArray[Any]) -> Rows | None:
+    """How OpenGL goes along an array (height, width, channels); None where it cannot be told.
+
+    >>> rows_of(np.zeros((4, 8, 3), np.uint8)[:, 2:5]), rows_of(np.zeros((4, 8, 3), np.uint8)[::-1])
+    (Rows(length=8, alignment=1), None)
+    """
+    height, width, channels = array.shape
+    pixel = channels * array.itemsize
+    if not array.dtype.isnative or not array.flags.aligned:
+        return None
+    if (channels > 1 and array.strides[2] != array.itemsize) or (width > 1 and array.strides[1] != pixel):
+        return None
+    if height == 1:
+        return Rows(width)
+    length = array.strides[0] // pixel
+    if length < width:
+        return None
+    fits = (n for n in (1, 2, 4, 8) if -(-length * pixel // n) * n == array.strides[0])
+    alignment = next(fits, None)
+    return None if alignment is None else Rows(length, alignment)
+
+
+@cache
+def storing_program(format_: Format) -> ScalarProgram:
+    """What quantises the texels of ``values`` for a format, as kernels that write into it do; nothing is encoded."""
+    from passgraph.language.facts import Facts, ImageFacts
+    from passgraph.language.library import functions_of
+    from passgraph.language.lower import lower
+    from passgraph.language.parse import parse_kernel
+    from passgraph.language.source import Source
+
+    letters = "rgba"[: format_.channels]
+    type_ = "float" if format_.channels == 1 else f"vec{format_.channels}"
+    text = f"def stored(values: Image) -> {type_}: return values[0, 0].{letters}"
+    kernel = parse_kernel(functions_of(Source("<passgraph transfers>", text))["stored"], "pixel")
+    _, alpha = format_.store
+    facts = Facts(images={"values": ImageFacts(format_.channels)}, stores=((alpha, alpha),))
+    return lower(kernel, facts)
+
+
+def send_values(backend: GLBackend, texture: Texture, picture: FloatBlock) -> None:
+    """Values into a texture, to the nearest that it holds; a stencil becomes 0."""
+    values = _shaped(np.asarray(picture, np.float32), texture)
+    format_ = texture.format
+    if format_.number == "f4":
+        send(backend, texture, values)
+    elif values.size <= SMALL:
+        send(backend, texture, numbers_of(values, format_))
+    else:
+        scratch = _scratch(backend, texture)
+        send(backend, scratch, values)
+        program = backend.programs.pixel(storing_program(format_))
+        run_pixels(backend, program, (texture,), (scratch,), _EMPTY, texture.size)
+        backend.unbind()
+
+
+def _scratch(backend: GLBackend, texture: Texture) -> Texture:
+    """A texture of float32 with the channels and the size of another."""
+    held, format_ = backend.values, FORMATS[f"{'rgba'[: texture.format.channels]}32f"]
+    if held is None or (held.format, held.size) != (format_, texture.size):
+        if held is not None:
+            backend.values = None
+            backend.objects.forget(held)
+        backend.values = held = backend.texture(format_, texture.size, gl_format_of(format_, padded=False))
+    return held
+
+
+def send(backend: GLBackend, texture: Texture, numbers: NDArray[Any]) -> None:
+    """Numbers of its format into a texture, from where they are; a stencil becomes 0."""
+    given = _shaped(numbers, texture)
+    if texture.format.stencil:
+        given = with_stencil(given)
+    rows = None if given.dtype != _dtype(texture) else rows_of(given)
+    if rows is None:
+        given, rows = np.ascontiguousarray(given, _dtype(texture)), Rows()
+    gl, (width, height) = backend.context.gl, texture.size
+    external, type_ = external_of(texture.format)
+    with fixed.transfer(gl, rows):
+        gl.BindTexture(g.TEXTURE_2D, texture.name)
+        gl.TexSubImage2D(g.TEXTURE_2D, 0, 0, 0, width, height, external, type_, given.ctypes.data)
+
+
+def receive(backend: GLBackend, texture: Texture, into: NDArray[Any]) -> None:
+    """A texture into an array: values where that is float32, else numbers."""
+    format_ = texture.format
+    room = _shaped(into, texture)
+    if into.dtype == np.float32 and format_.steps:
+        numbers = np.empty(room.shape, format_.number)
+        _fetch(backend, texture, numbers, external_of(format_)[1])
+        values_into(room, numbers, format_)
+    else:
+        _fetch(backend, texture, room, FLOAT_TYPE if into.dtype == np.float32 else external_of(format_)[1])
+
+
+def _fetch(backend: GLBackend, texture: Texture, room: NDArray[Any], type_: int) -> None:
+    rows = rows_of(room)
+    if rows is None:
+        plain = np.empty(room.shape, room.dtype.newbyteorder("="))
+        _fetch(backend, texture, plain, type_)
+        np.copyto(room, plain)
+        return
+    gl, external = backend.context.gl, external_of(texture.format, stencil=False)[0]
+    with fixed.transfer(gl, rows):
+        gl.BindTexture(g.TEXTURE_2D, texture.name)
+        gl.GetTexImage(g.TEXTURE_2D, 0, external, type_, room.ctypes.data)
+
+
+def stencil(backend: GLBackend, texture: Texture) -> NDArray[np.uint8]:
+    """The stencil of a depth-stencil texture, (height, width)."""
+    stored = np.empty(texture.size[::-1], DEPTH_AND_STENCIL)
+    gl, (external, type_) = backend.context.gl, external_of(texture.format)
+    with fixed.transfer(gl, Rows()):
+        gl.BindTexture(g.TEXTURE_2D, texture.name)
+        gl.GetTexImage(g.TEXTURE_2D, 0, external, type_, stored.ctypes.data)
+    return stencil_of(stored)
+
+
+def _dtype(texture: Texture) -> np.dtype[Any]:
+    """What one pixel's channels are handed over as."""
+    return DEPTH_AND_STENCIL if texture.format.stencil else np.dtype(texture.format.number)
+
+
+def _shaped(array: NDArray[Any], texture: Texture) -> NDArray[Any]:
+    width, height = texture.size
+    expected = height, width, texture.format.channels
+    if array.shape != expected:
+        raise InputError(
+            f"a picture of shape {array.shape} does not fit {texture.format.name} of {width}x{height} pixels; "
+            f"expected shape {expected}"
+        )
+    return array

@@ -1,0 +1,251 @@
+"""Pictures between the caller's memory and buffers: in place where the device is the processor, else straight, or
+through mapped memory where rows lie apart.  Kernels convert between numbers and float32."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.backends.base import FloatBlock
+from passgraph.backends.opencl.opencl_c import ELEMENTS, join, load_expression, package_text
+from passgraph.backends.opencl.storage import Storage
+from passgraph.backends.steps import numbers_of, values_into
+from passgraph.errors import InputError
+from passgraph.formats import Format
+
+if TYPE_CHECKING:
+    from passgraph.backends.opencl.backend import OpenCLBackend
+
+#: Up to so many numbers the host converts sooner than a kernel begins.
+SMALL = 1 << 14
+#: Numbers of one work-item: on CPUs enough to fill its vectors for a while, elsewhere one after another.
+RUN, RUN_GPU = 1 << 12, 1
+
+_SOURCE = """
+__kernel void pg_values(__global const {number}* restrict numbers, __global float* restrict values, ulong count)
+{{
+    ulong start = get_global_id(0) * {run}, end = min(start + {run}, count);
+    for (ulong i = start; i < end; ++i) {{ values[i] = {value}; }}
+}}
+__kernel void pg_numbers(__global const float* restrict values, __global {number}* restrict numbers, ulong count)
+{{
+    ulong start = get_global_id(0) * {run}, end = min(start + {run}, count);
+    for (ulong i = start; i < end; ++i) {{ numbers[i] = {nearest}; }}
+}}
+"""
+
+
+def source_of(format_: Format, run: int) -> str:
+    """Kernels between a format's numbers and values; as in passgraph.backends.steps, NaN is held as the lowest."""
+    number = ELEMENTS[format_.number]
+    nearest = "pg_store_half(values[i])"
+    if format_.steps:
+        # Comparisons and a plain conversion vectorise.
+        low, steps = f"{format_.low}f", f"{format_.steps}.0f"
+        clamped = f"({low} < values[i] ? (1.0f < values[i] ? 1.0f : values[i]) : {low})"
+        nearest = f"({number})(int)rint({clamped} * {steps})"
+    return _SOURCE.format(number=number, run=run, value=load_expression(format_, "numbers", "i"), nearest=nearest)
+
+
+def _run(backend: OpenCLBackend) -> int:
+    return RUN if backend.is_cpu else RUN_GPU
+
+
+# In place
+
+
+def adopted(backend: OpenCLBackend, array: Any, format_: Format) -> Storage | None:
+    """Memory of the caller as a storage until the run ends; None outside of a run, and where it does not fit."""
+    if not backend.is_cpu or backend.lent is None or not isinstance(array, np.ndarray):
+        return None
+    plain = array.dtype == np.dtype(format_.number) and array.flags.c_contiguous and array.flags.aligned
+    if not plain or format_.stencil or array.nbytes > backend.max_bytes:
+        return None
+    place, size = (array.ctypes.data, array.nbytes), (array.shape[1], array.shape[0])
+    held = backend.lent.get(place)
+    if held is not None and (held.format, held.size) == (format_, size):
+        return held
+    # Of two buffers over one memory OpenCL promises nothing.
+    if any(start < sum(place) and place[0] < start + length for start, length in backend.lent):
+        return None
+    buffer = _over(backend, array)
+    if buffer is None:
+        return None
+    storage = Storage(format_, size, buffer, lent=array)
+    backend.lent[place] = storage
+    return storage
+
+
+def _over(backend: OpenCLBackend, array: NDArray[Any]) -> Any | None:
+    """A buffer over an array's own memory; None where the driver refuses."""
+    cl = backend.cl
+    access = cl.mem_flags.READ_WRITE if array.flags.writeable else cl.mem_flags.READ_ONLY
+    try:
+        buffer = cl.Buffer(backend.context, access | cl.mem_flags.USE_HOST_PTR, hostbuf=array)
+    except cl.Error:
+        return None
+    backend.alive[buffer.int_ptr] = buffer
+    return buffer
+
+
+def _give_back(backend: OpenCLBackend, buffer: Any, array: NDArray[Any]) -> None:
+    """What was written through a buffer is in the array, which the device then lets go."""
+    cl, queue = backend.cl, backend.queue
+    if array.flags.writeable:
+        mapped, _ = cl.enqueue_map_buffer(queue, buffer, cl.map_flags.READ, 0, array.shape, array.dtype)
+        mapped.base.release(queue)
+    queue.finish()
+    backend.free(buffer)
+
+
+@contextmanager
+def running(backend: OpenCLBackend) -> Iterator[None]:
+    """What is adopted inside is given back at the end."""
+    outer, backend.lent = backend.lent, {}
+    try:
+        yield
+    finally:
+        lent, backend.lent = backend.lent.values(), outer
+        for storage in lent:
+            storage.released = True
+            with backend.reported("giving a picture back"):
+                assert storage.lent is not None
+                _give_back(backend, storage.buffer, storage.lent)
+
+
+# Moved
+
+
+def send_values(backend: OpenCLBackend, storage: Storage, picture: FloatBlock) -> None:
+    """Values into a storage, to the nearest that it holds."""
+    values, format_ = _shaped(np.asarray(picture, np.float32), storage), storage.format
+    if format_.number == "f4":
+        send(backend, storage, values)
+    elif values.size <= SMALL or values.nbytes > backend.max_bytes:
+        send(backend, storage, numbers_of(values, format_))
+    else:
+        values = np.ascontiguousarray(values)
+        with _buffer_of(backend, values) as buffer:
+            _convert(backend, "pg_numbers", format_, buffer, storage.buffer, values.size)
+
+
+def send(backend: OpenCLBackend, storage: Storage, numbers: NDArray[Any]) -> None:
+    """Numbers of its format into a storage."""
+    array = _shaped(numbers, storage)
+    if array.flags.c_contiguous and array.dtype == np.dtype(storage.format.number):
+        backend.cl.enqueue_copy(backend.queue, storage.buffer, array, is_blocking=True)
+        return
+    with _mapped(backend, storage.buffer, array.shape, storage.format.number, writing=True) as held:
+        np.copyto(held, array)
+
+
+def receive(backend: OpenCLBackend, storage: Storage, into: NDArray[Any]) -> None:
+    """A storage into an array: values where that is float32, else numbers."""
+    format_, room = storage.format, _shaped(into, storage)
+    if storage.lent is not None and storage.released:
+        # The run is over: what it wrote there is the caller's array.
+        if into.dtype == np.float32:
+            values_into(room, storage.lent, format_)
+        else:
+            np.copyto(room, storage.lent)
+        return
+    if into.dtype != np.float32 or format_.number == "f4":
+        _fetch(backend, storage.buffer, room, format_.number)
+    elif room.size <= SMALL or room.nbytes > backend.max_bytes or not _exact(backend, format_):
+        numbers = np.empty(room.shape, format_.number)
+        _fetch(backend, storage.buffer, numbers, format_.number)
+        values_into(room, numbers, format_)
+    else:
+        _receive_values(backend, storage, room)
+
+
+def _receive_values(backend: OpenCLBackend, storage: Storage, room: NDArray[np.float32]) -> None:
+    buffer = _over(backend, room) if backend.is_cpu and room.flags.c_contiguous and room.flags.aligned else None
+    if buffer is not None:
+        try:
+            _convert(backend, "pg_values", storage.format, storage.buffer, buffer, room.size)
+        finally:
+            _give_back(backend, buffer, room)
+        return
+    buffer = backend.scratch_buffer("values on their way", room.size * 4)
+    _convert(backend, "pg_values", storage.format, storage.buffer, buffer, room.size)
+    _fetch(backend, buffer, room, "f4")
+
+
+def _fetch(backend: OpenCLBackend, buffer: Any, room: NDArray[Any], number: str) -> None:
+    if room.flags.c_contiguous and room.dtype == np.dtype(number):
+        backend.read(buffer, room)
+        return
+    with _mapped(backend, buffer, room.shape, number) as held:
+        np.copyto(room, held)
+
+
+@contextmanager
+def _mapped(
+    backend: OpenCLBackend, buffer: Any, shape: tuple[int, ...], number: str, *, writing: bool = False
+) -> Iterator[NDArray[Any]]:
+    """A buffer's memory for the host to read, or to write whole."""
+    cl, queue = backend.cl, backend.queue
+    flags = cl.map_flags.WRITE_INVALIDATE_REGION if writing else cl.map_flags.READ
+    held, _ = cl.enqueue_map_buffer(queue, buffer, flags, 0, shape, np.dtype(number))
+    try:
+        yield held
+    finally:
+        held.base.release(queue)
+
+
+@contextmanager
+def _buffer_of(backend: OpenCLBackend, values: NDArray[np.float32]) -> Iterator[Any]:
+    """A buffer that holds an array: the array's own memory on CPUs."""
+    buffer = _over(backend, values) if backend.is_cpu and values.flags.aligned else None
+    if buffer is None:
+        buffer = backend.scratch_buffer("values on their way", values.nbytes)
+        backend.cl.enqueue_copy(backend.queue, buffer, values, is_blocking=True)
+        yield buffer
+        return
+    try:
+        yield buffer
+    finally:
+        backend.queue.finish()
+        backend.free(buffer)
+
+
+# Converted
+
+
+def _exact(backend: OpenCLBackend, format_: Format) -> bool:
+    """Whether kernels turn numbers into the values that the host would: quotients rounded once, and halves below
+    2**-14 not lost on their way through denormals."""
+    if format_.steps:
+        return backend.programs.rounds_quotients
+    return bool(backend.device.single_fp_config & backend.cl.device_fp_config.DENORM)
+
+
+def _convert(backend: OpenCLBackend, name: str, format_: Format, source: Any, destination: Any, count: int) -> None:
+    kernel = _kernels(backend, format_)[name]
+    kernel.set_args(source, destination, np.uint64(count))
+    items = -(-count // _run(backend))
+    group = (1,) if backend.is_cpu else None
+    backend.cl.enqueue_nd_range_kernel(backend.queue, kernel, (items,), group)
+
+
+def _kernels(backend: OpenCLBackend, format_: Format) -> dict[str, Any]:
+    if format_.number not in backend.conversions:
+        what = f"conversions of {format_.number}"
+        source = join(package_text("helpers.cl"), source_of(format_, _run(backend)))
+        built = backend.programs.build(source, what)
+        backend.conversions[format_.number] = {n: backend.cl.Kernel(built, n) for n in ("pg_values", "pg_numbers")}
+    return backend.conversions[format_.number]
+
+
+def _shaped(array: NDArray[Any], storage: Storage) -> NDArray[Any]:
+    if array.shape != storage.shape:
+        raise InputError(
+            f"a picture of shape {array.shape} cannot go into {storage.format.name} of {storage.size[0]}x"
+            f"{storage.size[1]} pixels; expected shape {storage.shape}"
+        )
+    return array
