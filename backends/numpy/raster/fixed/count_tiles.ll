@@ -1,4 +1,4 @@
-; Sources 2085a9495a62bee285cb45cbe5640aae103d69e024ac40907f4d31f45165d7aa
+; Sources e8c120fbe8abb8eab4828f922944b22e1cfc77b2b4e5b8f9c2989fa89069fd14
 ; Made by `python -m passgraph.backends.numpy.raster.generate`.
 
 define internal i32 @count_tiles(ptr noalias %retptr, ptr noalias %excinfo, i64 %arg.first, i64 %arg.last, i64 %arg.chunk, ptr noalias %arg.made.0, ptr noalias %arg.made.1, i64 %arg.made.2, i64 %arg.made.3, ptr noalias %arg.made.4, i64 %arg.made.5.0, i64 %arg.made.5.1, i64 %arg.made.6.0, i64 %arg.made.6.1, i64 %arg.tiles_x, ptr noalias %arg.counts.0, ptr noalias %arg.counts.1, i64 %arg.counts.2, i64 %arg.counts.3, ptr noalias %arg.counts.4, i64 %arg.counts.5.0, i64 %arg.counts.5.1, i64 %arg.counts.6.0, i64 %arg.counts.6.1) {
