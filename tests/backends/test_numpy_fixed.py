@@ -22,7 +22,7 @@ from passgraph.backends.numpy.machine.jit import llvm_text
 from passgraph.backends.numpy.machine.native import function_address
 from passgraph.backends.numpy.machine.numba_code import Call, NumbaCode, entry_text
 from passgraph.backends.numpy.machine.shipped import Shipped
-from passgraph.backends.numpy.raster import entries
+from passgraph.backends.numpy.raster import entries, generate
 from passgraph.backends.numpy.raster.layout import PLANES, TILE, VARYINGS
 
 NAMES = [code.name for code in entries.FIXED]
@@ -144,6 +144,12 @@ def test_an_old_text_without_numba_says_what_makes_it_anew(kept: Shipped, monkey
     kept.sources[0].write_text("two\n", encoding="utf-8")
     with pytest.raises(pg.BackendError, match=r"add\.ll is missing or older than"):
         kept.text("add", lambda: "anew")
+
+
+def test_making_texts_without_numba_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(generate, "find_spec", lambda name: None)
+    with pytest.raises(SystemExit, match=r"pip install 'passgraph\[dev\]'"):
+        generate.main()
 
 
 # The same bits as what numba makes here
