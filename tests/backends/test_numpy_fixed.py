@@ -13,6 +13,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import llvmlite.binding as llvm
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -67,6 +68,27 @@ def test_a_shipped_text_is_for_any_machine(name: str) -> None:
     assert not re.findall(r"^declare (?!.*@llvm\.).*", text, re.MULTILINE)
     called = set(re.findall(r"(?:call|invoke) [^@\n]*@([\w.]+)\(", text))
     assert all(function.startswith("llvm.") for function in called), called
+
+
+@pytest.mark.parametrize(
+    "triple", ["x86_64-unknown-linux-gnu", "x86_64-pc-windows-msvc", "aarch64-unknown-linux-gnu", "arm64-apple-darwin"]
+)
+def test_shipped_texts_become_machine_code_of_other_systems(triple: str) -> None:
+    """Which calls C's own functions and no other."""
+    llvm.initialize_all_targets()
+    llvm.initialize_all_asmprinters()
+    machine = llvm.Target.from_triple(triple).create_target_machine(cpu="", opt=1, reloc="pic", codemodel="default")
+    called: set[str] = set()
+    for name in NAMES:
+        entry = code(name)
+        text = shipped(name) + entry_text("entry", name, entry.pieces, entry.kinds)
+        module = llvm.parse_assembly(text)
+        module.triple = triple
+        called |= set(
+            re.findall(r"\t(?:callq|bl)\t_?([A-Za-z]\w*)(?:@PLT)?$", machine.emit_assembly(module), re.MULTILINE)
+        )
+    assert "log2" in called, "calls are found in this system's assembly"
+    assert called <= {*NAMES, "log2", "exp2", "ceil", "floor", "rint", "memset", "memcpy"}
 
 
 @pytest.mark.parametrize("name", NAMES)
