@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import struct
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -87,6 +89,25 @@ def test_each_format_gives_the_same_box(tmp_path, suffix):
     assert scene.triangle_count == 12
     assert np.allclose(scene.bounds(), [[-0.5, -1, -1.5], [0.5, 1, 1.5]])
     assert scene.warnings == ()
+
+
+WITHOUT_SCIPY = """
+import sys
+sys.modules["scipy"] = None  # as if it were not installed
+from passgraph import Scene
+for file in sys.argv[1:]:
+    print(len(Scene.load(file, ground=False).nodes[0].mesh.triangles))
+"""
+
+
+def test_no_format_needs_scipy(tmp_path):
+    """trimesh would use it for what is computed here: normals."""
+    files = [tmp_path / f"m.{suffix}" for suffix in ("obj", "ply", "stl", "off", "glb")]
+    for file in files:
+        trimesh.creation.box((1, 2, 3)).export(file)
+    command = [sys.executable, "-c", WITHOUT_SCIPY, *map(str, files)]
+    made = subprocess.run(command, capture_output=True, text=True, check=False, timeout=120)
+    assert (made.stdout, made.stderr) == ("12\n" * len(files), "")
 
 
 def test_single_models_get_a_floor_unless_told_otherwise(tmp_path):

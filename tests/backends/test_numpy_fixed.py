@@ -13,6 +13,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import llvmlite.binding as llvm
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -22,7 +23,7 @@ from passgraph.backends.numpy.machine.jit import llvm_text
 from passgraph.backends.numpy.machine.native import function_address
 from passgraph.backends.numpy.machine.numba_code import Call, NumbaCode, entry_text
 from passgraph.backends.numpy.machine.shipped import Shipped
-from passgraph.backends.numpy.raster import entries
+from passgraph.backends.numpy.raster import entries, generate
 from passgraph.backends.numpy.raster.layout import PLANES, TILE, VARYINGS
 
 NAMES = [code.name for code in entries.FIXED]
@@ -67,6 +68,27 @@ def test_a_shipped_text_is_for_any_machine(name: str) -> None:
     assert not re.findall(r"^declare (?!.*@llvm\.).*", text, re.MULTILINE)
     called = set(re.findall(r"(?:call|invoke) [^@\n]*@([\w.]+)\(", text))
     assert all(function.startswith("llvm.") for function in called), called
+
+
+@pytest.mark.parametrize(
+    "triple", ["x86_64-unknown-linux-gnu", "x86_64-pc-windows-msvc", "aarch64-unknown-linux-gnu", "arm64-apple-darwin"]
+)
+def test_shipped_texts_become_machine_code_of_other_systems(triple: str) -> None:
+    """Which calls C's own functions and no other."""
+    llvm.initialize_all_targets()
+    llvm.initialize_all_asmprinters()
+    machine = llvm.Target.from_triple(triple).create_target_machine(cpu="", opt=1, reloc="pic", codemodel="default")
+    called: set[str] = set()
+    for name in NAMES:
+        entry = code(name)
+        text = shipped(name) + entry_text("entry", name, entry.pieces, entry.kinds)
+        module = llvm.parse_assembly(text)
+        module.triple = triple
+        called |= set(
+            re.findall(r"\t(?:callq|bl)\t_?([A-Za-z]\w*)(?:@PLT)?$", machine.emit_assembly(module), re.MULTILINE)
+        )
+    assert "log2" in called, "calls are found in this system's assembly"
+    assert called <= {*NAMES, "log2", "exp2", "ceil", "floor", "rint", "memset", "memcpy"}
 
 
 @pytest.mark.parametrize("name", NAMES)
@@ -144,6 +166,12 @@ def test_an_old_text_without_numba_says_what_makes_it_anew(kept: Shipped, monkey
     kept.sources[0].write_text("two\n", encoding="utf-8")
     with pytest.raises(pg.BackendError, match=r"add\.ll is missing or older than"):
         kept.text("add", lambda: "anew")
+
+
+def test_making_texts_without_numba_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(generate, "find_spec", lambda name: None)
+    with pytest.raises(SystemExit, match=r"pip install 'passgraph\[dev\]'"):
+        generate.main()
 
 
 # The same bits as what numba makes here

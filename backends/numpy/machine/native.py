@@ -55,10 +55,10 @@ def _engine() -> Any:
 _loaded: dict[str, int] = {}
 
 
-def function_address(parts: tuple[str, ...], emit: Callable[[str], str], *, loops: bool = False) -> int:
+def function_address(parts: tuple[str, ...], emit: Callable[[str], str], *, loops: int = 0) -> int:
     """Where the function is that ``emit(name)`` gives the LLVM text of; ``parts`` tell it from every other.
 
-    ``loops``: LLVM is to make vectors of its loops, see :func:`optimised`.
+    ``loops``: the level at which LLVM makes vectors of its loops, see :func:`optimised`.
 
     Threads take turns: what one is compiling, another that asks for it finds made.
     """
@@ -66,7 +66,7 @@ def function_address(parts: tuple[str, ...], emit: Callable[[str], str], *, loop
         return _address(parts, emit, loops)
 
 
-def _address(parts: tuple[str, ...], emit: Callable[[str], str], loops: bool) -> int:
+def _address(parts: tuple[str, ...], emit: Callable[[str], str], loops: int) -> int:
     _, cpu, features = _machine()
     # Border rules come from the language's own text, beside the programs among the parts.
     texts = (text_digest(Path(__file__).parents[1], (".py", ".ll")), text_digest(Path(borders.__file__).parent))
@@ -85,21 +85,21 @@ def _address(parts: tuple[str, ...], emit: Callable[[str], str], loops: bool) ->
     return _loaded[key]
 
 
-def _compiled(text: str, loops: bool) -> bytes:
+def _compiled(text: str, loops: int) -> bytes:
     return bytes(_machine()[0].emit_object(optimised(text, loops=loops)))
 
 
-def optimised(text: str, *, loops: bool = False) -> Any:
+def optimised(text: str, *, loops: int = 0) -> Any:
     """A module as it becomes machine code.
 
-    In text of kernels what is to be a vector is one already.  ``loops``: others have loops over single numbers, of
-    which LLVM makes vectors and, at its third level alone, takes out conditions that stay the same.
+    In text of kernels what is to be a vector is one already: LLVM leaves loops alone and works at its level 2.
+    Other text has loops over single numbers; where ``loops`` is not 0, it makes vectors of them at that level, 1 to 3.
     """
     machine = _machine()[0]
     module = llvm.parse_assembly(text)
     module.verify()
-    options = llvm.create_pipeline_tuning_options(speed_level=3 if loops else 2)
-    options.loop_vectorization, options.slp_vectorization, options.loop_unrolling = loops, False, False
+    options = llvm.create_pipeline_tuning_options(speed_level=loops or 2)
+    options.loop_vectorization, options.slp_vectorization, options.loop_unrolling = loops > 0, False, False
     builder = llvm.create_pass_builder(machine, options)
     builder.getModulePassManager().run(module, builder)
     return module

@@ -39,17 +39,21 @@ class NumbaCode:
         Gives the Python function; called where its text is older than it.
     shipped
         Where its text is.
+    level
+        At which LLVM optimises it, 1 to 3.
     """
 
     def __init__(
-        self, name: str, pieces: int, kinds: Sequence[str], find: Callable[[], Callable[..., Any]], shipped: Shipped
-    ) -> None:
-        self.name, self.pieces, self.kinds, self.find, self.shipped = name, pieces, tuple(kinds), find, shipped
+        self, name: str, pieces: int, kinds: Sequence[str], find: Callable[[], Callable[..., Any]], shipped: Shipped,
+        level: int,
+    ) -> None:  # fmt: skip
+        self.name, self.pieces, self.kinds = name, pieces, tuple(kinds)
+        self.find, self.shipped, self.level = find, shipped, level
 
     def call(self) -> Call:
         """For one caller, compiled or loaded."""
         parts = ("shipped", self.name, str(self.pieces), *self.kinds)
-        address = function_address(parts, self._text, loops=True)
+        address = function_address(parts, self._text, loops=self.level)
         kind = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, *[ctypes.c_int64] * self.pieces)
         return Call(kind(address), self.kinds)
 

@@ -45,14 +45,19 @@ SOURCES = (
 SHIPPED = Shipped(_FOLDER / "fixed", SOURCES, "python -m passgraph.backends.numpy.raster.generate")
 
 
-def _entry(module: str, function: str, pieces: int, kinds: str) -> NumbaCode:
+#: LLVM's first level is enough for text that has been optimised before; in the loops over a tile's triangles its third
+#: takes out conditions that stay the same.
+_SETUP, _PIXELS = 1, 3
+
+
+def _entry(module: str, function: str, pieces: int, kinds: str, level: int = _SETUP) -> NumbaCode:
     def find() -> Callable[..., Any]:
         found: Callable[..., Any] = getattr(
             import_module(f"passgraph.backends.numpy.raster.{module}"), function
         ).py_func
         return found
 
-    return NumbaCode(function, pieces, kinds.split(), find, SHIPPED)
+    return NumbaCode(function, pieces, kinds.split(), find, SHIPPED, level)
 
 
 project = _entry("setup", "project", 2, "f64[2] i64 i64 i32[1] i32[1] f64[1] f64[1] u8[1]")
@@ -67,11 +72,13 @@ tiles = _entry(
     "tiles", "tiles", 0,
     "i64[1] i64 i64[1] i64 i64[1] i32[1] i32[2] i32[1] i32[1] f64[1] f64[1] f32[2] f64 f64 i64 i64 "
     "f32[1] i64 i64 i64 f64 i32[1] i32[1] i64 f64[1] i64 i64[1]",
+    _PIXELS,
 )  # fmt: skip
 in_order = _entry(
     "order", "in_order", 0,
     "i64[1] i64 i64[1] i64 i64[1] i32[1] i32[2] i32[1] i32[1] f64[1] f64[1] f32[2] f64 f64 i64 i64 "
     "f32[1] f64 i64 i32[1] i64 f64[1] i64 i64[1]",
+    _PIXELS,
 )  # fmt: skip
 
 FIXED = (project, classify, assemble, count_tiles, fill_tiles, tiles, in_order)

@@ -8,10 +8,16 @@ there they are compiled by it in every process, which takes seconds; tests/backe
 
 from __future__ import annotations
 
+from importlib.util import find_spec
+
 from passgraph.backends.numpy.raster.entries import FIXED
 
 
 def main() -> None:
+    if find_spec("numba") is None:
+        raise SystemExit(
+            "the text of fixed functions is made by numba, which is not here: pip install 'passgraph[dev]'"
+        )
     for code in FIXED:
         code.shipped.write(code.name, code.made())
 

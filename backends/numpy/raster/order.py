@@ -44,8 +44,9 @@ def _in_order(
         stop = offsets[tile + 1]
         for n in range(offsets[tile], stop):
             soon(n, stop, lists, made, wx, wy, wz, iw, vary, True)
-            t = lists[n]
-            a, b, c = made[t, 0], made[t, 1], made[t, 2]
+            # Whole numbers without a sign: others may count from the end, which costs a choice at every index.
+            t = np.uint64(lists[np.uint64(n)])
+            a, b, c = np.uint64(made[t, 0]), np.uint64(made[t, 1]), np.uint64(made[t, 2])
             x0, y0, x1, y1, x2, y2 = window(wx[a], wy[a], wx[b], wy[b], wx[c], wy[c])
             left, top = max(np.int64(made[t, 4]), x_low), max(np.int64(made[t, 5]), y_low)
             right, bottom = min(np.int64(made[t, 6]), x_end - 1), min(np.int64(made[t, 7]), y_end - 1)

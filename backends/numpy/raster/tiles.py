@@ -50,8 +50,9 @@ def _tiles(
         for n in range(begin, end):
             # Numbers instead of views of rows: a view counts references, and threads would meet there every time.
             soon(n, end, lists, made, wx, wy, wz, iw, vary, False)
-            t = lists[n]
-            a, b, c = made[t, 0], made[t, 1], made[t, 2]
+            # Whole numbers without a sign: others may count from the end, which costs a choice at every index.
+            t = np.uint64(lists[np.uint64(n)])
+            a, b, c = np.uint64(made[t, 0]), np.uint64(made[t, 1]), np.uint64(made[t, 2])
             x0, y0, x1, y1, x2, y2 = window(wx[a], wy[a], wx[b], wy[b], wx[c], wy[c])
             scale = 256.0 / float(x1 * y2 - x2 * y1)
             z_start, z_step, z_down = depth_plane(wz[a], wz[b], wz[c], x1, y1, x2, y2, scale, factor, units)

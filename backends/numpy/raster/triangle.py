@@ -27,10 +27,10 @@ def _soon(
     A tile's triangles lie all over memory, and waiting for them would take longer than all else.
     """
     if n + 2 * AHEAD < end:
-        pg_soon(made, np.int64(lists[n + 2 * AHEAD]))
-        t = lists[n + AHEAD]
+        pg_soon(made, np.int64(lists[np.uint64(n + 2 * AHEAD)]))
+        t = np.uint64(lists[np.uint64(n + AHEAD)])
         for k in range(3):
-            v = np.int64(made[t, k])
+            v = np.int64(made[t, np.uint64(k)])
             pg_soon(window_x, v)
             pg_soon(window_y, v)
             pg_soon(depth, v)
@@ -67,7 +67,7 @@ def _numbered(
     units: Any, rows: Any, table: Any,
 ) -> None:  # fmt: skip
     """Put a triangle's numbers, so many rows, into their place in ``table``."""
-    a, b, c = made[t, 0], made[t, 1], made[t, 2]
+    a, b, c = np.uint64(made[t, 0]), np.uint64(made[t, 1]), np.uint64(made[t, 2])
     x0, y0, x1, y1, x2, y2 = window(window_x[a], window_y[a], window_x[b], window_y[b], window_x[c], window_y[c])
     area = float(x1 * y2 - x2 * y1)
     to_x = 0.5 - x0 / 256.0
@@ -130,7 +130,7 @@ def _visible(
             slot = number
             slots[n] = slot
             number += 1
-            t = lists[begin + n]
+            t = np.uint64(lists[np.uint64(begin + n)])
             numbered(t, slot, made, window_x, window_y, depth, inverse_w, varyings, factor, units, rows, table)
         ids[k] = slot
 
