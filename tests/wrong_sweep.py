@@ -238,6 +238,11 @@ def _array(name: str) -> Callable[..., None]:
     return lambda value: _drawn(geometry=Plain(**{name: value}))
 
 
+def _tiled(**given: Any) -> None:
+    sink = given.pop("sink")
+    pg.tiled(sink=np.zeros_like(FRAME) if sink is FRAME else sink, progress=False, **given)
+
+
 _FOLDER = "/nowhere"
 
 
@@ -296,6 +301,8 @@ CALLS: list[Call] = [
       for name in ("positions", "triangles", "normals", "uvs", "colors", "tangents")),
     call("load", _load, path=f"{_FOLDER}/x.png", max_bytes=1 << 20, linear=False),
     call("save", pg.save, path=f"{_FOLDER}/x.npy", picture=FRAME, linear=False),
+    call("tiled", _tiled, graph=kernel("copy")(pg.Input("frame")), source=FRAME, sink=FRAME, memory="1 GB", values=None,
+                  dtype=None, tile=(4, 4), size=None, backend="numpy", options=None, non_finite="error"),
     call("compare", lambda **given: compare(kernel("copy")(frame()), **given),
          backends=(), size=None, progress=lambda _: None, frame=FRAME),
     call("compare, outputs", lambda outputs: compare(outputs, (), frame=FRAME), outputs=kernel("copy")(frame())),
