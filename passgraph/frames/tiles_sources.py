@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import OrderedDict
 from collections.abc import Iterator
 from os import PathLike
 from pathlib import Path
@@ -124,7 +123,7 @@ class Blocks:
         across = -(-width // self.block[1])
         # Two rows of blocks: those that a row of tiles shares with the next one, and those that it goes on to.
         self.kept = max(1, min(2 * across + 2, room // max(1, self.block_bytes))) if self.block != (1, 1) else 0
-        self._blocks: OrderedDict[tuple[int, int], Numbers] = OrderedDict()
+        self._blocks: dict[tuple[int, int], Numbers] = {}
 
     @property
     def cost(self) -> int:
@@ -149,14 +148,15 @@ class Blocks:
                 yield row, column
 
     def _block(self, row: int, column: int) -> Numbers:
-        found = self._blocks.pop((row, column), None)
+        found = self._blocks.get((row, column))
         if found is None:
             (height, width), (rows, columns) = self.shape[:2], self.block
             top, left = row * rows, column * columns
             while len(self._blocks) >= self.kept:
-                self._blocks.popitem(last=False)
+                # Tiles go on to the right and down: what is needed last lies there.
+                del self._blocks[min(self._blocks)]
             found = self.source.read((top, min(top + rows, height), left, min(left + columns, width)))
-        self._blocks[row, column] = found
+            self._blocks[row, column] = found
         return found
 
     def close(self) -> None:

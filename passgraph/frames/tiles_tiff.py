@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import ExitStack
 from math import ceil
 from pathlib import Path
 from typing import Any
@@ -25,12 +26,12 @@ class TiffSource:
     def __init__(self, path: Path, what: str) -> None:
         tifffile = imported("tifffile", what)
         self.name = f"{what} ({path})"
-        try:
-            self._tiff = tifffile.TiffFile(path)
-        except Exception as error:  # broken bytes raise errors of every kind
-            raise InputError(f"{self.name}: is no TIFF file that can be read ({error}); make it again") from error
-        try:
-            self._page = page = self._tiff.pages[0]
+        with ExitStack() as opened:
+            try:
+                self._tiff = opened.enter_context(tifffile.TiffFile(path))
+                self._page = page = self._tiff.pages[0]
+            except Exception as error:  # broken bytes raise errors of every kind
+                raise InputError(f"{self.name}: is no TIFF file that can be read ({error}); make it again") from error
             self._check(page)
             self._planar = page.planarconfig == 2 and page.samplesperpixel > 1
             height, width, channels = page.imagelength, page.imagewidth, page.samplesperpixel
@@ -40,9 +41,7 @@ class TiffSource:
             tiled = (page.tilelength, page.tilewidth) if page.is_tiled else (min(page.rowsperstrip, height), width)
             # Rows of plain numbers can be read from anywhere to anywhere.
             self.block = (1, 1) if self._plain is not None else tiled
-        except BaseException:
-            self._tiff.close()
-            raise
+            opened.pop_all()  # read from until it is closed
 
     def _check(self, page: Any) -> None:
         bits = page.bitspersample
