@@ -243,6 +243,11 @@ def _tiled(**given: Any) -> None:
     pg.tiled(sink=np.zeros_like(FRAME) if sink is FRAME else sink, progress=False, **given)
 
 
+def _lazily_tiled(**given: Any) -> None:
+    with pg.lazily_tiled(**given) as picture:
+        picture[1:3, 2]
+
+
 _FOLDER = "/nowhere"
 
 
@@ -303,6 +308,9 @@ CALLS: list[Call] = [
     call("save", pg.save, path=f"{_FOLDER}/x.npy", picture=FRAME, linear=False),
     call("tiled", _tiled, graph=kernel("copy")(pg.Input("frame")), source=FRAME, sink=FRAME, memory="1 GB", values=None,
                   dtype=None, tile=(4, 4), size=None, backend="numpy", options=None, non_finite="error"),
+    call("lazily_tiled", _lazily_tiled, graph=kernel("copy")(pg.Input("frame")), source=FRAME, memory="1 GB",
+                                        values=None, tile=(4, 4), size=None, backend="numpy", options=None,
+                                        non_finite="error"),
     call("compare", lambda **given: compare(kernel("copy")(frame()), **given),
          backends=(), size=None, progress=lambda _: None, frame=FRAME),
     call("compare, outputs", lambda outputs: compare(outputs, (), frame=FRAME), outputs=kernel("copy")(frame())),

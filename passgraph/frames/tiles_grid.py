@@ -89,11 +89,19 @@ class Grid:
 
     def __iter__(self) -> Iterator[Tile]:
         """Row by row, from the top left."""
+        return self.touching((0, self.size[1], 0, self.size[0]))
+
+    def touching(self, part: Part) -> Iterator[Tile]:
+        """The tiles that write something of a part."""
         (width, height), (across, down), halo = self.size, self.core, self.halo
-        for y, top, bottom in windows(height, down, halo.up, halo.down):
-            for x, left, right in windows(width, across, halo.left, halo.right):
-                window = (y, y + self.window[1], x, x + self.window[0])
-                yield Tile(window, (top, bottom, left, right))
+        columns = [each for each in windows(width, across, halo.left, halo.right) if _meet(each, part[2:])]
+        for y, top, bottom in (each for each in windows(height, down, halo.up, halo.down) if _meet(each, part[:2])):
+            for x, left, right in columns:
+                yield Tile((y, y + self.window[1], x, x + self.window[0]), (top, bottom, left, right))
+
+
+def _meet(window: tuple[int, int, int], span: tuple[int, ...]) -> bool:
+    return window[1] < span[1] and window[2] > span[0]
 
 
 def grid_of(

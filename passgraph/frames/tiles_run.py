@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -38,7 +38,6 @@ class Job:
     sinks: Mapping[str, Sink]
     values: Mapping[str, object]
     non_finite: NonFinite
-    readers: Callable[[str], Iterator[str]]
 
     def read(self, tile: Tile) -> Pictures:
         """The inputs of a tile, ready to be computed with."""
@@ -46,11 +45,16 @@ class Job:
 
     def _admitted(self, name: str, numbers: Numbers, tile: Tile) -> Any:
         try:
-            return admitted_part(numbers, name, self.inputs[name].format, self.non_finite, self.readers(name))
+            return admitted_part(numbers, name, self.inputs[name].format, self.non_finite, self._readers(name))
         except InputError as error:
             raise InputError(
                 f"{error} (counted in a tile that begins at column {tile.window[2]}, row {tile.window[0]})"
             ) from None
+
+    def _readers(self, name: str) -> Iterator[str]:
+        """Passes that read an input, by name."""
+        plan = self.execution.plan
+        return (step.name for step in plan.steps if plan.inputs[name] in step.reads)
 
     def compute(self, tile: Tile, pictures: Pictures) -> Pictures:
         """The results of a tile, as large as its window."""
@@ -81,7 +85,7 @@ class _Cut:
         return converted(self.result[top - y : bottom - y, left - x : right - x], self.sink.dtype)
 
 
-def admitted_part(numbers: Numbers, name: str, format_: Any, non_finite: NonFinite, readers: Iterator[str]) -> Any:
+def admitted_part(numbers: Numbers, name: str, format_: Any, non_finite: NonFinite, readers: Iterable[str]) -> Any:
     """A part of an input as a run takes it: the one place where what tiles read goes into a program."""
     picture = checked_picture(numbers, InputSpec(name, format_))
     return picture if numbers.dtype.kind != "f" else admitted(picture, name, format_, non_finite, readers)
