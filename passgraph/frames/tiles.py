@@ -95,7 +95,6 @@ def tiled(
     wanted = Wanted(graph, source, memory, values, tile, size, backend, options, non_finite)
     with ExitStack() as stack:
         job = prepared(wanted, lambda plan, sources: _sinks(plan, sink, dtype, sources), stack)
-        stack.enter_context(job.execution.backend.turn)
         for each in job.sinks.values():
             stack.callback(each.abandon)
             each.open()

@@ -31,11 +31,12 @@ def pieces(part: Part, block: tuple[int, int]) -> Iterator[Part]:
     [(100, 512, 0, 4), (512, 600, 0, 4)]
     """
     top, bottom, left, right = part
-    rows, columns = block
-    columns *= max(1, min(-(-(right - left) // columns) + 1, PIECE_PIXELS // (rows * columns)))
-    rows *= max(1, PIECE_PIXELS // (rows * columns))
-    for y in range(top // rows * rows, bottom, rows):
-        for x in range(left // columns * columns, right, columns):
+    first_row, first_column = top // block[0] * block[0], left // block[1] * block[1]
+    across = -(-(right - first_column) // block[1])
+    columns = block[1] * max(1, min(across, PIECE_PIXELS // (block[0] * block[1])))
+    rows = block[0] * max(1, PIECE_PIXELS // (block[0] * columns))
+    for y in range(first_row, bottom, rows):
+        for x in range(first_column, right, columns):
             yield max(top, y), min(bottom, y + rows), max(left, x), min(right, x + columns)
 
 

@@ -62,8 +62,10 @@ class Job:
         top, _, left, _ = tile.window
         asked = {WINDOW.name: (left, top, *self.grid.size), OUTPUT_SIZE.name: self.grid.size}
         given = {**self.values, **{name: value for name, value in asked.items() if name in plan.values}}
-        self.execution.run({**self.whole, **pictures}, given, None)
-        with self.execution.backend.running():
+        backend = self.execution.backend
+        # Between two tiles others may use the backend, the one that computes a source among them.
+        with backend.turn, backend.running():
+            self.execution.run({**self.whole, **pictures}, given, None)
             return {name: self.execution.download(resource) for name, resource in plan.outputs.items()}
 
     def write(self, tile: Tile, results: Pictures) -> None:

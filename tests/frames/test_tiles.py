@@ -9,6 +9,7 @@ import pytest
 import scipy.ndimage
 
 import passgraph as pg
+from passgraph.backends.registry import open_backend
 from passgraph.effects.pictures.blur import gaussian_blur, gaussian_weights
 from tests.frames.tile_graphs import GRAPHS, frame, inputs, kernel, picture, same, untiled
 
@@ -179,6 +180,27 @@ def test_values_of_the_outputs_size_are_the_whole_pictures() -> None:
     graph, given = kernel("vignette")(frame(), aspect, into=pg.target("seen", "rgba32f")), picture(*SIZE)
     expected = untiled(graph, frame=given)
     assert same(in_tiles(graph, {"frame": given}, expected, tile=(16, 16))[0], expected)
+
+
+def test_kernels_made_for_known_sizes_know_the_whole_pictures() -> None:
+    text = """def sized(color: Image) -> vec4:
+    share = vec2(color.size - pixel()) / vec2(output_size())
+    return vec4(share, color[-2, 0].b, 1.0)"""
+    graph = pg.kernel(source=text, known_sizes=True)(frame(), into=pg.target("sized", "rgba32f"))
+    given = picture(*SIZE)
+    expected = untiled(graph, frame=given)
+    assert same(in_tiles(graph, {"frame": given}, expected, tile=(16, 16))[0], expected)
+
+
+def test_a_source_may_be_computed_on_the_same_backend() -> None:
+    """The thread that reads ahead needs the backend's turn while tiles are computed."""
+    first = gaussian_blur(pg.Input("frame"), 1.0, into=pg.target("first", "rgba32f"))
+    second = kernel("sobel")(frame(), into=pg.target("second", "rgba32f"))
+    given = picture(*SIZE)
+    expected = untiled(second, frame=untiled(first, frame=given))
+    with open_backend("numpy") as backend, pg.lazily_tiled(first, given, backend=backend, tile=(16, 16)) as source:
+        result, _ = in_tiles(second, {"frame": source}, expected, tile=(16, 16), backend=backend)
+    assert same(result, expected)
 
 
 @pytest.mark.parametrize("backend", ["opencl", "gl"])
