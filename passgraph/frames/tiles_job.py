@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from passgraph import arguments
 from passgraph.errors import BackendError, GraphError, InputError
 from passgraph.formats import Format, format_named
-from passgraph.frames.tiles_grid import Cost, bytes_of, grid_of
+from passgraph.frames.tiles_grid import Cost, bytes_of, grid_of, told
 from passgraph.frames.tiles_parts import PIECE_PIXELS
 from passgraph.frames.tiles_run import Job, admitted_part
 from passgraph.frames.tiles_sinks import Sink
@@ -66,6 +66,8 @@ def prepared(
     sources = _sources(bound.inputs, wanted.source, int(allowed * BLOCKS_SHARE), stack)
     plan = _plan(bound, sources, None if wanted.size is None else _pair(wanted.size, "size"))
     needs = footprint(plan)
+    whole = {name for name, resource in plan.inputs.items() if resource in needs.whole}
+    _check_blocks([sources[name] for name in plan.inputs if name not in whole], allowed)
     sinks = sinks_for(plan, sources)
     cost = _cost(plan, needs, sources, sinks)
     block = max(s.block[0] for s in sinks.values()), max(s.block[1] for s in sinks.values())
@@ -78,7 +80,6 @@ def prepared(
         stack.callback(_release, execution)
         for (step, name), value in bound.overrides.items():
             execution.override(step, name, value)
-    whole = {name for name, resource in plan.inputs.items() if resource in needs.whole}
     return Job(
         grid, execution, bound.inputs,
         {name: sources[name] for name in plan.inputs if name not in whole},
@@ -175,6 +176,16 @@ def _check_declared(source: Source, spec: InputSpec) -> None:
         raise InputError(f"{source.name} has {channels} channel(s), and is declared {spec.format.name}")
     if spec.size is not None and (width, height) != spec.size:
         raise InputError(f"{source.name} is {width}x{height} pixels, and is declared {spec.size[0]}x{spec.size[1]}")
+
+
+def _check_blocks(sources: Iterable[Source], memory: int) -> None:
+    for source in sources:
+        if source.cost > memory:
+            height, width = source.block
+            raise InputError(
+                f"{source.name} is stored in blocks of {width}x{height} pixels, which takes {told(source.cost)} to "
+                f"read, and memory is {told(memory)}; give more, or store it in smaller tiles"
+            )
 
 
 def _format(source: Source, spec: InputSpec) -> Format:

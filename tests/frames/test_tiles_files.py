@@ -113,6 +113,13 @@ def test_what_no_tile_can_be_read_from_is_told(tmp_path: Path) -> None:
         assert name in str(caught.value)
 
 
+def test_blocks_that_do_not_fit_are_told(tmp_path: Path) -> None:
+    tifffile.imwrite(tmp_path / "in.tif", np.zeros((3000, 2000, 3), np.uint8), photometric="rgb", compression="zlib",
+                     rowsperstrip=3000)  # fmt: skip
+    with pytest.raises(pg.InputError, match=r"in.tif\) is stored in blocks of 2000x3000 pixels, which takes 54 MB"):
+        tiled(tmp_path / "in.tif", np.zeros((3000, 2000, 3), np.uint8), memory="50 MB")
+
+
 def test_blocks_are_read_once_row_by_row(tmp_path: Path) -> None:
     """Neighbouring tiles share the blocks at their edges, which are decoded for the first of them."""
     tifffile.imwrite(tmp_path / "in.tif", stored("u1"), photometric="rgb", tile=(32, 32), compression="zlib")

@@ -7,7 +7,7 @@ from itertools import product
 import pytest
 
 import passgraph as pg
-from passgraph.frames.tiles_grid import Cost, bytes_of, grid_of
+from passgraph.frames.tiles_grid import MOST_PIXELS, Cost, bytes_of, grid_of
 from passgraph.frames.tiles_parts import PIECE_PIXELS, pieces
 from passgraph.plan.footprint import Footprint, Halo
 
@@ -25,7 +25,7 @@ def test_tiles_stay_within_the_memory_and_are_few(size: tuple[int, int]) -> None
         assert across <= width <= min(size[0], across + 14)
         assert down <= height <= min(size[1], down + 14)
         assert len(grid) * across * down >= size[0] * size[1]
-        assert width * height <= 1.5 * across * down + 14 * 14 or min(size) < 100
+        assert width * height <= 1.1 * across * down or min(size) < 100 or width * height < MOST_PIXELS
 
 
 @pytest.mark.parametrize("memory", [10**9, 10**10])
@@ -35,6 +35,13 @@ def test_large_pictures_are_cut_along_the_blocks_of_their_sink(memory: int) -> N
     assert across % 256 == 0 or across == 100_000
     assert down % 256 == 0
     assert grid.window[0] * grid.window[1] <= 1.1 * across * down
+
+
+def test_a_far_halo_takes_larger_tiles() -> None:
+    far = Footprint(Halo(300, 300, 300, 300), frozenset())
+    grid = grid_of((100_000, 20_000), far, Cost(50_000_000, 90), 10**10, (256, 256))
+    assert grid.window[0] * grid.window[1] <= 1.15 * grid.core[0] * grid.core[1]
+    assert grid.window[0] * grid.window[1] > MOST_PIXELS
 
 
 def test_tiles_asked_for_must_fit() -> None:
