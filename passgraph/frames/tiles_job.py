@@ -125,6 +125,8 @@ def _bound(wanted: Wanted, stack: ExitStack) -> _Bound:
         if backend is not None or options is not None:
             raise GraphError("a program has its backend and options already; give them where it is compiled")
         graph._check_open()
+        if graph._check_finite:
+            raise GraphError("check_finite looks at what passes of a whole run write; compile without it for tiles")
         overrides = dict(graph._overrides)
         made = _Bound(graph._outputs, graph.backend, graph._options, graph._non_finite, overrides, graph._size)
     else:

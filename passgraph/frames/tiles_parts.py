@@ -52,7 +52,10 @@ def imported(package: str, what: str) -> Any:
 
 def checked_shape(shape: Any, what: str) -> tuple[int, int, int]:
     """(height, width, channels) of a picture."""
-    sides = tuple(int(side) for side in shape)
+    try:
+        sides = tuple(int(side) for side in shape)
+    except (TypeError, ValueError):  # sizes that dask does not know yet are NaN
+        sides = ()
     if len(sides) == 2:
         sides = (*sides, 1)
     if len(sides) != 3 or not all(sides) or sides[2] > 4:
@@ -71,9 +74,9 @@ def checked_dtype(dtype: Any, what: str) -> np.dtype[Any]:
     return made
 
 
-def block_of(array: Any) -> tuple[int, int]:
-    """(height, width) of an array's chunks; (1, 1) where it has none."""
-    chunks = getattr(array, "chunks", None)
+def block_of(array: Any, *, written: bool = False) -> tuple[int, int]:
+    """(height, width) of an array's chunks, or of the shards in which they are written; (1, 1) where it has none."""
+    chunks = (getattr(array, "shards", None) if written else None) or getattr(array, "chunks", None)
     if not chunks or len(chunks) < 2:
         return 1, 1
     # dask lists the chunks along each axis

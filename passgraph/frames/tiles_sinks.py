@@ -113,7 +113,7 @@ class ArraySink:
         self.dtype = checked_dtype(array.dtype, what)
         if self.dtype.kind == "b":
             raise InputError(f"{what} has dtype bool; give uint8, uint16 or floats")
-        self.array, self.block, self._flat = array, block_of(array), len(array.shape) == 2
+        self.array, self.block, self._flat = array, block_of(array, written=True), len(array.shape) == 2
 
     def open(self) -> None:
         """It is there."""

@@ -57,7 +57,7 @@ def open_source(given: Any, what: str, room: int) -> Source:
     if not path.exists():
         raise InputError(f"{what}: there is no {path}; give the path of a TIFF file or Zarr array, or an array")
     if path.is_dir() or path.suffix.lower() == ".zarr":
-        return array_source(open_zarr(path, what), f"{what} ({path})", room)
+        return Blocks(ArraySource(open_zarr(path, what), f"{what} ({path})", of_file=True), room)
     if path.suffix.lower() not in (".tif", ".tiff"):
         raise InputError(
             f"{what}: {path} is read whole or not at all; tiles come from TIFF (.tif, .tiff), Zarr (.zarr), or an array"
@@ -88,7 +88,7 @@ def array_source(given: Any, what: str, room: int) -> Source:
             f"{what} must be a path or an array (h, w) or (h, w, 1 to 4) that gives its parts, got "
             f"{arguments.shown(given)}"
         )
-    source = ArraySource(given, what)
+    source = ArraySource(given, what, of_file=False)
     return source if source.block == (1, 1) else Blocks(source, room)
 
 
@@ -97,16 +97,30 @@ class ArraySource:
 
     cost = 0
 
-    def __init__(self, array: Any, name: str) -> None:
-        self.name, self.array = name, array
+    def __init__(self, array: Any, name: str, *, of_file: bool) -> None:
+        self.name, self.array, self._of_file = name, array, of_file
         self.shape = checked_shape(array.shape, name)
         self.dtype = checked_dtype(array.dtype, name)
         self.block = block_of(array)
 
     def read(self, part: Part) -> Numbers:
         top, bottom, left, right = part
-        found = np.array(arguments.numbers(self.array[top:bottom, left:right], self.name))
-        return found.reshape(bottom - top, right - left, self.shape[2])
+        try:
+            given = self.array[top:bottom, left:right]
+        except Exception as error:  # stores raise errors of every kind; those of the caller's arrays are the caller's
+            if not self._of_file:
+                raise
+            raise InputError(
+                f"{self.name}: truncated or corrupt at rows {top} to {bottom} ({error}); make or copy it again"
+            ) from error
+        found = np.array(arguments.numbers(given, self.name))
+        shape = bottom - top, right - left, self.shape[2]
+        if found.shape not in (shape, shape[:2] if shape[2] == 1 else shape):
+            raise InputError(
+                f"{self.name}: rows {top} to {bottom} and columns {left} to {right} have shape {found.shape}; "
+                f"expected {shape}"
+            )
+        return found.reshape(shape)
 
     def close(self) -> None:
         """The array is the caller's."""

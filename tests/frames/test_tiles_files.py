@@ -17,6 +17,7 @@ import zarr
 from PIL import Image as pillow
 
 import passgraph as pg
+from passgraph.frames.tiles_parts import block_of
 from passgraph.frames.tiles_sources import Blocks, open_source
 from tests.frames.tile_graphs import frame, kernel, same, untiled
 
@@ -206,6 +207,13 @@ def test_results_become_what_is_asked_for(dtype: str, tmp_path: Path) -> None:
         assert same(array[:], numbers)
 
 
+def test_shards_are_written_once() -> None:
+    store = zarr.storage.MemoryStore()
+    array = zarr.create_array(store=store, shape=(512, 512, 4), dtype="u1", chunks=(32, 32, 4), shards=(128, 128, 4))
+    assert block_of(array) == (32, 32)
+    assert block_of(array, written=True) == (128, 128)
+
+
 def test_a_gray_result_fits_an_array_without_channels() -> None:
     luma = pg.kernel(source="def luma(color: Image) -> float: return dot(color[0, 0].rgb, vec3(0.25, 0.5, 0.25))")
     graph = luma(frame(), into=pg.target("luma", "r32f"))
@@ -260,6 +268,14 @@ def test_a_truncated_source_leaves_nothing_behind(compression: str | None, tmp_p
     ):
         tiled(file, tmp_path / "out.tif")
     assert left(tmp_path) == ["in.tif"]
+
+
+def test_a_broken_chunk_is_told(tmp_path: Path) -> None:
+    zarr.create_array(store=str(tmp_path / "in.zarr"), data=stored("u1"), chunks=(64, 64, 3))
+    (tmp_path / "in.zarr" / "c" / "2" / "1" / "0").write_bytes(b"no chunk")
+    with pytest.raises(pg.InputError, match=r"in.zarr\): truncated or corrupt at rows 128 to 192 \("):
+        tiled(tmp_path / "in.zarr", tmp_path / "out.zarr")
+    assert left(tmp_path) == ["in.zarr"]
 
 
 def test_a_full_disk_leaves_nothing_behind(tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import dask.array
 import numpy as np
 import pytest
 
@@ -20,6 +21,9 @@ def kept(color: Image, last: Image) -> vec4: return color[0, 0] * 0.5 + last[0, 
 def copied(color: Image) -> vec4: return color[0, 0]
 """
 PICTURE = picture(20, 10)
+LATER = dask.array.from_array(PICTURE)
+#: Rows that dask knows the number of when it has computed them.
+UNKNOWN = LATER[LATER[:, 0, 0] > 0.5]
 
 
 def made(name: str, *images: pg.Target, **options: Any) -> pg.Target:
@@ -79,6 +83,7 @@ def test_the_reference_runs_kernels_as_written() -> None:
         ({"source": np.zeros((4, 4, 5), np.float32)}, "must have the shape (h, w) or (h, w, 1 to 4)"),
         ({"source": np.zeros((0, 4, 3), np.float32)}, "at least one pixel"),
         ({"source": np.zeros((4, 4), np.int64)}, "has dtype int64; give uint8, uint16 or floats"),
+        ({"source": UNKNOWN}, "must have the shape (h, w)"),
         ({"source": 5}, "input 'frame' must be a path or an array"),
         ({"source": "missing.tif"}, "there is no missing.tif"),
         ({"sink": "out.png"}, "out.png has the suffix '.png'; tiles are written to .tif, .tiff, .zarr, or an array"),
@@ -114,6 +119,37 @@ def test_a_program_brings_its_backend() -> None:
         pytest.raises(pg.GraphError, match="a program has its backend and options already"),
     ):
         pg.tiled(program, PICTURE, PICTURE.copy(), backend="numpy", progress=False)
+
+
+def test_a_program_that_looks_at_whole_targets() -> None:
+    with (
+        pg.compile(GRAPHS["blur"]("clamp"), check_finite=True) as program,
+        pytest.raises(pg.GraphError, match="check_finite looks at what passes of a whole run write"),
+    ):
+        pg.tiled(program, PICTURE, PICTURE.copy(), progress=False)
+
+
+class Short:
+    """An array that does not hold what it says."""
+
+    shape, dtype = (10, 20, 4), np.dtype(np.float32)
+
+    def __getitem__(self, key: Any) -> Any:
+        return PICTURE[key][:-1]
+
+
+def test_an_array_that_gives_less_than_it_says() -> None:
+    with pytest.raises(pg.InputError, match=r"rows 0 to 10 and columns 0 to 20 have shape \(9, 20, 4\); expected \(10"):
+        pg.tiled(GRAPHS["blur"]("clamp"), Short(), PICTURE.copy(), progress=False)
+
+
+def test_an_error_of_the_callers_array_is_the_callers() -> None:
+    class Failing(Short):
+        def __getitem__(self, key: Any) -> Any:
+            raise ZeroDivisionError("mine")
+
+    with pytest.raises(ZeroDivisionError, match="mine"):
+        pg.tiled(GRAPHS["blur"]("clamp"), Failing(), PICTURE.copy(), progress=False)
 
 
 def test_a_closed_program() -> None:
