@@ -11,6 +11,7 @@ from collections.abc import Collection, Iterable
 from dataclasses import replace
 from itertools import chain
 
+from passgraph.errors import GraphError
 from passgraph.graph.values import Value
 from passgraph.language import scalar as s
 from passgraph.language.types import IVEC4
@@ -26,7 +27,16 @@ def window_plan(plan: Plan, footprint: Footprint, size: tuple[int, int]) -> Plan
     """The plan of a window of so many (width, height) pixels; :data:`WINDOW` tells each run where it lies.
 
     ``plan`` is that of the whole picture, made without static passes; it is never run.
+
+    Raises
+    ------
+    GraphError
+        Where a run value has the name of :data:`WINDOW`.
     """
+    if WINDOW.name in plan.values:
+        raise GraphError(
+            f"{WINDOW.name!r} is the name of the value that tells tiles where they are; give your value another one"
+        )
     inside = [r for r in plan.resources if r.id not in footprint.whole]
     held = {r.memory for r in inside}
     resources = tuple(r if r.id in footprint.whole else replace(r, size=size) for r in plan.resources)

@@ -118,10 +118,12 @@ def measure(width: int, height: int, memory: str, folder: str | None = None) -> 
 
 def ratios(found: dict[str, dict[str, float]]) -> list[Ratio]:
     tiled, fitting = found["in tiles"], found["that fit"]
+    took, other = 1e3 * tiled["seconds"], 1e3 * fitting["seconds"]
     return [
-        Ratio("time in tiles / in pictures that fit", tiled["seconds"] / fitting["seconds"], 1.2,
-              tiled["seconds"], fitting["seconds"]),
-    ]  # fmt: skip
+        Ratio("a large picture in tiles / as much in pictures that fit", took / other, 1.2, took, other),
+        Ratio("processor time of the same", tiled["cpu"] / fitting["cpu"], None),
+        Ratio("most memory of the process in tiles, of 1 GiB", 100 * tiled["peak"] / 2**30, 100.0, unit="%"),
+    ]
 
 
 def main() -> None:

@@ -163,6 +163,14 @@ def test_several_results_and_values() -> None:
     assert all(same(results[name], expected[name]) for name in expected)
 
 
+@pytest.mark.parametrize("off", ["cull", "fuse", "order", "alias", "static", "simplify"])
+def test_each_optimisation_may_be_off(off: str) -> None:
+    graph, given = GRAPHS["deep"]("mirror"), inputs(*SIZE)
+    expected = untiled(graph, **given)
+    options = pg.Options(**{off: False})
+    assert same(in_tiles(graph, needed(graph, given), expected, tile=(16, 16), options=options)[0], expected)
+
+
 def test_a_program_keeps_its_settings() -> None:
     graph, given = kernel("vignette")(frame(), 0.5, into=pg.target("seen", "rgba32f")), picture(*SIZE)
     with pg.compile(graph) as program:

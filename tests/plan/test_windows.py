@@ -125,6 +125,13 @@ def test_one_program_serves_every_picture() -> None:
     assert key((100, 80)) == key((100_000, 20_000))
 
 
+def test_no_value_may_have_the_name_of_the_windows_own() -> None:
+    gain = pg.kernel(source="def gain(color: Image, by: float) -> vec4: return color[0, 0] * by")
+    plan = plan_of(gain(FRAME, pg.Value(WINDOW.name), into=pg.target("made", "rgba32f")))
+    with pytest.raises(pg.GraphError, match="'tile window' is the name of the value that tells tiles where they are"):
+        window_plan(plan, footprint(plan), (16, 16))
+
+
 def test_a_windows_plan_is_as_large_as_the_window() -> None:
     plan = plan_of(made("down", made("left", FRAME)), (100_000, 60_000))
     found = window_plan(plan, footprint(plan), (64, 32))
