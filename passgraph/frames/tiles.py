@@ -56,7 +56,7 @@ def tiled(
         name when they are whole; an older one stays until then.  Into 8 and 16 bits go values from 0 to 1.
     memory
         Bytes that pictures, decoded blocks and compiled passes may take beside what the process holds already, such as
-        ``"1 GB"`` or ``512 << 20``; it decides how large tiles are.
+        ``"1 GB"`` or ``512 << 20``; tiles are as large as is good within it.
     values
         Run values by name.
     dtype

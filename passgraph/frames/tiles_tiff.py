@@ -55,7 +55,7 @@ class TiffSource:
 
     def _begin(self, page: Any) -> int | None:
         """Where the picture begins in the file, if it lies there row by row as plain numbers."""
-        if page.is_tiled or self._planar or not page.is_contiguous or page.compression != 1 or page.predictor != 1:
+        if page.is_tiled or self._planar or not page.is_contiguous or page.compression != 1:
             return None
         return int(page.dataoffsets[0])
 
@@ -65,6 +65,10 @@ class TiffSource:
         except InputError:
             raise
         except Exception as error:
+            if "imagecodecs" in str(error):
+                raise InputError(
+                    f"{self.name}: {error}, which decodes it; install it with: pip install imagecodecs"
+                ) from error
             raise InputError(
                 f"{self.name}: truncated or corrupt at rows {part[0]} to {part[1]} ({error}); make or copy it again"
             ) from error

@@ -114,6 +114,25 @@ def test_what_no_tile_can_be_read_from_is_told(tmp_path: Path) -> None:
         assert name in str(caught.value)
 
 
+def test_predictors_are_undone(tmp_path: Path) -> None:
+    tifffile.imwrite(tmp_path / "in.tif", stored("u2"), photometric="rgb", predictor=True, compression="zlib")
+    source = open_source(tmp_path / "in.tif", "input", 1 << 20)
+    assert same(source.read((0, 211, 0, 301)), stored("u2"))
+    source.close()
+
+
+def test_a_compression_that_needs_a_package_names_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pillow.fromarray(stored("u1")).save(tmp_path / "in.tif", compression="tiff_lzw")
+
+    def decode(*_: Any) -> None:
+        raise ValueError("<COMPRESSION.LZW: 5> requires the 'imagecodecs' package")
+
+    monkeypatch.setattr("passgraph.frames.tiles_tiff.TiffSource._decode", decode)
+    with pytest.raises(pg.InputError, match=r"in.tif\): .* requires the 'imagecodecs' package, which decodes it; inst"):
+        tiled(tmp_path / "in.tif", tmp_path / "out.tif")
+    assert left(tmp_path) == ["in.tif"]
+
+
 def test_blocks_that_do_not_fit_are_told(tmp_path: Path) -> None:
     tifffile.imwrite(tmp_path / "in.tif", np.zeros((3000, 2000, 3), np.uint8), photometric="rgb", compression="zlib",
                      rowsperstrip=3000)  # fmt: skip
