@@ -136,6 +136,18 @@ def test_a_table_is_read_whole_by_every_tile(static: bool) -> None:
     assert same(in_tiles(graph, given, expected, tile=(16, 16))[0], expected)
 
 
+def test_a_table_may_be_computed_first() -> None:
+    """Passes of another size that read nothing of the picture run as they are, coordinates and borders too."""
+    table = kernel("placed")(pg.Input("table").border("repeat"), into=pg.target("ready", "rgba32f"), name="ready")
+    made = kernel("gradient")(into=pg.target("made", "rgba32f", size=(9, 1)), name="made")
+    first = kernel("looked_up")(frame("mirror"), table, into=pg.target("first", "rgba32f"), name="first")
+    graph = kernel("looked_up")(first.border("zero"), made, into=pg.target("second", "rgba16f"), name="second")
+    given = {"frame": picture(*SIZE), "table": picture(16, 1, seed=3)}
+    with pg.compile(graph, size=SIZE) as program:
+        expected = program(**given)["second"]
+    assert same(in_tiles(graph, given, expected, tile=(16, 16))[0], expected)
+
+
 def test_a_static_table_may_be_as_large_as_the_picture() -> None:
     graph = kernel("looked_up")(frame(), pg.Input("table", static=True), into=pg.target("looked", "rgba32f"))
     given = {"frame": picture(16, 4), "table": picture(16, 4, seed=3)}
