@@ -64,9 +64,10 @@ class Job:
         given = {**self.values, **{name: value for name, value in asked.items() if name in plan.values}}
         backend = self.execution.backend
         # Between two tiles others may use the backend, the one that computes a source among them.
-        with backend.turn, backend.running():
+        with backend.turn:
             self.execution.run({**self.whole, **pictures}, given, None)
-            return {name: self.execution.download(resource) for name, resource in plan.outputs.items()}
+            with backend.running():
+                return {name: self.execution.download(resource) for name, resource in plan.outputs.items()}
 
     def write(self, tile: Tile, results: Pictures) -> None:
         """What is right of a tile's results, to where it belongs."""
