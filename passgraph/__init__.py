@@ -37,6 +37,8 @@ from passgraph.run.program import Program, Result, compile
 
 if TYPE_CHECKING:
     from passgraph.frames.run import frames
+    from passgraph.frames.tiles import tiled
+    from passgraph.frames.tiles_lazy import lazily_tiled
     from passgraph.pictures import load, save
     from passgraph.scene import Camera, Light, Material, Mesh, Node, Scene, Texture
 
@@ -44,6 +46,7 @@ __version__ = "0.1.0"
 
 _LATER = {
     "load": "passgraph.pictures", "save": "passgraph.pictures",
+    "tiled": "passgraph.frames.tiles", "lazily_tiled": "passgraph.frames.tiles_lazy",
     **dict.fromkeys(("Camera", "Light", "Material", "Mesh", "Node", "Scene", "Texture"), "passgraph.scene"),
 }  # fmt: skip
 
@@ -66,5 +69,5 @@ __all__ = [
     "InputError", "KernelError", "Light", "Material", "Mesh", "Node", "Options", "PassgraphError", "Program", "Range",
     "Result", "Scene", "Stencil",
     "Target", "TargetSpec", "Texture", "Value", "combine", "compile", "draw", "fragment", "frames", "function", "graph",
-    "kernel", "load", "previous", "save", "struct", "target", "vertex",
+    "kernel", "lazily_tiled", "load", "previous", "save", "struct", "target", "tiled", "vertex",
 ]  # fmt: skip

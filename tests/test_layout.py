@@ -171,6 +171,7 @@ STOREYS = ["language", "graph", "scene", "plan", "backends", "run", "effects", "
         ("backends.numpy.vector", ["backends.numpy.pixels", "backends.numpy.raster"]),
         ("backends.numpy.pixels", ["backends.numpy.raster"]),
         ("backends.numpy.raster", ["backends.numpy.pixels"]),
+        ("frames", ["verify", "commands"]),
         ("effects", ["verify", "commands"]),
         ("verify", ["commands"]),
     ],

@@ -240,6 +240,16 @@ def _array(name: str) -> Callable[..., None]:
     return lambda value: _drawn(geometry=Plain(**{name: value}))
 
 
+def _tiled(**given: Any) -> None:
+    sink = given.pop("sink")
+    pg.tiled(sink=np.zeros_like(FRAME) if sink is FRAME else sink, progress=False, **given)
+
+
+def _lazily_tiled(**given: Any) -> None:
+    with pg.lazily_tiled(**given) as picture:
+        picture[1:3, 2]
+
+
 _FOLDER = "/nowhere"
 
 
@@ -307,6 +317,11 @@ CALLS: list[Call] = [
                             linear=False, resume=False, same_size=False, watch=None),
     call("frames by name", lambda one: _framed(program=None, source={"frame": one}, sink=ToArrays()),
          one=Arrays([FRAME])),
+    call("tiled", _tiled, graph=kernel("copy")(pg.Input("frame")), source=FRAME, sink=FRAME, memory="1 GB", values=None,
+                  dtype=None, tile=(4, 4), size=None, backend="numpy", options=None, non_finite="error"),
+    call("lazily_tiled", _lazily_tiled, graph=kernel("copy")(pg.Input("frame")), source=FRAME, memory="1 GB",
+                                        values=None, tile=(4, 4), size=None, backend="numpy", options=None,
+                                        non_finite="error"),
     call("compare", lambda **given: compare(kernel("copy")(frame()), **given),
          backends=(), size=None, progress=lambda _: None, frame=FRAME),
     call("compare, outputs", lambda outputs: compare(outputs, (), frame=FRAME), outputs=kernel("copy")(frame())),

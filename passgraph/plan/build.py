@@ -26,6 +26,8 @@ def build(
     inputs: Mapping[str, tuple[Format, tuple[int, int]]] | None = None,
     options: Options | None = None,
     limits: Limits | None = None,
+    *,
+    in_windows: bool = False,
 ) -> Plan:
     """Plan the passes behind ``outputs``.
 
@@ -41,6 +43,8 @@ def build(
         Which optimisations run; all by default.
     limits
         What the device takes; left out, nothing is held back.
+    in_windows
+        The pictures will never be made whole (see :mod:`.window`): they may be larger than a device or memory takes.
 
     Raises
     ------
@@ -52,11 +56,12 @@ def build(
     """
     options = options or Options()
     limits = limits or Limits()
-    work = collect(outputs, size, inputs or {}, options)
+    work = collect(outputs, size, inputs or {}, options, in_windows)
     specialise(work)
     cull(work)
     fuse(work, limits)
     sequence = order(work)
     plan = emit(work, sequence)
-    check(plan, limits)
+    if not in_windows:
+        check(plan, limits)
     return plan

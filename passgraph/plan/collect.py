@@ -19,6 +19,7 @@ def collect(
     size: tuple[int, int] | None,
     inputs: Mapping[str, tuple[Format, tuple[int, int]]],
     options: Options,
+    in_windows: bool = False,
 ) -> Work:
     if not outputs:
         raise GraphError("nothing to compile: give at least one target")
@@ -28,7 +29,7 @@ def collect(
     bound = _bind_inputs(passes, inputs)
     _check_names(passes)
     _check_values(passes, bound)
-    work = Work(dict(outputs), size, options, bound)
+    work = Work(dict(outputs), size, options, bound, in_windows)
     find_sizes(passes, work)
     written = dict.fromkeys(spec for node in passes for spec in node.into)
     work.notes += [note for spec in written for note in spec.notes]

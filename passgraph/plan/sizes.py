@@ -61,7 +61,7 @@ def _find_size(spec: TargetSpec, work: Work) -> None:
         if last in work.sizes:
             pending.popitem()
         elif size is not None:
-            work.sizes[last] = _checked(_scaled(size, scale), last)
+            work.sizes[last] = _checked(_scaled(size, scale), last, work)
             work.not_asked[last] = _why_not_asked(last, source, work)
         else:
             assert isinstance(source, Target) and isinstance(source.spec, TargetSpec)
@@ -133,9 +133,11 @@ def _scaled(size: tuple[int, int], scale: float) -> tuple[int, int]:
     return max(1, math.ceil(size[0] * scale)), max(1, math.ceil(size[1] * scale))
 
 
-def _checked(size: tuple[int, int], spec: TargetSpec) -> tuple[int, int]:
+def _checked(size: tuple[int, int], spec: TargetSpec, work: Work) -> tuple[int, int]:
     width, height = size
     total = width * height * spec.format.bytes_per_pixel
+    if work.in_windows:
+        return size
     if width > MAX_SIDE or height > MAX_SIDE or total > MAX_PICTURE_BYTES:
         raise GraphError(
             f"target {spec.name!r} would be {width}x{height} {spec.format.name} ({total / 2**30:.1f} GiB); "

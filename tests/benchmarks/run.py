@@ -130,6 +130,11 @@ def stencil(quick: bool, _: str) -> list[Ratio]:
     return found
 
 
+def tiles(quick: bool, _: str) -> list[Ratio]:
+    bench = importlib.import_module("bench_tiles")
+    return list(bench.ratios(bench.measure(*((6000, 4000) if quick else (30_000, 20_000)), "1 GB")))
+
+
 @dataclass(frozen=True)
 class Benchmark:
     """``needs`` maps modules to what installs them; ``apart`` says that they belong to the peers' Python."""
@@ -154,6 +159,7 @@ BENCHMARKS = {
     "bloom": Benchmark(peers("bench_bloom"), {"arcade": "arcade"}, apart=True),
     "ambient_occlusion": Benchmark(occlusion, {"pyvista": "pyvista"}),
     "stencil": Benchmark(stencil, {}),
+    "tiles": Benchmark(tiles, {"tifffile": "tifffile"}),
 }
 
 

@@ -1,0 +1,133 @@
+"""Pictures larger than memory: any graph whose passes read at bounded offsets, tile by tile, bit for bit the same."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import ExitStack
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from passgraph import arguments
+from passgraph.errors import InputError
+from passgraph.frames.tiles_grid import Grid
+from passgraph.frames.tiles_job import Graph, Wanted, prepared
+from passgraph.frames.tiles_run import Progress, run_tiles, shown
+from passgraph.frames.tiles_sinks import Sink, planned_sink
+from passgraph.frames.tiles_sources import Source
+from passgraph.plan.data import Options, Plan
+from passgraph.run.finite_checks import NonFinite
+
+if TYPE_CHECKING:
+    from passgraph.backends.base import Backend
+
+
+def tiled(
+    graph: Graph,
+    source: object = None,
+    sink: object = None,
+    memory: int | str = "1 GB",
+    *,
+    values: Mapping[str, object] | None = None,
+    dtype: object = None,
+    tile: tuple[int, int] | None = None,
+    size: tuple[int, int] | None = None,
+    backend: str | Backend | None = None,
+    options: Options | None = None,
+    non_finite: NonFinite = "error",
+    progress: Progress = None,
+) -> Grid:
+    """Compute pictures that are larger than memory, tile by tile; the results are those of the whole, bit for bit.
+
+    Each tile is read with as much around it as the graph's passes reach together, computed, and written without it.
+    Kernels see the whole picture's coordinates and sizes.  While a tile is computed, the next one is read and the last
+    one written.
+
+    Parameters
+    ----------
+    graph
+        What `passgraph.compile` takes, or a program, whose backend, options and changed parameters then hold.
+    source
+        The input: the path of a TIFF file or Zarr array, or an array (NumPy, memory map, Zarr, HDF5, dask …), (h, w) or
+        (h, w, 1 to 4); of several inputs a mapping by name.  Inputs of another size than the results are read whole.
+    sink
+        Where the result goes: a path that ends in .tif, .tiff or .zarr, or an array that takes
+        ``array[rows, columns] = numbers``; of several results a mapping by name.  Files and stores appear under their
+        name when they are whole; an older one stays until then.  Into 8 and 16 bits go values from 0 to 1.
+    memory
+        Bytes that pictures, decoded blocks and compiled passes may take beside what the process holds already, such as
+        ``"1 GB"`` or ``512 << 20``; tiles are as large as is good within it.
+    values
+        Run values by name.
+    dtype
+        What new files hold; left out, what the target's format does.
+    tile
+        (width, height) that each tile writes, in place of what ``memory`` decides.
+    size
+        (width, height) of results that take no input's size.
+    backend, options, non_finite
+        As `passgraph.compile`; ``reference``, which runs kernels as written, is refused.
+    progress
+        A function called with (tiles done, of all) after each tile; left out, a bar on a terminal; False: neither.
+
+    Returns
+    -------
+    How the picture was cut, and the bytes counted.
+
+    Raises
+    ------
+    GraphError
+        Where a graph cannot be computed in tiles: draws, `passgraph.previous`, reads at computed places
+        (``image.sample``, ``image.texel``), passes of another size; the message names the pass.
+    InputError
+        For a source or sink that does not fit, a broken file, a full disk, and too little memory.
+
+    Examples
+    --------
+    >>> import passgraph as pg
+    >>> from passgraph.effects.pictures.blur import gaussian_blur
+    >>> soft = gaussian_blur(pg.Input("frame"), sigma_px=2.0, radius_px=7)
+    >>> picture, result = np.ones((64, 96, 4), np.float32), np.zeros((64, 96, 4), np.float32)
+    >>> grid = tiled(soft, picture, result, tile=(32, 32), progress=False)
+    >>> len(grid), grid.window, bool(abs(result - 1.0).max() < 1e-6)
+    (6, (46, 46), True)
+    """
+    wanted = Wanted(graph, source, memory, values, tile, size, backend, options, non_finite)
+    with ExitStack() as stack:
+        job = prepared(wanted, lambda plan, sources: _sinks(plan, sink, dtype, sources), stack)
+        for each in job.sinks.values():
+            stack.callback(each.abandon)
+            each.open()
+        with shown(progress, len(job.grid)) as advance:
+            run_tiles(job, advance)
+        for each in job.sinks.values():
+            each.finish()
+    return job.grid
+
+
+def _sinks(plan: Plan, given: object, dtype: object, sources: Mapping[str, Source]) -> dict[str, Sink]:
+    names = list(plan.outputs)
+    if not isinstance(given, Mapping):
+        if len(names) != 1:
+            raise InputError(f"the graph has the results {', '.join(names)}; give sink as a mapping by name")
+        given = {names[0]: given}
+    strangers = [name for name in given if not arguments.among(name, names)]
+    if strangers or len(given) != len(names):
+        got = arguments.shown(strangers[0]) if strangers else ", ".join(map(repr, given)) or "none"
+        raise InputError(f"sink must name each result ({', '.join(names)}) and nothing else, got {got}")
+    found = {}
+    for name, resource in plan.outputs.items():
+        made = plan.resources[resource]
+        shape = made.size[1], made.size[0], made.format.channels
+        found[name] = planned_sink(given[name], shape, made.format, dtype, f"sink of {name!r}")
+        _check_apart(given[name], sources, f"sink of {name!r}")
+    return found
+
+
+def _check_apart(sink: object, sources: Mapping[str, Source], what: str) -> None:
+    """Tiles read around what others have written: an array may not be both."""
+    for source in sources.values():
+        array = getattr(getattr(source, "source", source), "array", None)
+        both = isinstance(array, np.ndarray) and isinstance(sink, np.ndarray) and np.may_share_memory(array, sink)
+        if array is not None and (array is sink or both):
+            raise InputError(f"{what} is the array of {source.name} too; write into another one")

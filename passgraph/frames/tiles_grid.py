@@ -1,0 +1,193 @@
+"""How a picture is cut into tiles: as large as the memory given allows, and no two shapes of them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from passgraph import arguments
+from passgraph.errors import InputError
+from passgraph.frames.tiles_parts import Part
+from passgraph.plan.footprint import Footprint, Halo, windows
+
+#: Windows are not larger than this where little is computed twice: their pictures of four floats are then below 32 MiB,
+#: up to which allocators hand memory out again (glibc, M_MMAP_THRESHOLD); what is larger comes from the system page by
+#: page each time, which took a third of the time.
+MOST_PIXELS = 2_000_000
+#: A picture is cut into about so many tiles at least, so that reading, computing and writing overlap …
+LEAST_TILES = 8
+#: … unless they would be smaller than this.
+LEAST_PIXELS = 1 << 19
+#: Pixels computed for each pixel of a result: wider tiles are taken, which files read faster, up to here.
+FAIR_SHARE = 1.1
+_UNITS = {"": 1, "k": 10**3, "m": 10**6, "g": 10**9, "t": 10**12}
+_BINARY = {"ki": 1 << 10, "mi": 1 << 20, "gi": 1 << 30, "ti": 1 << 40}
+#: A number of bytes beyond this is a typing error.
+MOST_BYTES = 1 << 52
+
+
+def bytes_of(memory: object) -> int:
+    """A number of bytes, such as ``1_000_000``, ``"1 GB"`` or ``"512 MiB"``.
+
+    >>> bytes_of("1 GB"), bytes_of("1.5 KiB")
+    (1000000000, 1536)
+    """
+    if isinstance(memory, str):
+        found = re.fullmatch(r"\s*(\d+(?:\.\d+)?)\s*([kmgt]?i?)b?\s*", memory.lower())
+        unit = None if found is None else {**_UNITS, **_BINARY}.get(found[2])
+        if found is None or unit is None:
+            raise InputError(f"memory must be bytes, such as '1 GB' or '512 MiB', got {arguments.shown(memory)}")
+        memory = int(float(found[1]) * unit)
+    return arguments.whole(memory, "memory (bytes)", 1, MOST_BYTES, InputError)
+
+
+def told(count: int) -> str:
+    """Bytes as messages tell them."""
+    return f"{count / 1e9:.1f} GB" if count >= 10**9 else f"{-(-count // 10**6)} MB"
+
+
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """Bytes: ``fixed``, and for each pixel of a window."""
+
+    fixed: int
+    pixel: int
+
+    def of(self, pixels: int) -> int:
+        return self.fixed + self.pixel * pixels
+
+
+@dataclass(frozen=True)
+class Tile:
+    """What is read and computed, and the part of it that is right and is written."""
+
+    window: Part
+    core: Part
+
+
+@dataclass(frozen=True)
+class Grid:
+    """How a picture was cut: what :func:`passgraph.tiled` returns.
+
+    Attributes
+    ----------
+    size : (width, height) of the picture, px
+    core : (width, height) that each tile writes; those at the right and bottom edges may write less
+    window : (width, height) that each tile reads and computes; all are of this size
+    halo : how far results reach to each side, px
+    bytes : that pictures, blocks of files and compiled passes take at most
+    """
+
+    size: tuple[int, int]
+    core: tuple[int, int]
+    window: tuple[int, int]
+    halo: Halo
+    bytes: int
+
+    def __len__(self) -> int:
+        (width, height), (across, down) = self.size, self.core
+        return -(-width // across) * -(-height // down)
+
+    def __iter__(self) -> Iterator[Tile]:
+        """Row by row, from the top left."""
+        return self.touching((0, self.size[1], 0, self.size[0]))
+
+    def touching(self, part: Part) -> Iterator[Tile]:
+        """The tiles that write something of a part."""
+        (width, height), (across, down), halo = self.size, self.core, self.halo
+        columns = [each for each in windows(width, across, halo.left, halo.right) if _meet(each, part[2:])]
+        for y, top, bottom in (each for each in windows(height, down, halo.up, halo.down) if _meet(each, part[:2])):
+            for x, left, right in columns:
+                yield Tile((y, y + self.window[1], x, x + self.window[0]), (top, bottom, left, right))
+
+
+def _meet(window: tuple[int, int, int], span: tuple[int, ...]) -> bool:
+    return window[1] < span[1] and window[2] > span[0]
+
+
+def grid_of(
+    size: tuple[int, int],
+    footprint: Footprint,
+    cost: Cost,
+    memory: int,
+    block: tuple[int, int],
+    tile: tuple[int, int] | None = None,
+) -> Grid:
+    """The tiles of a picture.
+
+    Parameters
+    ----------
+    size : (width, height) of the picture
+    memory : bytes that may be taken
+    block : (height, width) that sinks write at once: tiles end at multiples of it where they can
+    tile : (width, height) that each tile shall write, in place of what the memory decides
+
+    Raises
+    ------
+    InputError : where not even the smallest tile fits, or the tile asked for does not
+    """
+    room = (memory - cost.fixed) // max(1, cost.pixel)
+    if tile is not None:
+        core = min(size[0], tile[0]), min(size[1], tile[1])
+        core = (size[0] if footprint.wide else core[0], size[1] if footprint.high else core[1])
+        made = _grid(size, core, footprint.halo, cost)
+        if made.bytes > memory:
+            raise _too_little(memory, made, footprint)
+        return made
+    found: list[Grid] = []
+    pixels = min(room, MOST_PIXELS, max(LEAST_PIXELS, size[0] * size[1] // LEAST_TILES))
+    while pixels > 0:
+        grids = [_grid(size, core, footprint.halo, cost) for core in _cores(size, footprint, pixels, block)]
+        fair = next((grid for grid in grids if _share(grid, block) <= FAIR_SHARE), None)
+        if fair is not None:
+            return fair
+        found += grids
+        pixels = min(room, 4 * pixels) if pixels < room else 0
+    if found:
+        return min(found, key=lambda grid: _share(grid, block))
+    least = (size[0] if footprint.wide else 1, size[1] if footprint.high else 1)
+    raise _too_little(memory, _grid(size, least, footprint.halo, cost), footprint)
+
+
+def _grid(size: tuple[int, int], core: tuple[int, int], halo: Halo, cost: Cost) -> Grid:
+    window = min(size[0], core[0] + halo.left + halo.right), min(size[1], core[1] + halo.up + halo.down)
+    return Grid(size, core, window, halo, cost.of(window[0] * window[1]))
+
+
+def _cores(
+    size: tuple[int, int], footprint: Footprint, pixels: int, block: tuple[int, int]
+) -> Iterator[tuple[int, int]]:
+    """What tiles may write whose windows have at most so many pixels, the widest first."""
+    (width, height), halo = size, footprint.halo
+    across = width
+    while across >= 1:
+        window = min(width, across + halo.left + halo.right)
+        rows = pixels // window
+        down = height if rows >= height else rows - halo.up - halo.down
+        if down >= height or (down >= 1 and not footprint.high):
+            yield across, down if down == height or down < block[0] else down // block[0] * block[0]
+        if footprint.wide or across == 1:
+            return
+        across = _rounded(-(-across // 2), block[1], across)
+
+
+def _rounded(length: int, block: int, below: int) -> int:
+    """A length in whole blocks where that is still less than it was."""
+    whole = -(-length // block) * block
+    return whole if whole < below else length
+
+
+def _share(grid: Grid, block: tuple[int, int]) -> float:
+    """Pixels computed for each that is written; tiles that cut blocks in two count half as much again."""
+    (across, down), (width, height) = grid.core, grid.window
+    cuts = (across < grid.size[0] and across % block[1] != 0) or (down < grid.size[1] and down % block[0] != 0)
+    return width * height / (across * down) * (1.5 if cuts else 1.0)
+
+
+def _too_little(memory: int, grid: Grid, footprint: Footprint) -> InputError:
+    reasons = "".join(f"; {reason}" for reason in (footprint.wide, footprint.high) if reason)
+    return InputError(
+        f"memory of {told(memory)} is too little: a tile of {grid.core[0]}x{grid.core[1]} pixels, read with "
+        f"{grid.window[0]}x{grid.window[1]}, takes {told(grid.bytes)}{reasons}; give more, or fewer passes"
+    )
