@@ -361,6 +361,7 @@ _GOOD_FLAT: dict[str, dict[str, Any]] = {
 def _effects() -> Iterator[Call]:
     """Every function of an effect; each argument in turn, by the effect's own signature."""
     from passgraph import effects
+
     light2d: Any = import_module("passgraph.effects.light2d")  # by this name the effects have a function too
 
     first = {

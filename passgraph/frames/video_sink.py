@@ -47,6 +47,8 @@ class ToVideo(Sink):
     A source's matrix, range, primaries and transfer are kept, and its pixel format where the encoder has it.
     """
 
+    is_one_file = True
+
     def __init__(
         self,
         path: str | os.PathLike[str],

@@ -306,6 +306,7 @@ def test_a_full_disk_leaves_no_video(tmp_path: Path, monkeypatch: pytest.MonkeyP
     with inverted() as program:
         summary = pg.frames(program, Arrays([picture(1, (32, 32))] * 30), sink)
     assert summary.stopped.startswith("the disk is full: ")
+    assert summary.written == 0
     assert not list(tmp_path.iterdir())
 
 
