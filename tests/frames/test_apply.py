@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -326,3 +327,25 @@ def test_progress_is_shown_on_a_terminal_only() -> None:
     os.close(ours)
     assert b"/5" in shown
     assert b"in.0003.png: not a picture that can be read" in shown
+
+
+# The documentation
+
+
+def test_commands_of_the_documentation_run(capsys: pytest.CaptureFixture[str]) -> None:
+    """Those of docs/frames.md that need no other program."""
+    pytest.importorskip("av")
+    pytest.importorskip("OpenEXR")
+    text = (Path(__file__).resolve().parents[2] / "docs" / "frames.md").read_text()
+    block = text.split("```sh\n")[1].split("```")[0]
+    commands = [shlex.split(line.split("  #")[0].split(" # ")[0]) for line in block.splitlines() if "|" not in line]
+    assert len(commands) >= 5
+    Path("photos").mkdir()
+    for number in (1, 2):
+        pg.save(f"photos/{number}.jpg", picture(9)[..., :3])
+        pg.save(f"frame.{number}.png", picture(9, (32, 32)))
+        pg.save(f"shot.{number:04d}.exr", picture(9))
+    video(Path("clip.mov"), 3, sound=True)
+    for command in commands:
+        assert command[0] == "passgraph"
+        well(capsys, *command[1:], "-b", "reference")
