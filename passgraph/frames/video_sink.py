@@ -116,14 +116,9 @@ class ToVideo(Sink):
 
     def is_made(self, source: Source) -> bool:
         """Whether the whole video is there, newer than what it is made from: it has its name only then."""
-        inputs = (
-            source.paths.values()
-            if isinstance(source, Pictures)
-            else [source.path]
-            if isinstance(source, Video)
-            else []
-        )
-        return is_made(self.path, inputs)
+        if isinstance(source, Video):
+            return is_made(self.path, [source.path])
+        return isinstance(source, Pictures) and is_made(self.path, source.paths.values())
 
     def stores(self, frame: Frame, size: tuple[int, int]) -> np.dtype[Any]:
         if self._size is None:
