@@ -103,17 +103,25 @@ class Run:
 
     def _run(self, item: _Loading, pictures: dict[str, Stored]) -> Stored | None:
         self._check_sizes(item, pictures)
-        values = self.values(item.frame.number) if callable(self.values) else self.values or {}
-        if not isinstance(values, Mapping):
-            raise InputError(f"frames: values must give a mapping for each frame, got {arguments.shown(values)}")
+        brought = self._values(item.frame.number) | pictures
         if item.held:
-            self.program.run(**values, **pictures)
+            self.program.run(**brought)
             result = None
         else:
-            results = self.program(**values, **pictures)
+            results = self.program(**brought)
             result = results[next(iter(results)) if self.output is None else self.output]
         self.ran += 1
         return result
+
+    def _values(self, number: int) -> dict[str, Any]:
+        """What a run is given beside its pictures."""
+        values: object = self.values(number) if callable(self.values) else self.values or {}
+        if not isinstance(values, Mapping) or not all(isinstance(name, str) for name in values):
+            raise InputError(f"frames: values must give a mapping by name, got {arguments.shown(values)}")
+        for name in self.sources:
+            if name in values:
+                raise InputError(f"frames: {name!r} is among the values and has a source too; leave out one of them")
+        return dict(values)
 
     def _check_sizes(self, item: _Loading, pictures: dict[str, Stored]) -> None:
         sizes = {name: _size(picture) for name, picture in pictures.items()}

@@ -55,6 +55,21 @@ def test_values_are_constants_or_functions_of_the_number() -> None:
     assert [one[0, 0, 0] for one in constant.pictures] == [0.5] * 3
 
 
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        (lambda number: number, "values must give a mapping by name, got 1"),
+        ({3: 4}, "values must give a mapping by name, got {3: 4}"),
+        ({"frame": 4}, "'frame' is among the values and has a source too"),
+        ({"other": 4}, "'other'"),
+    ],
+)
+def test_values_that_do_not_fit(values: Any, message: str) -> None:
+    with inverted() as program:
+        summary = pg.frames(program, {"frame": Arrays([picture(1)])}, ToArrays(), values=values)
+    assert message in summary.failed[0].reason
+
+
 def test_several_inputs_go_in_step() -> None:
     made = ToArrays()
     with pg.compile(ADD(pg.Input("one"), pg.Input("two")), backend="reference") as program:
