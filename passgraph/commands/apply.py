@@ -11,6 +11,7 @@ from passgraph.commands.clips import (
     Writing,
     check_apart,
     check_clips,
+    check_writing,
     clips_of,
     depth_of,
     inputs_of,
@@ -137,6 +138,7 @@ def apply_to_many(
     if not sources:
         raise InputError(broken[0])
     clips = clips_of(sources, output, writing)
+    check_writing(writing, clips)
     depths = None if depth is None else depth_of(depth, clips)
     pictures = [path for path in given.values() if isinstance(path, Path)]
     check_clips(clips, output, [*pictures, *(inputs_of(depths) if depths else [])])

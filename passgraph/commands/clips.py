@@ -62,11 +62,13 @@ def is_one_picture(inputs: tuple[str, ...], output: str) -> bool:
     if len(inputs) != 1 or inputs[0] == STREAM or output == STREAM or _is_folder(output):
         return False
     path = Path(inputs[0])
-    if Pattern.is_in(output) or is_video(Path(output)) or is_video(path):
+    # One # may be meant as it stands, as in a#1.png.
+    numbered = Pattern.is_in(output) and ("##" in output or "%" in output)
+    if numbered or is_video(Path(output)) or is_video(path):
         return False
     if path.is_dir():
-        # One name without a suffix is a folder for its pictures; else it is said that a picture is expected.
-        return bool(Path(output).suffix)
+        # Its pictures go into a folder or have numbers; else it is said that a picture is expected.
+        return bool(Path(output).suffix) and not Pattern.is_in(output)
     return os.path.lexists(path) or not (Pattern.is_in(inputs[0]) or has_wildcard(inputs[0]))
 
 
@@ -85,7 +87,8 @@ def sources_of(inputs: Iterable[str], raw: Raw | None, broken: list[str]) -> Ite
         elif path.is_dir():
             yield from _mixed(folder_files(path), text, broken)
         elif not os.path.lexists(path) and Pattern.is_in(text):
-            yield _numbered(text)
+            files = _numbered(text)
+            yield from _mixed(list(files.values()), text, broken) if is_video(path) else [Pictures(files, text)]
         elif has_wildcard(text):
             yield from _mixed(glob_files(text), text, broken)
         elif is_video(path):
@@ -115,17 +118,17 @@ def _mixed(paths: list[Path], name: str, broken: list[str]) -> Iterator[Source]:
                 broken.append(str(error))
 
 
-def _numbered(text: str) -> Source:
+def _numbered(text: str) -> dict[int, Path]:
     files = Pattern(text).files()
     missing = missing_numbers(files)
     if missing:
         click.echo(f"passgraph: warning: {text}: frames {missing} are not there", err=True)
-    return Pictures(files, text)
+    return files
 
 
 def clips_of(sources: list[Source], output: str, writing: Writing) -> list[Clip]:
     """Where each source goes."""
-    if _is_folder(output) or (not Path(output).suffix and output != STREAM and not Pattern.is_in(output)):
+    if goes_into_folder(output):
         return [Clip(source, _into_folder(source, Path(output), writing)) for source in sources]
     if len(sources) != 1 and not (Pattern.is_in(output) and all(isinstance(s, Pictures) for s in sources)):
         what = " and ".join(source.name for source in sources[:2]) + (" and others" if len(sources) > 2 else "")
@@ -164,6 +167,11 @@ def _written_name(path: Path) -> str:
     return path.name if path.suffix.lower() in type_of_suffix else f"{path.stem}.png"
 
 
+def goes_into_folder(output: str) -> bool:
+    """Whether an output is a folder, or becomes one: a name without a suffix."""
+    return _is_folder(output) or (not Path(output).suffix and output != STREAM and not Pattern.is_in(output))
+
+
 def _is_folder(output: str) -> bool:
     return output.endswith(("/", os.sep)) or (output != STREAM and Path(output).is_dir())
 
@@ -189,6 +197,17 @@ def outputs_of(clip: Clip) -> list[tuple[Path, str]]:
     return []
 
 
+def check_writing(writing: Writing, clips: list[Clip]) -> None:
+    """Refuse options that nothing here is for."""
+    videos = [clip for clip in clips if isinstance(clip.sink, ToVideo)]
+    if not videos and (writing.rate or writing.codec or writing.codec_options):
+        raise InputError("--rate, --codec and --codec-option are for videos, and none is written; name one: -o out.mp4")
+    if writing.rate and any(isinstance(clip.source, Video) for clip in videos):
+        raise InputError("--rate is for videos made of pictures; frames of a video keep their times; leave it out")
+    if writing.raw and not any(isinstance(clip.source, Pipe) or isinstance(clip.sink, ToPipe) for clip in clips):
+        raise InputError("--raw is for streams, and none is read or written; name one: -o -")
+
+
 def check_clips(clips: list[Clip], output: str, others: Iterable[Path] = ()) -> None:
     """Refuse what cannot be written, what would overwrite an input, and two outputs of one name.
 
@@ -196,7 +215,7 @@ def check_clips(clips: list[Clip], output: str, others: Iterable[Path] = ()) -> 
     """
     inputs = {path for clip in clips for path in inputs_of(clip.source)} | set(others)
     check_apart(inputs, [out for clip in clips for out in outputs_of(clip)])
-    if _is_folder(output) or any(not Path(output).suffix and isinstance(clip.sink, ToPictures) for clip in clips):
+    if goes_into_folder(output):
         check_folder(Path(output))
     for clip in clips:
         if isinstance(clip.sink, ToVideo):

@@ -137,7 +137,7 @@ def _interrupted(done: Any, clip: Clip) -> Iterator[None]:
     except KeyboardInterrupt:
         count = clip.source.count
         total = f" of {count}" if count else ""
-        kept = "nothing is written" if isinstance(clip.sink, ToVideo) else "they are whole"
+        kept = f"{clip.sink.name} is not written" if clip.sink.is_one_file else "they are whole"
         raise KeyboardInterrupt(f"after {done()}{total} frames of {clip.source.name}; {kept}") from None
 
 

@@ -69,6 +69,8 @@ class Sink:
 
     #: Whether `prepare` writes all that a frame needs, so that a run that is broken off keeps it.
     whole_when_prepared = False
+    #: Whether all frames go into one file, which is not there until `finish`.
+    is_one_file = False
 
     @property
     def name(self) -> str:

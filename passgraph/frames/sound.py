@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from passgraph.errors import InputError
-from passgraph.frames.video import import_av, opened
+from passgraph.frames.video import OPENING, import_av, opened
 
 
 def check_sound(path: Path, container: Any, into: Path) -> None:
@@ -38,7 +38,7 @@ class Sound:
 
     def __init__(self, path: Path, container: Any) -> None:
         self._av = import_av(path)
-        self._container = self._av.open(os.fspath(path), metadata_errors="replace")
+        self._container = self._av.open(os.fspath(path), metadata_errors="replace", options=OPENING)
         self._streams: dict[int, Any] = {}
         for stream in self._container.streams:
             if stream.type in ("audio", "subtitle") and stream.codec_context is not None:

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from passgraph.frames.frame import Stored
 from passgraph.graph.targets import InputSpec
+from passgraph.picture_decoders import scaled
 from passgraph.quantise import quantised
 from passgraph.srgb import srgb_to_linear
 
@@ -37,9 +38,15 @@ def _curve(dtype: str) -> NDArray[np.float32]:
     return srgb_to_linear(np.arange(most + 1, dtype=np.float32) / np.float32(most))
 
 
-def stored(result: NDArray[np.float32], dtype: np.dtype[Any], name: str) -> Stored:
-    """A program's result in the type that a sink stores; ``name`` is the frame's, for the error of NaN."""
-    return result if dtype.kind == "f" else quantised(result, dtype, name)
+def stored(result: Stored, dtype: np.dtype[Any], name: str) -> Stored:
+    """A program's result, in float32 or in integers, in the type that a sink stores.
+
+    ``name`` is the frame's, for the error of NaN.
+    """
+    if result.dtype == dtype:
+        return result
+    values = scaled(result)
+    return values if dtype.kind == "f" else quantised(values, dtype, name)
 
 
 def with_channels(picture: Stored, count: int) -> Stored:

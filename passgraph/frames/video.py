@@ -23,8 +23,12 @@ if TYPE_CHECKING:
 
 #: Numbers of ITU-T H.273 (matrix coefficients), as libavutil has them: BT.709, BT.601, and "not said".
 BT709, BT601, UNSPECIFIED = 1, 6, 2
+#: Formats of files that are opened, by libavformat's names.  Others are lists of further files and addresses.
+_FORMATS = "mov,matroska,avi,mpegts,mpeg,mpegvideo,h264,hevc,ivf,ogg,asf,flv,mxf,nut"
 #: Numbers of libavutil's AVColorRange: 16 to 235, and 0 to 255.
 LIMITED, FULL = 1, 2
+#: A file may not make libav read other ones.
+OPENING = {"format_whitelist": _FORMATS, "protocol_whitelist": "file"}
 
 
 def import_av(file: Path) -> Any:
@@ -157,7 +161,7 @@ def opened(path: Path) -> Iterator[Any]:
     check_regular(path, "a video")
     av = import_av(path)
     try:
-        container = av.open(os.fspath(path), metadata_errors="replace")
+        container = av.open(os.fspath(path), metadata_errors="replace", options=OPENING)
     except (av.error.FFmpegError, OSError, ValueError) as error:
         raise InputError(f"{path}: cannot be read as a video ({reason(error)}); make or copy the file again") from error
     with container:

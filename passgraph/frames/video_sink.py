@@ -47,6 +47,8 @@ class ToVideo(Sink):
     A source's matrix, range, primaries and transfer are kept, and its pixel format where the encoder has it.
     """
 
+    is_one_file = True
+
     def __init__(
         self,
         path: str | os.PathLike[str],
@@ -114,14 +116,9 @@ class ToVideo(Sink):
 
     def is_made(self, source: Source) -> bool:
         """Whether the whole video is there, newer than what it is made from: it has its name only then."""
-        inputs = (
-            source.paths.values()
-            if isinstance(source, Pictures)
-            else [source.path]
-            if isinstance(source, Video)
-            else []
-        )
-        return is_made(self.path, inputs)
+        if isinstance(source, Video):
+            return is_made(self.path, [source.path])
+        return isinstance(source, Pictures) and is_made(self.path, source.paths.values())
 
     def stores(self, frame: Frame, size: tuple[int, int]) -> np.dtype[Any]:
         if self._size is None:

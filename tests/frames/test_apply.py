@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -71,6 +72,13 @@ def test_folders_need_no_slash_and_may_be_there(capsys: pytest.CaptureFixture[st
     well(capsys, *TINY, "a", "-o", "out")
     well(capsys, *TINY, "a/in.0001.png", "-o", "out")
     assert names("out") == ["in.0001.png", "in.0002.png"]
+
+
+def test_one_sign_in_the_name_of_one_picture_is_no_number(capsys: pytest.CaptureFixture[str]) -> None:
+    sequence(Path("a"), [1])
+    assert well(capsys, *TINY, "a/in.0001.png", "-o", "b#1.png").startswith("b#1.png: 6x4 by reference; compile ")
+    well(capsys, *TINY, "a/in.0001.png", "-o", "c.##.png")
+    assert value(Path("b#1.png")) == value(Path("c.01.png")) == 10
 
 
 def test_numbers_stay_in_a_sequence(capsys: pytest.CaptureFixture[str]) -> None:
@@ -172,6 +180,14 @@ def test_a_folder_of_pictures_and_videos(capsys: pytest.CaptureFixture[str]) -> 
     assert again.err.startswith("passgraph: error: a/b.mp4: cannot be read as a video")
 
 
+def test_several_videos_by_number_into_a_folder(capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("av")
+    for number in (1, 2):
+        video(Path(f"a{number}.mp4"), 1 + number)
+    well(capsys, *TINY, "a%d.mp4", "-o", "out")
+    assert [len(grays(Path("out", name))) for name in names("out")] == [2, 3]
+
+
 def test_resume_of_a_video_is_all_or_nothing(capsys: pytest.CaptureFixture[str]) -> None:
     pytest.importorskip("av")
     video(Path("a.mp4"), 3)
@@ -237,6 +253,9 @@ def test_resume_does_what_is_left(capsys: pytest.CaptureFixture[str]) -> None:
         (["a", "-o", "out.mp4", "--rate", "1/0"], "--rate '1/0': expected frames a second"),
         (["a", "-o", "out.mp4", "--codec", "none"], "out.mp4: no encoder 'none' for such a file"),
         (["a", "-o", "out.mp4", "--codec-option", "crf"], "--codec-option 'crf': expected KEY=VALUE"),
+        (["a", "-o", "out/", "--rate", "25"], "--rate, --codec and --codec-option are for videos, and none is written"),
+        (["b/whole.mp4", "-o", "out.mp4", "--rate", "25"], "frames of a video keep their times; leave it out"),
+        (["a", "-o", "out/", "--raw", "rgb24"], "--raw is for streams, and none is read or written"),
         (["a", "-o", "out/", "--raw", "wrong"], "'wrong' is not a layout of raw pixels"),
         (["-", "-o", "out/"], "frames of standard input have no names; give a numbered sequence: -o out/%04d.png"),
         (["-", "-o", "out.#.png", "--raw", "rgb24"], "raw pixels have no size of their own"),
@@ -248,6 +267,8 @@ def test_refusals(capsys: pytest.CaptureFixture[str], arguments: list[str], mess
     sequence(Path("a"), [1, 2])
     sequence(Path("b"), [1])
     Path("b/video.mp4").write_bytes(b"broken")
+    if "b/whole.mp4" in arguments:
+        video(Path("b/whole.mp4"), 2)
     if arguments[:2] == ["a", "b"] or "b" in arguments:
         Path("b/video.mp4").unlink()
     os.link("a/in.0001.png", "link.2.png")
@@ -305,6 +326,14 @@ def test_ctrl_c_keeps_what_is_whole() -> None:
     assert out == ""
 
 
+def test_a_reader_that_goes_away() -> None:
+    sequence(Path("a"), range(1, 20), (200, 150))
+    command = f"{sys.executable} -m passgraph apply gaussian-blur --sigma-px 0 -b numpy a -o -"
+    shell = f"{command} | head -c 100 > head.bin; echo ${{PIPESTATUS[0]}}"
+    done = subprocess.run(["bash", "-c", shell], capture_output=True, check=False)
+    assert (done.stdout, done.stderr) == (b"141\n", b"")
+
+
 def test_progress_is_shown_on_a_terminal_only() -> None:
     import pty
 
@@ -326,3 +355,25 @@ def test_progress_is_shown_on_a_terminal_only() -> None:
     os.close(ours)
     assert b"/5" in shown
     assert b"in.0003.png: not a picture that can be read" in shown
+
+
+# The documentation
+
+
+def test_commands_of_the_documentation_run(capsys: pytest.CaptureFixture[str]) -> None:
+    """Those of docs/frames.md that need no other program."""
+    pytest.importorskip("av")
+    pytest.importorskip("OpenEXR")
+    text = (Path(__file__).resolve().parents[2] / "docs" / "frames.md").read_text()
+    block = text.split("```sh\n")[1].split("```")[0]
+    commands = [shlex.split(line.split("  #")[0].split(" # ")[0]) for line in block.splitlines() if "|" not in line]
+    assert len(commands) >= 5
+    Path("photos").mkdir()
+    for number in (1, 2):
+        pg.save(f"photos/{number}.jpg", picture(9)[..., :3])
+        pg.save(f"frame.{number}.png", picture(9, (32, 32)))
+        pg.save(f"shot.{number:04d}.exr", picture(9))
+    video(Path("clip.mov"), 3, sound=True)
+    for command in commands:
+        assert command[0] == "passgraph"
+        well(capsys, *command[1:], "-b", "reference")

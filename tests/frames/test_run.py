@@ -16,6 +16,7 @@ import pytest
 import passgraph as pg
 from passgraph.errors import GraphError, InputError
 from passgraph.frames import Arrays, Frame, Outcome, Pattern, Pictures, Sink, Still, ToArrays, ToPictures
+from passgraph.frames.stored import stored
 from tests.frames.made import ADD, INVERT, SCALED, inverted, picture, sequence, summed, value
 
 
@@ -55,6 +56,21 @@ def test_values_are_constants_or_functions_of_the_number() -> None:
     assert [one[0, 0, 0] for one in constant.pictures] == [0.5] * 3
 
 
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        (lambda number: number, "values must give a mapping by name, got 1"),
+        ({3: 4}, "values must give a mapping by name, got {3: 4}"),
+        ({"frame": 4}, "'frame' is among the values and has a source too"),
+        ({"other": 4}, "'other'"),
+    ],
+)
+def test_values_that_do_not_fit(values: Any, message: str) -> None:
+    with inverted() as program:
+        summary = pg.frames(program, {"frame": Arrays([picture(1)])}, ToArrays(), values=values)
+    assert message in summary.failed[0].reason
+
+
 def test_several_inputs_go_in_step() -> None:
     made = ToArrays()
     with pg.compile(ADD(pg.Input("one"), pg.Input("two")), backend="reference") as program:
@@ -88,6 +104,31 @@ def test_stored_types_reach_the_program_as_they_are(dtype: type) -> None:
         program.__class__ = Program
         pg.frames(program, Arrays([one]), ToArrays())
     assert given[0] is one
+
+
+@pytest.mark.parametrize(
+    ("result", "dtype", "expected"),
+    [
+        (np.float32([0.0, 0.5, 2.0]), np.uint8, [0, 128, 255]),
+        (np.float32([0.0, 0.5, 2.0]), np.uint16, [0, 32768, 65535]),
+        (np.float32([-1.0, 0.5, 2.0]), np.float32, [-1.0, 0.5, 2.0]),
+        (np.float16([0.5]), np.float32, [0.5]),
+        (np.uint8([0, 51, 255]), np.uint8, [0, 51, 255]),
+        (np.uint8([0, 51, 255]), np.uint16, [0, 13107, 65535]),
+        (np.uint16([0, 13107, 65535]), np.uint8, [0, 51, 255]),
+        (np.uint8([0, 255]), np.float32, [0.0, 1.0]),
+    ],
+)
+def test_results_of_every_type_are_stored_in_every_type(result: Any, dtype: type, expected: list[float]) -> None:
+    made = stored(result, np.dtype(dtype), "frame")
+    assert (made.dtype, made.tolist()) == (dtype, expected)
+
+
+def test_every_backend_takes_frames(backend_name: str, tmp_path: Path) -> None:
+    sequence(tmp_path, range(1, 4))
+    with inverted(backend_name) as program:
+        assert pg.frames(program, tmp_path / "in.####.png", tmp_path / "out.#.png", jobs=2).written == 3
+    assert [value(tmp_path / f"out.{n}.png") for n in (1, 2, 3)] == [245, 235, 225]
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16])

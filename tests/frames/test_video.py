@@ -242,11 +242,15 @@ def test_damage_in_the_middle_is_named(tmp_path: Path) -> None:
     [
         (b"", "cannot be read as a video"),
         (b"not a video at all" * 100, "cannot be read as a video"),
+        (b"ffconcat version 1.0\nfile other.mp4\n", "cannot be read as a video"),
+        (b"#EXTM3U\n#EXT-X-TARGETDURATION:1\n#EXTINF:1,\nother.ts\n#EXT-X-ENDLIST\n", "cannot be read as a video"),
         (None, "no such file"),
     ],
 )
 def test_what_is_no_video(tmp_path: Path, content: bytes | None, message: str) -> None:
     path = tmp_path / "a.mp4"
+    video(tmp_path / "other.mp4", 2)
+    video(tmp_path / "other.ts", 2)
     if content is not None:
         path.write_bytes(content)
     with inverted() as program, pytest.raises(InputError, match=message):
@@ -306,6 +310,7 @@ def test_a_full_disk_leaves_no_video(tmp_path: Path, monkeypatch: pytest.MonkeyP
     with inverted() as program:
         summary = pg.frames(program, Arrays([picture(1, (32, 32))] * 30), sink)
     assert summary.stopped.startswith("the disk is full: ")
+    assert summary.written == 0
     assert not list(tmp_path.iterdir())
 
 
