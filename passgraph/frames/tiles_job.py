@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from passgraph import arguments
 from passgraph.errors import BackendError, GraphError, InputError
-from passgraph.formats import Format, format_named
+from passgraph.formats import Format
 from passgraph.frames.tiles_grid import Cost, bytes_of, grid_of, told
 from passgraph.frames.tiles_parts import PIECE_PIXELS
 from passgraph.frames.tiles_run import Job, admitted_part
@@ -22,6 +22,7 @@ from passgraph.plan.footprint import Footprint, footprint
 from passgraph.plan.limits import check
 from passgraph.plan.reach import inputs_behind
 from passgraph.plan.window import window_plan
+from passgraph.run.admission import format_of
 from passgraph.run.execution import Execution
 from passgraph.run.finite_checks import NonFinite, checked_choice
 from passgraph.run.program import Program, named_outputs
@@ -190,16 +191,12 @@ def _check_blocks(sources: Iterable[Source], memory: int) -> None:
             )
 
 
-def _format(source: Source, spec: InputSpec) -> Format:
-    return spec.format or format_named({1: "r32f", 2: "rg32f", 3: "rgb32f", 4: "rgba32f"}[source.shape[2]])
-
-
 def _plan(bound: _Bound, sources: Mapping[str, Source], size: tuple[int, int] | None) -> Plan:
     """The plan of the whole picture, which is never run."""
-    inputs = {
-        name: (_format(sources[name], spec), (sources[name].shape[1], sources[name].shape[0]))
-        for name, spec in bound.inputs.items()
-    }
+    inputs = {}
+    for name, spec in bound.inputs.items():
+        height, width, channels = sources[name].shape
+        inputs[name] = (spec.format or format_of(sources[name].dtype, channels), (width, height))
     # What runs once would hold one tile's pixels in all others.
     options = replace(bound.options, static=False)
     return build(bound.outputs, size or bound.size, inputs, options, bound.backend.limits, in_windows=True)

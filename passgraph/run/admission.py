@@ -21,13 +21,17 @@ _ENDINGS = {"u1": "8", "u2": "16", "f2": "16f", "f4": "32f"}
 OVERLAP_WORK = 10_000
 
 
-def format_of(picture: NDArray[Any]) -> Format:
-    """The format that holds such pictures as they are.
+def format_of(dtype: np.dtype[Any], channels: int) -> Format:
+    """The format that pictures of such numbers are bound to: their own, or float32 where no format holds them.
 
-    >>> format_of(np.zeros((2, 3, 4), np.uint8)).name
+    >>> format_of(np.dtype(np.uint8), 4).name
     'rgba8'
     """
-    return FORMATS[f"{'rgba'[: picture.shape[2]]}{_ENDINGS[picture.dtype.str[1:]]}"]
+    return FORMATS[f"{'rgba'[:channels]}{_ENDINGS[dtype.str[1:]] if _is_own(dtype) else '32f'}"]
+
+
+def _is_own(dtype: np.dtype[Any]) -> bool:
+    return dtype.isnative and dtype.str[1:] in _ENDINGS
 
 
 def admitted_picture(given: Any, spec: InputSpec) -> NDArray[Any]:
@@ -43,13 +47,13 @@ def admitted_picture(given: Any, spec: InputSpec) -> NDArray[Any]:
     """
     array = _picture(given, spec)
     number = None if spec.format is None else spec.format.number
-    own = array.dtype.isnative and array.dtype.str[1:] in _ENDINGS
-    return array if own and number in (None, array.dtype.str[1:]) else _as_values(array)
+    return array if _is_own(array.dtype) and number in (None, array.dtype.str[1:]) else _as_values(array)
 
 
 def bound_to(picture: NDArray[Any], spec: InputSpec) -> tuple[Format, tuple[int, int]]:
     """Format and size (width, height) of an input that such a picture is given for."""
-    return spec.format or format_of(picture), (picture.shape[1], picture.shape[0])
+    height, width, channels = picture.shape
+    return spec.format or format_of(picture.dtype, channels), (width, height)
 
 
 def _picture(given: Any, spec: InputSpec) -> NDArray[Any]:
