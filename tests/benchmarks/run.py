@@ -135,6 +135,12 @@ def tiles(quick: bool, _: str) -> list[Ratio]:
     return list(bench.ratios(bench.measure(*((6000, 4000) if quick else (30_000, 20_000)), "1 GB")))
 
 
+def video(quick: bool, _: str) -> list[Ratio]:
+    bench = importlib.import_module("bench_video")
+    found: list[Ratio] = bench.ratios(*((30, (640, 360), 3) if quick else (300, (1920, 1080), 3)))
+    return found
+
+
 @dataclass(frozen=True)
 class Benchmark:
     """``needs`` maps modules to what installs them; ``apart`` says that they belong to the peers' Python."""
@@ -160,6 +166,7 @@ BENCHMARKS = {
     "ambient_occlusion": Benchmark(occlusion, {"pyvista": "pyvista"}),
     "stencil": Benchmark(stencil, {}),
     "tiles": Benchmark(tiles, {"tifffile": "tifffile"}),
+    "video": Benchmark(video, {"av": "av"}),
 }
 
 

@@ -244,8 +244,12 @@ def test_a_full_disk_keeps_what_is_whole(tmp_path: Path, monkeypatch: pytest.Mon
 
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_ctrl_c_keeps_what_is_whole(tmp_path: Path, jobs: int) -> None:
+    told = list[int]()
+
     def stop(outcome: Outcome) -> None:
+        told.append(outcome.number)
         if outcome.number == 4:
+            time.sleep(0.05)  # what has begun ahead comes to its end
             raise KeyboardInterrupt
 
     sink = ToPictures(Pattern(str(tmp_path / "out.##.png")))
@@ -254,6 +258,8 @@ def test_ctrl_c_keeps_what_is_whole(tmp_path: Path, jobs: int) -> None:
             pg.frames(program, Arrays([picture(i) for i in range(50)]), sink, jobs=jobs, watch=stop)
         names = sorted(path.name for path in tmp_path.iterdir())
         assert 4 <= len(names) <= 4 + 2 * jobs + 2
+        assert names == [f"out.{number:02d}.png" for number in told]
+        assert len(told) > 4 or jobs == 1
         assert all(pg.load(tmp_path / name).shape == (4, 6, 4) for name in names)
         # The program and the sink go on.
         assert pg.frames(program, Arrays([picture(1)]), sink).written == 1

@@ -72,6 +72,16 @@ def test_times_are_kept_where_the_rate_varies(tmp_path: Path) -> None:
     assert times(tmp_path / "b.mp4") == times(tmp_path / "a.mkv")
 
 
+def test_times_that_an_encoder_cannot_tell_apart_stay_in_order(tmp_path: Path) -> None:
+    """MPEG-4 counts in frames of the average rate."""
+    video(tmp_path / "a.mkv", 6, times=[0, 40, 50, 60, 310, 1000])
+    summary = copied(tmp_path / "a.mkv", tmp_path / "b.avi", codec="mpeg4")
+    assert (summary.written, summary.whole) == (6, True)
+    made = times(tmp_path / "b.avi")
+    assert made == sorted(set(made))
+    assert len(made) == 6
+
+
 def test_sound_is_copied_as_it_is(tmp_path: Path) -> None:
     video(tmp_path / "a.mp4", 25, sound=True)
     copied(tmp_path / "a.mp4", tmp_path / "b.mp4")
@@ -101,6 +111,32 @@ def test_matrix_and_range_are_kept(tmp_path: Path, matrix: int, colour_range: in
     with av.open(str(tmp_path / "b.mp4")) as container:
         context = container.streams.video[0].codec_context
         assert {name: getattr(context, name) for name in said} == said
+
+
+@pytest.mark.parametrize(
+    ("height", "said", "expected"),
+    [
+        # Of Y 100, Cb 90, Cr 180: the matrices of BT.601 and BT.709 (ITU-R BT.601-7 and BT.709-6), limited range.
+        (48, {}, (181, 70, 21)),
+        (720, {}, (191, 78, 18)),
+        (48, {"colorspace": 1}, (191, 78, 18)),
+        (720, {"colorspace": 6}, (181, 70, 21)),
+        (48, {"color_range": 2}, (173, 76, 33)),
+    ],
+)
+def test_matrix_and_range_are_those_of_the_file(
+    tmp_path: Path, height: int, said: dict[str, int], expected: tuple[int, int, int]
+) -> None:
+    with av.open(str(tmp_path / "a.mkv"), "w") as container:
+        stream = container.add_stream("ffv1", rate=25)
+        stream.width, stream.height, stream.pix_fmt = 64, height, "yuv444p"
+        for name, number in said.items():
+            setattr(stream.codec_context, name, number)
+        planes = np.stack([np.full((height, 64), n, np.uint8) for n in (100, 90, 180)])
+        container.mux(stream.encode(av.VideoFrame.from_ndarray(planes, "yuv444p")))
+        container.mux(stream.encode())
+    got = next(iter(Video(tmp_path / "a.mkv"))).read()[height // 2, 32, :3]
+    assert np.abs(got.astype(int) - expected).max() <= 2
 
 
 @pytest.mark.parametrize("colours", [{}, {"colorspace": 1, "color_range": 2}, {"colorspace": 6, "color_range": 1}])
