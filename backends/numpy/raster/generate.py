@@ -2,8 +2,8 @@
 
     python -m passgraph.backends.numpy.raster.generate
 
-Needs numba: ``pip install 'passgraph[dev]'``.  A text that is older than its functions is not used: where numba is
-there they are compiled by it in every process, which takes seconds; tests/backends/test_numpy_fixed.py says so.
+Needs numba: ``pip install 'passgraph[dev]'``.  A text that is older than its functions is not used: numba compiles
+them at their first use on a machine, which takes seconds, and tests/backends/test_numpy_fixed.py fails.
 """
 
 from __future__ import annotations
