@@ -12,11 +12,11 @@ import click
 from passgraph.commands.clips import Clip
 from passgraph.commands.options import check_computes
 from passgraph.commands.progress import frame_progress
-from passgraph.commands.sources import effect_output
+from passgraph.commands.sources import effect_output, in_bytes
 from passgraph.effects.registry import Effect
 from passgraph.errors import InputError
 from passgraph.frames.frame import Frame, Outcome, Source, Stored, Summary
-from passgraph.frames.pipe import ToPipe
+from passgraph.frames.pipe import Pipe, ToPipe
 from passgraph.frames.run import frames
 from passgraph.frames.video_sink import ToVideo
 from passgraph.graph.targets import Input, Target
@@ -46,13 +46,14 @@ class FramesJob:
     depth: Source | None = None
     given: dict[str, Any] = field(default_factory=dict)
 
-    def output(self) -> dict[str, Target]:
-        """The graph's first output."""
-        targets = [Input("frame", "rgba32f")]
+    def output(self, *, as_read: bool, as_bytes: bool) -> dict[str, Target]:
+        """The graph's first output; frames have four channels, ``as_read`` in their own type, else as float32."""
+        targets = [Input("frame", None if as_read else "rgba32f")]
         if self.depth is not None:
             targets.append(Input("depth", "r32f"))
         made = named_outputs(effect_output(self.effect, targets, self.parameters))
-        return dict(list(made.items())[:1])
+        first = dict(list(made.items())[:1])
+        return in_bytes(first) if as_bytes else first
 
 
 class RedOf:
@@ -80,7 +81,7 @@ def run_clips(job: FramesJob, clips: list[Clip], settings: Settings, broken: lis
             if program is None or program.has_history:  # another clip's last frame is no history of this one
                 if program is not None:
                     program.close()
-                program = _compiled(job, settings)
+                program = _compiled(job, settings, clips)
             is_whole &= _run_clip(program, job, clip, settings, len(clips) > 1)
     finally:
         if program is not None:
@@ -88,10 +89,16 @@ def run_clips(job: FramesJob, clips: list[Clip], settings: Settings, broken: lis
     return 0 if is_whole else 1
 
 
-def _compiled(job: FramesJob, settings: Settings) -> Program:
+def _compiled(job: FramesJob, settings: Settings, clips: list[Clip]) -> Program:
+    # Values that are not finite are named where a file cannot hold them; they need floats.
+    finite = settings.non_finite == "error" and not settings.check_finite
+    as_bytes = finite and all(clip.sink.in_bytes(clip.source) for clip in clips)
+    # Raw pixels may be gray or RGB, and effects read colours with alpha.
+    as_read = not any(isinstance(clip.source, Pipe) and clip.source.raw for clip in clips)
     program = compile(
-        job.output(), settings.backend, non_finite=settings.non_finite, check_finite=settings.check_finite
-    )
+        job.output(as_read=as_read, as_bytes=as_bytes), settings.backend, non_finite=settings.non_finite,
+        check_finite=settings.check_finite, results="stored" if as_bytes else "float32",
+    )  # fmt: skip
     try:
         check_computes(type(program.backend))
     except BaseException:

@@ -84,6 +84,10 @@ class Sink:
         """Whether the frame's whole output is there already."""
         return False
 
+    def in_bytes(self, source: Source) -> bool:
+        """Whether every frame of a source will be stored in uint8: a program may as well make bytes then."""
+        return False
+
     def stores(self, frame: Frame, size: tuple[int, int]) -> np.dtype[Any]:
         """The type that a frame of this width and height is stored in: uint8, uint16 or float32.
 

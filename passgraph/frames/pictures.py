@@ -77,9 +77,17 @@ class ToPictures(Sink):
 
     def begin(self, source: Source) -> None:
         self._inputs = source.paths if isinstance(source, Pictures) else {}
-        for path in [self.paths.path(1)] if isinstance(self.paths, Pattern) else self.paths.values():
+        for path in self._named:
             if path.suffix.lower() not in type_of_suffix:
                 raise InputError(f"{path}: unknown suffix {path.suffix!r}; expected one of {' '.join(type_of_suffix)}")
+
+    @property
+    def _named(self) -> list[Path]:
+        """Files to be, or one of a pattern's."""
+        return [self.paths.path(1)] if isinstance(self.paths, Pattern) else list(self.paths.values())
+
+    def in_bytes(self, source: Source) -> bool:
+        return not any(path.suffix.lower() in _FLOAT_SUFFIXES for path in self._named)
 
     def holds(self, frame: Frame) -> bool:
         given = self._inputs.get(frame.number)

@@ -12,7 +12,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from passgraph.errors import InputError
-from passgraph.frames.frame import Frame, Sink, Stored
+from passgraph.frames.frame import Frame, Sink, Source, Stored
 from passgraph.frames.stored import with_channels
 from passgraph.graph.targets import MAX_SIDE
 from passgraph.pictures import MAX_BYTES, encode_with_pillow, load_stored
@@ -142,6 +142,9 @@ class ToPipe(Sink):
     @property
     def name(self) -> str:
         return self._name
+
+    def in_bytes(self, source: Source) -> bool:
+        return self.raw is None or LAYOUTS[self.raw.layout][0] == np.uint8
 
     def stores(self, frame: Frame, size: tuple[int, int]) -> np.dtype[Any]:
         if self.raw is None:

@@ -120,6 +120,9 @@ class ToVideo(Sink):
             return is_made(self.path, [source.path])
         return isinstance(source, Pictures) and is_made(self.path, source.paths.values())
 
+    def in_bytes(self, source: Source) -> bool:
+        return not (isinstance(source, Video) and source.deep)
+
     def stores(self, frame: Frame, size: tuple[int, int]) -> np.dtype[Any]:
         if self._size is None:
             self._size, self._format = size, self._pixel_format(*size)
