@@ -190,6 +190,13 @@ MUTANTS = (
         '0 for axis in "xy")',
         "language/a wide",
     ),
+    _o("OpenCLPrinter.stored", "(int){self.operand(counted)}", "(int)({self.operand(counted)} - 0.5f)", "pictures/"),
+    _o(
+        "OpenCLPrinter.stored",
+        "steps.value == format_.steps",
+        "True",
+        harmless="formats quantise last, and by their own steps",
+    ),
     Mutant(
         "store_expression",
         "_sat_rte(({value})",
