@@ -202,7 +202,7 @@ MUTANTS = (
         "_sat_rte(({value})",
         "_sat_rtz(({value})",
         "opencl",
-        ("pictures/", "draw states/blend into rgba8"),
+        ("draw states/blend into rgba8", "pictures/"),
     ),
     Mutant(
         "_clear",
