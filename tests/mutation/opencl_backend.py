@@ -190,12 +190,19 @@ MUTANTS = (
         '0 for axis in "xy")',
         "language/a wide",
     ),
+    _o("OpenCLPrinter.stored", "(int){self.operand(counted)}", "(int)({self.operand(counted)} - 0.5f)", "pictures/"),
+    _o(
+        "OpenCLPrinter.stored",
+        "steps.value == format_.steps",
+        "True",
+        harmless="formats quantise last, and by their own steps",
+    ),
     Mutant(
         "store_expression",
         "_sat_rte(({value})",
         "_sat_rtz(({value})",
         "opencl",
-        ("pictures/", "draw states/blend into rgba8"),
+        ("draw states/blend into rgba8", "pictures/"),
     ),
     Mutant(
         "_clear",
