@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib import import_module
 from typing import Any
 
 import numpy as np
 
 import passgraph as pg
 from passgraph import effects
-from passgraph.effects import light2d
 from passgraph.effects.registry import EFFECTS, effect_named
 from passgraph.scene import Camera, Light, Material, Mesh, Node, Scene, Texture
 from passgraph.verify.compare import compare
 from tests.wrong_sweep import CALLS, FRAME, frame, kernel, small_scene, triangle
+
+#: The package; `passgraph.effects` has an effect of this name too.
+light2d = import_module("passgraph.effects.light2d")
 
 
 @dataclass(frozen=True)

@@ -230,7 +230,7 @@ MUTANTS = (
         "",
         "a graph that reads history which no output needs is refused before",
     ),
-    _plan("Execution.run", "static_changed |= self._upload(pictures)", "self._upload(pictures)"),
+    _plan("Execution._run_steps", "static_changed |= self._upload(pictures)", "self._upload(pictures)"),
     _plan("Execution._swap_history", "if resource.history is not None:", "if False:"),
     _plan(
         "Execution._upload",
