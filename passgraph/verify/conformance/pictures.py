@@ -21,6 +21,14 @@ def reads(color: Image) -> tuple[vec4, vec4]:
     texels = color[-3, 2] + color[4, -1] * 2.0 + color.texel(pixel() * 3 - ivec2(70, 90)) * 4.0
     return texels, color.sample(uv() * 2.5 - 0.7)
 """
+#: Many reads of a row, as blurs make: a backend may decode what it holds in bytes once for all of them.
+ROW = """
+def row(color: Image) -> vec4:
+    total = color[-3, 1]
+    for i in range(-2, 4):
+        total += color[i, 1] * float(i)
+    return total
+"""
 #: A target of another size than what it reads, at the middles of texels, on their seams and at the corners.
 RESIZED = """
 def resized(color: Image) -> vec4:
@@ -67,7 +75,8 @@ def through(form: Format, border: str) -> Mapping[str, pg.Target]:
     stored = store(pg.Input("frame"), into=pg.target("stored", form))
     into = pg.target("texels", "rgba32f"), pg.target("samples", "rgba32f")
     texels, samples = pg.kernel(source=READS)(stored.border(border), into=into)
-    return {"stored": stored, "texels": texels, "samples": samples}
+    row = pg.kernel(source=ROW)(stored.border(border), into=pg.target("row", "rgba32f"))
+    return {"stored": stored, "texels": texels, "samples": samples, "row": row}
 
 
 def far(border: str) -> Mapping[str, pg.Target]:
