@@ -259,7 +259,6 @@ def test_ctrl_c_keeps_what_is_whole(tmp_path: Path, jobs: int) -> None:
         names = sorted(path.name for path in tmp_path.iterdir())
         assert 4 <= len(names) <= 4 + 2 * jobs + 2
         assert names == [f"out.{number:02d}.png" for number in told]
-        assert len(told) > 4 or jobs == 1
         assert all(pg.load(tmp_path / name).shape == (4, 6, 4) for name in names)
         # The program and the sink go on.
         assert pg.frames(program, Arrays([picture(1)]), sink).written == 1
