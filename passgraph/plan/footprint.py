@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
-from typing import NoReturn
+from typing import NamedTuple, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +21,7 @@ from passgraph.language.borders import border_place
 from passgraph.plan.data import PixelStep, Plan, Resource, Step
 
 
-@dataclass(frozen=True, slots=True)
-class Halo:
+class Halo(NamedTuple):
     """Pixels around a rectangle."""
 
     left: int = 0
@@ -32,15 +31,11 @@ class Halo:
 
     def over(self, other: Halo) -> Halo:
         """The larger of both on every side."""
-        return Halo(*(max(a, b) for a, b in zip(self._sides, other._sides, strict=True)))
+        return Halo(*map(max, self, other))
 
     def beyond(self, other: Halo) -> Halo:
         """This much around what lies ``other`` around."""
-        return Halo(*(a + b for a, b in zip(self._sides, other._sides, strict=True)))
-
-    @property
-    def _sides(self) -> tuple[int, int, int, int]:
-        return self.left, self.right, self.up, self.down
+        return Halo(*(a + b for a, b in zip(self, other, strict=True)))
 
 
 @dataclass(frozen=True)

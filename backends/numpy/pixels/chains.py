@@ -11,11 +11,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from passgraph.backends.numpy.pixels.near import Margin, near_images, reach
+from passgraph.backends.numpy.pixels.near import near_images, reach
 from passgraph.formats import Format
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS
 from passgraph.plan.data import PixelStep
+from passgraph.plan.footprint import Halo
 
 #: Rings of one thread take at most this, half of the level-2 cache of common cores; rows that the last stage makes at
 #: once come on top.
@@ -48,7 +49,7 @@ class Stage:
     """One pass of a chain."""
 
     step: Work
-    margin: Margin  # what later stages need around a piece
+    margin: Halo  # what later stages need around a piece
     rings: tuple[tuple[int, int, int], ...]  # image number, the stage that makes it, which of its outputs
 
     @property
@@ -63,7 +64,7 @@ class Stage:
 
 def alone(step: PixelStep) -> tuple[Stage, ...]:
     """A pass by itself: a chain of one."""
-    return (Stage(step, Margin(), ()),)
+    return (Stage(step, Halo(), ()),)
 
 
 def stages(steps: Sequence[PixelStep]) -> tuple[Stage, ...] | None:
@@ -71,7 +72,7 @@ def stages(steps: Sequence[PixelStep]) -> tuple[Stage, ...] | None:
     if any(step.program.arrays for step in steps):
         return None  # the arrays of each would lie on the stack at once
     made = {resource: (k, slot) for k, step in enumerate(steps) for slot, resource in enumerate(step.outputs)}
-    margins = [Margin()] * len(steps)
+    margins = [Halo()] * len(steps)
     rings: list[list[tuple[int, int, int]]] = [[] for _ in steps]
     for k in range(len(steps) - 1, -1, -1):
         program, resources = steps[k].program, dict(steps[k].images)
@@ -119,7 +120,7 @@ def tiling(chain: Sequence[Stage], threads: int, least_pixels: int, at_once: int
     if len(chain) == 1:
         rows = min(height, -(-max(1, least_pixels // width) // at_once) * at_once)
         return Tiling(1, width, rows, -(-height // rows))
-    around = Margin()
+    around = Halo()
     for stage in chain:
         around = around.over(stage.margin)
     across, down = around.left + around.right, around.up + around.down

@@ -10,11 +10,12 @@ from math import gcd
 
 from passgraph.backends.numpy.pixels.chains import Stage
 from passgraph.backends.numpy.pixels.channels import single_channel
-from passgraph.backends.numpy.pixels.near import Margin, near_images, reach
+from passgraph.backends.numpy.pixels.near import near_images, reach
 from passgraph.backends.numpy.vector.stored import FLOAT
 from passgraph.formats import Format
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS
+from passgraph.plan.footprint import Halo
 
 #: Instructions that one turn of the loop may have where it makes several rows or vectors at once.
 MAX_AT_ONCE = 400
@@ -88,7 +89,7 @@ class StageLayout:
         return self._single or self.stage.step.program
 
     @cached_property
-    def reach(self) -> Margin:
+    def reach(self) -> Halo:
         return reach(self.near)
 
     @cached_property

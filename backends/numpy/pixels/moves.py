@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 from passgraph.backends.base import Block
 from passgraph.backends.numpy.machine.workers import Workers
 from passgraph.backends.numpy.pixels.chains import Stage
-from passgraph.backends.numpy.pixels.near import Margin
 from passgraph.backends.numpy.pixels.runner import PixelRun
 from passgraph.backends.numpy.storage import adopted
 from passgraph.backends.steps import numbers_of, values_of
 from passgraph.formats import Format
 from passgraph.language import scalar as s
+from passgraph.plan.footprint import Halo
 
 #: Numbers below which NumPy has moved a picture before compiled code is found.
 LEAST = 1 << 14
@@ -61,7 +61,7 @@ class Moves:
 
     def _made(self, size: tuple[int, int], source: Format, target: Format, is_reversed: bool) -> PixelRun:
         step = Move(_program(source.channels, is_reversed), size, (source,), (target,))
-        run = PixelRun.made((Stage(step, Margin(), ()),), self.workers)
+        run = PixelRun.made((Stage(step, Halo(), ()),), self.workers)
         assert run is not None  # a pass by itself
         return run
 

@@ -7,9 +7,9 @@ footprint; one that is larger than :data:`MAX_WINDOW`, or that differs between p
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 from passgraph.language import scalar as s
+from passgraph.plan.footprint import Halo
 
 #: Texels of the windows of a pass, their rows times their columns: 256 x 256, or a row of 65,536.
 MAX_WINDOW = 1 << 16
@@ -17,36 +17,19 @@ MAX_WINDOW = 1 << 16
 MAX_WINDOW_ROWS = 1024
 
 
-class Margin(NamedTuple):
-    """Texels around a pixel or a rectangle."""
-
-    left: int = 0
-    right: int = 0
-    up: int = 0
-    down: int = 0
-
-    def over(self, other: Margin) -> Margin:
-        """The larger of both on every side."""
-        return Margin(*map(max, self, other))
-
-    def beyond(self, other: Margin) -> Margin:
-        """This much around what lies ``other`` around."""
-        return Margin(*(a + b for a, b in zip(self, other, strict=True)))
-
-
-def reach(uses: Sequence[s.ImageUse]) -> Margin:
+def reach(uses: Sequence[s.ImageUse]) -> Halo:
     """How far relative reads go."""
-    found = Margin()
+    found = Halo()
     for use in uses:
         if use.relative:
-            found = found.over(Margin(-use.x[0], use.x[1], -use.y[0], use.y[1]))
+            found = found.over(Halo(-use.x[0], use.x[1], -use.y[0], use.y[1]))
     return found
 
 
 def near_images(program: s.ScalarProgram) -> tuple[s.ImageUse, ...]:
     """The images whose relative reads go through windows."""
     apart = _apart(program)
-    around, found = Margin(), []
+    around, found = Halo(), []
     for use in program.images:
         wider = around.over(reach([use]))
         rows = wider.up + wider.down + 1
