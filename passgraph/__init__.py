@@ -38,17 +38,19 @@ from passgraph.run.program import Program, Result, compile
 if TYPE_CHECKING:
     from passgraph.pictures import load, save
     from passgraph.scene import Camera, Light, Material, Mesh, Node, Scene, Texture
+    from passgraph.travel import from_data, to_data
 
 __version__ = "0.1.0"
 
 _LATER = {
     "load": "passgraph.pictures", "save": "passgraph.pictures",
+    "from_data": "passgraph.travel", "to_data": "passgraph.travel",
     **dict.fromkeys(("Camera", "Light", "Material", "Mesh", "Node", "Scene", "Texture"), "passgraph.scene"),
 }  # fmt: skip
 
 
 def __getattr__(name: str) -> Any:
-    """Pictures and scenes are loaded when first used, so that importing passgraph stays cheap."""
+    """Pictures, scenes and graphs as data are loaded when first used, so that importing passgraph stays cheap."""
     if name in _LATER:
         from importlib import import_module
 
@@ -60,6 +62,6 @@ __all__ = [
     "OUTPUT_SIZE", "BackendError", "Blend", "Camera", "Derived", "DeviceMissingError", "GraphError", "Input",
     "InputError", "KernelError", "Light", "Material", "Mesh", "Node", "Options", "PassgraphError", "Program", "Range",
     "Result", "Scene", "Stencil",
-    "Target", "TargetSpec", "Texture", "Value", "combine", "compile", "draw", "fragment", "function", "graph", "kernel",
-    "load", "previous", "save", "struct", "target", "vertex",
+    "Target", "TargetSpec", "Texture", "Value", "combine", "compile", "draw", "fragment", "from_data", "function",
+    "graph", "kernel", "load", "previous", "save", "struct", "target", "to_data", "vertex",
 ]  # fmt: skip

@@ -153,7 +153,7 @@ def is_in(module: str, part: str) -> bool:
 
 
 #: In the order in which data go through them.
-STOREYS = ["language", "graph", "scene", "plan", "backends", "run", "effects", "verify", "commands"]
+STOREYS = ["language", "graph", "scene", "plan", "travel", "backends", "run", "effects", "verify", "commands"]
 
 
 @pytest.mark.parametrize(
@@ -164,8 +164,9 @@ STOREYS = ["language", "graph", "scene", "plan", "backends", "run", "effects", "
         ("language", STOREYS[1:]),
         ("graph", STOREYS[2:]),
         ("scene", STOREYS[3:]),
-        ("plan", ["run", "backends", "effects", "verify", "commands"]),
-        ("backends", ["run", "effects", "verify", "commands"]),
+        ("plan", ["travel", "run", "backends", "effects", "verify", "commands"]),
+        ("travel", ["run", "backends", "effects", "verify", "commands"]),
+        ("backends", ["travel", "run", "effects", "verify", "commands"]),
         ("run", ["effects", "verify", "commands"]),
         ("backends.numpy.machine", ["backends.numpy.vector", "backends.numpy.pixels", "backends.numpy.raster"]),
         ("backends.numpy.vector", ["backends.numpy.pixels", "backends.numpy.raster"]),
