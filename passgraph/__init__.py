@@ -36,6 +36,7 @@ from passgraph.ranges import Range
 from passgraph.run.program import Program, Result, compile
 
 if TYPE_CHECKING:
+    from passgraph.frames.run import frames
     from passgraph.pictures import load, save
     from passgraph.scene import Camera, Light, Material, Mesh, Node, Scene, Texture
     from passgraph.travel import from_data, to_data
@@ -55,6 +56,10 @@ def __getattr__(name: str) -> Any:
         from importlib import import_module
 
         return getattr(import_module(_LATER[name]), name)
+    if name == "frames":
+        from importlib import import_module
+
+        return import_module("passgraph.frames")
     raise AttributeError(f"module 'passgraph' has no attribute {name!r}")
 
 
@@ -62,6 +67,6 @@ __all__ = [
     "OUTPUT_SIZE", "BackendError", "Blend", "Camera", "Derived", "DeviceMissingError", "GraphError", "Input",
     "InputError", "KernelError", "Light", "Material", "Mesh", "Node", "Options", "PassgraphError", "Program", "Range",
     "Result", "Scene", "Stencil",
-    "Target", "TargetSpec", "Texture", "Value", "combine", "compile", "draw", "fragment", "from_data", "function",
-    "graph", "kernel", "load", "previous", "save", "struct", "target", "to_data", "vertex",
+    "Target", "TargetSpec", "Texture", "Value", "combine", "compile", "draw", "fragment", "frames", "from_data",
+    "function", "graph", "kernel", "load", "previous", "save", "struct", "target", "to_data", "vertex",
 ]  # fmt: skip

@@ -1,7 +1,8 @@
-"""Bytes of a picture file to `(h, w, 4) float32`, in memory that its header tells beforehand.
+"""Bytes of a picture file to `(h, w, 4)`, in memory that its header tells beforehand.
 
 Decoders deliver the pixels as the file stores them; they are widened to floats piece by piece, straight into the
-result. So loading holds the result, one copy of the stored pixels (or two), the file, and pieces of a fixed size.
+result, or kept as they are. So loading holds the result, one copy of the stored pixels (or two), the file, and pieces
+of a fixed size.
 """
 
 from __future__ import annotations
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from PIL.ImageFile import ImageFile
 
 Picture = NDArray[np.float32]
+Stored = NDArray[Any]  # (h, w, 4) uint8, uint16 or float32
 
 #: What Pillow is let to open. Some of its other formats start programs (EPS runs Ghostscript), none is promised.
 PILLOW_FORMATS = ("PNG", "JPEG", "TIFF", "WEBP", "BMP", "GIF", "TGA")
@@ -40,8 +42,10 @@ _HELD_BESIDE = {"JPEG": 6, "WEBP": 16, "GIF": 8, "TIFF": 8}
 _PIXELS_AT_ONCE = 1 << 16
 
 
-def decode(file: Path, data: bytes, max_bytes: int) -> tuple[Picture, bool]:
-    """The picture, and whether it is sRGB-encoded (integers) rather than linear (floats).
+def decode(file: Path, data: bytes, max_bytes: int, *, as_stored: bool = False) -> tuple[Stored, bool]:
+    """The picture as float32, and whether it is sRGB-encoded (integers) rather than linear (floats).
+
+    With ``as_stored``, integers stay uint8 or uint16 and count from 0 to their largest.
 
     Raises
     ------
@@ -51,10 +55,10 @@ def decode(file: Path, data: bytes, max_bytes: int) -> tuple[Picture, bool]:
     if data.startswith(b"\x76\x2f\x31\x01"):
         return _decode_exr(file, len(data), max_bytes), False
     if data.startswith(b"\x93NUMPY"):
-        return _decode_npy(file, data, max_bytes)
+        return _decode_npy(file, data, max_bytes, as_stored)
     if data.startswith((b"#?RADIANCE", b"#?RGBE")):
         raise InputError(f"{file}: Radiance HDR is not read; convert it to OpenEXR")
-    return _decode_with_pillow(file, data, max_bytes)
+    return _decode_with_pillow(file, data, max_bytes, as_stored)
 
 
 def open_picture(data: bytes, where: str) -> ImageFile:
@@ -117,7 +121,7 @@ def _check_size(file: Path, width: int, height: int, held: int, max_bytes: int) 
         )
 
 
-def _decode_with_pillow(file: Path, data: bytes, max_bytes: int) -> tuple[Picture, bool]:
+def _decode_with_pillow(file: Path, data: bytes, max_bytes: int, as_stored: bool) -> tuple[Stored, bool]:
     image = open_picture(data, str(file))
     stored = _stored_as(image)
     is_wide = stored.startswith(("RGB;16", "RGBA;16"))
@@ -129,11 +133,13 @@ def _decode_with_pillow(file: Path, data: bytes, max_bytes: int) -> tuple[Pictur
     # Asked after decoding: Pillow turns TIFF pictures itself and then removes the tag.
     turn, back = _turns.get(image.getexif().get(0x0112, 1), (_as_it_is, _as_it_is))
     width, height = image.size
-    picture: Picture = np.empty((*turn(np.empty((height, width, 0))).shape[:2], 4), np.float32)
+    wide = is_wide or image.mode.startswith("I;16")
+    dtype = np.float32 if image.mode == "F" or not as_stored else np.uint16 if wide else np.uint8
+    picture: Stored = np.empty((*turn(np.empty((height, width, 0))).shape[:2], 4), dtype)
     upside = back(picture)
     for box in _pieces(width, height):
         values = _piece(image.crop(box), None if other is None else other.crop(box))
-        _put(upside[box[1] : box[3], box[0] : box[2]], values)
+        _put(upside[box[1] : box[3], box[0] : box[2]], values if as_stored else scaled(values))
     return picture, image.mode != "F"
 
 
@@ -159,22 +165,24 @@ def _check_mode(file: Path, image: ImageFile, stored: str, is_wide: bool) -> Non
     )
 
 
-def _piece(image: Any, low: Any) -> Picture:
-    """A part of Pillow's image as floats: (h, w) or (h, w, 1 to 4)."""
+def _piece(image: Any, low: Any) -> Stored:
+    """A part of Pillow's image as it is stored: (h, w) or (h, w, 1 to 4)."""
     key = image.info.get("transparency")
     if image.mode == "F":
         return np.asarray(image, np.float32)
     if low is not None or image.mode.startswith("I;16"):
-        high = np.asarray(image)
-        values = high if low is None else high.astype(np.uint16) << 8 | np.asarray(low)
-        scaled = values.astype(np.float32) / np.float32(65535)
-        if key is None:
-            return scaled
-        return _with_key(np.atleast_3d(scaled), np.atleast_3d(values), key)
+        high = np.asarray(image).astype(np.uint16)
+        values = high if low is None else high << 8 | np.asarray(low)
+        return values if key is None else _with_key(np.atleast_3d(values), key)
     # In Pillow, LA and RGB become RGBA with keys and palettes resolved.
     straight = image.convert("LA") if image.mode == "La" else image
-    eight: Picture = np.asarray(straight.convert("RGBA")).astype(np.float32) / np.float32(255)
-    return eight
+    return np.asarray(straight.convert("RGBA"))
+
+
+def scaled(values: Stored) -> Picture:
+    """Integers as floats in [0, 1]; floats as they are."""
+    floats: Picture = values.astype(np.float32, copy=False)
+    return floats / np.float32(np.iinfo(values.dtype).max) if values.dtype.kind == "u" else floats
 
 
 def _stored_as(image: ImageFile) -> str:
@@ -201,10 +209,15 @@ def _low_bytes(file: Path, data: bytes, image: ImageFile) -> ImageFile:
     return other
 
 
-def _with_key(scaled: Picture, values: NDArray[Any], key: Any) -> Picture:
-    """Adds alpha 0 where all channels equal the transparent colour of a PNG, else 1."""
+def _with_key(values: Stored, key: Any) -> Stored:
+    """Adds alpha 0 where all channels equal the transparent colour of a 16-bit PNG, else the largest."""
     alpha = np.any(values != np.asarray(key), axis=-1, keepdims=True)
-    return np.concatenate([scaled, alpha.astype(np.float32)], axis=-1)
+    return np.concatenate([values, alpha * _opaque(values.dtype)], axis=-1)
+
+
+def _opaque(dtype: np.dtype[Any]) -> Any:
+    """What alpha 1 is in a type."""
+    return dtype.type(np.iinfo(dtype).max if dtype.kind == "u" else 1)
 
 
 def _as_it_is(a: NDArray[Any]) -> NDArray[Any]:
@@ -252,7 +265,7 @@ _turns: dict[int, tuple[Turn, Turn]] = {
 }
 
 
-def _decode_npy(file: Path, data: bytes, max_bytes: int) -> tuple[Picture, bool]:
+def _decode_npy(file: Path, data: bytes, max_bytes: int, as_stored: bool) -> tuple[Stored, bool]:
     """An array saved by numpy: (h, w) or (h, w, 1 | 2 | 3 | 4) of floats, uint8 or uint16."""
     stream = io.BytesIO(data)
     version = np.lib.format.read_magic(stream)
@@ -261,17 +274,17 @@ def _decode_npy(file: Path, data: bytes, max_bytes: int) -> tuple[Picture, bool]
     if len(shape) not in (2, 3) or (len(shape) == 3 and shape[2] not in (1, 2, 3, 4)):
         raise InputError(f"{file}: has shape {shape}; expected (h, w) or (h, w, 1 to 4)")
     _check_size(file, shape[1], shape[0], len(data), max_bytes)
-    scale = {"f": 1, "u1": 255, "u2": 65535}.get("f" if dtype.kind == "f" else dtype.str[1:])
-    if scale is None:
+    kept = {"f": np.float32, "u1": np.uint8, "u2": np.uint16}.get("f" if dtype.kind == "f" else dtype.str[1:])
+    if kept is None:
         raise InputError(f"{file}: has dtype {dtype}; expected float, uint8 or uint16")
     flat = np.frombuffer(data, dtype, prod(shape), stream.tell())
     array = flat.reshape(shape, order="F" if by_columns else "C")
-    picture: Picture = np.empty((*shape[:2], 4), np.float32)
+    picture: Stored = np.empty((*shape[:2], 4), kept if as_stored else np.float32)
     for left, top, right, bottom in _pieces(shape[1], shape[0]):
         with np.errstate(over="ignore"):  # a float64 beyond float32 becomes infinity, as in a float target
-            part = array[top:bottom, left:right].astype(np.float32)
-        _put(picture[top:bottom, left:right], part if scale == 1 else part / np.float32(scale))
-    return picture, scale != 1
+            part = array[top:bottom, left:right].astype(kept)
+        _put(picture[top:bottom, left:right], part if as_stored else scaled(part))
+    return picture, kept is not np.float32
 
 
 def _decode_exr(file: Path, file_bytes: int, max_bytes: int) -> Picture:
@@ -329,12 +342,12 @@ def _pieces(width: int, height: int) -> Iterator[tuple[int, int, int, int]]:
             yield left, top, min(left + across, width), min(top + down, height)
 
 
-def _put(into: Picture, values: Picture) -> None:
+def _put(into: Stored, values: Stored) -> None:
     """(h, w) or (h, w, 1 | 2 | 3 | 4) into (h, w, 4)."""
     channels = values[..., None] if values.ndim == 2 else values
     count = channels.shape[2]
     into[..., :3] = channels[..., : 3 if count > 2 else 1]
-    into[..., 3] = channels[..., -1] if count in (2, 4) else 1.0
+    into[..., 3] = channels[..., -1] if count in (2, 4) else _opaque(into.dtype)
 
 
 def import_openexr(file: Path) -> Any:

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from passgraph import arguments
 from passgraph.errors import InputError
 from passgraph.picture_decoders import decode, import_openexr
+from passgraph.quantise import check_no_nan, quantised
 from passgraph.reading import read_bytes
 from passgraph.srgb import linear_to_srgb, srgb_to_linear
 
@@ -81,12 +82,33 @@ def load(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES, linear: bo
     file = arguments.path(path, "the picture to load")
     max_bytes = arguments.whole(max_bytes, f"{file}: max_bytes", 1, MOST_BYTES, InputError)
     arguments.flag(linear, f"{file}: linear", InputError)
-    mend = "make it smaller, or raise max_bytes if it is meant"
-    data = read_bytes(file, "a picture file", max_bytes, mend)
+    picture, encoded = _decoded(file, _read(file, max_bytes), max_bytes, as_stored=False)
+    if linear and encoded:
+        pixels = picture.reshape(-1, 4)
+        for first in range(0, len(pixels), _PIXELS_AT_ONCE):
+            part = pixels[first : first + _PIXELS_AT_ONCE, :3]
+            part[...] = srgb_to_linear(part)
+    return picture
+
+
+def load_stored(path: Path, data: bytes | None = None) -> NDArray[Any]:
+    """As `load`, in the file's own type: (h, w, 4) uint8, uint16 (both sRGB-encoded) or float32.
+
+    ``data`` is the content where it is not read from the file; ``path`` then only says whose it is.
+    """
+    return _decoded(path, _read(path, MAX_BYTES) if data is None else data, MAX_BYTES, as_stored=True)[0]
+
+
+def _read(file: Path, max_bytes: int) -> bytes:
+    data = read_bytes(file, "a picture file", max_bytes, "make it smaller, or raise max_bytes if it is meant")
     if not data:
         raise InputError(f"{file}: is empty (0 bytes); expected a picture file")
+    return data
+
+
+def _decoded(file: Path, data: bytes, max_bytes: int, *, as_stored: bool) -> tuple[NDArray[Any], bool]:
     try:
-        picture, encoded = decode(file, data, max_bytes)
+        return decode(file, data, max_bytes, as_stored=as_stored)
     except InputError:
         raise
     except MemoryError as error:
@@ -94,12 +116,6 @@ def load(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES, linear: bo
     except Exception as error:  # decoders meet broken bytes with errors of every kind
         message = " ".join(str(error).split()) or type(error).__name__
         raise InputError(f"{file}: truncated or corrupt ({message}); make or copy the file again") from error
-    if linear and encoded:
-        pixels = picture.reshape(-1, 4)
-        for first in range(0, len(pixels), _PIXELS_AT_ONCE):
-            part = pixels[first : first + _PIXELS_AT_ONCE, :3]
-            part[...] = srgb_to_linear(part)
-    return picture
 
 
 def save(path: str | os.PathLike[str], picture: object, *, linear: bool = False) -> None:
@@ -140,7 +156,7 @@ def save(path: str | os.PathLike[str], picture: object, *, linear: bool = False)
         np.save(buffer, _as_float32(file, pixels), allow_pickle=False)
         _write(file, lambda temporary: _write_new(temporary, buffer.getvalue()))
     else:
-        encoded = _encode_with_pillow(file, _as_uint8(file, pixels, linear), kind)
+        encoded = encode_with_pillow(file, _as_uint8(file, pixels, linear), kind)
         _write(file, lambda temporary: _write_new(temporary, encoded))
 
 
@@ -176,22 +192,17 @@ def _as_uint8(file: Path, pixels: NDArray[Any], linear: bool) -> NDArray[np.uint
         if linear:
             raise InputError(f"{file}: uint8 with linear=True; expected floats (8 bits of linear light band)")
         return np.ascontiguousarray(pixels)
-    missing = np.isnan(pixels)
-    if missing.any():
-        row, column, channel = (int(i) for i in np.argwhere(missing)[0])
-        raise InputError(
-            f"{file}: {int(missing.sum())} of {pixels.size} values are NaN, the first in row {row},"
-            f" column {column}, channel {channel}; save as .exr or .npy to look at them"
-        )
-    clipped = np.clip(pixels, 0, 1).astype(np.float32)
     if linear:
+        check_no_nan(pixels, str(file))
+        pixels = np.clip(pixels, 0, 1).astype(np.float32)
         colours = 3 if pixels.shape[2] > 2 else 1
-        clipped[..., :colours] = linear_to_srgb(clipped[..., :colours])
-    encoded: NDArray[np.uint8] = np.rint(clipped * np.float32(255)).astype(np.uint8)
+        pixels[..., :colours] = linear_to_srgb(pixels[..., :colours])
+    encoded: NDArray[np.uint8] = quantised(pixels, np.dtype(np.uint8), str(file))
     return encoded
 
 
-def _encode_with_pillow(file: Path, pixels: NDArray[np.uint8], kind: str) -> bytes:
+def encode_with_pillow(file: Path, pixels: NDArray[np.uint8], kind: str) -> bytes:
+    """The bytes of a file: PNG, JPEG, TIFF or WEBP; ``file`` says whose they are."""
     from PIL import Image as pillow
 
     channels = pixels.shape[2]

@@ -111,7 +111,10 @@ def test_import_is_light() -> None:
 
 
 def test_import_loads_no_driver_and_no_compiler() -> None:
-    heavy = {"numba", "llvmlite", "trimesh", "scipy", "moderngl", "OpenGL", "pyopencl", "PIL", "OpenEXR"}
+    heavy = {
+        "numba", "llvmlite", "trimesh", "scipy", "moderngl", "OpenGL", "pyopencl", "PIL", "OpenEXR", "av", "rich",
+        "passgraph.frames",
+    }  # fmt: skip
     loaded = run_python("import passgraph, sys; print(*sys.modules)").split()
     assert heavy & set(loaded) == set()
 
@@ -153,7 +156,7 @@ def is_in(module: str, part: str) -> bool:
 
 
 #: In the order in which data go through them.
-STOREYS = ["language", "graph", "scene", "plan", "travel", "backends", "run", "effects", "verify", "commands"]
+STOREYS = ["language", "graph", "scene", "plan", "travel", "backends", "run", "frames", "effects", "verify", "commands"]
 
 
 @pytest.mark.parametrize(
@@ -164,15 +167,16 @@ STOREYS = ["language", "graph", "scene", "plan", "travel", "backends", "run", "e
         ("language", STOREYS[1:]),
         ("graph", STOREYS[2:]),
         ("scene", STOREYS[3:]),
-        ("plan", ["travel", "run", "backends", "effects", "verify", "commands"]),
-        ("travel", ["run", "backends", "effects", "verify", "commands"]),
-        ("backends", ["travel", "run", "effects", "verify", "commands"]),
-        ("run", ["effects", "verify", "commands"]),
+        ("plan", ["travel", "run", "frames", "backends", "effects", "verify", "commands"]),
+        ("travel", ["run", "frames", "backends", "effects", "verify", "commands"]),
+        ("backends", ["travel", "run", "frames", "effects", "verify", "commands"]),
+        ("run", ["frames", "effects", "verify", "commands"]),
+        ("frames", ["effects", "verify", "commands"]),
         ("backends.numpy.machine", ["backends.numpy.vector", "backends.numpy.pixels", "backends.numpy.raster"]),
         ("backends.numpy.vector", ["backends.numpy.pixels", "backends.numpy.raster"]),
         ("backends.numpy.pixels", ["backends.numpy.raster"]),
         ("backends.numpy.raster", ["backends.numpy.pixels"]),
-        ("effects", ["verify", "commands"]),
+        ("effects", ["frames", "verify", "commands"]),
         ("verify", ["commands"]),
     ],
 )

@@ -10,6 +10,7 @@ import inspect
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from functools import cache
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ import passgraph as pg
 from passgraph.effects.checked import Choice
 from passgraph.effects.registry import EFFECTS, effect_named
 from passgraph.formats import FORMATS, format_named
+from passgraph.frames import Arrays, ToArrays
 from passgraph.graph.draw_state import DrawState
 from passgraph.scene import Camera, Light, Material, Mesh, Node, Scene, Texture
 from passgraph.verify.compare import compare
@@ -245,6 +247,11 @@ def _load(**given: Any) -> Any:
     return pg.load(**given)
 
 
+def _framed(**given: Any) -> None:
+    with pg.compile(kernel("copy")(pg.Input("frame")), "null") as program:
+        pg.frames(program if (one := given.pop("program")) is None else one, **given)
+
+
 CALLS: list[Call] = [
     call("target", pg.target, name="t", format="rgba8", size=None, scale=None, like=None, clear=None, notes=()),
     call("Input", pg.Input, name="t", format=None, size=None, static=False, border="clamp", default=None),
@@ -296,6 +303,10 @@ CALLS: list[Call] = [
       for name in ("positions", "triangles", "normals", "uvs", "colors", "tangents")),
     call("load", _load, path=f"{_FOLDER}/x.png", max_bytes=1 << 20, linear=False),
     call("save", pg.save, path=f"{_FOLDER}/x.npy", picture=FRAME, linear=False),
+    call("frames", _framed, program=None, source=Arrays([FRAME]), sink=ToArrays(), values=None, output="copy", jobs=1,
+                            linear=False, resume=False, same_size=False, watch=None),
+    call("frames by name", lambda one: _framed(program=None, source={"frame": one}, sink=ToArrays()),
+         one=Arrays([FRAME])),
     call("compare", lambda **given: compare(kernel("copy")(frame()), **given),
          backends=(), size=None, progress=lambda _: None, frame=FRAME),
     call("compare, outputs", lambda outputs: compare(outputs, (), frame=FRAME), outputs=kernel("copy")(frame())),
@@ -350,7 +361,8 @@ _GOOD_FLAT: dict[str, dict[str, Any]] = {
 def _effects() -> Iterator[Call]:
     """Every function of an effect; each argument in turn, by the effect's own signature."""
     from passgraph import effects
-    from passgraph.effects import light2d
+
+    light2d: Any = import_module("passgraph.effects.light2d")  # by this name the effects have a function too
 
     first = {
         "scene": small_scene(), "frame": frame(), "color": frame(), "mask": frame(), "light": frame("light"),

@@ -1,4 +1,4 @@
-"""``passgraph apply EFFECT``: an effect on a picture; subcommands are made from the effects' table."""
+"""``passgraph apply EFFECT``: an effect on pictures, sequences, videos; subcommands come from the effects' table."""
 
 from __future__ import annotations
 
@@ -7,6 +7,19 @@ from typing import Any
 
 import click
 
+from passgraph.commands.clips import (
+    Writing,
+    check_apart,
+    check_clips,
+    check_writing,
+    clips_of,
+    depth_of,
+    inputs_of,
+    is_one_picture,
+    rate_of,
+    sources_of,
+)
+from passgraph.commands.frames import FramesJob, RedOf, Settings, run_clips
 from passgraph.commands.options import (
     backend_option,
     capture_option,
@@ -15,12 +28,20 @@ from passgraph.commands.options import (
     given_parameters,
     non_finite_option,
     options_of,
-    output_option,
 )
 from passgraph.commands.running import check_outputs, run_and_save
-from passgraph.commands.sources import picture_job
+from passgraph.commands.sources import picture_job, picture_parameters
 from passgraph.effects.registry import EFFECTS, Effect
-from passgraph.run.finite_checks import NonFinite
+from passgraph.errors import InputError
+from passgraph.frames.pictures import is_made
+from passgraph.frames.pipe import Raw
+from passgraph.frames.run import MOST_JOBS
+
+INPUTS = "Reads each INPUT: a picture, folder, wildcard, numbered sequence, video, or - (a stream)."
+OUTPUT = (
+    "A picture (.png .jpg .tif .webp in 8 bits, .exr .npy float32), a folder, a numbered sequence (out.%04d.png), a "
+    "video (.mp4 .mov .mkv .webm), or - for a stream."
+)
 
 
 class _Effects(click.Group):
@@ -34,9 +55,12 @@ class _Effects(click.Group):
         return command_of(effect)
 
 
-@click.command(cls=_Effects, subcommand_metavar="EFFECT IN -o OUT [OPTIONS]")
+@click.command(cls=_Effects, subcommand_metavar="EFFECT INPUT... -o OUTPUT [OPTIONS]")
 def apply() -> None:
-    """Apply EFFECT to the picture IN (PNG, JPEG, TIFF, WebP, OpenEXR, npy).
+    """Apply EFFECT to pictures, sequences and videos.
+
+    Each INPUT is a picture (PNG, JPEG, TIFF, WebP, OpenEXR, npy), a folder of them, a quoted wildcard ("*.png"), a
+    numbered sequence (shot.%04d.exr or shot.####.exr), a video, or - for PNG pictures on standard input.
 
     `passgraph apply EFFECT --help` shows the effect's parameters.
     """
@@ -45,10 +69,20 @@ def apply() -> None:
 def command_of(effect: Effect) -> click.Command:
     """The subcommand of one effect."""
 
-    @click.command(effect.name, help=f"{effect.summary}  Reads the picture IN.", short_help=effect.summary)
-    @click.argument("picture", metavar="IN", type=click.Path(path_type=Path))
-    @output_option
+    @click.command(effect.name, help=f"{effect.summary}  {INPUTS}", short_help=effect.summary)
+    @click.argument("inputs", metavar="INPUT...", nargs=-1, required=True, type=click.Path())
+    @click.option("--output", "-o", required=True, type=click.Path(), help=OUTPUT)
     @backend_option
+    @click.option(
+        "--jobs", "-j", type=click.IntRange(1, MOST_JOBS), metavar="NUMBER",
+        help="Threads that read and write frames; left out, one a core.",
+    )  # fmt: skip
+    @click.option("--resume", is_flag=True, help="Leave out what is there already, whole and newer than its input.")
+    @click.option("--raw", metavar="WxH:LAYOUT@RATE", help="Streams (-) are raw pixels, such as 640x480:rgb24@25.")
+    @click.option("--rate", metavar="NUMBER", help="Frames a second of a video made of pictures.  [default: 25]")
+    @click.option("--codec", metavar="NAME", help="Encoder of videos, such as libx265; left out, the source's.")
+    @click.option("--codec-option", multiple=True, metavar="KEY=VALUE", help="Option of the encoder, such as crf=23.")
+    @click.option("--sound/--no-sound", default=True, show_default=True, help="Copy a video's sound and subtitles.")
     @capture_option
     @non_finite_option
     @check_finite_option
@@ -60,19 +94,18 @@ def command_of(effect: Effect) -> click.Command:
     def command(
         ctx: click.Context,
         /,
-        picture: Path,
-        output: Path,
-        backend: str | None,
+        inputs: tuple[str, ...],
+        output: str,
         capture: Path | None,
-        non_finite: NonFinite,
-        check_finite: bool,
-        linear: bool,
         depth: Path | None = None,
-        **_: Any,
-    ) -> None:
-        check_outputs(output, capture)
-        job = picture_job(effect, picture, depth, linear, given_parameters(ctx, effect))
-        run_and_save(job, backend, output, capture, non_finite, check_finite)
+        **options: Any,
+    ) -> int:
+        given = given_parameters(ctx, effect)
+        if is_one_picture(inputs, output):
+            return apply_to_one(effect, Path(inputs[0]), Path(output), capture, depth, given, options)
+        if capture is not None:
+            raise InputError("--capture shows the passes of one picture; name one picture and one output")
+        return apply_to_many(effect, inputs, output, depth, given, options)
 
     if effect.takes == "picture+depth":
         command.params.append(depth_option(required=True))
@@ -80,8 +113,59 @@ def command_of(effect: Effect) -> click.Command:
     return command
 
 
+def apply_to_one(
+    effect: Effect, picture: Path, output: Path, capture: Path | None, depth: Path | None, given: dict[str, Any],
+    options: dict[str, Any],
+) -> int:  # fmt: skip
+    """One picture file to one."""
+    check_apart([picture, *([depth] if depth else [])], [(output, str(picture))])
+    check_outputs(output, capture)
+    if options["resume"] and is_made(output, [picture]):
+        click.echo(f"{output}: is there already")
+        return 0
+    job = picture_job(effect, picture, depth, options["linear"], given)
+    run_and_save(job, options["backend"], output, capture, options["non_finite"], options["check_finite"])
+    return 0
+
+
+def apply_to_many(
+    effect: Effect, inputs: tuple[str, ...], output: str, depth: Path | None, given: dict[str, Any],
+    options: dict[str, Any],
+) -> int:  # fmt: skip
+    """Whatever else there is."""
+    writing, broken = writing_of(options), list[str]()
+    sources = list(sources_of(inputs, writing.raw, broken))
+    if not sources:
+        raise InputError(broken[0])
+    clips = clips_of(sources, output, writing)
+    check_writing(writing, clips)
+    depths = None if depth is None else depth_of(depth, clips)
+    pictures = [path for path in given.values() if isinstance(path, Path)]
+    check_clips(clips, output, [*pictures, *(inputs_of(depths) if depths else [])])
+    parameters, constants = picture_parameters(effect, given)
+    job = FramesJob(effect, parameters, None if depths is None else RedOf(depths), constants)
+    settings = Settings(
+        options["backend"], options["linear"], options["jobs"], options["resume"], options["non_finite"],
+        options["check_finite"],
+    )  # fmt: skip
+    return run_clips(job, clips, settings, broken)
+
+
+def writing_of(options: dict[str, Any]) -> Writing:
+    """How outputs are written, from the options."""
+    raw = None if options["raw"] is None else Raw.parsed(options["raw"])
+    rate = None if options["rate"] is None else rate_of(options["rate"])
+    codec_options = {}
+    for text in options["codec_option"]:
+        key, equals, value = text.partition("=")
+        if not (key and equals):
+            raise InputError(f"--codec-option {text!r}: expected KEY=VALUE, such as crf=23")
+        codec_options[key] = value
+    return Writing(raw, rate, options["codec"], codec_options, options["sound"])
+
+
 def depth_option(required: bool) -> click.Option:
     return click.Option(
         ["--depth"], required=required, type=click.Path(path_type=Path),
-        help="Picture whose red is each pixel's linear depth (EXR or npy, scene units).",
+        help="Picture whose red is each pixel's linear depth (EXR or npy, scene units), or a sequence of them.",
     )  # fmt: skip

@@ -19,7 +19,7 @@ TRACEBACK_VARIABLE = "PASSGRAPH_TRACEBACK"
 #: What the process ends with, in every command.
 STATUS = {
     0: "done; where something is compared, all is within bounds and as recorded",
-    1: "something that was compared differs, or a case did not pass",
+    1: "something that was compared differs, a case did not pass, or some frames could not be made",
     2: "an error, in one line on stderr",
     130: "interrupted (Ctrl-C)",
     141: "the reader of the output went away (as in: passgraph backends | head -1); nothing is said",
@@ -27,7 +27,7 @@ STATUS = {
 #: Commands by name, each with its one line for the list; a command is imported when it is used.
 COMMANDS = {
     "render": "Render a scene with an effect to a picture.",
-    "apply": "Apply an effect to a picture.",
+    "apply": "Apply an effect to pictures, sequences and videos.",
     "compare": "Hold every backend against the reference, pass by pass.",
     "conform": "Run the conformance suite on a backend.",
     "check": "Hold every backend against the reference on your own kernels.",

@@ -47,15 +47,29 @@ def picture_job(effect: Effect, path: Path, depth: Path | None, linear: bool, pa
         targets.append(_input("depth", given["depth"]))
     elif depth is not None:
         raise InputError(f"effect {effect.name} takes no --depth")
+    parameters, pictures = picture_parameters(effect, parameters)
+    given |= pictures
+    made = effect_output(effect, targets, parameters)
+    return Job(named_outputs(made), (frame.shape[1], frame.shape[0]), given)
+
+
+def picture_parameters(effect: Effect, parameters: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Parameters with an input in the place of each picture's file, and those pictures by name."""
+    made, given = dict(parameters), dict[str, Any]()
     for parameter in effect.parameters:
         if parameter.type == "picture" and parameters.get(parameter.name) is not None:
             given[parameter.name] = _load(parameters[parameter.name], False)
-            parameters = {**parameters, parameter.name: _input(parameter.name, given[parameter.name])}
+            made[parameter.name] = _input(parameter.name, given[parameter.name])
+    return made, given
+
+
+def effect_output(effect: Effect, targets: list[Target], parameters: dict[str, Any]) -> Any:
+    """What an effect makes of targets, and never an input itself."""
     made = effect.made(*targets, **parameters)
     if isinstance(made, Target) and made.made_by is None:
         # A blur of radius 0 returns its input, which no pass computes.
-        made = kernel(source="def unchanged(color: Image) -> vec4: return color[0, 0]")(made)
-    return Job(named_outputs(made), (frame.shape[1], frame.shape[0]), given)
+        return kernel(source="def unchanged(color: Image) -> vec4: return color[0, 0]")(made)
+    return made
 
 
 def scene_job(effect: Effect, path: Path | None, size: tuple[int, int] | None, parameters: dict[str, Any]) -> Job:

@@ -17,7 +17,7 @@ from passgraph.formats import Format
 from passgraph.graph.outputs import Outputs, named_outputs
 from passgraph.graph.targets import InputSpec, Target, checked_size
 from passgraph.plan.data import Options, Plan, Step
-from passgraph.plan.reach import inputs_behind
+from passgraph.plan.reach import inputs_behind, passes_behind
 from passgraph.run.admission import admitted_picture, bound_to, given_room
 from passgraph.run.finite_checks import NonFinite, PassCheck, admitted, checked_choice
 
@@ -133,6 +133,11 @@ class Program:
     def inputs(self) -> dict[str, InputSpec]:
         """What each run brings as pictures, by name: every input behind the outputs, read or not."""
         return dict(self._inputs)
+
+    @property
+    def has_history(self) -> bool:
+        """Whether a pass reads last run's picture, so that the order of runs matters."""
+        return any(t.is_previous for made in passes_behind(list(self._outputs.values())) for t in made.reads)
 
     @property
     def plan(self) -> Plan:

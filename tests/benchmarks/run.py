@@ -125,6 +125,12 @@ def stencil(quick: bool, _: str) -> list[Ratio]:
     return found
 
 
+def frames(quick: bool, _: str) -> list[Ratio]:
+    bench = importlib.import_module("bench_frames")
+    found: list[Ratio] = bench.ratios(*((30, (640, 360), 3) if quick else (300, (1920, 1080), 3)))
+    return found
+
+
 @dataclass(frozen=True)
 class Benchmark:
     """``needs`` maps modules to what installs them; ``apart`` says that they belong to the peers' Python."""
@@ -147,6 +153,7 @@ BENCHMARKS = {
     "bloom": Benchmark(peers("bench_bloom"), {"arcade": "arcade"}, apart=True),
     "ambient_occlusion": Benchmark(occlusion, {"pyvista": "pyvista"}),
     "stencil": Benchmark(stencil, {}),
+    "frames": Benchmark(frames, {"av": "av"}),
 }
 
 

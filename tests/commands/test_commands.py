@@ -321,7 +321,7 @@ BLUR = ["apply", "gaussian-blur", "in.png", "-o", "out.png"]
         ([*BLUR, "--sigma-px", "inf"], "inf is not in the range"),
         ([*BLUR, "--sigma-px", "wide"], "'wide' is not a valid float"),
         ([*BLUR, "-b", "opencl:77"], "OpenCL"),
-        ([*BLUR, "more.png"], "Got unexpected extra argument (more.png)"),
+        ([*BLUR, "more.png"], "more.png: no such file"),
         (["apply", "depth-aware-blur", "in.png", "-o", "out.png"], "Missing option '--depth'"),
         (["compare", "in.png"], "Missing option '--effect' / '-e'"),
         (["compare", "--effect", "tone-map"], "effect tone-map needs a picture: name a file"),

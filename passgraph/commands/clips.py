@@ -1,0 +1,270 @@
+"""From inputs and an output on the command line to sources and sinks of frames, refused before the work."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from fractions import Fraction
+from pathlib import Path
+
+import click
+
+from passgraph.arguments import shown
+from passgraph.commands.files import check_folder, check_path, check_picture_path
+from passgraph.errors import InputError
+from passgraph.frames.frame import Sink, Source
+from passgraph.frames.names import (
+    Pattern,
+    folder_files,
+    glob_files,
+    has_wildcard,
+    is_video,
+    missing_numbers,
+)
+from passgraph.frames.open import open_source
+from passgraph.frames.pictures import Pictures, Still, ToPictures
+from passgraph.frames.pipe import Pipe, Raw, ToPipe
+from passgraph.frames.video import Video
+from passgraph.frames.video_sink import ToVideo
+from passgraph.pictures import type_of_suffix
+from passgraph.reading import check_regular
+
+#: Standard input or output.
+STREAM = "-"
+
+
+@dataclass(frozen=True)
+class Writing:
+    """How outputs are written, as said on the command line."""
+
+    raw: Raw | None = None
+    rate: Fraction | None = None
+    codec: str | None = None
+    codec_options: dict[str, str] = field(default_factory=dict)
+    sound: bool = True
+
+    def video(self, path: Path) -> ToVideo:
+        return ToVideo(path, rate=self.rate, codec=self.codec, options=self.codec_options, sound=self.sound)
+
+
+@dataclass(frozen=True)
+class Clip:
+    """Frames that belong together (history does not reach beyond them), and where they go."""
+
+    source: Source
+    sink: Sink
+
+
+def is_one_picture(inputs: tuple[str, ...], output: str) -> bool:
+    """Whether one picture file goes to one."""
+    if len(inputs) != 1 or inputs[0] == STREAM or output == STREAM or _is_folder(output):
+        return False
+    path = Path(inputs[0])
+    # One # may be meant as it stands, as in a#1.png.
+    numbered = Pattern.is_in(output) and ("##" in output or "%" in output)
+    if numbered or is_video(Path(output)) or is_video(path):
+        return False
+    if path.is_dir():
+        # Its pictures go into a folder or have numbers; else it is said that a picture is expected.
+        return bool(Path(output).suffix) and not Pattern.is_in(output)
+    return os.path.lexists(path) or not (Pattern.is_in(inputs[0]) or has_wildcard(inputs[0]))
+
+
+def sources_of(inputs: Iterable[str], raw: Raw | None, broken: list[str]) -> Iterator[Source]:
+    """Sources in order; pictures named one behind the other are one.  Videos that cannot be read go to ``broken``."""
+    loose = list[Path]()
+    for text in inputs:
+        path = Path(text)
+        if text != STREAM and not path.is_dir() and os.path.lexists(path) and not is_video(path):
+            loose.append(path)
+            continue
+        yield from _together(loose)
+        loose = []
+        if text == STREAM:
+            yield Pipe(sys.stdin.buffer, raw)
+        elif path.is_dir():
+            yield from _mixed(folder_files(path), text, broken)
+        elif not os.path.lexists(path) and Pattern.is_in(text):
+            files = _numbered(text)
+            yield from _mixed(list(files.values()), text, broken) if is_video(path) else [Pictures(files, text)]
+        elif has_wildcard(text):
+            yield from _mixed(glob_files(text), text, broken)
+        elif is_video(path):
+            yield from _mixed([path], text, broken)
+        else:
+            check_regular(path, "a picture file")  # raises: nothing is there
+    yield from _together(loose)
+
+
+def _together(paths: list[Path]) -> Iterator[Source]:
+    if paths:
+        for path in paths:
+            check_regular(path, "a picture file")
+        yield Pictures(paths)
+
+
+def _mixed(paths: list[Path], name: str, broken: list[str]) -> Iterator[Source]:
+    """The pictures among files, then its videos one by one."""
+    pictures = [path for path in paths if not is_video(path)]
+    if pictures:
+        yield Pictures(pictures, name)
+    for path in paths:
+        if is_video(path):
+            try:
+                yield Video(path)
+            except InputError as error:
+                broken.append(str(error))
+
+
+def _numbered(text: str) -> dict[int, Path]:
+    files = Pattern(text).files()
+    missing = missing_numbers(files)
+    if missing:
+        click.echo(f"passgraph: warning: {text}: frames {missing} are not there", err=True)
+    return files
+
+
+def clips_of(sources: list[Source], output: str, writing: Writing) -> list[Clip]:
+    """Where each source goes."""
+    if goes_into_folder(output):
+        return [Clip(source, _into_folder(source, Path(output), writing)) for source in sources]
+    if len(sources) != 1 and not (Pattern.is_in(output) and all(isinstance(s, Pictures) for s in sources)):
+        what = " and ".join(source.name for source in sources[:2]) + (" and others" if len(sources) > 2 else "")
+        raise InputError(f"{output}: {what} would all be written to it; give a folder: -o out/")
+    return [Clip(source, _sink(source, output, writing)) for source in sources]
+
+
+def _sink(source: Source, output: str, writing: Writing) -> Sink:
+    if output == STREAM:
+        if sys.stdout.isatty():
+            raise InputError("pictures are not written to a terminal; send the output on, as in: -o - | ffplay -")
+        return ToPipe(sys.stdout.buffer, writing.raw)
+    if Pattern.is_in(output):
+        return ToPictures(Pattern(output))
+    if is_video(Path(output)):
+        return writing.video(Path(output))
+    if isinstance(source, Pictures) and source.count == 1:
+        return ToPictures(dict.fromkeys(source.paths, Path(output)))
+    count = f"{source.count} frames" if source.count else "frames"
+    raise InputError(
+        f"{output}: is one picture, and there are {count} of {source.name}; give a folder (-o out/), a numbered "
+        "sequence (-o out.%04d.png) or a video (-o out.mp4)"
+    )
+
+
+def _into_folder(source: Source, folder: Path, writing: Writing) -> Sink:
+    """The same names in a folder; formats that are not written become PNG."""
+    if isinstance(source, Pictures):
+        return ToPictures({number: folder / _written_name(path) for number, path in source.paths.items()})
+    if isinstance(source, Video):
+        return writing.video(folder / source.path.name)
+    raise InputError(f"{folder}: frames of {source.name} have no names; give a numbered sequence: -o {folder}/%04d.png")
+
+
+def _written_name(path: Path) -> str:
+    return path.name if path.suffix.lower() in type_of_suffix else f"{path.stem}.png"
+
+
+def goes_into_folder(output: str) -> bool:
+    """Whether an output is a folder, or becomes one: a name without a suffix."""
+    return _is_folder(output) or (not Path(output).suffix and output != STREAM and not Pattern.is_in(output))
+
+
+def _is_folder(output: str) -> bool:
+    return output.endswith(("/", os.sep)) or (output != STREAM and Path(output).is_dir())
+
+
+def inputs_of(source: Source) -> list[Path]:
+    if isinstance(source, Pictures):
+        return list(source.paths.values())
+    return [source.path] if isinstance(source, Video) else []
+
+
+def outputs_of(clip: Clip) -> list[tuple[Path, str]]:
+    """Each file that is known to be written, and what for."""
+    if isinstance(clip.sink, ToVideo):
+        return [(clip.sink.path, clip.source.name)]
+    if isinstance(clip.sink, ToPictures) and isinstance(clip.source, Pictures):
+        paths = clip.sink.paths
+        return [
+            (paths.path(number) if isinstance(paths, Pattern) else paths[number], os.fspath(path))
+            for number, path in clip.source.paths.items()
+        ]
+    if isinstance(clip.sink, ToPictures) and isinstance(clip.sink.paths, Pattern):
+        return [(clip.sink.paths.path(1), clip.source.name)]
+    return []
+
+
+def check_writing(writing: Writing, clips: list[Clip]) -> None:
+    """Refuse options that nothing here is for."""
+    videos = [clip for clip in clips if isinstance(clip.sink, ToVideo)]
+    if not videos and (writing.rate or writing.codec or writing.codec_options):
+        raise InputError("--rate, --codec and --codec-option are for videos, and none is written; name one: -o out.mp4")
+    if writing.rate and any(isinstance(clip.source, Video) for clip in videos):
+        raise InputError("--rate is for videos made of pictures; frames of a video keep their times; leave it out")
+    if writing.raw and not any(isinstance(clip.source, Pipe) or isinstance(clip.sink, ToPipe) for clip in clips):
+        raise InputError("--raw is for streams, and none is read or written; name one: -o -")
+
+
+def check_clips(clips: list[Clip], output: str, others: Iterable[Path] = ()) -> None:
+    """Refuse what cannot be written, what would overwrite an input, and two outputs of one name.
+
+    ``others`` are further files that are read.
+    """
+    inputs = {path for clip in clips for path in inputs_of(clip.source)} | set(others)
+    check_apart(inputs, [out for clip in clips for out in outputs_of(clip)])
+    if goes_into_folder(output):
+        check_folder(Path(output))
+    for clip in clips:
+        if isinstance(clip.sink, ToVideo):
+            check_path(clip.sink.path)
+        elif made := outputs_of(clip):
+            check_picture_path(made[0][0])
+            for suffix in {path.suffix: path for path, _ in made}.values():
+                check_picture_path(suffix)
+
+
+def check_apart(inputs: Iterable[Path], outputs: Iterable[tuple[Path, str]]) -> None:
+    """Refuse outputs that are inputs, through links too, and two of one name."""
+    read = {identity: path for path in inputs for identity in _identities(path)}
+    written: dict[object, str] = {}
+    for path, what in outputs:
+        for identity in _identities(path):
+            if identity in read:
+                raise InputError(f"{path}: would overwrite the input {read[identity]}; give the output another name")
+        name = os.path.realpath(path)
+        if name in written:
+            raise InputError(f"{path}: {written[name]} and {what} would both be written to it; run them apart")
+        written[name] = what
+
+
+def _identities(path: Path) -> list[object]:
+    """What tells that two names are one file: the path behind links, and the file itself where it is there."""
+    try:
+        status = os.stat(path)
+    except (OSError, ValueError):
+        return [os.path.realpath(path)]
+    return [os.path.realpath(path), (status.st_dev, status.st_ino)]
+
+
+def depth_of(path: Path, clips: list[Clip]) -> Source:
+    """One picture for all frames, or a sequence in step with them."""
+    text = os.fspath(path)
+    if path.is_dir() or not os.path.lexists(path):
+        if len(clips) != 1:
+            raise InputError(f"{text}: goes with one sequence, and there are {len(clips)} inputs; run them apart")
+        return open_source(path)
+    return Video(path) if is_video(path) else Still(path)
+
+
+def rate_of(text: str) -> Fraction:
+    """Frames a second: 25, 23.976, 30000/1001."""
+    try:
+        rate = Fraction(text) if len(text) < 32 else Fraction(0)
+    except (ValueError, ZeroDivisionError):
+        rate = Fraction(0)
+    if not 0 < rate <= 1000:
+        raise InputError(f"--rate {shown(text)}: expected frames a second from 0 to 1000, such as 25 or 30000/1001")
+    return rate

@@ -1,0 +1,176 @@
+"""Runs an effect on many frames: compiles it, shows progress, says what became of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any
+
+import click
+
+from passgraph.commands.clips import Clip
+from passgraph.commands.options import check_computes
+from passgraph.commands.progress import frame_progress
+from passgraph.commands.sources import effect_output
+from passgraph.effects.registry import Effect
+from passgraph.errors import InputError
+from passgraph.frames.frame import Frame, Outcome, Source, Stored, Summary
+from passgraph.frames.pipe import ToPipe
+from passgraph.frames.run import frames
+from passgraph.frames.video_sink import ToVideo
+from passgraph.graph.outputs import named_outputs
+from passgraph.graph.targets import Input, Target
+from passgraph.picture_decoders import scaled
+from passgraph.run.finite_checks import NonFinite
+from passgraph.run.program import Program, compile
+
+
+@dataclass(frozen=True)
+class Settings:
+    """How the frames are run."""
+
+    backend: str | None
+    linear: bool
+    jobs: int | None
+    resume: bool
+    non_finite: NonFinite = "error"
+    check_finite: bool = False
+
+
+@dataclass
+class FramesJob:
+    """An effect on frames of any size: its output, and what each run brings beside the frame."""
+
+    effect: Effect
+    parameters: dict[str, Any]
+    depth: Source | None = None
+    given: dict[str, Any] = field(default_factory=dict)
+
+    def output(self) -> dict[str, Target]:
+        """The graph's first output."""
+        targets = [Input("frame", "rgba32f")]
+        if self.depth is not None:
+            targets.append(Input("depth", "r32f"))
+        made = named_outputs(effect_output(self.effect, targets, self.parameters))
+        return dict(list(made.items())[:1])
+
+
+class RedOf:
+    """Frames whose red is depth, in step with those of the picture."""
+
+    def __init__(self, source: Source) -> None:
+        self.source, self.name, self.count = source, source.name, source.count
+        self.endless = getattr(source, "endless", False)
+
+    def __iter__(self) -> Iterator[Frame]:
+        for frame in self.source:
+            yield Frame(frame.number, frame.name, lambda frame=frame: self._red(frame), frame.metadata)  # type: ignore[misc]
+
+    def _red(self, frame: Frame) -> Stored:
+        return scaled(frame.read()[:, :, :1])
+
+
+def run_clips(job: FramesJob, clips: list[Clip], settings: Settings, broken: list[str]) -> int:
+    """Run every clip; the exit status.  ``broken`` says what could not be opened."""
+    for message in broken:
+        _complain(message)
+    is_whole, program = not broken, None
+    try:
+        for clip in clips:
+            if program is None or program.has_history:  # another clip's last frame is no history of this one
+                if program is not None:
+                    program.close()
+                program = _compiled(job, settings)
+            is_whole &= _run_clip(program, job, clip, settings, len(clips) > 1)
+    finally:
+        if program is not None:
+            program.close()
+    return 0 if is_whole else 1
+
+
+def _compiled(job: FramesJob, settings: Settings) -> Program:
+    program = compile(
+        job.output(), settings.backend, non_finite=settings.non_finite, check_finite=settings.check_finite
+    )
+    try:
+        check_computes(type(program.backend))
+    except BaseException:
+        program.close()
+        raise
+    return program
+
+
+def _run_clip(program: Program, job: FramesJob, clip: Clip, settings: Settings, is_one_of_many: bool) -> bool:
+    name = clip.sink.name
+    if settings.resume and isinstance(clip.sink, ToVideo) and clip.sink.is_made(clip.source):
+        _say(clip, f"{name}: is there already")
+        return True
+    sources = {"frame": clip.source} if job.depth is None else {"frame": clip.source, "depth": job.depth}
+    done = 0
+
+    def watch(outcome: Outcome) -> None:
+        nonlocal done
+        done += outcome.state != "failed"
+        step(outcome)
+
+    with frame_progress(clip.source.name, clip.source.count, _complain_of) as step, _interrupted(lambda: done, clip):
+        try:
+            summary = frames(
+                program, sources, clip.sink, values=job.given, jobs=settings.jobs, linear=settings.linear,
+                resume=settings.resume, same_size=True, watch=watch,
+            )  # fmt: skip
+        except InputError as error:
+            if not is_one_of_many:
+                raise
+            summary = Summary(stopped=str(error))
+    if summary.stopped:
+        _complain(summary.stopped)
+    _say(clip, summary_line(name, summary, program.backend.name))
+    return summary.whole
+
+
+@contextmanager
+def _interrupted(done: Any, clip: Clip) -> Iterator[None]:
+    """Ctrl-C says what is left of the work."""
+    try:
+        yield
+    except KeyboardInterrupt:
+        count = clip.source.count
+        total = f" of {count}" if count else ""
+        kept = f"{clip.sink.name} is not written" if clip.sink.is_one_file else "they are whole"
+        raise KeyboardInterrupt(f"after {done()}{total} frames of {clip.source.name}; {kept}") from None
+
+
+def summary_line(name: str, summary: Summary, backend: str) -> str:
+    """
+    >>> summary_line("out", Summary(written=300, size=(64, 48), seconds=12.0), "numpy")
+    'out: 300 frames 64x48 by numpy in 12.0 s (25.0 a second)'
+    """
+    size = f" {summary.size[0]}x{summary.size[1]}" if summary.size else ""
+    rate = f" ({summary.written / summary.seconds:.1f} a second)" if summary.written and summary.seconds else ""
+    line = f"{name}: {_frames(summary.written)}{size} by {backend} in {summary.seconds:.1f} s{rate}"
+    if summary.kept:
+        line += f", {_frames(summary.kept)} there already"
+    if summary.failed:
+        line += f", {_frames(len(summary.failed))} failed"
+    if summary.stopped:
+        line += ", ended early"
+    return line
+
+
+def _frames(count: int) -> str:
+    return f"{count} frame" if count == 1 else f"{count} frames"
+
+
+def _say(clip: Clip, line: str) -> None:
+    click.echo(line, err=isinstance(clip.sink, ToPipe))
+
+
+def _complain_of(outcome: Outcome) -> str:
+    text = outcome.reason if outcome.reason.startswith(outcome.name) else f"{outcome.name}: {outcome.reason}"
+    return f"passgraph: error: {' '.join(text.split())}"
+
+
+def _complain(message: str) -> None:
+    click.echo(f"passgraph: error: {' '.join(message.split())}", err=True)

@@ -1,0 +1,149 @@
+"""Frames from and to picture files."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from passgraph.errors import InputError
+from passgraph.frames.frame import Frame, Sink, Source, Stored
+from passgraph.frames.names import Pattern
+from passgraph.pictures import load_stored, save, type_of_suffix
+
+#: Formats that hold float32; the others hold 8 bits.
+_FLOAT_SUFFIXES = (".exr", ".npy")
+
+
+class Pictures:
+    """Frames from picture files, of any formats that `passgraph.load` reads.
+
+    ``paths`` are files in order, or a mapping from the frame's number to its file, as `Pattern.files` gives.
+
+    >>> [frame.number for frame in Pictures(["a.png", "b.png"])]
+    [1, 2]
+    """
+
+    def __init__(self, paths: Iterable[str | os.PathLike[str]] | Mapping[int, Path], name: str | None = None) -> None:
+        numbered = paths if isinstance(paths, Mapping) else dict(enumerate(map(Path, paths), 1))
+        self.paths: dict[int, Path] = dict(numbered)
+        self._name = name
+
+    @property
+    def name(self) -> str:
+        if self._name is not None:
+            return self._name
+        paths = list(self.paths.values())
+        return os.fspath(paths[0]) if len(paths) == 1 else f"{len(paths)} pictures"
+
+    @property
+    def count(self) -> int:
+        return len(self.paths)
+
+    def __iter__(self) -> Iterator[Frame]:
+        for number, path in self.paths.items():
+            yield Frame(number, os.fspath(path), lambda path=path: load_stored(path))  # type: ignore[misc]
+
+
+class ToPictures(Sink):
+    """Each frame to a picture file of its own, which is written whole or not at all.
+
+    Parameters
+    ----------
+    paths : the files by the frames' numbers, or a `Pattern`
+
+    Formats of 8 bits hold results rounded; .exr and .npy hold them as they are.
+    """
+
+    whole_when_prepared = True
+
+    def __init__(self, paths: Mapping[int, Path] | Pattern) -> None:
+        self.paths = paths
+        self._inputs: Mapping[int, Path] = {}
+
+    @property
+    def name(self) -> str:
+        if isinstance(self.paths, Pattern):
+            return self.paths.text
+        folders = {path.parent for path in self.paths.values()}
+        return os.fspath(next(iter(folders))) if len(folders) == 1 else f"{len(self.paths)} pictures"
+
+    def path(self, frame: Frame) -> Path:
+        return self.paths.path(frame.number) if isinstance(self.paths, Pattern) else self.paths[frame.number]
+
+    def begin(self, source: Source) -> None:
+        self._inputs = source.paths if isinstance(source, Pictures) else {}
+        for path in [self.paths.path(1)] if isinstance(self.paths, Pattern) else self.paths.values():
+            if path.suffix.lower() not in type_of_suffix:
+                raise InputError(f"{path}: unknown suffix {path.suffix!r}; expected one of {' '.join(type_of_suffix)}")
+
+    def holds(self, frame: Frame) -> bool:
+        given = self._inputs.get(frame.number)
+        return is_made(self.path(frame), [] if given is None else [given])
+
+    def stores(self, frame: Frame, size: tuple[int, int]) -> np.dtype[Any]:
+        return np.dtype(np.float32 if self.path(frame).suffix.lower() in _FLOAT_SUFFIXES else np.uint8)
+
+    def prepare(self, frame: Frame, picture: Stored) -> None:
+        save(self.path(frame), picture)
+
+
+def is_made(output: Path, inputs: Iterable[Path]) -> bool:
+    """Whether an output is there, no older than its inputs: outputs have their names only when they are whole."""
+    try:
+        made = output.stat()
+        return made.st_size > 0 and all(made.st_mtime_ns >= path.stat().st_mtime_ns for path in inputs)
+    except OSError:
+        return False
+
+
+class Still:
+    """One picture, of a file or an array, that goes with every frame of another source."""
+
+    #: Iterating never ends: others decide how many frames there are.
+    endless = True
+    count = None
+
+    def __init__(self, picture: str | os.PathLike[str] | Stored) -> None:
+        is_array = isinstance(picture, np.ndarray)
+        self.name = "a still picture" if is_array else os.fspath(picture)  # type: ignore[arg-type]
+        self._picture: Stored = picture if is_array else load_stored(Path(picture))  # type: ignore[assignment, arg-type]
+
+    def __iter__(self) -> Iterator[Frame]:
+        for number in count(1):
+            yield Frame.of(number, self.name, self._picture)
+
+
+class Arrays:
+    """Frames from arrays, (h, w) or (h, w, 1 to 4), counted from 1.
+
+    >>> next(iter(Arrays([np.zeros((2, 3, 4), np.float32)]))).name
+    'array 1'
+    """
+
+    name = "arrays"
+
+    def __init__(self, pictures: Sequence[Stored]) -> None:
+        self.pictures = pictures
+
+    @property
+    def count(self) -> int:
+        return len(self.pictures)
+
+    def __iter__(self) -> Iterator[Frame]:
+        for number, picture in enumerate(self.pictures, 1):
+            yield Frame.of(number, f"array {number}", picture)
+
+
+class ToArrays(Sink):
+    """Frames to a list of float32 arrays, ``pictures``."""
+
+    def __init__(self) -> None:
+        self.pictures: list[Stored] = []
+
+    def take(self, frame: Frame, prepared: Any) -> None:
+        self.pictures.append(prepared)

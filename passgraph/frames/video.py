@@ -1,0 +1,200 @@
+"""Frames from a video file, through PyAV (the ``video`` extra)."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from fractions import Fraction
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from passgraph import arguments
+from passgraph.errors import InputError
+from passgraph.frames.frame import Frame, Stored
+from passgraph.reading import check_regular
+
+if TYPE_CHECKING:
+    from av.container import InputContainer
+    from av.video.frame import VideoFrame
+    from av.video.stream import VideoStream
+
+#: Numbers of ITU-T H.273 (matrix coefficients), as libavutil has them: BT.709, BT.601, and "not said".
+BT709, BT601, UNSPECIFIED = 1, 6, 2
+#: Formats of files that are opened, by libavformat's names.  Others are lists of further files and addresses.
+_FORMATS = "mov,matroska,avi,mpegts,mpeg,mpegvideo,h264,hevc,ivf,ogg,asf,flv,mxf,nut"
+#: Numbers of libavutil's AVColorRange: 16 to 235, and 0 to 255.
+LIMITED, FULL = 1, 2
+#: A file may not make libav read other ones.
+OPENING = {"format_whitelist": _FORMATS, "protocol_whitelist": "file"}
+
+
+def import_av(file: Path) -> Any:
+    try:
+        import av
+    except ImportError as error:
+        raise InputError(f"{file}: PyAV is not installed; run: pip install 'passgraph[video]'") from error
+    return av
+
+
+class Video:
+    """Frames of a file's first video stream: (h, w, 4) uint8, or uint16 where it has more than 8 bits.
+
+    Colours are converted from the file's own matrix and range; where it does not say which, BT.709 from 720 lines on
+    and BT.601 below, limited range.  A picture that the file says is to be turned is turned.
+
+    Attributes
+    ----------
+    path : the file
+    size : (width, height) of its pictures
+    rate : frames a second on average, or None
+    time_base : what one unit of ``pts`` in a frame's metadata is, in seconds
+    matrix, colour_range, primaries, transfer : as the file says, by the numbers of libavutil; written again as they are
+    deep : whether it has more than 8 bits
+
+    Raises
+    ------
+    InputError : the file is missing, no video, or PyAV is not installed.
+    """
+
+    def __init__(self, path: str | os.PathLike[str]) -> None:
+        self.path = arguments.path(path, "a video")
+        with opened(self.path) as container:
+            stream = video_stream(self.path, container)
+            context = stream.codec_context
+            self.size = (context.width, context.height)
+            self.rate = stream.average_rate or stream.guessed_rate
+            self.time_base = stream.time_base or Fraction(1, 90000)
+            self.codec = context.name
+            self.format = context.pix_fmt or "yuv420p"
+            self.aspect = stream.sample_aspect_ratio
+            self.matrix, self.colour_range = context.colorspace, context.color_range
+            self.primaries, self.transfer = context.color_primaries, context.color_trc
+            self.deep = any(part.bits > 8 for part in context.format.components) if context.format else False
+            self.frames, self.duration = stream.frames, _duration(stream)
+            self.start = stream.start_time or 0
+            self.metadata = dict(container.metadata)
+
+    @property
+    def name(self) -> str:
+        return os.fspath(self.path)
+
+    @property
+    def count(self) -> int | None:
+        if self.frames:
+            return int(self.frames)
+        return round(float(self.duration * self.rate)) if self.duration and self.rate else None
+
+    def __iter__(self) -> Iterator[Frame]:
+        number, end = 0, Fraction(0)
+        with opened(self.path) as container:
+            stream = video_stream(self.path, container)
+            stream.thread_type = "AUTO"
+            for frame in self._decoded(container, stream):
+                number += 1
+                name = f"{self.path}, frame {number}"
+                if isinstance(frame, str):
+                    yield Frame(number, name, _refusing(f"{name}: {frame}"))
+                    continue
+                if frame.pts is not None:
+                    end = max(end, (frame.pts - self.start) * self.time_base)
+                metadata = {"pts": frame.pts, "time_base": self.time_base}
+                yield Frame(number, name, lambda frame=frame: self._picture(frame), metadata)  # type: ignore[misc]
+        if number == 0:
+            raise InputError(f"{self.path}: has no frame that can be decoded; make or copy the file again")
+        self._check_end(number, end)
+
+    def _decoded(self, container: InputContainer, stream: VideoStream) -> Iterator[VideoFrame | str]:
+        """Frames, and in words what is in the place of broken ones."""
+        av = import_av(self.path)
+        packets = container.demux(stream)
+        while True:
+            try:
+                packet = next(packets)
+            except StopIteration:
+                return
+            except av.error.FFmpegError as error:
+                text = f"{self.path}: cannot be read on ({reason(error)}); frames until then are done"
+                raise InputError(text) from error
+            try:
+                frames = packet.decode()
+            except av.error.FFmpegError as error:
+                yield f"is damaged ({reason(error)})"
+                continue
+            for frame in frames:
+                yield "is damaged (the decoder made up a part of it)" if frame.is_corrupt else frame
+
+    def _check_end(self, number: int, end: Fraction) -> None:
+        """Whether the file ended before the time that its header says; decoders end there without a word."""
+        if not self.duration or not self.rate or (self.frames and number >= self.frames):
+            return
+        lacking = self.duration - end - 1 / self.rate
+        if lacking > Fraction(1, 2) / self.rate:
+            raise InputError(
+                f"{self.path}: truncated; it says it lasts {float(self.duration):.2f} s, and its frames end at "
+                f"{float(end + 1 / self.rate):.2f} s; the {number} frames until there are done"
+            )
+
+    def _picture(self, frame: VideoFrame) -> Stored:
+        matrix, colour_range = stated(frame.colorspace, frame.color_range, frame.format.name, frame.height)
+        frame.colorspace, frame.color_range = matrix, colour_range
+        made = frame.reformat(format="rgba64le" if self.deep else "rgba", threads=1)
+        picture: Stored = made.to_ndarray()
+        turns = round(frame.rotation / 90) % 4
+        return np.ascontiguousarray(np.rot90(picture, turns)) if turns else picture
+
+
+def stated(matrix: int, colour_range: int, format: str, height: int) -> tuple[int, int]:
+    """Matrix and range of YUV pixels, with a guess where the file does not say."""
+    if matrix == UNSPECIFIED:
+        matrix = BT709 if height >= 720 else BT601
+    if colour_range not in (LIMITED, FULL):
+        colour_range = FULL if format.startswith("yuvj") else LIMITED
+    return matrix, colour_range
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[Any]:
+    """A file that PyAV reads."""
+    check_regular(path, "a video")
+    av = import_av(path)
+    try:
+        container = av.open(os.fspath(path), metadata_errors="replace", options=OPENING)
+    except (av.error.FFmpegError, OSError, ValueError) as error:
+        raise InputError(f"{path}: cannot be read as a video ({reason(error)}); make or copy the file again") from error
+    with container:
+        yield container
+
+
+def video_stream(path: Path, container: Any) -> Any:
+    """The first one that is not a cover picture."""
+    for stream in container.streams.video:
+        if not stream.disposition & stream.disposition.attached_pic and stream.codec_context is not None:
+            return stream
+    raise InputError(f"{path}: has no video stream that can be decoded; expected a video")
+
+
+def reason(error: BaseException) -> str:
+    text = getattr(error, "strerror", None) or str(error)
+    return " ".join(text.split())
+
+
+def _duration(stream: VideoStream) -> Fraction | None:
+    """Seconds that a stream lasts, where its header says so."""
+    if stream.duration and stream.time_base:
+        return stream.duration * stream.time_base
+    # Matroska: hours:minutes:seconds
+    try:
+        hours, minutes, seconds = stream.metadata["DURATION"].split(":")
+        return (int(hours) * 60 + int(minutes)) * 60 + Fraction(seconds)
+    except (KeyError, ValueError):
+        return None
+
+
+def _refusing(message: str) -> Any:
+    def read() -> Stored:
+        raise InputError(message)
+
+    return read

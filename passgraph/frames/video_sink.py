@@ -1,0 +1,257 @@
+"""Frames to a video file, with the sound of the one that they come from."""
+
+from __future__ import annotations
+
+import os
+import secrets
+from collections.abc import Callable, Mapping
+from contextlib import suppress
+from fractions import Fraction
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from passgraph import arguments
+from passgraph.errors import InputError
+from passgraph.frames.frame import Frame, OutputError, Sink, Source, Stored
+from passgraph.frames.pictures import Pictures, is_made
+from passgraph.frames.pipe import Pipe
+from passgraph.frames.sound import Sound, check_sound
+from passgraph.frames.stored import with_channels
+from passgraph.frames.video import FULL, UNSPECIFIED, Video, import_av, reason, stated
+
+#: Frames a second of pictures that do not say how many.
+RATE = Fraction(25)
+#: Encoders whose time base has 16 bits (ISO/IEC 14496-2, vop_time_increment_resolution) or is the frame rate.
+_COARSE = ("mpeg4", "mpeg2video", "mpeg1video", "msmpeg4", "wmv2")
+#: What is asked of an encoder where nothing is said: nearly no visible loss.
+_QUALITY = {"libx264": {"crf": "18"}, "libx265": {"crf": "20"}, "libvpx-vp9": {"crf": "24", "b": "0"}}
+#: Where a container's own choice is older than what everybody plays.
+_CODECS = {".avi": "libx264", ".mkv": "libx264", ".mp4": "libx264", ".mov": "libx264", ".m4v": "libx264"}
+#: What a file says of itself, which is not true of another.
+_OWN_METADATA = ("encoder", "major_brand", "minor_version", "compatible_brands", "duration")
+
+
+class ToVideo(Sink):
+    """Frames to one video file, which has its name when it is whole.
+
+    Parameters
+    ----------
+    path : the suffix chooses the container: .mp4 .mov .mkv .webm .avi ...
+    rate : frames a second of pictures; a video's frames keep their times
+    codec : an encoder by libavcodec's name; left out, that of the source, or what the container usually has
+    options : of the encoder, such as ``{"crf": "23"}``
+    sound : copy the sound and subtitles of a source that is a video, as they are
+
+    A source's matrix, range, primaries and transfer are kept, and its pixel format where the encoder has it.
+    """
+
+    is_one_file = True
+
+    def __init__(
+        self,
+        path: str | os.PathLike[str],
+        *,
+        rate: Fraction | None = None,
+        codec: str | None = None,
+        options: Mapping[str, str] | None = None,
+        sound: bool = True,
+    ) -> None:
+        self.path = arguments.path(path, "a video to write")
+        self.rate, self.codec, self.options, self.sound = rate, codec, dict(options or {}), sound
+        self._temporary: Path | None = None
+
+    @property
+    def name(self) -> str:
+        return os.fspath(self.path)
+
+    def begin(self, source: Source) -> None:
+        self._av = import_av(self.path)
+        self._video = source if isinstance(source, Video) else None
+        given = source.raw.rate if isinstance(source, Pipe) and source.raw else None
+        self._rate = self.rate or (self._video.rate if self._video else given) or RATE
+        self._sound: Sound | None = None
+        self._stream: Any = None
+        self._size: tuple[int, int] | None = None
+        self._format = ""
+        self._first: int | None = None  # number of the first frame
+        self._last: int | None = None  # pts of the last one
+        try:
+            target = Path(os.path.realpath(self.path))
+        except ValueError as error:
+            raise InputError(f"{arguments.shown(self.path)}: cannot be the name of a file ({error})") from error
+        if self._video is not None and target == Path(os.path.realpath(self._video.path)):
+            raise InputError(f"{self.path}: would be overwritten while it is read; give the output another name")
+        if target.is_dir() or not target.parent.is_dir():
+            what = "is a directory" if target.is_dir() else f"the folder {target.parent} does not exist"
+            raise InputError(f"{self.path}: {what}; expected the name of a video in a folder that is there")
+        self._target = target
+        self._temporary = target.with_name(f".passgraph-{secrets.token_hex(6)}{target.suffix}")
+        try:
+            self._container = self._av.open(os.fspath(self._temporary), "w")
+            self._encoder = self._chosen()
+            if self._video is not None and self.sound:
+                check_sound(self._video.path, self._container, self.path)
+        except (self._av.error.FFmpegError, OSError, ValueError) as error:
+            self.abandon()
+            raise InputError(f"{self.path}: cannot be written as a video ({reason(error)})") from error
+        except BaseException:
+            self.abandon()
+            raise
+
+    def _chosen(self) -> Any:
+        """The encoder: the one asked for, the source's where the container takes it, or the container's own."""
+        wanted = [self.codec] if self.codec else [self._video.codec] if self._video else []
+        usual = _CODECS.get(self.path.suffix.lower(), self._container.default_video_codec)
+        for name in wanted if self.codec else [*wanted, usual]:
+            with suppress(self._av.codec.codec.UnknownCodecError):
+                found = self._av.codec.Codec(name, "w")
+                if found.type == "video" and (found.name == usual or name in self._container.supported_codecs):
+                    return found
+        raise InputError(
+            f"{self.path}: no encoder {self.codec or usual!r} for such a file; others are libx264, libx265, "
+            "libvpx-vp9, libsvtav1, prores_ks, ffv1"
+        )
+
+    def is_made(self, source: Source) -> bool:
+        """Whether the whole video is there, newer than what it is made from: it has its name only then."""
+        if isinstance(source, Video):
+            return is_made(self.path, [source.path])
+        return isinstance(source, Pictures) and is_made(self.path, source.paths.values())
+
+    def stores(self, frame: Frame, size: tuple[int, int]) -> np.dtype[Any]:
+        if self._size is None:
+            self._size, self._format = size, self._pixel_format(*size)
+        if size != self._size:
+            raise InputError(
+                f"{frame.name}: makes {size[0]}x{size[1]} pixels, and {self.path} has frames of {self._size[0]}x"
+                f"{self._size[1]}; a video has one size"
+            )
+        deep = self._video is not None and self._video.deep
+        return np.dtype(np.uint16 if deep else np.uint8)
+
+    # Any thread
+
+    def prepare(self, frame: Frame, picture: Stored) -> Any:
+        deep = picture.dtype == np.uint16
+        pixels = np.ascontiguousarray(with_channels(picture, 4))
+        made = self._av.VideoFrame.from_numpy_buffer(pixels, "rgba64le" if deep else "rgba")
+        made.colorspace, made.color_range = self._colours()
+        return made.reformat(format=self._format, threads=1)
+
+    def _colours(self) -> tuple[int, int]:
+        assert self._size is not None
+        video = self._video
+        if video is None:
+            return stated(UNSPECIFIED, FULL if self._format.startswith("yuvj") else 0, self._format, self._size[1])
+        return stated(video.matrix, video.colour_range, video.format, self._size[1])
+
+    def _pixel_format(self, width: int, height: int) -> str:
+        """The source's where the encoder has it, else the nearest; quarter colour needs even sides."""
+        known = [f.name for f in self._encoder.video_formats or ()]
+        video = self._video
+        deep = video is not None and video.deep
+        wanted = [] if video is None else [video.format.replace("yuvj", "yuv") if "mjpeg" not in known else ""]
+        wanted += ["yuv420p10le", "yuv422p10le", "yuv444p10le"] if deep else []
+        wanted += ["yuv420p", "yuvj420p", "yuv422p", "yuv444p", "yuvj444p"]
+        name: str
+        for name in [*wanted, *known]:
+            form = self._av.VideoFormat(name, width, height) if name in known else None
+            if form is not None and self._fits(form):
+                return name
+        raise OutputError(
+            f"{self.path}: the encoder {self._encoder.name} takes no {width}x{height} pixels; use another --codec"
+        )
+
+    @staticmethod
+    def _fits(form: Any) -> bool:
+        """Whether each chroma sample stands for whole pixels."""
+        width, height = form.width, form.height
+        across, down = form.chroma_width(64), form.chroma_height(64)
+        return bool(width % (64 // across) == 0 and height % (64 // down) == 0)
+
+    # One thread
+
+    def take(self, frame: Frame, prepared: Any) -> None:
+        self._guarded(lambda: self._encode(frame, prepared))
+
+    def _encode(self, frame: Frame, prepared: Any) -> None:
+        if self._stream is None:
+            self._start()
+        prepared.pts, prepared.time_base, prepared.pict_type = self._pts(frame), self._time_base, 0
+        prepared.duration = max(1, round(1 / (self._rate * self._time_base)))
+        if self._sound is not None:
+            for packet in self._sound.until(prepared.pts * self._time_base):
+                self._container.mux(packet)
+        self._container.mux(self._stream.encode(prepared))
+
+    def _pts(self, frame: Frame) -> int:
+        """A video's own times; a picture's by its number, so that one that is missing leaves its time."""
+        if self._first is None:
+            self._first = frame.number
+        pts = frame.metadata.get("pts")
+        seconds = (frame.number - self._first) / self._rate if pts is None else pts * frame.metadata["time_base"]
+        made = round(seconds / self._time_base)
+        if self._last is not None:
+            made = max(made, self._last + 1)
+        self._last = made
+        return made
+
+    def _start(self) -> None:
+        """Streams, when the size is known."""
+        assert self._size is not None
+        video, rate = self._video, Fraction(self._rate).limit_denominator(1 << 16)
+        options = {**_QUALITY.get(self._encoder.name, {}), **self.options}
+        stream = self._stream = self._container.add_stream(self._encoder.name, rate=rate, options=options)
+        (stream.width, stream.height), stream.pix_fmt = self._size, self._format
+        coarse = self._encoder.name.startswith(_COARSE)
+        self._time_base = 1 / rate if video is None or coarse else video.time_base
+        context = stream.codec_context
+        context.time_base, context.thread_count, context.thread_type = self._time_base, 0, "AUTO"
+        context.colorspace = UNSPECIFIED if video is None else video.matrix
+        context.color_range = self._colours()[1]
+        if video is not None:
+            context.color_primaries, context.color_trc = video.primaries, video.transfer
+            if video.aspect:
+                context.sample_aspect_ratio = video.aspect
+            self._container.metadata.update(
+                {key: text for key, text in video.metadata.items() if key.lower() not in _OWN_METADATA}
+            )
+            if self.sound:
+                self._sound = Sound(video.path, self._container)
+        self._container.start_encoding()
+        for key in self.options:
+            if key in context.options:  # libav takes away those that it knows
+                raise OutputError(f"{self.path}: the encoder {self._encoder.name} has no option {key!r}")
+
+    def finish(self) -> None:
+        self._guarded(self._finish)
+
+    def _finish(self) -> None:
+        if self._sound is not None:
+            for packet in self._sound.until(None):
+                self._container.mux(packet)
+            self._sound.close()
+        self._container.mux(self._stream.encode())
+        self._container.close()
+        assert self._temporary is not None
+        os.replace(self._temporary, self._target)
+        self._temporary = None
+
+    def abandon(self) -> None:
+        temporary, self._temporary = self._temporary, None
+        if temporary is None:
+            return
+        with suppress(Exception):  # what cannot be closed well is removed all the same
+            self._container.close()
+        if self._sound is not None:
+            self._sound.close()
+        temporary.unlink(missing_ok=True)
+
+    def _guarded(self, work: Callable[[], None]) -> None:
+        """Errors of libav with the file's name: nothing can be added behind them."""
+        try:
+            work()
+        except self._av.error.FFmpegError as error:
+            raise OutputError(f"{self.path}: cannot be written ({reason(error)})") from error
