@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from os import PathLike
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast, get_args
 
@@ -175,6 +175,13 @@ class Program:
         from passgraph.travel import to_data
 
         return to_data(self._outputs)
+
+    def settings(self) -> dict[str, Any]:
+        """What `compile` was told beside the outputs, as plain data; of the backend its name."""
+        return {
+            "backend": self.backend.name, "size": self._size, "options": asdict(self._options),
+            "non_finite": self._non_finite, "check_finite": self._check_finite, "results": self._results,
+        }  # fmt: skip
 
     def _make_plan(self) -> None:
         from passgraph.plan.build import build
