@@ -1,7 +1,8 @@
 """Frames on other machines: what travels is the graph as data, names of files or pictures, and results.
 
-Each frame is one task of dask.distributed, which may run twice (where a worker is lost) and gives the same; the caller
-takes results in order and stores each once.  A worker compiles a graph once and keeps it.
+Each frame is one task of dask.distributed, which may run twice (where a worker is lost) and gives the same.  The caller
+takes results in order and stores each once; where a worker sees the folder it has written the file, whole or not at all.
+A worker compiles a graph once and keeps it.
 """
 
 from __future__ import annotations
@@ -15,13 +16,11 @@ from dataclasses import dataclass, field
 from threading import Lock
 from typing import Any
 
-import numpy as np
-
 from passgraph.arguments import numbers
 from passgraph.errors import BackendError, InputError, PassgraphError
 from passgraph.frames.flow import Run
 from passgraph.frames.frame import Frame, OutputError, Stored
-from passgraph.frames.pictures import Pictures
+from passgraph.frames.pictures import Pictures, ToPictures
 from passgraph.run.program import Program
 
 #: Frames in flight: at least so many, for workers that join later, and so many a thread of the workers.
@@ -86,14 +85,15 @@ def threads_for(client: Any) -> int:
 
 @dataclass
 class RemoteRun(Run):
-    """A run whose frames are read and computed by workers; here they are stored."""
+    """A run whose frames workers read, compute and, where they see the folder, write; others are stored here."""
 
     client: Any = None
     _brought: Lock = field(default_factory=Lock)
 
     def __post_init__(self) -> None:
-        from passgraph.frames.worker import same
+        from passgraph.frames.worker import Written, same
 
+        self._written = Written
         text = json.dumps({"graph": self.program.to_data(), "compile": self.program.settings()}, sort_keys=True)
         digest = hashlib.sha256(text.encode()).hexdigest()
         # As the result of a task it is sent to a worker once, and made again where a worker is lost that held it.
@@ -134,7 +134,8 @@ class RemoteRun(Run):
         if values is None:
             with self._brought:  # a function of the caller's is called by one thread at a time
                 values = self._values(item.frame.number)
-        future = self.client.submit(compute, self._graph, pictures, values, self.linear, self.output, pure=False)
+        given = self._graph, pictures, values, self.linear, self.output, None if item.held else self._room(item.frame)
+        future = self.client.submit(compute, *given, pure=False)
         return future.result()
 
     def _named(self, name: str, frame: Frame) -> Any:
@@ -149,9 +150,23 @@ class RemoteRun(Run):
             return frame.read()  # says what is wrong
         return path, status.st_size, status.st_mtime_ns
 
+    def _room(self, frame: Frame) -> Any:
+        """Where a worker may write: results that are files of their own, of which encoding is most of the work."""
+        from passgraph.frames.worker import Room, inode
+
+        if type(self.sink) is not ToPictures:
+            return None
+        path = os.path.abspath(self.sink.path(frame))
+        folder = inode(os.path.dirname(path))
+        dtype = self.sink.stores(frame, (1, 1)).str  # of a picture file the suffix says it
+        return None if folder is None else Room(path, folder, dtype, frame.name)
+
+    def _prepare(self, item: Any) -> Any:
+        return None if isinstance(item.made, self._written) else super()._prepare(item)
+
     def _run(self, item: Any, answer: Any) -> Stored | None:
         sizes, result = answer
         self._check_sizes(item, sizes)
         self.ran += 1
-        made: Stored = np.asarray(result)
+        made: Stored = result
         return made

@@ -54,7 +54,7 @@ def frames(
     same_size : refuse a frame for which several sources bring pictures of different sizes
     watch : called with each frame's `Outcome`, in order, in the caller's thread
     client : a ``distributed.Client``: frames are read and computed by its workers, each on the backend of the program's
-        name, and stored here; see docs/frames.md.  Programs with history are refused.
+        name, and stored here or, as picture files, by them; see docs/frames.md.  Programs with history are refused.
 
     Returns
     -------

@@ -7,15 +7,17 @@ import os
 from collections import OrderedDict
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from threading import Lock
 from typing import Any, cast
 
+import numpy as np
 from distributed import get_worker
 from distributed.diagnostics.plugin import WorkerPlugin
 
 from passgraph.frames.frame import Stored
-from passgraph.frames.stored import given
-from passgraph.pictures import load_stored
+from passgraph.frames.stored import given, stored
+from passgraph.pictures import load_stored, save
 from passgraph.plan.data import Options
 from passgraph.run.program import Program, compile
 from passgraph.travel import from_data
@@ -69,10 +71,31 @@ def same(given: Any) -> Any:
     return given
 
 
+@dataclass(frozen=True)
+class Room:
+    """Where a worker writes a result: a file, the number of its folder's inode, and the type that is stored."""
+
+    path: str
+    folder: int
+    dtype: str
+    frame: str
+
+
+@dataclass(frozen=True)
+class Written:
+    """A result that its worker has written."""
+
+    shape: tuple[int, ...]
+
+
 def compute(
-    graph: tuple[str, str], pictures: dict[str, Any], values: dict[str, Any], linear: bool, output: str | None
-) -> tuple[dict[str, tuple[int, int]], Stored] | None:
-    """One frame: the sizes of its pictures, and the result; None where a file that is named looks different here."""
+    graph: tuple[str, str], pictures: dict[str, Any], values: dict[str, Any], linear: bool, output: str | None,
+    room: Room | None,
+) -> tuple[dict[str, tuple[int, int]], Stored | Written] | None:  # fmt: skip
+    """One frame: the sizes of its pictures, and the result; None where a file that is named looks different here.
+
+    Where the folder for the result is not the one that the caller sees, the caller gets the result to write it.
+    """
     read: dict[str, Stored] = {}
     for name, picture in pictures.items():
         if isinstance(picture, tuple):
@@ -90,4 +113,16 @@ def compute(
         brought: dict[str, Any] = {name: given(picture, program.inputs[name], linear) for name, picture in read.items()}
         results = program(**values, **brought)
     sizes = {name: (picture.shape[1], picture.shape[0]) for name, picture in brought.items()}
-    return sizes, results[next(iter(results)) if output is None else output]
+    result = results[next(iter(results)) if output is None else output]
+    if room is None or inode(os.path.dirname(room.path)) != room.folder:
+        return sizes, result
+    save(room.path, stored(result, np.dtype(room.dtype), room.frame))
+    return sizes, Written(result.shape)
+
+
+def inode(folder: str) -> int | None:
+    """What tells a folder that machines share from another one of its name; None where there is none."""
+    try:
+        return os.stat(folder).st_ino
+    except OSError:
+        return None

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -80,12 +81,13 @@ def test_frames_of_a_cluster_are_those_computed_here(program: pg.Program, client
     assert [picture.tobytes() for picture in sink.pictures] == here(program)
 
 
-def test_files_are_named_and_workers_read_them(
+def test_files_are_named_and_workers_read_and_write_them(
     program: pg.Program, client: Any, files: dict[int, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     made = outputs(tmp_path / "far")
     with monkeypatch.context() as patch:
         patch.setattr("passgraph.frames.pictures.load_stored", lambda path: pytest.fail(f"{path} was read here"))
+        patch.setattr("passgraph.frames.pictures.save", lambda path, _: pytest.fail(f"{path} was written here"))
         assert pg.frames(program, Pictures(files), ToPictures(made), values={"k": 1.0}, client=client).whole
     near = outputs(tmp_path / "near")
     assert pg.frames(program, Pictures(files), ToPictures(near), values={"k": 1.0}).whole
@@ -101,12 +103,23 @@ def test_files_that_a_worker_sees_differently_are_sent(
     assert [picture.tobytes() for picture in sink.pictures] == here(program)
 
 
+def test_results_that_a_worker_has_no_folder_for_are_written_here(
+    program: pg.Program, client: Any, files: dict[int, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    room = RemoteRun._room
+    monkeypatch.setattr(RemoteRun, "_room", lambda run, frame: replace(room(run, frame), folder=1))
+    far, near = outputs(tmp_path / "far"), outputs(tmp_path / "near")
+    assert pg.frames(program, Pictures(files), ToPictures(far), values={"k": 1.0}, client=client).whole
+    assert pg.frames(program, Pictures(files), ToPictures(near), values={"k": 1.0}).whole
+    assert [path.read_bytes() for path in far.values()] == [path.read_bytes() for path in near.values()]
+
+
 def test_a_worker_does_not_take_another_file_for_the_one_meant(tmp_path: Path) -> None:
     path = tmp_path / "a.png"
     pg.save(path, FRAMES[0])
     status = path.stat()
     for size, modified in ((status.st_size + 1, status.st_mtime_ns), (status.st_size, status.st_mtime_ns + 1)):
-        assert compute(("", ""), {"frame": (str(path), size, modified)}, {}, False, None) is None
+        assert compute(("", ""), {"frame": (str(path), size, modified)}, {}, False, None, None) is None
 
 
 def test_a_worker_compiles_a_graph_once(program: pg.Program, client: Any) -> None:
@@ -227,7 +240,9 @@ def test_a_scheduler_that_goes_away_ends_the_run_and_resume_completes_it(
             client.close(timeout=1)
     there = [number for number, path in made.items() if path.exists()]
     assert 4 <= len(there) < len(FRAMES)
-    assert not [path for path in (tmp_path / "out").iterdir() if path not in made.values()]
+    # What was killed in the middle of a file leaves it under another name.
+    others = [path.name for path in (tmp_path / "out").iterdir() if path not in made.values()]
+    assert all(name.startswith(".passgraph-") for name in others)
     summary = pg.frames(program, many, ToPictures(made), values=values, resume=True)
     assert summary.kept == len(there) and summary.written == len(FRAMES) - len(there)
     near = outputs(tmp_path / "near")
