@@ -1,8 +1,8 @@
 """Frames on other machines: what travels is the graph as data, names of files or pictures, and results.
 
 Each frame is one task of dask.distributed, which may run twice (where a worker is lost) and gives the same.  The caller
-takes results in order and stores each once; where a worker sees the folder it has written the file, whole or not at all.
-A worker compiles a graph once and keeps it.
+takes results in order and stores each once; where a worker sees the folder, it has written the file, whole or not at
+all.  A worker compiles a graph once and keeps it.
 """
 
 from __future__ import annotations
