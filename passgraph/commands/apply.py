@@ -75,7 +75,7 @@ def command_of(effect: Effect) -> click.Command:
     @backend_option
     @click.option(
         "--jobs", "-j", type=click.IntRange(1, MOST_JOBS), metavar="NUMBER",
-        help="Threads that read and write frames; left out, one a core.",
+        help="Threads that read and write frames; left out, one a core, at most 8.",
     )  # fmt: skip
     @click.option(
         "--scheduler", metavar="ADDRESS",

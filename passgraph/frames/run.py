@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 Feed: TypeAlias = "Source | str | os.PathLike[str]"
 #: Most threads: each holds pictures.
 MOST_JOBS = 256
+#: Most threads where nothing is said: two 4K pictures in float32 for each are 2 GB.
+DEFAULT_JOBS = 8
 
 
 def frames(
@@ -47,7 +49,7 @@ def frames(
     sink : where results go; a path is a numbered sequence, a folder, or a video
     values : what else a run is given by name: constants, or a function from the frame's number to them
     output : the target that is stored; left out, the program's first
-    jobs : threads that decode and encode; 1 does everything in turn in the caller's; left out, one a core
+    jobs : threads that decode and encode; 1 does everything in turn in the caller's; left out, one a core, at most 8
     linear : decode the colours of 8- and 16-bit pictures from sRGB to linear light first
     resume : leave out frames whose output is there, newer than the input.  Programs with history run them all the
         same, without writing them.
@@ -104,9 +106,9 @@ def frames(
 
 
 def default_jobs() -> int:
-    """One a core that this process may use."""
+    """One a core that this process may use, and not too many: each holds pictures."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return min(cores, MOST_JOBS)
+    return min(cores, DEFAULT_JOBS)
 
 
 def _by_name(program: Program, source: Feed | Mapping[str, Feed], values: Values | None) -> dict[str, Source]:

@@ -15,9 +15,13 @@ import numpy as np
 import pytest
 
 import passgraph as pg
+from passgraph.commands.clips import Clip
 from passgraph.commands.entry import run
+from passgraph.commands.frames import FramesJob, Settings, run_clips
 from passgraph.effects.registry import EFFECTS
-from tests.frames.made import grays, picture, sequence, value, video
+from passgraph.frames import Pattern, ToPictures
+from passgraph.frames.open import open_source
+from tests.frames.made import ADD, grays, picture, sequence, value, video
 
 GRAY = ["apply", "black-and-white", "-b", "reference"]
 TINY = ["apply", "gaussian-blur", "--sigma-px", "0", "-b", "reference"]
@@ -147,6 +151,24 @@ def test_a_picture_that_is_a_parameter_goes_with_every_frame(capsys: pytest.Capt
     well(capsys, *dirty, "a", "-o", "many")
     well(capsys, *dirty, "a/in.0020.png", "-o", "one.png")
     assert np.array_equal(pg.load("one.png"), pg.load("many/in.0020.png"))
+
+
+class Summing:
+    """An effect that adds up all frames until now."""
+
+    def made(self, color: pg.Target) -> pg.Target:
+        spec = pg.target("sum", "rgba32f")
+        return ADD(pg.previous(spec), color, into=spec)
+
+
+def test_history_begins_anew_with_each_sequence() -> None:
+    clips = []
+    for name in "ab":
+        sequence(Path(name), [1, 2, 3])
+        clips.append(Clip(open_source(f"{name}/in.####.png"), ToPictures(Pattern(f"{name}.#.png"))))
+    summing: Any = Summing()
+    assert run_clips(FramesJob(summing, {}), clips, Settings("reference", False, 2, False), []) == 0
+    assert [value(Path(f"{name}.{n}.png")) for name in "ab" for n in (1, 2, 3)] == [10, 30, 60] * 2
 
 
 # Videos

@@ -125,10 +125,11 @@ def test_results_of_every_type_are_stored_in_every_type(result: Any, dtype: type
 
 
 def test_every_backend_takes_frames(backend_name: str, tmp_path: Path) -> None:
-    sequence(tmp_path, range(1, 4))
+    """Results of earlier frames are still being stored while the program runs again."""
+    sequence(tmp_path, range(1, 13), (40, 30))
     with inverted(backend_name) as program:
-        assert pg.frames(program, tmp_path / "in.####.png", tmp_path / "out.#.png", jobs=2).written == 3
-    assert [value(tmp_path / f"out.{n}.png") for n in (1, 2, 3)] == [245, 235, 225]
+        assert pg.frames(program, tmp_path / "in.####.png", tmp_path / "out.#.png", jobs=4).written == 12
+    assert [value(tmp_path / f"out.{n}.png") for n in range(1, 13)] == [255 - 10 * n for n in range(1, 13)]
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
@@ -259,7 +260,6 @@ def test_ctrl_c_keeps_what_is_whole(tmp_path: Path, jobs: int) -> None:
         names = sorted(path.name for path in tmp_path.iterdir())
         assert 4 <= len(names) <= 4 + 2 * jobs + 2
         assert names == [f"out.{number:02d}.png" for number in told]
-        assert len(told) > 4 or jobs == 1
         assert all(pg.load(tmp_path / name).shape == (4, 6, 4) for name in names)
         # The program and the sink go on.
         assert pg.frames(program, Arrays([picture(1)]), sink).written == 1
