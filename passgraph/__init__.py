@@ -41,18 +41,20 @@ if TYPE_CHECKING:
     from passgraph.frames.tiles_lazy import lazily_tiled
     from passgraph.pictures import load, save
     from passgraph.scene import Camera, Light, Material, Mesh, Node, Scene, Texture
+    from passgraph.travel import from_data, to_data
 
 __version__ = "0.1.0"
 
 _LATER = {
     "load": "passgraph.pictures", "save": "passgraph.pictures",
     "tiled": "passgraph.frames.tiles", "lazily_tiled": "passgraph.frames.tiles_lazy",
+    "from_data": "passgraph.travel", "to_data": "passgraph.travel",
     **dict.fromkeys(("Camera", "Light", "Material", "Mesh", "Node", "Scene", "Texture"), "passgraph.scene"),
 }  # fmt: skip
 
 
 def __getattr__(name: str) -> Any:
-    """Pictures and scenes are loaded when first used, so that importing passgraph stays cheap."""
+    """Pictures, scenes and graphs as data are loaded when first used, so that importing passgraph stays cheap."""
     if name in _LATER:
         from importlib import import_module
 
@@ -68,6 +70,7 @@ __all__ = [
     "OUTPUT_SIZE", "BackendError", "Blend", "Camera", "Derived", "DeviceMissingError", "GraphError", "Input",
     "InputError", "KernelError", "Light", "Material", "Mesh", "Node", "Options", "PassgraphError", "Program", "Range",
     "Result", "Scene", "Stencil",
-    "Target", "TargetSpec", "Texture", "Value", "combine", "compile", "draw", "fragment", "frames", "function", "graph",
-    "kernel", "lazily_tiled", "load", "previous", "save", "struct", "target", "tiled", "vertex",
+    "Target", "TargetSpec", "Texture", "Value", "combine", "compile", "draw", "fragment", "frames", "from_data",
+    "function", "graph", "kernel", "lazily_tiled", "load", "previous", "save", "struct", "target", "tiled", "to_data",
+    "vertex",
 ]  # fmt: skip

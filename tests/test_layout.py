@@ -156,7 +156,7 @@ def is_in(module: str, part: str) -> bool:
 
 
 #: In the order in which data go through them.
-STOREYS = ["language", "graph", "scene", "plan", "backends", "run", "frames", "effects", "verify", "commands"]
+STOREYS = ["language", "graph", "scene", "plan", "travel", "backends", "run", "frames", "effects", "verify", "commands"]
 
 
 @pytest.mark.parametrize(
@@ -167,8 +167,9 @@ STOREYS = ["language", "graph", "scene", "plan", "backends", "run", "frames", "e
         ("language", STOREYS[1:]),
         ("graph", STOREYS[2:]),
         ("scene", STOREYS[3:]),
-        ("plan", ["run", "frames", "backends", "effects", "verify", "commands"]),
-        ("backends", ["run", "frames", "effects", "verify", "commands"]),
+        ("plan", ["travel", "run", "frames", "backends", "effects", "verify", "commands"]),
+        ("travel", ["run", "frames", "backends", "effects", "verify", "commands"]),
+        ("backends", ["travel", "run", "frames", "effects", "verify", "commands"]),
         ("run", ["frames", "effects", "verify", "commands"]),
         ("frames", ["effects", "verify", "commands"]),
         ("backends.numpy.machine", ["backends.numpy.vector", "backends.numpy.pixels", "backends.numpy.raster"]),

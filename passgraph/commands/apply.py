@@ -77,6 +77,10 @@ def command_of(effect: Effect) -> click.Command:
         "--jobs", "-j", type=click.IntRange(1, MOST_JOBS), metavar="NUMBER",
         help="Threads that read and write frames; left out, one a core, at most 8.",
     )  # fmt: skip
+    @click.option(
+        "--scheduler", metavar="ADDRESS",
+        help="Frames are computed by the workers of a dask scheduler, such as tcp://host:8786.",
+    )  # fmt: skip
     @click.option("--resume", is_flag=True, help="Leave out what is there already, whole and newer than its input.")
     @click.option("--raw", metavar="WxH:LAYOUT@RATE", help="Streams (-) are raw pixels, such as 640x480:rgb24@25.")
     @click.option("--rate", metavar="NUMBER", help="Frames a second of a video made of pictures.  [default: 25]")
@@ -102,6 +106,8 @@ def command_of(effect: Effect) -> click.Command:
     ) -> int:
         given = given_parameters(ctx, effect)
         if is_one_picture(inputs, output):
+            if options["scheduler"] is not None:
+                raise InputError("--scheduler is for many frames; one picture is computed here: leave it out")
             return apply_to_one(effect, Path(inputs[0]), Path(output), capture, depth, given, options)
         if capture is not None:
             raise InputError("--capture shows the passes of one picture; name one picture and one output")
@@ -146,7 +152,7 @@ def apply_to_many(
     job = FramesJob(effect, parameters, None if depths is None else RedOf(depths), constants)
     settings = Settings(
         options["backend"], options["linear"], options["jobs"], options["resume"], options["non_finite"],
-        options["check_finite"],
+        options["check_finite"], options["scheduler"],
     )  # fmt: skip
     return run_clips(job, clips, settings, broken)
 

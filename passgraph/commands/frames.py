@@ -17,12 +17,14 @@ from passgraph.effects.registry import Effect
 from passgraph.errors import InputError
 from passgraph.frames.frame import Frame, Outcome, Source, Stored, Summary
 from passgraph.frames.pipe import Pipe, ToPipe
+from passgraph.frames.remote import connected
 from passgraph.frames.run import frames
 from passgraph.frames.video_sink import ToVideo
+from passgraph.graph.outputs import named_outputs
 from passgraph.graph.targets import Input, Target
 from passgraph.picture_decoders import scaled
 from passgraph.run.finite_checks import NonFinite
-from passgraph.run.program import Program, compile, named_outputs
+from passgraph.run.program import Program, compile
 
 
 @dataclass(frozen=True)
@@ -35,6 +37,7 @@ class Settings:
     resume: bool
     non_finite: NonFinite = "error"
     check_finite: bool = False
+    scheduler: str | None = None
 
 
 @dataclass
@@ -76,16 +79,19 @@ def run_clips(job: FramesJob, clips: list[Clip], settings: Settings, broken: lis
     for message in broken:
         _complain(message)
     is_whole, program = not broken, None
+    client = None if settings.scheduler is None else connected(settings.scheduler)
     try:
         for clip in clips:
             if program is None or program.has_history:  # another clip's last frame is no history of this one
                 if program is not None:
                     program.close()
                 program = _compiled(job, settings, clips)
-            is_whole &= _run_clip(program, job, clip, settings, len(clips) > 1)
+            is_whole &= _run_clip(program, job, clip, settings, len(clips) > 1, client)
     finally:
         if program is not None:
             program.close()
+        if client is not None:
+            client.close()
     return 0 if is_whole else 1
 
 
@@ -107,7 +113,9 @@ def _compiled(job: FramesJob, settings: Settings, clips: list[Clip]) -> Program:
     return program
 
 
-def _run_clip(program: Program, job: FramesJob, clip: Clip, settings: Settings, is_one_of_many: bool) -> bool:
+def _run_clip(
+    program: Program, job: FramesJob, clip: Clip, settings: Settings, is_one_of_many: bool, client: Any
+) -> bool:
     name = clip.sink.name
     if settings.resume and isinstance(clip.sink, ToVideo) and clip.sink.is_made(clip.source):
         _say(clip, f"{name}: is there already")
@@ -124,7 +132,7 @@ def _run_clip(program: Program, job: FramesJob, clip: Clip, settings: Settings, 
         try:
             summary = frames(
                 program, sources, clip.sink, values=job.given, jobs=settings.jobs, linear=settings.linear,
-                resume=settings.resume, same_size=True, watch=watch,
+                resume=settings.resume, same_size=True, watch=watch, client=client,
             )  # fmt: skip
         except InputError as error:
             if not is_one_of_many:

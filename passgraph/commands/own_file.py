@@ -13,10 +13,10 @@ from passgraph.arguments import shown
 from passgraph.effects.checked import Mark
 from passgraph.errors import InputError
 from passgraph.graph.calls import PixelKernel
+from passgraph.graph.outputs import named_outputs
 from passgraph.graph.targets import TargetSpec
 from passgraph.language.types import Array, ImageType, Matrix, Scalar, Struct, Type, Vector
 from passgraph.reading import check_regular, read_text
-from passgraph.run.program import named_outputs
 
 Graph = Mapping[str, pg.Target]
 #: Largest text of kernels, bytes.

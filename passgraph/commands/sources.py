@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from passgraph.effects.registry import Effect
 from passgraph.errors import InputError
 from passgraph.graph.calls import kernel
+from passgraph.graph.outputs import named_outputs
 from passgraph.graph.targets import Input, Target, target
 from passgraph.graph.values import sources_of
-from passgraph.run.program import named_outputs
 
 if TYPE_CHECKING:
     from passgraph.scene import Scene

@@ -102,7 +102,7 @@ class Run:
             yield _Storing(item.frame, made, dtype)
 
     def _run(self, item: _Loading, pictures: dict[str, Stored]) -> Stored | None:
-        self._check_sizes(item, pictures)
+        self._check_sizes(item, {name: _size(picture) for name, picture in pictures.items()})
         brought = self._values(item.frame.number) | pictures
         if item.held:
             self.program.run(**brought)
@@ -123,8 +123,7 @@ class Run:
                 raise InputError(f"frames: {name!r} is among the values and has a source too; leave out one of them")
         return dict(values)
 
-    def _check_sizes(self, item: _Loading, pictures: dict[str, Stored]) -> None:
-        sizes = {name: _size(picture) for name, picture in pictures.items()}
+    def _check_sizes(self, item: _Loading, sizes: dict[str, tuple[int, int]]) -> None:
         first = next(iter(sizes))
         for name, size in sizes.items():
             before = self.sizes.setdefault(name, size) if self.program.has_history else size

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 from passgraph import arguments
 from passgraph.errors import GraphError, InputError
 from passgraph.frames.flow import Run, Values, Watch
 from passgraph.frames.frame import Sink, Source, Summary
 from passgraph.run.program import Program
+
+if TYPE_CHECKING:
+    from distributed import Client
 
 Feed: TypeAlias = "Source | str | os.PathLike[str]"
 #: Most threads: each holds pictures.
@@ -31,6 +34,7 @@ def frames(
     resume: bool = False,
     same_size: bool = False,
     watch: Watch | None = None,
+    client: Client | None = None,
 ) -> Summary:
     """Run a program on every frame of a source, and store the results.
 
@@ -51,6 +55,8 @@ def frames(
         same, without writing them.
     same_size : refuse a frame for which several sources bring pictures of different sizes
     watch : called with each frame's `Outcome`, in order, in the caller's thread
+    client : a ``distributed.Client``: frames are read and computed by its workers, each on the backend of the program's
+        name, and stored here or, as picture files, by them; see docs/frames.md.  Programs with history are refused.
 
     Returns
     -------
@@ -89,9 +95,14 @@ def frames(
         arguments.text(output, "frames: output")
     if watch is not None:
         arguments.function(watch, "frames: watch")
-    count = default_jobs() if jobs is None else arguments.whole(jobs, "jobs", 1, MOST_JOBS, InputError)
-    run = Run(program, _by_name(program, source, values), sink, values, output, linear, resume, same_size, watch)
-    return run.all(count)
+    count = None if jobs is None else arguments.whole(jobs, "jobs", 1, MOST_JOBS, InputError)
+    told = program, _by_name(program, source, values), sink, values, output, linear, resume, same_size, watch
+    if client is None:
+        return Run(*told).all(count or default_jobs())
+    from passgraph.frames.remote import RemoteRun, checked_client, threads_for
+
+    checked_client(client, program)
+    return RemoteRun(*told, client=client).all(count or min(threads_for(client), MOST_JOBS))
 
 
 def default_jobs() -> int:

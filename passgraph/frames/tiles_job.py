@@ -15,6 +15,7 @@ from passgraph.frames.tiles_parts import PIECE_PIXELS
 from passgraph.frames.tiles_run import Job, admitted_part
 from passgraph.frames.tiles_sinks import Sink
 from passgraph.frames.tiles_sources import Source, open_source
+from passgraph.graph.outputs import named_outputs
 from passgraph.graph.targets import InputSpec, Target
 from passgraph.plan.build import build
 from passgraph.plan.data import Memory, Options, Plan
@@ -25,7 +26,7 @@ from passgraph.plan.window import window_plan
 from passgraph.run.admission import format_of
 from passgraph.run.execution import Execution
 from passgraph.run.finite_checks import NonFinite, checked_choice
-from passgraph.run.program import Program, named_outputs
+from passgraph.run.program import Program
 
 if TYPE_CHECKING:
     from passgraph.backends.base import Backend

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeAlias, TypeVar, cast, overload
+from typing import TYPE_CHECKING, Any, Generic, Protocol, Self, TypeAlias, TypeVar, cast, overload
 
 from passgraph.arguments import flag, instance, text
 from passgraph.errors import GraphError
@@ -48,6 +48,12 @@ class PixelKernel(Kernel, Generic[Made]):
     def __init__(self, function: FunctionSource, known_sizes: bool = False) -> None:
         super().__init__(function, "pixel")
         self.known_sizes = known_sizes
+
+    @classmethod
+    def of_program(cls, program: ir.TypedKernel, known_sizes: bool = False) -> Self:
+        made = super().of_program(program)
+        made.known_sizes = known_sizes
+        return made
 
     def __call__(self, *arguments: Any, into: Any = None, name: str | None = None, **named: Any) -> Made:
         """Add a pass that writes ``into``; its name, where none is given, is that of its target, or the kernel's."""

@@ -19,7 +19,7 @@ class Geometry(Protocol):
 
 
 #: Attributes that a mesh may have, and their element types.
-_KINDS = {"positions": np.float32, "triangles": np.int32, "normals": np.float32, "uvs": np.float32,
+ATTRIBUTE_TYPES = {"positions": np.float32, "triangles": np.int32, "normals": np.float32, "uvs": np.float32,
           "colors": np.float32, "tangents": np.float32}  # fmt: skip
 
 
@@ -47,14 +47,14 @@ def frozen(geometry: Geometry) -> Geometry:
     >>> frozen(kept) is kept
     True
     """
-    arrays = {name: getattr(geometry, name, None) for name in _KINDS}
+    arrays = {name: getattr(geometry, name, None) for name in ATTRIBUTE_TYPES}
     if _is_frozen(geometry) and all(array is None or _is_fixed(array) for array in arrays.values()):
         return geometry
     copies: dict[str, Any] = {}
     for name, array in arrays.items():
         if array is not None:
             with np.errstate(over="ignore"):  # infinity is refused by whoever checks the mesh
-                copies[name] = np.array(array, _KINDS[name], order="C")
+                copies[name] = np.array(array, ATTRIBUTE_TYPES[name], order="C")
             copies[name].setflags(write=False)
     return FrozenGeometry(**copies)
 

@@ -8,7 +8,7 @@ import inspect
 import sys
 import types as pytypes
 from collections.abc import Callable
-from typing import Any, TypeVar, dataclass_transform
+from typing import Any, Self, TypeVar, dataclass_transform
 
 from passgraph.arguments import shown
 from passgraph.errors import KernelError, PassgraphError
@@ -25,13 +25,20 @@ class Kernel:
     """A parsed kernel of one stage.  ``program`` is its typed representation."""
 
     def __init__(self, function: FunctionSource, stage: ir.Stage) -> None:
-        self.function = function
-        self.stage = stage
-        self.program, scopes = parse_with_scopes(function, stage)
-        self._scopes = tuple(scopes.values())
-        self.name = function.name
-        self.__name__ = function.name
-        self.__doc__ = ast.get_docstring(function.node)
+        program, scopes = parse_with_scopes(function, stage)
+        self._take(program, tuple(scopes.values()), ast.get_docstring(function.node))
+
+    def _take(self, program: ir.TypedKernel, scopes: tuple[Scope, ...], doc: str | None) -> None:
+        self.stage, self.program, self._scopes = program.stage, program, scopes
+        self.name = self.__name__ = program.name
+        self.__doc__ = doc
+
+    @classmethod
+    def of_program(cls, program: ir.TypedKernel) -> Self:
+        """A kernel without text: one that was parsed elsewhere."""
+        made = cls.__new__(cls)
+        made._take(program, (), None)
+        return made
 
     @property
     def parameters(self) -> tuple[ir.Parameter, ...]:

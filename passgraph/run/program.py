@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import weakref
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import asdict, dataclass, replace
 from os import PathLike
 from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast, get_args
 
@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from passgraph import arguments
 from passgraph.errors import BackendError, GraphError, InputError, UnknownNameError
 from passgraph.formats import Format
-from passgraph.graph.targets import InputSpec, Target, TargetSpec, checked_size
+from passgraph.graph.outputs import Outputs, named_outputs
+from passgraph.graph.targets import InputSpec, Target, checked_size
 from passgraph.plan.data import Options, Plan, Step
 from passgraph.plan.reach import inputs_behind, passes_behind
 from passgraph.run.admission import admitted_picture, bound_to, given_room
@@ -25,7 +26,6 @@ if TYPE_CHECKING:
     from passgraph.run.execution import Execution
 
 Picture: TypeAlias = NDArray[np.float32]
-Outputs: TypeAlias = "Target | Iterable[Target] | Mapping[str, Target]"
 #: Arrays to write results into, by output name.
 Into: TypeAlias = Mapping[str, NDArray[Any]]
 Results: TypeAlias = Literal["float32", "stored"]
@@ -166,6 +166,22 @@ class Program:
         if self._execution is not None:
             lines += [f"- {what}: {how}" for what, how in self._execution.lending.transfers.items()]
         return "\n".join(lines)
+
+    def to_data(self) -> dict[str, Any]:
+        """The graph as plain data, for another process or machine to compile: see :func:`passgraph.to_data`.
+
+        Of the outputs alone: what `compile` is told beside them (backend, size, options) is for whoever compiles them.
+        """
+        from passgraph.travel import to_data
+
+        return to_data(self._outputs)
+
+    def settings(self) -> dict[str, Any]:
+        """What `compile` was told beside the outputs, as plain data; of the backend its name."""
+        return {
+            "backend": self.backend.name, "size": self._size, "options": asdict(self._options),
+            "non_finite": self._non_finite, "check_finite": self._check_finite, "results": self._results,
+        }  # fmt: skip
 
     def _make_plan(self) -> None:
         from passgraph.plan.build import build
@@ -351,37 +367,6 @@ class _Alone:
 def _known(name: str, outputs: Mapping[str, int]) -> None:
     if not arguments.among(name, outputs):
         raise GraphError(f"there is no output {arguments.shown(name)}; there are {', '.join(outputs)}")
-
-
-def named_outputs(outputs: Any) -> dict[str, Target]:
-    """One target, several, or a mapping, as a mapping by result name."""
-    if isinstance(outputs, (Target, TargetSpec)):
-        outputs = [outputs]
-    if isinstance(outputs, Mapping):
-        for name, target in outputs.items():
-            arguments.text(name, "the name of an output")
-            _check_target(target)
-        return dict(outputs)
-    if isinstance(outputs, (str, bytes, np.ndarray)) or not isinstance(outputs, Iterable):
-        raise GraphError(f"compile takes targets that passes returned, got {arguments.shown(outputs)}")
-    named: dict[str, Target] = {}
-    for target in outputs:
-        _check_target(target)
-        if target.name in named:
-            raise GraphError(
-                f"two outputs are called {target.name!r}; give a mapping: pg.compile({{'first': ..., 'second': ...}})"
-            )
-        named[target.name] = target
-    return named
-
-
-def _check_target(target: object) -> None:
-    if isinstance(target, TargetSpec):
-        raise GraphError(
-            f"compile takes targets that passes returned, got target {target.name!r} is declared but not written"
-        )
-    if not isinstance(target, Target):
-        raise GraphError(f"compile takes targets that passes returned, got {arguments.shown(target)}")
 
 
 def compile(

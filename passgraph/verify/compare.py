@@ -22,9 +22,9 @@ from passgraph.backends.base import Backend
 from passgraph.backends.registry import backend_names, open_backend
 from passgraph.errors import DeviceMissingError, InputError, PassgraphError
 from passgraph.formats import Format
+from passgraph.graph.outputs import Outputs, named_outputs
 from passgraph.graph.targets import checked_size
 from passgraph.plan.data import Plan
-from passgraph.run.program import Outputs, named_outputs
 from passgraph.verify.oracle.backend import Allowed, outside
 from passgraph.verify.oracle.passes import Key, Passes, Picture
 

@@ -13,9 +13,9 @@ from pathlib import Path
 
 import passgraph as pg
 from passgraph.effects.registry import EFFECTS, Effect
+from passgraph.graph.outputs import named_outputs
 from passgraph.plan.build import build
 from passgraph.plan.data import Plan
-from passgraph.run.program import named_outputs
 
 sys.path.insert(0, str(Path(__file__).parent))
 from harness import Ratio

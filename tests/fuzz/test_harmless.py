@@ -27,7 +27,7 @@ from passgraph.backends.base import Backend
 from passgraph.backends.registry import open_backend
 from passgraph.commands.sources import Job, scene_job, world_job
 from passgraph.effects.registry import EFFECTS, Effect
-from passgraph.run.program import named_outputs
+from passgraph.graph.outputs import named_outputs
 from passgraph.verify.fuzz.cases import EXACT, output_of, run, same_bits
 from passgraph.verify.fuzz.draws import drawn, draws
 from passgraph.verify.fuzz.graphs import OPTIMISATIONS, graphs, grown, plannable, run_thrice

@@ -1,0 +1,128 @@
+"""What runs in a worker of dask.distributed: one frame, on a program that the worker compiled once."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections import OrderedDict
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from threading import Lock
+from typing import Any, cast
+
+import numpy as np
+from distributed import get_worker
+from distributed.diagnostics.plugin import WorkerPlugin
+
+from passgraph.frames.frame import Stored
+from passgraph.frames.stored import given, stored
+from passgraph.pictures import load_stored, save
+from passgraph.plan.data import Options
+from passgraph.run.program import Program, compile
+from passgraph.travel import from_data
+
+#: What workers know their programs by.
+PLUGIN = "passgraph-programs"
+#: Programs that a worker keeps, with their pictures; the one used longest ago is closed for another.
+MOST_PROGRAMS = 4
+
+
+class Programs(WorkerPlugin):
+    """The programs of one worker, by digest; the worker closes them when it ends."""
+
+    def __init__(self) -> None:
+        self.kept: OrderedDict[str, Program] = OrderedDict()
+        self.turn = Lock()
+        self.compiled = 0
+
+    @staticmethod
+    def here() -> Programs:
+        """Those of the worker that this task runs in."""
+        # One step of the interpreter, so that two threads find the same.
+        return cast("Programs", get_worker().plugins.setdefault(PLUGIN, Programs()))
+
+    def teardown(self, worker: Any) -> None:
+        with self.turn:
+            while self.kept:
+                self.kept.popitem()[1].close()
+
+    @contextmanager
+    def program(self, digest: str, text: str) -> Iterator[Program]:
+        """The program of a graph, for one thread of the worker at a time."""
+        with self.turn:
+            if digest not in self.kept:
+                while len(self.kept) >= MOST_PROGRAMS:
+                    self.kept.popitem(last=False)[1].close()
+                self.kept[digest] = _compiled(json.loads(text))
+                self.compiled += 1
+            self.kept.move_to_end(digest)
+            yield self.kept[digest]
+
+
+def _compiled(told: dict[str, Any]) -> Program:
+    settings = dict(told["compile"])
+    size, options = settings.pop("size"), Options(**settings.pop("options"))
+    return compile(from_data(told["graph"]), size=None if size is None else tuple(size), options=options, **settings)
+
+
+def same(given: Any) -> Any:
+    """What it is given, as the result of a task."""
+    return given
+
+
+@dataclass(frozen=True)
+class Room:
+    """Where a worker writes a result: a file, the number of its folder's inode, and the type that is stored."""
+
+    path: str
+    folder: int
+    dtype: str
+    frame: str
+
+
+@dataclass(frozen=True)
+class Written:
+    """A result that its worker has written."""
+
+    shape: tuple[int, ...]
+
+
+def compute(
+    graph: tuple[str, str], pictures: dict[str, Any], values: dict[str, Any], linear: bool, output: str | None,
+    room: Room | None,
+) -> tuple[dict[str, tuple[int, int]], Stored | Written] | None:  # fmt: skip
+    """One frame: the sizes of its pictures, and the result; None where a file that is named looks different here.
+
+    Where the folder for the result is not the one that the caller sees, the caller gets the result to write it.
+    """
+    read: dict[str, Stored] = {}
+    for name, picture in pictures.items():
+        if isinstance(picture, tuple):
+            path, size, modified = picture
+            try:
+                status = os.stat(path)
+            except OSError:
+                return None
+            if (status.st_size, status.st_mtime_ns) != (size, modified):
+                return None
+            read[name] = load_stored(path)
+        else:
+            read[name] = picture
+    with Programs.here().program(*graph) as program:
+        brought: dict[str, Any] = {name: given(picture, program.inputs[name], linear) for name, picture in read.items()}
+        results = program(**values, **brought)
+    sizes = {name: (picture.shape[1], picture.shape[0]) for name, picture in brought.items()}
+    result = results[next(iter(results)) if output is None else output]
+    if room is None or inode(os.path.dirname(room.path)) != room.folder:
+        return sizes, result
+    save(room.path, stored(result, np.dtype(room.dtype), room.frame))
+    return sizes, Written(result.shape)
+
+
+def inode(folder: str) -> int | None:
+    """What tells a folder that machines share from another one of its name; None where there is none."""
+    try:
+        return os.stat(folder).st_ino
+    except OSError:
+        return None

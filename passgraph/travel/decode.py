@@ -1,0 +1,348 @@
+"""From plain data of strangers to targets."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import fields
+from types import SimpleNamespace
+from typing import Any
+
+from passgraph.errors import InputError
+from passgraph.formats import Format, format_named
+from passgraph.graph.calls import PixelKernel
+from passgraph.graph.draw_state import Blend, DrawState, Stencil
+from passgraph.graph.drawing import draw
+from passgraph.graph.geometry import FrozenGeometry
+from passgraph.graph.targets import (
+    MOST_SLOTS,
+    Absolute,
+    InputSpec,
+    Like,
+    Relative,
+    SizeClass,
+    Target,
+    TargetSpec,
+    checked_scale,
+    checked_size,
+)
+from passgraph.graph.values import OUTPUT_SIZE, Value
+from passgraph.language import ir
+from passgraph.language.kernel import Kernel
+from passgraph.language.types import ImageType, Scalar, Struct, Type, component_count, element_of
+from passgraph.travel.arrays import Arrays
+from passgraph.travel.decode_kernel import kernel_from_data
+from passgraph.travel.document import Document, described
+from passgraph.travel.encode import VERSION
+from passgraph.travel.kernel_check import Unfit, handed_in, held
+from passgraph.travel.value_types import VALUE_TYPES
+
+
+def from_data(data: object) -> dict[str, Target]:
+    """The targets that :func:`to_data` was given, by name, for :func:`passgraph.compile`.
+
+    The data may come from strangers: they are parsed and checked, never executed, and a kernel in them may do what a
+    kernel of text may do and nothing else.
+
+    Parameters
+    ----------
+    data : what `to_data` returned, perhaps by way of JSON
+
+    Returns
+    -------
+    dict
+        Result name → target.
+
+    Raises
+    ------
+    InputError
+        For what `to_data` would not write, or another version of it would, with the place in the data.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import passgraph as pg
+    >>> invert = pg.kernel(source="def invert(color: Image) -> vec4: return vec4(1.0 - color[0, 0].rgb, 1.0)")
+    >>> data = pg.to_data(invert(pg.Input("frame")))
+    >>> with pg.compile(pg.from_data(data), backend="reference") as program:
+    ...     program(frame=np.full((1, 1, 4), 0.25, np.float32))["invert"][0, 0, 0].item()
+    0.75
+    >>> data["passes"][0]["images"]["color"] = {"input": 7, "border": "clamp"}
+    >>> pg.from_data(data)
+    Traceback (most recent call last):
+    passgraph.errors.InputError: graph data, passes[0].images.color.input: must be the number of one of the 1 inputs ...
+    """
+    return _Graph(Document()).outputs(data)
+
+
+class _Graph:
+    """What has been read so far, section by section; each refers to what stands before it."""
+
+    def __init__(self, document: Document) -> None:
+        self.document = document
+        self.inputs: list[InputSpec] = []
+        self.targets: list[TargetSpec] = []
+        self.values: list[Value] = []
+        self.kernels: list[ir.TypedKernel] = []
+        self.meshes: list[FrozenGeometry] = []
+        self.passes: list[dict[int, Target]] = []  # by slot
+        self.arrays = Arrays(document)
+
+    def outputs(self, data: object) -> dict[str, Target]:
+        document = self.document
+        if not isinstance(data, Mapping) or data.get("passgraph") != "graph":
+            raise InputError(f"graph data, the document: must be what pg.to_data made, got {described(data)}")
+        if data.get("version") != VERSION or isinstance(data.get("version"), bool):
+            version = described(data.get("version"))
+            raise InputError(
+                f"graph data, version: this passgraph reads version {VERSION}, got {version}; write the data anew "
+                "with the passgraph that reads them, or install the one that wrote them"
+            )
+        readers = {"inputs": self._input, "targets": self._target, "values": self._value, "kernels": self._kernel,
+                   "meshes": self.arrays.mesh, "passes": self._pass}  # fmt: skip
+        record = document.record(data, "the document", "passgraph", "version", *readers, "outputs")
+        for section, read in readers.items():
+            made: list[Any] = getattr(self, section)
+            for i, one in enumerate(document.items(record[section], section)):
+                made.append(read(one, f"{section}[{i}]"))
+        found: dict[str, Target] = {}
+        for i, one in enumerate(document.items(record["outputs"], "outputs")):
+            name, handle = document.items(one, f"outputs[{i}]", exactly=2)
+            name = document.text(name, f"outputs[{i}]")
+            if not name or not name.isprintable() or name in found:
+                document.wrong(f"outputs[{i}]", "a printable name that no output has yet", name)
+            found[name] = self._handle(handle, f"outputs[{i}]")
+        return found
+
+    # Inputs, targets and values
+
+    def _input(self, given: object, where: str) -> InputSpec:
+        document = self.document
+        record = document.record(given, where, "name", "format", "size", "static", "default")
+        with document.at(where):
+            format_ = None if record["format"] is None else self._format(record["format"], f"{where}.format")
+            size = None if record["size"] is None else self._pixels(record["size"], f"{where}.size")
+            default = None if record["default"] is None else self.arrays.picture(record["default"], f"{where}.default")
+            static = document.flag(record["static"], f"{where}.static")
+            return InputSpec(document.text(record["name"], f"{where}.name"), format_, size, static, default)
+
+    def _target(self, given: object, where: str) -> TargetSpec:
+        document = self.document
+        record = document.record(given, where, "name", "format", "size", "clear", "notes")
+        clear = record["clear"]
+        if clear is not None:
+            clear = tuple(document.number(one, f"{where}.clear") for one in document.items(clear, f"{where}.clear", 4))
+        notes = document.items(record["notes"], f"{where}.notes")
+        texts = tuple(document.text(note, f"{where}.notes[{i}]") for i, note in enumerate(notes))
+        with document.at(where):
+            format_, size = (
+                self._format(record["format"], f"{where}.format"),
+                self._size(record["size"], f"{where}.size"),
+            )
+            return TargetSpec(document.text(record["name"], f"{where}.name"), format_, size, clear, texts)
+
+    def _format(self, given: object, where: str) -> Format:
+        return format_named(self.document.text(given, where))
+
+    def _pixels(self, given: object, where: str) -> tuple[int, int]:
+        return checked_size(tuple(self.document.items(given, where, exactly=2)), where)
+
+    def _size(self, given: object, where: str) -> SizeClass | None:
+        document = self.document
+        if given is None:
+            return None
+        names = [name for name in ("pixels", "like", "scale") if isinstance(given, Mapping) and name in given]
+        record = document.record(given, where, *(names or ["pixels"]))
+        if names == ["pixels"]:
+            return Absolute(*self._pixels(record["pixels"], where))
+        if names not in (["scale"], ["like", "scale"]):
+            document.wrong(where, "an object with pixels, with scale, or with like and scale", given)
+        scale = checked_scale(document.number(record["scale"], f"{where}.scale"), where)
+        return Relative(scale) if names == ["scale"] else Like(self._lender(record["like"], f"{where}.like"), scale)
+
+    def _lender(self, given: object, where: str) -> Target:
+        """What a size is taken from; only its size is asked for, so that no pass stands behind it."""
+        kind = "input" if isinstance(given, Mapping) and "input" in given else "target"
+        number = self.document.record(given, where, kind)[kind]
+        known: list[Any] = self.inputs if kind == "input" else self.targets
+        return Target(self.document.index(number, f"{where}.{kind}", known, f"{kind}s"))
+
+    def _value(self, given: object, where: str) -> Value:
+        document = self.document
+        record = document.record(given, where, "name", "type", "static", "default")
+        type_ = record["type"]
+        if not isinstance(type_, str) or type_ not in VALUE_TYPES:
+            document.wrong(f"{where}.type", f"one of {', '.join(VALUE_TYPES)}", type_)
+        default = None if record["default"] is None else document.numbers(record["default"], f"{where}.default")
+        static = document.flag(record["static"], f"{where}.static")
+        with document.at(where):
+            return Value(document.text(record["name"], f"{where}.name"), VALUE_TYPES[type_], static, default)
+
+    # Passes
+
+    def _kernel(self, given: object, where: str) -> ir.TypedKernel:
+        return kernel_from_data(given, where, self.document)
+
+    def _pass(self, given: object, where: str) -> dict[int, Target]:
+        if isinstance(given, Mapping) and "mesh" in given:
+            return self._draw(given, where)
+        document = self.document
+        names = ("name", "into", "kernel", "known_sizes", "images", "values", "constants")
+        record = document.record(given, where, *names)
+        program = self._program(record["kernel"], f"{where}.kernel", "pixel")
+        given = self._arguments([program], record, where)
+        known_sizes = document.flag(record["known_sizes"], f"{where}.known_sizes")
+        kernel: PixelKernel[Any] = PixelKernel.of_program(program, known_sizes)
+        name, specs = document.text(record["name"], f"{where}.name"), self._specs(record["into"], f"{where}.into")
+        with document.at(where):
+            made = kernel(*(given[p.name] for p in program.parameters), into=specs, name=name)
+        return _by_slot(made)
+
+    def _draw(self, given: object, where: str) -> dict[int, Target]:
+        document = self.document
+        names = ("name", "into", "mesh", "vertex", "fragment", "loads", "depth", "depth_load", "state")
+        record = document.record(given, where, *names, "images", "values", "constants")
+        programs = [self._program(record["vertex"], f"{where}.vertex", "vertex")]
+        if record["fragment"] is not None:
+            programs.append(self._program(record["fragment"], f"{where}.fragment", "fragment"))
+        values = self._arguments(programs, record, where)
+        kernels = [Kernel.of_program(program) for program in programs]
+        specs = self._specs(record["into"], f"{where}.into")
+        loads = document.items(record["loads"], f"{where}.loads", exactly=len(specs))
+        into = tuple(self._drawn(spec, load, f"{where}.loads") for spec, load in zip(specs, loads, strict=True))
+        depth = None
+        if record["depth"] is not None:
+            spec = document.index(record["depth"], f"{where}.depth", self.targets, "targets")
+            depth = self._drawn(spec, record["depth_load"], f"{where}.depth_load")
+        mesh = document.index(record["mesh"], f"{where}.mesh", self.meshes, "meshes")
+        name = document.text(record["name"], f"{where}.name")
+        with document.at(where):
+            made = draw(
+                mesh, vertex=kernels[0], fragment=kernels[1] if kernels[1:] else None, into=into or None, depth=depth,
+                name=name, values=values,
+                **self._state(record["state"], f"{where}.state"),
+            )  # fmt: skip
+        return _by_slot(made)
+
+    def _drawn(self, spec: TargetSpec, load: object, where: str) -> TargetSpec | Target:
+        """What a draw goes into: a target to clear, or the content that it goes over."""
+        if load is None:
+            return spec
+        content = self._handle(load, where)
+        if content.spec is not spec:
+            self.document.wrong(where, f"null, or a handle of target {spec.name!r}", load)
+        return content
+
+    def _state(self, given: object, where: str) -> dict[str, Any]:
+        document = self.document
+        record = dict(document.record(given, where, *(field.name for field in fields(DrawState))))
+        if record["stencil"] is not None:
+            names = [field.name for field in fields(Stencil)]
+            record["stencil"] = Stencil(**document.record(record["stencil"], f"{where}.stencil", *names))
+        names = [field.name for field in fields(Blend)]
+        blends = [
+            None if one is None else Blend(**document.record(one, f"{where}.blend[{i}]", *names))
+            for i, one in enumerate(document.items(record["blend"], f"{where}.blend"))
+        ]
+        masks = [
+            tuple(document.flag(one, f"{where}.color_mask") for one in document.items(mask, where, exactly=4))
+            for mask in document.items(record["color_mask"], f"{where}.color_mask")
+        ]
+        offset = document.items(record["polygon_offset"], f"{where}.polygon_offset", exactly=2)
+        record["polygon_offset"] = tuple(document.number(one, f"{where}.polygon_offset") for one in offset)
+        return {**record, "blend": tuple(blends) or None, "color_mask": tuple(masks) or None}
+
+    def _program(self, given: object, where: str, stage: str) -> ir.TypedKernel:
+        program: ir.TypedKernel = self.document.index(given, where, self.kernels, "kernels")
+        if program.stage != stage:
+            self.document.wrong(where, f"the number of a {stage} kernel", given)
+        return program
+
+    def _specs(self, given: object, where: str) -> tuple[TargetSpec, ...]:
+        numbers = self.document.items(given, where, MOST_SLOTS)
+        return tuple(self.document.index(number, where, self.targets, "targets") for number in numbers)
+
+    def _arguments(self, programs: list[ir.TypedKernel], record: Mapping[str, Any], where: str) -> dict[str, Any]:
+        """What kernels are called with, by parameter."""
+        types: dict[str, dict[str, Type]] = {"images": {}, "values": {}, "constants": {}}
+        for program in programs:
+            for parameter in program.parameters:
+                if not handed_in(program.stage, parameter.type):
+                    is_image = isinstance(parameter.type, ImageType)
+                    kind = "images" if is_image else "constants" if parameter.const else "values"
+                    types[kind].setdefault(parameter.name, parameter.type)
+        made: dict[str, Any] = {}
+        for kind, wanted in types.items():
+            given = self.document.record(record[kind], f"{where}.{kind}", *wanted)
+            for name, type_ in wanted.items():
+                place = f"{where}.{kind}.{name}"
+                if name in made:
+                    self.document.wrong(place, "a name for one thing in both kernels", name)
+                is_image = kind == "images"
+                made[name] = (
+                    self._handle(given[name], place) if is_image else self._parameter(given[name], type_, place, kind)
+                )
+        return made
+
+    def _parameter(self, given: object, type_: Type, where: str, kind: str) -> object:
+        document = self.document
+        if kind == "values" and isinstance(given, Mapping) and "value" in given:
+            number = document.record(given, where, "value")["value"]
+            if number == "output_size":
+                return OUTPUT_SIZE
+            return document.index(number, f"{where}.value", self.values, "values")
+        if not isinstance(type_, Struct):
+            return self._plain(given, type_, where)
+        parts = iter(document.items(document.record(given, where, "fields")["fields"], where, exactly=_leaves(type_)))
+        return self._struct(parts, type_, where)
+
+    def _struct(self, parts: Any, type_: Struct, where: str) -> SimpleNamespace:
+        made = SimpleNamespace()
+        for name, inner in type_.fields:
+            place = f"{where}.{name}"
+            nested = isinstance(inner, Struct)
+            setattr(made, name, self._struct(parts, inner, place) if nested else self._plain(next(parts), inner, place))  # type: ignore[arg-type]
+        return made
+
+    def _plain(self, given: object, type_: Type, where: str) -> object:
+        """A number, or components in their order."""
+        document, element = self.document, element_of(type_)
+        try:
+            if isinstance(type_, Scalar):
+                return held(document.number(given, where), element)
+            flat = document.items(given, where, exactly=component_count(type_))
+            return tuple(held(document.number(part, where), element) for part in flat)
+        except Unfit as unfit:
+            document.wrong(where, f"{type_}, {unfit}", given)
+
+    def _handle(self, given: object, where: str) -> Target:
+        document = self.document
+        kinds = [kind for kind in ("input", "previous", "pass") if isinstance(given, Mapping) and kind in given]
+        kind = kinds[0] if kinds else "input"
+        names = ("pass", "slot", "border") if kind == "pass" else (kind, "border")
+        record = document.record(given, where, *names)
+        border = document.text(record["border"], f"{where}.border")
+        with document.at(where):
+            if kind == "pass":
+                made = document.index(record["pass"], f"{where}.pass", self.passes, "passes")
+                if isinstance(record["slot"], bool) or record["slot"] not in list(made):
+                    document.wrong(f"{where}.slot", f"one of {', '.join(map(str, made))}", record["slot"])
+                found: Target = made[record["slot"]]
+                return found.border(border)
+            if kind == "previous":
+                spec = document.index(record["previous"], f"{where}.previous", self.targets, "targets")
+                return Target(spec, is_previous=True, border_rule=border)
+            spec = document.index(record["input"], f"{where}.input", self.inputs, "inputs")
+            return Target(spec, border_rule=border)
+
+
+def _by_slot(made: Target | tuple[Target, ...]) -> dict[int, Target]:
+    """What a pass returned, and the depth of a draw that has one."""
+    targets = made if isinstance(made, tuple) else (made,)
+    found = {target.slot: target for target in targets}
+    if getattr(targets[0].made_by, "depth", None) is not None:
+        found.setdefault(-1, targets[0].depth)
+    return found
+
+
+def _leaves(type_: Type) -> int:
+    return sum(_leaves(inner) for _, inner in type_.fields) if isinstance(type_, Struct) else 1

@@ -1,0 +1,246 @@
+"""From targets to plain data."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from typing import Any
+
+from passgraph.arguments import numbers, shown
+from passgraph.errors import GraphError
+from passgraph.formats import FORMATS
+from passgraph.graph.calls import leaves
+from passgraph.graph.draw_state import DrawState
+from passgraph.graph.geometry import ATTRIBUTE_TYPES
+from passgraph.graph.outputs import Outputs, named_outputs
+from passgraph.graph.targets import Absolute, DrawPass, InputSpec, Like, Pass, Relative, Target, TargetSpec
+from passgraph.graph.values import OUTPUT_SIZE, Derived, Value
+from passgraph.language.kernel import Kernel
+from passgraph.language.layout import components
+from passgraph.language.types import Scalar, Struct, Type, element_of
+from passgraph.plan.reach import passes_behind
+from passgraph.travel.arrays import array_data
+from passgraph.travel.document import number_data
+from passgraph.travel.encode_kernel import kernel_data
+from passgraph.travel.value_types import VALUE_TYPES
+
+#: Of the form of documents; a reader refuses others.
+VERSION = 1
+_TYPE_NAMES = {type_: name for name, type_ in VALUE_TYPES.items()}
+_PLAIN = {"bool": bool, "int": int, "float": float}
+
+
+def to_data(outputs: Outputs) -> dict[str, Any]:
+    """What :func:`passgraph.compile` takes, as plain data that JSON can hold: no Python function, no pickle.
+
+    Inputs, targets, passes with their typed kernels, numbers and run values, draws with their meshes.  Kernels keep
+    their file, line and text, so that errors where the data arrive show them; numbers are exact, NaN and infinity too.
+
+    Parameters
+    ----------
+    outputs : one target, several, or ``{name: target}``, as `passgraph.compile` takes them
+
+    Returns
+    -------
+    dict
+        Objects, lists, texts, numbers, true, false and null; :func:`from_data` reads it.
+
+    Raises
+    ------
+    GraphError
+        For what cannot travel, with the pass and the parameter: values that Python functions compute (`Value.map`,
+        `combine`), values of classes such as `Camera`, formats of one's own.
+
+    Examples
+    --------
+    >>> import json
+    >>> import passgraph as pg
+    >>> invert = pg.kernel(source="def invert(color: Image) -> vec4: return vec4(1.0 - color[0, 0].rgb, 1.0)")
+    >>> data = pg.to_data(invert(pg.Input("frame")))
+    >>> data["version"], [one["name"] for one in data["passes"]], data["inputs"][0]["name"]
+    (1, ['invert'], 'frame')
+    >>> pg.to_data(pg.from_data(json.loads(json.dumps(data)))) == data
+    True
+    """
+    named = named_outputs(outputs)
+    writer = _Writer()
+    for node in passes_behind(list(named.values())):
+        writer.add_pass(node)
+    made = [[name, writer.handle(target)] for name, target in named.items()]
+    return {"passgraph": "graph", "version": VERSION, **writer.sections, "outputs": made}
+
+
+class _Writer:
+    """The sections of a document, growing; what is there once is written once and named by its number."""
+
+    def __init__(self) -> None:
+        self.sections: dict[str, list[Any]] = {
+            "inputs": [], "targets": [], "values": [], "kernels": [], "meshes": [], "passes": [],
+        }  # fmt: skip
+        self._numbers: dict[int, int] = {}
+        self._kernels: dict[str, int] = {}
+
+    def _add(self, section: str, one: object, data: Any) -> int:
+        self._numbers[id(one)] = len(self.sections[section])
+        self.sections[section].append(data)
+        return self._numbers[id(one)]
+
+    # Inputs and targets
+
+    def _input(self, spec: InputSpec) -> int:
+        if id(spec) in self._numbers:
+            return self._numbers[id(spec)]
+        where = f"input {spec.name!r}"
+        format_ = None if spec.format is None else _format_name(spec.format, where)
+        size = None if spec.size is None else list(spec.size)
+        default = None if spec.default is None else _picture_data(spec.default, where)
+        data = {"name": spec.name, "format": format_, "size": size, "static": spec.static, "default": default}
+        return self._add("inputs", spec, data)
+
+    def _target(self, spec: TargetSpec) -> int:
+        # Targets whose sizes hang on each other form a chain that may be long.
+        chain = [spec]
+        while id(chain[-1]) not in self._numbers and isinstance(chain[-1].size, Like):
+            lender = chain[-1].size.other.spec
+            if not isinstance(lender, TargetSpec) or lender in chain:
+                break
+            chain.append(lender)
+        for one in reversed(chain):
+            if id(one) not in self._numbers:
+                where = f"target {one.name!r}"
+                data = {"name": one.name, "format": _format_name(one.format, where), "size": self._size(one, where),
+                        "clear": None if one.clear is None else list(one.clear), "notes": list(one.notes)}  # fmt: skip
+                self._add("targets", one, data)
+        return self._numbers[id(spec)]
+
+    def _size(self, spec: TargetSpec, where: str) -> Any:
+        size = spec.size
+        if isinstance(size, Absolute):
+            return {"pixels": [size.width, size.height]}
+        if isinstance(size, Relative):
+            return {"scale": size.scale}
+        if size is None:
+            return None
+        lender = size.other.spec
+        if isinstance(lender, InputSpec):
+            return {"like": {"input": self._input(lender)}, "scale": size.scale}
+        if id(lender) not in self._numbers:
+            raise GraphError(f"{where} takes its size from itself, by way of {lender.name!r}; give one of them a size")
+        return {"like": {"target": self._numbers[id(lender)]}, "scale": size.scale}
+
+    def handle(self, target: Target) -> dict[str, Any]:
+        spec = target.spec
+        if isinstance(spec, InputSpec):
+            return {"input": self._input(spec), "border": target.border_rule}
+        if target.is_previous:
+            return {"previous": self._target(spec), "border": target.border_rule}
+        assert target.made_by is not None  # a handle of a target is a pass's, or last frame's
+        return {"pass": self._numbers[id(target.made_by)], "slot": target.slot, "border": target.border_rule}
+
+    # Passes
+
+    def add_pass(self, node: Pass) -> None:
+        into = [self._target(spec) for spec in node.into]
+        if isinstance(node, DrawPass):
+            of_kind: dict[str, Any] = {"into": into, **self._draw(node)}
+            kernels = [node.vertex] if node.fragment is None else [node.vertex, node.fragment]
+        else:
+            of_kind = {"into": into, "kernel": self._kernel(node, node.kernel), "known_sizes": node.known_sizes}
+            kernels = [node.kernel]
+        # A draw's kernels share parameters; the first one's type says how a number is written.
+        types = {parameter.name: parameter.type for kernel in reversed(kernels) for parameter in kernel.parameters}
+        images = {name: self.handle(target) for name, target in node.images.items()}
+        found: dict[str, Any] = {"values": {}, "constants": {}}
+        for kind, given in (("values", node.values), ("constants", node.constants)):
+            for name, value in given.items():
+                where = f"pass {node.name!r}, parameter {name!r}"
+                found[kind][name] = self._parameter(value, types[name], where)
+        self._add("passes", node, {"name": node.name, **of_kind, "images": images, **found})
+
+    def _draw(self, node: DrawPass) -> dict[str, Any]:
+        loads = [None if load is None else self.handle(load) for load in node.loads]
+        depth = None if node.depth is None else self._target(node.depth)
+        depth_load = None if node.depth_load is None else self.handle(node.depth_load)
+        fragment = None if node.fragment is None else self._kernel(node, node.fragment)
+        return {"mesh": self._mesh(node), "vertex": self._kernel(node, node.vertex), "fragment": fragment,
+                "loads": loads, "depth": depth, "depth_load": depth_load, "state": _state_data(node.state)}  # fmt: skip
+
+    def _mesh(self, node: DrawPass) -> int:
+        mesh = node.geometry
+        if id(mesh) not in self._numbers:
+            arrays = {name: getattr(mesh, name, None) for name in ATTRIBUTE_TYPES}
+            where = f"pass {node.name!r}, mesh"
+            self._add(
+                "meshes", mesh, {name: None if one is None else array_data(one, where) for name, one in arrays.items()}
+            )
+        return self._numbers[id(mesh)]
+
+    def _parameter(self, given: object, type_: Type, where: str) -> Any:
+        if isinstance(given, Derived):
+            raise GraphError(
+                f"{where}: its value is computed from {given.name!r} by a Python function, which does not travel; "
+                "compute the number where the graph runs and give it as a pg.Value"
+            )
+        if isinstance(given, Value):
+            return {"value": "output_size" if given is OUTPUT_SIZE else self._value(given, where)}
+        parts = [_numbers_data(part, leaf, name) for name, leaf, part in leaves(given, type_, where)]
+        return {"fields": parts} if isinstance(type_, Struct) else parts[0]
+
+    def _value(self, value: Value, where: str) -> int:
+        if id(value) in self._numbers:
+            return self._numbers[id(value)]
+        if value.type not in _TYPE_NAMES:
+            name = getattr(value.type, "__name__", value.type)
+            raise GraphError(
+                f"{where}: value {value.name!r} is of class {name}, which does not travel; give each of its numbers as "
+                f"a pg.Value of its own, of type {', '.join(VALUE_TYPES)}"
+            )
+        default = None if value.default is None else _default_data(value.default, f"value {value.name!r}: default")
+        data = {"name": value.name, "type": _TYPE_NAMES[value.type], "static": value.static, "default": default}
+        return self._add("values", value, data)
+
+    def _kernel(self, node: Pass, kernel: Kernel) -> int:
+        program = kernel.program
+        if id(program) not in self._numbers:
+            data = kernel_data(program, f"pass {node.name!r}")
+            # Kernels that are alike are one, whichever passes they were made for.
+            text = json.dumps(data)
+            if text not in self._kernels:
+                self._kernels[text] = self._add("kernels", program, data)
+            self._numbers[id(program)] = self._kernels[text]
+        return self._numbers[id(program)]
+
+
+def _state_data(state: DrawState) -> dict[str, Any]:
+    lists = {"color_mask": [list(mask) for mask in state.color_mask], "polygon_offset": list(state.polygon_offset)}
+    return {**asdict(state), "blend": [blend and asdict(blend) for blend in state.blend], **lists}
+
+
+def _format_name(format_: Any, where: str) -> str:
+    if FORMATS.get(format_.name) != format_:
+        raise GraphError(f"{where}: format {format_.name!r} is not one of passgraph.formats.FORMATS; use one of those")
+    return str(format_.name)
+
+
+def _numbers_data(value: object, type_: Type, where: str) -> Any:
+    """A number, or components in their order, each as its type has it."""
+    plain = _PLAIN[element_of(type_).name]
+    flat = [number_data(plain(number)) for number in components(value, type_, where).tolist()]
+    return flat[0] if isinstance(type_, Scalar) else flat
+
+
+def _default_data(value: object, where: str) -> Any:
+    """Numbers in rows, as they are."""
+    found = numbers(value, where, error=GraphError).tolist() if not isinstance(value, (bool, int, float)) else value
+
+    def told(part: Any) -> Any:
+        return [told(one) for one in part] if isinstance(part, list) else number_data(part)
+
+    return told(found)
+
+
+def _picture_data(given: object, where: str) -> dict[str, Any]:
+    array = numbers(given, f"{where}: its default", error=GraphError)
+    if array.ndim not in (2, 3):
+        raise GraphError(f"{where}: its default must be a picture (height, width, channels), got {shown(given)}")
+    return array_data(array, where)
