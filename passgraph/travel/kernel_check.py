@@ -18,6 +18,7 @@ from passgraph.language.meanings import INT_MAX, INT_MIN
 from passgraph.language.operations import OPERATIONS
 from passgraph.language.signature import VERTEX
 from passgraph.language.source import NOWHERE
+from passgraph.language.statements import MAX_BLOCKS
 from passgraph.language.types import (
     BOOL,
     INT,
@@ -214,8 +215,12 @@ class Variables:
         self.types: dict[str, Type] = {}
         self._indices: set[str] = set()
 
-    def block(self, statements: tuple[Any, ...], known: set[str], in_loop: bool) -> tuple[set[str], bool]:
+    def block(
+        self, statements: tuple[Any, ...], known: set[str], in_loop: bool, depth: int = 0
+    ) -> tuple[set[str], bool]:
         """The variables that have a value after it, and whether nothing after it runs."""
+        if depth > MAX_BLOCKS:
+            raise Unfit(f"blocks at most {MAX_BLOCKS} deep")
         left = False
         for statement in statements:
             if not isinstance(statement, STATEMENTS):
@@ -223,10 +228,10 @@ class Variables:
             if isinstance(statement, ir.Assign):
                 self._assign(statement, known)
             elif isinstance(statement, ir.If):
-                known, leaves = self._if(statement, known, in_loop)
+                known, leaves = self._if(statement, known, in_loop, depth + 1)
                 left = left or leaves
             elif isinstance(statement, ir.For):
-                self._for(statement, known)
+                self._for(statement, known, depth + 1)
             elif in_loop:
                 left = True
             else:
@@ -241,19 +246,19 @@ class Variables:
             raise Unfit(f"nothing assigned to {statement.name!r}, the index of a loop")
         known.add(statement.name)
 
-    def _if(self, statement: ir.If, known: set[str], in_loop: bool) -> tuple[set[str], bool]:
+    def _if(self, statement: ir.If, known: set[str], in_loop: bool, depth: int) -> tuple[set[str], bool]:
         self.read(statement.condition, known)
         if statement.condition.type != BOOL:
             raise Unfit("a bool as the condition of a branch")
-        then, then_left = self.block(statement.then, set(known), in_loop)
-        orelse, else_left = self.block(statement.orelse, set(known), in_loop)
+        then, then_left = self.block(statement.then, set(known), in_loop, depth)
+        orelse, else_left = self.block(statement.orelse, set(known), in_loop, depth)
         if then_left or else_left:
             return (
                 then | orelse if then_left and else_left else orelse if then_left else then
             ), then_left and else_left
         return then & orelse, False
 
-    def _for(self, statement: ir.For, known: set[str]) -> None:
+    def _for(self, statement: ir.For, known: set[str], depth: int) -> None:
         for bound in (statement.start, statement.stop, statement.step):
             self.read(bound, known)
             if bound.type != INT:
@@ -262,7 +267,7 @@ class Variables:
             raise Unfit(f"a name of its own for the index {statement.name!r} of a loop")
         self.types[statement.name] = INT
         self._indices.add(statement.name)
-        self.block(statement.body, known | {statement.name}, True)
+        self.block(statement.body, known | {statement.name}, True, depth)
 
     def read(self, expression: ir.Expr, known: set[str]) -> None:
         pending: list[Any] = [expression]

@@ -183,6 +183,18 @@ def test_sums_of_sums_of_sums_are_refused_by_what_they_stand_for() -> None:
         pg.from_data(kernel(nested))
 
 
+def test_blocks_nest_no_deeper_than_those_of_text() -> None:
+    def nested(times: int) -> Any:
+        tower = [["if", 3, [number + 3 if number else 2], [], None] for number in range(times)]
+        rows = [["assign", "x", 0, None], ["apply", "bool", "less", [0, 0], None], *tower]
+        return kernel(rows, body=[times + 3])
+
+    with pg.compile(pg.from_data(nested(100)), "reference") as program:
+        assert program(frame=FRAME)["made"].tobytes() == FRAME.tobytes()
+    with pytest.raises(pg.InputError, match="blocks at most 100 deep"):
+        pg.from_data(nested(102))
+
+
 CYCLE: list[Any] = []
 CYCLE.append(CYCLE)
 ROUND: dict[str, Any] = {}
