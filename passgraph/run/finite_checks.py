@@ -63,7 +63,8 @@ def find(picture: Picture, format: Format | None = None) -> Found | None:
     >>> find(np.array([[[1.0, 2.0], [np.inf, np.nan]]], np.float32))
     Found(count=2, total=4, column=1, row=0, channel=0, value=inf)
     """
-    values = np.ascontiguousarray(picture, np.float32).reshape(-1)
+    # sums of squares of halves would overflow
+    values = np.ascontiguousarray(picture if picture.dtype == np.float32 else picture.astype(np.float32)).reshape(-1)
     half = _is_half(format)
     # The sum of squares cannot be below the largest of them, so one pass over memory clears nearly every picture.
     with np.errstate(over="ignore", invalid="ignore"):
