@@ -7,6 +7,7 @@ look at types before they compare or call, so that arrays and strangers' objects
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable, Container, Iterable
 from pathlib import Path
 from typing import Any, TypeVar
@@ -178,7 +179,8 @@ def numbers(
     Refused are ragged nesting, objects, text, complex numbers, records, and masked arrays with something masked:
     what is behind a mask has no value.  Whole numbers beyond 64 bits become float64.
     """
-    if isinstance(value, np.ma.MaskedArray) and np.ma.getmaskarray(value).any():
+    # Whoever has a masked array has loaded numpy.ma, which takes its time.
+    if "numpy.ma" in sys.modules and isinstance(value, np.ma.MaskedArray) and np.ma.getmaskarray(value).any():
         raise error(f"{what} must {expected}, got {shown(value)} with masked values; fill them first: .filled(0)")
     try:
         array = np.asarray(value) if hasattr(value, "__array__") else _exchanged(value)

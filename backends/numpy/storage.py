@@ -12,6 +12,8 @@ from numpy.typing import NDArray
 from passgraph.backends.numpy.machine.memory import ROOM, aligned_zeros, rest_of_page
 from passgraph.formats import FORMATS, Format
 
+#: What lies between the passes of a chain, and what a depth buffer holds.
+FLOAT = FORMATS["r32f"]
 #: Loads of single texels take as many numbers at once.
 TOGETHER = 4
 #: Compiled code counts the pixels from the first to the last of a picture in 32 bits.

@@ -11,7 +11,7 @@ from math import gcd
 from passgraph.backends.numpy.pixels.chains import Stage
 from passgraph.backends.numpy.pixels.channels import single_channel
 from passgraph.backends.numpy.pixels.near import near_images, reach
-from passgraph.backends.numpy.vector.stored import FLOAT
+from passgraph.backends.numpy.storage import FLOAT
 from passgraph.formats import Format
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS

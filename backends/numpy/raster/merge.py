@@ -14,10 +14,11 @@ from passgraph.backends.numpy.raster.entries import SPAN_ROWS
 from passgraph.backends.numpy.raster.kernel import Fragments, kernel_parts
 from passgraph.backends.numpy.raster.layout import TILE
 from passgraph.backends.numpy.raster.planes import interpolated, plane_numbers
+from passgraph.backends.numpy.storage import FLOAT
 from passgraph.backends.numpy.vector.lane_body import LaneBody
 from passgraph.backends.numpy.vector.lanes import Lanes, counting
 from passgraph.backends.numpy.vector.operations import BOOL, F32, I8, I32, I64
-from passgraph.backends.numpy.vector.stored import FLOAT, element
+from passgraph.backends.numpy.vector.stored import element
 from passgraph.graph.draw_state import Stencil
 from passgraph.plan.data import DrawStep
 

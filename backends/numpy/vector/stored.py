@@ -11,10 +11,8 @@ from llvmlite import ir
 
 from passgraph.backends.numpy.vector.lanes import Lanes, is_vector
 from passgraph.backends.numpy.vector.operations import F32, I32
-from passgraph.formats import FORMATS, Format
+from passgraph.formats import Format
 
-#: What lies between the passes of a chain, and what a depth buffer holds.
-FLOAT = FORMATS["r32f"]
 _ELEMENTS = {"f4": F32, "f2": ir.HalfType()}
 #: Added to a number of a few bits, it leaves the nearest whole one in the lowest bits, halves rounded to even.
 _WHOLE = 1.5 * (1 << 23)

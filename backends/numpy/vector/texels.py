@@ -9,9 +9,10 @@ from typing import Any
 
 from llvmlite import ir
 
+from passgraph.backends.numpy.storage import FLOAT
 from passgraph.backends.numpy.vector.lanes import Lanes
 from passgraph.backends.numpy.vector.operations import F32, I32, I64
-from passgraph.backends.numpy.vector.stored import FLOAT, decoded, element, split
+from passgraph.backends.numpy.vector.stored import decoded, element, split
 from passgraph.formats import Format
 
 #: Channels of pixels that are one word where they fit.
