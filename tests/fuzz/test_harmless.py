@@ -32,7 +32,7 @@ from passgraph.verify.fuzz.cases import EXACT, output_of, run, same_bits
 from passgraph.verify.fuzz.draws import drawn, draws
 from passgraph.verify.fuzz.graphs import OPTIMISATIONS, graphs, grown, plannable, run_thrice
 from passgraph.verify.fuzz.pictures import Picture, unit
-from tests.conftest import require
+from tests.conftest import DEVICES, require
 from tests.plan.orders import shuffled
 
 SIZE = (48, 32)
@@ -72,7 +72,17 @@ def assert_same(one: list[dict[str, Picture]], other: list[dict[str, Picture]], 
             assert same_bits(a[name], b[name]), f"{what}: {name} of run {number}"
 
 
-@pytest.mark.parametrize("name", EFFECTS)
+#: Their programs take PoCL most of the time of this file, and plans are the same for every device: on numpy, which
+#: chains passes besides, and on gl they are always run.
+COSTLY = ("soft-shadow", "five-pass", "planar", "contact", "light2d", "ambient-occlusion", "bloom")
+ON_DEVICES = [
+    pytest.param(name, device, marks=pytest.mark.slow if device == "opencl" and name in COSTLY else ())
+    for name in EFFECTS
+    for device in DEVICES
+]
+
+
+@pytest.mark.parametrize(("name", "backend_name"), ON_DEVICES)
 def test_optimisations_and_order_change_no_bit_of_an_effect(
     name: str, backend: Backend, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -108,9 +118,14 @@ def as_written(job: Job, targets: dict[str, pg.Target], backend: Backend) -> dic
 #: Effects on scenes take long to compile, and most of their passes are those of others.
 LONG = ("soft-shadow", "five-pass", "planar", "contact", "light2d")
 SORTED_OUT = [pytest.param(name, marks=pytest.mark.slow if name in LONG else ()) for name in EFFECTS]
+SORTED_OUT_ON_DEVICES = [
+    pytest.param(name, device, marks=pytest.mark.slow if name in (COSTLY if device == "opencl" else LONG) else ())
+    for name in EFFECTS
+    for device in DEVICES
+]
 
 
-@pytest.mark.parametrize("name", SORTED_OUT)
+@pytest.mark.parametrize(("name", "backend_name"), SORTED_OUT_ON_DEVICES)
 def test_no_target_on_the_way_is_another_one_when_optimised(name: str, backend: Backend) -> None:
     """All of them results, then some beside the picture: what is needed further on differs each time."""
     job = job_of(EFFECTS[name])
