@@ -20,6 +20,7 @@ import passgraph as pg
 from passgraph.backends.base import Backend
 from passgraph.backends.registry import backend_class, open_backend
 from passgraph.errors import PassgraphError
+from passgraph.graph.targets import Absolute
 
 Picture = NDArray[np.float32]
 FOLDER = Path(__file__).resolve().parent
@@ -136,7 +137,9 @@ def milliseconds(program: pg.Program, given: dict[str, Any]) -> float:
 def shown(panel: Panel, entry: Entry, backends: dict[str, Backend | None]) -> tuple[Image.Image, Timed]:
     """A panel's picture, by the last backend that is here, and its times on all."""
     width, height = entry.panel_size
-    size = panel.size or (width * OVERSAMPLING, height * OVERSAMPLING)
+    # What is made of pictures has their size, and some targets have one of their own.
+    has_own = isinstance(panel.target.spec.size, Absolute) or any(np.ndim(v) == 3 for v in panel.given.values())
+    size = panel.size or (None if has_own else (width * OVERSAMPLING, height * OVERSAMPLING))
     taken: dict[str, float | None] = dict.fromkeys(backends)
     pictures: list[Picture] = []
     for name, backend in backends.items():
