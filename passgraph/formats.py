@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import difflib
 from dataclasses import dataclass
+from functools import cache
 from typing import TypeAlias
 
 from passgraph.arguments import among, shown
@@ -102,3 +103,19 @@ def format_named(name: str | Format) -> Format:
         hint = f"; did you mean {near[0]!r}?" if near else "."
         raise GraphError(f"there is no format {shown(name)}{hint} Formats are {', '.join(FORMATS)}")
     return FORMATS[name]
+
+
+@cache
+def colour_format(number: str, channels: int) -> Format | None:
+    """The format that holds such numbers (`Format.number`) as they are, so many a pixel; None where none does.
+
+    >>> colour_format("u1", 4).name, colour_format("f8", 4)
+    ('rgba8', None)
+    """
+    plain = (made for made in FORMATS.values() if not made.srgb and not made.is_depth)
+    return next((made for made in plain if (made.number, made.channels) == (number, channels)), None)
+
+
+def float_format(channels: int) -> Format:
+    """Of float32 values."""
+    return FORMATS[f"{'rgba'[:channels]}32f"]

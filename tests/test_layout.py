@@ -176,7 +176,6 @@ STOREYS = ["language", "graph", "scene", "plan", "travel", "backends", "run", "f
         ("backends.numpy.vector", ["backends.numpy.pixels", "backends.numpy.raster"]),
         ("backends.numpy.pixels", ["backends.numpy.raster"]),
         ("backends.numpy.raster", ["backends.numpy.pixels"]),
-        ("frames", ["verify", "commands"]),
         ("effects", ["frames", "verify", "commands"]),
         ("verify", ["commands"]),
     ],

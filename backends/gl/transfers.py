@@ -29,7 +29,7 @@ from passgraph.backends.gl.textures import (
 )
 from passgraph.backends.steps import numbers_of, values_into
 from passgraph.errors import InputError
-from passgraph.formats import FORMATS, Format
+from passgraph.formats import Format, float_format
 from passgraph.language.scalar import ScalarProgram
 
 if TYPE_CHECKING:
@@ -98,7 +98,7 @@ def send_values(backend: GLBackend, texture: Texture, picture: FloatBlock) -> No
 
 def _scratch(backend: GLBackend, texture: Texture) -> Texture:
     """A texture of float32 with the channels and the size of another."""
-    held, format_ = backend.values, FORMATS[f"{'rgba'[: texture.format.channels]}32f"]
+    held, format_ = backend.values, float_format(texture.format.channels)
     if held is None or (held.format, held.size) != (format_, texture.size):
         if held is not None:
             backend.values = None

@@ -19,9 +19,9 @@ from passgraph.backends.base import (
     device_number,
 )
 from passgraph.backends.numpy.machine.workers import Workers, thread_count
-from passgraph.backends.numpy.storage import MAX_PIXELS, Storage, adopted, float_format, made
+from passgraph.backends.numpy.storage import MAX_PIXELS, Storage, adopted, made
 from passgraph.errors import BackendError
-from passgraph.formats import Format
+from passgraph.formats import Format, float_format
 from passgraph.graph.geometry import Geometry
 from passgraph.plan.data import DrawStep, PixelStep
 from passgraph.plan.limits import Limits

@@ -50,35 +50,27 @@ class Storage:
         """What machine code knows that reads along rows: beginning, width, height, pixels from row to row."""
         return (self.address, *self.size, self.pitch)
 
+    @property
+    def _last(self) -> int:
+        """The number of the row that lies last in memory."""
+        return self.size[1] - 1 if self.pitch > 0 else 0
+
     @cached_property
     def last_row(self) -> tuple[int, int]:
-        """The number of the row that lies last in memory, and where a copy is behind which may be read; -1: none is
-        needed."""
+        """That row's number, and where a copy is behind which may be read; -1: none is needed."""
         if self.is_ours:
             return -1, self.address
-        number = self.size[1] - 1 if self.pitch > 0 else 0
-        row = self.numbers[number].reshape(-1)
+        row = self.numbers[self._last].reshape(-1)
         self._copy_of_last = aligned_zeros(row.size, row.dtype)
         self._copy_of_last[:] = row
-        return number, self._copy_of_last.ctypes.data
+        return self._last, self._copy_of_last.ctypes.data
 
     @cached_property
     def anywhere(self) -> tuple[int, ...]:
         """The same as :attr:`by_rows` for code that reads texels one by one, a few numbers at once."""
-        return self.by_rows if self._is_roomy else self._own.by_rows
-
-    @property
-    def is_copied(self) -> bool:
-        """Whether reading texels one by one goes through a copy."""
-        return not self._is_roomy
-
-    @property
-    def _is_roomy(self) -> bool:
-        end = self.address + self.numbers.nbytes
-        if self.size[1] > 1:
-            end = max(self.address, self.address + (self.size[1] - 1) * self.numbers.strides[0])
-            end += self.size[0] * self.format.channels * self.numbers.itemsize
-        return self.is_ours or rest_of_page(end) >= TOGETHER * self.numbers.itemsize
+        row = self.numbers[self._last]
+        room = rest_of_page(row.ctypes.data + row.nbytes)
+        return self.by_rows if self.is_ours or room >= TOGETHER * self.numbers.itemsize else self._own.by_rows
 
     @cached_property
     def _own(self) -> Storage:
@@ -113,8 +105,3 @@ def adopted(numbers: NDArray[Any], format_: Format) -> Storage | None:
     if step % pixel or apart < max(width * pixel, ROOM * item) or apart // pixel * height >= MAX_PIXELS:
         return None
     return Storage(format_, size, numbers, is_ours=False)
-
-
-def float_format(channels: int) -> Format:
-    """Of float32 values."""
-    return FORMATS[f"{'rgba'[:channels]}32f"]

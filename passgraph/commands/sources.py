@@ -17,6 +17,7 @@ from passgraph.graph.calls import kernel
 from passgraph.graph.outputs import named_outputs
 from passgraph.graph.targets import Input, Target, target
 from passgraph.graph.values import sources_of
+from passgraph.run.admission import format_of
 
 if TYPE_CHECKING:
     from passgraph.scene import Scene
@@ -146,9 +147,8 @@ def _load_stored(path: Path, linear: bool) -> NDArray[Any]:
 
 def _input(name: str, picture: NDArray[Any], linear: bool = False) -> Target:
     height, width, channels = picture.shape
-    ending = {"u1": "8", "u2": "16", "f4": "32f"}[picture.dtype.str[1:]]
-    format = "rgba"[:channels] + ending
-    return Input(name, f"{format}_srgb" if linear and ending == "8" else format, (width, height))
+    format = format_of(picture.dtype, channels).name
+    return Input(name, f"{format}_srgb" if linear and picture.dtype == np.uint8 else format, (width, height))
 
 
 def _size_text(picture: NDArray[Any]) -> str:

@@ -20,7 +20,7 @@ from passgraph.graph.values import OUTPUT_SIZE
 from passgraph.plan.window import WINDOW
 from passgraph.run.admission import admitted_picture
 from passgraph.run.execution import Execution
-from passgraph.run.finite_checks import NonFinite, admitted
+from passgraph.run.finite_checks import NonFinite
 
 Pictures: TypeAlias = dict[str, Any]
 Progress: TypeAlias = "Callable[[int, int], None] | bool | None"
@@ -90,8 +90,7 @@ class _Cut:
 
 def admitted_part(numbers: Numbers, name: str, format_: Any, non_finite: NonFinite, readers: Iterable[str]) -> Any:
     """A part of an input as a run takes it: the one place where what tiles read goes into a program."""
-    picture = admitted_picture(numbers, InputSpec(name, format_))
-    return picture if numbers.dtype.kind != "f" else admitted(picture, name, format_, non_finite, readers)
+    return admitted_picture(numbers, InputSpec(name, format_), non_finite, readers)
 
 
 def run_tiles(job: Job, advance: Callable[[], None]) -> None:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Generic, Protocol, Self, TypeAlias, TypeV
 
 from passgraph.arguments import flag, instance, text
 from passgraph.errors import GraphError
-from passgraph.formats import Format, format_named
+from passgraph.formats import Format, float_format
 from passgraph.graph.targets import InputSpec, PixelPass, Target, TargetSpec
 from passgraph.graph.values import Derived, Value
 from passgraph.language import ir
@@ -39,7 +39,7 @@ def channels_of(type_: Type) -> int:
 
 def default_format(type_: Type) -> Format:
     """The float32 format that holds a result as it is."""
-    return format_named({1: "r32f", 2: "rg32f", 3: "rgb32f", 4: "rgba32f"}[channels_of(type_)])
+    return float_format(channels_of(type_))
 
 
 class PixelKernel(Kernel, Generic[Made]):

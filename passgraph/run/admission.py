@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from itertools import combinations
 from typing import Any
 
@@ -11,12 +11,11 @@ from numpy.typing import NDArray
 
 from passgraph import arguments
 from passgraph.errors import InputError
-from passgraph.formats import FORMATS, Format
+from passgraph.formats import Format, colour_format, float_format
 from passgraph.graph.targets import InputSpec
 from passgraph.plan.data import Plan
+from passgraph.run.finite_checks import NonFinite, admitted
 
-#: What an array holds → how formats of such numbers end.
-_ENDINGS = {"u1": "8", "u2": "16", "f2": "16f", "f4": "32f"}
 #: Steps that finding shared memory may take: enough for pictures side by side in one array.
 OVERLAP_WORK = 10_000
 
@@ -27,15 +26,15 @@ def format_of(dtype: np.dtype[Any], channels: int) -> Format:
     >>> format_of(np.dtype(np.uint8), 4).name
     'rgba8'
     """
-    return FORMATS[f"{'rgba'[:channels]}{_ENDINGS[dtype.str[1:]] if _is_own(dtype) else '32f'}"]
+    own = colour_format(dtype.str[1:], channels) if dtype.isnative else None
+    return own or float_format(channels)
 
 
-def _is_own(dtype: np.dtype[Any]) -> bool:
-    return dtype.isnative and dtype.str[1:] in _ENDINGS
-
-
-def admitted_picture(given: Any, spec: InputSpec) -> NDArray[Any]:
+def admitted_picture(
+    given: Any, spec: InputSpec, non_finite: NonFinite = "keep", readers: Iterable[str] = ()
+) -> NDArray[Any]:
     """An input as (height, width, channels): as it is where the input's format holds such numbers, else in float32.
+    What could hold NaN or infinity is looked through, see :func:`passgraph.run.finite_checks.admitted`.
 
     As float32, uint8, uint16 and bool count from 0 to 1; floats of 64 and more bits are rounded.  Byte order and
     strides may be any.
@@ -43,11 +42,14 @@ def admitted_picture(given: Any, spec: InputSpec) -> NDArray[Any]:
     Raises
     ------
     InputError
-        For what is not a picture, holds no numbers, or does not fit the declared size or channels.
+        For what is not a picture, holds no numbers, does not fit the declared size or channels, or is not finite.
     """
     array = _picture(given, spec)
-    number = None if spec.format is None else spec.format.number
-    return array if _is_own(array.dtype) and number in (None, array.dtype.str[1:]) else _as_values(array)
+    wanted = spec.format or format_of(array.dtype, array.shape[2])
+    picture = array if array.dtype == np.dtype(wanted.number) else _as_values(array)
+    if array.dtype.kind != "f":
+        return picture
+    return admitted(picture, spec.name, spec.format, non_finite, readers)
 
 
 def bound_to(picture: NDArray[Any], spec: InputSpec) -> tuple[Format, tuple[int, int]]:

@@ -19,7 +19,7 @@ from passgraph.graph.targets import InputSpec, Target, checked_size
 from passgraph.plan.data import Options, Plan, Step
 from passgraph.plan.reach import inputs_behind, passes_behind
 from passgraph.run.admission import admitted_picture, bound_to, given_room
-from passgraph.run.finite_checks import NonFinite, PassCheck, admitted, checked_choice
+from passgraph.run.finite_checks import NonFinite, PassCheck, checked_choice
 
 if TYPE_CHECKING:
     from passgraph.backends.base import Backend
@@ -278,20 +278,12 @@ class Program:
                 raise InputError(f"input {name!r} is missing; run the program as program({name}=picture)")
             seen, checked = self._static_pictures.get(name, (None, None))
             if not spec.static or seen is not picture:
-                checked = self._admitted(picture, spec)
+                checked = admitted_picture(picture, spec, self._non_finite, self._readers(name))
             if spec.static:
                 # The same object again is the same picture: what depends on it does not run again.
                 self._static_pictures[name] = picture, checked
             pictures[name] = checked
         return pictures
-
-    def _admitted(self, given: Any, spec: InputSpec) -> NDArray[Any]:
-        """An input as it is given where a format holds such numbers, else as float32, looked through for NaN and
-        infinity where it could hold them."""
-        picture = admitted_picture(given, spec)
-        if picture.dtype.kind != "f":
-            return picture
-        return admitted(picture, spec.name, spec.format, self._non_finite, self._readers(spec.name))
 
     def _readers(self, name: str) -> Iterator[str]:
         """Passes that read an input, by name."""

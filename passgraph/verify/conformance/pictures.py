@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from functools import partial
 
 import passgraph as pg
-from passgraph.formats import FORMATS, Format
+from passgraph.formats import FORMATS, Format, float_format
 from passgraph.language.borders import BORDERS
 from passgraph.verify.conformance.case import Case, values
 
@@ -91,8 +91,7 @@ def brought(form: Format) -> Mapping[str, pg.Target]:
     letters = "rgba"[: form.channels]
     result = "float" if form.channels == 1 else f"vec{form.channels}"
     read = pg.kernel(source=f"def read(color: Image) -> {result}: return color[0, 0].{letters}")
-    floats = ("r32f", "rg32f", "rgb32f", "rgba32f")[form.channels - 1]
-    return {"read": read(pg.Input("frame", form.name), into=pg.target("read", floats))}
+    return {"read": read(pg.Input("frame", form.name), into=pg.target("read", float_format(form.channels)))}
 
 
 def resized() -> Mapping[str, pg.Target]:
