@@ -48,6 +48,48 @@ class DeviceInfo:
     missing: str = ""  # why it cannot be used, with the command that mends it
 
 
+@dataclass(frozen=True, eq=False)
+class DevicePicture:
+    """A picture on a device that is not ours: an engine's texture, a caller's buffer.  Its backend makes these.
+
+    Attributes
+    ----------
+    format : what kernels read it as; what holds other numbers than formats do is read as float32
+    size : (width, height), pixels
+    """
+
+    format: Format
+    size: tuple[int, int]
+
+    def overlaps(self, other: DevicePicture) -> bool:
+        """Whether both may have a pixel in common."""
+        return self is other
+
+    def __str__(self) -> str:
+        return f"{self.format.name} picture of {self.size[0]}x{self.size[1]} pixels"
+
+
+@dataclass(frozen=True)
+class Use:
+    """What a run does with a picture that is adopted.
+
+    Attributes
+    ----------
+    is_read : passes read it
+    is_written : passes write it
+    is_drawn : triangles are drawn into it
+    beside_others : a pass writes it together with other pictures
+    """
+
+    is_read: bool = True
+    is_written: bool = False
+    is_drawn: bool = False
+    beside_others: bool = False
+
+
+READ = Use()
+
+
 class PixelRunner(Protocol):
     """A compiled pixel pass.  Sizes were fixed when it was compiled."""
 
@@ -94,6 +136,8 @@ class Backend(ABC):
     computes: ClassVar[bool] = True
     #: What the open device takes.  Fusion stops there, and a plan that still holds more is refused before it is made.
     limits: Limits = Limits()
+    #: In whose context it runs, in words, where that is not its own.
+    about: str = ""
     #: Held by whoever uses the backend; programs hold it over each call.
     turn: Turn
 
@@ -127,11 +171,21 @@ class Backend(ABC):
 
     # Numbers as formats hold them (`Format.number`): these go through float32 where a backend knows no shorter way.
 
-    def adopt(self, external: Any, format: Format) -> Any | None:
+    def picture_of(self, given: object) -> DevicePicture | None:
+        """What somebody gives for a picture that is on this device already; None for arrays and the like.
+
+        Raises
+        ------
+        InputError
+            For what is on a device, but cannot be used there.
+        """
+        return None
+
+    def adopt(self, external: Any, format: Format, use: Use = READ) -> Any | None:
         """A storage in memory that somebody else owns, read or written in place and never freed; None where its layout
         does not fit, and what it holds must be moved.
 
-        ``external`` is an array (height, width, channels) of the format's number; a backend may know other things.  It
+        ``external`` is an array (height, width, channels) of the format's number, or what :meth:`picture_of` gave.  It
         is adopted anew for each run, inside of :meth:`running`, and stays the caller's: what is written through the
         storage is there when that ends.  Nothing of it may be kept beyond: a backend that would know no end of its use
         gives None outside of a run.  One array may be adopted several times in a run, to be read.
@@ -139,13 +193,16 @@ class Backend(ABC):
         return None
 
     def upload_stored(self, storage: Any, numbers: NDArray[Any], format: Format) -> None:
-        """An array (height, width, channels) of the format's numbers into a storage; of any strides and byte order."""
+        """An array (height, width, channels) of the format's numbers into a storage; of any strides and byte order.
+
+        A backend that gives pictures of the device takes those too, of whatever format they have."""
         self.upload(storage, values_of(numbers, format))
 
     def download_into(self, storage: Any, into: NDArray[Any], format: Format) -> None:
         """A storage into an array (height, width, channels) of any strides: values where that is float32, else numbers.
 
-        Only the elements of the array are written, nothing between them.
+        Only the elements of the array are written, nothing between them.  A backend that gives pictures of the device
+        takes those too.
         """
         values = self.download(storage)
         np.copyto(into, values if into.dtype == np.float32 else numbers_of(values, format))

@@ -14,7 +14,7 @@ from passgraph.backends.base import Backend, DeviceInfo, FloatBlock, device_numb
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl import state as fixed
 from passgraph.backends.gl import transfers
-from passgraph.backends.gl.context import Context, device_names
+from passgraph.backends.gl.context import Context, OwnContext, device_names
 from passgraph.backends.gl.geometry import Mesh
 from passgraph.backends.gl.objects import Objects
 from passgraph.backends.gl.passes import DrawRun, PixelRun
@@ -45,9 +45,12 @@ class GLBackend(Backend):
     snaps: ClassVar[bool] = False
 
     def __init__(self, device: str | None = None) -> None:
+        self._open(OwnContext(_device_number(device), self.turn))
+
+    def _open(self, context: Context) -> None:
         self.closed = False
         self.in_run = False
-        self.context = Context(_device_number(device), self.turn)
+        self.context = context
         with self.context as gl:
             self.objects = Objects(gl)
             self.programs = Programs(self.objects)
@@ -79,12 +82,12 @@ class GLBackend(Backend):
     def make(self, format: Format, size: tuple[int, int]) -> Texture:
         with self.context as gl:
             gl.drain()
-            texture = self.texture(format, size)
+            texture = self.new_texture(format, size)
             self._zero(texture)
             gl.check(f"making a {format.name} target of {size[0]} x {size[1]}")
         return texture
 
-    def texture(self, format_: Format, size: tuple[int, int], gl_format: GLFormat | None = None) -> Texture:
+    def new_texture(self, format_: Format, size: tuple[int, int], gl_format: GLFormat | None = None) -> Texture:
         gl_format = gl_format or self._gl_format(format_)
         gl, (width, height) = self.context.gl, size
         what = f"a {format_.name} target of {width} x {height} ({gl_format_bytes(gl_format, size) / 2**20:.0f} MiB)"
@@ -118,7 +121,7 @@ class GLBackend(Backend):
         if format_ not in self._gl_formats:
             gl_format = gl_format_of(format_, padded=False)
             if format_.channels == 3:
-                probe = self.texture(format_, (1, 1), gl_format)
+                probe = self.new_texture(format_, (1, 1), gl_format)
                 try:
                     self.objects.framebuffer((probe,), None)
                 except BackendError:

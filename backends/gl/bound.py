@@ -10,7 +10,9 @@ class Bound:
     whenever it is entered, and a run enters it once.
     """
 
-    __slots__ = ("framebuffer", "state", "switched_off", "textures", "unit", "used", "vertex_array", "viewport")
+    __slots__ = (
+        "framebuffer", "samplers", "state", "switched_off", "textures", "unit", "used", "vertex_array", "viewport",
+    )  # fmt: skip
 
     def __init__(self) -> None:
         self.forget()
@@ -26,4 +28,5 @@ class Bound:
         self.vertex_array: int | None = None
         #: By unit; units from its length on may have a sampler object of somebody else.
         self.textures: list[int | None] = []
+        self.samplers: list[int | None] = []
         self.unit: int | None = None

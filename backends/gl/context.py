@@ -41,30 +41,87 @@ def _glcontext() -> Any:
 
 def _destroy_left() -> None:
     while _left:
-        native = _left.popleft()
-        with _making:
-            native.release()
+        destroy_now(_left.popleft())
+
+
+def destroy_later(native: Any) -> None:
+    """For finalisers, which may run in the middle of anything."""
+    _left.append(native)
+
+
+def destroy_now(native: Any) -> None:
+    with _making:
+        native.release()
 
 
 class Context:
-    """``with context:`` makes it current in this thread, for one thread at a time; what was current comes back after.
+    """``with context:`` makes one current in this thread, for one thread at a time; what was current comes back after.
 
     All that this backend asks of OpenGL is asked inside.
     """
+
+    gl: Functions
+    #: In words, for whoever asks what a program runs in.
+    about = ""
+
+    def __init__(self, turn: Turn | None) -> None:
+        self.turn = turn or Turn("gl")
+        self.closed = False
+        self.bound = Bound()
+        self._depth = 0
+
+    def __enter__(self) -> Functions:
+        self.turn.__enter__()
+        try:
+            if self.closed:
+                raise BackendError("this gl backend was closed; open another one")
+            if self._depth == 0:
+                self._make_current()
+        except BaseException:
+            self.turn.__exit__()
+            raise
+        self._depth += 1
+        # Whoever enters may change what the last pass has set.
+        self.bound.forget()
+        return self.gl
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._depth -= 1
+        try:
+            # Behind a fork inside, the context is that of another process.
+            if self._depth == 0 and not self.turn.lost:
+                self._put_back()
+        finally:
+            self.turn.__exit__()
+
+    def _make_current(self) -> None:
+        raise NotImplementedError
+
+    def _put_back(self) -> None:
+        """Nothing of ours stays current: another thread could not use it then."""
+        raise NotImplementedError
+
+    def release(self) -> None:
+        """Destroy what is ours; whatever else is current stays so.  Not inside ``with context``."""
+        raise NotImplementedError
+
+
+class OwnContext(Context):
+    """One off screen, of no other program."""
 
     def __init__(self, index: int = 0, turn: Turn | None = None) -> None:
         glcontext = _glcontext()
         open_driver("gl")
         _destroy_left()
-        self.turn = turn or Turn("gl")
-        self.closed = False
-        self._depth = 0
+        super().__init__(turn)
         self._current = Current()
         self._before: State | None = self._current.state()
         self._current.change(self._before, None)
         try:
             self.native = self._made(glcontext, index)
-            self._finalizer = weakref.finalize(self, _left.append, self.native)
+            self._finalizer = weakref.finalize(self, destroy_later, self.native)
             self._finalizer.atexit = False
             self._state = self._own_state()
             self.gl = Functions(self.native.load_opengl_function)
@@ -72,7 +129,6 @@ class Context:
             self._current.put_back(self._current.state(), self._before)
         # Loading OpenGL may have brought GLX, which a host may then use.
         self._current.look_for_glx()
-        self.bound = Bound()
 
     def _made(self, glcontext: Any, index: int) -> Any:
         """glcontext's object; the thread's rendering API stays what the host has set."""
@@ -100,21 +156,6 @@ class Context:
             )
         return state
 
-    def __enter__(self) -> Functions:
-        self.turn.__enter__()
-        try:
-            if self.closed:
-                raise BackendError("this gl backend was closed; open another one")
-            if self._depth == 0:
-                self._make_current()
-        except BaseException:
-            self.turn.__exit__()
-            raise
-        self._depth += 1
-        # Whoever enters may change what the last pass has set.
-        self.bound.forget()
-        return self.gl
-
     def _make_current(self) -> None:
         if _left:
             _destroy_left()
@@ -125,19 +166,7 @@ class Context:
         self._current.change(before, self._state)
         self._before = before
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._depth -= 1
-        try:
-            # Behind a fork inside, the context is that of another process.
-            if self._depth == 0 and not self.turn.lost:
-                self._put_back()
-        finally:
-            self.turn.__exit__()
-
     def _put_back(self) -> None:
-        """Nothing of ours stays current: another thread could not use it then."""
         if self._state is None:
             self.native.__exit__()
             return
@@ -145,11 +174,9 @@ class Context:
         self._current.put_back(self._current.state(), before)
 
     def release(self) -> None:
-        """Destroy the context and what is in it; whatever else is current stays so.  Not inside ``with context``."""
         self.closed = True
         if self._finalizer.detach() is not None:
-            with _making:
-                self.native.release()
+            destroy_now(self.native)
 
 
 def device_names() -> list[tuple[str, str, str]]:
@@ -159,7 +186,7 @@ def device_names() -> list[tuple[str, str, str]]:
     found: list[tuple[str, str, str]] = []
     for index in range(MAX_DEVICES if sys.platform.startswith("linux") else 1):
         try:
-            context = Context(index)
+            context = OwnContext(index)
         except DeviceMissingError:
             if not found:
                 raise

@@ -17,30 +17,40 @@ from passgraph.errors import BackendError, DeviceMissingError
 _TYPES: dict[str, Any] = {
     "u": ctypes.c_uint, "i": ctypes.c_int, "f": ctypes.c_float, "b": ctypes.c_ubyte,
     "p": ctypes.c_void_p, "s": ctypes.c_char_p, "n": ctypes.c_ssize_t,
+    "q": ctypes.c_uint64, "d": ctypes.c_double,
 }  # fmt: skip
 
 SIGNATURES = """
-    ActiveTexture(u)  AttachShader(uu)  BindBuffer(uu)  BindFramebuffer(uu)  BindSampler(uu)
+    ActiveTexture(u)  AttachShader(uu)  BindBuffer(uu)  BindFramebuffer(uu)  BindRenderbuffer(uu)  BindSampler(uu)
     BindTexture(uu)  BindVertexArray(u)  BlendColor(ffff)  BlendEquationSeparate(uu)
     BlendFuncSeparate(uuuu)  BlitFramebuffer(iiiiiiiiuu)  BufferData(unpu)
     CheckFramebufferStatus(u:u)  ClearBufferfi(uifi)  ClearBufferfv(uip)  ColorMask(bbbb)
     ColorMaski(ubbbb)  CompileShader(u)  CreateProgram(:u)  CreateShader(u:u)  CullFace(u)
-    DeleteBuffers(ip)  DeleteFramebuffers(ip)  DeleteProgram(u)  DeleteShader(u)  DeleteTextures(ip)
-    DeleteVertexArrays(ip)  DepthFunc(u)  DepthMask(b)  Disable(u)  Disablei(uu)  DrawArrays(uii)
-    DrawBuffers(ip)  DrawElements(uiup)  Enable(u)  Enablei(uu)  EnableVertexAttribArray(u)
-    Finish()  Flush()  FramebufferTexture2D(uuuui)  FrontFace(u)  GenBuffers(ip)
-    GenFramebuffers(ip)  GenTextures(ip)  GenVertexArrays(ip)  GetError(:u)  GetIntegerv(up)
-    GetProgramInfoLog(uipp)  GetProgramiv(uup)  GetShaderInfoLog(uipp)  GetShaderiv(uup)
+    DeleteBuffers(ip)  DeleteFramebuffers(ip)  DeleteProgram(u)  DeleteSamplers(ip)  DeleteShader(u)
+    DeleteSync(p)  DeleteTextures(ip)  DeleteVertexArrays(ip)  DepthFunc(u)  DepthMask(b)  DepthRange(dd)
+    Disable(u)  Disablei(uu)  DrawArrays(uii)
+    DrawBuffer(u)  DrawBuffers(ip)  DrawElements(uiup)  Enable(u)  Enablei(uu)  EnableVertexAttribArray(u)
+    FenceSync(uu:p)  Finish()  Flush()  FramebufferRenderbuffer(uuuu)  FramebufferTexture2D(uuuui)
+    FramebufferTextureLayer(uuuii)  FrontFace(u)  GenBuffers(ip)  GenFramebuffers(ip)  GenSamplers(ip)
+    GenTextures(ip)  GenVertexArrays(ip)  GetBooleani_v(uup)  GetError(:u)  GetFloatv(up)
+    GetFramebufferAttachmentParameteriv(uuup)  GetInteger64v(up)  GetIntegeri_v(uup)  GetIntegerv(up)
+    GetProgramInfoLog(uipp)  GetProgramiv(uup)  GetRenderbufferParameteriv(uup)  GetShaderInfoLog(uipp)
+    GetShaderSource(uipp)  GetShaderiv(uup)
     GetString(u:s)  GetStringi(uu:s)  GetTexImage(uiuup)  GetTexLevelParameteriv(uiup)
-    GetUniformLocation(us:i)  IsBuffer(u:b)  IsFramebuffer(u:b)  IsProgram(u:b)  IsTexture(u:b)
+    GetTexParameteriv(uup)  GetUniformLocation(us:i)  IsBuffer(u:b)  IsEnabled(u:b)  IsEnabledi(uu:b)
+    IsFramebuffer(u:b)  IsProgram(u:b)  IsRenderbuffer(u:b)  IsSampler(u:b)  IsShader(u:b)  IsTexture(u:b)
     IsVertexArray(u:b)  LinkProgram(u)  PixelStorei(ui)  PolygonMode(uu)  PolygonOffset(ff)
-    ReadBuffer(u)  ShaderSource(uipp)  StencilFunc(uiu)  StencilMask(u)  StencilOp(uuu)
+    ReadBuffer(u)  SamplerParameteri(uui)  ShaderSource(uipp)  StencilFunc(uiu)
+    StencilFuncSeparate(uuiu)  StencilMask(u)  StencilMaskSeparate(uu)  StencilOp(uuu)  StencilOpSeparate(uuuu)
     TexImage2D(uiiiiiuup)  TexParameteri(uui)  TexSubImage2D(uiiiiiuup)  Uniform1f(if)  Uniform1i(ii)
-    Uniform2i(iii)  Uniform1fv(iip)  Uniform1iv(iip)  Uniform4fv(iip)  Uniform4iv(iip)
-    UseProgram(u)  VertexAttribPointer(uiubip)  Viewport(iiii)
+    Uniform2i(iii)  Uniform1fv(iip)  Uniform1iv(iip)  Uniform4fv(iip)  Uniform4i(iiiii)
+    Uniform4iv(iip)  UseProgram(u)  VertexAttribPointer(uiubip)  Viewport(iiii)  WaitSync(puq)
 """
-#: Not in 3.3: from ARB_draw_buffers_blend and ARB_viewport_array; None where missing.
-OPTIONAL = "BlendFuncSeparatei(uuuuu) BlendEquationSeparatei(uuu) ViewportIndexedf(uffff)"
+#: Not in every 3.3: from ARB_draw_buffers_blend, ARB_viewport_array, ARB_clip_control; None where missing.
+OPTIONAL = """
+    BlendFuncSeparatei(uuuuu)  BlendEquationSeparatei(uuu)  ClampColor(uu)  ClipControl(uu)  GetFloati_v(uup)
+    ViewportIndexedf(uffff)
+"""
 
 NO_ERROR, OUT_OF_MEMORY = 0, 0x505
 ERRORS = {
@@ -51,6 +61,10 @@ FRAMEBUFFER, READ_FRAMEBUFFER, DRAW_FRAMEBUFFER = 0x8D40, 0x8CA8, 0x8CA9
 FRAMEBUFFER_COMPLETE, COLOR_ATTACHMENT0 = 0x8CD5, 0x8CE0
 DEPTH_ATTACHMENT, DEPTH_STENCIL_ATTACHMENT = 0x8D00, 0x821A
 TEXTURE_2D, PROXY_TEXTURE_2D, TEXTURE0, TEXTURE_WIDTH = 0x0DE1, 0x8064, 0x84C0, 0x1000
+#: Other kinds of textures that an engine may draw into, and what asks which is bound: rectangles, several samples,
+#: arrays, volumes, cubes.
+OTHER_TEXTURES = {0x84F5: 0x84F6, 0x9100: 0x9104, 0x8C1A: 0x8C1D, 0x806F: 0x806A, 0x8513: 0x8514}
+RENDERBUFFER = 0x8D41
 COLOR, DEPTH, STENCIL, DEPTH_STENCIL = 0x1800, 0x1801, 0x1802, 0x84F9
 COLOR_BUFFER_BIT, DEPTH_BUFFER_BIT, STENCIL_BUFFER_BIT = 0x4000, 0x100, 0x400
 ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER, STATIC_DRAW = 0x8892, 0x8893, 0x88E4
@@ -91,6 +105,24 @@ class Functions:
         values = (ctypes.c_int * 4)()
         self.GetIntegerv(what, values)
         return values[0]
+
+    def attachment(self, point: int, what: int) -> int:
+        """A fact of what the bound draw framebuffer has attached; 0 where nothing is."""
+        value = ctypes.c_int(0)
+        self.GetFramebufferAttachmentParameteriv(DRAW_FRAMEBUFFER, point, what, ctypes.byref(value))
+        return value.value
+
+    def level(self, target: int, level: int, what: int) -> int:
+        """A fact of a level of the bound texture."""
+        value = ctypes.c_int(0)
+        self.GetTexLevelParameteriv(target, level, what, ctypes.byref(value))
+        return value.value
+
+    def renderbuffer(self, what: int) -> int:
+        """A fact of the bound renderbuffer."""
+        value = ctypes.c_int(0)
+        self.GetRenderbufferParameteriv(RENDERBUFFER, what, ctypes.byref(value))
+        return value.value
 
     def text(self, what: int) -> str:
         return (self.GetString(what) or b"").decode(errors="replace")

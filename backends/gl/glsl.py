@@ -1,7 +1,8 @@
 """Prints scalar programs as GLSL 3.30.
 
-Memory row 0 is the top row of every picture.  In a pixel pass ``gl_FragCoord`` therefore counts rows as
-kernels do; a draw turns clip space upside down in the vertex shader, so that it counts alike there.
+Memory row 0 is the top row of every picture of ours.  In a pixel pass ``gl_FragCoord`` therefore counts rows as
+kernels do; a draw turns clip space upside down in the vertex shader, so that it counts alike there.  Of pictures that
+lie otherwise (:mod:`passgraph.backends.gl.placement`) the places of pixels and texels are brought to where they lie.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from passgraph.backends.base import ATTRIBUTES
 from passgraph.backends.c_like import CLike
 from passgraph.backends.gl.foreseen import foreseen_values
 from passgraph.backends.gl.glsl_functions import FUNCTIONS, SPELLED
+from passgraph.backends.gl.placement import ALL_PLAIN, PLAIN, Placement, Placements
 from passgraph.backends.printing import Listing
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS, border_program
@@ -72,13 +74,21 @@ def in_vectors(components: int) -> bool:
     return components > LONGEST_SCALAR_BLOCK
 
 
+def region_name(image: str, number: int) -> str:
+    """The uniform that says which part of its texture an image is."""
+    return f"{image}{number}_region"
+
+
 class GLSL(CLike):
     """A program of any stage as one shader; ``varyings`` names the scalars sent from vertex to fragment."""
 
     spelled: ClassVar[Mapping[str, Mapping[str, str]]] = SPELLED
 
-    def __init__(self, program: s.ScalarProgram, varyings: tuple[str, ...] = ()) -> None:
+    def __init__(
+        self, program: s.ScalarProgram, varyings: tuple[str, ...] = (), placements: Placements = ALL_PLAIN
+    ) -> None:
         super().__init__(program)
+        self.placements = placements
         self.varyings = varyings
         self.own = NAMES[program.stage]
         self.image_numbers = {use.name: k for k, use in enumerate(program.images)}
@@ -169,19 +179,23 @@ class GLSL(CLike):
         text = self.operand(offset)
         if known is not None:
             known = min(max(known, -FARTHEST_TEXEL), FARTHEST_TEXEL)
-        count, width = f"{self._size(load.image)}.{axis}", f"{self._width(load.image)}.{axis}"
+        count = f"{self._size(load.image)}.{axis}"
         use = self.program.image(load.image)
         if load.relative and max(map(abs, use.x if axis == "x" else use.y)) > FARTHEST_TEXEL:
             known, text = None, self._within(load.border, text, count)
         whole = f"{self._pixel()}.{axis} + {text}" if load.relative else text
         rule = BORDERS[load.border]
         if not rule.is_nearest:
-            return f"(float(pg_border_{load.border}({whole}, {count})) + 0.5) * {width}", []
+            return self._centre(load.image, axis, f"float(pg_border_{load.border}({whole}, {count}))"), []
         # Drivers make an int of the place before they clamp it; what is too large for one comes out at the other edge.
         number = f"float(min({text}, {FARTHEST_TEXEL}))" if known is None else self.float_literal(known)
-        place = f"({number} + 0.5) * {width}"
         if load.relative:
-            place = f"{self._here(load.image)}.{axis} + {number} * {width}"
+            sign = "-" if axis == "y" and self._lies(load.image).bottom_up else "+"
+            place = f"{self._here(load.image)}.{axis} {sign} {number} * {self._width(load.image)}.{axis}"
+        else:
+            place = self._centre(load.image, axis, number)
+        if self._lies(load.image).is_part:
+            place = "clamp({}, {}.{axis}, {}.{axis})".format(place, *self._edges(load.image), axis=axis)
         if not rule.blank:
             return place, []
         if known is None:
@@ -189,6 +203,16 @@ class GLSL(CLike):
             return place, [f"uint({whole}) < uint({count})"]
         low, high = (known < 0, known > 0) if load.relative else (known < 0, True)
         return place, [f"{whole} >= 0"] * low + [f"{whole} < {count}"] * high
+
+    def _centre(self, image: str, axis: str, number: str) -> str:
+        """The centre of a column or row in texture coordinates."""
+        lies = self._lies(image)
+        inside = f"({number} + 0.5)"
+        if axis == "y" and lies.bottom_up:
+            inside = f"(float({self._size(image)}.y) - {inside})"
+        if lies.is_part:
+            inside = f"({inside} + float({self._region(image)}.{axis}))"
+        return f"{inside} * {self._width(image)}.{axis}"
 
     @staticmethod
     def _within(border: str, offset: str, count: str) -> str:
@@ -198,24 +222,52 @@ class GLSL(CLike):
 
     def _here(self, image: str) -> str:
         """The centre of this pixel in texture coordinates of an image that is as large as the target."""
-        self.declarations.setdefault("pg_here", f"vec2 pg_here = gl_FragCoord.xy * {self._width(image)};")
-        return "pg_here"
+        if self.placements.output == self._lies(image) == PLAIN:
+            self.declarations.setdefault("pg_here", f"vec2 pg_here = gl_FragCoord.xy * {self._width(image)};")
+            return "pg_here"
+        name = f"pg_here{self.image_numbers[image]}"
+        x, y = (self._centre(image, axis, f"float({self._pixel()}.{axis})") for axis in "xy")
+        self.declarations.setdefault(name, f"vec2 {name} = vec2({x}, {y});")
+        return name
+
+    def _lies(self, image: str) -> Placement:
+        return self.placements.of(self.image_numbers[image])
 
     def _width(self, image: str) -> str:
         """Width and height of a texel in texture coordinates."""
-        name = f"pg_texel{self.image_numbers[image]}"
-        self.declarations[name] = f"vec2 {name} = 1.0 / vec2({self._size(image)});"
+        number = self.image_numbers[image]
+        name = f"pg_texel{number}"
+        count = f"textureSize({self.own.image}{number}, 0)" if self._lies(image).is_part else self._size(image)
+        self.declarations.setdefault(name, f"vec2 {name} = 1.0 / vec2({count});")
         return name
 
     def _pixel(self) -> str:
-        self.declarations["pg_pixel"] = "ivec2 pg_pixel = ivec2(gl_FragCoord.xy);"
+        place, lies = "ivec2(gl_FragCoord.xy)", self.placements.output
+        if lies.is_part:
+            place = f"({place} - pg_output_origin)"
+        if lies.bottom_up:
+            place = f"ivec2({place}.x, pg_output_size.y - 1 - {place}.y)"
+        self.declarations.setdefault("pg_pixel", f"ivec2 pg_pixel = {place};")
         return "pg_pixel"
 
     def _size(self, image: str) -> str:
         number = self.image_numbers[image]
         name = f"pg_size{number}"
-        self.declarations[name] = f"ivec2 {name} = textureSize({self.own.image}{number}, 0);"
+        size = f"{self._region(image)}.zw" if self._lies(image).is_part else f"textureSize({self.own.image}{number}, 0)"
+        self.declarations.setdefault(name, f"ivec2 {name} = {size};")
         return name
+
+    def _region(self, image: str) -> str:
+        """Where a part of a texture begins, and its size."""
+        return region_name(self.own.image, self.image_numbers[image])
+
+    def _edges(self, image: str) -> tuple[str, str]:
+        """Centres of the first and the last texel of a part."""
+        number, region, width = self.image_numbers[image], self._region(image), self._width(image)
+        low, high = f"pg_low{number}", f"pg_high{number}"
+        self.declarations.setdefault(low, f"vec2 {low} = (vec2({region}.xy) + 0.5) * {width};")
+        self.declarations.setdefault(high, f"vec2 {high} = (vec2({region}.xy + {region}.zw) - 0.5) * {width};")
+        return low, high
 
     # Whole shaders
 
@@ -242,8 +294,13 @@ class GLSL(CLike):
             if count:
                 entry = f"{vector} {name}[{vec4_count(count)}]" if in_vectors(count) else f"{scalar} {name}[{count}]"
                 lines.append(f"uniform {entry};")
-        if any(name.startswith("output_size") for name, _ in program.builtins):
+        output = self.placements.output
+        if output.bottom_up or any(name.startswith("output_size") for name, _ in program.builtins):
             lines.append("uniform ivec2 pg_output_size;")
+        if output.is_part:
+            lines.append("uniform ivec2 pg_output_origin;")
+        parts = [k for k in range(len(program.images)) if self.placements.of(k).is_part]
+        lines += [f"uniform ivec4 {region_name(self.own.image, k)};" for k in parts]
         lines += [f"uniform sampler2D {self.own.image}{k};" for k in range(len(program.images))]
         for name, type_, values in program.tables:
             items = ", ".join(self.literal(s.Lit(type_, v)) for v in values)

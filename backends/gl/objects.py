@@ -7,7 +7,8 @@ from collections.abc import Sequence
 
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl.functions import Functions
-from passgraph.backends.gl.textures import Texture
+from passgraph.backends.gl.surfaces import attach
+from passgraph.backends.gl.textures import Surface, Texture
 from passgraph.errors import BackendError
 
 
@@ -18,6 +19,8 @@ class Objects:
         self.gl = gl
         self.alive: set[tuple[str, int]] = set()
         self.framebuffers: dict[tuple[tuple[int, ...], int], int] = {}
+        #: For pictures that are not ours, and how many are attached to it.
+        self.for_foreign = self.attached = 0
 
     def new(self, kind: str) -> int:
         name = self.gl.new(kind)
@@ -36,6 +39,9 @@ class Objects:
 
     def framebuffer(self, colours: Sequence[Texture], depth: Texture | None) -> int:
         """The framebuffer object over these textures."""
+        for texture in colours:
+            if texture.surface is not None:
+                return self._foreign_framebuffer(colours)
         key = (tuple([t.name for t in colours]), 0 if depth is None else depth.name)
         if key not in self.framebuffers:
             self.framebuffers[key] = self._make_framebuffer(colours, depth)
@@ -60,6 +66,35 @@ class Objects:
             formats = ", ".join(t.format.name for t in (*colours, *(() if depth is None else (depth,))))
             raise BackendError(f"gl: this driver cannot draw into {formats} together (status {status:#x})")
         return name
+
+    def _foreign_framebuffer(self, colours: Sequence[Texture]) -> int:
+        """One framebuffer for all that is not ours, attached anew for each pass: the host may have deleted a texture,
+        and the driver have given its name to another."""
+        gl, first = self.gl, colours[0].surface
+        if first is not None and first.kind == "window":
+            gl.BindFramebuffer(g.FRAMEBUFFER, 0)
+            gl.DrawBuffer(first.buffer)
+            return 0
+        if not self.for_foreign:
+            self.for_foreign = self.new("Framebuffer")
+        gl.BindFramebuffer(g.FRAMEBUFFER, self.for_foreign)
+        self.detach()
+        points = [g.COLOR_ATTACHMENT0 + k for k in range(len(colours))]
+        for point, texture in zip(points, colours, strict=True):
+            attach(gl, g.FRAMEBUFFER, point, texture.surface or Surface("texture", texture.name))
+        self.attached = len(points)
+        gl.DrawBuffers(len(points), (ctypes.c_uint * len(points))(*points))
+        status = gl.CheckFramebufferStatus(g.FRAMEBUFFER)
+        if status != g.FRAMEBUFFER_COMPLETE:
+            formats = ", ".join(t.format.name for t in colours)
+            raise BackendError(f"gl: this driver cannot draw into the host's {formats} (status {status:#x})")
+        return self.for_foreign
+
+    def detach(self) -> None:
+        """Nothing of a host's stays attached to ours; the framebuffer for it is bound."""
+        for k in range(self.attached):
+            self.gl.FramebufferTexture2D(g.FRAMEBUFFER, g.COLOR_ATTACHMENT0 + k, g.TEXTURE_2D, 0, 0)
+        self.attached = 0
 
     def forget(self, texture: Texture) -> None:
         """Delete a texture and the framebuffers over it."""

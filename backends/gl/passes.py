@@ -10,6 +10,7 @@ from passgraph.backends.gl import functions as g
 from passgraph.backends.gl import state as fixed
 from passgraph.backends.gl.bound import Bound
 from passgraph.backends.gl.geometry import Mesh
+from passgraph.backends.gl.placement import ALL_PLAIN, placements_of
 from passgraph.backends.gl.programs import LinkedProgram
 from passgraph.backends.gl.textures import Texture, stored_clear
 from passgraph.plan.data import DrawStep, PixelStep
@@ -28,11 +29,12 @@ def run_pixels(
 ) -> None:
     """One triangle over whole targets; inside a run, or followed by ``backend.unbind()``."""
     gl, bound = backend.context.gl, backend.context.bound
-    fixed.set_pixel_pass(gl, bound, backend.objects.framebuffer(outputs, None), size)
+    fixed.set_pixel_pass(gl, bound, backend.objects.framebuffer(outputs, None), size, outputs[0].origin)
     fixed.bind_images(gl, bound, images)
     fixed.use(gl, bound, program.name, backend.no_vertices)
     program.send(gl, "pixel", block)
     program.send_size(gl, size)
+    program.send_parts(gl, outputs, images)
     gl.DrawArrays(g.TRIANGLES, 0, 3)
 
 
@@ -48,7 +50,11 @@ class PixelRun:
         if not backend.in_run:
             with backend.running():
                 return self(outputs, images, block)
-        run_pixels(backend, self.program, outputs, images, block, self.step.size)
+        placements = placements_of(outputs, images)
+        program = self.program
+        if placements is not ALL_PLAIN:
+            program = backend.programs.pixel(self.step.program, placements)
+        run_pixels(backend, program, outputs, images, block, self.step.size)
         backend.context.gl.check("running pass", self.step.name)
 
 
@@ -76,6 +82,9 @@ class DrawRun:
             with backend.running():
                 return self(outputs, depth, images, geometry, vertex, fragment)
         gl, bound, step, program = backend.context.gl, backend.context.bound, self.step, self.program
+        placements = placements_of((), images)
+        if placements is not ALL_PLAIN:
+            program = backend.programs.draw(step.vertex, step.fragment, step.varyings, placements)
         fixed.set_common(gl, bound, backend.objects.framebuffer(outputs, depth))
         self._clear(gl, bound, outputs, depth)
         fixed.set_guard_band(gl, bound, step.size, self.guard)
@@ -88,6 +97,7 @@ class DrawRun:
         if step.fragment is not None:
             program.send(gl, "fragment", fragment)
         program.send_size(gl, step.size)
+        program.send_parts(gl, (), images)
         gl.DrawElements(g.TRIANGLES, geometry.count, g.UNSIGNED_INT, None)
         gl.check("running draw", step.name)
 

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import ctypes
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
 from passgraph.backends.base import Block
 from passgraph.backends.gl import functions as g
-from passgraph.backends.gl.glsl import FULLSCREEN, GLSL, NAMES, NO_COLOUR, in_vectors, vec4_count
+from passgraph.backends.gl.glsl import FULLSCREEN, GLSL, NAMES, NO_COLOUR, in_vectors, region_name, vec4_count
 from passgraph.backends.gl.objects import Objects
+from passgraph.backends.gl.placement import ALL_PLAIN, Placements
+from passgraph.backends.gl.textures import Texture
 from passgraph.backends.printing import Listing
 from passgraph.errors import BackendError
 from passgraph.language.scalar import ScalarProgram
@@ -39,7 +42,10 @@ class LinkedProgram:
     name: int
     stages: dict[str, StageUniforms] = field(default_factory=dict)
     output_size: int = -1
+    output_origin: int = -1
     guard: int = -1
+    #: By unit: where the uniform is that says which part of its texture an image is.
+    regions: list[int] = field(default_factory=list)
     sent_size: tuple[int, int] = (0, 0)
     sent_guard: int = 0
 
@@ -62,6 +68,14 @@ class LinkedProgram:
             gl.Uniform2i(self.output_size, *size)
             self.sent_size = size
 
+    def send_parts(self, gl: Any, outputs: Sequence[Texture], images: Sequence[Texture]) -> None:
+        """Where pictures begin that are parts of textures, and their sizes."""
+        if self.output_origin >= 0:
+            gl.Uniform2i(self.output_origin, *outputs[0].origin)
+        for location, image in zip(self.regions, images, strict=False):
+            if location >= 0:
+                gl.Uniform4i(location, *image.origin, *image.size)
+
     def send_guard(self, gl: Any, times: int) -> None:
         """What clip coordinates are multiplied with, for a viewport so many times too large."""
         if times != self.sent_guard:
@@ -74,23 +88,31 @@ class Programs:
 
     def __init__(self, objects: Objects) -> None:
         self.objects = objects
-        self.made: dict[tuple[str, str, tuple[str, ...]], LinkedProgram] = {}
+        self.made: dict[tuple[str, str, tuple[str, ...], Placements], LinkedProgram] = {}
 
-    def pixel(self, program: ScalarProgram) -> LinkedProgram:
-        key = ("", program.key, ())
+    def pixel(self, program: ScalarProgram, placements: Placements = ALL_PLAIN) -> LinkedProgram:
+        key = ("", program.key, (), placements)
         if key not in self.made:
-            fragment = GLSL(program).shader()
+            fragment = GLSL(program, placements=placements).shader()
             self.made[key] = self._link(Listing(FULLSCREEN, (NOWHERE,)), fragment, (program,))
         return self.made[key]
 
-    def draw(self, vertex: ScalarProgram, fragment: ScalarProgram | None, varyings: tuple[str, ...]) -> LinkedProgram:
-        key = (vertex.key, "" if fragment is None else fragment.key, varyings)
+    def draw(
+        self,
+        vertex: ScalarProgram,
+        fragment: ScalarProgram | None,
+        varyings: tuple[str, ...],
+        placements: Placements = ALL_PLAIN,
+    ) -> LinkedProgram:
+        key = (vertex.key, "" if fragment is None else fragment.key, varyings, placements)
         if key not in self.made:
-            first = GLSL(vertex, varyings).shader()
+            count = len(vertex.images)
+            first = GLSL(vertex, varyings, Placements(placements.images[:count])).shader()
             if fragment is None:
                 self.made[key] = self._link(first, Listing(NO_COLOUR, (NOWHERE,)), (vertex,))
             else:
-                self.made[key] = self._link(first, GLSL(fragment, varyings).shader(), (vertex, fragment))
+                second = GLSL(fragment, varyings, Placements(placements.images[count:])).shader()
+                self.made[key] = self._link(first, second, (vertex, fragment))
         return self.made[key]
 
     def _link(self, vertex: Listing, fragment: Listing, programs: tuple[ScalarProgram, ...]) -> LinkedProgram:
@@ -139,7 +161,9 @@ class Programs:
             )
             for k in range(len(program.images)):
                 gl.Uniform1i(gl.GetUniformLocation(name, f"{names.image}{k}".encode()), unit)
+                made.regions.append(gl.GetUniformLocation(name, region_name(names.image, k).encode()))
                 unit += 1
+        made.output_origin = gl.GetUniformLocation(name, b"pg_output_origin")
         made.output_size = gl.GetUniformLocation(name, b"pg_output_size")
         made.guard = gl.GetUniformLocation(name, b"pg_guard")
         gl.UseProgram(0)

@@ -32,9 +32,9 @@ _EQUATIONS = {"add": 0x8006, "min": 0x8007, "max": 0x8008, "subtract": 0x800A, "
 _CULL = {"back": g.BACK, "front": g.FRONT}
 
 BLEND, CULL_FACE, DEPTH_TEST, STENCIL_TEST, SCISSOR_TEST = 0xBE2, 0xB44, 0xB71, 0xB90, 0xC11
-_POLYGON_OFFSET_FILL, _DEPTH_CLAMP, _RASTERIZER_DISCARD, _FRAMEBUFFER_SRGB = 0x8037, 0x864F, 0x8C89, 0x8DB9
+POLYGON_OFFSET_FILL, _DEPTH_CLAMP, _RASTERIZER_DISCARD, _FRAMEBUFFER_SRGB = 0x8037, 0x864F, 0x8C89, 0x8DB9
 #: Always off: what a host program may have left on and what would change pictures.
-_OFF = (
+OFF = (
     SCISSOR_TEST, _DEPTH_CLAMP, _RASTERIZER_DISCARD, _FRAMEBUFFER_SRGB,
     0x0BD0,  # dithering
     0x0BF2,  # logic operation
@@ -87,7 +87,7 @@ def set_guard_band(gl: Functions, bound: Bound, size: tuple[int, int], times: in
 def set_common(gl: Functions, bound: Bound, framebuffer: int) -> None:
     """What pixel passes, draws and clears share: the framebuffer, no surprises."""
     if not bound.switched_off:
-        for switch in _OFF:
+        for switch in OFF:
             gl.Disable(switch)
         gl.PolygonMode(g.FRONT_AND_BACK, g.FILL)
         bound.switched_off = True
@@ -96,10 +96,16 @@ def set_common(gl: Functions, bound: Bound, framebuffer: int) -> None:
         bound.framebuffer = framebuffer
 
 
-def set_pixel_pass(gl: Functions, bound: Bound, framebuffer: int, size: tuple[int, int]) -> None:
-    """No tests, no blending, every channel."""
+def set_pixel_pass(
+    gl: Functions, bound: Bound, framebuffer: int, size: tuple[int, int], origin: tuple[int, int] = (0, 0)
+) -> None:
+    """No tests, no blending, every channel; ``origin`` is the lowest left pixel of the target's part."""
     set_common(gl, bound, framebuffer)
-    set_guard_band(gl, bound, size, 1)
+    if origin == (0, 0):
+        set_guard_band(gl, bound, size, 1)
+    else:
+        gl.Viewport(*origin, *size)
+        bound.viewport = None
     if bound.state is not PIXEL_PASS:
         for switch in (BLEND, CULL_FACE, DEPTH_TEST, STENCIL_TEST):
             gl.Disable(switch)
@@ -136,12 +142,15 @@ def _set_rows(gl: Functions, rows: Rows) -> None:
 
 
 def bind_images(gl: Functions, bound: Bound, images: Sequence[Texture]) -> None:
-    """Textures from unit 0 on, without sampler objects (those would override how a texture is read)."""
-    textures = bound.textures
+    """Textures from unit 0 on; sampler objects only over what is not ours (they override how a texture is read)."""
+    textures, samplers = bound.textures, bound.samplers
     for unit, image in enumerate(images):
         if unit == len(textures):
-            gl.BindSampler(unit, 0)
             textures.append(None)
+            samplers.append(None)
+        if samplers[unit] != image.sampler:
+            gl.BindSampler(unit, image.sampler)
+            samplers[unit] = image.sampler
         if textures[unit] != image.name:
             if bound.unit != unit:
                 gl.ActiveTexture(g.TEXTURE0 + unit)
@@ -175,7 +184,7 @@ def set_draw(gl: Functions, bound: Bound, state: DrawState, outputs: Sequence[Te
     gl.DepthFunc(_COMPARE[state.depth_compare])
     gl.DepthMask(int(state.depth_write))
     factor, units = state.polygon_offset
-    _switch(gl, _POLYGON_OFFSET_FILL, (factor, units) != (0.0, 0.0))
+    _switch(gl, POLYGON_OFFSET_FILL, (factor, units) != (0.0, 0.0))
     gl.PolygonOffset(factor, units)
     _set_stencil(gl, state)
     _set_blend(gl, state.blend)

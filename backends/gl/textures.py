@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.base import clear_colour
+from passgraph.backends.gl.placement import PLAIN, Placement
 from passgraph.backends.steps import quantised
 from passgraph.formats import Format
 
@@ -51,14 +52,38 @@ def gl_format_of(format_: Format, padded: bool) -> GLFormat:
     return GLFormat(internal, _EXTERNAL[channels - 1], _TYPES[number], np.dtype(number), channels)
 
 
+@dataclass(frozen=True, slots=True)
+class Surface:
+    """Something that a framebuffer can have attached: a level (and layer) of a texture, a renderbuffer, or a buffer of
+    the window, which has no name."""
+
+    kind: str  # "texture", "renderbuffer" or "window"
+    name: int = 0
+    target: int = 0x0DE1  # what kind of texture
+    level: int = 0
+    layer: int = -1
+    #: Of the window: which of its buffers.
+    buffer: int = 0x405
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class Texture:
-    """One storage.  ``name`` is OpenGL's name of the texture, usable by others in the same context."""
+    """One storage.  ``name`` is OpenGL's name of the texture, usable by others in the same context.
+
+    Of what is not ours (:mod:`passgraph.backends.gl.foreign`) the rest says what it is and how the picture lies in it.
+    """
 
     name: int
     format: Format
     size: tuple[int, int]
     gl_format: GLFormat
+    placement: Placement = PLAIN
+    #: The picture's lowest left pixel, from the texture's.
+    origin: tuple[int, int] = (0, 0)
+    #: What is drawn into where it is not ours; None is our own texture.
+    surface: Surface | None = None
+    #: An own sampler object in the place of the texture's parameters, or 0.
+    sampler: int = 0
 
     @property
     def padded(self) -> bool:

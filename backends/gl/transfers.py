@@ -63,20 +63,26 @@ def rows_of(array: NDArray[Any]) -> Rows | None:
 
 
 @cache
-def storing_program(format_: Format) -> ScalarProgram:
-    """What quantises the texels of ``values`` for a format, as kernels that write into it do; nothing is encoded."""
+def storing_program(format_: Format, read: Format | None = None) -> ScalarProgram:
+    """What quantises the texels of ``values`` for a format, as kernels that write into it do.
+
+    Nothing is encoded, unless the values are those of another format and one of both is sRGB.
+    """
     from passgraph.language.facts import Facts, ImageFacts
     from passgraph.language.library import functions_of
     from passgraph.language.lower import lower
     from passgraph.language.parse import parse_kernel
     from passgraph.language.source import Source
 
+    read = read or format_
     letters = "rgba"[: format_.channels]
     type_ = "float" if format_.channels == 1 else f"vec{format_.channels}"
     text = f"def stored(values: Image) -> {type_}: return values[0, 0].{letters}"
     kernel = parse_kernel(functions_of(Source("<passgraph transfers>", text))["stored"], "pixel")
-    _, alpha = format_.store
-    facts = Facts(images={"values": ImageFacts(format_.channels)}, stores=((alpha, alpha),))
+    colour, alpha = format_.store
+    is_raw = read.srgb == format_.srgb
+    image = ImageFacts(read.channels, decode=None if is_raw else read.decode)
+    facts = Facts(images={"values": image}, stores=((alpha if is_raw else colour, alpha),))
     return lower(kernel, facts)
 
 
@@ -103,7 +109,7 @@ def _scratch(backend: GLBackend, texture: Texture) -> Texture:
         if held is not None:
             backend.values = None
             backend.objects.forget(held)
-        backend.values = held = backend.texture(format_, texture.size, gl_format_of(format_, padded=False))
+        backend.values = held = backend.new_texture(format_, texture.size, gl_format_of(format_, padded=False))
     return held
 
 

@@ -10,12 +10,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.base import (
+    READ,
     Backend,
     ChainRunner,
     DeviceInfo,
     DrawRunner,
     FloatBlock,
     PixelRunner,
+    Use,
     device_number,
 )
 from passgraph.backends.numpy.machine.workers import Workers, thread_count
@@ -62,7 +64,7 @@ class NumpyBackend(Backend):
                 f"a {size[0]}x{size[1]} {format.name} target needs {needed:.1f} GiB, which is not there"
             ) from None
 
-    def adopt(self, external: NDArray[Any], format: Format) -> Storage | None:
+    def adopt(self, external: NDArray[Any], format: Format, use: Use = READ) -> Storage | None:
         return adopted(external, format)
 
     @cached_property

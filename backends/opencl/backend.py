@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.base import Backend, DeviceInfo, DrawRunner, FloatBlock, PixelRunner
+from passgraph.backends.base import READ, Backend, DeviceInfo, DrawRunner, FloatBlock, PixelRunner, Use
 from passgraph.backends.opencl import transfers
 from passgraph.backends.opencl.devices import choose, device_infos
 from passgraph.backends.opencl.programs import Programs
@@ -143,7 +143,7 @@ class OpenCLBackend(Backend):
             self.fill(storage.stencil, pixels)
         return storage
 
-    def adopt(self, external: Any, format: Format) -> Storage | None:
+    def adopt(self, external: Any, format: Format, use: Use = READ) -> Storage | None:
         """On processors: a contiguous array, in place until the run ends."""
         return transfers.adopted(self, external, format)
 

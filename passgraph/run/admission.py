@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import combinations
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from passgraph import arguments
+from passgraph.backends.base import DevicePicture
 from passgraph.errors import InputError
 from passgraph.formats import Format, colour_format, float_format
 from passgraph.graph.targets import InputSpec
 from passgraph.plan.data import Plan
 from passgraph.run.finite_checks import NonFinite, admitted
 
+#: What a run is given, and gives back in the place of a result that was written there.
+Picture: TypeAlias = "NDArray[Any] | DevicePicture"
 #: Steps that finding shared memory may take: enough for pictures side by side in one array.
 OVERLAP_WORK = 10_000
 
@@ -28,6 +31,25 @@ def format_of(dtype: np.dtype[Any], channels: int) -> Format:
     """
     own = colour_format(dtype.str[1:], channels) if dtype.isnative else None
     return own or float_format(channels)
+
+
+def admitted_device_picture(picture: DevicePicture, spec: InputSpec) -> DevicePicture:
+    """A picture on the device, where it fits what the input declares; nobody looks at its pixels.
+
+    Raises
+    ------
+    InputError
+        For another size, or fewer channels or more than the declared format has.
+    """
+    if spec.size is not None and picture.size != spec.size:
+        (width, height), (across, down) = spec.size, picture.size
+        raise InputError(f"input {spec.name!r} is declared {width}x{height} pixels, got {across}x{down}: {picture}")
+    if spec.format is not None and min(spec.format.channels, 3) != min(picture.format.channels, 3):
+        raise InputError(
+            f"input {spec.name!r} is {spec.format.name} with {spec.format.channels} channel(s), got "
+            f"{picture.format.channels}: {picture}"
+        )
+    return picture
 
 
 def admitted_picture(
@@ -52,8 +74,10 @@ def admitted_picture(
     return admitted(picture, spec.name, spec.format, non_finite, readers)
 
 
-def bound_to(picture: NDArray[Any], spec: InputSpec) -> tuple[Format, tuple[int, int]]:
+def bound_to(picture: Picture, spec: InputSpec) -> tuple[Format, tuple[int, int]]:
     """Format and size (width, height) of an input that such a picture is given for."""
+    if isinstance(picture, DevicePicture):
+        return spec.format or picture.format, picture.size
     height, width, channels = picture.shape
     return spec.format or format_of(picture.dtype, channels), (width, height)
 
@@ -84,8 +108,10 @@ def _as_values(array: NDArray[Any]) -> NDArray[np.float32]:
         return np.ascontiguousarray(array, np.float32)
 
 
-def given_room(into: object, plan: Plan, pictures: Mapping[str, NDArray[Any]]) -> dict[int, NDArray[Any]]:
-    """Arrays that results are written into, by resource.
+def given_room(
+    into: object, plan: Plan, pictures: Mapping[str, Picture], on_device: Callable[[object], DevicePicture | None]
+) -> dict[int, Picture]:
+    """Arrays, and pictures on the device, that results are written into, by resource.
 
     Raises
     ------
@@ -94,16 +120,35 @@ def given_room(into: object, plan: Plan, pictures: Mapping[str, NDArray[Any]]) -
     """
     if not isinstance(into, Mapping):
         raise InputError(f"into= takes arrays by output name, {{'name': array}}, got {arguments.shown(into)}")
-    room = {}
+    room: dict[int, Picture] = {}
+    arrays = {}
     for name, array in into.items():
         if not arguments.among(name, plan.outputs):
             raise InputError(f"into= names {arguments.shown(name)}; the outputs are {', '.join(plan.outputs)}")
         resource = plan.resources[plan.outputs[name]]
-        room[plan.outputs[name]] = _room(array, resource.format, resource.size, f"into={{{name!r}: …}}")
-    for (one, array), (other, another) in _pairs(into, pictures):
+        picture = on_device(array)
+        if picture is not None:
+            _check_device_room(name, picture, resource.size)
+            room[plan.outputs[name]] = picture
+        else:
+            arrays[name] = array
+            room[plan.outputs[name]] = _room(array, resource.format, resource.size, f"into={{{name!r}: …}}")
+    given = {name: picture for name, picture in pictures.items() if not isinstance(picture, DevicePicture)}
+    for (one, array), (other, another) in _pairs(arrays, given):
         if _overlap(array, another):
             raise InputError(f"the array given for output {one!r} shares memory with {other}; give each its own")
+    for one_picture, other_picture in combinations([p for p in room.values() if isinstance(p, DevicePicture)], 2):
+        if one_picture.overlaps(other_picture):
+            raise InputError(f"into= gives {one_picture} for two outputs; give each its own")
     return room
+
+
+def _check_device_room(name: str, picture: DevicePicture, size: tuple[int, int]) -> None:
+    if picture.size != size:
+        raise InputError(
+            f"into={{{name!r}: …}} takes a picture of {size[0]}x{size[1]} pixels, got {picture.size[0]}x"
+            f"{picture.size[1]}: {picture}"
+        )
 
 
 def _room(array: Any, format_: Format, size: tuple[int, int], what: str) -> NDArray[Any]:

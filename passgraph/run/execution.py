@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.arguments import text
+from passgraph.backends.base import DevicePicture
 from passgraph.errors import GraphError, InputError
 from passgraph.graph.values import OUTPUT_SIZE, Derived, Value
 from passgraph.language.layout import components
@@ -248,7 +249,7 @@ class Execution:
                 continue
             if self.lending.takes(name, resource, self.places[resource], picture):
                 continue
-            if picture.dtype == np.float32:
+            if not isinstance(picture, DevicePicture) and picture.dtype == np.float32:
                 self.backend.upload(self._storage(resource), picture)
             else:
                 self.backend.upload_stored(self._storage(resource), picture, format_)

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from passgraph.plan.data import Plan
+from passgraph.backends.base import DevicePicture, Use
+from passgraph.plan.data import DrawStep, Plan
+from passgraph.run.admission import Picture
 
 if TYPE_CHECKING:
     from passgraph.backends.base import Backend
@@ -28,16 +30,19 @@ class Lending:
     def __init__(self, plan: Plan, backend: Backend) -> None:
         self.plan, self.backend = plan, backend
         self.storages: dict[int, Any] = {}
-        self.room: dict[int, NDArray[Any]] = {}
+        self.room: dict[int, Picture] = {}
         self.transfers: dict[str, str] = {}
+        #: Inputs on the device that are read in place, by resource.
+        self._read: dict[int, DevicePicture] = {}
 
-    def begin(self, room: Mapping[int, NDArray[Any]]) -> None:
+    def begin(self, room: Mapping[int, Picture]) -> None:
         """Another run begins: what the one before was lent is the caller's alone."""
         self.storages.clear()
         self.transfers.clear()
+        self._read.clear()
         self.room = dict(room)
 
-    def takes(self, name: str, resource: int, place: int, picture: NDArray[Any]) -> bool:
+    def takes(self, name: str, resource: int, place: int, picture: Picture) -> bool:
         """Whether an input's picture is read where it lies."""
         format_ = self.plan.resources[resource].format
         storage = self.backend.adopt(picture, format_) if resource in self._read_only else None
@@ -45,14 +50,25 @@ class Lending:
         self.transfers[f"input {name!r}"] = f"{how} from {_layout(picture)}"
         if storage is not None:
             self.storages[place] = storage
+            if isinstance(picture, DevicePicture):
+                self._read[resource] = picture
         return storage is not None
 
     def take_room(self, places: Sequence[int]) -> None:
         """Results that the backend can write where the caller wants them are written there."""
         for resource in self.room.keys() & self._plain_results:
-            storage = self.backend.adopt(self.room[resource], self.plan.resources[resource].format)
+            external = self.room[resource]
+            use = self._uses[self.plan.resources[resource].memory]
+            if isinstance(external, DevicePicture) and self._still_read(external, use):
+                continue
+            storage = self.backend.adopt(external, self.plan.resources[resource].format, use.use)
             if storage is not None:
                 self.storages[places[resource]] = storage
+
+    def _still_read(self, external: DevicePicture, use: _PlaceUse) -> bool:
+        """Whether a pass reads a picture, in place, when something was or is being written over it."""
+        read = {resource for resource, picture in self._read.items() if picture.overlaps(external)}
+        return any(read.intersection(step.reads) for step in self.plan.steps[use.first_written :])
 
     def end(self, places: Sequence[int], memories: Sequence[Any]) -> None:
         """Move the other results to where they are wanted, and give the inputs back.
@@ -78,6 +94,26 @@ class Lending:
         return {r for r in plan.inputs.values() if r not in kept and plan.resources[r].memory not in written}
 
     @cached_property
+    def _uses(self) -> list[_PlaceUse]:
+        """What steps do with each memory; results may share theirs with what is done with before."""
+        plan = self.plan
+        uses = [Use(is_read=False, is_written=True) for _ in plan.memories]
+        first = [len(plan.steps)] * len(plan.memories)
+        for number, step in enumerate(plan.steps):
+            for resource in step.reads:
+                place = plan.resources[resource].memory
+                uses[place] = replace(uses[place], is_read=True)
+            for resource in step.writes:
+                place = plan.resources[resource].memory
+                first[place] = min(first[place], number)
+                drawn, beside = isinstance(step, DrawStep), len(step.writes) > 1
+                uses[place] = replace(
+                    uses[place], is_drawn=uses[place].is_drawn or drawn,
+                    beside_others=uses[place].beside_others or beside,
+                )  # fmt: skip
+        return [_PlaceUse(*both) for both in zip(uses, first, strict=True)]
+
+    @cached_property
     def _plain_results(self) -> set[int]:
         """Results that every run writes anew, and that the next one does not need."""
         plan = self.plan
@@ -86,5 +122,15 @@ class Lending:
         return {made.id for made in plain if made.kind == "target" and made.history is None}
 
 
-def _layout(array: NDArray[Any]) -> str:
+@dataclass(frozen=True)
+class _PlaceUse:
+    """What a run does with a memory, and the first step that writes it."""
+
+    use: Use
+    first_written: int
+
+
+def _layout(array: Picture) -> str:
+    if isinstance(array, DevicePicture):
+        return str(array)
     return f"{np.dtype(array.dtype)} {array.shape}, strides {array.strides}"

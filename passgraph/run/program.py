@@ -18,7 +18,7 @@ from passgraph.graph.outputs import Outputs, named_outputs
 from passgraph.graph.targets import InputSpec, Target, checked_size
 from passgraph.plan.data import Options, Plan, Step
 from passgraph.plan.reach import inputs_behind, passes_behind
-from passgraph.run.admission import admitted_picture, bound_to, given_room
+from passgraph.run.admission import admitted_device_picture, admitted_picture, bound_to, given_room
 from passgraph.run.finite_checks import NonFinite, PassCheck, checked_choice
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 Picture: TypeAlias = NDArray[np.float32]
 #: Arrays to write results into, by output name.
-Into: TypeAlias = Mapping[str, NDArray[Any]]
+Into: TypeAlias = Mapping[str, Any]
 Results: TypeAlias = Literal["float32", "stored"]
 Observer: TypeAlias = Callable[[Step, dict[str, Picture]], None]
 
@@ -163,6 +163,8 @@ class Program:
     def explain(self) -> str:
         """What runs in which order and why, and how the arrays of the last run came in and went out."""
         lines = [self.plan.explain()]
+        if self.backend.about:
+            lines.append(f"- runs in {self.backend.about}")
         if self._execution is not None:
             lines += [f"- {what}: {how}" for what, how in self._execution.lending.transfers.items()]
         return "\n".join(lines)
@@ -251,6 +253,7 @@ class Program:
             Arrays of yours by output name, (height, width, channels) in float32 or in the target's own type (uint8
             for ``rgba8``, uint16 for ``rgba16``, float16 for ``rgba16f``): the results are written there, where the
             backend can in place, and are what the result of the call holds.  They may be views with any row stride.
+            Pictures on the backend's device that are somebody else's too, such as those of a `pg.gl.Host`.
         given
             Pictures and values by name.  Arrays in the type of a format (uint8, uint16, float16, float32) are read
             as they are, in place where the backend can; nothing of them is kept after the call.
@@ -281,7 +284,7 @@ class Program:
             self._make_plan()
         assert self._execution is not None
         values = {name: value for name, value in given.items() if name not in self._inputs}
-        room = given_room(into or {}, self.plan, pictures)
+        room = given_room(into or {}, self.plan, pictures, self.backend.picture_of)
         self._execution.run(pictures, values, observe, self._pass_check, room)
 
     def read(self, name: str | None = None) -> Result:
@@ -321,6 +324,10 @@ class Program:
             if picture is None:
                 raise InputError(f"input {name!r} is missing; run the program as program({name}=picture)")
             seen, checked = self._static_pictures.get(name, (None, None))
+            on_device = self.backend.picture_of(picture)
+            if on_device is not None:
+                pictures[name] = admitted_device_picture(on_device, spec)
+                continue
             if not spec.static or seen is not picture:
                 checked = admitted_picture(picture, spec, self._non_finite, self._readers(name))
             if spec.static:

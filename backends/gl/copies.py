@@ -1,0 +1,202 @@
+"""A host's pictures as textures that passes read, and moves between its pictures and ours: all on the device."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from passgraph.backends.base import Block
+from passgraph.backends.gl import functions as g
+from passgraph.backends.gl import state as fixed
+from passgraph.backends.gl.passes import run_pixels
+from passgraph.backends.gl.placement import PLAIN, Placement, placements_of
+from passgraph.backends.gl.surfaces import attach, in_words
+from passgraph.backends.gl.textures import Surface, Texture, gl_format_of
+from passgraph.backends.gl.transfers import storing_program
+from passgraph.errors import BackendError, InputError
+from passgraph.formats import Format
+
+if TYPE_CHECKING:
+    from passgraph.backends.gl.host import Host, HostPicture
+
+_EMPTY = Block(np.zeros(1, np.float32), np.zeros(1, np.int32))
+#: Sampler parameters: nearest, clamped to the edge, no comparison of depth.
+_NEAREST = {0x2801: g.NEAREST, 0x2800: g.NEAREST, 0x2802: 0x812F, 0x2803: 0x812F, 0x884C: 0}
+_SRGB_DECODE, _SKIP_DECODE, _EXTENSIONS, _COUNT = 0x8A48, 0x8A4A, 0x1F03, 0x821D
+#: Internal format → format and type that an empty texture of it is made with, where those of colour do not do.
+_DEPTHS = {
+    **dict.fromkeys((0x81A5, 0x81A6, 0x81A7, 0x8CAC, 0x1902), (0x1902, 0x1406)),
+    0x88F0: (0x84F9, 0x84FA), 0x84F9: (0x84F9, 0x84FA), 0x8CAD: (0x84F9, 0x8DAD),
+}  # fmt: skip
+_STENCILS = (0x88F0, 0x84F9, 0x8CAD)
+_READ_BUFFER = 0xC02
+
+
+class Copies:
+    """Of one host; textures for copies are kept from run to run."""
+
+    def __init__(self, host: Host) -> None:
+        self.host = host
+        self.objects = host.objects
+        gl = self.objects.gl
+        #: In the place of the parameters of the host's textures, which are theirs.
+        self.sampler = self.objects.new("Sampler")
+        for parameter, value in _NEAREST.items():
+            gl.SamplerParameteri(self.sampler, parameter, value)
+        names = {(gl.GetStringi(_EXTENSIONS, k) or b"").decode() for k in range(gl.integer(_COUNT))}
+        self.skips_decoding = "GL_EXT_texture_sRGB_decode" in names
+        if self.skips_decoding:
+            gl.SamplerParameteri(self.sampler, _SRGB_DECODE, _SKIP_DECODE)
+        self._kept: dict[tuple[object, ...], Texture] = {}
+        self._framebuffers = [self.objects.new("Framebuffer"), self.objects.new("Framebuffer")]
+
+    def can_sample(self, picture: HostPicture) -> bool:
+        """Whether a pass can read it where it is."""
+        facts = picture.facts
+        surface = facts.surface
+        plain = surface.kind == "texture" and surface.target == g.TEXTURE_2D and surface.layer <= 0
+        stored_srgb = "sRGB" in facts.stored
+        return plain and not facts.samples and (self.skips_decoding or not stored_srgb) and surface.level == facts.base
+
+    def sampled(self, picture: HostPicture, format_: Format) -> Texture:
+        """A texture that holds the picture now.
+
+        Raises
+        ------
+        BackendError, InputError
+            Where it is gone, or has another size than when it was asked for.
+        """
+        host, surface = self.host, picture.facts.surface
+        with host.context:
+            self._check_same(picture)
+            if self.can_sample(picture):
+                return Texture(
+                    surface.name, format_, picture.size, gl_format_of(picture.format, padded=False),
+                    picture.placement, picture.region[:2], surface, self.sampler,
+                )  # fmt: skip
+            return self._copied(picture, format_)
+
+    def _check_same(self, picture: HostPicture) -> None:
+        gl, facts = self.host.context.gl, picture.facts
+        surface = facts.surface
+        if surface.kind == "window":
+            return
+        is_texture = surface.kind == "texture"
+        alive = gl.IsTexture(surface.name) if is_texture else gl.IsRenderbuffer(surface.name)
+        now = (0, 0)
+        if alive and is_texture:
+            gl.ActiveTexture(g.TEXTURE0)
+            gl.BindTexture(facts.bound_as, surface.name)
+            now = (
+                gl.level(facts.level_target, surface.level, 0x1000),
+                gl.level(facts.level_target, surface.level, 0x1001),
+            )
+            gl.BindTexture(facts.bound_as, 0)
+        elif alive:
+            gl.BindRenderbuffer(g.RENDERBUFFER, surface.name)
+            now = (gl.renderbuffer(0x8D42), gl.renderbuffer(0x8D43))
+            gl.BindRenderbuffer(g.RENDERBUFFER, 0)
+        gl.drain()
+        if now != facts.size:
+            what = f"has {now[0]}x{now[1]} pixels now, and had" if alive else "is gone, and had"
+            raise InputError(
+                f"{in_words(surface)} {what} {facts.size[0]}x{facts.size[1]} when it was asked for; ask the host anew "
+                "in each frame: it is cheap"
+            )
+
+    def _copied(self, picture: HostPicture, format_: Format) -> Texture:
+        """By one blit, with its rows as they are; several samples a pixel become one."""
+        host, gl, facts = self.host, self.host.context.gl, picture.facts
+        x, y, width, height = picture.region
+        held = self._room_for(picture, format_)
+        fixed.set_common(gl, host.context.bound, 0)
+        host.context.bound.forget()
+        self._bind(
+            g.DRAW_FRAMEBUFFER, self._framebuffers[0], Surface("texture", held.name), facts.is_depth, facts.internal
+        )
+        self._bind(g.READ_FRAMEBUFFER, self._framebuffers[1], facts.surface, facts.is_depth, facts.internal)
+        before = gl.integer(_READ_BUFFER)
+        if facts.surface.kind == "window" and not facts.is_depth:
+            gl.ReadBuffer(facts.surface.buffer)
+        bits = g.DEPTH_BUFFER_BIT if facts.is_depth else g.COLOR_BUFFER_BIT
+        gl.BlitFramebuffer(x, y, x + width, y + height, 0, 0, width, height, bits, g.NEAREST)
+        if facts.surface.kind == "window" and not facts.is_depth:
+            gl.ReadBuffer(before)
+        for target, surface in ((g.DRAW_FRAMEBUFFER, Surface("texture")), (g.READ_FRAMEBUFFER, facts.surface)):
+            self._unbind(target, surface, facts.is_depth, facts.internal)
+        gl.check(f"copying {picture}")
+        return held
+
+    def _bind(self, target: int, framebuffer: int, surface: Surface, is_depth: bool, internal: int) -> None:
+        gl = self.host.context.gl
+        if surface.kind == "window":
+            gl.BindFramebuffer(target, 0)
+            return
+        gl.BindFramebuffer(target, framebuffer)
+        attach(gl, target, _point(is_depth, internal), surface)
+
+    def _unbind(self, target: int, surface: Surface, is_depth: bool, internal: int) -> None:
+        gl = self.host.context.gl
+        if surface.kind != "window":
+            gl.FramebufferTexture2D(target, _point(is_depth, internal), g.TEXTURE_2D, 0, 0)
+        gl.BindFramebuffer(target, 0)
+
+    def _room_for(self, picture: HostPicture, format_: Format) -> Texture:
+        """A texture of ours with the picture's numbers; one for each picture that is copied."""
+        facts, (width, height) = picture.facts, picture.size
+        surface = facts.surface
+        key = (surface.kind, surface.name, facts.is_depth, facts.internal, picture.region)
+        if key not in self._kept:
+            for old in [k for k in self._kept if k[:3] == key[:3]]:
+                self.objects.forget(self._kept.pop(old))
+            gl = self.host.context.gl
+            name = self.objects.new("Texture")
+            external, type_ = _DEPTHS.get(facts.internal, (0x1908, 0x1406))
+            gl.ActiveTexture(g.TEXTURE0)
+            gl.BindTexture(g.TEXTURE_2D, name)
+            with fixed.transfer(gl, fixed.Rows()):
+                gl.BindTexture(g.TEXTURE_2D, name)
+                gl.TexParameteri(g.TEXTURE_2D, 0x813D, 0)
+                gl.TexImage2D(g.TEXTURE_2D, 0, facts.internal, width, height, 0, external, type_, None)
+            gl.check(f"making room for a copy of {picture}")
+            placement = Placement(picture.origin == "bottom") if picture.origin == "bottom" else PLAIN
+            self._kept[key] = Texture(
+                name, format_, picture.size, gl_format_of(picture.format, padded=False), placement,
+                (0, 0), Surface("texture", name), self.sampler,
+            )  # fmt: skip
+        return self._kept[key]
+
+    def move(self, source: Texture, destination: Texture) -> None:
+        """The values of one as those of the other, by a pass of ours."""
+        host = self.host
+        if source.size != destination.size:
+            raise BackendError(f"gl: cannot move {source.size} pixels into {destination.size}")
+        with host.context as gl:
+            gl.drain()
+            program = storing_program(destination.format, source.format)
+            linked = host.programs.pixel(program, placements_of((destination,), (source,)))
+            run_pixels(host, linked, (destination,), (source,), _EMPTY, destination.size)
+            host.unbind()
+            gl.check(f"moving a {source.format.name} picture")
+
+    @contextmanager
+    def plain(self, texture: Texture) -> Iterator[Texture]:
+        """The same picture in a texture of ours, for as long as this is entered."""
+        if texture.surface is None:
+            yield texture
+            return
+        own = self.host.make(texture.format, texture.size)
+        try:
+            self.move(texture, own)
+            yield own
+        finally:
+            self.host.release(own)
+
+
+def _point(is_depth: bool, internal: int) -> int:
+    if not is_depth:
+        return g.COLOR_ATTACHMENT0
+    return g.DEPTH_STENCIL_ATTACHMENT if internal in _STENCILS else g.DEPTH_ATTACHMENT

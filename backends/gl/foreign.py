@@ -1,0 +1,188 @@
+"""What a host's pictures are, asked of OpenGL: size, format, samples, and what is attached to a framebuffer."""
+
+from __future__ import annotations
+
+import ctypes
+from dataclasses import dataclass, replace
+
+from passgraph.backends.gl import functions as g
+from passgraph.backends.gl.functions import Functions
+from passgraph.backends.gl.surfaces import (
+    DEPTH_OF_WINDOW,
+    WINDOW_BUFFERS,
+    attachment_points,
+    bind_surface,
+    in_words,
+    unbind_surface,
+)
+from passgraph.backends.gl.textures import Surface
+from passgraph.errors import BackendError
+from passgraph.formats import FORMATS, Format, colour_format, float_format
+
+_TYPE, _NAME, _LEVEL, _FACE, _LAYER = 0x8CD0, 0x8CD1, 0x8CD2, 0x8CD3, 0x8CD4
+_TEXTURE, _RENDERBUFFER, _WINDOW = 0x1702, 0x8D41, 0x8218
+_COMPONENTS, _DEPTH_SIZE = (0x8212, 0x8213, 0x8214, 0x8215), 0x8216
+_COMPONENT_TYPE, _ENCODING, _SRGB = 0x8211, 0x8210, 0x8C40
+_UNORM, _FLOAT, _INTEGERS = 0x8C17, 0x1406, (0x1404, 0x1405)
+_DRAW_BUFFER, _DRAW_BINDING, _READ_BINDING, _VIEWPORT = 0x8825, 0x8CA6, 0x8CAA, 0xBA2
+_RENDERBUFFER_FACTS = {"width": 0x8D42, "height": 0x8D43, "internal": 0x8D44, "samples": 0x8CAB}
+_TEXTURE_FACTS = {"width": 0x1000, "height": 0x1001, "internal": 0x1003, "samples": 0x9106}
+#: What does not say how many bits a channel has: a window's buffers, and what applications ask for by kind alone.
+_UNSIZED = {0, 1, 2, 3, 4, *range(0x1901, 0x190B), 0x8C40, 0x8C42, 0x84F9}
+#: What a copy of such is stored as, by bits a channel.
+_SIZED = {
+    (8, 8, 8, 8): 0x8058, (8, 8, 8, 0): 0x8051, (5, 6, 5, 0): 0x8D62, (10, 10, 10, 2): 0x8059,
+    (16, 16, 16, 16): 0x881A,
+}  # fmt: skip
+_SIZED_DEPTHS = {(16, 0): 0x81A5, (24, 0): 0x81A6, (24, 8): 0x88F0, (32, 0): 0x81A7, (32, 8): 0x8CAD}
+
+
+@dataclass(frozen=True)
+class Facts:
+    """One surface of a host.
+
+    Attributes
+    ----------
+    size : (width, height) of all of it, pixels
+    format : what a kernel reads it as
+    internal : what a texture of the same numbers is made as
+    samples : a pixel; 0 where there is no multisampling
+    stored : in words
+    bound_as, level_target, base : of a texture: as what it is bound, what its levels are asked by, and its base level
+    """
+
+    surface: Surface
+    size: tuple[int, int]
+    format: Format
+    internal: int
+    samples: int
+    stored: str
+    is_depth: bool
+    bound_as: int = g.TEXTURE_2D
+    level_target: int = g.TEXTURE_2D
+    base: int = 0
+
+
+def texture_surface(gl: Functions, name: int) -> Surface:
+    """A texture by its name; unit 0 is used.
+
+    Raises
+    ------
+    BackendError
+        Where there is none of this name.
+    """
+    if gl.IsTexture(name):
+        for target in (g.TEXTURE_2D, *g.OTHER_TEXTURES):
+            gl.drain()
+            gl.ActiveTexture(g.TEXTURE0)
+            gl.BindTexture(target, name)
+            if gl.GetError() == g.NO_ERROR:
+                level = ctypes.c_int(0)
+                gl.GetTexParameteriv(target, 0x813C, ctypes.byref(level))  # the base level
+                gl.BindTexture(target, 0)
+                gl.drain()
+                return Surface("texture", name, target, level.value)
+    raise BackendError(
+        f"gl: there is no texture {name} in the host's context; give the name that OpenGL has for it, of a texture that "
+        "has been bound once and was not deleted"
+    )
+
+
+def attached(gl: Functions, depth: bool) -> Surface | None:
+    """What the bound draw framebuffer has for its first draw buffer, or for depth; None for nothing.
+
+    It only asks, so it may be called in the host's own context.
+    """
+    buffer = gl.integer(_DRAW_BUFFER)
+    if gl.integer(_DRAW_BINDING) == 0:
+        if depth:
+            found = gl.attachment(DEPTH_OF_WINDOW, _TYPE)
+            return Surface("window", buffer=DEPTH_OF_WINDOW) if found else None
+        return Surface("window", buffer=buffer) if buffer in WINDOW_BUFFERS else None
+    point = g.DEPTH_ATTACHMENT if depth else buffer
+    if not point:
+        return None
+    kind = gl.attachment(point, _TYPE)
+    if kind == _RENDERBUFFER:
+        return Surface("renderbuffer", gl.attachment(point, _NAME))
+    if kind != _TEXTURE:
+        return None
+    name, level = gl.attachment(point, _NAME), gl.attachment(point, _LEVEL)
+    face, layer = gl.attachment(point, _FACE), gl.attachment(point, _LAYER)
+    return Surface("texture", name, face or g.TEXTURE_2D, level, layer)
+
+
+def facts_of(gl: Functions, surface: Surface, scratch: int, window: tuple[int, int] | None) -> Facts:
+    """What a surface is.  ``scratch`` is a framebuffer of ours to attach it to, ``window`` the size of framebuffer 0.
+
+    Raises
+    ------
+    BackendError
+        For what is gone, and for what no kernel can read: integers.
+    """
+    whole, level_target = surface, g.TEXTURE_2D
+    if surface.kind == "texture":
+        whole = texture_surface(gl, surface.name)
+        if not surface.target:  # asked for by name alone
+            surface = whole
+        is_face = surface.target in range(0x8515, 0x851B)
+        surface = replace(surface, target=surface.target if is_face else whole.target)
+        level_target = surface.target
+        gl.BindTexture(whole.target, surface.name)
+        found = {k: gl.level(level_target, surface.level, what) for k, what in _TEXTURE_FACTS.items()}
+        gl.BindTexture(whole.target, 0)
+    elif surface.kind == "renderbuffer":
+        if not gl.IsRenderbuffer(surface.name):
+            raise BackendError(f"gl: there is no renderbuffer {surface.name} in the host's context")
+        gl.BindRenderbuffer(g.RENDERBUFFER, surface.name)
+        found = {k: gl.renderbuffer(what) for k, what in _RENDERBUFFER_FACTS.items()}
+        gl.BindRenderbuffer(g.RENDERBUFFER, 0)
+    else:
+        if window is None:
+            raise BackendError("gl: the size of framebuffer 0 is not known; give it as size=(width, height)")
+        found = {"width": window[0], "height": window[1], "internal": 0, "samples": 0}
+    made = _with_components(gl, surface, scratch, found)
+    return replace(made, bound_as=whole.target, level_target=level_target, base=whole.level)
+
+
+def _with_components(gl: Functions, surface: Surface, scratch: int, found: dict[str, int]) -> Facts:
+    bind_surface(gl, g.FRAMEBUFFER, scratch, surface)
+    depth_point, colour_point = attachment_points(surface)
+    components = tuple([gl.attachment(colour_point, what) for what in _COMPONENTS])
+    depth = 0 if any(components) else gl.attachment(depth_point, _DEPTH_SIZE)
+    if surface.kind == "window":
+        found["samples"] = gl.integer(0x80A9)
+    if depth:
+        internal = found["internal"]
+        if internal in _UNSIZED:
+            stencil = gl.attachment(0x1802, 0x8217) if surface.kind == "window" else 8 * (internal == 0x84F9)
+            internal = _SIZED_DEPTHS.get((depth, stencil), 0x81A6)
+        made = Facts(surface, _size(found), float_format(1), internal, found["samples"], f"depth of {depth} bits", True)
+        unbind_surface(gl, g.FRAMEBUFFER, surface)
+        return made
+    kind = gl.attachment(colour_point, _COMPONENT_TYPE)
+    srgb = gl.attachment(colour_point, _ENCODING) == _SRGB and components[0] == 8
+    unbind_surface(gl, g.FRAMEBUFFER, surface)
+    stored = f"{'/'.join(map(str, components))} bits{' float' if kind == _FLOAT else ''}{' sRGB' if srgb else ''}"
+    if kind in _INTEGERS:
+        raise BackendError(f"gl: {in_words(surface)} holds whole numbers ({stored}), which no kernel reads")
+    format_ = _format(components, kind, srgb)
+    internal = found["internal"]
+    if internal in _UNSIZED:
+        internal = _SIZED.get(components, 0x8058)
+    return Facts(surface, _size(found), format_, internal, found["samples"], stored, False)
+
+
+def _size(found: dict[str, int]) -> tuple[int, int]:
+    return found["width"], found["height"]
+
+
+def _format(components: tuple[int, ...], kind: int, srgb: bool) -> Format:
+    """The format that holds the same numbers, else float32: 5 bits, 10 bits and the like are read as values."""
+    channels = sum(1 for bits in components if bits) if components[0] else 4
+    alike = len({bits for bits in components if bits}) == 1
+    number = {(_UNORM, 8): "u1", (_UNORM, 16): "u2", (_FLOAT, 16): "f2"}.get((kind, components[0])) if alike else None
+    if srgb and number == "u1" and channels in (3, 4):
+        return FORMATS["rgba8_srgb" if channels == 4 else "rgb8_srgb"]
+    exact = colour_format(number, channels) if number else None
+    return exact or float_format(channels)

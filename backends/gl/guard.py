@@ -1,0 +1,239 @@
+"""A host's own context, used in place: what we change is read before and set again behind.
+
+For hosts beside which no context of ours can be made (:mod:`passgraph.backends.gl.sibling`).  About 250 calls of
+OpenGL each way.  Conditional rendering and a running occlusion query cannot be asked for: they take part in our passes.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from typing import Any
+
+from passgraph.backends.gl import functions as g
+from passgraph.backends.gl import state as fixed
+from passgraph.backends.gl.canary import Canary
+from passgraph.backends.gl.context import Context
+from passgraph.backends.gl.current import Current
+from passgraph.backends.gl.functions import Functions
+from passgraph.backends.gl.sibling import OTHER_CONTEXT, current_state
+from passgraph.backends.turn import Turn, open_driver
+from passgraph.errors import BackendError
+
+#: Besides what passes switch themselves: primitive restart (two), alpha to one, alpha test, clip distances, sampled
+#: shading.  None of them is one of ours to need.
+_MORE_SWITCHES = (0x8F9D, 0x8D69, 0x809F, 0x0BC0, 0x3006, 0x3007, 0x8C36)
+_PASS_SWITCHES = (fixed.CULL_FACE, fixed.DEPTH_TEST, fixed.STENCIL_TEST, fixed.POLYGON_OFFSET_FILL)
+#: Kinds of textures that finding out about one may bind, and what asks for their binding.
+_TEXTURE_TARGETS = {g.TEXTURE_2D: 0x8069, **g.OTHER_TEXTURES}
+_PIXEL_STORE = (0xCF0, 0xCF2, 0xCF3, 0xCF4, 0xCF5, 0xD00, 0xD02, 0xD03, 0xD04, 0xD05)
+_VIEWPORT, _VIEWPORTS, _COLOUR_MASK, _DEPTH_RANGE = 0xBA2, 16, 0xC23, 0xB70
+_STENCIL = {g.FRONT: (0xB92, 0xB97, 0xB93, 0xB94, 0xB95, 0xB96, 0xB98),
+            g.BACK: (0x8800, 0x8CA3, 0x8CA4, 0x8801, 0x8802, 0x8803, 0x8CA5)}  # fmt: skip
+_BLEND_TERMS = (0x80C9, 0x80C8, 0x80CB, 0x80CA, 0x8009, 0x883D)
+_FEEDBACK_ACTIVE, _FEEDBACK_PAUSED = 0x8E24, 0x8E23
+_CLIP_ORIGIN, _CLIP_DEPTH, _LOWER_LEFT, _MINUS_ONE_TO_ONE = 0x935C, 0x935D, 0x8CA1, 0x935E
+_CLAMPS, _FALSE = ((0x891A, 0x891A), (0x891B, 0x891B), (0x891C, 0x891C)), 0
+_ALL_STENCIL = 0xFFFFFFFF
+
+Restore = Callable[[], object]
+
+
+class Guard:
+    """Reads and sets again the state of one context."""
+
+    def __init__(self, gl: Functions, units: int) -> None:
+        self.gl, self.units = gl, units
+        self.buffers = gl.integer(g.MAX_DRAW_BUFFERS)
+        wanted = (*fixed.OFF, *_PASS_SWITCHES, *_MORE_SWITCHES)
+        self.switches = [s for s in wanted if s != fixed.SCISSOR_TEST and self._known(lambda s=s: gl.IsEnabled(s))]
+        self.clamps = [pair for pair in _CLAMPS if self._known(lambda pair=pair: gl.integer(pair[0]))]
+        self.has_viewports = gl.ViewportIndexedf is not None
+        self.has_clip_control = gl.ClipControl is not None and self._known(lambda: gl.integer(_CLIP_ORIGIN))
+        # Compatibility contexts have a polygon mode for each side, and an alpha test.
+        self.two_modes = 0x0BC0 in self.switches
+
+    def _known(self, ask: Callable[[], object]) -> bool:
+        self.gl.drain()
+        ask()
+        return bool(self.gl.GetError() == g.NO_ERROR)
+
+    def save(self) -> list[Restore]:
+        """What sets everything again, to be called from the last to the first; then nothing is in our way.
+
+        Raises
+        ------
+        BackendError
+            In the middle of the host's transform feedback, in which nothing else can be drawn.
+        """
+        gl = self.gl
+        if gl.integer(_FEEDBACK_ACTIVE) and not gl.integer(_FEEDBACK_PAUSED):
+            raise BackendError(
+                "gl: the host's transform feedback is active, in which no pass can run; run the program before it "
+                "begins or after it ends"
+            )
+        saved: list[Restore] = []
+        for part in (self._bindings, self._textures, self._switches, self._colours, self._geometry, self._stencil):
+            saved += part()
+        self._neutralise()
+        return saved
+
+    def _bindings(self) -> Iterable[Restore]:
+        gl, ask = self.gl, self.gl.integer
+        for what, target in ((0x8CA6, g.DRAW_FRAMEBUFFER), (0x8CAA, g.READ_FRAMEBUFFER)):
+            yield _later(gl.BindFramebuffer, target, ask(what))
+        for what, target in (
+            (0x8894, g.ARRAY_BUFFER), (0x88ED, g.PIXEL_PACK_BUFFER), (0x88EF, g.PIXEL_UNPACK_BUFFER),
+        ):  # fmt: skip
+            yield _later(gl.BindBuffer, target, ask(what))
+        yield _later(gl.UseProgram, ask(0x8B8D))
+        yield _later(gl.BindVertexArray, ask(0x85B5))
+        yield _later(gl.BindRenderbuffer, g.RENDERBUFFER, ask(0x8CA7))
+        for what in _PIXEL_STORE:
+            yield _later(gl.PixelStorei, what, ask(what))
+
+    def _textures(self) -> Iterable[Restore]:
+        gl = self.gl
+        yield _later(gl.ActiveTexture, gl.integer(0x84E0))
+        for unit in range(self.units):
+            gl.ActiveTexture(g.TEXTURE0 + unit)
+            yield _later(gl.BindSampler, unit, gl.integer(0x8919))
+            # One by one they are found on unit 0 alone.
+            for target, binding in _TEXTURE_TARGETS.items() if unit == 0 else [(g.TEXTURE_2D, 0x8069)]:
+                yield _later(gl.BindTexture, target, gl.integer(binding))
+            yield _later(gl.ActiveTexture, g.TEXTURE0 + unit)
+
+    def _switches(self) -> Iterable[Restore]:
+        gl = self.gl
+        for switch in self.switches:
+            yield _later(gl.Enable if gl.IsEnabled(switch) else gl.Disable, switch)
+        for viewport in range(_VIEWPORTS if self.has_viewports else 1):
+            on = gl.IsEnabledi(fixed.SCISSOR_TEST, viewport) if self.has_viewports else gl.IsEnabled(fixed.SCISSOR_TEST)
+            change = (gl.Enablei if on else gl.Disablei) if self.has_viewports else (gl.Enable if on else gl.Disable)
+            yield _later(change, fixed.SCISSOR_TEST, *([viewport] if self.has_viewports else []))
+
+    def _colours(self) -> Iterable[Restore]:
+        gl, apart = self.gl, self.gl.BlendFuncSeparatei is not None
+        mask, number = (ctypes.c_ubyte * 4)(), ctypes.c_int(0)
+        for buffer in range(self.buffers):
+            gl.GetBooleani_v(_COLOUR_MASK, buffer, mask)
+            yield _later(gl.ColorMaski, buffer, *mask)
+            yield _later(gl.Enablei if gl.IsEnabledi(fixed.BLEND, buffer) else gl.Disablei, fixed.BLEND, buffer)
+            if not apart and buffer:
+                continue
+            terms = []
+            for what in _BLEND_TERMS:
+                if apart:
+                    gl.GetIntegeri_v(what, buffer, ctypes.byref(number))
+                terms.append(number.value if apart else gl.integer(what))
+            yield _later(*((gl.BlendFuncSeparatei, buffer) if apart else (gl.BlendFuncSeparate,)), *terms[:4])
+            yield _later(*((gl.BlendEquationSeparatei, buffer) if apart else (gl.BlendEquationSeparate,)), *terms[4:])
+        for what, target in self.clamps:
+            yield _later(gl.ClampColor, target, gl.integer(what))
+
+    def _geometry(self) -> Iterable[Restore]:
+        gl, four = self.gl, (ctypes.c_float * 4)()
+        if self.has_viewports:
+            for viewport in range(_VIEWPORTS):
+                gl.GetFloati_v(_VIEWPORT, viewport, four)
+                yield _later(gl.ViewportIndexedf, viewport, *four)
+        else:
+            gl.GetFloatv(_VIEWPORT, four)
+            yield _later(gl.Viewport, *(int(side) for side in four))
+        gl.GetFloatv(_DEPTH_RANGE, four)
+        yield _later(gl.DepthRange, four[0], four[1])
+        modes = (ctypes.c_int * 2)()
+        gl.GetIntegerv(0xB40, modes)
+        if self.two_modes:
+            yield _later(gl.PolygonMode, g.FRONT, modes[0])
+            yield _later(gl.PolygonMode, g.BACK, modes[1])
+        else:
+            yield _later(gl.PolygonMode, g.FRONT_AND_BACK, modes[0])
+        yield _later(gl.CullFace, gl.integer(0xB45))
+        yield _later(gl.FrontFace, gl.integer(0xB46))
+        yield _later(gl.DepthFunc, gl.integer(0xB74))
+        yield _later(gl.DepthMask, gl.integer(0xB72))
+        offset = (ctypes.c_float * 2)()
+        for k, what in enumerate((0x8038, 0x2A00)):
+            gl.GetFloatv(what, ctypes.byref(offset, 4 * k))
+        yield _later(gl.PolygonOffset, *offset)
+        if self.has_clip_control:
+            yield _later(gl.ClipControl, gl.integer(_CLIP_ORIGIN), gl.integer(_CLIP_DEPTH))
+
+    def _stencil(self) -> Iterable[Restore]:
+        gl, wide = self.gl, ctypes.c_int64(0)
+        for face, asked in _STENCIL.items():
+            numbers = []
+            for what in asked:
+                # Of 64 bits: the other way of asking cuts masks to 31.
+                gl.GetInteger64v(what, ctypes.byref(wide))
+                numbers.append(wide.value & _ALL_STENCIL)
+            function, reference, mask, fail, depth_fail, success, write = numbers
+            yield _later(gl.StencilFuncSeparate, face, function, reference, mask)
+            yield _later(gl.StencilOpSeparate, face, fail, depth_fail, success)
+            yield _later(gl.StencilMaskSeparate, face, write)
+
+    def _neutralise(self) -> None:
+        """Besides what passes set themselves."""
+        gl = self.gl
+        for switch in self.switches:
+            if switch in _MORE_SWITCHES:
+                gl.Disable(switch)
+        for _, target in self.clamps:
+            gl.ClampColor(target, _FALSE)
+        gl.DepthRange(0.0, 1.0)
+        if self.has_clip_control:
+            gl.ClipControl(_LOWER_LEFT, _MINUS_ONE_TO_ONE)
+
+
+def _later(call: Any, *arguments: Any) -> Restore:
+    return lambda: call(*arguments)
+
+
+class GuardedContext(Context):
+    """Entered where the host's context is current; its state is put aside for as long."""
+
+    about = "the host's context, whose state is read before and set again behind"
+
+    def __init__(self, turn: Turn | None = None) -> None:
+        open_driver("gl")
+        super().__init__(turn)
+        self._current = Current()
+        self.host = current_state(self._current)
+        self._before = self.host
+        self.gl = Functions(self._current.system(self.host).address)
+        self._saved: list[Restore] = []
+        self._guard = Guard(self.gl, 8)
+        self._canary = Canary(self.gl)
+        self._delete: Callable[[], None] = lambda: None
+
+    def need_units(self, count: int) -> None:
+        self._guard.units = max(self._guard.units, count)
+
+    def _look(self) -> None:
+        now = current_state(self._current)
+        if (now.context, now.display) != (self.host.context, self.host.display):
+            raise BackendError(OTHER_CONTEXT)
+        self._canary.look()
+
+    def _make_current(self) -> None:
+        self._look()
+        self.gl.drain()
+        self._saved = self._guard.save()
+
+    def _put_back(self) -> None:
+        saved, self._saved = self._saved, []
+        for restore in reversed(saved):
+            restore()
+
+    def at_release(self, delete: Callable[[], None]) -> None:
+        self._delete = delete
+
+    def release(self) -> None:
+        """Nothing where the host's context is not current: what is ours goes with it."""
+        self.closed = True
+        with suppress(BackendError):
+            self._look()
+            self._delete()
+            self._canary.release()

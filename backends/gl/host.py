@@ -1,0 +1,373 @@
+"""OpenGL in a host program's context: an engine's pictures are read and written where they are.
+
+The engine never notices: a context of ours beside its own has a state of its own, or, where none can be made, the
+engine's state is read before and set again behind.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph import arguments
+from passgraph.backends.base import READ, DevicePicture, FloatBlock, Use
+from passgraph.backends.gl import functions as g
+from passgraph.backends.gl.backend import GLBackend
+from passgraph.backends.gl.copies import Copies
+from passgraph.backends.gl.current import Current
+from passgraph.backends.gl.foreign import Facts, attached, facts_of
+from passgraph.backends.gl.guard import GuardedContext
+from passgraph.backends.gl.placement import PLAIN, Placement
+from passgraph.backends.gl.sibling import SiblingContext, current_state
+from passgraph.backends.gl.surfaces import in_words
+from passgraph.backends.gl.textures import Surface, Texture, gl_format_of
+from passgraph.errors import BackendError, InputError
+from passgraph.formats import FORMATS, Format
+
+Isolation = Literal["auto", "sibling", "guard"]
+Origin = Literal["bottom", "top"]
+#: (x, y, width, height) in pixels; x and y of the lowest left one, as OpenGL counts.
+Region = tuple[int, int, int, int]
+
+
+@dataclass(frozen=True, eq=False)
+class HostPicture(DevicePicture):
+    """A picture of a host's, to be given for an input or in ``into=``.
+
+    Attributes
+    ----------
+    region : (x, y, width, height) of it in what it is a part of, from the lowest left pixel
+    origin : whether its first row in memory is the lowest ("bottom", as OpenGL has it) or the highest ("top")
+    facts : what OpenGL says of the whole
+    """
+
+    region: Region
+    origin: Origin
+    facts: Facts
+    host: Host = field(repr=False)
+
+    @property
+    def samples(self) -> int:
+        """So many a pixel; 0 where there is no multisampling."""
+        return self.facts.samples
+
+    @property
+    def is_part(self) -> bool:
+        return self.region != (0, 0, *self.facts.size)
+
+    @property
+    def placement(self) -> Placement:
+        made = Placement(self.origin == "bottom", self.is_part)
+        return PLAIN if made == PLAIN else made
+
+    def overlaps(self, other: DevicePicture) -> bool:
+        if not isinstance(other, HostPicture):
+            return False
+        one, another = self.facts.surface, other.facts.surface
+        if (one.kind, one.name, self.facts.is_depth) != (another.kind, another.name, other.facts.is_depth):
+            return False
+        (x, y, width, height), (u, v, across, up) = self.region, other.region
+        return x < u + across and u < x + width and y < v + up and v < y + height
+
+    def __str__(self) -> str:
+        x, y, width, height = self.region
+        part = f" from ({x}, {y})" if self.is_part else ""
+        samples = f", {self.samples} samples a pixel" if self.samples else ""
+        return f"{in_words(self.facts.surface)}: {width}x{height} pixels{part}, {self.facts.stored}{samples}"
+
+
+@dataclass(frozen=True, eq=False)
+class HostFramebuffer:
+    """A framebuffer of a host's.  Given for an input or in ``into=`` it stands for its ``color``.
+
+    Attributes
+    ----------
+    color : what its first draw buffer draws into; None where it draws no colour
+    depth : its depth, from 0 to 1 as the engine keeps it (:func:`passgraph.hardware_depth`), one channel; or None
+    """
+
+    color: HostPicture | None
+    depth: HostPicture | None
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """(width, height), pixels."""
+        return self._any().size
+
+    @property
+    def samples(self) -> int:
+        return self._any().samples
+
+    def _any(self) -> HostPicture:
+        found = self.color or self.depth
+        assert found is not None
+        return found
+
+
+class Host(GLBackend):
+    """A backend in a host program's OpenGL context (3.3 or newer).
+
+    It is used in the thread and with the context that it was made in; each run says so where that does not hold.
+    Between runs nothing of ours is current, bound or set.  `close` deletes what is ours, wherever it is called in
+    contexts of EGL and GLX; a guarded host is closed where its context is current, else its objects go with that.
+
+    >>> host = pg.gl.Host.current()                                          # doctest: +SKIP
+    >>> program = pg.compile(black_and_white(pg.Input("frame")), backend=host)    # doctest: +SKIP
+    >>> program.run(frame=host.framebuffer(), into={"black_and_white": host.framebuffer()})   # doctest: +SKIP
+    """
+
+    @classmethod
+    def current(cls, isolation: Isolation = "auto") -> Host:
+        """The one whose context is current in this thread.
+
+        Parameters
+        ----------
+        isolation
+            ``"sibling"``: in a context of ours that shares its objects; ``"guard"``: in its own, whose state is put
+            back; ``"auto"``: the first where the system makes one.
+
+        Raises
+        ------
+        BackendError
+            Where no context is current, none can be made beside it, or it is older than OpenGL 3.3.
+        """
+        return cls(isolation)
+
+    def __init__(self, isolation: Isolation = "auto") -> None:
+        arguments.one_of(isolation, "isolation", get_args(Isolation))
+        self.isolation: str = "guard"
+        context: SiblingContext | GuardedContext | None = None
+        if isolation != "guard":
+            try:
+                context = SiblingContext(self.turn)
+                self.isolation = "sibling"
+            except BackendError:
+                current_state(Current())  # nothing current: neither can be made
+                if isolation == "sibling":
+                    raise
+        self._open(context or GuardedContext(self.turn))
+        context_ = self.context
+        assert isinstance(context_, SiblingContext | GuardedContext)
+        context_.at_release(self.objects.delete_all)
+        self.about = context_.about
+
+    def _open(self, context: Any) -> None:
+        super()._open(context)
+        with self.context as gl:
+            self._scratch = self.objects.new("Framebuffer")
+            self.copies = Copies(self)
+            gl.BindFramebuffer(g.FRAMEBUFFER, 0)
+
+    # What the host has
+
+    def framebuffer(
+        self,
+        name: int | None = None,
+        *,
+        region: Region | None = None,
+        size: tuple[int, int] | None = None,
+        origin: Origin = "bottom",
+        srgb: bool | None = None,
+    ) -> HostFramebuffer:
+        """A framebuffer of the host's, as it is now.
+
+        Parameters
+        ----------
+        name
+            OpenGL's; None takes the one that is bound for drawing.
+        region
+            (x, y, width, height) from the lowest left pixel, such as the viewport of one of several views.
+        size
+            (width, height) of framebuffer 0, where the system does not tell.
+        origin
+            ``"bottom"`` where the picture's lowest row is the first in memory, as nearly everywhere.
+        srgb
+            Whether colours are encoded by the sRGB curve; None takes OpenGL's word.  Many engines keep encoded
+            colours in formats that do not say so.
+
+        Raises
+        ------
+        BackendError
+            For what is not there, or has nothing attached.
+        """
+        self._check_current()
+        gl = self.context.gl
+        if name is None:
+            colour, depth = attached(gl, depth=False), attached(gl, depth=True)
+        else:
+            bound = gl.integer(0x8CA6)
+            gl.BindFramebuffer(g.DRAW_FRAMEBUFFER, name)
+            try:
+                colour, depth = attached(gl, depth=False), attached(gl, depth=True)
+            finally:
+                gl.BindFramebuffer(g.DRAW_FRAMEBUFFER, bound)
+        if colour is None and depth is None:
+            raise BackendError("gl: the framebuffer has nothing attached that a pass could read or write")
+        window = size or self._window_size()
+        return HostFramebuffer(
+            None if colour is None else self._picture(colour, window, region, origin, srgb),
+            None if depth is None else self._picture(depth, window, region, origin, None),
+        )
+
+    def texture(
+        self, name: int, *, region: Region | None = None, origin: Origin = "bottom", srgb: bool | None = None
+    ) -> HostPicture:
+        """A texture of the host's by OpenGL's name, as it is now; parameters as in :meth:`framebuffer`.
+
+        ``region`` is for textures larger than their picture, such as those padded to powers of two.
+        """
+        self._check_current()
+        return self._picture(Surface("texture", int(name), target=0), None, region, origin, srgb)
+
+    def _check_current(self) -> None:
+        with self.context:
+            pass
+
+    def _window_size(self) -> tuple[int, int] | None:
+        current = Current()
+        state = current_state(current)
+        return current.system(state).surface_size(state)
+
+    def _picture(
+        self, surface: Surface, window: tuple[int, int] | None, region: Region | None, origin: Origin,
+        srgb: bool | None,
+    ) -> HostPicture:  # fmt: skip
+        arguments.one_of(origin, "origin", get_args(Origin))
+        with self.context as gl:
+            facts = facts_of(gl, surface, self._scratch, window)
+            gl.drain()
+        x, y, width, height = region = region or (0, 0, *facts.size)
+        if min(x, y) < 0 or min(width, height) < 1 or x + width > facts.size[0] or y + height > facts.size[1]:
+            raise InputError(
+                f"region {region} is not inside of {in_words(facts.surface)}, which has {facts.size[0]}x"
+                f"{facts.size[1]} pixels; give (x, y, width, height) from its lowest left pixel"
+            )
+        format_ = facts.format if srgb is None or facts.is_depth else _encoded(facts.format, srgb)
+        return HostPicture(format_, (width, height), region, origin, facts, self)
+
+    # The contract
+
+    def picture_of(self, given: object) -> DevicePicture | None:
+        if isinstance(given, HostFramebuffer):
+            if given.color is None:
+                raise InputError("the framebuffer draws no colour; give its .depth, or another one")
+            given = given.color
+        if not isinstance(given, HostPicture):
+            return None
+        if given.host is not self:
+            raise InputError(f"{given} is of another host; ask this program's backend for it")
+        return given
+
+    def adopt(self, external: Any, format: Format, use: Use = READ) -> Texture | None:
+        if not isinstance(external, HostPicture):
+            return super().adopt(external, format, use)
+        return self._room(external, format, use) if use.is_written else self._read(external, format)
+
+    def _read(self, picture: HostPicture, format_: Format) -> Texture | None:
+        """To be sampled: the texture itself, or a copy made on the device of what cannot be."""
+        readable = picture.format == format_ or (
+            (format_.number, format_.channels) == ("f4", picture.format.channels) and not picture.format.srgb
+        )
+        return self.copies.sampled(picture, format_) if readable else None
+
+    def _room(self, picture: HostPicture, format_: Format, use: Use) -> Texture | None:
+        check_room(picture, format_)
+        surface = picture.facts.surface
+        if use.is_drawn or use.beside_others:
+            return None
+        if use.is_read and (picture.format != format_ or not self.copies.can_sample(picture)):
+            return None
+        return self.drawn_into(picture, format_ if use.is_read else picture.format, format_, surface)
+
+    def drawn_into(self, picture: HostPicture, held: Format, format_: Format, surface: Surface) -> Texture:
+        """The host's picture as something that passes write."""
+        name = surface.name if surface.kind == "texture" else 0
+        x, y = picture.region[:2]
+        return Texture(
+            name, format_, picture.size, gl_format_of(held, padded=False), picture.placement, (x, y), surface,
+            self.copies.sampler,
+        )  # fmt: skip
+
+    def upload_stored(self, storage: Texture, numbers: NDArray[Any] | HostPicture, format: Format) -> None:
+        if not isinstance(numbers, HostPicture):
+            super().upload_stored(storage, numbers, format)
+            return
+        source = self.copies.sampled(numbers, numbers.format)
+        self.copies.move(source, storage)
+
+    def download_into(self, storage: Texture, into: NDArray[Any] | HostPicture, format: Format) -> None:
+        if isinstance(into, HostPicture):
+            check_room(into, format)
+            target = self.drawn_into(into, into.format, _as_wide(format, into.format), into.facts.surface)
+            self.copies.move(storage, target)
+        else:
+            with self.copies.plain(storage) as own:
+                super().download_into(own, into, format)
+
+    def download(self, storage: Texture) -> FloatBlock:
+        values = np.empty((*storage.size[::-1], storage.format.channels), np.float32)
+        self.download_into(storage, values, storage.format)
+        return values
+
+    def copy(self, source: Texture, destination: Texture) -> None:
+        if source.surface is None and destination.surface is None:
+            super().copy(source, destination)
+        else:
+            self.copies.move(source, destination)
+
+    def pixel_pass(self, step: Any) -> Any:
+        self._need_units(step.images)
+        return super().pixel_pass(step)
+
+    def draw_pass(self, step: Any) -> Any:
+        self._need_units(step.images)
+        return super().draw_pass(step)
+
+    def _need_units(self, images: Sequence[Any]) -> None:
+        if isinstance(self.context, GuardedContext):
+            self.context.need_units(len(images))
+
+    def unbind(self) -> None:
+        super().unbind()
+        gl = self.context.gl
+        if self.objects.attached:
+            gl.BindFramebuffer(g.FRAMEBUFFER, self.objects.for_foreign)
+            self.objects.detach()
+            gl.BindFramebuffer(g.FRAMEBUFFER, 0)
+
+
+def check_room(picture: HostPicture, format_: Format) -> None:
+    """Whether a target of a format can be written there."""
+    if picture.facts.is_depth:
+        raise InputError(f"{picture} is depth, which no pass writes; give a colour picture in into=")
+    if picture.format.srgb != format_.srgb:
+        holds, written = ("sRGB-encoded", "linear") if picture.format.srgb else ("plain", "sRGB-encoded")
+        raise InputError(
+            f"{picture} holds {holds} numbers, and target format {format_.name} {written} ones; give the target "
+            f"format rgba8{'_srgb' if picture.format.srgb else ''}, or ask for the picture with srgb={format_.srgb}"
+        )
+    if format_.channels != picture.format.channels and min(format_.channels, picture.format.channels) < 3:
+        raise InputError(
+            f"{picture} has {picture.format.channels} channel(s), and target format {format_.name} has "
+            f"{format_.channels}; they must be as many"
+        )
+
+
+def _encoded(format_: Format, srgb: bool) -> Format:
+    """The same numbers, read as encoded by the sRGB curve or not."""
+    name = format_.name.removesuffix("_srgb") + ("_srgb" if srgb else "")
+    if name not in FORMATS:
+        raise InputError(f"srgb={srgb}: there is no format {name}; colours of {format_.name} are not encoded")
+    return FORMATS[name]
+
+
+def _as_wide(format_: Format, picture: Format) -> Format:
+    """A target's format, with the channels of the picture that it goes to."""
+    if format_.channels == picture.channels:
+        return format_
+    name = format_.name.replace("rgba" if format_.channels == 4 else "rgb", "rgba" if picture.channels == 4 else "rgb")
+    return FORMATS[name]

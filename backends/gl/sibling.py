@@ -1,0 +1,132 @@
+"""A context of our own beside a host program's: it shares textures and the like, and has a state of its own.
+
+Made through EGL or GLX, whichever made the host's.  Nothing that is set or bound in it is seen by the host.  Objects
+that hold others (framebuffers, vertex arrays) are not shared, so that the host's textures are attached to our own.
+"""
+
+from __future__ import annotations
+
+import weakref
+from collections.abc import Callable
+from contextlib import suppress
+from typing import Any
+
+from passgraph.backends.gl.canary import Canary
+from passgraph.backends.gl.context import Context, destroy_later, destroy_now
+from passgraph.backends.gl.current import Current, State
+from passgraph.backends.gl.functions import Functions
+from passgraph.backends.turn import Turn, open_driver
+from passgraph.errors import BackendError
+
+_COMMANDS_COMPLETE, _NO_TIMEOUT = 0x9117, 0xFFFFFFFFFFFFFFFF
+NO_CONTEXT = (
+    "no OpenGL context is current in this thread; ask for the host where the engine draws: in its draw callback, or "
+    "after it has made its context current"
+)
+
+
+def current_state(current: Current) -> State:
+    """What is current in this thread.
+
+    Raises
+    ------
+    BackendError
+        Where nothing is.
+    """
+    state = current.state()
+    if state is None:
+        raise BackendError(f"gl: {NO_CONTEXT}")
+    return state
+
+
+class _Shared:
+    """A native context made from another, and what is ours in what both share."""
+
+    def __init__(self, current: Current, host: State) -> None:
+        self.current, self.host = current, host
+        self.handle = current.system(host).share(host)
+        self.delete: Callable[[], None] = lambda: None
+
+    def state(self, host: State) -> State:
+        """With the surfaces that the host draws to now, so that they are framebuffer 0 here too."""
+        return State(host.system, host.display, host.draw, host.read, self.handle)
+
+    def release(self) -> None:
+        """What is shared would outlive this context, so it is deleted first, in it: the host's may be gone, or be
+        current in another thread."""
+        before = self.current.state()
+        with suppress(BackendError):
+            self.current.change(before, State(self.host.system, self.host.display, None, None, self.handle))
+            try:
+                self.delete()
+            finally:
+                self.current.put_back(self.current.state(), before)
+        self.current.system(self.host).destroy(self.host, self.handle)
+
+
+class SiblingContext(Context):
+    """Entered where the host's context is current, which is current again behind it."""
+
+    def __init__(self, turn: Turn | None = None) -> None:
+        open_driver("gl")
+        super().__init__(turn)
+        self._current = Current()
+        self.host = current_state(self._current)
+        self._before: State | None = None
+        self._shared = _Shared(self._current, self.host)
+        self._finalizer = weakref.finalize(self, destroy_later, self._shared)
+        self._finalizer.atexit = False
+        try:
+            self._current.change(self.host, self._shared.state(self.host))
+            try:
+                self.gl = Functions(self._current.system(self.host).address)
+                self._canary = Canary(self.gl)
+                self._shared.delete = self._canary.release
+            finally:
+                self._current.put_back(self._current.state(), self.host)
+        except BaseException:
+            self.release()
+            raise
+        system = self.host.system.upper()
+        self.about = f"a context beside the host's that shares its objects and has its own state ({system})"
+
+    def _make_current(self) -> None:
+        now = current_state(self._current)
+        if (now.context, now.display) != (self.host.context, self.host.display):
+            raise BackendError(OTHER_CONTEXT)
+        self._canary.look()
+        fence = self._fence()
+        self._current.change(now, self._shared.state(now))
+        self._before = now
+        self._wait(fence)
+
+    def _put_back(self) -> None:
+        fence = self._fence()
+        before, self._before = self._before, None
+        self._current.put_back(self._current.state(), before)
+        self._wait(fence)
+
+    def _fence(self) -> Any:
+        """What this context was told to do, as something that the other waits for: on the device, not here."""
+        return self.gl.FenceSync(_COMMANDS_COMPLETE, 0)
+
+    def _wait(self, fence: Any) -> None:
+        if fence:
+            self.gl.WaitSync(fence, 0, _NO_TIMEOUT)
+            self.gl.DeleteSync(fence)
+
+    def at_release(self, delete: Callable[[], None]) -> None:
+        canary = self._canary  # nothing here may know this object: it is collected before
+        self._shared.delete = lambda: (delete(), canary.release())[0]
+
+    def release(self) -> None:
+        self.closed = True
+        if self._finalizer.detach() is not None:
+            destroy_now(self._shared)
+
+
+OTHER_CONTEXT = (
+    "gl: another OpenGL context is current in this thread than the one that this host was made in; make that current, "
+    "or, where the engine has made a new one (a window moved or went fullscreen), close this host and ask for "
+    "Host.current() anew"
+)
