@@ -81,10 +81,9 @@ def _kernel(
     printer.variables()
     printer.block(program.body)
     for i, (output, layout) in enumerate(zip(program.outputs, outputs, strict=True)):
-        type_ = "int" if width * height * layout.channels < 1 << 31 else "long"
-        printer.line(f"{type_} o{i} = (({type_})y * {width} + x) * {layout.channels};")
+        printer.line(f"{layout.index_type} o{i} = {layout.place('x', 'y')};")
         for channel, value in enumerate(output.values):
-            printer.line(f"out{i}[o{i} + {channel}] = {printer.stored(layout.format, value)};")
+            printer.line(f"out{i}[o{i} + {layout.channel(channel)}] = {printer.stored(layout.format, value)};")
     if inner and run > 1:
         printer.line("}")
     return printer.close()
@@ -151,7 +150,7 @@ class PixelPassRunner:
         for launch in self.launches:
             launch.bind(buffers)
         # Memory of the caller is lent for one run: nothing here keeps it.
-        self.storages = [] if any(storage.lent is not None for storage in storages) else storages
+        self.storages = [] if any(storage.is_borrowed for storage in storages) else storages
 
     def _compile(self, layouts: tuple[ImageLayout, ...], image_count: int) -> list[Launch]:
         names = [name for name, _ in self.step.images]
