@@ -192,13 +192,13 @@ class Backend(ABC):
         """
         return None
 
-    def upload_stored(self, storage: Any, numbers: NDArray[Any], format: Format) -> None:
+    def upload_stored(self, storage: Any, numbers: Any, format: Format) -> None:
         """An array (height, width, channels) of the format's numbers into a storage; of any strides and byte order.
 
         A backend that gives pictures of the device takes those too, of whatever format they have."""
         self.upload(storage, values_of(numbers, format))
 
-    def download_into(self, storage: Any, into: NDArray[Any], format: Format) -> None:
+    def download_into(self, storage: Any, into: Any, format: Format) -> None:
         """A storage into an array (height, width, channels) of any strides: values where that is float32, else numbers.
 
         Only the elements of the array are written, nothing between them.  A backend that gives pictures of the device

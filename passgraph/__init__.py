@@ -36,6 +36,7 @@ from passgraph.ranges import Range
 from passgraph.run.program import Program, Result, compile
 
 if TYPE_CHECKING:
+    from passgraph.backends import gl
     from passgraph.frames.run import frames
     from passgraph.frames.tiles import tiled
     from passgraph.frames.tiles_lazy import lazily_tiled
@@ -53,16 +54,20 @@ _LATER = {
 }  # fmt: skip
 
 
+#: Packages under a shorter name.
+_MODULES = {"frames": "passgraph.frames", "gl": "passgraph.backends.gl"}
+
+
 def __getattr__(name: str) -> Any:
     """Pictures, scenes and graphs as data are loaded when first used, so that importing passgraph stays cheap."""
     if name in _LATER:
         from importlib import import_module
 
         return getattr(import_module(_LATER[name]), name)
-    if name == "frames":
+    if name in _MODULES:
         from importlib import import_module
 
-        return import_module("passgraph.frames")
+        return import_module(_MODULES[name])
     raise AttributeError(f"module 'passgraph' has no attribute {name!r}")
 
 
@@ -71,6 +76,6 @@ __all__ = [
     "InputError", "KernelError", "Light", "Material", "Mesh", "Node", "Options", "PassgraphError", "Program", "Range",
     "Result", "Scene", "Stencil",
     "Target", "TargetSpec", "Texture", "Value", "combine", "compile", "draw", "fragment", "frames", "from_data",
-    "function", "graph", "kernel", "lazily_tiled", "load", "previous", "save", "struct", "target", "tiled", "to_data",
-    "vertex",
+    "function", "gl", "graph", "kernel", "lazily_tiled", "load", "previous", "save", "struct", "target", "tiled",
+    "to_data", "vertex",
 ]  # fmt: skip

@@ -2,10 +2,14 @@
 
 Read in this order: ``backend`` (storages, transfers), ``passes``, ``glsl`` (the printer), ``programs``,
 ``state`` and ``bound``, ``textures``, ``objects``, ``context``, ``functions``.
+
+In an engine's context: ``host``, then ``sibling`` and ``guard`` (the two ways to leave its state alone), ``foreign``
+and ``surfaces`` (what its pictures are), ``placement`` (how they lie), ``copies``.
 """
 
 from __future__ import annotations
 
 from passgraph.backends.gl.backend import GLBackend
+from passgraph.backends.gl.host import Host, HostFramebuffer, HostPicture
 
-__all__ = ["GLBackend"]
+__all__ = ["GLBackend", "Host", "HostFramebuffer", "HostPicture"]

@@ -20,6 +20,7 @@ from passgraph.errors import BackendError, InputError
 from passgraph.formats import Format
 
 if TYPE_CHECKING:
+    from passgraph.backends.gl.foreign import Facts
     from passgraph.backends.gl.host import Host, HostPicture
 
 _EMPTY = Block(np.zeros(1, np.float32), np.zeros(1, np.int32))
@@ -114,10 +115,9 @@ class Copies:
         held = self._room_for(picture, format_)
         fixed.set_common(gl, host.context.bound, 0)
         host.context.bound.forget()
-        self._bind(
-            g.DRAW_FRAMEBUFFER, self._framebuffers[0], Surface("texture", held.name), facts.is_depth, facts.internal
-        )
-        self._bind(g.READ_FRAMEBUFFER, self._framebuffers[1], facts.surface, facts.is_depth, facts.internal)
+        ends = ((g.DRAW_FRAMEBUFFER, Surface("texture", held.name)), (g.READ_FRAMEBUFFER, facts.surface))
+        for (target, surface), framebuffer in zip(ends, self._framebuffers, strict=True):
+            self._bind(target, framebuffer, surface, _point(facts))
         before = gl.integer(_READ_BUFFER)
         if facts.surface.kind == "window" and not facts.is_depth:
             gl.ReadBuffer(facts.surface.buffer)
@@ -125,23 +125,23 @@ class Copies:
         gl.BlitFramebuffer(x, y, x + width, y + height, 0, 0, width, height, bits, g.NEAREST)
         if facts.surface.kind == "window" and not facts.is_depth:
             gl.ReadBuffer(before)
-        for target, surface in ((g.DRAW_FRAMEBUFFER, Surface("texture")), (g.READ_FRAMEBUFFER, facts.surface)):
-            self._unbind(target, surface, facts.is_depth, facts.internal)
+        for target, surface in ends:
+            self._unbind(target, surface, _point(facts))
         gl.check(f"copying {picture}")
         return held
 
-    def _bind(self, target: int, framebuffer: int, surface: Surface, is_depth: bool, internal: int) -> None:
+    def _bind(self, target: int, framebuffer: int, surface: Surface, point: int) -> None:
         gl = self.host.context.gl
         if surface.kind == "window":
             gl.BindFramebuffer(target, 0)
             return
         gl.BindFramebuffer(target, framebuffer)
-        attach(gl, target, _point(is_depth, internal), surface)
+        attach(gl, target, point, surface)
 
-    def _unbind(self, target: int, surface: Surface, is_depth: bool, internal: int) -> None:
+    def _unbind(self, target: int, surface: Surface, point: int) -> None:
         gl = self.host.context.gl
         if surface.kind != "window":
-            gl.FramebufferTexture2D(target, _point(is_depth, internal), g.TEXTURE_2D, 0, 0)
+            gl.FramebufferTexture2D(target, point, g.TEXTURE_2D, 0, 0)
         gl.BindFramebuffer(target, 0)
 
     def _room_for(self, picture: HostPicture, format_: Format) -> Texture:
@@ -196,7 +196,8 @@ class Copies:
             self.host.release(own)
 
 
-def _point(is_depth: bool, internal: int) -> int:
-    if not is_depth:
+def _point(facts: Facts) -> int:
+    """Where both ends of a copy are attached."""
+    if not facts.is_depth:
         return g.COLOR_ATTACHMENT0
-    return g.DEPTH_STENCIL_ATTACHMENT if internal in _STENCILS else g.DEPTH_ATTACHMENT
+    return g.DEPTH_STENCIL_ATTACHMENT if facts.internal in _STENCILS else g.DEPTH_ATTACHMENT

@@ -60,13 +60,12 @@ def _addresses(library: ctypes.CDLL, name: str) -> Callable[[str], int]:
 def _x_errors_kept() -> Iterator[list[int]]:
     """What X refuses inside comes into a list; else it ends the process."""
     errors: list[int] = []
-    handler_type = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p)
 
-    @handler_type
-    def keep(display: int, event: int) -> int:
+    def note(display: int, event: int) -> int:
         errors.append(1)
         return 0
 
+    keep = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p)(note)
     library = ctypes.CDLL("libX11.so.6")
     change = _function(library, "XSetErrorHandler", ctypes.c_void_p, ctypes.c_void_p)
     before = change(ctypes.cast(keep, ctypes.c_void_p))
@@ -130,6 +129,7 @@ class _Egl:
         if asked[_EGL_CONFIG_ID]:
             wanted = (number * 3)(_EGL_CONFIG_ID, asked[_EGL_CONFIG_ID], _EGL_NONE)
             choose(host.display, wanted, ctypes.byref(config), 1, ctypes.byref(count))
+        version: tuple[int, ...]
         if asked[_EGL_CLIENT_TYPE] == _EGL_OPENGL:
             version = (_EGL_MAJOR, 3, _EGL_MINOR, 3, _EGL_PROFILE, 1, _EGL_NONE)
         else:

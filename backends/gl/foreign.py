@@ -30,7 +30,7 @@ _TEXTURE_FACTS = {"width": 0x1000, "height": 0x1001, "internal": 0x1003, "sample
 #: What does not say how many bits a channel has: a window's buffers, and what applications ask for by kind alone.
 _UNSIZED = {0, 1, 2, 3, 4, *range(0x1901, 0x190B), 0x8C40, 0x8C42, 0x84F9}
 #: What a copy of such is stored as, by bits a channel.
-_SIZED = {
+_SIZED: dict[tuple[int, ...], int] = {
     (8, 8, 8, 8): 0x8058, (8, 8, 8, 0): 0x8051, (5, 6, 5, 0): 0x8D62, (10, 10, 10, 2): 0x8059,
     (16, 16, 16, 16): 0x881A,
 }  # fmt: skip
@@ -83,8 +83,8 @@ def texture_surface(gl: Functions, name: int) -> Surface:
                 gl.drain()
                 return Surface("texture", name, target, level.value)
     raise BackendError(
-        f"gl: there is no texture {name} in the host's context; give the name that OpenGL has for it, of a texture that "
-        "has been bound once and was not deleted"
+        f"gl: there is no texture {name} in the host's context; give the name that OpenGL has for it, of a texture "
+        "that has been bound once and was not deleted"
     )
 
 
@@ -148,7 +148,7 @@ def facts_of(gl: Functions, surface: Surface, scratch: int, window: tuple[int, i
 def _with_components(gl: Functions, surface: Surface, scratch: int, found: dict[str, int]) -> Facts:
     bind_surface(gl, g.FRAMEBUFFER, scratch, surface)
     depth_point, colour_point = attachment_points(surface)
-    components = tuple([gl.attachment(colour_point, what) for what in _COMPONENTS])
+    components: tuple[int, ...] = tuple([gl.attachment(colour_point, what) for what in _COMPONENTS])
     depth = 0 if any(components) else gl.attachment(depth_point, _DEPTH_SIZE)
     if surface.kind == "window":
         found["samples"] = gl.integer(0x80A9)

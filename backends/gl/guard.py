@@ -47,16 +47,16 @@ class Guard:
         self.gl, self.units = gl, units
         self.buffers = gl.integer(g.MAX_DRAW_BUFFERS)
         wanted = (*fixed.OFF, *_PASS_SWITCHES, *_MORE_SWITCHES)
-        self.switches = [s for s in wanted if s != fixed.SCISSOR_TEST and self._known(lambda s=s: gl.IsEnabled(s))]
-        self.clamps = [pair for pair in _CLAMPS if self._known(lambda pair=pair: gl.integer(pair[0]))]
+        self.switches = [s for s in wanted if s != fixed.SCISSOR_TEST and self._known(gl.IsEnabled, s)]
+        self.clamps = [pair for pair in _CLAMPS if self._known(gl.integer, pair[0])]
         self.has_viewports = gl.ViewportIndexedf is not None
-        self.has_clip_control = gl.ClipControl is not None and self._known(lambda: gl.integer(_CLIP_ORIGIN))
+        self.has_clip_control = gl.ClipControl is not None and self._known(gl.integer, _CLIP_ORIGIN)
         # Compatibility contexts have a polygon mode for each side, and an alpha test.
         self.two_modes = 0x0BC0 in self.switches
 
-    def _known(self, ask: Callable[[], object]) -> bool:
+    def _known(self, ask: Callable[[int], object], what: int) -> bool:
         self.gl.drain()
-        ask()
+        ask(what)
         return bool(self.gl.GetError() == g.NO_ERROR)
 
     def save(self) -> list[Restore]:

@@ -117,7 +117,12 @@ class SiblingContext(Context):
 
     def at_release(self, delete: Callable[[], None]) -> None:
         canary = self._canary  # nothing here may know this object: it is collected before
-        self._shared.delete = lambda: (delete(), canary.release())[0]
+
+        def both() -> None:
+            delete()
+            canary.release()
+
+        self._shared.delete = both
 
     def release(self) -> None:
         self.closed = True

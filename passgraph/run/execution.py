@@ -17,6 +17,7 @@ from passgraph.language.layout import components
 from passgraph.language.scalar import ScalarProgram
 from passgraph.plan.chains import Chains
 from passgraph.plan.data import CopyStep, DrawStep, PixelStep, Plan, Step
+from passgraph.run.admission import Picture as Given
 from passgraph.run.lending import Lending
 
 if TYPE_CHECKING:
@@ -159,11 +160,11 @@ class Execution:
 
     def run(
         self,
-        pictures: Mapping[str, Picture],
+        pictures: Mapping[str, Given],
         given: Mapping[str, object],
         observe: Callable[[Step, dict[str, Picture]], None] | None,
         check: PassCheck | None = None,
-        room: Mapping[int, NDArray[Any]] | None = None,
+        room: Mapping[int, Given] | None = None,
     ) -> None:
         """Every step in order; static ones only where something that they depend on is new.
 
@@ -177,7 +178,9 @@ class Execution:
         static_changed = self._changed(static)
         self._static_seen = None  # until this run has ended well, nothing counts as done
         if check is not None:
-            check.begin(pictures)
+            check.begin(
+                {n: p for n, p in pictures.items() if not isinstance(p, DevicePicture) and n in self.plan.inputs}
+            )
         try:
             self._run_steps(pictures, values, observe, check, static_changed)
         except BaseException:
@@ -186,13 +189,17 @@ class Execution:
         self._static_seen, self._swap_due = static, True
 
     def _run_steps(
-        self, pictures: Mapping[str, Picture], values: dict[Any, object],
+        self, pictures: Mapping[str, Given], values: dict[Any, object],
         observe: Callable[[Step, dict[str, Picture]], None] | None, check: PassCheck | None, static_changed: bool,
     ) -> None:  # fmt: skip
         looking = observe is not None or check is not None
         # Who looks may use the device between two steps.
         with nullcontext() if looking else self.backend.running():
             static_changed |= self._upload(pictures)
+            if check is not None:
+                on_device = [r for n, r in self.plan.inputs.items() if isinstance(pictures[n], DevicePicture)]
+                for resource in on_device:
+                    check.admit(resource, self.download(resource))
             self._swap_history()
             for resource, apart in self._apart.items():
                 self.places[resource] = self.plan.resources[resource].memory if looking else apart
@@ -238,7 +245,7 @@ class Execution:
             values[name] = value
         return values
 
-    def _upload(self, pictures: Mapping[str, Picture]) -> bool:
+    def _upload(self, pictures: Mapping[str, Given]) -> bool:
         """Inputs to the device; true when a static one is new."""
         changed = False
         static = self.plan.static_inputs
@@ -281,7 +288,7 @@ class Execution:
         """A picture of the last run."""
         return self.backend.download(self._storage(resource))
 
-    def result(self, resource: int, stored: bool = False) -> NDArray[Any]:
+    def result(self, resource: int, stored: bool = False) -> Given:
         """The same as its caller wants it: what was given to write into, the format's numbers, or values."""
         if resource in self.lending.room:
             return self.lending.room[resource]

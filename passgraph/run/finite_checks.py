@@ -139,9 +139,13 @@ class PassCheck:
         for resource in self.plan.resources:
             if resource.history is not None:
                 self._mark(resource.history, resource.id in self._bad)
-        for name, resource_id in self.plan.inputs.items():
-            format = self.plan.resources[resource_id].format
-            self._mark(resource_id, not format.steps and find(pictures[name], format) is not None)
+        for name, picture in pictures.items():
+            self.admit(self.plan.inputs[name], picture)
+
+    def admit(self, resource: int, picture: Picture) -> None:
+        """An input, as the passes read it."""
+        format = self.plan.resources[resource].format
+        self._mark(resource, not format.steps and find(picture, format) is not None)
 
     def look(self, step: Step, written: Mapping[int, Picture]) -> None:
         """Behind a step; ``written`` by resource.

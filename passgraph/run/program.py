@@ -35,14 +35,15 @@ Observer: TypeAlias = Callable[[Step, dict[str, Picture]], None]
 class Result(Mapping[str, Picture]):
     """Pictures by target name: (height, width, channels), row 0 on top; float32 unless compiled or called otherwise."""
 
-    def __init__(self, pictures: dict[str, NDArray[Any]]) -> None:
+    def __init__(self, pictures: dict[str, Any]) -> None:
         self._pictures = pictures
 
     def __getitem__(self, name: str) -> Picture:
         if not arguments.among(name, self._pictures):
             got = arguments.shown(name)
             raise UnknownNameError(f"there is no result {got}; there are {', '.join(self._pictures)}")
-        return self._pictures[name]
+        picture: Picture = self._pictures[name]
+        return picture
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._pictures)

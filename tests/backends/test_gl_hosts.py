@@ -195,8 +195,8 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> type[CountedContext]:
     """Counts from here on; contexts that others left are destroyed before."""
     gc.collect()
     GLBackend().close()
-    whole = context.Context._made
-    monkeypatch.setattr(context.Context, "_made", lambda *given: CountedContext(whole(*given)))
+    whole = context.OwnContext._made
+    monkeypatch.setattr(context.OwnContext, "_made", lambda *given: CountedContext(whole(*given)))
     CountedContext.made, CountedContext.destroyed = 0, []
     return CountedContext
 
