@@ -158,7 +158,7 @@ class OpenCLBackend(Backend):
         return transfers.adopted(self, external, format)
 
     def running(self) -> AbstractContextManager[None]:
-        return transfers.running(self)
+        return transfers.Running(self)
 
     def upload(self, storage: Storage, picture: FloatBlock) -> None:
         self.check_open()

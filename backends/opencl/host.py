@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
+from weakref import WeakKeyDictionary, finalize
 
 import numpy as np
 from numpy.typing import NDArray
 
 from passgraph import arguments
 from passgraph.backends.base import READ, DevicePicture, FloatBlock, Use
+from passgraph.backends.opencl import transfers
 from passgraph.backends.opencl.backend import OpenCLBackend
 from passgraph.backends.opencl.moves import move
 from passgraph.backends.opencl.pictures import (
@@ -70,6 +73,7 @@ class Host(OpenCLBackend):
 
     def __init__(self, queue: Any) -> None:
         cl = _pyopencl()
+        device: Any
         if isinstance(queue, cl.Context):
             self.given: Any = None
             context, device = queue, queue.devices[0]
@@ -85,9 +89,14 @@ class Host(OpenCLBackend):
         if not (device.available and device.compiler_available):
             raise BackendError(f"{device.name.strip()} is not available, or compiles no kernels; use another device")
         self._open(device, context, used)
-        #: Pictures of the caller's that this run has adopted, and images whose results are still in a buffer.
-        self._adopted: list[Storage] = []
-        self._images: list[tuple[Storage, Any]] = []
+        #: Pictures in buffers as passes take them: they go with the caller's picture.
+        self._known: WeakKeyDictionary[OpenCLPicture, _Known] = WeakKeyDictionary()
+        #: Arrays of pyopencl by their id, where they lie and what they are; they go with the array.
+        self._arrays: dict[int, tuple[Any, BufferPicture]] = {}
+        #: Copies of images that this run has made, and whether they go back.
+        self._copies: list[tuple[ImagePicture, Storage, bool]] = []
+        #: Arrays of other queues that this run writes.
+        self._written: list[Any] = []
         self._depth = 0
         how = "the caller's queue" if used is queue else "a queue of its own beside the caller's"
         self.about = f"the caller's OpenCL context, {how}, on {device.name.strip()}"
@@ -132,10 +141,8 @@ class Host(OpenCLBackend):
             For a buffer of another context, what does not lie inside of it, and places that are no whole channels.
         """
         self.check_open()
-        sides = arguments.several(size, 2, "host.buffer: size", "(width, height)", InputError)
-        width, height = (arguments.whole(side, "host.buffer: each side", 1, MOST_SIDE, InputError) for side in sides)
         return buffer_picture(
-            self.context, buffer, (width, height), format_named(format), offset=offset, row_pitch=row_pitch,
+            self.context, buffer, _checked_size(size), format_named(format), offset=offset, row_pitch=row_pitch,
             pixel_pitch=pixel_pitch, order=order, origin=origin,
         )  # fmt: skip
 
@@ -156,8 +163,7 @@ class Host(OpenCLBackend):
         for event in found:
             arguments.instance(event, self.cl.Event, "wait_for: each event", "a pyopencl.Event", InputError)
         with self.turn, self.reported("waiting for the caller's events"):
-            if found:
-                self.cl.enqueue_barrier(self.queue, wait_for=found)
+            self._wait_for(found)
 
     def event(self) -> Any:
         """A ``pyopencl.Event`` that happens when all runs so far are done: for other queues, or to wait for."""
@@ -183,46 +189,71 @@ class Host(OpenCLBackend):
         if isinstance(given, self.cl.Image):
             return image_picture(self.context, given, format_)
         if hasattr(given, "base_data"):
-            return array_picture(self.context, given, format_)
+            return array_picture(self.context, given, format_) if format_ is not None else self._of_array(given)
         raise InputError(
             f"{arguments.shown(given)} does not say of what size and format it is; give host.buffer(buffer, (width, "
             "height), 'rgba8')"
         )
 
+    def _of_array(self, array: Any) -> BufferPicture:
+        """An array as a picture, described once."""
+        place = array.base_data, array.offset, array.shape, array.strides, array.dtype
+        known = self._arrays.get(id(array))
+        if known is not None and known[0] == place:
+            return known[1]
+        made = array_picture(self.context, array, None)
+        if id(array) not in self._arrays:
+            finalize(array, self._arrays.pop, id(array), None).atexit = False
+        self._arrays[id(array)] = place, made
+        return made
+
     def adopt(self, external: Any, format: Format, use: Use = READ) -> Storage | None:
         if not isinstance(external, OpenCLPicture):
             return super().adopt(external, format, use)
+        if not self._depth:
+            return None
+        known = self._known.get(external)
+        if known is not None and known.format is format and known.use is use:
+            if external.has_array:
+                self._order(external, use)
+            return known.storage
         if use.is_written:
             check_room(external, format)
         misses = (use.is_read and not external.is_readable) or not external.holds(format)
-        if misses or not self._depth or (format.is_depth and use.is_drawn):
+        if misses or (format.is_depth and use.is_drawn):
             return None
-        with self.reported("taking a picture of the caller's"):
-            storage = self._storage(external, format)
-            if isinstance(external, ImagePicture):
-                if use.is_written:
-                    self._images.append((storage, external))
-                else:
-                    self._from_image(external, storage.buffer)
+        storage = self._storage(external, format, use)
+        if isinstance(external, BufferPicture):
+            self._known[external] = _Known(format, use, storage)
         return storage
 
-    def _storage(self, picture: OpenCLPicture, format_: Format) -> Storage:
-        """A picture as passes take it, until the run ends."""
+    def _storage(self, picture: OpenCLPicture, format_: Format, use: Use) -> Storage:
+        """A picture as passes take it: what it is in, or a copy of an image until the run ends."""
         if isinstance(picture, BufferPicture):
-            self._wait_for_array(picture)
-            buffer, placement = self._region(picture)
-        else:
-            assert isinstance(picture, ImagePicture)
-            size = picture.size[0] * picture.size[1] * len(picture.channels) * picture.format.bits // 8
-            buffer, placement = self.allocate(size, f"a copy of {picture}"), picture.placement
-        plain = placement == tight(format_.channels, picture.size[0])
-        made = Storage(format_, picture.size, buffer, None, None, None if plain else placement, picture)
-        self._adopted.append(made)
+            self._order(picture, use)
+            return _placed(picture, format_, *self._region(picture))
+        assert isinstance(picture, ImagePicture)
+        size = picture.size[0] * picture.size[1] * len(picture.channels) * picture.format.bits // 8
+        made = _placed(picture, format_, self.allocate(size, f"a copy of {picture}"), picture.placement)
+        self._copies.append((picture, made, use.is_written))
+        if use.is_read:
+            arguments_ = {"offset": 0, "origin": (0, 0), "region": picture.size}
+            self.cl.enqueue_copy(self.queue, made.buffer, picture.memory, **arguments_)
         return made
 
-    def _wait_for_array(self, picture: BufferPicture) -> None:
-        """Commands of other queues that a pyopencl array is still waiting for."""
-        foreign = [event for event in picture.events if event.command_queue != self.queue]
+    def _order(self, picture: OpenCLPicture, use: Use) -> None:
+        """A pyopencl array knows what must have happened before it is used, and is told what must afterwards."""
+        array = picture.array
+        if array is None:
+            return
+        if array.events:
+            self._wait_for(array.events)
+        if use.is_written and array.queue not in (None, self.given, self.queue):
+            self._written.append(array)
+
+    def _wait_for(self, events: Iterable[Any]) -> None:
+        """Commands of other queues, such as those that a pyopencl array is still waiting for."""
+        foreign = [event for event in events if event.command_queue != self.queue]
         if foreign:
             self.cl.enqueue_barrier(self.queue, wait_for=foreign)
 
@@ -239,69 +270,56 @@ class Host(OpenCLBackend):
         before = (start - begin if buffer is not memory else picture.offset) // (picture.format.bits // 8)
         return buffer, Placement(placement.first + before, placement.row, placement.pixel, placement.channels)
 
-    def _from_image(self, picture: ImagePicture, buffer: Any) -> None:
-        self.cl.enqueue_copy(self.queue, buffer, picture.memory, offset=0, origin=(0, 0), region=picture.size)
-
-    def _to_image(self, picture: ImagePicture, buffer: Any) -> None:
-        self.cl.enqueue_copy(self.queue, picture.memory, buffer, offset=0, origin=(0, 0), region=picture.size)
-
-    @contextmanager
-    def running(self) -> Iterator[None]:
+    def running(self) -> AbstractContextManager[None]:
         """Behind what the caller has enqueued, and before what they enqueue next."""
-        self.check_open()
-        outermost = self._depth == 0
-        if outermost:
-            self._begin()
-        self._depth += 1
-        try:
-            with super().running():
-                yield
-        finally:
-            self._depth -= 1
-            if outermost:
-                self._end()
+        return _Run(self)
 
     @property
     def _is_apart(self) -> bool:
         """Whether passes run in a queue of ours beside one of the caller's."""
         return self.given is not None and self.given is not self.queue
 
-    def _begin(self) -> None:
-        if self._is_apart:
+    def begin(self) -> None:
+        """A run begins."""
+        self.check_open()
+        if self._depth == 0 and self._is_apart:
             with self.reported("waiting for the caller's queue"):
                 before = self.cl.enqueue_marker(self.given)
                 self.given.flush()
                 self.cl.enqueue_barrier(self.queue, wait_for=[before])
+        self._depth += 1
 
-    def _end(self) -> None:
-        adopted, self._adopted = self._adopted, []
-        images, self._images = self._images, []
-        try:
+    def end(self) -> None:
+        """It has ended, or an error has ended it."""
+        self._depth -= 1
+        if self._depth == 0 and (self._copies or self._written or self._is_apart):
             with self.reported("giving pictures back"):
-                for storage, picture in images:
-                    self._to_image(picture, storage.buffer)
-                self._hand_over(adopted)
-        finally:
-            for storage in adopted:
-                storage.released = True
-                picture = storage.picture
-                if isinstance(picture, ImagePicture):
-                    self.free(storage.buffer)
-                elif picture is not None and storage.buffer is not picture.memory:
-                    storage.buffer.release()
+                self._give_back()
 
-    def _hand_over(self, adopted: list[Storage]) -> None:
+    def _give_back(self) -> None:
+        copies, self._copies = self._copies, []
+        written, self._written = self._written, []
+        for picture, storage, is_written in copies:
+            storage.released = True
+            if is_written:
+                arguments_ = {"offset": 0, "origin": (0, 0), "region": picture.size}
+                self.cl.enqueue_copy(self.queue, picture.memory, storage.buffer, **arguments_)
+            self.free(storage.buffer)
         after = None
         if self._is_apart:
             after = self.cl.enqueue_marker(self.queue)
             self.queue.flush()
             self.cl.enqueue_barrier(self.given, wait_for=[after])
             self.given.flush()
-        for storage in adopted:
-            array = getattr(storage.picture, "array", None)
-            if array is not None and array.queue is not None and array.queue != (self.given or self.queue):
-                after = after or self.cl.enqueue_marker(self.queue)
-                array.add_event(after)
+        for array in written:
+            after = after or self.cl.enqueue_marker(self.queue)
+            array.add_event(after)
+
+    def _close(self) -> None:
+        super()._close()
+        self._known.clear()
+        self._arrays.clear()
+        self.given = None
 
     # Moved
 
@@ -314,9 +332,7 @@ class Host(OpenCLBackend):
         if not numbers.is_stored and numbers.format.srgb != format.srgb:
             raise InputError(f"{numbers} cannot be read as {format.name}: one is sRGB-encoded; declare the same format")
         with self.running(), self.reported("copying a picture of the caller's"):
-            source = self._storage(numbers, _as_held(numbers, format))
-            if isinstance(numbers, ImagePicture):
-                self._from_image(numbers, source.buffer)
+            source = self._storage(numbers, _as_held(numbers, format), READ)
             move(self, (source.buffer, source.layout), (storage.buffer, storage.layout))
 
     def download_into(self, storage: Storage, into: NDArray[Any] | Picture, format: Format) -> None:
@@ -326,10 +342,8 @@ class Host(OpenCLBackend):
             return
         check_room(into, format)
         with self.running(), self.reported("copying a result to the caller's picture"):
-            destination = self._storage(into, _as_held(into, format))
+            destination = self._storage(into, _as_held(into, format), WRITTEN)
             move(self, (storage.buffer, storage.layout), (destination.buffer, destination.layout))
-            if isinstance(into, ImagePicture):
-                self._images.append((destination, into))
 
     def download(self, storage: Storage) -> FloatBlock:
         values = np.empty(storage.shape, np.float32)
@@ -355,6 +369,51 @@ class Host(OpenCLBackend):
             return
         with self.reported("copying a picture"):
             move(self, (source.buffer, source.layout), (destination.buffer, destination.layout))
+
+
+def _checked_size(size: object) -> tuple[int, int]:
+    if not isinstance(size, (tuple, list)) or len(size) != 2:
+        raise InputError(f"host.buffer: size must be (width, height) in pixels, got {arguments.shown(size)}")
+    width, height = (arguments.whole(side, "host.buffer: each side", 1, MOST_SIDE, InputError) for side in size)
+    return width, height
+
+
+#: What a result is moved into.
+WRITTEN = Use(is_read=False, is_written=True)
+
+
+@dataclass(frozen=True, slots=True)
+class _Known:
+    """What became of a picture when it was last adopted."""
+
+    format: Format
+    use: Use
+    storage: Storage
+
+
+class _Run(transfers.Running):
+    """One run on a caller's queue."""
+
+    __slots__ = ()
+    backend: Host
+
+    def __enter__(self) -> None:
+        self.backend.begin()
+        transfers.Running.__enter__(self)
+
+    def __exit__(self, *error: object) -> None:
+        try:
+            if self.backend.lent:
+                transfers.Running.__exit__(self, *error)
+            else:
+                self.backend.lent = self.outer
+        finally:
+            self.backend.end()
+
+
+def _placed(picture: OpenCLPicture, format_: Format, buffer: Any, placement: Placement) -> Storage:
+    plain = placement == tight(format_.channels, picture.size[0])
+    return Storage(format_, picture.size, buffer, None, None, None if plain else placement, is_callers=True)
 
 
 def check_room(picture: OpenCLPicture, format_: Format) -> None:
@@ -387,5 +446,3 @@ def _pyopencl() -> Any:
     except ImportError as error:
         raise DeviceMissingError(f"a host needs pyopencl ({error}); install it: {INSTALL_MODULE}") from None
     return pyopencl
-
-

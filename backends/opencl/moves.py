@@ -44,7 +44,9 @@ def move_source(source: ImageLayout, destination: ImageLayout, run: int) -> str:
         elif source.format.number == destination.format.number:
             number = f"from[f + {source.channel(channel)}]"
         else:
-            rows.append(f"float v{channel} = {load_expression(source.format, 'from', f'f + {source.channel(channel)}')};")
+            rows.append(
+                f"float v{channel} = {load_expression(source.format, 'from', f'f + {source.channel(channel)}')};"
+            )
             number = nearest_number(destination.format, f"v{channel}")
         rows.append(f"to[t + {destination.channel(channel)}] = {number};")
     return _SOURCE.format(

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
+from weakref import ReferenceType, ref
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,6 +44,16 @@ class OpenCLPicture(DevicePicture):
     given: Any = field(repr=False)
 
     @property
+    def has_array(self) -> bool:
+        """Whether it is a ``pyopencl.array.Array``."""
+        return False
+
+    @property
+    def array(self) -> Any:
+        """That array, while it is there."""
+        return None
+
+    @property
     def is_readable(self) -> bool:
         return not self.memory.flags & _flags().WRITE_ONLY
 
@@ -64,14 +76,25 @@ class BufferPicture(OpenCLPicture):
     ----------
     offset : bytes before the first that it takes; the places of ``placement`` are counted from there, in numbers
     placement : where its numbers are
-    events : what must have happened before it is used
-    array : the ``pyopencl.array.Array`` that it is, where it is one
+    array_there : gives the ``pyopencl.array.Array`` that it is, which is not kept alive; None where it is none
     """
 
     offset: int
     placement: Placement
-    events: tuple[Any, ...] = ()
-    array: Any = field(default=None, repr=False)
+    array_there: ReferenceType[Any] | None = field(default=None, repr=False)
+
+    @property
+    def has_array(self) -> bool:
+        return self.array_there is not None
+
+    @property
+    def array(self) -> Any:
+        return None if self.array_there is None else self.array_there()
+
+    @cached_property
+    def in_memory(self) -> tuple[tuple[str, int], int]:
+        """What tells its memory from other memory, and the byte there that its buffer begins at."""
+        return _memory_of(self.memory)
 
     @property
     def bytes(self) -> int:
@@ -80,7 +103,7 @@ class BufferPicture(OpenCLPicture):
         return (end - low) * self.format.bits // 8
 
     def overlaps(self, other: DevicePicture) -> bool:
-        if not isinstance(other, BufferPicture) or _memory_of(self.memory)[0] != _memory_of(other.memory)[0]:
+        if not isinstance(other, BufferPicture) or self.in_memory[0] != other.in_memory[0]:
             return False
         try:
             return np.shares_memory(self._places(), other._places(), max_work=OVERLAP_WORK)  # type: ignore[arg-type]
@@ -92,25 +115,27 @@ class BufferPicture(OpenCLPicture):
         number, placement = np.dtype(self.format.number), self.placement
         low = placement.span(self.size)[0]
         lowest = min(placement.channels)
-        start = _memory_of(self.memory)[1] + self.offset + (placement.first + lowest - low) * number.itemsize + 1
+        start = self.in_memory[1] + self.offset + (placement.first + lowest - low) * number.itemsize + 1
         # Channels as one number as wide as all of them together.
         width = max(placement.channels) - lowest + 1
         shape, strides = (self.size[1], self.size[0], width), (placement.row, placement.pixel, 1)
         made: NDArray[Any] = np.asarray(_Addresses(start, shape, strides, number))
         return made
 
-    def __str__(self) -> str:
-        what = "buffer" if self.array is None else "pyopencl array"
+    @cached_property
+    def _told(self) -> str:
+        what = "buffer" if self.array_there is None else "pyopencl array"
         row = abs(self.placement.row) * self.format.bits // 8
         return f"{self.format.name} picture of {self.size[0]}x{self.size[1]} pixels in a {what}, rows {row} bytes apart"
+
+    def __str__(self) -> str:
+        return self._told
 
 
 class _Addresses:
     """Memory that is only looked at from outside."""
 
-    def __init__(
-        self, start: int, shape: tuple[int, ...], strides: tuple[int, ...], number: np.dtype[Any]
-    ) -> None:
+    def __init__(self, start: int, shape: tuple[int, ...], strides: tuple[int, ...], number: np.dtype[Any]) -> None:
         self.__array_interface__ = {
             "version": 3, "data": (start, True), "shape": shape, "typestr": number.str,
             "strides": tuple(stride * number.itemsize for stride in strides),
@@ -119,7 +144,7 @@ class _Addresses:
 
 @dataclass(frozen=True, eq=False)
 class ImagePicture(OpenCLPicture):
-    """One in an OpenCL image, which is copied to and from a buffer on the device; ``channels`` are their places there."""
+    """One in an OpenCL image, which is copied to and from a buffer on the device, with ``channels`` at these places."""
 
     channels: tuple[int, ...]
 
@@ -142,8 +167,7 @@ def _flags() -> Any:
 
 
 def _memory_of(memory: Any) -> tuple[tuple[str, int], int]:
-    """What tells memory from other memory, and where in it a buffer begins: sub-buffers lie in that of another one, and
-    several buffers may be made over one array of the host."""
+    """Sub-buffers lie in the memory of another buffer, and several buffers may be made over one array of the host."""
     parent = memory.associated_memobject
     if memory.flags & _flags().USE_HOST_PTR:
         owner = memory if parent is None else parent
@@ -234,9 +258,10 @@ def _in_buffer(
             f"{last:,}, and the buffer has {held:,}; give a larger one, or check offset and pitch"
         )
     moved = Placement(placement.first - low, placement.row, placement.pixel, placement.channels)
-    events = tuple(getattr(array, "events", ()))
     kept = _retained(memory)
-    return BufferPicture(parts.format, parts.size, kept, context, is_stored, memory, first, moved, events, array)
+    return BufferPicture(
+        parts.format, parts.size, kept, context, is_stored, memory, first, moved, None if array is None else ref(array)
+    )
 
 
 def image_picture(context: Any, image: Any, format_: Format | None) -> ImagePicture:
@@ -247,7 +272,7 @@ def image_picture(context: Any, image: Any, format_: Format | None) -> ImagePict
     if image.type != cl.mem_object_type.IMAGE2D:
         raise InputError("an image must be two-dimensional to be a picture; copy one layer of it into another image")
     orders = {cl.channel_order.R: "r", cl.channel_order.RG: "rg", cl.channel_order.RGBA: "rgba",
-              cl.channel_order.BGRA: "bgra", cl.channel_order.ARGB: "argb"}  # fmt: skip
+              cl.channel_order.BGRA: "bgra"}  # fmt: skip
     types = {cl.channel_type.UNORM_INT8: "8", cl.channel_type.UNORM_INT16: "16", cl.channel_type.HALF_FLOAT: "16f",
              cl.channel_type.FLOAT: "32f"}  # fmt: skip
     held = image.format
@@ -315,5 +340,3 @@ def _overlaps_itself(picture: BufferPicture) -> bool:
             return True
         reach += stride * (places - 1)
     return False
-
-

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from numpy.typing import NDArray
 
 from passgraph.formats import Format
-
-if TYPE_CHECKING:
-    from passgraph.backends.opencl.pictures import OpenCLPicture
 
 #: The first index that no longer fits into int.
 INT_LIMIT = 1 << 31
@@ -22,8 +19,8 @@ class Storage:
     """Interleaved channels, rows from the top, without padding unless ``placement`` says otherwise; the stencil in a
     buffer of its own.
 
-    ``lent`` is the caller's array whose memory the buffer is, ``picture`` the caller's picture on the device, until it
-    is released: for one run.
+    ``lent`` is the caller's array whose memory the buffer is until it is released: for one run.  ``is_callers`` says
+    that the buffer is in memory of the caller's on the device, or a copy of their image.
     """
 
     format: Format
@@ -32,7 +29,7 @@ class Storage:
     stencil: Any = None
     lent: NDArray[Any] | None = None
     placement: Placement | None = None
-    picture: OpenCLPicture | None = None
+    is_callers: bool = False
     released: bool = field(default=False, init=False)
 
     @property
@@ -42,7 +39,7 @@ class Storage:
     @property
     def is_borrowed(self) -> bool:
         """Whether it is gone after the run, so that nothing may keep it."""
-        return self.lent is not None or self.picture is not None
+        return self.lent is not None or self.is_callers
 
     @cached_property
     def layout(self) -> ImageLayout:

@@ -98,15 +98,21 @@ def _give_back(backend: OpenCLBackend, buffer: Any, array: NDArray[Any]) -> None
     backend.free(buffer)
 
 
-@contextmanager
-def running(backend: OpenCLBackend) -> Iterator[None]:
-    """What is adopted inside is given back at the end."""
-    outer, backend.lent = backend.lent, {}
-    try:
-        yield
-    finally:
-        lent, backend.lent = backend.lent.values(), outer
-        for storage in lent:
+class Running:
+    """What is adopted inside is given back at the end.  A class, since every run passes here."""
+
+    __slots__ = ("backend", "outer")
+
+    def __init__(self, backend: OpenCLBackend) -> None:
+        self.backend = backend
+
+    def __enter__(self) -> None:
+        self.outer, self.backend.lent = self.backend.lent, {}
+
+    def __exit__(self, *_: object) -> None:
+        backend = self.backend
+        lent, backend.lent = backend.lent, self.outer
+        for storage in (lent or {}).values():
             storage.released = True
             with backend.reported("giving a picture back"):
                 assert storage.lent is not None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 import numpy as np
 
@@ -151,7 +151,9 @@ class Windows:
         with backend.turn:
             self.execution.run(pictures, given, None)
             with backend.running():
-                return {name: self.execution.result(resource, stored) for name, resource in self.plan.outputs.items()}
+                made = {name: self.execution.result(resource, stored) for name, resource in self.plan.outputs.items()}
+        # Nothing was given to write into, so that results are arrays.
+        return cast("dict[str, Numbers]", made)
 
     def close(self) -> None:
         """Give back pictures and compiled passes."""
