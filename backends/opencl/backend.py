@@ -102,7 +102,7 @@ class OpenCLBackend(Backend):
 
     def free_with(self, owner: object, buffer: Any) -> None:
         """Free a buffer when its owner is no more."""
-        weakref.finalize(owner, self.free, buffer).atexit = False
+        weakref.finalize(owner, _freed, weakref.ref(self), buffer).atexit = False
 
     def scratch_buffer(self, purpose: str, size: int) -> Any:
         """A buffer that every draw may use while its commands are queued."""
@@ -253,3 +253,10 @@ class OpenCLBackend(Backend):
         self.queue = None
         self.context = None
         self.programs.context = None
+
+
+def _freed(backend: weakref.ReferenceType[OpenCLBackend], buffer: Any) -> None:
+    """A finaliser knows no backend, which would stay for as long as what it belongs to."""
+    owner = backend()
+    if owner is not None:
+        owner.free(buffer)

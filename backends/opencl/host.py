@@ -6,7 +6,8 @@ from collections.abc import Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
-from weakref import WeakKeyDictionary, finalize
+from weakref import ReferenceType, WeakKeyDictionary, finalize
+from weakref import ref as weakref_to
 
 import numpy as np
 from numpy.typing import NDArray
@@ -180,6 +181,7 @@ class Host(OpenCLBackend):
 
     def _described(self, given: Any, format_: Format | None) -> OpenCLPicture | None:
         if isinstance(given, OpenCLPicture):
+            self.check_open()
             if given.context != self.context:
                 raise InputError(f"{given} is of another OpenCL context; make it with this program's host")
             return given
@@ -203,7 +205,7 @@ class Host(OpenCLBackend):
             return known[1]
         made = array_picture(self.context, array, None)
         if id(array) not in self._arrays:
-            finalize(array, self._arrays.pop, id(array), None).atexit = False
+            finalize(array, _forget_array, weakref_to(self), id(array)).atexit = False
         self._arrays[id(array)] = place, made
         return made
 
@@ -369,6 +371,12 @@ class Host(OpenCLBackend):
             return
         with self.reported("copying a picture"):
             move(self, (source.buffer, source.layout), (destination.buffer, destination.layout))
+
+
+def _forget_array(host: ReferenceType[Host], array: int) -> None:
+    there = host()
+    if there is not None:
+        there._arrays.pop(array, None)
 
 
 def _checked_size(size: object) -> tuple[int, int]:
