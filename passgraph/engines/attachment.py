@@ -11,7 +11,8 @@ import inspect
 import logging
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from typing import TypeAlias, get_args, get_type_hints
+from importlib import import_module
+from typing import Any, TypeAlias, get_args, get_type_hints
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -39,6 +40,22 @@ _ENCODED = {"rgb8": "rgb8_srgb", "rgba8": "rgba8_srgb"}
 def stored_as(picture: pg.Image) -> pg.vec4:
     """The same colour, for a target of the frame's own format."""
     return picture[0, 0]
+
+
+def imported(module: str, distribution: str) -> Any:
+    """An engine's module, which has no types.
+
+    Raises
+    ------
+    DeviceMissingError
+        Where it is not installed, with the command that installs it.
+    """
+    try:
+        return import_module(module)
+    except ImportError as error:
+        raise pg.DeviceMissingError(
+            f"{distribution} is not installed, or misses something ({error}); run: pip install {distribution}"
+        ) from error
 
 
 @dataclass(frozen=True)
