@@ -13,7 +13,7 @@ from typing import Any
 
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl import state as fixed
-from passgraph.backends.gl.canary import Canary
+from passgraph.backends.gl.canary import Canary, OtherContextError
 from passgraph.backends.gl.context import Context
 from passgraph.backends.gl.current import Current
 from passgraph.backends.gl.functions import Functions
@@ -217,7 +217,7 @@ class GuardedContext(Context):
     def _look(self) -> None:
         now = current_state(self._current)
         if (now.context, now.display) != (self.host.context, self.host.display):
-            raise BackendError(OTHER_CONTEXT)
+            raise OtherContextError(OTHER_CONTEXT)
         self._canary.look()
 
     def _make_current(self) -> None:

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
-from passgraph.backends.gl.canary import Canary
+from passgraph.backends.gl.canary import Canary, OtherContextError
 from passgraph.backends.gl.context import Context, destroy_later, destroy_now
 from passgraph.backends.gl.current import Current, State
 from passgraph.backends.gl.functions import Functions
@@ -93,7 +93,7 @@ class SiblingContext(Context):
     def _make_current(self) -> None:
         now = current_state(self._current)
         if (now.context, now.display) != (self.host.context, self.host.display):
-            raise BackendError(OTHER_CONTEXT)
+            raise OtherContextError(OTHER_CONTEXT)
         self._canary.look()
         fence = self._fence()
         self._current.change(now, self._shared.state(now))
