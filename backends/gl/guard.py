@@ -14,7 +14,7 @@ from typing import Any
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl import state as fixed
 from passgraph.backends.gl.canary import Canary, OtherContextError
-from passgraph.backends.gl.context import Context
+from passgraph.backends.gl.context import Context, destroy_left
 from passgraph.backends.gl.current import Current
 from passgraph.backends.gl.functions import Functions
 from passgraph.backends.gl.sibling import OTHER_CONTEXT, current_state
@@ -201,6 +201,7 @@ class GuardedContext(Context):
 
     def __init__(self, turn: Turn | None = None) -> None:
         open_driver("gl")
+        destroy_left()
         super().__init__(turn)
         self._current = Current()
         self.host = current_state(self._current)

@@ -12,7 +12,7 @@ from contextlib import suppress
 from typing import Any
 
 from passgraph.backends.gl.canary import Canary, OtherContextError
-from passgraph.backends.gl.context import Context, destroy_later, destroy_now
+from passgraph.backends.gl.context import Context, destroy_later, destroy_left, destroy_now
 from passgraph.backends.gl.current import Current, State
 from passgraph.backends.gl.functions import Functions
 from passgraph.backends.turn import Turn, open_driver
@@ -69,6 +69,7 @@ class SiblingContext(Context):
 
     def __init__(self, turn: Turn | None = None) -> None:
         open_driver("gl")
+        destroy_left()
         super().__init__(turn)
         self._current = Current()
         self.host = current_state(self._current)

@@ -9,7 +9,6 @@ from passgraph.arguments import shown
 from passgraph.errors import InputError
 
 
-
 class _Hooked:
     """Stands in the place of a method: what is ours is called, in the order in which it was hooked in."""
 

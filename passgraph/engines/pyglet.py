@@ -12,7 +12,9 @@ from passgraph.engines.attachment import Attachment, Effect, Seen, View
 from passgraph.engines.hooks import check_has, hook
 
 
-def attach(window: Any, effect: Effect, *, camera: object = None, isolation: Isolation = "auto", **values: object) -> Attachment:
+def attach(
+    window: Any, effect: Effect, *, camera: object = None, isolation: Isolation = "auto", **values: object
+) -> Attachment:
     """Run an effect on all that a window draws, `pyglet.window.Window` or `arcade.Window`, with a screen or headless.
 
     Parameters
