@@ -10,6 +10,10 @@ from passgraph.backends.gl.functions import Functions
 from passgraph.errors import BackendError
 
 
+class OtherContextError(BackendError):
+    """The context that is current is not the one that something was made in."""
+
+
 class Canary:
     """A shader object that nobody compiles.  Such objects are shared, can be looked at without being bound, and keep
     their text: another context has no shader of this number, or one of another text."""
@@ -30,9 +34,9 @@ class Canary:
         return self._room.value == self.text
 
     def look(self) -> None:
-        """Raise BackendError where it does not."""
+        """Raise OtherContextError where it does not."""
         if not self.lives():
-            raise BackendError(
+            raise OtherContextError(
                 "gl: the OpenGL context that this host was made in is gone, and another one is in its place; close "
                 "this host and ask for Host.current() anew"
             )

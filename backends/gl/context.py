@@ -39,7 +39,8 @@ def _glcontext() -> Any:
     return glcontext
 
 
-def _destroy_left() -> None:
+def destroy_left() -> None:
+    """What finalisers have put aside."""
     while _left:
         destroy_now(_left.popleft())
 
@@ -114,7 +115,7 @@ class OwnContext(Context):
     def __init__(self, index: int = 0, turn: Turn | None = None) -> None:
         glcontext = _glcontext()
         open_driver("gl")
-        _destroy_left()
+        destroy_left()
         super().__init__(turn)
         self._current = Current()
         self._before: State | None = self._current.state()
@@ -158,7 +159,7 @@ class OwnContext(Context):
 
     def _make_current(self) -> None:
         if _left:
-            _destroy_left()
+            destroy_left()
         if self._state is None:
             self.native.__enter__()
             return

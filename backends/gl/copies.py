@@ -11,6 +11,7 @@ import numpy as np
 from passgraph.backends.base import Block
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl import state as fixed
+from passgraph.backends.gl.functions import Functions
 from passgraph.backends.gl.passes import run_pixels
 from passgraph.backends.gl.placement import PLAIN, Placement, placements_of
 from passgraph.backends.gl.surfaces import attach, in_words
@@ -70,9 +71,9 @@ class Copies:
         BackendError, InputError
             Where it is gone, or has another size than when it was asked for.
         """
-        host, surface = self.host, picture.facts.surface
-        with host.context:
-            self._check_same(picture)
+        surface = picture.facts.surface
+        with self.host.context:
+            self.check_same(picture)
             if self.can_sample(picture):
                 return Texture(
                     surface.name, format_, picture.size, gl_format_of(picture.format, padded=False),
@@ -80,27 +81,15 @@ class Copies:
                 )  # fmt: skip
             return self._copied(picture, format_)
 
-    def _check_same(self, picture: HostPicture) -> None:
-        gl, facts = self.host.context.gl, picture.facts
+    def check_same(self, picture: HostPicture) -> None:
+        """Raise InputError where it is gone, or has another size than when it was asked for."""
+        facts = picture.facts
         surface = facts.surface
         if surface.kind == "window":
             return
-        is_texture = surface.kind == "texture"
-        alive = gl.IsTexture(surface.name) if is_texture else gl.IsRenderbuffer(surface.name)
-        now = (0, 0)
-        if alive and is_texture:
-            gl.ActiveTexture(g.TEXTURE0)
-            gl.BindTexture(facts.bound_as, surface.name)
-            now = (
-                gl.level(facts.level_target, surface.level, 0x1000),
-                gl.level(facts.level_target, surface.level, 0x1001),
-            )
-            gl.BindTexture(facts.bound_as, 0)
-        elif alive:
-            gl.BindRenderbuffer(g.RENDERBUFFER, surface.name)
-            now = (gl.renderbuffer(0x8D42), gl.renderbuffer(0x8D43))
-            gl.BindRenderbuffer(g.RENDERBUFFER, 0)
-        gl.drain()
+        with self.host.context as gl:
+            alive, now = _size_now(gl, facts)
+            gl.drain()
         if now != facts.size:
             what = f"has {now[0]}x{now[1]} pixels now, and had" if alive else "is gone, and had"
             raise InputError(
@@ -194,6 +183,27 @@ class Copies:
             yield own
         finally:
             self.host.release(own)
+
+
+def _size_now(gl: Functions, facts: Facts) -> tuple[bool, tuple[int, int]]:
+    """Whether a texture or renderbuffer is still there, and its size."""
+    surface = facts.surface
+    now = (0, 0)
+    if surface.kind == "texture":
+        alive = bool(gl.IsTexture(surface.name))
+        if alive:
+            target, level = facts.level_target, surface.level
+            gl.ActiveTexture(g.TEXTURE0)
+            gl.BindTexture(facts.bound_as, surface.name)
+            now = gl.level(target, level, 0x1000), gl.level(target, level, 0x1001)
+            gl.BindTexture(facts.bound_as, 0)
+        return alive, now
+    alive = bool(gl.IsRenderbuffer(surface.name))
+    if alive:
+        gl.BindRenderbuffer(g.RENDERBUFFER, surface.name)
+        now = gl.renderbuffer(0x8D42), gl.renderbuffer(0x8D43)
+        gl.BindRenderbuffer(g.RENDERBUFFER, 0)
+    return alive, now
 
 
 def _point(facts: Facts) -> int:

@@ -13,8 +13,8 @@ from typing import Any
 
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl import state as fixed
-from passgraph.backends.gl.canary import Canary
-from passgraph.backends.gl.context import Context
+from passgraph.backends.gl.canary import Canary, OtherContextError
+from passgraph.backends.gl.context import Context, destroy_left
 from passgraph.backends.gl.current import Current
 from passgraph.backends.gl.functions import Functions
 from passgraph.backends.gl.sibling import OTHER_CONTEXT, current_state
@@ -182,6 +182,9 @@ class Guard:
                 gl.Disable(switch)
         for _, target in self.clamps:
             gl.ClampColor(target, _FALSE)
+        # Also textures without content would be read from it.
+        gl.BindBuffer(g.PIXEL_PACK_BUFFER, 0)
+        gl.BindBuffer(g.PIXEL_UNPACK_BUFFER, 0)
         gl.DepthRange(0.0, 1.0)
         if self.has_clip_control:
             gl.ClipControl(_LOWER_LEFT, _MINUS_ONE_TO_ONE)
@@ -198,6 +201,7 @@ class GuardedContext(Context):
 
     def __init__(self, turn: Turn | None = None) -> None:
         open_driver("gl")
+        destroy_left()
         super().__init__(turn)
         self._current = Current()
         self.host = current_state(self._current)
@@ -214,7 +218,7 @@ class GuardedContext(Context):
     def _look(self) -> None:
         now = current_state(self._current)
         if (now.context, now.display) != (self.host.context, self.host.display):
-            raise BackendError(OTHER_CONTEXT)
+            raise OtherContextError(OTHER_CONTEXT)
         self._canary.look()
 
     def _make_current(self) -> None:

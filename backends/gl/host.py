@@ -6,7 +6,7 @@ engine's state is read before and set again behind.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal, get_args
 
@@ -72,6 +72,10 @@ class HostPicture(DevicePicture):
             return False
         (x, y, width, height), (u, v, across, up) = self.region, other.region
         return x < u + across and u < x + width and y < v + up and v < y + height
+
+    def is_in(self, storage: Any) -> bool:
+        surface = self.facts.surface
+        return surface.kind == "texture" and isinstance(storage, Texture) and storage.name == surface.name
 
     def __str__(self) -> str:
         x, y, width, height = self.region
@@ -276,6 +280,7 @@ class Host(GLBackend):
 
     def _room(self, picture: HostPicture, format_: Format, use: Use) -> Texture | None:
         check_room(picture, format_)
+        self.copies.check_same(picture)
         surface = picture.facts.surface
         if use.is_drawn or use.beside_others:
             return None
@@ -318,6 +323,19 @@ class Host(GLBackend):
             super().copy(source, destination)
         else:
             self.copies.move(source, destination)
+
+    def release(self, storage: Any) -> None:
+        self._give_back(lambda: super(Host, self).release(storage))
+
+    def release_geometry(self, geometry: Any) -> None:
+        self._give_back(lambda: super(Host, self).release_geometry(geometry))
+
+    def _give_back(self, give_back: Callable[[], None]) -> None:
+        """Where the host's context is not current, when it next is; what nobody enters for goes when this closes."""
+        try:
+            give_back()
+        except BackendError:
+            self.turn.later(give_back)
 
     def pixel_pass(self, step: Any) -> Any:
         self._need_units(step.images)

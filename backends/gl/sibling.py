@@ -11,8 +11,8 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import Any
 
-from passgraph.backends.gl.canary import Canary
-from passgraph.backends.gl.context import Context, destroy_later, destroy_now
+from passgraph.backends.gl.canary import Canary, OtherContextError
+from passgraph.backends.gl.context import Context, destroy_later, destroy_left, destroy_now
 from passgraph.backends.gl.current import Current, State
 from passgraph.backends.gl.functions import Functions
 from passgraph.backends.turn import Turn, open_driver
@@ -69,6 +69,7 @@ class SiblingContext(Context):
 
     def __init__(self, turn: Turn | None = None) -> None:
         open_driver("gl")
+        destroy_left()
         super().__init__(turn)
         self._current = Current()
         self.host = current_state(self._current)
@@ -93,7 +94,7 @@ class SiblingContext(Context):
     def _make_current(self) -> None:
         now = current_state(self._current)
         if (now.context, now.display) != (self.host.context, self.host.display):
-            raise BackendError(OTHER_CONTEXT)
+            raise OtherContextError(OTHER_CONTEXT)
         self._canary.look()
         fence = self._fence()
         self._current.change(now, self._shared.state(now))

@@ -5,7 +5,78 @@
 from __future__ import annotations
 
 import passgraph as pg
-from passgraph import dot, normalize, uv, vec2, vec3
+from passgraph import dot, ivec2, normalize, vec2, vec3
+
+
+@pg.struct
+class ViewFrame:
+    """How a place in the picture and a distance become a position in the camera's frame, which looks along -z.
+
+    In perspective half and middle are measured at distance 1 and grow with the distance; in parallel views they do not.
+    """
+
+    half: vec2  # half the width and height of what is seen
+    middle: vec2  # of the picture, off the view axis
+    perspective: bool
+
+
+@pg.function
+def spread(frame: ViewFrame, distance: float) -> float:
+    """What lengths of the frame are multiplied by at a distance along the view axis."""
+    return distance if frame.perspective else 1.0
+
+
+@pg.function
+def flat_place(frame: ViewFrame, at: vec2) -> vec2:
+    """x and y, for each unit of `spread`, at a place in the picture, (0, 0) at its top left, (1, 1) bottom right."""
+    return frame.middle + vec2(2.0 * at.x - 1.0, 1.0 - 2.0 * at.y) * frame.half
+
+
+@pg.function
+def view_position(frame: ViewFrame, at: vec2, distance: float) -> vec3:
+    """The position at a place in the picture, (0, 0) at its top left and (1, 1) at its bottom right."""
+    return vec3(flat_place(frame, at) * spread(frame, distance), -distance)
+
+
+@pg.function
+def line_of_sight(frame: ViewFrame, at: vec2) -> vec3:
+    """Where positions at a place in the picture move with each unit of distance along the view axis."""
+    return vec3(flat_place(frame, at) if frame.perspective else vec2(0.0), -1.0)
+
+
+@pg.function
+def linear_on_planes(frame: ViewFrame, distance: float) -> float:
+    """1 / distance in perspective, the distance in parallel views; its own inverse, and 0 for 0."""
+    return (1.0 / distance if frame.perspective else distance) if distance > 0.0 else 0.0
+
+
+@pg.function
+def plane_terms(frame: ViewFrame, n: vec3, flat: vec2) -> vec2:
+    """``t``, such that ``t.x * spread(frame, distance) + t.y * distance`` is n · position at a `flat_place`.
+
+    From one place to another ``t.x`` grows by n.xy · way.
+    """
+    across = dot(n.xy, flat)
+    return vec2(across - n.z, 0.0) if frame.perspective else vec2(across, -n.z)
+
+
+@pg.function
+def picture_place(frame: ViewFrame, position: vec3) -> vec2:
+    """Where a position before the eye lies in the picture, as in `view_position`."""
+    flat = (position.xy / spread(frame, -position.z) - frame.middle) / frame.half
+    return vec2(0.5 + 0.5 * flat.x, 0.5 - 0.5 * flat.y)
+
+
+@pg.function
+def toward_eye(frame: ViewFrame, position: vec3) -> vec3:
+    """The unit direction from a position back along its line of sight."""
+    return -normalize(position) if frame.perspective else vec3(0.0, 0.0, 1.0)
+
+
+@pg.function
+def pixel_step(frame: ViewFrame, size: ivec2, distance: float) -> vec2:
+    """Width and height of a pixel at a distance along the view axis, scene units."""
+    return 2.0 * frame.half / vec2(size) * spread(frame, distance)
 
 
 @pg.function
@@ -25,13 +96,6 @@ def unpack_normal(p: vec2) -> vec3:
     z = 1.0 - abs(p.x) - abs(p.y)
     t = max(-z, 0.0)
     return normalize(vec3(p.x + (-t if p.x >= 0.0 else t), p.y + (-t if p.y >= 0.0 else t), z))
-
-
-@pg.function
-def view_ray(tan_half: vec2) -> vec3:
-    """From the eye through this pixel, at distance 1 along the view axis (camera frame, looking along -z)."""
-    place = uv()
-    return vec3((2.0 * place.x - 1.0) * tan_half.x, (1.0 - 2.0 * place.y) * tan_half.y, -1.0)
 
 
 @pg.function

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from math import cos, tan
+from math import cos
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph import mat3, mat4, vec2, vec3, vec4
 from passgraph.effects.surfaces.batches import bounds_of
+from passgraph.effects.surfaces.geometry import ViewFrame
 from passgraph.effects.surfaces.map_fit import Fit, pieces_of
 from passgraph.scene.matrices import translation
 
@@ -59,26 +60,31 @@ class View:
 
         return pg.combine(matrix, self.camera, pg.OUTPUT_SIZE)
 
-    def tan_half(self) -> pg.Derived:
-        """Tangents of half the horizontal and vertical angle of view."""
-
-        def tangents(camera: pg.Camera, size: tuple[int, int]) -> tuple[float, float]:
-            half = tan(0.5 * camera.vertical_fov_rad)
-            return half * size[0] / size[1], half
-
-        return pg.combine(tangents, self.camera, pg.OUTPUT_SIZE)
+    def frame(self) -> pg.Derived:
+        """How places in the picture and distances become positions: a `ViewFrame`."""
+        return pg.combine(view_frame, self.camera, pg.OUTPUT_SIZE)
 
     def pixel(self) -> pg.Derived:
-        """Width of a pixel at distance 1 along the view axis."""
+        """Height of a pixel, scene units: for each unit of distance along the view axis, and what it has without."""
 
-        def width(camera: pg.Camera, size: tuple[int, int]) -> float:
-            return 2.0 * tan(0.5 * camera.vertical_fov_rad) / size[1]
+        def height(camera: pg.Camera, size: tuple[int, int]) -> tuple[float, float]:
+            step = 2.0 * camera.window(size[0] / size[1]).half[1] / size[1]
+            return (0.0, step) if camera.orthographic else (step, 0.0)
 
-        return pg.combine(width, self.camera, pg.OUTPUT_SIZE)
+        return pg.combine(height, self.camera, pg.OUTPUT_SIZE)
 
     def up(self) -> pg.Derived:
         """World +y in the camera's frame."""
         return self.camera.map(lambda camera: camera.view_rotation()[:3, 1])
+
+
+def view_frame(camera: pg.Camera, size: tuple[int, int]) -> ViewFrame:
+    """The camera for kernels that see a picture of this size."""
+    half, middle = camera.window(size[0] / size[1])
+    make: Any = ViewFrame  # its fields are tuples on the host, vectors in kernels
+    made = make(half, middle, not camera.orthographic)
+    assert isinstance(made, ViewFrame)
+    return made
 
 
 def view_from_world(camera: pg.Camera, origin: Float64) -> Float64:

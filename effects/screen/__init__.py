@@ -1,0 +1,1 @@
+"""Effects from what an engine has: its picture and its depth buffer."""

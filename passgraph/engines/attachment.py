@@ -1,0 +1,339 @@
+"""What every engine's adapter shares: an effect, planned for the engine's frame, run on it in place.
+
+An adapter calls :meth:`Attachment.draw` from the engine's hook, and says where the frame is and what camera saw it.
+"""
+
+# mypy: disable-error-code="no-any-return"
+# Values of the kernel language are Any to Python's type checkers.
+from __future__ import annotations
+
+import inspect
+import logging
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from importlib import import_module
+from typing import Any, TypeAlias, get_args, get_type_hints
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+import passgraph as pg
+from passgraph import arguments
+from passgraph.backends.gl import Host, HostFramebuffer, HostPicture
+from passgraph.backends.gl.canary import OtherContextError
+from passgraph.backends.gl.host import Isolation
+from passgraph.effects.surfaces.engine_depth import distances
+from passgraph.formats import FORMATS, Format
+from passgraph.graph.values import sources_of
+from passgraph.plan.reach import passes_behind
+
+LOG = logging.getLogger("passgraph.engines")
+#: A function from the target "frame" to a target; see :class:`Attachment`.
+Effect: TypeAlias = Callable[..., pg.Target]
+#: Parameters of effects that every frame brings.
+_PER_FRAME = ("depth", "camera")
+_HOLDS = "depth_holds"
+_ENCODED = {"rgb8": "rgb8_srgb", "rgba8": "rgba8_srgb"}
+
+
+@pg.kernel
+def stored_as(picture: pg.Image) -> pg.vec4:
+    """The same colour, for a target of the frame's own format."""
+    return picture[0, 0]
+
+
+def imported(module: str, distribution: str) -> Any:
+    """An engine's module, which has no types.
+
+    Raises
+    ------
+    DeviceMissingError
+        Where it is not installed, with the command that installs it.
+    """
+    try:
+        return import_module(module)
+    except ImportError as error:
+        raise pg.DeviceMissingError(
+            f"{distribution} is not installed, or misses something ({error}); run: pip install {distribution}"
+        ) from error
+
+
+@dataclass(frozen=True)
+class View:
+    """What a frame was seen by.
+
+    Attributes
+    ----------
+    camera : that effects take
+    holds : what the numbers in the depth buffer mean
+    """
+
+    camera: pg.Camera
+    holds: pg.HardwareDepth
+
+    @classmethod
+    def of(cls, given: object) -> View:
+        """From what callers have: a view, a camera, or an engine's (view, projection), (4, 4) each with ``M @ v``.
+
+        >>> camera = pg.Camera((0, 0, 5), (0, 0, 0), near=1.0, far=9.0)
+        >>> View.of((camera.view_matrix(), camera.projection_matrix(1.5))).holds.near
+        1.0
+        """
+        if isinstance(given, View):
+            return given
+        if isinstance(given, pg.Camera):
+            return cls(given, given.hardware_depth())
+        if isinstance(given, tuple) and len(given) == 2:
+            return cls.of_matrices(*given)
+        raise pg.InputError(
+            "camera= takes a pg.Camera, (view, projection) as two (4, 4) matrices, or a function that returns one of "
+            f"them, got {arguments.shown(given)}"
+        )
+
+    @classmethod
+    def of_matrices(cls, view: ArrayLike, projection: ArrayLike, zero_to_one: bool | None = None) -> View:
+        """See `passgraph.Camera.from_matrices`."""
+        return cls(
+            pg.Camera.from_matrices(view, projection, zero_to_one),
+            pg.HardwareDepth.of_projection(projection, zero_to_one),
+        )
+
+
+class Seen:
+    """Views of an engine's matrices, made anew where these have changed."""
+
+    def __init__(self, zero_to_one: bool | None = None) -> None:
+        self._zero_to_one = zero_to_one
+        self._key: tuple[bytes, bytes] | None = None
+        self._view: View | None = None
+
+    def by(self, view: ArrayLike, projection: ArrayLike) -> View:
+        """See `View.of_matrices`."""
+        key = (np.asarray(view, np.float64).tobytes(), np.asarray(projection, np.float64).tobytes())
+        if self._view is None or key != self._key:
+            self._view, self._key = View.of_matrices(view, projection, self._zero_to_one), key
+        return self._view
+
+
+@dataclass(frozen=True)
+class _Facts:
+    """What a program is planned for."""
+
+    size: tuple[int, int]
+    frame: Format
+    depth: Format | None
+
+
+class Attachment:
+    """An effect in an engine, until :meth:`close`; an adapter's ``attach`` returns it.
+
+    The effect is called with the target ``frame``; where its signature has them, also with ``depth`` (distances along
+    the view axis in scene units, "r32f", 0 where nothing is drawn) and ``camera`` (a run value, `passgraph.Camera`).
+    What it returns is written over the frame.  Effects that say that they take linear light
+    (`passgraph.effects.checked.effect`) get frames of 8 bits decoded from sRGB.
+
+    An effect that fails is switched off, with one line in the log "passgraph.engines"; the engine's loop goes on,
+    with its frame as it was.
+
+    Attributes
+    ----------
+    engine : its name
+    error : why the effect was switched off, or None
+    """
+
+    def __init__(
+        self, engine: str, effect: Effect, values: Mapping[str, object], *,
+        frame: Callable[[Host], HostFramebuffer | None] = lambda host: host.framebuffer(),
+        camera: object = None, engine_camera: Callable[[], View | None] = lambda: None,
+        isolation: Isolation = "auto",
+    ) -> None:  # fmt: skip
+        """
+        Parameters
+        ----------
+        effect, values : of the caller's; values are parameters of the effect or run values of its graph
+        frame : where the frame is, asked in each with the engine's context current; None to leave one out
+        camera : of the caller's, as `View.of` takes it, or a function that returns that; None takes the engine's
+        engine_camera : what the engine saw the frame by
+        isolation : how the engine's state is left alone, see `passgraph.backends.gl.Host.current`
+        """
+        self.engine, self.effect = engine, arguments.function(effect, f"{engine}: the effect", pg.InputError)
+        self.error: BaseException | None = None
+        self._frame, self._camera, self._engine_camera = frame, camera, engine_camera
+        self._enabled, self._closed = True, False
+        self._isolation = isolation
+        self._detach: list[Callable[[], object]] = []
+        self._host: Host | None = None
+        self._program: pg.Program | None = None
+        self._facts: _Facts | None = None
+        parameters = inspect.signature(effect).parameters
+        self._takes = {name for name in _PER_FRAME if name in parameters}
+        self._names = set(parameters) - {next(iter(parameters), ""), *_PER_FRAME}
+        if any(p.kind is p.VAR_KEYWORD for p in parameters.values()):
+            self._names |= values.keys()
+        self._by_handle = _numbers_by_handle(effect)
+        self._given: dict[str, object] = {}
+        self.set(**values)
+        if camera is not None and not callable(camera):
+            View.of(camera)
+
+    @property
+    def enabled(self) -> bool:
+        """Whether frames are changed.  Setting it after an error tries again."""
+        return self._enabled and not self._closed
+
+    @enabled.setter
+    def enabled(self, on: bool) -> None:
+        self._enabled = arguments.flag(on, f"{self.engine}: enabled", pg.InputError)
+        self.error = None if on else self.error
+
+    @property
+    def isolation(self) -> str | None:
+        """How the engine's state is left alone: "sibling" or "guard"; None before the first frame."""
+        return None if self._host is None else self._host.isolation
+
+    def set(self, **values: object) -> None:
+        """Other values from the next frame on.  Run values are just given; other parameters plan the effect anew.
+
+        Raises
+        ------
+        InputError
+            For a name that is neither a parameter of the effect nor a run value of its graph.
+        GraphError, KernelError
+            What the effect raises; the values stay as they were.
+        """
+        given = {**self._given, **values}
+        target = self._graph(_Facts((0, 0), FORMATS["rgba8"], None), given, bound=False)
+        known = {source.name for made in passes_behind([target]) for source in sources_of(made.values)}
+        for name in values:
+            if name not in known | self._names:
+                have = ", ".join(sorted((known | self._names) - {*_PER_FRAME, _HOLDS, "into", "name"})) or "none"
+                raise pg.InputError(f"{self.engine}: the effect has no value {name!r}; it has {have}")
+        if any(name in self._names - self._by_handle and given[name] is not self._given.get(name) for name in values):
+            self._facts = None
+        self._given = given
+
+    def on_close(self, detach: Callable[[], object]) -> None:
+        """What takes the hook out of the engine; for adapters."""
+        self._detach.append(detach)
+
+    def close(self) -> None:
+        """Take the effect out of the engine, and give back all that is ours; a second time does nothing."""
+        if self._closed:
+            return
+        self._closed = True
+        for detach in reversed(self._detach):
+            detach()
+        self._drop()
+
+    def __enter__(self) -> Attachment:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    # In the hook
+
+    def draw(self, *_: object) -> None:
+        """Run the effect on the frame; called in the engine's hook, with its context current.  It never raises."""
+        if not self.enabled:
+            return
+        try:
+            try:
+                self._draw()
+            except OtherContextError:
+                self._drop()  # the engine has made a new context
+                self._draw()
+        except Exception as error:
+            self.error, self._enabled = error, False
+            LOG.error(
+                "%s: the effect failed and is switched off; the engine's frames are as without it: %s",
+                self.engine, error, exc_info=not isinstance(error, pg.PassgraphError),
+            )  # fmt: skip
+
+    def _draw(self) -> None:
+        if self._host is None:
+            self._host = Host.current(self._isolation)
+        seen = self._frame(self._host)
+        if seen is None or seen.color is None:
+            return
+        frame = self._as_decoded(seen.color)
+        depth = seen.depth if "depth" in self._takes else None
+        if "depth" in self._takes and depth is None:
+            raise pg.InputError(f"{self.engine}: the effect takes depth, and the frame has none")
+        facts = _Facts(frame.size, frame.format, None if depth is None else depth.format)
+        if facts != self._facts:
+            self._plan(facts)
+        program = self._program
+        assert program is not None
+        wanted = program.plan.values
+        values = {name: value for name, value in self._given.items() if name in wanted}
+        if not wanted.keys().isdisjoint(("camera", _HOLDS)):
+            view = self._view()
+            values |= {n: v for n, v in (("camera", view.camera), (_HOLDS, view.holds)) if n in wanted}
+        if "depth" in program.inputs:
+            values["depth"] = depth
+        program.run(into={"picture": frame}, frame=frame, **values)
+
+    def _view(self) -> View:
+        given = self._camera() if callable(self._camera) else self._camera
+        view = self._engine_camera() if given is None else View.of(given)
+        if view is None:
+            raise pg.InputError(
+                f"{self.engine}: the effect takes {' and '.join(sorted(self._takes))}, and the engine has no camera "
+                "that could be asked; give camera=, a pg.Camera or a function that returns one"
+            )
+        return view
+
+    def _as_decoded(self, frame: HostPicture) -> HostPicture:
+        """Colours as the effect takes them; engines keep encoded ones in formats that do not say so."""
+        mark = getattr(self.effect, "effect", None)
+        encoded = _ENCODED.get(frame.format.name) if mark is not None and mark.linear else None
+        return frame if encoded is None else replace(frame, format=FORMATS[encoded])
+
+    def _plan(self, facts: _Facts) -> None:
+        if self._program is not None:
+            self._program.close()
+        self._program = self._facts = None
+        target = self._graph(facts, self._given, bound=True)
+        self._program = pg.compile({"picture": target}, backend=self._host)
+        self._facts = facts
+
+    def _graph(self, facts: _Facts, given: Mapping[str, object], bound: bool) -> pg.Target:
+        """The effect for a frame; not ``bound``, for one of any size."""
+        frame = pg.Input("frame", facts.frame, facts.size) if bound else pg.Input("frame")
+        made: dict[str, object] = {}
+        if "depth" in self._takes:
+            held = pg.Input("depth", facts.depth, facts.size) if bound else pg.Input("depth")
+            made["depth"] = distances(held, pg.Value(_HOLDS, pg.HardwareDepth))
+        if "camera" in self._takes:
+            made["camera"] = pg.Value("camera", pg.Camera)
+        for name in self._names & given.keys():
+            handle = name in self._by_handle and arguments.is_number(given[name])
+            made[name] = pg.Value(name, float) if handle else given[name]
+        target = self.effect(frame, **made)
+        if not isinstance(target, pg.Target):
+            got = arguments.shown(target)
+            raise pg.GraphError(f"{self.engine}: the effect must return the target of its last pass, got {got}")
+        if target.made_by is None or (bound and facts.frame.srgb and not _is_encoded(target)):
+            target = stored_as(target, into=pg.target("stored", facts.frame, like=frame))
+        return target
+
+    def _drop(self) -> None:
+        program, host, self._program, self._host, self._facts = self._program, self._host, None, None, None
+        if program is not None:
+            program.close()
+        if host is not None:
+            host.close()
+
+
+def _is_encoded(target: pg.Target) -> bool:
+    return target.spec.format is not None and target.spec.format.srgb
+
+
+def _numbers_by_handle(effect: Effect) -> set[str]:
+    """Parameters that take a number or a `passgraph.Value`: these change without planning anew."""
+    try:
+        hints = get_type_hints(inspect.unwrap(effect))
+    except (NameError, TypeError):  # annotations of callers need not be ours to read
+        return set()
+    return {name for name, hint in hints.items() if pg.Value in get_args(hint) and float in get_args(hint)}

@@ -1,0 +1,91 @@
+"""Engines in processes of their own, with and without an effect, frame by frame."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from functools import cache
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+import pytest
+
+from docs.engines.demo import inverse_of
+
+root = Path(__file__).resolve().parent.parent.parent
+#: Seconds after which a process that hangs is ended; nothing is measured by it.
+_ENOUGH = 300
+
+Frames = dict[str, Any]
+
+
+def need(distribution: str) -> None:
+    """Skip where an engine is not installed."""
+    try:
+        version(distribution)
+    except PackageNotFoundError:
+        pytest.skip(f"{distribution} is not installed; pip install {distribution}")
+
+
+@cache
+def frames(engine: str, *options: str, under: tuple[str, ...] = ()) -> Frames:
+    """What ``docs/engines/play.py`` makes of an engine's example; ``under``: a command that it is started by."""
+    with TemporaryDirectory() as folder:
+        file = Path(folder, "frames.npz")
+        command = [*under, sys.executable, str(root / "docs/engines/play.py"), engine, str(file), *options]
+        environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(root), os.environ.get("PYTHONPATH", "")])}
+        ran = subprocess.run(
+            command, capture_output=True, text=True, env=environment, timeout=_ENOUGH, check=False, cwd=folder
+        )
+        assert ran.returncode == 0, f"{' '.join(command)}\n{ran.stdout}\n{ran.stderr}"
+        with np.load(file) as loaded:
+            return {**{name: loaded[name] for name in loaded.files}, "log": ran.stderr}
+
+
+def differing(one: Frames, other: Frames) -> list[int]:
+    """Numbers of the frames in which a bit differs."""
+    numbers = sorted(int(name) for name in one if name.isdigit())
+    assert len({one[str(n)].tobytes() for n in numbers}) == len(numbers), "the scene must move from frame to frame"
+    return [n for n in numbers if not np.array_equal(one[str(n)], other[str(n)])]
+
+
+def check_harmless(engine: str, isolation: str, *options: str, under: tuple[str, ...] = ()) -> None:
+    """An effect in frames 2 and 3 of 7 changes these as it should, and no other by a bit."""
+    plain = frames(engine, *options, under=under)
+    changed = frames(engine, "--effect", "2", "3", "--isolation", isolation, *options, under=under)
+    assert str(changed["error"]) == ""
+    assert str(changed["isolation"]) == isolation
+    assert differing(plain, changed) == [2, 3]
+    assert changed["after"].tolist() == plain["after"].tolist(), "OpenGL objects are left"
+    for number in ("2", "3"):
+        np.testing.assert_array_equal(changed[number], inverse_of(plain[number]))
+
+
+def check_resized(engine: str, *options: str, under: tuple[str, ...] = ()) -> None:
+    """The engine's frames change their size while the effect runs, which then does so at the new one."""
+    plain = frames(engine, "--resize", "4", *options, under=under)
+    changed = frames(engine, "--effect", "2", "3", "4", "5", "--resize", "4", *options, under=under)
+    assert plain["3"].shape != plain["4"].shape
+    assert str(changed["error"]) == ""
+    assert differing(plain, changed) == [2, 3, 4, 5]
+    for number in "2345":
+        np.testing.assert_array_equal(changed[number], inverse_of(plain[number]))
+
+
+def check_failing_effect(engine: str, *options: str, under: tuple[str, ...] = ()) -> None:
+    """One that fails while it runs is switched off and said to be; the frames are as without it."""
+    plain, changed = frames(engine, *options, under=under), frames(engine, "--effect", "2", "3", "--broken", under=under)
+    assert differing(plain, changed) == []
+    assert "value 'gain' is missing" in str(changed["error"])
+    assert changed["log"].count("the effect failed and is switched off") == 1
+
+
+def check_sensitive(engine: str, left: str, *options: str, under: tuple[str, ...] = ()) -> None:
+    """What is left behind in the engine's context is seen by the comparison, so that it proves something."""
+    plain = frames(engine, *options, under=under)
+    careless = frames(engine, "--effect", "2", "3", "--leave", left, *options, under=under)
+    assert set(differing(plain, careless)) > {2, 3}
