@@ -267,7 +267,7 @@ class Host(OpenCLBackend):
         if storage.placement is None:
             yield storage
             return
-        own = self.make(storage.format, storage.size)
+        own = super().make(storage.format, storage.size)
         try:
             move(self, (storage.buffer, storage.layout), (own.buffer, own.layout))
             yield own
