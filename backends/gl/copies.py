@@ -63,8 +63,8 @@ class Copies:
         stored_srgb = "sRGB" in facts.stored
         return plain and not facts.samples and (self.skips_decoding or not stored_srgb) and surface.level == facts.base
 
-    def sampled(self, picture: HostPicture, format_: Format) -> Texture:
-        """A texture that holds the picture now.
+    def sampled(self, picture: HostPicture, format_: Format, copied: bool = False) -> Texture:
+        """A texture that holds the picture now; ``copied``: and that is not the host's.
 
         Raises
         ------
@@ -74,7 +74,7 @@ class Copies:
         surface = picture.facts.surface
         with self.host.context:
             self.check_same(picture)
-            if self.can_sample(picture):
+            if self.can_sample(picture) and not copied:
                 return Texture(
                     surface.name, format_, picture.size, gl_format_of(picture.format, padded=False),
                     picture.placement, picture.region[:2], surface, self.sampler,

@@ -198,7 +198,7 @@ class Host(GLBackend):
         BackendError
             For what is not there, or has nothing attached.
         """
-        self._check_current()
+        self.context.check_current()
         gl = self.context.gl
         if name is None:
             colour, depth = attached(gl, depth=False), attached(gl, depth=True)
@@ -211,11 +211,14 @@ class Host(GLBackend):
                 gl.BindFramebuffer(g.DRAW_FRAMEBUFFER, bound)
         if colour is None and depth is None:
             raise BackendError("gl: the framebuffer has nothing attached that a pass could read or write")
-        window = size or self._window_size()
-        return HostFramebuffer(
-            None if colour is None else self._picture(colour, window, region, origin, srgb),
-            None if depth is None else self._picture(depth, window, region, origin, None),
-        )
+        window = size
+        if window is None and (colour or depth).kind == "window":  # type: ignore[union-attr]
+            window = self._window_size()
+        with self.context.looking():
+            return HostFramebuffer(
+                None if colour is None else self._picture(colour, window, region, origin, srgb),
+                None if depth is None else self._picture(depth, window, region, origin, None),
+            )
 
     def texture(
         self, name: int, *, region: Region | None = None, origin: Origin = "bottom", srgb: bool | None = None
@@ -224,15 +227,10 @@ class Host(GLBackend):
 
         ``region`` is for textures larger than their picture, such as those padded to powers of two.
         """
-        self._check_current()
         return self._picture(Surface("texture", int(name), target=0), None, region, origin, srgb)
 
-    def _check_current(self) -> None:
-        with self.context:
-            pass
-
     def _window_size(self) -> tuple[int, int] | None:
-        current = Current()
+        current = self.context.current  # type: ignore[attr-defined]
         state = current_state(current)
         return current.system(state).surface_size(state)
 
@@ -241,7 +239,7 @@ class Host(GLBackend):
         srgb: bool | None,
     ) -> HostPicture:  # fmt: skip
         arguments.one_of(origin, "origin", get_args(Origin))
-        with self.context as gl:
+        with self.context.looking() as gl:
             facts = facts_of(gl, surface, self._scratch, window)
             gl.drain()
         x, y, width, height = region = region or (0, 0, *facts.size)
@@ -269,14 +267,14 @@ class Host(GLBackend):
     def adopt(self, external: Any, format: Format, use: Use = READ) -> Texture | None:
         if not isinstance(external, HostPicture):
             return super().adopt(external, format, use)
-        return self._room(external, format, use) if use.is_written else self._read(external, format)
+        return self._room(external, format, use) if use.is_written else self._read(external, format, use)
 
-    def _read(self, picture: HostPicture, format_: Format) -> Texture | None:
-        """To be sampled: the texture itself, or a copy made on the device of what cannot be."""
+    def _read(self, picture: HostPicture, format_: Format, use: Use) -> Texture | None:
+        """To be sampled: the texture itself, or a copy made on the device of what cannot be or is written over."""
         readable = picture.format == format_ or (
             (format_.number, format_.channels) == ("f4", picture.format.channels) and not picture.format.srgb
         )
-        return self.copies.sampled(picture, format_) if readable else None
+        return self.copies.sampled(picture, format_, use.is_overwritten) if readable else None
 
     def _room(self, picture: HostPicture, format_: Format, use: Use) -> Texture | None:
         check_room(picture, format_)

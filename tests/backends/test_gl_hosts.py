@@ -115,7 +115,7 @@ def a_glx_host_that_holds_on() -> None:
     own = pg.compile(shared_graph(), backend="gl")
     own(frame=picture(1), by=3.0)
     host = Host(glcontext.default_backend()(glversion=330, mode="standalone"))
-    current = own.backend.context._current  # type: ignore[attr-defined]
+    current = own.backend.context.current  # type: ignore[attr-defined]
     glx = current.glx
     current.glx = None  # as where the host's GLX is not found
     refused = r"gl: making its context current failed: the context is current in another thread\. The host program"
