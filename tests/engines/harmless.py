@@ -78,7 +78,10 @@ def check_resized(engine: str, *options: str, under: tuple[str, ...] = ()) -> No
 
 def check_failing_effect(engine: str, *options: str, under: tuple[str, ...] = ()) -> None:
     """One that fails while it runs is switched off and said to be; the frames are as without it."""
-    plain, changed = frames(engine, *options, under=under), frames(engine, "--effect", "2", "3", "--broken", under=under)
+    plain, changed = (
+        frames(engine, *options, under=under),
+        frames(engine, "--effect", "2", "3", "--broken", under=under),
+    )
     assert differing(plain, changed) == []
     assert "value 'gain' is missing" in str(changed["error"])
     assert changed["log"].count("the effect failed and is switched off") == 1
