@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from passgraph.effects.pictures.black_and_white import black_and_white
     from passgraph.effects.pictures.bloom import bloom
     from passgraph.effects.pictures.blur import depth_aware_blur, gaussian_blur
+    from passgraph.effects.pictures.fxaa import fxaa
     from passgraph.effects.pictures.tone_map import tone_map
     from passgraph.effects.planar_shadows.planar import Planar, planar, planar_passes
     from passgraph.effects.registry import EFFECTS
@@ -107,6 +108,7 @@ __all__ = [
     "effect",
     "five_pass",
     "five_pass_targets",
+    "fxaa",
     "gaussian_blur",
     "occluded",
     "occlusion",
