@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from passgraph.frames.tiles import tiled
     from passgraph.frames.tiles_lazy import lazily_tiled
     from passgraph.pictures import load, save
-    from passgraph.scene import Camera, Light, Material, Mesh, Node, Scene, Texture
+    from passgraph.scene import Camera, HardwareDepth, Light, Material, Mesh, Node, Scene, Texture
     from passgraph.travel import from_data, to_data
 
 __version__ = "0.1.0"
@@ -49,7 +49,9 @@ _LATER = {
     "load": "passgraph.pictures", "save": "passgraph.pictures",
     "tiled": "passgraph.frames.tiles", "lazily_tiled": "passgraph.frames.tiles_lazy",
     "from_data": "passgraph.travel", "to_data": "passgraph.travel",
-    **dict.fromkeys(("Camera", "Light", "Material", "Mesh", "Node", "Scene", "Texture"), "passgraph.scene"),
+    **dict.fromkeys(
+        ("Camera", "HardwareDepth", "Light", "Material", "Mesh", "Node", "Scene", "Texture"), "passgraph.scene"
+    ),
 }  # fmt: skip
 
 
@@ -67,9 +69,9 @@ def __getattr__(name: str) -> Any:
 
 
 __all__ = [
-    "OUTPUT_SIZE", "BackendError", "Blend", "Camera", "Derived", "DeviceMissingError", "GraphError", "Input",
-    "InputError", "KernelError", "Light", "Material", "Mesh", "Node", "Options", "PassgraphError", "Program", "Range",
-    "Result", "Scene", "Stencil",
+    "OUTPUT_SIZE", "BackendError", "Blend", "Camera", "Derived", "DeviceMissingError", "GraphError", "HardwareDepth",
+    "Input", "InputError", "KernelError", "Light", "Material", "Mesh", "Node", "Options", "PassgraphError", "Program",
+    "Range", "Result", "Scene", "Stencil",
     "Target", "TargetSpec", "Texture", "Value", "combine", "compile", "draw", "fragment", "frames", "from_data",
     "function", "graph", "kernel", "lazily_tiled", "load", "previous", "save", "struct", "target", "tiled", "to_data",
     "vertex",

@@ -5,7 +5,51 @@
 from __future__ import annotations
 
 import passgraph as pg
-from passgraph import dot, normalize, uv, vec2, vec3
+from passgraph import dot, ivec2, normalize, uv, vec2, vec3
+
+
+@pg.struct
+class ViewFrame:
+    """How a place in the picture and a distance become a position in the camera's frame, which looks along -z.
+
+    In perspective half and middle are measured at distance 1 and grow with the distance; in parallel views they do not.
+    """
+
+    half: vec2  # half the width and height of what is seen
+    middle: vec2  # of the picture, off the view axis
+    perspective: bool
+
+
+@pg.function
+def spread(frame: ViewFrame, distance: float) -> float:
+    """What lengths of the frame are multiplied by at a distance along the view axis."""
+    return distance if frame.perspective else 1.0
+
+
+@pg.function
+def view_position(frame: ViewFrame, at: vec2, distance: float) -> vec3:
+    """The position at a place in the picture, (0, 0) at its top left and (1, 1) at its bottom right."""
+    flat = frame.middle + vec2(2.0 * at.x - 1.0, 1.0 - 2.0 * at.y) * frame.half
+    return vec3(flat * spread(frame, distance), -distance)
+
+
+@pg.function
+def picture_place(frame: ViewFrame, position: vec3) -> vec2:
+    """Where a position before the eye lies in the picture, as in `view_position`."""
+    flat = (position.xy / spread(frame, -position.z) - frame.middle) / frame.half
+    return vec2(0.5 + 0.5 * flat.x, 0.5 - 0.5 * flat.y)
+
+
+@pg.function
+def toward_eye(frame: ViewFrame, position: vec3) -> vec3:
+    """The unit direction from a position back along its line of sight."""
+    return -normalize(position) if frame.perspective else vec3(0.0, 0.0, 1.0)
+
+
+@pg.function
+def pixel_step(frame: ViewFrame, size: ivec2, distance: float) -> vec2:
+    """Width and height of a pixel at a distance along the view axis, scene units."""
+    return 2.0 * frame.half / vec2(size) * spread(frame, distance)
 
 
 @pg.function

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph import mat3, mat4, vec2, vec3, vec4
 from passgraph.effects.surfaces.batches import bounds_of
+from passgraph.effects.surfaces.geometry import ViewFrame
 from passgraph.effects.surfaces.map_fit import Fit, pieces_of
 from passgraph.scene.matrices import translation
 
@@ -59,6 +60,10 @@ class View:
 
         return pg.combine(matrix, self.camera, pg.OUTPUT_SIZE)
 
+    def frame(self) -> pg.Derived:
+        """How places in the picture and distances become positions: a `ViewFrame`."""
+        return pg.combine(view_frame, self.camera, pg.OUTPUT_SIZE)
+
     def tan_half(self) -> pg.Derived:
         """Tangents of half the horizontal and vertical angle of view."""
 
@@ -79,6 +84,15 @@ class View:
     def up(self) -> pg.Derived:
         """World +y in the camera's frame."""
         return self.camera.map(lambda camera: camera.view_rotation()[:3, 1])
+
+
+def view_frame(camera: pg.Camera, size: tuple[int, int]) -> ViewFrame:
+    """The camera for kernels that see a picture of this size."""
+    half, middle = camera.window(size[0] / size[1])
+    make: Any = ViewFrame  # its fields are tuples on the host, vectors in kernels
+    made = make(half, middle, not camera.orthographic)
+    assert isinstance(made, ViewFrame)
+    return made
 
 
 def view_from_world(camera: pg.Camera, origin: Float64) -> Float64:

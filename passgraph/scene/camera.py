@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import pi, tan
+from math import atan, pi, tan
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from passgraph.arguments import shown
 from passgraph.errors import InputError
+from passgraph.scene.hardware_depth import HardwareDepth, far_plane
 from passgraph.scene.matrices import (
     Float64,
     Vec3,
@@ -18,12 +21,15 @@ from passgraph.scene.matrices import (
     floats,
     look_rotation,
     number,
+    orthographic,
     perspective,
+    rigid,
     sphere_of,
     translation,
     unit,
     vec3,
 )
+from passgraph.scene.projection import Projection
 
 # From the target to the camera: a three-quarter view from about 25 degrees above.
 DEFAULT_DIRECTION: Vec3 = (0.55, 0.5, 0.85)
@@ -33,19 +39,33 @@ DEFAULT_FOV_RAD = 40.0 * pi / 180.0
 FRAME_MARGIN = 0.08
 
 
+class Window(NamedTuple):
+    """What a camera sees: half its width and height, and its middle, at distance 1, or anywhere if orthographic."""
+
+    half: tuple[float, float]
+    middle: tuple[float, float]
+
+
 @dataclass(frozen=True)
 class Camera:
-    """A perspective camera.
+    """A camera, in perspective or orthographic.
 
     Attributes
     ----------
     eye, target : world points, scene units; float64, so an offset of 1e6 keeps ten digits
     up : world direction that is up in the picture
-    vertical_fov_rad : full vertical angle, in ]0, pi[
-    near, far : distances along the view axis, scene units, 0 < near < far
+    vertical_fov_rad : full vertical angle, in ]0, pi[; of an off-centre picture that of a centred one as high
+    near, far : distances along the view axis, scene units, 0 < near < far; in perspective far may be infinite
+    orthographic_height : how high the picture is in the scene, scene units, for rays that are all parallel; left
+        out, the camera sees in perspective
+    shift : where the middle of the picture lies off the view axis, in half its width (right) and height (up)
+    aspect : width / height of what it sees; left out, that of the picture, whose pixels are squares then
 
     >>> Camera(eye=(0, 0, 5), target=(0, 0, 0)).view_matrix()[2, 3].item()
     -5.0
+    >>> plan = Camera(eye=(0, 9, 0), target=(0, 0, 0), up=(0, 0, -1), orthographic_height=6.0)
+    >>> plan.window(16 / 9).half
+    (5.333333333333333, 3.0)
     """
 
     eye: Vec3
@@ -54,16 +74,25 @@ class Camera:
     vertical_fov_rad: float = DEFAULT_FOV_RAD
     near: float = 0.1
     far: float = 100.0
+    orthographic_height: float | None = None
+    shift: tuple[float, float] = (0.0, 0.0)
+    aspect: float | None = None
 
     def __post_init__(self) -> None:
         for field in ("eye", "target", "up"):
             object.__setattr__(self, field, vec3(getattr(self, field), f"camera: {field}"))
         object.__setattr__(self, "near", number(self.near, "camera: near", 0.0, np.inf, open_low=True))
-        object.__setattr__(self, "far", number(self.far, "camera: far", 0.0, np.inf, open_low=True))
         fov = number(self.vertical_fov_rad, "camera: vertical_fov_rad", 0.0, pi * 0.999, open_low=True)
         object.__setattr__(self, "vertical_fov_rad", fov)
-        if self.far <= self.near:
-            raise InputError(f"camera: expected near < far, got near {self.near:g} and far {self.far:g}")
+        for field in ("orthographic_height", "aspect"):
+            if getattr(self, field) is not None:
+                length = number(getattr(self, field), f"camera: {field}", 0.0, np.inf, open_low=True)
+                object.__setattr__(self, field, length)
+        object.__setattr__(self, "far", far_plane(self.far, "camera", self.near, self.orthographic))
+        shift = floats(self.shift, "camera: shift", "two finite numbers")
+        if shift.shape != (2,) or not np.isfinite(shift).all():
+            raise InputError(f"camera: shift: expected two finite numbers, got {shown(self.shift)}")
+        object.__setattr__(self, "shift", (float(shift[0]), float(shift[1])))
         if self.eye == self.target:
             raise InputError(f"camera: eye and target are the same point {self.eye}; move one of them")
         if not any(self.up):
@@ -73,6 +102,11 @@ class Camera:
                 f"camera: up {self.up} is parallel to the view direction; "
                 "choose another up, for example (0, 0, -1) for a view from above"
             )
+
+    @property
+    def orthographic(self) -> bool:
+        """Whether rays are parallel."""
+        return self.orthographic_height is not None
 
     @property
     def forward(self) -> Float64:
@@ -89,9 +123,62 @@ class Camera:
 
     def projection_matrix(self, aspect: float) -> Float64:
         """Camera frame to OpenGL clip space, (4, 4) float64; ``aspect`` is width / height of the picture."""
-        ratio = number(aspect, "camera: aspect", 0.0, np.inf, open_low=True)
-        half = tan(0.5 * self.vertical_fov_rad)
-        return perspective(half * ratio, half, self.near, self.far)
+        half, middle = self.window(aspect)
+        made = orthographic if self.orthographic else perspective
+        return made(*half, self.near, self.far, middle)
+
+    def window(self, aspect: float) -> Window:
+        """What is seen in a picture whose width / height is ``aspect``."""
+        ratio = number(aspect, "camera: aspect", 0.0, np.inf, open_low=True) if self.aspect is None else self.aspect
+        height = self.orthographic_height
+        half = tan(0.5 * self.vertical_fov_rad) if height is None else 0.5 * height
+        return Window((half * ratio, half), (self.shift[0] * half * ratio, self.shift[1] * half))
+
+    def hardware_depth(self, reversed_z: bool = False) -> HardwareDepth:
+        """What a depth buffer holds in which this camera's picture is drawn.
+
+        >>> Camera((0, 0, 5), (0, 0, 0), near=1.0, far=9.0).hardware_depth().depth(9.0).item()
+        1.0
+        """
+        return HardwareDepth(self.near, self.far, reversed_z, self.orthographic)
+
+    @classmethod
+    def from_matrices(cls, view: ArrayLike, projection: ArrayLike, zero_to_one: bool | None = None) -> Camera:
+        """The camera behind an engine's two matrices.
+
+        Parameters
+        ----------
+        view : (4, 4), world to the camera's frame, which looks along -z: a rotation and a shift; ``M @ v``
+        projection : (4, 4), to clip space: perspective or orthographic, off-centre too, with an infinite far plane,
+            with reversed depth, with y down (Vulkan)
+        zero_to_one : whether clip space reaches from 0 to 1 in depth, as with Direct3D, Vulkan, Metal, WebGPU and
+            ``glClipControl``, or from -1 to 1, as else with OpenGL; left out, -1 to 1 unless the matrix cannot mean it
+
+        Where a parallel projection begins at or behind the eye, the eye is put back, which shows the same.
+        What the depth buffer holds, `passgraph.HardwareDepth.of_projection` reads from the same matrix.
+
+        Raises
+        ------
+        InputError
+            What is no such matrix; it says why.
+
+        >>> seen = Camera((3, 2, 5), (0, 1, 0), vertical_fov_rad=0.7, near=0.5, far=50.0)
+        >>> found = Camera.from_matrices(seen.view_matrix(), seen.projection_matrix(1.5))
+        >>> [round(x, 9) for x in (*found.eye, found.vertical_fov_rad, found.near, found.far)]
+        [3.0, 2.0, 5.0, 0.7, 0.5, 50.0]
+        """
+        turn, eye = rigid(view, "view")
+        read = Projection.of(projection, zero_to_one)
+        eye = eye + read.back * turn[2]
+        # farther off where the eye is, so that the direction keeps its digits
+        target = eye - turn[2] * max(1.0, float(np.abs(eye).max()))
+        (width, height), (right, up) = read.half, read.middle
+        return cls(
+            tuple(eye.tolist()), tuple(target.tolist()), tuple(turn[1].tolist()),
+            DEFAULT_FOV_RAD if read.orthographic else 2.0 * atan(height),
+            read.near, read.far, 2.0 * height if read.orthographic else None,
+            (right / width, up / height), width / height,
+        )  # fmt: skip
 
     def relative(self, transform: ArrayLike) -> Float64:
         """An object's transform with the eye as origin, (4, 4) float64.

@@ -166,25 +166,54 @@ def look_from(eye: ArrayLike, forward: ArrayLike, up: ArrayLike = (0.0, 1.0, 0.0
     return look_rotation(forward, up) @ translation(-np.asarray(eye, dtype=np.float64))
 
 
-def perspective(tan_half_x: float, tan_half_y: float, near: float, far: float) -> Float64:
-    """A symmetric perspective projection to OpenGL clip space.
+def perspective(
+    tan_half_x: float, tan_half_y: float, near: float, far: float, middle: tuple[float, float] = (0.0, 0.0)
+) -> Float64:
+    """A perspective projection to OpenGL clip space.
 
     Parameters
     ----------
     tan_half_x, tan_half_y : tangents of half the horizontal and vertical angle
-    near, far : distances along the view axis, scene units, 0 < near < far
+    near, far : distances along the view axis, scene units, 0 < near < far; far may be infinite
+    middle : of the picture, off the view axis, at distance 1
 
-    Source: OpenGL 2.1 specification, section 2.11.2, glFrustum.
+    Source: OpenGL 2.1 specification, section 2.11.2, glFrustum; with its limit for an infinite far plane.
     """
     result = np.zeros((4, 4))
     result[0, 0], result[1, 1] = 1.0 / tan_half_x, 1.0 / tan_half_y
-    result[2, 2], result[2, 3] = -(far + near) / (far - near), -2.0 * far * near / (far - near)
+    result[0, 2], result[1, 2] = middle[0] / tan_half_x, middle[1] / tan_half_y
+    result[2, 2], result[2, 3] = -1.0, -2.0 * near
+    if np.isfinite(far):
+        result[2, 2], result[2, 3] = -(far + near) / (far - near), -2.0 * far * near / (far - near)
     result[3, 2] = -1.0
     return result
 
 
-def orthographic(half_x: float, half_y: float, near: float, far: float) -> Float64:
-    """A centred orthographic projection to OpenGL clip space (OpenGL 2.1, section 2.11.2, glOrtho)."""
+def orthographic(
+    half_x: float, half_y: float, near: float, far: float, middle: tuple[float, float] = (0.0, 0.0)
+) -> Float64:
+    """An orthographic projection to OpenGL clip space (OpenGL 2.1, section 2.11.2, glOrtho)."""
     result = np.diag([1.0 / half_x, 1.0 / half_y, -2.0 / (far - near), 1.0])
-    result[2, 3] = -(far + near) / (far - near)
-    return result
+    result[:3, 3] = -middle[0] / half_x, -middle[1] / half_y, -(far + near) / (far - near)
+    return result + 0.0  # turns -0.0 into 0.0
+
+
+def rigid(view: ArrayLike, what: str) -> tuple[Float64, Float64]:
+    """The rotation, (3, 3), of a view matrix without scale, and the place of its eye, (3,); float64 both.
+
+    The rotation is made orthogonal, since engines hold matrices in float32.
+    """
+    matrix = matrix4(view, what)
+    left, lengths, right = np.linalg.svd(matrix[:3, :3])
+    if np.abs(lengths - 1.0).max() > 1e-4:
+        raise InputError(
+            f"{what}: expected a rotation and a shift, got axes of lengths {lengths.round(6).tolist()}; take the scale "
+            "out of it"
+        )
+    turn = left @ right
+    if np.linalg.det(turn) < 0.0:
+        raise InputError(
+            f"{what}: the matrix mirrors, as views of left-handed worlds do; negate one axis of the world, and the "
+            "matrix's column of that axis"
+        )
+    return turn, -turn.T @ matrix[:3, 3]

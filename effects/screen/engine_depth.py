@@ -1,0 +1,79 @@
+"""Distances from an engine's depth buffer, for every effect that takes a linear depth."""
+
+# mypy: disable-error-code="no-any-return"
+# Values of the kernel language are Any to Python's type checkers.
+from __future__ import annotations
+
+from typing import Any
+
+import passgraph as pg
+from passgraph import Image, clamp, vec2
+from passgraph.effects.checked import checked
+
+
+@pg.struct
+class DepthFrame:
+    """`passgraph.HardwareDepth` as kernels see it."""
+
+    ends: vec2  # what is linear in the number, at 0 and at 1: 1 / distance, or the distance in parallel views
+    perspective: bool
+    reversed_z: bool
+
+
+@pg.function
+def distance_from(held: float, frame: DepthFrame) -> float:
+    """Distance along the view axis of a number in a depth buffer; 0 where nothing is drawn, or where it is none."""
+    d = clamp(held, 0.0, 1.0)
+    # both terms are positive: what is near the far plane keeps all digits that the buffer has
+    linear = (1.0 - d) * frame.ends.x + d * frame.ends.y
+    drawn = d > 0.0 if frame.reversed_z else d < 1.0
+    distance = 1.0 / max(linear, 1e-37) if frame.perspective else linear
+    return distance if drawn else 0.0
+
+
+@pg.kernel
+def to_distance(depth: Image, frame: DepthFrame) -> float:
+    """Each pixel of a depth buffer, as a distance."""
+    return distance_from(depth[0, 0].r, frame)
+
+
+def depth_frame(holds: pg.HardwareDepth) -> DepthFrame:
+    """What a depth buffer holds, for kernels."""
+    make: Any = DepthFrame  # its fields are tuples on the host, vectors in kernels
+    made = make(holds.ends, not holds.orthographic, holds.reversed_z)
+    assert isinstance(made, DepthFrame)
+    return made
+
+
+@checked
+def distances(
+    depth: pg.Target,
+    holds: pg.HardwareDepth | pg.Value,
+    into: pg.TargetSpec | None = None,
+    name: str = "distance",
+) -> pg.Target:
+    """An engine's depth buffer as distances along the view axis, which effects take.
+
+    Parameters
+    ----------
+    depth : numbers from 0 to 1 in red, of any format ("r16" for D16, "r32f", "depth32f")
+    holds : what they mean; as a run value where near and far change
+    into : where it goes; left out, "r32f" of the buffer's size with the name ``name``
+    name : of the pass and target
+
+    Returns
+    -------
+    Scene units; 0 where nothing is drawn, which is where the number is that of the far plane.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> holds = pg.HardwareDepth(0.5, np.inf, reversed_z=True)
+    >>> with pg.compile(distances(pg.Input("depth"), holds), backend="numpy") as program:
+    ...     program(depth=np.float32([[1.0, 0.05, 0.0]]))["distance"][..., 0].tolist()
+    [[0.5, 10.0, 0.0]]
+    """
+    made = into or pg.target(name, "r32f", like=depth)
+    frame = depth_frame(holds) if isinstance(holds, pg.HardwareDepth) else holds.map(depth_frame)
+    target: pg.Target = to_distance(depth, frame, into=made, name=name)
+    return target
