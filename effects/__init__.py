@@ -26,8 +26,12 @@ if TYPE_CHECKING:
     from passgraph.effects.pictures.black_and_white import black_and_white
     from passgraph.effects.pictures.bloom import bloom
     from passgraph.effects.pictures.blur import depth_aware_blur, gaussian_blur
+    from passgraph.effects.pictures.chromatic_aberration import chromatic_aberration
+    from passgraph.effects.pictures.film_grain import film_grain
     from passgraph.effects.pictures.fxaa import fxaa
+    from passgraph.effects.pictures.supersampled import supersampled
     from passgraph.effects.pictures.tone_map import tone_map
+    from passgraph.effects.pictures.vignette import vignette
     from passgraph.effects.planar_shadows.planar import Planar, planar, planar_passes
     from passgraph.effects.registry import EFFECTS
     from passgraph.effects.shadows.five_pass import FivePass, five_pass, five_pass_targets
@@ -53,6 +57,7 @@ _MODULES = {
     "ambient.contact": "Contact contact contact_passes",
     "checked": "effect",
     "pictures.blur": "depth_aware_blur gaussian_blur",
+    "pictures.supersampled": "supersampled",
     "planar_shadows.planar": "Planar planar planar_passes",
     "registry": "EFFECTS",
     "shadows.five_pass": "FivePass five_pass five_pass_targets",
@@ -102,10 +107,12 @@ __all__ = [
     "ambient_occlusion_passes",
     "black_and_white",
     "bloom",
+    "chromatic_aberration",
     "contact",
     "contact_passes",
     "depth_aware_blur",
     "effect",
+    "film_grain",
     "five_pass",
     "five_pass_targets",
     "fxaa",
@@ -116,5 +123,7 @@ __all__ = [
     "planar_passes",
     "soft_shadow",
     "soft_shadow_passes",
+    "supersampled",
     "tone_map",
+    "vignette",
 ]
