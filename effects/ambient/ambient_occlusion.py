@@ -14,13 +14,14 @@ from passgraph import Const, Image, vec3, vec4
 from passgraph.effects.ambient.hemisphere_occlusion import hemisphere_visibility
 from passgraph.effects.ambient.horizon_occlusion import horizon_visibility
 from passgraph.effects.ambient.occlusion_filter import denoise as denoise_line
-from passgraph.effects.ambient.occlusion_filter import enlarge, invert, invert_half, normals_of_depth
+from passgraph.effects.ambient.occlusion_filter import enlarge, linearised, linearised_half
 from passgraph.effects.checked import checked, effect
 from passgraph.effects.passes import picture_of
 from passgraph.effects.pictures.tone_map import tone_map
 from passgraph.effects.quantities import Color, NotNegative, Reach, Share
 from passgraph.effects.shadows.shadow_light import ambient_light
 from passgraph.effects.shadows.soft_shadow import soft_shadow_passes
+from passgraph.effects.surfaces.depth_normals import depth_normals
 from passgraph.effects.surfaces.views import Casters, View
 from passgraph.scene.camera import DEFAULT_FOV_RAD
 
@@ -71,12 +72,6 @@ def dim(color: Image, occlusion: Image) -> vec4:
     return vec4(here.rgb * occlusion[0, 0].r, here.a)
 
 
-def flat_normals(depth: pg.Target, camera: pg.Value) -> pg.Target:
-    """Normals of what a depth picture shows; outside it there is no surface to lean on."""
-    into = pg.target("normals of depth", "rgba16f", like=depth)
-    return normals_of_depth(depth.border("zero"), View(camera).tan_half(), into=into, name="normals of depth")
-
-
 @dataclass(frozen=True)
 class Occlusion:
     """Targets of `occlusion`.
@@ -84,16 +79,17 @@ class Occlusion:
     Attributes
     ----------
     visibility : the result, of the size of the depth: the share of the light from all around that arrives, 0 to 1
-    raw : visibility as searched for, with the noise of few directions, in red, and 1 / depth in green; half the
-        size with ``half_resolution``
+    raw : visibility as searched for, with the noise of few directions, in red, and the linear depth in green; half
+        the size with ``half_resolution``
     denoised : of the size of ``raw``; ``raw`` itself without ``denoise``
-    inverse_depth, normals : what was searched: 1 / depth, 0 where there is no surface
+    linear_depth, normals : what was searched: 1 / depth in perspective, the depth in parallel views, 0 where there is
+        no surface
     """
 
     visibility: pg.Target
     raw: pg.Target
     denoised: pg.Target
-    inverse_depth: pg.Target
+    linear_depth: pg.Target
     normals: pg.Target
 
 
@@ -162,15 +158,15 @@ def occlusion(
     >>> bool((flat == 1.0).all())
     True
     """
-    tan_half = View(camera).tan_half()
+    frame = View(camera).frame()
     if half_resolution:
-        small = (pg.target("inverse depth", "r32f", like=depth, scale=0.5),
+        small = (pg.target("linear depth", "r32f", like=depth, scale=0.5),
                  pg.target("small normals", "rgba16f", like=depth, scale=0.5))  # fmt: skip
-        searched = invert_half(depth, normals, into=small, name="half size")
+        searched = linearised_half(depth, normals, frame, into=small, name="half size")
     else:
-        searched = invert(depth, into=pg.target("inverse depth", "r32f")), normals
+        searched = linearised(depth, frame, into=pg.target("linear depth", "r32f")), normals
     # outside the picture nothing is known, and nothing taken away
-    seen = (searched[0].border("zero"), searched[1], tan_half, radius)
+    seen = (searched[0].border("zero"), searched[1], frame, radius)
     into = pg.target("raw visibility", "rg32f", like=searched[0])
     if method == "gtao":
         raw = horizon_visibility(*seen, falloff, thickness, power, slices, steps, into=into, name="horizons")
@@ -180,10 +176,10 @@ def occlusion(
     if denoise:
         for axis, direction in (("x", (1, 0)), ("y", (0, 1))):
             into = pg.target(f"denoised_{axis}", "rg32f", like=searched[0])
-            clean = denoise_line(clean, searched[1], tan_half, radius, *direction, into=into, name=f"denoise {axis}")
+            clean = denoise_line(clean, searched[1], frame, radius, *direction, into=into, name=f"denoise {axis}")
     into = pg.target("visibility", "r16f", like=depth)
     if half_resolution:
-        made = enlarge(clean, depth, normals, tan_half, radius, into=into, name="full size")
+        made = enlarge(clean, depth, normals, frame, radius, into=into, name="full size")
     else:
         made = first_channel(clean, into=into, name="visibility")
     return Occlusion(made, raw, clean, *searched)
@@ -214,7 +210,7 @@ def ambient_occlusion_passes(
     shaded = soft_shadow_passes(scene, ambient=light, display=False)
     camera = pg.Value("camera", pg.Camera, default=scene.camera)
     found = occlusion(
-        shaded.depth, flat_normals(shaded.depth, camera), camera,
+        shaded.depth, depth_normals(shaded.depth, camera), camera,
         radius=_radius_in(scene) if radius is None else radius, method=method,
         slices=slices, steps=steps, falloff=falloff, thickness=thickness, taps=taps, bias=bias,
         range_check=range_check, power=power, half_resolution=half_resolution, denoise=denoise,
@@ -330,7 +326,7 @@ def occluded(
     view = pg.Camera((0.0, 0.0, 0.0), (0.0, 0.0, -1.0), vertical_fov_rad=vertical_fov_rad)
     camera = pg.Value("camera", pg.Camera, default=view)
     found = occlusion(
-        depth, flat_normals(depth, camera), camera, radius=radius, method=method, slices=slices, steps=steps,
+        depth, depth_normals(depth, camera), camera, radius=radius, method=method, slices=slices, steps=steps,
         power=power, half_resolution=half_resolution,
     )  # fmt: skip
     return dim(color, found.visibility, into=into or pg.target(name, "rgba32f"), name=name)

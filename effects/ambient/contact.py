@@ -21,7 +21,7 @@ from passgraph.effects.quantities import Height, Reach
 from passgraph.effects.shadows.shadow_light import multiply
 from passgraph.effects.shadows.soft_shadow import SoftShadow, soft_shadow_passes
 from passgraph.effects.surfaces.batches import merged
-from passgraph.effects.surfaces.geometry import unpack_normal, view_ray
+from passgraph.effects.surfaces.geometry import ViewFrame, unpack_normal, view_position
 from passgraph.effects.surfaces.views import View
 from passgraph.scene.matrices import translation
 
@@ -51,11 +51,11 @@ def share_at(contacts: Image, place: vec2) -> vec3:
 
 @pg.kernel
 def look_up(
-    normals: Image, depth: Image, contacts: Image, tan_half: vec2, map_from_view: mat4, up: vec3
+    normals: Image, depth: Image, contacts: Image, frame: ViewFrame, map_from_view: mat4, up: vec3
 ) -> vec4:  # fmt: skip
     """On a plane its pixels are known by their place and normal."""
     z = depth[0, 0].r
-    at = map_from_view * vec4(view_ray(tan_half) * z, 1.0)
+    at = map_from_view * vec4(view_position(frame, pg.uv(), z), 1.0)
     level = pg.dot(unpack_normal(normals[0, 0].zw), up) > 0.9
     # z of the map's space is scene units over the floor
     if z > 0.0 and level and abs(at.z) <= ON_FLOOR * z:
@@ -165,7 +165,7 @@ def _share_on_plane(view: View, made: ContactMap, passes: SoftShadow) -> pg.Targ
         return world
 
     return look_up(
-        passes.normals, passes.depth, made.map, view.tan_half(), view.camera.map(from_view), view.up(),
+        passes.normals, passes.depth, made.map, view.frame(), view.camera.map(from_view), view.up(),
         into=pg.target("contact share", "rgba16f"),
     )  # fmt: skip
 

@@ -10,9 +10,16 @@ from math import pi
 from typing import Any
 
 import passgraph as pg
-from passgraph import Const, Image, clamp, cos, cross, dot, floor, ivec2, output_size, pixel, sin, vec2, vec3
-from passgraph.effects.ambient.horizon_occlusion import facing_normal, inverse_depth_step, pattern, shaped, unit
-from passgraph.effects.surfaces.geometry import view_ray
+from passgraph import Const, Image, clamp, cos, cross, dot, floor, ivec2, output_size, pixel, sin, uv, vec2, vec3
+from passgraph.effects.ambient.horizon_occlusion import (
+    FAR_AWAY,
+    facing_normal,
+    linear_depth_step,
+    pattern,
+    shaped,
+    unit,
+)
+from passgraph.effects.surfaces.geometry import ViewFrame, line_of_sight, linear_on_planes, pixel_step, spread
 
 TURN = 2.0 * pi
 #: Angle between successive points, so that no two lie in line.
@@ -53,18 +60,17 @@ def hemisphere_visibility(taps: int) -> Any:
 
     @pg.kernel
     def visibility(
-        inverse_depth: Image, normals: Image, tan_half: vec2, radius: float, bias: float, power: float,
+        linear_depth: Image, normals: Image, frame: ViewFrame, radius: float, bias: float, power: float,
         range_check: Const[bool],
     ) -> vec2:  # fmt: skip
-        """The share of the points that is seen (1 without a surface); 1 / depth."""
-        inverse = inverse_depth[0, 0].r
-        if inverse <= 0.0:
+        """The share of the points that is seen (1 without a surface); the linear depth."""
+        linear = linear_depth[0, 0].r
+        if linear <= 0.0:
             return vec2(1.0, 0.0)
-        far = 1.0 / inverse
-        size = vec2(output_size())
-        ray = view_ray(tan_half)
+        far = linear_on_planes(frame, linear)
+        ray = line_of_sight(frame, uv())
         n = facing_normal(normals[0, 0].zw, unit(-ray))
-        step_of_plane = inverse_depth_step(n, ray, far, 2.0 * tan_half.y / size.y)
+        step_of_plane = linear_depth_step(frame, n, ray, far, pixel_step(frame, output_size(), 1.0))
         noise = pattern(pixel())
         # a frame round the normal, turned by the noise about it
         turn = vec2(cos(TURN * noise.x), sin(TURN * noise.x))
@@ -72,7 +78,7 @@ def hemisphere_visibility(taps: int) -> Any:
         t = unit(start - n * dot(n, start))
         b = cross(n, t)
         # x and y in pixels from this one, z as it is: of the pixel's own place and of the frame
-        scale = vec2(0.5, -0.5) * size / tan_half
+        scale = vec2(0.5, -0.5) * vec2(output_size()) / frame.half
         t_px, b_px, n_px = t.xy * scale * radius, b.xy * scale * radius, n.xy * scale * radius
         middle = ray.xy * scale
         t_z, b_z, n_z = t.z * radius, b.z * radius, n.z * radius
@@ -83,16 +89,17 @@ def hemisphere_visibility(taps: int) -> Any:
             p = points[k]
             away = far - (t_z * p.x + b_z * p.y + n_z * p.z)
             # behind the eye nothing is seen
-            share = 1.0 / max(away, 1e-6 * far)
-            at = (middle * far + t_px * p.x + b_px * p.y + n_px * p.z) * share - middle
+            share = 1.0 / spread(frame, max(away, 1e-6 * far))
+            at = (middle * spread(frame, far) + t_px * p.x + b_px * p.y + n_px * p.z) * share - middle
             tap = floor(at + 0.5)
             # the texel's centre lies beside the point: its depth is carried over along the receiver's plane
-            w = inverse_depth.texel(pixel() + ivec2(tap)).r + dot(at - tap, step_of_plane)
-            seen = 1.0 / max(w, 1e-20)  # the depth there
+            found = linear_depth.texel(pixel() + ivec2(tap)).r
+            w = max(found + dot(at - tap, step_of_plane), 1e-20)
+            seen = linear_on_planes(frame, w) if found > 0.0 else FAR_AWAY  # the depth there
             near = 1.0
             if range_check:
                 near = clamp(2.0 - abs(far - seen) * per_radius, 0.0, 1.0)
             hidden += near if seen < away - least else 0.0
-        return vec2(shaped(1.0 - hidden / float(taps), power), inverse)
+        return vec2(shaped(1.0 - hidden / float(taps), power), linear)
 
     return visibility

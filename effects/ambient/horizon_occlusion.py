@@ -27,10 +27,18 @@ from passgraph import (
     pixel,
     sin,
     sqrt,
+    uv,
     vec2,
     vec3,
 )
-from passgraph.effects.surfaces.geometry import unpack_normal, view_ray
+from passgraph.effects.surfaces.geometry import (
+    ViewFrame,
+    line_of_sight,
+    linear_on_planes,
+    pixel_step,
+    spread,
+    unpack_normal,
+)
 
 PI = pi
 #: Rows and columns of the noise pattern.  `passgraph.effects.ambient.occlusion_filter` averages exactly one pattern.
@@ -40,8 +48,10 @@ PATTERN = 4
 SMALLEST_COSINE = 0.002
 #: … and turned to about 45 degrees from it: unknown, they are then off by the least.
 TURNED_COSINE = 0.7
-#: The inverse depth of a tap is moved along the receiver's plane by at most this share of the receiver's own.
+#: The linear depth of a tap is moved along the receiver's plane by at most this share of the receiver's own.
 LARGEST_SHIFT = 0.25
+#: A depth in parallel views that no radius reaches and whose square float32 holds.
+FAR_AWAY = 1e15
 
 
 @pg.function
@@ -70,13 +80,14 @@ def facing_normal(packed: vec2, v: vec3) -> vec3:
 
 
 @pg.function
-def inverse_depth_step(n: vec3, ray: vec3, far: float, pixel_width: float) -> vec2:
-    """By how much 1 / depth grows on the plane through a pixel, a pixel to the right and a pixel down.
+def linear_depth_step(frame: ViewFrame, n: vec3, ray: vec3, far: float, pixel: vec2) -> vec2:
+    """By how much `linear_on_planes` of the depth grows on the plane through a pixel, to the right and down.
 
-    1 / depth is linear over the picture on any plane: dot(n, ray) / (dot(n, ray of the pixel) * far).
+    In perspective it is dot(n, ray) / (dot(n, ray of the pixel) * far), in parallel views -n.xy · way / dot(n, ray).
+    ``pixel`` is a pixel's width and height at distance 1.
     """
-    step = vec2(n.x, -n.y) * (pixel_width / (dot(n, ray) * far))
-    most = LARGEST_SHIFT / far
+    step = vec2(n.x * pixel.x, -n.y * pixel.y) / (dot(n, ray) * (far if frame.perspective else -1.0))
+    most = LARGEST_SHIFT * linear_on_planes(frame, far)
     return clamp(step, -most, most)
 
 
@@ -87,30 +98,36 @@ def shaped(visibility: float, power: float) -> float:
 
 
 @pg.function
-def plane_step(packed: vec2, ray: vec3, far: float, pixel_width: float) -> vec2:
-    """`inverse_depth_step` of the `facing_normal`, whose length cancels out and is left as it is."""
+def plane_step(frame: ViewFrame, packed: vec2, ray: vec3, far: float, pixel: vec2) -> vec2:
+    """`linear_depth_step` of the `facing_normal`, whose length cancels out and is left as it is."""
     n = unpack_normal(packed)
     toward = -dot(n, ray)
     ray_squared = dot(ray, ray)
     ray_length = sqrt(ray_squared)
     turned = n - ray * ((TURNED_COSINE * ray_length - toward) / ray_squared)
-    return inverse_depth_step(n if toward > SMALLEST_COSINE * ray_length else turned, ray, far, pixel_width)
+    return linear_depth_step(frame, n if toward > SMALLEST_COSINE * ray_length else turned, ray, far, pixel)
 
 
 @pg.kernel
 def horizon_visibility(
-    inverse_depth: Image, normals: Image, tan_half: vec2, radius: float, falloff: float, thickness: float,
+    linear_depth: Image, normals: Image, frame: ViewFrame, radius: float, falloff: float, thickness: float,
     power: float, slices: Const[int], steps: Const[int],
 ) -> vec2:  # fmt: skip
-    """The share of the cosine-weighted light from all around that arrives (1 without a surface); 1 / depth."""
-    inverse = inverse_depth[0, 0].r
-    if inverse <= 0.0:
+    """The share of the cosine-weighted light from all around that arrives (1 without a surface); the linear depth."""
+    linear = linear_depth[0, 0].r
+    if linear <= 0.0:
         return vec2(1.0, 0.0)
-    far = 1.0 / inverse
+    far = linear_on_planes(frame, linear)
     here = pixel()
-    ray = view_ray(tan_half)
-    pixel_width = 2.0 * tan_half.y / float(output_size().y)  # at distance 1
+    ray = line_of_sight(frame, uv())
+    size = pixel_step(frame, output_size(), 1.0)
+    pixel_width = size.y
     ray_length = length(ray)
+    # from here to a tap of linear depth w along the line of sight, times `most / radius`: lift * (gain * w - same)
+    lift = ray_length if frame.perspective else -1.0
+    gain = far if frame.perspective else 1.0
+    same = 1.0 if frame.perspective else far
+    nothing = 0.0 if frame.perspective else FAR_AWAY
     v = -ray / ray_length
     n = facing_normal(normals[0, 0].zw, v)
     # a frame across the line of sight; v.z is above 0
@@ -118,8 +135,8 @@ def horizon_visibility(
     across = vec3(1.0 - v.x * v.x * a, -v.x * v.y * a, -v.x)
     along = vec3(-v.x * v.y * a, 1.0 - v.y * v.y * a, -v.y)
     n_v = dot(n, v)
-    step_of_plane = inverse_depth_step(n, ray, far, pixel_width)
-    reach_px = min(radius / (pixel_width * far), float(output_size().x + output_size().y))
+    step_of_plane = linear_depth_step(frame, n, ray, far, size)
+    reach_px = min(radius / (pixel_width * spread(frame, far)), float(output_size().x + output_size().y))
     full = 1.0 / falloff  # what is nearer than radius * (1 - falloff) counts in full
     noise = pattern(here)
     seen = 0.0
@@ -131,7 +148,7 @@ def horizon_visibility(
         bent = sqrt(n_d * n_d + n_v * n_v)  # length of the normal's part in the slice
         # where the slice's direction leads on the screen
         screen = normalize(d.xy + ray.xy * d.z)
-        toward = vec2(screen.x, -screen.y)
+        toward = vec2(screen.x * (size.y / size.x), -screen.y)
         # how a place one pixel on moves toward the eye and across the line of sight, at distance 1
         toward_eye = dot(vec3(screen, 0.0), v) * pixel_width
         sideways = dot(vec3(screen, 0.0), d) * pixel_width
@@ -147,13 +164,14 @@ def horizon_visibility(
             carried = dot(at - nearest, step_of_plane)
             for side in range(2):
                 sign = 1 - 2 * side
-                w = max(inverse_depth.texel(here + tap * sign).r + carried * float(sign), 1e-20)
-                # from the pixel to the tap, both times w, which no cosine feels
-                up = ray_length * (far * w - 1.0) + away * float(sign) * toward_eye
+                found = linear_depth.texel(here + tap * sign).r
+                w = max(found + carried * float(sign) if found > 0.0 else nothing, 1e-20)
+                # from the pixel to the tap, in perspective both times w, which no cosine feels
+                up = lift * (gain * w - same) + away * float(sign) * toward_eye
                 beside = away * sideways
                 squared = up * up + beside * beside
                 # one division for two: by the distance, and of it by the radius
-                most = radius * w
+                most = radius * spread(frame, w)
                 scale = 1.0 / (sqrt(max(squared, 1e-30)) * most)
                 near = clamp((1.0 - squared * scale) * full, 0.0, 1.0)
                 c = mix(lowest[side], up * most * scale, near)
@@ -166,4 +184,4 @@ def horizon_visibility(
         arc = acos(clamp(c1, -1.0, 1.0)) - c1 * s1 - acos(clamp(c2, -1.0, 1.0)) + c2 * s2
         seen += 0.5 * (n_v * (s1 * s1 + s2 * s2) + n_d * arc)
         whole += n_v + n_d * atan(n_d, n_v)
-    return vec2(shaped(seen / whole, power), inverse)
+    return vec2(shaped(seen / whole, power), linear)

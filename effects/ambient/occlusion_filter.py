@@ -5,9 +5,9 @@
 from __future__ import annotations
 
 import passgraph as pg
-from passgraph import Const, Image, dot, ivec2, output_size, pixel, vec2, vec3, vec4
+from passgraph import Const, Image, dot, ivec2, output_size, pixel, uv, vec2, vec4
 from passgraph.effects.ambient.horizon_occlusion import plane_step
-from passgraph.effects.surfaces.geometry import pack_normal, view_ray
+from passgraph.effects.surfaces.geometry import ViewFrame, line_of_sight, linear_on_planes, pixel_step, spread
 
 #: A tap counts less the farther it lies off the receiver's plane, and not at all at this share of the radius.
 OFF_PLANE = 0.25
@@ -16,69 +16,40 @@ OFF_PLANE_PX = 2.0
 
 
 @pg.function
-def rise(far: float, z: float) -> float:
-    """1 / z - 1 / far without cancellation; where there is no surface, so much that it fits no plane."""
-    return (far - z) / (far * z) if z > 0.0 else 1e30
-
-
-@pg.function
-def flatter(ahead: float, behind: float) -> float:
-    """The smaller slope of two: that of the surface which a pixel lies on, at an edge of it."""
-    return ahead if abs(ahead) < abs(behind) else behind
-
-
-@pg.function
-def sharpness(far: float, radius: float, pixel_width: float) -> float:
-    """What a difference of inverse depths is multiplied by, so that 1 is too much."""
-    return far * far / max(OFF_PLANE * radius, OFF_PLANE_PX * pixel_width * far)
+def sharpness(frame: ViewFrame, far: float, radius: float, pixel_width: float) -> float:
+    """What a difference of linear depths is multiplied by, so that 1 is too much."""
+    wide = spread(frame, far)
+    return wide * wide / max(OFF_PLANE * radius, OFF_PLANE_PX * pixel_width * wide)
 
 
 @pg.kernel
-def normals_of_depth(depth: Image, tan_half: vec2) -> vec4:
-    """Normals of the surfaces that a depth picture shows, packed as in the G-buffer."""
-    far = depth[0, 0].r
-    if far <= 0.0:
-        return vec4(0.0)
-    # 1 / depth is linear over the picture on any plane: its value and its steps are the plane
-    step = 2.0 * tan_half / vec2(output_size())
-    right = flatter(rise(far, depth[1, 0].r), -rise(far, depth[-1, 0].r)) / step.x
-    down = flatter(rise(far, depth[0, 1].r), -rise(far, depth[0, -1].r)) / step.y
-    ray = view_ray(tan_half)
-    # packing takes any length
-    packed = pack_normal(vec3(-right, down, 1.0 / far - right * ray.x + down * ray.y))
-    return vec4(packed, packed)
+def linearised(depth: Image, frame: ViewFrame) -> float:
+    """`linear_on_planes` of a depth picture."""
+    return linear_on_planes(frame, depth[0, 0].r)
 
 
 @pg.kernel
-def invert(depth: Image) -> float:
-    """1 / depth, 0 where there is no surface: linear over the picture on any plane."""
-    z = depth[0, 0].r
-    return 1.0 / z if z > 0.0 else 0.0
-
-
-@pg.kernel
-def invert_half(depth: Image, normals: Image) -> tuple[float, vec4]:
+def linearised_half(depth: Image, normals: Image, frame: ViewFrame) -> tuple[float, vec4]:
     """Every other pixel of every other row: a mean of depths would lie on no surface."""
     p = pixel() * 2
-    z = depth.texel(p).r
-    return 1.0 / z if z > 0.0 else 0.0, normals.texel(p)
+    return linear_on_planes(frame, depth.texel(p).r), normals.texel(p)
 
 
 @pg.kernel
-def denoise(mask: Image, normals: Image, tan_half: vec2, radius: float, dx: Const[int], dy: Const[int]) -> vec2:
+def denoise(mask: Image, normals: Image, frame: ViewFrame, radius: float, dx: Const[int], dy: Const[int]) -> vec2:
     """The mean over one pattern of the noise along a row or column, of taps on the plane through the centre.
 
-    The mask holds visibility and 1 / depth, so that a tap is one read.  The weights 1/2, 1, 1, 1, 1/2 take each
+    The mask holds visibility and linear depth, so that a tap is one read.  The weights 1/2, 1, 1, 1, 1/2 take each
     remainder modulo 4 once.
     """
     here = mask[0, 0].rg
     if here.y <= 0.0:
         return here
-    far = 1.0 / here.y
-    pixel_width = 2.0 * tan_half.y / float(output_size().y)
-    step = plane_step(normals[0, 0].zw, view_ray(tan_half), far, pixel_width)
+    far = linear_on_planes(frame, here.y)
+    size = pixel_step(frame, output_size(), 1.0)
+    step = plane_step(frame, normals[0, 0].zw, line_of_sight(frame, uv()), far, size)
     slope = step.x * float(dx) + step.y * float(dy)
-    scale = sharpness(far, radius, pixel_width)
+    scale = sharpness(frame, far, radius, size.y)
     total = here.x
     weight = 1.0
     for i in range(1, 3):
@@ -93,15 +64,16 @@ def denoise(mask: Image, normals: Image, tan_half: vec2, radius: float, dx: Cons
 
 
 @pg.kernel
-def enlarge(mask: Image, depth: Image, normals: Image, tan_half: vec2, radius: float) -> float:
+def enlarge(mask: Image, depth: Image, normals: Image, frame: ViewFrame, radius: float) -> float:
     """Full size from half the size: bilinear, without the pixels that lie off the plane through the centre."""
     far = depth[0, 0].r
     if far <= 0.0:
         return 1.0
     p = pixel()
-    pixel_width = 2.0 * tan_half.y / float(output_size().y)
-    step = plane_step(normals[0, 0].zw, view_ray(tan_half), far, pixel_width)
-    scale = sharpness(far, radius, pixel_width)
+    size = pixel_step(frame, output_size(), 1.0)
+    step = plane_step(frame, normals[0, 0].zw, line_of_sight(frame, uv()), far, size)
+    scale = sharpness(frame, far, radius, size.y)
+    linear = linear_on_planes(frame, far)
     total = 0.0
     weight = 0.0
     closest = 1.0
@@ -112,7 +84,7 @@ def enlarge(mask: Image, depth: Image, normals: Image, tan_half: vec2, radius: f
         away = vec2(place * 2 - p)
         window = max(1.0 - abs(away.x) * 0.5, 0.0) * max(1.0 - abs(away.y) * 0.5, 0.0)
         tap = mask.texel(place).rg
-        off = abs(tap.y - 1.0 / far - dot(step, away)) * scale
+        off = abs(tap.y - linear - dot(step, away)) * scale
         if window > 0.0 and off < least:
             closest = tap.x
             least = off

@@ -13,6 +13,7 @@ from passgraph.effects.planar_shadows.planar_draws import Draws
 from passgraph.effects.planar_shadows.planar_kernels import fogged
 from passgraph.effects.planar_shadows.planar_matrices import LIGHTS_MOST, ground_of
 from passgraph.effects.quantities import Color, Height, NotNegative, Share, Width
+from passgraph.effects.surfaces.engine_depth import depth_frame
 
 Fog = Literal["none", "linear", "exp", "exp2"]
 FOGS: tuple[Fog, ...] = get_args(Fog)
@@ -80,9 +81,9 @@ def planar_passes(
     shadowed = draws.shadows(objects, darkness, lift)
     result = shadowed
     if fog != "none":
-        planes = draws.view.camera.map(lambda camera: (camera.near, camera.far))
+        holds = draws.view.camera.map(lambda camera: depth_frame(camera.hardware_depth()))
         result = fogged(
-            shadowed, shadowed.depth, planes, fog_color, (fog_start, fog_end, fog_density), FOGS.index(fog),
+            shadowed, shadowed.depth, holds, fog_color, (fog_start, fog_end, fog_density), FOGS.index(fog),
             into=pg.target("planar fog", "rgba16f"), name="7 fog",
         )  # fmt: skip
     picture = tone_map(result, 0.0, "linear", into=pg.target("picture", "rgba8"), name="picture") if display else result

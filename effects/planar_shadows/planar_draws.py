@@ -18,6 +18,7 @@ from passgraph.effects.planar_shadows.planar_matrices import (
     lights_from,
     mirror,
     projection,
+    sees_top,
     side_of,
 )
 from passgraph.effects.surfaces.batches import batches, merged
@@ -42,7 +43,7 @@ class Draws:
         self.batches = batches(ground.objects) if ground.objects is not None else []
         self.textures = TextureInputs()
         self.white = pg.Input("white", "rgba8", (1, 1), static=True, default=np.ones((1, 1, 4), np.float32))
-        self.side = self.view.camera.map(lambda camera: 1.0 if camera.eye[1] >= ground.height else -1.0)
+        self.side = self.view.camera.map(lambda camera: 1.0 if sees_top(camera, ground.height) else -1.0)
         columns = pg.combine(lights_from, self.view.camera, *self.lights)
         self.light_values: dict[str, object] = {
             "lights": columns.map(itemgetter(0)), "colors": columns.map(itemgetter(1)),
@@ -115,7 +116,7 @@ class Draws:
         level = self.ground.height - float(origin[1])
 
         def clip(camera: pg.Camera, light: pg.Light, size: tuple[int, int]) -> Float64:
-            toward = 1.0 if camera.eye[1] >= self.ground.height else -1.0
+            toward = 1.0 if sees_top(camera, self.ground.height) else -1.0
             flat = projection(homogeneous(light, origin), level + lift * toward)
             made: Float64 = camera.projection_matrix(size[0] / size[1]) @ view_from_world(camera, origin) @ flat
             return made
@@ -138,7 +139,7 @@ class Draws:
         height = self.ground.height
 
         def seen(camera: pg.Camera, light: pg.Light) -> float:
-            over = (camera.eye[1] >= height) == (side_of(light, origin, height - float(origin[1])) > 0.0)
+            over = sees_top(camera, height) == (side_of(light, origin, height - float(origin[1])) > 0.0)
             return darkness if over else 0.0
 
         return seen

@@ -8,6 +8,7 @@ import passgraph as pg
 from passgraph import Const, Image, clamp, discard, dot, exp, mat3, mat4, normalize, smoothstep, vec2, vec3, vec4
 from passgraph.effects.planar_shadows.planar_matrices import LIGHTS_MOST
 from passgraph.effects.shadows.shadow_light import light_at
+from passgraph.effects.surfaces.engine_depth import DepthFrame, distance_held
 from passgraph.effects.surfaces.views import LightFrame
 
 
@@ -113,10 +114,9 @@ def darken(shade: Shade, darkness: float, axis: vec3, cone: vec2, translucent: C
 
 
 @pg.kernel
-def fogged(color: Image, depth: Image, planes: vec2, fog_color: vec3, fog: vec3, kind: Const[int]) -> vec4:
+def fogged(color: Image, depth: Image, holds: DepthFrame, fog_color: vec3, fog: vec3, kind: Const[int]) -> vec4:
     """OpenGL's fog over the distance along the view axis; ``fog`` is start, end, density."""
-    near, far = planes.x, planes.y
-    z = near * far / (far - depth[0, 0].r * (far - near))
+    z = distance_held(depth[0, 0].r, holds)
     f = (fog.y - z) / (fog.y - fog.x)
     if kind == 2:
         f = exp(-fog.z * z)

@@ -79,6 +79,11 @@ def side_of(light: pg.Light, origin: Float64, level: float) -> float:
     return 1.0 if place[1] - level * place[3] >= 0.0 else -1.0
 
 
+def sees_top(camera: pg.Camera, height: float) -> bool:
+    """Whether the upper face of y = ``height`` is the one that is seen; of parallel rays the way decides."""
+    return float(camera.forward[1]) <= 0.0 if camera.orthographic else camera.eye[1] >= height
+
+
 def cone(light: pg.Light) -> tuple[float, float]:
     """Cosines of the outer and inner half angle; below all cosines where there is no cone."""
     return (cos(light.cone_outer_rad), cos(light.cone_inner_rad)) if light.kind == "spot" else (-3.0, -2.0)

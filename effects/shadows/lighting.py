@@ -70,7 +70,7 @@ class Lighting:
             for face in self._faces(light) if needed else (-1,):
                 name = value.name if face < 0 else f"{value.name} face {face}"
                 look = self._view(value, face)
-                frame, tan_half = look.frame(self.view, self.map_size), self.view.tan_half()
+                frame, seen_by = look.frame(self.view, self.map_size), self.view.frame()
                 if needed:
                     map_, by = self._map(look, meshes, name)
                     # what does not search leaves out the code that reads it
@@ -90,7 +90,7 @@ class Lighting:
                         map_,
                         nearest,
                         frame,
-                        tan_half,
+                        seen_by,
                         by,
                         kind,
                         face,
@@ -99,7 +99,7 @@ class Lighting:
                     )
                 else:
                     free, shadowed = add_light(
-                        free, shadowed, *common, frame, tan_half, kind, into=_pair(name), name=name
+                        free, shadowed, *common, frame, seen_by, kind, into=_pair(name), name=name
                     )
         return free, shadowed
 
@@ -108,13 +108,13 @@ class Lighting:
         taps: int, kind: int, face: int, name: str,
     ) -> tuple[pg.Target, pg.Target]:  # fmt: skip
         """Both sums with one light, looked up in half the size where its shadow is soft."""
-        common, tan_half = (self.seen.normals, self.seen.depth), self.view.tan_half()
+        common, seen_by = (self.seen.normals, self.seen.depth), self.view.frame()
         penumbrae = find_penumbrae(taps)(
-            *common, map_, nearest, frame, tan_half, kind, face,
+            *common, map_, nearest, frame, seen_by, kind, face,
             into=pg.target(f"penumbrae of {name}", "rg16f", like=self.seen.depth, scale=0.5),
         )  # fmt: skip
         made: tuple[pg.Target, pg.Target] = add_light_with_penumbrae(
-            free, shadowed, *common, map_, penumbrae, frame, tan_half, kind, face, into=_pair(name), name=name
+            free, shadowed, *common, map_, penumbrae, frame, seen_by, kind, face, into=_pair(name), name=name
         )
         return made
 

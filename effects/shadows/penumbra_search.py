@@ -10,7 +10,7 @@ from math import cos, pi, sin
 from typing import Any
 
 import passgraph as pg
-from passgraph import Const, Image, dot, floor, ivec2, length, mix, smoothstep, vec2, vec3
+from passgraph import Const, Image, dot, floor, ivec2, length, mix, smoothstep, uv, vec2, vec3
 from passgraph.effects.shadows.nearest_casters import search_reach
 from passgraph.effects.shadows.shadow_filters import (
     Receiver,
@@ -25,7 +25,7 @@ from passgraph.effects.shadows.shadow_filters import (
 )
 from passgraph.effects.shadows.shadow_light import SCREEN_ROUNDING, light_at, on_face
 from passgraph.effects.shadows.shadow_map import NOTHING
-from passgraph.effects.surfaces.geometry import unpack_normal, view_ray
+from passgraph.effects.surfaces.geometry import ViewFrame, flat_place, plane_terms, spread, unpack_normal
 from passgraph.effects.surfaces.views import LightFrame
 
 #: Half widths of penumbrae, in pixels, up to which full size decides, and from which half the size does: the small
@@ -82,9 +82,9 @@ def facing_light(light: LightFrame, position: vec3, n: vec3, kind: int) -> bool:
 
 
 @pg.function
-def step_aside(size: ivec2, tan_half: vec2) -> vec2:
-    """How far rays at distance 1 lie apart, of neighbouring pixels to the right and downwards."""
-    return vec2(2.0 * tan_half.x / float(size.x), -2.0 * tan_half.y / float(size.y))
+def step_aside(size: ivec2, frame: ViewFrame) -> vec2:
+    """How far the flat places of neighbouring pixels lie apart, to the right and downwards."""
+    return vec2(2.0 * frame.half.x / float(size.x), -2.0 * frame.half.y / float(size.y))
 
 
 @lru_cache(maxsize=64)
@@ -174,19 +174,19 @@ def find_penumbrae(taps: int) -> Any:
 
     @pg.kernel
     def penumbrae(
-        normals: Image, depth: Image, map: Image, nearest: Image, light: LightFrame, tan_half: vec2,
+        normals: Image, depth: Image, map: Image, nearest: Image, light: LightFrame, frame: ViewFrame,
         kind: Const[int], face: Const[int],
     ) -> vec2:  # fmt: skip
         size = depth.size
         at = pg.pixel() * 2
         far = depth.texel(at).r
-        aside = step_aside(size, tan_half)
-        ray = vec3((vec2(at) + 0.5 - 0.5 * vec2(size)) * aside, -1.0)
-        position = ray * far
+        aside = step_aside(size, frame)
+        flat = frame.middle + (vec2(at) + 0.5 - 0.5 * vec2(size)) * aside
+        position = vec3(flat * spread(frame, far), -far)
         n = unpack_normal(normals.texel(at).zw)
         if far <= 0.0 or not facing_light(light, position, n, kind):
             return vec2(0.0, -1.0)
-        pixel_width = -aside.y * far
+        pixel_width = -aside.y * spread(frame, far)
         receiver = receiver_at(map, light, position, n, 0.5 * pixel_width * SCREEN_ROUNDING, kind)
         if receiver.share >= 0.0:
             return vec2(receiver.share, 0.0)
@@ -237,7 +237,7 @@ def sharp_share(map: Image, receiver: Receiver, reach: float, soft: bool, kind: 
 @pg.kernel
 def add_light_with_penumbrae(
     free: Image, shadowed: Image, normals: Image, depth: Image, map: Image, penumbrae: Image,
-    light: LightFrame, tan_half: vec2, kind: Const[int], face: Const[int],
+    light: LightFrame, frame: ViewFrame, kind: Const[int], face: Const[int],
 ) -> tuple[vec3, vec3]:  # fmt: skip
     """Adds one light to both sums, as `passgraph.effects.shadows.shadow_light.add_shadowed_light` does.
 
@@ -246,17 +246,18 @@ def add_light_with_penumbrae(
     """
     here = pg.pixel()
     far = depth[0, 0].r
-    ray = view_ray(tan_half)
-    position = ray * far
+    flat = flat_place(frame, uv())
+    position = vec3(flat * spread(frame, far), -far)
     packed = normals[0, 0]
     n = unpack_normal(packed.zw)
     more = light_at(light, position, unpack_normal(packed.xy), kind).rgb
     if face >= 0 and not on_face(light.world * (position - light.place), face):
         more = vec3(0.0)
-    aside = step_aside(depth.size, tan_half)
-    pixel_width = -aside.y * far
-    # the height of a neighbour over this pixel's plane: dot(n, ray) is linear over the picture
-    level = dot(n, ray)
+    aside = step_aside(depth.size, frame)
+    pixel_width = -aside.y * spread(frame, far)
+    # the height of a neighbour over this pixel's plane
+    terms = plane_terms(frame, n, flat)
+    level = terms.x * spread(frame, far) + terms.y * far
     rise = n.xy * aside
     first = here // 2
     odd = here - first * 2
@@ -269,7 +270,9 @@ def add_light_with_penumbrae(
         near = min(first + ivec2(i % 2, i // 2), penumbrae.size - 1)
         away = vec2(near * 2 - here)
         found = penumbrae.texel(near).rg
-        off = (depth.texel(near * 2).r * (level + dot(rise, away)) - far * level) / (SAME_PLANE_PX * pixel_width)
+        z = depth.texel(near * 2).r
+        off = spread(frame, z) * (terms.x + dot(rise, away)) + terms.y * z - level
+        off = off / (SAME_PLANE_PX * pixel_width)
         w = (part.x if i % 2 == 1 else 1.0 - part.x) * (part.y if i // 2 == 1 else 1.0 - part.y)
         w = w * max(1.0 - off * off, 0.0) if found.y >= 0.0 else 0.0
         total += found.x * w

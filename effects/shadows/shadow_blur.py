@@ -8,8 +8,8 @@ from functools import lru_cache
 from typing import Any
 
 import passgraph as pg
-from passgraph import Const, Image, ceil, clamp, dot, ivec2, output_size, pixel, vec2, vec4
-from passgraph.effects.surfaces.geometry import unpack_normal, view_ray
+from passgraph import Const, Image, ceil, clamp, ivec2, output_size, uv, vec4
+from passgraph.effects.surfaces.geometry import ViewFrame, flat_place, pixel_step, plane_terms, spread, unpack_normal
 
 #: A tap counts less the farther it lies off the receiver's plane, and not at all at this share of the blur's
 #: radius.
@@ -30,19 +30,19 @@ def along_surfaces(radius: int) -> Any:
         normals: Image,
         depth: Image,
         softness: float,
-        tan_half: vec2,
+        frame: ViewFrame,
         dx: Const[int],
         dy: Const[int],
     ) -> vec4:
-        here = pixel()
+        here = pg.pixel()
         far = depth[0, 0].r
         center = shadows[0, 0]
         if far <= 0.0:
             return center
         n = unpack_normal(normals[0, 0].zw)
-        ray = view_ray(tan_half)
-        pixel_width = 2.0 * tan_half.y / float(output_size().y)  # at distance 1
-        wide = softness / (pixel_width * far)
+        pixel = pixel_step(frame, output_size(), 1.0)  # at distance 1
+        pixel_width = pixel.y * spread(frame, far)
+        wide = softness / pixel_width
         spacing = clamp(ceil(wide / float(radius)), 1.0, WIDEST_SPACING_PX)
         reach = clamp(wide, SMALLEST_RADIUS_PX, spacing * float(radius)) + 1.0
         stride = int(spacing)
@@ -51,11 +51,11 @@ def along_surfaces(radius: int) -> Any:
         half = stride // 2
         line = here.x * dy + here.y * dx
         phase = (line + line // stride) % stride - half if stride > 2 else 0
-        # the tap's height over the receiver's plane: dot(n, ray) is linear over the picture
-        level = dot(n, ray)
-        slope = (n.x * float(dx) - n.y * float(dy)) * pixel_width
-        plane = far * level
-        steep = 1.0 / (OFF_PLANE * max(softness, 2.0 * pixel_width * far))
+        # the tap's height over the receiver's plane
+        terms = plane_terms(frame, n, flat_place(frame, uv()))
+        slope = n.x * float(dx) * pixel.x - n.y * float(dy) * pixel.y
+        plane = terms.x * spread(frame, far) + terms.y * far
+        steep = 1.0 / (OFF_PLANE * max(softness, 2.0 * pixel_width))
         total = center * 1e-3
         weight = 1e-3
         for i in range(-radius, radius + 1):
@@ -65,7 +65,7 @@ def along_surfaces(radius: int) -> Any:
             t = (float(step) + 0.5 * float(half)) / reach
             window = max(1.0 - t * t, 0.0)
             z = depth.texel(tap).r
-            off = (z * (level + float(step) * slope) - plane) * steep
+            off = (spread(frame, z) * (terms.x + float(step) * slope) + terms.y * z - plane) * steep
             w = window * window * max(1.0 - off * off, 0.0)
             w = w if z > 0.0 else 0.0
             total += (shadows.texel(tap) + shadows.texel(beside)) * (0.5 * w)
@@ -80,7 +80,7 @@ def blur_along_surfaces(
     normals: pg.Target,
     depth: pg.Target,
     softness: object,
-    tan_half: object,
+    frame: object,
     radius_px: int,
 ) -> pg.Target:
     """Blur a shadow picture with a width in scene units, horizontally, then vertically.
@@ -90,10 +90,10 @@ def blur_along_surfaces(
     shadows : rgb, what is blurred
     normals, depth : of `passgraph.effects.surfaces.g_buffer.GBuffer`
     softness : half width in scene units: a float, or a run value
-    tan_half : tangents of half the angles of view
+    frame : `passgraph.effects.surfaces.geometry.ViewFrame` of the camera
     radius_px : taps to each side, 1 to 31
 
-    A pixel at distance z blurs over softness / (2 * tan_half / height * z) pixels to each side.  A tap's
+    A pixel at distance z blurs over softness / (width of a pixel at z) pixels to each side.  A tap's
     weight is (1 - t²)² for its distance t, times 1 - (h / (OFF_PLANE * softness))² for its height h over the
     plane through the receiver: depth weighs in relative to the surface, so that slanted floors are blurred
     and silhouettes are not crossed.  The centre's own small weight keeps the sum above 0.
@@ -104,7 +104,7 @@ def blur_along_surfaces(
         normals,
         depth,
         softness,
-        tan_half,
+        frame,
         1,
         0,
         into=pg.target("shadows_blurred_x", "rgba16f"),
@@ -115,7 +115,7 @@ def blur_along_surfaces(
         normals,
         depth,
         softness,
-        tan_half,
+        frame,
         0,
         1,
         into=pg.target("shadows_blurred", "rgba16f"),

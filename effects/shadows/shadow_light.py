@@ -8,11 +8,11 @@ from functools import lru_cache
 from typing import Any, Literal
 
 import passgraph as pg
-from passgraph import Const, Image, dot, length, smoothstep, vec2, vec3, vec4
+from passgraph import Const, Image, dot, length, smoothstep, uv, vec3, vec4
 from passgraph.effects.shadows.shadow_choice import DecidedFilter
 from passgraph.effects.shadows.shadow_filters import FilterFrame
 from passgraph.effects.shadows.shadow_lookup import lookup
-from passgraph.effects.surfaces.geometry import facing, unpack_normal, view_ray
+from passgraph.effects.surfaces.geometry import ViewFrame, facing, spread, unpack_normal, view_position
 from passgraph.effects.surfaces.views import LightFrame
 
 KINDS: tuple[Literal["directional", "point", "spot"], ...] = ("directional", "point", "spot")
@@ -63,11 +63,11 @@ def add_light(
     normals: Image,
     depth: Image,
     light: LightFrame,
-    tan_half: vec2,
+    frame: ViewFrame,
     kind: Const[int],
 ) -> tuple[vec3, vec3]:
     """One light that nothing shadows, added to both sums."""
-    position = view_ray(tan_half) * depth[0, 0].r
+    position = view_position(frame, uv(), depth[0, 0].r)
     more = light_at(light, position, unpack_normal(normals[0, 0].xy), kind).rgb
     return free[0, 0].rgb + more, shadowed[0, 0].rgb + more
 
@@ -80,15 +80,15 @@ def add_shadowed_light(of: DecidedFilter) -> Any:
     @pg.kernel
     def add_shadowed(
         free: Image, shadowed: Image, normals: Image, depth: Image, map: Image, nearest: Image,
-        light: LightFrame, tan_half: vec2, by: FilterFrame, kind: Const[int], face: Const[int],
+        light: LightFrame, frame: ViewFrame, by: FilterFrame, kind: Const[int], face: Const[int],
     ) -> tuple[vec3, vec3]:  # fmt: skip
         far = depth[0, 0].r
-        position = view_ray(tan_half) * far
+        position = view_position(frame, uv(), far)
         packed = normals[0, 0]
         more = light_at(light, position, unpack_normal(packed.xy), kind).rgb
         if face >= 0 and not on_face(light.world * (position - light.place), face):
             more = vec3(0.0)
-        lift = far * tan_half.y * SCREEN_ROUNDING / float(depth.size.y)
+        lift = spread(frame, far) * frame.half.y * SCREEN_ROUNDING / float(depth.size.y)
         share = share_lit(map, nearest, light, position, unpack_normal(packed.zw), lift, by, kind, face)
         return free[0, 0].rgb + more, shadowed[0, 0].rgb + more * share
 

@@ -132,7 +132,7 @@ def soft_shadow_passes(
         into = pg.target("shadows_blurred", "rgba16f")
         blurred = gaussian_blur(shadows, chosen.radius_px / 2.0, chosen.radius_px, into=into, name="shadow blur")
     else:
-        blurred = blur_along_surfaces(shadows, seen.normals, seen.depth, width, view.tan_half(), chosen.radius_px)
+        blurred = blur_along_surfaces(shadows, seen.normals, seen.depth, width, view.frame(), chosen.radius_px)
     result = (multiply_rgb if wide else multiply)(
         unshadowed, blurred, into=pg.target("soft_shadow", hdr_format, notes=tuple(notes))
     )

@@ -72,14 +72,14 @@ def sided(normal: vec3, double_sided: bool) -> vec3:
 
 
 @pg.function
-def parallax(heights: Image, surface: Surface, n: vec3, scale: float) -> vec2:
-    """Texture coordinates where the line of sight meets the height map.
+def parallax(heights: Image, surface: Surface, n: vec3, scale: float, spreads: bool) -> vec2:
+    """Texture coordinates where the line of sight meets the height map; ``spreads`` in perspective.
 
     Source: N. Tatarchuk, "Dynamic Parallax Occlusion Mapping", 2006.
     """
     t = normalize(surface.tangent.xyz)
     b = cross(n, t) * surface.tangent.w
-    toward = normalize(-surface.view)
+    toward = normalize(-surface.view) if spreads else vec3(0.0, 0.0, 1.0)
     size = vec2(heights.size)
     flat = max(dot(n, toward), FLATTEST_VIEW)
     # one unit of depth moves the coordinates by this; v grows against the bitangent
@@ -124,14 +124,14 @@ def textured(
     base_levels: Image, base_size: vec2, base_count: Const[int], base_wrap: Const[int],
     normal_levels: Image, normal_size: vec2, normal_count: Const[int], normal_wrap: Const[int],
     normal_finer: Const[float],
-    has_base: Const[bool], has_normals: Const[bool], has_heights: Const[bool], pixel: float,
+    has_base: Const[bool], has_normals: Const[bool], has_heights: Const[bool], pixel: vec2,
     double_sided: Const[bool], receives: Const[float], masked: Const[bool], cutoff: float,
 ) -> tuple[vec4, vec4, float]:  # fmt: skip
     """A surface with any of base colour, normal and height map."""
     n = sided(surface.normal, double_sided)
     at = surface.uv
     if has_heights:
-        at = parallax(height_map, surface, n, height_scale)
+        at = parallax(height_map, surface, n, height_scale, pixel.x > 0.0)
     color = surface.color
     texels = length(surface.tangent.xyz) * pixel_extent(surface.view, n, pixel)
     if has_base:
@@ -156,7 +156,7 @@ def tinted(surface: Surface) -> vec4:
 @pg.fragment
 def tinted_textured(
     surface: Surface, base_map: Image, base_levels: Image, base_size: vec2, base_count: Const[int],
-    base_wrap: Const[int], pixel: float,
+    base_wrap: Const[int], pixel: vec2,
 ) -> vec4:  # fmt: skip
     """A translucent surface with a base colour map."""
     extent = pixel_extent(surface.view, normalize(surface.normal), pixel)

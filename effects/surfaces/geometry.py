@@ -5,7 +5,7 @@
 from __future__ import annotations
 
 import passgraph as pg
-from passgraph import dot, ivec2, normalize, uv, vec2, vec3
+from passgraph import dot, ivec2, normalize, vec2, vec3
 
 
 @pg.struct
@@ -27,10 +27,37 @@ def spread(frame: ViewFrame, distance: float) -> float:
 
 
 @pg.function
+def flat_place(frame: ViewFrame, at: vec2) -> vec2:
+    """x and y, for each unit of `spread`, at a place in the picture, (0, 0) at its top left, (1, 1) bottom right."""
+    return frame.middle + vec2(2.0 * at.x - 1.0, 1.0 - 2.0 * at.y) * frame.half
+
+
+@pg.function
 def view_position(frame: ViewFrame, at: vec2, distance: float) -> vec3:
     """The position at a place in the picture, (0, 0) at its top left and (1, 1) at its bottom right."""
-    flat = frame.middle + vec2(2.0 * at.x - 1.0, 1.0 - 2.0 * at.y) * frame.half
-    return vec3(flat * spread(frame, distance), -distance)
+    return vec3(flat_place(frame, at) * spread(frame, distance), -distance)
+
+
+@pg.function
+def line_of_sight(frame: ViewFrame, at: vec2) -> vec3:
+    """Where positions at a place in the picture move with each unit of distance along the view axis."""
+    return vec3(flat_place(frame, at) if frame.perspective else vec2(0.0), -1.0)
+
+
+@pg.function
+def linear_on_planes(frame: ViewFrame, distance: float) -> float:
+    """1 / distance in perspective, the distance in parallel views; its own inverse, and 0 for 0."""
+    return (1.0 / distance if frame.perspective else distance) if distance > 0.0 else 0.0
+
+
+@pg.function
+def plane_terms(frame: ViewFrame, n: vec3, flat: vec2) -> vec2:
+    """``t``, such that ``t.x * spread(frame, distance) + t.y * distance`` is n · position at a `flat_place`.
+
+    From one place to another ``t.x`` grows by n.xy · way.
+    """
+    across = dot(n.xy, flat)
+    return vec2(across - n.z, 0.0) if frame.perspective else vec2(across, -n.z)
 
 
 @pg.function
@@ -69,13 +96,6 @@ def unpack_normal(p: vec2) -> vec3:
     z = 1.0 - abs(p.x) - abs(p.y)
     t = max(-z, 0.0)
     return normalize(vec3(p.x + (-t if p.x >= 0.0 else t), p.y + (-t if p.y >= 0.0 else t), z))
-
-
-@pg.function
-def view_ray(tan_half: vec2) -> vec3:
-    """From the eye through this pixel, at distance 1 along the view axis (camera frame, looking along -z)."""
-    place = uv()
-    return vec3((2.0 * place.x - 1.0) * tan_half.x, (1.0 - 2.0 * place.y) * tan_half.y, -1.0)
 
 
 @pg.function

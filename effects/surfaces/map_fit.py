@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from math import atan2, ceil, cos, floor, hypot, log2, pi, sin, sqrt, tan
+from math import atan2, ceil, cos, floor, hypot, log2, pi, sin, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -75,24 +75,31 @@ def seen_points(boxes: Float64, camera: pg.Camera, aspect: float, origin: Float6
     Of a box that the frustum cuts these are the corners of what is left: each ends a part of one of the box's edges
     within the frustum, or a part of one of the frustum's edges within the box.
     """
-    half = tan(0.5 * camera.vertical_fov_rad)
-    # inside: normal · point + offset ≥ 0 for each of six planes
-    local = np.array(
-        [[1, 0, -half * aspect], [-1, 0, -half * aspect], [0, 1, -half], [0, -1, -half], [0, 0, -1], [0, 0, 1]]
-    )
+    half, middle = camera.window(aspect)
+    (left, bottom), (right, top) = np.subtract(middle, half), np.add(middle, half)
+    # how far the sides move with each unit of distance, and where they are without it
+    spread, fixed = (0.0, 1.0) if camera.orthographic else (1.0, 0.0)
     rotation, eye = camera.view_rotation()[:3, :3], np.subtract(camera.eye, origin)
+    # an infinite far plane lies behind everything
+    behind = 2.0 * (float(np.abs(boxes - eye).max(initial=0.0)) + camera.near)
+    near, far = camera.near, camera.far if np.isfinite(camera.far) else behind
+    # inside: normal · point + offset ≥ 0 for each of six planes
+    sides = np.array([-left, right, -bottom, top])
+    local = np.array([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, -1], [0, 0, 1.0]])
+    local[:4, 2] = -spread * sides
     normals = local @ rotation
-    offsets = -normals @ eye + np.array([0, 0, 0, 0, -camera.near, camera.far])
+    offsets = -normals @ eye + np.array([*(fixed * sides), -near, far])
     middles = 0.5 * (boxes[:, 0] + boxes[:, 1]) @ normals.T + offsets
     reaches = 0.5 * (boxes[:, 1] - boxes[:, 0]) @ np.abs(normals).T
     within = (middles >= reaches).all(axis=1)
     cut = boxes[(middles >= -reaches).all(axis=1) & ~within]
-    slopes = np.array([(x, y, -1.0) for y in (-half, half) for x in (-half * aspect, half * aspect)]) @ rotation
+    corners = np.array([(x, y) for y in (bottom, top) for x in (left, right)])
+    ends = [np.c_[corners * (spread * z + fixed), np.full(4, -z)] @ rotation for z in (near, far)]
     return np.concatenate(
         [
             corners_of(boxes[within]).reshape(-1, 3),
             _parts_before_planes(corners_of(cut)[:, EDGES], normals, offsets),
-            _parts_in_boxes(np.concatenate([slopes * camera.near, slopes * camera.far])[EDGES] + eye, cut),
+            _parts_in_boxes(np.concatenate(ends)[EDGES] + eye, cut),
         ]
     )
 
@@ -199,7 +206,8 @@ class Fit:
         if light.kind == "directional":
             along = (view[:3, :3] @ camera.forward)[:2]
             turn = round(atan2(along[1], along[0]) / (2.0 * pi) * TURNS) * (2.0 * pi / TURNS)
-            slope = hypot(*along)
+            # parallel rays show what is near no larger
+            slope = 0.0 if camera.orthographic else hypot(*along)
         return _oblong(needed, turn, _nearest(points + self.origin, camera) * float(projection[0, 0]), slope, share)
 
     def _before_light(self, light: pg.Light, view: Float64) -> Float64:

@@ -138,17 +138,18 @@ def texel_density(mesh: pg.Mesh, size: tuple[int, int]) -> NDArray[np.float64]:
 
 
 @pg.function
-def pixel_extent(view: vec3, n: vec3, pixel: float) -> float:
+def pixel_extent(view: vec3, n: vec3, pixel: vec2) -> float:
     """How far a pixel reaches on a surface with this normal, scene units: the longer of its steps right and down.
 
-    ``view`` is the place in the camera's frame, ``pixel`` a pixel's width at distance 1 along the view axis.
+    ``view`` is the place in the camera's frame, ``pixel`` a pixel's height there: for each unit of distance along the
+    view axis, and what it has without; one of them is 0.
     """
-    ray = view / -view.z
+    ray = view / -view.z if pixel.x > 0.0 else vec3(0.0, 0.0, -1.0)
     lean = dot(n, ray)
     slope = vec2(n.x, n.y) / (max(lean, FLATTEST) if lean > 0.0 else min(lean, -FLATTEST))
     right = vec3(1.0, 0.0, 0.0) - ray * slope.x
     down = vec3(0.0, 1.0, 0.0) - ray * slope.y
-    return -view.z * pixel * max(length(right), length(down))
+    return (pixel.y - view.z * pixel.x) * max(length(right), length(down))
 
 
 @pg.function

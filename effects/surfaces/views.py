@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from math import cos, tan
+from math import cos
 from typing import Any
 
 import numpy as np
@@ -64,22 +64,14 @@ class View:
         """How places in the picture and distances become positions: a `ViewFrame`."""
         return pg.combine(view_frame, self.camera, pg.OUTPUT_SIZE)
 
-    def tan_half(self) -> pg.Derived:
-        """Tangents of half the horizontal and vertical angle of view."""
-
-        def tangents(camera: pg.Camera, size: tuple[int, int]) -> tuple[float, float]:
-            half = tan(0.5 * camera.vertical_fov_rad)
-            return half * size[0] / size[1], half
-
-        return pg.combine(tangents, self.camera, pg.OUTPUT_SIZE)
-
     def pixel(self) -> pg.Derived:
-        """Width of a pixel at distance 1 along the view axis."""
+        """Height of a pixel, scene units: for each unit of distance along the view axis, and what it has without."""
 
-        def width(camera: pg.Camera, size: tuple[int, int]) -> float:
-            return 2.0 * tan(0.5 * camera.vertical_fov_rad) / size[1]
+        def height(camera: pg.Camera, size: tuple[int, int]) -> tuple[float, float]:
+            step = 2.0 * camera.window(size[0] / size[1]).half[1] / size[1]
+            return (0.0, step) if camera.orthographic else (step, 0.0)
 
-        return pg.combine(width, self.camera, pg.OUTPUT_SIZE)
+        return pg.combine(height, self.camera, pg.OUTPUT_SIZE)
 
     def up(self) -> pg.Derived:
         """World +y in the camera's frame."""

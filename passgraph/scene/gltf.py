@@ -14,9 +14,10 @@ from typing import Any
 import numpy as np
 
 from passgraph.errors import InputError
-from passgraph.scene.camera import Camera
+from passgraph.scene.camera import DEFAULT_FOV_RAD, Camera
 from passgraph.scene.light import Light
 from passgraph.scene.matrices import Float64
+from passgraph.scene.projection import STEP_BACK
 
 # Values in accessors without a buffer are zeros made up by the reader: nothing in the file pays for them.
 MAX_UNBACKED_VALUES = 1 << 24
@@ -149,7 +150,7 @@ def walk_nodes(header: dict[str, Any], file: Path) -> list[tuple[dict[str, Any],
 
 
 def cameras_of(header: dict[str, Any], file: Path, bounds: Float64) -> list[Camera]:
-    """The perspective cameras of the file, in the order of its nodes.
+    """The cameras of the file, in the order of its nodes.
 
     The target is put at the depth of the middle of ``bounds``, (2, 3); a missing far plane comes from them.
     """
@@ -158,8 +159,9 @@ def cameras_of(header: dict[str, Any], file: Path, bounds: Float64) -> list[Came
         if "camera" not in node:
             continue
         data = _entry(header, "cameras", node["camera"], file)
-        lens = data.get("perspective")
-        if not isinstance(lens, dict):
+        kind = str(data.get("type"))
+        lens = data.get(kind)
+        if kind not in ("perspective", "orthographic") or not isinstance(lens, dict):
             continue
         eye = world[:3, 3]
         forward, up = -world[:3, 2], world[:3, 1]
@@ -167,9 +169,14 @@ def cameras_of(header: dict[str, Any], file: Path, bounds: Float64) -> list[Came
         depth = float((bounds.mean(axis=0) - eye) @ forward)
         reach = float(np.linalg.norm(np.maximum(np.abs(bounds[0] - eye), np.abs(bounds[1] - eye))))
         near = float(lens.get("znear", reach * 1e-3))
-        target = eye + forward * (depth if depth > 0.0 else max(reach, 1.0))
         far = float(lens.get("zfar", max(reach * 1.05, near * 10.0)))
-        result.append(Camera(tuple(eye.tolist()), tuple(target.tolist()), tuple(up.tolist()), lens["yfov"], near, far))
+        height = 2.0 * abs(float(lens["ymag"])) if kind == "orthographic" else None
+        if height is not None and near <= 0.0:  # parallel rays see the same from farther back
+            back = STEP_BACK * (far - near) - near
+            eye, depth, near, far = eye - back * forward, depth + back, near + back, far + back
+        target = eye + forward * (depth if depth > 0.0 else max(reach, 1.0))
+        fov = DEFAULT_FOV_RAD if height is not None else lens["yfov"]
+        result.append(Camera(tuple(eye.tolist()), tuple(target.tolist()), tuple(up.tolist()), fov, near, far, height))
     return result
 
 

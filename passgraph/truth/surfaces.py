@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import tan
 
 import numpy as np
 from numpy.typing import NDArray
@@ -116,8 +115,8 @@ def first_surfaces(
     camera = scene.camera if camera is None else camera
     origin = scene.bounds().mean(axis=0)
     triangles = seen_triangles(scene, origin)
-    directions = _view_directions(camera, size).reshape(-1, 3)
-    eye = np.subtract(camera.eye, origin)
+    begin, directions = (rays.reshape(-1, 3) for rays in _view_rays(camera, size))
+    eye = begin + np.subtract(camera.eye, origin)
     hits = np.full(len(directions), -1, np.int32)
     if len(triangles.corners):
         rays = open_tracer(triangles.corners, tracer)
@@ -132,7 +131,7 @@ def first_surfaces(
     facing, depth = np.zeros((height * width, 3)), np.zeros(height * width)
     node = np.full(height * width, -1, np.int32)
     if found.any():
-        positions[found] = eye + far[found, None] * d
+        positions[found] = eye[found] + far[found, None] * d
         facing[found], node[found] = normals, triangles.node[hits[found]]
         depth[found] = far[found] * (d @ camera.forward)
     shape = (height, width)
@@ -141,15 +140,20 @@ def first_surfaces(
     )
 
 
-def _view_directions(camera: Camera, size: tuple[int, int]) -> Float64:
-    """Unit vectors through the middles of the pixels, row 0 on top, (h, w, 3)."""
+def _view_rays(camera: Camera, size: tuple[int, int]) -> tuple[Float64, Float64]:
+    """Where rays through the middles of the pixels begin, relative to the eye, and their unit vectors.
+
+    (h, w, 3) each, row 0 on top.
+    """
     width, height = size
-    half = tan(0.5 * camera.vertical_fov_rad)
-    x = (2.0 * (np.arange(width) + 0.5) / width - 1.0) * half * width / height
-    y = (1.0 - 2.0 * (np.arange(height) + 0.5) / height) * half
-    local = np.stack([*np.meshgrid(x, y), np.full((height, width), -1.0)], axis=-1)
-    made = local @ camera.view_rotation()[:3, :3]
-    return np.asarray(made / np.linalg.norm(made, axis=-1, keepdims=True), np.float64)
+    half, middle = camera.window(width / height)
+    x = middle[0] + (2.0 * (np.arange(width) + 0.5) / width - 1.0) * half[0]
+    y = middle[1] + (1.0 - 2.0 * (np.arange(height) + 0.5) / height) * half[1]
+    flat, none = np.stack([*np.meshgrid(x, y), np.zeros((height, width))], axis=-1), np.zeros((height, width, 3))
+    begin, way = (flat, none) if camera.orthographic else (none, flat)
+    turn = camera.view_rotation()[:3, :3]
+    made = (way - (0.0, 0.0, 1.0)) @ turn
+    return begin @ turn, np.asarray(made / np.linalg.norm(made, axis=-1, keepdims=True), np.float64)
 
 
 def _first_front(
@@ -162,7 +166,7 @@ def _first_front(
     live = np.arange(len(directions))
     for _ in range(MOST_LAYERS):
         d = directions[live]
-        found = rays.closest(eye + start[live, None] * d, d)
+        found = rays.closest(eye[live] + start[live, None] * d, d)
         live, found = live[found >= 0], found[found >= 0]
         if len(live) == 0:
             break
@@ -171,13 +175,13 @@ def _first_front(
         normal = np.cross(b - a, c - a)
         slope = np.einsum("ij,ij->i", normal, d)
         with np.errstate(divide="ignore", invalid="ignore"):
-            at = np.einsum("ij,ij->i", normal, a - eye) / slope
+            at = np.einsum("ij,ij->i", normal, a - eye[live]) / slope
         front = (slope < 0.0) | ((slope > 0.0) & ~triangles.single_sided[found])
         seen = front & (at * cosine[live] <= camera.far)
         hits[live[seen]], far[live[seen]] = found[seen], at[seen]
         live, at = live[~front], at[~front]
         # past this layer, by more than the tracer's rounding
         start[live] = np.maximum(start[live], np.where(np.isfinite(at), at, 0.0)) + 4.0 * rays.rounding * (
-            triangles.extent + np.linalg.norm(eye)
+            triangles.extent + np.linalg.norm(eye[live], axis=1)
         )
     return hits, far

@@ -12,7 +12,7 @@ import passgraph as pg
 from docs.occlusion_scenes import LEG_RADIUS, LEGS, RADIUS, WALL_Z, compared, legs_scene
 from passgraph.effects.ambient.ambient_occlusion import ambient_occlusion_passes, occluded, occlusion
 from passgraph.effects.ambient.contact import contact_passes
-from passgraph.effects.ambient.occlusion_filter import normals_of_depth
+from passgraph.effects.surfaces.depth_normals import depth_normals
 from passgraph.scene.matrices import translation
 from passgraph.scene.shipped import ball, cylinder
 from tests.agreement import assert_within_bounds
@@ -276,7 +276,7 @@ def test_every_target_agrees_with_the_reference(options: dict[str, object]) -> N
     made = ambient_occlusion_passes(scene, radius=0.6, **options)  # type: ignore[arg-type]
     report = assert_within_bounds([made.picture, made.occlusion.visibility, made.occlusion.raw], (48, 30))
     compared = {target.target for target in report.backends[0].targets}
-    assert {"inverse depth", "raw visibility", "denoised_x", "visibility", "lit"} <= compared
+    assert {"linear depth", "raw visibility", "denoised_x", "visibility", "lit"} <= compared
 
 
 def test_only_ambient_light_is_dimmed() -> None:
@@ -310,10 +310,7 @@ def test_normals_come_from_depth_alone(backend_name: str) -> None:
     scene = pg.Scene((floor(20.0),), camera, ())
     made = ambient_occlusion_passes(scene)
     got = render(made.depth, made.normals, backend=backend_name)
-    half = np.tan(0.3)
-    found = normals_of_depth(
-        pg.Input("depth", "r32f"), (half * SIZE[0] / SIZE[1], half), into=pg.target("normals", "rgba32f")
-    )
+    found = depth_normals(pg.Input("depth", "r32f"), pg.Value("camera", pg.Camera, default=camera), "normals")
     packed = render(found, backend=backend_name, depth=got["depth"])["normals"]
     inner = (slice(1, -1), slice(1, -1))
     # depth is float32 and its differences over a pixel are about 2^-7 of it; float16 normals: 2^-11

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.effects.screen.engine_depth import distances
+from passgraph.effects.surfaces.engine_depth import distances
 from passgraph.errors import GraphError
 from tests.agreement import assert_within_bounds
 from tests.conftest import DEVICES

@@ -9,16 +9,21 @@ from typing import Any
 import numpy as np
 
 import passgraph as pg
-from passgraph import Const, Image, dot, floor, ivec2, mat4, vec2, vec3, vec4
+from passgraph import Const, Image, dot, floor, ivec2, mat4, uv, vec2, vec3, vec4
 from passgraph.effects import soft_shadow_passes
 from passgraph.effects.shadows.shadow_filters import vogel_disc
-from passgraph.effects.surfaces.geometry import view_ray
 from passgraph.effects.surfaces.views import Casters
 from passgraph.scene.matrices import translation
 from tests.effects.hard.case import SIZE, Picture
 from tests.effects.scenes import render
 
 TAPS = vogel_disc(32)
+
+
+@pg.function
+def view_ray(tan_half: vec2) -> vec3:
+    """From the eye through this pixel, at distance 1 along the view axis."""
+    return vec3((2.0 * uv().x - 1.0) * tan_half.x, (1.0 - 2.0 * uv().y) * tan_half.y, -1.0)
 
 
 @pg.function

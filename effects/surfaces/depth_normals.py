@@ -1,0 +1,91 @@
+"""Normals of the surfaces that a depth picture shows, when there is no other picture of them."""
+
+# mypy: disable-error-code="no-any-return"
+# Values of the kernel language are Any to Python's type checkers.
+from __future__ import annotations
+
+import passgraph as pg
+from passgraph import Image, output_size, uv, vec2, vec3, vec4
+from passgraph.effects.surfaces.geometry import ViewFrame, flat_place, linear_on_planes, pack_normal, pixel_step
+from passgraph.effects.surfaces.views import View
+
+#: Of a neighbour that shows no surface: it fits no plane.
+NO_SURFACE = 1e30
+
+
+@pg.function
+def rise(frame: ViewFrame, here: float, there: float) -> float:
+    """From one depth to another, what `linear_on_planes` grows by, without cancellation."""
+    return (here - there) / (here * there) if frame.perspective else there - here
+
+
+@pg.function
+def line_through(frame: ViewFrame, here: float, next: float, after: float) -> vec2:
+    """The slope from here to the next pixel, and by how much the line through that and the one after misses here.
+
+    Where nothing is behind the next pixel, the line is level there.
+    """
+    slope = rise(frame, here, next) if next > 0.0 else 0.0
+    bend = rise(frame, next, after) - slope if after > 0.0 else slope
+    return vec2(slope, abs(bend) if next > 0.0 else NO_SURFACE)
+
+
+@pg.function
+def slope_of(ahead: vec2, behind: vec2) -> float:
+    """The slope of the line that this pixel lies on; without any, the surface faces the eye."""
+    return ahead.x if ahead.y <= behind.y else -behind.x
+
+
+@pg.kernel
+def normals_of_depth(depth: Image, frame: ViewFrame) -> vec4:
+    """Normals of the surfaces that a depth picture shows, packed as in the G-buffer.
+
+    Of the neighbours to both sides those count on whose line this pixel lies, so that neither an edge nor a crease
+    bends the normals beside it: lines are straight in `linear_on_planes`, on every plane.
+
+    Source: Y. Poltavets (Atyuwen), "Accurate Normal Reconstruction from Depth Buffer", 2021. Deviation: the neighbours
+    of both axes are chosen apart from each other.
+    """
+    far = depth[0, 0].r
+    if far <= 0.0:
+        return vec4(0.0)
+    step = pixel_step(frame, output_size(), 1.0)
+    right = slope_of(
+        line_through(frame, far, depth[1, 0].r, depth[2, 0].r),
+        line_through(frame, far, depth[-1, 0].r, depth[-2, 0].r),
+    )
+    up = slope_of(
+        line_through(frame, far, depth[0, -1].r, depth[0, -2].r),
+        line_through(frame, far, depth[0, 1].r, depth[0, 2].r),
+    )
+    slope = vec2(right, up) / step
+    flat = flat_place(frame, uv())
+    # packing takes any length
+    steep = linear_on_planes(frame, far) - slope.x * flat.x - slope.y * flat.y
+    packed = pack_normal(vec3(-slope, steep) if frame.perspective else vec3(slope, 1.0))
+    return vec4(packed, packed)
+
+
+def depth_normals(depth: pg.Target, camera: pg.Value, name: str = "normals of depth") -> pg.Target:
+    """Normals, packed as in `passgraph.effects.surfaces.g_buffer.GBuffer`, of what a linear depth shows.
+
+    Parameters
+    ----------
+    depth : distances along the view axis in scene units, 0 where there is no surface
+    camera : the run value of the camera that it was seen by
+    name : of the pass and target
+
+    Beside the picture's border there is no surface to lean on.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> camera = pg.Value("camera", pg.Camera, default=pg.Camera((0, 0, 0), (0, 0, -1)))
+    >>> with pg.compile(depth_normals(pg.Input("depth"), camera), backend="reference", size=(3, 3)) as program:
+    ...     toward_eye = program(depth=np.full((3, 3, 1), 2.0))["normals of depth"]
+    >>> bool((toward_eye == 0.0).all())  # (0, 0, 1), packed
+    True
+    """
+    into = pg.target(name, "rgba16f", like=depth)
+    made: pg.Target = normals_of_depth(depth.border("zero"), View(camera).frame(), into=into, name=name)
+    return made
