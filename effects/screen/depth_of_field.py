@@ -1,0 +1,286 @@
+"""Depth of field: what is out of focus is blurred as a lens does it."""
+
+# mypy: disable-error-code="no-any-return"
+# Values of the kernel language are Any to Python's type checkers.
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Annotated, Any
+
+import passgraph as pg
+from passgraph import Image, clamp, floor, ivec2, mix, output_size, pixel, smoothstep, sqrt, vec2, vec3, vec4
+from passgraph.effects.checked import effect
+from passgraph.effects.quantities import Reach
+from passgraph.effects.screen.aperture import ThinLens, aperture_places
+
+#: Half the size: blurred pictures have no detail that they would lose by it.
+HALF = 0.5
+#: Half-size pixels along a tile, whose widest blur is known.
+TILE = 8
+#: Largest half float: brighter light is not blurred as what it is.
+BRIGHTEST = 65504.0
+#: Radii, px: up to the first blurs are gathered at full size, from the second on at half size, between as both.
+SMALL, LARGE = 2.0, 4.0
+#: How far blurs at full size reach, px.
+WINDOW = 2
+
+
+@pg.kernel
+def circle(depth: Image, blur: vec2, widest: float) -> float:
+    """The radius by which each pixel is blurred, px, negative before the plane of focus; nothing drawn is far away."""
+    z = depth[0, 0].r
+    nearness = 1.0 / z if z > 0.0 else 0.0
+    return clamp((blur.x - blur.y * nearness) * float(output_size().y), -widest, widest)
+
+
+@pg.function
+def nearer(radius: float) -> float:
+    """The share in which a pixel counts as one of the layer before the plane of focus."""
+    return smoothstep(SMALL, LARGE, -radius)
+
+
+@pg.function
+def disc(radius: float, away: float) -> float:
+    """How bright a point, blurred to a disc of this radius, is so far away from its middle; even but for the rim."""
+    least = max(radius, 0.5)
+    return clamp(least - away + 0.5, 0.0, 1.0) / (least * least)
+
+
+@pg.kernel
+def blurred_a_little(color: Image, circles: Image) -> vec4:
+    """Blurs of a few pixels, gathered at full size: pixels as far as they reach, and no farther than what they hide."""
+    here = circles[0, 0].r
+    total, weight = vec3(0.0), 0.0
+    for y in range(-WINDOW, WINDOW + 1):
+        for x in range(-WINDOW, WINDOW + 1):
+            there = circles[x, y].r
+            # what lies behind this pixel is seen around it as far as this pixel itself is blurred
+            own = min(abs(there), abs(here)) if there > here else abs(there)
+            seen = disc(min(own, SMALL), sqrt(float(x * x + y * y))) * (1.0 - nearer(there))
+            total += clamp(color[x, y].rgb, 0.0, BRIGHTEST) * seen
+            weight += seen
+    return vec4(total / weight if weight > 0.0 else color[0, 0].rgb, color[0, 0].a)
+
+
+@pg.kernel
+def halved(color: Image, circles: Image) -> tuple[vec4, vec4, float]:
+    """Half the size, two layers: what is in focus or behind, with its radius, and what is before it, with its share.
+
+    Radii are of half-size pixels; of the farther layer -1 where there is none.  Of several distances each layer keeps
+    one side of: the farthest, and the nearest.
+    """
+    first = 2 * pixel()
+    far, near = -1.0, 0.0
+    for y in range(2):
+        for x in range(2):
+            r = circles.texel(first + ivec2(x, y)).r
+            near = max(near, -r if nearer(r) > 0.0 else 0.0)
+            if nearer(r) < 0.5:
+                far = max(far, r, 0.0)
+    back, back_weight, front = vec3(0.0), 0.0, vec4(0.0)
+    for y in range(2):
+        for x in range(2):
+            r = circles.texel(first + ivec2(x, y)).r
+            c = clamp(color.texel(first + ivec2(x, y)).rgb, 0.0, BRIGHTEST)
+            share = nearer(r)
+            front += vec4(c, 1.0) * (0.25 * share)
+            if share < 0.5 and max(r, 0.0) >= 0.75 * far - 0.5:
+                back += c
+                back_weight += 1.0
+    return vec4(back / max(back_weight, 1.0), HALF * far if far > 0.0 else far), front, HALF * near
+
+
+@pg.kernel
+def widest_of_tile(reach: Image) -> float:
+    """The largest radius of a tile."""
+    found = 0.0
+    for y in range(TILE):
+        for x in range(TILE):
+            found = max(found, reach.texel(TILE * pixel() + ivec2(x, y)).r)
+    return found
+
+
+@lru_cache(maxsize=16)
+def _widest_around(tiles: int) -> Any:
+    """A kernel for the largest radius of a tile and so many around it, one more than blurs reach.
+
+    Read between tiles it is nowhere less than what reaches there, and has no steps.
+    """
+
+    @pg.kernel
+    def widest_around(widest: Image) -> float:
+        found = 0.0
+        for y in range(-tiles, tiles + 1):
+            for x in range(-tiles, tiles + 1):
+                found = max(found, widest[x, y].r)
+        return found
+
+    return widest_around
+
+
+@lru_cache(maxsize=16)
+def _gathers(taps: int, blades: int) -> tuple[Any, Any]:
+    """The kernels that gather the layer behind and the layer before the plane of focus."""
+    places = aperture_places(taps, blades)
+    # blurs much smaller than the widest around are to be met by some
+    crowded = aperture_places(taps, blades, crowded=True)
+
+    @pg.kernel
+    def behind(back: Image) -> vec4:
+        here = back[0, 0]
+        radius = here.a
+        if radius < HALF * SMALL:
+            return vec4(0.0)
+        total, weight = here.rgb, 1.0
+        for i in range(taps):
+            # lenses show points behind the plane of focus upside down
+            at = vec2(pixel()) + 0.5 - vec2(places[i][0], places[i][1]) * radius
+            there = back.texel(ivec2(floor(at)))
+            # what is sharper lies in front, and is seen here as far as its own blur reaches
+            own = min(there.a, radius)
+            seen = disc(own, places[i][2] * radius) * (radius * radius) if own >= 0.0 else 0.0
+            total += there.rgb * seen
+            weight += seen
+        return vec4(total / weight, 1.0)
+
+    @pg.kernel
+    def before(front: Image, reach: Image, back: Image, widest: Image) -> tuple[vec4, vec4]:
+        """Light and share of the lens that what is near covers, and what is behind it."""
+        most = widest.sample((vec2(pixel()) + 0.5) / float(TILE) / vec2(widest.size)).r
+        if most == 0.0:
+            return vec4(0.0), vec4(0.0)
+        around = most + 0.5
+        covered, filled = vec4(0.0), vec4(0.0)
+        for i in range(taps):
+            at = ivec2(floor(vec2(pixel()) + 0.5 + vec2(crowded[i][0], crowded[i][1]) * around))
+            own = reach.texel(at).r
+            if own > 0.0:
+                covered += front.texel(at) * (disc(own, crowded[i][2] * around) * (crowded[i][3] * around * around))
+            hidden = back.texel(at)
+            if hidden.a >= 0.0:
+                # a guess must not invent light: lamps count little
+                filled += vec4(hidden.rgb, 1.0) * crowded[i][3] / (1.0 + max(hidden.r, hidden.g, hidden.b))
+        covered = covered / float(taps)
+        return covered / max(covered.a, 1.0), filled / float(taps)
+
+    return behind, before
+
+
+@pg.function
+def enlarged(half: Image) -> vec4:
+    """A picture of half the size where this pixel is: a quadratic B-spline."""
+    middle = pixel() // 2
+    offset = 0.5 * vec2(pixel() - 2 * middle) - 0.25
+    total = vec4(0.0)
+    for y in range(-1, 2):
+        for x in range(-1, 2):
+            total += half.texel(middle + ivec2(x, y)) * (spline(float(x) - offset.x) * spline(float(y) - offset.y))
+    return total
+
+
+@pg.function
+def spline(away: float) -> float:
+    """The quadratic B-spline."""
+    d = abs(away)
+    return 0.75 - d * d if d < 0.5 else 0.5 * max(1.5 - d, 0.0) ** 2
+
+
+@pg.kernel
+def together(little: Image, circles: Image, far: Image, near: Image, hidden: Image) -> vec4:
+    """What is sharp, what is blurred behind it, and what is blurred before both."""
+    here, radius = little[0, 0], circles[0, 0].r
+    shown = here.rgb
+    if radius > SMALL:
+        blurred = enlarged(far)
+        if blurred.a > 0.0:
+            shown = mix(shown, blurred.rgb / blurred.a, smoothstep(SMALL, LARGE, radius))
+    over = enlarged(near)
+    if over.a > 0.0:
+        # a pixel before the plane of focus shows what it hides where its own layer lets the lens through
+        open_share = max(nearer(radius) - over.a, 0.0)
+        rest = 1.0 - over.a - open_share
+        if open_share > 0.0:
+            through = enlarged(hidden)
+            shown = shown * rest + (through.rgb / through.a if through.a > 0.0 else over.rgb / over.a) * open_share
+        else:
+            shown = shown * rest
+        shown += over.rgb
+    return vec4(shown, here.a)
+
+
+@effect("depth-of-field", "picture+depth", linear=True)
+def depth_of_field(
+    color: pg.Target,
+    depth: pg.Target,
+    focus_distance: Reach | pg.Value | pg.Derived = 5.0,
+    f_number: Annotated[float, pg.Range(0.5, 128)] = 2.8,
+    focal_length_mm: Annotated[float, pg.Range(1, 2000, "mm")] = 50.0,
+    sensor_height_mm: Annotated[float, pg.Range(1, 500, "mm")] = 24.0,
+    unit_m: Annotated[float, pg.Range(0, None, "metres", above=True)] = 1.0,
+    blades: Annotated[int, pg.Range(0, 16)] = 0,
+    widest_px: Annotated[int, pg.Range(1, 128, "px")] = 32,
+    taps: Annotated[int, pg.Range(8, 256)] = 96,
+    into: pg.TargetSpec | None = None,
+    name: str = "depth_of_field",
+) -> pg.Target:
+    """Blur what is out of focus, by the circle of confusion of a thin lens.
+
+    Parameters
+    ----------
+    color : linear light, any range; in front of the tone map. Alpha stays
+    depth : red is the distance along the view axis in scene units, 0 where nothing is drawn; of the size of ``color``
+    focus_distance : of what is sharp
+    f_number : focal length through the aperture's diameter; 1.4 blurs much, 16 little
+    focal_length_mm : of the lens. The picture's vertical angle of view is 2 atan(sensor height / (2 focal length))
+    sensor_height_mm : 24 is full frame
+    unit_m : metres of a scene unit
+    blades : corners of the aperture, and of highlights; 0 is round, else 3 or more
+    widest_px : radii above this are cut off
+    taps : places at which the aperture is sampled
+    into : where it goes; left out, float16 with the name ``name``
+    name : of the passes and targets
+
+    What is sharp does not bleed into what is blurred behind it, and what is near is blurred over what is sharp, where
+    it covers that share of the lens.  What lies hidden behind a near thing's blurred rim is guessed from around it.
+
+    Source: M. Potmesil, I. Chakravarty, "A Lens and Aperture Camera Model for Synthetic Image Generation", 1981 (circle
+    of confusion); J. Jimenez, "Next Generation Post Processing in Call of Duty: Advanced Warfare", SIGGRAPH 2014
+    (layers gathered at half size, tiles). Deviation: each layer is gathered by a radius of its own.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> made = depth_of_field(pg.Input("frame"), pg.Input("depth"), 2.0, f_number=1.4, focal_length_mm=135)
+    >>> step = np.where(np.arange(32) < 16, 1.0, 0.0).astype(np.float32)
+    >>> frame, sharp = np.tile(step[:, None], (24, 1, 4)), np.full((24, 32), 2.0, np.float32)
+    >>> with pg.compile(made, backend="numpy") as program:
+    ...     focused, behind = (program(frame=frame, depth=sharp * far)["depth_of_field"][12, :, 0] for far in (1, 9))
+    >>> bool((focused == step).all()), bool(0.0 < behind[17] < behind[14] < 1.0)
+    (True, True)
+    """
+    if 0 < blades < 3:
+        raise pg.GraphError(f"depth_of_field: blades must be 0 or 3 to 16, got {blades}")
+    lens = ThinLens(f_number, focal_length_mm, sensor_height_mm, unit_m)
+    blur: Any = (
+        focus_distance.map(lens.blur)
+        if isinstance(focus_distance, (pg.Value, pg.Derived))
+        else lens.blur(focus_distance)
+    )
+    circles = circle(depth, blur, float(widest_px), into=pg.target(f"{name}_circle", "r16f"), name=f"{name}_circle")
+
+    def half(part: str, format: str = "rgba16f", scale: float = HALF) -> pg.TargetSpec:
+        return pg.target(f"{name}_{part}", format, like=color, scale=scale)
+
+    layers = (half("back"), half("front"), half("reach", "r16f"))
+    back, front, reach = halved(color, circles, into=layers, name=f"{name}_layers")
+    behind, before = _gathers(taps, blades)
+    far = behind(back, into=half("far"), name=f"{name}_far")
+    tiles = pg.target(f"{name}_tiles", "r16f", like=reach, scale=1.0 / TILE)
+    widest = _widest_around(1 - -widest_px // (2 * TILE))(
+        widest_of_tile(reach, into=tiles, name=f"{name}_tiles"),
+        into=pg.target(f"{name}_widest", "r16f", like=reach, scale=1.0 / TILE), name=f"{name}_widest",
+    )  # fmt: skip
+    near, hidden = before(front, reach, back, widest, into=(half("near"), half("hidden")), name=f"{name}_near")
+    little = blurred_a_little(color, circles, into=pg.target(f"{name}_little", "rgba16f", like=color))
+    made: pg.Target = together(little, circles, far, near, hidden, into=into or pg.target(name, "rgba16f"), name=name)
+    return made
