@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from passgraph.effects.pictures.vignette import vignette
     from passgraph.effects.planar_shadows.planar import Planar, planar, planar_passes
     from passgraph.effects.registry import EFFECTS
+    from passgraph.effects.screen.depth_of_field import depth_of_field
     from passgraph.effects.shadows.five_pass import FivePass, five_pass, five_pass_targets
     from passgraph.effects.shadows.shadow_choice import (
         Auto,
@@ -111,6 +112,7 @@ __all__ = [
     "contact",
     "contact_passes",
     "depth_aware_blur",
+    "depth_of_field",
     "effect",
     "film_grain",
     "five_pass",
