@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from passgraph.effects.screen.depth_of_field import depth_of_field
     from passgraph.effects.screen.fog import fog
     from passgraph.effects.screen.occluded import occluded
+    from passgraph.effects.screen.outlines import outlines
     from passgraph.effects.screen.shadowed import shadowed
     from passgraph.effects.shadows.five_pass import FivePass, five_pass, five_pass_targets
     from passgraph.effects.shadows.shadow_choice import (
@@ -126,6 +127,7 @@ __all__ = [
     "gaussian_blur",
     "occluded",
     "occlusion",
+    "outlines",
     "planar",
     "planar_passes",
     "shadowed",
