@@ -65,6 +65,10 @@ class DevicePicture:
         """Whether both may have a pixel in common."""
         return self is other
 
+    def is_in(self, storage: Any) -> bool:
+        """Whether what `Backend.adopt` made of it is the picture itself; else it is a copy on the device."""
+        return True
+
     def __str__(self) -> str:
         return f"{self.format.name} picture of {self.size[0]}x{self.size[1]} pixels"
 

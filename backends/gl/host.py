@@ -73,6 +73,10 @@ class HostPicture(DevicePicture):
         (x, y, width, height), (u, v, across, up) = self.region, other.region
         return x < u + across and u < x + width and y < v + up and v < y + height
 
+    def is_in(self, storage: Any) -> bool:
+        surface = self.facts.surface
+        return surface.kind == "texture" and isinstance(storage, Texture) and storage.name == surface.name
+
     def __str__(self) -> str:
         x, y, width, height = self.region
         part = f" from ({x}, {y})" if self.is_part else ""

@@ -46,11 +46,12 @@ class Lending:
         """Whether an input's picture is read where it lies."""
         format_ = self.plan.resources[resource].format
         storage = self.backend.adopt(picture, format_) if resource in self._read_only else None
-        how = f"moved to {format_.name}" if storage is None else "read in place"
+        in_place = storage is not None and (not isinstance(picture, DevicePicture) or picture.is_in(storage))
+        how = f"moved to {format_.name}" if storage is None else "read in place" if in_place else "copied on the device"
         self.transfers[f"input {name!r}"] = f"{how} from {_layout(picture)}"
         if storage is not None:
             self.storages[place] = storage
-            if isinstance(picture, DevicePicture):
+            if in_place and isinstance(picture, DevicePicture):
                 self._read[resource] = picture
         return storage is not None
 

@@ -1,0 +1,82 @@
+"""A method of an engine's that calls ours too: for engines whose loop has no place to hook in."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from passgraph.arguments import shown
+from passgraph.errors import InputError
+
+
+
+class _Hooked:
+    """Stands in the place of a method: what is ours is called, in the order in which it was hooked in."""
+
+    def __init__(self, owner: Any, name: str) -> None:
+        self.owner, self.name = owner, name
+        self.was_own = name in vars(owner)
+        self.method: Callable[..., Any] = getattr(owner, name)
+        self.before: list[Callable[[], object]] = []
+        self.after: list[Callable[[], object]] = []
+
+    def __call__(self, *arguments: Any, **named: Any) -> Any:
+        for call in list(self.before):
+            call()
+        result = self.method(*arguments, **named)
+        for call in list(self.after):
+            call()
+        return result
+
+    def remove_when_idle(self) -> None:
+        """Where someone else has put theirs around ours since, ours stays, and does nothing."""
+        if self.before or self.after or vars(self.owner).get(self.name) is not self:
+            return
+        if self.was_own:
+            setattr(self.owner, self.name, self.method)
+        else:
+            delattr(self.owner, self.name)
+
+
+def hook(
+    owner: Any, name: str, *, before: Callable[[], object] | None = None, after: Callable[[], object] | None = None
+) -> Callable[[], None]:
+    """Have a function called before or after a method of one object, or a function of a module; returns what ends it.
+
+    >>> from types import SimpleNamespace
+    >>> window = SimpleNamespace(flip=lambda: print("shown"))
+    >>> end = hook(window, "flip", before=lambda: print("drawn"))
+    >>> window.flip(); end(); window.flip()
+    drawn
+    shown
+    shown
+    """
+    hooked = vars(owner).get(name)
+    if not isinstance(hooked, _Hooked):
+        hooked = _Hooked(owner, name)
+        setattr(owner, name, hooked)
+    both = [(calls, call) for calls, call in ((hooked.before, before), (hooked.after, after)) if call is not None]
+    for calls, call in both:
+        calls.append(call)
+
+    def end() -> None:
+        for calls, call in both:
+            if call in calls:
+                calls.remove(call)
+        hooked.remove_when_idle()
+
+    return end
+
+
+def check_has(owner: Any, engine: str, expected: str, *names: str) -> None:
+    """Whether an object is what an adapter hooks into: told by what it has, so that no engine is imported.
+
+    >>> check_has("a title", "pyglet", "a pyglet.window.Window", "flip")
+    Traceback (most recent call last):
+    passgraph.errors.InputError: pyglet: attach takes a pyglet.window.Window, got 'a title', which has no flip
+    """
+    missing = [name for name in names if not hasattr(owner, name)]
+    if missing:
+        raise InputError(
+            f"{engine}: attach takes {expected}, got {shown(owner)}, which has no {' and no '.join(missing)}"
+        )

@@ -1,0 +1,38 @@
+"""moderngl-window, over any of its windowing libraries, and headless: the effect runs before buffers are swapped."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from passgraph.backends.gl.host import Isolation
+from passgraph.engines.attachment import Attachment, Effect
+from passgraph.engines.hooks import check_has, hook
+
+
+def attach(window: Any, effect: Effect, *, camera: object = None, isolation: Isolation = "auto", **values: object) -> Attachment:
+    """Run an effect on all that a window of moderngl-window draws.
+
+    Parameters
+    ----------
+    window : `moderngl_window.BaseWindow`, such as ``self.wnd`` of a WindowConfig; its ``swap_buffers`` is hooked
+    effect, isolation, values : see `passgraph.engines.attachment.Attachment`
+    camera
+        What the frame was seen by: a `passgraph.Camera`, (view, projection), or a function that returns either;
+        moderngl-window knows none.
+
+    Raises
+    ------
+    InputError
+        For what is no window, and for values that the effect does not take.
+
+    >>> attached = attach(self.wnd, gaussian_blur, radius_px=4)    # doctest: +SKIP
+    """
+    check_has(window, "moderngl-window", "a window of moderngl_window's", "swap_buffers", "fbo", "destroy")
+    # Headless, the framebuffer is another one after each change of size.
+    made = Attachment(
+        "moderngl-window", effect, values, frame=lambda host: host.framebuffer(window.fbo.glo, srgb=False),
+        camera=camera, isolation=isolation,
+    )  # fmt: skip
+    made.on_close(hook(window, "swap_buffers", before=made.draw))
+    made.on_close(hook(window, "destroy", before=made.close))
+    return made

@@ -1,0 +1,56 @@
+"""pyglet and arcade: the effect runs on what a window shows, before its buffers are swapped."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.backends.gl.host import Isolation
+from passgraph.engines.attachment import Attachment, Effect, Seen, View
+from passgraph.engines.hooks import check_has, hook
+
+
+def attach(window: Any, effect: Effect, *, camera: object = None, isolation: Isolation = "auto", **values: object) -> Attachment:
+    """Run an effect on all that a window draws, `pyglet.window.Window` or `arcade.Window`, with a screen or headless.
+
+    Parameters
+    ----------
+    window : of pyglet's or arcade's; its ``flip`` is hooked, which the event loop calls, or a loop of your own
+    effect, isolation, values : see `passgraph.engines.attachment.Attachment`
+    camera
+        What the frame was seen by: a `passgraph.Camera`, (view, projection), or a function that returns either.
+        Left out, the window's ``view`` and ``projection`` as they are at the end of the frame.
+
+    Raises
+    ------
+    InputError
+        For what is no window, and for values that the effect does not take.
+
+    >>> attached = attach(window, gaussian_blur, radius_px=4)    # doctest: +SKIP
+    >>> attached.enabled = False                                 # doctest: +SKIP
+    """
+    check_has(window, "pyglet", "a pyglet.window.Window or an arcade.Window", "flip", "switch_to", "projection")
+    seen = Seen()
+
+    def matrices() -> View:
+        return seen.by(_rows(window.view), _rows(window.projection))
+
+    made = Attachment(
+        "pyglet", effect, values, frame=lambda host: host.framebuffer(0, srgb=False), camera=camera, isolation=isolation,
+        engine_camera=matrices,
+    )  # fmt: skip
+
+    def draw() -> None:
+        window.switch_to()  # as its event loop does: flip needs no context to be current, and passes do
+        made.draw()
+
+    made.on_close(hook(window, "flip", before=draw))
+    made.on_close(hook(window, "close", before=made.close))
+    return made
+
+
+def _rows(matrix: Any) -> NDArray[np.float64]:
+    """A matrix of pyglet's, whose numbers go column by column."""
+    return np.array(tuple(matrix), np.float64).reshape(4, 4).T
