@@ -21,14 +21,20 @@ from docs.engines.demo import Picture, occluded, show
 from passgraph.engines import mujoco as adapter
 from passgraph.engines.attachment import Attachment
 
+KINDS = ("box", "sphere", "capsule", "ellipsoid")
 BODIES = "".join(
-    f'<body pos="{0.5 * (i % 4) - 0.75} {0.5 * (i // 4 % 4) - 0.75} {0.35 + 0.45 * (i // 16)}"><freejoint/><geom type='
-    f'"{("box", "sphere", "capsule", "ellipsoid")[i % 4]}" size=".22 .17 .14" rgba=".{9 - i % 5} .{5 + i % 4} .4 1"/></body>'
+    f'<body pos="{0.5 * (i % 4) - 0.75} {0.5 * (i // 4 % 4) - 0.75} {0.35 + 0.45 * (i // 16)}"><freejoint/>'
+    f'<geom type="{KINDS[i % 4]}" size=".22 .17 .14" rgba=".{9 - i % 5} .{5 + i % 4} .4 1"/></body>'
     for i in range(32)
 )
 MODEL = f"""<mujoco>
-  <visual><global offwidth="1920" offheight="1080"/><quality offsamples="{{samples}}" shadowsize="1024"/></visual>
-  <asset><texture name="sky" type="skybox" builtin="gradient" rgb1=".7 .8 .9" rgb2=".4 .5 .6" width="64" height="64"/></asset>
+  <visual>
+    <global offwidth="1920" offheight="1080"/>
+    <quality offsamples="{{samples}}" shadowsize="1024"/>
+  </visual>
+  <asset>
+    <texture type="skybox" builtin="gradient" rgb1=".7 .8 .9" rgb2=".4 .5 .6" width="64" height="64"/>
+  </asset>
   <worldbody>
     <light pos="1 -2 5" dir="-.2 .4 -1" diffuse=".7 .7 .7"/>
     <geom type="plane" size="4 4 .1" rgba=".8 .78 .75 1"/>{BODIES}
