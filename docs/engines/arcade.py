@@ -30,7 +30,7 @@ class Scene:
 
     engine = "arcade"
     hook = "`flip`"
-    shown = partial(bloom, threshold=0.5, intensity=0.8)
+    shown = partial(bloom, threshold=0.65, intensity=1.5, levels=5)
 
     def __init__(self, size: tuple[int, int]) -> None:
         if "DISPLAY" not in os.environ:
