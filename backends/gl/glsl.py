@@ -188,10 +188,13 @@ class GLSL(CLike):
         if not rule.is_nearest:
             return self._centre(load.image, axis, f"float(pg_border_{load.border}({whole}, {count}))"), []
         # Drivers make an int of the place before they clamp it; what is too large for one comes out at the other edge.
-        number = f"float(min({text}, {FARTHEST_TEXEL}))" if known is None else self.float_literal(known)
+        turned = axis == "y" and self._lies(load.image).bottom_up
+        nearer = f"max({text}, -{FARTHEST_TEXEL})" if turned else f"min({text}, {FARTHEST_TEXEL})"
+        number = f"float({nearer})" if known is None else self.float_literal(known)
         if load.relative:
-            sign = "-" if axis == "y" and self._lies(load.image).bottom_up else "+"
-            place = f"{self._here(load.image)}.{axis} {sign} {number} * {self._width(load.image)}.{axis}"
+            place = (
+                f"{self._here(load.image)}.{axis} {'-' if turned else '+'} {number} * {self._width(load.image)}.{axis}"
+            )
         else:
             place = self._centre(load.image, axis, number)
         if self._lies(load.image).is_part:

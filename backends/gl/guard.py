@@ -182,6 +182,9 @@ class Guard:
                 gl.Disable(switch)
         for _, target in self.clamps:
             gl.ClampColor(target, _FALSE)
+        # Also textures without content would be read from it.
+        gl.BindBuffer(g.PIXEL_PACK_BUFFER, 0)
+        gl.BindBuffer(g.PIXEL_UNPACK_BUFFER, 0)
         gl.DepthRange(0.0, 1.0)
         if self.has_clip_control:
             gl.ClipControl(_LOWER_LEFT, _MINUS_ONE_TO_ONE)

@@ -28,4 +28,4 @@ def test_an_effect_that_fails_leaves_the_frames() -> None:
 
 
 def test_a_state_that_is_left_behind_would_be_seen() -> None:
-    check_sensitive("panda3d", "depth test off")
+    check_sensitive("panda3d", "front face")

@@ -1,0 +1,108 @@
+"""The engine notices nothing: its state is as it was, its objects too, and its state changes none of our pictures."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import passgraph as pg
+from passgraph.backends.gl.guard import Guard
+from tests.host.application import BYTES, HEIGHT, KEPT, RGBA, WIDTH, Application, Kept
+from tests.host.gl_state import Dump, differences, objects, texture_parameters
+from tests.host.hostile import STATES, More, make_hostile
+from tests.host.test_reading import ISOLATIONS, of_host
+from tests.host.test_writing import ROWS, blue, blurred, corner, expected
+
+pytestmark = pytest.mark.gl
+
+
+def drawn(target: pg.TargetSpec) -> pg.Target:
+    """A draw that sets all that draws set."""
+    mesh = pg.Mesh.make([(-0.9, -0.8, 0), (0.8, -0.3, 0), (-0.2, 0.9, 0)], [(0, 1, 2)])
+    return pg.draw(
+        mesh, vertex=corner, fragment=blue, into=target,
+        depth=pg.target("depth", "depth32f_stencil8"), cull="back", depth_compare="less_equal",
+        stencil=pg.Stencil(compare="always", reference=3, passed="replace"), blend=pg.Blend("source_alpha", "one"),
+        polygon_offset=(1.0, 2.0),
+    )  # fmt: skip
+
+
+def a_life(app: Application, isolation: Any, source: int, target: int, kept: tuple[Kept, Kept]) -> None:
+    """Of a host and its programs, with every way in and out."""
+    framebuffer = app.objects[target]
+    with pg.gl.Host.current(isolation) as host:
+        with pg.compile(blurred(pg.target("picture", "rgba8")), backend=host) as program:
+            program.run(frame=host.texture(source), into={"picture": host.texture(target)})
+            program.run(frame=host.framebuffer(framebuffer), into={"picture": host.framebuffer(framebuffer)})
+            program(frame=ROWS)
+            program.run(frame=of_host(app, host, kept[0]), into={"picture": host.texture(target)})
+        same = pg.kernel(source="def same(d: Image) -> float: return d[0, 0].r")
+        with pg.compile(same(pg.Input("depth"), into=pg.target("d", "r32f")), backend=host) as program:
+            program(depth=of_host(app, host, kept[1]))
+        with pg.compile(drawn(pg.target("picture", "rgba8")), backend=host, size=(WIDTH, HEIGHT)) as program:
+            program.run(into={"picture": host.texture(target)})
+
+
+def an_engine(app: Application) -> tuple[int, int, tuple[Kept, Kept]]:
+    source, target = (app.texture(0x8058, RGBA, BYTES, ROWS) for _ in range(2))
+    app.objects[target] = app.of_texture(target)
+    names = ("a renderbuffer of four samples", "depth 24 stencil 8 in a renderbuffer")
+    one, other = (KEPT[name](app) for name in names)
+    return source, target, (one, other)
+
+
+@pytest.mark.parametrize("isolation", ISOLATIONS)
+def test_all_state_is_as_it_was(app: Application, isolation: Any) -> None:
+    """Ten states after ten, each staying."""
+    more, dump = More(app), Dump(app.gl)
+    source, target, kept = an_engine(app)
+    for part in batched(STATES.items(), 10):
+        for _, change in part:
+            change(app, more)
+            app.gl.drain()
+        before, parameters, own = dump(), texture_parameters(app.gl, 0x0DE1, source), objects(app.gl)
+        a_life(app, isolation, source, target, kept)
+        assert not differences(before, dump()), [name for name, _ in part]
+        assert texture_parameters(app.gl, 0x0DE1, source) == parameters
+        assert objects(app.gl) == own
+
+
+def batched(items: Any, count: int) -> Any:
+    rest = list(items)
+    return [rest[k : k + count] for k in range(0, len(rest), count)]
+
+
+@pytest.mark.parametrize("isolation", ISOLATIONS)
+def test_nothing_that_an_engine_has_set_changes_a_picture(app: Application, isolation: Any) -> None:
+    framebuffer = app.of_texture(app.texture(0x8058, RGBA, BYTES, ROWS))
+    with pg.gl.Host.current(isolation) as host:
+        program = pg.compile(blurred(pg.target("picture", "rgba8")), backend=host)
+        found = host.framebuffer(framebuffer)
+        make_hostile(app)
+        program.run(frame=found, into={"picture": found})
+        drained = program(frame=ROWS)["picture"]
+        program.close()
+    np.testing.assert_array_equal(np.round(drained * 255), expected())
+    fresh = Application()  # the engine's own reading would be spoiled by its state
+    fresh.close()
+    app.enter()
+    with pg.gl.Host.current() as host, pg.compile(same_program(), backend=host, results="stored") as reader:
+        np.testing.assert_array_equal(reader(frame=host.framebuffer(framebuffer))["same"], expected())
+
+
+def same_program() -> pg.Target:
+    same = pg.kernel(source="def same(c: Image) -> vec4: return c[0, 0]")
+    return same(pg.Input("frame", "rgba8"), into=pg.target("same", "rgba8"))
+
+
+@pytest.mark.parametrize("part", ["_bindings", "_textures", "_switches", "_colours", "_geometry", "_stencil"])
+def test_a_guard_that_forgets_something_is_found(app: Application, part: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    engine = an_engine(app)
+    make_hostile(app)
+    dump = Dump(app.gl)
+    before = dump()
+    monkeypatch.setattr(Guard, part, lambda _: ())
+    a_life(app, "guard", *engine)
+    assert differences(before, dump())
