@@ -7,6 +7,7 @@ writes docs/images/engines/vispy.png; headless, through EGL.
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -30,6 +31,8 @@ class Scene:
     shown = partial(occluded, radius=0.8)
 
     def __init__(self, size: tuple[int, int]) -> None:
+        # vispy asks EGL for its default display, which is none where there is no screen.
+        os.environ.setdefault("EGL_PLATFORM", "surfaceless")
         import vispy
 
         vispy.use("egl")
