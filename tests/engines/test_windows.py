@@ -36,4 +36,4 @@ def test_an_effect_that_fails_leaves_the_frames(engine: str) -> None:
 
 
 def test_a_state_that_is_left_behind_would_be_seen(engine: str) -> None:
-    check_sensitive(engine, "colour mask", under=ENGINES[engine][1])
+    check_sensitive(engine, "outlines", under=ENGINES[engine][1])
