@@ -30,6 +30,7 @@ class Scene:
 
     engine = "arcade"
     hook = "`flip`"
+    needs_display = True
     shown = partial(bloom, threshold=0.65, intensity=1.5, levels=5)
 
     def __init__(self, size: tuple[int, int]) -> None:

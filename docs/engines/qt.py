@@ -28,6 +28,7 @@ class Scene:
 
     engine = "PySide6"
     hook = "behind `paintGL`"
+    needs_display = True
     shown = partial(occluded, radius=1.5)
 
     def __init__(self, size: tuple[int, int]) -> None:

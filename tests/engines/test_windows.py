@@ -11,7 +11,8 @@ SCREEN = ("xvfb-run", "-a")
 #: Example → the distribution that it needs, and what it runs under.
 ENGINES = {
     "pyglet": ("pyglet", SCREEN), "arcade": ("arcade", SCREEN), "moderngl_window": ("moderngl-window", ()),
-    "pygame": ("pygame-ce", SCREEN), "qt": ("PySide6", SCREEN), "vispy": ("vispy", ()),
+    "pygame": ("pygame-ce", SCREEN), "qt": ("PySide6", SCREEN), "vispy": ("vispy", ()), "kivy": ("Kivy", SCREEN),
+    "raylib": ("raylib", SCREEN),
 }  # fmt: skip
 
 
