@@ -87,8 +87,10 @@ def main() -> None:
     parser.add_argument("--leave", choices=LEFT, help="leave this state behind in the first frame with the effect")
     parser.add_argument("--broken", action="store_true", help="the effect fails when it runs")
     parser.add_argument("--size", type=int, nargs=2, default=(67, 45))
+    parser.add_argument("--samples", type=int, help="a pixel; of scenes that take a number of them")
     told = parser.parse_args()
-    scene: Scene = import_module(f"docs.engines.{told.engine}").Scene(tuple(told.size))
+    samples = {} if told.samples is None else {"samples": told.samples}
+    scene: Scene = import_module(f"docs.engines.{told.engine}").Scene(tuple(told.size), **samples)
     made: dict[str, object] = {}
     scene.draw()
     in_hook(scene, count_objects)  # engines make things at their first frames

@@ -26,12 +26,12 @@ class Scene:
     hook = 'renderer, `"EndEvent"`'
     shown = partial(occluded, radius=0.6)
 
-    def __init__(self, size: tuple[int, int]) -> None:
+    def __init__(self, size: tuple[int, int], samples: int = 0) -> None:
         import vtk
 
         self.renderer, self.window = vtk.vtkRenderer(), vtk.vtkRenderWindow()
         self.window.OffScreenRenderingOn()
-        self.window.SetMultiSamples(0)
+        self.window.SetMultiSamples(samples)
         self.window.SetSize(*size)
         self.window.AddRenderer(self.renderer)
         self.renderer.SetBackground(0.82, 0.85, 0.9)
