@@ -50,6 +50,7 @@ LEFT: dict[str, Callable[[Functions], object]] = {
     "depth test off": lambda gl: gl.Disable(0x0B71),
     "blending off": lambda gl: gl.Disable(0x0BE2),
     "colour mask": lambda gl: gl.ColorMask(0, 1, 1, 1),
+    "outlines": lambda gl: gl.PolygonMode(0x0408, 0x1B01),
     "front face": lambda gl: gl.FrontFace(0x900),
     "lines": lambda gl: gl.PolygonMode(0x408, 0x1B01),
     "program": lambda gl: gl.UseProgram(0),

@@ -9,7 +9,9 @@ from passgraph.engines.attachment import Attachment, Effect
 from passgraph.engines.hooks import check_has, hook
 
 
-def attach(window: Any, effect: Effect, *, camera: object = None, isolation: Isolation = "auto", **values: object) -> Attachment:
+def attach(
+    window: Any, effect: Effect, *, camera: object = None, isolation: Isolation = "auto", **values: object
+) -> Attachment:
     """Run an effect on all that a window of moderngl-window draws.
 
     Parameters

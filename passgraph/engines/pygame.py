@@ -9,7 +9,9 @@ from passgraph.engines.attachment import Attachment, Effect
 from passgraph.engines.hooks import check_has, hook
 
 
-def attach(display: Any, effect: Effect, *, camera: object = None, isolation: Isolation = "auto", **values: object) -> Attachment:
+def attach(
+    display: Any, effect: Effect, *, camera: object = None, isolation: Isolation = "auto", **values: object
+) -> Attachment:
     """Run an effect on all that is drawn into pygame's window.
 
     Parameters
@@ -30,7 +32,9 @@ def attach(display: Any, effect: Effect, *, camera: object = None, isolation: Is
     >>> attached = attach(pygame.display, gaussian_blur, radius_px=4)    # doctest: +SKIP
     """
     check_has(display, "pygame", "the module pygame.display", "flip", "quit", "set_mode")
-    made = Attachment("pygame", effect, values, frame=lambda host: host.framebuffer(0, srgb=False), camera=camera, isolation=isolation)
+    made = Attachment(
+        "pygame", effect, values, frame=lambda host: host.framebuffer(0, srgb=False), camera=camera, isolation=isolation
+    )
     made.on_close(hook(display, "flip", before=made.draw))
     made.on_close(hook(display, "quit", before=made.close))
     return made

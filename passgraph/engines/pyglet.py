@@ -12,7 +12,9 @@ from passgraph.engines.attachment import Attachment, Effect, Seen, View
 from passgraph.engines.hooks import check_has, hook
 
 
-def attach(window: Any, effect: Effect, *, camera: object = None, isolation: Isolation = "auto", **values: object) -> Attachment:
+def attach(
+    window: Any, effect: Effect, *, camera: object = None, isolation: Isolation = "auto", **values: object
+) -> Attachment:
     """Run an effect on all that a window draws, `pyglet.window.Window` or `arcade.Window`, with a screen or headless.
 
     Parameters
@@ -38,8 +40,8 @@ def attach(window: Any, effect: Effect, *, camera: object = None, isolation: Iso
         return seen.by(_rows(window.view), _rows(window.projection))
 
     made = Attachment(
-        "pyglet", effect, values, frame=lambda host: host.framebuffer(0, srgb=False), camera=camera, isolation=isolation,
-        engine_camera=matrices,
+        "pyglet", effect, values, frame=lambda host: host.framebuffer(0, srgb=False), camera=camera,
+        engine_camera=matrices, isolation=isolation,
     )  # fmt: skip
 
     def draw() -> None:
