@@ -68,8 +68,9 @@ class Borrowed:
             return known.storage
         if use.is_written:
             check_room(picture, format_)
-        misses = (use.is_read and not picture.is_readable) or not picture.holds(format_)
-        if misses or (format_.is_depth and use.is_drawn):
+        if (use.is_read and not picture.is_readable) or not picture.holds(format_):
+            return None
+        if (format_.is_depth and use.is_drawn) or (use.is_overwritten and isinstance(picture, BufferPicture)):
             return None
         if known is not None and known.format is format_:
             known.uses.append(use)
