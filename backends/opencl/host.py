@@ -190,7 +190,7 @@ class Host(OpenCLBackend):
     def adopt(self, external: Any, format: Format, use: Use = READ) -> Storage | None:
         if not isinstance(external, OpenCLPicture):
             return super().adopt(external, format, use)
-        if not self._depth:
+        if not self._depth or use.is_overwritten:
             return None
         return self.borrowed.adopted(external, format, use)
 
