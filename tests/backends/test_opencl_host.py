@@ -15,6 +15,7 @@ import pytest
 
 import passgraph as pg
 from passgraph.backends.opencl.host import Host
+from passgraph.backends.opencl.programs import Recent
 from passgraph.formats import FORMATS
 from tests.conftest import require
 from tests.hostile.guard import guarded_copy, guarded_zeros
@@ -205,6 +206,30 @@ def test_nothing_beyond_the_callers_memory_is_touched(queue: Any, host: Host, wi
         source, sink = (host.buffer(buffer, (width, 16), "rgba8") for buffer in memory)
         program.run(frame=source, into={"soft": sink})
     assert np.array_equal(from_device(queue, memory[1], np.array(room)), expected(soft(), np.array(given)))
+
+
+@pytest.mark.parametrize("is_part", [False, True])
+def test_kernels_are_the_same_wherever_a_picture_begins(queue: Any, host: Host, is_part: bool) -> None:
+    base = photo(size=(WIDTH, 4 * HEIGHT))
+    whole = to_device(queue, base)
+    memory = whole.get_sub_region(host.alignment, base.nbytes - host.alignment) if is_part else whole
+    room = host.buffer(to_device(queue, photo()), SIZE, "rgba8")
+    with pg.compile(soft(), backend=host) as program:
+        program.run(frame=host.buffer(memory, SIZE, "rgba8"), into={"soft": room})
+        built = len(host.programs.built)
+        for number in range(1, 20):
+            program.run(frame=host.buffer(memory, SIZE, "rgba8", offset=host.alignment * number), into={"soft": room})
+        assert len(host.programs.built) == built
+    start = host.alignment * (19 + is_part)
+    view = base.reshape(-1)[start : start + WIDTH * HEIGHT * 4].reshape(HEIGHT, WIDTH, 4)
+    assert np.array_equal(from_device(queue, room.memory, photo()), expected(soft(), view))
+
+
+def test_of_layouts_that_come_and_go_the_last_ones_are_kept() -> None:
+    recent = Recent[int, str](3)
+    for number in (0, 1, 2, 1, 3, 4):
+        recent[number] = str(number)
+    assert recent == {2: "2", 3: "3", 4: "4"}
 
 
 # What cannot be in place
