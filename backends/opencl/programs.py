@@ -39,7 +39,7 @@ class Programs:
     def __init__(self, context: Any, device: Any) -> None:
         import pyopencl as cl
 
-        self.context = context
+        self.context, self.device = context, device
         rounded = device.single_fp_config & cl.device_fp_config.CORRECTLY_ROUNDED_DIVIDE_SQRT
         self.rounds_quotients = bool(rounded)
         self.options = ["-cl-std=CL1.2", *(["-cl-fp32-correctly-rounded-divide-sqrt"] if rounded else [])]
@@ -61,7 +61,7 @@ class Programs:
                 with warnings.catch_warnings():
                     # Compilers talk even when all is well.
                     warnings.simplefilter("ignore", cl.CompilerWarning)
-                    self.built[listing.text] = program.build(self.options)
+                    self.built[listing.text] = program.build(self.options, [self.device])
             except cl.Error as error:
                 raise build_error(listing, what, str(error)) from None
         return self.built[listing.text]
