@@ -1,19 +1,12 @@
-"""What windows go through while an effect is attached: each function is run in a process of its own.
-
-    python tests/engines/windows.py NAME
-"""
+"""What windows go through while an effect is attached: test_window_lives.py runs each function in a process."""
 
 from __future__ import annotations
 
 import sys
 from importlib import import_module
-from pathlib import Path
 from typing import Any
 
 import numpy as np
-
-root = Path(__file__).resolve().parent.parent.parent
-sys.path[0] = str(root)
 
 from docs.engines.demo import Scene, inverse, inverse_of
 from passgraph.engines.attachment import Attachment
