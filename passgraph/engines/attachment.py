@@ -144,7 +144,7 @@ class Attachment:
 
     def __init__(
         self, engine: str, effect: Effect, values: Mapping[str, object], *,
-        frame: Callable[[Host], HostFramebuffer | None] = lambda host: host.framebuffer(),
+        frame: Callable[[Host], HostFramebuffer | None] = lambda host: host.framebuffer(srgb=False),
         camera: object = None, engine_camera: Callable[[], View | None] = lambda: None,
         isolation: Isolation = "auto",
     ) -> None:  # fmt: skip
