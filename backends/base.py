@@ -83,12 +83,14 @@ class Use:
     is_written : passes write it
     is_drawn : triangles are drawn into it
     beside_others : a pass writes it together with other pictures
+    is_overwritten : where it is, a result is written before passes have read all that they read of it
     """
 
     is_read: bool = True
     is_written: bool = False
     is_drawn: bool = False
     beside_others: bool = False
+    is_overwritten: bool = False
 
 
 READ = Use()

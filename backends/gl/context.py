@@ -10,12 +10,15 @@ import sys
 import threading
 import weakref
 from collections import deque
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import TracebackType
 from typing import Any
 
 from passgraph.backends.gl.bound import Bound
-from passgraph.backends.gl.current import Current, State
+from passgraph.backends.gl.current import Current
 from passgraph.backends.gl.functions import Functions
+from passgraph.backends.gl.windowing import State
 from passgraph.backends.turn import Turn, open_driver
 from passgraph.errors import BackendError, DeviceMissingError
 
@@ -39,7 +42,8 @@ def _glcontext() -> Any:
     return glcontext
 
 
-def _destroy_left() -> None:
+def destroy_left() -> None:
+    """What finalisers have put aside."""
     while _left:
         destroy_now(_left.popleft())
 
@@ -73,8 +77,7 @@ class Context:
     def __enter__(self) -> Functions:
         self.turn.__enter__()
         try:
-            if self.closed:
-                raise BackendError("this gl backend was closed; open another one")
+            self.check_open()
             if self._depth == 0:
                 self._make_current()
         except BaseException:
@@ -96,6 +99,20 @@ class Context:
         finally:
             self.turn.__exit__()
 
+    def check_open(self) -> None:
+        if self.closed:
+            raise BackendError("this gl backend was closed; open another one")
+
+    def check_current(self) -> None:
+        """Raise BackendError where it could not be entered."""
+        self.check_open()
+
+    @contextmanager
+    def looking(self) -> Iterator[Functions]:
+        """Entered to ask what is there, where what pictures hold does not matter."""
+        with self as gl:
+            yield gl
+
     def _make_current(self) -> None:
         raise NotImplementedError
 
@@ -114,11 +131,11 @@ class OwnContext(Context):
     def __init__(self, index: int = 0, turn: Turn | None = None) -> None:
         glcontext = _glcontext()
         open_driver("gl")
-        _destroy_left()
+        destroy_left()
         super().__init__(turn)
-        self._current = Current()
-        self._before: State | None = self._current.state()
-        self._current.change(self._before, None)
+        self.current = Current()
+        self._before: State | None = self.current.state()
+        self.current.change(self._before, None)
         try:
             self.native = self._made(glcontext, index)
             self._finalizer = weakref.finalize(self, destroy_later, self.native)
@@ -126,13 +143,13 @@ class OwnContext(Context):
             self._state = self._own_state()
             self.gl = Functions(self.native.load_opengl_function)
         finally:
-            self._current.put_back(self._current.state(), self._before)
+            self.current.put_back(self.current.state(), self._before)
         # Loading OpenGL may have brought GLX, which a host may then use.
-        self._current.look_for_glx()
+        self.current.look_for_glx()
 
     def _made(self, glcontext: Any, index: int) -> Any:
         """glcontext's object; the thread's rendering API stays what the host has set."""
-        linux, egl = sys.platform.startswith("linux"), self._current.egl
+        linux, egl = sys.platform.startswith("linux"), self.current.egl
         api = egl.query_api() if egl is not None else 0
         try:
             with _making:
@@ -148,8 +165,8 @@ class OwnContext(Context):
                 egl.bind_api(api)
 
     def _own_state(self) -> State | None:
-        state = self._current.state()
-        if self._current.egl is not None and (state is None or state.system != "egl"):
+        state = self.current.state()
+        if self.current.egl is not None and (state is None or state.system != "egl"):
             raise BackendError(
                 "gl: the new context could not be made current; a context of the host program holds this thread. "
                 "Release it there around calls of passgraph, or call passgraph in a thread of its own"
@@ -158,12 +175,12 @@ class OwnContext(Context):
 
     def _make_current(self) -> None:
         if _left:
-            _destroy_left()
+            destroy_left()
         if self._state is None:
             self.native.__enter__()
             return
-        before = self._current.state()
-        self._current.change(before, self._state)
+        before = self.current.state()
+        self.current.change(before, self._state)
         self._before = before
 
     def _put_back(self) -> None:
@@ -171,7 +188,7 @@ class OwnContext(Context):
             self.native.__exit__()
             return
         before, self._before = self._before, None
-        self._current.put_back(self._current.state(), before)
+        self.current.put_back(self.current.state(), before)
 
     def release(self) -> None:
         self.closed = True

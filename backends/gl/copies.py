@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +12,7 @@ import numpy as np
 from passgraph.backends.base import Block
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl import state as fixed
+from passgraph.backends.gl.functions import Functions
 from passgraph.backends.gl.passes import run_pixels
 from passgraph.backends.gl.placement import PLAIN, Placement, placements_of
 from passgraph.backends.gl.surfaces import attach, in_words
@@ -36,6 +38,21 @@ _STENCILS = (0x88F0, 0x84F9, 0x8CAD)
 _READ_BUFFER = 0xC02
 
 
+#: A texture for copies goes when so many others were taken since it was.
+KEPT_FOR = 64
+
+
+@dataclass
+class _Room:
+    """A texture of ours for copies."""
+
+    name: int
+    internal: int
+    size: tuple[int, int]
+    free: bool = True
+    taken: int = 0
+
+
 class Copies:
     """Of one host; textures for copies are kept from run to run."""
 
@@ -51,7 +68,8 @@ class Copies:
         self.skips_decoding = "GL_EXT_texture_sRGB_decode" in names
         if self.skips_decoding:
             gl.SamplerParameteri(self.sampler, _SRGB_DECODE, _SKIP_DECODE)
-        self._kept: dict[tuple[object, ...], Texture] = {}
+        self._rooms: list[_Room] = []
+        self._taken = 0
         self._framebuffers = [self.objects.new("Framebuffer"), self.objects.new("Framebuffer")]
 
     def can_sample(self, picture: HostPicture) -> bool:
@@ -62,45 +80,33 @@ class Copies:
         stored_srgb = "sRGB" in facts.stored
         return plain and not facts.samples and (self.skips_decoding or not stored_srgb) and surface.level == facts.base
 
-    def sampled(self, picture: HostPicture, format_: Format) -> Texture:
-        """A texture that holds the picture now.
+    def sampled(self, picture: HostPicture, format_: Format, copied: bool = False) -> Texture:
+        """A texture that holds the picture now; ``copied``: and that is not the host's.
 
         Raises
         ------
         BackendError, InputError
             Where it is gone, or has another size than when it was asked for.
         """
-        host, surface = self.host, picture.facts.surface
-        with host.context:
-            self._check_same(picture)
-            if self.can_sample(picture):
+        surface = picture.facts.surface
+        with self.host.context:
+            self.check_same(picture)
+            if self.can_sample(picture) and not copied:
                 return Texture(
                     surface.name, format_, picture.size, gl_format_of(picture.format, padded=False),
                     picture.placement, picture.region[:2], surface, self.sampler,
                 )  # fmt: skip
             return self._copied(picture, format_)
 
-    def _check_same(self, picture: HostPicture) -> None:
-        gl, facts = self.host.context.gl, picture.facts
+    def check_same(self, picture: HostPicture) -> None:
+        """Raise InputError where it is gone, or has another size than when it was asked for."""
+        facts = picture.facts
         surface = facts.surface
         if surface.kind == "window":
             return
-        is_texture = surface.kind == "texture"
-        alive = gl.IsTexture(surface.name) if is_texture else gl.IsRenderbuffer(surface.name)
-        now = (0, 0)
-        if alive and is_texture:
-            gl.ActiveTexture(g.TEXTURE0)
-            gl.BindTexture(facts.bound_as, surface.name)
-            now = (
-                gl.level(facts.level_target, surface.level, 0x1000),
-                gl.level(facts.level_target, surface.level, 0x1001),
-            )
-            gl.BindTexture(facts.bound_as, 0)
-        elif alive:
-            gl.BindRenderbuffer(g.RENDERBUFFER, surface.name)
-            now = (gl.renderbuffer(0x8D42), gl.renderbuffer(0x8D43))
-            gl.BindRenderbuffer(g.RENDERBUFFER, 0)
-        gl.drain()
+        with self.host.context as gl:
+            alive, now = _size_now(gl, facts)
+            gl.drain()
         if now != facts.size:
             what = f"has {now[0]}x{now[1]} pixels now, and had" if alive else "is gone, and had"
             raise InputError(
@@ -145,29 +151,38 @@ class Copies:
         gl.BindFramebuffer(target, 0)
 
     def _room_for(self, picture: HostPicture, format_: Format) -> Texture:
-        """A texture of ours with the picture's numbers; one for each picture that is copied."""
-        facts, (width, height) = picture.facts, picture.size
-        surface = facts.surface
-        key = (surface.kind, surface.name, facts.is_depth, facts.internal, picture.region)
-        if key not in self._kept:
-            for old in [k for k in self._kept if k[:3] == key[:3]]:
-                self.objects.forget(self._kept.pop(old))
-            gl = self.host.context.gl
-            name = self.objects.new("Texture")
-            external, type_ = _DEPTHS.get(facts.internal, (0x1908, 0x1406))
-            gl.ActiveTexture(g.TEXTURE0)
+        """A texture of ours for the picture's numbers, until the run ends."""
+        facts = picture.facts
+        self._taken += 1
+        wanted = facts.internal, picture.size
+        room = next((r for r in self._rooms if r.free and (r.internal, r.size) == wanted), None)
+        if room is None:
+            room = _Room(self._empty(facts.internal, picture), *wanted)
+            self._rooms.append(room)
+        room.free, room.taken = False, self._taken
+        for old in [r for r in self._rooms if r.free and self._taken - r.taken > KEPT_FOR]:
+            self._rooms.remove(old)
+            self.objects.delete("Texture", old.name)
+        placement = Placement(bottom_up=True) if picture.origin == "bottom" else PLAIN
+        return Texture(
+            room.name, format_, picture.size, gl_format_of(picture.format, padded=False), placement,
+            (0, 0), Surface("texture", room.name), self.sampler,
+        )  # fmt: skip
+
+    def _empty(self, internal: int, picture: HostPicture) -> int:
+        gl, name = self.host.context.gl, self.objects.new("Texture")
+        external, type_ = _DEPTHS.get(internal, (0x1908, 0x1406))
+        with fixed.transfer(gl, fixed.Rows()):
             gl.BindTexture(g.TEXTURE_2D, name)
-            with fixed.transfer(gl, fixed.Rows()):
-                gl.BindTexture(g.TEXTURE_2D, name)
-                gl.TexParameteri(g.TEXTURE_2D, 0x813D, 0)
-                gl.TexImage2D(g.TEXTURE_2D, 0, facts.internal, width, height, 0, external, type_, None)
-            gl.check(f"making room for a copy of {picture}")
-            placement = Placement(picture.origin == "bottom") if picture.origin == "bottom" else PLAIN
-            self._kept[key] = Texture(
-                name, format_, picture.size, gl_format_of(picture.format, padded=False), placement,
-                (0, 0), Surface("texture", name), self.sampler,
-            )  # fmt: skip
-        return self._kept[key]
+            gl.TexParameteri(g.TEXTURE_2D, 0x813D, 0)
+            gl.TexImage2D(g.TEXTURE_2D, 0, internal, *picture.size, 0, external, type_, None)
+        gl.check(f"making room for a copy of {picture}")
+        return name
+
+    def end_run(self) -> None:
+        """What was copied is not needed any more."""
+        for room in self._rooms:
+            room.free = True
 
     def move(self, source: Texture, destination: Texture) -> None:
         """The values of one as those of the other, by a pass of ours."""
@@ -194,6 +209,27 @@ class Copies:
             yield own
         finally:
             self.host.release(own)
+
+
+def _size_now(gl: Functions, facts: Facts) -> tuple[bool, tuple[int, int]]:
+    """Whether a texture or renderbuffer is still there, and its size."""
+    surface = facts.surface
+    now = (0, 0)
+    if surface.kind == "texture":
+        alive = bool(gl.IsTexture(surface.name))
+        if alive:
+            target, level = facts.level_target, surface.level
+            gl.ActiveTexture(g.TEXTURE0)
+            gl.BindTexture(facts.bound_as, surface.name)
+            now = gl.level(target, level, 0x1000), gl.level(target, level, 0x1001)
+            gl.BindTexture(facts.bound_as, 0)
+        return alive, now
+    alive = bool(gl.IsRenderbuffer(surface.name))
+    if alive:
+        gl.BindRenderbuffer(g.RENDERBUFFER, surface.name)
+        now = gl.renderbuffer(0x8D42), gl.renderbuffer(0x8D43)
+        gl.BindRenderbuffer(g.RENDERBUFFER, 0)
+    return alive, now
 
 
 def _point(facts: Facts) -> int:

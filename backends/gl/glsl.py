@@ -16,7 +16,7 @@ from passgraph.backends.base import ATTRIBUTES
 from passgraph.backends.c_like import CLike
 from passgraph.backends.gl.foreseen import foreseen_values
 from passgraph.backends.gl.glsl_functions import FUNCTIONS, SPELLED
-from passgraph.backends.gl.placement import ALL_PLAIN, PLAIN, Placement, Placements
+from passgraph.backends.gl.placement import ALL_PLAIN, Placement, Placements
 from passgraph.backends.printing import Listing
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS, border_program
@@ -225,12 +225,20 @@ class GLSL(CLike):
 
     def _here(self, image: str) -> str:
         """The centre of this pixel in texture coordinates of an image that is as large as the target."""
-        if self.placements.output == self._lies(image) == PLAIN:
+        lies, output = self._lies(image), self.placements.output
+        same = lies.bottom_up == output.bottom_up
+        if same and not lies.is_part and not output.is_part:
             self.declarations.setdefault("pg_here", f"vec2 pg_here = gl_FragCoord.xy * {self._width(image)};")
             return "pg_here"
         name = f"pg_here{self.image_numbers[image]}"
-        x, y = (self._centre(image, axis, f"float({self._pixel()}.{axis})") for axis in "xy")
-        self.declarations.setdefault(name, f"vec2 {name} = vec2({x}, {y});")
+        place = "gl_FragCoord.xy"
+        if output.is_part:
+            place = f"({place} - vec2(pg_output_origin))"
+        if not same:
+            place = f"vec2({place}.x, float({self._size(image)}.y) - {place}.y)"
+        if lies.is_part:
+            place = f"({place} + vec2({self._region(image)}.xy))"
+        self.declarations.setdefault(name, f"vec2 {name} = {place} * {self._width(image)};")
         return name
 
     def _lies(self, image: str) -> Placement:

@@ -14,8 +14,8 @@ from typing import Any
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl import state as fixed
 from passgraph.backends.gl.canary import Canary, OtherContextError
-from passgraph.backends.gl.context import Context
-from passgraph.backends.gl.current import Current
+from passgraph.backends.gl.context import Context, destroy_left
+from passgraph.backends.gl.current import HostCurrent
 from passgraph.backends.gl.functions import Functions
 from passgraph.backends.gl.sibling import OTHER_CONTEXT, current_state
 from passgraph.backends.turn import Turn, open_driver
@@ -201,11 +201,12 @@ class GuardedContext(Context):
 
     def __init__(self, turn: Turn | None = None) -> None:
         open_driver("gl")
+        destroy_left()
         super().__init__(turn)
-        self._current = Current()
-        self.host = current_state(self._current)
+        self.current = HostCurrent()
+        self.host = current_state(self.current)
         self._before = self.host
-        self.gl = Functions(self._current.system(self.host).address)
+        self.gl = Functions(self.current.system(self.host).address)
         self._saved: list[Restore] = []
         self._guard = Guard(self.gl, 8)
         self._canary = Canary(self.gl)
@@ -214,8 +215,12 @@ class GuardedContext(Context):
     def need_units(self, count: int) -> None:
         self._guard.units = max(self._guard.units, count)
 
+    def check_current(self) -> None:
+        super().check_current()
+        self._look()
+
     def _look(self) -> None:
-        now = current_state(self._current)
+        now = current_state(self.current)
         if (now.context, now.display) != (self.host.context, self.host.display):
             raise OtherContextError(OTHER_CONTEXT)
         self._canary.look()

@@ -6,7 +6,8 @@ engine's state is read before and set again behind.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, Literal, get_args
 
@@ -18,7 +19,7 @@ from passgraph.backends.base import READ, DevicePicture, FloatBlock, Use
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl.backend import GLBackend
 from passgraph.backends.gl.copies import Copies
-from passgraph.backends.gl.current import Current
+from passgraph.backends.gl.current import HostCurrent
 from passgraph.backends.gl.foreign import Facts, attached, facts_of
 from passgraph.backends.gl.guard import GuardedContext
 from passgraph.backends.gl.placement import PLAIN, Placement
@@ -150,7 +151,7 @@ class Host(GLBackend):
                 context = SiblingContext(self.turn)
                 self.isolation = "sibling"
             except BackendError:
-                current_state(Current())  # nothing current: neither can be made
+                current_state(HostCurrent())  # nothing current: neither can be made
                 if isolation == "sibling":
                     raise
         self._open(context or GuardedContext(self.turn))
@@ -198,7 +199,7 @@ class Host(GLBackend):
         BackendError
             For what is not there, or has nothing attached.
         """
-        self._check_current()
+        self.context.check_current()
         gl = self.context.gl
         if name is None:
             colour, depth = attached(gl, depth=False), attached(gl, depth=True)
@@ -211,11 +212,14 @@ class Host(GLBackend):
                 gl.BindFramebuffer(g.DRAW_FRAMEBUFFER, bound)
         if colour is None and depth is None:
             raise BackendError("gl: the framebuffer has nothing attached that a pass could read or write")
-        window = size or self._window_size()
-        return HostFramebuffer(
-            None if colour is None else self._picture(colour, window, region, origin, srgb),
-            None if depth is None else self._picture(depth, window, region, origin, None),
-        )
+        window = size
+        if window is None and (colour or depth).kind == "window":  # type: ignore[union-attr]
+            window = self._window_size()
+        with self.context.looking():
+            return HostFramebuffer(
+                None if colour is None else self._picture(colour, window, region, origin, srgb),
+                None if depth is None else self._picture(depth, window, region, origin, None),
+            )
 
     def texture(
         self, name: int, *, region: Region | None = None, origin: Origin = "bottom", srgb: bool | None = None
@@ -224,24 +228,20 @@ class Host(GLBackend):
 
         ``region`` is for textures larger than their picture, such as those padded to powers of two.
         """
-        self._check_current()
         return self._picture(Surface("texture", int(name), target=0), None, region, origin, srgb)
 
-    def _check_current(self) -> None:
-        with self.context:
-            pass
-
     def _window_size(self) -> tuple[int, int] | None:
-        current = Current()
-        state = current_state(current)
-        return current.system(state).surface_size(state)
+        context = self.context
+        assert isinstance(context, SiblingContext | GuardedContext)
+        state = current_state(context.current)
+        return context.current.system(state).surface_size(state)
 
     def _picture(
         self, surface: Surface, window: tuple[int, int] | None, region: Region | None, origin: Origin,
         srgb: bool | None,
     ) -> HostPicture:  # fmt: skip
         arguments.one_of(origin, "origin", get_args(Origin))
-        with self.context as gl:
+        with self.context.looking() as gl:
             facts = facts_of(gl, surface, self._scratch, window)
             gl.drain()
         x, y, width, height = region = region or (0, 0, *facts.size)
@@ -269,17 +269,18 @@ class Host(GLBackend):
     def adopt(self, external: Any, format: Format, use: Use = READ) -> Texture | None:
         if not isinstance(external, HostPicture):
             return super().adopt(external, format, use)
-        return self._room(external, format, use) if use.is_written else self._read(external, format)
+        return self._room(external, format, use) if use.is_written else self._read(external, format, use)
 
-    def _read(self, picture: HostPicture, format_: Format) -> Texture | None:
-        """To be sampled: the texture itself, or a copy made on the device of what cannot be."""
+    def _read(self, picture: HostPicture, format_: Format, use: Use) -> Texture | None:
+        """To be sampled: the texture itself, or a copy made on the device of what cannot be or is written over."""
         readable = picture.format == format_ or (
             (format_.number, format_.channels) == ("f4", picture.format.channels) and not picture.format.srgb
         )
-        return self.copies.sampled(picture, format_) if readable else None
+        return self.copies.sampled(picture, format_, use.is_overwritten) if readable else None
 
     def _room(self, picture: HostPicture, format_: Format, use: Use) -> Texture | None:
         check_room(picture, format_)
+        self.copies.check_same(picture)
         surface = picture.facts.surface
         if use.is_drawn or use.beside_others:
             return None
@@ -323,6 +324,19 @@ class Host(GLBackend):
         else:
             self.copies.move(source, destination)
 
+    def release(self, storage: Any) -> None:
+        self._give_back(lambda: super(Host, self).release(storage))
+
+    def release_geometry(self, geometry: Any) -> None:
+        self._give_back(lambda: super(Host, self).release_geometry(geometry))
+
+    def _give_back(self, give_back: Callable[[], None]) -> None:
+        """Where the host's context is not current, when it next is; what nobody enters for goes when this closes."""
+        try:
+            give_back()
+        except BackendError:
+            self.turn.later(give_back)
+
     def pixel_pass(self, step: Any) -> Any:
         self._need_units(step.images)
         return super().pixel_pass(step)
@@ -334,6 +348,14 @@ class Host(GLBackend):
     def _need_units(self, images: Sequence[Any]) -> None:
         if isinstance(self.context, GuardedContext):
             self.context.need_units(len(images))
+
+    @contextmanager
+    def running(self) -> Iterator[None]:
+        try:
+            with super().running():
+                yield
+        finally:
+            self.copies.end_run()
 
     def unbind(self) -> None:
         super().unbind()

@@ -7,14 +7,15 @@ that hold others (framebuffers, vertex arrays) are not shared, so that the host'
 from __future__ import annotations
 
 import weakref
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from typing import Any
 
 from passgraph.backends.gl.canary import Canary, OtherContextError
-from passgraph.backends.gl.context import Context, destroy_later, destroy_now
-from passgraph.backends.gl.current import Current, State
+from passgraph.backends.gl.context import Context, destroy_later, destroy_left, destroy_now
+from passgraph.backends.gl.current import HostCurrent
 from passgraph.backends.gl.functions import Functions
+from passgraph.backends.gl.windowing import State
 from passgraph.backends.turn import Turn, open_driver
 from passgraph.errors import BackendError
 
@@ -25,7 +26,7 @@ NO_CONTEXT = (
 )
 
 
-def current_state(current: Current) -> State:
+def current_state(current: HostCurrent) -> State:
     """What is current in this thread.
 
     Raises
@@ -42,7 +43,7 @@ def current_state(current: Current) -> State:
 class _Shared:
     """A native context made from another, and what is ours in what both share."""
 
-    def __init__(self, current: Current, host: State) -> None:
+    def __init__(self, current: HostCurrent, host: State) -> None:
         self.current, self.host = current, host
         self.handle = current.system(host).share(host)
         self.delete: Callable[[], None] = lambda: None
@@ -69,46 +70,67 @@ class SiblingContext(Context):
 
     def __init__(self, turn: Turn | None = None) -> None:
         open_driver("gl")
+        destroy_left()
         super().__init__(turn)
-        self._current = Current()
-        self.host = current_state(self._current)
+        self.current = HostCurrent()
+        self.host = current_state(self.current)
         self._before: State | None = None
-        self._shared = _Shared(self._current, self.host)
+        #: Whether what one context has drawn is awaited by the other.
+        self._waits = True
+        self._shared = _Shared(self.current, self.host)
         self._finalizer = weakref.finalize(self, destroy_later, self._shared)
         self._finalizer.atexit = False
         try:
-            self._current.change(self.host, self._shared.state(self.host))
+            self.current.change(self.host, self._shared.state(self.host))
             try:
-                self.gl = Functions(self._current.system(self.host).address)
+                self.gl = Functions(self.current.system(self.host).address)
                 self._canary = Canary(self.gl)
                 self._shared.delete = self._canary.release
             finally:
-                self._current.put_back(self._current.state(), self.host)
+                self.current.put_back(self.current.state(), self.host)
         except BaseException:
             self.release()
             raise
         system = self.host.system.upper()
         self.about = f"a context beside the host's that shares its objects and has its own state ({system})"
 
-    def _make_current(self) -> None:
-        now = current_state(self._current)
+    def check_current(self) -> None:
+        super().check_current()
+        self._found()
+
+    def _found(self) -> State:
+        """The host's context as it is current now, with the surfaces that it draws to."""
+        now = current_state(self.current)
         if (now.context, now.display) != (self.host.context, self.host.display):
             raise OtherContextError(OTHER_CONTEXT)
         self._canary.look()
+        return now
+
+    @contextmanager
+    def looking(self) -> Iterator[Functions]:
+        waits, self._waits = self._waits, False
+        try:
+            with self as gl:
+                yield gl
+        finally:
+            self._waits = waits
+
+    def _make_current(self) -> None:
+        now = self._found()
         fence = self._fence()
-        self._current.change(now, self._shared.state(now))
+        self.current.change(now, self._shared.state(now))
         self._before = now
         self._wait(fence)
 
     def _put_back(self) -> None:
         fence = self._fence()
         before, self._before = self._before, None
-        self._current.put_back(self._current.state(), before)
+        self.current.put_back(self.current.state(), before)
         self._wait(fence)
 
     def _fence(self) -> Any:
         """What this context was told to do, as something that the other waits for: on the device, not here."""
-        return self.gl.FenceSync(_COMMANDS_COMPLETE, 0)
+        return self.gl.FenceSync(_COMMANDS_COMPLETE, 0) if self._waits else None
 
     def _wait(self, fence: Any) -> None:
         if fence:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from passgraph.backends.base import DevicePicture, Use
+from passgraph.backends.base import READ, DevicePicture, Use
 from passgraph.plan.data import DrawStep, Plan
 from passgraph.run.admission import Picture
 
@@ -32,44 +32,46 @@ class Lending:
         self.storages: dict[int, Any] = {}
         self.room: dict[int, Picture] = {}
         self.transfers: dict[str, str] = {}
-        #: Inputs on the device that are read in place, by resource.
-        self._read: dict[int, DevicePicture] = {}
 
     def begin(self, room: Mapping[int, Picture]) -> None:
         """Another run begins: what the one before was lent is the caller's alone."""
         self.storages.clear()
         self.transfers.clear()
-        self._read.clear()
         self.room = dict(room)
 
     def takes(self, name: str, resource: int, place: int, picture: Picture) -> bool:
-        """Whether an input's picture is read where it lies."""
+        """Whether an input's picture is read where it lies, or a copy of it on the device."""
         format_ = self.plan.resources[resource].format
-        storage = self.backend.adopt(picture, format_) if resource in self._read_only else None
-        in_place = storage is not None and (not isinstance(picture, DevicePicture) or picture.is_in(storage))
-        how = f"moved to {format_.name}" if storage is None else "read in place" if in_place else "copied on the device"
+        use = replace(READ, is_overwritten=self._is_overwritten(resource, picture))
+        storage = self.backend.adopt(picture, format_, use) if resource in self._read_only else None
+        how = "read in place"
+        if storage is None:
+            how = f"moved to {format_.name}"
+        elif isinstance(picture, DevicePicture) and not picture.is_in(storage):
+            how = f"copied on the device{', since a result is written there,' if use.is_overwritten else ''}"
         self.transfers[f"input {name!r}"] = f"{how} from {_layout(picture)}"
         if storage is not None:
             self.storages[place] = storage
-            if in_place and isinstance(picture, DevicePicture):
-                self._read[resource] = picture
         return storage is not None
+
+    def _is_overwritten(self, resource: int, picture: Picture) -> bool:
+        """Whether a step reads an input's picture where, or after, a result is written over it."""
+        if not isinstance(picture, DevicePicture):
+            return False
+        over = [
+            self._uses[self.plan.resources[result].memory].first_written
+            for result, room in self.room.items()
+            if isinstance(room, DevicePicture) and room.overlaps(picture)
+        ]
+        return any(resource in step.reads for first in over for step in self.plan.steps[first:])
 
     def take_room(self, places: Sequence[int]) -> None:
         """Results that the backend can write where the caller wants them are written there."""
         for resource in self.room.keys() & self._plain_results:
-            external = self.room[resource]
-            use = self._uses[self.plan.resources[resource].memory]
-            if isinstance(external, DevicePicture) and self._still_read(external, use):
-                continue
-            storage = self.backend.adopt(external, self.plan.resources[resource].format, use.use)
+            made = self.plan.resources[resource]
+            storage = self.backend.adopt(self.room[resource], made.format, self._uses[made.memory].use)
             if storage is not None:
                 self.storages[places[resource]] = storage
-
-    def _still_read(self, external: DevicePicture, use: _PlaceUse) -> bool:
-        """Whether a pass reads a picture, in place, when something was or is being written over it."""
-        read = {resource for resource, picture in self._read.items() if picture.overlaps(external)}
-        return any(read.intersection(step.reads) for step in self.plan.steps[use.first_written :])
 
     def end(self, places: Sequence[int], memories: Sequence[Any]) -> None:
         """Move the other results to where they are wanted, and give the inputs back.

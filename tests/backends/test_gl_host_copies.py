@@ -59,15 +59,6 @@ def test_what_was_copied_is_written_without_a_move(context: moderngl.Context, is
     np.testing.assert_array_equal(after, pixels[:, [*range(1, SIZE[0]), SIZE[0] - 1]])
 
 
-def test_what_is_read_where_it_is_is_moved_into(context: moderngl.Context) -> None:
-    context.framebuffer([context.texture(SIZE, 4, bytes(4 * SIZE[0] * SIZE[1]))]).use()
-    host = pg.gl.Host.current()
-    came, went = ran(host)
-    host.close()
-    assert came.startswith("read in place")
-    assert went.startswith("moved into")
-
-
 VERTEX = "#version 330\nvoid main() { gl_Position = vec4(gl_VertexID / 2 * 4 - 1, gl_VertexID % 2 * 4 - 1, 0, 1); }"
 FRAGMENT = (
     "#version 330\nuniform sampler2D t; out vec4 c;\nvoid main() { c = texelFetch(t, ivec2(gl_FragCoord.xy), 0); }"

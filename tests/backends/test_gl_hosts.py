@@ -20,8 +20,9 @@ import pytest
 import passgraph as pg
 from passgraph.backends.gl import GLBackend, context
 from passgraph.backends.gl import functions as g
-from passgraph.backends.gl.current import Current, State
+from passgraph.backends.gl.current import Current
 from passgraph.backends.gl.functions import Functions
+from passgraph.backends.gl.windowing import State
 from passgraph.errors import BackendError
 from passgraph.formats import FORMATS
 from tests.test_threads import at_once, child, expected, picture, shared_graph
@@ -115,7 +116,7 @@ def a_glx_host_that_holds_on() -> None:
     own = pg.compile(shared_graph(), backend="gl")
     own(frame=picture(1), by=3.0)
     host = Host(glcontext.default_backend()(glversion=330, mode="standalone"))
-    current = own.backend.context._current  # type: ignore[attr-defined]
+    current = own.backend.context.current  # type: ignore[attr-defined]
     glx = current.glx
     current.glx = None  # as where the host's GLX is not found
     refused = r"gl: making its context current failed: the context is current in another thread\. The host program"

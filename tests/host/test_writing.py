@@ -53,7 +53,7 @@ def test_a_pass_may_write_over_what_it_reads(app: Application, isolation: Any) -
         program = pg.compile(blurred(pg.target("picture", "rgba8")), backend=host)
         found = host.framebuffer(framebuffer)
         program.run(frame=found, into={"picture": found})
-        assert "moved into texture" in program.explain()
+        assert "copied on the device, since a result is written there" in program.explain()
         program.close()
     np.testing.assert_array_equal(app.pixels(framebuffer), expected())
 

@@ -21,6 +21,10 @@ VARIANTS: dict[str, list[dict[str, Any]]] = {
     "tone-map": [{"curve": curve} for curve in ("linear", "reinhard", "hable", "aces", "agx", "pbr-neutral")],
     "gaussian-blur": [{}, {"sigma_px": 1.0, "radius_px": 2}],
     "bloom": [{"levels": 2}, {"levels": 4, "threshold": 0.5}],
+    "fxaa": [{}, {"quality": "39", "contrast": 0.05, "least_contrast": 0.02}],
+    "film-grain": [{}, {"size_px": 1.5, "colored": True, "seed": 3}],
+    "depth-of-field": [{"focus_distance": 3.0, "f_number": 1.0, "focal_length_mm": 200.0, "taps": 8, "widest_px": 8}],
+    "outlines": [{}, {"width_px": 2, "crease_rad": 0.2}],
     "soft-shadow": [
         *({**MAPS, "shadow_filter": name, "taps": 8, "radius_px": 3}
           for name in ("blur", "hard", "pcf", "disc", "pcss", "vsm", "evsm4", "msm")),
