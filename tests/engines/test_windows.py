@@ -4,7 +4,14 @@ from __future__ import annotations
 
 import pytest
 
-from tests.engines.harmless import check_failing_effect, check_harmless, check_resized, check_sensitive, need
+from tests.engines.harmless import (
+    check_failing_effect,
+    check_harmless,
+    check_no_growth,
+    check_resized,
+    check_sensitive,
+    need,
+)
 
 pytestmark = pytest.mark.engines
 SCREEN = ("xvfb-run", "-a")
@@ -38,3 +45,9 @@ def test_an_effect_that_fails_leaves_the_frames(engine: str) -> None:
 
 def test_a_state_that_is_left_behind_would_be_seen(engine: str) -> None:
     check_sensitive(engine, "outlines", under=ENGINES[engine][1])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", ["moderngl_window", "pyglet"], indirect=True)
+def test_nothing_grows_over_10_000_frames(engine: str) -> None:
+    check_no_growth(engine, under=ENGINES[engine][1])
