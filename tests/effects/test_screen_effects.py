@@ -91,6 +91,16 @@ def test_a_depth_of_noise_makes_no_nan(effect: Callable[..., pg.Target], camera:
         assert shown.min() >= 0.0
 
 
+def test_they_stand_in_one_graph() -> None:
+    """Each takes the picture of the one before, and one of them comes twice."""
+    view = EngineView.of(SCENE, (31, 21))
+    color, depth = pg.Input("frame"), view.distance()
+    made = contact_shadow(occluded(color, depth, camera=CAMERA), depth, camera=CAMERA)
+    made = fog(shadowed(made, depth, SCENE, map_size=64), depth, camera=CAMERA)
+    made = occluded(made, depth, camera=CAMERA, half_resolution=True, name="again")
+    assert 0.0 < view.run(made)[view.shown].mean() < 1.0
+
+
 @every_effect
 def test_a_run_may_bring_another_camera(effect: Callable[..., pg.Target]) -> None:
     other = replace(CAMERA, eye=(1.0, 2.0, 3.5))
