@@ -80,7 +80,7 @@ def highlights() -> list[Panel]:
         blurred = depth_of_field(FRAME, pg.Input("depth"), 2.0, 1.8, 85.0, blades=blades, taps=160)
         return tone_map(blurred, curve="reinhard")
 
-    return [Panel("a round aperture", through(0), given), Panel("six blades", through(6), given)]
+    return [Panel("round", through(0), given, middle=0.5), Panel("six blades", through(6), given, middle=0.5)]
 
 
 def lines() -> list[Panel]:
@@ -88,7 +88,7 @@ def lines() -> list[Panel]:
         seen, camera = soft_shadow_passes(scene), pg.Value("camera", pg.Camera, default=scene.camera)
         return fxaa(outlines(seen.picture, seen.depth, camera=camera, **options))  # type: ignore[arg-type]
 
-    return [Panel("1 px", drawn(standing())), Panel("2 px", drawn(monastery(), width_px=2, jump=0.004))]
+    return [Panel("1 px", drawn(standing(), crease_rad=1.2)), Panel("2 px", drawn(monastery(), width_px=2, jump=0.004))]
 
 
 def street_light() -> np.ndarray[tuple[int, ...], np.dtype[np.float32]]:
@@ -98,15 +98,15 @@ def street_light() -> np.ndarray[tuple[int, ...], np.dtype[np.float32]]:
 
 
 def finish() -> list[Panel]:
-    scene = monastery()
-    seen = soft_shadow_passes(scene, display=False, map_size=2048)
-    camera = pg.Value("camera", pg.Camera, default=scene.camera)
-    air = fog(seen.picture, seen.depth, density=0.012, falloff=0.05, camera=camera, sky=True)
-    lens = vignette(depth_of_field(air, seen.depth, 85.0, 1.4, 120.0, unit_m=0.5), 0.9)
-    tones = tone_map(bloom(lens, threshold=0.8, intensity=0.3), curve="agx", exposure_stops=0.7)
+    scene = standing()
+    seen, camera = soft_shadow_passes(scene, display=False), scene.camera
+    lens = 12.0 / math.tan(0.5 * camera.vertical_fov_rad)
+    air = fog(seen.picture, seen.depth, density=0.04, camera=camera, fog_color=(0.75, 0.6, 0.4))
+    blurred = depth_of_field(air, seen.depth, DUCK, 2.0, lens, unit_m=0.25)
+    light = vignette(bloom(blurred, threshold=0.5, intensity=0.5), camera.vertical_fov_rad, 4.0)
     return [
         Panel("as drawn", tone_map(seen.picture, curve="linear")),
-        Panel("fog, lens, glow, tones, edges, grain", film_grain(fxaa(tones), 0.03)),
+        Panel("finished", film_grain(fxaa(tone_map(light, 0.5, "aces")), 0.02)),
     ]
 
 
@@ -141,8 +141,8 @@ LOOKS: tuple[Entry, ...] = (
         "Silhouettes and creases from distance alone, smoothed by FXAA; floors have no lines at any angle.", lines, 2,
     ),
     Entry(
-        "A finished picture", "`samurai_monastry.obj` of pybullet's data, 124,000 triangles",
+        "A finished picture", TABLE,
         "Fog, depth of field, vignette, bloom, tone map, FXAA and grain as one graph ([finishing](finishing.md)).",
-        finish,
+        finish, 2,
     ),
 )  # fmt: skip

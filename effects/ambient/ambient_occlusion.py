@@ -113,7 +113,7 @@ class AmbientOcclusion:
 def occlusion(
     depth: pg.Target,
     normals: pg.Target,
-    camera: pg.Value,
+    camera: pg.Camera | pg.Value,
     *,
     radius: Reach | pg.Value | pg.Derived,
     method: Method = "gtao",
@@ -127,6 +127,7 @@ def occlusion(
     power: NotNegative | pg.Value = 1.0,
     half_resolution: bool = False,
     denoise: bool = True,
+    prefix: str = "",
 ) -> Occlusion:
     """Ambient visibility of every pixel from depth and normals alone, for any graph that has them.
 
@@ -134,10 +135,11 @@ def occlusion(
     ----------
     depth : red is the distance along the view axis in scene units, 0 where there is no surface
     normals : packed, of the camera's frame, in blue and alpha, as in `passgraph.effects.surfaces.g_buffer.GBuffer`
-    camera : the run value of the camera that both were seen by
+    camera : which both were seen by, or the run value of it
     radius : how far away things still take light, scene units
     method, slices, steps, falloff, thickness, taps, bias, range_check, power, half_resolution, denoise :
         see `ambient_occlusion`
+    prefix : of all names, where a graph has several of these
 
     Examples
     --------
@@ -152,14 +154,14 @@ def occlusion(
     """
     frame = View(camera).frame()
     if half_resolution:
-        small = (pg.target("linear depth", "r32f", like=depth, scale=0.5),
-                 pg.target("small normals", "rgba16f", like=depth, scale=0.5))  # fmt: skip
+        small = (pg.target(f"{prefix}linear depth", "r32f", like=depth, scale=0.5),
+                 pg.target(f"{prefix}small normals", "rgba16f", like=depth, scale=0.5))  # fmt: skip
         searched = linearised_half(depth, normals, frame, into=small, name="half size")
     else:
-        searched = linearised(depth, frame, into=pg.target("linear depth", "r32f")), normals
+        searched = linearised(depth, frame, into=pg.target(f"{prefix}linear depth", "r32f")), normals
     # outside the picture nothing is known, and nothing taken away
     seen = (searched[0].border("zero"), searched[1], frame, radius)
-    into = pg.target("raw visibility", "rg32f", like=searched[0])
+    into = pg.target(f"{prefix}raw visibility", "rg32f", like=searched[0])
     if method == "gtao":
         raw = horizon_visibility(*seen, falloff, thickness, power, slices, steps, into=into, name="horizons")
     else:
@@ -167,9 +169,9 @@ def occlusion(
     clean = raw
     if denoise:
         for axis, direction in (("x", (1, 0)), ("y", (0, 1))):
-            into = pg.target(f"denoised_{axis}", "rg32f", like=searched[0])
+            into = pg.target(f"{prefix}denoised_{axis}", "rg32f", like=searched[0])
             clean = denoise_line(clean, searched[1], frame, radius, *direction, into=into, name=f"denoise {axis}")
-    into = pg.target("visibility", "r16f", like=depth)
+    into = pg.target(f"{prefix}visibility", "r16f", like=depth)
     if half_resolution:
         made = enlarge(clean, depth, normals, frame, radius, into=into, name="full size")
     else:
