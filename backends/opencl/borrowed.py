@@ -68,8 +68,9 @@ class Borrowed:
             return known.storage
         if use.is_written:
             check_room(picture, format_)
-        misses = (use.is_read and not picture.is_readable) or not picture.holds(format_)
-        if misses or (format_.is_depth and use.is_drawn):
+        if (use.is_read and not picture.is_readable) or not picture.holds(format_):
+            return None
+        if (format_.is_depth and use.is_drawn) or (use.is_overwritten and isinstance(picture, BufferPicture)):
             return None
         if known is not None and known.format is format_:
             known.uses.append(use)
@@ -113,16 +114,13 @@ class Borrowed:
             self.host.cl.enqueue_barrier(self.host.queue, wait_for=foreign)
 
     def _region(self, picture: BufferPicture) -> tuple[Any, Placement]:
-        """The part of a buffer that holds a picture: nothing before it can be reached, but what alignment asks for."""
-        memory, placement = picture.memory, picture.placement
-        parent = memory.associated_memobject
-        start = picture.offset + (0 if parent is None else memory.offset)
-        begin = start // self.host.alignment * self.host.alignment
-        if parent is None and begin == 0:
-            buffer = memory
-        else:
-            buffer = (memory if parent is None else parent).get_sub_region(begin, start + picture.bytes - begin)
-        before = (start - begin if buffer is not memory else picture.offset) // (picture.format.bits // 8)
+        """The part of a buffer from a picture on, as aligned as OpenCL wants it, so that kernels are the same wherever
+        it begins; the buffer itself where it is a part already, of which OpenCL makes none."""
+        begin = 0 if picture.is_part else picture.offset // self.host.alignment * self.host.alignment
+        buffer = picture.memory
+        if begin:
+            buffer = buffer.get_sub_region(begin, picture.offset + picture.bytes - begin)
+        before, placement = (picture.offset - begin) * 8 // picture.format.bits, picture.placement
         return buffer, Placement(placement.first + before, placement.row, placement.pixel, placement.channels)
 
     @property

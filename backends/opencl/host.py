@@ -190,7 +190,7 @@ class Host(OpenCLBackend):
     def adopt(self, external: Any, format: Format, use: Use = READ) -> Storage | None:
         if not isinstance(external, OpenCLPicture):
             return super().adopt(external, format, use)
-        if not self._depth or use.is_overwritten:
+        if not self._depth:
             return None
         return self.borrowed.adopted(external, format, use)
 
@@ -267,7 +267,7 @@ class Host(OpenCLBackend):
         if storage.placement is None:
             yield storage
             return
-        own = self.make(storage.format, storage.size)
+        own = super().make(storage.format, storage.size)
         try:
             move(self, (storage.buffer, storage.layout), (own.buffer, own.layout))
             yield own

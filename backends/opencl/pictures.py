@@ -92,6 +92,11 @@ class BufferPicture(OpenCLPicture):
         return None if self.array_there is None else self.array_there()
 
     @cached_property
+    def is_part(self) -> bool:
+        """Whether its buffer is a part of another one."""
+        return _parent_of(self.memory)[0]
+
+    @cached_property
     def in_memory(self) -> tuple[tuple[str, int], int]:
         """What tells its memory from other memory, and the byte there that its buffer begins at."""
         return _memory_of(self.memory)
@@ -169,14 +174,27 @@ def _flags() -> Any:
     return cl.mem_flags
 
 
+def _parent_of(memory: Any) -> tuple[bool, Any]:
+    """Whether a buffer is a part of another one, and that; None where the driver does not know it any more."""
+    import pyopencl as cl
+
+    try:
+        parent = memory.associated_memobject
+    except cl.LogicError:  # released, on some drivers
+        return True, None
+    return parent is not None, parent
+
+
 def _memory_of(memory: Any) -> tuple[tuple[str, int], int]:
-    """Sub-buffers lie in the memory of another buffer, and several buffers may be made over one array of the host."""
-    parent = memory.associated_memobject
+    """Parts of a buffer lie in its memory, and several buffers may be made over one array of the host."""
+    is_part, parent = _parent_of(memory)
+    offset = memory.offset if is_part else 0
+    if is_part and parent is None:
+        return ("a part", 0), offset
+    owner = parent if is_part else memory
     if memory.flags & _flags().USE_HOST_PTR:
-        owner = memory if parent is None else parent
-        held = owner.get_host_array((owner.size,), np.uint8)
-        return ("host", 0), held.ctypes.data + (0 if parent is None else memory.offset)
-    return (("device", memory.int_ptr), 0) if parent is None else (("device", parent.int_ptr), memory.offset)
+        return ("host", 0), owner.get_host_array((owner.size,), np.uint8).ctypes.data + offset
+    return ("device", owner.int_ptr), offset
 
 
 # From what the caller gives

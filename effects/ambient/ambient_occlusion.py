@@ -113,7 +113,7 @@ class AmbientOcclusion:
 def occlusion(
     depth: pg.Target,
     normals: pg.Target,
-    camera: pg.Value,
+    camera: pg.Camera | pg.Value,
     *,
     radius: Reach | pg.Value | pg.Derived,
     method: Method = "gtao",
@@ -134,7 +134,7 @@ def occlusion(
     ----------
     depth : red is the distance along the view axis in scene units, 0 where there is no surface
     normals : packed, of the camera's frame, in blue and alpha, as in `passgraph.effects.surfaces.g_buffer.GBuffer`
-    camera : the run value of the camera that both were seen by
+    camera : which both were seen by, or the run value of it
     radius : how far away things still take light, scene units
     method, slices, steps, falloff, thickness, taps, bias, range_check, power, half_resolution, denoise :
         see `ambient_occlusion`

@@ -33,6 +33,8 @@ from passgraph.scene.camera import DEFAULT_FOV_RAD
 FADE = 0.5
 #: The way ends at this share of the distance to the eye, where the picture has no room for it.
 NEAREST = 0.1
+#: A sun from the upper left.
+DEFAULT_LIGHT = pg.Light.directional((0.5, -0.8, -0.4))
 #: A step of the way lies before a surface while it is less than this many pixels behind it.
 SLACK_PX = 1.0
 
@@ -115,14 +117,14 @@ def contact_shadow(
     color : any picture, linear light
     depth : red is the distance along the view axis in scene units, 0 where there is no surface; of the size of
         ``color``. Of an engine's depth buffer it is made by `passgraph.effects.surfaces.engine_depth.distances`
-    light : which throws them, in the world; a run may bring another. Left out, a sun from the upper left
+    light : which throws them, in the world, or a run value of it; left out, a sun from the upper left
     reach : length of the way toward the light
     thickness : of what is seen: a way that passes farther behind it is free
     darkness : share of the picture's light that a shadow takes: what this light brings, of all
     steps : along the way; each pixel of 4 by 4 begins at another place
     denoised : average over the 4 by 4 pixels of the noise, along surfaces
-    camera : which both were seen by, `passgraph.Camera.from_matrices` of an engine's; a run may bring another.
-        Left out, one of ``vertical_fov_rad`` at the origin
+    camera : which both were seen by, `passgraph.Camera.from_matrices` of an engine's, or a run value of that. Left
+        out, one of ``vertical_fov_rad`` at the origin
     vertical_fov_rad : full vertical angle of view, without ``camera``
     into : where it goes; left out, float32 with the name ``name``
     name : of the last pass and target
@@ -141,19 +143,25 @@ def contact_shadow(
     """
     seen_by = camera_of(camera, vertical_fov_rad)
     view = View(seen_by)
-    share = share_of_ways(depth, view, light_of(light), reach, thickness, steps, denoised)
+    share = share_of_ways(depth, view, light or DEFAULT_LIGHT, reach, thickness, steps, denoised)
     made: pg.Target = take_light(color, share, darkness, into=into or pg.target(name, "rgba32f"), name=name)
     return made
 
 
 def share_of_ways(
-    depth: pg.Target, view: View, light: pg.Value, reach: object, thickness: object, steps: int, denoised: bool
+    depth: pg.Target,
+    view: View,
+    light: pg.Light | pg.Value,
+    reach: object,
+    thickness: object,
+    steps: int,
+    denoised: bool,
 ) -> pg.Target:
     """Of each pixel the share of one light that passes what the depth shows, in red."""
-    normals, frame = depth_normals(depth, view.camera), view.frame()
+    normals, frame, toward = depth_normals(depth, view.camera), view.frame(), toward_in_view(view.camera, light)
     linear = linearised(depth, frame, into=pg.target("linear depth", "r32f"))
     share: pg.Target = way_to_light(
-        linear.border("zero"), normals, frame, pg.combine(toward_light, view.camera, light), reach, thickness, steps,
+        linear.border("zero"), normals, frame, toward, reach, thickness, steps,
         into=pg.target("ways to the light", "rg32f", like=depth), name="ways to the light",
     )  # fmt: skip
     if denoised:
@@ -163,11 +171,14 @@ def share_of_ways(
     return share
 
 
-def light_of(light: pg.Light | pg.Value | None) -> pg.Value:
-    """A run value "light": the one given, or a sun."""
-    if isinstance(light, pg.Value):
-        return light
-    return pg.Value("light", pg.Light, default=light or pg.Light.directional((0.5, -0.8, -0.4)))
+def toward_in_view(camera: pg.Camera | pg.Value, light: pg.Light | pg.Value) -> object:
+    """`toward_light` at each run, of what it brings; else here."""
+    if isinstance(light, pg.Light):
+        shining = light
+        return View(camera).derived(lambda seen_by: toward_light(seen_by, shining))
+    if isinstance(camera, pg.Camera):
+        return light.map(lambda brought: toward_light(camera, brought))
+    return pg.combine(toward_light, camera, light)
 
 
 def toward_light(camera: pg.Camera, light: pg.Light) -> tuple[float, float, float, float]:

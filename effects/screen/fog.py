@@ -96,8 +96,8 @@ def fog(
     fog_color : scene-linear light of the fog itself
     most : share of the fog's colour that nothing exceeds
     sky : whether fog lies before what is endlessly far, where there is no surface
-    camera : which both were seen by, `passgraph.Camera.from_matrices` of an engine's; a run may bring another.
-        Left out, one of ``vertical_fov_rad`` at the origin
+    camera : which both were seen by, `passgraph.Camera.from_matrices` of an engine's, or a run value of that. Left
+        out, one of ``vertical_fov_rad`` at the origin
     vertical_fov_rad : full vertical angle of view, without ``camera``
     into : where it goes; left out, float32 with the name ``name``
     name : of the pass and target
@@ -116,7 +116,7 @@ def fog(
     """
     view = View(camera_of(camera, vertical_fov_rad))
     made: pg.Target = fogged(
-        color, depth, view.frame(), view.up(), view.camera.map(lambda seen_by: seen_by.eye[1] - height), fog_color,
+        color, depth, view.frame(), view.up(), view.derived(lambda seen_by: seen_by.eye[1] - height), fog_color,
         density, falloff, start, most, float(sky),
         into=into or pg.target(name, "rgba32f"), name=name,
     )  # fmt: skip

@@ -52,8 +52,8 @@ def occluded(
     thickness : of gtao: by how much a horizon sinks again toward each lower tap behind it
     power : exponent on the visibility: 1 is physical, more is darker
     half_resolution : search at half the width and height, then enlarge along surfaces
-    camera : which both were seen by, `passgraph.Camera.from_matrices` of an engine's; a run may bring another.
-        Left out, one of ``vertical_fov_rad``
+    camera : which both were seen by, `passgraph.Camera.from_matrices` of an engine's, or a run value of that. Left
+        out, one of ``vertical_fov_rad``
     vertical_fov_rad : full vertical angle of view, without ``camera``
     into : where it goes; left out, float32 with the name ``name``
     name : of the last pass and target

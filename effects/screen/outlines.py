@@ -55,7 +55,7 @@ def lined(
     c, here = color[0, 0], depth[0, 0].r
     if here <= 0.0:
         return c
-    least = jump * 2.0 * frame.half.y * spread(frame, here)
+    least = jump * 2.0 * frame.half_height * spread(frame, here)
     n = unpack_normal(normals[0, 0].xy)
     line = 0.0
     for axis in range(2):

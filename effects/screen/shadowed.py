@@ -63,8 +63,8 @@ def shadowed(
     softness, filter, map_size : see `passgraph.effects.shadows.soft_shadow.soft_shadow`
     ambient : scene-linear light (or its red, green, blue) from all around that the picture holds beside the lights'
         on a white surface; no shadow takes it away
-    camera : which both pictures were seen by, `passgraph.Camera.from_matrices` of an engine's; a run may bring another.
-        Left out, that of ``casters``
+    camera : which both were seen by, `passgraph.Camera.from_matrices` of an engine's; a run may bring another. Left
+        out, that of ``casters``
     into : where it goes; left out, float32 with the name ``name``
     name : of the last pass and target
 

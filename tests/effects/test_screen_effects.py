@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from tests.effects.scenes import Picture, cube, floor, render, sun
 
 CAMERA = pg.Camera((2.4, 1.6, 3.2), (0.3, 0.3, 0), vertical_fov_rad=0.7, near=0.1, far=50.0)
 SCENE = pg.Scene((floor(3.0), cube((0, 0.0, 0), 0.8)), CAMERA, (sun(50.0, 20.0, radius=0.1),))
-EFFECTS: dict[str, Callable[[pg.Target, pg.Target, pg.Camera], pg.Target]] = {
+EFFECTS: dict[str, Callable[[pg.Target, pg.Target, Any], pg.Target]] = {
     "occluded": lambda color, depth, camera: occluded(color, depth, camera=camera),
     "half": lambda color, depth, camera: occluded(color, depth, camera=camera, half_resolution=True),
     "ssao": lambda color, depth, camera: occluded(color, depth, camera=camera, method="ssao"),
@@ -96,6 +97,6 @@ def test_a_run_may_bring_another_camera(effect: Callable[..., pg.Target]) -> Non
     view = EngineView.of(SCENE.with_(camera=other), (31, 21))
     given = {"frame": frame_of((31, 21)), "depth": view.depth}
     expected = effect(pg.Input("frame"), view.distance(), other)
-    made = effect(pg.Input("frame"), view.distance(), CAMERA)
+    made = effect(pg.Input("frame"), view.distance(), pg.Value("camera", pg.Camera))
     shown = render(made, size=None, backend="numpy", camera=other, **given)[made.name]
     assert np.array_equal(shown, render(expected, size=None, backend="numpy", **given)[expected.name])

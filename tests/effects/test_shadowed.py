@@ -94,7 +94,10 @@ def test_devices_agree_on_shadows_of_meshes() -> None:
 @pytest.mark.parametrize(
     ("made", "text"),
     [
-        (pg.Scene((cube(casts=False),), CAMERA, (SUN,)), "casters: scene .* has no mesh that casts a shadow; give it one"),
+        (
+            pg.Scene((cube(casts=False),), CAMERA, (SUN,)),
+            "casters: scene .* has no mesh that casts a shadow; give it one",
+        ),
         (pg.Scene((cube(),), CAMERA, ()), "casters: scene .* has no light; give it one"),
     ],
     ids=["no mesh", "no light"],

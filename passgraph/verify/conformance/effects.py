@@ -44,12 +44,15 @@ VARIANTS: dict[str, list[dict[str, Any]]] = {
         {"method": "gtao", "slices": 1, "steps": 2, "radius": 0.6, "half_resolution": True, "bounces": True},
         {"method": "ssao", "taps": 4, "radius": 0.6},
     ],
+    "occluded": [{"slices": 1, "steps": 2}, {"slices": 1, "steps": 2, "half_resolution": True}],
+    "contact-shadow": [{"steps": 4}, {"steps": 2, "denoised": False}],
+    "fog": [{}, {"falloff": 0.3, "start": 1.0, "sky": True}],
     "light2d": [{"penumbra": name, "draws": 2} for name in ("mixed", "none", "rotate", "move", "exact")],
 }  # fmt: skip
 
 
 #: Effects of which a short run takes the first variant only: the oracle tries every way that their taps may fall.
-SLOW = ("ambient-occlusion", "light2d", "five-pass")
+SLOW = ("ambient-occlusion", "occluded", "light2d", "five-pass")
 #: A sweep for the exact penumbra compares tangents with one that it took from among them; bounds do not know the two
 #: for one number, so that all is open where an edge hides any of the lamp: in so many of the picture's pixels.
 IN_SHADOW = 0.223
