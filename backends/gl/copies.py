@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,6 +12,7 @@ import numpy as np
 from passgraph.backends.base import Block
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl import state as fixed
+from passgraph.backends.gl.capabilities import FRAMEBUFFER_SRGB
 from passgraph.backends.gl.functions import Functions
 from passgraph.backends.gl.passes import run_pixels
 from passgraph.backends.gl.placement import PLAIN, Placement, placements_of
@@ -18,7 +20,7 @@ from passgraph.backends.gl.surfaces import attach, in_words
 from passgraph.backends.gl.textures import Surface, Texture, gl_format_of
 from passgraph.backends.gl.transfers import storing_program
 from passgraph.errors import BackendError, InputError
-from passgraph.formats import Format
+from passgraph.formats import FORMATS, Format, float_format
 
 if TYPE_CHECKING:
     from passgraph.backends.gl.foreign import Facts
@@ -27,7 +29,7 @@ if TYPE_CHECKING:
 _EMPTY = Block(np.zeros(1, np.float32), np.zeros(1, np.int32))
 #: Sampler parameters: nearest, clamped to the edge, no comparison of depth.
 _NEAREST = {0x2801: g.NEAREST, 0x2800: g.NEAREST, 0x2802: 0x812F, 0x2803: 0x812F, 0x884C: 0}
-_SRGB_DECODE, _SKIP_DECODE, _EXTENSIONS, _COUNT = 0x8A48, 0x8A4A, 0x1F03, 0x821D
+_SRGB_DECODE, _SKIP_DECODE = 0x8A48, 0x8A4A
 #: Internal format → format and type that an empty texture of it is made with, where those of colour do not do.
 _DEPTHS = {
     **dict.fromkeys((0x81A5, 0x81A6, 0x81A7, 0x8CAC, 0x1902), (0x1902, 0x1406)),
@@ -48,20 +50,25 @@ class Copies:
         self.sampler = self.objects.new("Sampler")
         for parameter, value in _NEAREST.items():
             gl.SamplerParameteri(self.sampler, parameter, value)
-        names = {(gl.GetStringi(_EXTENSIONS, k) or b"").decode() for k in range(gl.integer(_COUNT))}
-        self.skips_decoding = "GL_EXT_texture_sRGB_decode" in names
-        if self.skips_decoding:
+        if gl.has.skips_decoding:
             gl.SamplerParameteri(self.sampler, _SRGB_DECODE, _SKIP_DECODE)
         self._kept: dict[tuple[object, ...], Texture] = {}
         self._framebuffers = [self.objects.new("Framebuffer"), self.objects.new("Framebuffer")]
 
     def can_sample(self, picture: HostPicture) -> bool:
         """Whether a pass can read it where it is."""
+        return self._is_plain(picture) and not self._is_decoded(picture)
+
+    @staticmethod
+    def _is_plain(picture: HostPicture) -> bool:
         facts = picture.facts
         surface = facts.surface
         plain = surface.kind == "texture" and surface.target == g.TEXTURE_2D and surface.layer <= 0
-        stored_srgb = "sRGB" in facts.stored
-        return plain and not facts.samples and (self.skips_decoding or not stored_srgb) and surface.level == facts.base
+        return plain and not facts.samples and surface.level == facts.base
+
+    def _is_decoded(self, picture: HostPicture) -> bool:
+        """Whether passes would read linear values of what is sRGB-encoded, whatever they ask for."""
+        return picture.facts.stores_srgb and not self.objects.gl.has.skips_decoding
 
     def sampled(self, picture: HostPicture, format_: Format, copied: bool = False) -> Texture:
         """A texture that holds the picture now; ``copied``: and that is not the host's.
@@ -74,12 +81,32 @@ class Copies:
         surface = picture.facts.surface
         with self.host.context:
             self.check_same(picture)
-            if self.can_sample(picture) and not copied:
-                return Texture(
+            decoded = self._is_decoded(picture)
+            if self._is_plain(picture) and (decoded or not copied):
+                held = Texture(
                     surface.name, format_, picture.size, gl_format_of(picture.format, padded=False),
                     picture.placement, picture.region[:2], surface, self.sampler,
                 )  # fmt: skip
-            return self._copied(picture, format_)
+            else:
+                held = self._copied(picture, format_)
+            return self._encoded(picture, held) if decoded else held
+
+    def _encoded(self, picture: HostPicture, decoded: Texture) -> Texture:
+        """The numbers of an sRGB picture, from its values: 8 bits come back from their float32 values."""
+        channels = picture.format.channels
+        key = ("encoded", picture.facts.surface.name, False, picture.format, picture.size)
+        own = self._keep(key, lambda: self.host.new_texture(picture.format, picture.size))
+        encoded = FORMATS["rgba8_srgb" if channels == 4 else "rgb8_srgb"]
+        self.move(replace(decoded, format=float_format(channels)), replace(own, format=encoded))
+        return replace(own, format=decoded.format)
+
+    def _keep(self, key: tuple[object, ...], make: Callable[[], Texture]) -> Texture:
+        """One made before, or made now in the place of those whose keys begin alike."""
+        if key not in self._kept:
+            for old in [k for k in self._kept if k[:3] == key[:3]]:
+                self.objects.forget(self._kept.pop(old))
+            self._kept[key] = make()
+        return self._kept[key]
 
     def check_same(self, picture: HostPicture) -> None:
         """Raise InputError where it is gone, or has another size than when it was asked for."""
@@ -101,7 +128,10 @@ class Copies:
         """By one blit, with its rows as they are; several samples a pixel become one."""
         host, gl, facts = self.host, self.host.context.gl, picture.facts
         x, y, width, height = picture.region
-        held = self._room_for(picture, format_)
+        # Of several samples OpenGL ES copies to the same place only.
+        in_place = gl.has.is_es and facts.samples > 0
+        held = self._room_for(picture, format_, in_place)
+        left, low = held.origin
         fixed.set_common(gl, host.context.bound, 0)
         host.context.bound.forget()
         ends = ((g.DRAW_FRAMEBUFFER, Surface("texture", held.name)), (g.READ_FRAMEBUFFER, facts.surface))
@@ -111,13 +141,28 @@ class Copies:
         if facts.surface.kind == "window" and not facts.is_depth:
             gl.ReadBuffer(facts.surface.buffer)
         bits = g.DEPTH_BUFFER_BIT if facts.is_depth else g.COLOR_BUFFER_BIT
-        gl.BlitFramebuffer(x, y, x + width, y + height, 0, 0, width, height, bits, g.NEAREST)
+        place = (left, low, left + width, low + height)
+        with self._numbers_kept(gl, facts):
+            gl.BlitFramebuffer(x, y, x + width, y + height, *place, bits, g.NEAREST)
         if facts.surface.kind == "window" and not facts.is_depth:
             gl.ReadBuffer(before)
         for target, surface in ends:
             self._unbind(target, surface, _point(facts))
         gl.check(f"copying {picture}")
         return held
+
+    @staticmethod
+    @contextmanager
+    def _numbers_kept(gl: Functions, facts: Facts) -> Iterator[None]:
+        """Around a blit: OpenGL ES decodes what it reads of sRGB pictures, and encodes what it writes if it is told."""
+        told = gl.has.is_es and facts.stores_srgb and not gl.has.always_encodes
+        if told:
+            gl.Enable(FRAMEBUFFER_SRGB)
+        try:
+            yield
+        finally:
+            if told:
+                gl.Disable(FRAMEBUFFER_SRGB)
 
     def _bind(self, target: int, framebuffer: int, surface: Surface, point: int) -> None:
         gl = self.host.context.gl
@@ -133,30 +178,36 @@ class Copies:
             gl.FramebufferTexture2D(target, point, g.TEXTURE_2D, 0, 0)
         gl.BindFramebuffer(target, 0)
 
-    def _room_for(self, picture: HostPicture, format_: Format) -> Texture:
-        """A texture of ours with the picture's numbers; one for each picture that is copied."""
-        facts, (width, height) = picture.facts, picture.size
+    def _room_for(self, picture: HostPicture, format_: Format, in_place: bool) -> Texture:
+        """A texture of ours with the picture's numbers; one for each picture that is copied.  ``in_place``: in a part
+        of it, at the place where the picture is in the whole."""
+        facts = picture.facts
         surface = facts.surface
-        key = (surface.kind, surface.name, facts.is_depth, facts.internal, picture.region)
-        if key not in self._kept:
-            for old in [k for k in self._kept if k[:3] == key[:3]]:
-                self.objects.forget(self._kept.pop(old))
-            gl = self.host.context.gl
-            name = self.objects.new("Texture")
-            external, type_ = _DEPTHS.get(facts.internal, (0x1908, 0x1406))
-            gl.ActiveTexture(g.TEXTURE0)
-            gl.BindTexture(g.TEXTURE_2D, name)
-            with fixed.transfer(gl, fixed.Rows()):
-                gl.BindTexture(g.TEXTURE_2D, name)
-                gl.TexParameteri(g.TEXTURE_2D, 0x813D, 0)
-                gl.TexImage2D(g.TEXTURE_2D, 0, facts.internal, width, height, 0, external, type_, None)
-            gl.check(f"making room for a copy of {picture}")
-            placement = Placement(picture.origin == "bottom") if picture.origin == "bottom" else PLAIN
-            self._kept[key] = Texture(
-                name, format_, picture.size, gl_format_of(picture.format, padded=False), placement,
-                (0, 0), Surface("texture", name), self.sampler,
+        size, origin = (facts.size, picture.region[:2]) if in_place else (picture.size, (0, 0))
+        placement = Placement(picture.origin == "bottom", size != picture.size)
+
+        def make() -> Texture:
+            name = self._new_texture(facts.internal, size)
+            self.host.context.gl.check(f"making room for a copy of {picture}")
+            return Texture(
+                name, format_, picture.size, gl_format_of(picture.format, padded=False),
+                PLAIN if placement == PLAIN else placement, origin, Surface("texture", name), self.sampler,
             )  # fmt: skip
-        return self._kept[key]
+
+        key = (surface.kind, surface.name, facts.is_depth, facts.internal, picture.region, placement)
+        return self._keep(key, make)
+
+    def _new_texture(self, internal: int, size: tuple[int, int]) -> int:
+        gl, name = self.host.context.gl, self.objects.new("Texture")
+        external, type_ = _DEPTHS.get(internal, (0x1908, 0x1406))
+        with fixed.transfer(gl, fixed.Rows()):
+            gl.BindTexture(g.TEXTURE_2D, name)
+            gl.TexParameteri(g.TEXTURE_2D, 0x813D, 0)
+            if gl.TexStorage2D is not None:
+                gl.TexStorage2D(g.TEXTURE_2D, 1, internal, *size)
+            else:
+                gl.TexImage2D(g.TEXTURE_2D, 0, internal, *size, 0, external, type_, None)
+        return name
 
     def move(self, source: Texture, destination: Texture) -> None:
         """The values of one as those of the other, by a pass of ours."""
@@ -186,7 +237,7 @@ class Copies:
 
 
 def _size_now(gl: Functions, facts: Facts) -> tuple[bool, tuple[int, int]]:
-    """Whether a texture or renderbuffer is still there, and its size."""
+    """Whether a texture or renderbuffer is still there, and its size, where OpenGL tells."""
     surface = facts.surface
     now = (0, 0)
     if surface.kind == "texture":
@@ -195,7 +246,10 @@ def _size_now(gl: Functions, facts: Facts) -> tuple[bool, tuple[int, int]]:
             target, level = facts.level_target, surface.level
             gl.ActiveTexture(g.TEXTURE0)
             gl.BindTexture(facts.bound_as, surface.name)
-            now = gl.level(target, level, 0x1000), gl.level(target, level, 0x1001)
+            if gl.GetTexLevelParameteriv is not None:
+                now = gl.level(target, level, 0x1000), gl.level(target, level, 0x1001)
+            else:
+                now = facts.size
             gl.BindTexture(facts.bound_as, 0)
         return alive, now
     alive = bool(gl.IsRenderbuffer(surface.name))
