@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from passgraph.backends.gl import functions as g
 from tests.host.application import BYTES, DEPTH, HEIGHT, INTS, RGBA, SIZE, WIDTH, Application
+from tests.host.hostile import STATES, More, use_program
 
 _HANDLE, _NUMBER = ctypes.c_void_p, ctypes.c_int
 _SURFACELESS, _ES_API, _NONE = 0x31DD, 0x30A0, 0x3038
@@ -32,7 +33,6 @@ def _list(*numbers: int) -> Any:
 @cache
 def _display() -> int:
     """One for all: it stays when contexts go."""
-    _egl("eglGetProcAddress", _HANDLE, ctypes.c_char_p)
     get = _egl("eglGetPlatformDisplay", _HANDLE, ctypes.c_uint, _HANDLE, _HANDLE)
     display: int = get(_SURFACELESS, None, None)
     assert _egl("eglInitialize", ctypes.c_uint, _HANDLE, _HANDLE, _HANDLE)(display, None, None)
@@ -112,6 +112,80 @@ class EsApplication(Application):
         gl.check("reading depth")
         return (read / np.float64(2**32 - 1)).astype(np.float32)
 
-    def window(self, rows: NDArray[Any]) -> None:
+    def window(self, rows: NDArray[Any]) -> int:
         """Fill framebuffer 0."""
         self.blit(self.of_texture(self.texture(0x8058, RGBA, BYTES, rows)), 0, False)
+        return 0
+
+    def pixels(self, framebuffer: int, type_: int = BYTES, size: tuple[int, int] = SIZE) -> NDArray[Any]:
+        if framebuffer:
+            return super().pixels(framebuffer, type_, size)
+        read = np.zeros((*size[::-1], 4), np.uint8)
+        self.gl.BindFramebuffer(g.READ_FRAMEBUFFER, 0)
+        self.gl.ReadPixels(0, 0, *size, RGBA, BYTES, read.ctypes.data)
+        self.gl.check("reading")
+        return read[::-1]
+
+
+def _extension(name: str, *arguments: Any) -> Any:
+    address = _egl("eglGetProcAddress", _HANDLE, ctypes.c_char_p)(name.encode())
+    return ctypes.CFUNCTYPE(None, *arguments)(address)
+
+
+def _blending_apart(app: Application, more: More) -> None:
+    gl = app.gl
+    if gl.Enablei is not None:
+        gl.Disablei(0xBE2, 1)
+        for buffer in range(8):
+            gl.BlendFuncSeparatei(buffer, 0x302 + buffer % 3, 0x303, 1, buffer % 2)
+            gl.BlendEquationSeparatei(buffer, 0x8006, 0x800A + buffer % 2)
+            gl.ColorMaski(buffer, buffer & 1, buffer >> 1 & 1, buffer >> 2 & 1, 1)
+
+
+def _viewports(app: Application, more: More) -> None:
+    gl, four = app.gl, ctypes.c_float
+    gl.Viewport(3, 2, 5, 4)
+    gl.depth_range(0.25, 0.5)
+    if gl.ViewportIndexedf is not None:
+        for k in range(16):
+            gl.ViewportIndexedf(k, 1.5 * k, 2.25, 3.0 + k, 4.5)
+        _extension("glEnableiOES", ctypes.c_uint, ctypes.c_uint)(0xC11, 3)
+        _extension("glDepthRangeIndexedfOES", ctypes.c_uint, four, four)(0, 0.25, 0.75)
+
+
+def _clear_values(app: Application, more: More) -> None:
+    more.ClearColor(0.5, 0.25, 1.0, 0.0)
+    more.ClearStencil(7)
+    _extension("glClearDepthf", ctypes.c_float)(0.25)
+
+
+def _scissor(app: Application, more: More) -> None:
+    app.gl.Enable(0xC11)
+    _extension("glScissor", *[ctypes.c_int] * 4)(1, 1, 1, 1)
+
+
+_SHADERS = (b"#version 300 es\nin vec4 a; uniform mat4 m; void main() { gl_Position = m * a; }",
+            b"#version 300 es\nprecision highp float; uniform sampler2D s; out vec4 o;"
+            b"void main() { o = texture(s, vec2(0)); }")  # fmt: skip
+#: Of :data:`STATES` what OpenGL ES has.  What a context lacks of it is an error that is drained.
+ES_STATES: dict[str, Callable[[Application, More], Any]] = {
+    **{name: change for name, change in STATES.items() if name not in (
+        "scissor of one viewport", "colour masks apart", "lines", "points", "logic operation", "smoothing",
+        "provoking vertex", "seamless cubes and point size",
+    )},
+    "scissor": _scissor,
+    "viewports": _viewports,
+    "blending apart": _blending_apart,
+    "sRGB": lambda app, more: app.gl.Disable(0x8DB9),
+    "clip control": lambda app, more: app.gl.ClipControl and app.gl.ClipControl(0x8CA2, 0x935F),
+    "clear values": _clear_values,
+    "a program": lambda app, more: use_program(app, *_SHADERS),
+}  # fmt: skip
+
+
+def make_es_hostile(app: Application) -> None:
+    """All of them."""
+    more = More(app)
+    for change in ES_STATES.values():
+        change(app, more)
+        app.gl.drain()
