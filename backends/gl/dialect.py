@@ -23,10 +23,12 @@ class Dialect:
     ----------
     version : the first line
     rest : extensions, precisions, and ``PRECISE``, with which drivers leave float arithmetic in its order
+    is_precise : whether there may be something behind ``PRECISE``
     """
 
     version: str
     rest: str
+    is_precise: bool = True
 
     @property
     def header(self) -> str:
@@ -70,4 +72,4 @@ def dialect_of(has: Capabilities) -> Dialect:
     if has.version >= (3, 1) and "GL_EXT_gpu_shader5" in has.extensions:
         enabled = "#extension GL_EXT_gpu_shader5 : enable\n#define PRECISE precise"
         return Dialect("#version 310 es", f"{enabled}\n{_PRECISIONS}")
-    return Dialect("#version 300 es", f"#define PRECISE\n{_PRECISIONS}")
+    return Dialect("#version 300 es", f"#define PRECISE\n{_PRECISIONS}", is_precise=False)

@@ -123,6 +123,9 @@ class GLSL(CLike):
         # Compilers that assume no NaN fold x != x away; bits they leave alone.
         if op.on == "float" and op.operation in ("equal", "not_equal") and arguments[0] == arguments[1]:
             return f"{'!' if op.operation == 'equal' else ''}pg_isnan({arguments[0]})"
+        if op.on == "float" and op.operation in ("min", "max") and not self.dialect.is_precise:
+            # Compilers make a minimum of the choice, and that of NaN and a number is the number.
+            return f"(pg_isnan({arguments[0]}) ? {arguments[0]} : {super().operation(op, arguments)})"
         if op.on == "float" and op.operation in ("mul", "div"):
             both = all(self.foreseen.known(a) for a in op.arguments)
             arguments = [self._hidden(a, both) for a in op.arguments]
