@@ -35,7 +35,7 @@ def depth_of_field(
     unit_m: Annotated[float, pg.Range(0, None, "metres", above=True)] = 1.0,
     blades: Annotated[int, pg.Range(0, 16)] = 0,
     widest_px: Annotated[int, pg.Range(1, 128, "px")] = 32,
-    taps: Annotated[int, pg.Range(8, 256)] = 96,
+    taps: Annotated[int, pg.Range(4, 256)] = 96,
     into: pg.TargetSpec | None = None,
     name: str = "depth_of_field",
 ) -> pg.Target:
