@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Callable
 
 from passgraph.backends.gl.capabilities import version_of
 from passgraph.backends.gl.windowing import GONE, Handle, State, addresses, function
@@ -88,6 +89,9 @@ class Egl:
     def destroy(self, host: State, context: Handle) -> None:
         """It is gone when it is no longer current anywhere; nothing happens where the display is gone."""
         function(self._library, "eglDestroyContext", ctypes.c_uint, *[ctypes.c_void_p] * 2)(host.display, context)
+
+    def lives(self, host: State) -> Callable[[], bool]:
+        return lambda: True  # EGL knows its displays, and answers for those that are gone
 
     def surface_size(self, state: State) -> tuple[int, int] | None:
         if not state.draw:
