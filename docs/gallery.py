@@ -29,6 +29,7 @@ from docs.gallery_inputs import (
     WALLS,
     detail,
     dirt,
+    engine_pictures,
     hills,
     lamps_at_dusk,
     monastery,
@@ -47,11 +48,15 @@ from passgraph.effects import (
     bloom,
     contact,
     contact_passes,
+    contact_shadow,
     depth_aware_blur,
     five_pass,
     five_pass_targets,
+    fog,
     gaussian_blur,
+    occluded,
     planar,
+    shadowed,
     soft_shadow,
     soft_shadow_passes,
     tone_map,
@@ -74,6 +79,7 @@ from passgraph.effects.light2d.picture import light2d
 from passgraph.effects.pictures.lens import dirty_lens_bright
 from passgraph.effects.pictures.tone_map import CURVES
 from passgraph.effects.shadows.shadow_choice import SHADOW_FILTERS, Blur, BlurWidth
+from passgraph.effects.surfaces.engine_depth import distances
 from tests.benchmarks.memory import table
 from tests.effects.planar_comparison import planar_comparison
 
@@ -183,6 +189,31 @@ def ambient() -> list[Panel]:
         Panel("contact, the picture", contact(scene, threshold=0.3, darkness=0.8)),
         Panel("gtao, the picture", ambient_occlusion(scene, method="gtao", radius=0.3, ambient=0.25)),
     ]
+
+
+def engine() -> list[Panel]:
+    seen = engine_pictures()
+    scene, given = seen.scene, {"frame": seen.color, "depth": seen.depth}
+    camera, light, depth = scene.camera, scene.lights[0], distances(DEPTH, seen.holds)
+    made = {
+        "the engine's picture": FRAME,
+        "occluded": occluded(FRAME, depth, radius=0.2, camera=camera),
+        "contact shadow": contact_shadow(FRAME, depth, light=light, reach=0.1, thickness=0.15, camera=camera),
+        "shadowed, by the meshes' shadow map": shadowed(FRAME, depth, scene, map_size=2048),
+        "fog": fog(FRAME, depth, density=0.8, falloff=3.0, sky=True, camera=camera),
+        "all of them": everything(FRAME, depth, scene),
+    }
+    plain = {"frame": seen.color}
+    return [
+        Panel(label, tone_map(target, curve="linear"), plain if target is FRAME else given)
+        for label, target in made.items()
+    ]
+
+
+def everything(color: pg.Target, depth: pg.Target, scene: pg.Scene) -> pg.Target:
+    """Each effect takes the one before."""
+    shaded = shadowed(occluded(color, depth, radius=0.2, camera=scene.camera), depth, scene, map_size=2048)
+    return fog(shaded, depth, density=0.8, falloff=3.0, sky=True, camera=scene.camera)
 
 
 def floors() -> list[Panel]:
@@ -352,6 +383,13 @@ ENTRIES: tuple[Entry, ...] = (
         "The light that is left by what is seen from above, and by three searches on the screen; without a range check "
         "the search puts a halo around what stands before the floor.",
         ambient, 2,
+    ),
+    Entry(
+        "From an engine's picture and depth",
+        f"{TABLE}, as a colour picture without shadows and a reversed depth buffer",
+        "Nothing else is known of the scene, but where its camera and its light are; the shadow map is drawn of meshes "
+        "that are known besides. Each effect takes any other's result.",
+        engine, 2,
     ),
     Entry(
         "Penumbrae of a flat world", LEVEL_INPUT,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -144,6 +145,29 @@ def standing() -> pg.Scene:
     camera = pg.Camera((1.5, 1.5, 2.6), (0.12, 0.26, -0.02), vertical_fov_rad=0.46, near=0.5, far=30.0)
     lamp = pg.Light.directional((0.55, -1.0, -0.35), (1.0, 0.95, 0.87), 0.9, radius=0.05)
     return pg.Scene((floor, *things), camera, (lamp,), "table and ducks")
+
+
+@dataclass(frozen=True, eq=False)
+class EnginePictures:
+    """What an engine hands over of a frame: (h, w, 4) colour in linear light without shadows, (h, w) depth buffer."""
+
+    scene: pg.Scene
+    color: Picture
+    depth: Picture
+    holds: pg.HardwareDepth
+
+
+@lru_cache
+def engine_pictures(size: tuple[int, int] = (960, 540)) -> EnginePictures:
+    """The table and the ducks, with a reversed depth buffer, as float32."""
+    from passgraph.effects import soft_shadow_passes
+
+    made = soft_shadow_passes(standing(), display=False)
+    with pg.compile([made.unshadowed, made.depth], size=size) as program:
+        seen = program()
+        color, distance = seen["unshadowed"].copy(), seen["depth"][:, :, 0].copy()
+    holds = standing().camera.hardware_depth(reversed_z=True)
+    return EnginePictures(standing(), color, holds.depth(distance).astype(np.float32), holds)
 
 
 @lru_cache

@@ -1,7 +1,8 @@
 """Effects: functions from targets (or a scene) to targets, in families.
 
 Reading order: annotations, checked, quantities, parameters, registry: how a signature is all that is said of an effect;
-`pictures`; `surfaces`, what effects on scenes draw first; `shadows`; then `ambient`, `planar_shadows` and `light2d`.
+`pictures`; `surfaces`, what effects on scenes draw first; `shadows`; then `ambient`, `planar_shadows` and
+`light2d`; `screen`, on an engine's picture and depth.
 
 A new effect is a function under `effect` in a file of its own in one of these folders, or in another package that names
 it as an entry point of the group ``passgraph.effects``; the command line, conformance and the tests find it by that.
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
         Occlusion,
         ambient_occlusion,
         ambient_occlusion_passes,
-        occluded,
         occlusion,
     )
     from passgraph.effects.ambient.contact import Contact, contact, contact_passes
@@ -26,9 +26,20 @@ if TYPE_CHECKING:
     from passgraph.effects.pictures.black_and_white import black_and_white
     from passgraph.effects.pictures.bloom import bloom
     from passgraph.effects.pictures.blur import depth_aware_blur, gaussian_blur
+    from passgraph.effects.pictures.chromatic_aberration import chromatic_aberration
+    from passgraph.effects.pictures.film_grain import film_grain
+    from passgraph.effects.pictures.fxaa import fxaa
+    from passgraph.effects.pictures.supersampled import supersampled
     from passgraph.effects.pictures.tone_map import tone_map
+    from passgraph.effects.pictures.vignette import vignette
     from passgraph.effects.planar_shadows.planar import Planar, planar, planar_passes
     from passgraph.effects.registry import EFFECTS
+    from passgraph.effects.screen.contact_shadow import contact_shadow
+    from passgraph.effects.screen.depth_of_field import depth_of_field
+    from passgraph.effects.screen.fog import fog
+    from passgraph.effects.screen.occluded import occluded
+    from passgraph.effects.screen.outlines import outlines
+    from passgraph.effects.screen.shadowed import shadowed
     from passgraph.effects.shadows.five_pass import FivePass, five_pass, five_pass_targets
     from passgraph.effects.shadows.shadow_choice import (
         Auto,
@@ -46,14 +57,14 @@ if TYPE_CHECKING:
 
 #: Module → what this package has of it; an effect that is its module's only one needs no row.
 _MODULES = {
-    "ambient.ambient_occlusion": (
-        "AmbientOcclusion Occlusion ambient_occlusion ambient_occlusion_passes occluded occlusion"
-    ),
+    "ambient.ambient_occlusion": ("AmbientOcclusion Occlusion ambient_occlusion ambient_occlusion_passes occlusion"),
     "ambient.contact": "Contact contact contact_passes",
     "checked": "effect",
     "pictures.blur": "depth_aware_blur gaussian_blur",
+    "pictures.supersampled": "supersampled",
     "planar_shadows.planar": "Planar planar planar_passes",
     "registry": "EFFECTS",
+    "screen.shadowed": "shadowed",
     "shadows.five_pass": "FivePass five_pass five_pass_targets",
     "shadows.shadow_choice": "Auto Blur Disc Evsm4 Hard Msm Pcf Pcss Penumbra Vsm",
     "shadows.soft_shadow": "SoftShadow soft_shadow soft_shadow_passes",
@@ -101,18 +112,28 @@ __all__ = [
     "ambient_occlusion_passes",
     "black_and_white",
     "bloom",
+    "chromatic_aberration",
     "contact",
     "contact_passes",
+    "contact_shadow",
     "depth_aware_blur",
+    "depth_of_field",
     "effect",
+    "film_grain",
     "five_pass",
     "five_pass_targets",
+    "fog",
+    "fxaa",
     "gaussian_blur",
     "occluded",
     "occlusion",
+    "outlines",
     "planar",
     "planar_passes",
+    "shadowed",
     "soft_shadow",
     "soft_shadow_passes",
+    "supersampled",
     "tone_map",
+    "vignette",
 ]

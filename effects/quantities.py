@@ -20,5 +20,7 @@ Height = Annotated[float, pg.Range(None, None, "scene units")]
 Width = Annotated[float, pg.Range(0, None, "scene units")]
 #: One that has to be something.
 Reach = Annotated[float, pg.Range(0, None, "scene units", above=True)]
+#: The full vertical angle of view, of pictures whose camera is not known.
+FieldOfView = Annotated[float, pg.Range(0, 3.13, "rad", above=True)]
 #: Texels along each side of a shadow map.
 MapSize = Annotated[int, pg.Range(16, 8192, "texels")]

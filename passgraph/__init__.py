@@ -36,7 +36,7 @@ from passgraph.ranges import Range
 from passgraph.run.program import Program, Result, compile
 
 if TYPE_CHECKING:
-    from passgraph.backends import gl
+    from passgraph.backends import gl, opencl
     from passgraph.frames.run import frames
     from passgraph.frames.tiles import tiled
     from passgraph.frames.tiles_lazy import lazily_tiled
@@ -57,7 +57,7 @@ _LATER = {
 
 
 #: Packages under a shorter name.
-_MODULES = {"frames": "passgraph.frames", "gl": "passgraph.backends.gl"}
+_MODULES = {"frames": "passgraph.frames", "gl": "passgraph.backends.gl", "opencl": "passgraph.backends.opencl"}
 
 
 def __getattr__(name: str) -> Any:
@@ -78,6 +78,6 @@ __all__ = [
     "Input", "InputError", "KernelError", "Light", "Material", "Mesh", "Node", "Options", "PassgraphError", "Program",
     "Range", "Result", "Scene", "Stencil",
     "Target", "TargetSpec", "Texture", "Value", "combine", "compile", "draw", "fragment", "frames", "from_data",
-    "function", "gl", "graph", "kernel", "lazily_tiled", "load", "previous", "save", "struct", "target", "tiled",
-    "to_data", "vertex",
+    "function", "gl", "graph", "kernel", "lazily_tiled", "load", "opencl", "previous", "save", "struct", "target",
+    "tiled", "to_data", "vertex",
 ]  # fmt: skip

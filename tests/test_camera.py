@@ -64,6 +64,10 @@ def test_near_and_far_map_to_the_ends_of_clip_space():
         ({"up": (0, 0, 3)}, "up .* is parallel to the view direction"),
         ({"up": (0, 0, 0)}, "up: expected a vector that is not zero"),
         ({"vertical_fov_rad": 4.0}, "vertical_fov_rad: expected a finite number"),
+        ({"orthographic_height": 0.0}, "orthographic_height: expected a finite number in ]0"),
+        ({"orthographic_height": 1.0, "far": np.inf}, "a parallel projection has a finite far plane, got inf"),
+        ({"aspect": -1.0}, "aspect: expected a finite number in ]0"),
+        ({"shift": (0.0, np.nan)}, "shift: expected two finite numbers"),
     ],
 )
 def test_bad_fields_are_named(fields, text):

@@ -208,6 +208,18 @@ def test_gltf_transforms_compose(tmp_path):
     assert np.allclose(scene.bounds(), [[10, 0, -2], [10, 1, 0]], atol=1e-6)
 
 
+def test_gltf_orthographic_cameras_are_used(tmp_path):
+    lens = {"xmag": 3.0, "ymag": 2.0, "znear": 0.0, "zfar": 20.0}
+    nodes = [{"mesh": 0}, {"camera": 0, "translation": [0, 0, 7]}]
+    cameras = [{"type": "orthographic", "orthographic": lens}]
+    camera = Scene.load(gltf(tmp_path, *TRIANGLE, nodes=nodes, scenes=[{"nodes": [0, 1]}], cameras=cameras)).camera
+    assert camera.orthographic_height == 4.0
+    # a near plane at the eye: parallel rays see the same from farther back
+    ends = camera.eye[2] - camera.near, camera.eye[2] - camera.far
+    assert ends == pytest.approx((7.0, -13.0))
+    assert camera.near > 0.0
+
+
 def test_gltf_camera_and_lights_are_used(tmp_path):
     nodes = [
         {"mesh": 0},

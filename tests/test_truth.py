@@ -5,8 +5,10 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from math import cos, hypot, pi, radians, sin
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -235,10 +237,12 @@ def test_far_from_the_origin_the_share_is_the_same(tracer: TracerName) -> None:
     assert (abs(a.share - b.share) > 1.0 / 16).mean() < 1e-3
 
 
-def test_first_surfaces_lie_where_the_rasteriser_puts_them(tracer: TracerName) -> None:
+@pytest.mark.parametrize("camera", [{}, {"orthographic_height": 4.0}, {"shift": (0.3, -0.2)}], ids=str)
+def test_first_surfaces_lie_where_the_rasteriser_puts_them(tracer: TracerName, camera: dict[str, Any]) -> None:
     from passgraph.effects import soft_shadow_passes
 
     scene = everything(ALL_LIGHTS[0])
+    scene = scene.with_(camera=replace(scene.camera, **camera))
     with pg.compile(soft_shadow_passes(scene, map_size=64).depth, backend="reference", size=SIZE) as program:
         raster = program()["depth"][:, :, 0]
     seen = first_surfaces(scene, SIZE, tracer=tracer)

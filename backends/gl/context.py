@@ -16,8 +16,9 @@ from types import TracebackType
 from typing import Any
 
 from passgraph.backends.gl.bound import Bound
-from passgraph.backends.gl.current import Current, State
+from passgraph.backends.gl.current import Current
 from passgraph.backends.gl.functions import Functions
+from passgraph.backends.gl.windowing import State
 from passgraph.backends.turn import Turn, open_driver
 from passgraph.errors import BackendError, DeviceMissingError
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -39,6 +39,21 @@ _STENCILS = (0x88F0, 0x84F9, 0x8CAD)
 _READ_BUFFER = 0xC02
 
 
+#: A texture for copies goes when so many others were taken since it was.
+KEPT_FOR = 64
+
+
+@dataclass
+class _Room:
+    """A texture of ours for copies."""
+
+    name: int
+    internal: int
+    size: tuple[int, int]
+    free: bool = True
+    taken: int = 0
+
+
 class Copies:
     """Of one host; textures for copies are kept from run to run."""
 
@@ -52,7 +67,8 @@ class Copies:
             gl.SamplerParameteri(self.sampler, parameter, value)
         if gl.has.skips_decoding:
             gl.SamplerParameteri(self.sampler, _SRGB_DECODE, _SKIP_DECODE)
-        self._kept: dict[tuple[object, ...], Texture] = {}
+        self._rooms: list[_Room] = []
+        self._taken = 0
         self._framebuffers = [self.objects.new("Framebuffer"), self.objects.new("Framebuffer")]
 
     def can_sample(self, picture: HostPicture) -> bool:
@@ -93,20 +109,12 @@ class Copies:
 
     def _encoded(self, picture: HostPicture, decoded: Texture) -> Texture:
         """The numbers of an sRGB picture, from its values: 8 bits come back from their float32 values."""
-        channels = picture.format.channels
-        key = ("encoded", picture.facts.surface.name, False, picture.format, picture.size)
-        own = self._keep(key, lambda: self.host.new_texture(picture.format, picture.size))
+        channels, stored = picture.format.channels, gl_format_of(picture.format, padded=False)
+        own = Texture(self._room(stored.internal, picture.size, picture), decoded.format, picture.size, stored)
+        own = replace(own, surface=Surface("texture", own.name), sampler=self.sampler)
         encoded = FORMATS["rgba8_srgb" if channels == 4 else "rgb8_srgb"]
         self.move(replace(decoded, format=float_format(channels)), replace(own, format=encoded))
-        return replace(own, format=decoded.format)
-
-    def _keep(self, key: tuple[object, ...], make: Callable[[], Texture]) -> Texture:
-        """One made before, or made now in the place of those whose keys begin alike."""
-        if key not in self._kept:
-            for old in [k for k in self._kept if k[:3] == key[:3]]:
-                self.objects.forget(self._kept.pop(old))
-            self._kept[key] = make()
-        return self._kept[key]
+        return own
 
     def check_same(self, picture: HostPicture) -> None:
         """Raise InputError where it is gone, or has another size than when it was asked for."""
@@ -179,25 +187,33 @@ class Copies:
         gl.BindFramebuffer(target, 0)
 
     def _room_for(self, picture: HostPicture, format_: Format, in_place: bool) -> Texture:
-        """A texture of ours with the picture's numbers; one for each picture that is copied.  ``in_place``: in a part
-        of it, at the place where the picture is in the whole."""
+        """A texture of ours for the picture's numbers, until the run ends.  ``in_place``: in a part of it, at the place
+        where the picture is in the whole."""
         facts = picture.facts
-        surface = facts.surface
         size, origin = (facts.size, picture.region[:2]) if in_place else (picture.size, (0, 0))
         placement = Placement(picture.origin == "bottom", size != picture.size)
+        name = self._room(facts.internal, size, picture)
+        return Texture(
+            name, format_, picture.size, gl_format_of(picture.format, padded=False),
+            PLAIN if placement == PLAIN else placement, origin, Surface("texture", name), self.sampler,
+        )  # fmt: skip
 
-        def make() -> Texture:
-            name = self._new_texture(facts.internal, size)
+    def _room(self, internal: int, size: tuple[int, int], picture: HostPicture) -> int:
+        """A texture of ours that is free until the run ends."""
+        self._taken += 1
+        wanted = internal, size
+        room = next((r for r in self._rooms if r.free and (r.internal, r.size) == wanted), None)
+        if room is None:
+            room = _Room(self._empty(*wanted), *wanted)
+            self._rooms.append(room)
             self.host.context.gl.check(f"making room for a copy of {picture}")
-            return Texture(
-                name, format_, picture.size, gl_format_of(picture.format, padded=False),
-                PLAIN if placement == PLAIN else placement, origin, Surface("texture", name), self.sampler,
-            )  # fmt: skip
+        room.free, room.taken = False, self._taken
+        for old in [r for r in self._rooms if r.free and self._taken - r.taken > KEPT_FOR]:
+            self._rooms.remove(old)
+            self.objects.delete("Texture", old.name)
+        return room.name
 
-        key = (surface.kind, surface.name, facts.is_depth, facts.internal, picture.region, placement)
-        return self._keep(key, make)
-
-    def _new_texture(self, internal: int, size: tuple[int, int]) -> int:
+    def _empty(self, internal: int, size: tuple[int, int]) -> int:
         gl, name = self.host.context.gl, self.objects.new("Texture")
         external, type_ = _DEPTHS.get(internal, (0x1908, 0x1406))
         with fixed.transfer(gl, fixed.Rows()):
@@ -208,6 +224,11 @@ class Copies:
             else:
                 gl.TexImage2D(g.TEXTURE_2D, 0, internal, *size, 0, external, type_, None)
         return name
+
+    def end_run(self) -> None:
+        """What was copied is not needed any more."""
+        for room in self._rooms:
+            room.free = True
 
     def move(self, source: Texture, destination: Texture) -> None:
         """The values of one as those of the other, by a pass of ours."""

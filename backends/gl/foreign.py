@@ -32,7 +32,10 @@ _UNSIZED = {0, 1, 2, 3, 4, *range(0x1901, 0x190B), 0x8C40, 0x8C42, 0x84F9, 0x80E
 _RGBA8, _SRGB_ALPHA8 = 0x8058, 0x8C43
 #: What a copy of such is stored as, by bits a channel.
 _SIZED: dict[tuple[int, ...], int] = {
-    (5, 6, 5, 0): 0x8D62, (10, 10, 10, 2): 0x8059, (5, 5, 5, 1): 0x8057, (4, 4, 4, 4): 0x8056,
+    (5, 6, 5, 0): 0x8D62,
+    (10, 10, 10, 2): 0x8059,
+    (5, 5, 5, 1): 0x8057,
+    (4, 4, 4, 4): 0x8056,
 }
 _SIZED_DEPTHS = {(16, 0): 0x81A5, (24, 0): 0x81A6, (24, 8): 0x88F0, (32, 0): 0x81A7, (32, 8): 0x8CAD}
 

@@ -15,7 +15,7 @@ from passgraph.backends.gl import functions as g
 from passgraph.backends.gl import state as fixed
 from passgraph.backends.gl.canary import Canary, OtherContextError
 from passgraph.backends.gl.context import Context, destroy_left
-from passgraph.backends.gl.current import Current
+from passgraph.backends.gl.current import HostCurrent
 from passgraph.backends.gl.functions import Functions
 from passgraph.backends.gl.sibling import OTHER_CONTEXT, current_state
 from passgraph.backends.turn import Turn, open_driver
@@ -209,7 +209,7 @@ class GuardedContext(Context):
         open_driver("gl")
         destroy_left()
         super().__init__(turn)
-        self.current = Current()
+        self.current = HostCurrent()
         self.host = current_state(self.current)
         self._before = self.host
         self.gl = Functions(self.current.system(self.host).address)

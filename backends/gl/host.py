@@ -6,7 +6,8 @@ engine's state is read before and set again behind.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from typing import Any, Literal, get_args
 
@@ -18,7 +19,7 @@ from passgraph.backends.base import READ, DevicePicture, FloatBlock, Use
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl.backend import GLBackend
 from passgraph.backends.gl.copies import Copies
-from passgraph.backends.gl.current import Current
+from passgraph.backends.gl.current import HostCurrent
 from passgraph.backends.gl.foreign import Facts, attached, facts_of
 from passgraph.backends.gl.guard import GuardedContext
 from passgraph.backends.gl.placement import PLAIN, Placement
@@ -150,7 +151,7 @@ class Host(GLBackend):
                 context = SiblingContext(self.turn)
                 self.isolation = "sibling"
             except BackendError:
-                current_state(Current())  # nothing current: neither can be made
+                current_state(HostCurrent())  # nothing current: neither can be made
                 if isolation == "sibling":
                     raise
         self._open(context or GuardedContext(self.turn))
@@ -235,10 +236,10 @@ class Host(GLBackend):
         return self._picture(Surface("texture", int(name), target=0), size, region, origin, srgb)
 
     def _window_size(self) -> tuple[int, int] | None:
-        current = self.context.current  # type: ignore[attr-defined]
-        state = current_state(current)
-        size: tuple[int, int] | None = current.system(state).surface_size(state)
-        return size
+        context = self.context
+        assert isinstance(context, SiblingContext | GuardedContext)
+        state = current_state(context.current)
+        return context.current.system(state).surface_size(state)
 
     def _picture(
         self, surface: Surface, size: tuple[int, int] | None, region: Region | None, origin: Origin,
@@ -359,6 +360,14 @@ class Host(GLBackend):
     def _need_units(self, images: Sequence[Any]) -> None:
         if isinstance(self.context, GuardedContext):
             self.context.need_units(len(images))
+
+    @contextmanager
+    def running(self) -> Iterator[None]:
+        try:
+            with super().running():
+                yield
+        finally:
+            self.copies.end_run()
 
     def unbind(self) -> None:
         super().unbind()

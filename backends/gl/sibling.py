@@ -13,8 +13,9 @@ from typing import Any
 
 from passgraph.backends.gl.canary import Canary, OtherContextError
 from passgraph.backends.gl.context import Context, destroy_later, destroy_left, destroy_now
-from passgraph.backends.gl.current import Current, State
+from passgraph.backends.gl.current import HostCurrent
 from passgraph.backends.gl.functions import Functions
+from passgraph.backends.gl.windowing import State
 from passgraph.backends.turn import Turn, open_driver
 from passgraph.errors import BackendError
 
@@ -25,7 +26,7 @@ NO_CONTEXT = (
 )
 
 
-def current_state(current: Current) -> State:
+def current_state(current: HostCurrent) -> State:
     """What is current in this thread.
 
     Raises
@@ -42,7 +43,7 @@ def current_state(current: Current) -> State:
 class _Shared:
     """A native context made from another, and what is ours in what both share."""
 
-    def __init__(self, current: Current, host: State) -> None:
+    def __init__(self, current: HostCurrent, host: State) -> None:
         self.current, self.host = current, host
         self.handle = current.system(host).share(host)
         self.delete: Callable[[], None] = lambda: None
@@ -71,7 +72,7 @@ class SiblingContext(Context):
         open_driver("gl")
         destroy_left()
         super().__init__(turn)
-        self.current = Current()
+        self.current = HostCurrent()
         self.host = current_state(self.current)
         self._before: State | None = None
         #: Whether what one context has drawn is awaited by the other.

@@ -15,7 +15,7 @@ from passgraph.backends.opencl import transfers
 from passgraph.backends.opencl.devices import choose, device_infos
 from passgraph.backends.opencl.programs import Programs
 from passgraph.backends.opencl.storage import ImageLayout, Storage
-from passgraph.backends.turn import open_driver
+from passgraph.backends.turn import check_driver, open_driver
 from passgraph.errors import BackendError
 from passgraph.formats import Format
 from passgraph.graph.geometry import Geometry
@@ -36,20 +36,30 @@ class OpenCLBackend(Backend):
 
     def __init__(self, device: str | None = None) -> None:
         super().__init__(device)
-        open_driver(self.name)
-        self.device = choose(device)
+        check_driver(self.name)
+        chosen = choose(device)
         import pyopencl as cl
 
-        self.cl = cl
-        self.context: Any = cl.Context([self.device])
-        self.queue: Any = cl.CommandQueue(self.context, self.device)
+        context = cl.Context([chosen])
+        self._open(chosen, context, cl.CommandQueue(context, chosen))
+
+    def _open(self, device: Any, context: Any, queue: Any) -> None:
+        import pyopencl as cl
+
+        open_driver(self.name)
+        self.cl, self.device = cl, device
+        self.context: Any = context
+        self.queue: Any = queue
         self.programs = Programs(self.context, self.device)
         self.alive: dict[int, Any] = {}  # every buffer not yet given back, by its id
         self.scratch: dict[str, Any] = {}  # buffers that draws share, by purpose; they only grow
         #: Storages in memory of the caller, by address and length, while a run is on.
         self.lent: dict[tuple[int, int], Storage] | None = None
         self.conversions: dict[str, dict[str, Any]] = {}  # kernels by what a channel holds
+        self.moves: dict[tuple[ImageLayout, ImageLayout], Any] = {}  # kernels by layouts
         self.closed = False
+        #: Bytes that the start of a part of a buffer is a multiple of.
+        self.alignment = max(1, int(self.device.mem_base_addr_align) // 8)
         self.is_cpu = bool(self.device.type & cl.device_type.CPU)
         self.max_bytes = int(self.device.max_mem_alloc_size)
         self.limits = Limits(
@@ -92,7 +102,7 @@ class OpenCLBackend(Backend):
 
     def free_with(self, owner: object, buffer: Any) -> None:
         """Free a buffer when its owner is no more."""
-        weakref.finalize(owner, self.free, buffer).atexit = False
+        weakref.finalize(owner, _freed, weakref.ref(self), buffer).atexit = False
 
     def scratch_buffer(self, purpose: str, size: int) -> Any:
         """A buffer that every draw may use while its commands are queued."""
@@ -148,7 +158,7 @@ class OpenCLBackend(Backend):
         return transfers.adopted(self, external, format)
 
     def running(self) -> AbstractContextManager[None]:
-        return transfers.running(self)
+        return transfers.Running(self)
 
     def upload(self, storage: Storage, picture: FloatBlock) -> None:
         self.check_open()
@@ -237,8 +247,16 @@ class OpenCLBackend(Backend):
             self.free(buffer)
         self.scratch.clear()
         self.conversions.clear()
+        self.moves.clear()
         self.programs.close()
         # pyopencl gives a context back when its last Python object goes: hold none.
         self.queue = None
         self.context = None
         self.programs.context = None
+
+
+def _freed(backend: weakref.ReferenceType[OpenCLBackend], buffer: Any) -> None:
+    """A finaliser knows no backend, which would stay for as long as what it belongs to."""
+    owner = backend()
+    if owner is not None:
+        owner.free(buffer)

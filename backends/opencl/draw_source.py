@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from passgraph.backends.base import ATTRIBUTES, clear_colour
 from passgraph.backends.opencl.draw_tests import compare, stencil_update
 from passgraph.backends.opencl.opencl_c import (
-    INT_LIMIT,
     OpenCLPrinter,
     element,
     join,
@@ -17,7 +16,7 @@ from passgraph.backends.opencl.opencl_c import (
     prologue,
     store_expression,
 )
-from passgraph.backends.opencl.storage import ImageLayout
+from passgraph.backends.opencl.storage import INT_LIMIT, ImageLayout
 from passgraph.backends.printing import Listing
 from passgraph.language.scalar import ScalarProgram
 from passgraph.plan.data import DrawStep
@@ -143,13 +142,13 @@ def _vertex(step: DrawStep) -> Listing:
 def _clear(step: DrawStep, layouts: DrawLayouts) -> str:
     """``pg_clear_pixel``: what the draw clears, at one pixel."""
     printer = OpenCLPrinter(step.vertex, {})
-    lines = []
+    lines = [_place(i, layout) for i, layout in enumerate(layouts.outputs)]
     for i, (values, layout) in enumerate(zip(step.clears, layouts.outputs, strict=True)):
         if values is None:
             continue
         for k, value in enumerate(clear_colour(values, layout.channels, layout.format.srgb)):
             stored = store_expression(layout.format, printer.float_literal(value))
-            lines.append(f"pg_out{i}[at * {layout.channels} + {k}] = {stored};")
+            lines.append(f"pg_out{i}[o{i} + {layout.channel(k)}] = {stored};")
     if layouts.depth and step.depth_clear is not None:
         lines.append(f"pg_depths[at] = {printer.float_literal(step.depth_clear)};")
         if layouts.stencil:
@@ -184,6 +183,8 @@ def _shade(step: DrawStep, layouts: DrawLayouts) -> Listing:
         "__global const float* tri, PG_RESOURCES)"
     )
     printer.line("PG_INDEX at = (PG_INDEX)y * PG_WIDTH + x;")
+    for i, layout in enumerate(layouts.outputs):
+        printer.line(_place(i, layout))
     early, late = _tests(step, layouts, discards=program.keep is not None)
     printer.line(early)
     for k in range(len(step.varyings)):
@@ -254,6 +255,11 @@ def _blends(step: DrawStep) -> Iterator[Listing]:
         yield printer.close()
 
 
+def _place(i: int, layout: ImageLayout) -> str:
+    """Where this pixel of a target begins."""
+    return f"{layout.index_type} o{i} = {layout.place('x', 'y')};"
+
+
 def _four(values: Sequence[str]) -> str:
     return f"(float4)({', '.join([*values, '0.0f', '0.0f', '0.0f'][:4])})"
 
@@ -262,7 +268,7 @@ def _write(printer: OpenCLPrinter, step: DrawStep, i: int, layout: ImageLayout, 
     """Blend, mask and store one target."""
     state = step.state
     mask = state.color_mask[i] if state.color_mask else (True,) * 4
-    at = [f"at * {layout.channels} + {k}" for k in range(layout.channels)]
+    at = [f"o{i} + {layout.channel(k)}" for k in range(layout.channels)]
     results = list(values)
     if step.blending[i] is not None:
         stored = [load_expression(layout.format, f"pg_out{i}", index) for index in at]

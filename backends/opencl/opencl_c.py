@@ -8,7 +8,7 @@ from importlib import resources
 from typing import ClassVar
 
 from passgraph.backends.c_like import FLOOR_DIVIDE, INT_MOD, CLike, spelled
-from passgraph.backends.opencl.storage import ImageLayout
+from passgraph.backends.opencl.storage import INT_LIMIT, ImageLayout
 from passgraph.backends.printing import Listing
 from passgraph.formats import Format
 from passgraph.language import scalar as s
@@ -17,8 +17,6 @@ from passgraph.language.source import NOWHERE, Span
 
 #: What a channel of a format holds (`Format.number`) → how buffers hold it.
 ELEMENTS = {"u1": "uchar", "u2": "ushort", "i1": "char", "i2": "short", "f2": "ushort", "f4": "float"}
-#: The first index that no longer fits into int.
-INT_LIMIT = 1 << 31
 
 #: Type of the arguments → operation → its expression.  Functions with ``pg_`` are in helpers.cl and below.
 SPELLED = spelled({
@@ -144,13 +142,12 @@ class OpenCLPrinter(CLike):
             self.line(f"bool {here} = {x} >= 0 && {x} < {width} && {y} >= 0 && {y} < {height};")
         if not inside:
             x, y = self._bordered(load.border, x, width), self._bordered(load.border, y, height)
-        type_ = "int" if width * height * layout.channels < INT_LIMIT else "long"
-        at = f"(({type_}){y} * {width} + {x})"
-        self.line(f"{type_} {index} = {at if layout.channels == 1 else f'{at} * {layout.channels}'};")
+        self.line(f"{layout.index_type} {index} = {layout.place(x, y)};")
         for channel, value in enumerate(load.to):
             if value is None:
                 continue
-            texel = load_expression(layout.format, buffer, f"{index} + {channel}" if channel else index)
+            place = layout.channel(channel)
+            texel = load_expression(layout.format, buffer, f"{index} + {place}" if place else index)
             if not inside and BORDERS[load.border].blank:
                 texel = f"({here} ? {texel} : 0.0f)"
             self.value(value, texel)

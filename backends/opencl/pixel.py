@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+from weakref import ReferenceType, ref
 
 from passgraph.backends.base import Block
 from passgraph.backends.opencl.opencl_c import OpenCLPrinter, element, join, prologue
@@ -81,10 +82,9 @@ def _kernel(
     printer.variables()
     printer.block(program.body)
     for i, (output, layout) in enumerate(zip(program.outputs, outputs, strict=True)):
-        type_ = "int" if width * height * layout.channels < 1 << 31 else "long"
-        printer.line(f"{type_} o{i} = (({type_})y * {width} + x) * {layout.channels};")
+        printer.line(f"{layout.index_type} o{i} = {layout.place('x', 'y')};")
         for channel, value in enumerate(output.values):
-            printer.line(f"out{i}[o{i} + {channel}] = {printer.stored(layout.format, value)};")
+            printer.line(f"out{i}[o{i} + {layout.channel(channel)}] = {printer.stored(layout.format, value)};")
     if inner and run > 1:
         printer.line("}")
     return printer.close()
@@ -122,16 +122,17 @@ class PixelPassRunner:
         self.what = f"pass {step.name!r}"
         self.uniforms = Uniforms(backend, step.program.float_count, step.program.int_count, self.what)
         self.compiled: dict[tuple[ImageLayout, ...], list[Launch]] = {}
-        #: What the last call was for, and what it runs.
-        self.storages: list[Storage] = []
+        #: What the last call was for, which nothing here keeps alive, and what it runs.
+        self.storages: list[ReferenceType[Storage]] = []
         self.launches: list[Launch] = []
 
     def __call__(self, outputs: Sequence[Storage], images: Sequence[Storage], block: Block) -> None:
         backend = self.backend
         backend.check_open()
         try:
-            if self.storages != [*images, *outputs]:
-                self._bind([*images, *outputs], len(images))
+            storages = [*images, *outputs]
+            if [held() for held in self.storages] != storages:
+                self._bind(storages, len(images))
             self.uniforms.update(block)
             enqueue, queue = backend.cl.enqueue_nd_range_kernel, backend.queue
             for launch in self.launches:
@@ -150,8 +151,7 @@ class PixelPassRunner:
         buffers = [*(storage.buffer for storage in storages), *self.uniforms.buffers]
         for launch in self.launches:
             launch.bind(buffers)
-        # Memory of the caller is lent for one run: nothing here keeps it.
-        self.storages = [] if any(storage.lent is not None for storage in storages) else storages
+        self.storages = [ref(storage) for storage in storages]
 
     def _compile(self, layouts: tuple[ImageLayout, ...], image_count: int) -> list[Launch]:
         names = [name for name, _ in self.step.images]

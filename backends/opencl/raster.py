@@ -73,7 +73,7 @@ class DrawPassRunner:
         with self.backend.reported(f"running {self.what}"):
             clip, sent = self._vertices(kernels, geometry)
             Triangles(self, kernels, geometry, clip, sent, resources).draw(0, geometry.triangle_count)
-        if any(storage.lent is not None for storage in (*images, *outputs)):
+        if any(storage.is_borrowed for storage in (*images, *outputs)):
             # Memory of the caller is lent for one run: nothing here keeps it.
             self.bound.pop(id(kernels["pg_tiles"]), None)
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.base import FloatBlock
+from passgraph.backends.opencl.moves import nearest_number
 from passgraph.backends.opencl.opencl_c import ELEMENTS, join, load_expression, package_text
 from passgraph.backends.opencl.storage import Storage
 from passgraph.backends.steps import numbers_of, values_into
@@ -42,13 +43,8 @@ __kernel void pg_numbers(__global const float* restrict values, __global {number
 def source_of(format_: Format, run: int) -> str:
     """Kernels between a format's numbers and values; as in passgraph.backends.steps, NaN is held as the lowest."""
     number = ELEMENTS[format_.number]
-    nearest = "pg_store_half(values[i])"
-    if format_.steps:
-        # Comparisons and a plain conversion vectorise.
-        low, steps = f"{format_.low}f", f"{format_.steps}.0f"
-        clamped = f"({low} < values[i] ? (1.0f < values[i] ? 1.0f : values[i]) : {low})"
-        nearest = f"({number})(int)rint({clamped} * {steps})"
-    return _SOURCE.format(number=number, run=run, value=load_expression(format_, "numbers", "i"), nearest=nearest)
+    value, nearest = load_expression(format_, "numbers", "i"), nearest_number(format_, "values[i]")
+    return _SOURCE.format(number=number, run=run, value=value, nearest=nearest)
 
 
 def _run(backend: OpenCLBackend) -> int:
@@ -102,15 +98,21 @@ def _give_back(backend: OpenCLBackend, buffer: Any, array: NDArray[Any]) -> None
     backend.free(buffer)
 
 
-@contextmanager
-def running(backend: OpenCLBackend) -> Iterator[None]:
-    """What is adopted inside is given back at the end."""
-    outer, backend.lent = backend.lent, {}
-    try:
-        yield
-    finally:
-        lent, backend.lent = backend.lent.values(), outer
-        for storage in lent:
+class Running:
+    """What is adopted inside is given back at the end.  A class, since every run passes here."""
+
+    __slots__ = ("backend", "outer")
+
+    def __init__(self, backend: OpenCLBackend) -> None:
+        self.backend = backend
+
+    def __enter__(self) -> None:
+        self.outer, self.backend.lent = self.backend.lent, {}
+
+    def __exit__(self, *_: object) -> None:
+        backend = self.backend
+        lent, backend.lent = backend.lent, self.outer
+        for storage in (lent or {}).values():
             storage.released = True
             with backend.reported("giving a picture back"):
                 assert storage.lent is not None

@@ -30,7 +30,8 @@ class Scene:
 
     engine = "arcade"
     hook = "`flip`"
-    shown = partial(bloom, threshold=0.5, intensity=0.8)
+    needs_display = True
+    shown = partial(bloom, threshold=0.65, intensity=1.5, levels=5)
 
     def __init__(self, size: tuple[int, int]) -> None:
         if "DISPLAY" not in os.environ:
@@ -40,30 +41,35 @@ class Scene:
         self.arcade = arcade
         self.window = arcade.Window(*size, "scene", resizable=True, vsync=False, antialiasing=False)
         self.sprites = arcade.SpriteList()
+        self.unit = size[0] / 640
         for k in range(12):
-            self.sprites.append(arcade.Sprite(":resources:images/tiles/grassMid.png", 0.5, 32 + 64 * k, 32))
+            self._sprite("tiles/grassMid.png", 0.5, 32 + 64 * k, 32)
         for x, y in ((180, 96), (244, 96), (212, 160), (460, 96)):
-            self.sprites.append(arcade.Sprite(":resources:images/tiles/boxCrate_double.png", 0.5, x, y))
-        self.player = arcade.Sprite(
-            ":resources:images/animated_characters/female_adventurer/femaleAdventurer_idle.png", 0.75, 340, 112
-        )
-        self.sprites.append(self.player)
+            self._sprite("tiles/boxCrate_double.png", 0.5, x, y)
+        folder = "animated_characters/female_adventurer"
+        self.player = self._sprite(f"{folder}/femaleAdventurer_idle.png", 0.75, 340, 112)
         self.time = 0.0
         # A frame is shown when the next one begins, so that what was drawn can be read.
         self.swap, self.window.flip = self.window.flip, lambda: None
 
+    def _sprite(self, name: str, scale: float, x: float, y: float) -> Any:
+        unit = self.unit
+        made = self.arcade.Sprite(f":resources:images/{name}", scale * unit, x * unit, y * unit)
+        self.sprites.append(made)
+        return made
+
     def draw(self) -> None:
-        arcade = self.arcade
+        arcade, unit = self.arcade, self.unit
         self.swap()
         self.window.switch_to()
         self.time += 0.1
-        self.player.center_x = 340 + 40 * math.sin(self.time)
+        self.player.center_x = (340 + 40 * math.sin(self.time)) * unit
         self.window.clear(color=(24, 26, 48))
-        arcade.draw_circle_filled(540, 320, 36, (250, 245, 220))
+        arcade.draw_circle_filled(540 * unit, 320 * unit, 36 * unit, (250, 245, 220))
         for k in range(6):
             turn = self.time + math.tau * k / 6
-            place = (340 + 110 * math.cos(turn), 200 + 70 * math.sin(turn))
-            arcade.draw_circle_filled(*place, 9, (255, 170, 60))
+            x, y = 340 + 110 * math.cos(turn), 200 + 70 * math.sin(turn)
+            arcade.draw_circle_filled(x * unit, y * unit, 9 * unit, (255, 170, 60))
         self.sprites.draw()
         self.window.flip()
 

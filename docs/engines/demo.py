@@ -20,6 +20,9 @@ if sys.path[0] == str(root / "docs" / "engines"):
     sys.path[0] = str(root)  # examples are called like their engines, which are meant by `import`
 
 import passgraph as pg
+from passgraph.backends.gl.current import Current
+from passgraph.backends.gl.functions import Functions
+from passgraph.backends.gl.sibling import current_state
 from passgraph.effects import black_and_white, gaussian_blur
 from passgraph.effects.ambient.ambient_occlusion import occlusion
 from passgraph.effects.surfaces.depth_normals import depth_normals
@@ -60,6 +63,12 @@ class Scene(Protocol):
     def resize(self, size: tuple[int, int]) -> None: ...
 
     def close(self) -> None: ...
+
+
+def functions() -> Functions:
+    """OpenGL's, of the context that is current."""
+    current = Current()
+    return Functions(current.system(current_state(current)).address)
 
 
 def installed(engine: str) -> str | None:

@@ -27,18 +27,19 @@ class Scene:
     engine = "panda3d"
     hook = "`DisplayRegion.set_draw_callback`"
 
-    def __init__(self, size: tuple[int, int]) -> None:
+    def __init__(self, size: tuple[int, int], samples: int = 0) -> None:
         from direct.showbase.ShowBase import ShowBase
         from panda3d.core import AmbientLight, DirectionalLight, FrameBufferProperties, Vec4, load_prc_file_data
 
         # p3headlessgl renders through EGL, without a display; in a window nothing else changes.
         load_prc_file_data("", "load-display p3headlessgl\nwindow-type offscreen\naudio-library-name null\n")
         load_prc_file_data("", f"win-size {size[0]} {size[1]}\nnotify-level-display error\n")
-        load_prc_file_data("", "framebuffer-alpha 1\nframebuffer-multisample 0\n")
+        load_prc_file_data("", f"framebuffer-multisample {int(samples > 0)}\nmultisamples {samples}\n")
         self.base = ShowBase()
         properties = FrameBufferProperties()
         properties.set_rgba_bits(8, 8, 8, 8)
         properties.set_depth_bits(24)
+        properties.set_multisamples(samples)
         self.buffer = self.base.win.make_texture_buffer("scene", *size, None, False, properties)
         self.buffer.set_clear_color(Vec4(0.45, 0.55, 0.7, 1))
         self.camera = self.base.make_camera(self.buffer)

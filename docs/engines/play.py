@@ -16,23 +16,18 @@ from pathlib import Path
 import numpy as np
 
 root = Path(__file__).resolve().parent.parent.parent
-sys.path[0] = str(root)
+if sys.path[0] == str(root / "docs" / "engines"):
+    sys.path[0] = str(root)
 
 import passgraph as pg
-from docs.engines.demo import Scene, inverse
-from passgraph.backends.gl.current import Current
+from docs.engines.by_hand import ByHand
+from docs.engines.demo import Scene, functions, gray_and_soft, inverse
 from passgraph.backends.gl.functions import Functions
-from passgraph.backends.gl.sibling import current_state
+from passgraph.engines.attachment import Attachment
 
 KINDS = ("Texture", "Buffer", "Framebuffer", "Program", "Renderbuffer", "Sampler", "Shader", "VertexArray")
 #: Names that are looked at: more than these scenes have objects.
 NAMES = 2000
-
-
-def functions() -> Functions:
-    """OpenGL's, of the context that is current."""
-    current = Current()
-    return Functions(current.system(current_state(current)).address)
 
 
 def count_objects() -> list[int]:
@@ -55,6 +50,10 @@ LEFT: dict[str, Callable[[Functions], object]] = {
     "depth test off": lambda gl: gl.Disable(0x0B71),
     "blending off": lambda gl: gl.Disable(0x0BE2),
     "colour mask": lambda gl: gl.ColorMask(0, 1, 1, 1),
+    "outlines": lambda gl: gl.PolygonMode(0x0408, 0x1B01),
+    "front face": lambda gl: gl.FrontFace(0x900),
+    "lines": lambda gl: gl.PolygonMode(0x408, 0x1B01),
+    "program": lambda gl: gl.UseProgram(0),
     "sampler": lambda gl: [_bound_sampler(gl, unit) for unit in range(8)],
 }
 
@@ -72,6 +71,45 @@ def broken(frame: pg.Target) -> pg.Target:
     return kernel(frame, pg.Value("gain", float), into=pg.target("broken", "rgba8"))
 
 
+EFFECTS = {"inverse": inverse, "broken": broken, "soft": gray_and_soft, "soft by hand": None}
+
+
+class _ByHand:
+    """What the table measures by hand, as if it were an attachment."""
+
+    isolation = error = None
+
+    def __init__(self, scene: Scene) -> None:
+        self.close = scene.hook_in(self)
+        self.scene = scene
+        self.made: ByHand | None = None
+
+    def __call__(self) -> None:
+        self.made = self.made or ByHand(self.scene.picture().shape[1::-1])
+        self.made()
+
+
+def attach(scene: Scene, told: argparse.Namespace) -> Attachment | _ByHand:
+    effect = EFFECTS[told.which]
+    return _ByHand(scene) if effect is None else scene.attach(effect, isolation=told.isolation)
+
+
+def resident_bytes() -> int:
+    return int(Path("/proc/self/statm").read_text().split()[1]) * 4096
+
+
+def many(scene: Scene, told: argparse.Namespace) -> dict[str, object]:
+    """Memory and objects after a fifth of many frames and after all."""
+    attached = attach(scene, told)
+    noted: list[tuple[int, list[int]]] = []
+    for frames in (told.many // 5, told.many - told.many // 5):
+        for _ in range(frames):
+            scene.draw()
+        noted.append((resident_bytes(), in_hook(scene, count_objects)[-1]))
+    attached.close()
+    return {"resident": [n[0] for n in noted], "held": [n[1] for n in noted], "failed": str(attached.error or "")}
+
+
 def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("engine")
@@ -81,10 +119,13 @@ def main() -> None:
     parser.add_argument("--resize", type=int, help="the frame before which the size changes")
     parser.add_argument("--isolation", default="auto")
     parser.add_argument("--leave", choices=LEFT, help="leave this state behind in the first frame with the effect")
-    parser.add_argument("--broken", action="store_true", help="the effect fails when it runs")
+    parser.add_argument("--which", choices=EFFECTS, default="inverse", help='the effect; "broken" fails when it runs')
+    parser.add_argument("--many", type=int, help="so many frames more, with the effect, of which memory is noted")
     parser.add_argument("--size", type=int, nargs=2, default=(67, 45))
+    parser.add_argument("--samples", type=int, help="a pixel; of scenes that take a number of them")
     told = parser.parse_args()
-    scene: Scene = import_module(f"docs.engines.{told.engine}").Scene(tuple(told.size))
+    samples = {} if told.samples is None else {"samples": told.samples}
+    scene: Scene = import_module(f"docs.engines.{told.engine}").Scene(tuple(told.size), **samples)
     made: dict[str, object] = {}
     scene.draw()
     in_hook(scene, count_objects)  # engines make things at their first frames
@@ -95,7 +136,7 @@ def main() -> None:
             scene.resize((told.size[0] + 20, told.size[1] - 7))
         wanted = number in told.effect
         if wanted and attached is None:
-            attached = scene.attach(broken if told.broken else inverse, isolation=told.isolation)
+            attached = attach(scene, told)
             leave = LEFT[told.leave] if told.leave else lambda gl: None
             take_out = scene.hook_in(lambda leave=leave: leave(functions()))
         elif not wanted and attached is not None:
@@ -109,6 +150,8 @@ def main() -> None:
     if attached is not None:
         attached.close()
         take_out()
+    if told.many:
+        made |= many(scene, told)
     made["after"] = in_hook(scene, count_objects)[-1]
     scene.close()
     np.savez(told.file, **made)

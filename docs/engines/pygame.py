@@ -28,6 +28,7 @@ class Scene:
 
     engine = "pygame-ce"
     hook = "`pygame.display.flip`"
+    needs_display = True
     shown = partial(occluded, radius=1.5)
 
     def __init__(self, size: tuple[int, int]) -> None:

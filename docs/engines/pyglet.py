@@ -38,6 +38,7 @@ class Scene:
 
     engine = "pyglet"
     hook = "`flip`"
+    needs_display = True
     shown = partial(occluded, radius=1.5)
 
     def __init__(self, size: tuple[int, int]) -> None:

@@ -23,7 +23,6 @@ from passgraph.effects.shadows.shadow_light import ambient_light
 from passgraph.effects.shadows.soft_shadow import soft_shadow_passes
 from passgraph.effects.surfaces.depth_normals import depth_normals
 from passgraph.effects.surfaces.views import Casters, View
-from passgraph.scene.camera import DEFAULT_FOV_RAD
 
 Method = Literal["gtao", "ssao"]
 #: Planes, taps and points of a search, and shares of its radius.
@@ -63,13 +62,6 @@ def dim_ambient(lit: Image, base: Image, ambient: Image, occlusion: Image, bounc
 def first_channel(mask: Image) -> float:
     """Visibility without the depth that the blur needs; fused into its reader."""
     return mask[0, 0].r
-
-
-@pg.kernel
-def dim(color: Image, occlusion: Image) -> vec4:
-    """A picture whose light cannot be told apart."""
-    here = color[0, 0]
-    return vec4(here.rgb * occlusion[0, 0].r, here.a)
 
 
 @dataclass(frozen=True)
@@ -121,7 +113,7 @@ class AmbientOcclusion:
 def occlusion(
     depth: pg.Target,
     normals: pg.Target,
-    camera: pg.Value,
+    camera: pg.Camera | pg.Value,
     *,
     radius: Reach | pg.Value | pg.Derived,
     method: Method = "gtao",
@@ -142,7 +134,7 @@ def occlusion(
     ----------
     depth : red is the distance along the view axis in scene units, 0 where there is no surface
     normals : packed, of the camera's frame, in blue and alpha, as in `passgraph.effects.surfaces.g_buffer.GBuffer`
-    camera : the run value of the camera that both were seen by
+    camera : which both were seen by, or the run value of it
     radius : how far away things still take light, scene units
     method, slices, steps, falloff, thickness, taps, bias, range_check, power, half_resolution, denoise :
         see `ambient_occlusion`
@@ -281,55 +273,6 @@ def ambient_occlusion() -> None:
     >>> ambient_occlusion(pg.Scene.shipped()).name
     'picture'
     """
-
-
-@checked
-def occluded(
-    color: pg.Target,
-    depth: pg.Target,
-    *,
-    radius: Reach,
-    vertical_fov_rad: float = DEFAULT_FOV_RAD,
-    method: Method = "gtao",
-    slices: Slices = 2,
-    steps: Steps = 4,
-    power: NotNegative = 1.0,
-    half_resolution: bool = False,
-    into: pg.TargetSpec | None = None,
-    name: str = "occluded",
-) -> pg.Target:
-    """A picture dimmed by the occlusion that its depth shows, when there is nothing but these two.
-
-    Parameters
-    ----------
-    color : any picture, linear light
-    depth : red is the distance along the view axis in scene units, 0 where there is no surface; of the size of
-        ``color``
-    radius : how far away things still take light, in units of the depth
-    vertical_fov_rad : full vertical angle of view of both pictures
-    method, slices, steps, power, half_resolution : see `ambient_occlusion`
-    into : where it goes; left out, float32 with the name ``name``
-    name : of the last pass and target
-
-    Normals are made from the depth; all light is dimmed, since what comes from all around cannot be told
-    from the rest.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> made = occluded(pg.Input("frame"), pg.Input("depth"), radius=1.0)
-    >>> with pg.compile(made, backend="reference", size=(8, 8)) as program:
-    ...     flat = program(frame=np.ones((8, 8, 4)), depth=np.full((8, 8, 1), 3.0))["occluded"]
-    >>> bool((flat == 1.0).all())
-    True
-    """
-    view = pg.Camera((0.0, 0.0, 0.0), (0.0, 0.0, -1.0), vertical_fov_rad=vertical_fov_rad)
-    camera = pg.Value("camera", pg.Camera, default=view)
-    found = occlusion(
-        depth, depth_normals(depth, camera), camera, radius=radius, method=method, slices=slices, steps=steps,
-        power=power, half_resolution=half_resolution,
-    )  # fmt: skip
-    return dim(color, found.visibility, into=into or pg.target(name, "rgba32f"), name=name)
 
 
 def _radius_in(scene: pg.Scene) -> float:

@@ -19,7 +19,14 @@ from passgraph.effects.ambient.horizon_occlusion import (
     shaped,
     unit,
 )
-from passgraph.effects.surfaces.geometry import ViewFrame, line_of_sight, linear_on_planes, pixel_step, spread
+from passgraph.effects.surfaces.geometry import (
+    ViewFrame,
+    half_extent,
+    line_of_sight,
+    linear_on_planes,
+    pixel_step,
+    spread,
+)
 
 TURN = 2.0 * pi
 #: Angle between successive points, so that no two lie in line.
@@ -78,7 +85,7 @@ def hemisphere_visibility(taps: int) -> Any:
         t = unit(start - n * dot(n, start))
         b = cross(n, t)
         # x and y in pixels from this one, z as it is: of the pixel's own place and of the frame
-        scale = vec2(0.5, -0.5) * vec2(output_size()) / frame.half
+        scale = vec2(0.5, -0.5) * vec2(output_size()) / half_extent(frame, output_size())
         t_px, b_px, n_px = t.xy * scale * radius, b.xy * scale * radius, n.xy * scale * radius
         middle = ray.xy * scale
         t_z, b_z, n_z = t.z * radius, b.z * radius, n.z * radius

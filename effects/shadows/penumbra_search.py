@@ -25,7 +25,7 @@ from passgraph.effects.shadows.shadow_filters import (
 )
 from passgraph.effects.shadows.shadow_light import SCREEN_ROUNDING, light_at, on_face
 from passgraph.effects.shadows.shadow_map import NOTHING
-from passgraph.effects.surfaces.geometry import ViewFrame, flat_place, plane_terms, spread, unpack_normal
+from passgraph.effects.surfaces.geometry import ViewFrame, flat_place, half_extent, plane_terms, spread, unpack_normal
 from passgraph.effects.surfaces.views import LightFrame
 
 #: Half widths of penumbrae, in pixels, up to which full size decides, and from which half the size does: the small
@@ -84,7 +84,7 @@ def facing_light(light: LightFrame, position: vec3, n: vec3, kind: int) -> bool:
 @pg.function
 def step_aside(size: ivec2, frame: ViewFrame) -> vec2:
     """How far the flat places of neighbouring pixels lie apart, to the right and downwards."""
-    return vec2(2.0 * frame.half.x / float(size.x), -2.0 * frame.half.y / float(size.y))
+    return vec2(2.0, -2.0) * half_extent(frame, size) / vec2(size)
 
 
 @lru_cache(maxsize=64)
@@ -181,7 +181,7 @@ def find_penumbrae(taps: int) -> Any:
         at = pg.pixel() * 2
         far = depth.texel(at).r
         aside = step_aside(size, frame)
-        flat = frame.middle + (vec2(at) + 0.5 - 0.5 * vec2(size)) * aside
+        flat = frame.shift * half_extent(frame, size) + (vec2(at) + 0.5 - 0.5 * vec2(size)) * aside
         position = vec3(flat * spread(frame, far), -far)
         n = unpack_normal(normals.texel(at).zw)
         if far <= 0.0 or not facing_light(light, position, n, kind):

@@ -88,7 +88,7 @@ def add_shadowed_light(of: DecidedFilter) -> Any:
         more = light_at(light, position, unpack_normal(packed.xy), kind).rgb
         if face >= 0 and not on_face(light.world * (position - light.place), face):
             more = vec3(0.0)
-        lift = spread(frame, far) * frame.half.y * SCREEN_ROUNDING / float(depth.size.y)
+        lift = spread(frame, far) * frame.half_height * SCREEN_ROUNDING / float(depth.size.y)
         share = share_lit(map, nearest, light, position, unpack_normal(packed.zw), lift, by, kind, face)
         return free[0, 0].rgb + more, shadowed[0, 0].rgb + more * share
 

@@ -26,7 +26,7 @@ from passgraph.effects.shadows.shadow_light import (
     split,
     split_rgb,
 )
-from passgraph.effects.surfaces.g_buffer import g_buffer
+from passgraph.effects.surfaces.g_buffer import GBuffer, g_buffer
 from passgraph.effects.surfaces.textures import TextureInputs
 from passgraph.effects.surfaces.views import Casters, View
 
@@ -89,17 +89,14 @@ def soft_shadow_passes(
     >>> passes.shadows_blurred is passes.shadows
     True
     """
-    chosen = _decided(Auto() if filter is None else filter, scene, softness)
+    chosen = decided(Auto() if filter is None else filter, scene, softness)
     notes: list[str] = []
     view = View(pg.Value("camera", pg.Camera, default=scene.camera))
     textures = TextureInputs()
     seen = g_buffer(scene, view, textures, background)
-    lights = [
-        pg.Value("light" if len(scene.lights) == 1 else f"light{i}", pg.Light, static=True, default=light)
-        for i, light in enumerate(scene.lights)
-    ]
+    lights = lights_of(scene)
     casters = Casters.of(scene)
-    width = _softness(softness, lights, casters)
+    width = width_of_edges(softness, lights, casters)
     lighting = Lighting(
         scene, view, seen, lights, textures, casters, map_size, map_blur_px, notes, chosen, fit == "view", width
     )
@@ -119,20 +116,7 @@ def soft_shadow_passes(
         into=(pg.target("unshadowed", hdr_format), pg.target("shadows", "rgba16f")),
         name="unshadowed and shadows",
     )  # fmt: skip
-    if isinstance(chosen, MomentFilter):
-        notes.append(f"no blur on the screen: filter={chosen} blurs the shadow maps")
-        blurred = shadows
-    elif not isinstance(chosen, Blur):
-        notes.append(f"no blur: filter={chosen} filters where the map is compared")
-        blurred = shadows
-    elif width is None:
-        notes.append("no blur: the shadows' softness is 0")
-        blurred = shadows
-    elif chosen.width == "constant":
-        into = pg.target("shadows_blurred", "rgba16f")
-        blurred = gaussian_blur(shadows, chosen.radius_px / 2.0, chosen.radius_px, into=into, name="shadow blur")
-    else:
-        blurred = blur_along_surfaces(shadows, seen.normals, seen.depth, width, view.frame(), chosen.radius_px)
+    blurred = blurred_shadows(shadows, seen, view, chosen, width, notes)
     result = (multiply_rgb if wide else multiply)(
         unshadowed, blurred, into=pg.target("soft_shadow", hdr_format, notes=tuple(notes))
     )
@@ -208,7 +192,34 @@ def _shown(hdr: pg.Target, exposure_stops: float | pg.Value, curve: Curve) -> pg
     return tone_map(hdr, exposure_stops, curve, into=pg.target("picture", "rgba8"), name="picture")
 
 
-def _decided(given: ShadowFilter, scene: pg.Scene, softness: float | pg.Value | None) -> DecidedFilter:
+def lights_of(scene: pg.Scene) -> list[pg.Value]:
+    """The lights of a scene as run values: "light", or "light0", "light1" …"""
+    return [
+        pg.Value("light" if len(scene.lights) == 1 else f"light{i}", pg.Light, static=True, default=light)
+        for i, light in enumerate(scene.lights)
+    ]
+
+
+def blurred_shadows(
+    shadows: pg.Target, seen: GBuffer, view: View, chosen: DecidedFilter, width: object, notes: list[str]
+) -> pg.Target:
+    """RTT3 of RTT2, which it is where nothing is to be blurred on the screen; ``notes`` says why."""
+    if isinstance(chosen, MomentFilter):
+        notes.append(f"no blur on the screen: filter={chosen} blurs the shadow maps")
+        return shadows
+    if not isinstance(chosen, Blur):
+        notes.append(f"no blur: filter={chosen} filters where the map is compared")
+        return shadows
+    if width is None:
+        notes.append("no blur: the shadows' softness is 0")
+        return shadows
+    if chosen.width == "constant":
+        into = pg.target("shadows_blurred", "rgba16f")
+        return gaussian_blur(shadows, chosen.radius_px / 2.0, chosen.radius_px, into=into, name="shadow blur")
+    return blur_along_surfaces(shadows, seen.normals, seen.depth, width, view.frame(), chosen.radius_px)
+
+
+def decided(given: ShadowFilter, scene: pg.Scene, softness: float | pg.Value | None) -> DecidedFilter:
     """What `Auto` stands for: penumbrae of the lights' own width need lights with an extent, and no other width."""
     if not isinstance(given, Auto):
         return given
@@ -217,7 +228,7 @@ def _decided(given: ShadowFilter, scene: pg.Scene, softness: float | pg.Value | 
     return given.penumbra
 
 
-def _softness(given: float | pg.Value | None, lights: Sequence[pg.Value], casters: Casters) -> object:
+def width_of_edges(given: float | pg.Value | None, lights: Sequence[pg.Value], casters: Casters) -> object:
     """The blur's half width in scene units: a number, a run value, or None for no blur at all."""
     if given is not None:
         return given if isinstance(given, (pg.Value, pg.Derived)) or given > 0.0 else None

@@ -66,13 +66,13 @@ def normals_of_depth(depth: Image, frame: ViewFrame) -> vec4:
     return vec4(packed, packed)
 
 
-def depth_normals(depth: pg.Target, camera: pg.Value, name: str = "normals of depth") -> pg.Target:
+def depth_normals(depth: pg.Target, camera: pg.Camera | pg.Value, name: str = "normals of depth") -> pg.Target:
     """Normals, packed as in `passgraph.effects.surfaces.g_buffer.GBuffer`, of what a linear depth shows.
 
     Parameters
     ----------
     depth : distances along the view axis in scene units, 0 where there is no surface
-    camera : the run value of the camera that it was seen by
+    camera : which it was seen by, or the run value of it
     name : of the pass and target
 
     Beside the picture's border there is no surface to lean on.

@@ -5,19 +5,27 @@
 from __future__ import annotations
 
 import passgraph as pg
-from passgraph import dot, ivec2, normalize, vec2, vec3
+from passgraph import dot, ivec2, normalize, output_size, vec2, vec3
 
 
 @pg.struct
 class ViewFrame:
     """How a place in the picture and a distance become a position in the camera's frame, which looks along -z.
 
-    In perspective half and middle are measured at distance 1 and grow with the distance; in parallel views they do not.
+    In perspective lengths are measured at distance 1 and grow with the distance; in parallel views they do not.
     """
 
-    half: vec2  # half the width and height of what is seen
-    middle: vec2  # of the picture, off the view axis
+    half_height: float  # of what is seen
+    aspect: float  # its width / height; 0 for that of the picture
+    shift: vec2  # of the picture's middle off the view axis, in half its width and height
     perspective: bool
+
+
+@pg.function
+def half_extent(frame: ViewFrame, size: ivec2) -> vec2:
+    """Half the width and height, for each unit of `spread`, of what a picture of this size shows."""
+    aspect = frame.aspect if frame.aspect > 0.0 else float(size.x) / float(size.y)
+    return vec2(frame.half_height * aspect, frame.half_height)
 
 
 @pg.function
@@ -29,7 +37,7 @@ def spread(frame: ViewFrame, distance: float) -> float:
 @pg.function
 def flat_place(frame: ViewFrame, at: vec2) -> vec2:
     """x and y, for each unit of `spread`, at a place in the picture, (0, 0) at its top left, (1, 1) bottom right."""
-    return frame.middle + vec2(2.0 * at.x - 1.0, 1.0 - 2.0 * at.y) * frame.half
+    return (frame.shift + vec2(2.0 * at.x - 1.0, 1.0 - 2.0 * at.y)) * half_extent(frame, output_size())
 
 
 @pg.function
@@ -63,7 +71,7 @@ def plane_terms(frame: ViewFrame, n: vec3, flat: vec2) -> vec2:
 @pg.function
 def picture_place(frame: ViewFrame, position: vec3) -> vec2:
     """Where a position before the eye lies in the picture, as in `view_position`."""
-    flat = (position.xy / spread(frame, -position.z) - frame.middle) / frame.half
+    flat = position.xy / (spread(frame, -position.z) * half_extent(frame, output_size())) - frame.shift
     return vec2(0.5 + 0.5 * flat.x, 0.5 - 0.5 * flat.y)
 
 
@@ -76,7 +84,7 @@ def toward_eye(frame: ViewFrame, position: vec3) -> vec3:
 @pg.function
 def pixel_step(frame: ViewFrame, size: ivec2, distance: float) -> vec2:
     """Width and height of a pixel at a distance along the view axis, scene units."""
-    return 2.0 * frame.half / vec2(size) * spread(frame, distance)
+    return 2.0 * half_extent(frame, size) / vec2(size) * spread(frame, distance)
 
 
 @pg.function

@@ -43,13 +43,23 @@ class LightFrame:
 
 @dataclass(frozen=True)
 class View:
-    """The camera as a run value, and what is derived from it."""
+    """A camera, and what is derived from it.
 
-    camera: pg.Value
+    Attributes
+    ----------
+    camera : a run value; or a plain `passgraph.Camera`, which stays as it is and travels with a graph
+    """
+
+    camera: Any
+
+    def derived(self, function: Callable[[pg.Camera], Any]) -> Any:
+        """What a function makes of the camera: at each run, or here."""
+        return function(self.camera) if isinstance(self.camera, pg.Camera) else self.camera.map(function)
 
     def view_from(self, origin: Float64) -> pg.Derived:
         """Positions relative to ``origin`` (world) to the camera's frame, (4, 4)."""
-        return self.camera.map(lambda camera: view_from_world(camera, origin))
+        made: pg.Derived = self.camera.map(lambda camera: view_from_world(camera, origin))
+        return made
 
     def clip_from(self, origin: Float64) -> pg.Derived:
         """Positions relative to ``origin`` (world) to clip space, (4, 4)."""
@@ -60,9 +70,9 @@ class View:
 
         return pg.combine(matrix, self.camera, pg.OUTPUT_SIZE)
 
-    def frame(self) -> pg.Derived:
+    def frame(self) -> Any:
         """How places in the picture and distances become positions: a `ViewFrame`."""
-        return pg.combine(view_frame, self.camera, pg.OUTPUT_SIZE)
+        return self.derived(view_frame)
 
     def pixel(self) -> pg.Derived:
         """Height of a pixel, scene units: for each unit of distance along the view axis, and what it has without."""
@@ -73,16 +83,15 @@ class View:
 
         return pg.combine(height, self.camera, pg.OUTPUT_SIZE)
 
-    def up(self) -> pg.Derived:
+    def up(self) -> Any:
         """World +y in the camera's frame."""
-        return self.camera.map(lambda camera: camera.view_rotation()[:3, 1])
+        return self.derived(lambda camera: camera.view_rotation()[:3, 1])
 
 
-def view_frame(camera: pg.Camera, size: tuple[int, int]) -> ViewFrame:
-    """The camera for kernels that see a picture of this size."""
-    half, middle = camera.window(size[0] / size[1])
+def view_frame(camera: pg.Camera) -> ViewFrame:
+    """The camera as kernels see it."""
     make: Any = ViewFrame  # its fields are tuples on the host, vectors in kernels
-    made = make(half, middle, not camera.orthographic)
+    made = make(camera.window(1.0).half[1], camera.aspect or 0.0, camera.shift, not camera.orthographic)
     assert isinstance(made, ViewFrame)
     return made
 

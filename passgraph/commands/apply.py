@@ -36,6 +36,7 @@ from passgraph.errors import InputError
 from passgraph.frames.pictures import is_made
 from passgraph.frames.pipe import Raw
 from passgraph.frames.run import MOST_JOBS
+from passgraph.scene.hardware_depth import HardwareDepth
 
 INPUTS = "Reads each INPUT: a picture, folder, wildcard, numbered sequence, video, or - (a stream)."
 OUTPUT = (
@@ -102,26 +103,27 @@ def command_of(effect: Effect) -> click.Command:
         output: str,
         capture: Path | None,
         depth: Path | None = None,
+        depth_buffer: HardwareDepth | None = None,
         **options: Any,
     ) -> int:
         given = given_parameters(ctx, effect)
         if is_one_picture(inputs, output):
             if options["scheduler"] is not None:
                 raise InputError("--scheduler is for many frames; one picture is computed here: leave it out")
-            return apply_to_one(effect, Path(inputs[0]), Path(output), capture, depth, given, options)
+            return apply_to_one(effect, Path(inputs[0]), Path(output), capture, depth, depth_buffer, given, options)
         if capture is not None:
             raise InputError("--capture shows the passes of one picture; name one picture and one output")
-        return apply_to_many(effect, inputs, output, depth, given, options)
+        return apply_to_many(effect, inputs, output, depth, depth_buffer, given, options)
 
     if effect.takes == "picture+depth":
-        command.params.append(depth_option(required=True))
+        command.params += [depth_option(required=True), depth_buffer_option()]
     command.params += options_of(effect)
     return command
 
 
 def apply_to_one(
-    effect: Effect, picture: Path, output: Path, capture: Path | None, depth: Path | None, given: dict[str, Any],
-    options: dict[str, Any],
+    effect: Effect, picture: Path, output: Path, capture: Path | None, depth: Path | None,
+    holds: HardwareDepth | None, given: dict[str, Any], options: dict[str, Any],
 ) -> int:  # fmt: skip
     """One picture file to one."""
     check_apart([picture, *([depth] if depth else [])], [(output, str(picture))])
@@ -129,14 +131,14 @@ def apply_to_one(
     if options["resume"] and is_made(output, [picture]):
         click.echo(f"{output}: is there already")
         return 0
-    job = picture_job(effect, picture, depth, options["linear"], given)
+    job = picture_job(effect, picture, depth, options["linear"], given, holds)
     run_and_save(job, options["backend"], output, capture, options["non_finite"], options["check_finite"])
     return 0
 
 
 def apply_to_many(
-    effect: Effect, inputs: tuple[str, ...], output: str, depth: Path | None, given: dict[str, Any],
-    options: dict[str, Any],
+    effect: Effect, inputs: tuple[str, ...], output: str, depth: Path | None, holds: HardwareDepth | None,
+    given: dict[str, Any], options: dict[str, Any],
 ) -> int:  # fmt: skip
     """Whatever else there is."""
     writing, broken = writing_of(options), list[str]()
@@ -149,7 +151,7 @@ def apply_to_many(
     pictures = [path for path in given.values() if isinstance(path, Path)]
     check_clips(clips, output, [*pictures, *(inputs_of(depths) if depths else [])])
     parameters, constants = picture_parameters(effect, given)
-    job = FramesJob(effect, parameters, None if depths is None else RedOf(depths), constants)
+    job = FramesJob(effect, parameters, None if depths is None else RedOf(depths), constants, holds)
     settings = Settings(
         options["backend"], options["linear"], options["jobs"], options["resume"], options["non_finite"],
         options["check_finite"], options["scheduler"],
@@ -168,6 +170,37 @@ def writing_of(options: dict[str, Any]) -> Writing:
             raise InputError(f"--codec-option {text!r}: expected KEY=VALUE, such as crf=23")
         codec_options[key] = value
     return Writing(raw, rate, options["codec"], codec_options, options["sound"])
+
+
+class DepthBuffer(click.ParamType):  # type: ignore[type-arg]  # generic in newer clicks only
+    """NEAR:FAR, and ``,reversed`` or ``,orthographic`` behind it."""
+
+    name = "depth buffer"
+    words = ("reversed", "orthographic")
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> HardwareDepth:
+        if isinstance(value, HardwareDepth):
+            return value
+        planes, *words = str(value).split(",")
+        near, colon, far = planes.partition(":")
+        try:
+            if not colon or any(word not in self.words for word in words):
+                raise ValueError
+            return HardwareDepth(float(near), float(far), "reversed" in words, "orthographic" in words)
+        except (ValueError, InputError) as error:
+            why = f" ({error})" if isinstance(error, InputError) else ""
+            self.fail(
+                f"{value!r}: expected NEAR:FAR with 0 < NEAR < FAR, then ,reversed or ,orthographic where it is so, "
+                f"such as 0.1:1000 or 0.1:inf,reversed{why}",
+                param, ctx,
+            )  # fmt: skip
+
+
+def depth_buffer_option() -> click.Option:
+    return click.Option(
+        ["--depth-buffer"], type=DepthBuffer(), metavar="NEAR:FAR[,reversed][,orthographic]",
+        help="The depth is an engine's buffer, from 0 to 1 (16-bit PNG too); FAR may be inf. Left out, a distance.",
+    )  # fmt: skip
 
 
 def depth_option(required: bool) -> click.Option:

@@ -12,7 +12,7 @@ import click
 from passgraph.commands.clips import Clip
 from passgraph.commands.options import check_computes
 from passgraph.commands.progress import frame_progress
-from passgraph.commands.sources import effect_output, in_bytes
+from passgraph.commands.sources import as_distance, effect_output, in_bytes
 from passgraph.effects.registry import Effect
 from passgraph.errors import InputError
 from passgraph.frames.frame import Frame, Outcome, Source, Stored, Summary
@@ -25,6 +25,7 @@ from passgraph.graph.targets import Input, Target
 from passgraph.picture_decoders import scaled
 from passgraph.run.finite_checks import NonFinite
 from passgraph.run.program import Program, compile
+from passgraph.scene.hardware_depth import HardwareDepth
 
 
 @dataclass(frozen=True)
@@ -48,12 +49,13 @@ class FramesJob:
     parameters: dict[str, Any]
     depth: Source | None = None
     given: dict[str, Any] = field(default_factory=dict)
+    holds: HardwareDepth | None = None
 
     def output(self, *, as_read: bool, as_bytes: bool) -> dict[str, Target]:
         """The graph's first output; frames have four channels, ``as_read`` in their own type, else as float32."""
         targets = [Input("frame", None if as_read else "rgba32f")]
         if self.depth is not None:
-            targets.append(Input("depth", "r32f"))
+            targets.append(as_distance(Input("depth", "r32f"), self.holds))
         made = named_outputs(effect_output(self.effect, targets, self.parameters))
         first = dict(list(made.items())[:1])
         return in_bytes(first) if as_bytes else first

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +20,7 @@ from passgraph.commands.options import (
 )
 from passgraph.commands.progress import progress
 from passgraph.commands.running import check_outputs, run_and_save
+from passgraph.commands.smoothing import Antialias, antialias_option, chosen, sampled_size, smoothed
 from passgraph.commands.sources import RENDER_SIZE, accepts, scene_job, world_job
 
 
@@ -32,6 +34,7 @@ class RenderCommand(EffectCommand):
 @click.option("--effect", "-e", default="soft-shadow", show_default=True, help="What renders it.")
 @backend_option
 @size_option(RENDER_SIZE)
+@antialias_option
 @output_option
 @capture_option
 @check_finite_option
@@ -43,6 +46,7 @@ def render(
     effect: str,
     backend: str | None,
     size: tuple[int, int],
+    antialias: Antialias | None,
     output: Path,
     capture: Path | None,
     check_finite: bool,
@@ -55,13 +59,21 @@ def render(
     Into .exr and .npy goes the HDR result, without the transform for display.
     """
     assert isinstance(ctx.command, EffectCommand)
-    chosen = ctx.command.effect_of(ctx)
-    assert chosen is not None
+    renderer = ctx.command.effect_of(ctx)
+    assert renderer is not None
     check_outputs(output, capture)
-    parameters = given_parameters(ctx, chosen)
-    if output.suffix.lower() in FLOAT_SUFFIXES and accepts(chosen, "display"):
+    parameters = given_parameters(ctx, renderer)
+    in_floats = output.suffix.lower() in FLOAT_SUFFIXES
+    if in_floats and accepts(renderer, "display"):
         parameters.setdefault("display", False)
+    display = bool(parameters.get("display", not in_floats))
+    smoothing = chosen(antialias, display)
     with progress("reading the scene"):
-        made = world_job if chosen.takes == "world2d" else scene_job
-        job = made(chosen, scene, size, parameters)
+        drawn = sampled_size(smoothing, size)
+        if renderer.takes == "world2d":
+            # a world's targets say how large they are: the output is all that takes the size asked for
+            job = replace(world_job(renderer, scene, drawn, parameters), size=size)
+        else:
+            job = scene_job(renderer, scene, drawn, parameters)
+    job = smoothed(job, smoothing, display)
     run_and_save(job, backend, output, capture, check_finite=check_finite)

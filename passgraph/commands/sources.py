@@ -18,6 +18,7 @@ from passgraph.graph.outputs import named_outputs
 from passgraph.graph.targets import Input, Target, target
 from passgraph.graph.values import sources_of
 from passgraph.run.admission import format_of
+from passgraph.scene.hardware_depth import HardwareDepth
 
 if TYPE_CHECKING:
     from passgraph.scene import Scene
@@ -41,8 +42,11 @@ class Job:
         return bool(pictures) and all(picture.dtype == np.uint8 for picture in pictures)
 
 
-def picture_job(effect: Effect, path: Path, depth: Path | None, linear: bool, parameters: dict[str, Any]) -> Job:
-    """An effect on a picture file."""
+def picture_job(
+    effect: Effect, path: Path, depth: Path | None, linear: bool, parameters: dict[str, Any],
+    holds: HardwareDepth | None = None,
+) -> Job:  # fmt: skip
+    """An effect on a picture file; ``holds`` says what ``depth`` means where it is an engine's buffer."""
     frame = _load_stored(path, linear)
     targets, given = [_input("frame", frame, linear)], {"frame": frame}
     if effect.takes == "picture+depth":
@@ -51,13 +55,22 @@ def picture_job(effect: Effect, path: Path, depth: Path | None, linear: bool, pa
         given["depth"] = _load(depth, False)[:, :, :1]
         if given["depth"].shape[:2] != frame.shape[:2]:
             raise InputError(f"{depth}: is {_size_text(given['depth'])} pixels, and {path} is {_size_text(frame)}")
-        targets.append(_input("depth", given["depth"]))
+        targets.append(as_distance(_input("depth", given["depth"]), holds))
     elif depth is not None:
         raise InputError(f"effect {effect.name} takes no --depth")
     parameters, pictures = picture_parameters(effect, parameters)
     given |= pictures
     made = effect_output(effect, targets, parameters)
     return Job(named_outputs(made), (frame.shape[1], frame.shape[0]), given)
+
+
+def as_distance(depth: Target, holds: HardwareDepth | None) -> Target:
+    """What effects take: a depth as it is, or what an engine's buffer holds."""
+    if holds is None:
+        return depth
+    from passgraph.effects.surfaces.engine_depth import distances
+
+    return distances(depth, holds)
 
 
 def picture_parameters(effect: Effect, parameters: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import inspect
 import logging
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from importlib import import_module
 from typing import Any, TypeAlias, get_args, get_type_hints
@@ -143,7 +144,7 @@ class Attachment:
 
     def __init__(
         self, engine: str, effect: Effect, values: Mapping[str, object], *,
-        frame: Callable[[Host], HostFramebuffer | None] = lambda host: host.framebuffer(),
+        frame: Callable[[Host], HostFramebuffer | None] = lambda host: host.framebuffer(srgb=False),
         camera: object = None, engine_camera: Callable[[], View | None] = lambda: None,
         isolation: Isolation = "auto",
     ) -> None:  # fmt: skip
@@ -321,7 +322,8 @@ class Attachment:
     def _drop(self) -> None:
         program, host, self._program, self._host, self._facts = self._program, self._host, None, None, None
         if program is not None:
-            program.close()
+            with suppress(OtherContextError):  # it closes with the host, which can be closed anywhere
+                program.close()
         if host is not None:
             host.close()
 

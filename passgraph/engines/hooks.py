@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, TypeAlias
 
 from passgraph.arguments import shown
 from passgraph.errors import InputError
 
+#: Whether a call of the method counts, and what is called then.
+_Call: TypeAlias = tuple[Callable[..., object], Callable[[], object]]
 
 class _Hooked:
     """Stands in the place of a method: what is ours is called, in the order in which it was hooked in."""
@@ -16,15 +18,17 @@ class _Hooked:
         self.owner, self.name = owner, name
         self.was_own = name in vars(owner)
         self.method: Callable[..., Any] = getattr(owner, name)
-        self.before: list[Callable[[], object]] = []
-        self.after: list[Callable[[], object]] = []
+        self.before: list[_Call] = []
+        self.after: list[_Call] = []
 
     def __call__(self, *arguments: Any, **named: Any) -> Any:
-        for call in list(self.before):
-            call()
+        for when, call in list(self.before):
+            if when(*arguments, **named):
+                call()
         result = self.method(*arguments, **named)
-        for call in list(self.after):
-            call()
+        for when, call in list(self.after):
+            if when(*arguments, **named):
+                call()
         return result
 
     def remove_when_idle(self) -> None:
@@ -38,9 +42,12 @@ class _Hooked:
 
 
 def hook(
-    owner: Any, name: str, *, before: Callable[[], object] | None = None, after: Callable[[], object] | None = None
-) -> Callable[[], None]:
+    owner: Any, name: str, *, before: Callable[[], object] | None = None, after: Callable[[], object] | None = None,
+    when: Callable[..., object] = lambda *_, **__: True,
+) -> Callable[[], None]:  # fmt: skip
     """Have a function called before or after a method of one object, or a function of a module; returns what ends it.
+
+    ``when`` is asked with the method's arguments.
 
     >>> from types import SimpleNamespace
     >>> window = SimpleNamespace(flip=lambda: print("shown"))
@@ -54,7 +61,7 @@ def hook(
     if not isinstance(hooked, _Hooked):
         hooked = _Hooked(owner, name)
         setattr(owner, name, hooked)
-    both = [(calls, call) for calls, call in ((hooked.before, before), (hooked.after, after)) if call is not None]
+    both = [(calls, (when, call)) for calls, call in ((hooked.before, before), (hooked.after, after)) if call]
     for calls, call in both:
         calls.append(call)
 

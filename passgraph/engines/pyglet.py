@@ -40,8 +40,8 @@ def attach(
         return seen.by(_rows(window.view), _rows(window.projection))
 
     made = Attachment(
-        "pyglet", effect, values, frame=lambda host: host.framebuffer(0, srgb=False), camera=camera, isolation=isolation,
-        engine_camera=matrices,
+        "pyglet", effect, values, frame=lambda host: host.framebuffer(0, srgb=False), camera=camera,
+        engine_camera=matrices, isolation=isolation,
     )  # fmt: skip
 
     def draw() -> None:

@@ -10,8 +10,9 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from concurrent.futures import CancelledError
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from threading import Lock
 from typing import Any
@@ -25,30 +26,61 @@ from passgraph.run.program import Program
 
 #: Frames in flight: at least so many, for workers that join later, and so many a thread of the workers.
 LEAST_AHEAD, AHEAD_A_THREAD = 16, 2
+_RESUME = "frames that are done are whole: start one, and run again with resume=True (--resume)"
 
 
 class SchedulerLostError(OutputError):
     """The scheduler went away: no further frame can be computed, and those that are done stay."""
 
 
-def checked_client(client: Any, program: Program) -> Any:
-    """The client, if frames of a program can go to its workers.
+def checked_client(client: Any) -> Any:
+    """The client, if it is a synchronous one of dask.distributed; InputError else."""
+    if not isinstance(client, _client_class()) or client.asynchronous:
+        raise InputError(f"client must be a distributed.Client (not asynchronous), got {type(client).__name__}")
+    return client
+
+
+def check_travels(program: Program) -> None:
+    """Refuse programs whose frames other machines cannot compute, before any is sent.
 
     Raises
     ------
     InputError
-        For what is no synchronous client of dask.distributed, and for programs whose frames need each other.
+        For those whose frames need each other, and those with parameters that were changed by ``program.set``.
     """
-    if not isinstance(client, _client_class()) or client.asynchronous:
-        raise InputError(f"frames: client must be a distributed.Client (not asynchronous), got {type(client).__name__}")
     if program.has_history:
         raise InputError(
             "this program reads last frame's picture (pg.previous), so that frames need each other in order; run it on "
             "one machine: leave the client out"
         )
-    if program._overrides:
+    check_unchanged(program._overrides)
+
+
+def check_unchanged(overrides: Mapping[tuple[str, str], object]) -> None:
+    """Refuse parameters that ``program.set`` changed: they are no part of the graph as data."""
+    if overrides:
         raise InputError("what program.set changed does not travel; give it as a pg.Value, and its value with values=")
-    return client
+
+
+def travelling_values(values: Mapping[str, Any], what: str) -> dict[str, Any]:
+    """Run values as numbers and arrays only: of what else is given, code would travel."""
+    for name, value in values.items():
+        numbers(value, f"{what}: value {name!r}", "be numbers, to go to another machine")
+    return dict(values)
+
+
+@contextmanager
+def lost_reported(client: Any, what: str, then: str) -> Iterator[None]:
+    """Errors of a cluster as those of this package; ``then`` says what to do once the scheduler is back."""
+    try:
+        yield
+    except PassgraphError:
+        raise
+    except Exception as error:
+        if isinstance(error, CancelledError) or client.status != "running":
+            address = client.scheduler.address if client.scheduler is not None else "its address"
+            raise SchedulerLostError(f"the scheduler at {address} went away ({type(error).__name__}); {then}") from None
+        raise BackendError(f"{what}: no worker could compute it: {error}") from error
 
 
 def connected(address: str) -> Any:
@@ -77,6 +109,12 @@ def _client_class() -> Any:
     return Client
 
 
+def told(graph: dict[str, Any], settings: dict[str, Any]) -> tuple[str, str]:
+    """A graph as data and what to compile it with, as text, and what tells it from others."""
+    text = json.dumps({"graph": graph, "compile": settings}, sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest(), text
+
+
 def threads_for(client: Any) -> int:
     """Threads here that wait for frames of the cluster: one for each frame in flight."""
     threads: int = sum(client.nthreads().values())
@@ -94,8 +132,7 @@ class RemoteRun(Run):
         from passgraph.frames.worker import Written, same
 
         self._written = Written
-        text = json.dumps({"graph": self.program.to_data(), "compile": self.program.settings()}, sort_keys=True)
-        digest = hashlib.sha256(text.encode()).hexdigest()
+        digest, text = told(self.program.to_data(), self.program.settings())
         # As the result of a task it is sent to a worker once, and made again where a worker is lost that held it.
         self._graph = self.client.submit(same, (digest, text), key=f"passgraph-graph-{digest}")
         self._constants = None
@@ -105,27 +142,14 @@ class RemoteRun(Run):
     def _load(self, item: Any) -> Any:
         if item.skipped:
             return {}
-        try:
+        with lost_reported(self.client, item.frame.name, _RESUME):
             answer = self._asked(item, {name: self._named(name, frame) for name, frame in item.frames.items()})
             if answer is None:  # that worker does not see the files
                 answer = self._asked(item, {name: frame.read() for name, frame in item.frames.items()})
-        except PassgraphError:
-            raise
-        except Exception as error:
-            if isinstance(error, CancelledError) or self.client.status != "running":
-                raise SchedulerLostError(
-                    f"the scheduler at {self.client.scheduler.address} went away ({type(error).__name__}); frames that "
-                    "are done are whole: start one, and run again with resume=True (--resume)"
-                ) from None
-            raise BackendError(f"{item.frame.name}: no worker could compute it: {error}") from error
         return answer
 
     def _values(self, number: int) -> dict[str, Any]:
-        """Numbers and arrays only: of what else is given, code would travel."""
-        values = super()._values(number)
-        for name, value in values.items():
-            numbers(value, f"frames: value {name!r}", "be numbers, to go to another machine")
-        return values
+        return travelling_values(super()._values(number), "frames")
 
     def _asked(self, item: Any, pictures: dict[str, Any]) -> Any:
         from passgraph.frames.worker import compute

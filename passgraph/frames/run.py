@@ -99,9 +99,10 @@ def frames(
     told = program, _by_name(program, source, values), sink, values, output, linear, resume, same_size, watch
     if client is None:
         return Run(*told).all(count or default_jobs())
-    from passgraph.frames.remote import RemoteRun, checked_client, threads_for
+    from passgraph.frames.remote import RemoteRun, check_travels, checked_client, threads_for
 
-    checked_client(client, program)
+    checked_client(client)
+    check_travels(program)
     return RemoteRun(*told, client=client).all(count or min(threads_for(client), MOST_JOBS))
 
 

@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from contextlib import ExitStack
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack, closing
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from passgraph import arguments
 from passgraph.errors import InputError
+from passgraph.frames.tiles_bound import Graph
 from passgraph.frames.tiles_grid import Grid
-from passgraph.frames.tiles_job import Graph, Wanted, prepared
-from passgraph.frames.tiles_run import Progress, run_tiles, shown
+from passgraph.frames.tiles_job import Wanted, blocks_room, prepared
+from passgraph.frames.tiles_run import Advance, Job, Progress, run_tiles, shown
 from passgraph.frames.tiles_sinks import Sink, planned_sink
 from passgraph.frames.tiles_sources import Source
 from passgraph.plan.data import Options, Plan
 from passgraph.run.finite_checks import NonFinite
 
 if TYPE_CHECKING:
+    from distributed import Client
+
     from passgraph.backends.base import Backend
 
 
@@ -36,6 +39,7 @@ def tiled(
     options: Options | None = None,
     non_finite: NonFinite = "error",
     progress: Progress = None,
+    client: Client | None = None,
 ) -> Grid:
     """Compute pictures that are larger than memory, tile by tile; the results are those of the whole, bit for bit.
 
@@ -69,6 +73,9 @@ def tiled(
         As `passgraph.compile`; ``reference``, which runs kernels as written, is refused.
     progress
         A function called with (tiles done, of all) after each tile; left out, a bar on a terminal; False: neither.
+    client
+        A ``distributed.Client``: tiles are read and computed by its workers, each on the backend of this name, and
+        written here as they come; see docs/clusters.md.  ``memory`` is then what each worker may take.
 
     Returns
     -------
@@ -95,14 +102,28 @@ def tiled(
     wanted = Wanted(graph, source, memory, values, tile, size, backend, options, non_finite)
     with ExitStack() as stack:
         job = prepared(wanted, lambda plan, sources: _sinks(plan, sink, dtype, sources), stack)
+        run = _runner(job, client, memory, stack)
         for each in job.sinks.values():
             stack.callback(each.abandon)
             each.open()
         with shown(progress, len(job.grid)) as advance:
-            run_tiles(job, advance)
+            run(advance)
         for each in job.sinks.values():
             each.finish()
     return job.grid
+
+
+def _runner(job: Job, client: Client | None, memory: int | str, stack: ExitStack) -> Callable[[Advance], None]:
+    """What computes every tile of a job: here, or by the workers of a cluster."""
+    if client is None:
+        windows = stack.enter_context(closing(job.windows()))
+        return lambda advance: run_tiles(job, windows, advance)
+    from passgraph.frames.remote import check_unchanged, checked_client
+    from passgraph.frames.tiles_remote import run_tiles_on
+
+    checked_client(client)
+    check_unchanged(job.bound.overrides)
+    return lambda advance: run_tiles_on(client, job, blocks_room(memory), advance)
 
 
 def _sinks(plan: Plan, given: object, dtype: object, sources: Mapping[str, Source]) -> dict[str, Sink]:

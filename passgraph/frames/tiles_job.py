@@ -5,33 +5,27 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, TypeAlias
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from passgraph import arguments
-from passgraph.errors import BackendError, GraphError, InputError
+from passgraph.errors import InputError
 from passgraph.formats import Format
+from passgraph.frames.tiles_bound import Bound, Graph, admitted_part, bound, result_size, whole_plan
 from passgraph.frames.tiles_grid import Cost, bytes_of, grid_of, told
 from passgraph.frames.tiles_parts import PIECE_PIXELS
-from passgraph.frames.tiles_run import Job, admitted_part
+from passgraph.frames.tiles_run import Job
 from passgraph.frames.tiles_sinks import Sink
 from passgraph.frames.tiles_sources import Source, open_source
-from passgraph.graph.outputs import named_outputs
-from passgraph.graph.targets import InputSpec, Target
-from passgraph.plan.build import build
+from passgraph.graph.targets import InputSpec
 from passgraph.plan.data import Memory, Options, Plan
 from passgraph.plan.footprint import Footprint, footprint
-from passgraph.plan.limits import check
-from passgraph.plan.reach import inputs_behind
-from passgraph.plan.window import window_plan
-from passgraph.run.admission import format_of
-from passgraph.run.execution import Execution
-from passgraph.run.finite_checks import NonFinite, checked_choice
-from passgraph.run.program import Program
+from passgraph.run.finite_checks import NonFinite
 
 if TYPE_CHECKING:
     from passgraph.backends.base import Backend
 
-Graph: TypeAlias = "Program | Target | Iterable[Target] | Mapping[str, Target]"
 #: Beyond, neighbouring pixels' centres are one number in float32, and ``uv()`` could not tell them apart.
 MOST_SIDE = 1 << 23
 #: Bytes for what does not grow with tiles: machine code, the directories of files, what allocators keep.
@@ -64,35 +58,32 @@ def prepared(
     """A job, ready to run; ``stack`` gives back what it holds, and nothing is written yet."""
     allowed = bytes_of(wanted.memory)
     tile = None if wanted.tile is None else _pair(wanted.tile, "tile")
-    bound = _bound(wanted, stack)
-    sources = _sources(bound.inputs, wanted.source, int(allowed * BLOCKS_SHARE), stack)
-    plan = _plan(bound, sources, None if wanted.size is None else _pair(wanted.size, "size"))
+    made = bound(wanted.graph, wanted.backend, wanted.options, wanted.non_finite, stack)
+    if wanted.size is not None:
+        made = replace(made, size=_pair(wanted.size, "size"))
+    given = _by_name(made.inputs, wanted.source)
+    sources = _sources(made.inputs, given, blocks_room(allowed), stack)
+    pictures = {name: (source.shape, source.dtype) for name, source in sources.items()}
+    plan = whole_plan(made, pictures)
     needs = footprint(plan)
     whole = {name for name, resource in plan.inputs.items() if resource in needs.whole}
     _check_blocks([sources[name] for name in plan.inputs if name not in whole], allowed)
     sinks = sinks_for(plan, sources)
     cost = _cost(plan, needs, sources, sinks)
     block = max(s.block[0] for s in sinks.values()), max(s.block[1] for s in sinks.values())
-    size = plan.resources[next(iter(plan.outputs.values()))].size
-    grid = grid_of(size, needs, cost, allowed, block, tile)
-    made = window_plan(plan, needs, grid.window)
-    check(made, bound.backend.limits)
-    with bound.backend.turn:
-        execution = Execution(made, bound.backend)
-        stack.callback(_release, execution)
-        for (step, name), value in bound.overrides.items():
-            execution.override(step, name, value)
+    grid = grid_of(result_size(plan), needs, cost, allowed, block, tile)
     return Job(
-        grid, execution, bound.inputs,
+        made, plan, needs, grid,
         {name: sources[name] for name in plan.inputs if name not in whole},
-        {name: _whole(name, sources[name], bound) for name in whole},
-        sinks, _values(wanted.values), bound.non_finite,
+        {name: _whole(name, sources[name], made) for name in whole},
+        sinks, _values(wanted.values),
+        {name: Path(picture) for name, picture in given.items() if isinstance(picture, (str, PathLike))},
     )  # fmt: skip
 
 
-def _release(execution: Execution) -> None:
-    with execution.backend.turn:
-        execution.release()
+def blocks_room(memory: int | str) -> int:
+    """Bytes in which decoded blocks of files wait for the next tile."""
+    return int(bytes_of(memory) * BLOCKS_SHARE)
 
 
 def _pair(given: object, what: str) -> tuple[int, int]:
@@ -102,53 +93,8 @@ def _pair(given: object, what: str) -> tuple[int, int]:
     return width, height
 
 
-@dataclass(frozen=True, eq=False)
-class _Bound:
-    """A graph and what it runs on."""
-
-    outputs: dict[str, Target]
-    backend: Backend
-    options: Options
-    non_finite: NonFinite
-    overrides: Mapping[tuple[str, str], object]
-    size: tuple[int, int] | None
-
-    @property
-    def inputs(self) -> dict[str, InputSpec]:
-        return inputs_behind(list(self.outputs.values()))
-
-
-def _bound(wanted: Wanted, stack: ExitStack) -> _Bound:
-    from passgraph.backends.base import Backend as Class
-    from passgraph.backends.registry import open_backend
-
-    graph, backend, options = wanted.graph, wanted.backend, wanted.options
-    if isinstance(graph, Program):
-        if backend is not None or options is not None:
-            raise GraphError("a program has its backend and options already; give them where it is compiled")
-        graph._check_open()
-        if graph._check_finite:
-            raise GraphError("check_finite looks at what passes of a whole run write; compile without it for tiles")
-        overrides = dict(graph._overrides)
-        made = _Bound(graph._outputs, graph.backend, graph._options, graph._non_finite, overrides, graph._size)
-    else:
-        expected = "a name such as 'gl' or an open backend"
-        if backend is None or isinstance(backend, str):
-            opened = stack.enter_context(open_backend(backend))
-        else:
-            opened = arguments.instance(backend, Class, "backend", expected, BackendError)
-        chosen = arguments.instance(Options() if options is None else options, Options, "options", "pg.Options(...)")
-        made = _Bound(named_outputs(graph), opened, chosen, checked_choice(wanted.non_finite), {}, None)
-    if not (made.backend.optimises and made.backend.computes):
-        raise BackendError(
-            f"backend {made.backend.name} cannot compute tiles: it runs kernels as they were written, and tiles need "
-            "them rewritten; use numpy, or another one"
-        )
-    return made
-
-
-def _sources(specs: Mapping[str, InputSpec], given: object, room: int, stack: ExitStack) -> dict[str, Source]:
-    """A source for each input, opened."""
+def _by_name(specs: Mapping[str, InputSpec], given: object) -> dict[str, Any]:
+    """What sources are made of: what was given, or the input's own picture."""
     missing = [name for name, spec in specs.items() if spec.default is None]
     if given is not None and not isinstance(given, Mapping):
         if len(missing) != 1:
@@ -159,9 +105,16 @@ def _sources(specs: Mapping[str, InputSpec], given: object, room: int, stack: Ex
         if not arguments.among(name, specs):
             known = ", ".join(specs) or "none"
             raise InputError(f"source: there is no input {arguments.shown(name)} in this graph; it has {known}")
+    return {name: pictures.get(name, spec.default) for name, spec in specs.items()}
+
+
+def _sources(
+    specs: Mapping[str, InputSpec], given: Mapping[str, Any], room: int, stack: ExitStack
+) -> dict[str, Source]:
+    """A source for each input, opened."""
     found: dict[str, Source] = {}
     for name, spec in specs.items():
-        picture = pictures.get(name, spec.default)
+        picture = given[name]
         if picture is None:
             raise InputError(f"input {name!r} is missing; give its file or array as the source")
         if isinstance(picture, (list, tuple)):
@@ -192,22 +145,10 @@ def _check_blocks(sources: Iterable[Source], memory: int) -> None:
             )
 
 
-def _plan(bound: _Bound, sources: Mapping[str, Source], size: tuple[int, int] | None) -> Plan:
-    """The plan of the whole picture, which is never run."""
-    inputs = {}
-    for name, spec in bound.inputs.items():
-        height, width, channels = sources[name].shape
-        inputs[name] = (spec.format or format_of(sources[name].dtype, channels), (width, height))
-    # What runs once would hold one tile's pixels in all others.
-    options = replace(bound.options, static=False)
-    return build(bound.outputs, size or bound.size, inputs, options, bound.backend.limits, in_windows=True)
-
-
-def _whole(name: str, source: Source, bound: _Bound) -> Any:
+def _whole(name: str, source: Source, made: Bound) -> Any:
     """An input that every tile needs whole."""
     height, width, _ = source.shape
-    numbers = source.read((0, height, 0, width))
-    return admitted_part(numbers, name, bound.inputs[name].format, bound.non_finite, ())
+    return admitted_part(made, name, source.read((0, height, 0, width)))
 
 
 def _values(given: object) -> Mapping[str, object]:

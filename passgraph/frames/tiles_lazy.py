@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from contextlib import ExitStack
+from contextlib import ExitStack, closing
 from types import EllipsisType
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -11,8 +11,9 @@ import numpy as np
 
 from passgraph import arguments
 from passgraph.errors import InputError
+from passgraph.frames.tiles_bound import Graph, Windows
 from passgraph.frames.tiles_grid import Grid, Tile
-from passgraph.frames.tiles_job import Graph, Wanted, prepared
+from passgraph.frames.tiles_job import Wanted, prepared
 from passgraph.frames.tiles_parts import Convert, Numbers, Part
 from passgraph.frames.tiles_run import Job
 from passgraph.frames.tiles_sources import Source
@@ -54,9 +55,10 @@ def lazily_tiled(
     with ExitStack() as stack:
         wanted = Wanted(graph, source, memory, values, tile, size, backend, options, non_finite)
         job = prepared(wanted, _nowhere, stack)
-        name, resource = next(iter(job.execution.plan.outputs.items()))
-        format_ = job.execution.plan.resources[resource].format
-        return LazyPicture(job, name, (job.grid.size[1], job.grid.size[0], format_.channels), stack.pop_all())
+        windows = stack.enter_context(closing(job.windows()))
+        name, resource = next(iter(job.plan.outputs.items()))
+        shape = job.grid.size[1], job.grid.size[0], job.plan.resources[resource].format.channels
+        return LazyPicture(job, windows, name, shape, stack.pop_all())
 
 
 class _Nowhere:
@@ -86,8 +88,8 @@ class LazyPicture:
     ndim = 3
     dtype: np.dtype[Any] = np.dtype(np.float32)
 
-    def __init__(self, job: Job, name: str, shape: tuple[int, int, int], held: ExitStack) -> None:
-        self._job, self._name, self._held = job, name, held
+    def __init__(self, job: Job, windows: Windows, name: str, shape: tuple[int, int, int], held: ExitStack) -> None:
+        self._job, self._windows, self._name, self._held = job, windows, name, held
         self.shape = shape
         self._closed = False
 
@@ -134,7 +136,7 @@ class LazyPicture:
         made = np.empty((max(0, bottom - top), max(0, right - left), self.shape[2]), np.float32)
         if not made.size:
             return made
-        with self._job.execution.backend.turn:
+        with self._job.bound.backend.turn:
             if self._closed:
                 raise InputError("this picture is closed; call lazily_tiled again")
             for tile in self.grid.touching(part):
@@ -146,12 +148,13 @@ class LazyPicture:
         return made
 
     def _computed(self, tile: Tile) -> Numbers:
-        result: Numbers = self._job.compute(tile, self._job.read(tile))[self._name]
+        pictures = self._job.admitted(self._windows, tile)
+        result: Numbers = self._job.compute(self._windows, tile, pictures)[self._name]
         return result
 
     def close(self) -> None:
         """Give back what it holds; idempotent."""
-        with self._job.execution.backend.turn:
+        with self._job.bound.backend.turn:
             self._closed = True
             self._held.close()
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 import os
 from collections import OrderedDict
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from threading import Lock
-from typing import Any, cast
+from typing import Any, Protocol, TypeVar, cast
 
 import numpy as np
 from distributed import get_worker
@@ -28,19 +28,33 @@ PLUGIN = "passgraph-programs"
 MOST_PROGRAMS = 4
 
 
+class Closed(Protocol):
+    """What is compiled and kept."""
+
+    def close(self) -> None: ...
+
+
+_Kept = TypeVar("_Kept", bound=Closed)
+
+
 class Programs(WorkerPlugin):
     """The programs of one worker, by digest; the worker closes them when it ends."""
 
-    def __init__(self) -> None:
-        self.kept: OrderedDict[str, Program] = OrderedDict()
+    def __init__(self, most: int = MOST_PROGRAMS) -> None:
+        self.kept: OrderedDict[str, Closed] = OrderedDict()
+        self.most = most
         self.turn = Lock()
         self.compiled = 0
 
     @staticmethod
-    def here() -> Programs:
-        """Those of the worker that this task runs in."""
+    def here(name: str = PLUGIN, most: int = MOST_PROGRAMS) -> Programs:
+        """Those of the worker that this task runs in; outside of workers, those of the process."""
+        try:
+            plugins: Any = get_worker().plugins
+        except ValueError:
+            plugins = _PROCESS
         # One step of the interpreter, so that two threads find the same.
-        return cast("Programs", get_worker().plugins.setdefault(PLUGIN, Programs()))
+        return cast("Programs", plugins.setdefault(name, Programs(most)))
 
     def teardown(self, worker: Any) -> None:
         with self.turn:
@@ -48,19 +62,25 @@ class Programs(WorkerPlugin):
                 self.kept.popitem()[1].close()
 
     @contextmanager
-    def program(self, digest: str, text: str) -> Iterator[Program]:
-        """The program of a graph, for one thread of the worker at a time."""
+    def using(self, digest: str, compiled: Callable[[], _Kept]) -> Iterator[_Kept]:
+        """What is kept under a digest, or compiled now, for one thread of the worker at a time."""
         with self.turn:
             if digest not in self.kept:
-                while len(self.kept) >= MOST_PROGRAMS:
+                while len(self.kept) >= self.most:
                     self.kept.popitem(last=False)[1].close()
-                self.kept[digest] = _compiled(json.loads(text))
+                self.kept[digest] = compiled()
                 self.compiled += 1
             self.kept.move_to_end(digest)
-            yield self.kept[digest]
+            yield cast("_Kept", self.kept[digest])
 
 
-def _compiled(told: dict[str, Any]) -> Program:
+#: Those of tasks that run outside of workers, on threads of the caller's process or in processes of a pool.
+_PROCESS: dict[str, Programs] = {}
+
+
+def compiled(text: str) -> Program:
+    """The program of a graph that was told as JSON, with what `passgraph.compile` takes beside it."""
+    told = json.loads(text)
     settings = dict(told["compile"])
     size, options = settings.pop("size"), Options(**settings.pop("options"))
     return compile(from_data(told["graph"]), size=None if size is None else tuple(size), options=options, **settings)
@@ -109,7 +129,8 @@ def compute(
             read[name] = load_stored(path)
         else:
             read[name] = picture
-    with Programs.here().program(*graph) as program:
+    digest, text = graph
+    with Programs.here().using(digest, lambda: compiled(text)) as program:
         brought: dict[str, Any] = {name: given(picture, program.inputs[name], linear) for name, picture in read.items()}
         results = program(**values, **brought)
     sizes = {name: (picture.shape[1], picture.shape[0]) for name, picture in brought.items()}

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import builtins
 from functools import cache
+from types import BuiltinFunctionType
 
 from passgraph.language import functions, primitives, vectors  # noqa: F401 (they write the rows)
 from passgraph.language.operation import ROWS, Operation
@@ -18,10 +19,12 @@ OPERATIONS: dict[str, Operation] = {
     row.name: row for kind in ("primitive", "prelude", "expanded") for row in ROWS if row.kind == kind
 }
 _CALLED = {row.call: row for row in reversed(OPERATIONS.values()) if row.call and not row.converts}
+#: Python's functions that are operations.  Engines put more into `builtins`, such as a ``clamp`` of their own.
+BUILTINS: dict[object, str] = {
+    found: name for name in _CALLED if isinstance(found := getattr(builtins, name, None), BuiltinFunctionType | type)
+}
 #: Functions that are called by a name of their own; ``abs``, ``min`` and their like are Python's.
-FUNCTIONS: dict[str, Operation] = {name: row for name, row in _CALLED.items() if not hasattr(builtins, name)}
-#: Python's functions that are operations.
-BUILTINS: dict[object, str] = {getattr(builtins, name): name for name in _CALLED if name not in FUNCTIONS}
+FUNCTIONS: dict[str, Operation] = {name: row for name, row in _CALLED.items() if name not in BUILTINS.values()}
 
 
 @cache

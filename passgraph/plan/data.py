@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, TypeAlias
 
 from passgraph.arguments import flag
@@ -191,7 +192,7 @@ class Plan:
     notes: tuple[str, ...] = ()
     static_inputs: frozenset[str] = frozenset()
 
-    @property
+    @cached_property
     def values(self) -> dict[str, Value]:
         """Every run value that some step needs, by name."""
         return {source.name: source for step in self.steps for source in sources_of(step.values)}

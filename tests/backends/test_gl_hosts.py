@@ -20,8 +20,9 @@ import pytest
 import passgraph as pg
 from passgraph.backends.gl import GLBackend, context
 from passgraph.backends.gl import functions as g
-from passgraph.backends.gl.current import Current, State
+from passgraph.backends.gl.current import Current
 from passgraph.backends.gl.functions import Functions
+from passgraph.backends.gl.windowing import State
 from passgraph.errors import BackendError
 from passgraph.formats import FORMATS
 from tests.test_threads import at_once, child, expected, picture, shared_graph

@@ -172,7 +172,7 @@ def test_a_run_makes_the_context_current_once(monkeypatch: pytest.MonkeyPatch) -
     with GLBackend() as backend, pg.compile(chain(5), backend=backend, options=pg.Options(fuse=False)) as program:
         program.run(frame=picture())
         other = moderngl.create_context(standalone=True, backend="egl")
-        current = backend.context._current
+        current = backend.context.current
         before = current.state()
         changes: list[object] = []
         for name in ("change", "put_back"):

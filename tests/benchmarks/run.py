@@ -160,6 +160,7 @@ BENCHMARKS = {
     "memory": Benchmark(memory, {}),
     "gl": Benchmark(by_hand("bench_gl"), {"moderngl": "moderngl"}),
     "opencl": Benchmark(by_hand("bench_opencl"), {}),
+    "opencl host": Benchmark(by_hand("bench_opencl_host"), {}),
     "frames": Benchmark(by_hand("bench_frames"), {"moderngl": "moderngl"}),
     "light2d": Benchmark(peers("bench_light2d"), {"pygame_light2d": "pygame-light2d"}, apart=True),
     "bloom": Benchmark(peers("bench_bloom"), {"arcade": "arcade"}, apart=True),

@@ -13,8 +13,10 @@ import pytest
 import passgraph as pg
 from passgraph.backends.reference import ReferenceBackend
 from passgraph.commands.entry import COMMANDS, run
+from passgraph.effects import fxaa
 from passgraph.effects.registry import EFFECTS
 from passgraph.errors import DeviceMissingError
+from passgraph.srgb import linear_to_srgb, srgb_to_linear
 
 root = Path(__file__).resolve().parents[2]
 SMALL = ["--size", "48x27", "--map-size", "32"]
@@ -93,6 +95,45 @@ def test_render_captures_every_target(capsys: pytest.CaptureFixture[str]) -> Non
     values = np.load(depth)
     assert f"{depth.stem}.png  48x27, black is {values.min():.6g}, white is {values.max():.6g}" in out
     assert pg.load(depth.with_suffix(".png"))[..., 0].max() == 1.0
+
+
+def test_render_smooths_edges_where_nothing_is_said(capsys: pytest.CaptureFixture[str]) -> None:
+    made = {}
+    for way in ("default", "fxaa", "none"):
+        given = [] if way == "default" else ["--antialias", way]
+        well(capsys, "render", *SMALL, "-o", f"{way}.png", "-b", "numpy", *given)
+        made[way] = pg.load(f"{way}.png")
+    assert np.array_equal(made["default"], made["fxaa"])
+    with pg.compile(fxaa(pg.Input("frame", "rgba8"))) as program:
+        np.testing.assert_array_equal(made["fxaa"], program(frame=made["none"])["fxaa"])
+    assert 0.02 < (made["fxaa"] != made["none"]).any(axis=2).mean() < 0.7
+
+
+@pytest.mark.parametrize("effect", ["soft-shadow", "light2d"])
+def test_render_takes_four_samples_a_pixel(effect: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Each pixel is the mean, in linear light, of four of the picture of twice the size."""
+    common = ["render", "-e", effect, "-b", "numpy"]
+    well(capsys, *common, "--size", "96x54", "--antialias", "none", "-o", "large.png")
+    well(capsys, *common, "--size", "48x27", "--antialias", "ssaa4", "-o", "smooth.png")
+    light = srgb_to_linear(pg.load("large.png").astype(np.float64)).reshape(27, 2, 48, 2, 4).mean(axis=(1, 3))
+    assert np.abs(linear_to_srgb(light) - pg.load("smooth.png"))[..., :3].max() <= 0.51 / 255
+
+
+def test_render_smooths_hdr_by_samples_only(capsys: pytest.CaptureFixture[str]) -> None:
+    common = ["render", "-b", "numpy", "--map-size", "32", "--ambient", "4"]
+    well(capsys, *common, "--size", "48x27", "-o", "plain.npy")
+    well(capsys, *common, "--size", "48x27", "--antialias", "none", "-o", "none.npy")
+    assert np.array_equal(np.load("plain.npy"), np.load("none.npy"))
+    well(capsys, *common, "--size", "96x54", "-o", "large.npy")
+    well(capsys, *common, "--size", "48x27", "--antialias", "ssaa4", "-o", "smooth.npy")
+    mean = np.load("large.npy").reshape(27, 2, 48, 2, 4).mean(axis=(1, 3))
+    np.testing.assert_allclose(np.load("smooth.npy"), mean, rtol=1e-3)
+    assert "--antialias fxaa smooths pictures for display, and the result is HDR; use --antialias ssaa4" in refused(
+        capsys, *common, "--antialias", "fxaa", "-o", "hdr.npy"
+    )
+    assert "ssaa4 draws 20000x10 at 40000x20, and a side has at most 32768 pixels" in refused(
+        capsys, *common, "--antialias", "ssaa4", "--size", "20000x10", "-o", "wide.png"
+    )
 
 
 # apply

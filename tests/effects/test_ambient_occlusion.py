@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 import passgraph as pg
 from docs.occlusion_scenes import LEG_RADIUS, LEGS, RADIUS, WALL_Z, compared, legs_scene
-from passgraph.effects.ambient.ambient_occlusion import ambient_occlusion_passes, occluded, occlusion
+from passgraph.effects.ambient.ambient_occlusion import ambient_occlusion_passes, occlusion
 from passgraph.effects.ambient.contact import contact_passes
+from passgraph.effects.screen.occluded import occluded
 from passgraph.effects.surfaces.depth_normals import depth_normals
 from passgraph.scene.matrices import translation
 from passgraph.scene.shipped import ball, cylinder

@@ -20,6 +20,9 @@ root = Path(__file__).resolve().parent.parent.parent
 #: Seconds after which a process that hangs is ended; nothing is measured by it.
 _ENOUGH = 300
 
+#: Half a byte a frame; a picture of these frames has 1,536.
+GROWTH_BYTES = 4_000_000
+
 Frames = dict[str, Any]
 
 
@@ -78,7 +81,10 @@ def check_resized(engine: str, *options: str, under: tuple[str, ...] = ()) -> No
 
 def check_failing_effect(engine: str, *options: str, under: tuple[str, ...] = ()) -> None:
     """One that fails while it runs is switched off and said to be; the frames are as without it."""
-    plain, changed = frames(engine, *options, under=under), frames(engine, "--effect", "2", "3", "--broken", under=under)
+    plain, changed = (
+        frames(engine, *options, under=under),
+        frames(engine, "--effect", "2", "3", "--which", "broken", under=under),
+    )
     assert differing(plain, changed) == []
     assert "value 'gain' is missing" in str(changed["error"])
     assert changed["log"].count("the effect failed and is switched off") == 1
@@ -89,3 +95,23 @@ def check_sensitive(engine: str, left: str, *options: str, under: tuple[str, ...
     plain = frames(engine, *options, under=under)
     careless = frames(engine, "--effect", "2", "3", "--leave", left, *options, under=under)
     assert set(differing(plain, careless)) > {2, 3}
+
+
+def check_no_growth(engine: str, *options: str, under: tuple[str, ...] = ()) -> None:
+    """From the 2,000th frame with the effect to the 10,000th neither memory nor objects become more."""
+    made = frames(engine, "--frames", "0", "--many", "10000", "--size", "24", "16", *options, under=under)
+    assert str(made["failed"]) == ""
+    first, last = made["held"].tolist()
+    assert first == last
+    early, late = made["resident"].tolist()
+    assert late - early < GROWTH_BYTES
+
+
+def check_by_hand_is_alike(engine: str, *options: str, under: tuple[str, ...] = ()) -> None:
+    """What the table compares with is the same picture, but for rounding to 8 bits, and breaks no frame."""
+    ours, hand = (
+        frames(engine, "--effect", "2", "3", "--which", which, *options, under=under)
+        for which in ("soft", "soft by hand")
+    )
+    assert max(int(np.abs(ours[n].astype(int) - hand[n]).max()) for n in "0123456") <= 1
+    assert differing(frames(engine, *options, under=under), ours) == [2, 3]

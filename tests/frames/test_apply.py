@@ -144,6 +144,29 @@ def test_depth_is_one_picture_or_a_sequence(capsys: pytest.CaptureFixture[str]) 
     assert (wide.status, wide.err.count("depth.npy: is 7x4 pixels, and a/in.000")) == (1, 3)
 
 
+def test_depth_may_be_an_engines_buffer(capsys: pytest.CaptureFixture[str]) -> None:
+    """The same fog as from distances: of one picture with 16 bits, and of a sequence."""
+    sequence(Path("a"), range(1, 3))
+    fog = ["apply", "fog", "-b", "reference", "--density", "0.3", "--fog-color", "1", "1", "1"]
+    holds = pg.HardwareDepth(0.5, np.inf, reversed_z=True)
+    held = np.rint(holds.depth(np.linspace(0.6, 8.0, 24).reshape(4, 6)) * 65535.0)
+    np.save("distance.npy", holds.distance(held / 65535.0).astype(np.float32))
+    np.save("held.npy", (held / 65535.0).astype(np.float32))
+    from PIL import Image
+
+    Image.fromarray(held.astype(np.uint16)).save("held.png")
+    buffer = ["--depth-buffer", "0.5:inf,reversed"]
+    well(capsys, *fog, "a/in.0001.png", "-o", "plain.npy", "--depth", "distance.npy")
+    for name in ("held.npy", "held.png"):
+        well(capsys, *fog, "a/in.0001.png", "-o", "one.npy", "--depth", name, *buffer)
+        assert np.load("one.npy") == pytest.approx(np.load("plain.npy"), abs=1e-5)
+    well(capsys, *fog, "a", "-o", "many%d.npy", "--depth", "held.npy", *buffer)
+    assert np.load("many1.npy") == pytest.approx(np.load("plain.npy"), abs=1e-5)
+    for wrong in ("0.5", "2:1", "0.5:9,upside-down", "near:far"):
+        said = refused(capsys, *fog, "a", "-o", "x", "--depth", "held.npy", "--depth-buffer", wrong)
+        assert f"{wrong!r}: expected NEAR:FAR with 0 < NEAR < FAR" in said
+
+
 def test_a_picture_that_is_a_parameter_goes_with_every_frame(capsys: pytest.CaptureFixture[str]) -> None:
     sequence(Path("a"), [10, 20], (30, 20))
     pg.save("dirt.png", picture(200, (9, 5)))

@@ -18,28 +18,13 @@ import passgraph as pg
 from passgraph.commands.entry import run
 from passgraph.frames import Arrays, Pictures, ToArrays, ToPictures
 from passgraph.frames.remote import RemoteRun
-from passgraph.frames.worker import MOST_PROGRAMS, PLUGIN, Programs, compute
+from passgraph.frames.worker import MOST_PROGRAMS, PLUGIN, Programs, compiled, compute
 
 distributed = pytest.importorskip("distributed")
 
 SHADE = pg.kernel(source="def shade(color: Image, k: float) -> vec4: return vec4(k - color[0, 0].rgb, 1.0)")
 RANDOM = np.random.default_rng(11)
 FRAMES = [RANDOM.integers(0, 256, (9, 13, 4)).astype(np.uint8) for _ in range(24)]
-
-
-@pytest.fixture(scope="module")
-def cluster() -> Iterator[Any]:
-    with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, processes=True, dashboard_address=None, silence_logs=50
-    ) as made:
-        yield made
-
-
-@pytest.fixture
-def client(cluster: Any) -> Iterator[Any]:
-    with distributed.Client(cluster, set_as_default=False) as made:
-        made.wait_for_workers(2)
-        yield made
 
 
 @pytest.fixture
@@ -141,7 +126,7 @@ def test_programs_of_a_worker_are_bounded_and_closed() -> None:
         with pg.compile(made, "reference") as one:
             text = json.dumps({"graph": one.to_data(), "compile": one.settings()})
         for _ in range(2):
-            with programs.program(str(number), text) as kept:
+            with programs.using(str(number), lambda text=text: compiled(text)) as kept:  # type: ignore[misc]
                 seen.append(kept)
     assert programs.compiled == MOST_PROGRAMS + 1
     assert [one._closed for one in seen[::2]] == [True] + [False] * MOST_PROGRAMS

@@ -69,7 +69,7 @@ def test_threads_wait_for_each_other(lazy: LazyPicture, whole: Any) -> None:
 def test_a_chunk_takes_one_tile(lazy: LazyPicture, monkeypatch: pytest.MonkeyPatch) -> None:
     seen, job = [], type(lazy._job)
     compute = job.compute
-    monkeypatch.setattr(job, "compute", lambda self, tile, given: seen.append(tile) or compute(self, tile, given))
+    monkeypatch.setattr(job, "compute", lambda self, *given: seen.append(given) or compute(self, *given))
     lazy[16:32, 20:40]
     assert len(seen) == 1
     lazy[15:32, 20:41]

@@ -39,6 +39,9 @@ def placed(color: Image) -> vec4:
 def far(color: Image) -> vec4:
     return color[-9, 0] * 0.25 + color[5, 0] * 0.25 + color[0, -6] * 0.25 + color[0, 2] * 0.25
 
+def one(color: Image) -> float:
+    return color[-2, 1].r * 0.5 + color[1, -3].r * 0.25
+
 def gradient() -> vec4:
     return vec4(uv(), fract(float(pixel().x) * 0.3), 1.0)
 

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.gl import functions as g
+from passgraph.backends.gl.current import Current
 from passgraph.backends.gl.functions import Functions
+from passgraph.backends.gl.windowing import function
 
 RGBA, RED, RG, RGB, BYTES, FLOATS, HALVES, SHORTS = 0x1908, 0x1903, 0x8227, 0x1907, 0x1401, 0x1406, 0x140B, 0x1403
 INTS = 0x1405
@@ -20,13 +22,38 @@ SIZE = (23, 17)
 WIDTH, HEIGHT = SIZE
 
 
+class _Compatible:
+    """A context of the compatibility profile, as most windows have it, in the place of another."""
+
+    def __init__(self, core: Any) -> None:
+        self.core, self.load_opengl_function = core, core.load_opengl_function
+        self.current = Current()
+        state = self.current.state()
+        assert state is not None and self.current.egl is not None
+        make = function(self.current.egl._library, "eglCreateContext", *[ctypes.c_void_p] * 5)
+        attributes = (ctypes.c_int * 7)(0x3098, 3, 0x30FB, 3, 0x30FD, 2, 0x3038)
+        self.state = replace(state, context=make(state.display, None, None, attributes))
+        self.__enter__()
+
+    def __enter__(self) -> None:
+        self.current.change(self.current.state(), self.state)
+
+    def release(self) -> None:
+        assert self.current.egl is not None
+        self.current.egl.make(replace(self.state, context=None))
+        self.current.egl.destroy(self.state, self.state.context)
+        self.core.release()
+
+
 class Application:
     """Its context is current in this thread from here on; ``close`` ends it."""
 
-    def __init__(self, native: Any = None) -> None:
+    def __init__(self, compatible: bool = False, native: Any = None) -> None:
         import glcontext  # type: ignore[import-untyped]
 
-        self.native = native or glcontext.get_backend_by_name("egl")(glversion=330, mode="standalone")
+        self.native: Any = native or glcontext.get_backend_by_name("egl")(glversion=330, mode="standalone")
+        if compatible:
+            self.native = _Compatible(self.native)
         self.gl = Functions(self.native.load_opengl_function)
         make = ctypes.CFUNCTYPE
         u, i, p = ctypes.c_uint, ctypes.c_int, ctypes.c_void_p

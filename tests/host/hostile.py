@@ -14,6 +14,7 @@ _SIGNATURES = {
     "ClearColor": "ffff", "ClearDepth": "d", "ClearStencil": "i", "ClipControl": "uu", "DepthRangeIndexed": "udd",
     "LineWidth": "f", "LogicOp": "u", "PrimitiveRestartIndex": "u", "ProvokingVertex": "u", "SampleCoverage": "fb",
     "SampleMaski": "uu", "ScissorIndexed": "uiiii", "TexBuffer": "uuu", "ViewportIndexedf": "uffff", "Hint": "uu",
+    "AlphaFunc": "uf", "ShadeModel": "u",
     "PatchParameteri": "ui", "PointSize": "f", "MinSampleShading": "f", "BindProgramPipeline": "u",
 }  # fmt: skip
 _TYPES = {
@@ -199,6 +200,20 @@ STATES: dict[str, Callable[[Application, More], Any]] = {
     "pixel store": lambda app, more: _pixel_store(app),
     "pixel buffers": lambda app, more: _pixel_buffers(app),
 }  # fmt: skip
+
+
+def _sides_apart(app: Application, more: More) -> None:
+    app.gl.PolygonMode(g.FRONT, 0x1B01)
+    app.gl.PolygonMode(g.BACK, 0x1B00)
+
+
+#: What contexts of the compatibility profile have besides.
+OLD_STATES: dict[str, Callable[[Application, More], Any]] = {
+    "alpha test": lambda app, more: (app.gl.Enable(0xBC0), more.AlphaFunc(0x200, 0.5)),
+    "clamped colours": lambda app, more: [app.gl.ClampColor(target, 1) for target in (0x891A, 0x891B, 0x891C)],
+    "sides of polygons": _sides_apart,
+    "fog, lighting, textures": lambda app, more: (_on(0xB60, 0xB50, 0xDE1)(app, more), more.ShadeModel(0x1D00)),
+}
 
 
 def make_hostile(app: Application) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import gc
 import threading
+import tracemalloc
 from collections.abc import Callable
 from typing import Any
 
@@ -162,6 +163,34 @@ def test_frames_of_another_size(app: Application, isolation: Any) -> None:
             got = run_once(app, host, program, rows)
             with pg.compile(blurred(pg.target("picture", "rgba8")), backend="gl", results="stored") as own:
                 np.testing.assert_array_equal(got, own(frame=rows)["picture"])
+
+
+@pytest.mark.parametrize("isolation", ISOLATIONS)
+def test_frame_after_frame_nothing_grows(app: Application, isolation: Any) -> None:
+    """Neither objects in the engine's context nor memory of ours; the engine makes its textures anew now and then."""
+    with pg.gl.Host.current(isolation) as host, compiled(host) as program:
+        source, framebuffer = app.texture(0x8058, RGBA, BYTES, ROWS), target_of(app)
+        multisampled = app.of_renderbuffer(0x8058, framebuffer, 4)
+
+        def frames(count: int) -> tuple[int, int]:
+            for number in range(count):
+                program.run(frame=host.texture(source), into={"picture": host.framebuffer(framebuffer)})
+                program.run(frame=host.framebuffer(framebuffer), into={"picture": host.framebuffer(framebuffer)})
+                program.run(frame=host.framebuffer(multisampled), into={"picture": host.framebuffer(multisampled)})
+                if number % 10 == 0:
+                    name = app.texture(0x8058, RGBA, BYTES, ROWS)
+                    program.run(frame=host.texture(name), into={"picture": host.texture(name)})
+                    app.gl.delete("Texture", name)
+            gc.collect()
+            return len(objects(app.gl)), len(host.objects.alive)
+
+        frames(20)
+        tracemalloc.start()
+        counted = frames(20)
+        before = tracemalloc.get_traced_memory()[0]
+        assert frames(60) == counted
+        assert tracemalloc.get_traced_memory()[0] - before < 20_000
+        tracemalloc.stop()
 
 
 def test_a_texture_that_is_made_anew_under_its_name(app: Application) -> None:

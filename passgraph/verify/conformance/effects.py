@@ -21,6 +21,10 @@ VARIANTS: dict[str, list[dict[str, Any]]] = {
     "tone-map": [{"curve": curve} for curve in ("linear", "reinhard", "hable", "aces", "agx", "pbr-neutral")],
     "gaussian-blur": [{}, {"sigma_px": 1.0, "radius_px": 2}],
     "bloom": [{"levels": 2}, {"levels": 4, "threshold": 0.5}],
+    "fxaa": [{}, {"quality": "39", "contrast": 0.05, "least_contrast": 0.02}],
+    "film-grain": [{}, {"size_px": 1.5, "colored": True, "seed": 3}],
+    "depth-of-field": [{"focus_distance": 3.0, "f_number": 1.0, "focal_length_mm": 200.0, "taps": 8, "widest_px": 8}],
+    "outlines": [{}, {"width_px": 2, "crease_rad": 0.2}],
     "soft-shadow": [
         *({**MAPS, "shadow_filter": name, "taps": 8, "radius_px": 3}
           for name in ("blur", "hard", "pcf", "disc", "pcss", "vsm", "evsm4", "msm")),
@@ -40,12 +44,15 @@ VARIANTS: dict[str, list[dict[str, Any]]] = {
         {"method": "gtao", "slices": 1, "steps": 2, "radius": 0.6, "half_resolution": True, "bounces": True},
         {"method": "ssao", "taps": 4, "radius": 0.6},
     ],
+    "occluded": [{"slices": 1, "steps": 2}, {"slices": 1, "steps": 2, "half_resolution": True}],
+    "contact-shadow": [{"steps": 4}, {"steps": 2, "denoised": False}],
+    "fog": [{}, {"falloff": 0.3, "start": 1.0, "sky": True}],
     "light2d": [{"penumbra": name, "draws": 2} for name in ("mixed", "none", "rotate", "move", "exact")],
 }  # fmt: skip
 
 
 #: Effects of which a short run takes the first variant only: the oracle tries every way that their taps may fall.
-SLOW = ("ambient-occlusion", "light2d", "five-pass")
+SLOW = ("ambient-occlusion", "occluded", "light2d", "five-pass")
 #: A sweep for the exact penumbra compares tangents with one that it took from among them; bounds do not know the two
 #: for one number, so that all is open where an edge hides any of the lamp: in so many of the picture's pixels.
 IN_SHADOW = 0.223

@@ -1,0 +1,363 @@
+"""Pictures in memory of a caller: buffers, arrays of pyopencl, and images.
+
+What is described here is checked against the size of the memory before anything runs, and holds a reference to that
+memory of its own, so that the caller may release theirs.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+from weakref import ReferenceType, ref
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph import arguments
+from passgraph.backends.base import DevicePicture
+from passgraph.backends.opencl.storage import Placement, tight
+from passgraph.errors import InputError
+from passgraph.formats import FORMATS, Format, colour_format
+
+#: Steps that finding a common pixel may take; beyond, what lies between each other counts as common.
+OVERLAP_WORK = 10_000
+_ORDERS = ("rgba", "bgra", "argb", "abgr", "rgb", "bgr", "rg", "r")
+
+
+@dataclass(frozen=True, eq=False)
+class OpenCLPicture(DevicePicture):
+    """A picture of a caller's, to be given for an input or in ``into=``.
+
+    Attributes
+    ----------
+    memory : an object of pyopencl with a reference of its own to the memory
+    context : the caller's
+    is_stored : the numbers mean what the input or target says; else they mean what ``format`` says
+    given : the caller's object, which a pool may want back when it goes
+    """
+
+    memory: Any
+    context: Any
+    is_stored: bool
+    given: Any = field(repr=False)
+
+    @property
+    def has_array(self) -> bool:
+        """Whether it is a ``pyopencl.array.Array``."""
+        return False
+
+    @property
+    def array(self) -> Any:
+        """That array, while it is there."""
+        return None
+
+    @property
+    def is_readable(self) -> bool:
+        return not self.memory.flags & _flags().WRITE_ONLY
+
+    @property
+    def is_writable(self) -> bool:
+        return not self.memory.flags & _flags().READ_ONLY
+
+    def holds(self, format_: Format) -> bool:
+        """Whether its numbers are those of a format."""
+        own = self.format
+        same = (own.number, own.channels) == (format_.number, format_.channels) and not format_.stencil
+        return same and (self.is_stored or own.srgb == format_.srgb)
+
+
+@dataclass(frozen=True, eq=False)
+class BufferPicture(OpenCLPicture):
+    """One in a buffer.
+
+    Attributes
+    ----------
+    offset : bytes before the first that it takes; the places of ``placement`` are counted from there, in numbers
+    placement : where its numbers are
+    array_there : gives the ``pyopencl.array.Array`` that it is, which is not kept alive; None where it is none
+    """
+
+    offset: int
+    placement: Placement
+    array_there: ReferenceType[Any] | None = field(default=None, repr=False)
+
+    @property
+    def has_array(self) -> bool:
+        return self.array_there is not None
+
+    @property
+    def array(self) -> Any:
+        return None if self.array_there is None else self.array_there()
+
+    @cached_property
+    def is_part(self) -> bool:
+        """Whether its buffer is a part of another one."""
+        return _parent_of(self.memory)[0]
+
+    @cached_property
+    def in_memory(self) -> tuple[tuple[str, int], int]:
+        """What tells its memory from other memory, and the byte there that its buffer begins at."""
+        return _memory_of(self.memory)
+
+    @property
+    def bytes(self) -> int:
+        """From its first byte to its last."""
+        low, end = self.placement.span(self.size)
+        return (end - low) * self.format.bits // 8
+
+    def overlaps(self, other: DevicePicture) -> bool:
+        if not isinstance(other, BufferPicture) or self.in_memory[0] != other.in_memory[0]:
+            return False
+        try:
+            return np.shares_memory(self._places(), other._places(), max_work=OVERLAP_WORK)  # type: ignore[arg-type]
+        except np.exceptions.TooHardError:
+            return True
+
+    def _places(self) -> NDArray[Any]:
+        """An array of the same places, which nobody reads: the addresses are those in the memory, from 1 on."""
+        number, placement = np.dtype(self.format.number), self.placement
+        low = placement.span(self.size)[0]
+        lowest = min(placement.channels)
+        start = self.in_memory[1] + self.offset + (placement.first + lowest - low) * number.itemsize + 1
+        # Channels as one number as wide as all of them together.
+        width = max(placement.channels) - lowest + 1
+        shape, strides = (self.size[1], self.size[0], width), (placement.row, placement.pixel, 1)
+        made: NDArray[Any] = np.asarray(_Addresses(start, shape, strides, number))
+        return made
+
+    @cached_property
+    def _told(self) -> str:
+        what = "buffer" if self.array_there is None else "pyopencl array"
+        row = abs(self.placement.row) * self.format.bits // 8
+        return f"{self.format.name} picture of {self.size[0]}x{self.size[1]} pixels in a {what}, rows {row} bytes apart"
+
+    def __str__(self) -> str:
+        return self._told
+
+
+class _Addresses:
+    """Memory that is only looked at from outside."""
+
+    def __init__(self, start: int, shape: tuple[int, ...], strides: tuple[int, ...], number: np.dtype[Any]) -> None:
+        self.__array_interface__ = {
+            "version": 3, "data": (start, True), "shape": shape, "typestr": number.str,
+            "strides": tuple(stride * number.itemsize for stride in strides),
+        }  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class ImagePicture(OpenCLPicture):
+    """One in an OpenCL image, which is copied to and from a buffer on the device, with ``channels`` at these places."""
+
+    channels: tuple[int, ...]
+
+    @property
+    def placement(self) -> Placement:
+        plain = tight(len(self.channels), self.size[0])
+        return Placement(plain.first, plain.row, plain.pixel, self.channels)
+
+    def is_in(self, storage: Any) -> bool:
+        return False
+
+    def overlaps(self, other: DevicePicture) -> bool:
+        return isinstance(other, ImagePicture) and self.memory.int_ptr == other.memory.int_ptr
+
+    def __str__(self) -> str:
+        return f"{self.format.name} picture of {self.size[0]}x{self.size[1]} pixels in an image"
+
+
+def _flags() -> Any:
+    import pyopencl as cl
+
+    return cl.mem_flags
+
+
+def _parent_of(memory: Any) -> tuple[bool, Any]:
+    """Whether a buffer is a part of another one, and that; None where the driver does not know it any more."""
+    import pyopencl as cl
+
+    try:
+        parent = memory.associated_memobject
+    except cl.LogicError:  # released, on some drivers
+        return True, None
+    return parent is not None, parent
+
+
+def _memory_of(memory: Any) -> tuple[tuple[str, int], int]:
+    """Parts of a buffer lie in its memory, and several buffers may be made over one array of the host."""
+    is_part, parent = _parent_of(memory)
+    offset = memory.offset if is_part else 0
+    if is_part and parent is None:
+        return ("a part", 0), offset
+    owner = parent if is_part else memory
+    if memory.flags & _flags().USE_HOST_PTR:
+        return ("host", 0), owner.get_host_array((owner.size,), np.uint8).ctypes.data + offset
+    return ("device", owner.int_ptr), offset
+
+
+# From what the caller gives
+
+
+def buffer_picture(
+    context: Any, memory: Any, size: tuple[int, int], format_: Format, *, offset: int = 0, row_pitch: int | None = None,
+    pixel_pitch: int | None = None, order: str | None = None, origin: str = "top",
+) -> BufferPicture:  # fmt: skip
+    """A picture in a buffer; see `passgraph.backends.opencl.host.Host.buffer`."""
+    what = "host.buffer"
+    width, height = size
+    number = format_.bits // 8
+    _check_memory(context, memory, f"{what}: the buffer")
+    if format_.stencil:
+        raise InputError(f"{what}: {format_.name} keeps its stencil apart; give depth32f")
+    channels = _channels(order, format_, what)
+    pixel = _counted(pixel_pitch, len(order or channels) * number, number, f"{what}: pixel_pitch")
+    row = _counted(row_pitch, width * pixel * number, number, f"{what}: row_pitch")
+    start = _counted(offset, 0, number, f"{what}: offset")
+    arguments.one_of(origin, "origin", ("top", "bottom"), InputError)
+    if pixel <= max(channels) or (height > 1 and row < (width - 1) * pixel + max(channels) + 1):
+        raise InputError(
+            f"{what}: pixels {pixel * number} bytes apart in rows {row * number} bytes apart overlap; a pixel of "
+            f"{format_.name} needs {(max(channels) + 1) * number} bytes, and a row {width} times as many"
+        )
+    bottom_up = origin == "bottom"
+    placement = Placement((height - 1) * row if bottom_up else 0, -row if bottom_up else row, pixel, channels)
+    return _in_buffer(context, memory, start * number, BufferParts(format_, size, placement, what), is_stored=False)
+
+
+def array_picture(context: Any, array: Any, format_: Format | None) -> BufferPicture:
+    """A ``pyopencl.array.Array`` (height, width, channels) or (height, width); its numbers as stored where no format
+    is given."""
+    what = f"the pyopencl array {array.shape} of {array.dtype}"
+    shape, strides = tuple(map(int, array.shape)), tuple(map(int, array.strides))
+    if len(shape) == 2:
+        shape, strides = (*shape, 1), (*strides, array.dtype.itemsize)
+    if len(shape) != 3 or not all(shape) or shape[2] > 4:
+        raise InputError(f"{what} is no picture; give one of shape (height, width) or (height, width, 1 to 4)")
+    own = colour_format(array.dtype.str[1:], shape[2]) if array.dtype.isnative else None
+    if own is None:
+        raise InputError(f"{what} holds numbers of no format; give uint8, uint16, float16 or float32")
+    if format_ is not None and (format_.number, format_.channels) != (own.number, own.channels):
+        raise InputError(f"{what} holds the numbers of {own.name}; {format_.name} has other ones")
+    memory, number = array.base_data, own.bits // 8
+    _check_memory(context, memory, what)
+    if any(stride % number for stride in strides):
+        raise InputError(f"{what} has strides {array.strides} that are no whole numbers of {number} bytes")
+    row, pixel, channel = (stride // number for stride in strides)
+    placement = Placement(0, row, pixel, tuple(k * channel for k in range(shape[2])))
+    parts = BufferParts(format_ or own, (shape[1], shape[0]), placement, what)
+    made = _in_buffer(context, memory, int(array.offset), parts, is_stored=format_ is None, array=array)
+    if _overlaps_itself(made):
+        raise InputError(f"{what} has pixels that share memory (strides {array.strides}); give a plain array")
+    return made
+
+
+@dataclass(frozen=True)
+class BufferParts:
+    """What is said of a picture in a buffer, and how messages call it."""
+
+    format: Format
+    size: tuple[int, int]
+    placement: Placement  # with places counted from the picture's first pixel
+    what: str
+
+
+def _in_buffer(
+    context: Any, memory: Any, start: int, parts: BufferParts, *, is_stored: bool, array: Any = None
+) -> BufferPicture:
+    """The picture whose first pixel is at a byte of a buffer, if all of it lies inside."""
+    number, placement = parts.format.bits // 8, parts.placement
+    low, end = placement.span(parts.size)
+    if start % number:
+        raise InputError(f"{parts.what}: begins at byte {start}, which is no multiple of {number}")
+    first, last = start + low * number, start + end * number
+    held = int(memory.size)
+    if first < 0 or last > held:
+        raise InputError(
+            f"{parts.what}: {parts.size[0]}x{parts.size[1]} pixels {parts.format.name} take bytes {first:,} to "
+            f"{last:,}, and the buffer has {held:,}; give a larger one, or check offset and pitch"
+        )
+    moved = Placement(placement.first - low, placement.row, placement.pixel, placement.channels)
+    kept = _retained(memory)
+    return BufferPicture(
+        parts.format, parts.size, kept, context, is_stored, memory, first, moved, None if array is None else ref(array)
+    )
+
+
+def image_picture(context: Any, image: Any, format_: Format | None) -> ImagePicture:
+    """A two-dimensional ``pyopencl.Image``."""
+    import pyopencl as cl
+
+    _check_memory(context, image, "the image")
+    if image.type != cl.mem_object_type.IMAGE2D:
+        raise InputError("an image must be two-dimensional to be a picture; copy one layer of it into another image")
+    orders = {cl.channel_order.R: "r", cl.channel_order.RG: "rg", cl.channel_order.RGBA: "rgba",
+              cl.channel_order.BGRA: "bgra"}  # fmt: skip
+    types = {cl.channel_type.UNORM_INT8: "8", cl.channel_type.UNORM_INT16: "16", cl.channel_type.HALF_FLOAT: "16f",
+             cl.channel_type.FLOAT: "32f"}  # fmt: skip
+    held = image.format
+    order, type_ = orders.get(held.channel_order), types.get(held.channel_data_type)
+    if order is None or type_ is None:
+        raise InputError(f"an image of {held} holds no format; give channels R, RG, RGBA or BGRA in UNORM_INT8, "
+                         "UNORM_INT16, HALF_FLOAT or FLOAT")  # fmt: skip
+    own = FORMATS[f"{'rgba'[: len(order)]}{type_}"]
+    if format_ is not None and (format_.number, format_.channels) != (own.number, own.channels):
+        raise InputError(f"the image holds the numbers of {own.name}; {format_.name} has other ones")
+    size = int(image.width), int(image.height)
+    channels = tuple(order.index(letter) for letter in "rgba"[: len(order)])
+    return ImagePicture(format_ or own, size, _retained(image), context, format_ is None, image, channels)
+
+
+def _retained(memory: Any) -> Any:
+    """The same memory with a reference of its own."""
+    import pyopencl as cl
+
+    kind = cl.Image if isinstance(memory, cl.Image) else cl.Buffer
+    return kind.from_int_ptr(memory.int_ptr, True)
+
+
+def _check_memory(context: Any, memory: Any, what: str) -> None:
+    import pyopencl as cl
+
+    if not isinstance(memory, cl.MemoryObjectHolder):
+        raise InputError(f"{what} must lie in a pyopencl.Buffer, got {arguments.shown(memory)}")
+    if memory.context != context:
+        raise InputError(
+            f"{what} is of another OpenCL context ({_devices(memory.context)}) than the host's queue "
+            f"({_devices(context)}); make it in that context, or make a host of its own queue"
+        )
+
+
+def _devices(context: Any) -> str:
+    return ", ".join(device.name.strip() for device in context.devices)
+
+
+def _channels(order: str | None, format_: Format, what: str) -> tuple[int, ...]:
+    letters = "rgba"[: format_.channels]
+    order = letters if order is None else order
+    arguments.one_of(order, f"{what}: order", _ORDERS, InputError)
+    if not set(letters) <= set(order):
+        raise InputError(f"{what}: order {order!r} lacks channels of {format_.name}, which are {letters!r}")
+    return tuple(order.index(letter) for letter in letters)
+
+
+def _counted(given: int | None, plain: int, number: int, what: str) -> int:
+    """Bytes as numbers."""
+    found = plain if given is None else arguments.whole(given, f"{what} (bytes)", 0, sys.maxsize, InputError)
+    if found % number:
+        raise InputError(f"{what} is {found} bytes, which is no multiple of {number}, the bytes of a channel")
+    return found // number
+
+
+def _overlaps_itself(picture: BufferPicture) -> bool:
+    """Whether two numbers lie in one place, as in what is broadcast."""
+    placement, (width, height) = picture.placement, picture.size
+    count = len(placement.channels)
+    channel = placement.channels[-1] // max(1, count - 1)
+    reach = 1
+    for stride, places in sorted([(abs(placement.pixel), width), (abs(placement.row), height), (abs(channel), count)]):
+        if places > 1 and stride < reach:
+            return True
+        reach += stride * (places - 1)
+    return False

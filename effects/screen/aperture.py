@@ -1,0 +1,78 @@
+"""What an aperture does to a point: how wide it is blurred, and in which shape."""
+
+# mypy: disable-error-code="no-any-return"
+# Values of the kernel language are Any to Python's type checkers.
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import cos, pi, sin, sqrt
+
+import passgraph as pg
+from passgraph.arguments import shown
+
+#: Places one behind the other lie this far apart around the middle: the golden angle, which leaves no rows.
+GOLDEN_ANGLE = pi * (3.0 - sqrt(5.0))
+MM_PER_M = 1000.0
+
+
+@dataclass(frozen=True)
+class ThinLens:
+    """A thin lens before a sensor.
+
+    Attributes
+    ----------
+    f_number : focal length through the diameter of the aperture
+    focal_length_mm, sensor_height_mm : the picture's vertical angle of view is 2 atan(height / (2 focal length))
+    unit_m : metres of a scene unit
+    """
+
+    f_number: float
+    focal_length_mm: float
+    sensor_height_mm: float
+    unit_m: float
+
+    def blur(self, focus_distance: float) -> tuple[float, float]:
+        """What a distance z is blurred by: a disc of radius ``|a - b / z|`` of the picture's height, negative before.
+
+        The circle of confusion's diameter on the sensor is F² / (N (s - F)) · |z - s| / z.
+
+        >>> a, b = ThinLens(2.0, 50.0, 24.0, 1.0).blur(2.0)
+        >>> round(a * 24.0 * 2.0, 4), round(b / a, 4)  # mm at infinity; nothing at 2 m
+        (0.641, 2.0)
+        """
+        away_mm = focus_distance * self.unit_m * MM_PER_M
+        if away_mm <= self.focal_length_mm:
+            raise pg.GraphError(
+                f"depth_of_field: focus_distance is {shown(focus_distance)} scene units, {away_mm:g} mm, and a lens of "
+                f"{self.focal_length_mm:g} mm focuses beyond its focal length only; mend unit_m or focus_distance"
+            )
+        diameter_mm = self.focal_length_mm**2 / (self.f_number * (away_mm - self.focal_length_mm))
+        radius = 0.5 * diameter_mm / self.sensor_height_mm
+        return radius, radius * focus_distance
+
+
+def aperture_places(count: int, blades: int, crowded: bool = False) -> tuple[tuple[float, float, float, float], ...]:
+    """Places all over an aperture as wide as 1: x, y, how far out, 1 being the rim, and the area that each stands for.
+
+    A round one, or a polygon of so many blades with the area of the round one, standing on a corner.  Areas are 1 on
+    average: of equal size, or ``crowded`` toward the middle, as many within each distance as far out as that is.
+
+    >>> [round(value, 2) for value in aperture_places(4, 0)[3]]
+    [0.74, 0.57, 0.94, 1.0]
+    """
+    made = []
+    for number in range(count):
+        share, angle = (number + 0.5) / count, number * GOLDEN_ANGLE
+        out = share if crowded else sqrt(share)
+        far = out * _rim(angle, blades)
+        made.append((far * sin(angle), far * cos(angle), out, 2.0 * out if crowded else 1.0))
+    return tuple(made)
+
+
+def _rim(angle: float, blades: int) -> float:
+    """How far the aperture's rim is in a direction, from the axis on which a corner lies."""
+    if blades == 0:
+        return 1.0
+    part = 2.0 * pi / blades
+    corner = sqrt(part / sin(part))  # of the polygon whose area is pi
+    return corner * cos(0.5 * part) / cos(angle % part - 0.5 * part)

@@ -1,0 +1,189 @@
+"""Short shadows from a picture's own depth: what a shadow map is too coarse for."""
+
+# mypy: disable-error-code="no-any-return"
+# Values of the kernel language are Any to Python's type checkers.
+from __future__ import annotations
+
+from typing import Annotated
+
+import numpy as np
+
+import passgraph as pg
+from passgraph import Const, Image, dot, floor, ivec2, length, mix, output_size, pixel, uv, vec2, vec4
+from passgraph.effects.ambient.horizon_occlusion import facing_normal, linear_depth_step, pattern
+from passgraph.effects.ambient.occlusion_filter import denoise, linearised
+from passgraph.effects.checked import effect
+from passgraph.effects.quantities import FieldOfView, Reach, Share
+from passgraph.effects.screen.seen_by import camera_of
+from passgraph.effects.surfaces.depth_normals import depth_normals
+from passgraph.effects.surfaces.geometry import (
+    ViewFrame,
+    line_of_sight,
+    linear_on_planes,
+    picture_place,
+    pixel_step,
+    spread,
+    toward_eye,
+    view_position,
+)
+from passgraph.effects.surfaces.views import View
+from passgraph.scene.camera import DEFAULT_FOV_RAD
+
+#: Over this share of the way, at its end, and of the thickness what is met counts less: a shadow ends softly.
+FADE = 0.5
+#: The way ends at this share of the distance to the eye, where the picture has no room for it.
+NEAREST = 0.1
+#: A sun from the upper left.
+DEFAULT_LIGHT = pg.Light.directional((0.5, -0.8, -0.4))
+#: A step of the way lies before a surface while it is less than this many pixels behind it.
+SLACK_PX = 1.0
+
+
+@pg.kernel
+def way_to_light(
+    linear_depth: Image, normals: Image, frame: ViewFrame, toward: vec4, reach: float, thickness: float,
+    steps: Const[int],
+) -> vec2:  # fmt: skip
+    """The share of the light that passes what the depth shows before it (1 without a surface); the linear depth.
+
+    ``toward`` is the light in the camera's frame: a place (w = 1), or the direction toward it (w = 0).
+    """
+    linear = linear_depth[0, 0].r
+    if linear <= 0.0:
+        return vec2(1.0, 0.0)
+    far = linear_on_planes(frame, linear)
+    position = view_position(frame, uv(), far)
+    n = facing_normal(normals[0, 0].zw, toward_eye(frame, position))
+    offset = toward.xyz - position * toward.w
+    away = max(length(offset), 1e-20)
+    way = offset * (min(reach, away if toward.w > 0.0 else reach) / away)
+    # where the surface faces away from the light the picture is dark already
+    if dot(n, way) <= 0.0:
+        return vec2(1.0, linear)
+    # not behind the eye: distances along the way are positive
+    way = way * min((1.0 - NEAREST) * far / max(way.z, 1e-20), 1.0)
+    size = pixel_step(frame, output_size(), 1.0)
+    step_of_plane = linear_depth_step(frame, n, line_of_sight(frame, uv()), far, size)
+    # straight on the screen too, and linear there in the linear depth
+    last = picture_place(frame, position + way)
+    across = (last - uv()) * vec2(output_size())
+    along = linear_on_planes(frame, far - way.z) - linear
+    hidden = 0.0
+    noise = pattern(pixel()).x
+    for i in range(steps):
+        t = (float(i) + 0.5 + noise) / (float(steps) + 0.5)
+        at = across * t
+        nearest = floor(at + 0.5)
+        found = linear_depth.texel(pixel() + ivec2(nearest)).r
+        # the texel's centre lies beside the way: its depth is carried over along the receiver's plane
+        w = found + dot(at - nearest, step_of_plane)
+        passing = linear_on_planes(frame, linear + along * t)
+        behind = passing - linear_on_planes(frame, max(w, 1e-20))
+        slack = SLACK_PX * size.y * spread(frame, passing)
+        apart = abs(nearest.x) + abs(nearest.y) > 0.5
+        if found > 0.0 and apart and behind > slack and behind < thickness:
+            near_end = max(t, behind / thickness)
+            hidden = max(hidden, min((1.0 - near_end) / FADE, 1.0))
+    return vec2(1.0 - hidden, linear)
+
+
+@pg.kernel
+def take_light(color: Image, share: Image, darkness: float) -> vec4:
+    """A picture of which shadows take a part."""
+    here = color[0, 0]
+    return vec4(here.rgb * mix(1.0, share[0, 0].r, darkness), here.a)
+
+
+@effect("contact-shadow", "picture+depth")
+def contact_shadow(
+    color: pg.Target,
+    depth: pg.Target,
+    *,
+    light: pg.Light | pg.Value | None = None,
+    reach: Reach | pg.Value = 0.25,
+    thickness: Reach | pg.Value = 0.25,
+    darkness: Share | pg.Value = 0.7,
+    steps: Annotated[int, pg.Range(1, 128)] = 16,
+    denoised: bool = True,
+    camera: pg.Camera | pg.Value | None = None,
+    vertical_fov_rad: FieldOfView = DEFAULT_FOV_RAD,
+    into: pg.TargetSpec | None = None,
+    name: str = "contact_shadow",
+) -> pg.Target:
+    """A picture with short shadows where its depth shows something between a surface and the light.
+
+    Parameters
+    ----------
+    color : any picture, linear light
+    depth : red is the distance along the view axis in scene units, 0 where there is no surface; of the size of
+        ``color``. Of an engine's depth buffer it is made by `passgraph.effects.surfaces.engine_depth.distances`
+    light : which throws them, in the world, or a run value of it; left out, a sun from the upper left
+    reach : length of the way toward the light
+    thickness : of what is seen: a way that passes farther behind it is free
+    darkness : share of the picture's light that a shadow takes: what this light brings, of all
+    steps : along the way; each pixel of 4 by 4 begins at another place
+    denoised : average over the 4 by 4 pixels of the noise, along surfaces
+    camera : which both were seen by, `passgraph.Camera.from_matrices` of an engine's, or a run value of that. Left
+        out, one of ``vertical_fov_rad`` at the origin
+    vertical_fov_rad : full vertical angle of view, without ``camera``
+    into : where it goes; left out, float32 with the name ``name``
+    name : of the last pass and target
+
+    What is outside the picture or behind something seen throws none.  Surfaces that face away from the light stay as
+    they are: they have none of it.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> made = contact_shadow(pg.Input("frame"), pg.Input("depth"))
+    >>> with pg.compile(made, backend="reference", size=(4, 4)) as program:
+    ...     flat = program(frame=np.ones((4, 4, 4)), depth=np.full((4, 4, 1), 3.0))["contact_shadow"]
+    >>> bool((flat == 1.0).all())
+    True
+    """
+    seen_by = camera_of(camera, vertical_fov_rad)
+    view = View(seen_by)
+    share = share_of_ways(depth, view, light or DEFAULT_LIGHT, reach, thickness, steps, denoised)
+    made: pg.Target = take_light(color, share, darkness, into=into or pg.target(name, "rgba32f"), name=name)
+    return made
+
+
+def share_of_ways(
+    depth: pg.Target,
+    view: View,
+    light: pg.Light | pg.Value,
+    reach: object,
+    thickness: object,
+    steps: int,
+    denoised: bool,
+) -> pg.Target:
+    """Of each pixel the share of one light that passes what the depth shows, in red."""
+    normals, frame, toward = depth_normals(depth, view.camera), view.frame(), toward_in_view(view.camera, light)
+    linear = linearised(depth, frame, into=pg.target("linear depth", "r32f"))
+    share: pg.Target = way_to_light(
+        linear.border("zero"), normals, frame, toward, reach, thickness, steps,
+        into=pg.target("ways to the light", "rg32f", like=depth), name="ways to the light",
+    )  # fmt: skip
+    if denoised:
+        for axis, direction in (("x", (1, 0)), ("y", (0, 1))):
+            into = pg.target(f"ways_{axis}", "rg32f", like=depth)
+            share = denoise(share, normals, frame, reach, *direction, into=into, name=f"denoise ways {axis}")
+    return share
+
+
+def toward_in_view(camera: pg.Camera | pg.Value, light: pg.Light | pg.Value) -> object:
+    """`toward_light` at each run, of what it brings; else here."""
+    if isinstance(light, pg.Light):
+        shining = light
+        return View(camera).derived(lambda seen_by: toward_light(seen_by, shining))
+    if isinstance(camera, pg.Camera):
+        return light.map(lambda brought: toward_light(camera, brought))
+    return pg.combine(toward_light, camera, light)
+
+
+def toward_light(camera: pg.Camera, light: pg.Light) -> tuple[float, float, float, float]:
+    """Where a light is in the camera's frame (w = 1), or which way it is (w = 0)."""
+    turn = camera.view_rotation()[:3, :3]
+    if light.kind == "directional":
+        return (*(turn @ -np.asarray(light.direction)).tolist(), 0.0)
+    return (*(turn @ np.subtract(light.position, camera.eye)).tolist(), 1.0)

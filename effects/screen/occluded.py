@@ -1,0 +1,79 @@
+"""A picture dimmed by the occlusion that its depth shows."""
+
+# mypy: disable-error-code="no-any-return"
+# Values of the kernel language are Any to Python's type checkers.
+from __future__ import annotations
+
+import passgraph as pg
+from passgraph import Image, vec4
+from passgraph.effects.ambient.ambient_occlusion import Method, Slices, Steps, occlusion
+from passgraph.effects.checked import effect
+from passgraph.effects.quantities import FieldOfView, NotNegative, Reach, Share
+from passgraph.effects.screen.seen_by import camera_of
+from passgraph.effects.surfaces.depth_normals import depth_normals
+from passgraph.scene.camera import DEFAULT_FOV_RAD
+
+
+@pg.kernel
+def dim(color: Image, occlusion: Image) -> vec4:
+    """A picture whose light cannot be told apart."""
+    here = color[0, 0]
+    return vec4(here.rgb * occlusion[0, 0].r, here.a)
+
+
+@effect("occluded", "picture+depth")
+def occluded(
+    color: pg.Target,
+    depth: pg.Target,
+    *,
+    radius: Reach | pg.Value = 0.5,
+    method: Method = "gtao",
+    slices: Slices = 2,
+    steps: Steps = 4,
+    thickness: Share = 0.0,
+    power: NotNegative | pg.Value = 1.0,
+    half_resolution: bool = False,
+    camera: pg.Camera | pg.Value | None = None,
+    vertical_fov_rad: FieldOfView = DEFAULT_FOV_RAD,
+    into: pg.TargetSpec | None = None,
+    name: str = "occluded",
+) -> pg.Target:
+    """A picture dimmed by the ambient occlusion that its depth shows.
+
+    Parameters
+    ----------
+    color : any picture, linear light
+    depth : red is the distance along the view axis in scene units, 0 where there is no surface; of the size of
+        ``color``. Of an engine's depth buffer it is made by `passgraph.effects.surfaces.engine_depth.distances`
+    radius : how far away things still take light
+    method : horizons, or points of a hemisphere. See `passgraph.effects.ambient.ambient_occlusion.ambient_occlusion`
+    slices : of gtao: planes through the line of sight
+    steps : of gtao: taps to each side of a slice
+    thickness : of gtao: by how much a horizon sinks again toward each lower tap behind it
+    power : exponent on the visibility: 1 is physical, more is darker
+    half_resolution : search at half the width and height, then enlarge along surfaces
+    camera : which both were seen by, `passgraph.Camera.from_matrices` of an engine's, or a run value of that. Left
+        out, one of ``vertical_fov_rad``
+    vertical_fov_rad : full vertical angle of view, without ``camera``
+    into : where it goes; left out, float32 with the name ``name``
+    name : of the last pass and target
+
+    Normals are made from the depth; all light is dimmed, since what comes from all around cannot be told
+    from the rest.  `passgraph.effects.ambient.ambient_occlusion.occlusion` gives the visibility itself.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> made = occluded(pg.Input("frame"), pg.Input("depth"), radius=1.0)
+    >>> with pg.compile(made, backend="reference", size=(8, 8)) as program:
+    ...     flat = program(frame=np.ones((8, 8, 4)), depth=np.full((8, 8, 1), 3.0))["occluded"]
+    >>> bool((flat == 1.0).all())
+    True
+    """
+    seen_by = camera_of(camera, vertical_fov_rad)
+    found = occlusion(
+        depth, depth_normals(depth, seen_by), seen_by, radius=radius, method=method, slices=slices, steps=steps,
+        thickness=thickness, power=power, half_resolution=half_resolution,
+    )  # fmt: skip
+    made: pg.Target = dim(color, found.visibility, into=into or pg.target(name, "rgba32f"), name=name)
+    return made

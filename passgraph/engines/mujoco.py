@@ -1,0 +1,78 @@
+"""Effects in MuJoCo: they run when ``mjr_render`` has drawn a scene, before its pixels are read."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.backends.gl import Host, HostFramebuffer
+from passgraph.backends.gl.host import Isolation
+from passgraph.engines.attachment import Attachment, Effect, Seen, View, imported
+from passgraph.engines.hooks import check_has, hook
+from passgraph.scene.matrices import look_rotation, translation
+
+
+def attach(
+    scene: Any, effect: Effect, *, camera: object = None, isolation: Isolation = "auto", **values: object
+) -> Attachment:
+    """An effect on every picture of a scene.
+
+    Parameters
+    ----------
+    scene : a ``mujoco.Renderer``, or the ``MjvScene`` that a loop of your own gives to ``mujoco.mjr_render``, which is
+        called by this name
+    effect, camera, isolation, values : see `passgraph.engines.attachment.Attachment`; left out, the camera is the
+        scene's
+
+    Pictures of segments, and those that ``Renderer`` measures depth by, stay as they are.
+
+    Raises
+    ------
+    InputError, GraphError, KernelError
+        What the effect raises when its graph is made.
+
+    >>> renderer = mujoco.Renderer(model)                                    # doctest: +SKIP
+    >>> attached = passgraph.engines.mujoco.attach(renderer, black_and_white)    # doctest: +SKIP
+    """
+    core = imported("mujoco", "mujoco")
+    drawn = getattr(scene, "scene", scene)
+    check_has(drawn, "mujoco", "a mujoco.Renderer or an MjvScene", "camera", "flags")
+    seen, viewport = Seen(zero_to_one=True), [0, 0, 1, 1]
+    plain = [int(core.mjtRndFlag.mjRND_SEGMENT), int(core.mjtRndFlag.mjRND_IDCOLOR)]
+
+    def is_ours(rect: Any, given: Any, *_: object, **__: object) -> bool:
+        viewport[:] = rect.left, rect.bottom, rect.width, rect.height
+        return given is drawn and not any(drawn.flags[flag] for flag in plain)
+
+    def frame(host: Host) -> HostFramebuffer:
+        x, y, width, height = viewport
+        return host.framebuffer(region=(x, y, width, height))
+
+    def view() -> View:
+        one = core.mjv_averageCamera(*drawn.camera)
+        return seen.by(*matrices(one, viewport[2] / viewport[3]))
+
+    made = Attachment("mujoco", effect, values, frame=frame, camera=camera, engine_camera=view, isolation=isolation)
+    made.on_close(hook(core, "mjr_render", after=made.draw, when=is_ours))
+    return made
+
+
+def matrices(camera: Any, aspect: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """View and projection of an ``MjvGLCamera``; the latter's depth is 1 near and 0 far, as MuJoCo draws."""
+    forward, up = np.float64(camera.forward), np.float64(camera.up)
+    view = look_rotation(forward / np.linalg.norm(forward), up) @ translation(-np.float64(camera.pos))
+    bottom, top = float(camera.frustum_bottom), float(camera.frustum_top)
+    near, far = float(camera.frustum_near), float(camera.frustum_far)
+    half, middle = float(camera.frustum_width) or 0.5 * aspect * (top - bottom), float(camera.frustum_center)
+    across, above = 1.0 / half, 2.0 / (top - bottom)
+    lift, depth = (top + bottom) / (top - bottom), 1.0 / (far - near)
+    if camera.orthographic:
+        rows = [[across, 0, 0, -middle / half], [0, above, 0, -lift], [0, 0, depth, far * depth], [0, 0, 0, 1]]
+    else:
+        rows = [
+            [near * across, 0, middle / half, 0], [0, near * above, lift, 0],
+            [0, 0, near * depth, near * far * depth], [0, 0, -1, 0],
+        ]  # fmt: skip
+    return view, np.array(rows, np.float64)

@@ -1,0 +1,76 @@
+"""vispy: the effect runs on a canvas's scene when that is drawn, on a screen or by ``render``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.backends.gl import Host, HostFramebuffer
+from passgraph.backends.gl.host import Isolation
+from passgraph.engines.attachment import Attachment, Effect, Seen, View
+from passgraph.engines.hooks import check_has, hook
+
+
+def attach(
+    canvas: Any, effect: Effect, *, view: Any = None, camera: object = None, isolation: Isolation = "auto",
+    **values: object,
+) -> Attachment:  # fmt: skip
+    """Run an effect on all that a canvas shows, and on what its ``render`` returns; picking goes without it.
+
+    Parameters
+    ----------
+    canvas : `vispy.scene.SceneCanvas`
+    view : the `vispy.scene.ViewBox` whose camera effects get; needed where the effect takes ``camera`` or ``depth``
+    effect, camera, isolation, values : see `passgraph.engines.attachment.Attachment`
+
+    vispy's own depth buffers have 16 bits, and its cameras see from near to a million times as far: a smaller
+    ``depth_value`` of the camera (such as 100) is needed for effects that take depth.
+
+    Raises
+    ------
+    InputError
+        For what is no canvas with a scene, and for values that the effect does not take.
+
+    >>> attached = attach(canvas, ambient_occlusion, view=view)    # doctest: +SKIP
+    """
+    # What draws the scene, for the screen and for render() alike, is not public; the draw event is the screen's alone.
+    check_has(canvas, "vispy", "a vispy.scene.SceneCanvas", "_draw_scene", "scene")
+    if view is not None:
+        check_has(view, "vispy", "a vispy.scene.ViewBox as view=", "camera", "scene")
+    seen = Seen()
+
+    def frame(host: Host) -> HostFramebuffer:
+        return host.framebuffer(srgb=False)
+
+    def matrices() -> View | None:
+        return None if view is None else seen.by(*camera_matrices(view))
+
+    made = Attachment(
+        "vispy", effect, values, frame=frame, camera=camera, engine_camera=matrices, isolation=isolation
+    )  # fmt: skip
+
+    def draw() -> None:
+        if not canvas.scene.picking:
+            canvas.context.flush_commands()  # the scene is a queue of commands until here
+            made.draw()
+
+    made.on_close(hook(canvas, "_draw_scene", after=draw))
+    made.on_close(hook(canvas, "close", before=made.close))
+    return made
+
+
+def camera_matrices(view: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """View and projection of a view box's camera, (4, 4) with ``M @ v``."""
+    to_camera = _matrix(view.scene.node_transform(view.camera))
+    width, height = view.size
+    to_box = np.array([[width / 2, 0, 0, width / 2], [0, -height / 2, 0, height / 2], [0, 0, 1, 0], [0, 0, 0, 1]])
+    # Of the scene, vispy has one transform: to pixels of the box, with y down.
+    projection = np.linalg.inv(to_box) @ _matrix(view.scene.transform) @ np.linalg.inv(to_camera)
+    projection[np.abs(projection) < 1e-6 * np.abs(projection).max()] = 0.0
+    return to_camera, projection
+
+
+def _matrix(transform: Any) -> NDArray[np.float64]:
+    return np.array(transform.map(np.eye(4)), np.float64).T

@@ -1,0 +1,62 @@
+"""Effects in VTK and in what is built on it, such as PyVista: they run when a renderer has drawn its actors."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.backends.gl import Host, HostFramebuffer
+from passgraph.backends.gl.host import Isolation
+from passgraph.engines.attachment import Attachment, Effect, Seen, View
+
+
+def attach(
+    renderer: Any, effect: Effect, *, camera: object = None, isolation: Isolation = "auto", **values: object
+) -> Attachment:
+    """An effect on every frame of a renderer, in its part of the window.
+
+    Parameters
+    ----------
+    renderer : a ``vtkRenderer``, or what has one as ``.renderer``, such as a PyVista plotter
+    effect, camera, isolation, values : see `passgraph.engines.attachment.Attachment`; left out, the camera is the
+        renderer's active one
+
+    Renders that pick things, whose colours are numbers of actors, stay as they are.
+
+    Raises
+    ------
+    InputError, GraphError, KernelError
+        What the effect raises when its graph is made.
+
+    >>> plotter = pyvista.Plotter(off_screen=True)                           # doctest: +SKIP
+    >>> attached = passgraph.engines.vtk.attach(plotter, black_and_white)    # doctest: +SKIP
+    """
+    renderer = getattr(renderer, "renderer", renderer)
+    seen = Seen()
+
+    def view() -> View:
+        return seen.by(*matrices(renderer))
+
+    def frame(host: Host) -> HostFramebuffer | None:
+        if renderer.GetSelector() is not None:
+            return None
+        width, height = renderer.GetSize()
+        return host.framebuffer(region=(*renderer.GetOrigin(), width, height))
+
+    made = Attachment("vtk", effect, values, frame=frame, camera=camera, engine_camera=view, isolation=isolation)
+    tag = renderer.AddObserver("EndEvent", made.draw)
+    made.on_close(lambda: renderer.RemoveObserver(tag))
+    return made
+
+
+def matrices(renderer: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """View and projection of a renderer's active camera, as OpenGL has them."""
+    camera = renderer.GetActiveCamera()
+    projection = camera.GetProjectionTransformMatrix(renderer.GetTiledAspectRatio(), -1.0, 1.0)
+    return _rows(camera.GetViewTransformMatrix()), _rows(projection)
+
+
+def _rows(matrix: Any) -> NDArray[np.float64]:
+    return np.array([[matrix.GetElement(row, column) for column in range(4)] for row in range(4)])
