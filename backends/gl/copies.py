@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
@@ -48,7 +48,7 @@ class _Room:
     """A texture of ours for copies."""
 
     name: int
-    internal: int
+    kind: object
     size: tuple[int, int]
     free: bool = True
     taken: int = 0
@@ -68,7 +68,7 @@ class Copies:
         if gl.has.skips_decoding:
             gl.SamplerParameteri(self.sampler, _SRGB_DECODE, _SKIP_DECODE)
         self._rooms: list[_Room] = []
-        self._taken = 0
+        self._takes = 0
         self._framebuffers = [self.objects.new("Framebuffer"), self.objects.new("Framebuffer")]
 
     def can_sample(self, picture: HostPicture) -> bool:
@@ -109,12 +109,12 @@ class Copies:
 
     def _encoded(self, picture: HostPicture, decoded: Texture) -> Texture:
         """The numbers of an sRGB picture, from its values: 8 bits come back from their float32 values."""
-        channels, stored = picture.format.channels, gl_format_of(picture.format, padded=False)
-        own = Texture(self._room(stored.internal, picture.size, picture), decoded.format, picture.size, stored)
-        own = replace(own, surface=Surface("texture", own.name), sampler=self.sampler)
+        channels, size, format_ = picture.format.channels, picture.size, picture.format
         encoded = FORMATS["rgba8_srgb" if channels == 4 else "rgb8_srgb"]
-        self.move(replace(decoded, format=float_format(channels)), replace(own, format=encoded))
-        return own
+        name = self._taken(format_, size, lambda: self.host.new_texture(format_, size).name)
+        own = Texture(name, encoded, size, gl_format_of(format_, padded=False))
+        self.move(replace(decoded, format=float_format(channels)), own)
+        return replace(own, format=decoded.format)
 
     def check_same(self, picture: HostPicture) -> None:
         """Raise InputError where it is gone, or has another size than when it was asked for."""
@@ -192,28 +192,13 @@ class Copies:
         facts = picture.facts
         size, origin = (facts.size, picture.region[:2]) if in_place else (picture.size, (0, 0))
         placement = Placement(picture.origin == "bottom", size != picture.size)
-        name = self._room(facts.internal, size, picture)
+        name = self._taken(facts.internal, size, lambda: self._new_texture(facts.internal, size))
         return Texture(
             name, format_, picture.size, gl_format_of(picture.format, padded=False),
             PLAIN if placement == PLAIN else placement, origin, Surface("texture", name), self.sampler,
         )  # fmt: skip
 
-    def _room(self, internal: int, size: tuple[int, int], picture: HostPicture) -> int:
-        """A texture of ours that is free until the run ends."""
-        self._taken += 1
-        wanted = internal, size
-        room = next((r for r in self._rooms if r.free and (r.internal, r.size) == wanted), None)
-        if room is None:
-            room = _Room(self._empty(*wanted), *wanted)
-            self._rooms.append(room)
-            self.host.context.gl.check(f"making room for a copy of {picture}")
-        room.free, room.taken = False, self._taken
-        for old in [r for r in self._rooms if r.free and self._taken - r.taken > KEPT_FOR]:
-            self._rooms.remove(old)
-            self.objects.delete("Texture", old.name)
-        return room.name
-
-    def _empty(self, internal: int, size: tuple[int, int]) -> int:
+    def _new_texture(self, internal: int, size: tuple[int, int]) -> int:
         gl, name = self.host.context.gl, self.objects.new("Texture")
         external, type_ = _DEPTHS.get(internal, (0x1908, 0x1406))
         with fixed.transfer(gl, fixed.Rows()):
@@ -223,7 +208,21 @@ class Copies:
                 gl.TexStorage2D(g.TEXTURE_2D, 1, internal, *size)
             else:
                 gl.TexImage2D(g.TEXTURE_2D, 0, internal, *size, 0, external, type_, None)
+        gl.check(f"making room for a copy of {size[0]} x {size[1]} pixels")
         return name
+
+    def _taken(self, kind: object, size: tuple[int, int], make: Callable[[], int]) -> int:
+        """A texture of a kind that nobody needs in this run; those that were not needed for long go."""
+        self._takes += 1
+        room = next((r for r in self._rooms if r.free and (r.kind, r.size) == (kind, size)), None)
+        if room is None:
+            room = _Room(make(), kind, size)
+            self._rooms.append(room)
+        room.free, room.taken = False, self._takes
+        for old in [r for r in self._rooms if r.free and self._takes - r.taken > KEPT_FOR]:
+            self._rooms.remove(old)
+            self.objects.delete("Texture", old.name)
+        return room.name
 
     def end_run(self) -> None:
         """What was copied is not needed any more."""

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import os
+import time
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -48,7 +49,7 @@ class Scene:
             self._sprite("tiles/boxCrate_double.png", 0.5, x, y)
         folder = "animated_characters/female_adventurer"
         self.player = self._sprite(f"{folder}/femaleAdventurer_idle.png", 0.75, 340, 112)
-        self.time = 0.0
+        self.angle_rad = 0.0
         # A frame is shown when the next one begins, so that what was drawn can be read.
         self.swap, self.window.flip = self.window.flip, lambda: None
 
@@ -62,12 +63,12 @@ class Scene:
         arcade, unit = self.arcade, self.unit
         self.swap()
         self.window.switch_to()
-        self.time += 0.1
-        self.player.center_x = (340 + 40 * math.sin(self.time)) * unit
+        self.angle_rad += 0.1
+        self.player.center_x = (340 + 40 * math.sin(self.angle_rad)) * unit
         self.window.clear(color=(24, 26, 48))
         arcade.draw_circle_filled(540 * unit, 320 * unit, 36 * unit, (250, 245, 220))
         for k in range(6):
-            turn = self.time + math.tau * k / 6
+            turn = self.angle_rad + math.tau * k / 6
             x, y = 340 + 110 * math.cos(turn), 200 + 70 * math.sin(turn)
             arcade.draw_circle_filled(x * unit, y * unit, 9 * unit, (255, 170, 60))
         self.sprites.draw()
@@ -85,7 +86,9 @@ class Scene:
     def resize(self, size: tuple[int, int]) -> None:
         self.swap()
         self.window.set_size(*size)
-        self.window.dispatch_events()
+        for _ in range(5):  # X answers later
+            time.sleep(0.02)
+            self.window.dispatch_events()
 
     def close(self) -> None:
         self.window.close()

@@ -6,10 +6,12 @@ Each example is a module with a class ``Scene`` that does what `Scene` lists; th
 
 from __future__ import annotations
 
+import subprocess
 import sys
 from collections.abc import Callable
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, Protocol
 
 import numpy as np
@@ -31,6 +33,8 @@ from passgraph.engines.attachment import Attachment
 Picture = NDArray[np.uint8]
 FOLDER = root / "docs" / "images" / "engines"
 SIZE = (640, 400)
+#: After which a process that hangs is ended; nothing is measured by it.
+ENOUGH_S = 600
 
 
 class Scene(Protocol):
@@ -114,6 +118,21 @@ def gray_and_soft(frame: pg.Target) -> pg.Target:
     """Black and white, then 15 taps across and down: what the table measures."""
     gray = black_and_white(frame, into=pg.target("gray", "rgba8"))
     return gaussian_blur(gray, 3.0, 7, into=pg.target("soft", "rgba8"))
+
+
+def played(engine: str, *options: str, under: tuple[str, ...] = ()) -> dict[str, Any]:
+    """What ``play.py`` makes of an example in a process of its own, and what it logged; ``under``: what starts it.
+
+    Raises RuntimeError where it fails, with what it said.
+    """
+    with TemporaryDirectory() as folder:
+        file = Path(folder, "frames.npz")
+        command = [*under, sys.executable, str(root / "docs/engines/play.py"), engine, str(file), *options]
+        ran = subprocess.run(command, capture_output=True, text=True, timeout=ENOUGH_S, check=False, cwd=folder)
+        if ran.returncode:
+            raise RuntimeError(f"{' '.join(command)}\n{ran.stdout}\n{ran.stderr}")
+        with np.load(file) as loaded:
+            return {**{name: loaded[name] for name in loaded.files}, "log": ran.stderr}
 
 
 def show(scene: type[Scene], **values: Any) -> None:

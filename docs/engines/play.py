@@ -52,7 +52,6 @@ LEFT: dict[str, Callable[[Functions], object]] = {
     "colour mask": lambda gl: gl.ColorMask(0, 1, 1, 1),
     "outlines": lambda gl: gl.PolygonMode(0x0408, 0x1B01),
     "front face": lambda gl: gl.FrontFace(0x900),
-    "lines": lambda gl: gl.PolygonMode(0x408, 0x1B01),
     "program": lambda gl: gl.UseProgram(0),
     "sampler": lambda gl: [_bound_sampler(gl, unit) for unit in range(8)],
 }

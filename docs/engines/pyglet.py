@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import os
+import time
 from collections.abc import Callable
 from functools import partial
 from typing import Any
@@ -105,7 +106,9 @@ class Scene:
     def resize(self, size: tuple[int, int]) -> None:
         self.swap()
         self.window.set_size(*size)
-        self.window.dispatch_events()
+        for _ in range(5):  # X answers later
+            time.sleep(0.02)
+            self.window.dispatch_events()
 
     def close(self) -> None:
         self.window.close()

@@ -18,7 +18,6 @@ from collections.abc import Callable, Sequence
 from importlib import import_module
 from pathlib import Path
 from statistics import median
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -28,7 +27,7 @@ if sys.path[0] == str(root / "docs" / "engines"):
     sys.path[0] = str(root)
 
 from docs.engines.by_hand import ByCopy, ByHand
-from docs.engines.demo import Scene, functions, gray_and_soft, installed
+from docs.engines.demo import Scene, functions, gray_and_soft, installed, played
 from passgraph.engines.attachment import Attachment
 
 ENGINES = (
@@ -116,16 +115,10 @@ def switched_on(attached: Attachment) -> Callable[[], None]:
     return off
 
 
-def changed_bits(engine: str, under: list[str]) -> int:
+def changed_bits(engine: str, under: tuple[str, ...]) -> int:
     """In frames without the effect, before and after two that had it."""
-    with TemporaryDirectory() as folder:
-        both = []
-        for name, options in (("plain", []), ("changed", ["--effect", "2", "3"])):
-            file = Path(folder, f"{name}.npz")
-            play = [*under, sys.executable, str(root / "docs/engines/play.py"), engine, str(file), *options]
-            subprocess.run(play, check=True, capture_output=True)
-            both.append(np.load(file))
-        return sum(int(np.bitwise_count(both[0][n] ^ both[1][n]).sum()) for n in "01456")
+    plain, changed = (played(engine, *options, under=under) for options in ((), ("--effect", "2", "3")))
+    return sum(int(np.bitwise_count(plain[n] ^ changed[n]).sum()) for n in "01456")
 
 
 def row(engine: str) -> dict[str, Any]:
@@ -133,7 +126,7 @@ def row(engine: str) -> dict[str, Any]:
     kind = import_module(f"docs.engines.{engine}").Scene
     if installed(kind.engine) is None:
         return {"engine": kind.engine, "missing": "not installed"}
-    under = ["xvfb-run", "-a"] if getattr(kind, "needs_display", False) and not os.environ.get("DISPLAY") else []
+    under = ("xvfb-run", "-a") if getattr(kind, "needs_display", False) and not os.environ.get("DISPLAY") else ()
     if under and shutil.which(under[0]) is None:
         return {"engine": kind.engine, "missing": "needs a display, or xvfb-run"}
     ran = subprocess.run(

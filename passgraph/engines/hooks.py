@@ -11,6 +11,7 @@ from passgraph.errors import InputError
 #: Whether a call of the method counts, and what is called then.
 _Call: TypeAlias = tuple[Callable[..., object], Callable[[], object]]
 
+
 class _Hooked:
     """Stands in the place of a method: what is ours is called, in the order in which it was hooked in."""
 

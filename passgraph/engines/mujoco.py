@@ -48,7 +48,7 @@ def attach(
 
     def frame(host: Host) -> HostFramebuffer:
         x, y, width, height = viewport
-        return host.framebuffer(region=(x, y, width, height))
+        return host.framebuffer(region=(x, y, width, height), srgb=False)
 
     def view() -> View:
         one = core.mjv_averageCamera(*drawn.camera)

@@ -49,8 +49,10 @@ def attach(
         return None
 
     def frame(host: Host) -> HostFramebuffer:
-        # What is bound may be larger: Panda3D pads textures to powers of two.
-        return host.framebuffer(region=(0, 0, output.get_fb_x_size(), output.get_fb_y_size()))
+        # What is bound may be larger: Panda3D pads textures to powers of two.  Drivers call windows encoded by sRGB
+        # that Panda3D does not encode for.
+        region = (0, 0, output.get_fb_x_size(), output.get_fb_y_size())
+        return host.framebuffer(region=region, srgb=output.get_fb_properties().get_srgb_color())
 
     made = Attachment("panda3d", effect, values, frame=frame, camera=camera, engine_camera=view, isolation=isolation)
     region = output.make_display_region()

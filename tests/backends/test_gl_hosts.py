@@ -4,13 +4,9 @@ changes and nothing of ours stays behind."""
 from __future__ import annotations
 
 import gc
-import os
-import shutil
-import subprocess
 import threading
 import weakref
 from collections.abc import Iterator
-from contextlib import contextmanager
 from typing import Any
 
 import moderngl
@@ -26,6 +22,7 @@ from passgraph.backends.gl.windowing import State
 from passgraph.errors import BackendError
 from passgraph.formats import FORMATS
 from tests.test_threads import at_once, child, expected, picture, shared_graph
+from tests.xvfb import screen
 
 pytestmark = pytest.mark.gl
 
@@ -137,39 +134,17 @@ def a_glx_host_that_holds_on() -> None:
     host.check()
 
 
-@contextmanager
-def display() -> Iterator[str]:
-    """A virtual X server (Debian: xvfb)."""
-    program = shutil.which("Xvfb")
-    if program is None:
-        pytest.skip("there is no Xvfb here: apt-get install xvfb")
-    read, write = os.pipe()
-    server = subprocess.Popen(
-        [program, "-displayfd", str(write), "-screen", "0", "64x64x24", "-nolisten", "tcp"],
-        pass_fds=[write], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-    )  # fmt: skip
-    os.close(write)
-    try:
-        with os.fdopen(read) as chosen:
-            number = chosen.readline().strip()
-        assert number, "Xvfb did not start"
-        yield f":{number}"
-    finally:
-        server.terminate()
-        server.wait()
-
-
 def test_an_egl_host_keeps_its_context_and_objects() -> None:
     child(an_egl_host)
 
 
 def test_a_glx_host_keeps_its_context_and_objects() -> None:
-    with display() as name:
+    with screen() as name:
         child(a_glx_host, DISPLAY=name)
 
 
 def test_a_glx_host_that_cannot_be_put_aside_is_an_error_and_nothing_else() -> None:
-    with display() as name:
+    with screen() as name:
         child(a_glx_host_that_holds_on, DISPLAY=name)
 
 

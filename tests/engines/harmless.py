@@ -8,18 +8,15 @@ import sys
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from textwrap import dedent
 from typing import Any
 
 import numpy as np
 import pytest
 
-from docs.engines.demo import inverse_of
+from docs.engines.demo import inverse_of, played
 
 root = Path(__file__).resolve().parent.parent.parent
-#: Seconds after which a process that hangs is ended; nothing is measured by it.
-_ENOUGH = 300
-
 #: Half a byte a frame; a picture of these frames has 1,536.
 GROWTH_BYTES = 4_000_000
 
@@ -36,17 +33,17 @@ def need(distribution: str) -> None:
 
 @cache
 def frames(engine: str, *options: str, under: tuple[str, ...] = ()) -> Frames:
-    """What ``docs/engines/play.py`` makes of an engine's example; ``under``: a command that it is started by."""
-    with TemporaryDirectory() as folder:
-        file = Path(folder, "frames.npz")
-        command = [*under, sys.executable, str(root / "docs/engines/play.py"), engine, str(file), *options]
-        environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(root), os.environ.get("PYTHONPATH", "")])}
-        ran = subprocess.run(
-            command, capture_output=True, text=True, env=environment, timeout=_ENOUGH, check=False, cwd=folder
-        )
-        assert ran.returncode == 0, f"{' '.join(command)}\n{ran.stdout}\n{ran.stderr}"
-        with np.load(file) as loaded:
-            return {**{name: loaded[name] for name in loaded.files}, "log": ran.stderr}
+    """See `played`; each is played once."""
+    return played(engine, *options, under=under)
+
+
+def said(code: str) -> str:
+    """What a new interpreter prints."""
+    environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(root), os.environ.get("PYTHONPATH", "")])}
+    command = [sys.executable, "-c", dedent(code)]
+    ran = subprocess.run(command, capture_output=True, text=True, env=environment, check=False)
+    assert ran.returncode == 0, ran.stderr
+    return ran.stdout
 
 
 def differing(one: Frames, other: Frames) -> list[int]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.engines.harmless import check_failing_effect, check_harmless, check_resized, check_sensitive, need
+from tests.engines.harmless import check_failing_effect, check_harmless, check_resized, check_sensitive, need, said
 
 pytestmark = pytest.mark.engines
 
@@ -31,3 +31,37 @@ def test_an_effect_that_fails_leaves_the_frames() -> None:
 @pytest.mark.parametrize("left", ["sampler", "colour mask"])
 def test_a_state_that_is_left_behind_would_be_seen(left: str) -> None:
     check_sensitive("mujoco", left)
+
+
+def test_a_renderer_s_colours_change_and_its_depths_and_segments_do_not() -> None:
+    assert said("""
+        import os
+        os.environ["MUJOCO_GL"] = "egl"
+        import mujoco, numpy as np
+        from docs.engines.demo import inverse, inverse_of
+        from docs.engines.mujoco import MODEL
+        from passgraph.engines.mujoco import attach
+
+        model = mujoco.MjModel.from_xml_string(MODEL.format(samples=4))
+        data = mujoco.MjData(model)
+        mujoco.mj_forward(model, data)
+        call = mujoco.mjr_render
+        with mujoco.Renderer(model, 48, 64) as renderer, mujoco.Renderer(model, 48, 64) as other:
+            def pictures():
+                made = []
+                for each in (renderer, other):
+                    each.update_scene(data)
+                    made.append(each.render())
+                for name in ("depth", "segmentation"):
+                    getattr(renderer, f"enable_{name}_rendering")()
+                    made.append(renderer.render())
+                    getattr(renderer, f"disable_{name}_rendering")()
+                return made
+
+            plain = pictures()
+            with attach(renderer, inverse) as attached:
+                changed = pictures()
+            print(attached.error, (changed[0] == inverse_of(plain[0])).all())
+            print([bool((a == b).all()) for a, b in zip(plain[1:], changed[1:])])
+            print(all((a == b).all() for a, b in zip(plain, pictures())), mujoco.mjr_render is call)
+    """).split("\n") == ["None True", "[True, True, True]", "True True", ""]

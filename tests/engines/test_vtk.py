@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.engines.harmless import check_failing_effect, check_harmless, check_resized, check_sensitive, need
+from tests.engines.harmless import check_failing_effect, check_harmless, check_resized, check_sensitive, need, said
 
 pytestmark = pytest.mark.engines
 
@@ -31,3 +31,53 @@ def test_an_effect_that_fails_leaves_the_frames() -> None:
 @pytest.mark.parametrize("left", ["depth test off", "front face", "colour mask"])
 def test_a_state_that_is_left_behind_would_be_seen(left: str) -> None:
     check_sensitive("vtk", left)
+
+
+def test_each_of_two_renderers_has_its_part_of_a_window() -> None:
+    """PyVista's plotter, with two views side by side, of which the right one has the effect."""
+    need("pyvista")
+    assert said("""
+        import numpy as np
+        import pyvista
+        from docs.engines.demo import inverse, inverse_of
+        from passgraph.engines.vtk import attach
+
+        plotter = pyvista.Plotter(shape=(1, 2), off_screen=True, window_size=(80, 30), border=False)
+        plotter.render_window.SetMultiSamples(0)  # it takes the mean of samples by a curve of its own
+        for column in range(2):
+            plotter.subplot(0, column)
+            plotter.add_mesh(pyvista.Sphere(theta_resolution=12, phi_resolution=9), color="orange")
+        plotter.show(auto_close=False)
+        plain = plotter.screenshot()
+        plotter.subplot(0, 1)
+        with attach(plotter, inverse) as attached:
+            plotter.render()
+            changed = plotter.screenshot()
+        plotter.render()
+        print(attached.error, (changed[:, :40] == plain[:, :40]).all())
+        print((changed[:, 40:] == inverse_of(plain[:, 40:])).all(), (plotter.screenshot() == plain).all())
+    """).split("\n") == ["None True", "True True", ""]
+
+
+def test_picking_sees_actors_through_the_effect() -> None:
+    assert said("""
+        import vtk
+        from docs.engines.demo import inverse
+        from docs.engines.vtk import Scene
+
+        scene = Scene((64, 40))
+        scene.draw()
+
+        def picked():
+            selector = vtk.vtkHardwareSelector()
+            selector.SetRenderer(scene.renderer)
+            selector.SetArea(0, 0, 63, 39)
+            found = selector.Select()
+            nodes = [found.GetNode(i) for i in range(found.GetNumberOfNodes())]
+            return sorted(node.GetSelectionList().GetNumberOfTuples() for node in nodes)
+
+        plain = picked()
+        with scene.attach(inverse) as attached:
+            scene.window.Render()
+            print(attached.error, len(plain) > 5, picked() == plain)
+    """).split("\n") == ["None True True", ""]

@@ -16,10 +16,11 @@ SCRIPT = Path(__file__).with_name("windows.py")
 root = SCRIPT.parent.parent.parent
 
 
-def run(claim: str, distribution: str) -> None:
+def run(claim: str, distribution: str, display: str = "") -> None:
     need(distribution)
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join([str(root), os.environ.get("PYTHONPATH", "")])}
-    command = ["xvfb-run", "-a", sys.executable, str(SCRIPT), claim]
+    environment["DISPLAY"] = display
+    command = [sys.executable, str(SCRIPT), claim]
     ran = subprocess.run(command, capture_output=True, text=True, check=False, env=environment, timeout=300)
     assert ran.returncode == 0, ran.stdout + ran.stderr
 
@@ -32,16 +33,19 @@ def test_several_samples_a_pixel_are_read_as_their_mean_and_all_written() -> Non
     run("several_samples_a_pixel", "moderngl-window")
 
 
-def test_two_windows_of_one_process_have_an_effect_each() -> None:
-    run("two_windows_of_one_process", "pyglet")
+@pytest.mark.slow
+def test_two_windows_of_one_process_have_an_effect_each(display: str) -> None:
+    run("two_windows_of_one_process", "pyglet", display)
 
 
-def test_the_effect_goes_on_in_a_context_that_is_made_anew() -> None:
-    run("a_context_is_made_anew", "pygame-ce")
+@pytest.mark.slow
+def test_the_effect_goes_on_in_a_context_that_is_made_anew(display: str) -> None:
+    run("a_context_is_made_anew", "pygame-ce", display)
 
 
-def test_the_effect_follows_a_widget_to_another_window() -> None:
-    run("a_widget_moves_to_another_window", "PySide6")
+@pytest.mark.slow
+def test_the_effect_follows_a_widget_to_another_window(display: str) -> None:
+    run("a_widget_moves_to_another_window", "PySide6", display)
 
 
 def test_picking_goes_without_the_effect() -> None:

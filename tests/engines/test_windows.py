@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from importlib import import_module
+
 import pytest
 
 from tests.engines.harmless import (
@@ -14,40 +16,49 @@ from tests.engines.harmless import (
 )
 
 pytestmark = pytest.mark.engines
-SCREEN = ("xvfb-run", "-a")
-#: Example → the distribution that it needs, and what it runs under.
+#: Example → the distribution that it needs.
 ENGINES = {
-    "pyglet": ("pyglet", SCREEN), "arcade": ("arcade", SCREEN), "moderngl_window": ("moderngl-window", ()),
-    "pygame": ("pygame-ce", SCREEN), "qt": ("PySide6", SCREEN), "vispy": ("vispy", ()), "kivy": ("Kivy", SCREEN),
-    "raylib": ("raylib", SCREEN),
+    "pyglet": "pyglet", "arcade": "arcade", "moderngl_window": "moderngl-window", "pygame": "pygame-ce",
+    "qt": "PySide6", "vispy": "vispy", "kivy": "Kivy", "raylib": "raylib",
 }  # fmt: skip
 
 
 @pytest.fixture(params=ENGINES)
 def engine(request: pytest.FixtureRequest) -> str:
     name: str = request.param
-    need(ENGINES[name][0])
+    need(ENGINES[name])
     return name
 
 
+@pytest.fixture
+def under(engine: str, request: pytest.FixtureRequest) -> tuple[str, ...]:
+    """What the engine is started by."""
+    if not getattr(import_module(f"docs.engines.{engine}").Scene, "needs_display", False):
+        return ()
+    return ("env", f"DISPLAY={request.getfixturevalue('display')}")
+
+
 @pytest.mark.parametrize("isolation", ["sibling", "guard"])
-def test_other_frames_do_not_change(engine: str, isolation: str) -> None:
-    check_harmless(engine, isolation, under=ENGINES[engine][1])
+def test_other_frames_do_not_change(engine: str, under: tuple[str, ...], isolation: str) -> None:
+    check_harmless(engine, isolation, under=under)
 
 
-def test_the_effect_follows_the_size(engine: str) -> None:
-    check_resized(engine, under=ENGINES[engine][1])
+@pytest.mark.slow
+def test_the_effect_follows_the_size(engine: str, under: tuple[str, ...]) -> None:
+    check_resized(engine, under=under)
 
 
-def test_an_effect_that_fails_leaves_the_frames(engine: str) -> None:
-    check_failing_effect(engine, under=ENGINES[engine][1])
+@pytest.mark.slow
+def test_an_effect_that_fails_leaves_the_frames(engine: str, under: tuple[str, ...]) -> None:
+    check_failing_effect(engine, under=under)
 
 
-def test_a_state_that_is_left_behind_would_be_seen(engine: str) -> None:
-    check_sensitive(engine, "outlines", under=ENGINES[engine][1])
+@pytest.mark.slow
+def test_a_state_that_is_left_behind_would_be_seen(engine: str, under: tuple[str, ...]) -> None:
+    check_sensitive(engine, "outlines", under=under)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("engine", ["moderngl_window", "pyglet"], indirect=True)
-def test_nothing_grows_over_10_000_frames(engine: str) -> None:
-    check_no_growth(engine, under=ENGINES[engine][1])
+def test_nothing_grows_over_10_000_frames(engine: str, under: tuple[str, ...]) -> None:
+    check_no_growth(engine, under=under)

@@ -48,7 +48,7 @@ class _Compatible:
 class Application:
     """Its context is current in this thread from here on; ``close`` ends it."""
 
-    def __init__(self, compatible: bool = False, native: Any = None) -> None:
+    def __init__(self, native: Any = None, compatible: bool = False) -> None:
         import glcontext  # type: ignore[import-untyped]
 
         self.native: Any = native or glcontext.get_backend_by_name("egl")(glversion=330, mode="standalone")

@@ -1,0 +1,233 @@
+"""What adapters share, in a context that stands for an engine's."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from typing import Any
+
+import moderngl
+import numpy as np
+import pytest
+
+import passgraph as pg
+from docs.engines.demo import inverse, inverse_of
+from docs.engines.play import count_objects
+from passgraph.effects.checked import effect
+from passgraph.engines.attachment import Attachment, Seen, View, imported
+from tests.conftest import require
+
+pytestmark = pytest.mark.gl
+SIZE = (9, 6)
+CAMERA = pg.Camera((0.0, 0.0, 5.0), (0.0, 0.0, 0.0), near=1.0, far=9.0)
+
+
+class Engine:
+    """A framebuffer with a depth, drawn in a context that is current."""
+
+    def __init__(self, size: tuple[int, int] = SIZE, internal: int | None = None) -> None:
+        require("gl")
+        self.context = moderngl.create_context(standalone=True, backend="egl")
+        self.internal = internal
+        self.resize(size)
+
+    def resize(self, size: tuple[int, int]) -> None:
+        self.color = self.context.texture(size, 4, internal_format=self.internal)
+        self.depth = self.context.depth_texture(size)
+        self.framebuffer = self.context.framebuffer([self.color], self.depth)
+        self.framebuffer.use()
+        width, height = size
+        numbers = np.random.default_rng(1).integers(0, 256, (height, width, 4), np.uint8)
+        self.color.write(numbers[::-1].tobytes())
+        self.drawn = numbers
+
+    def clear(self, red: float, depth: float) -> None:
+        self.framebuffer.clear(red, 0.0, 0.0, 1.0, depth=depth)
+
+    def picture(self) -> Any:
+        width, height = self.color.size
+        return np.frombuffer(self.color.read(), np.uint8).reshape(height, width, 4)[::-1]
+
+
+@pytest.fixture
+def engine() -> Iterator[Engine]:
+    made = Engine()
+    yield made
+    made.context.release()
+
+
+def attach(effect_: Any, **options: Any) -> Attachment:
+    camera, isolation = options.pop("camera", None), options.pop("isolation", "auto")
+    return Attachment("engine", effect_, options, camera=camera, isolation=isolation)
+
+
+@pytest.mark.parametrize("isolation", ["sibling", "guard"])
+def test_the_frame_is_changed_in_place_and_nothing_is_left(engine: Engine, isolation: str) -> None:
+    before = count_objects()
+    with attach(inverse, isolation=isolation) as attached:
+        attached.draw()
+        assert attached.error is None
+        assert attached.isolation == isolation
+        np.testing.assert_array_equal(engine.picture()[..., :3], inverse_of(engine.drawn[..., :3]))
+    assert count_objects() == before
+    once = engine.picture()
+    attached.draw()
+    attached.close()
+    np.testing.assert_array_equal(engine.picture(), once)
+
+
+def test_an_effect_that_is_not_enabled_does_nothing(engine: Engine) -> None:
+    with attach(inverse) as attached:
+        attached.enabled = False
+        attached.draw()
+        np.testing.assert_array_equal(engine.picture(), engine.drawn)
+
+
+def test_other_sizes_are_planned_anew(engine: Engine) -> None:
+    with attach(inverse) as attached:
+        for size in (SIZE, (1, 1), (13, 2), SIZE):
+            engine.resize(size)
+            attached.draw()
+            np.testing.assert_array_equal(engine.picture()[..., :3], inverse_of(engine.drawn[..., :3]))
+
+
+fog = pg.kernel(source="def fog(c: Image, d: Image, far: float) -> vec4: return vec4(vec3(d[0, 0].r / far), 1.0)")
+
+
+def by_distance(frame: pg.Target, depth: pg.Target) -> pg.Target:
+    return fog(frame, depth, pg.Value("reach", float), into=pg.target("fog", "rgba8"))
+
+
+@pytest.mark.parametrize(
+    "camera", [CAMERA, lambda: CAMERA, (CAMERA.view_matrix(), CAMERA.projection_matrix(1.5)), View.of(CAMERA)]
+)
+def test_depth_comes_as_distances(engine: Engine, camera: Any) -> None:
+    """The middle of the depth buffer is 1 / (0.5 / 1 + 0.5 / 9) = 1.8 away; nothing is at its end."""
+    with attach(by_distance, camera=camera, reach=9.0) as attached:
+        engine.clear(0.0, depth=0.5)
+        attached.draw()
+        assert attached.error is None
+        assert engine.picture()[0, 0].tolist() == [51, 51, 51, 255]
+        attached.set(reach=18.0)
+        engine.clear(0.0, depth=0.5)
+        attached.draw()
+        assert engine.picture()[0, 0, 0] in (25, 26)
+        engine.clear(1.0, depth=1.0)
+        attached.draw()
+        assert engine.picture()[0, 0, 0] == 0
+
+
+def test_a_run_value_changes_without_planning(engine: Engine) -> None:
+    planned: list[int] = []
+
+    def counted(frame: pg.Target, share: float | pg.Value = 1.0, steps: int = 1) -> pg.Target:
+        planned.append(steps)
+        scaled = pg.kernel(source="def scaled(c: Image, by: float) -> vec4: return c[0, 0] * by")
+        return scaled(frame, share, into=pg.target("scaled", "rgba8"))
+
+    # The text of annotations is read, which names what is in this function.
+    counted.__annotations__ = {"frame": pg.Target, "share": float | pg.Value, "steps": int}
+    with attach(counted, share=0.5) as attached:
+        attached.draw()
+        program = attached._program
+        attached.set(share=0.25)
+        engine.clear(0.8, depth=1.0)
+        attached.draw()
+        assert attached._program is program
+        assert engine.picture()[0, 0, 0] == 51
+        attached.set(steps=3)
+        attached.draw()
+        assert attached._program is not program
+        assert planned[-1] == 3
+
+
+def test_names_that_the_effect_does_not_have_are_refused(engine: Engine) -> None:
+    with pytest.raises(pg.InputError, match="engine: the effect has no value 'far'; it has reach"):
+        attach(by_distance, far=3.0)
+    with (
+        attach(by_distance, camera=CAMERA) as attached,
+        pytest.raises(pg.InputError, match="has no value 'far'; it has reach"),
+    ):
+        attached.set(far=3.0)
+
+
+def test_what_an_effect_raises_when_it_is_planned_comes_from_attach() -> None:
+    with pytest.raises(pg.GraphError, match="the effect must return the target of its last pass, got 3"):
+        attach(lambda frame: 3)
+    with pytest.raises(pg.InputError, match="the effect"):
+        attach(3)
+    with pytest.raises(pg.InputError, match=r"camera= takes a pg\.Camera, \(view, projection\) .*got 3"):
+        attach(inverse, camera=3)
+
+
+def test_an_effect_without_its_camera_is_switched_off_and_says_how_to_mend_it(
+    engine: Engine, caplog: pytest.LogCaptureFixture
+) -> None:
+    with attach(by_distance, reach=9.0) as attached, caplog.at_level(logging.ERROR):
+        attached.draw()
+        attached.draw()
+        assert not attached.enabled
+        assert "the engine has no camera that could be asked; give camera=" in str(attached.error)
+        assert len(caplog.records) == 1
+        np.testing.assert_array_equal(engine.picture(), engine.drawn)
+        attached.enabled = True
+        assert attached.error is None
+        attached.draw()
+        assert len(caplog.records) == 2
+
+
+def test_what_is_no_error_of_ours_is_caught_too(engine: Engine, caplog: pytest.LogCaptureFixture) -> None:
+    def camera() -> pg.Camera:
+        raise ZeroDivisionError("the caller's own")
+
+    with attach(by_distance, reach=9.0, camera=camera) as attached, caplog.at_level(logging.ERROR):
+        attached.draw()
+        assert isinstance(attached.error, ZeroDivisionError)
+        assert caplog.records[0].exc_info is not None  # where it came from
+        np.testing.assert_array_equal(engine.picture(), engine.drawn)
+
+
+@effect("halved-light", linear=True)
+def halved_light(frame: pg.Target) -> pg.Target:
+    """Half the light."""
+    half = pg.kernel(source="def half(c: Image) -> vec4: return vec4(c[0, 0].rgb * 0.5, c[0, 0].a)")
+    return half(frame)
+
+
+@pytest.mark.parametrize("internal", [None, 0x8C43], ids=["rgba8", "srgb8_alpha8"])
+def test_effects_in_linear_light_get_it_and_are_stored_encoded(internal: int | None) -> None:
+    """0.8 in sRGB is 0.6038 of light; half of that is 0.5857 in sRGB."""
+    engine = Engine(internal=internal)
+    with attach(halved_light) as attached:
+        engine.color.write(bytes([204, 0, 255, 77] * (SIZE[0] * SIZE[1])))
+        attached.draw()
+        assert attached.error is None
+    red, green, blue, alpha = engine.picture()[0, 0].tolist()
+    assert (red, green, blue, alpha) == (149, 0, 188, 77)
+    engine.context.release()
+
+
+def test_an_engine_s_new_context_is_followed() -> None:
+    first = Engine()
+    with attach(inverse) as attached:
+        attached.draw()
+        second = Engine((7, 5))
+        attached.draw()
+        assert attached.error is None
+        np.testing.assert_array_equal(second.picture()[..., :3], inverse_of(second.drawn[..., :3]))
+    second.context.release()
+    first.context.release()
+
+
+def test_views_are_made_anew_where_matrices_change() -> None:
+    seen = Seen()
+    view, projection = CAMERA.view_matrix(), CAMERA.projection_matrix(1.5)
+    one = seen.by(view, projection)
+    assert seen.by(view.copy(), projection) is one
+    other = pg.Camera((0.0, 0.0, 6.0), (0.0, 0.0, 0.0), near=1.0, far=9.0)
+    assert seen.by(other.view_matrix(), projection).camera.eye == (0.0, 0.0, 6.0)
+
+
+def test_an_engine_that_is_not_installed_is_named() -> None:
+    with pytest.raises(pg.DeviceMissingError, match=r"no-such-engine is not installed.*pip install no-such-engine"):
+        imported("no_such_engine", "no-such-engine")
