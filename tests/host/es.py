@@ -71,7 +71,7 @@ class EsApplication(Application):
     """What OpenGL ES does otherwise than desktop OpenGL."""
 
     def __init__(self) -> None:
-        super().__init__(EsContext())
+        super().__init__(native=EsContext())
         u, i = ctypes.c_uint, ctypes.c_int
         self.TexStorage2DMultisample = ctypes.CFUNCTYPE(None, u, i, u, i, i, ctypes.c_ubyte)(
             self.native.load_opengl_function("glTexStorage2DMultisample")
