@@ -156,7 +156,10 @@ def is_in(module: str, part: str) -> bool:
 
 
 #: In the order in which data go through them.
-STOREYS = ["language", "graph", "scene", "plan", "travel", "backends", "run", "frames", "effects", "verify", "commands"]
+STOREYS = [
+    "language", "graph", "scene", "plan", "travel", "backends", "run", "frames", "effects", "engines", "verify",
+    "commands",
+]  # fmt: skip
 
 
 @pytest.mark.parametrize(
@@ -169,14 +172,15 @@ STOREYS = ["language", "graph", "scene", "plan", "travel", "backends", "run", "f
         ("scene", STOREYS[3:]),
         ("plan", ["travel", "run", "frames", "backends", "effects", "verify", "commands"]),
         ("travel", ["run", "frames", "backends", "effects", "verify", "commands"]),
-        ("backends", ["travel", "run", "frames", "effects", "verify", "commands"]),
-        ("run", ["frames", "effects", "verify", "commands"]),
+        ("backends", ["travel", "run", "frames", "effects", "engines", "verify", "commands"]),
+        ("run", ["frames", "effects", "engines", "verify", "commands"]),
         ("frames", ["effects", "verify", "commands"]),
         ("backends.numpy.machine", ["backends.numpy.vector", "backends.numpy.pixels", "backends.numpy.raster"]),
         ("backends.numpy.vector", ["backends.numpy.pixels", "backends.numpy.raster"]),
         ("backends.numpy.pixels", ["backends.numpy.raster"]),
         ("backends.numpy.raster", ["backends.numpy.pixels"]),
-        ("effects", ["frames", "verify", "commands"]),
+        ("effects", ["frames", "engines", "verify", "commands"]),
+        ("engines", ["frames", "verify", "commands"]),
         ("verify", ["commands"]),
     ],
 )

@@ -157,8 +157,10 @@ def _cells(texts: Sequence[str]) -> str:
 def main(wanted: list[str]) -> None:
     rows: dict[str, Any] = json.loads(ROWS.read_text()) if ROWS.exists() else {}
     for engine in wanted or [name for name in ENGINES if (root / f"docs/engines/{name}.py").exists()]:
-        rows[engine] = row(engine)
-        print(line(rows[engine]), flush=True)
+        made = row(engine)
+        print(line(made), flush=True)
+        if "ms" in made or "ms" not in rows.get(engine, {}):  # what another Python measured stays
+            rows[engine] = made
     rows = {name: rows[name] for name in ENGINES if name in rows}
     ROWS.write_text(json.dumps(rows, indent=1) + "\n")
     page = PAGE.read_text()

@@ -1,0 +1,69 @@
+"""Effects in Blender, on views that scripts and add-ons draw off screen."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from passgraph.backends.gl import Host, HostFramebuffer
+from passgraph.backends.gl.host import Isolation
+from passgraph.engines.attachment import Attachment, Effect, Seen, View
+from passgraph.engines.hooks import check_has
+
+
+class ViewAttachment(Attachment):
+    """An effect on one ``GPUOffScreen``; Blender tells nobody when it has been drawn into, so that this draws it."""
+
+    def __init__(
+        self, offscreen: Any, effect: Effect, camera: object, isolation: Isolation, values: dict[str, object]
+    ) -> None:
+        check_has(offscreen, "blender", "a gpu.types.GPUOffScreen", "draw_view3d", "bind", "width")
+        self.offscreen = offscreen
+        self._seen = Seen()
+        self._matrices: tuple[Any, Any] | None = None
+        super().__init__(
+            "blender", effect, values, frame=self._bound, camera=camera, engine_camera=self._saw, isolation=isolation
+        )
+
+    def draw_view3d(
+        self, scene: Any, view_layer: Any, view3d: Any, region: Any, view_matrix: Any, projection_matrix: Any,
+        **options: Any,
+    ) -> None:  # fmt: skip
+        """In the place of ``offscreen.draw_view3d``, with the same arguments; the effect gets both matrices' camera."""
+        self.offscreen.draw_view3d(scene, view_layer, view3d, region, view_matrix, projection_matrix, **options)
+        self._matrices = np.array(view_matrix, np.float64), np.array(projection_matrix, np.float64)
+        self.draw()
+
+    def draw(self, *_: object) -> None:
+        """The effect on what was drawn in another way: with ``gpu.shader`` and ``gpu_extras``, for instance."""
+        with self.offscreen.bind():
+            super().draw()
+
+    def _bound(self, host: Host) -> HostFramebuffer:
+        return host.framebuffer(region=(0, 0, self.offscreen.width, self.offscreen.height), srgb=False)
+
+    def _saw(self) -> View | None:
+        return None if self._matrices is None else self._seen.by(*self._matrices)
+
+
+def attach(
+    offscreen: Any, effect: Effect, *, camera: object = None, isolation: Isolation = "auto", **values: object
+) -> ViewAttachment:
+    """An effect on what is drawn into an off-screen buffer by the attachment's ``draw_view3d``.
+
+    Parameters
+    ----------
+    offscreen : a ``gpu.types.GPUOffScreen``; Blender must draw with OpenGL, which is a setting of its own
+    effect, camera, isolation, values : see `passgraph.engines.attachment.Attachment`; left out, the camera is that of
+        the matrices that ``draw_view3d`` was given last
+
+    Raises
+    ------
+    InputError, GraphError, KernelError
+        What the effect raises when its graph is made.
+
+    >>> attached = attach(offscreen, black_and_white)                        # doctest: +SKIP
+    >>> attached.draw_view3d(scene, view_layer, space, region, view, projection)    # doctest: +SKIP
+    """
+    return ViewAttachment(offscreen, effect, camera, isolation, dict(values))
