@@ -9,7 +9,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, fields
-from functools import cache
+from functools import cache, partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -279,6 +279,34 @@ def _of_host(method: str, **given: Any) -> None:
         getattr(host, method)(**given)
 
 
+@cache
+def _application() -> Any:
+    from tests.host.application import Application
+
+    return Application()
+
+
+def _of_gl_host(method: str, **given: Any) -> None:
+    """A method of a host in an engine's context, which is current for as long; a name that is None is a texture's or a
+    framebuffer's."""
+    from passgraph.backends.gl.current import Current
+    from tests.host.application import BYTES, RGBA
+
+    app, current = _application(), Current()
+    app.enter()
+    try:
+        if method == "current":
+            pg.gl.Host.current(**given).close()
+            return
+        texture = app.texture(0x8058, RGBA, BYTES, None)
+        with pg.gl.Host.current() as host:
+            if given["name"] is None:
+                given["name"] = texture if method == "texture" else app.of_texture(texture)
+            getattr(host, method)(**given)
+    finally:
+        current.change(current.state(), None)
+
+
 _FOLDER = "/nowhere"
 
 
@@ -295,6 +323,12 @@ CALLS: list[Call] = [
     call("target", pg.target, name="t", format="rgba8", size=None, scale=None, like=None, clear=None, notes=()),
     call("Input", pg.Input, name="t", format=None, size=None, static=False, border="clamp", default=None),
     call("Target.border", _border, rule="zero"),
+    call("HardwareDepth", pg.HardwareDepth, near=0.1, far=100.0, reversed_z=True, orthographic=False),
+    call("gl.Host.current", lambda isolation: _of_gl_host("current", isolation=isolation), isolation="guard"),
+    call("gl.Host.texture", partial(_of_gl_host, "texture"), name=None, size=(23, 17), region=(1, 2, 3, 4),
+         origin="top", srgb=True),
+    call("gl.Host.framebuffer", partial(_of_gl_host, "framebuffer"), name=None, size=(23, 17),
+         region=(1, 2, 3, 4), origin="top", srgb=True),
     call("TargetSpec", pg.TargetSpec, name="t", format=FORMATS["rgba8"], size=None, clear=None, notes=()),
     call("Target", pg.Target, spec=pg.target("t"), made_by=None, slot=0, is_previous=True, border_rule="clamp"),
     call("previous", pg.previous, spec=pg.target("t")),
@@ -421,7 +455,7 @@ def _effects() -> Iterator[Call]:
         "depth": pg.Input("depth", "r32f", (8, 4)), "normals": frame("normals"), "camera": pg.Value("camera", Camera),
         "radius": 0.5, "world": light2d.World2D.shipped(), "window": light2d.Window(0, 0, 10, 10), "walls": (),
         "lights": (light2d.Light2D((1, 1)),), "size": (8, 4), "grid": np.zeros((4, 8), np.float32), "threshold": 0.5,
-        "movers": pg.Value("movers", object), "count": 2, "name": "dimmed",
+        "movers": pg.Value("movers", object), "count": 2, "name": "dimmed", "casters": small_scene(),
     }  # fmt: skip
     for package in (effects, light2d):
         for name in package.__all__:

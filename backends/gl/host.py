@@ -28,6 +28,7 @@ from passgraph.backends.gl.surfaces import in_words
 from passgraph.backends.gl.textures import Surface, Texture, gl_format_of
 from passgraph.errors import BackendError, InputError
 from passgraph.formats import FORMATS, Format, float_format
+from passgraph.graph.targets import checked_size
 
 Isolation = Literal["auto", "sibling", "guard"]
 Origin = Literal["bottom", "top"]
@@ -199,8 +200,11 @@ class Host(GLBackend):
         BackendError
             For what is not there, or has nothing attached.
         """
+        check_asked(name, region, size, origin, srgb)
         self.context.check_current()
         gl = self.context.gl
+        if name and not gl.IsFramebuffer(name):
+            raise BackendError(f"gl: there is no framebuffer {name} in the host's context, or it was never bound")
         if name is None:
             colour, depth = attached(gl, depth=False), attached(gl, depth=True)
         else:
@@ -233,6 +237,9 @@ class Host(GLBackend):
 
         ``region`` is for textures larger than their picture, such as those padded to powers of two.
         """
+        check_asked(name, region, size, origin, srgb)
+        if name is None:
+            raise InputError("texture: give the name that OpenGL has for it, a whole number")
         return self._picture(Surface("texture", int(name), target=0), size, region, origin, srgb)
 
     def _window_size(self) -> tuple[int, int] | None:
@@ -245,7 +252,6 @@ class Host(GLBackend):
         self, surface: Surface, size: tuple[int, int] | None, region: Region | None, origin: Origin,
         srgb: bool | None,
     ) -> HostPicture:  # fmt: skip
-        arguments.one_of(origin, "origin", get_args(Origin))
         with self.context.looking() as gl:
             facts = facts_of(gl, surface, self._scratch, size)
             gl.drain()
@@ -376,6 +382,22 @@ class Host(GLBackend):
             gl.BindFramebuffer(g.FRAMEBUFFER, self.objects.for_foreign)
             self.objects.detach()
             gl.BindFramebuffer(g.FRAMEBUFFER, 0)
+
+
+def check_asked(name: object, region: object, size: object, origin: object, srgb: object) -> None:
+    """What a host is asked for a picture with, before OpenGL sees any of it."""
+    if name is not None:
+        arguments.whole(name, "the name of OpenGL's object", 0, (1 << 32) - 1, InputError)
+    if size is not None:
+        checked_size(size, "a picture of the host's")
+    if region is not None:
+        for number in arguments.several(region, (int, np.integer), "region", "(x, y, width, height)", InputError):
+            arguments.whole(number, "a number of region", 0, (1 << 31) - 1, InputError)
+        if len(tuple(region)) != 4:  # type: ignore[arg-type]
+            raise InputError(f"region must be (x, y, width, height), got {arguments.shown(region)}")
+    arguments.one_of(origin, "origin", get_args(Origin), InputError)
+    if srgb is not None:
+        arguments.flag(srgb, "srgb", InputError)
 
 
 def check_room(picture: HostPicture, format_: Format) -> None:

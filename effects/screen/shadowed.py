@@ -7,7 +7,7 @@ from __future__ import annotations
 from typing import Annotated
 
 import passgraph as pg
-from passgraph import Image, vec3, vec4
+from passgraph import Image, arguments, vec3, vec4
 from passgraph.effects.checked import checked
 from passgraph.effects.parameters import Called
 from passgraph.effects.quantities import Color, MapSize, NotNegative, Width
@@ -87,6 +87,7 @@ def shadowed(
     ...     [step.name for step in program.plan.steps][-2:]
     ['penumbrae of light', 'shadowed']
     """
+    arguments.instance(casters, pg.Scene, "shadowed: casters", "a pg.Scene", pg.GraphError)
     nodes = tuple(node for node in casters.nodes if node.casts and node.material.alpha_mode != "blend")
     if not nodes or not casters.lights:
         what = "light" if nodes else "mesh that casts a shadow"

@@ -11,6 +11,8 @@ from passgraph.effects.surfaces.views import View
 
 #: Of a neighbour that shows no surface: it fits no plane.
 NO_SURFACE = 1e30
+#: By how much a pixel may miss a line that it lies on, for each unit of what is linear on planes.
+ROUNDING = 4e-6
 
 
 @pg.function
@@ -31,9 +33,12 @@ def line_through(frame: ViewFrame, here: float, next: float, after: float) -> ve
 
 
 @pg.function
-def slope_of(ahead: vec2, behind: vec2) -> float:
-    """The slope of the line that this pixel lies on; without any, the surface faces the eye."""
-    return ahead.x if ahead.y <= behind.y else -behind.x
+def slope_of(ahead: vec2, behind: vec2, rounding: float) -> float:
+    """The slope of the line that this pixel lies on; without any, the surface faces the eye.
+
+    On a plane it lies on both, and what rounding makes of that decides nothing.
+    """
+    return ahead.x if ahead.y <= behind.y + rounding else -behind.x
 
 
 @pg.kernel
@@ -50,13 +55,16 @@ def normals_of_depth(depth: Image, frame: ViewFrame) -> vec4:
     if far <= 0.0:
         return vec4(0.0)
     step = pixel_step(frame, output_size(), 1.0)
+    rounding = ROUNDING * abs(linear_on_planes(frame, far))
     right = slope_of(
         line_through(frame, far, depth[1, 0].r, depth[2, 0].r),
         line_through(frame, far, depth[-1, 0].r, depth[-2, 0].r),
+        rounding,
     )
     up = slope_of(
         line_through(frame, far, depth[0, -1].r, depth[0, -2].r),
         line_through(frame, far, depth[0, 1].r, depth[0, 2].r),
+        rounding,
     )
     slope = vec2(right, up) / step
     flat = flat_place(frame, uv())
