@@ -42,6 +42,7 @@ from docs.gallery_inputs import (
     street_depth,
     top_view,
 )
+from docs.gallery_looks import LOOKS
 from docs.gallery_page import FOLDER, Entry, InputMissing, Panel, machine, open_backends, rendered
 from passgraph.effects import (
     black_and_white,
@@ -409,6 +410,7 @@ ENTRIES: tuple[Entry, ...] = (
         "Dirty lenses", f"{LEVEL_INPUT}; dirt from a random generator",
         "Dirt on what is bright, lamp or not; on spots drawn for this view; on a map of spots made once.", lenses, 2,
     ),
+    *LOOKS,
 )  # fmt: skip
 
 

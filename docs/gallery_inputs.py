@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -214,11 +214,7 @@ def receding(scene: pg.Scene, factor: float) -> pg.Scene:
     """The camera this many times as far from its target."""
     camera = scene.camera
     eye = np.array(camera.target) + factor * (np.array(camera.eye) - camera.target)
-    return scene.with_(
-        camera=pg.Camera(
-            tuple(eye), camera.target, camera.up, camera.vertical_fov_rad, factor * camera.near, factor * camera.far
-        )
-    )
+    return scene.with_(camera=replace(camera, eye=tuple(eye), near=factor * camera.near, far=factor * camera.far))
 
 
 # A level of a flat game, one unit a metre

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 
 class PassgraphError(Exception):
-    """Base of every deliberate error; commands print it as one line and exit with status 2."""
+    """Base of every deliberate error; commands print it and exit with status 2."""
 
 
 class KernelError(PassgraphError):

@@ -65,6 +65,8 @@ class GLBackend(Backend):
                 numbers=gl.integer(g.MAX_FRAGMENT_UNIFORMS) - OTHER_NUMBERS,
                 rounding=4,
                 varyings=gl.integer(g.MAX_VARYINGS),
+                not_kept=gl.has.not_kept(),
+                not_written=gl.has.not_drawn(),
             )
             self.no_vertices = self.objects.new("VertexArray")
         self.values: Texture | None = None  # float32 on its way into a texture; the last one stays
@@ -97,11 +99,8 @@ class GLBackend(Backend):
                 "use a smaller size, or the numpy backend"
             )
         arguments = (gl_format.internal, width, height, 0, gl_format.external, gl_format.type, None)
-        gl.TexImage2D(g.PROXY_TEXTURE_2D, 0, *arguments)
-        accepted = ctypes.c_int(0)
-        gl.GetTexLevelParameteriv(g.PROXY_TEXTURE_2D, 0, g.TEXTURE_WIDTH, ctypes.byref(accepted))
-        if accepted.value != width:
-            raise BackendError(f"gl: this device has no room for {what}; use a smaller size or format")
+        if not gl.has.is_es:
+            self._check_room(what, width, arguments)
         name = self.objects.new("Texture")
         with fixed.transfer(gl, fixed.Rows()):
             gl.BindTexture(g.TEXTURE_2D, name)
@@ -115,6 +114,14 @@ class GLBackend(Backend):
             self.objects.forget(texture)
             raise
         return texture
+
+    def _check_room(self, what: str, width: int, arguments: tuple[Any, ...]) -> None:
+        """Whether the driver would take it, which it says by its size."""
+        gl, accepted = self.context.gl, ctypes.c_int(0)
+        gl.TexImage2D(g.PROXY_TEXTURE_2D, 0, *arguments)
+        gl.GetTexLevelParameteriv(g.PROXY_TEXTURE_2D, 0, g.TEXTURE_WIDTH, ctypes.byref(accepted))
+        if accepted.value != width:
+            raise BackendError(f"gl: this device has no room for {what}; use a smaller size or format")
 
     def _gl_format(self, format_: Format) -> GLFormat:
         """Three channels stay three where the driver can draw into them (OpenGL does not promise it)."""
@@ -130,8 +137,16 @@ class GLBackend(Backend):
             self._gl_formats[format_] = gl_format
         return self._gl_formats[format_]
 
+    def draws(self, format_: Format) -> bool:
+        """Whether passes can write such pictures here."""
+        return format_.is_depth or format_.number not in self.limits.not_written
+
     def _zero(self, texture: Texture) -> None:
         gl = self.context.gl
+        if not self.draws(texture.format):
+            width, height = texture.size
+            transfers.send(self, texture, np.zeros((height, width, texture.format.channels), texture.format.number))
+            return
         is_depth = texture.format.is_depth
         framebuffer = self.objects.framebuffer(() if is_depth else (texture,), texture if is_depth else None)
         fixed.set_common(gl, self.context.bound, framebuffer)

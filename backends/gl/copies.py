@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +12,7 @@ import numpy as np
 from passgraph.backends.base import Block
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl import state as fixed
+from passgraph.backends.gl.capabilities import FRAMEBUFFER_SRGB
 from passgraph.backends.gl.functions import Functions
 from passgraph.backends.gl.passes import run_pixels
 from passgraph.backends.gl.placement import PLAIN, Placement, placements_of
@@ -19,7 +20,7 @@ from passgraph.backends.gl.surfaces import attach, in_words
 from passgraph.backends.gl.textures import Surface, Texture, gl_format_of
 from passgraph.backends.gl.transfers import storing_program
 from passgraph.errors import BackendError, InputError
-from passgraph.formats import Format
+from passgraph.formats import FORMATS, Format, float_format
 
 if TYPE_CHECKING:
     from passgraph.backends.gl.foreign import Facts
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 _EMPTY = Block(np.zeros(1, np.float32), np.zeros(1, np.int32))
 #: Sampler parameters: nearest, clamped to the edge, no comparison of depth.
 _NEAREST = {0x2801: g.NEAREST, 0x2800: g.NEAREST, 0x2802: 0x812F, 0x2803: 0x812F, 0x884C: 0}
-_SRGB_DECODE, _SKIP_DECODE, _EXTENSIONS, _COUNT = 0x8A48, 0x8A4A, 0x1F03, 0x821D
+_SRGB_DECODE, _SKIP_DECODE = 0x8A48, 0x8A4A
 #: Internal format → format and type that an empty texture of it is made with, where those of colour do not do.
 _DEPTHS = {
     **dict.fromkeys((0x81A5, 0x81A6, 0x81A7, 0x8CAC, 0x1902), (0x1902, 0x1406)),
@@ -47,7 +48,7 @@ class _Room:
     """A texture of ours for copies."""
 
     name: int
-    internal: int
+    kind: object
     size: tuple[int, int]
     free: bool = True
     taken: int = 0
@@ -64,21 +65,26 @@ class Copies:
         self.sampler = self.objects.new("Sampler")
         for parameter, value in _NEAREST.items():
             gl.SamplerParameteri(self.sampler, parameter, value)
-        names = {(gl.GetStringi(_EXTENSIONS, k) or b"").decode() for k in range(gl.integer(_COUNT))}
-        self.skips_decoding = "GL_EXT_texture_sRGB_decode" in names
-        if self.skips_decoding:
+        if gl.has.skips_decoding:
             gl.SamplerParameteri(self.sampler, _SRGB_DECODE, _SKIP_DECODE)
         self._rooms: list[_Room] = []
-        self._taken = 0
+        self._takes = 0
         self._framebuffers = [self.objects.new("Framebuffer"), self.objects.new("Framebuffer")]
 
     def can_sample(self, picture: HostPicture) -> bool:
         """Whether a pass can read it where it is."""
+        return self._is_plain(picture) and not self._is_decoded(picture)
+
+    @staticmethod
+    def _is_plain(picture: HostPicture) -> bool:
         facts = picture.facts
         surface = facts.surface
         plain = surface.kind == "texture" and surface.target == g.TEXTURE_2D and surface.layer <= 0
-        stored_srgb = "sRGB" in facts.stored
-        return plain and not facts.samples and (self.skips_decoding or not stored_srgb) and surface.level == facts.base
+        return plain and not facts.samples and surface.level == facts.base
+
+    def _is_decoded(self, picture: HostPicture) -> bool:
+        """Whether passes would read linear values of what is sRGB-encoded, whatever they ask for."""
+        return picture.facts.stores_srgb and not self.objects.gl.has.skips_decoding
 
     def sampled(self, picture: HostPicture, format_: Format, copied: bool = False) -> Texture:
         """A texture that holds the picture now; ``copied``: and that is not the host's.
@@ -91,12 +97,24 @@ class Copies:
         surface = picture.facts.surface
         with self.host.context:
             self.check_same(picture)
-            if self.can_sample(picture) and not copied:
-                return Texture(
+            decoded = self._is_decoded(picture)
+            if self._is_plain(picture) and (decoded or not copied):
+                held = Texture(
                     surface.name, format_, picture.size, gl_format_of(picture.format, padded=False),
                     picture.placement, picture.region[:2], surface, self.sampler,
                 )  # fmt: skip
-            return self._copied(picture, format_)
+            else:
+                held = self._copied(picture, format_)
+            return self._encoded(picture, held) if decoded else held
+
+    def _encoded(self, picture: HostPicture, decoded: Texture) -> Texture:
+        """The numbers of an sRGB picture, from its values: 8 bits come back from their float32 values."""
+        channels, size, format_ = picture.format.channels, picture.size, picture.format
+        encoded = FORMATS["rgba8_srgb" if channels == 4 else "rgb8_srgb"]
+        name = self._taken(format_, size, lambda: self.host.new_texture(format_, size).name)
+        own = Texture(name, encoded, size, gl_format_of(format_, padded=False))
+        self.move(replace(decoded, format=float_format(channels)), own)
+        return replace(own, format=decoded.format)
 
     def check_same(self, picture: HostPicture) -> None:
         """Raise InputError where it is gone, or has another size than when it was asked for."""
@@ -118,7 +136,10 @@ class Copies:
         """By one blit, with its rows as they are; several samples a pixel become one."""
         host, gl, facts = self.host, self.host.context.gl, picture.facts
         x, y, width, height = picture.region
-        held = self._room_for(picture, format_)
+        # Of several samples OpenGL ES copies to the same place only.
+        in_place = gl.has.is_es and facts.samples > 0
+        held = self._room_for(picture, format_, in_place)
+        left, low = held.origin
         fixed.set_common(gl, host.context.bound, 0)
         host.context.bound.forget()
         ends = ((g.DRAW_FRAMEBUFFER, Surface("texture", held.name)), (g.READ_FRAMEBUFFER, facts.surface))
@@ -128,13 +149,28 @@ class Copies:
         if facts.surface.kind == "window" and not facts.is_depth:
             gl.ReadBuffer(facts.surface.buffer)
         bits = g.DEPTH_BUFFER_BIT if facts.is_depth else g.COLOR_BUFFER_BIT
-        gl.BlitFramebuffer(x, y, x + width, y + height, 0, 0, width, height, bits, g.NEAREST)
+        place = (left, low, left + width, low + height)
+        with self._numbers_kept(gl, facts):
+            gl.BlitFramebuffer(x, y, x + width, y + height, *place, bits, g.NEAREST)
         if facts.surface.kind == "window" and not facts.is_depth:
             gl.ReadBuffer(before)
         for target, surface in ends:
             self._unbind(target, surface, _point(facts))
         gl.check(f"copying {picture}")
         return held
+
+    @staticmethod
+    @contextmanager
+    def _numbers_kept(gl: Functions, facts: Facts) -> Iterator[None]:
+        """Around a blit: OpenGL ES decodes what it reads of sRGB pictures, and encodes what it writes if it is told."""
+        told = gl.has.is_es and facts.stores_srgb and not gl.has.always_encodes
+        if told:
+            gl.Enable(FRAMEBUFFER_SRGB)
+        try:
+            yield
+        finally:
+            if told:
+                gl.Disable(FRAMEBUFFER_SRGB)
 
     def _bind(self, target: int, framebuffer: int, surface: Surface, point: int) -> None:
         gl = self.host.context.gl
@@ -150,34 +186,43 @@ class Copies:
             gl.FramebufferTexture2D(target, point, g.TEXTURE_2D, 0, 0)
         gl.BindFramebuffer(target, 0)
 
-    def _room_for(self, picture: HostPicture, format_: Format) -> Texture:
-        """A texture of ours for the picture's numbers, until the run ends."""
+    def _room_for(self, picture: HostPicture, format_: Format, in_place: bool) -> Texture:
+        """A texture of ours for the picture's numbers, until the run ends.  ``in_place``: in a part of it, at the place
+        where the picture is in the whole."""
         facts = picture.facts
-        self._taken += 1
-        wanted = facts.internal, picture.size
-        room = next((r for r in self._rooms if r.free and (r.internal, r.size) == wanted), None)
-        if room is None:
-            room = _Room(self._empty(facts.internal, picture), *wanted)
-            self._rooms.append(room)
-        room.free, room.taken = False, self._taken
-        for old in [r for r in self._rooms if r.free and self._taken - r.taken > KEPT_FOR]:
-            self._rooms.remove(old)
-            self.objects.delete("Texture", old.name)
-        placement = Placement(bottom_up=True) if picture.origin == "bottom" else PLAIN
+        size, origin = (facts.size, picture.region[:2]) if in_place else (picture.size, (0, 0))
+        placement = Placement(picture.origin == "bottom", size != picture.size)
+        name = self._taken(facts.internal, size, lambda: self._new_texture(facts.internal, size))
         return Texture(
-            room.name, format_, picture.size, gl_format_of(picture.format, padded=False), placement,
-            (0, 0), Surface("texture", room.name), self.sampler,
+            name, format_, picture.size, gl_format_of(picture.format, padded=False),
+            PLAIN if placement == PLAIN else placement, origin, Surface("texture", name), self.sampler,
         )  # fmt: skip
 
-    def _empty(self, internal: int, picture: HostPicture) -> int:
+    def _new_texture(self, internal: int, size: tuple[int, int]) -> int:
         gl, name = self.host.context.gl, self.objects.new("Texture")
         external, type_ = _DEPTHS.get(internal, (0x1908, 0x1406))
         with fixed.transfer(gl, fixed.Rows()):
             gl.BindTexture(g.TEXTURE_2D, name)
             gl.TexParameteri(g.TEXTURE_2D, 0x813D, 0)
-            gl.TexImage2D(g.TEXTURE_2D, 0, internal, *picture.size, 0, external, type_, None)
-        gl.check(f"making room for a copy of {picture}")
+            if gl.TexStorage2D is not None:
+                gl.TexStorage2D(g.TEXTURE_2D, 1, internal, *size)
+            else:
+                gl.TexImage2D(g.TEXTURE_2D, 0, internal, *size, 0, external, type_, None)
+        gl.check(f"making room for a copy of {size[0]} x {size[1]} pixels")
         return name
+
+    def _taken(self, kind: object, size: tuple[int, int], make: Callable[[], int]) -> int:
+        """A texture of a kind that nobody needs in this run; those that were not needed for long go."""
+        self._takes += 1
+        room = next((r for r in self._rooms if r.free and (r.kind, r.size) == (kind, size)), None)
+        if room is None:
+            room = _Room(make(), kind, size)
+            self._rooms.append(room)
+        room.free, room.taken = False, self._takes
+        for old in [r for r in self._rooms if r.free and self._takes - r.taken > KEPT_FOR]:
+            self._rooms.remove(old)
+            self.objects.delete("Texture", old.name)
+        return room.name
 
     def end_run(self) -> None:
         """What was copied is not needed any more."""
@@ -212,7 +257,7 @@ class Copies:
 
 
 def _size_now(gl: Functions, facts: Facts) -> tuple[bool, tuple[int, int]]:
-    """Whether a texture or renderbuffer is still there, and its size."""
+    """Whether a texture or renderbuffer is still there, and its size, where OpenGL tells."""
     surface = facts.surface
     now = (0, 0)
     if surface.kind == "texture":
@@ -221,7 +266,10 @@ def _size_now(gl: Functions, facts: Facts) -> tuple[bool, tuple[int, int]]:
             target, level = facts.level_target, surface.level
             gl.ActiveTexture(g.TEXTURE0)
             gl.BindTexture(facts.bound_as, surface.name)
-            now = gl.level(target, level, 0x1000), gl.level(target, level, 0x1001)
+            if gl.GetTexLevelParameteriv is not None:
+                now = gl.level(target, level, 0x1000), gl.level(target, level, 0x1001)
+            else:
+                now = facts.size
             gl.BindTexture(facts.bound_as, 0)
         return alive, now
     alive = bool(gl.IsRenderbuffer(surface.name))

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Callable
 
+from passgraph.backends.gl.capabilities import version_of
 from passgraph.backends.gl.windowing import GONE, Handle, State, addresses, function
 from passgraph.errors import BackendError
 
 _EGL_DRAW, _EGL_READ = 0x3059, 0x305A
 _EGL_CONFIG_ID, _EGL_CLIENT_TYPE, _EGL_CLIENT_VERSION, _EGL_NONE = 0x3028, 0x3097, 0x3098, 0x3038
+_GL_VERSION = 0x1F02
 _EGL_MAJOR, _EGL_MINOR, _EGL_PROFILE, _EGL_OPENGL, _EGL_SIDES = 0x3098, 0x30FB, 0x30FD, 0x30A2, (0x3057, 0x3056)
 _EGL_ERRORS = {
     0x3001: "not initialised", 0x3002: "the context is current in another thread", 0x3003: "out of memory",
@@ -59,24 +62,36 @@ class Egl:
         if asked[_EGL_CONFIG_ID]:
             wanted = (number * 3)(_EGL_CONFIG_ID, asked[_EGL_CONFIG_ID], _EGL_NONE)
             choose(host.display, wanted, ctypes.byref(config), 1, ctypes.byref(count))
-        version: tuple[int, ...]
-        if asked[_EGL_CLIENT_TYPE] == _EGL_OPENGL:
-            version = (_EGL_MAJOR, 3, _EGL_MINOR, 3, _EGL_PROFILE, 1, _EGL_NONE)
-        else:
-            version = (_EGL_MAJOR, asked[_EGL_CLIENT_VERSION], _EGL_NONE)
+        versions: list[tuple[int, ...]] = [(_EGL_MAJOR, 3, _EGL_MINOR, 3, _EGL_PROFILE, 1, _EGL_NONE)]
+        if asked[_EGL_CLIENT_TYPE] != _EGL_OPENGL:
+            # As new as the host's, for what that has; before EGL 1.5 there was no way to say so.
+            major, minor = self._version()
+            versions = [
+                (_EGL_MAJOR, major, _EGL_MINOR, minor, _EGL_NONE), (_EGL_MAJOR, asked[_EGL_CLIENT_VERSION], _EGL_NONE)
+            ]  # fmt: skip
+        made: Handle = None
         api = self.query_api()
         try:
             self.bind_api(asked[_EGL_CLIENT_TYPE])
-            made: Handle = create(host.display, config, host.context, (number * len(version))(*version))
+            for version in versions:
+                made = made or create(host.display, config, host.context, (number * len(version))(*version))
         finally:
             self.bind_api(api)
         if not made:
             raise BackendError(f"gl: EGL makes no context that shares with the current one: {self.last_error()}")
         return made
 
+    def _version(self) -> tuple[int, int]:
+        """Of the current context, as it says itself: many are newer than what was asked for."""
+        text = ctypes.CFUNCTYPE(ctypes.c_char_p, ctypes.c_uint)(self.address("glGetString"))(_GL_VERSION)
+        return version_of((text or b"").decode(errors="replace"))[1]
+
     def destroy(self, host: State, context: Handle) -> None:
         """It is gone when it is no longer current anywhere; nothing happens where the display is gone."""
         function(self._library, "eglDestroyContext", ctypes.c_uint, *[ctypes.c_void_p] * 2)(host.display, context)
+
+    def lives(self, host: State) -> Callable[[], bool]:
+        return lambda: True  # EGL knows its displays, and answers for those that are gone
 
     def surface_size(self, state: State) -> tuple[int, int] | None:
         if not state.draw:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ctypes
 import sys
+from collections.abc import Callable
 from typing import Any
 
 from passgraph.backends.gl.windowing import Handle, State, System, function
@@ -28,6 +29,9 @@ class _Elsewhere:
 
     def destroy(self, host: State, context: Handle) -> None:
         return
+
+    def lives(self, host: State) -> Callable[[], bool]:
+        return lambda: True
 
     def surface_size(self, state: State) -> tuple[int, int] | None:
         return None

@@ -15,7 +15,7 @@ from passgraph.backends.gl.surfaces import (
     in_words,
     unbind_surface,
 )
-from passgraph.backends.gl.textures import Surface
+from passgraph.backends.gl.textures import Surface, gl_format_of
 from passgraph.errors import BackendError
 from passgraph.formats import FORMATS, Format, colour_format, float_format
 
@@ -28,12 +28,15 @@ _DRAW_BUFFER, _DRAW_BINDING, _READ_BINDING, _VIEWPORT = 0x8825, 0x8CA6, 0x8CAA, 
 _RENDERBUFFER_FACTS = {"width": 0x8D42, "height": 0x8D43, "internal": 0x8D44, "samples": 0x8CAB}
 _TEXTURE_FACTS = {"width": 0x1000, "height": 0x1001, "internal": 0x1003, "samples": 0x9106}
 #: What does not say how many bits a channel has: a window's buffers, and what applications ask for by kind alone.
-_UNSIZED = {0, 1, 2, 3, 4, *range(0x1901, 0x190B), 0x8C40, 0x8C42, 0x84F9}
+_UNSIZED = {0, 1, 2, 3, 4, *range(0x1901, 0x190B), 0x8C40, 0x8C42, 0x84F9, 0x80E1, 0x93A1}
+_RGBA8, _SRGB_ALPHA8 = 0x8058, 0x8C43
 #: What a copy of such is stored as, by bits a channel.
 _SIZED: dict[tuple[int, ...], int] = {
-    (8, 8, 8, 8): 0x8058, (8, 8, 8, 0): 0x8051, (5, 6, 5, 0): 0x8D62, (10, 10, 10, 2): 0x8059,
-    (16, 16, 16, 16): 0x881A,
-}  # fmt: skip
+    (5, 6, 5, 0): 0x8D62,
+    (10, 10, 10, 2): 0x8059,
+    (5, 5, 5, 1): 0x8057,
+    (4, 4, 4, 4): 0x8056,
+}
 _SIZED_DEPTHS = {(16, 0): 0x81A5, (24, 0): 0x81A6, (24, 8): 0x88F0, (32, 0): 0x81A7, (32, 8): 0x8CAD}
 
 
@@ -48,6 +51,7 @@ class Facts:
     internal : what a texture of the same numbers is made as
     samples : a pixel; 0 where there is no multisampling
     stored : in words
+    stores_srgb : whether OpenGL itself knows the numbers to be encoded by the sRGB curve
     bound_as, level_target, base : of a texture: as what it is bound, what its levels are asked by, and its base level
     """
 
@@ -58,6 +62,7 @@ class Facts:
     samples: int
     stored: str
     is_depth: bool
+    stores_srgb: bool = False
     bound_as: int = g.TEXTURE_2D
     level_target: int = g.TEXTURE_2D
     base: int = 0
@@ -112,13 +117,14 @@ def attached(gl: Functions, depth: bool) -> Surface | None:
     return Surface("texture", name, face or g.TEXTURE_2D, level, layer)
 
 
-def facts_of(gl: Functions, surface: Surface, scratch: int, window: tuple[int, int] | None) -> Facts:
-    """What a surface is.  ``scratch`` is a framebuffer of ours to attach it to, ``window`` the size of framebuffer 0.
+def facts_of(gl: Functions, surface: Surface, scratch: int, size: tuple[int, int] | None) -> Facts:
+    """What a surface is.  ``scratch`` is a framebuffer of ours to attach it to, ``size`` what the caller knows of it.
 
     Raises
     ------
     BackendError
-        For what is gone, and for what no kernel can read: integers.
+        For what is gone, for what no kernel can read (integers), and where neither OpenGL nor the caller tells its
+        size.
     """
     whole, level_target = surface, g.TEXTURE_2D
     if surface.kind == "texture":
@@ -128,9 +134,12 @@ def facts_of(gl: Functions, surface: Surface, scratch: int, window: tuple[int, i
         is_face = surface.target in range(0x8515, 0x851B)
         surface = replace(surface, target=surface.target if is_face else whole.target)
         level_target = surface.target
-        gl.BindTexture(whole.target, surface.name)
-        found = {k: gl.level(level_target, surface.level, what) for k, what in _TEXTURE_FACTS.items()}
-        gl.BindTexture(whole.target, 0)
+        if gl.GetTexLevelParameteriv is None:
+            found = _told(surface, size)
+        else:
+            gl.BindTexture(whole.target, surface.name)
+            found = {k: gl.level(level_target, surface.level, what) for k, what in _TEXTURE_FACTS.items()}
+            gl.BindTexture(whole.target, 0)
     elif surface.kind == "renderbuffer":
         if not gl.IsRenderbuffer(surface.name):
             raise BackendError(f"gl: there is no renderbuffer {surface.name} in the host's context")
@@ -138,16 +147,21 @@ def facts_of(gl: Functions, surface: Surface, scratch: int, window: tuple[int, i
         found = {k: gl.renderbuffer(what) for k, what in _RENDERBUFFER_FACTS.items()}
         gl.BindRenderbuffer(g.RENDERBUFFER, 0)
     else:
-        if window is None:
-            raise BackendError("gl: the size of framebuffer 0 is not known; give it as size=(width, height)")
-        found = {"width": window[0], "height": window[1], "internal": 0, "samples": 0}
+        found = _told(surface, size)
     made = _with_components(gl, surface, scratch, found)
     return replace(made, bound_as=whole.target, level_target=level_target, base=whole.level)
 
 
+def _told(surface: Surface, size: tuple[int, int] | None) -> dict[str, int]:
+    """Where OpenGL does not say it: of framebuffer 0, and of textures in OpenGL ES 3.0."""
+    if size is None:
+        raise BackendError(f"gl: the size of {in_words(surface)} is not known; give it as size=(width, height)")
+    return {"width": size[0], "height": size[1], "internal": 0, "samples": 0}
+
+
 def _with_components(gl: Functions, surface: Surface, scratch: int, found: dict[str, int]) -> Facts:
     bind_surface(gl, g.FRAMEBUFFER, scratch, surface)
-    depth_point, colour_point = attachment_points(surface)
+    depth_point, colour_point = attachment_points(gl, surface)
     components: tuple[int, ...] = tuple([gl.attachment(colour_point, what) for what in _COMPONENTS])
     depth = 0 if any(components) else gl.attachment(depth_point, _DEPTH_SIZE)
     if surface.kind == "window":
@@ -169,8 +183,18 @@ def _with_components(gl: Functions, surface: Surface, scratch: int, found: dict[
     format_ = _format(components, kind, srgb)
     internal = found["internal"]
     if internal in _UNSIZED:
-        internal = _SIZED.get(components, 0x8058)
-    return Facts(surface, _size(found), format_, internal, found["samples"], stored, False)
+        internal = _sized(components, format_, gl.has.is_es and srgb)
+    return Facts(surface, _size(found), format_, internal, found["samples"], stored, False, srgb)
+
+
+def _sized(components: tuple[int, ...], format_: Format, encoded: bool) -> int:
+    """What a copy of a surface is stored as whose format OpenGL does not say.  ``encoded``: as sRGB too, between which
+    and other formats OpenGL ES converts what it copies."""
+    if encoded:
+        return _SRGB_ALPHA8
+    if format_.number != "f4" or components[0] == 32:
+        return gl_format_of(format_, padded=False).internal
+    return _SIZED.get(components, _RGBA8)
 
 
 def _size(found: dict[str, int]) -> tuple[int, int]:

@@ -11,6 +11,7 @@ import ctypes
 from collections.abc import Callable
 from typing import Any
 
+from passgraph.backends.gl.capabilities import Capabilities, Where, capabilities_of
 from passgraph.errors import BackendError, DeviceMissingError
 
 #: Letters of the signatures: arguments, then ":" and the result.
@@ -20,37 +21,50 @@ _TYPES: dict[str, Any] = {
     "q": ctypes.c_uint64, "d": ctypes.c_double,
 }  # fmt: skip
 
+#: What every context has.
 SIGNATURES = """
     ActiveTexture(u)  AttachShader(uu)  BindBuffer(uu)  BindFramebuffer(uu)  BindRenderbuffer(uu)  BindSampler(uu)
     BindTexture(uu)  BindVertexArray(u)  BlendColor(ffff)  BlendEquationSeparate(uu)
     BlendFuncSeparate(uuuu)  BlitFramebuffer(iiiiiiiiuu)  BufferData(unpu)
     CheckFramebufferStatus(u:u)  ClearBufferfi(uifi)  ClearBufferfv(uip)  ColorMask(bbbb)
-    ColorMaski(ubbbb)  CompileShader(u)  CreateProgram(:u)  CreateShader(u:u)  CullFace(u)
+    CompileShader(u)  CreateProgram(:u)  CreateShader(u:u)  CullFace(u)
     DeleteBuffers(ip)  DeleteFramebuffers(ip)  DeleteProgram(u)  DeleteSamplers(ip)  DeleteShader(u)
-    DeleteSync(p)  DeleteTextures(ip)  DeleteVertexArrays(ip)  DepthFunc(u)  DepthMask(b)  DepthRange(dd)
-    Disable(u)  Disablei(uu)  DrawArrays(uii)
-    DrawBuffer(u)  DrawBuffers(ip)  DrawElements(uiup)  Enable(u)  Enablei(uu)  EnableVertexAttribArray(u)
+    DeleteSync(p)  DeleteTextures(ip)  DeleteVertexArrays(ip)  DepthFunc(u)  DepthMask(b)
+    Disable(u)  DrawArrays(uii)
+    DrawBuffers(ip)  DrawElements(uiup)  Enable(u)  EnableVertexAttribArray(u)
     FenceSync(uu:p)  Finish()  Flush()  FramebufferRenderbuffer(uuuu)  FramebufferTexture2D(uuuui)
     FramebufferTextureLayer(uuuii)  FrontFace(u)  GenBuffers(ip)  GenFramebuffers(ip)  GenSamplers(ip)
-    GenTextures(ip)  GenVertexArrays(ip)  GetBooleani_v(uup)  GetError(:u)  GetFloatv(up)
+    GenTextures(ip)  GenVertexArrays(ip)  GetBooleanv(up)  GetError(:u)  GetFloatv(up)
     GetFramebufferAttachmentParameteriv(uuup)  GetInteger64v(up)  GetIntegeri_v(uup)  GetIntegerv(up)
     GetProgramInfoLog(uipp)  GetProgramiv(uup)  GetRenderbufferParameteriv(uup)  GetShaderInfoLog(uipp)
     GetShaderSource(uipp)  GetShaderiv(uup)
-    GetString(u:s)  GetStringi(uu:s)  GetTexImage(uiuup)  GetTexLevelParameteriv(uiup)
-    GetTexParameteriv(uup)  GetUniformLocation(us:i)  IsBuffer(u:b)  IsEnabled(u:b)  IsEnabledi(uu:b)
+    GetString(u:s)  GetStringi(uu:s)
+    GetTexParameteriv(uup)  GetUniformLocation(us:i)  IsBuffer(u:b)  IsEnabled(u:b)
     IsFramebuffer(u:b)  IsProgram(u:b)  IsRenderbuffer(u:b)  IsSampler(u:b)  IsShader(u:b)  IsTexture(u:b)
-    IsVertexArray(u:b)  LinkProgram(u)  PixelStorei(ui)  PolygonMode(uu)  PolygonOffset(ff)
-    ReadBuffer(u)  SamplerParameteri(uui)  ShaderSource(uipp)  StencilFunc(uiu)
+    IsVertexArray(u:b)  LinkProgram(u)  PixelStorei(ui)  PolygonOffset(ff)
+    ReadBuffer(u)  ReadPixels(iiiiuup)  SamplerParameteri(uui)  ShaderSource(uipp)  StencilFunc(uiu)
     StencilFuncSeparate(uuiu)  StencilMask(u)  StencilMaskSeparate(uu)  StencilOp(uuu)  StencilOpSeparate(uuuu)
     TexImage2D(uiiiiiuup)  TexParameteri(uui)  TexSubImage2D(uiiiiiuup)  Uniform1f(if)  Uniform1i(ii)
     Uniform2i(iii)  Uniform1fv(iip)  Uniform1iv(iip)  Uniform4fv(iip)  Uniform4i(iiiii)
     Uniform4iv(iip)  UseProgram(u)  VertexAttribPointer(uiubip)  Viewport(iiii)  WaitSync(puq)
 """
-#: Not in every 3.3: from ARB_draw_buffers_blend, ARB_viewport_array, ARB_clip_control; None where missing.
-OPTIONAL = """
-    BlendFuncSeparatei(uuuuu)  BlendEquationSeparatei(uuu)  ClampColor(uu)  ClipControl(uu)  GetFloati_v(uup)
-    ViewportIndexedf(uffff)
-"""
+_INDEXED = {"GL_OES_draw_buffers_indexed": "OES", "GL_EXT_draw_buffers_indexed": "EXT"}
+#: What not every context has, and where it is; None elsewhere.  Drivers give addresses also of what a context lacks.
+OPTIONAL = {
+    "DepthRange(dd)  DrawBuffer(u)  GetTexImage(uiuup)": Where((3, 3)),
+    "ClampColor(uu)": Where((3, 3)),
+    "DepthRangef(ff)  TexStorage2D(uiuii)": Where(None, (3, 0)),
+    "PolygonMode(uu)": Where((3, 3), None, {"GL_NV_polygon_mode": "NV"}),
+    "GetTexLevelParameteriv(uiup)": Where((3, 3), (3, 1)),
+    "ColorMaski(ubbbb)  Disablei(uu)  Enablei(uu)  IsEnabledi(uu:b)": Where((3, 3), (3, 2), _INDEXED),
+    "BlendFuncSeparatei(uuuuu)  BlendEquationSeparatei(uuu)": Where(
+        (4, 0), (3, 2), {"GL_ARB_draw_buffers_blend": "ARB", **_INDEXED}
+    ),
+    "GetFloati_v(uup)  ViewportIndexedf(uffff)": Where(
+        (4, 1), None, {"GL_ARB_viewport_array": "", "GL_OES_viewport_array": "OES", "GL_NV_viewport_array": "NV"}
+    ),
+    "ClipControl(uu)": Where((4, 5), None, {"GL_ARB_clip_control": "", "GL_EXT_clip_control": "EXT"}),
+}  # fmt: skip
 
 NO_ERROR, OUT_OF_MEMORY = 0, 0x505
 ERRORS = {
@@ -84,21 +98,38 @@ MAX_VIEWPORT, MAX_COLOUR_ATTACHMENTS = 0x0D3A, 0x8CDF
 MAX_FRAGMENT_UNIFORMS, MAX_VERTEX_UNIFORMS, MAX_VARYINGS = 0x8B49, 0x8B4A, 0x8B4B
 
 
+def _prototype(entry: str) -> tuple[str, Callable[[int], Any]]:
+    """The name of a function, and what makes it from its address."""
+    name, _, signature = entry.removesuffix(")").partition("(")
+    arguments, _, result = signature.partition(":")
+    return name, ctypes.CFUNCTYPE(_TYPES[result] if result else None, *(_TYPES[letter] for letter in arguments))
+
+
 class Functions:
     """``gl.Clear(...)`` and the like, from a loader of addresses."""
 
+    #: What the context has beside them.
+    has: Capabilities
+
     def __init__(self, address_of: Callable[[str], int]) -> None:
-        for entry in (*SIGNATURES.split(), *OPTIONAL.split()):
-            name, _, signature = entry.removesuffix(")").partition("(")
+        for entry in SIGNATURES.split():
+            name, kind = _prototype(entry)
             address = address_of(f"gl{name}")
-            if not address and entry in SIGNATURES.split():
-                raise DeviceMissingError(f"this OpenGL driver has no gl{name}; passgraph needs OpenGL 3.3")
-            arguments, _, result = signature.partition(":")
-            kind = ctypes.CFUNCTYPE(_TYPES[result] if result else None, *(_TYPES[letter] for letter in arguments))
-            setattr(self, name, kind(address) if address else None)
+            if not address:
+                raise DeviceMissingError(
+                    f"this OpenGL driver has no gl{name}; passgraph needs OpenGL 3.3 or OpenGL ES 3.0"
+                )
+            setattr(self, name, kind(address))
+        self.has = capabilities_of(self)
+        for entries, where in OPTIONAL.items():
+            ending = self.has.ending(where)
+            for entry in entries.split():
+                name, kind = _prototype(entry)
+                address = 0 if ending is None else address_of(f"gl{name}{ending}")
+                setattr(self, name, kind(address) if address else None)
 
     def __getattr__(self, name: str) -> Any:
-        raise AttributeError(f"gl{name} is not in passgraph.backends.gl.functions.SIGNATURES")
+        raise AttributeError(f"gl{name} is not in passgraph.backends.gl.functions.SIGNATURES or OPTIONAL")
 
     def integer(self, what: int) -> int:
         """The first number of a limit (the widths of pairs)."""
@@ -111,6 +142,16 @@ class Functions:
         value = ctypes.c_int(0)
         self.GetFramebufferAttachmentParameteriv(DRAW_FRAMEBUFFER, point, what, ctypes.byref(value))
         return value.value
+
+    def depth_range(self, near: float, far: float) -> None:
+        (self.DepthRange or self.DepthRangef)(near, far)
+
+    def draw_buffer(self, buffer: int) -> None:
+        """Which buffer of framebuffer 0 is drawn into."""
+        if self.DrawBuffer is not None:
+            self.DrawBuffer(buffer)
+        else:
+            self.DrawBuffers(1, (ctypes.c_uint * 1)(buffer))
 
     def level(self, target: int, level: int, what: int) -> int:
         """A fact of a level of the bound texture."""

@@ -1,4 +1,4 @@
-"""Prints scalar programs as GLSL 3.30.
+"""Prints scalar programs as GLSL 3.30, and as GLSL ES 3.00 or newer (:mod:`passgraph.backends.gl.dialect`).
 
 Memory row 0 is the top row of every picture of ours.  In a pixel pass ``gl_FragCoord`` therefore counts rows as
 kernels do; a draw turns clip space upside down in the vertex shader, so that it counts alike there.  Of pictures that
@@ -14,30 +14,13 @@ from typing import ClassVar
 
 from passgraph.backends.base import ATTRIBUTES
 from passgraph.backends.c_like import CLike
+from passgraph.backends.gl.dialect import GLSL_330, Dialect
 from passgraph.backends.gl.foreseen import foreseen_values
 from passgraph.backends.gl.glsl_functions import FUNCTIONS, SPELLED
 from passgraph.backends.gl.placement import ALL_PLAIN, Placement, Placements
 from passgraph.backends.printing import Listing
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS, border_program
-
-#: Drivers may reorder float arithmetic unless values are ``precise``, which 3.30 has through an extension.
-HEADER = """#version 330 core
-#ifdef GL_ARB_gpu_shader5
-#extension GL_ARB_gpu_shader5 : enable
-#define PRECISE precise
-#else
-#define PRECISE
-#endif"""
-#: One triangle that covers the viewport.
-FULLSCREEN = """#version 330 core
-void main()
-{
-    gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0);
-}
-"""
-#: The fragment shader of a draw that writes depth and stencil only.
-NO_COLOUR = "#version 330 core\nvoid main()\n{\n}\n"
 
 LETTERS = "xyzw"
 #: Beyond every picture, and as a float still an int after it was multiplied and rounded; farther offsets are brought
@@ -85,10 +68,15 @@ class GLSL(CLike):
     spelled: ClassVar[Mapping[str, Mapping[str, str]]] = SPELLED
 
     def __init__(
-        self, program: s.ScalarProgram, varyings: tuple[str, ...] = (), placements: Placements = ALL_PLAIN
+        self,
+        program: s.ScalarProgram,
+        varyings: tuple[str, ...] = (),
+        placements: Placements = ALL_PLAIN,
+        dialect: Dialect = GLSL_330,
     ) -> None:
         super().__init__(program)
         self.placements = placements
+        self.dialect = dialect
         self.varyings = varyings
         self.own = NAMES[program.stage]
         self.image_numbers = {use.name: k for k, use in enumerate(program.images)}
@@ -135,6 +123,9 @@ class GLSL(CLike):
         # Compilers that assume no NaN fold x != x away; bits they leave alone.
         if op.on == "float" and op.operation in ("equal", "not_equal") and arguments[0] == arguments[1]:
             return f"{'!' if op.operation == 'equal' else ''}pg_isnan({arguments[0]})"
+        if op.on == "float" and op.operation in ("min", "max") and not self.dialect.is_precise:
+            # Compilers make a minimum of the choice, and that of NaN and a number is the number.
+            return f"(pg_isnan({arguments[0]}) ? {arguments[0]} : {super().operation(op, arguments)})"
         if op.on == "float" and op.operation in ("mul", "div"):
             both = all(self.foreseen.known(a) for a in op.arguments)
             arguments = [self._hidden(a, both) for a in op.arguments]
@@ -291,7 +282,7 @@ class GLSL(CLike):
         self.depth = 0
         self.line("}")
         declared = "".join(f"\n    {text}" for text in self.declarations.values())
-        parts = [HEADER, *self.interface(), self.called(functions()), f"void main()\n{{{declared}"]
+        parts = [self.dialect.header, *self.interface(), self.called(functions()), f"void main()\n{{{declared}"]
         self.front("\n".join(part for part in parts if part))
         return self.listing()
 

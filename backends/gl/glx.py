@@ -4,39 +4,16 @@ from __future__ import annotations
 
 import ctypes
 import os
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 
 from passgraph.backends.gl.windowing import Handle, State, addresses, function
+from passgraph.backends.gl.x11 import is_open, sync, x_errors_kept
 from passgraph.errors import BackendError
 
 _GLX_CONFIG_ID, _GLX_SCREEN, _GLX_SIDES = 0x8013, 0x800C, (0x801D, 0x801E)
 _GLX_MAJOR, _GLX_MINOR, _GLX_PROFILE = 0x2091, 0x2092, 0x9126
 #: Where GLX's functions are, first where drivers share a dispatcher.
 _GLX_LIBRARIES = ("libGLX.so.0", "libGL.so.1")
-
-
-@contextmanager
-def _x_errors_kept() -> Iterator[list[int]]:
-    """What X refuses inside comes into a list; else it ends the process."""
-    errors: list[int] = []
-
-    def note(display: int, event: int) -> int:
-        errors.append(1)
-        return 0
-
-    keep = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_void_p)(note)
-    library = ctypes.CDLL("libX11.so.6")
-    change = function(library, "XSetErrorHandler", ctypes.c_void_p, ctypes.c_void_p)
-    before = change(ctypes.cast(keep, ctypes.c_void_p))
-    try:
-        yield errors
-    finally:
-        change(before)
-
-
-def _sync(display: Handle) -> None:
-    function(ctypes.CDLL("libX11.so.6"), "XSync", ctypes.c_int, ctypes.c_void_p, ctypes.c_int)(display, 0)
 
 
 class Glx:
@@ -75,19 +52,19 @@ class Glx:
             raise BackendError(f"gl: GLX has no configuration {config.value}, which the current context was made with")
         first = ctypes.cast(configs, ctypes.POINTER(ctypes.c_void_p))[0]
         version = (number * 7)(_GLX_MAJOR, 3, _GLX_MINOR, 3, _GLX_PROFILE, 1, 0)
-        with _x_errors_kept() as errors:
+        with x_errors_kept() as errors:
             made: Handle = create(host.display, first, host.context, 1, version)
-            _sync(host.display)
+            sync(host.display)
         function(ctypes.CDLL("libX11.so.6"), "XFree", number, handle)(configs)
         if not made or errors:
             raise BackendError("gl: GLX makes no context that shares with the current one")
         return made
 
     def destroy(self, host: State, context: Handle) -> None:
-        """It is gone when it is no longer current anywhere.  Only while the host draws: a closed display is memory
-        that is gone too, and nothing tells."""
-        if self.display() == host.display:
-            function(self._library, "glXDestroyContext", None, *[ctypes.c_void_p] * 2)(host.display, context)
+        function(self._library, "glXDestroyContext", None, *[ctypes.c_void_p] * 2)(host.display, context)
+
+    def lives(self, host: State) -> Callable[[], bool]:
+        return is_open(host.display or 0)
 
     def surface_size(self, state: State) -> tuple[int, int] | None:
         if not state.draw:

@@ -21,13 +21,10 @@ from passgraph.backends.gl.sibling import OTHER_CONTEXT, current_state
 from passgraph.backends.turn import Turn, open_driver
 from passgraph.errors import BackendError
 
-#: Besides what passes switch themselves: primitive restart (two), alpha to one, alpha test, clip distances, sampled
-#: shading.  None of them is one of ours to need.
-_MORE_SWITCHES = (0x8F9D, 0x8D69, 0x809F, 0x0BC0, 0x3006, 0x3007, 0x8C36)
 _PASS_SWITCHES = (fixed.CULL_FACE, fixed.DEPTH_TEST, fixed.STENCIL_TEST, fixed.POLYGON_OFFSET_FILL)
 #: Kinds of textures that finding out about one may bind, and what asks for their binding.
 _TEXTURE_TARGETS = {g.TEXTURE_2D: 0x8069, **g.OTHER_TEXTURES}
-_PIXEL_STORE = (0xCF0, 0xCF2, 0xCF3, 0xCF4, 0xCF5, 0xD00, 0xD02, 0xD03, 0xD04, 0xD05)
+_PIXEL_STORE = (0xCF2, 0xCF3, 0xCF4, 0xCF5, 0xD02, 0xD03, 0xD04, 0xD05)
 _VIEWPORT, _VIEWPORTS, _COLOUR_MASK, _DEPTH_RANGE = 0xBA2, 16, 0xC23, 0xB70
 _STENCIL = {g.FRONT: (0xB92, 0xB97, 0xB93, 0xB94, 0xB95, 0xB96, 0xB98),
             g.BACK: (0x8800, 0x8CA3, 0x8CA4, 0x8801, 0x8802, 0x8803, 0x8CA5)}  # fmt: skip
@@ -46,9 +43,11 @@ class Guard:
     def __init__(self, gl: Functions, units: int) -> None:
         self.gl, self.units = gl, units
         self.buffers = gl.integer(g.MAX_DRAW_BUFFERS)
-        wanted = (*fixed.OFF, *_PASS_SWITCHES, *_MORE_SWITCHES)
-        self.switches = [s for s in wanted if s != fixed.SCISSOR_TEST and self._known(gl.IsEnabled, s)]
-        self.clamps = [pair for pair in _CLAMPS if self._known(gl.integer, pair[0])]
+        wanted = (*gl.has.off, *_PASS_SWITCHES, *gl.has.never_ours)
+        self.switches = [switch for switch in wanted if switch != fixed.SCISSOR_TEST]
+        self.pixel_store = _PIXEL_STORE if gl.has.is_es else (*_PIXEL_STORE, *fixed.SWAPPED_BYTES)
+        self.bindings = {t: what for t, what in _TEXTURE_TARGETS.items() if self._known(gl.integer, what)}
+        self.clamps = [pair for pair in _CLAMPS if gl.ClampColor is not None and self._known(gl.integer, pair[0])]
         self.has_viewports = gl.ViewportIndexedf is not None
         self.has_clip_control = gl.ClipControl is not None and self._known(gl.integer, _CLIP_ORIGIN)
         # Compatibility contexts have a polygon mode for each side, and an alpha test.
@@ -90,7 +89,7 @@ class Guard:
         yield _later(gl.UseProgram, ask(0x8B8D))
         yield _later(gl.BindVertexArray, ask(0x85B5))
         yield _later(gl.BindRenderbuffer, g.RENDERBUFFER, ask(0x8CA7))
-        for what in _PIXEL_STORE:
+        for what in self.pixel_store:
             yield _later(gl.PixelStorei, what, ask(what))
 
     def _textures(self) -> Iterable[Restore]:
@@ -100,7 +99,7 @@ class Guard:
             gl.ActiveTexture(g.TEXTURE0 + unit)
             yield _later(gl.BindSampler, unit, gl.integer(0x8919))
             # One by one they are found on unit 0 alone.
-            for target, binding in _TEXTURE_TARGETS.items() if unit == 0 else [(g.TEXTURE_2D, 0x8069)]:
+            for target, binding in self.bindings.items() if unit == 0 else [(g.TEXTURE_2D, 0x8069)]:
                 yield _later(gl.BindTexture, target, gl.integer(binding))
             yield _later(gl.ActiveTexture, g.TEXTURE0 + unit)
 
@@ -115,11 +114,16 @@ class Guard:
 
     def _colours(self) -> Iterable[Restore]:
         gl, apart = self.gl, self.gl.BlendFuncSeparatei is not None
-        mask, number = (ctypes.c_ubyte * 4)(), ctypes.c_int(0)
+        mask, number = (ctypes.c_int * 4)(), ctypes.c_int(0)
+        if gl.ColorMaski is None:
+            gl.GetIntegerv(_COLOUR_MASK, mask)
+            yield _later(gl.ColorMask, *mask)
+            yield _later(gl.Enable if gl.IsEnabled(fixed.BLEND) else gl.Disable, fixed.BLEND)
         for buffer in range(self.buffers):
-            gl.GetBooleani_v(_COLOUR_MASK, buffer, mask)
-            yield _later(gl.ColorMaski, buffer, *mask)
-            yield _later(gl.Enablei if gl.IsEnabledi(fixed.BLEND, buffer) else gl.Disablei, fixed.BLEND, buffer)
+            if gl.ColorMaski is not None:
+                gl.GetIntegeri_v(_COLOUR_MASK, buffer, mask)
+                yield _later(gl.ColorMaski, buffer, *mask)
+                yield _later(gl.Enablei if gl.IsEnabledi(fixed.BLEND, buffer) else gl.Disablei, fixed.BLEND, buffer)
             if not apart and buffer:
                 continue
             terms = []
@@ -142,14 +146,8 @@ class Guard:
             gl.GetFloatv(_VIEWPORT, four)
             yield _later(gl.Viewport, *(int(side) for side in four))
         gl.GetFloatv(_DEPTH_RANGE, four)
-        yield _later(gl.DepthRange, four[0], four[1])
-        modes = (ctypes.c_int * 2)()
-        gl.GetIntegerv(0xB40, modes)
-        if self.two_modes:
-            yield _later(gl.PolygonMode, g.FRONT, modes[0])
-            yield _later(gl.PolygonMode, g.BACK, modes[1])
-        else:
-            yield _later(gl.PolygonMode, g.FRONT_AND_BACK, modes[0])
+        yield _later(gl.depth_range, four[0], four[1])
+        yield from self._polygon_modes()
         yield _later(gl.CullFace, gl.integer(0xB45))
         yield _later(gl.FrontFace, gl.integer(0xB46))
         yield _later(gl.DepthFunc, gl.integer(0xB74))
@@ -160,6 +158,15 @@ class Guard:
         yield _later(gl.PolygonOffset, *offset)
         if self.has_clip_control:
             yield _later(gl.ClipControl, gl.integer(_CLIP_ORIGIN), gl.integer(_CLIP_DEPTH))
+
+    def _polygon_modes(self) -> Iterable[Restore]:
+        gl, modes = self.gl, (ctypes.c_int * 2)()
+        if gl.PolygonMode is None:
+            return
+        gl.GetIntegerv(0xB40, modes)
+        faces = (g.FRONT, g.BACK) if self.two_modes else (g.FRONT_AND_BACK,)
+        for face, mode in zip(faces, modes, strict=False):
+            yield _later(gl.PolygonMode, face, mode)
 
     def _stencil(self) -> Iterable[Restore]:
         gl, wide = self.gl, ctypes.c_int64(0)
@@ -177,15 +184,14 @@ class Guard:
     def _neutralise(self) -> None:
         """Besides what passes set themselves."""
         gl = self.gl
-        for switch in self.switches:
-            if switch in _MORE_SWITCHES:
-                gl.Disable(switch)
+        for switch in gl.has.never_ours:
+            gl.Disable(switch)
         for _, target in self.clamps:
             gl.ClampColor(target, _FALSE)
         # Also textures without content would be read from it.
         gl.BindBuffer(g.PIXEL_PACK_BUFFER, 0)
         gl.BindBuffer(g.PIXEL_UNPACK_BUFFER, 0)
-        gl.DepthRange(0.0, 1.0)
+        gl.depth_range(0.0, 1.0)
         if self.has_clip_control:
             gl.ClipControl(_LOWER_LEFT, _MINUS_ONE_TO_ONE)
 

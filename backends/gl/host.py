@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -27,7 +27,7 @@ from passgraph.backends.gl.sibling import SiblingContext, current_state
 from passgraph.backends.gl.surfaces import in_words
 from passgraph.backends.gl.textures import Surface, Texture, gl_format_of
 from passgraph.errors import BackendError, InputError
-from passgraph.formats import FORMATS, Format
+from passgraph.formats import FORMATS, Format, float_format
 
 Isolation = Literal["auto", "sibling", "guard"]
 Origin = Literal["bottom", "top"]
@@ -114,7 +114,7 @@ class HostFramebuffer:
 
 
 class Host(GLBackend):
-    """A backend in a host program's OpenGL context (3.3 or newer).
+    """A backend in a host program's context of OpenGL (3.3 or newer) or OpenGL ES (3.0 or newer).
 
     It is used in the thread and with the context that it was made in; each run says so where that does not hold.
     Between runs nothing of ours is current, bound or set.  `close` deletes what is ours, wherever it is called in
@@ -138,7 +138,7 @@ class Host(GLBackend):
         Raises
         ------
         BackendError
-            Where no context is current, none can be made beside it, or it is older than OpenGL 3.3.
+            Where no context is current, none can be made beside it, or it is older than OpenGL 3.3 and OpenGL ES 3.0.
         """
         return cls(isolation)
 
@@ -187,7 +187,7 @@ class Host(GLBackend):
         region
             (x, y, width, height) from the lowest left pixel, such as the viewport of one of several views.
         size
-            (width, height) of framebuffer 0, where the system does not tell.
+            (width, height) of it, where the system does not tell: framebuffer 0, and textures in OpenGL ES 3.0.
         origin
             ``"bottom"`` where the picture's lowest row is the first in memory, as nearly everywhere.
         srgb
@@ -212,23 +212,28 @@ class Host(GLBackend):
                 gl.BindFramebuffer(g.DRAW_FRAMEBUFFER, bound)
         if colour is None and depth is None:
             raise BackendError("gl: the framebuffer has nothing attached that a pass could read or write")
-        window = size
-        if window is None and (colour or depth).kind == "window":  # type: ignore[union-attr]
-            window = self._window_size()
+        if size is None and (colour or depth).kind == "window":  # type: ignore[union-attr]
+            size = self._window_size()
         with self.context.looking():
             return HostFramebuffer(
-                None if colour is None else self._picture(colour, window, region, origin, srgb),
-                None if depth is None else self._picture(depth, window, region, origin, None),
+                None if colour is None else self._picture(colour, size, region, origin, srgb),
+                None if depth is None else self._picture(depth, size, region, origin, None),
             )
 
     def texture(
-        self, name: int, *, region: Region | None = None, origin: Origin = "bottom", srgb: bool | None = None
+        self,
+        name: int,
+        *,
+        region: Region | None = None,
+        size: tuple[int, int] | None = None,
+        origin: Origin = "bottom",
+        srgb: bool | None = None,
     ) -> HostPicture:
         """A texture of the host's by OpenGL's name, as it is now; parameters as in :meth:`framebuffer`.
 
         ``region`` is for textures larger than their picture, such as those padded to powers of two.
         """
-        return self._picture(Surface("texture", int(name), target=0), None, region, origin, srgb)
+        return self._picture(Surface("texture", int(name), target=0), size, region, origin, srgb)
 
     def _window_size(self) -> tuple[int, int] | None:
         context = self.context
@@ -237,12 +242,12 @@ class Host(GLBackend):
         return context.current.system(state).surface_size(state)
 
     def _picture(
-        self, surface: Surface, window: tuple[int, int] | None, region: Region | None, origin: Origin,
+        self, surface: Surface, size: tuple[int, int] | None, region: Region | None, origin: Origin,
         srgb: bool | None,
     ) -> HostPicture:  # fmt: skip
         arguments.one_of(origin, "origin", get_args(Origin))
         with self.context.looking() as gl:
-            facts = facts_of(gl, surface, self._scratch, window)
+            facts = facts_of(gl, surface, self._scratch, size)
             gl.drain()
         x, y, width, height = region = region or (0, 0, *facts.size)
         if min(x, y) < 0 or min(width, height) < 1 or x + width > facts.size[0] or y + height > facts.size[1]:
@@ -282,11 +287,15 @@ class Host(GLBackend):
         check_room(picture, format_)
         self.copies.check_same(picture)
         surface = picture.facts.surface
-        if use.is_drawn or use.beside_others:
+        if use.is_drawn or use.beside_others or self._is_encoded(picture):
             return None
         if use.is_read and (picture.format != format_ or not self.copies.can_sample(picture)):
             return None
         return self.drawn_into(picture, format_ if use.is_read else picture.format, format_, surface)
+
+    def _is_encoded(self, picture: HostPicture) -> bool:
+        """Whether the device encodes what passes write there, encoded or not."""
+        return picture.facts.stores_srgb and self.context.gl.has.always_encodes
 
     def drawn_into(self, picture: HostPicture, held: Format, format_: Format, surface: Surface) -> Texture:
         """The host's picture as something that passes write."""
@@ -307,8 +316,11 @@ class Host(GLBackend):
     def download_into(self, storage: Texture, into: NDArray[Any] | HostPicture, format: Format) -> None:
         if isinstance(into, HostPicture):
             check_room(into, format)
-            target = self.drawn_into(into, into.format, _as_wide(format, into.format), into.facts.surface)
-            self.copies.move(storage, target)
+            written = _as_wide(format, into.format)
+            if self._is_encoded(into):  # the device gets values that it makes the same numbers of
+                storage = replace(storage, format=_encoded(storage.format, True))
+                written = float_format(into.format.channels)
+            self.copies.move(storage, self.drawn_into(into, into.format, written, into.facts.surface))
         else:
             with self.copies.plain(storage) as own:
                 super().download_into(own, into, format)

@@ -73,7 +73,7 @@ class Objects:
         gl, first = self.gl, colours[0].surface
         if first is not None and first.kind == "window":
             gl.BindFramebuffer(g.FRAMEBUFFER, 0)
-            gl.DrawBuffer(first.buffer)
+            gl.draw_buffer(first.buffer)
             return 0
         if not self.for_foreign:
             self.for_foreign = self.new("Framebuffer")

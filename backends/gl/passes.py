@@ -63,7 +63,7 @@ class DrawRun:
 
     def __init__(self, backend: GLBackend, step: DrawStep) -> None:
         self.backend, self.step = backend, step
-        fixed.check_blends(backend.context.gl, step.state.blend, f"draw {step.name!r}")
+        fixed.check_targets(backend.context.gl, step.state, step.output_formats, f"draw {step.name!r}")
         self.program = backend.programs.draw(step.vertex, step.fragment, step.varyings)
         self.guard = fixed.guard_band(backend.context.gl, step.size, backend.max_viewport)
         self.attributes = step.vertex.attributes

@@ -10,7 +10,8 @@ from typing import Any
 
 from passgraph.backends.base import Block
 from passgraph.backends.gl import functions as g
-from passgraph.backends.gl.glsl import FULLSCREEN, GLSL, NAMES, NO_COLOUR, in_vectors, region_name, vec4_count
+from passgraph.backends.gl.dialect import dialect_of
+from passgraph.backends.gl.glsl import GLSL, NAMES, in_vectors, region_name, vec4_count
 from passgraph.backends.gl.objects import Objects
 from passgraph.backends.gl.placement import ALL_PLAIN, Placements
 from passgraph.backends.gl.textures import Texture
@@ -88,13 +89,14 @@ class Programs:
 
     def __init__(self, objects: Objects) -> None:
         self.objects = objects
+        self.dialect = dialect_of(objects.gl.has)
         self.made: dict[tuple[str, str, tuple[str, ...], Placements], LinkedProgram] = {}
 
     def pixel(self, program: ScalarProgram, placements: Placements = ALL_PLAIN) -> LinkedProgram:
         key = ("", program.key, (), placements)
         if key not in self.made:
-            fragment = GLSL(program, placements=placements).shader()
-            self.made[key] = self._link(Listing(FULLSCREEN, (NOWHERE,)), fragment, (program,))
+            fragment = GLSL(program, (), placements, self.dialect).shader()
+            self.made[key] = self._link(Listing(self.dialect.fullscreen, (NOWHERE,)), fragment, (program,))
         return self.made[key]
 
     def draw(
@@ -107,11 +109,11 @@ class Programs:
         key = (vertex.key, "" if fragment is None else fragment.key, varyings, placements)
         if key not in self.made:
             count = len(vertex.images)
-            first = GLSL(vertex, varyings, Placements(placements.images[:count])).shader()
+            first = GLSL(vertex, varyings, Placements(placements.images[:count]), self.dialect).shader()
             if fragment is None:
-                self.made[key] = self._link(first, Listing(NO_COLOUR, (NOWHERE,)), (vertex,))
+                self.made[key] = self._link(first, Listing(self.dialect.no_colour, (NOWHERE,)), (vertex,))
             else:
-                second = GLSL(fragment, varyings, Placements(placements.images[count:])).shader()
+                second = GLSL(fragment, varyings, Placements(placements.images[count:]), self.dialect).shader()
                 self.made[key] = self._link(first, second, (vertex, fragment))
         return self.made[key]
 

@@ -46,6 +46,7 @@ class _Shared:
     def __init__(self, current: HostCurrent, host: State) -> None:
         self.current, self.host = current, host
         self.handle = current.system(host).share(host)
+        self._display_lives = current.system(host).lives(host)
         self.delete: Callable[[], None] = lambda: None
 
     def state(self, host: State) -> State:
@@ -54,7 +55,9 @@ class _Shared:
 
     def release(self) -> None:
         """What is shared would outlive this context, so it is deleted first, in it: the host's may be gone, or be
-        current in another thread."""
+        current in another thread.  With the host's display, all of it has gone."""
+        if not self._display_lives():
+            return
         before = self.current.state()
         with suppress(BackendError):
             self.current.change(before, State(self.host.system, self.host.display, None, None, self.handle))

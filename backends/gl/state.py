@@ -16,6 +16,7 @@ from passgraph.backends.gl.bound import Bound
 from passgraph.backends.gl.functions import Functions
 from passgraph.backends.gl.textures import Texture
 from passgraph.errors import BackendError
+from passgraph.formats import Format
 from passgraph.graph.draw_state import COMPARE, Blend, DrawState
 
 _COMPARE = {name: 0x200 + k for k, name in enumerate(COMPARE)}
@@ -32,16 +33,7 @@ _EQUATIONS = {"add": 0x8006, "min": 0x8007, "max": 0x8008, "subtract": 0x800A, "
 _CULL = {"back": g.BACK, "front": g.FRONT}
 
 BLEND, CULL_FACE, DEPTH_TEST, STENCIL_TEST, SCISSOR_TEST = 0xBE2, 0xB44, 0xB71, 0xB90, 0xC11
-POLYGON_OFFSET_FILL, _DEPTH_CLAMP, _RASTERIZER_DISCARD, _FRAMEBUFFER_SRGB = 0x8037, 0x864F, 0x8C89, 0x8DB9
-#: Always off: what a host program may have left on and what would change pictures.
-OFF = (
-    SCISSOR_TEST, _DEPTH_CLAMP, _RASTERIZER_DISCARD, _FRAMEBUFFER_SRGB,
-    0x0BD0,  # dithering
-    0x0BF2,  # logic operation
-    0x0B41,  # polygon smoothing
-    0x809E, 0x80A0, 0x8E51,  # sample alpha to coverage, sample coverage, sample mask
-    0x3000, 0x3001, 0x3002, 0x3003, 0x3004, 0x3005,  # clip distances
-)  # fmt: skip
+POLYGON_OFFSET_FILL = 0x8037
 #: Triangles are cut at 8 times the target, not at its edges: a cut rounds the end of an edge to a subpixel,
 #: which moves the pixels that it covers.  Powers of two, because dividing by them is exact.
 GUARD_BANDS = (8, 4, 2)
@@ -49,7 +41,9 @@ GUARD_BANDS = (8, 4, 2)
 PIXEL_PASS = "pixel pass"
 #: Pixel store parameters, of unpacking and packing.
 _ROW_LENGTHS, _ROW_ALIGNMENTS = (0xCF2, 0xD02), (0xCF5, 0xD05)
-_PIXEL_SKIPS = (0xCF3, 0xCF4, 0xCF0, 0xD03, 0xD04, 0xD00)  # skipped rows, skipped pixels, swapped bytes
+_PIXEL_SKIPS = (0xCF3, 0xCF4, 0xD03, 0xD04)  # skipped rows, skipped pixels
+#: OpenGL ES swaps none.
+SWAPPED_BYTES = (0xCF0, 0xD00)
 
 
 @dataclass(frozen=True)
@@ -87,9 +81,10 @@ def set_guard_band(gl: Functions, bound: Bound, size: tuple[int, int], times: in
 def set_common(gl: Functions, bound: Bound, framebuffer: int) -> None:
     """What pixel passes, draws and clears share: the framebuffer, no surprises."""
     if not bound.switched_off:
-        for switch in OFF:
+        for switch in gl.has.off:
             gl.Disable(switch)
-        gl.PolygonMode(g.FRONT_AND_BACK, g.FILL)
+        if gl.PolygonMode is not None:
+            gl.PolygonMode(g.FRONT_AND_BACK, g.FILL)
         bound.switched_off = True
     if bound.framebuffer != framebuffer:
         gl.BindFramebuffer(g.FRAMEBUFFER, framebuffer)
@@ -123,7 +118,7 @@ def transfer(gl: Functions, rows: Rows) -> Iterator[None]:
     swapped.  How rows lie is put back to what OpenGL begins with."""
     gl.BindBuffer(g.PIXEL_PACK_BUFFER, 0)
     gl.BindBuffer(g.PIXEL_UNPACK_BUFFER, 0)
-    for what in _PIXEL_SKIPS:
+    for what in _PIXEL_SKIPS if gl.has.is_es else (*_PIXEL_SKIPS, *SWAPPED_BYTES):
         gl.PixelStorei(what, 0)
     _set_rows(gl, rows)
     gl.ActiveTexture(g.TEXTURE0)
@@ -188,11 +183,17 @@ def set_draw(gl: Functions, bound: Bound, state: DrawState, outputs: Sequence[Te
     gl.PolygonOffset(factor, units)
     _set_stencil(gl, state)
     _set_blend(gl, state.blend)
+    apart = gl.ColorMaski is not None
     for k, texture in enumerate(outputs):
         mask = state.color_mask[k] if state.color_mask else (True,) * 4
-        # Alpha behind a three-channel target stays 1, which is what a missing alpha reads as.
-        red, green, blue, alpha = (int(on) for on in (*mask[:3], mask[3] and not texture.padded))
-        gl.ColorMaski(k, red, green, blue, alpha)
+        # Alpha behind a three-channel target stays 1, which is what a missing alpha reads as; without blending it is
+        # what shaders give it.
+        kept = texture.padded and (apart or any(state.blend))
+        red, green, blue, alpha = (int(on) for on in (*mask[:3], mask[3] and not kept))
+        if apart:
+            gl.ColorMaski(k, red, green, blue, alpha)
+        else:
+            gl.ColorMask(red, green, blue, alpha)
 
 
 def _set_stencil(gl: Functions, state: DrawState) -> None:
@@ -204,13 +205,36 @@ def _set_stencil(gl: Functions, state: DrawState) -> None:
         gl.StencilMask(stencil.write_mask)
 
 
-def check_blends(gl: Functions, blends: tuple[Blend | None, ...], where: str) -> None:
-    """Whether this driver can blend targets in different ways, where the draw asks for it."""
-    if len({b for b in blends if b is not None}) > 1 and getattr(gl, "BlendFuncSeparatei") is None:  # noqa: B009
+def check_targets(gl: Functions, state: DrawState, formats: Sequence[Format], where: str) -> None:
+    """Whether this driver can mask and blend targets as the draw asks for it.
+
+    Raises
+    ------
+    BackendError
+        With the draw, and what the driver lacks.
+    """
+    blends = state.blend or (None,) * len(formats)
+    some = {b for b in blends if b is not None}
+    if len(some) > 1 and gl.BlendFuncSeparatei is None:
         raise BackendError(
-            f"gl: {where} blends its targets in different ways, which takes OpenGL 4.0 or "
-            "GL_ARB_draw_buffers_blend, and this driver has neither; use one blend for all, or several draws"
+            f"gl: {where} blends its targets in different ways, which takes OpenGL 4.0, OpenGL ES 3.2 or "
+            "GL_ARB_draw_buffers_blend, and this driver has none; use one blend for all, or several draws"
         )
+    unlike = len(set(state.color_mask)) > 1
+    if some:
+        unlike = unlike or None in blends or len({f.channels == 3 for f in formats}) > 1
+    if unlike and gl.ColorMaski is None:
+        raise BackendError(
+            f"gl: {where} masks or blends some of its targets and not the others (those of three channels count as "
+            "masked), which takes OpenGL ES 3.2 or GL_EXT_draw_buffers_indexed, and this driver has neither; treat all "
+            "alike, or use several draws"
+        )
+    for blend, format_ in zip(blends, formats, strict=True):
+        if blend is not None and not gl.has.blends(format_.number):
+            raise BackendError(
+                f"gl: {where} blends into {format_.name}, which takes GL_EXT_float_blend, and this driver lacks it; "
+                f"give the target a format of 16 or 8 bits, such as {format_.name.replace('32', '16')}"
+            )
 
 
 def _set_blend(gl: Functions, blends: tuple[Blend | None, ...]) -> None:
@@ -219,7 +243,10 @@ def _set_blend(gl: Functions, blends: tuple[Blend | None, ...]) -> None:
     for k, blend in enumerate(blends):
         if blend is None:
             continue
-        gl.Enablei(BLEND, k)
+        if gl.Enablei is not None:
+            gl.Enablei(BLEND, k)
+        else:
+            gl.Enable(BLEND)
         source, destination, equation = blend.alpha_terms
         factors = (
             _FACTORS[blend.source],

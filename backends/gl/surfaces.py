@@ -17,9 +17,11 @@ def in_words(surface: Surface) -> str:
     return "framebuffer 0" if surface.kind == "window" else f"{surface.kind} {surface.name}"
 
 
-def attachment_points(surface: Surface) -> tuple[int, int]:
+def attachment_points(gl: Functions, surface: Surface) -> tuple[int, int]:
     """Where a surface is attached for depth and for colour."""
     if surface.kind == "window":
+        if gl.has.is_es:  # it has one buffer to draw into, and no left and right
+            return DEPTH_OF_WINDOW, surface.buffer
         return DEPTH_OF_WINDOW, WINDOW_BUFFERS.get(surface.buffer, surface.buffer)
     return g.DEPTH_ATTACHMENT, g.COLOR_ATTACHMENT0
 
@@ -31,7 +33,7 @@ def bind_surface(gl: Functions, target: int, scratch: int, surface: Surface) -> 
         gl.BindFramebuffer(target, 0)
         return
     gl.BindFramebuffer(target, scratch)
-    for point in attachment_points(surface):
+    for point in attachment_points(gl, surface):
         attach(gl, target, point, surface)
     gl.drain()
 
@@ -39,7 +41,7 @@ def bind_surface(gl: Functions, target: int, scratch: int, surface: Surface) -> 
 def unbind_surface(gl: Functions, target: int, surface: Surface) -> None:
     """Nothing of the host's stays attached to ours."""
     if surface.kind != "window":
-        for point in attachment_points(surface):
+        for point in attachment_points(gl, surface):
             gl.FramebufferTexture2D(target, point, g.TEXTURE_2D, 0, 0)
     gl.BindFramebuffer(target, 0)
 

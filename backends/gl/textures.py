@@ -22,7 +22,8 @@ _INTERNAL = {
     "f2": (0x822D, 0x822F, 0x881B, 0x881A),
     "f4": (0x822E, 0x8230, 0x8815, 0x8814),
 }
-_EXTERNAL = (0x1903, 0x8227, 0x1907, 0x1908)  # red, rg, rgb, rgba
+RGBA = 0x1908
+_EXTERNAL = (0x1903, 0x8227, 0x1907, RGBA)  # red, rg, rgb, rgba
 _DEPTH_COMPONENT, _DEPTH_STENCIL, _FLOAT_AND_STENCIL = 0x1902, 0x84F9, 0x8DAD
 _DEPTH32F, _DEPTH32F_STENCIL8 = 0x8CAC, 0x8CAD
 #: One pixel of a depth-stencil picture as OpenGL hands it over.

@@ -21,6 +21,7 @@ from passgraph.backends.gl.state import Rows
 from passgraph.backends.gl.textures import (
     DEPTH_AND_STENCIL,
     FLOAT_TYPE,
+    RGBA,
     Texture,
     external_of,
     gl_format_of,
@@ -28,7 +29,7 @@ from passgraph.backends.gl.textures import (
     with_stencil,
 )
 from passgraph.backends.steps import numbers_of, values_into
-from passgraph.errors import InputError
+from passgraph.errors import BackendError, InputError
 from passgraph.formats import Format, float_format
 from passgraph.language.scalar import ScalarProgram
 
@@ -37,6 +38,11 @@ if TYPE_CHECKING:
 
 #: Up to so many numbers the host converts sooner than a pass begins.
 SMALL = 1 << 14
+_HALF = 0x140B
+#: OpenGL's types → what NumPy calls them.
+_READ_AS = {0x1401: np.uint8, 0x1403: np.uint16, FLOAT_TYPE: np.float32}
+#: What else than four channels the bound framebuffer is read as.
+_OFFERED_FORMAT, _OFFERED_TYPE = 0x8B9B, 0x8B9A
 _EMPTY = Block(np.zeros(1, np.float32), np.zeros(1, np.int32))
 
 
@@ -92,14 +98,19 @@ def send_values(backend: GLBackend, texture: Texture, picture: FloatBlock) -> No
     format_ = texture.format
     if format_.number == "f4":
         send(backend, texture, values)
-    elif values.size <= SMALL:
+    elif values.size <= SMALL or not backend.draws(format_):
         send(backend, texture, numbers_of(values, format_))
     else:
         scratch = _scratch(backend, texture)
         send(backend, scratch, values)
-        program = backend.programs.pixel(storing_program(format_))
-        run_pixels(backend, program, (texture,), (scratch,), _EMPTY, texture.size)
-        backend.unbind()
+        _store(backend, scratch, texture)
+
+
+def _store(backend: GLBackend, source: Texture, destination: Texture) -> None:
+    """The values of one picture into another, as kernels that write there quantise them."""
+    program = backend.programs.pixel(storing_program(destination.format))
+    run_pixels(backend, program, (destination,), (source,), _EMPTY, destination.size)
+    backend.unbind()
 
 
 def _scratch(backend: GLBackend, texture: Texture) -> Texture:
@@ -118,11 +129,14 @@ def send(backend: GLBackend, texture: Texture, numbers: NDArray[Any]) -> None:
     given = _shaped(numbers, texture)
     if texture.format.stencil:
         given = with_stencil(given)
+    gl, (width, height) = backend.context.gl, texture.size
+    padded = texture.padded and gl.has.is_es  # OpenGL ES adds no alpha
+    if padded:
+        given = _with_alpha(given, texture.format)
     rows = None if given.dtype != _dtype(texture) else rows_of(given)
     if rows is None:
         given, rows = np.ascontiguousarray(given, _dtype(texture)), Rows()
-    gl, (width, height) = backend.context.gl, texture.size
-    external, type_ = external_of(texture.format)
+    external, type_ = (texture.gl_format.external, texture.gl_format.type) if padded else external_of(texture.format)
     with fixed.transfer(gl, rows):
         gl.BindTexture(g.TEXTURE_2D, texture.name)
         gl.TexSubImage2D(g.TEXTURE_2D, 0, 0, 0, width, height, external, type_, given.ctypes.data)
@@ -147,15 +161,42 @@ def _fetch(backend: GLBackend, texture: Texture, room: NDArray[Any], type_: int)
         _fetch(backend, texture, plain, type_)
         np.copyto(room, plain)
         return
+    if backend.context.gl.has.is_es:
+        read_pixels(backend, texture, room, type_, rows)
+        return
     gl, external = backend.context.gl, external_of(texture.format, stencil=False)[0]
     with fixed.transfer(gl, rows):
         gl.BindTexture(g.TEXTURE_2D, texture.name)
         gl.GetTexImage(g.TEXTURE_2D, 0, external, type_, room.ctypes.data)
 
 
+def read_pixels(backend: GLBackend, texture: Texture, room: NDArray[Any], type_: int, rows: Rows) -> None:
+    """Through a framebuffer, as OpenGL ES has it: four channels, or what the driver offers; depth as colour."""
+    if texture.format.is_depth:
+        depth, texture = texture, _scratch(backend, texture)
+        _store(backend, depth, texture)
+    gl, (width, height) = backend.context.gl, texture.size
+    if type_ == _HALF:  # four halves are read by those drivers only that offer it
+        type_ = FLOAT_TYPE
+    dtype = np.dtype(_READ_AS[type_])
+    framebuffer = backend.objects.framebuffer((texture,), None)
+    gl.BindFramebuffer(g.FRAMEBUFFER, framebuffer)
+    external = external_of(texture.format)[0]
+    offered = gl.integer(_OFFERED_FORMAT), gl.integer(_OFFERED_TYPE)
+    straight = room.dtype == dtype and (external == RGBA or offered == (external, type_))
+    target = room if straight else np.empty((height, width, 4), dtype)
+    with fixed.transfer(gl, rows if straight else Rows()):
+        gl.ReadPixels(0, 0, width, height, external if straight else RGBA, type_, target.ctypes.data)
+    if not straight:
+        np.copyto(room, target[..., : room.shape[2]], casting="same_kind")
+    backend.unbind()
+
+
 def stencil(backend: GLBackend, texture: Texture) -> NDArray[np.uint8]:
     """The stencil of a depth-stencil texture, (height, width)."""
     stored = np.empty(texture.size[::-1], DEPTH_AND_STENCIL)
+    if backend.context.gl.GetTexImage is None:
+        raise BackendError("gl: OpenGL ES reads no stencil back; read it on another backend")
     gl, (external, type_) = backend.context.gl, external_of(texture.format)
     with fixed.transfer(gl, Rows()):
         gl.BindTexture(g.TEXTURE_2D, texture.name)
@@ -166,6 +207,13 @@ def stencil(backend: GLBackend, texture: Texture) -> NDArray[np.uint8]:
 def _dtype(texture: Texture) -> np.dtype[Any]:
     """What one pixel's channels are handed over as."""
     return DEPTH_AND_STENCIL if texture.format.stencil else np.dtype(texture.format.number)
+
+
+def _with_alpha(given: NDArray[Any], format_: Format) -> NDArray[Any]:
+    """Three channels as four, with an alpha of 1."""
+    made = np.full((*given.shape[:2], 4), format_.steps or 1, format_.number)
+    made[..., :3] = given
+    return made
 
 
 def _shaped(array: NDArray[Any], texture: Texture) -> NDArray[Any]:

@@ -47,6 +47,10 @@ class System(Protocol):
     def destroy(self, host: State, context: Handle) -> None:
         """It is gone when it is no longer current anywhere."""
 
+    def lives(self, host: State) -> Callable[[], bool]:
+        """What tells, from now on, whether the system still knows the display of the host that is current now; where
+        it does not, no function may be called for what was made in it."""
+
     def surface_size(self, state: State) -> tuple[int, int] | None:
         """(width, height) of what framebuffer 0 is, where there is one and the system tells."""
 

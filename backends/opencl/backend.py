@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from passgraph.backends.base import READ, Backend, DeviceInfo, DrawRunner, FloatBlock, PixelRunner, Use
 from passgraph.backends.opencl import transfers
 from passgraph.backends.opencl.devices import choose, device_infos
-from passgraph.backends.opencl.programs import Programs
+from passgraph.backends.opencl.programs import MOST_LAYOUTS, Programs, Recent
 from passgraph.backends.opencl.storage import ImageLayout, Storage
 from passgraph.backends.turn import check_driver, open_driver
 from passgraph.errors import BackendError
@@ -56,7 +56,7 @@ class OpenCLBackend(Backend):
         #: Storages in memory of the caller, by address and length, while a run is on.
         self.lent: dict[tuple[int, int], Storage] | None = None
         self.conversions: dict[str, dict[str, Any]] = {}  # kernels by what a channel holds
-        self.moves: dict[tuple[ImageLayout, ImageLayout], Any] = {}  # kernels by layouts
+        self.moves: dict[tuple[ImageLayout, ImageLayout], Any] = Recent(MOST_LAYOUTS)  # kernels by layouts
         self.closed = False
         #: Bytes that the start of a part of a buffer is a multiple of.
         self.alignment = max(1, int(self.device.mem_base_addr_align) // 8)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from weakref import ReferenceType, WeakKeyDictionary, finalize, ref
 
 from passgraph.backends.base import Use
-from passgraph.backends.opencl.pictures import BufferPicture, ImagePicture, OpenCLPicture, array_picture
+from passgraph.backends.opencl.pictures import BufferPicture, ImagePicture, OpenCLPicture, array_picture, parent_of
 from passgraph.backends.opencl.storage import Placement, Storage, tight
 from passgraph.errors import InputError
 from passgraph.formats import Format
@@ -115,12 +115,16 @@ class Borrowed:
 
     def _region(self, picture: BufferPicture) -> tuple[Any, Placement]:
         """The part of a buffer from a picture on, as aligned as OpenCL wants it, so that kernels are the same wherever
-        it begins; the buffer itself where it is a part already, of which OpenCL makes none."""
-        begin = 0 if picture.is_part else picture.offset // self.host.alignment * self.host.alignment
-        buffer = picture.memory
-        if begin:
-            buffer = buffer.get_sub_region(begin, picture.offset + picture.bytes - begin)
-        before, placement = (picture.offset - begin) * 8 // picture.format.bits, picture.placement
+        it begins; of a part, which has none, that of its whole, where the driver still knows that."""
+        buffer, start, begin = picture.memory, picture.offset, 0
+        is_part, whole = parent_of(buffer)
+        if whole is not None:
+            start += buffer.offset
+        if whole is not None or not is_part:
+            begin = start // self.host.alignment * self.host.alignment
+        if whole is not None or begin:
+            buffer = (whole or buffer).get_sub_region(begin, start + picture.bytes - begin)
+        before, placement = (start - begin) * 8 // picture.format.bits, picture.placement
         return buffer, Placement(placement.first + before, placement.row, placement.pixel, placement.channels)
 
     @property

@@ -142,7 +142,8 @@ class Host(OpenCLBackend):
 
         Runs take these as they are too.  With a format, such as ``"rgba8_srgb"``, their numbers mean what that says.
         """
-        made = self._described(given, None if format is None else format_named(format))
+        with self.turn:
+            made = self._described(given, None if format is None else format_named(format))
         if made is None:
             raise InputError(f"a picture is made of a pyopencl array or image, got {arguments.shown(given)}")
         return made

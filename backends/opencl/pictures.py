@@ -92,11 +92,6 @@ class BufferPicture(OpenCLPicture):
         return None if self.array_there is None else self.array_there()
 
     @cached_property
-    def is_part(self) -> bool:
-        """Whether its buffer is a part of another one."""
-        return _parent_of(self.memory)[0]
-
-    @cached_property
     def in_memory(self) -> tuple[tuple[str, int], int]:
         """What tells its memory from other memory, and the byte there that its buffer begins at."""
         return _memory_of(self.memory)
@@ -174,7 +169,7 @@ def _flags() -> Any:
     return cl.mem_flags
 
 
-def _parent_of(memory: Any) -> tuple[bool, Any]:
+def parent_of(memory: Any) -> tuple[bool, Any]:
     """Whether a buffer is a part of another one, and that; None where the driver does not know it any more."""
     import pyopencl as cl
 
@@ -187,7 +182,7 @@ def _parent_of(memory: Any) -> tuple[bool, Any]:
 
 def _memory_of(memory: Any) -> tuple[tuple[str, int], int]:
     """Parts of a buffer lie in its memory, and several buffers may be made over one array of the host."""
-    is_part, parent = _parent_of(memory)
+    is_part, parent = parent_of(memory)
     offset = memory.offset if is_part else 0
     if is_part and parent is None:
         return ("a part", 0), offset

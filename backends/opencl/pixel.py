@@ -18,6 +18,7 @@ from weakref import ReferenceType, ref
 
 from passgraph.backends.base import Block
 from passgraph.backends.opencl.opencl_c import OpenCLPrinter, element, join, prologue
+from passgraph.backends.opencl.programs import MOST_LAYOUTS, Recent
 from passgraph.backends.opencl.storage import ImageLayout, Storage
 from passgraph.backends.opencl.uniforms import Uniforms
 from passgraph.backends.printing import Listing
@@ -121,7 +122,7 @@ class PixelPassRunner:
         self.step = step
         self.what = f"pass {step.name!r}"
         self.uniforms = Uniforms(backend, step.program.float_count, step.program.int_count, self.what)
-        self.compiled: dict[tuple[ImageLayout, ...], list[Launch]] = {}
+        self.compiled: dict[tuple[ImageLayout, ...], list[Launch]] = Recent(MOST_LAYOUTS)
         #: What the last call was for, which nothing here keeps alive, and what it runs.
         self.storages: list[ReferenceType[Storage]] = []
         self.launches: list[Launch] = []

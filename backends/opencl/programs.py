@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import warnings
-from typing import Any
+from typing import Any, TypeVar
 
 from passgraph.backends.printing import Listing
 from passgraph.errors import BackendError
@@ -12,8 +12,25 @@ from passgraph.language.source import NOWHERE
 
 #: ``file.cl:12:5: error: …`` (clang, so PoCL, Intel, AMD) and ``<kernel>:12:5: error: …`` (NVIDIA).
 MESSAGE = re.compile(r":(\d+):\d+:\s*(?:fatal )?error")
+#: Sources whose programs are kept, and layouts for which one pass keeps its kernels.
+MOST_BUILT, MOST_LAYOUTS = 1024, 64
+_Key = TypeVar("_Key")
+_Made = TypeVar("_Made")
 #: Characters of a driver's log that an error repeats.
 LOG_CHARACTERS = 2000
+
+
+class Recent(dict[_Key, _Made]):
+    """What was made last, at most so many: layouts of a caller's memory may come and go."""
+
+    def __init__(self, most: int) -> None:
+        super().__init__()
+        self.most = most
+
+    def __setitem__(self, key: _Key, made: _Made) -> None:
+        while len(self) >= self.most and key not in self:
+            del self[next(iter(self))]
+        super().__setitem__(key, made)
 
 
 class Programs:
@@ -22,11 +39,11 @@ class Programs:
     def __init__(self, context: Any, device: Any) -> None:
         import pyopencl as cl
 
-        self.context = context
+        self.context, self.device = context, device
         rounded = device.single_fp_config & cl.device_fp_config.CORRECTLY_ROUNDED_DIVIDE_SQRT
         self.rounds_quotients = bool(rounded)
         self.options = ["-cl-std=CL1.2", *(["-cl-fp32-correctly-rounded-divide-sqrt"] if rounded else [])]
-        self.built: dict[str, Any] = {}
+        self.built: dict[str, Any] = Recent(MOST_BUILT)
 
     def build(self, listing: Listing, what: str) -> Any:
         """The built program of a source.
@@ -44,7 +61,7 @@ class Programs:
                 with warnings.catch_warnings():
                     # Compilers talk even when all is well.
                     warnings.simplefilter("ignore", cl.CompilerWarning)
-                    self.built[listing.text] = program.build(self.options)
+                    self.built[listing.text] = program.build(self.options, [self.device])
             except cl.Error as error:
                 raise build_error(listing, what, str(error)) from None
         return self.built[listing.text]

@@ -127,6 +127,7 @@ def occlusion(
     power: NotNegative | pg.Value = 1.0,
     half_resolution: bool = False,
     denoise: bool = True,
+    prefix: str = "",
 ) -> Occlusion:
     """Ambient visibility of every pixel from depth and normals alone, for any graph that has them.
 
@@ -138,6 +139,7 @@ def occlusion(
     radius : how far away things still take light, scene units
     method, slices, steps, falloff, thickness, taps, bias, range_check, power, half_resolution, denoise :
         see `ambient_occlusion`
+    prefix : of all names, where a graph has several of these
 
     Examples
     --------
@@ -152,14 +154,14 @@ def occlusion(
     """
     frame = View(camera).frame()
     if half_resolution:
-        small = (pg.target("linear depth", "r32f", like=depth, scale=0.5),
-                 pg.target("small normals", "rgba16f", like=depth, scale=0.5))  # fmt: skip
+        small = (pg.target(f"{prefix}linear depth", "r32f", like=depth, scale=0.5),
+                 pg.target(f"{prefix}small normals", "rgba16f", like=depth, scale=0.5))  # fmt: skip
         searched = linearised_half(depth, normals, frame, into=small, name="half size")
     else:
-        searched = linearised(depth, frame, into=pg.target("linear depth", "r32f")), normals
+        searched = linearised(depth, frame, into=pg.target(f"{prefix}linear depth", "r32f")), normals
     # outside the picture nothing is known, and nothing taken away
     seen = (searched[0].border("zero"), searched[1], frame, radius)
-    into = pg.target("raw visibility", "rg32f", like=searched[0])
+    into = pg.target(f"{prefix}raw visibility", "rg32f", like=searched[0])
     if method == "gtao":
         raw = horizon_visibility(*seen, falloff, thickness, power, slices, steps, into=into, name="horizons")
     else:
@@ -167,9 +169,9 @@ def occlusion(
     clean = raw
     if denoise:
         for axis, direction in (("x", (1, 0)), ("y", (0, 1))):
-            into = pg.target(f"denoised_{axis}", "rg32f", like=searched[0])
+            into = pg.target(f"{prefix}denoised_{axis}", "rg32f", like=searched[0])
             clean = denoise_line(clean, searched[1], frame, radius, *direction, into=into, name=f"denoise {axis}")
-    into = pg.target("visibility", "r16f", like=depth)
+    into = pg.target(f"{prefix}visibility", "r16f", like=depth)
     if half_resolution:
         made = enlarge(clean, depth, normals, frame, radius, into=into, name="full size")
     else:

@@ -14,7 +14,7 @@ ACROSS = 2
 
 
 @pg.function
-def decode_srgb(x: float) -> float:
+def from_srgb(x: float) -> float:
     """IEC 61966-2-1, x in [0, 1]."""
     return x / 12.92 if x <= 0.04045 else pow((x + 0.055) / 1.055, 2.4)
 
@@ -28,7 +28,7 @@ def mean_of_four(color: Image, encoded: Const[bool]) -> vec4:
         for x in range(ACROSS):
             c = color.texel(first + ivec2(x, y))
             if encoded:
-                c.rgb = vec3(decode_srgb(c.r), decode_srgb(c.g), decode_srgb(c.b))
+                c.rgb = vec3(from_srgb(c.r), from_srgb(c.g), from_srgb(c.b))
             total += c
     mean = total / float(ACROSS * ACROSS)
     if encoded:

@@ -143,7 +143,7 @@ def contact_shadow(
     """
     seen_by = camera_of(camera, vertical_fov_rad)
     view = View(seen_by)
-    share = share_of_ways(depth, view, light or DEFAULT_LIGHT, reach, thickness, steps, denoised)
+    share = share_of_ways(depth, view, light or DEFAULT_LIGHT, reach, thickness, steps, denoised, name)
     made: pg.Target = take_light(color, share, darkness, into=into or pg.target(name, "rgba32f"), name=name)
     return made
 
@@ -156,17 +156,22 @@ def share_of_ways(
     thickness: object,
     steps: int,
     denoised: bool,
+    name: str = "contact_shadow",
 ) -> pg.Target:
     """Of each pixel the share of one light that passes what the depth shows, in red."""
-    normals, frame, toward = depth_normals(depth, view.camera), view.frame(), toward_in_view(view.camera, light)
-    linear = linearised(depth, frame, into=pg.target("linear depth", "r32f"))
+    normals, frame, toward = (
+        depth_normals(depth, view.camera, f"{name} normals"),
+        view.frame(),
+        toward_in_view(view.camera, light),
+    )
+    linear = linearised(depth, frame, into=pg.target(f"{name} linear depth", "r32f"))
     share: pg.Target = way_to_light(
         linear.border("zero"), normals, frame, toward, reach, thickness, steps,
-        into=pg.target("ways to the light", "rg32f", like=depth), name="ways to the light",
+        into=pg.target(f"{name} ways", "rg32f", like=depth), name="ways to the light",
     )  # fmt: skip
     if denoised:
         for axis, direction in (("x", (1, 0)), ("y", (0, 1))):
-            into = pg.target(f"ways_{axis}", "rg32f", like=depth)
+            into = pg.target(f"{name} ways_{axis}", "rg32f", like=depth)
             share = denoise(share, normals, frame, reach, *direction, into=into, name=f"denoise ways {axis}")
     return share
 

@@ -72,8 +72,9 @@ def occluded(
     """
     seen_by = camera_of(camera, vertical_fov_rad)
     found = occlusion(
-        depth, depth_normals(depth, seen_by), seen_by, radius=radius, method=method, slices=slices, steps=steps,
-        thickness=thickness, power=power, half_resolution=half_resolution,
+        depth, depth_normals(depth, seen_by, f"{name} normals"), seen_by, prefix=f"{name} ", radius=radius,
+        method=method, slices=slices, steps=steps, thickness=thickness, power=power,
+        half_resolution=half_resolution,
     )  # fmt: skip
     made: pg.Target = dim(color, found.visibility, into=into or pg.target(name, "rgba32f"), name=name)
     return made

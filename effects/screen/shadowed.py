@@ -98,13 +98,13 @@ def shadowed(
     # a floor below all other casters shadows what the engine has under it
     thrown = Casters(nodes, casters.bounds())
     lights, notes = lights_of(casters), list[str]()
-    seen = GBuffer(color, depth_normals(depth, view.camera), depth)
+    seen = GBuffer(color, depth_normals(depth, view.camera, f"{name} normals"), depth)
     width = width_of_edges(softness, lights, thrown)
     lighting = Lighting(
         casters, view, seen, lights, TextureInputs(), thrown, map_size, 0, notes, chosen, False, width
     )  # fmt: skip
     sums = lighting.sums((ambient,) * 3 if isinstance(ambient, (int, float)) else ambient)
-    share = shares(*sums, depth, into=pg.target("shares of light", "rgba16f", like=depth), name="shares of light")
+    share = shares(*sums, depth, into=pg.target(f"{name} shares", "rgba16f", like=depth), name="shares of light")
     blurred = blurred_shadows(share, seen, view, chosen, width, notes)
     made: pg.Target = take_shares(color, blurred, into=into or pg.target(name, "rgba32f"), name=name)
     return made

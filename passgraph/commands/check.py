@@ -2,120 +2,155 @@
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from passgraph.commands.given_values import SettingType, known_values, run_values
 from passgraph.commands.graph_inputs import MADE_SIZE, InputType, made_inputs, opened, read_inputs
 from passgraph.commands.options import BackendType, SizeType
 from passgraph.commands.progress import progress
+from passgraph.commands.verdicts import console, most_ambiguous_option, say_equality, say_faults
 from passgraph.errors import InputError
 
 if TYPE_CHECKING:
     from passgraph.commands.own_file import Graph
-    from passgraph.verify.conformance.case import Case, Picture
-    from passgraph.verify.conformance.judging import Verdict
+    from passgraph.verify.conformance.case import Picture
+    from passgraph.verify.report import Report
+
+
+@dataclass(frozen=True)
+class Golden:
+    """The folder of recorded pictures, whether to write there, and how many steps may be between then and now."""
+
+    folder: Path
+    record: bool
+    steps: int
 
 
 @click.command()
 @click.argument("file", metavar="FILE", type=click.Path(path_type=Path))
 @click.option("--input", "-i", "inputs", multiple=True, type=InputType(), help="Picture of an input; else one is made.")
+@click.option(
+    "--set", "settings", multiple=True, type=SettingType(),
+    help="A value of the run: a number, a vector (1,2,3), a matrix row by row (1,0;0,1), true or false.",
+)  # fmt: skip
 @click.option("--size", type=SizeType(), help=f"Size of what is made. [default: {MADE_SIZE[0]}x{MADE_SIZE[1]}]")
 @click.option("--backend", "-b", "backends", multiple=True, type=BackendType(), help="Without it all that are here.")
+@most_ambiguous_option
 @click.option("--golden", type=click.Path(path_type=Path), metavar="FOLDER", help="Compare with what is recorded here.")
 @click.option("--record", is_flag=True, help="With --golden: write inputs and outputs there instead.")
+@click.option(
+    "--golden-steps", type=click.IntRange(0, 1 << 30), default=0, show_default=True, metavar="N",
+    help="Steps of the target's format (of floats: ulp) that values may lie from what is recorded.",
+)  # fmt: skip
 def check(
     file: Path,
     inputs: tuple[tuple[str, Path], ...],
+    settings: tuple[tuple[str, str], ...],
     size: tuple[int, int] | None,
     backends: tuple[str, ...],
+    most_ambiguous: float,
     golden: Path | None,
     record: bool,
+    golden_steps: int,
 ) -> int:
     """Check FILE on every backend: a Python module of yours (it is run), or kernels as text (only parsed).
 
     Of a module its ``outputs`` are checked (a target, several, or a mapping), else its targets, else its effects on
-    pictures, else each of its kernels.  Exit status: 0 all within bounds and as recorded, 1 something differs, 2 an
-    error.
+    pictures, else each of its kernels.  Said first is whether backends made the same bits; then whether each is within
+    what rounding allows, with no NaN or infinity in the place of numbers; where rounding may turn too many decisions
+    for a verdict, it is undecided.  Exit status: 0 all passed and as recorded, 1 something differs or is undecided,
+    2 an error.
     """
     from passgraph.commands.own_file import graphs_of
 
     if record and golden is None:
         raise InputError("--record needs --golden FOLDER, where to write")
-    if golden is not None and not record and (inputs or size):
-        raise InputError("--golden brings its own inputs and size; give --input and --size with --record only")
+    if golden is not None and not record and (inputs or size or settings):
+        raise InputError(
+            "--golden brings its own inputs, values and size; give --input, --set and --size with --record only"
+        )
+    kept = None if golden is None else Golden(golden, record, golden_steps)
     well = True
     with progress("reading") as say:
         graphs = graphs_of(file)
         pictures = read_inputs(graphs, inputs)
+        known_values(graphs, settings)
         devices = opened(backends)
         try:
             for name, graph in graphs.items():
                 say(name)
-                well &= _check(name, graph, pictures, size, devices, golden, record)
+                run = _Run(name, graph, pictures, dict(settings), size, kept)
+                well &= run.checked(devices, say, most_ambiguous)
         finally:
             for backend in devices:
                 backend.close()
     return 0 if well else 1
 
 
-def _check(
-    name: str,
-    graph: Graph,
-    pictures: Mapping[str, Picture],
-    size: tuple[int, int] | None,
-    backends: Sequence[Any],
-    golden: Path | None,
-    record: bool,
-) -> bool:
-    from passgraph.commands import golden as recorded
-    from passgraph.verify.conformance.case import Case
-    from passgraph.verify.conformance.judging import Judge
+class _Run:
+    """One graph with what its run brings: what is given, recorded or made."""
 
-    if golden is not None and not record:
-        size, given = recorded.recorded_inputs(golden, name)
-    else:
-        size, given = made_inputs(graph, pictures, size)
-    judge = Judge(Case("check", name, lambda: graph, size, (given,), most_ambiguous=1.0, least_told=0.0))
-    judge.passes.allowed(True)  # what cannot run at all is an error, not a verdict
-    verdicts = [judge.verdict(backend) for backend in backends]
-    _show(judge.case, verdicts)
-    changes = [] if golden is None or record else recorded.changed(golden, name, judge)
-    for change in changes:
-        click.echo(str(change))
-    if golden is not None and record:
-        recorded.record(golden, name, judge, given)
-        click.echo(f"{name}: recorded in {golden}")
-    elif golden is not None and not changes:
-        click.echo(f"{name}: as recorded")
-    return not changes and all(verdict.outcome == "passed" for verdict in verdicts)
+    def __init__(
+        self, name: str, graph: Graph, pictures: Mapping[str, Picture], settings: Mapping[str, str],
+        size: tuple[int, int] | None, golden: Golden | None,
+    ) -> None:  # fmt: skip
+        from passgraph.commands.golden import recorded_run
+        from passgraph.verify.oracle.passes import Passes
+
+        self.name, self.golden, self.settings = name, golden, settings
+        self.made: list[str] = []
+        if golden is not None and not golden.record:
+            size, self.inputs, self.settings = recorded_run(golden.folder, name)
+        else:
+            size, self.inputs = made_inputs(graph, pictures, size)
+            self.made = [name for name in self.inputs if name not in pictures]
+        values = run_values(name, graph, self.settings)
+        self.settings = {name: text for name, text in self.settings.items() if name in values}
+        self.passes = Passes(graph, size, [{**self.inputs, **values}])
+
+    def checked(self, backends: Sequence[Any], say: Callable[[str], None], most_ambiguous: float) -> bool:
+        """Whether every backend passed and all is as recorded; all that is found is printed."""
+        from passgraph.commands import golden as recorded
+        from passgraph.verify.compare import compared
+
+        self.passes.allowed(True)  # what cannot run at all is an error, not a verdict
+        report = compared(self.passes, backends, lambda what: say(f"{self.name}: {what}"), most_ambiguous)
+        on = console()
+        say_equality(on, report, self.name)
+        _show(self.name, report)
+        say_faults(on, report, self.name, self.made)
+        if self.golden is None:
+            return report.passed
+        if self.golden.record:
+            recorded.record(self.golden.folder, self.name, self.passes, self.inputs, self.settings)
+            click.echo(f"{self.name}: recorded in {self.golden.folder}")
+            return report.passed
+        changes = recorded.changed(self.golden.folder, self.name, self.passes, self.golden.steps)
+        for change in changes:
+            click.echo(str(change))
+        if all(change.allowed for change in changes):
+            click.echo(f"{self.name}: as recorded")
+        return report.passed and all(change.allowed for change in changes)
 
 
-def _show(case: Case, verdicts: Sequence[Verdict]) -> None:
-    """A row a target, a column a backend; then the first divergence of each."""
+def _show(name: str, report: Report) -> None:
+    """A row a target, a column a backend."""
     from rich import box
-    from rich.console import Console
     from rich.markup import escape
     from rich.table import Table
 
-    table = Table(title=escape(case.name), title_justify="left", box=box.SIMPLE_HEAD)
+    table = Table(title=escape(name), title_justify="left", box=box.SIMPLE_HEAD)
     for heading in ("pass", "target"):
         table.add_column(heading, overflow="fold")
-    ran = [verdict for verdict in verdicts if verdict.outcome != "failed"]
-    for verdict in ran:
-        table.add_column(verdict.backend, justify="right")
-    for row in zip(*(verdict.targets for verdict in ran), strict=True):
-        cells = [
-            f"[bold red]outside {t.outside:.3%}[/]" if t.outside else f"within, {t.ambiguous:.2%} ambiguous"
-            for t in row
-        ]
+    for backend in report.ran:
+        table.add_column(backend.name, justify="right")
+    for row in zip(*(backend.targets for backend in report.ran), strict=True):
+        cells = [t.verdict if t.passed else f"[bold red]{t.verdict}[/]" for t in row]
         table.add_row(escape(row[0].step), escape(row[0].target), *cells)
-    console = Console(highlight=False, width=None if sys.stdout.isatty() else 160)
-    if ran:
-        console.print(table)
-    for verdict in verdicts:
-        if verdict.outcome != "passed":
-            console.print(str(verdict), markup=False, soft_wrap=True)
+    if report.ran:
+        console().print(table)

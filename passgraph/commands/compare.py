@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -17,10 +16,11 @@ from passgraph.commands.options import (
 )
 from passgraph.commands.progress import progress
 from passgraph.commands.sources import Job, picture_job, scene_job, world_job
+from passgraph.commands.verdicts import console, most_ambiguous_option, say_equality, say_faults
 from passgraph.effects.registry import Effect
 from passgraph.errors import InputError
-from passgraph.verify.compare import BackendReport, Report
 from passgraph.verify.compare import compare as compare_backends
+from passgraph.verify.report import BackendReport, Report
 
 #: The reference interprets every operation over intervals, for every way that decisions may fall: large pictures
 #: take minutes.
@@ -41,6 +41,7 @@ COMPARE_SIZE = (160, 90)
 @size_option(COMPARE_SIZE)
 @click.option("--depth", type=click.Path(path_type=Path), help="Depth picture, for effects that take one.")
 @click.option("--linear", is_flag=True, help="Decode 8- and 16-bit pictures from sRGB to linear light first.")
+@most_ambiguous_option
 @click.pass_context
 def compare(
     ctx: click.Context,
@@ -51,21 +52,25 @@ def compare(
     size: tuple[int, int],
     depth: Path | None,
     linear: bool,
+    most_ambiguous: float,
     **_: Any,
 ) -> int:
     """Run an effect on every backend and hold each render target against the float64 reference.
 
     Each pass works on the reference's pictures, so that a difference is its own.  What it may write follows from
     the rounding that each operation and format allows; where rounding may turn a decision (a comparison, which
-    texel is read), the pixel counts as ambiguous.  Exit status: 0 all within bounds, 1 a backend diverges or
-    fails, 2 an error.  Pictures keep their own size.
+    texel is read), the pixel counts as ambiguous; where too many are, nothing is decided.  NaN and infinity in the
+    place of numbers do not pass, though bounds allow them.  Exit status: 0 all passed, 1 a backend diverges, fails
+    or is undecided, 2 an error.  Pictures keep their own size.
     """
     chosen = chosen_effect(effect)
     with progress("reading") as say:
         job = job_of(chosen, source, size, depth, linear, given_parameters(ctx, chosen))
-        report = compare_backends(job.outputs, backends or None, size=job.size, progress=say, **job.given)
+        report = compare_backends(
+            job.outputs, backends or None, size=job.size, progress=say, most_ambiguous=most_ambiguous, **job.given
+        )
     show(report)
-    return 0 if report.within_bounds else 1
+    return 0 if report.passed else 1
 
 
 def job_of(
@@ -87,22 +92,19 @@ def job_of(
 
 
 def show(report: Report) -> None:
-    """A table a backend, then its verdict in words."""
-    from rich.console import Console
-
-    # Where no terminal sets a width, columns keep theirs.
-    console = Console(highlight=False, width=None if sys.stdout.isatty() else 200)
+    """Whether backends made the same bits; a table a backend, then its verdict in words."""
+    on = console()
+    say_equality(on, report)
     for backend in report.backends:
-        if backend.missing or backend.failed:
-            what = f"missing: {backend.missing}" if backend.missing else f"failed: {backend.failed}"
-            console.print(f"{backend.name}: {' '.join(what.split())}", markup=False, soft_wrap=True)
-            continue
-        console.print(_table(backend))
-        divergence = backend.first_divergence
-        verdict = f"diverges first in {divergence}" if divergence else "within bounds"
-        console.print(f"{backend.name}: {verdict}\n", markup=False, soft_wrap=True)
+        if backend.missing:
+            on.print(f"{backend.name}: missing: {' '.join(backend.missing.split())}", markup=False, soft_wrap=True)
+        elif backend.targets:
+            on.print(_table(backend))
+        if backend.passed:
+            on.print(f"{backend.name}: within bounds\n", markup=False, soft_wrap=True)
+    say_faults(on, report)
     if all(backend.missing for backend in report.backends):
-        console.print("no backend is here to be compared; see: passgraph backends")
+        on.print("no backend is here to be compared; see: passgraph backends")
 
 
 def _table(backend: BackendReport) -> Any:
@@ -117,7 +119,6 @@ def _table(backend: BackendReport) -> Any:
         table.add_column(heading, justify="right", overflow="fold")
     table.add_column("verdict", overflow="fold")
     for target in backend.targets:
-        verdict = "within" if target.within_bounds else "[bold red]diverges[/]"
         table.add_row(
             escape(target.step),
             escape(f"{target.target} ({target.format.name})"),
@@ -128,6 +129,6 @@ def _table(backend: BackendReport) -> Any:
             f"{target.ambiguous:.3%}",
             f"{target.outside:.3%}",
             f"{target.accumulated_max:.3g}",
-            verdict if target.decided else f"{verdict}, mostly ambiguous",
+            target.verdict if target.passed else f"[bold red]{target.verdict}[/]",
         )
     return table

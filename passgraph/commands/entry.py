@@ -1,4 +1,4 @@
-"""The command group, and how errors reach the terminal: one line on stderr, status 2, never a traceback."""
+"""The command group, and how errors reach the terminal: on stderr, status 2, never a traceback."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from importlib import import_module
 import click
 
 import passgraph
-from passgraph.errors import InputError, PassgraphError
+from passgraph.errors import InputError, KernelError, PassgraphError
 
 #: Set, an unforeseen error shows its traceback.
 TRACEBACK_VARIABLE = "PASSGRAPH_TRACEBACK"
 #: What the process ends with, in every command.
 STATUS = {
     0: "done; where something is compared, all is within bounds and as recorded",
-    1: "something that was compared differs, a case did not pass, or some frames could not be made",
-    2: "an error, in one line on stderr",
+    1: "something that was compared differs or is undecided, a case did not pass, or some frames could not be made",
+    2: "an error, told on stderr",
     130: "interrupted (Ctrl-C)",
     141: "the reader of the output went away (as in: passgraph backends | head -1); nothing is said",
 }
@@ -129,7 +129,10 @@ def _drop_output() -> None:
 
 
 def failed(error: Exception) -> int:
-    """Print an error as one line."""
+    """Print an error as one line; a kernel's keeps its lines, since a caret points into the one above."""
+    if isinstance(error, KernelError):
+        click.echo(f"passgraph: error: {error}", err=True)
+        return 2
     if isinstance(error, click.ClickException):
         text = error.format_message()
         context = getattr(error, "ctx", None)

@@ -1,9 +1,15 @@
-"""Recorded pictures: what a graph gave once, with what it was given, to be held against what it gives now."""
+"""Recorded pictures: what a graph gave once, with what it was given, to be held against what it gives now.
+
+What is recorded and what it is held against are both the reference's, and the reference computes in float64: the same
+graph gives the same picture.  So nothing may change unless so many steps are allowed: bounds of what backends may
+compute would be the wrong measure, since they are wide where a kernel decides, and hide what was changed there.
+"""
 
 from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,68 +19,162 @@ from numpy.typing import NDArray
 from passgraph.commands.capture import file_name
 from passgraph.commands.files import check_folder, write_text
 from passgraph.errors import InputError
+from passgraph.formats import Format
 from passgraph.reading import check_regular, read_text
-from passgraph.verify.conformance.judging import Divergence, Judge, divergence
-from passgraph.verify.oracle.backend import outside
+from passgraph.verify.oracle.passes import Key, Passes
 
 MANIFEST = "manifest.json"
 MAX_MANIFEST_BYTES = 1 << 24
-#: Of the layout of the folder.
-VERSION = 1
+#: Of the layout of the folder.  Version 1 had no formats of outputs and no values.
+VERSION = 2
+READABLE = (1, 2)
 
 Pictures = Mapping[str, NDArray[Any]]
 
 
-def record(folder: Path, graph: str, judge: Judge, inputs: Pictures) -> None:
-    """Write a graph's inputs and the reference's outputs into a folder, and note them in its manifest."""
+@dataclass(frozen=True)
+class Change:
+    """How far an output lies from what was recorded.
+
+    Attributes
+    ----------
+    graph, output : names
+    unit : what a step is: of the format, or an ulp of its floats
+    share : of pixels that changed
+    steps : the most that a value changed by; infinite where one is NaN and the other is not
+    pixel, channel : (column, row) and channel of that value
+    was, now : that value
+    columns, rows : first and last of those that changed
+    permitted : steps that are allowed
+    """
+
+    graph: str
+    output: str
+    unit: str
+    share: float
+    steps: float
+    pixel: tuple[int, int]
+    channel: int
+    was: float
+    now: float
+    columns: tuple[int, int]
+    rows: tuple[int, int]
+    permitted: int
+
+    @property
+    def allowed(self) -> bool:
+        return self.steps <= self.permitted
+
+    def __str__(self) -> str:
+        column, row = self.pixel
+        by = f"{self.steps:.0f} {self.unit}" if np.isfinite(self.steps) else "NaN for a number, or the reverse"
+        mend = (
+            "" if self.allowed else ". Where that is meant, record it anew with --record, or allow it: --golden-steps N"
+        )
+        return (
+            f"{self.graph}: output {self.output} is {'nearly' if self.allowed else 'not'} as recorded: "
+            f"{self.share:.3%} of pixels changed, in columns {self.columns[0]} to {self.columns[1]} and rows "
+            f"{self.rows[0]} to {self.rows[1]}, by at most {by} at column {column}, row {row}, channel {self.channel}: "
+            f"{np.float32(self.was)} recorded, {np.float32(self.now)} now{mend}"
+        )
+
+
+def record(folder: Path, graph: str, passes: Passes, inputs: Pictures, settings: Mapping[str, str]) -> None:
+    """Write a graph's inputs, values and the reference's outputs into a folder, and note them in its manifest."""
     from passgraph.pictures import save
 
     check_folder(folder)
+    expected, _ = passes.allowed(True)
+    outputs = {name: expected[_last(passes, name)] for name in passes.plan.outputs}
     files: dict[str, dict[str, str]] = {"inputs": {}, "outputs": {}}
-    for kind, pictures in (("inputs", inputs), ("outputs", _outputs(judge))):
+    for kind, pictures in (("inputs", inputs), ("outputs", outputs)):
         for name, picture in pictures.items():
             file = f"{file_name(graph)}-{kind[:-1]}-{file_name(name)}.npy"
             save(folder / file, picture)
             files[kind][name] = file
     known = _manifest(folder) if (folder / MANIFEST).exists() else {}
-    known[graph] = {"size": list(judge.passes.plan.size), **files}
+    formats = {name: passes.plan.resources[resource].format.name for name, resource in passes.plan.outputs.items()}
+    known[graph] = {"size": list(passes.plan.size), **files, "formats": formats, "values": dict(settings)}
     write_text(folder / MANIFEST, json.dumps({"version": VERSION, "graphs": known}, indent=1) + "\n")
 
 
-def recorded_inputs(folder: Path, graph: str) -> tuple[tuple[int, int], dict[str, NDArray[np.float32]]]:
-    """Size of the output and the inputs that a graph was recorded with."""
+def recorded_run(folder: Path, graph: str) -> tuple[tuple[int, int], dict[str, NDArray[np.float32]], dict[str, str]]:
+    """Size of the output, the inputs, and the values as texts, that a graph was recorded with."""
     entry = _entry(folder, graph)
-    return (entry["size"][0], entry["size"][1]), _load(folder, entry["inputs"])
+    return (entry["size"][0], entry["size"][1]), _load(folder, entry["inputs"]), dict(entry.get("values", {}))
 
 
-def changed(folder: Path, graph: str, judge: Judge) -> list[Divergence]:
-    """Recorded outputs that a conforming backend would not compute from this graph any more."""
+def changed(folder: Path, graph: str, passes: Passes, permitted: int) -> list[Change]:
+    """Outputs that are not what was recorded, to the bit; whether by no more steps than are permitted, each says."""
     found = []
-    expected, allowed = judge.passes.allowed(True)
-    for name, picture in _load(folder, _entry(folder, graph)["outputs"]).items():
-        if name not in judge.passes.plan.outputs:
+    entry = _entry(folder, graph)
+    expected, _ = passes.allowed(True)
+    for name, was in _load(folder, entry["outputs"]).items():
+        if name not in passes.plan.outputs:
             raise InputError(f"{folder}: {graph!r} has no output {name!r} any more; record it anew with --record")
-        key = _last(judge, name)
-        bounds, now = allowed[key].values, expected[key]
-        if picture.shape != now.shape:
-            raise InputError(f"{folder}: output {name!r} was {picture.shape}, and is {now.shape} now")
-        beyond = outside(picture, bounds)
-        if beyond.any():
-            where = f"recorded output {name} of {graph}"
-            found.append(divergence(where, picture, now, bounds.lo, bounds.hi, beyond))
+        now, format_ = expected[_last(passes, name)], passes.plan.resources[passes.plan.outputs[name]].format
+        before = entry.get("formats", {}).get(name, format_.name)
+        if was.shape != now.shape or before != format_.name:
+            raise InputError(
+                f"{folder}: output {name!r} of {graph!r} was {_said(was, before)}, and is {_said(now, format_.name)} "
+                "now; record it anew with --record"
+            )
+        apart = steps_between(was, now, format_)
+        if apart.any():
+            found.append(_change(graph, name, format_, was, now, apart, permitted))
     return found
 
 
-def _last(judge: Judge, output: str) -> tuple[int, int, int]:
+def _said(picture: NDArray[Any], format_: str) -> str:
+    return f"{picture.shape[1]}x{picture.shape[0]} {format_}"
+
+
+def _change(
+    graph: str, output: str, format_: Format, was: NDArray[Any], now: NDArray[Any], apart: NDArray[np.float64],
+    permitted: int,
+) -> Change:  # fmt: skip
+    row, column, channel = (int(i) for i in np.unravel_index(np.argmax(apart), apart.shape))
+    pixels = apart.max(axis=2) > 0
+    columns, rows = np.flatnonzero(pixels.any(axis=0)), np.flatnonzero(pixels.any(axis=1))
+    most = float(apart.max())
+    unit = f"step{'' if most == 1 else 's'} of {format_.name} (1/{format_.steps})" if format_.steps else "ulp"
+    return Change(
+        graph, output, unit, float(pixels.mean()), most, (column, row), channel,
+        float(was[row, column, channel]), float(now[row, column, channel]),
+        (int(columns[0]), int(columns[-1])), (int(rows[0]), int(rows[-1])), permitted,
+    )  # fmt: skip
+
+
+def steps_between(one: NDArray[Any], other: NDArray[Any], format_: Format) -> NDArray[np.float64]:
+    """How many stored values of a format lie between values; infinite where one only is NaN, 0 where both are.
+
+    >>> from passgraph.formats import FORMATS
+    >>> one, other = np.float32([0.0, 1.0, np.nan]), np.float32([2 / 255, 1.0, 1.0])
+    >>> steps_between(one, other, FORMATS["r8"]).tolist()
+    [2.0, 0.0, inf]
+    >>> steps_between(np.float32([-0.0, 1.0]), np.float32([0.0, 1 + 2**-22]), FORMATS["r32f"]).tolist()
+    [0.0, 2.0]
+    """
+    missing = np.isnan(one) != np.isnan(other)
+    if format_.steps:
+        apart = np.rint(np.abs(one.astype(np.float64) - other.astype(np.float64)) * format_.steps)
+    else:
+        apart = np.abs(_ordered(one, format_) - _ordered(other, format_)).astype(np.float64)
+    return np.where(missing, np.inf, np.where(np.isnan(one), 0.0, apart))
+
+
+def _ordered(values: NDArray[Any], format_: Format) -> NDArray[np.int64]:
+    """Floats as whole numbers in the same order, neighbours one apart; both zeros are 0."""
+    stored = np.ascontiguousarray(values, format_.number)
+    bits = stored.view(f"i{stored.itemsize}").astype(np.int64)
+    return np.where(bits < 0, -(bits & ((1 << (8 * stored.itemsize - 1)) - 1)), bits)
+
+
+def _last(passes: Passes, output: str) -> Key:
     """The key of the last step that writes an output."""
-    resource = judge.passes.plan.outputs[output]
-    number = max(n for n, step in enumerate(judge.passes.plan.steps) if resource in step.writes)
+    resource = passes.plan.outputs[output]
+    number = max(n for n, step in enumerate(passes.plan.steps) if resource in step.writes)
     return 0, number, resource
-
-
-def _outputs(judge: Judge) -> dict[str, NDArray[Any]]:
-    expected, _ = judge.passes.allowed(True)
-    return {name: expected[_last(judge, name)] for name in judge.passes.plan.outputs}
 
 
 def _manifest(folder: Path) -> dict[str, Any]:
@@ -85,8 +185,9 @@ def _manifest(folder: Path) -> dict[str, Any]:
         read = json.loads(read_text(path, "a manifest", MAX_MANIFEST_BYTES))
     except ValueError as error:
         raise InputError(f"{path}: is not JSON ({error})") from error
-    if not isinstance(read, dict) or read.get("version") != VERSION or not isinstance(read.get("graphs"), dict):
-        raise InputError(f"{path}: is not a manifest of version {VERSION}; make it anew with --record")
+    if not isinstance(read, dict) or read.get("version") not in READABLE or not isinstance(read.get("graphs"), dict):
+        versions = " or ".join(str(version) for version in READABLE)
+        raise InputError(f"{path}: is not a manifest of version {versions}; make it anew with --record")
     graphs: dict[str, Any] = read["graphs"]
     return graphs
 
@@ -95,8 +196,13 @@ def _entry(folder: Path, graph: str) -> dict[str, Any]:
     graphs = _manifest(folder)
     if graph not in graphs:
         raise InputError(f"{folder}: has no record of {graph!r}, only of {', '.join(graphs)}; make it with --record")
-    entry: dict[str, Any] = graphs[graph]
-    return entry
+    entry = graphs[graph]
+    whole = isinstance(entry, dict) and all(isinstance(entry.get(n), dict) for n in ("inputs", "outputs"))
+    sides = entry.get("size") if whole else None
+    if not (isinstance(sides, list) and len(sides) == 2 and all(isinstance(side, int) for side in sides)):
+        raise InputError(f"{folder / MANIFEST}: the record of {graph!r} is broken; make it anew with --record")
+    made: dict[str, Any] = entry
+    return made
 
 
 def _load(folder: Path, files: Mapping[str, str]) -> dict[str, NDArray[np.float32]]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from passgraph.commands.options import near
 from passgraph.errors import DeviceMissingError, InputError
 
 if TYPE_CHECKING:
@@ -57,7 +58,7 @@ def read_inputs(graphs: Mapping[str, Graph], inputs: Sequence[tuple[str, Path]])
     known = sorted({name for graph in graphs.values() for name in inputs_behind(list(graph.values()))})
     for name, _ in inputs:
         if name not in known:
-            raise InputError(f"there is no input {name!r}; there are {', '.join(known) or 'none'}")
+            raise InputError(f"there is no input {name!r}{near(name, known)}; there are {', '.join(known) or 'none'}")
     return {name: load(path) for name, path in inputs}
 
 

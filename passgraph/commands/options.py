@@ -40,8 +40,18 @@ class SizeType(click.ParamType[tuple[int, int]]):
         return int(width), int(height)
 
 
+class WholeRange(click.IntRange):
+    """Whole numbers in a range, which may be all of them: help then says nothing of it."""
+
+    def _describe_range(self) -> str:
+        return "" if self.min is None and self.max is None else super()._describe_range()
+
+
 class FiniteRange(click.FloatRange):
-    """Numbers in a range, none of them infinite or NaN."""
+    """Numbers in a range, none of them infinite or NaN; of all finite ones help says nothing."""
+
+    def _describe_range(self) -> str:
+        return "" if self.min is None and self.max is None else super()._describe_range()
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         number = super().convert(value, param, ctx)
@@ -138,7 +148,7 @@ def option_of(parameter: Parameter) -> click.Option:
     elif parameter.type == "picture":
         settings |= {"type": click.Path(path_type=Path), "metavar": "FILE"}
     elif parameter.type == "int":
-        settings["type"] = click.IntRange(_as(int, limits.low), _as(int, limits.high), min_open=limits.above)
+        settings["type"] = WholeRange(_as(int, limits.low), _as(int, limits.high), min_open=limits.above)
     else:
         settings["type"] = FiniteRange(_as(float, limits.low), _as(float, limits.high), min_open=limits.above)
     if parameter.type == "rgb":
@@ -157,12 +167,20 @@ def _as(number: Callable[[float], Any], limit: float | None) -> Any:
     return None if limit is None else number(limit)
 
 
+def near(name: str, known: Sequence[str]) -> str:
+    """A hint for messages: the known name that is meant, perhaps.
+
+    >>> near("colour", ["color", "mask"])
+    " (did you mean 'color'?)"
+    """
+    found = get_close_matches(name, known, n=1)
+    return f" (did you mean {found[0]!r}?)" if found else ""
+
+
 def chosen_effect(name: str) -> Effect:
     """The effect of this name; the message for another one has the nearest."""
     if name not in EFFECTS:
-        near = get_close_matches(name, EFFECTS, n=1)
-        hint = f" (did you mean {near[0]!r}?)" if near else ""
-        raise InputError(f"there is no effect {name!r}{hint}; there are {', '.join(EFFECTS)}")
+        raise InputError(f"there is no effect {name!r}{near(name, list(EFFECTS))}; there are {', '.join(EFFECTS)}")
     return EFFECTS[name]
 
 

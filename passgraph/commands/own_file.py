@@ -95,8 +95,16 @@ def _named(outputs: Any, path: Path) -> Graph:
 
 
 def _alone(kernel: PixelKernel[Any]) -> Graph:
-    """A kernel on inputs with the names of its images; numbers without a default are 0.5, ints 1."""
-    given = {p.name: _argument(p.name, p.type) for p in kernel.parameters if not p.has_default}
+    """A kernel on inputs with the names of its images; numbers without a default are 0.5, ints 1.
+
+    What is no Const is a value of the run, which ``--set`` may give.
+    """
+    given: dict[str, Any] = {}
+    for parameter in kernel.parameters:
+        default = parameter.default if parameter.has_default else _argument(parameter.name, parameter.type)
+        plain = isinstance(parameter.type, (Scalar, Vector, Matrix, Array))
+        run_value = plain and not parameter.const
+        given[parameter.name] = pg.Value(parameter.name, default=default) if run_value else default
     return named_outputs(kernel(**given))
 
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 
 from passgraph.errors import BackendError
 from passgraph.language.scalar import ScalarProgram
@@ -29,6 +29,8 @@ class Limits:
     vertex_numbers, numbers : parameters of a vertex kernel, and of any other, in numbers of 4 bytes
     rounding : floats and ints take multiples of so many numbers each
     varyings : numbers that a vertex kernel hands to the fragment kernel
+    not_kept, not_written : what channels hold (`Format.number`) that no picture can hold here, and that no pass can
+        write; and what the device lacks for it
     """
 
     device: str = "this device"
@@ -42,6 +44,8 @@ class Limits:
     numbers: int = NONE
     rounding: int = 1
     varyings: int = NONE
+    not_kept: Mapping[str, str] = field(default_factory=dict)
+    not_written: Mapping[str, str] = field(default_factory=dict)
 
     def numbers_taken(self, floats: int, ints: int) -> int:
         """Room that so many parameters take."""
@@ -80,6 +84,14 @@ def check(plan: Plan, limits: Limits) -> None:
 
 
 def _check_picture(resource: Resource, writer: str | None, limits: Limits) -> None:
+    format_ = resource.format
+    what = f"input {resource.name!r}" if writer is None else f"pass {writer!r}: target {resource.name!r}"
+    lacks = limits.not_kept.get(format_.number) or (writer is not None and limits.not_written.get(format_.number))
+    if lacks and not format_.is_depth:
+        raise BackendError(
+            f"{what} is {format_.name}; {limits.device} has no {'target' if writer else 'picture'} of that format, "
+            f"which takes {lacks}; give it another one, such as rgba8, or use another backend"
+        )
     width, height = resource.size
     size = width * height * resource.format.bytes_per_pixel
     for found, limit, unit in (
@@ -88,7 +100,6 @@ def _check_picture(resource: Resource, writer: str | None, limits: Limits) -> No
         (size, limits.picture_bytes, "bytes in a picture"),
     ):
         if found > limit:
-            what = f"input {resource.name!r}" if writer is None else f"pass {writer!r}: target {resource.name!r}"
             raise BackendError(
                 f"{what} is {width}x{height} {resource.format.name} ({size / 2**20:.0f} MiB); {limits.device} takes "
                 f"{limit:,} {unit}; use a smaller size or format, or another backend"

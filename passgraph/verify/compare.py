@@ -6,121 +6,40 @@
 >>> report = compare(halve(pg.Input("frame")), ["reference"], frame=np.ones((2, 3, 4), np.float32))
 >>> report.within_bounds, report.backends[0].targets[0].max_error
 (True, 0.0)
+>>> report.passed, report.bit_for_bit  # `Report.difference` says where not
+(True, True)
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.arguments import function, several
+from passgraph.arguments import function, real, several
 from passgraph.backends.base import Backend
 from passgraph.backends.registry import backend_names, open_backend
 from passgraph.errors import DeviceMissingError, InputError, PassgraphError
-from passgraph.formats import Format
 from passgraph.graph.outputs import Outputs, named_outputs
 from passgraph.graph.targets import checked_size
 from passgraph.plan.data import Plan
+from passgraph.verify.kinds import other_kind, told
 from passgraph.verify.oracle.backend import Allowed, outside
 from passgraph.verify.oracle.passes import Key, Passes, Picture
+from passgraph.verify.oracle.watch import Cause, Watch
+from passgraph.verify.report import (
+    MOST_AMBIGUOUS,
+    BackendReport,
+    Difference,
+    Report,
+    TargetReport,
+    other_bits,
+)
 
-#: Share of pixels of a target that may be ambiguous before its verdict says little.
-MOST_AMBIGUOUS = 0.05
-
-
-@dataclass(frozen=True)
-class TargetReport:
-    """What one pass wrote into one target on one backend, given the reference's pictures to work on.
-
-    Attributes
-    ----------
-    step, target : names
-    format : of the target
-    max_error, rmse : against the reference, of all values of all channels
-    differing : share of pixels whose values are not the very same
-    outside : share of pixels with a value that no conforming backend may have
-    ambiguous : share of pixels where rounding may turn a decision, and the outcomes lie apart
-    decisions : operations that rounding may turn, and in how many pixels, most first
-    worst : (column, row) of the pixel that is farthest outside; where none is, of the largest error
-    worst_got, worst_expected, worst_low, worst_high : values of the channel that is worst there, and what is allowed
-    median_width : half of all intervals are narrower than this
-    accumulated_max, accumulated_rmse : on this backend's own pictures, with errors of earlier passes
-    """
-
-    step: str
-    target: str
-    format: Format
-    max_error: float
-    rmse: float
-    differing: float
-    outside: float
-    ambiguous: float
-    decisions: tuple[tuple[str, int], ...]
-    worst: tuple[int, int]
-    worst_got: float
-    worst_expected: float
-    worst_low: float
-    worst_high: float
-    median_width: float
-    accumulated_max: float = 0.0
-    accumulated_rmse: float = 0.0
-
-    @property
-    def within_bounds(self) -> bool:
-        """Whether every value is one that a conforming backend may have."""
-        return self.outside == 0.0
-
-    @property
-    def decided(self) -> bool:
-        """Whether few enough pixels are ambiguous for the verdict to mean something."""
-        return self.ambiguous <= MOST_AMBIGUOUS
-
-    def __str__(self) -> str:
-        column, row = self.worst
-        verdict = "within its bounds" if self.within_bounds else f"outside its bounds at {self.outside:.3%} of pixels"
-        return (
-            f"pass {self.step}, target {self.target}: {verdict}; worst at column {column}, row {row}: "
-            f"{self.worst_got:.9g} where the reference has {self.worst_expected:.9g} and {self.worst_low:.9g} to "
-            f"{self.worst_high:.9g} is allowed"
-        )
-
-
-@dataclass(frozen=True)
-class BackendReport:
-    """One backend: its targets in schedule order, or why there are none."""
-
-    name: str
-    targets: tuple[TargetReport, ...] = ()
-    missing: str = ""  # the driver or device is not here; what installs it
-    failed: str = ""  # it was opened and then raised this
-
-    @property
-    def within_bounds(self) -> bool:
-        """Whether it ran and every target is within bounds."""
-        return bool(self.targets) and not self.failed and self.first_divergence is None
-
-    @property
-    def first_divergence(self) -> TargetReport | None:
-        """The first target, in schedule order, that is beyond its bound."""
-        return next((target for target in self.targets if not target.within_bounds), None)
-
-
-@dataclass(frozen=True)
-class Report:
-    """All backends against the reference."""
-
-    backends: tuple[BackendReport, ...]
-    plan: Plan
-
-    @property
-    def within_bounds(self) -> bool:
-        """Whether some backend ran and none diverges or failed; missing ones do not count."""
-        ran = [report for report in self.backends if not report.missing]
-        return bool(ran) and all(report.within_bounds for report in ran)
+__all__ = ["MOST_AMBIGUOUS", "BackendReport", "Difference", "Report", "TargetReport", "compare", "compared", "distance"]
 
 
 def compare(
@@ -129,6 +48,7 @@ def compare(
     *,
     size: tuple[int, int] | None = None,
     progress: Callable[[str], None] = lambda _: None,
+    most_ambiguous: float = MOST_AMBIGUOUS,
     **given: Any,
 ) -> Report:
     """Run a graph on backends and hold every target of every pass against what a conforming backend may compute.
@@ -146,6 +66,8 @@ def compare(
         (width, height) of the output in pixels, as for :func:`passgraph.compile`.
     progress
         Called with what is being done.
+    most_ambiguous
+        Share of a target's pixels, 0 to 1, that may hang on decisions before there is no verdict.
     **given
         Inputs and values of the run, by name.
 
@@ -158,33 +80,111 @@ def compare(
     if backends is not None:
         expected = "names of backends, or open ones"
         backends = several(backends, (str, Backend), "backends of compare", expected, InputError)
+    most_ambiguous = real(most_ambiguous, "most_ambiguous of compare", 0.0, 1.0, error=InputError)
     passes = Passes(named_outputs(outputs), None if size is None else checked_size(size, "the output"), [given])
     chosen = backends if backends is not None else [n for n in backend_names() if n not in ("reference", "null")]
-    return Report(tuple(_judged(passes, backend, progress) for backend in chosen), passes.plan)
+    return compared(passes, chosen, progress, most_ambiguous)
 
 
-def _judged(passes: Passes, chosen: str | Backend, progress: Callable[[str], None]) -> BackendReport:
-    """One backend opened, run and measured; what it raises becomes its report."""
-    name = chosen if isinstance(chosen, str) else chosen.name
-    try:
-        backend = open_backend(chosen) if isinstance(chosen, str) else chosen
-    except DeviceMissingError as error:
-        return BackendReport(name, missing=str(error))
-    except PassgraphError as error:
-        return BackendReport(name, failed=str(error))
-    try:
-        progress("reference and bounds")
-        expected, allowed = passes.allowed(backend.snaps)
-        progress(name)
+def compared(
+    passes: Passes,
+    backends: Iterable[str | Backend],
+    progress: Callable[[str], None] = lambda _: None,
+    most_ambiguous: float = MOST_AMBIGUOUS,
+) -> Report:
+    """The same of a graph that is planned already, for one run."""
+    made = _Comparison(passes, progress, most_ambiguous)
+    return Report(tuple(made.judged(backend) for backend in backends), passes.plan, made.difference)
+
+
+class _Comparison:
+    """One graph on one backend after the other."""
+
+    def __init__(self, passes: Passes, progress: Callable[[str], None], most_ambiguous: float) -> None:
+        self.passes, self.progress, self.most_ambiguous = passes, progress, most_ambiguous
+        #: What the first backend that ran made of its own pictures: the others' are held against it.
+        self.first: tuple[str, dict[Key, Picture]] | None = None
+        self.difference: Difference | None = None
+        self._differing: Key | None = None
+        self._watches: dict[tuple[bool, int], Watch] = {}
+
+    def judged(self, chosen: str | Backend) -> BackendReport:
+        """One backend opened, run and measured; what it raises becomes its report."""
+        name = chosen if isinstance(chosen, str) else chosen.name
         try:
-            (whole,), (judged,) = passes.written(backend), passes.written(backend, expected)
+            backend = open_backend(chosen) if isinstance(chosen, str) else chosen
+        except DeviceMissingError as error:
+            return BackendReport(name, missing=str(error))
         except PassgraphError as error:
             return BackendReport(name, failed=str(error))
-    finally:
-        if isinstance(chosen, str):
-            backend.close()
-    targets = [_measure(passes.plan, key, judged[key], expected[key], allowed[key], whole[key]) for key in expected]
-    return BackendReport(name, tuple(targets))
+        try:
+            self.progress("reference and bounds")
+            self.passes.allowed(backend.snaps)
+            self.progress(name)
+            try:
+                (whole,), (judged,) = (
+                    self.passes.written(backend),
+                    self.passes.written(backend, self._expected(backend)),
+                )
+            except PassgraphError as error:
+                return BackendReport(name, failed=str(error))
+            except Exception as error:  # of a backend that is not ours
+                return BackendReport(name, failed=f"{type(error).__name__}: {error}")
+        finally:
+            if isinstance(chosen, str):
+                backend.close()
+        self._hold_against_first(name, whole)
+        targets = [self._measure(key, judged[key], whole[key], backend.snaps) for key in self._expected(backend)]
+        return BackendReport(name, tuple(targets))
+
+    def _expected(self, backend: Backend) -> dict[Key, Picture]:
+        return self.passes.allowed(backend.snaps)[0]
+
+    def _hold_against_first(self, name: str, whole: dict[Key, Picture]) -> None:
+        """Whatever pair differs in a pass, one of the two differs from the first backend there."""
+        if self.first is None:
+            self.first = name, whole
+            return
+        plan, (first, pictures) = self.passes.plan, self.first
+        for key, picture in whole.items():
+            if self._differing is not None and key[1] >= self._differing[1]:
+                return
+            differ = other_bits(pictures[key], picture)
+            if not differ.any():
+                continue
+            apart = np.where(differ, distance(pictures[key], picture).max(axis=2), -1.0)
+            row, column = (int(i) for i in np.unravel_index(np.argmax(apart), apart.shape))
+            values = [tuple(float(v) for v in made[row, column]) for made in (pictures[key], picture)]
+            self._differing = key
+            self.difference = Difference(
+                plan.steps[key[1]].name, plan.resources[key[2]].name, (first, name), int(differ.sum()),
+                float(differ.mean()), (column, row), (values[0], values[1]),
+            )  # fmt: skip
+            return
+
+    def _watch(self, snaps: bool, step: int) -> Watch:
+        if (snaps, step) not in self._watches:
+            self._watches[snaps, step] = self.passes.watched(snaps, step)
+        return self._watches[snaps, step]
+
+    def _measure(self, key: Key, got: Picture, whole: Picture, snaps: bool) -> TargetReport:
+        expected, bounds = self.passes.allowed(snaps)
+        made = _measured(self.passes.plan, key, got, expected[key], bounds[key], whole, self.most_ambiguous)
+        pixels = other_kind(got, expected[key], bounds[key])
+        if pixels.any():
+            watch = self._watch(snaps, key[1])
+            made = replace(made, other_kind=told(self.passes, key, pixels, got, expected, watch))
+        if not made.decided:
+            made = replace(made, places=_places(made, self._watch(snaps, key[1])))
+        return made
+
+
+def _places(target: TargetReport, watch: Watch) -> tuple[tuple[Cause, int], ...]:
+    """What leaves a target undecided, and in how many pixels."""
+    if target.ambiguous > target.most_ambiguous:
+        return tuple(watch.decisions.most_common())
+    opened = {cause: len(np.unique(np.concatenate(parts))) for cause, parts in watch.opened.items()}
+    return tuple(sorted(opened.items(), key=lambda item: -item[1]))
 
 
 def distance(picture: Picture, reference: Picture) -> NDArray[np.float64]:
@@ -196,7 +196,9 @@ def distance(picture: Picture, reference: Picture) -> NDArray[np.float64]:
     return np.where((a == b) | (np.isnan(a) & np.isnan(b)), 0.0, apart)
 
 
-def _measure(plan: Plan, key: Key, got: Picture, reference: Picture, allowed: Allowed, whole: Picture) -> TargetReport:
+def _measured(
+    plan: Plan, key: Key, got: Picture, reference: Picture, allowed: Allowed, whole: Picture, most_ambiguous: float
+) -> TargetReport:
     step, resource = plan.steps[key[1]], plan.resources[key[2]]
     apart = distance(got, reference)
     beyond = outside(got, allowed.values)
@@ -211,7 +213,8 @@ def _measure(plan: Plan, key: Key, got: Picture, reference: Picture, allowed: Al
         _rmse(apart),
         float((apart > 0).any(axis=2).mean()),
         float(beyond.any(axis=2).mean()),
-        float(allowed.ambiguous.mean()),
+        float((allowed.ambiguous & ~allowed.unpromised).mean()),
+        float(allowed.unpromised.mean()),
         tuple(allowed.names.most_common()),
         (column, row),
         float(got[row, column, channel]),
@@ -221,6 +224,7 @@ def _measure(plan: Plan, key: Key, got: Picture, reference: Picture, allowed: Al
         float(np.median(allowed.values.width)),
         float(accumulated.max()),
         _rmse(accumulated),
+        most_ambiguous=most_ambiguous,
     )
 
 

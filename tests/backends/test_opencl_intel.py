@@ -88,7 +88,9 @@ CHOSEN = {
     "language/test_powers.py": "opencl",
     "cross/test_literal_operands.py": "opencl",
     "cross/test_layouts.py": "opencl and not (rg or host)",
-    "backends/test_opencl_host.py": "buffers or arrays or images or wait or unordered or stays or overlap or draws",
+    "backends/test_opencl_host.py": "buffers or arrays or images or overlap or draws",
+    "backends/test_opencl_host_queue.py": "wait or runs",
+    "backends/test_opencl_host_life.py": "stays",
     "backends/test_transfers.py": "opencl or processor or lent or adopted or inside",
 }
 

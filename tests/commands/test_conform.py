@@ -97,7 +97,6 @@ def test_one_that_does_not_is_shown(capsys: pytest.CaptureFixture[str]) -> None:
         (["check", "nope.py"], "nope.py: no such file"),
         (["check", "empty.py"], "has neither outputs nor targets nor kernels"),
         (["check", "broken.py"], "broken.py: fails when run: ZeroDivisionError: division by zero"),
-        (["check", "wrong.txt"], "the kernel language has numbers and bools, not str"),
         (["check", "odd.py"], "outputs must be a target, several, or a mapping, got int"),
         (["check", "own.py", "--input", "color"], "'color' is not NAME=FILE"),
         (["check", "own.py", "--input", "colour=in.png"], "there is no input 'colour'; there are color, mask"),
@@ -110,7 +109,6 @@ def test_refusals(capsys: pytest.CaptureFixture[str], arguments: list[str], mess
     Path("empty.py").write_text("x = 1\n")
     Path("broken.py").write_text("x = 1 / 0\n")
     Path("odd.py").write_text("outputs = 3\n")
-    Path("wrong.txt").write_text("def f(color: Image) -> vec4: return color[0, 0] + 'red'\n")
     Path("own.py").write_text(MODULE.format(gain=0.5))
     status, out, err = outcome(capsys, *arguments)
     assert (status, out) == (2, "")
@@ -164,7 +162,9 @@ def test_own_pictures_are_used(capsys: pytest.CaptureFixture[str]) -> None:
     text = "def cut(color: Image) -> vec4: return vec4(1.0) if color[0, 0].r * 0.1 * 20.0 > 1.0 else vec4(0.0)\n"
     Path("own.txt").write_text(text)
     pg.save("in.npy", np.full((3, 5, 4), 0.5, np.float32))
-    assert "within, 100.00% ambiguous" in well(capsys, "check", "own.txt", "-i", "color=in.npy", "-b", "numpy")
+    status, out, _ = outcome(capsys, "check", "own.txt", "-i", "color=in.npy", "-b", "numpy")
+    assert status == 1
+    assert "undecided, 100.00% ambiguous" in out
 
 
 @pytest.mark.usefixtures("bright")
@@ -176,7 +176,7 @@ def test_what_differs_is_named(capsys: pytest.CaptureFixture[str]) -> None:
     share = re.search(r"outside ([0-9.]+)%", out)
     assert share is not None
     assert float(share[1]) > 90.0
-    assert "check/gain on bright: diverged: frame 0, pass gain, target gain: outside its bounds" in out
+    assert "gain on bright: diverges first in pass gain, target gain: outside its bounds" in out
 
 
 def test_recorded_pictures_hold_until_the_meaning_changes(capsys: pytest.CaptureFixture[str]) -> None:
@@ -193,7 +193,7 @@ def test_recorded_pictures_hold_until_the_meaning_changes(capsys: pytest.Capture
     Path("own.py").write_text(MODULE.format(gain=0.50001))
     status, out, _ = outcome(capsys, "check", "own.py", "-b", "numpy", "--golden", "gold")
     assert status == 1
-    assert "recorded output gain of gain: outside its bounds" in out
+    assert "gain: output gain is not as recorded: " in out
 
 
 def test_a_manifest_names_files_of_its_folder_only(capsys: pytest.CaptureFixture[str]) -> None:
@@ -230,7 +230,7 @@ def test_made_inputs_hold_zeros_so_that_a_folded_quotient_is_seen(
     Path("own.py").write_text(f"{OVER}\noutputs = over(pg.Input('c', {format!r}), into=pg.target('o', 'rgba32f'))\n")
     status, out, err = outcome(capsys, "check", "own.py", "-b", "gl")
     assert (status, err) == (1, "")
-    assert "where nan is expected" in out
+    assert "where the reference has nan" in out
 
 
 @pytest.mark.parametrize(

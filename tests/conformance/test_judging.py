@@ -201,7 +201,7 @@ def test_a_case_whose_bounds_say_nothing_is_vacuous() -> None:
 def test_a_sure_nan_is_told_and_a_possible_one_is_not() -> None:
     numbers = np.array([[[1.0, np.nan, 0.0]]])
     bounds = Allowed(
-        Interval(numbers, numbers, np.array([[[False, True, True]]])), np.zeros((1, 1), np.bool_), Counter()
+        Interval(numbers, numbers, np.array([[[False, True, True]]])), *[np.zeros((1, 1), np.bool_)] * 2, Counter()
     )
     assert told(bounds, FORMATS["rgb32f"]).tolist() == [[[True, True, False]]]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from math import cos, radians, sin, tan
 from typing import Any
 
@@ -57,14 +58,7 @@ def moved(scene: pg.Scene, offset: Sequence[float]) -> pg.Scene:
     by = np.asarray(offset, np.float64)
     camera, light = scene.camera, scene.lights[0]
     nodes = [pg.Node(n.mesh, n.material, translation(by) @ n.transform, n.name) for n in scene.nodes]
-    camera = pg.Camera(
-        tuple(by + camera.eye),
-        tuple(by + camera.target),
-        camera.up,
-        camera.vertical_fov_rad,
-        camera.near,
-        camera.far,
-    )
+    camera = replace(camera, eye=tuple(by + camera.eye), target=tuple(by + camera.target))
     light = pg.Light(
         light.kind, tuple(by + light.position), light.direction, light.color, light.intensity, light.radius
     )

@@ -16,6 +16,7 @@ from tests.effects.engine import EngineView
 from tests.effects.scenes import Picture, cube, floor, render, sun
 
 CAMERA = pg.Camera((2.4, 1.6, 3.2), (0.3, 0.3, 0), vertical_fov_rad=0.7, near=0.1, far=50.0)
+PARALLEL = replace(CAMERA, orthographic_height=2.0)
 SCENE = pg.Scene((floor(3.0), cube((0, 0.0, 0), 0.8)), CAMERA, (sun(50.0, 20.0, radius=0.1),))
 EFFECTS: dict[str, Callable[[pg.Target, pg.Target, Any], pg.Target]] = {
     "occluded": lambda color, depth, camera: occluded(color, depth, camera=camera),
@@ -65,8 +66,9 @@ def test_16_bits_show_nearly_the_same(effect: Callable[..., pg.Target]) -> None:
 
 
 @every_effect
-@pytest.mark.parametrize("size", [(1, 1), (1, 7), (5, 1), (3, 2)])
-@pytest.mark.parametrize("camera", [CAMERA, replace(CAMERA, orthographic_height=2.0)], ids=["perspective", "parallel"])
+@pytest.mark.parametrize(
+    ("size", "camera"), [((1, 1), CAMERA), ((1, 7), PARALLEL), ((5, 1), CAMERA), ((3, 2), PARALLEL)]
+)
 def test_pictures_of_a_few_pixels_are_finite(
     effect: Callable[..., pg.Target], size: tuple[int, int], camera: pg.Camera
 ) -> None:
@@ -76,7 +78,7 @@ def test_pictures_of_a_few_pixels_are_finite(
 
 
 @every_effect
-@pytest.mark.parametrize("camera", [CAMERA, replace(CAMERA, orthographic_height=2.0)], ids=["perspective", "parallel"])
+@pytest.mark.parametrize("camera", [CAMERA, PARALLEL], ids=["perspective", "parallel"])
 def test_a_depth_of_noise_makes_no_nan(effect: Callable[..., pg.Target], camera: pg.Camera) -> None:
     """From the near plane to the far one, with holes, and with what is no number."""
     size, holds = (37, 23), camera.hardware_depth(reversed_z=True)
@@ -89,6 +91,16 @@ def test_a_depth_of_noise_makes_no_nan(effect: Callable[..., pg.Target], camera:
         shown = program(frame=frame_of(size), depth=depth)[made.name]
         assert np.isfinite(shown).all()
         assert shown.min() >= 0.0
+
+
+def test_they_stand_in_one_graph() -> None:
+    """Each takes the picture of the one before, and one of them comes twice."""
+    view = EngineView.of(SCENE, (31, 21))
+    color, depth = pg.Input("frame"), view.distance()
+    made = contact_shadow(occluded(color, depth, camera=CAMERA), depth, camera=CAMERA)
+    made = fog(shadowed(made, depth, SCENE, map_size=64), depth, camera=CAMERA)
+    made = occluded(made, depth, camera=CAMERA, half_resolution=True, name="again")
+    assert 0.0 < view.run(made)[view.shown].mean() < 1.0
 
 
 @every_effect

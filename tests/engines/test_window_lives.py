@@ -44,6 +44,11 @@ def test_the_effect_goes_on_in_a_context_that_is_made_anew(display: str) -> None
 
 
 @pytest.mark.slow
+def test_the_display_may_be_closed_first(display: str) -> None:
+    run("the_display_is_closed_first", "pygame-ce", display)
+
+
+@pytest.mark.slow
 def test_the_effect_follows_a_widget_to_another_window(display: str) -> None:
     run("a_widget_moves_to_another_window", "PySide6", display)
 

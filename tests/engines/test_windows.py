@@ -59,6 +59,12 @@ def test_a_state_that_is_left_behind_would_be_seen(engine: str, under: tuple[str
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("engine", ["kivy"], indirect=True)
+def test_blending_that_is_left_off_would_be_seen(engine: str, under: tuple[str, ...]) -> None:
+    check_sensitive(engine, "blending off", under=under)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ["moderngl_window", "pyglet"], indirect=True)
 def test_nothing_grows_over_10_000_frames(engine: str, under: tuple[str, ...]) -> None:
     check_no_growth(engine, under=under)

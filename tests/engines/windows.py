@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import sys
 from importlib import import_module
 from typing import Any
@@ -99,6 +100,27 @@ def a_context_is_made_anew() -> None:
         scene.context = moderngl.create_context()
         scene.boxes = Boxes(scene.context)
         _check(scene, attached, scene.boxes)
+
+
+def the_display_is_closed_first() -> None:
+    """With pygame's display goes all that was made in it: programs and hosts close after it, and without them."""
+    import pygame
+
+    import passgraph as pg
+
+    kernel = pg.kernel(source="def same(c: Image) -> vec4: return c[0, 0]")
+    for closes in (True, False, True):
+        scene: Any = _opened("pygame")
+        host = pg.gl.Host.current("sibling")
+        program = pg.compile(kernel(pg.Input("frame"), into=pg.target("made", "rgba8")), backend=host)
+        frame = host.framebuffer(srgb=False)
+        program.run(frame=frame, into={"made": frame})
+        pygame.display.flip = scene.swap
+        pygame.display.quit()
+        if closes:
+            host.close()
+        del program, host, frame
+        gc.collect()
 
 
 def a_widget_moves_to_another_window() -> None:

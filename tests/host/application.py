@@ -16,6 +16,7 @@ from passgraph.backends.gl.functions import Functions
 from passgraph.backends.gl.windowing import function
 
 RGBA, RED, RG, RGB, BYTES, FLOATS, HALVES, SHORTS = 0x1908, 0x1903, 0x8227, 0x1907, 0x1401, 0x1406, 0x140B, 0x1403
+INTS = 0x1405
 DEPTH, RENDERBUFFER = 0x1902, 0x8D41
 SIZE = (23, 17)
 WIDTH, HEIGHT = SIZE
@@ -47,10 +48,10 @@ class _Compatible:
 class Application:
     """Its context is current in this thread from here on; ``close`` ends it."""
 
-    def __init__(self, compatible: bool = False) -> None:
+    def __init__(self, native: Any = None, compatible: bool = False) -> None:
         import glcontext  # type: ignore[import-untyped]
 
-        self.native: Any = glcontext.get_backend_by_name("egl")(glversion=330, mode="standalone")
+        self.native: Any = native or glcontext.get_backend_by_name("egl")(glversion=330, mode="standalone")
         if compatible:
             self.native = _Compatible(self.native)
         self.gl = Functions(self.native.load_opengl_function)
@@ -63,7 +64,6 @@ class Application:
             self.native.load_opengl_function("glTexImage2DMultisample")
         )
         self.TexImage3D = make(None, u, i, i, i, i, i, i, u, u, p)(self.native.load_opengl_function("glTexImage3D"))
-        self.ReadPixels = make(None, i, i, i, i, u, u, p)(self.native.load_opengl_function("glReadPixels"))
         #: Texture → a framebuffer over it.
         self.objects: dict[int, int] = {}
 
@@ -110,7 +110,7 @@ class Application:
         gl.BindFramebuffer(g.FRAMEBUFFER, name)
         attach()
         if depth:
-            gl.DrawBuffer(0)
+            gl.DrawBuffers(1, (ctypes.c_uint * 1)(0))
             gl.ReadBuffer(0)
         assert gl.CheckFramebufferStatus(g.FRAMEBUFFER) == g.FRAMEBUFFER_COMPLETE
         return name
@@ -169,7 +169,7 @@ class Application:
         gl.ReadBuffer(g.COLOR_ATTACHMENT0)
         read = np.zeros((*size[::-1], 4), np.uint8 if type_ == BYTES else np.float32)
         gl.PixelStorei(0xD05, 1)
-        self.ReadPixels(0, 0, *size, RGBA, type_, read.ctypes.data)
+        gl.ReadPixels(0, 0, *size, RGBA, type_, read.ctypes.data)
         gl.PixelStorei(0xD05, 4)
         gl.check("reading")
         return read[::-1]
@@ -219,12 +219,14 @@ def _through(change: Callable[[Application, int], int], format_: str = "rgba8", 
 
 def _depths(internal: int, attachment: int, bits: int, kind: str = "texture", samples: int = 0) -> Any:
     def make(app: Application) -> Kept:
-        external, type_ = {0x88F0: (0x84F9, 0x84FA)}.get(internal, (DEPTH, FLOATS))
+        external, type_ = {0x88F0: (0x84F9, 0x84FA), 0x8CAC: (DEPTH, FLOATS)}.get(internal, (DEPTH, INTS))
         values = np.random.default_rng(3).random((HEIGHT, WIDTH, 1), np.float32)
         if bits < 32:
             steps = np.float64(2**bits - 1)
             values = (np.round(values * steps) / steps).astype(np.float32)
         rows: NDArray[Any] = values
+        if type_ == INTS:
+            rows = np.round(values.astype(np.float64) * (2**32 - 1)).astype(np.uint32)
         if internal == 0x88F0:
             rows = (np.round(values.astype(np.float64) * (2**24 - 1)).astype(np.uint32) << 8) | 5
         made = app.of_texture(app.texture(internal, external, type_, rows), depth=attachment)

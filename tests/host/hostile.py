@@ -38,13 +38,10 @@ class More:
         raise AttributeError(name)
 
 
-def _program(app: Application) -> None:
+def use_program(app: Application, vertex: bytes, fragment: bytes) -> None:
     """A program of the engine's, and vertices: its uniforms and arrays are not ours to use."""
     gl, shaders = app.gl, []
-    for kind, text in (
-        (g.VERTEX_SHADER, b"#version 330\nin vec4 a; uniform mat4 m; void main() { gl_Position = m * a; }"),
-        (g.FRAGMENT_SHADER, b"#version 330\nuniform sampler2D s; out vec4 o; void main() { o = texture(s, vec2(0)); }"),
-    ):
+    for kind, text in ((g.VERTEX_SHADER, vertex), (g.FRAGMENT_SHADER, fragment)):
         shader, source = gl.CreateShader(kind), ctypes.c_char_p(text)
         gl.ShaderSource(shader, 1, ctypes.byref(source), None)
         gl.CompileShader(shader)
@@ -192,7 +189,11 @@ STATES: dict[str, Callable[[Application, More], Any]] = {
     "uniform buffers": _uniform_buffers,
     "textures": lambda app, more: _textures(app),
     "samplers": lambda app, more: _samplers(app),
-    "a program": lambda app, more: _program(app),
+    "a program": lambda app, more: use_program(
+        app,
+        b"#version 330\nin vec4 a; uniform mat4 m; void main() { gl_Position = m * a; }",
+        b"#version 330\nuniform sampler2D s; out vec4 o; void main() { o = texture(s, vec2(0)); }",
+    ),
     "vertices": lambda app, more: _vertices(app),
     "framebuffers": lambda app, more: _framebuffers(app),
     "seamless cubes and point size": _on(0x884F, 0x8642),

@@ -80,9 +80,9 @@ def engine(request: pytest.FixtureRequest) -> Iterator[tuple[list[Backend], Dump
     app.close()
 
 
-#: What compiles or draws for long; the same kernels are in the others.
 FIRST = {case.id for case in first_of_each()}
-LONG = ("ambient-occlusion", "contact", "five-pass", "soft-shadow", "light", "planar")
+#: Effects read and write pictures as the other cases do; two of them are enough for each day.
+LONG = tuple({case.name.split(" ")[0] for case in CASES if case.group == "effects"} - {"black-and-white", "bloom"})
 
 
 @pytest.mark.parametrize(

@@ -186,9 +186,9 @@ def test_frame_after_frame_nothing_grows(app: Application, isolation: Any) -> No
 
         frames(20)
         tracemalloc.start()
-        counted = frames(20)
+        counted = frames(10)
         before = tracemalloc.get_traced_memory()[0]
-        assert frames(60) == counted
+        assert frames(30) == counted
         assert tracemalloc.get_traced_memory()[0] - before < 20_000
         tracemalloc.stop()
 

@@ -15,10 +15,11 @@ from passgraph.backends.reference.draw_pass import ReferenceDrawPass
 from passgraph.backends.reference.pixel_pass import ReferencePixelPass
 from passgraph.backends.reference.storage import Storage
 from passgraph.graph.geometry import Geometry
-from passgraph.plan.data import DrawStep, PixelStep
+from passgraph.plan.data import DrawStep, PixelStep, Step
 from passgraph.verify.oracle.draw import DrawOracle, Ints
 from passgraph.verify.oracle.interval import Interval, Lanes
 from passgraph.verify.oracle.stage import StageOracle, stored
+from passgraph.verify.oracle.watch import Watch
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,18 +29,22 @@ class Allowed:
     Attributes
     ----------
     values : (height, width, channels), intervals of stored values
-    ambiguous : (height, width), pixels where a decision may fall either way and the outcomes lie apart
+    ambiguous : (height, width), pixels where a decision may fall either way and the outcomes lie apart, or where
+        an operation promises nothing for what it is given
+    unpromised : (height, width), those of them that are so for the second reason only
     names : the operations that straddled, and in how many pixels
     """
 
     values: Interval
     ambiguous: Lanes
+    unpromised: Lanes
     names: Counter[str]
 
     @classmethod
     def exactly(cls, picture: FloatBlock) -> Allowed:
         """This and nothing else: of bits that are only moved."""
-        return cls(Interval.point(picture), np.zeros(picture.shape[:2], np.bool_), Counter())
+        nowhere = np.zeros(picture.shape[:2], np.bool_)
+        return cls(Interval.point(picture), nowhere, nowhere, Counter())
 
 
 class OracleBackend(ReferenceBackend):
@@ -52,18 +57,25 @@ class OracleBackend(ReferenceBackend):
     known
         ``found`` of a run that differs in ``snapped`` alone: pixel passes, which rasterise nothing, take theirs
         from it.
+    watch
+        Takes notes of its step.
     """
 
     name: ClassVar[str] = "oracle"
 
-    def __init__(self, snapped: bool = True, known: Mapping[int, list[Allowed]] | None = None) -> None:
+    def __init__(
+        self, snapped: bool = True, known: Mapping[int, list[Allowed]] | None = None, watch: Watch | None = None
+    ) -> None:
         super().__init__()
-        self.snapped = snapped
+        self.snapped, self.watch = snapped, watch
         self.known = known or {}
         self.found: dict[int, list[Allowed]] = {}
         #: What pictures with a stencil may hold: they cannot be replaced between passes, so it adds up.
         self.carried: dict[int, Interval] = {}
         self.stencils: dict[int, tuple[Ints, Ints]] = {}
+
+    def watch_of(self, step: Step) -> Watch | None:
+        return self.watch if self.watch is not None and self.watch.step is step else None
 
     def copy(self, source: Storage, destination: Storage) -> None:
         super().copy(source, destination)
@@ -87,14 +99,15 @@ class _PixelPass(ReferencePixelPass):
         super().__call__(outputs, images, block)
         # A picture with a stencil is the run's own, all others are the reference's.
         own = any(id(image) in self.oracle.carried for image in images)
-        if id(self.step) in self.oracle.known and not own:
+        if id(self.step) in self.oracle.known and not own and self.oracle.watch_of(self.step) is None:
             self.oracle.found[id(self.step)] = self.oracle.known[id(self.step)]
         else:
             self.oracle.found[id(self.step)] = self._allowed(outputs, images, block)
 
     def _allowed(self, outputs: Sequence[Storage], images: Sequence[Storage], block: Block) -> list[Allowed]:
         width, height = self.step.size
-        stage = StageOracle(self.stage, block, [name for name, _ in self.step.images], images, self.oracle.carried)
+        names, watch = [name for name, _ in self.step.images], self.oracle.watch_of(self.step)
+        stage = StageOracle(self.stage, block, names, images, self.oracle.carried, watch)
         y, x = np.divmod(np.arange(width * height), width)
         bounds = stage.bounds(
             width * height,
@@ -104,6 +117,7 @@ class _PixelPass(ReferencePixelPass):
             Allowed(
                 stored(output.format, values).map(lambda v: v.reshape(height, width, -1)),
                 bounds.ambiguous.reshape(height, width),
+                bounds.unpromised.reshape(height, width),
                 bounds.names,
             )
             for output, values in zip(outputs, bounds.outputs, strict=True)
@@ -120,8 +134,9 @@ class _DrawPass(ReferenceDrawPass):
         vertex: Block, fragment: Block,
     ) -> None:  # fmt: skip
         draw = DrawOracle(
-            self, outputs, depth, images, geometry, vertex, fragment, self.oracle.snapped, self.oracle.carried
-        )
+            self, outputs, depth, images, geometry, vertex, fragment, self.oracle.snapped, self.oracle.carried,
+            self.oracle.watch_of(self.step),
+        )  # fmt: skip
         if depth is not None and self.step.depth_clear is None and id(depth) in self.oracle.carried:
             draw.state.depth = self.oracle.carried[id(depth)].map(np.copy)
             draw.state.stencil = self.oracle.stencils[id(depth)]
@@ -134,8 +149,9 @@ class _DrawPass(ReferenceDrawPass):
         if state.depth is not None:
             values.append(state.depth.map(lambda x: x[:, None]))
         ambiguous = state.ambiguous.reshape(height, width)
+        unpromised = ambiguous & ~state.turned.reshape(height, width)
         self.oracle.found[id(self.step)] = [
-            Allowed(v.map(lambda x: x.reshape(height, width, -1)), ambiguous, draw.names) for v in values
+            Allowed(v.map(lambda x: x.reshape(height, width, -1)), ambiguous, unpromised, draw.names) for v in values
         ]
         super().__call__(outputs, depth, images, geometry, vertex, fragment)
 

@@ -103,6 +103,7 @@ class Bounds:
     outputs : an interval (lanes, components) for each result
     surely, perhaps : lanes whose result is kept on every path, on some path
     ambiguous : lanes whose paths lead to results that lie apart, and those of which nothing is known
+    unpromised : those of which nothing is known, though no decision is to blame: an operation promises nothing there
     names : what straddled, by operation: how many lanes met it
     """
 
@@ -110,6 +111,7 @@ class Bounds:
     surely: Lanes
     perhaps: Lanes
     ambiguous: Lanes
+    unpromised: Lanes
     names: Counter[str]
 
 
@@ -264,7 +266,7 @@ class _Search:
 
     def result(self) -> Bounds:
         outputs = []
-        ambiguous = self.lost | self.vague
+        turned, unpromised = self.lost | self.vague, np.zeros(len(self.lost), np.bool_)
         first_order = self.first_order[:, None]
         for i in range(len(self.lo)):
             low, high = self.first_order_bounds(i, slice(None))
@@ -272,10 +274,10 @@ class _Search:
             found = Interval(lo, hi, self.nan[i])
             # Sums of widths are rounded themselves, in float64.
             apart = found.width > self.widths[i] * (1 + 1e-12)
-            ambiguous |= (apart & (self.paths > 1)[:, None]).any(axis=1)
+            turned |= (apart & (self.paths > 1)[:, None]).any(axis=1)
             lost = (self.lost | self.unbounded[i])[:, None]
             outputs.append(Interval(np.where(lost, -np.inf, lo), np.where(lost, np.inf, hi), self.nan[i] | lost))
             # Where anything goes, nothing was checked.
-            ambiguous |= ((outputs[i].lo == -np.inf) & (outputs[i].hi == np.inf)).any(axis=1)
+            unpromised |= ((outputs[i].lo == -np.inf) & (outputs[i].hi == np.inf)).any(axis=1)
         surely = self.surely & ~(self.lost & self.discards)
-        return Bounds(outputs, surely, self.perhaps | self.lost, ambiguous, self.names)
+        return Bounds(outputs, surely, self.perhaps | self.lost, turned | unpromised, unpromised & ~turned, self.names)

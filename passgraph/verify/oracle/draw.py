@@ -21,6 +21,7 @@ from passgraph.verify.oracle.domain import Bounded
 from passgraph.verify.oracle.interval import Interval
 from passgraph.verify.oracle.merge import State
 from passgraph.verify.oracle.stage import StageOracle
+from passgraph.verify.oracle.watch import Watch
 
 Ints = NDArray[np.int64]
 
@@ -31,6 +32,7 @@ class DrawOracle:
     def __init__(
         self, made: ReferenceDrawPass, outputs: Sequence[Storage], depth: Storage | None, images: Sequence[Storage],
         geometry: Geometry, vertex: Block, fragment: Block, snapped: bool, carried: Mapping[int, Interval],
+        watch: Watch | None = None,
     ) -> None:  # fmt: skip
         self.pass_, self.step = made, made.step
         self.geometry, self.snapped = geometry, snapped
@@ -38,7 +40,7 @@ class DrawOracle:
         self.fragment: StageOracle | None = None
         if made.fragment is not None:
             self.fragment = StageOracle(
-                made.fragment, fragment, [name for name, _ in made.step.images], images, carried
+                made.fragment, fragment, [name for name, _ in made.step.images], images, carried, watch
             )
         self.state = State.before(made.step, outputs, depth)
         self.names: Counter[str] = Counter()
@@ -76,15 +78,15 @@ class DrawOracle:
             there, at, here = fragments.take(layer), pixel[layer], depth.take(layer)
             surely, perhaps = there.surely, np.ones(len(layer), np.bool_)
             colours: list[Interval] = []
-            doubtful = np.zeros(len(layer), np.bool_)
+            turned = unpromised = np.zeros(len(layer), np.bool_)
             if self.fragment is not None:
                 possible = self.state.may_pass(at, here)
                 there, at, here = there.take(possible), at[possible], here.take(possible)
                 shaded = self._shade(found, there, here)
                 surely, perhaps, colours = there.surely & shaded.surely, shaded.perhaps, shaded.outputs
-                doubtful = shaded.ambiguous
+                turned, unpromised = shaded.ambiguous & ~shaded.unpromised, shaded.unpromised
                 self.names.update(shaded.names)
-            self.state.add(at, here, surely, perhaps, colours, doubtful)
+            self.state.add(at, here, surely, perhaps, colours, turned, unpromised)
 
     def _shade(self, found: Triangles, fragments: Fragments, depth: Interval) -> Bounds:
         """The fragment kernel's results; nothing is known of what a sliver shows."""
@@ -98,7 +100,7 @@ class DrawOracle:
         }
         for name, (columns, shape) in self.pass_.varyings.items():
             builtins[name] = partial(_varying, found, fragments, columns, shape)
-        bounds = self.fragment.bounds(len(fragments), builtins)
+        bounds = self.fragment.bounds(len(fragments), builtins, fragments.y * width + fragments.x)
         sliver = found.sliver[fragments.triangle]
         outputs = [
             Interval(
@@ -108,7 +110,9 @@ class DrawOracle:
             )
             for o in bounds.outputs
         ]
-        return Bounds(outputs, bounds.surely, bounds.perhaps, bounds.ambiguous | sliver, bounds.names)
+        return Bounds(
+            outputs, bounds.surely, bounds.perhaps, bounds.ambiguous | sliver, bounds.unpromised & ~sliver, bounds.names
+        )
 
 
 def _varying(found: Triangles, fragments: Fragments, columns: slice, shape: tuple[int, ...]) -> Interval:

@@ -50,7 +50,12 @@ class State:
     colours: list[Layer]
     depth: Interval | None  # (pixels,)
     stencil: tuple[Ints, Ints] | None  # lowest and highest value of each pixel
-    ambiguous: Lanes
+    turned: Lanes  # pixels that hang on a decision
+    unpromised: Lanes  # pixels where the kernel's own operations promise nothing
+
+    @property
+    def ambiguous(self) -> Lanes:
+        return np.asarray(self.turned | self.unpromised)
 
     @classmethod
     def before(cls, step: DrawStep, outputs: Sequence[Storage], depth: Storage | None) -> State:
@@ -76,7 +81,7 @@ class State:
                 held = depth.stencil.reshape(-1).astype(np.int64)
                 held = held if step.depth_clear is None else np.full(count, state.clear_stencil, np.int64)
                 stencils = held.copy(), held.copy()
-        return cls(step, colours, depths, stencils, np.zeros(count, np.bool_))
+        return cls(step, colours, depths, stencils, *(np.zeros(count, np.bool_) for _ in range(2)))
 
     def may_pass(self, at: Ints, depth: Interval) -> Ints:
         """Fragments that the depth and stencil tests need not drop; dropped ones may still change the stencil."""
@@ -86,15 +91,17 @@ class State:
         return np.flatnonzero(can_pass)
 
     def add(
-        self, at: Ints, depth: Interval, surely: Lanes, perhaps: Lanes, colours: Sequence[Interval], doubtful: Lanes
-    ) -> None:
-        """At most one fragment a pixel; of ``doubtful`` ones the colours hang on a decision."""
+        self, at: Ints, depth: Interval, surely: Lanes, perhaps: Lanes, colours: Sequence[Interval], turned: Lanes,
+        unpromised: Lanes,
+    ) -> None:  # fmt: skip
+        """At most one fragment a pixel; the colours of some hang on a decision, nothing is promised of others."""
         surely = surely & perhaps
         if self.depth is not None:
             surely, perhaps = self._tests(at, depth, surely, perhaps, self.depth)
         if not any(layer.blend for layer in self.colours):
-            self.ambiguous[at[surely]] = False
-        self.ambiguous[at[perhaps & doubtful]] = True
+            self.turned[at[surely]] = self.unpromised[at[surely]] = False
+        self.turned[at[perhaps & turned]] = True
+        self.unpromised[at[perhaps & unpromised]] = True
         for layer, colour in zip(self.colours, colours, strict=False):
             self._write(layer, at, colour, surely, perhaps)
 
@@ -150,7 +157,7 @@ class State:
         open_ = perhaps & ~surely
         both = iv.hull(old, new)
         apart = (both.width > np.maximum(old.width, new.width)).any(axis=1) | (old.nan != new.nan).any(axis=1)
-        self.ambiguous[at] |= open_ & apart
+        self.turned[at] |= open_ & apart
         _put(layer.values, at, new, surely, perhaps)
 
 

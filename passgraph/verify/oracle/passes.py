@@ -18,6 +18,7 @@ from passgraph.plan.reach import inputs_behind
 from passgraph.run.admission import admitted_picture, bound_to
 from passgraph.run.execution import Execution
 from passgraph.verify.oracle.backend import Allowed, OracleBackend
+from passgraph.verify.oracle.watch import Watch
 
 Picture: TypeAlias = NDArray[np.float32]
 #: (frame, step, resource)
@@ -105,3 +106,10 @@ class Passes:
                 self._known = oracle.found
             self.found[snaps] = expected, allowed
         return self.found[snaps]
+
+    def watched(self, snaps: bool, step: int) -> Watch:
+        """Why a step's bounds are what they are: runs the graph once more and takes notes there."""
+        watch = Watch(self.plan.steps[step])
+        for _ in self.written(OracleBackend(snaps, self._known, watch)):
+            pass
+        return watch

@@ -22,6 +22,7 @@ from passgraph.verify.oracle.decisions import Bounds, Ints, Lanes, Track, explor
 from passgraph.verify.oracle.domain import Bounded, IntervalDomain
 from passgraph.verify.oracle.functions import increasing
 from passgraph.verify.oracle.interval import Interval
+from passgraph.verify.oracle.watch import Watch, WatchedInterpreter
 
 #: Stage value → its value in all lanes, (lanes or 1, …), asked only where the kernel reads it.
 Builtins = Mapping[str, Callable[[], Bounded]]
@@ -47,7 +48,9 @@ class StageOracle:
         names: Sequence[str] = (),
         storages: Sequence[Storage] = (),
         carried: Mapping[int, Interval] | None = None,
+        watch: Watch | None = None,
     ) -> None:
+        self.watch = watch
         self.bound: BoundStage = stage.bind(block, names, storages)
         self.formats = {name: storage.format for name, storage in zip(names, storages, strict=True)}
         self._whole: dict[str, Interval] = {}
@@ -71,8 +74,9 @@ class StageOracle:
             self._whole[image] = Interval(np.fmin.reduce(low, keepdims=True), np.fmax.reduce(high, keepdims=True), nan)
         return self._whole[image]
 
-    def bounds(self, count: int, builtins: Builtins) -> Bounds:
-        """Of every result in every lane."""
+    def bounds(self, count: int, builtins: Builtins, pixels: Ints | None = None) -> Bounds:
+        """Of every result in every lane; who watches is told which pixel of the target each lane is."""
+        pixels = np.arange(count) if pixels is None else pixels
         made: dict[str, Bounded] = {}
 
         def builtin(name: str) -> Bounded:
@@ -86,7 +90,10 @@ class StageOracle:
         def run(lanes: Ints, track: Track) -> tuple[list[Interval], Lanes | None]:
             domain = IntervalDomain(track)
             around = _Around(self, builtin, lanes, track)
-            values, keep = Interpreter(program, domain, around).run()
+            interpreter: Interpreter[Bounded, Lanes] = Interpreter(program, domain, around)
+            if self.watch is not None and track.forced.shape[1] == 0:  # the first path of each lane
+                interpreter = WatchedInterpreter(program, domain, around, self.watch, pixels[lanes])
+            values, keep = interpreter.run()
             results = []
             for result, size in zip(program.results, sizes, strict=True):
                 value = values[result.name]

@@ -1,0 +1,163 @@
+"""What a context has: which OpenGL, which extensions and switches.  Asked once, when its functions are loaded."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from passgraph.errors import DeviceMissingError
+
+Version = tuple[int, int]
+_VERSION, _EXTENSIONS, _EXTENSION_COUNT, _NO_ERROR = 0x1F02, 0x1F03, 0x821D, 0
+#: The oldest of each kind that has all that passes need.
+OLDEST_DESKTOP, OLDEST_ES = (3, 3), (3, 0)
+
+FRAMEBUFFER_SRGB = 0x8DB9
+#: Always off: what a host program may have left on and what would change pictures.
+OFF = (
+    0x0C11,  # scissor test
+    0x864F,  # depth clamp
+    0x8C89,  # rasterizer discard
+    FRAMEBUFFER_SRGB,
+    0x0BD0,  # dithering
+    0x0BF2,  # logic operation
+    0x0B41,  # polygon smoothing
+    0x809E, 0x80A0, 0x8E51,  # sample alpha to coverage, sample coverage, sample mask
+    0x3000, 0x3001, 0x3002, 0x3003, 0x3004, 0x3005,  # clip distances
+)  # fmt: skip
+#: On in no context of ours: primitive restart (two), alpha to one, alpha test, clip distances, sampled shading.
+NEVER_OURS = (0x8F9D, 0x8D69, 0x809F, 0x0BC0, 0x3006, 0x3007, 0x8C36)
+
+
+@dataclass(frozen=True)
+class Where:
+    """Where something is to be found.
+
+    Attributes
+    ----------
+    desktop, es : the first version of OpenGL, and of OpenGL ES, that has it; None for none
+    extensions : that bring it, and what the names of its functions end with then
+    """
+
+    desktop: Version | None = None
+    es: Version | None = None
+    extensions: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Capabilities:
+    """Of one context.
+
+    Attributes
+    ----------
+    is_es : OpenGL ES, else desktop OpenGL
+    version : (major, minor)
+    extensions : names, such as "GL_EXT_texture_norm16"
+    off, never_ours : those of :data:`OFF` and :data:`NEVER_OURS` that can be switched here
+    """
+
+    is_es: bool
+    version: Version
+    extensions: frozenset[str]
+    off: tuple[int, ...] = OFF
+    never_ours: tuple[int, ...] = ()
+
+    def ending(self, where: Where) -> str | None:
+        """What names of functions end with that are found there; None where they are not.
+
+        >>> indexed = Where((3, 0), (3, 2), {"GL_OES_draw_buffers_indexed": "OES"})
+        >>> old = Capabilities(True, (3, 1), frozenset({"GL_OES_draw_buffers_indexed"}))
+        >>> old.ending(indexed), Capabilities(True, (3, 2), frozenset()).ending(indexed)
+        ('OES', '')
+        """
+        first = where.es if self.is_es else where.desktop
+        if first is not None and self.version >= first:
+            return ""
+        return next((ending for name, ending in where.extensions.items() if name in self.extensions), None)
+
+    def has(self, where: Where) -> bool:
+        return self.ending(where) is not None
+
+    @property
+    def always_encodes(self) -> bool:
+        """Whether what is written into an sRGB picture is encoded by the device, whatever is asked."""
+        return FRAMEBUFFER_SRGB not in self.off
+
+    @property
+    def skips_decoding(self) -> bool:
+        """Whether the numbers of an sRGB texture can be read as they are."""
+        return "GL_EXT_texture_sRGB_decode" in self.extensions
+
+    def not_kept(self) -> dict[str, str]:
+        """What channels hold (`Format.number`) that no picture can, and what is missing for it.
+
+        >>> Capabilities(True, (3, 0), frozenset()).not_kept()
+        {'u2': 'GL_EXT_texture_norm16'}
+        """
+        return {} if self.has(_SHORTS) else {"u2": "GL_EXT_texture_norm16"}
+
+    def not_drawn(self) -> dict[str, str]:
+        """What channels hold that no pass can write, and what is missing for it."""
+        missing = self.not_kept()
+        if not self.has(_HALVES):
+            missing["f2"] = "GL_EXT_color_buffer_half_float"
+        if not self.has(_FLOATS):
+            missing["f4"] = "GL_EXT_color_buffer_float"
+        return missing
+
+    def blends(self, number: str) -> bool:
+        """Whether draws can blend into channels that hold such numbers."""
+        return number != "f4" or self.has(_FLOAT_BLENDING)
+
+
+_SHORTS = Where((3, 3), None, {"GL_EXT_texture_norm16": ""})
+_HALVES = Where((3, 3), (3, 2), {"GL_EXT_color_buffer_float": "", "GL_EXT_color_buffer_half_float": ""})
+_FLOATS = Where((3, 3), (3, 2), {"GL_EXT_color_buffer_float": ""})
+_FLOAT_BLENDING = Where((3, 3), None, {"GL_EXT_float_blend": ""})
+
+
+def capabilities_of(gl: Any) -> Capabilities:
+    """What the current context has; ``gl`` has ``GetString``, ``GetStringi``, ``GetError``, ``IsEnabled``, ``integer``.
+
+    Raises
+    ------
+    DeviceMissingError
+        Where it is older than passes need.
+    """
+    text = (gl.GetString(_VERSION) or b"").decode(errors="replace")
+    is_es, version = version_of(text)
+    extensions = frozenset(
+        (gl.GetStringi(_EXTENSIONS, k) or b"").decode(errors="replace") for k in range(gl.integer(_EXTENSION_COUNT))
+    )
+
+    def known(switch: int) -> bool:
+        gl.IsEnabled(switch)
+        return bool(gl.GetError() == _NO_ERROR)
+
+    gl.drain()
+    off, never_ours = (tuple(filter(known, switches)) for switches in (OFF, NEVER_OURS))
+    return Capabilities(is_es, version, extensions, off, never_ours)
+
+
+def version_of(text: str) -> tuple[bool, Version]:
+    """Whether it is OpenGL ES, and its version, from what ``GL_VERSION`` says.
+
+    Raises
+    ------
+    DeviceMissingError
+        Where it is older than passes need.
+
+    >>> version_of("OpenGL ES 3.2 Mesa 22.3.6"), version_of("4.5 (Core Profile) Mesa 22.3.6")
+    ((True, (3, 2)), (False, (4, 5)))
+    """
+    is_es = text.startswith("OpenGL ES")
+    found = re.search(r"(\d+)\.(\d+)", text)
+    version = (int(found[1]), int(found[2])) if found else (0, 0)
+    if version < (OLDEST_ES if is_es else OLDEST_DESKTOP):
+        raise DeviceMissingError(
+            f"gl: the context is of {'' if is_es else 'OpenGL '}{text or 'an unknown version'}; passgraph needs OpenGL "
+            "3.3 or OpenGL ES 3.0; ask for a newer one where the window or the context is made"
+        )
+    return is_es, version

@@ -1,0 +1,75 @@
+"""Which GLSL a context takes: what stands before every shader."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from passgraph.backends.gl.capabilities import Capabilities
+
+_FULLSCREEN = """void main()
+{
+    gl_Position = vec4(gl_VertexID == 1 ? 3.0 : -1.0, gl_VertexID == 2 ? 3.0 : -1.0, 0.0, 1.0);
+}
+"""
+#: OpenGL ES keeps floats, ints and what is read from pictures in 16 bits unless told otherwise.
+_PRECISIONS = "precision highp float;\nprecision highp int;\nprecision highp sampler2D;"
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """One GLSL.
+
+    Attributes
+    ----------
+    version : the first line
+    rest : extensions, precisions, and ``PRECISE``, with which drivers leave float arithmetic in its order
+    is_precise : whether there may be something behind ``PRECISE``
+    """
+
+    version: str
+    rest: str
+    is_precise: bool = True
+
+    @property
+    def header(self) -> str:
+        return f"{self.version}\n{self.rest}"
+
+    @property
+    def fullscreen(self) -> str:
+        """A vertex shader: one triangle that covers the viewport."""
+        return f"{self.version}\n{_FULLSCREEN}"
+
+    @property
+    def no_colour(self) -> str:
+        """The fragment shader of a draw that writes depth and stencil only."""
+        return f"{self.version}\nvoid main()\n{{\n}}\n"
+
+
+#: Of desktop OpenGL.  ``precise`` comes through an extension.
+GLSL_330 = Dialect(
+    "#version 330 core",
+    """#ifdef GL_ARB_gpu_shader5
+#extension GL_ARB_gpu_shader5 : enable
+#define PRECISE precise
+#else
+#define PRECISE
+#endif""",
+)
+
+
+def dialect_of(has: Capabilities) -> Dialect:
+    """The one that a context takes: of OpenGL ES the newest, since ``precise`` came late.
+
+    >>> dialect_of(Capabilities(True, (3, 2), frozenset())).version
+    '#version 320 es'
+    >>> dialect_of(Capabilities(True, (3, 0), frozenset())).rest.splitlines()[0]
+    '#define PRECISE'
+    """
+    if not has.is_es:
+        return GLSL_330
+    if has.version >= (3, 2):
+        return Dialect("#version 320 es", f"#define PRECISE precise\n{_PRECISIONS}")
+    if has.version >= (3, 1) and "GL_EXT_gpu_shader5" in has.extensions:
+        enabled = "#extension GL_EXT_gpu_shader5 : enable\n#define PRECISE precise"
+        return Dialect("#version 310 es", f"{enabled}\n{_PRECISIONS}")
+    return Dialect("#version 300 es", f"#define PRECISE\n{_PRECISIONS}", is_precise=False)

@@ -1,0 +1,148 @@
+"""Entries of the gallery for what cameras and displays do: edges, lenses, film, lines."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+import passgraph as pg
+from docs.gallery_inputs import monastery, standing, street
+from docs.gallery_page import Entry, Panel
+from passgraph.effects import (
+    bloom,
+    chromatic_aberration,
+    depth_of_field,
+    film_grain,
+    fog,
+    fxaa,
+    outlines,
+    soft_shadow,
+    soft_shadow_passes,
+    supersampled,
+    tone_map,
+    vignette,
+)
+
+FRAME = pg.Input("frame")
+#: Of the table and the ducks, m; panels of edges are shown eight times as large.
+DUCK, ENLARGED = 2.75, 0.125
+
+
+def edges() -> list[Panel]:
+    scene = standing()
+    shown, size = soft_shadow(scene), (960, 540)
+    return [
+        Panel("none", shown, size=size, middle=ENLARGED),
+        Panel("fxaa", fxaa(shown), size=size, middle=ENLARGED),
+        Panel("fxaa, quality 39", fxaa(shown, "39"), size=size, middle=ENLARGED),
+        Panel("four samples a pixel", supersampled(shown), size=(1920, 1080), middle=ENLARGED),
+    ]
+
+
+def film() -> list[Panel]:
+    light, bytes_ = {"frame": street_light()}, {"frame": street()}
+    return [
+        Panel("as it is", tone_map(FRAME, curve="linear"), light),
+        Panel("vignette", tone_map(vignette(FRAME, 1.2), curve="linear"), light),
+        Panel("chromatic aberration", tone_map(chromatic_aberration(FRAME, 0.015), curve="linear"), light),
+        Panel("film grain", film_grain(FRAME, 0.07, size_px=1.5), bytes_),
+    ]
+
+
+def focus() -> list[Panel]:
+    scene = standing()
+    seen, lens = soft_shadow_passes(scene, display=False), 12.0 / math.tan(0.5 * scene.camera.vertical_fov_rad)
+
+    def at(distance: float, f_number: float, **options: int) -> pg.Target:
+        blurred = depth_of_field(seen.picture, seen.depth, distance, f_number, lens, unit_m=0.25, **options)
+        return tone_map(blurred, curve="linear")
+
+    return [
+        Panel("all in focus", soft_shadow(scene)),
+        Panel("the duck in front, f/1.4", at(DUCK, 1.4)),
+        Panel("the table, f/1.4", at(3.4, 1.4)),
+        Panel("the duck in front, f/5.6", at(DUCK, 5.6)),
+    ]
+
+
+def highlights() -> list[Panel]:
+    y, x = np.mgrid[0:360, 0:640]
+    lamps = np.zeros((360, 640, 4), np.float32)
+    lamps[..., :3] = 0.02 + 0.03 * (y / 360.0)[..., None]
+    for place in np.random.default_rng(2).uniform((20, 20), (620, 340), (60, 2)):
+        spot = np.hypot(x - place[0], y - place[1]) < 1.6
+        lamps[spot, :3] = np.random.default_rng(int(place[0])).uniform(5.0, 60.0, 3)
+    lamps[..., 3] = 1.0
+    given = {"frame": lamps, "depth": np.full((360, 640, 1), 30.0, np.float32)}
+
+    def through(blades: int) -> pg.Target:
+        blurred = depth_of_field(FRAME, pg.Input("depth"), 2.0, 1.8, 85.0, blades=blades, taps=160)
+        return tone_map(blurred, curve="reinhard")
+
+    return [Panel("round", through(0), given, middle=0.5), Panel("six blades", through(6), given, middle=0.5)]
+
+
+def lines() -> list[Panel]:
+    def drawn(scene: pg.Scene, **options: float) -> pg.Target:
+        seen, camera = soft_shadow_passes(scene), pg.Value("camera", pg.Camera, default=scene.camera)
+        return fxaa(outlines(seen.picture, seen.depth, camera=camera, **options))  # type: ignore[arg-type]
+
+    return [Panel("1 px", drawn(standing(), crease_rad=1.2)), Panel("2 px", drawn(monastery(), width_px=2, jump=0.004))]
+
+
+def street_light() -> np.ndarray[tuple[int, ...], np.dtype[np.float32]]:
+    from passgraph.srgb import srgb_to_linear
+
+    return srgb_to_linear(street())
+
+
+def finish() -> list[Panel]:
+    scene = standing()
+    seen, camera = soft_shadow_passes(scene, display=False), scene.camera
+    lens = 12.0 / math.tan(0.5 * camera.vertical_fov_rad)
+    air = fog(seen.picture, seen.depth, density=0.04, camera=camera, fog_color=(0.75, 0.6, 0.4))
+    blurred = depth_of_field(air, seen.depth, DUCK, 2.0, lens, unit_m=0.25)
+    light = vignette(bloom(blurred, threshold=0.5, intensity=0.5), camera.vertical_fov_rad, 4.0)
+    return [
+        Panel("as drawn", tone_map(seen.picture, curve="linear")),
+        Panel("finished", film_grain(fxaa(tone_map(light, 0.5, "aces")), 0.02)),
+    ]
+
+
+MOTORCYCLE = "the left picture of the stereo pair `skimage.data.stereo_motorcycle()`"
+TABLE = "`table/table.obj` and `duck.obj` of pybullet's data"
+
+LOOKS: tuple[Entry, ...] = (
+    Entry(
+        "Smooth edges", TABLE,
+        "The middle of each picture, enlarged. FXAA smooths edges of the finished picture; four samples a pixel see "
+        "more of the scene, at four times the work.",
+        edges, 2,
+    ),
+    Entry(
+        "Lens and film", MOTORCYCLE,
+        "Light that falls off toward the corners, colours magnified by their wavelength, and grain that is strongest "
+        "between black and white.",
+        film, 2,
+    ),
+    Entry(
+        "Depth of field", TABLE,
+        "A thin lens by its f-number, focal length and focus distance: what is near is blurred over what is sharp, and "
+        "what is sharp does not bleed into what is behind it.",
+        focus, 2,
+    ),
+    Entry(
+        "Highlights out of focus", "lamps from a random generator",
+        "Points become discs, or polygons of the aperture's blades, and keep their light.", highlights, 2,
+    ),
+    Entry(
+        "Outlines", f"{TABLE}; `samurai_monastry.obj`",
+        "Silhouettes and creases from distance alone, smoothed by FXAA; floors have no lines at any angle.", lines, 2,
+    ),
+    Entry(
+        "A finished picture", TABLE,
+        "Fog, depth of field, vignette, bloom, tone map, FXAA and grain as one graph ([finishing](finishing.md)).",
+        finish, 2,
+    ),
+)  # fmt: skip

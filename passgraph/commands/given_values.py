@@ -1,0 +1,178 @@
+"""Values of a graph's runs from the command line: ``--set NAME=VALUE``, typed by the kernel that takes them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from passgraph.arguments import shown
+from passgraph.commands.options import near
+from passgraph.errors import InputError
+from passgraph.graph.targets import Pass, PixelPass
+from passgraph.graph.values import OUTPUT_SIZE, Derived, Value, sources_of
+from passgraph.language.symbols import TYPE_MARKERS
+from passgraph.language.types import BOOL, FLOAT, INT, Array, Matrix, Scalar, Type, Vector
+
+if TYPE_CHECKING:
+    from passgraph.commands.own_file import Graph
+
+_BOOLS = {"true": True, "yes": True, "on": True, "1": True, "false": False, "no": False, "off": False, "0": False}
+#: Types that can be written on a command line, by name.
+_SCALARS = (BOOL, INT, FLOAT)
+_ALL: tuple[Scalar | Vector | Matrix, ...] = (
+    *_SCALARS,
+    *(Vector(element, size) for element in _SCALARS for size in (2, 3, 4)),
+    *(Matrix(size) for size in (2, 3, 4)),
+)
+_TYPES: dict[str, Type] = {str(type_): type_ for type_ in _ALL}
+
+
+class SettingType(click.ParamType[tuple[str, str]]):
+    """NAME=VALUE."""
+
+    name = "NAME=VALUE"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, str]:
+        if isinstance(value, tuple):
+            return value
+        name, sign, text = str(value).partition("=")
+        if not (name and sign and text.strip()):
+            self.fail(f"{shown(str(value))} is not NAME=VALUE, such as exposure=0.5 or tint=1,0.9,0.8", param, ctx)
+        return name, text
+
+
+def declared(graph: Graph) -> dict[str, tuple[Value, Type | None]]:
+    """The run values behind a graph with the types that kernels take them as; None where they are no plain numbers."""
+    from passgraph.plan.reach import passes_behind
+
+    found: dict[str, tuple[Value, Type | None]] = {}
+    for node in passes_behind(list(graph.values())):
+        for parameter, given in node.values.items():
+            for source in sources_of({parameter: given}):
+                if source is not OUTPUT_SIZE:
+                    # What is derived on the host is of the kernel's type; its source is of its own.
+                    type_ = _own_type(source) if isinstance(given, Derived) else _parameter_type(node, parameter)
+                    found.setdefault(source.name, (source, type_))
+    return found
+
+
+def _own_type(value: Value) -> Type | None:
+    try:
+        return _TYPES.get(TYPE_MARKERS.get(value.type, ""))
+    except TypeError:  # a class that cannot be a key
+        return None
+
+
+def _parameter_type(node: Pass, name: str) -> Type | None:
+    kernels = (node.kernel,) if isinstance(node, PixelPass) else (node.vertex, node.fragment)
+    for kernel in kernels:
+        for parameter in () if kernel is None else kernel.parameters:
+            if parameter.name == name.rpartition("/")[2]:
+                plain = isinstance(parameter.type, (Scalar, Vector, Matrix, Array))
+                return parameter.type if plain else None
+    return None
+
+
+def known_values(graphs: Mapping[str, Graph], settings: Sequence[tuple[str, str]]) -> None:
+    """Raise InputError for a name that no graph takes, with the nearest."""
+    known = sorted({name for graph in graphs.values() for name in declared(graph)})
+    for name, _ in settings:
+        if name not in known:
+            raise InputError(
+                f"--set: there is no value {shown(name)}{near(name, known)}; there are {', '.join(known) or 'none'}"
+            )
+
+
+def run_values(name: str, graph: Graph, settings: Mapping[str, str]) -> dict[str, object]:
+    """Values of a graph's run, by name.
+
+    Raises
+    ------
+    InputError
+        For a text that does not fit the kernel's declaration, and for a value without a default that is not given.
+    """
+    given: dict[str, object] = {}
+    for value, (handle, type_) in declared(graph).items():
+        if value in settings:
+            given[value] = _read(value, settings[value], handle, type_)
+        elif handle.default is None:
+            raise InputError(f"{name}: value {value!r} has no default; give {_way(value, handle, type_)}")
+    return given
+
+
+def _way(name: str, handle: Value, type_: Type | None) -> str:
+    if type_ is None:
+        kind = getattr(handle.type, "__name__", str(handle.type))
+        return (
+            f"it one in the file, pg.Value({name!r}, {kind}, default=…): a {kind} cannot be written on a command line"
+        )
+    return f"--set {name}={_example(type_)} ({type_})"
+
+
+def _example(type_: Type) -> str:
+    if isinstance(type_, Scalar):
+        return {"float": "0.5", "int": "2", "bool": "true"}[type_.name]
+    if isinstance(type_, Vector):
+        parts = {"float": ("1", "0.9", "0.8", "1"), "int": ("1", "2", "3", "4"), "bool": ("true", "false") * 2}
+        return ",".join(parts[type_.element.name][: type_.size])
+    if isinstance(type_, Matrix):
+        rows = (",".join(str(int(row == column)) for column in range(type_.size)) for row in range(type_.size))
+        return ";".join(rows)
+    assert isinstance(type_, Array)
+    return ";".join([_example(type_.element)] * min(type_.length, 3))
+
+
+def _read(name: str, text: str, handle: Value, type_: Type | None) -> object:
+    from passgraph.language.layout import components
+
+    if type_ is None:
+        raise InputError(f"--set {name}: {_way(name, handle, type_)}")
+    words = [word for word in re.split(r"[\s,;]+", text.strip()) if word]
+    parts, left = _taken(type_, words, f"--set {name}={shown(text)[1:-1]}")
+    wanted = _count(type_)
+    if left or len(words) != wanted:
+        raise InputError(
+            f"--set {name}: {name} is {type_}, expected {wanted} number{'s' if wanted > 1 else ''} such as "
+            f"{_example(type_)}{' (row by row)' if isinstance(type_, Matrix) else ''}, got {len(words)}"
+        )
+    components(parts, type_, f"--set {name}")  # refuses what float32 and ints do not hold
+    return parts
+
+
+def _count(type_: Type) -> int:
+    if isinstance(type_, Matrix):
+        return type_.size**2
+    if isinstance(type_, Vector):
+        return type_.size
+    return type_.length * _count(type_.element) if isinstance(type_, Array) else 1
+
+
+def _taken(type_: Type, words: list[str], where: str) -> tuple[Any, list[str]]:
+    """A value of a type from the first words, and the words behind it; what is missing is left out."""
+    if isinstance(type_, Scalar):
+        return (_number(type_, words[0], where), words[1:]) if words else (None, [])
+    if isinstance(type_, Vector):
+        element, length = type_.element, type_.size
+    elif isinstance(type_, Matrix):
+        element, length = Vector(FLOAT, type_.size), type_.size  # type: ignore[assignment]
+    else:
+        assert isinstance(type_, Array)
+        element, length = type_.element, type_.length  # type: ignore[assignment]
+    made = []
+    for _ in range(length):
+        one, words = _taken(element, words, where)
+        made.append(one)
+    return made, words
+
+
+def _number(type_: Scalar, word: str, where: str) -> bool | int | float:
+    try:
+        if type_ == BOOL:
+            return _BOOLS[word.lower()]
+        return int(word) if type_ == INT else float(word)
+    except (KeyError, ValueError):
+        expected = {"bool": "true or false", "int": "a whole number", "float": "a number"}[type_.name]
+        raise InputError(f"{where}: expected {expected} such as {_example(type_)}, got {shown(word)}") from None

@@ -1,0 +1,69 @@
+"""What ``check`` and ``compare`` say alike: the option of how much may be undecided, and verdicts in words."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from passgraph.commands.options import FiniteRange
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from passgraph.verify.report import Report
+
+Decorated = TypeVar("Decorated", bound=Callable[..., Any])
+
+#: Columns where no terminal sets a width: tables keep theirs.
+WIDTH = 200
+
+
+def most_ambiguous_option(command: Decorated) -> Decorated:
+    from passgraph.verify.report import MOST_AMBIGUOUS
+
+    return click.option(
+        "--most-ambiguous", type=FiniteRange(0.0, 1.0), default=MOST_AMBIGUOUS, show_default=True, metavar="SHARE",
+        help="Share of a target's pixels that may hang on decisions that rounding turns; beyond it: undecided.",
+    )(command)  # fmt: skip
+
+
+def console() -> Console:
+    from rich.console import Console
+
+    return Console(highlight=False, width=None if sys.stdout.isatty() else WIDTH)
+
+
+def say_equality(on: Console, report: Report, name: str = "") -> None:
+    """What is asked first: whether backends made the same bits."""
+    if report.equality:
+        on.print(f"{name}{': ' if name else ''}{report.equality}", markup=False, soft_wrap=True)
+
+
+def say_faults(on: Console, report: Report, name: str = "", made: Sequence[str] = ()) -> None:
+    """Why backends did not pass, once where it is the same of several; errors keep their lines.
+
+    ``made``: inputs that nobody gave.
+    """
+    who: dict[str, list[str]] = {}
+    for backend in report.backends:
+        if not backend.missing:
+            for fault in backend.faults:
+                who.setdefault(fault, []).append(backend.name)
+    for fault, names in who.items():
+        on.print(f"{name}{' on ' if name else ''}{', '.join(names)}: {fault}", markup=False, soft_wrap=True)
+    targets = [target for backend in report.backends for target in backend.targets]
+    if made and any(target.other_kind for target in targets):
+        on.print(
+            f"What was made for {', '.join(made)} holds negative, huge and tiny numbers on purpose; where yours never do, "
+            "give a picture: --input NAME=FILE",
+            markup=False, soft_wrap=True,
+        )  # fmt: skip
+    if any(target.undecided for target in targets):
+        on.print(
+            "Undecided is no pass: keep the kernel off such decisions, or give it pictures that do (--input); where it "
+            "is meant to be so: --most-ambiguous SHARE",
+            markup=False, soft_wrap=True,
+        )  # fmt: skip

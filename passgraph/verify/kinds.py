@@ -1,0 +1,154 @@
+"""NaN or infinity where the reference has a number, or the reverse: what bounds allow and pictures do not forgive.
+
+Where an operation is given what it promises nothing for, the bounds allow everything, NaN too: a backend that writes
+NaN there conforms.  But one NaN in a picture grows with each blur behind it, so whoever checks a kernel of their own
+wants to hear of it.  So ``check`` and ``compare`` refuse it.  The conformance suite does not: it judges backends, and
+its cases give operations such numbers on purpose, to see that nothing worse comes of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.language.operations import OPERATIONS
+from passgraph.plan.data import CopyStep, Plan
+from passgraph.verify.oracle.backend import Allowed
+from passgraph.verify.oracle.passes import Key, Passes, Picture
+from passgraph.verify.oracle.watch import Cause, Watch
+
+#: How a kernel keeps off what an operation promises nothing for; of other operations, numbers that are too large.
+MENDS = {
+    "sqrt": "sqrt(max(x, 0.0))",
+    "inversesqrt": "inversesqrt(max(x, 1e-12))",
+    "log": "log(max(x, 1e-6))",
+    "log2": "log2(max(x, 1e-6))",
+    "pow": "pow(max(x, 0.0), y)",
+    "div": "x / max(y, 1e-6)",
+    "mod": "mod(x, max(y, 1e-6))",
+    "asin": "asin(clamp(x, -1.0, 1.0))",
+    "acos": "acos(clamp(x, -1.0, 1.0))",
+    "normalize": "v / max(length(v), 1e-6)",
+}
+SMALLER = "min(x, 65504.0) on what goes in"
+#: Causes that are told, in the order in which the kernel computes them.
+MOST_CAUSES = 3
+
+
+@dataclass(frozen=True)
+class OtherKind:
+    """Where one target holds values of another kind than the reference's, though no decision is to blame.
+
+    Attributes
+    ----------
+    share : of the pixels
+    pixel : (column, row) of the first
+    got, expected : all channels of that pixel
+    reads : what the pass reads at this very pixel, by the kernel's name of the image
+    causes : operations whose result may be NaN or infinite there where no argument is, in the kernel's order
+    """
+
+    share: float
+    pixel: tuple[int, int]
+    got: tuple[float, ...]
+    expected: tuple[float, ...]
+    reads: tuple[tuple[str, tuple[float, ...]], ...]
+    causes: tuple[Cause, ...]
+
+    def __str__(self) -> str:
+        column, row = self.pixel
+        given = "".join(f", given {name} = {numbers(values)}" for name, values in self.reads)
+        return (
+            f"NaN or infinity where the reference has numbers, or the reverse, at {self.share:.3%} of pixels, such as "
+            f"column {column}, row {row}: {numbers(self.got)} where the reference has {numbers(self.expected)}{given}. "
+            f"{self.why}"
+        )
+
+    @property
+    def why(self) -> str:
+        """Why bounds allow both, and how to mend it in the kernel."""
+        if not self.causes:
+            return (
+                "The bounds allow both, since what is stored may lie beyond the largest number of the format; "
+                f"mend the kernel: {SMALLER}, or a format that holds more"
+            )
+        causes = list({str(cause): cause for cause in self.causes}.values())[:MOST_CAUSES]
+        mends = dict.fromkeys(MENDS.get(cause.operation, SMALLER) for cause in causes)
+        reasons = " and ".join(f"{cause} {_reason(cause.operation)}" for cause in causes)
+        return f"The bounds allow both, since {reasons}; mend the kernel there, such as: {', or '.join(mends)}"
+
+
+def numbers(values: tuple[float, ...]) -> str:
+    """As float32 values are told apart.
+
+    >>> numbers((0.1, float("nan")))
+    '(0.1, nan)'
+    """
+    return f"({', '.join(str(np.float32(value)) for value in values)})"
+
+
+def _reason(operation: str) -> str:
+    if operation in ("div", "mod"):
+        return "may divide by 0, or what is too large"
+    if operation == "pow":
+        return "promises nothing below 0, and may leave the range of float32"
+    if operation == "normalize":
+        return "may be given a vector without a length"
+    low, high = OPERATIONS[operation].domain_of(0).promised if operation in OPERATIONS else (-np.inf, np.inf)
+    if low > -np.inf:
+        below = "at 0 and below" if operation in ("log", "log2") or low > 0 else f"below {low:g}"
+        return f"promises nothing {below}" + (f" and above {high:g}" if high < 1e30 else "")
+    return "may leave the range of float32"
+
+
+def other_kind(got: Picture, expected: Picture, allowed: Allowed) -> NDArray[np.bool_]:
+    """Pixels (height, width) of another kind than the reference's where no decision is to blame."""
+    same = (np.isnan(got) == np.isnan(expected)) & (np.isinf(got) == np.isinf(expected))
+    turned = allowed.ambiguous & ~allowed.unpromised
+    return np.asarray(~same.all(axis=2) & ~turned)
+
+
+def told(
+    passes: Passes, key: Key, pixels: NDArray[np.bool_], got: Picture, expected: dict[Key, Picture], watch: Watch
+) -> OtherKind:
+    """The first of some pixels, and what is known of it."""
+    row, column = (int(i) for i in np.argwhere(pixels)[0])
+    causes = watch.opened_at(row * pixels.shape[1] + column)
+    return OtherKind(
+        float(pixels.mean()),
+        (column, row),
+        _values(got[row, column]),
+        _values(expected[key][row, column]),
+        _reads(passes, key, expected, row, column),
+        causes,
+    )
+
+
+def _values(pixel: NDArray[np.floating]) -> tuple[float, ...]:
+    return tuple(float(value) for value in pixel)
+
+
+def _reads(
+    passes: Passes, key: Key, expected: dict[Key, Picture], row: int, column: int
+) -> tuple[tuple[str, tuple[float, ...]], ...]:
+    """Images of the same size at the same pixel: mostly what the values come from."""
+    frame, number, _ = key
+    plan: Plan = passes.plan
+    step = plan.steps[number]
+    if isinstance(step, CopyStep):
+        return ()
+    inputs = {resource: name for name, resource in plan.inputs.items()}
+    found = []
+    for name, resource in step.images:
+        if plan.resources[resource].size != step.size:
+            continue
+        written = [expected[k] for k in expected if k[0] == frame and k[1] < number and k[2] == resource]
+        if written:
+            found.append((name, _values(written[-1][row, column])))
+        elif resource in inputs:
+            given = np.asarray(passes.frames[frame][0][inputs[resource]][row, column])
+            steps = plan.resources[resource].format.steps if given.dtype.kind == "u" else 0
+            found.append((name, _values(given / np.float32(steps or 1))))
+    return tuple(found)

@@ -1,0 +1,106 @@
+"""Why the bounds of a pass say what they say: where its kernel decides, and where NaN or infinity may first arise.
+
+Looking costs time, so the oracle does it for one step at a time and only where someone asks
+(:meth:`passgraph.verify.oracle.passes.Passes.watched`).
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.backends.reference.domain import Surroundings
+from passgraph.backends.reference.interpreter import Interpreter
+from passgraph.language import ir
+from passgraph.language.source import NOWHERE, Span
+from passgraph.plan.data import Step
+from passgraph.verify.oracle.decisions import Track
+from passgraph.verify.oracle.domain import Bounded, IntervalDomain
+from passgraph.verify.oracle.interval import Interval, Lanes
+
+Ints = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Cause:
+    """An operation at a place of a kernel's text.
+
+    >>> str(Cause("sqrt", Span("own.py", 7, 4, 8, "y = sqrt(x)")))
+    'sqrt (own.py:7)'
+    """
+
+    operation: str
+    span: Span = NOWHERE
+
+    def __str__(self) -> str:
+        return self.operation if self.span.line == 0 else f"{self.operation} ({self.span.file}:{self.span.line})"
+
+
+@dataclass(eq=False)
+class Watch:
+    """What is seen of one step, along the first path of each pixel.
+
+    Attributes
+    ----------
+    decisions : what rounding may turn, and in how many pixels (of a draw: fragments)
+    opened : operations whose result may be NaN or infinite where no argument may be; pixels, row by row.  In the
+        order in which the kernel computes them
+    """
+
+    step: Step
+    decisions: Counter[Cause] = field(default_factory=Counter)
+    opened: dict[Cause, list[Ints]] = field(default_factory=dict)
+
+    def opened_at(self, pixel: int) -> tuple[Cause, ...]:
+        return tuple(cause for cause, parts in self.opened.items() if any((part == pixel).any() for part in parts))
+
+
+class WatchedInterpreter(Interpreter[Bounded, Lanes]):
+    """Notes what each operation does; ``pixels`` says where the lanes are."""
+
+    def __init__(
+        self, program: ir.TypedKernel, domain: IntervalDomain, around: Surroundings[Bounded], watch: Watch, pixels: Ints
+    ) -> None:
+        super().__init__(program, domain, around)
+        self.track, self.watch, self.pixels = domain.track, watch, pixels
+
+    def value(self, expression: ir.Expr) -> Bounded:
+        if not isinstance(expression, ir.Apply):
+            return super().value(expression)
+        arguments = [self.value(argument) for argument in expression.arguments]
+        names, doubt = self.track.names.copy(), _doubt(self.track)
+        made = self.domain.apply(expression.operation, arguments)
+        for name, count in (self.track.names - names).items():
+            self.watch.decisions[Cause(name, expression.span)] += count
+        wider = _doubt(self.track) - doubt
+        if wider:
+            self.watch.decisions[Cause(expression.operation, expression.span)] += wider
+        self._note_opened(expression, arguments, made)
+        return made
+
+    def _note_opened(self, expression: ir.Apply, arguments: Sequence[Bounded], made: Bounded) -> None:
+        if not isinstance(made, Interval):
+            return
+        fresh = _special(made)
+        for argument in arguments:
+            if isinstance(argument, Interval):
+                fresh = fresh & ~_special(argument)
+        lanes = np.flatnonzero(np.broadcast_to(fresh, self.pixels.shape) & self.track.active)
+        if len(lanes):
+            found = self.watch.opened.setdefault(Cause(expression.operation, expression.span), [])
+            found.append(self.pixels[lanes])
+
+
+def _doubt(track: Track) -> int:
+    """Lanes that met a jump with too many ways to try them."""
+    return int((track.wide | track.vague | track.lost).sum())
+
+
+def _special(a: Interval) -> Lanes:
+    """Lanes of which a component may be NaN or infinite."""
+    special = a.nan | np.isnan(a.lo) | np.isinf(a.lo) | np.isinf(a.hi)
+    return np.asarray(special.reshape(len(a), -1).any(axis=1))

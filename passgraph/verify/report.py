@@ -1,0 +1,249 @@
+"""What :func:`passgraph.verify.compare.compare` found: for each backend and target, figures and a verdict in words."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from passgraph.formats import Format
+from passgraph.plan.data import Plan
+from passgraph.verify.kinds import OtherKind, numbers
+from passgraph.verify.oracle.passes import Picture
+from passgraph.verify.oracle.watch import Cause
+
+#: Share of pixels of a target that may be ambiguous before there is no verdict.
+MOST_AMBIGUOUS = 0.05
+#: Share of pixels of a target of which operations may promise nothing before there is no verdict.  Pictures that are
+#: made for a check hold what operations promise nothing for in a quarter of their pixels, and passes read around.
+MOST_UNPROMISED = 0.5
+#: Decisions that are told, those of most pixels.
+MOST_TOLD = 3
+
+
+@dataclass(frozen=True)
+class TargetReport:
+    """What one pass wrote into one target on one backend, given the reference's pictures to work on.
+
+    Attributes
+    ----------
+    step, target : names
+    format : of the target
+    max_error, rmse : against the reference, of all values of all channels
+    differing : share of pixels whose values are not the very same
+    outside : share of pixels with a value that no conforming backend may have
+    ambiguous : share of pixels where rounding may turn a decision, and the outcomes lie apart
+    unpromised : share of other pixels where an operation promises nothing for what it is given
+    decisions : operations that rounding may turn, and in how many pixels, most first
+    worst : (column, row) of the pixel that is farthest outside; where none is, of the largest error
+    worst_got, worst_expected, worst_low, worst_high : values of the channel that is worst there, and what is allowed
+    median_width : half of all intervals are narrower than this
+    accumulated_max, accumulated_rmse : on this backend's own pictures, with errors of earlier passes
+    other_kind : NaN or infinity in the place of numbers, or the reverse, which bounds allow and no decision explains
+    most_ambiguous : share of pixels that may be ambiguous before there is no verdict
+    places : of what is undecided: the decisions with their lines of the kernel, and in how many pixels, most first
+    """
+
+    step: str
+    target: str
+    format: Format
+    max_error: float
+    rmse: float
+    differing: float
+    outside: float
+    ambiguous: float
+    unpromised: float
+    decisions: tuple[tuple[str, int], ...]
+    worst: tuple[int, int]
+    worst_got: float
+    worst_expected: float
+    worst_low: float
+    worst_high: float
+    median_width: float
+    accumulated_max: float = 0.0
+    accumulated_rmse: float = 0.0
+    other_kind: OtherKind | None = None
+    most_ambiguous: float = MOST_AMBIGUOUS
+    places: tuple[tuple[Cause, int], ...] = ()
+
+    @property
+    def within_bounds(self) -> bool:
+        """Whether every value is one that a conforming backend may have."""
+        return self.outside == 0.0
+
+    @property
+    def decided(self) -> bool:
+        """Whether few enough pixels are ambiguous for the verdict to mean something."""
+        return self.ambiguous <= self.most_ambiguous and self.unpromised <= max(self.most_ambiguous, MOST_UNPROMISED)
+
+    @property
+    def passed(self) -> bool:
+        """Whether it is within bounds, decided, and of the reference's kind everywhere."""
+        return self.within_bounds and self.other_kind is None and self.decided
+
+    @property
+    def verdict(self) -> str:
+        """In a few words."""
+        if not self.within_bounds:
+            return f"outside {self.outside:.3%}"
+        if self.other_kind is not None:
+            return f"NaN or infinite {self.other_kind.share:.3%}"
+        ambiguous = f"{self.ambiguous:.2%} ambiguous"
+        return f"within, {ambiguous}" if self.decided else f"undecided, {ambiguous}"
+
+    @property
+    def undecided(self) -> str:
+        """Why there is no verdict; empty where there is one."""
+        if self.decided:
+            return ""
+        where = f"pass {self.step}, target {self.target}"
+        if self.ambiguous <= self.most_ambiguous:
+            return (
+                f"{where}: operations promise nothing for what they are given at {self.unpromised:.2%} of pixels, more "
+                f"than {MOST_UNPROMISED:.0%}, so that next to any picture would pass; {self._told('they are', 'there')}"
+            )
+        return (
+            f"{where}: rounding may turn decisions at {self.ambiguous:.2%} of pixels, more than "
+            f"{self.most_ambiguous:.2%}, so that next to any picture would pass; "
+            f"{self._told('they are', 'what is covered, or nearest')}"
+        )
+
+    def _told(self, words: str, otherwise: str) -> str:
+        parts = [f"{cause} at {count}" for cause, count in self.places[:MOST_TOLD]]
+        more = f" and {len(self.places) - MOST_TOLD} more" if len(self.places) > MOST_TOLD else ""
+        return f"{words} {', '.join(parts) or otherwise}{more}"
+
+    def __str__(self) -> str:
+        column, row = self.worst
+        verdict = "within its bounds" if self.within_bounds else f"outside its bounds at {self.outside:.3%} of pixels"
+        return (
+            f"pass {self.step}, target {self.target}: {verdict}; worst at column {column}, row {row}: "
+            f"{self.worst_got:.9g} where the reference has {self.worst_expected:.9g} and {self.worst_low:.9g} to "
+            f"{self.worst_high:.9g} is allowed"
+        )
+
+
+@dataclass(frozen=True)
+class BackendReport:
+    """One backend: its targets in schedule order, or why there are none."""
+
+    name: str
+    targets: tuple[TargetReport, ...] = ()
+    missing: str = ""  # the driver or device is not here; what installs it
+    failed: str = ""  # it was opened and then raised this
+
+    @property
+    def within_bounds(self) -> bool:
+        """Whether it ran and every target is within bounds."""
+        return bool(self.targets) and not self.failed and self.first_divergence is None
+
+    @property
+    def passed(self) -> bool:
+        """Whether it ran and every target passed."""
+        return bool(self.targets) and not self.failed and all(target.passed for target in self.targets)
+
+    @property
+    def first_divergence(self) -> TargetReport | None:
+        """The first target, in schedule order, that is beyond its bound."""
+        return next((target for target in self.targets if not target.within_bounds), None)
+
+    @property
+    def faults(self) -> tuple[str, ...]:
+        """Why it did not pass, in sentences: the first target that diverges, is of another kind, is undecided."""
+        if self.missing or self.failed:
+            return (f"missing: {self.missing}" if self.missing else f"failed: {self.failed}",)
+        found = [] if self.first_divergence is None else [f"diverges first in {self.first_divergence}"]
+        for target in self.targets:
+            if target.other_kind is not None:
+                found.append(f"pass {target.step}, target {target.target}: {target.other_kind}")
+                break
+        return (*found, *[f"undecided: {t.undecided}" for t in self.targets if t.undecided][:1])
+
+
+@dataclass(frozen=True)
+class Difference:
+    """The first target, in schedule order, of which two backends made different bits.
+
+    Each backend works on pictures of its own, so that those of all passes before are the same.
+
+    Attributes
+    ----------
+    step, target : names
+    backends : the two
+    pixels, share : how many pixels differ, and the share of all
+    pixel : (column, row) of the one where values lie farthest apart
+    values : all channels of that pixel on each of the two
+    """
+
+    step: str
+    target: str
+    backends: tuple[str, str]
+    pixels: int
+    share: float
+    pixel: tuple[int, int]
+    values: tuple[tuple[float, ...], tuple[float, ...]]
+
+    def __str__(self) -> str:
+        (one, other), (column, row) = self.backends, self.pixel
+        return (
+            f"first in pass {self.step}, target {self.target}: {one} and {other} differ at {self.pixels} "
+            f"pixel{'' if self.pixels == 1 else 's'} ({self.share:.3%}), such as column {column}, row {row}: "
+            f"{numbers(self.values[0])} on {one}, {numbers(self.values[1])} on {other}"
+        )
+
+
+@dataclass(frozen=True)
+class Report:
+    """All backends against the reference, and against each other.
+
+    Attributes
+    ----------
+    difference : where the first of the backends that ran and another one first differ in a bit; None where none do
+    """
+
+    backends: tuple[BackendReport, ...]
+    plan: Plan
+    difference: Difference | None = None
+
+    @property
+    def ran(self) -> tuple[BackendReport, ...]:
+        """Backends that made pictures."""
+        return tuple(report for report in self.backends if report.targets)
+
+    @property
+    def bit_for_bit(self) -> bool:
+        """Whether every backend that ran made the same bits of every target; one NaN is as another."""
+        return self.difference is None
+
+    @property
+    def within_bounds(self) -> bool:
+        """Whether some backend ran and none diverges or failed; missing ones do not count."""
+        ran = [report for report in self.backends if not report.missing]
+        return bool(ran) and all(report.within_bounds for report in ran)
+
+    @property
+    def passed(self) -> bool:
+        """Whether some backend ran and all passed: within bounds, decided, of the reference's kind."""
+        ran = [report for report in self.backends if not report.missing]
+        return bool(ran) and all(report.passed for report in ran)
+
+    @property
+    def equality(self) -> str:
+        """Whether backends made the same bits, in a sentence; empty where fewer than two ran."""
+        names = [report.name for report in self.ran]
+        if len(names) < 2:
+            return ""
+        if self.difference is None:
+            return f"bit for bit the same on {', '.join(names[:-1])} and {names[-1]}"
+        return f"not bit for bit the same: {self.difference}"
+
+
+def other_bits(one: Picture, other: Picture) -> np.ndarray[tuple[int, int], np.dtype[np.bool_]]:
+    """Pixels of which a bit differs; one NaN is as another, and -0 is not 0.
+
+    >>> zeros = np.zeros((1, 1, 1), np.float32)
+    >>> other_bits(zeros, -zeros).tolist(), other_bits(zeros * np.nan, -zeros * np.nan).tolist()
+    ([[True]], [[False]])
+    """
+    same = one.view(np.uint32) == other.view(np.uint32)
+    return np.asarray(~(same | (np.isnan(one) & np.isnan(other))).all(axis=2))
