@@ -97,7 +97,7 @@ class _Drawing:
         texture, sampler = gl.integer(0x8069), gl.integer(0x8919)
         modes, masks = (ctypes.c_int * 2)(), (ctypes.c_ubyte * 4)()
         gl.GetIntegerv(0xB40, modes)
-        gl.GetBooleani_v(0xC23, 0, masks)
+        gl.GetBooleanv(0xC23, masks)
         for switch in on:
             gl.Disable(switch)
         gl.PolygonMode(g.FRONT_AND_BACK, g.FILL)
