@@ -52,6 +52,7 @@ decision (a comparison, a floor, whether a pixel is covered, a depth test) both 
 then lie apart is *ambiguous*. A backend conforms when every value of every target of every pass lies within; there is
 no tolerance to raise. Each pass is given the reference's pictures, so that a verdict is on that pass alone. A case
 whose targets are too ambiguous, or of whose values the bounds say too little, is *vacuous* and does not pass.
+Of your own graphs [check.md](check.md) asks more: NaN in the place of numbers does not pass, though bounds allow it.
 
 OpenGL leaves the grid that corners are rounded to, and how attributes are interpolated from unrounded corners, to the
 driver: on `gl` a corner may be anywhere within 1/256 pixel, elsewhere it is where

@@ -101,12 +101,12 @@ def finish() -> list[Panel]:
     scene = standing()
     seen, camera = soft_shadow_passes(scene, display=False), scene.camera
     lens = 12.0 / math.tan(0.5 * camera.vertical_fov_rad)
-    air = fog(seen.picture, seen.depth, density=0.04, camera=camera, fog_color=(0.75, 0.6, 0.4))
+    air = fog(seen.picture, seen.depth, density=0.03, camera=camera, fog_color=(0.6, 0.5, 0.35))
     blurred = depth_of_field(air, seen.depth, DUCK, 2.0, lens, unit_m=0.25)
-    light = vignette(bloom(blurred, threshold=0.5, intensity=0.5), camera.vertical_fov_rad, 4.0)
+    light = vignette(bloom(blurred, threshold=0.6, intensity=0.4), camera.vertical_fov_rad, 4.0)
     return [
         Panel("as drawn", tone_map(seen.picture, curve="linear")),
-        Panel("finished", film_grain(fxaa(tone_map(light, 0.5, "aces")), 0.02)),
+        Panel("finished", film_grain(fxaa(tone_map(light, 0.2, "aces")), 0.02)),
     ]
 
 

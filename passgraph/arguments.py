@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Callable, Container, Iterable
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -56,6 +57,16 @@ def string(value: object, what: str, error: type[PassgraphError] = InputError) -
     if not isinstance(value, str):
         raise error(f"{what} must be a string, got {shown(value)}")
     return value
+
+
+def near(name: str, known: Iterable[str]) -> str:
+    """A hint for messages: the known name that is meant, perhaps.
+
+    >>> near("colour", ["color", "mask"])
+    " (did you mean 'color'?)"
+    """
+    found = get_close_matches(name, list(known), n=1)
+    return f" (did you mean {found[0]!r}?)" if found else ""
 
 
 def among(value: object, names: Container[str]) -> bool:

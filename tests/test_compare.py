@@ -20,6 +20,7 @@ from passgraph.plan.build import build
 from passgraph.plan.data import PixelStep
 from passgraph.verify.compare import Report, compare, distance
 from passgraph.verify.oracle.passes import OPTIONS
+from passgraph.verify.report import other_bits
 from tests.agreement import assert_within_bounds
 
 halve = pg.kernel(source="def halve(color: Image) -> vec4: return color[0, 0] * 0.5")
@@ -142,6 +143,7 @@ def test_a_decision_may_fall_the_other_way_where_rounding_turns_it_and_nowhere_e
     assert target.ambiguous == pytest.approx(2 / 20)
     assert not target.decided
     assert target.decisions == (("less", 20),)
+    assert [(str(cause), count) for cause, count in target.places] == [("less (<kernel text>:1)", 20)]
     assert not turned(4).within_bounds
 
 
@@ -291,3 +293,119 @@ def test_a_mistake_in_a_draw_is_caught(mistake: str) -> None:
     with WrongDraw(mistake) as backend:
         report = compare({"color": color, "depth": color.depth}, [backend], frame=picture(), size=(64, 48))
     assert not report.within_bounds
+
+
+# Beside the bounds
+
+
+def test_backends_of_the_same_bits_are_told_as_such() -> None:
+    report = compare(chain(), ["reference", Skewed("none")], frame=picture())
+    assert report.bit_for_bit
+    assert report.difference is None
+    assert report.equality == "bit for bit the same on reference and skewed"
+    assert report.passed
+    assert compare(chain(), ["reference"], frame=picture()).equality == ""
+
+
+def test_the_first_pass_of_other_bits_is_named_for_whatever_pair() -> None:
+    """The third differs earlier than the second, in one pixel; behind that all differs."""
+    second, first = Skewed("third", 1.001), Skewed("second", pixel=(7, 3))
+    second.name, first.name = "later", "earlier"  # type: ignore[misc]
+    report = compare(chain(), ["reference", second, first], frame=picture())
+    assert not report.bit_for_bit
+    found = report.difference
+    assert found is not None
+    assert (found.step, found.target, found.backends) == ("second", "second", ("reference", "earlier"))
+    assert (found.pixels, found.pixel) == (1, (7, 3))
+    assert found.values[1][0] - found.values[0][0] == pytest.approx(0.25)
+    assert report.equality.startswith(
+        "not bit for bit the same: first in pass second, target second: reference and earlier differ at 1 pixel "
+        "(0.104%), such as column 7, row 3: ("
+    )
+
+
+def test_zeros_of_other_signs_are_other_bits_and_nan_is_as_nan() -> None:
+    one = np.array([[[0.0, np.nan], [1.0, np.inf]]], np.float32)
+    other = np.array([[[-0.0, -np.nan], [1.0, np.inf]]], np.float32)
+    assert other_bits(one, one.copy()).tolist() == [[False, False]]
+    assert other_bits(one, other).tolist() == [[True, False]]
+
+
+class Special(ReferenceBackend):
+    """The reference with one value in one pixel of every pass."""
+
+    name = "special"
+
+    def __init__(self, value: float) -> None:
+        super().__init__()
+        self.value = value
+
+    def pixel_pass(self, step: PixelStep) -> ReferencePixelPass:
+        run = super().pixel_pass(step)
+
+        def special(outputs, images, block):  # type: ignore[no-untyped-def]
+            run(outputs, images, block)
+            outputs[0].pixels[3, 7, 1] = self.value
+
+        return special  # type: ignore[return-value]
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf])
+def test_another_kind_of_value_within_bounds_does_not_pass(value: float) -> None:
+    root = pg.kernel(source="def root(c: Image) -> vec4: return sqrt(c[0, 0] * 0.1 - c[0, 0] / 10.0)")
+    given = {"frame": np.full((24, 40, 4), 0.5, np.float32), "most_ambiguous": 1.0}
+    report = compare(root(frame, name="root"), [Special(value), Special(0.25)], **given)
+    wrong, right = report.backends
+    assert wrong.within_bounds and right.within_bounds and right.passed
+    assert not wrong.passed and not report.passed
+    found = wrong.targets[0].other_kind
+    assert found is not None
+    assert (found.pixel, found.share) == ((7, 3), pytest.approx(1 / 960))
+    assert [cause.operation for cause in found.causes] == ["sqrt"]
+    assert "mend the kernel there, such as: sqrt(max(x, 0.0))" in wrong.faults[0]
+
+
+def test_where_the_reference_has_nan_a_number_does_not_pass() -> None:
+    root = pg.kernel(source="def root(c: Image) -> vec4: return sqrt(c[0, 0])")
+    given = {"frame": np.full((24, 40, 4), -0.5, np.float32), "most_ambiguous": 1.0}
+    same, other = compare(root(frame), ["reference", Special(0.5)], **given).backends
+    assert same.passed
+    assert not other.passed
+    assert other.within_bounds
+
+
+@pg.fragment
+def rooted(corner: Corner) -> vec4:
+    return vec4(pg.sqrt(corner.uv.x * 0.1 - corner.uv.x / 10.0))
+
+
+def test_the_kind_of_a_draw_is_looked_at_too() -> None:
+    """A fragment's root, with the line of its kernel."""
+    positions = np.array([[-1, -1, 0.5], [3, -1, 0.5], [-1, 3, 0.5]], np.float32)
+    mesh = pg.Mesh.make(positions, np.array([[0, 1, 2]]), uvs=np.full((3, 2), 0.5, np.float32))
+
+    class SpecialDraw(WrongDraw):
+        def draw_pass(self, step):  # type: ignore[no-untyped-def]
+            run = ReferenceBackend.draw_pass(self, step)
+
+            def special(outputs, *rest):  # type: ignore[no-untyped-def]
+                run(outputs, *rest)
+                outputs[0].pixels[3, 7, 1] = np.nan
+
+            return special
+
+    made = pg.draw(mesh, vertex=place, fragment=rooted, into=pg.target("made", "rgba32f", scale=1.0))
+    with SpecialDraw("nan") as backend:
+        report = compare(made, [backend], size=(40, 24), most_ambiguous=1.0)
+    found = report.backends[0].targets[0].other_kind
+    assert found is not None
+    assert found.pixel == (7, 3)
+    assert [(cause.operation, cause.span.text.strip()) for cause in found.causes] == [
+        ("sqrt", "return vec4(pg.sqrt(corner.uv.x * 0.1 - corner.uv.x / 10.0))")
+    ]
+
+
+@pytest.mark.parametrize("share", [-0.1, 1.1, float("nan"), "half"])
+def test_a_share_is_from_0_to_1(share: object) -> None:
+    with pytest.raises(pg.InputError, match="most_ambiguous of compare must be a number from 0 to 1, got"):
+        compare(chain(), ["reference"], most_ambiguous=share, frame=picture())  # type: ignore[arg-type]

@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 import passgraph as pg
-from passgraph.commands.golden import recorded_inputs
+from passgraph.commands.golden import recorded_run
 from passgraph.commands.own_file import graphs_of
 from passgraph.effects.light2d import World2D
 from passgraph.reading import check_regular, read_bytes, read_text
@@ -24,7 +24,7 @@ READERS: dict[str, tuple[str, Callable[[Path], Any]]] = {
     "kernels": ("a.pgk", graphs_of),
     "module": ("a.py", graphs_of),
     "case": ("a.json", load_case),
-    "manifest": ("manifest.json", lambda path: recorded_inputs(path.parent, "a")),
+    "manifest": ("manifest.json", lambda path: recorded_run(path.parent, "a")),
 }
 
 

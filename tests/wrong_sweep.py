@@ -250,6 +250,35 @@ def _lazily_tiled(**given: Any) -> None:
         picture[1:3, 2]
 
 
+def _map_blocks(array: Any, by: Any) -> None:
+    scaled = pg.kernel(source="def scaled(c: Image, by: float) -> vec4: return c[0, 0] * by")
+    with pg.compile(scaled(pg.Input("frame"), pg.Value("by", float))) as program:
+        program.map_blocks(array, by=by)
+
+
+@cache
+def _queue() -> Any:
+    import pyopencl
+
+    return pyopencl.CommandQueue(pyopencl.create_some_context(interactive=False))
+
+
+def _host(queue: Any) -> None:
+    pg.opencl.Host(_queue() if queue is None else queue).close()
+
+
+def _of_host(method: str, **given: Any) -> None:
+    """A method of a host; memory that is None is some of the right kind."""
+    import pyopencl.array
+
+    with pg.opencl.Host(_queue()) as host:
+        if method == "buffer" and given["buffer"] is None:
+            given["buffer"] = pyopencl.Buffer(host.context, pyopencl.mem_flags.READ_WRITE, 8 * 4 * 4)
+        if method == "picture" and given["given"] is None:
+            given["given"] = pyopencl.array.zeros(host.queue, (4, 8, 4), np.uint8)
+        getattr(host, method)(**given)
+
+
 _FOLDER = "/nowhere"
 
 
@@ -320,7 +349,13 @@ CALLS: list[Call] = [
     call("frames by name", lambda one: _framed(program=None, source={"frame": one}, sink=ToArrays()),
          one=Arrays([FRAME])),
     call("tiled", _tiled, graph=kernel("copy")(pg.Input("frame")), source=FRAME, sink=FRAME, memory="1 GB", values=None,
-                  dtype=None, tile=(4, 4), size=None, backend="numpy", options=None, non_finite="error"),
+                  dtype=None, tile=(4, 4), size=None, backend="numpy", options=None, non_finite="error", client=None),
+    call("Program.map_blocks", _map_blocks, array=FRAME, by=1.0),
+    call("opencl.Host", _host, queue=None),
+    call("opencl.Host.buffer", lambda **given: _of_host("buffer", **given), buffer=None, size=(8, 4), format="rgba8",
+         offset=0, row_pitch=None, pixel_pitch=None, order=None, origin="top"),
+    call("opencl.Host.picture", lambda **given: _of_host("picture", **given), given=None, format=None),
+    call("opencl.Host.wait_for", lambda **given: _of_host("wait_for", **given), events=()),
     call("lazily_tiled", _lazily_tiled, graph=kernel("copy")(pg.Input("frame")), source=FRAME, memory="1 GB",
                                         values=None, tile=(4, 4), size=None, backend="numpy", options=None,
                                         non_finite="error"),

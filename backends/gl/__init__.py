@@ -1,7 +1,7 @@
-"""OpenGL 3.3: kernels as GLSL 3.30 shaders, draws by the hardware's rasteriser.
+"""OpenGL 3.3 and OpenGL ES 3.0: kernels as shaders, draws by the hardware's rasteriser.
 
-Read in this order: ``backend`` (storages, transfers), ``passes``, ``glsl`` (the printer), ``programs``,
-``state`` and ``bound``, ``textures``, ``objects``, ``context``, ``functions``.
+Read in this order: ``backend`` (storages, transfers), ``passes``, ``glsl`` (the printer) and ``dialect``,
+``programs``, ``state`` and ``bound``, ``textures``, ``objects``, ``context``, ``functions``, ``capabilities``.
 
 In an engine's context: ``host``, then ``sibling`` and ``guard`` (the two ways to leave its state alone), ``foreign``
 and ``surfaces`` (what its pictures are), ``placement`` (how they lie), ``copies``.

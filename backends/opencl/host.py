@@ -151,7 +151,7 @@ class Host(OpenCLBackend):
     def wait_for(self, events: Iterable[Any]) -> None:
         """Let the next run begin when these events of other queues have happened."""
         self.check_open()
-        found = list(events)
+        found = list(arguments.iterable(events, "wait_for: events", "a list of pyopencl.Event", InputError))
         for event in found:
             arguments.instance(event, self.cl.Event, "wait_for: each event", "a pyopencl.Event", InputError)
         with self.turn, self.reported("waiting for the caller's events"):

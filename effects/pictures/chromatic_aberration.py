@@ -9,6 +9,7 @@ from typing import Annotated
 import passgraph as pg
 from passgraph import Const, Image, uv, vec3, vec4
 from passgraph.effects.checked import effect
+from passgraph.effects.pictures.decoded import decoded
 
 
 @pg.kernel
@@ -60,4 +61,5 @@ def chromatic_aberration(
     >>> [round(float(share), 2) for share in shown[0, 28]]
     [0.0, 0.62, 1.0, 0.62]
     """
-    return dispersed(color, spread, samples, into=into or pg.target(name, "rgba32f"), name=name)
+    light = decoded(color, f"{name}_light")
+    return dispersed(light, spread, samples, into=into or pg.target(name, "rgba32f"), name=name)

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 import passgraph as pg
 from passgraph.effects.checked import effect
+from passgraph.effects.pictures.decoded import decoded
 from passgraph.effects.quantities import Reach
 from passgraph.effects.screen.aperture import ThinLens
 from passgraph.effects.screen.lens_layers import (
@@ -35,7 +36,7 @@ def depth_of_field(
     unit_m: Annotated[float, pg.Range(0, None, "metres", above=True)] = 1.0,
     blades: Annotated[int, pg.Range(0, 16)] = 0,
     widest_px: Annotated[int, pg.Range(1, 128, "px")] = 32,
-    taps: Annotated[int, pg.Range(8, 256)] = 96,
+    taps: Annotated[int, pg.Range(4, 256)] = 96,
     into: pg.TargetSpec | None = None,
     name: str = "depth_of_field",
 ) -> pg.Target:
@@ -76,6 +77,7 @@ def depth_of_field(
     """
     if 0 < blades < 3:
         raise pg.GraphError(f"depth_of_field: blades must be 0 or 3 to 16, got {blades}")
+    color = decoded(color, f"{name}_light")
     lens = ThinLens(f_number, focal_length_mm, sensor_height_mm, unit_m)
     blur: Any = (
         focus_distance.map(lens.blur)

@@ -10,7 +10,7 @@ from math import cos, pi, sin
 from typing import Any
 
 import passgraph as pg
-from passgraph import Const, Image, dot, floor, ivec2, length, mix, smoothstep, uv, vec2, vec3
+from passgraph import Const, Image, dot, floor, ivec2, length, mix, output_size, smoothstep, uv, vec2, vec3
 from passgraph.effects.shadows.nearest_casters import search_reach
 from passgraph.effects.shadows.shadow_filters import (
     Receiver,
@@ -253,7 +253,7 @@ def add_light_with_penumbrae(
     more = light_at(light, position, unpack_normal(packed.xy), kind).rgb
     if face >= 0 and not on_face(light.world * (position - light.place), face):
         more = vec3(0.0)
-    aside = step_aside(depth.size, frame)
+    aside = step_aside(output_size(), frame)
     pixel_width = -aside.y * spread(frame, far)
     # the height of a neighbour over this pixel's plane
     terms = plane_terms(frame, n, flat)

@@ -12,6 +12,7 @@ from importlib import import_module
 import click
 
 import passgraph
+from passgraph.arguments import near, shown
 from passgraph.errors import InputError, KernelError, PassgraphError
 
 #: Set, an unforeseen error shows its traceback.
@@ -49,6 +50,15 @@ class _Commands(click.Group):
             return None
         found: click.Command = getattr(import_module(f"passgraph.commands.{cmd_name}"), cmd_name)
         return found
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        if args and args[0] not in COMMANDS and not args[0].startswith("-"):
+            ctx.fail(
+                f"there is no command {shown(args[0])}{near(args[0], list(COMMANDS))}; there are {', '.join(COMMANDS)}"
+            )
+        return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from passgraph.arguments import shown
-from passgraph.commands.options import near
+from passgraph.arguments import near, shown
 from passgraph.errors import InputError
 from passgraph.graph.targets import Pass, PixelPass
 from passgraph.graph.values import OUTPUT_SIZE, Derived, Value, sources_of

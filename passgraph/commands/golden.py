@@ -75,7 +75,7 @@ class Change:
             f"{self.graph}: output {self.output} is {'nearly' if self.allowed else 'not'} as recorded: "
             f"{self.share:.3%} of pixels changed, in columns {self.columns[0]} to {self.columns[1]} and rows "
             f"{self.rows[0]} to {self.rows[1]}, by at most {by} at column {column}, row {row}, channel {self.channel}: "
-            f"{np.float32(self.was)} recorded, {np.float32(self.now)} now{mend}"
+            f"{np.float32(self.was)!s} recorded, {np.float32(self.now)!s} now{mend}"
         )
 
 

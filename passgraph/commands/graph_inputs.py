@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from passgraph.commands.options import near
+from passgraph.arguments import near
 from passgraph.errors import DeviceMissingError, InputError
 
 if TYPE_CHECKING:

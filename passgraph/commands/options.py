@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 from click.core import ParameterSource
 
+from passgraph.arguments import near
 from passgraph.effects.registry import EFFECTS, Effect
 from passgraph.errors import BackendError, InputError, PassgraphError
 from passgraph.graph.targets import MAX_SIDE
@@ -165,16 +165,6 @@ def option_of(parameter: Parameter) -> click.Option:
 
 def _as(number: Callable[[float], Any], limit: float | None) -> Any:
     return None if limit is None else number(limit)
-
-
-def near(name: str, known: Sequence[str]) -> str:
-    """A hint for messages: the known name that is meant, perhaps.
-
-    >>> near("colour", ["color", "mask"])
-    " (did you mean 'color'?)"
-    """
-    found = get_close_matches(name, known, n=1)
-    return f" (did you mean {found[0]!r}?)" if found else ""
 
 
 def chosen_effect(name: str) -> Effect:

@@ -15,6 +15,7 @@ from passgraph.errors import InputError
 from passgraph.graph.calls import PixelKernel
 from passgraph.graph.outputs import named_outputs
 from passgraph.graph.targets import TargetSpec
+from passgraph.language.kernel import kernel_from_text
 from passgraph.language.types import Array, ImageType, Matrix, Scalar, Struct, Type, Vector
 from passgraph.reading import check_regular, read_text
 
@@ -35,7 +36,8 @@ def graphs_of(path: Path) -> dict[str, Graph]:
         check_regular(path, "a Python module")
         names = _run(path)
     else:
-        made = pg.kernel(source=read_text(path, "a text of kernels", MAX_TEXT_BYTES))
+        text = read_text(path, "a text of kernels", MAX_TEXT_BYTES)
+        made: PixelKernel[Any] = PixelKernel(kernel_from_text(text, file=str(path)))
         names = {made.name: made}
     if "outputs" in names:
         return {"outputs": _named(names["outputs"], path)}

@@ -57,8 +57,8 @@ def say_faults(on: Console, report: Report, name: str = "", made: Sequence[str] 
     targets = [target for backend in report.backends for target in backend.targets]
     if made and any(target.other_kind for target in targets):
         on.print(
-            f"What was made for {', '.join(made)} holds negative, huge and tiny numbers on purpose; where yours never do, "
-            "give a picture: --input NAME=FILE",
+            f"What was made for {', '.join(made)} holds negative, huge and tiny numbers on purpose; where yours never "
+            "do, give a picture: --input NAME=FILE",
             markup=False, soft_wrap=True,
         )  # fmt: skip
     if any(target.undecided for target in targets):

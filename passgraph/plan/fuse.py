@@ -18,7 +18,7 @@ from passgraph.plan.work import Lowered, Work
 
 #: A fused program longer than this stays two passes: compile time grows faster than what is saved.  Numbers that are
 #: alive at once leave the registers long before, and a driver takes about a second for a kernel of this length.
-MAX_FUSED_INSTRUCTIONS = 2000
+MAX_FUSED_INSTRUCTIONS = 2048
 #: Nor does fusion alone make a program that reads more images: it saves one written and read, which is little then.
 MAX_FUSED_IMAGES = 32
 

@@ -6,6 +6,8 @@ import math
 
 import pytest
 
+from passgraph.backends.gl.capabilities import Capabilities
+from passgraph.backends.gl.dialect import dialect_of
 from passgraph.backends.gl.glsl import GLSL
 from passgraph.graph.calls import kernel
 from passgraph.language import scalar as s
@@ -102,3 +104,34 @@ def test_lines_of_the_prelude_belong_to_the_kernel_line_that_calls_it() -> None:
     source = "def one(color: Image) -> float:\n    c = color[0, 0].r * 2.0\n    return sin(c)"
     listing = printer(source).shader()
     assert {span.file for span in listing.spans} == {"<kernel text>"}
+
+
+def es_shader(source: str, version: tuple[int, int], *extensions: str) -> str:
+    program = lower(kernel(source=source).program, Facts(images={"color": ImageFacts()}))
+    dialect = dialect_of(Capabilities(True, version, frozenset(extensions)))
+    return GLSL(program, dialect=dialect).shader().text
+
+
+@pytest.mark.parametrize(
+    ("version", "extensions", "first", "precise"),
+    [
+        ((3, 0), (), "#version 300 es", ""),
+        ((3, 1), (), "#version 300 es", ""),
+        ((3, 1), ("GL_EXT_gpu_shader5",), "#version 310 es", " precise"),
+        ((3, 2), (), "#version 320 es", " precise"),
+    ],
+)
+def test_opengl_es_is_told_its_precisions(
+    version: tuple[int, int], extensions: tuple[str, ...], first: str, precise: str
+) -> None:
+    lines = es_shader("def one(color: Image) -> float: return color[0, 0].r * 2.0", version, *extensions).splitlines()
+    assert lines[0] == first and f"#define PRECISE{precise}" in lines
+    assert [line for line in lines if line.startswith("precision")] == [
+        "precision highp float;", "precision highp int;", "precision highp sampler2D;",
+    ]  # fmt: skip
+
+
+def test_without_precise_the_least_of_two_asks_for_nan() -> None:
+    source = "def one(color: Image) -> float: return min(color[0, 0].r, color[0, 0].g)"
+    assert "pg_isnan(t1.x) ? t1.x" in es_shader(source, (3, 0))
+    assert "pg_isnan" not in es_shader(source, (3, 2))

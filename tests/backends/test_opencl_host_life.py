@@ -144,6 +144,8 @@ def test_closed_hosts_say_so(queue: Any) -> None:
 MANY_DEVICES = """
 import numpy as np, pyopencl as cl, passgraph as pg
 devices = [d for p in cl.get_platforms() if "Portable" in p.name for d in p.get_devices()]
+if len(devices) < 2:
+    raise SystemExit(f"{len(devices)} devices of PoCL")
 context = cl.Context(devices)
 kernel = pg.kernel(source="def twice(c: Image) -> vec4: return c[0, 0] * 2.0")
 for device in devices:
@@ -157,7 +159,6 @@ for device in devices:
         made = np.empty_like(pixels)
         cl.enqueue_copy(queue, made, given)
         assert (made == 6).all() and host.device == device
-print(len(devices))
 """
 
 
@@ -168,9 +169,9 @@ def test_a_context_of_several_devices() -> None:
     ran = subprocess.run(
         [sys.executable, "-c", MANY_DEVICES], env=environment, capture_output=True, text=True, check=False
     )
+    if "devices of PoCL" in ran.stderr:
+        pytest.skip("PoCL is not here, or makes one device of a processor")
     assert ran.returncode == 0, ran.stderr[-2000:]
-    if ran.stdout.strip() != "2":
-        pytest.skip("PoCL is not here, or makes one device")
 
 
 def test_a_forked_process_leaves_the_callers_queue_alone(queue: Any, host: Host) -> None:

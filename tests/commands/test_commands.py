@@ -327,7 +327,7 @@ BLUR = ["apply", "gaussian-blur", "in.png", "-o", "out.png"]
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["frobnicate"], "No such command 'frobnicate'"),
+        (["frobnicate"], "there is no command 'frobnicate'; there are render, apply"),
         (["apply", "blurr", "in.png", "-o", "out.png"], "there is no effect 'blurr'"),
         (["apply", "gausian-blur", "in.png", "-o", "out.png"], "did you mean 'gaussian-blur'?"),
         (["apply", "soft-shadow", "in.png", "-o", "out.png"], "takes a scene; use: passgraph render"),

@@ -99,10 +99,13 @@ def test_one_that_does_not_is_shown(capsys: pytest.CaptureFixture[str]) -> None:
         (["check", "broken.py"], "broken.py: fails when run: ZeroDivisionError: division by zero"),
         (["check", "odd.py"], "outputs must be a target, several, or a mapping, got int"),
         (["check", "own.py", "--input", "color"], "'color' is not NAME=FILE"),
-        (["check", "own.py", "--input", "colour=in.png"], "there is no input 'colour'; there are color, mask"),
+        (
+            ["check", "own.py", "--input", "colour=in.png"],
+            "there is no input 'colour' (did you mean 'color'?); there are color, mask",
+        ),
         (["check", "own.py", "--record"], "--record needs --golden FOLDER"),
         (["check", "own.py", "--golden", "none"], "manifest.json: cannot be read"),
-        (["check", "own.py", "--golden", "none", "--size", "8x8"], "--golden brings its own inputs and size"),
+        (["check", "own.py", "--golden", "none", "--size", "8x8"], "--golden brings its own inputs, values and size"),
     ],
 )
 def test_refusals(capsys: pytest.CaptureFixture[str], arguments: list[str], message: str) -> None:

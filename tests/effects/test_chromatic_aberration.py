@@ -8,6 +8,7 @@ from scipy.ndimage import map_coordinates
 
 import passgraph as pg
 from passgraph.effects import chromatic_aberration
+from passgraph.srgb import srgb_to_linear
 from tests.conftest import DEVICES
 from tests.effects.scenes import Float64, Picture, render
 
@@ -59,6 +60,16 @@ def test_more_wavelengths_make_one_edge_of_three() -> None:
     few, many = (np.abs(np.diff(run(edge, 0.1, samples)[1, :, 1])).max() for samples in (3, 33))
     assert few > 0.8
     assert many < 0.25
+
+
+def test_bytes_of_an_srgb_format_are_linear_light() -> None:
+    """Decoded once, as half floats."""
+    stored = np.random.default_rng(7).integers(0, 256, (21, 34, 4), dtype=np.uint8)
+    light = stored / np.float32(255)
+    light[:, :, :3] = srgb_to_linear(light[:, :, :3])
+    made = chromatic_aberration(pg.Input("frame", "rgba8_srgb", (34, 21)), 0.05)
+    shown = render(made, size=None, backend="numpy", frame=stored)["chromatic_aberration"]
+    np.testing.assert_allclose(shown, run(light, 0.05), atol=3e-4)
 
 
 def test_spread_0_leaves_the_picture() -> None:

@@ -40,15 +40,16 @@ def _display() -> int:
 
 
 class EsContext:
-    """What :class:`Application` runs in: OpenGL ES, drawing to a surface of 23x17 pixels."""
+    """What :class:`Application` runs in: OpenGL ES, drawing to a surface of 23x17 pixels.  ``asked`` is the version
+    that is asked for, of which drivers make the newest that can do the same."""
 
-    def __init__(self) -> None:
+    def __init__(self, asked: int = 3) -> None:
         display, config, count = _display(), _HANDLE(), _NUMBER(0)
         _egl("eglBindAPI", ctypes.c_uint, ctypes.c_uint)(_ES_API)
         choose = _egl("eglChooseConfig", ctypes.c_uint, _HANDLE, _HANDLE, _HANDLE, _NUMBER, _HANDLE)
         assert choose(display, _list(*_WANTED), ctypes.byref(config), 1, ctypes.byref(count)) and count.value
         make = _egl("eglCreateContext", _HANDLE, _HANDLE, _HANDLE, _HANDLE, _HANDLE)
-        self.context = make(display, config, None, _list(0x3098, 3, _NONE))
+        self.context = make(display, config, None, _list(0x3098, asked, _NONE))
         surface = _egl("eglCreatePbufferSurface", _HANDLE, _HANDLE, _HANDLE, _HANDLE)
         self.surface = surface(display, config, _list(0x3057, WIDTH, 0x3056, HEIGHT, _NONE))
         assert self.context and self.surface
@@ -70,8 +71,8 @@ class EsContext:
 class EsApplication(Application):
     """What OpenGL ES does otherwise than desktop OpenGL."""
 
-    def __init__(self) -> None:
-        super().__init__(EsContext())
+    def __init__(self, asked: int = 3) -> None:
+        super().__init__(native=EsContext(asked))
         u, i = ctypes.c_uint, ctypes.c_int
         self.TexStorage2DMultisample = ctypes.CFUNCTYPE(None, u, i, u, i, i, ctypes.c_ubyte)(
             self.native.load_opengl_function("glTexStorage2DMultisample")

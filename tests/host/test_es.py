@@ -361,6 +361,17 @@ def test_the_size_of_a_texture_comes_from_the_caller(app: EsApplication, monkeyp
             host.texture(name, size=SIZE)
 
 
+@pytest.mark.parametrize("isolation", ISOLATIONS)
+def test_what_a_context_is_counts_and_not_what_was_asked_for(isolation: Any) -> None:
+    """Programs of OpenGL ES 2 run in newer contexts where drivers make such."""
+    app = EsApplication(asked=2)
+    with pg.gl.Host.current(isolation) as host, pg.compile(same_graph(), backend=host, results="stored") as program:
+        assert host.isolation == isolation
+        picture = host.texture(app.texture(0x8058, RGBA, BYTES, ROWS), size=SIZE)
+        np.testing.assert_array_equal(program(frame=picture)["picture"], ROWS)
+    app.close()
+
+
 def test_a_context_that_is_too_old_is_refused() -> None:
     from passgraph.backends.gl.capabilities import version_of
 

@@ -114,7 +114,7 @@ def judged(outputs: dict[str, Target], backends: list[Backend], tally: Tally, **
         tally.verdicts[made.name] += 1
         for one in made.targets:
             tally.targets += 1
-            tally.vague += one.ambiguous
+            tally.vague += one.ambiguous + one.unpromised
         if made.failed:
             return f"{made.name} failed: {made.failed}"
         if made.first_divergence is not None:

@@ -1,0 +1,29 @@
+"""Pictures that an effect reads many times at each pixel, decoded once."""
+
+# mypy: disable-error-code="no-any-return"
+# Values of the kernel language are Any to Python's type checkers.
+from __future__ import annotations
+
+import passgraph as pg
+from passgraph import Image, vec4
+
+
+@pg.kernel
+def as_it_is(color: Image) -> vec4:
+    """The same."""
+    return color[0, 0]
+
+
+def decoded(color: pg.Target, name: str) -> pg.Target:
+    """A picture of an sRGB format as half floats of linear light, any other as it is.
+
+    Each read of an sRGB format takes a power for each channel; half floats hold its 256 steps apart.
+
+    >>> decoded(pg.Input("frame", "rgba8"), "light").name, decoded(pg.Input("frame", "rgba8_srgb"), "light").name
+    ('frame', 'light')
+    """
+    format = color.spec.format
+    if format is None or not format.srgb:
+        return color
+    made: pg.Target = as_it_is(color, into=pg.target(name, "rgba16f", like=color), name=name)
+    return made.border(color.border_rule)
