@@ -79,7 +79,7 @@ def _lower(program: ir.TypedKernel, facts: Facts) -> s.ScalarProgram:
 
 def _check_size(program: s.ScalarProgram, span: Span) -> None:
     """Text may not ask for more than a driver compiles and runs in its time."""
-    length, steps = sum(1 for _ in s.walk(program.body)), s.work(program.body)
+    length, steps = s.count(program.body), s.work(program.body)
     numbers = sum(len(values) for _, _, values in program.tables)
     if length > MAX_INSTRUCTIONS:
         fail(span, f"{program.name} has {length} instructions, loops unrolled; at most {MAX_INSTRUCTIONS}")
@@ -266,8 +266,9 @@ class Lowering:
         known, unrolled, grown = dict(e.known[-1]), shared.unrolled, 0
         for count, i in enumerate(trips, 1):
             self.locals[statement.name] = [s.Lit("int", i)]
+            start = len(e.blocks[-1])
             self.block(statement.body)
-            grown = sum(1 for _ in s.walk(e.blocks[-1][length:]))
+            grown += s.count(e.blocks[-1][start:])
             expected = grown * len(trips) if count == 1 else grown
             if expected > min(MAX_UNROLLED_INSTRUCTIONS, MAX_UNROLLED_TOGETHER - unrolled):
                 self.locals, e.ids, e.known[-1], shared.unrolled = before, ids, known, unrolled

@@ -17,8 +17,8 @@ from passgraph.formats import Format
 
 #: Channels of pixels that are one word where they fit.
 WORDS = (1, 2, 4)
-#: Reads of one function that are inlined: each takes LLVM about 10 ms.  Later ones are calls, which take up to a quarter
-#: longer at work where they load several numbers.
+#: Reads of one function that are inlined: each takes LLVM about 10 ms.  Later ones are calls, which take up to a
+#: quarter longer at work where they load several numbers.
 MAX_INLINED = 48
 
 
