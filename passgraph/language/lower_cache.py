@@ -67,7 +67,7 @@ def _from_disk(program: ir.TypedKernel, facts: Facts, name: str) -> scalar.Scala
     found = None if data is None else _read(data)
     if found is None:
         found = lower(program, facts)
-        data = _written(found) if sum(1 for _ in scalar.walk(found.body)) >= MIN_INSTRUCTIONS else None
+        data = _written(found) if scalar.count(found.body) >= MIN_INSTRUCTIONS else None
         if data is not None:
             disk_cache.remember("programs", name, data)
     return found

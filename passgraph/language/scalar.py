@@ -300,6 +300,18 @@ def walk(body: Iterable[Instruction]) -> Iterator[Instruction]:
             yield from walk(instruction.body)
 
 
+def count(body: Iterable[Instruction]) -> int:
+    """How many instructions there are, those inside branches and loops too."""
+    total = 0
+    for i in body:
+        total += 1
+        if isinstance(i, If):
+            total += count(i.then) + count(i.orelse)
+        elif isinstance(i, For):
+            total += count(i.body)
+    return total
+
+
 def work(body: Iterable[Instruction]) -> int:
     """Instructions that one pixel takes at most, the longer of two branches and every trip of a loop."""
     total = 0

@@ -5,11 +5,16 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 
-from passgraph.plan.data import PixelStep, Plan
+from passgraph.language import scalar as s
+from passgraph.plan.data import PixelStep, Plan, Step
 
 #: Steps of a chain at most.  What a chain computes again around a piece grows with its length, and one kernel of many
 #: passes takes long to compile; longer rows of passes become several chains.
 MAX_STEPS = 16
+#: Instructions of all its steps together: beyond that the way to memory and back is little beside them.  Steps that are
+#: long stand alone, and steps alike are compiled once then (128 passes of some 80 instructions each: 12 s together, 3
+#: apart).
+MAX_INSTRUCTIONS = 2000
 
 
 class Chains:
@@ -23,6 +28,8 @@ class Chains:
         for number, step in enumerate(plan.steps):
             for resource in step.reads:
                 readers[resource] = (readers.get(resource, (number, number))[0], number)
+        #: Instructions of each step.
+        self.lengths = [_length(step) for step in plan.steps]
         never = (-1, len(plan.steps))
         #: For each step the first and the last that read what it writes, as far as a chain may hold that.
         self.spans: list[tuple[int, int]] = []
@@ -40,8 +47,10 @@ class Chains:
             return
         closed: list[int] = []
         last = start  # that reads what the chain's steps but its last write
+        length = 0
         for end in range(start + 1, min(start + MAX_STEPS, len(self.plan.steps)) + 1):
-            if not self._alike(start, end - 1):
+            length += self.lengths[end - 1]
+            if length > MAX_INSTRUCTIONS or not self._alike(start, end - 1):
                 break
             if end > start + 1 and last < end:
                 closed.append(end)
@@ -52,3 +61,7 @@ class Chains:
     def _alike(self, start: int, number: int) -> bool:
         first, step = self.plan.steps[start], self.plan.steps[number]
         return isinstance(step, PixelStep) and step.size == first.size and step.static == first.static
+
+
+def _length(step: Step) -> int:
+    return s.count(step.program.body) if isinstance(step, PixelStep) else 0

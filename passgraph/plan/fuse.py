@@ -12,7 +12,7 @@ from passgraph.graph.targets import InputSpec, Pass, PixelPass, Target
 from passgraph.graph.values import Derived, Value
 from passgraph.language.lower import Fused
 from passgraph.language.lower_cache import lower_once
-from passgraph.language.scalar import walk
+from passgraph.language.scalar import count
 from passgraph.plan.limits import Limits
 from passgraph.plan.work import Lowered, Work
 
@@ -86,7 +86,7 @@ def _note_fused(producer: Pass, consumer: Lowered, known: Known) -> None:
 
 
 def _length(lowered: Lowered) -> int:
-    return sum(1 for _ in walk(lowered.program.body)) if lowered.program is not None else 0
+    return count(lowered.program.body) if lowered.program is not None else 0
 
 
 def _fusable(target: Target, consumer: Lowered, known: Known, work: Work) -> bool:

@@ -244,3 +244,13 @@ def test_chains_that_a_backend_is_asked_for_are_few_and_short() -> None:
             assert ends == sorted(ends, reverse=True)
             assert all(start + 2 <= end <= min(start + MAX_STEPS, 100) for end in ends)
             assert len(ends) == max(0, min(start + MAX_STEPS, 100) - start - 1)
+
+
+def test_chains_of_long_steps_are_short(monkeypatch: pytest.MonkeyPatch) -> None:
+    """What is compiled at once has a length, however many steps it is of."""
+    with plan(unfused(40)) as program:
+        length = len(program.plan.steps[0].program.body)  # type: ignore[union-attr]
+        monkeypatch.setattr("passgraph.plan.chains.MAX_INSTRUCTIONS", 5 * length)
+        assert [max(Chains(program.plan).ends(start)) for start in (0, 7)] == [5, 12]
+        monkeypatch.setattr("passgraph.plan.chains.MAX_INSTRUCTIONS", length)
+        assert list(Chains(program.plan).ends(0)) == []

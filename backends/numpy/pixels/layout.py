@@ -15,6 +15,7 @@ from passgraph.backends.numpy.storage import FLOAT
 from passgraph.formats import Format
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS
+from passgraph.language.nameless import nameless
 from passgraph.plan.footprint import Halo
 
 #: Instructions that one turn of the loop may have where it makes several rows or vectors at once.
@@ -245,7 +246,7 @@ class Layout:
         """What tells the code from all other."""
         told = []
         for stage in self.stages:
-            program = stage.program
+            program = nameless(stage.program)
             told += [program.key, repr([name for name, _ in program.builtins])]
             told.append(repr((stage.alike, stage.rows, stage.vectors, stage.lanes, stage.stage.margin, stage.rings)))
             told.append(repr([(held.number, held.steps) for held in (*stage.images, *stage.formats)]))

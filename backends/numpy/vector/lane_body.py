@@ -341,12 +341,20 @@ def _long(body: tuple[s.Instruction, ...]) -> bool:
 
 
 def _counter(loop: s.For) -> tuple[int, int, int]:
-    """Start, stop and step of what a loop counts: its index, or its trips where the index would pass 32 bits."""
-    return (0, loop.trips, 1) if loop.wraps else (loop.start, loop.stop, loop.step)
+    """Start, stop and step of what a loop counts: its index, or its trips where the index would pass 32 bits.
+
+    Never 0, 1, 2 …: where such a loop makes a multiple of eight trips, LLVM looks whether it computes a checksum and
+    follows operands anew wherever they are used (22.1, HashRecognize).  A minimum uses both of its own twice, so that
+    24 of them in a row take 20 seconds, and each one more twice as long.
+    """
+    start, stop, step = (0, loop.trips, 1) if loop.wraps else (loop.start, loop.stop, loop.step)
+    return (1, stop + 1, 1) if (start, step) == (0, 1) else (start, stop, step)
 
 
 def _index_of(b: Any, loop: s.For, count: Any) -> Any:
     """The index of a trip; sums and products wrap, and the index itself fits."""
-    if not loop.wraps:
-        return count
-    return b.add(b.mul(count, ir.Constant(I32, loop.step)), ir.Constant(I32, loop.start))
+    start, _, step = _counter(loop)
+    trips = b.sub(count, ir.Constant(I32, start))
+    if step != loop.step:
+        trips = b.mul(trips, ir.Constant(I32, loop.step))
+    return count if (start, step) == (loop.start, loop.step) else b.add(trips, ir.Constant(I32, loop.start))

@@ -45,6 +45,7 @@ class Lanes:
 
     def __init__(self, builder: Any, lanes: int) -> None:
         self.plain, self.lanes = builder, lanes
+        self.reads = 0  # of scattered texels so far
 
     def __getattr__(self, name: str) -> Any:
         """Arithmetic, casts and comparisons on either kind of value; all else is the builder's own."""

@@ -17,6 +17,9 @@ from passgraph.formats import Format
 
 #: Channels of pixels that are one word where they fit.
 WORDS = (1, 2, 4)
+#: Reads of one function that are inlined: each takes LLVM about 10 ms.  Later ones are calls, which take up to a
+#: quarter longer at work where they load several numbers.
+MAX_INLINED = 48
 
 
 def neighbours(b: Lanes, row: Any, place: Any, channels: int, wanted: Sequence[int], held: Format = FLOAT) -> list[Any]:
@@ -63,7 +66,8 @@ def scattered(
         for place, value in enumerate(put_together(inner, where, which, channels, wanted)):
             packed = inner.insert_value(packed, value, place)
         inner.ret(packed)
-    found = b.plain.call(function, [picture, pixels])
+    b.reads += 1
+    found = b.plain.call(function, [picture, pixels], attrs=("noinline",) if b.reads > MAX_INLINED else ())
     return [b.extract_value(found, place) for place in range(len(wanted))]
 
 

@@ -1,0 +1,118 @@
+"""What the numpy backend has LLVM compile: how much, and in a shape that LLVM is quick with."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import passgraph as pg
+from passgraph.backends.numpy.machine import native
+from passgraph.backends.numpy.pixels.chains import alone
+from passgraph.backends.numpy.pixels.code import pixel_text
+from passgraph.backends.numpy.pixels.layout import Layout
+from passgraph.backends.numpy.vector import lane_body
+from passgraph.backends.numpy.vector.texels import MAX_INLINED
+from passgraph.language import scalar as s
+from passgraph.language.nameless import nameless
+from passgraph.plan.data import PixelStep
+
+SIZE = (40, 30)
+
+
+def step_of(program: pg.Program) -> PixelStep:
+    step = program.plan.steps[0]
+    assert isinstance(step, PixelStep)
+    return step
+
+
+def taps(count: int) -> pg.Program:
+    """As many reads at places that differ from pixel to pixel."""
+    kernel = pg.kernel(
+        source=f"""
+        def taps(map: Image, by: float = 1.5) -> float:
+            lit = 0.0
+            for i in range({count}):
+                lit += map.texel(ivec2(map[0, 0].x * by * float(i))).x
+            return lit
+        """
+    )
+    return pg.compile(kernel(pg.Input("map", "r32f", SIZE), into=pg.target("lit", "r32f")))
+
+
+def text_of(program: pg.Program) -> str:
+    return pixel_text(Layout.of(alone(step_of(program)), 16), "pieces")
+
+
+def test_reads_beyond_so_many_are_calls() -> None:
+    few, many = text_of(taps(MAX_INLINED)), text_of(taps(MAX_INLINED + 12))
+    assert few.count(" noinline") == 0
+    assert many.count(" noinline") == 12
+    lines = [str(native.optimised(text)).count("\n") for text in (text_of(taps(12)), few, many)]
+    inlined, called = (lines[1] - lines[0]) / (MAX_INLINED - 12), (lines[2] - lines[1]) / 12
+    assert called < 0.6 * inlined  # lines of LLVM's text a read; the function itself is among them
+
+
+@pytest.mark.parametrize(
+    "loop", [(0, 24, 1), (0, 32, 2), (-3, 5, 1), (8, 0, -1), (0, 1, 1), (2**31 - 9, 2**31 - 1, 2)], ids=str
+)
+def test_no_loop_counts_from_nothing(loop: tuple[int, int, int]) -> None:
+    """LLVM looks at loops that count 0, 1, 2 … for a checksum, and takes twice as long for each minimum in a row."""
+    made = s.For(s.Val("int", 1), *loop, ())
+    start, stop, step = lane_body._counter(made)
+    assert (start, step) != (0, 1)
+    assert len(range(start, stop, step)) == made.trips
+
+
+def test_long_rows_of_minima_in_a_loop_compile() -> None:
+    """Inner loops of 32 are unrolled, outer ones make 32 trips: LLVM would be looking for a checksum still."""
+    kernel = pg.kernel(
+        source="""
+        def least(map: Image) -> float:
+            best = 1000.0
+            for j in range(32):
+                for i in range(32):
+                    best = min(best, map.texel(pixel() + ivec2(i, j)).x)
+            return best
+        """
+    )
+    program = pg.compile(kernel(pg.Input("map", "r32f", SIZE), into=pg.target("least", "r32f")))
+    assert [i.trips for i in step_of(program).program.body if isinstance(i, s.For)] == [32]
+    values = np.random.default_rng(0).random((SIZE[1], SIZE[0], 1), np.float32)
+    found = program(map=values)["least"]
+    rows, columns = np.arange(SIZE[1]), np.arange(SIZE[0])
+    want = [[values[y : y + 32, x : x + 32].min() for x in columns] for y in rows]
+    np.testing.assert_array_equal(found[..., 0], np.float32(want))
+
+
+def curves(count: int) -> pg.Program:
+    kernel = pg.kernel(
+        source="""
+        def curve(color: Image) -> vec4:
+            c = color[0, 0]
+            return vec4(sqrt(abs(c.rgb)) * 0.8125 + dot(c.rgb, vec3(0.0625)), c.a)
+        """
+    )
+    last = pg.Input("frame", "rgba32f", SIZE)
+    for number in range(count):
+        last = kernel(last, into=pg.target(f"t{number}", "rgba32f"), name=f"pass {number}")
+    return pg.compile({"last": last})
+
+
+def test_passes_alike_are_compiled_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """Long ones stand alone; what was fused into each is named by its place in the graph, which code does not know."""
+    picture = np.random.default_rng(0).random((SIZE[1], SIZE[0], 4), np.float32)
+    with curves(60) as program:
+        want = program(frame=picture)["last"]
+    monkeypatch.setenv("PASSGRAPH_CACHE", str(tmp_path))
+    monkeypatch.setattr(native, "_loaded", {})
+    monkeypatch.setattr("passgraph.plan.fuse.MAX_FUSED_INSTRUCTIONS", 120)
+    monkeypatch.setattr("passgraph.plan.chains.MAX_INSTRUCTIONS", 120)
+    with curves(60) as program:
+        steps = program.plan.steps
+        assert len(steps) > 8
+        keys = {step.program.key for step in steps if isinstance(step, PixelStep)}
+        assert len(keys) > len({nameless(step.program).key for step in steps if isinstance(step, PixelStep)})
+        np.testing.assert_array_equal(program(frame=picture)["last"], want)
+    assert len(list((tmp_path / "code").glob("*.o"))) <= 3
