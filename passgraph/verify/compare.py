@@ -106,7 +106,7 @@ class _Comparison:
         self.first: tuple[str, dict[Key, Picture]] | None = None
         self.difference: Difference | None = None
         self._differing: Key | None = None
-        self._watches: dict[tuple[bool, int], Watch] = {}
+        self._watches: dict[bool, dict[int, Watch]] = {}
 
     def judged(self, chosen: str | Backend) -> BackendReport:
         """One backend opened, run and measured; what it raises becomes its report."""
@@ -134,8 +134,7 @@ class _Comparison:
             if isinstance(chosen, str):
                 backend.close()
         self._hold_against_first(name, whole)
-        targets = [self._measure(key, judged[key], whole[key], backend.snaps) for key in self._expected(backend)]
-        return BackendReport(name, tuple(targets))
+        return BackendReport(name, self._measured(judged, whole, backend.snaps))
 
     def _expected(self, backend: Backend) -> dict[Key, Picture]:
         return self.passes.allowed(backend.snaps)[0]
@@ -162,21 +161,29 @@ class _Comparison:
             )  # fmt: skip
             return
 
-    def _watch(self, snaps: bool, step: int) -> Watch:
-        if (snaps, step) not in self._watches:
-            self._watches[snaps, step] = self.passes.watched(snaps, step)
-        return self._watches[snaps, step]
+    def _measured(self, judged: dict[Key, Picture], whole: dict[Key, Picture], snaps: bool) -> tuple[TargetReport, ...]:
+        """Figures of every target, and why those of another kind and the first undecided one are."""
+        plan, (expected, allowed) = self.passes.plan, self.passes.allowed(snaps)
+        made = {
+            key: _measured(plan, key, judged[key], expected[key], allowed[key], whole[key], self.most_ambiguous)
+            for key in expected
+        }
+        found = {key: other_kind(judged[key], expected[key], allowed[key]) for key in expected}
+        other = {key: pixels for key, pixels in found.items() if pixels.any()}
+        undecided = [key for key, target in made.items() if not target.decided][:1]
+        watches = self._watches_of(snaps, {key[1] for key in (*other, *undecided)})
+        for key, pixels in other.items():
+            kind = told(self.passes, key, pixels, judged[key], expected, watches[key[1]])
+            made[key] = replace(made[key], other_kind=kind)
+        for key in undecided:
+            made[key] = replace(made[key], places=_places(made[key], watches[key[1]]))
+        return tuple(made.values())
 
-    def _measure(self, key: Key, got: Picture, whole: Picture, snaps: bool) -> TargetReport:
-        expected, bounds = self.passes.allowed(snaps)
-        made = _measured(self.passes.plan, key, got, expected[key], bounds[key], whole, self.most_ambiguous)
-        pixels = other_kind(got, expected[key], bounds[key])
-        if pixels.any():
-            watch = self._watch(snaps, key[1])
-            made = replace(made, other_kind=told(self.passes, key, pixels, got, expected, watch))
-        if not made.decided:
-            made = replace(made, places=_places(made, self._watch(snaps, key[1])))
-        return made
+    def _watches_of(self, snaps: bool, steps: set[int]) -> dict[int, Watch]:
+        """Notes of steps; those that another backend asked for are kept."""
+        known = self._watches.setdefault(snaps, {})
+        known |= self.passes.watched(snaps, sorted(steps - known.keys()))
+        return known
 
 
 def _places(target: TargetReport, watch: Watch) -> tuple[tuple[Cause, int], ...]:

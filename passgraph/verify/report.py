@@ -41,7 +41,7 @@ class TargetReport:
     accumulated_max, accumulated_rmse : on this backend's own pictures, with errors of earlier passes
     other_kind : NaN or infinity in the place of numbers, or the reverse, which bounds allow and no decision explains
     most_ambiguous : share of pixels that may be ambiguous before there is no verdict
-    places : of what is undecided: the decisions with their lines of the kernel, and in how many pixels, most first
+    places : of the first target that is undecided: decisions with their lines of the kernel, and in how many pixels
     """
 
     step: str

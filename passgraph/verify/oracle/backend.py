@@ -57,25 +57,27 @@ class OracleBackend(ReferenceBackend):
     known
         ``found`` of a run that differs in ``snapped`` alone: pixel passes, which rasterise nothing, take theirs
         from it.
-    watch
-        Takes notes of its step.
+    watches
+        Take notes of their steps; given any, bounds of other steps are not looked for.
     """
 
     name: ClassVar[str] = "oracle"
 
     def __init__(
-        self, snapped: bool = True, known: Mapping[int, list[Allowed]] | None = None, watch: Watch | None = None
+        self, snapped: bool = True, known: Mapping[int, list[Allowed]] | None = None, watches: Sequence[Watch] = ()
     ) -> None:
         super().__init__()
-        self.snapped, self.watch = snapped, watch
+        self.snapped = snapped
+        self.watches = {id(watch.step): watch for watch in watches}
         self.known = known or {}
         self.found: dict[int, list[Allowed]] = {}
         #: What pictures with a stencil may hold: they cannot be replaced between passes, so it adds up.
         self.carried: dict[int, Interval] = {}
         self.stencils: dict[int, tuple[Ints, Ints]] = {}
 
-    def watch_of(self, step: Step) -> Watch | None:
-        return self.watch if self.watch is not None and self.watch.step is step else None
+    def wants(self, step: Step) -> bool:
+        """Whether bounds of a step are looked for."""
+        return not self.watches or id(step) in self.watches
 
     def copy(self, source: Storage, destination: Storage) -> None:
         super().copy(source, destination)
@@ -97,16 +99,18 @@ class _PixelPass(ReferencePixelPass):
 
     def __call__(self, outputs: Sequence[Storage], images: Sequence[Storage], block: Block) -> None:
         super().__call__(outputs, images, block)
+        if not self.oracle.wants(self.step):
+            return
         # A picture with a stencil is the run's own, all others are the reference's.
         own = any(id(image) in self.oracle.carried for image in images)
-        if id(self.step) in self.oracle.known and not own and self.oracle.watch_of(self.step) is None:
+        if id(self.step) in self.oracle.known and not own and not self.oracle.watches:
             self.oracle.found[id(self.step)] = self.oracle.known[id(self.step)]
         else:
             self.oracle.found[id(self.step)] = self._allowed(outputs, images, block)
 
     def _allowed(self, outputs: Sequence[Storage], images: Sequence[Storage], block: Block) -> list[Allowed]:
         width, height = self.step.size
-        names, watch = [name for name, _ in self.step.images], self.oracle.watch_of(self.step)
+        names, watch = [name for name, _ in self.step.images], self.oracle.watches.get(id(self.step))
         stage = StageOracle(self.stage, block, names, images, self.oracle.carried, watch)
         y, x = np.divmod(np.arange(width * height), width)
         bounds = stage.bounds(
@@ -133,9 +137,18 @@ class _DrawPass(ReferenceDrawPass):
         self, outputs: Sequence[Storage], depth: Storage | None, images: Sequence[Storage], geometry: Geometry,
         vertex: Block, fragment: Block,
     ) -> None:  # fmt: skip
+        if self.oracle.wants(self.step):
+            self._find(outputs, depth, images, geometry, vertex, fragment)
+        super().__call__(outputs, depth, images, geometry, vertex, fragment)
+
+    def _find(
+        self, outputs: Sequence[Storage], depth: Storage | None, images: Sequence[Storage], geometry: Geometry,
+        vertex: Block, fragment: Block,
+    ) -> None:  # fmt: skip
+        """What the draw may leave, from what its targets hold before it."""
         draw = DrawOracle(
             self, outputs, depth, images, geometry, vertex, fragment, self.oracle.snapped, self.oracle.carried,
-            self.oracle.watch_of(self.step),
+            self.oracle.watches.get(id(self.step)),
         )  # fmt: skip
         if depth is not None and self.step.depth_clear is None and id(depth) in self.oracle.carried:
             draw.state.depth = self.oracle.carried[id(depth)].map(np.copy)
@@ -153,7 +166,6 @@ class _DrawPass(ReferenceDrawPass):
         self.oracle.found[id(self.step)] = [
             Allowed(v.map(lambda x: x.reshape(height, width, -1)), ambiguous, unpromised, draw.names) for v in values
         ]
-        super().__call__(outputs, depth, images, geometry, vertex, fragment)
 
 
 def outside(picture: FloatBlock, allowed: Interval) -> Lanes:

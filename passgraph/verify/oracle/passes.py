@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -107,9 +107,10 @@ class Passes:
             self.found[snaps] = expected, allowed
         return self.found[snaps]
 
-    def watched(self, snaps: bool, step: int) -> Watch:
-        """Why a step's bounds are what they are: runs the graph once more and takes notes there."""
-        watch = Watch(self.plan.steps[step])
-        for _ in self.written(OracleBackend(snaps, self._known, watch)):
-            pass
-        return watch
+    def watched(self, snaps: bool, steps: Iterable[int]) -> dict[int, Watch]:
+        """Why bounds of some steps are what they are: runs the graph once more and takes notes there."""
+        watches = {step: Watch(self.plan.steps[step]) for step in steps}
+        if watches:
+            for _ in self.written(OracleBackend(snaps, watches=tuple(watches.values()))):
+                pass
+        return watches
