@@ -237,6 +237,8 @@ TILED = """
 import hashlib, sys
 import passgraph.backends.numpy.raster.layout as names
 names.TILE = int(sys.argv[1])
+from passgraph.backends.numpy.machine.shipped import Shipped
+Shipped.is_current = lambda *_: False  # what is shipped was made for the side as it is
 from passgraph.verify.conformance import cases
 from passgraph.verify.fuzz.cases import run
 from passgraph.backends.registry import open_backend
