@@ -38,7 +38,7 @@ class Scene:
         import Ogre.RTShader
 
         class Application(Ogre.Bites.ApplicationContext):
-            def oneTimeConfig(self) -> bool:  # noqa: N802 (Ogre calls it)
+            def oneTimeConfig(self) -> bool:
                 chosen = next(s for s in self.getRoot().getAvailableRenderers() if "3+" in s.getName())
                 self.getRoot().setRenderSystem(chosen)
                 return True
@@ -46,7 +46,7 @@ class Scene:
         class Listener(Ogre.RenderTargetListener):
             calls: list[Callable[[], object]] = []  # noqa: RUF012 (one scene a process)
 
-            def postRenderTargetUpdate(self, event: object) -> None:  # noqa: N802
+            def postRenderTargetUpdate(self, event: object) -> None:
                 for call in list(self.calls):
                     call()
 
