@@ -151,7 +151,11 @@ def main(wanted: list[str]) -> None:
         print(line(made), flush=True)
         if "ms" in made or "ms" not in rows.get(engine, {}):  # what another Python measured stays
             rows[engine] = made
-    rows = {name: rows[name] for name in ENGINES if name in rows}
+    write({name: rows[name] for name in ENGINES if name in rows})
+
+
+def write(rows: dict[str, Any]) -> None:
+    """The rows into their file, and the table into the page."""
     ROWS.write_text(json.dumps(rows, indent=1) + "\n")
     page = PAGE.read_text()
     before, after = page.split(BEGIN)[0], page.split(END)[1]
