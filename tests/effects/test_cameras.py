@@ -91,7 +91,10 @@ def test_no_far_plane_is_needed(of: str) -> None:
     "effect",
     [
         lambda scene: soft_shadow(scene, filter=Blur(radius_px=2), softness=0.1, map_size=32),
-        lambda scene: ambient_occlusion(scene, radius=0.6, slices=1, steps=2, half_resolution=True),
+        pytest.param(
+            lambda scene: ambient_occlusion(scene, radius=0.6, slices=1, steps=2, half_resolution=True),
+            marks=pytest.mark.slow,
+        ),
     ],
     ids=["blur", "gtao"],
 )
