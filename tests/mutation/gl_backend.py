@@ -47,9 +47,9 @@ MUTANTS = (
     _g("GLSL._place", '[f"{whole} < {count}"] * high', '[f"{whole} <= {count}"] * high', *PICTURES),
     _g("GLSL._place", '[f"{whole} >= 0"] * low', '[f"{whole} >= -1"] * low', *PICTURES),
     _g("GLSL._place", "uint({whole}) < uint({count})", "uint({whole}) <= uint({count})", *PICTURES),
-    _g("GLSL._place", "float(min({text}, {FARTHEST_TEXEL}))", "float({text})", "pictures/far outside, clamp"),
-    _g("GLSL._place", 'f"({number} + 0.5) * {width}"', 'f"({number} - 0.5) * {width}"', *PICTURES, "language/"),
-    _g("GLSL._place", ".{axis} + {number} * {width}", ".{axis} - {number} * {width}", *PICTURES),
+    _g("GLSL._place", 'f"min({text}, {FARTHEST_TEXEL})"', "text", "pictures/far outside, clamp"),
+    _g("GLSL._centre", 'f"({number} + 0.5)"', 'f"({number} - 0.5)"', *PICTURES, "language/"),
+    _g("GLSL._place", "{'-' if turned else '+'}", "-", *PICTURES),
     _g("_PARAMETERS", "0x2802: 0x812F", "0x2802: 0x2901", *PICTURES),
     _g(
         "GLSL._place",
