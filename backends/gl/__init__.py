@@ -3,8 +3,8 @@
 Read in this order: ``backend`` (storages, transfers), ``passes``, ``glsl`` (the printer) and ``dialect``,
 ``programs``, ``state`` and ``bound``, ``textures``, ``objects``, ``context``, ``functions``, ``capabilities``.
 
-In an engine's context: ``host``, then ``sibling`` and ``guard`` (the two ways to leave its state alone), ``foreign``
-and ``surfaces`` (what its pictures are), ``placement`` (how they lie), ``copies``.
+In an engine's context: ``host``, then ``host_context``, ``sibling`` and ``guard`` (the two ways to leave its state
+alone), ``foreign`` and ``surfaces`` (what its pictures are), ``placement`` (how they lie), ``copies``.
 """
 
 from __future__ import annotations

@@ -13,12 +13,10 @@ from typing import Any
 
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl import state as fixed
-from passgraph.backends.gl.canary import Canary, OtherContextError
-from passgraph.backends.gl.context import Context, destroy_left
-from passgraph.backends.gl.current import HostCurrent
+from passgraph.backends.gl.canary import Canary
 from passgraph.backends.gl.functions import Functions
-from passgraph.backends.gl.sibling import OTHER_CONTEXT, current_state
-from passgraph.backends.turn import Turn, open_driver
+from passgraph.backends.gl.host_context import HostContext
+from passgraph.backends.turn import Turn
 from passgraph.errors import BackendError
 
 _PASS_SWITCHES = (fixed.CULL_FACE, fixed.DEPTH_TEST, fixed.STENCIL_TEST, fixed.POLYGON_OFFSET_FILL)
@@ -200,39 +198,24 @@ def _later(call: Any, *arguments: Any) -> Restore:
     return lambda: call(*arguments)
 
 
-class GuardedContext(Context):
+class GuardedContext(HostContext):
     """Entered where the host's context is current; its state is put aside for as long."""
 
     about = "the host's context, whose state is read before and set again behind"
 
     def __init__(self, turn: Turn | None = None) -> None:
-        open_driver("gl")
-        destroy_left()
         super().__init__(turn)
-        self.current = HostCurrent()
-        self.host = current_state(self.current)
-        self._before = self.host
         self.gl = Functions(self.current.system(self.host).address)
         self._saved: list[Restore] = []
         self._guard = Guard(self.gl, 8)
-        self._canary = Canary(self.gl)
+        self.canary = Canary(self.gl)
         self._delete: Callable[[], None] = lambda: None
 
     def need_units(self, count: int) -> None:
         self._guard.units = max(self._guard.units, count)
 
-    def check_current(self) -> None:
-        super().check_current()
-        self._look()
-
-    def _look(self) -> None:
-        now = current_state(self.current)
-        if (now.context, now.display) != (self.host.context, self.host.display):
-            raise OtherContextError(OTHER_CONTEXT)
-        self._canary.look()
-
     def _make_current(self) -> None:
-        self._look()
+        self.found()
         self.gl.drain()
         self._saved = self._guard.save()
 
@@ -248,6 +231,6 @@ class GuardedContext(Context):
         """Nothing where the host's context is not current: what is ours goes with it."""
         self.closed = True
         with suppress(BackendError):
-            self._look()
+            self.found()
             self._delete()
-            self._canary.release()
+            self.canary.release()

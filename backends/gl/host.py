@@ -22,8 +22,9 @@ from passgraph.backends.gl.copies import Copies
 from passgraph.backends.gl.current import HostCurrent
 from passgraph.backends.gl.foreign import Facts, attached, facts_of
 from passgraph.backends.gl.guard import GuardedContext
+from passgraph.backends.gl.host_context import HostContext, current_state
 from passgraph.backends.gl.placement import PLAIN, Placement
-from passgraph.backends.gl.sibling import SiblingContext, current_state
+from passgraph.backends.gl.sibling import SiblingContext
 from passgraph.backends.gl.surfaces import in_words
 from passgraph.backends.gl.textures import Surface, Texture, gl_format_of
 from passgraph.errors import BackendError, InputError
@@ -146,7 +147,7 @@ class Host(GLBackend):
     def __init__(self, isolation: Isolation = "auto") -> None:
         arguments.one_of(isolation, "isolation", get_args(Isolation))
         self.isolation: str = "guard"
-        context: SiblingContext | GuardedContext | None = None
+        context: HostContext | None = None
         if isolation != "guard":
             try:
                 context = SiblingContext(self.turn)
@@ -156,10 +157,8 @@ class Host(GLBackend):
                 if isolation == "sibling":
                     raise
         self._open(context or GuardedContext(self.turn))
-        context_ = self.context
-        assert isinstance(context_, SiblingContext | GuardedContext)
-        context_.at_release(self.objects.delete_all)
-        self.about = context_.about
+        self._of_host.at_release(self.objects.delete_all)
+        self.about = self.context.about
 
     def _open(self, context: Any) -> None:
         super()._open(context)
@@ -243,10 +242,14 @@ class Host(GLBackend):
         return self._picture(Surface("texture", int(name), target=0), size, region, origin, srgb)
 
     def _window_size(self) -> tuple[int, int] | None:
-        context = self.context
-        assert isinstance(context, SiblingContext | GuardedContext)
-        state = current_state(context.current)
-        return context.current.system(state).surface_size(state)
+        current = self._of_host.current
+        state = current_state(current)
+        return current.system(state).surface_size(state)
+
+    @property
+    def _of_host(self) -> HostContext:
+        assert isinstance(self.context, HostContext)
+        return self.context
 
     def _picture(
         self, surface: Surface, size: tuple[int, int] | None, region: Region | None, origin: Origin,

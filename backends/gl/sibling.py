@@ -11,33 +11,16 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
 
-from passgraph.backends.gl.canary import Canary, OtherContextError
-from passgraph.backends.gl.context import Context, destroy_later, destroy_left, destroy_now
+from passgraph.backends.gl.canary import Canary
+from passgraph.backends.gl.context import destroy_later, destroy_now
 from passgraph.backends.gl.current import HostCurrent
 from passgraph.backends.gl.functions import Functions
+from passgraph.backends.gl.host_context import HostContext
 from passgraph.backends.gl.windowing import State
-from passgraph.backends.turn import Turn, open_driver
+from passgraph.backends.turn import Turn
 from passgraph.errors import BackendError
 
 _COMMANDS_COMPLETE, _NO_TIMEOUT = 0x9117, 0xFFFFFFFFFFFFFFFF
-NO_CONTEXT = (
-    "no OpenGL context is current in this thread; ask for the host where the engine draws: in its draw callback, or "
-    "after it has made its context current"
-)
-
-
-def current_state(current: HostCurrent) -> State:
-    """What is current in this thread.
-
-    Raises
-    ------
-    BackendError
-        Where nothing is.
-    """
-    state = current.state()
-    if state is None:
-        raise BackendError(f"gl: {NO_CONTEXT}")
-    return state
 
 
 class _Shared:
@@ -68,15 +51,11 @@ class _Shared:
         self.current.system(self.host).destroy(self.host, self.handle)
 
 
-class SiblingContext(Context):
+class SiblingContext(HostContext):
     """Entered where the host's context is current, which is current again behind it."""
 
     def __init__(self, turn: Turn | None = None) -> None:
-        open_driver("gl")
-        destroy_left()
         super().__init__(turn)
-        self.current = HostCurrent()
-        self.host = current_state(self.current)
         self._before: State | None = None
         #: Whether what one context has drawn is awaited by the other.
         self._waits = True
@@ -87,8 +66,8 @@ class SiblingContext(Context):
             self.current.change(self.host, self._shared.state(self.host))
             try:
                 self.gl = Functions(self.current.system(self.host).address)
-                self._canary = Canary(self.gl)
-                self._shared.delete = self._canary.release
+                self.canary = Canary(self.gl)
+                self._shared.delete = self.canary.release
             finally:
                 self.current.put_back(self.current.state(), self.host)
         except BaseException:
@@ -96,18 +75,6 @@ class SiblingContext(Context):
             raise
         system = self.host.system.upper()
         self.about = f"a context beside the host's that shares its objects and has its own state ({system})"
-
-    def check_current(self) -> None:
-        super().check_current()
-        self._found()
-
-    def _found(self) -> State:
-        """The host's context as it is current now, with the surfaces that it draws to."""
-        now = current_state(self.current)
-        if (now.context, now.display) != (self.host.context, self.host.display):
-            raise OtherContextError(OTHER_CONTEXT)
-        self._canary.look()
-        return now
 
     @contextmanager
     def looking(self) -> Iterator[Functions]:
@@ -119,7 +86,7 @@ class SiblingContext(Context):
             self._waits = waits
 
     def _make_current(self) -> None:
-        now = self._found()
+        now = self.found()
         fence = self._fence()
         self.current.change(now, self._shared.state(now))
         self._before = now
@@ -141,7 +108,7 @@ class SiblingContext(Context):
             self.gl.DeleteSync(fence)
 
     def at_release(self, delete: Callable[[], None]) -> None:
-        canary = self._canary  # nothing here may know this object: it is collected before
+        canary = self.canary  # nothing here may know this object: it is collected before
 
         def both() -> None:
             delete()
@@ -153,10 +120,3 @@ class SiblingContext(Context):
         self.closed = True
         if self._finalizer.detach() is not None:
             destroy_now(self._shared)
-
-
-OTHER_CONTEXT = (
-    "gl: another OpenGL context is current in this thread than the one that this host was made in; make that current, "
-    "or, where the engine has made a new one (a window moved or went fullscreen), close this host and ask for "
-    "Host.current() anew"
-)

@@ -17,7 +17,7 @@ from docs.engines.demo import functions, gray_and_soft
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl.current import Current
 from passgraph.backends.gl.foreign import attached
-from passgraph.backends.gl.sibling import current_state
+from passgraph.backends.gl.host_context import current_state
 from passgraph.effects.pictures.blur import gaussian_weights
 
 _VERTEX = """#version 330

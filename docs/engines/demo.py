@@ -24,7 +24,7 @@ if sys.path[0] == str(root / "docs" / "engines"):
 import passgraph as pg
 from passgraph.backends.gl.current import Current
 from passgraph.backends.gl.functions import Functions
-from passgraph.backends.gl.sibling import current_state
+from passgraph.backends.gl.host_context import current_state
 from passgraph.effects import black_and_white, gaussian_blur
 from passgraph.effects.ambient.ambient_occlusion import occlusion
 from passgraph.effects.surfaces.depth_normals import depth_normals
