@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tomllib
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import networkx as nx
@@ -138,6 +139,7 @@ def imported(tree: ast.Module, *, inside_functions: bool) -> Iterator[str]:
             pending += ast.iter_child_nodes(node)
 
 
+@cache
 def import_graph(*, inside_functions: bool) -> nx.DiGraph:
     """An edge from each module to those of passgraph that it imports."""
     known = modules()
