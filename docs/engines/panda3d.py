@@ -21,6 +21,16 @@ from passgraph.engines import panda3d as adapter
 from passgraph.engines.attachment import Attachment
 
 
+def behind_all(output: Any, call: Callable[[], object]) -> Callable[[], object]:
+    """Have a function called when all of a window or buffer is drawn; returns what ends it."""
+    from panda3d.core import PythonCallbackObject
+
+    region = output.make_display_region()
+    region.sort = adapter.SORT + 1
+    region.set_draw_callback(PythonCallbackObject(lambda data: call()))
+    return lambda: (region.clear_draw_callback(), output.remove_display_region(region))
+
+
 class Scene:
     """A panda on a field of boxes; a process has one of ShowBase."""
 
@@ -84,12 +94,7 @@ class Scene:
         return adapter.attach(self.buffer, effect, **values)
 
     def hook_in(self, call: Callable[[], object]) -> Callable[[], object]:
-        from panda3d.core import PythonCallbackObject
-
-        region = self.buffer.make_display_region()
-        region.sort = adapter.SORT + 1
-        region.set_draw_callback(PythonCallbackObject(lambda data: call()))
-        return lambda: (region.clear_draw_callback(), self.buffer.remove_display_region(region))
+        return behind_all(self.buffer, call)
 
     def resize(self, size: tuple[int, int]) -> None:
         self.buffer.set_size(*size)

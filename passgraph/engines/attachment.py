@@ -188,6 +188,11 @@ class Attachment:
         self.error = None if on else self.error
 
     @property
+    def takes_depth(self) -> bool:
+        """Whether the effect reads the frame's depth."""
+        return "depth" in self._takes
+
+    @property
     def isolation(self) -> str | None:
         """How the engine's state is left alone: "sibling" or "guard"; None before the first frame."""
         return None if self._host is None else self._host.isolation

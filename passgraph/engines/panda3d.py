@@ -16,7 +16,7 @@ SORT = 1_000_000
 
 
 def attach(
-    output: Any, effect: Effect, *, camera: object = None, isolation: Isolation = "auto", sort: int = SORT,
+    output: Any, effect: Effect, *, camera: object = None, isolation: Isolation = "auto", sort: int | None = None,
     **values: object,
 ) -> Attachment:  # fmt: skip
     """An effect on every frame of a window or buffer.
@@ -26,7 +26,8 @@ def attach(
     output : ``base.win``, or another ``GraphicsOutput``
     effect, camera, isolation, values : see `passgraph.engines.attachment.Attachment`; left out, the camera is that of
         the output's first active display region that has one in perspective or orthographic
-    sort : the effect changes what display regions of lower sort have drawn; 5 leaves ShowBase's 2D overlay above it
+    sort : the effect changes what display regions of lower sort have drawn; 5 leaves ShowBase's 2D overlay above it.
+        Left out, all; of an effect that takes depth, those before the first that clears it, as that overlay does
 
     Raises
     ------
@@ -56,7 +57,7 @@ def attach(
 
     made = Attachment("panda3d", effect, values, frame=frame, camera=camera, engine_camera=view, isolation=isolation)
     region = output.make_display_region()
-    region.sort = sort
+    region.sort = _last(output, made.takes_depth) if sort is None else sort
     region.set_draw_callback(core.PythonCallbackObject(made.draw))
 
     def take_out() -> None:
@@ -67,8 +68,17 @@ def attach(
     return made
 
 
+def _last(output: Any, takes_depth: bool) -> int:
+    """Behind all display regions, or before the first that clears the depth of others."""
+    sorts = [(region.sort, region.get_clear_depth_active()) for region in output.get_active_display_regions()]
+    first = min((sort for sort, _ in sorts), default=0)
+    clearing = [sort for sort, clears in sorts if clears and sort > first]
+    return min(clearing) - 1 if takes_depth and clearing else SORT
+
+
 def matrices(core: Any, camera: Any) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """View and projection of a camera's node path as OpenGL has them; world coordinates stay Panda3D's.
+    """View and projection of a camera's node path as OpenGL has them; world coordinates stay Panda3D's, but for z of
+    left-handed worlds, such as Ursina's, which is negated.
 
     Panda3D multiplies row vectors, and its cameras look along +y in a world with z up.
     """
@@ -76,7 +86,10 @@ def matrices(core: Any, camera: Any) -> tuple[NDArray[np.float64], NDArray[np.fl
     turn = core.LMatrix4.convert_mat(lens.coordinate_system, core.CS_yup_right)
     world = camera.get_top().get_mat(camera)
     back = core.LMatrix4.convert_mat(core.CS_yup_right, lens.coordinate_system)
-    return _columns(world * turn), _columns(back * lens.get_projection_mat())
+    view = _columns(world * turn)
+    if np.linalg.det(view[:3, :3]) < 0.0:
+        view = view @ np.diag([1.0, 1.0, -1.0, 1.0])
+    return view, _columns(back * lens.get_projection_mat())
 
 
 def _columns(matrix: Any) -> NDArray[np.float64]:

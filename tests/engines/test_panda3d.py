@@ -69,3 +69,9 @@ def test_a_window_s_overlay_can_stay_above_the_effect() -> None:
         "([255, 255, 255], [51, 102, 153])",
         "",
     ]
+
+
+@pytest.mark.parametrize("isolation", ["sibling", "guard"])
+def test_frames_of_ursina_do_not_change(isolation: str) -> None:
+    need("ursina")
+    check_harmless("ursina", isolation)
