@@ -58,7 +58,8 @@ def backends() -> Iterator[list[Backend]]:
 
 
 #: What compiles for long on PoCL; the same kernels are in the others.
-LONG = ("ambient-occlusion", "contact", "five-pass", "soft-shadow", "light", "planar")
+#: Effects read and write pictures as the other cases do.
+LONG = tuple({case.name.split(" ")[0] for case in CASES if case.group == "effects"} - {"black-and-white"})
 FIRST = {case.id for case in first_of_each()}
 
 

@@ -59,7 +59,7 @@ def test_it_is_what_a_thin_lens_sees(layers: tuple[Layer, ...], f_number: float,
     assert error(color[:, :, :3]) > 2.5 * error(shown)
 
 
-@pytest.mark.parametrize("distance", [1.0, 3.0, 5.0, 50.0])
+@pytest.mark.parametrize("distance", [1.0, 5.0])
 @pytest.mark.parametrize("backend_name", DEVICES, indirect=True)
 def test_a_point_becomes_a_disc_of_the_lens_s_radius(distance: float, backend_name: str) -> None:
     """Its light is kept, and lies at a mean square of half the radius squared from its middle; rims are soft."""

@@ -48,7 +48,12 @@ def whole(color: pg.Target, depth: pg.Target) -> pg.Target:
 FRAME, DEPTH = pg.Input("frame", "rgba8_srgb", SIZE), pg.Input("depth", "r32f", SIZE)
 
 
-@pytest.mark.parametrize("backend_name", DEVICES, indirect=True)
+#: PoCL compiles it for long.
+@pytest.mark.parametrize(
+    "backend_name",
+    [pytest.param(d, marks=[pytest.mark.slow] if d == "opencl" else []) for d in DEVICES],
+    indirect=True,
+)
 def test_one_graph_is_what_its_steps_are_one_by_one(backend_name: str) -> None:
     """On every backend against each step run alone on numpy, from bytes to bytes."""
     color, depth = engine()

@@ -116,7 +116,8 @@ def test_odd_sizes_are_filled_to_their_borders(size: tuple[int, int], backend_na
     assert np.isfinite(made).all()
 
 
-@pytest.mark.parametrize("lights", list(LIGHTS))
+#: A cube map is six of the others', and as many compilations.
+@pytest.mark.parametrize("lights", [pytest.param(k, marks=[pytest.mark.slow] if k == "cube" else []) for k in LIGHTS])
 def test_every_pass_is_within_the_bounds_of_the_reference(lights: str) -> None:
     passes = soft_shadow_passes(scene(lights), ambient=0.0, map_size=64, filter=Penumbra(taps=8))
     assert passes.shadows_blurred is not None

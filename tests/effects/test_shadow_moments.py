@@ -223,7 +223,7 @@ def read_packed(stored: Image) -> vec4:
         *(("directional", {"filter": SHADOW_FILTERS[name]()}) for name in MOMENT_FILTERS),
         ("directional", {"filter": Msm(format="rgba16")}),
         ("spot", {"filter": Evsm4()}),
-        ("cube", {"filter": Msm()}),
+        pytest.param("cube", {"filter": Msm()}, marks=pytest.mark.slow),
     ],
 )
 def test_every_target_is_within_its_bound(light: str, options: dict[str, object]) -> None:

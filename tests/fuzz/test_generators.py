@@ -167,7 +167,7 @@ def test_an_exception_is_a_failure() -> None:
     with Hasty() as backend:
         failure = search.batch(kernels(), [backend], 0, Tally(), 3)
     assert failure is not None
-    assert failure.why == "raised ZeroDivisionError: planted"
+    assert failure.why == "hasty failed: ZeroDivisionError: planted"
 
 
 def test_after_its_time_nothing_runs() -> None:

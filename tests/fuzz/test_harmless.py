@@ -74,7 +74,10 @@ def assert_same(one: list[dict[str, Picture]], other: list[dict[str, Picture]], 
 
 #: Their programs take PoCL most of the time of this file, and plans are the same for every device: on numpy, which
 #: chains passes besides, and on gl they are always run.
-COSTLY = ("soft-shadow", "five-pass", "planar", "contact", "light2d", "ambient-occlusion", "bloom")
+COSTLY = (
+    "soft-shadow", "five-pass", "planar", "contact", "light2d", "ambient-occlusion", "bloom", "depth-of-field",
+    "occluded", "contact-shadow", "dirty-lens",
+)  # fmt: skip
 ON_DEVICES = [
     pytest.param(name, device, marks=pytest.mark.slow if device == "opencl" and name in COSTLY else ())
     for name in EFFECTS
