@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Mapping
+from importlib.machinery import SourceFileLoader
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
+from types import CodeType
 from typing import Any
 
 import passgraph as pg
@@ -64,8 +66,16 @@ def _effects(names: Mapping[str, Any], module: str) -> dict[str, Graph]:
     return made
 
 
+class _AsWritten(SourceFileLoader):
+    """Reads the file each time.  Python's kept code is told from a newer text by its length and the second in which it
+    was written, which a change of one digit just now has in common with the text before."""
+
+    def get_code(self, fullname: str) -> CodeType:
+        return self.source_to_code(self.get_data(self.path), self.path)
+
+
 def _run(path: Path) -> dict[str, Any]:
-    spec = spec_from_file_location(path.stem, path)
+    spec = spec_from_file_location(path.stem, path, loader=_AsWritten(path.stem, str(path)))
     assert spec is not None
     assert spec.loader is not None
     module = module_from_spec(spec)

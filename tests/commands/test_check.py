@@ -7,6 +7,7 @@ of a picture inside of wide bounds.
 from __future__ import annotations
 
 import json
+import os
 import re
 from pathlib import Path
 from typing import Any
@@ -305,6 +306,19 @@ def test_a_change_inside_of_wide_bounds_is_told(capsys: pytest.CaptureFixture[st
         out,
     ), out
     assert golden(capsys, text.format(more=""))[0] == 0
+
+
+def test_a_change_of_one_digit_within_a_second_is_seen(capsys: pytest.CaptureFixture[str]) -> None:
+    """Whatever Python keeps of the file: both texts have one length, and here one time."""
+    module = """
+import passgraph as pg
+outputs = pg.kernel(source="def light{number}(color: Image) -> vec4: return color[0, 0]")(pg.Input("color"))
+"""
+    for number in (1, 2):
+        Path("own.py").write_text(module.format(number=number))
+        os.utime("own.py", (1_000_000_000, 1_000_000_000))
+        assert f"light{number}" in said(capsys, "check", "own.py", "-b", "reference")[1]
+    assert not Path("__pycache__").exists()
 
 
 def test_steps_of_the_format_may_be_allowed(capsys: pytest.CaptureFixture[str]) -> None:
