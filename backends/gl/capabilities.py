@@ -23,7 +23,7 @@ OFF = (
     FRAMEBUFFER_SRGB,
     0x0BD0,  # dithering
     0x0BF2,  # logic operation
-    0x0B41,  # polygon smoothing
+    0x0B41, 0x0B20,  # smoothing of polygons, and of lines, for which drivers offset polygons otherwise
     0x809E, 0x80A0, 0x8E51,  # sample alpha to coverage, sample coverage, sample mask
     0x3000, 0x3001, 0x3002, 0x3003, 0x3004, 0x3005,  # clip distances
 )  # fmt: skip
