@@ -93,7 +93,7 @@ class Use:
     is_overwritten: bool = False
 
 
-READ = Use()
+READ, OVERWRITTEN = Use(), Use(is_overwritten=True)
 
 
 class PixelRunner(Protocol):

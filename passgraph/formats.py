@@ -116,6 +116,24 @@ def colour_format(number: str, channels: int) -> Format | None:
     return next((made for made in plain if (made.number, made.channels) == (number, channels)), None)
 
 
+def curved(format_: Format, srgb: bool) -> Format | None:
+    """The format of the same numbers whose colours are encoded by the sRGB curve, or not; None where there is none.
+
+    >>> curved(FORMATS["rgba8"], True).name, curved(FORMATS["rgba8_srgb"], False).name, curved(FORMATS["r8"], True)
+    ('rgba8_srgb', 'rgba8', None)
+    """
+    return FORMATS.get(format_.name.removesuffix("_srgb") + ("_srgb" if srgb else ""))
+
+
+def as_many_channels(one: Format, other: Format) -> bool:
+    """Whether pictures of both can stand for each other: alpha may be missing, and is 1 then.
+
+    >>> as_many_channels(FORMATS["rgb8"], FORMATS["rgba16f"]), as_many_channels(FORMATS["r8"], FORMATS["rgb8"])
+    (True, False)
+    """
+    return min(one.channels, 3) == min(other.channels, 3)
+
+
 def float_format(channels: int) -> Format:
     """Of float32 values."""
     return FORMATS[f"{'rgba'[:channels]}32f"]

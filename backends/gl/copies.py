@@ -7,26 +7,21 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-import numpy as np
-
-from passgraph.backends.base import Block
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl import state as fixed
 from passgraph.backends.gl.capabilities import FRAMEBUFFER_SRGB
+from passgraph.backends.gl.foreign import Facts, size_now
 from passgraph.backends.gl.functions import Functions
-from passgraph.backends.gl.passes import run_pixels
-from passgraph.backends.gl.placement import PLAIN, Placement, placements_of
-from passgraph.backends.gl.surfaces import attach, in_words
+from passgraph.backends.gl.placement import PLAIN, Placement
+from passgraph.backends.gl.surfaces import bind_surface, in_words, unbind_surface
 from passgraph.backends.gl.textures import Surface, Texture, gl_format_of
-from passgraph.backends.gl.transfers import storing_program
+from passgraph.backends.gl.transfers import store
 from passgraph.errors import BackendError, InputError
-from passgraph.formats import FORMATS, Format, float_format
+from passgraph.formats import Format, curved, float_format
 
 if TYPE_CHECKING:
-    from passgraph.backends.gl.foreign import Facts
     from passgraph.backends.gl.host import Host, HostPicture
 
-_EMPTY = Block(np.zeros(1, np.float32), np.zeros(1, np.int32))
 #: Sampler parameters: nearest, clamped to the edge, no comparison of depth.
 _NEAREST = {0x2801: g.NEAREST, 0x2800: g.NEAREST, 0x2802: 0x812F, 0x2803: 0x812F, 0x884C: 0}
 _SRGB_DECODE, _SKIP_DECODE = 0x8A48, 0x8A4A
@@ -94,26 +89,29 @@ class Copies:
         BackendError, InputError
             Where it is gone, or has another size than when it was asked for.
         """
-        surface = picture.facts.surface
         with self.host.context:
             self.check_same(picture)
             decoded = self._is_decoded(picture)
-            if self._is_plain(picture) and (decoded or not copied):
-                held = Texture(
-                    surface.name, format_, picture.size, gl_format_of(picture.format, padded=False),
-                    picture.placement, picture.region[:2], surface, self.sampler,
-                )  # fmt: skip
-            else:
-                held = self._copied(picture, format_)
+            in_place = self._is_plain(picture) and (decoded or not copied)
+            held = self.itself(picture, format_) if in_place else self._copied(picture, format_)
             return self._encoded(picture, held) if decoded else held
+
+    def itself(self, picture: HostPicture, format_: Format) -> Texture:
+        """The host's picture, to be read where it can be sampled, or written, with numbers of a format."""
+        surface = picture.facts.surface
+        return Texture(
+            surface.name if surface.kind == "texture" else 0, format_, picture.size,
+            gl_format_of(picture.format, padded=False), picture.placement, picture.region[:2], surface, self.sampler,
+        )  # fmt: skip
 
     def _encoded(self, picture: HostPicture, decoded: Texture) -> Texture:
         """The numbers of an sRGB picture, from its values: 8 bits come back from their float32 values."""
-        channels, size, format_ = picture.format.channels, picture.size, picture.format
-        encoded = FORMATS["rgba8_srgb" if channels == 4 else "rgb8_srgb"]
+        size, format_ = picture.size, picture.format
+        encoded = curved(format_, True)
+        assert encoded is not None  # as OpenGL has such
         name = self._taken(format_, size, lambda: self.host.new_texture(format_, size).name)
         own = Texture(name, encoded, size, gl_format_of(format_, padded=False))
-        self.move(replace(decoded, format=float_format(channels)), own)
+        self.move(replace(decoded, format=float_format(format_.channels)), own)
         return replace(own, format=decoded.format)
 
     def check_same(self, picture: HostPicture) -> None:
@@ -123,10 +121,10 @@ class Copies:
         if surface.kind == "window":
             return
         with self.host.context as gl:
-            alive, now = _size_now(gl, facts)
+            now = size_now(gl, facts)
             gl.drain()
         if now != facts.size:
-            what = f"has {now[0]}x{now[1]} pixels now, and had" if alive else "is gone, and had"
+            what = "is gone, and had" if now is None else f"has {now[0]}x{now[1]} pixels now, and had"
             raise InputError(
                 f"{in_words(surface)} {what} {facts.size[0]}x{facts.size[1]} when it was asked for; ask the host anew "
                 "in each frame: it is cheap"
@@ -142,9 +140,10 @@ class Copies:
         left, low = held.origin
         fixed.set_common(gl, host.context.bound, 0)
         host.context.bound.forget()
+        point = (_point(facts),)
         ends = ((g.DRAW_FRAMEBUFFER, Surface("texture", held.name)), (g.READ_FRAMEBUFFER, facts.surface))
         for (target, surface), framebuffer in zip(ends, self._framebuffers, strict=True):
-            self._bind(target, framebuffer, surface, _point(facts))
+            bind_surface(gl, target, framebuffer, surface, point)
         before = gl.integer(_READ_BUFFER)
         if facts.surface.kind == "window" and not facts.is_depth:
             gl.ReadBuffer(facts.surface.buffer)
@@ -155,7 +154,7 @@ class Copies:
         if facts.surface.kind == "window" and not facts.is_depth:
             gl.ReadBuffer(before)
         for target, surface in ends:
-            self._unbind(target, surface, _point(facts))
+            unbind_surface(gl, target, surface, point)
         gl.check(f"copying {picture}")
         return held
 
@@ -171,20 +170,6 @@ class Copies:
         finally:
             if told:
                 gl.Disable(FRAMEBUFFER_SRGB)
-
-    def _bind(self, target: int, framebuffer: int, surface: Surface, point: int) -> None:
-        gl = self.host.context.gl
-        if surface.kind == "window":
-            gl.BindFramebuffer(target, 0)
-            return
-        gl.BindFramebuffer(target, framebuffer)
-        attach(gl, target, point, surface)
-
-    def _unbind(self, target: int, surface: Surface, point: int) -> None:
-        gl = self.host.context.gl
-        if surface.kind != "window":
-            gl.FramebufferTexture2D(target, point, g.TEXTURE_2D, 0, 0)
-        gl.BindFramebuffer(target, 0)
 
     def _room_for(self, picture: HostPicture, format_: Format, in_place: bool) -> Texture:
         """A texture of ours for the picture's numbers, until the run ends.  ``in_place``: in a part of it, at the place
@@ -236,10 +221,7 @@ class Copies:
             raise BackendError(f"gl: cannot move {source.size} pixels into {destination.size}")
         with host.context as gl:
             gl.drain()
-            program = storing_program(destination.format, source.format)
-            linked = host.programs.pixel(program, placements_of((destination,), (source,)))
-            run_pixels(host, linked, (destination,), (source,), _EMPTY, destination.size)
-            host.unbind()
+            store(host, source, destination, source.format)
             gl.check(f"moving a {source.format.name} picture")
 
     @contextmanager
@@ -254,30 +236,6 @@ class Copies:
             yield own
         finally:
             self.host.release(own)
-
-
-def _size_now(gl: Functions, facts: Facts) -> tuple[bool, tuple[int, int]]:
-    """Whether a texture or renderbuffer is still there, and its size, where OpenGL tells."""
-    surface = facts.surface
-    now = (0, 0)
-    if surface.kind == "texture":
-        alive = bool(gl.IsTexture(surface.name))
-        if alive:
-            target, level = facts.level_target, surface.level
-            gl.ActiveTexture(g.TEXTURE0)
-            gl.BindTexture(facts.bound_as, surface.name)
-            if gl.GetTexLevelParameteriv is not None:
-                now = gl.level(target, level, 0x1000), gl.level(target, level, 0x1001)
-            else:
-                now = facts.size
-            gl.BindTexture(facts.bound_as, 0)
-        return alive, now
-    alive = bool(gl.IsRenderbuffer(surface.name))
-    if alive:
-        gl.BindRenderbuffer(g.RENDERBUFFER, surface.name)
-        now = gl.renderbuffer(0x8D42), gl.renderbuffer(0x8D43)
-        gl.BindRenderbuffer(g.RENDERBUFFER, 0)
-    return alive, now
 
 
 def _point(facts: Facts) -> int:

@@ -17,14 +17,14 @@ from passgraph.backends.gl.surfaces import (
 )
 from passgraph.backends.gl.textures import Surface, gl_format_of
 from passgraph.errors import BackendError
-from passgraph.formats import FORMATS, Format, colour_format, float_format
+from passgraph.formats import Format, colour_format, curved, float_format
 
 _TYPE, _NAME, _LEVEL, _FACE, _LAYER = 0x8CD0, 0x8CD1, 0x8CD2, 0x8CD3, 0x8CD4
-_TEXTURE, _RENDERBUFFER, _WINDOW = 0x1702, 0x8D41, 0x8218
+_TEXTURE, _RENDERBUFFER = 0x1702, 0x8D41
 _COMPONENTS, _DEPTH_SIZE = (0x8212, 0x8213, 0x8214, 0x8215), 0x8216
 _COMPONENT_TYPE, _ENCODING, _SRGB = 0x8211, 0x8210, 0x8C40
 _UNORM, _FLOAT, _INTEGERS = 0x8C17, 0x1406, (0x1404, 0x1405)
-_DRAW_BUFFER, _DRAW_BINDING, _READ_BINDING, _VIEWPORT = 0x8825, 0x8CA6, 0x8CAA, 0xBA2
+_DRAW_BUFFER, _DRAW_BINDING = 0x8825, 0x8CA6
 _RENDERBUFFER_FACTS = {"width": 0x8D42, "height": 0x8D43, "internal": 0x8D44, "samples": 0x8CAB}
 _TEXTURE_FACTS = {"width": 0x1000, "height": 0x1001, "internal": 0x1003, "samples": 0x9106}
 #: What does not say how many bits a channel has: a window's buffers, and what applications ask for by kind alone.
@@ -134,22 +134,45 @@ def facts_of(gl: Functions, surface: Surface, scratch: int, size: tuple[int, int
         is_face = surface.target in range(0x8515, 0x851B)
         surface = replace(surface, target=surface.target if is_face else whole.target)
         level_target = surface.target
-        if gl.GetTexLevelParameteriv is None:
-            found = _told(surface, size)
-        else:
-            gl.BindTexture(whole.target, surface.name)
-            found = {k: gl.level(level_target, surface.level, what) for k, what in _TEXTURE_FACTS.items()}
-            gl.BindTexture(whole.target, 0)
+        found = _of_level(gl, surface, whole.target, level_target) or _told(surface, size)
     elif surface.kind == "renderbuffer":
         if not gl.IsRenderbuffer(surface.name):
             raise BackendError(f"gl: there is no renderbuffer {surface.name} in the host's context")
-        gl.BindRenderbuffer(g.RENDERBUFFER, surface.name)
-        found = {k: gl.renderbuffer(what) for k, what in _RENDERBUFFER_FACTS.items()}
-        gl.BindRenderbuffer(g.RENDERBUFFER, 0)
+        found = _of_renderbuffer(gl, surface)
     else:
         found = _told(surface, size)
     made = _with_components(gl, surface, scratch, found)
     return replace(made, bound_as=whole.target, level_target=level_target, base=whole.level)
+
+
+def size_now(gl: Functions, facts: Facts) -> tuple[int, int] | None:
+    """Of a texture or renderbuffer, the size that it has now, where OpenGL tells it; None where it is gone."""
+    surface = facts.surface
+    is_texture = surface.kind == "texture"
+    if not (gl.IsTexture if is_texture else gl.IsRenderbuffer)(surface.name):
+        return None
+    if not is_texture:
+        return _size(_of_renderbuffer(gl, surface))
+    gl.ActiveTexture(g.TEXTURE0)
+    found = _of_level(gl, surface, facts.bound_as, facts.level_target)
+    return _size(found) if found else facts.size
+
+
+def _of_level(gl: Functions, surface: Surface, bound_as: int, level_target: int) -> dict[str, int]:
+    """What OpenGL says of a texture's level, on the unit that is active; nothing in OpenGL ES 3.0."""
+    if gl.GetTexLevelParameteriv is None:
+        return {}
+    gl.BindTexture(bound_as, surface.name)
+    found = {k: gl.level(level_target, surface.level, what) for k, what in _TEXTURE_FACTS.items()}
+    gl.BindTexture(bound_as, 0)
+    return found
+
+
+def _of_renderbuffer(gl: Functions, surface: Surface) -> dict[str, int]:
+    gl.BindRenderbuffer(g.RENDERBUFFER, surface.name)
+    found = {k: gl.renderbuffer(what) for k, what in _RENDERBUFFER_FACTS.items()}
+    gl.BindRenderbuffer(g.RENDERBUFFER, 0)
+    return found
 
 
 def _told(surface: Surface, size: tuple[int, int] | None) -> dict[str, int]:
@@ -160,8 +183,9 @@ def _told(surface: Surface, size: tuple[int, int] | None) -> dict[str, int]:
 
 
 def _with_components(gl: Functions, surface: Surface, scratch: int, found: dict[str, int]) -> Facts:
-    bind_surface(gl, g.FRAMEBUFFER, scratch, surface)
-    depth_point, colour_point = attachment_points(gl, surface)
+    depth_point, colour_point = points = attachment_points(gl, surface)
+    bind_surface(gl, g.FRAMEBUFFER, scratch, surface, points)
+    gl.drain()  # at one of both it does not fit
     components: tuple[int, ...] = tuple([gl.attachment(colour_point, what) for what in _COMPONENTS])
     depth = 0 if any(components) else gl.attachment(depth_point, _DEPTH_SIZE)
     if surface.kind == "window":
@@ -172,11 +196,11 @@ def _with_components(gl: Functions, surface: Surface, scratch: int, found: dict[
             stencil = gl.attachment(0x1802, 0x8217) if surface.kind == "window" else 8 * (internal == 0x84F9)
             internal = _SIZED_DEPTHS.get((depth, stencil), 0x81A6)
         made = Facts(surface, _size(found), float_format(1), internal, found["samples"], f"depth of {depth} bits", True)
-        unbind_surface(gl, g.FRAMEBUFFER, surface)
+        unbind_surface(gl, g.FRAMEBUFFER, surface, points)
         return made
     kind = gl.attachment(colour_point, _COMPONENT_TYPE)
     srgb = gl.attachment(colour_point, _ENCODING) == _SRGB and components[0] == 8
-    unbind_surface(gl, g.FRAMEBUFFER, surface)
+    unbind_surface(gl, g.FRAMEBUFFER, surface, points)
     stored = f"{'/'.join(map(str, components))} bits{' float' if kind == _FLOAT else ''}{' sRGB' if srgb else ''}"
     if kind in _INTEGERS:
         raise BackendError(f"gl: {in_words(surface)} holds whole numbers ({stored}), which no kernel reads")
@@ -206,7 +230,5 @@ def _format(components: tuple[int, ...], kind: int, srgb: bool) -> Format:
     channels = sum(1 for bits in components if bits) if components[0] else 4
     alike = len({bits for bits in components if bits}) == 1
     number = {(_UNORM, 8): "u1", (_UNORM, 16): "u2", (_FLOAT, 16): "f2"}.get((kind, components[0])) if alike else None
-    if srgb and number == "u1" and channels in (3, 4):
-        return FORMATS["rgba8_srgb" if channels == 4 else "rgb8_srgb"]
     exact = colour_format(number, channels) if number else None
-    return exact or float_format(channels)
+    return (exact and srgb and curved(exact, True)) or exact or float_format(channels)

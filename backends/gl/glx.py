@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable
 
 from passgraph.backends.gl.windowing import Handle, State, addresses, function
-from passgraph.backends.gl.x11 import is_open, sync, x_errors_kept
+from passgraph.backends.gl.x11 import free, is_open, sync, x_errors_kept
 from passgraph.errors import BackendError
 
 _GLX_CONFIG_ID, _GLX_SCREEN, _GLX_SIDES = 0x8013, 0x800C, (0x801D, 0x801E)
@@ -55,7 +55,7 @@ class Glx:
         with x_errors_kept() as errors:
             made: Handle = create(host.display, first, host.context, 1, version)
             sync(host.display)
-        function(ctypes.CDLL("libX11.so.6"), "XFree", number, handle)(configs)
+        free(configs)
         if not made or errors:
             raise BackendError("gl: GLX makes no context that shares with the current one")
         return made

@@ -29,7 +29,7 @@ _STENCIL = {g.FRONT: (0xB92, 0xB97, 0xB93, 0xB94, 0xB95, 0xB96, 0xB98),
 _BLEND_TERMS = (0x80C9, 0x80C8, 0x80CB, 0x80CA, 0x8009, 0x883D)
 _FEEDBACK_ACTIVE, _FEEDBACK_PAUSED = 0x8E24, 0x8E23
 _CLIP_ORIGIN, _CLIP_DEPTH, _LOWER_LEFT, _MINUS_ONE_TO_ONE = 0x935C, 0x935D, 0x8CA1, 0x935E
-_CLAMPS, _FALSE = ((0x891A, 0x891A), (0x891B, 0x891B), (0x891C, 0x891C)), 0
+_CLAMPS, _FALSE = (0x891A, 0x891B, 0x891C), 0
 _ALL_STENCIL = 0xFFFFFFFF
 
 Restore = Callable[[], object]
@@ -45,7 +45,7 @@ class Guard:
         self.switches = [switch for switch in wanted if switch != fixed.SCISSOR_TEST]
         self.pixel_store = _PIXEL_STORE if gl.has.is_es else (*_PIXEL_STORE, *fixed.SWAPPED_BYTES)
         self.bindings = {t: what for t, what in _TEXTURE_TARGETS.items() if self._known(gl.integer, what)}
-        self.clamps = [pair for pair in _CLAMPS if gl.ClampColor is not None and self._known(gl.integer, pair[0])]
+        self.clamps = [what for what in _CLAMPS if gl.ClampColor is not None and self._known(gl.integer, what)]
         self.has_viewports = gl.ViewportIndexedf is not None
         self.has_clip_control = gl.ClipControl is not None and self._known(gl.integer, _CLIP_ORIGIN)
         # Compatibility contexts have a polygon mode for each side, and an alpha test.
@@ -131,8 +131,8 @@ class Guard:
                 terms.append(number.value if apart else gl.integer(what))
             yield _later(*((gl.BlendFuncSeparatei, buffer) if apart else (gl.BlendFuncSeparate,)), *terms[:4])
             yield _later(*((gl.BlendEquationSeparatei, buffer) if apart else (gl.BlendEquationSeparate,)), *terms[4:])
-        for what, target in self.clamps:
-            yield _later(gl.ClampColor, target, gl.integer(what))
+        for what in self.clamps:
+            yield _later(gl.ClampColor, what, gl.integer(what))
 
     def _geometry(self) -> Iterable[Restore]:
         gl, four = self.gl, (ctypes.c_float * 4)()
@@ -184,8 +184,8 @@ class Guard:
         gl = self.gl
         for switch in gl.has.never_ours:
             gl.Disable(switch)
-        for _, target in self.clamps:
-            gl.ClampColor(target, _FALSE)
+        for what in self.clamps:
+            gl.ClampColor(what, _FALSE)
         # Also textures without content would be read from it.
         gl.BindBuffer(g.PIXEL_PACK_BUFFER, 0)
         gl.BindBuffer(g.PIXEL_UNPACK_BUFFER, 0)

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph import arguments
-from passgraph.backends.base import READ, DevicePicture, FloatBlock, Use
+from passgraph.backends.base import READ, DevicePicture, Use
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl.backend import GLBackend
 from passgraph.backends.gl.copies import Copies
@@ -26,9 +26,9 @@ from passgraph.backends.gl.host_context import HostContext, current_state
 from passgraph.backends.gl.placement import PLAIN, Placement
 from passgraph.backends.gl.sibling import SiblingContext
 from passgraph.backends.gl.surfaces import in_words
-from passgraph.backends.gl.textures import Surface, Texture, gl_format_of
+from passgraph.backends.gl.textures import Surface, Texture
 from passgraph.errors import BackendError, InputError
-from passgraph.formats import FORMATS, Format, float_format
+from passgraph.formats import Format, as_many_channels, colour_format, curved, float_format
 from passgraph.graph.targets import checked_size
 
 Isolation = Literal["auto", "sibling", "guard"]
@@ -94,7 +94,7 @@ class HostFramebuffer:
     Attributes
     ----------
     color : what its first draw buffer draws into; None where it draws no colour
-    depth : its depth, from 0 to 1 as the engine keeps it (:func:`passgraph.hardware_depth`), one channel; or None
+    depth : its depth, from 0 to 1 as the engine keeps it (`passgraph.HardwareDepth`), one channel; or None
     """
 
     color: HostPicture | None
@@ -295,25 +295,15 @@ class Host(GLBackend):
     def _room(self, picture: HostPicture, format_: Format, use: Use) -> Texture | None:
         check_room(picture, format_)
         self.copies.check_same(picture)
-        surface = picture.facts.surface
         if use.is_drawn or use.beside_others or self._is_encoded(picture):
             return None
         if use.is_read and (picture.format != format_ or not self.copies.can_sample(picture)):
             return None
-        return self.drawn_into(picture, format_ if use.is_read else picture.format, format_, surface)
+        return self.copies.itself(picture, format_)
 
     def _is_encoded(self, picture: HostPicture) -> bool:
         """Whether the device encodes what passes write there, encoded or not."""
         return picture.facts.stores_srgb and self.context.gl.has.always_encodes
-
-    def drawn_into(self, picture: HostPicture, held: Format, format_: Format, surface: Surface) -> Texture:
-        """The host's picture as something that passes write."""
-        name = surface.name if surface.kind == "texture" else 0
-        x, y = picture.region[:2]
-        return Texture(
-            name, format_, picture.size, gl_format_of(held, padded=False), picture.placement, (x, y), surface,
-            self.copies.sampler,
-        )  # fmt: skip
 
     def upload_stored(self, storage: Texture, numbers: NDArray[Any] | HostPicture, format: Format) -> None:
         if not isinstance(numbers, HostPicture):
@@ -329,15 +319,10 @@ class Host(GLBackend):
             if self._is_encoded(into):  # the device gets values that it makes the same numbers of
                 storage = replace(storage, format=_encoded(storage.format, True))
                 written = float_format(into.format.channels)
-            self.copies.move(storage, self.drawn_into(into, into.format, written, into.facts.surface))
+            self.copies.move(storage, self.copies.itself(into, written))
         else:
             with self.copies.plain(storage) as own:
                 super().download_into(own, into, format)
-
-    def download(self, storage: Texture) -> FloatBlock:
-        values = np.empty((*storage.size[::-1], storage.format.channels), np.float32)
-        self.download_into(storage, values, storage.format)
-        return values
 
     def copy(self, source: Texture, destination: Texture) -> None:
         if source.surface is None and destination.surface is None:
@@ -413,7 +398,7 @@ def check_room(picture: HostPicture, format_: Format) -> None:
             f"{picture} holds {holds} numbers, and target format {format_.name} {written} ones; give the target "
             f"format rgba8{'_srgb' if picture.format.srgb else ''}, or ask for the picture with srgb={format_.srgb}"
         )
-    if format_.channels != picture.format.channels and min(format_.channels, picture.format.channels) < 3:
+    if not as_many_channels(format_, picture.format):
         raise InputError(
             f"{picture} has {picture.format.channels} channel(s), and target format {format_.name} has "
             f"{format_.channels}; they must be as many"
@@ -422,15 +407,17 @@ def check_room(picture: HostPicture, format_: Format) -> None:
 
 def _encoded(format_: Format, srgb: bool) -> Format:
     """The same numbers, read as encoded by the sRGB curve or not."""
-    name = format_.name.removesuffix("_srgb") + ("_srgb" if srgb else "")
-    if name not in FORMATS:
-        raise InputError(f"srgb={srgb}: there is no format {name}; colours of {format_.name} are not encoded")
-    return FORMATS[name]
+    made = curved(format_, srgb)
+    if made is None:
+        raise InputError(
+            f"srgb={srgb}: there is no format {format_.name}_srgb; colours of {format_.name} are not encoded"
+        )
+    return made
 
 
 def _as_wide(format_: Format, picture: Format) -> Format:
     """A target's format, with the channels of the picture that it goes to."""
-    if format_.channels == picture.channels:
-        return format_
-    name = format_.name.replace("rgba" if format_.channels == 4 else "rgb", "rgba" if picture.channels == 4 else "rgb")
-    return FORMATS[name]
+    wide = colour_format(format_.number, picture.channels)
+    made = None if wide is None else curved(wide, format_.srgb)
+    assert made is not None  # every number is held in three channels and in four
+    return made

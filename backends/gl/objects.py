@@ -50,16 +50,10 @@ class Objects:
     def _make_framebuffer(self, colours: Sequence[Texture], depth: Texture | None) -> int:
         gl, name = self.gl, self.new("Framebuffer")
         gl.BindFramebuffer(g.FRAMEBUFFER, name)
-        for k, texture in enumerate(colours):
-            attachment = g.COLOR_ATTACHMENT0 + k
-            gl.FramebufferTexture2D(g.FRAMEBUFFER, attachment, g.TEXTURE_2D, texture.name, 0)
         if depth is not None:
             attachment = g.DEPTH_STENCIL_ATTACHMENT if depth.format.stencil else g.DEPTH_ATTACHMENT
             gl.FramebufferTexture2D(g.FRAMEBUFFER, attachment, g.TEXTURE_2D, depth.name, 0)
-        count = max(1, len(colours))
-        buffers = (ctypes.c_uint * count)(*(g.COLOR_ATTACHMENT0 + k for k in range(len(colours))))
-        gl.DrawBuffers(count, buffers)
-        gl.ReadBuffer(buffers[0])
+        gl.ReadBuffer(self._attach(colours))
         status = gl.CheckFramebufferStatus(g.FRAMEBUFFER)
         if status != g.FRAMEBUFFER_COMPLETE:
             self.delete("Framebuffer", name)
@@ -79,16 +73,22 @@ class Objects:
             self.for_foreign = self.new("Framebuffer")
         gl.BindFramebuffer(g.FRAMEBUFFER, self.for_foreign)
         self.detach()
-        points = [g.COLOR_ATTACHMENT0 + k for k in range(len(colours))]
-        for point, texture in zip(points, colours, strict=True):
-            attach(gl, g.FRAMEBUFFER, point, texture.surface or Surface("texture", texture.name))
-        self.attached = len(points)
-        gl.DrawBuffers(len(points), (ctypes.c_uint * len(points))(*points))
+        self._attach(colours)
+        self.attached = len(colours)
         status = gl.CheckFramebufferStatus(g.FRAMEBUFFER)
         if status != g.FRAMEBUFFER_COMPLETE:
             formats = ", ".join(t.format.name for t in colours)
             raise BackendError(f"gl: this driver cannot draw into the host's {formats} (status {status:#x})")
         return self.for_foreign
+
+    def _attach(self, colours: Sequence[Texture]) -> int:
+        """Have the bound framebuffer draw into these, and the first of its draw buffers."""
+        count = max(1, len(colours))
+        buffers = (ctypes.c_uint * count)(*(g.COLOR_ATTACHMENT0 + k for k in range(len(colours))))
+        for point, texture in zip(buffers, colours, strict=False):
+            attach(self.gl, g.FRAMEBUFFER, point, texture.surface or Surface("texture", texture.name))
+        self.gl.DrawBuffers(count, buffers)
+        return buffers[0]
 
     def detach(self) -> None:
         """Nothing of a host's stays attached to ours; the framebuffer for it is bound."""

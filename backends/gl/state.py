@@ -64,13 +64,16 @@ def guard_band(gl: Functions, size: tuple[int, int], limit: int) -> int:
     return next((times for times in GUARD_BANDS if whole and max(size) * times <= limit), 1)
 
 
-def set_guard_band(gl: Functions, bound: Bound, size: tuple[int, int], times: int) -> None:
-    """A larger viewport around the target; the vertex shader makes clip coordinates smaller to match."""
-    viewport = (*size, times)
+def set_guard_band(
+    gl: Functions, bound: Bound, size: tuple[int, int], times: int, origin: tuple[int, int] = (0, 0)
+) -> None:
+    """A larger viewport around the target, which begins at ``origin``; the vertex shader makes clip coordinates
+    smaller to match."""
+    viewport = (*origin, *size, times)
     if bound.viewport == viewport:
         return
     bound.viewport = viewport
-    left, top = (-(times - 1) * side / 2 for side in size)
+    left, top = (first - (times - 1) * side / 2 for first, side in zip(origin, size, strict=True))
     width, height = (times * side for side in size)
     if left.is_integer() and top.is_integer():
         gl.Viewport(int(left), int(top), width, height)
@@ -96,11 +99,7 @@ def set_pixel_pass(
 ) -> None:
     """No tests, no blending, every channel; ``origin`` is the lowest left pixel of the target's part."""
     set_common(gl, bound, framebuffer)
-    if origin == (0, 0):
-        set_guard_band(gl, bound, size, 1)
-    else:
-        gl.Viewport(*origin, *size)
-        bound.viewport = None
+    set_guard_band(gl, bound, size, 1, origin)
     if bound.state is not PIXEL_PASS:
         for switch in (BLEND, CULL_FACE, DEPTH_TEST, STENCIL_TEST):
             gl.Disable(switch)

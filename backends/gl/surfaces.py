@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl.functions import Functions
 from passgraph.backends.gl.textures import Surface
@@ -26,22 +28,20 @@ def attachment_points(gl: Functions, surface: Surface) -> tuple[int, int]:
     return g.DEPTH_ATTACHMENT, g.COLOR_ATTACHMENT0
 
 
-def bind_surface(gl: Functions, target: int, scratch: int, surface: Surface) -> None:
-    """Bind a framebuffer of ours with a surface at its first colour and its depth attachment, where it can be; or
-    framebuffer 0, which has the window's."""
+def bind_surface(gl: Functions, target: int, scratch: int, surface: Surface, points: Sequence[int]) -> None:
+    """Bind a framebuffer of ours with a surface at these points; or framebuffer 0, which has the window's."""
     if surface.kind == "window":
         gl.BindFramebuffer(target, 0)
         return
     gl.BindFramebuffer(target, scratch)
-    for point in attachment_points(gl, surface):
+    for point in points:
         attach(gl, target, point, surface)
-    gl.drain()
 
 
-def unbind_surface(gl: Functions, target: int, surface: Surface) -> None:
+def unbind_surface(gl: Functions, target: int, surface: Surface, points: Sequence[int]) -> None:
     """Nothing of the host's stays attached to ours."""
     if surface.kind != "window":
-        for point in attachment_points(gl, surface):
+        for point in points:
             gl.FramebufferTexture2D(target, point, g.TEXTURE_2D, 0, 0)
     gl.BindFramebuffer(target, 0)
 

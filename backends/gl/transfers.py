@@ -17,6 +17,7 @@ from passgraph.backends.base import Block, FloatBlock
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl import state as fixed
 from passgraph.backends.gl.passes import run_pixels
+from passgraph.backends.gl.placement import placements_of
 from passgraph.backends.gl.state import Rows
 from passgraph.backends.gl.textures import (
     DEPTH_AND_STENCIL,
@@ -103,12 +104,13 @@ def send_values(backend: GLBackend, texture: Texture, picture: FloatBlock) -> No
     else:
         scratch = _scratch(backend, texture)
         send(backend, scratch, values)
-        _store(backend, scratch, texture)
+        store(backend, scratch, texture)
 
 
-def _store(backend: GLBackend, source: Texture, destination: Texture) -> None:
-    """The values of one picture into another, as kernels that write there quantise them."""
-    program = backend.programs.pixel(storing_program(destination.format))
+def store(backend: GLBackend, source: Texture, destination: Texture, read: Format | None = None) -> None:
+    """The values of one picture into another, as kernels that write there quantise them (:func:`storing_program`)."""
+    placements = placements_of((destination,), (source,))
+    program = backend.programs.pixel(storing_program(destination.format, read), placements)
     run_pixels(backend, program, (destination,), (source,), _EMPTY, destination.size)
     backend.unbind()
 
@@ -174,7 +176,7 @@ def read_pixels(backend: GLBackend, texture: Texture, room: NDArray[Any], type_:
     """Through a framebuffer, as OpenGL ES has it: four channels, or what the driver offers; depth as colour."""
     if texture.format.is_depth:
         depth, texture = texture, _scratch(backend, texture)
-        _store(backend, depth, texture)
+        store(backend, depth, texture)
     gl, (width, height) = backend.context.gl, texture.size
     if type_ == _HALF:  # four halves are read by those drivers only that offer it
         type_ = FLOAT_TYPE

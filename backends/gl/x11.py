@@ -35,6 +35,11 @@ def sync(display: Handle) -> None:
     function(ctypes.CDLL(_LIBRARY), "XSync", ctypes.c_int, ctypes.c_void_p, ctypes.c_int)(display, 0)
 
 
+def free(memory: Handle) -> None:
+    """Give back what Xlib has made."""
+    function(ctypes.CDLL(_LIBRARY), "XFree", ctypes.c_int, ctypes.c_void_p)(memory)
+
+
 class _Display:
     """One that somebody has opened.  Xlib calls back when it is closed: any use of it after that ends the process, and
     its address may be another's."""

@@ -11,7 +11,7 @@ from passgraph.backends.base import Use
 from passgraph.backends.opencl.pictures import BufferPicture, ImagePicture, OpenCLPicture, array_picture, parent_of
 from passgraph.backends.opencl.storage import Placement, Storage, tight
 from passgraph.errors import InputError
-from passgraph.formats import Format
+from passgraph.formats import Format, as_many_channels
 
 if TYPE_CHECKING:
     from passgraph.backends.opencl.host import Host
@@ -182,7 +182,7 @@ def check_room(picture: OpenCLPicture, format_: Format) -> None:
     if not picture.is_stored and picture.format.srgb != format_.srgb:
         raise InputError(f"into= gives a {picture} for target format {format_.name}: only one is sRGB-encoded")
     own = picture.format
-    if own.channels != format_.channels and min(own.channels, format_.channels) < 3:
+    if not as_many_channels(own, format_):
         raise InputError(
             f"into= gives a {picture} for target format {format_.name}, which has {format_.channels} channel(s); they "
             "must be as many"

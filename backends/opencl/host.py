@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph import arguments
-from passgraph.backends.base import READ, DevicePicture, FloatBlock, Use
+from passgraph.backends.base import READ, DevicePicture, Use
 from passgraph.backends.opencl import transfers
 from passgraph.backends.opencl.backend import OpenCLBackend
 from passgraph.backends.opencl.borrowed import WRITTEN, Borrowed, as_held, check_room, check_source
@@ -256,11 +256,6 @@ class Host(OpenCLBackend):
         with self.running(), self.reported("copying a result to the caller's picture"):
             destination = self.borrowed.storage(into, as_held(into, format), WRITTEN)
             move(self, (storage.buffer, storage.layout), (destination.buffer, destination.layout))
-
-    def download(self, storage: Storage) -> FloatBlock:
-        values = np.empty(storage.shape, np.float32)
-        self.download_into(storage, values, storage.format)
-        return values
 
     @contextmanager
     def _plain(self, storage: Storage) -> Iterator[Storage]:

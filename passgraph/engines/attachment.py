@@ -23,8 +23,9 @@ from passgraph import arguments
 from passgraph.backends.gl import Host, HostFramebuffer, HostPicture
 from passgraph.backends.gl.canary import OtherContextError
 from passgraph.backends.gl.host import Isolation
+from passgraph.effects.pictures.decoded import as_it_is
 from passgraph.effects.surfaces.engine_depth import distances
-from passgraph.formats import FORMATS, Format
+from passgraph.formats import FORMATS, Format, curved
 from passgraph.graph.values import sources_of
 from passgraph.plan.reach import passes_behind
 
@@ -34,13 +35,6 @@ Effect: TypeAlias = Callable[..., pg.Target]
 #: Parameters of effects that every frame brings.
 _PER_FRAME = ("depth", "camera")
 _HOLDS = "depth_holds"
-_ENCODED = {"rgb8": "rgb8_srgb", "rgba8": "rgba8_srgb"}
-
-
-@pg.kernel
-def stored_as(picture: pg.Image) -> pg.vec4:
-    """The same colour, for a target of the frame's own format."""
-    return picture[0, 0]
 
 
 def imported(module: str, distribution: str) -> Any:
@@ -293,8 +287,8 @@ class Attachment:
     def _as_decoded(self, frame: HostPicture) -> HostPicture:
         """Colours as the effect takes them; engines keep encoded ones in formats that do not say so."""
         mark = getattr(self.effect, "effect", None)
-        encoded = _ENCODED.get(frame.format.name) if mark is not None and mark.linear else None
-        return frame if encoded is None else replace(frame, format=FORMATS[encoded])
+        encoded = curved(frame.format, True) if mark is not None and mark.linear else None
+        return frame if encoded is None else replace(frame, format=encoded)
 
     def _plan(self, facts: _Facts) -> None:
         if self._program is not None:
@@ -321,7 +315,7 @@ class Attachment:
             got = arguments.shown(target)
             raise pg.GraphError(f"{self.engine}: the effect must return the target of its last pass, got {got}")
         if target.made_by is None or (bound and facts.frame.srgb and not _is_encoded(target)):
-            target = stored_as(target, into=pg.target("stored", facts.frame, like=frame))
+            target = as_it_is(target, into=pg.target("stored", facts.frame, like=frame))
         return target
 
     def _drop(self) -> None:

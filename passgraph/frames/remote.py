@@ -164,15 +164,12 @@ class RemoteRun(Run):
 
     def _named(self, name: str, frame: Frame) -> Any:
         """A picture's file by name, where it is one, and what it looked like here; else its pixels."""
+        from passgraph.frames.worker import Named
+
         source = self.sources[name]
         if not isinstance(source, Pictures) or frame.number not in source.paths:
             return frame.read()
-        path = os.path.abspath(source.paths[frame.number])
-        try:
-            status = os.stat(path)
-        except OSError:
-            return frame.read()  # says what is wrong
-        return path, status.st_size, status.st_mtime_ns
+        return Named.of(source.paths[frame.number]) or frame.read()  # which says what is wrong
 
     def _room(self, frame: Frame) -> Any:
         """Where a worker may write: results that are files of their own, of which encoding is most of the work."""

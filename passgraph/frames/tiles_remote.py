@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import islice
 from typing import Any, cast
 
 from passgraph.frames.remote import lost_reported, threads_for, told, travelling_values
@@ -28,7 +29,7 @@ class _Run:
         from distributed import as_completed
 
         from passgraph.frames import worker_windows as worker
-        from passgraph.frames.worker import same
+        from passgraph.frames.worker import Named, same
 
         self.client, self.job, self._worker = client, job, worker
         values = travelling_values(job.values, "tiled")
@@ -38,7 +39,7 @@ class _Run:
         # As results of tasks they are sent to a worker once, and made again where a worker is lost that held them.
         self.told = client.submit(same, worker.Told(*graph, shapes, values, room=room), pure=False)
         self.whole = client.submit(same, dict(job.whole), pure=False)
-        self.files = {name: worker.Named.of(path) for name, path in job.paths.items() if name in job.sources}
+        self.files = {name: Named.of(path) for name, path in job.paths.items() if name in job.sources}
         self.done: Any = cast("Any", as_completed)(loop=client.loop)
         self.tiles: dict[Any, Tile] = {}
 
@@ -46,7 +47,7 @@ class _Run:
         waiting = iter(self.job.grid)
         try:
             with lost_reported(self.client, "a tile", "nothing took its name; run again"):
-                for _, tile in zip(range(threads_for(self.client)), waiting, strict=False):
+                for tile in islice(waiting, threads_for(self.client)):
                     self._ask(tile)
                 while self.tiles:
                     future = next(self.done)
@@ -57,7 +58,7 @@ class _Run:
                     future.release()
                     self._write(tile, results)
                     advance()
-                    for following in (each for _, each in zip(range(1), waiting, strict=False)):
+                    for following in islice(waiting, 1):
                         self._ask(following)
         finally:
             if self.tiles:

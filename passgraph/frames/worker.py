@@ -8,6 +8,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from pathlib import Path
 from threading import Lock
 from typing import Any, Protocol, TypeVar, cast
 
@@ -92,6 +93,32 @@ def same(given: Any) -> Any:
 
 
 @dataclass(frozen=True)
+class Named:
+    """A file as the caller sees it: its size, and when it last changed."""
+
+    path: str
+    size: int
+    modified: int
+
+    @staticmethod
+    def of(path: str | os.PathLike[str]) -> Named | None:
+        """A file by its name; of a Zarr array, that of its description.  None where nothing is there."""
+        full = os.path.abspath(path)
+        for name in ("zarr.json", ".zarray") if os.path.isdir(full) else ("",):
+            try:
+                status = os.stat(os.path.join(full, name) if name else full)
+            except OSError:
+                continue
+            return Named(full, status.st_size, status.st_mtime_ns)
+        return None
+
+    @property
+    def is_here(self) -> bool:
+        """Whether it looks here as it does to the caller."""
+        return Named.of(self.path) == self
+
+
+@dataclass(frozen=True)
 class Room:
     """Where a worker writes a result: a file, the number of its folder's inode, and the type that is stored."""
 
@@ -118,15 +145,10 @@ def compute(
     """
     read: dict[str, Stored] = {}
     for name, picture in pictures.items():
-        if isinstance(picture, tuple):
-            path, size, modified = picture
-            try:
-                status = os.stat(path)
-            except OSError:
+        if isinstance(picture, Named):
+            if not picture.is_here:
                 return None
-            if (status.st_size, status.st_mtime_ns) != (size, modified):
-                return None
-            read[name] = load_stored(path)
+            read[name] = load_stored(Path(picture.path))
         else:
             read[name] = picture
     digest, text = graph

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, field
@@ -16,7 +15,7 @@ from passgraph.frames.tiles_bound import Windows, admitted_part, bound, whole_pl
 from passgraph.frames.tiles_grid import Tile
 from passgraph.frames.tiles_parts import Numbers
 from passgraph.frames.tiles_sources import Source, open_source
-from passgraph.frames.worker import Programs, compiled
+from passgraph.frames.worker import Named, Programs, compiled
 from passgraph.plan.footprint import footprint
 
 #: What workers know such graphs by, and how many shapes of windows they keep: chunks at edges have shapes of their own.
@@ -42,27 +41,6 @@ class Told:
     values: Mapping[str, Any]
     stored: bool = False
     room: int = 0
-
-
-@dataclass(frozen=True)
-class Named:
-    """A file as the caller sees it: its size, and when it last changed."""
-
-    path: str
-    size: int
-    modified: int
-
-    @staticmethod
-    def of(path: str | os.PathLike[str]) -> Named | None:
-        """A file by its name; of a Zarr array, that of its description.  None where nothing is there."""
-        full = os.path.abspath(path)
-        for name in ("zarr.json", ".zarray") if os.path.isdir(full) else ("",):
-            try:
-                status = os.stat(os.path.join(full, name) if name else full)
-            except OSError:
-                continue
-            return Named(full, status.st_size, status.st_mtime_ns)
-        return None
 
 
 @dataclass(frozen=True)
@@ -123,7 +101,7 @@ def computed(
 ) -> dict[str, NDArray[Any]] | None:
     """What is right of a window's results; None where a file that is named looks different here."""
     files = [picture for picture in pictures.values() if isinstance(picture, Named)]
-    if any(Named.of(file.path) != file for file in files):
+    if not all(file.is_here for file in files):
         return None
     top, bottom, left, right = tile.window
     key = f"{told.digest} {sorted(told.shapes.items())} {bottom - top} {right - left}"

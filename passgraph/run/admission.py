@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from passgraph import arguments
 from passgraph.backends.base import DevicePicture
 from passgraph.errors import InputError
-from passgraph.formats import Format, colour_format, float_format
+from passgraph.formats import Format, as_many_channels, colour_format, float_format
 from passgraph.graph.targets import InputSpec
 from passgraph.plan.data import Plan
 from passgraph.run.finite_checks import NonFinite, admitted
@@ -44,7 +44,7 @@ def admitted_device_picture(picture: DevicePicture, spec: InputSpec) -> DevicePi
     if spec.size is not None and picture.size != spec.size:
         (width, height), (across, down) = spec.size, picture.size
         raise InputError(f"input {spec.name!r} is declared {width}x{height} pixels, got {across}x{down}: {picture}")
-    if spec.format is not None and min(spec.format.channels, 3) != min(picture.format.channels, 3):
+    if spec.format is not None and not as_many_channels(spec.format, picture.format):
         raise InputError(
             f"input {spec.name!r} is {spec.format.name} with {spec.format.channels} channel(s), got "
             f"{picture.format.channels}: {picture}"

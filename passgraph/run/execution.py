@@ -178,9 +178,7 @@ class Execution:
         static_changed = self._changed(static)
         self._static_seen = None  # until this run has ended well, nothing counts as done
         if check is not None:
-            check.begin(
-                {n: p for n, p in pictures.items() if not isinstance(p, DevicePicture) and n in self.plan.inputs}
-            )
+            check.begin()
         try:
             self._run_steps(pictures, values, observe, check, static_changed)
         except BaseException:
@@ -197,9 +195,9 @@ class Execution:
         with nullcontext() if looking else self.backend.running():
             static_changed |= self._upload(pictures)
             if check is not None:
-                on_device = [r for n, r in self.plan.inputs.items() if isinstance(pictures[n], DevicePicture)]
-                for resource in on_device:
-                    check.admit(resource, self.download(resource))
+                for name, resource in self.plan.inputs.items():
+                    given = pictures[name]
+                    check.admit(resource, self.download(resource) if isinstance(given, DevicePicture) else given)
             self._swap_history()
             for resource, apart in self._apart.items():
                 self.places[resource] = self.plan.resources[resource].memory if looking else apart

@@ -134,13 +134,11 @@ class PassCheck:
         self.plan = plan
         self._bad: set[int] = set()  # resources that hold such a value
 
-    def begin(self, pictures: Mapping[str, Picture]) -> None:
-        """Before a run: what it brings, and what the last one left behind."""
+    def begin(self) -> None:
+        """Before a run: what the last one left behind."""
         for resource in self.plan.resources:
             if resource.history is not None:
                 self._mark(resource.history, resource.id in self._bad)
-        for name, picture in pictures.items():
-            self.admit(self.plan.inputs[name], picture)
 
     def admit(self, resource: int, picture: Picture) -> None:
         """An input, as the passes read it."""

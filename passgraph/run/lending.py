@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from passgraph.backends.base import READ, DevicePicture, Use
+from passgraph.backends.base import OVERWRITTEN, READ, DevicePicture, Use
 from passgraph.plan.data import DrawStep, Plan
 from passgraph.run.admission import Picture
 
@@ -42,7 +42,7 @@ class Lending:
     def takes(self, name: str, resource: int, place: int, picture: Picture) -> bool:
         """Whether an input's picture is read where it lies, or a copy of it on the device."""
         format_ = self.plan.resources[resource].format
-        use = replace(READ, is_overwritten=self._is_overwritten(resource, picture))
+        use = OVERWRITTEN if self._is_overwritten(resource, picture) else READ
         storage = self.backend.adopt(picture, format_, use) if resource in self._read_only else None
         how = "read in place"
         if storage is None:

@@ -11,21 +11,13 @@ from passgraph.errors import GraphError
 from tests.agreement import assert_within_bounds
 from tests.conftest import DEVICES
 from tests.effects.scenes import render
-
-WIDE = [
-    pg.HardwareDepth(0.1, 1e5),
-    pg.HardwareDepth(0.1, np.inf),
-    pg.HardwareDepth(0.1, 1e5, reversed_z=True),
-    pg.HardwareDepth(0.1, np.inf, reversed_z=True),
-    pg.HardwareDepth(0.1, 1e5, orthographic=True),
-    pg.HardwareDepth(0.1, 1e5, reversed_z=True, orthographic=True),
-]
+from tests.test_hardware_depth import HOLDS
 
 
 @pytest.mark.parametrize("backend_name", DEVICES, indirect=True)
 def test_float32_keeps_what_the_buffer_holds(backend_name):
     """A factor of 1e6 between near and far costs no digit beyond those that the buffer itself lacks."""
-    for holds in WIDE:
+    for holds in HOLDS:
         held = holds.depth(np.geomspace(0.1, 9.9e4, 64)).astype(np.float32)[None]
         made = render(distances(pg.Input("depth"), holds), size=None, backend=backend_name, depth=held)["distance"]
         assert np.allclose(made[..., 0], holds.distance(held), rtol=1e-6, atol=0.0), holds
@@ -60,7 +52,7 @@ def test_near_and_far_may_change_from_run_to_run():
 
 def test_devices_agree_on_distances():
     depth = np.random.default_rng(3).uniform(-0.1, 1.1, (5, 7, 1)).astype(np.float32)
-    for holds in (WIDE[0], WIDE[3], WIDE[5]):
+    for holds in (HOLDS[0], HOLDS[3], HOLDS[5]):
         assert_within_bounds(distances(pg.Input("depth"), holds), depth=depth)
 
 

@@ -60,7 +60,7 @@ class Application:
         self.RenderbufferStorageMultisample = make(None, u, i, u, i, i)(
             self.native.load_opengl_function("glRenderbufferStorageMultisample")
         )
-        self.TexImage2DMultisample = make(None, u, i, u, i, i, ctypes.c_ubyte)(
+        self.make_samples = make(None, u, i, u, i, i, ctypes.c_ubyte)(
             self.native.load_opengl_function("glTexImage2DMultisample")
         )
         self.TexImage3D = make(None, u, i, i, i, i, i, i, u, u, p)(self.native.load_opengl_function("glTexImage3D"))
@@ -147,7 +147,7 @@ class Application:
         """One over a texture of four samples a pixel that holds what framebuffer ``source`` does."""
         gl, name = self.gl, self.gl.new("Texture")
         gl.BindTexture(0x9100, name)
-        self.TexImage2DMultisample(0x9100, 4, internal, WIDTH, HEIGHT, 1)
+        self.make_samples(0x9100, 4, internal, WIDTH, HEIGHT, 1)
         gl.BindTexture(0x9100, 0)
         made = self.of_texture(name, 0x9100)
         self.blit(source, made, False)

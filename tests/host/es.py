@@ -74,19 +74,10 @@ class EsApplication(Application):
     def __init__(self, asked: int = 3) -> None:
         super().__init__(native=EsContext(asked))
         u, i = ctypes.c_uint, ctypes.c_int
-        self.TexStorage2DMultisample = ctypes.CFUNCTYPE(None, u, i, u, i, i, ctypes.c_ubyte)(
+        self.make_samples = ctypes.CFUNCTYPE(None, u, i, u, i, i, ctypes.c_ubyte)(
             self.native.load_opengl_function("glTexStorage2DMultisample")
         )
         self.Scissor = ctypes.CFUNCTYPE(None, i, i, i, i)(self.native.load_opengl_function("glScissor"))
-
-    def of_samples(self, internal: int, source: int) -> int:
-        gl, name = self.gl, self.gl.new("Texture")
-        gl.BindTexture(0x9100, name)
-        self.TexStorage2DMultisample(0x9100, 4, internal, WIDTH, HEIGHT, 1)
-        gl.BindTexture(0x9100, 0)
-        made = self.of_texture(name, 0x9100)
-        self.blit(source, made, False)
-        return made
 
     def blit(self, source: int, destination: int, depth: bool) -> None:
         """Into several samples a pixel it is not allowed: there each pixel is cleared to what it is to hold."""
