@@ -31,6 +31,7 @@ from passgraph.language.kernel import function, struct
 from passgraph.language.primitives import *  # noqa: F403
 from passgraph.language.symbols import *  # noqa: F403
 from passgraph.language.vectors import *  # noqa: F403
+from passgraph.language.whole_numbers import *  # noqa: F403
 from passgraph.plan.data import Options
 from passgraph.ranges import Range
 from passgraph.run.program import Program, Result, compile

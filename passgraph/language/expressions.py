@@ -210,7 +210,7 @@ class Expressions:
             one = ir.Literal(FLOAT, 1.0, span)
             return apply("div", [one, self._whole_power(base, -n, span)], span)
         if n == 0:
-            ones = ir.Literal(element_of(base.type), 1 if element_of(base.type) is INT else 1.0, span)
+            ones = ir.Literal(element_of(base.type), 1.0 if element_of(base.type) is FLOAT else 1, span)
             return ones if isinstance(base.type, Scalar) else ir.Construct(base.type, (ones,) * base.type.size, span)
         base = self.frame.name_it(base, span)
         result: ir.Expr | None = None
@@ -232,7 +232,7 @@ class Expressions:
         value = self.value(node.operand)
         if isinstance(node.op, ast.UAdd):
             return value
-        if isinstance(node.op, ast.USub) and isinstance(value, ir.Literal) and value.type is not BOOL:
+        if isinstance(node.op, ast.USub) and isinstance(value, ir.Literal) and value.type in (INT, FLOAT):
             return number(-value.value, span)
         if isinstance(node.op, ast.USub) and isinstance(value.type, Matrix):
             return self._arithmetic("*", ir.Literal(FLOAT, -1.0, span), value, span)

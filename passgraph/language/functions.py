@@ -21,9 +21,9 @@ _INF, _NAN = _math.inf, _math.nan
 
 # fmt: off
 sign = _row("sign", "N -> N", "-1, 0 or 1; 0 for 0 and for NaN", _of.sign, (-3.0, -1.0), (0.0, 0.0), (_NAN, 0.0),
-            (5, 1))
+            (5, 1), unsigned="sign_uint")
 clamp = _row("clamp", "N N N -> N", "min(max(x, low), high)", _of.clamp, (5.0, 0.0, 1.0, 1.0), (-5, 0, 3, 0),
-             (0.5, 2.0, 1.0, 1.0), tame=((-8, 8), (-8, 0), (0, 8)))
+             (0.5, 2.0, 1.0, 1.0), tame=((-8, 8), (-8, 0), (0, 8)), unsigned="clamp_uint")
 saturate = _row("saturate", "G -> G", "clamp(x, 0, 1)", _of.saturate, (2.0, 1.0), (-_INF, 0.0), (_INF, 1.0),
                 (0.25, 0.25))
 fract = _row("fract", "G -> G", "x - floor(x), capped below 1", _of.fract, (1.25, 0.25), (-0.25, 0.75),

@@ -48,8 +48,11 @@ def _library() -> dict[str, FunctionSource]:
 
 @lru_cache(maxsize=1)
 def _prelude() -> dict[str, FunctionSource]:
-    file = Path(__file__).with_name("prelude.py")
-    return functions_of(Source("<passgraph prelude>", file.read_text(encoding="utf-8")))
+    found: dict[str, FunctionSource] = {}
+    for name in ("prelude", "prelude_whole"):
+        text = Path(__file__).with_name(f"{name}.py").read_text(encoding="utf-8")
+        found |= functions_of(Source(f"<passgraph {name}>", text), dict(found))
+    return found
 
 
 def library_function(name: str) -> FunctionSource:
@@ -57,7 +60,7 @@ def library_function(name: str) -> FunctionSource:
 
 
 def prelude_function(name: str) -> FunctionSource:
-    """A scalar function of :mod:`.prelude`."""
+    """A scalar function of :mod:`.prelude` or :mod:`.prelude_whole`."""
     functions = _prelude()
     if name not in functions:
         raise PassgraphError(f"the prelude has no function {name}")

@@ -1,4 +1,4 @@
-"""What operations mean: on float64, int64 or bool arrays, a batch on the first axis and components behind it."""
+"""What operations mean: on float64, int64, uint32 or bool arrays, a batch on the first axis and components behind it."""
 
 from __future__ import annotations
 
@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from passgraph.language.symbols import UINT_MAX
+
 Values = NDArray[Any]
 
-INT_MIN, INT_MAX, UINT_MAX = -(2**31), 2**31 - 1, 2**32 - 1
+INT_MIN, INT_MAX = -(2**31), 2**31 - 1
 #: The largest float32 below one: where fract is capped.
 BELOW_ONE = float(np.nextafter(np.float32(1), np.float32(0)))
 
@@ -21,22 +23,37 @@ def wrap32(values: Values) -> Values:
 
 
 def is_int(values: Values) -> bool:
+    """Whether they are ints, which are to be wrapped; uints are held as uint32, which wraps by itself."""
     return bool(np.asarray(values).dtype.kind == "i")
 
 
+def is_whole(values: Values) -> bool:
+    """Whether they are ints or uints."""
+    return bool(np.asarray(values).dtype.kind in "iu")
+
+
+def int_of_bits(number: int) -> int:
+    """The int with the bits of a whole number from -2147483648 to 4294967295."""
+    return number if number <= INT_MAX else number - 2**32
+
+
+def wrapped(values: Values) -> Values:
+    return wrap32(values) if is_int(values) else np.asarray(values)
+
+
 def arith(function: Callable[[Values, Values], Values]) -> Callable[[Values, Values], Values]:
-    return lambda a, b: wrap32(function(a, b)) if is_int(a) else function(a, b)
+    return lambda a, b: wrapped(function(a, b))
 
 
 def floor_divide(a: Values, b: Values) -> Values:
-    if is_int(a):
-        return wrap32(np.where(b == 0, 0, a // np.where(b == 0, 1, b)))
+    if is_whole(a):
+        return wrapped(np.where(b == 0, 0, a // np.where(b == 0, 1, b)).astype(a.dtype))
     return np.asarray(np.floor(a / b))
 
 
 def modulo(a: Values, b: Values) -> Values:
-    if is_int(a):
-        return wrap32(np.where(b == 0, 0, a % np.where(b == 0, 1, b)))
+    if is_whole(a):
+        return wrapped(np.where(b == 0, 0, a % np.where(b == 0, 1, b)).astype(a.dtype))
     known = np.isfinite(a) & np.isfinite(b) & (b != 0)
     made = np.mod(np.where(known, a, 0.0), np.where(known, b, 1.0))
     # The sum of a tiny negative number and b may be b itself, which no rest is.
@@ -47,10 +64,20 @@ def modulo(a: Values, b: Values) -> Values:
 
 def to_int(a: Values) -> Values:
     a = np.asarray(a)
+    if a.dtype.kind == "u":
+        return a.astype(np.int32).astype(np.int64)
     if a.dtype.kind != "f":
         return a.astype(np.int64)
     clean = np.where(np.isnan(a), 0.0, a)
     return np.asarray(np.trunc(np.clip(clean, INT_MIN, INT_MAX)).astype(np.int64))
+
+
+def to_uint(a: Values) -> Values:
+    a = np.asarray(a)
+    if a.dtype.kind != "f":
+        return a.astype(np.uint32)
+    clean = np.where(np.isnan(a), 0.0, a)
+    return np.asarray(np.trunc(np.clip(clean, 0, UINT_MAX)).astype(np.uint32))
 
 
 def minimum(a: Values, b: Values) -> Values:
@@ -101,7 +128,7 @@ def matmul(a: Values, b: Values) -> Values:
 
 
 def shift(function: Callable[[Values, Values], Values]) -> Callable[[Values, Values], Values]:
-    return lambda a, b: wrap32(function(a, b & 31))
+    return lambda a, b: wrapped(function(a, b & 31))
 
 
 def float_bits(a: Values) -> Values:
@@ -120,11 +147,11 @@ def inverse(m: Values) -> Values:
 
 
 def negative(a: Values) -> Values:
-    return wrap32(-a) if is_int(a) else np.asarray(-a)
+    return wrapped(-a)
 
 
 def magnitude(a: Values) -> Values:
-    return wrap32(np.abs(a)) if is_int(a) else np.abs(a)
+    return wrapped(np.abs(a))
 
 
 def to_float(a: Values) -> Values:

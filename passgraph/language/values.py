@@ -7,11 +7,14 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from passgraph.language import ir
+from passgraph.language.meanings import int_of_bits
 from passgraph.language.source import Span, fail
+from passgraph.language.symbols import UINT_MAX
 from passgraph.language.types import (
     BOOL,
     FLOAT,
     INT,
+    UINT,
     Array,
     ImageType,
     Matrix,
@@ -136,13 +139,19 @@ def convert(value: ir.Expr, element: Scalar, span: Span) -> ir.Expr:
     assert isinstance(value.type, (Scalar, Vector))
     if element_of(value.type) is element:
         return value
+    given = element_of(value.type)
     if element is BOOL:
-        zero = ir.Literal(INT, 0, span) if element_of(value.type) is INT else ir.Literal(FLOAT, 0.0, span)
+        zero = ir.Literal(FLOAT, 0.0, span) if given is FLOAT else ir.Literal(given, 0, span)
         return apply("not_equal", [value, zero], span)
     if isinstance(value, ir.Literal) and element is FLOAT:
         return ir.Literal(FLOAT, float(value.value), span)
-    type_: Value = element if isinstance(value.type, Scalar) else Vector(element, value.type.size)
-    return ir.Apply(type_, "to_float" if element is FLOAT else "to_int", (value,), span)
+    if isinstance(value, ir.Literal) and {given, element} == {INT, UINT}:
+        number = int(value.value)
+        return ir.Literal(element, number & UINT_MAX if element is UINT else int_of_bits(number), span)
+    if element is UINT:
+        whole = convert(value, INT, span) if given is BOOL else value
+        return apply("uint_from_float" if given is FLOAT else "uint_from_int", [whole], span)
+    return apply("to_float" if element is FLOAT else "to_int", [value], span)
 
 
 def index_into(base: ir.Expr, index: ir.Expr, span: Span) -> ir.Expr:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import asdict
 from typing import Any
 
@@ -17,6 +18,7 @@ from passgraph.graph.targets import Absolute, DrawPass, InputSpec, Like, Pass, R
 from passgraph.graph.values import OUTPUT_SIZE, Derived, Value
 from passgraph.language.kernel import Kernel
 from passgraph.language.layout import components
+from passgraph.language.symbols import UINT_MAX
 from passgraph.language.types import Scalar, Struct, Type, element_of
 from passgraph.plan.reach import passes_behind
 from passgraph.travel.arrays import array_data
@@ -27,7 +29,12 @@ from passgraph.travel.value_types import VALUE_TYPES
 #: Of the form of documents; a reader refuses others.
 VERSION = 1
 _TYPE_NAMES = {type_: name for name, type_ in VALUE_TYPES.items()}
-_PLAIN = {"bool": bool, "int": int, "float": float}
+_PLAIN: dict[str, Callable[[float], bool | int | float]] = {
+    "bool": bool,
+    "int": int,
+    "uint": lambda number: int(number) & UINT_MAX,
+    "float": float,
+}
 
 
 def to_data(outputs: Outputs) -> dict[str, Any]:
