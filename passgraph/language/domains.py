@@ -30,6 +30,7 @@ class Domain:
 
 ANY = Domain()
 NOT_NEGATIVE = Domain(0.0)
+FROM_ONE = Domain(1.0)
 UNIT = Domain(-1.0, 1.0)
 #: Angles in radians that float32 still tells apart by 2^-10.
 ANGLE = Domain(-8192.0, 8192.0)

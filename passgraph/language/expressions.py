@@ -36,6 +36,7 @@ from passgraph.language.values import (
     coerce,
     construct,
     index_into,
+    of_bools,
     part_type,
     select,
     swizzle,
@@ -351,6 +352,11 @@ class Expressions:
             return select(arguments, span, self.frame.name_it)
         if name == "clamp":
             check_clamp(arguments, span)
+        if name == "mix" and len(arguments) == 3 and of_bools(arguments[2]):
+            return select([arguments[2], arguments[1], arguments[0]], span, self.frame.name_it)
+        written = self.frame.inline_written(name, arguments, span)
+        if written is not None:
+            return written
         return apply(called(name, len(arguments)), arguments, span)
 
     def _make_struct(self, struct: Struct, node: ast.Call) -> StructValue:

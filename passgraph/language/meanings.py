@@ -1,4 +1,4 @@
-"""What operations mean: on float64, int64, uint32 or bool arrays, a batch on the first axis and components behind it."""
+"""What operations mean: on float64, int64, uint32 or bool arrays, a batch on axis 0 and components behind it."""
 
 from __future__ import annotations
 
@@ -220,3 +220,86 @@ def transpose(m: Values) -> Values:
 
 def outer(a: Values, b: Values) -> Values:
     return np.asarray(np.einsum("nr,nc->ncr", a, b))
+
+
+def fma(a: Values, b: Values, c: Values) -> Values:
+    return np.asarray(a * b + c)
+
+
+def ldexp(x: Values, n: Values) -> Values:
+    # Beyond, every float32 is 0 or infinite; the clamp keeps what is computed here exact.
+    return np.ldexp(x, np.clip(n, -400, 400).astype(np.int32))
+
+
+def quotient(a: Values, b: Values) -> Values:
+    """Toward zero."""
+    size = np.abs(a) // np.where(b == 0, 1, np.abs(b))
+    return wrap32(np.where(b == 0, 0, np.where((a < 0) != (b < 0), -size, size)))
+
+
+def remainder(a: Values, b: Values) -> Values:
+    return wrap32(np.where(b == 0, 0, a - quotient(a, b) * b))
+
+
+def bits_of(a: Values) -> Values:
+    """The 32 bits of each whole number, the lowest first, on a last axis."""
+    return (np.asarray(a).astype(np.int64)[..., None] >> np.arange(32)) & 1
+
+
+def of_bits(bits: Values, like: Values) -> Values:
+    """Whole numbers of 32 bits, as ints or uints."""
+    made = np.sum(bits.astype(np.int64) << np.arange(32), axis=-1)
+    return made.astype(np.uint32) if np.asarray(like).dtype.kind == "u" else wrap32(made)
+
+
+def bit_count(a: Values) -> Values:
+    return np.asarray(np.sum(bits_of(a), axis=-1))
+
+
+def find_lsb(a: Values) -> Values:
+    bits = bits_of(a)
+    return np.where(np.any(bits, axis=-1), np.argmax(bits, axis=-1), -1)
+
+
+def find_msb(a: Values) -> Values:
+    """Of a negative int, the highest bit that is 0."""
+    bits = bits_of(np.where(np.asarray(a) < 0, ~np.asarray(a), a))
+    return np.where(np.any(bits, axis=-1), 31 - np.argmax(bits[..., ::-1], axis=-1), -1)
+
+
+def bitfield_reverse(a: Values) -> Values:
+    return of_bits(bits_of(a)[..., ::-1], a)
+
+
+def field(offset: Values, bits: Values) -> tuple[Values, Values]:
+    """Where a field begins and how many bits it has, brought into 32 bits."""
+    start = np.clip(offset, 0, 31)
+    return start, np.clip(bits, 0, 32 - start)
+
+
+def bitfield_extract(a: Values, offset: Values, bits: Values) -> Values:
+    start, count = field(offset, bits)
+    places = np.arange(32)
+    highest = (start + count - 1)[..., None]
+    signed = np.asarray(a).dtype.kind == "i"
+    # Above a field of an int its highest bit goes on, of a uint there are zeros.
+    taken = np.take_along_axis(bits_of(a), np.clip(np.minimum(places + start[..., None], highest), 0, 31), axis=-1)
+    kept = (count > 0)[..., None] & (signed | (places < count[..., None]))
+    return of_bits(np.where(kept, taken, 0), a)
+
+
+def bitfield_insert(a: Values, insert: Values, offset: Values, bits: Values) -> Values:
+    start, count = field(offset, bits)
+    places = np.arange(32) - start[..., None]
+    inside = (places >= 0) & (places < count[..., None])
+    given = np.take_along_axis(np.broadcast_to(bits_of(insert), inside.shape), np.clip(places, 0, 31), axis=-1)
+    return of_bits(np.where(inside, given, bits_of(a)), a)
+
+
+def half_bits(x: Values) -> Values:
+    with np.errstate(over="ignore"):
+        return np.asarray(x).astype(np.float16).view(np.uint16).astype(np.uint32)
+
+
+def float_of_half(bits: Values) -> Values:
+    return np.asarray(bits).astype(np.uint16).view(np.float16).astype(np.float64)

@@ -205,11 +205,61 @@ CONSTANTS = tuple(kind for kind in TYPE_MARKERS if isinstance(kind, type) and is
 pixel, uv, output_size = Symbol("pixel"), Symbol("uv"), Symbol("output_size")
 front_facing, fragment_depth = Symbol("front_facing"), Symbol("fragment_depth")
 select, discard = Symbol("select"), Symbol("discard")
+_STAGE = (pixel, uv, output_size, front_facing, fragment_depth, select, discard)
+
+# Their text is in :mod:`.library`.
+modf, frexp = Symbol("modf"), Symbol("frexp")
+pack_unorm4x8, unpack_unorm4x8 = Symbol("pack_unorm4x8"), Symbol("unpack_unorm4x8")
+pack_snorm4x8, unpack_snorm4x8 = Symbol("pack_snorm4x8"), Symbol("unpack_snorm4x8")
+pack_unorm2x16, unpack_unorm2x16 = Symbol("pack_unorm2x16"), Symbol("unpack_unorm2x16")
+pack_snorm2x16, unpack_snorm2x16 = Symbol("pack_snorm2x16"), Symbol("unpack_snorm2x16")
+pack_half2x16, unpack_half2x16 = Symbol("pack_half2x16"), Symbol("unpack_half2x16")
+_WRITTEN = (
+    modf, frexp, pack_unorm4x8, pack_snorm4x8, pack_unorm2x16, pack_snorm2x16, pack_half2x16,
+    unpack_unorm4x8, unpack_snorm4x8, unpack_unorm2x16, unpack_snorm2x16, unpack_half2x16,
+)  # fmt: skip
+
 #: Functions that are no operations.
-FUNCTIONS = {s.name: s for s in (pixel, uv, output_size, front_facing, fragment_depth, select, discard)}
+FUNCTIONS = {symbol.name: symbol for symbol in (*_STAGE, *_WRITTEN)}
 
 __all__ = [
-    "Array", "Const", "Image", "Vertex", "bvec2", "bvec3", "bvec4", "discard", "fragment_depth", "front_facing",
-    "ivec2", "ivec3", "ivec4", "mat2", "mat3", "mat4", "output_size", "pixel", "select", "uint", "uv",
-    "uvec2", "uvec3", "uvec4", "vec2", "vec3", "vec4",
+    "Array",
+    "Const",
+    "Image",
+    "Vertex",
+    "bvec2",
+    "bvec3",
+    "bvec4",
+    "discard",
+    "fragment_depth",
+    "frexp",
+    "front_facing",
+    "ivec2",
+    "ivec3",
+    "ivec4",
+    "mat2",
+    "mat3",
+    "mat4",
+    "modf",
+    "output_size",
+    "pack_half2x16",
+    "pack_snorm2x16",
+    "pack_snorm4x8",
+    "pack_unorm2x16",
+    "pack_unorm4x8",
+    "pixel",
+    "select",
+    "uint",
+    "unpack_half2x16",
+    "unpack_snorm2x16",
+    "unpack_snorm4x8",
+    "unpack_unorm2x16",
+    "unpack_unorm4x8",
+    "uv",
+    "uvec2",
+    "uvec3",
+    "uvec4",
+    "vec2",
+    "vec3",
+    "vec4",
 ]  # fmt: skip

@@ -190,6 +190,11 @@ def choose(condition: ir.Expr, then: Part, orelse: Part, span: Span) -> Part:
     return ir.Select(one.type, condition, one, other, span)
 
 
+def of_bools(value: ir.Expr) -> bool:
+    """Whether it is a bool or a vector of them: what ``mix`` and ``select`` choose by."""
+    return isinstance(value.type, (Scalar, Vector)) and element_of(value.type) is BOOL
+
+
 def select(arguments: list[ir.Expr], span: Span, name: Namer) -> ir.Expr:
     """Component by component: ``select(bvec, a, b)``."""
     condition, then, orelse = arguments

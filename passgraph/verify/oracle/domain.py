@@ -71,6 +71,7 @@ class IntervalDomain(Domain[Bounded, Lanes]):
                 return exact
             # From ints only to_float and bit patterns: rounded like a sum.
             return iv.rounded(exact, exact, np.isnan(exact), row.ulp)
+        self._hangs_on(numbers)
         if operation == "mul" and arguments[0] is arguments[1]:
             return iv.square(_interval(arguments[0]))
         return self._float(operation, _spread([_interval(a) for a in arguments]))
@@ -131,6 +132,19 @@ class IntervalDomain(Domain[Bounded, Lanes]):
     def _isinf(self, a: Interval) -> Lanes:
         finite = ~(np.isinf(a.lo) & (a.lo == a.hi)) | a.nan
         return self._decided(np.isinf(a.lo) | np.isinf(a.hi), finite, "isinf")
+
+    def _isfinite(self, a: Interval) -> Lanes:
+        sure = np.isfinite(a.lo) & np.isfinite(a.hi) & ~a.nan
+        none = np.isnan(a.lo) | (np.isinf(a.lo) & (a.lo == a.hi))
+        return self._decided(~none, ~sure, "isfinite")
+
+    def _half_bits(self, a: Interval) -> Numbers:
+        """One of two neighbours; of more than two, and where zeros' signs or NaN have bits, nothing is said."""
+        low, high = (OPERATIONS["half_bits"].reference(end).astype(np.int64) for end in (a.lo, a.hi))
+        unknown = (np.abs(high - low) > 1) | a.nan | a.has(0.0)
+        self.track.mark(self.track.lost, unknown)
+        chosen = np.where(self.track.choose((low != high) & ~unknown, "half_bits"), high, low)
+        return np.asarray(chosen.astype(np.uint32))
 
     def _to_int(self, a: Interval) -> Numbers:
         return self._to_whole(a, INT_MIN, INT_MAX).astype(np.int64)
