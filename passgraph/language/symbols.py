@@ -207,20 +207,20 @@ front_facing, fragment_depth = Symbol("front_facing"), Symbol("fragment_depth")
 select, discard = Symbol("select"), Symbol("discard")
 _STAGE = (pixel, uv, output_size, front_facing, fragment_depth, select, discard)
 
-# Their text is in :mod:`.library`.
 modf, frexp = Symbol("modf"), Symbol("frexp")
 pack_unorm4x8, unpack_unorm4x8 = Symbol("pack_unorm4x8"), Symbol("unpack_unorm4x8")
 pack_snorm4x8, unpack_snorm4x8 = Symbol("pack_snorm4x8"), Symbol("unpack_snorm4x8")
 pack_unorm2x16, unpack_unorm2x16 = Symbol("pack_unorm2x16"), Symbol("unpack_unorm2x16")
 pack_snorm2x16, unpack_snorm2x16 = Symbol("pack_snorm2x16"), Symbol("unpack_snorm2x16")
 pack_half2x16, unpack_half2x16 = Symbol("pack_half2x16"), Symbol("unpack_half2x16")
-_WRITTEN = (
+#: Functions whose text is in :mod:`.library`.
+WRITTEN = (
     modf, frexp, pack_unorm4x8, pack_snorm4x8, pack_unorm2x16, pack_snorm2x16, pack_half2x16,
     unpack_unorm4x8, unpack_snorm4x8, unpack_unorm2x16, unpack_snorm2x16, unpack_half2x16,
 )  # fmt: skip
 
 #: Functions that are no operations.
-FUNCTIONS = {symbol.name: symbol for symbol in (*_STAGE, *_WRITTEN)}
+FUNCTIONS = {symbol.name: symbol for symbol in (*_STAGE, *WRITTEN)}
 
 __all__ = [
     "Array",

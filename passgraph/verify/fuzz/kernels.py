@@ -55,7 +55,8 @@ class Writer(Expressions):
         }  # fmt: skip
         if features.reads:
             more = {"float": ["gain", "pair.scale"], "int": ["whole", "reach"], "uint": ["seed"],
-                    "vec3": ["toward", "pair.shift"], "mat3": ["turn"], "array": ["weights"], "bool": ["across"]}  # fmt: skip
+                    "vec3": ["toward", "pair.shift"], "mat3": ["turn"], "array": ["weights"],
+                    "bool": ["across"]}  # fmt: skip
             self.names = {type_: [*self.names.get(type_, []), *more.get(type_, [])] for type_ in {**self.names, **more}}
         self.written = {"float": ["x", "y"], "vec2": ["u"], "vec3": ["v"], "vec4": ["p"], "mat3": ["m"]}
 
