@@ -235,6 +235,9 @@ def coerce(part: Part, type_: Type, span: Span, what: str) -> Part:
 def check_clamp(arguments: list[ir.Expr], span: Span) -> None:
     """Constant bounds of clamp() in the right order."""
     if len(arguments) == 3:
-        low, high = arguments[1], arguments[2]
-        if isinstance(low, ir.Literal) and isinstance(high, ir.Literal) and low.value > high.value:
-            fail(span, f"clamp() has its bounds the wrong way round: {low.value} > {high.value}")
+        bounds = [a for a in arguments[1:] if isinstance(a, ir.Literal)]
+        first = arguments[0].type
+        of_uints = isinstance(first, (Scalar, Vector)) and element_of(first) is UINT
+        values = [int(a.value) & UINT_MAX if of_uints and a.bits else a.value for a in bounds]
+        if len(values) == 2 and values[0] > values[1]:
+            fail(span, f"clamp() has its bounds the wrong way round: {values[0]} > {values[1]}")

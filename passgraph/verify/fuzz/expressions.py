@@ -62,6 +62,21 @@ def _rows(signature: str) -> tuple[str, ...]:
 
 INTS, PAIRS_OF_INTS = _rows("I -> I"), _rows("I I -> I")
 COMPARISONS, TESTS = _rows("I I -> B"), _rows("G -> B")
+
+
+def _mixed(kind: str) -> dict[str, tuple[str, ...]]:
+    """Rows that make an int (or a uint) of whole numbers of both kinds, or of more than two, with their operands."""
+    types = {"I": kind, "S": "int", "U": "uint"}
+    made = {}
+    for row in OPERATIONS.values():
+        operands = tuple(types.get(letter, "") for letter in row.operands)
+        new = len(operands) > 2 or set(operands) != {kind}
+        if types.get(row.result) == kind and "" not in operands and new and row.call not in ("clamp", kind):
+            made[row.name] = operands
+    return made
+
+
+MIXED = {kind: _mixed(kind) for kind in ("int", "uint")}
 UINTS, PAIRS_OF_UINTS = _rows("U -> U"), _rows("U U -> U")
 LOGIC, FOLDS = (*_rows("B B -> B"), *_rows("B -> B")), _rows("B -> b")
 SIZE = {"vec2": 2, "vec3": 3, "vec4": 4, "mat2": 2, "mat3": 3}
@@ -204,8 +219,12 @@ class Expressions:
         return self.fit(f"{form}({one}, {other})", WHOLE, wanted)
 
     def _from_int(self, d: int, wanted: Range) -> str:
-        if self.features.wild and self.pick("float", "bits") == "bits":
-            return f"float_from_bits({self.of('int', d)})"
+        form = self.pick("float", "power", *["bits", "half"] * self.features.wild)
+        if form == "power":
+            return self.fit(f"ldexp({self.of('float', d)}, {self.of('int', d)})", (-math.inf, math.inf), wanted)
+        if form in ("bits", "half"):
+            name, type_ = ("float_from_bits", "int") if form == "bits" else ("float_of_half", "uint")
+            return f"{name}({self.of(type_, d)})"
         return self.fit(f"float({self.of(self.pick('int', 'uint'), d)})", (-math.inf, math.inf), wanted)
 
     def _helped(self, d: int, wanted: Range) -> str:
@@ -217,7 +236,10 @@ class Expressions:
     # Whole numbers and truth
 
     def _int(self, d: int) -> str:
-        form = self.pick("binary", "binary", "binary", "chosen", "from", "unary", *["stage"] * self.features.reads)
+        stage = ["stage"] * self.features.reads
+        form = self.pick("binary", "binary", "binary", "chosen", "from", "unary", "mixed", *stage)
+        if form == "mixed":
+            return self._of_both("int", d)
         if form in ("binary", "unary"):
             return self._applied(self.pick(*(PAIRS_OF_INTS if form == "binary" else INTS)), "int", d)
         if form == "chosen":
@@ -228,12 +250,23 @@ class Expressions:
         return f"{self.pick('pixel()', 'output_size()', 'd.size', self.of('ivec2', d))}.{self.pick('x', 'y')}"
 
     def _uint(self, d: int) -> str:
-        form = self.pick("binary", "binary", "binary", "chosen", "from", "unary")
+        form = self.pick("binary", "binary", "binary", "chosen", "from", "unary", "mixed", "clamp")
+        if form == "mixed":
+            return self._of_both("uint", d)
+        if form == "clamp":
+            return f"clamp({self.of('uint', d)}, 1, 0x80000001)"
         if form in ("binary", "unary"):
             return self._applied(self.pick(*(PAIRS_OF_UINTS if form == "binary" else UINTS)), "uint", d)
         if form == "chosen":
             return f"({self.of('uint', d)} if {self.of('bool', d)} else {self.of('uint', d)})"
+        if self.features.wild and self.pick("uint", "half") == "half":
+            return f"half_bits({self.of('float', d)})"
         return f"uint({self.of(self.pick('int', 'float', 'bool'), d)})"
+
+    def _of_both(self, kind: str, d: int) -> str:
+        """A row on whole numbers of both kinds."""
+        name = self.pick(*MIXED[kind])
+        return OPERATIONS[name].as_written(*(self.of(type_, d) for type_ in MIXED[kind][name]))
 
     def _ivec2(self, d: int) -> str:
         if self.pick("make", "sum") == "make":
