@@ -83,7 +83,7 @@ bitfield_insert = _row("bitfield_insert", "I I S S -> I",
                        (0xFFFF, 0, 4, 8, 0xF00F), (0, -1, 0, 32, -1), (5, 7, 3, 0, 5))
 half_bits = _row("half_bits", "G -> U", "the 16 bits of the nearest binary16, halves to even; of NaN some NaN's",
                  _of.half_bits, (1.0, 0x3C00), (-2.0, 0xC000), (65520.0, 0x7C00), (2.0**-24, 1), (_INF, 0x7C00),
-                 domain=(_in.KNOWN_BITS,))
+                 domain=(_in.HALVES,))
 float_of_half = _row("float_of_half", "U -> G", "the number whose binary16 the lowest 16 bits are", _of.float_of_half,
                      (0x3C00, 1.0), (0xC000, -2.0), (1, 2.0**-24), (0x7C00, _INF), (0x7C01, _NAN))
 # fmt: on

@@ -29,11 +29,12 @@ SPECIAL = (
     3.0, 7.0, 100.0, 255.0, 8191.0, 0.99999994, 1.0000001, 8388607.5, 16777216.0, 2147483648.0,
 )  # fmt: skip
 NOT_FINITE = (np.inf, -np.inf, np.nan)
-#: Range ends, powers of two beside them, shift distances at and beyond 32, and divisors.
+#: Range ends, powers of two beside them, shift distances at and beyond 32, divisors, what rounds up by its last bit as
+#: a uint, and an infinite binary16.
 INTS = (
     0, 1, 2, 3, 5, 7, 30, 31, 32, 33, 63, 64, 255, 256, 32767, 32768, 65535, 65536, 8388607, 16777217, 123456789,
     2**30, 2**31 - 2, 2**31 - 1, -1, -2, -3, -5, -7, -31, -32, -33, -255, -256, -65536, -16777217, -(2**30),
-    -(2**31) + 1, -(2**31),
+    -(2**31) + 1, -(2**31), -(2**31) + 129, 0x7C00,
 )  # fmt: skip
 
 #: A row leaves open up to four of the 64 values: denormals, which may count as 0; or zeros or large numbers that it
@@ -132,6 +133,7 @@ def _folded(domain: Domain) -> Callable[[Values], Values]:
 BROUGHT: dict[Domain, Callable[[Values], Values]] = {
     domains.ANY: np.asarray,
     domains.NOT_NEGATIVE: np.abs,
+    domains.FROM_ONE: lambda v: np.where(np.abs(v) < 1, 1 + np.abs(v), np.abs(v)),
     domains.UNIT: _unit,
     domains.ANGLE: _angle,
     domains.EXPONENT: _exponents,
@@ -141,6 +143,7 @@ BROUGHT: dict[Domain, Callable[[Values], Values]] = {
     domains.DIVISOR: _divisible,
     domains.POSITIVE: lambda v: np.abs(_known_bits(_divisible(v))),
     domains.KNOWN_BITS: _known_bits,
+    domains.HALVES: lambda v: _known_bits(np.where(np.abs(v) < 8, np.float32(2.0**-14) * v, v)),
     domains.DIVIDEND: _dividends,
     domains.SMALL_DIVISOR: _divisors,
 }

@@ -43,7 +43,7 @@ def run(color: Image, seed: uint, steps: Array[uint, 3], scale: Const[uint]) -> 
         if total > scale - step:
             total -= p.x + 1
     return halves(hash // (step + p.y), hash % (p.x * 268435456 + p.y + 1)), halves(total, min(hash, step) - max(
-        hash, scale)), halves(-hash, ~(hash << p.y) | (p.x & 1 if hash >= step else p.y))
+        hash, scale)), halves(-hash, ~(hash << p.y) | (p.x & 1 if hash >= step and scale > 5 else p.y))
 """
 )
 
