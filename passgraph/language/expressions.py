@@ -436,7 +436,7 @@ class Expressions:
 STAGE_VALUES: dict[str, tuple[Type, tuple[str, ...]]] = {
     "pixel": (IVEC2, ("pixel", "fragment")),
     "uv": (VEC2, ("pixel", "fragment")),
-    "output_size": (IVEC2, ("pixel", "fragment")),
+    "output_size": (IVEC2, ("pixel", "vertex", "fragment")),
     "front_facing": (BOOL, ("fragment",)),
     "fragment_depth": (FLOAT, ("fragment",)),
 }

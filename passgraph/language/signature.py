@@ -29,6 +29,7 @@ VERTEX_FIELDS: dict[str, tuple[Type, tuple[float, ...]]] = {
     "uv": (NAMED["vec2"], (0, 0)),
     "color": (NAMED["vec4"], (1, 1, 1, 1)),
     "tangent": (NAMED["vec4"], (1, 0, 0, 1)),
+    "instance": (NAMED["float"], (0,)),
 }
 VERTEX = Struct("Vertex", tuple((name, type_) for name, (type_, _) in VERTEX_FIELDS.items()))
 
