@@ -8,7 +8,7 @@ from passgraph.language.source import Span, fail
 from passgraph.shaders.glsl.tokens import Token
 
 #: Parentheses and signs in one another.
-MAX_DEPTH = 100
+MAX_DEPTH = 40
 
 _BINARY: tuple[dict[str, Callable[[int, int], int]], ...] = (
     {"||": lambda a, b: int(bool(a) or bool(b))},

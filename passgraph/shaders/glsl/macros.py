@@ -9,12 +9,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 from passgraph.language.source import Span, fail
 from passgraph.shaders.glsl.tokens import Token, token_lines
 
 #: Tokens that all macros of a shader may bring.
-MAX_EXPANDED = 300_000
+MAX_EXPANDED = 200_000
 #: Macros within macros.
 MAX_MACRO_DEPTH = 100
 
@@ -27,6 +28,11 @@ class Macro:
     parameters: tuple[str, ...] | None
     body: tuple[Token, ...]
 
+    @cached_property
+    def joins(self) -> bool:
+        """Whether words are glued together in it."""
+        return any(token.text == "##" for token in self.body)
+
 
 class Expander:
     """Expands macros in a stream of tokens."""
@@ -34,6 +40,7 @@ class Expander:
     def __init__(self) -> None:
         self.macros: dict[str, Macro] = {}
         self.expanded = 0
+        self._depth = 0  # of arguments within arguments
 
     def expand(self, tokens: Iterable[Token]) -> Iterator[Token]:
         """The tokens with every macro replaced; ``tokens`` are asked for one by one."""
@@ -84,6 +91,10 @@ class Expander:
         """A macro's body in place of its use."""
         if len(hidden) >= MAX_MACRO_DEPTH:
             fail(use.span, f"macros nest deeper than {MAX_MACRO_DEPTH}")
+        hidden = hidden | {macro.name}
+        if not arguments and not macro.joins:
+            self._count(len(macro.body) + 1, use.span)
+            return [Token(token.kind, token.text, use.span, token.spaced, hidden) for token in macro.body]
         body, made, ready = macro.body, [], {}  # type: tuple[Token, ...], list[Token], dict[str, list[Token]]
         i = 0
         while i < len(body):
@@ -99,7 +110,7 @@ class Expander:
                     part = arguments[token.text]
                 else:
                     if token.text not in ready:
-                        ready[token.text] = list(self.expand(arguments[token.text]))
+                        ready[token.text] = self._expanded(arguments[token.text], use.span)
                     part = ready[token.text]
             if joined and part:
                 made[-1:] = [_glued(made[-1], part[0], use.span)]
@@ -107,8 +118,20 @@ class Expander:
             made += part
             self._count(len(part) + 1, use.span)
             i += 1
-        hidden = hidden | {macro.name}
-        return [replace(token, hidden=token.hidden | hidden) for token in made]
+        both = {frozenset[str](): hidden}  # most tokens came out of nothing, or out of the same macros
+        for token in made:
+            if token.hidden not in both:
+                both[token.hidden] = token.hidden | hidden
+        return [Token(t.kind, t.text, t.span, t.spaced, both[t.hidden]) for t in made]
+
+    def _expanded(self, argument: list[Token], span: Span) -> list[Token]:
+        """An argument whose own macros are expanded."""
+        if self._depth >= MAX_MACRO_DEPTH:
+            fail(span, f"macros nest deeper than {MAX_MACRO_DEPTH}")
+        self._depth += 1
+        found = list(self.expand(argument))
+        self._depth -= 1
+        return found
 
     def _count(self, tokens: int, span: Span) -> None:
         self.expanded += tokens

@@ -12,6 +12,8 @@ from passgraph.language.source import Span, fail
 
 #: Longest text of a shader, in characters; long ones that people publish have about 100,000.
 MAX_CHARACTERS = 500_000
+#: Longest word; GLSL ES promises that names may have as many characters.
+MAX_WORD = 1024
 
 Kind: TypeAlias = Literal["name", "number", "sign", "stray", "end"]
 
@@ -19,7 +21,8 @@ _TOKEN = re.compile(
     r"""(?P<space>(?:[ \t\v\f\0]|\\\n)+)
     |(?P<comment>//(?:\\\n|[^\n])*|/\*(?:.*?\*/)?)
     |(?P<newline>\n)
-    |(?P<number>0[xX][0-9a-fA-F]+[uU]?|(?:[0-9]+\.[0-9]*|\.[0-9]+|[0-9]+)(?:[eE][+-]?[0-9]+)?(?:lf|LF|[fFuU])?)
+    |(?P<number>0[xX][0-9a-fA-F]+[uU]?|[0-9]+[uU]
+        |(?:[0-9]+\.[0-9]*|\.[0-9]+|[0-9]+)(?:[eE][+-]?[0-9]+)?(?:lf|LF|[fF])?)
     |(?P<name>[A-Za-z_][A-Za-z_0-9]*)
     |(?P<sign><<=|>>=|\+\+|--|&&|\|\||\^\^|<=|>=|==|!=|\+=|-=|\*=|/=|%=|&=|\|=|\^=|<<|>>|\#\#
         |[-+*/%<>=!&|^~?:;,.(){}\[\]\#])
@@ -60,6 +63,8 @@ def token_lines(text: str, file: str) -> Iterator[list[Token]]:
         if kind in ("name", "number", "sign", "stray"):
             column = start - begin
             span = Span(file, row + 1, column, column + len(word), lines[row])
+            if len(word) > MAX_WORD:
+                fail(span, f"this word has {len(word)} characters; at most {MAX_WORD} are read")
             found.append(Token(kind, word, span, spaced))  # type: ignore[arg-type]
             spaced = False
             continue
