@@ -159,8 +159,8 @@ def is_in(module: str, part: str) -> bool:
 
 #: In the order in which data go through them.
 STOREYS = [
-    "language", "graph", "scene", "plan", "travel", "backends", "run", "frames", "effects", "engines", "verify",
-    "commands",
+    "language", "shaders.glsl", "graph", "scene", "plan", "travel", "backends", "run", "frames", "effects", "engines",
+    "verify", "commands",
 ]  # fmt: skip
 
 
@@ -170,8 +170,9 @@ STOREYS = [
         ("errors", ["pictures", *STOREYS]),
         ("pictures", STOREYS),
         ("language", STOREYS[1:]),
-        ("graph", STOREYS[2:]),
-        ("scene", STOREYS[3:]),
+        ("shaders.glsl", STOREYS[2:]),
+        ("graph", STOREYS[3:]),
+        ("scene", STOREYS[4:]),
         ("plan", ["travel", "run", "frames", "backends", "effects", "verify", "commands"]),
         ("travel", ["run", "frames", "backends", "effects", "verify", "commands"]),
         ("backends", ["travel", "run", "frames", "effects", "engines", "verify", "commands"]),

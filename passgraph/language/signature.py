@@ -199,11 +199,11 @@ def literal_value(node: ast.expr, source: Source, scope: Scope) -> object:
         if isinstance(meaning, ir.Literal):
             return meaning.value
         if isinstance(meaning, (ir.Construct, ir.Table)):
-            return _host_value(meaning)
+            return host_value(meaning)
     fail(span, "a constant is expected here: a number, a tuple of numbers or a captured constant")
 
 
-def _host_value(constant: ir.Construct | ir.Table) -> object:
+def host_value(constant: ir.Construct | ir.Table) -> object:
     """A captured vector, matrix or table as the host would write it."""
     if isinstance(constant, ir.Table):
         width = component_count(constant.type.element)
@@ -282,13 +282,15 @@ def read_struct(node: ast.ClassDef, source: Source, scope: Scope) -> Struct:
             )
     if not fields:
         fail(source.span(node), f"struct {node.name} has no fields")
-    count = sum(_leaf_count(type_) for _, type_ in fields)
+    return checked_struct(Struct(node.name, tuple(fields), tuple(defaults)), source.span(node))
+
+
+def checked_struct(struct: Struct, span: Span) -> Struct:
+    """A struct that keeps to the limits."""
+    count = _leaf_count(struct)
     if count > MAX_STRUCT_FIELDS:
-        fail(
-            source.span(node),
-            f"struct {node.name} has {count} fields, nested ones too; at most {MAX_STRUCT_FIELDS}",
-        )
-    depth = 1 + max(_depth(type_) for _, type_ in fields)
+        fail(span, f"struct {struct.name} has {count} fields, nested ones too; at most {MAX_STRUCT_FIELDS}")
+    depth = _depth(struct)
     if depth > MAX_STRUCT_DEPTH:
-        fail(source.span(node), f"struct {node.name} holds structs {depth} deep; at most {MAX_STRUCT_DEPTH}")
-    return Struct(node.name, tuple(fields), tuple(defaults))
+        fail(span, f"struct {struct.name} holds structs {depth} deep; at most {MAX_STRUCT_DEPTH}")
+    return struct
