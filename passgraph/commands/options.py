@@ -193,8 +193,7 @@ class EffectCommand(click.Command):
     """A command whose ``--effect`` decides which further options there are.
 
     Where no effect is said to be the default, the first argument that names one (or a file of one's own) is it too.
-    With an effect given, help and parsing know that effect's parameters; help without one shows those of
-    every effect.
+    With an effect given (or one by default), help and parsing know that effect's parameters; help names the others.
     """
 
     #: Effect where none is given.
@@ -254,12 +253,16 @@ class EffectCommand(click.Command):
         own = [record for p in options if (record := p.get_help_record(ctx)) is not None]
         with formatter.section("Options"):
             formatter.write_dl(own)
-        chosen = self.effect_of(ctx) if ctx.meta.get(_NAMED) else None
-        for effect in [chosen] if chosen else self.effects():
+        effect = self.effect_of(ctx)
+        if effect is not None:
             rows = [record for o in options_of(effect) if (record := o.get_help_record(ctx)) is not None]
             if rows:
                 with formatter.section(f"Parameters of --effect {effect.name}"):
                     formatter.write_dl(rows)
+        if not ctx.meta.get(_NAMED):
+            # Showing the parameters of all would load all, a second's work, and fill four screens.
+            with formatter.section(f"Effects ({ctx.command_path} --effect NAME --help shows the parameters of one)"):
+                formatter.write_dl([(one.name, one.summary) for one in self.effects()])
 
 
 def effect_option(what: str) -> Callable[[Decorated], Decorated]:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from importlib.machinery import SourceFileLoader
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
+from traceback import extract_tb
 from types import CodeType
 from typing import Any
 
@@ -132,10 +133,16 @@ def _run(path: Path) -> dict[str, Any]:
     except SystemExit as error:
         raise InputError(f"{path}: ends the process when it is run ({_exit_call(error)}); take that out") from error
     except Exception as error:
-        raise InputError(f"{path}: fails when run: {type(error).__name__}: {error}") from error
+        raise InputError(f"{path}: fails when run: {type(error).__name__}: {error}{_line(error, path)}") from error
     finally:
         sys.path.pop(0)
     return {name: value for name, value in vars(module).items() if not name.startswith("_")}
+
+
+def _line(error: Exception, path: Path) -> str:
+    """The last line of the file that an error came through; a SyntaxError's text has it."""
+    numbers = [place.lineno for place in extract_tb(error.__traceback__) if place.filename == str(path)]
+    return "" if not numbers or isinstance(error, SyntaxError) else f" (line {numbers[-1]})"
 
 
 def _exit_call(error: SystemExit) -> str:

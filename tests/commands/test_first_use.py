@@ -5,6 +5,8 @@ Each test does what a newcomer does, with the text that they should see.
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +14,8 @@ import pytest
 from PIL import Image
 
 import passgraph as pg
-from passgraph.commands.entry import run
+from passgraph.commands.entry import COMMANDS, run
+from passgraph.effects.registry import EFFECTS
 
 MINE = '''
 import passgraph as pg
@@ -178,3 +181,69 @@ def test_what_is_not_there_is_told_with_the_nearest(line: str, words: str, capsy
     )
     assert words in refused(capsys, line)
     assert not Path("out.png").exists()
+
+
+# Help
+
+
+@pytest.mark.parametrize(
+    "line",
+    [*(f"{name} --help" for name in COMMANDS), *(f"plan -e {name} --help" for name in EFFECTS), "apply mine.py --help"],
+)
+def test_help_says_no_limit_where_there_is_none(line: str, capsys: pytest.CaptureFixture[str]) -> None:
+    shown = well(capsys, line)
+    assert "None" not in shown and "=inf" not in shown
+
+
+def test_help_loads_no_effect_but_the_one_that_it_shows() -> None:
+    """Each takes as long to load as the rest of the command."""
+    text = """
+import sys
+from passgraph.commands.entry import run
+for name in ("apply", "compare", "plan", "render"):
+    run([name, "--help"])
+    families = {m.split(".")[2] for m in sys.modules if m.startswith("passgraph.effects.") and m.count(".") > 2}
+    print(name, *sorted(families), file=sys.stderr)
+"""
+    done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=True)
+    *others, render = done.stderr.splitlines()
+    assert others == ["apply", "compare", "plan"]
+    assert "shadows" in render and "light2d" not in render
+
+
+# Errors
+
+
+@pytest.mark.parametrize("line", ["apply wrong.py photo.png -o out.png", "check wrong.py", "plan wrong.py photo.png"])
+def test_an_error_in_a_kernel_of_mine_keeps_its_caret(line: str, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("wrong.py").write_text(MINE.replace("dot(c.rgb, weights) * gain", "lerp(c.rgb, weights, gain).x"))
+    first, text, caret, *rest = refused(capsys, line).split("\n")
+    assert first.startswith("passgraph: error: ") and "wrong.py:17: name 'lerp' is not defined here; write mix" in first
+    assert text == "        y = lerp(c.rgb, weights, gain).x" and caret == "            ^^^^" and rest == [""]
+
+
+def test_an_error_that_appears_with_the_frames_keeps_its_caret(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("frames").mkdir()
+    for number in range(2):
+        Image.open("photo.png").save(f"frames/{number}.png")
+    Path("deep.txt").write_text(
+        "def deep(c: Image, n: Const[int] = 70000) -> vec4:\n"
+        "    s = vec4(0.0)\n    for i in range(n):\n        s += c[i, 0]\n    return s\n"
+    )
+    error = refused(capsys, "apply deep.txt frames -o made.%02d.png")
+    assert error.count("\n") == 3 and error.split("\n")[2].strip().strip("^") == ""
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("import passgraph as pg\n\nscale = undefined * 2\n", "NameError: name 'undefined' is not defined (line 3)"),
+        ("def f():\n    return 1 / 0\n\nf()\n", "ZeroDivisionError: division by zero (line 2)"),
+        ("def f(:\n", "SyntaxError: invalid syntax (broken.py, line 1)"),
+    ],
+)
+def test_an_error_of_my_own_file_is_told_with_its_line(
+    text: str, words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("broken.py").write_text(text)
+    assert refused(capsys, "apply broken.py photo.png -o out.png").endswith(f"broken.py: fails when run: {words}\n")
