@@ -11,7 +11,7 @@ import click
 from passgraph.arguments import near, shown
 from passgraph.errors import InputError
 from passgraph.graph.targets import Pass, PixelPass
-from passgraph.graph.values import OUTPUT_SIZE, Derived, Value, sources_of
+from passgraph.graph.values import FILLED_IN, Derived, Value, sources_of
 from passgraph.language.symbols import TYPE_MARKERS
 from passgraph.language.types import BOOL, FLOAT, INT, Array, Matrix, Scalar, Type, Vector
 
@@ -51,7 +51,7 @@ def declared(graph: Graph) -> dict[str, tuple[Value, Type | None]]:
     for node in passes_behind(list(graph.values())):
         for parameter, given in node.values.items():
             for source in sources_of({parameter: given}):
-                if source is not OUTPUT_SIZE:
+                if FILLED_IN.get(source.name) is not source:
                     # What is derived on the host is of the kernel's type; its source is of its own.
                     type_ = _own_type(source) if isinstance(given, Derived) else _parameter_type(node, parameter)
                     found.setdefault(source.name, (source, type_))
