@@ -115,7 +115,7 @@ class Builder:
 
     def scope(self, function: FunctionSource) -> Scope:
         if function not in self.scopes:
-            self.scopes[function] = Scope(function.scope.names, tables={})
+            self.scopes[function] = Scope(function.scope.names, tables={}, listed=function.nearby)
         return self.scopes[function]
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from passgraph.language import ir, symbols
+from passgraph.language.foreign import mending
 from passgraph.language.scope import FunctionSource, ModuleName, Scope, meaning_of, number, typed_constant, written
 from passgraph.language.source import Source, Span, fail
 from passgraph.language.types import (
@@ -56,7 +57,8 @@ def resolve(node: ast.expr, scope: Scope, source: Source) -> object:
         base = resolve(node.value, scope, source)
         if isinstance(base, ModuleName):
             if not hasattr(base.module, node.attr):
-                fail(span, f"module {base.module.__name__} has no {node.attr!r}")
+                mend = mending(node.attr, (name for name in vars(base.module) if not name.startswith("_")))
+                fail(span, f"module {base.module.__name__} has no {node.attr!r}{mend}")
             return meaning_of(getattr(base.module, node.attr), f"{base.path}.{node.attr}", scope, span)
     fail(span, "a name is expected here")
 

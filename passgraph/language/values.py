@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from passgraph.language import ir
+from passgraph.language.foreign import method_spelling
 from passgraph.language.source import Span, fail
 from passgraph.language.types import (
     BOOL,
@@ -77,7 +78,8 @@ def swizzle_components(name: str, type_: Vector, span: Span) -> tuple[int, ...]:
             if max(components) >= type_.size:
                 fail(span, f"{type_} has no component {letters[max(components)]!r}")
             return components
-    fail(span, f"{type_} has no attribute {name!r}; swizzles use xyzw, rgba or stpq, one set at a time")
+    letters = "; swizzles use xyzw, rgba or stpq, one set at a time"
+    fail(span, f"{type_} has no attribute {name!r}{method_spelling(name) or letters}")
 
 
 def with_components(name: str, base: ir.Expr, value: ir.Expr, span: Span, named: Namer) -> ir.Expr:
