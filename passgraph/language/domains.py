@@ -47,6 +47,6 @@ POSITIVE = Domain(2.0**-126, 2.0**126, 2.0**-126, zero=False)
 #: Numbers whose bits are the same everywhere: denormals may count as 0, and 0 and NaN have several.
 KNOWN_BITS = Domain(least=2.0**-126, zero=False)
 #: The same of their binary16: from 2^-14 on those have 11 bits, below fewer.
-HALVES = Domain(-3.5e38, 3.5e38, 2.0**-126, zero=False, beyond=True)
+HALVES = Domain(-(2.0 - 2.0**-23) * 2.0**127, (2.0 - 2.0**-23) * 2.0**127, 2.0**-126, zero=False, beyond=True)
 #: Pairs whose quotients tests can keep off whole numbers, where a floor jumps.
 DIVIDEND, SMALL_DIVISOR = Domain(-1000.0, 1000.0, beyond=True), Domain(-8.0, 8.0, 0.5, zero=False, beyond=True)
