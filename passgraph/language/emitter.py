@@ -19,16 +19,8 @@ MAX_SELECTED_INSTRUCTIONS = 12
 #: Expressions lowered and instructions made for one kernel, loops unrolled.
 MAX_STEPS = 200_000
 _RESULT = {
-    "N": "",
-    "G": "float",
-    "I": "int",
-    "S": "int",
-    "U": "int",
-    "B": "bool",
-    "f": "float",
-    "i": "int",
-    "b": "bool",
-}
+    "N": "", "G": "float", "I": "int", "S": "int", "U": "int", "B": "bool", "f": "float", "i": "int", "b": "bool",
+}  # fmt: skip
 COMMUTATIVE = frozenset(row.name for row in OPERATIONS.values() if row.commutes)
 
 

@@ -187,13 +187,14 @@ def library_function(name: str) -> FunctionSource:
 def written_function(name: str, arguments: Sequence[Type]) -> FunctionSource | None:
     """The function of a name that kernels call, for such arguments; None where that name is no function of the library.
 
-    A name that is an operation too is one of the library for a single number.
+    A name that is an operation too is one of the library for single numbers alone.
     """
     functions = _library()
     first = next(iter(arguments), FLOAT)
     kind = f"{name}_{FLOAT if first in (INT, UINT) else first}"
     if name in OPERATIONS:
-        return functions.get(kind) if isinstance(first, Scalar) else None
+        fitting = len(arguments) == len(OPERATIONS[name].operands) and all(isinstance(a, Scalar) for a in arguments)
+        return functions.get(kind) if fitting else None
     found = functions.get(kind) or functions.get(name)
     return found or functions.get(f"{name}_{FLOAT}")
 

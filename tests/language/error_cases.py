@@ -61,6 +61,7 @@ BODIES: list[tuple[str, str]] = [
     ("return float(«x & 1»)", "an argument of & must be int, got float"),
     ("return «sin(m)»[0].x", "sin() does not take mat3"),
     ("return «outer(x, x)»[0].x", "outer() takes vectors, got float"),
+    ("return «dot(x, v)»", "dot() takes vectors, got float"),
     ("return «dot(m, m)»", "dot() does not take mat3"),
     ("return float(«uint(1) + n»)", "must be uint, got int; int and uint do not mix by themselves: write uint(...)"),
     ("return float(uint(1) + «-1»)", "must be uint, from 0 to 4294967295, got -1; write uint(-1) for its bits"),
