@@ -17,7 +17,7 @@ from passgraph.graph.calls import leaves
 from passgraph.graph.draw_state import DrawState
 from passgraph.graph.geometry import ATTRIBUTE_TYPES
 from passgraph.graph.outputs import Outputs, named_outputs
-from passgraph.graph.targets import Absolute, DrawPass, InputSpec, Like, Pass, Relative, Target, TargetSpec
+from passgraph.graph.targets import Absolute, Computed, DrawPass, InputSpec, Like, Pass, Relative, Target, TargetSpec
 from passgraph.graph.values import FILLED_IN, Derived, Value
 from passgraph.language.kernel import Kernel
 from passgraph.language.layout import components
@@ -132,6 +132,8 @@ class _Writer:
             return {"scale": size.scale}
         if size is None:
             return None
+        if isinstance(size, Computed):
+            return {"formulas": [size.width, size.height]}
         lender = size.other.spec
         if isinstance(lender, InputSpec):
             return {"like": {"input": self._input(lender)}, "scale": size.scale}
