@@ -400,3 +400,14 @@ o = vec4(0x1F, 017, 0xFFFFFFFF, 1e2);
 //// shifts and bits
 // main
 o = vec4(n << 2, -8 >> 1, (n | 4) & 6, ~n ^ 5);
+
+//// words that became qualifiers later are names
+float patch(vec2 shared) {
+    return shared.x;
+}
+// main
+vec2 sample = p;
+sample.x += 1.0;
+float precise = patch(sample), buffer;
+buffer = precise * 2.0;
+o = vec4(sample, buffer, 0);

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from passgraph.language import ir
 from passgraph.language.frame import MAX_CALL_DEPTH
 from passgraph.language.signature import checked_struct
@@ -10,6 +12,7 @@ from passgraph.language.types import BOOL, INT, ImageType, Struct, Type
 from passgraph.language.values import ImageValue, Part, coerce
 from passgraph.language.variables import Variable, new_variable, read_variable, zero_of
 from passgraph.shaders.glsl import syntax as g
+from passgraph.shaders.glsl.builtins import overloads
 from passgraph.shaders.glsl.expressions import Expressions
 from passgraph.shaders.glsl.folding import constant, folded
 from passgraph.shaders.glsl.places import Place, read_place, write_place
@@ -151,7 +154,7 @@ class Body:
         void = function.result.name == "void" and not function.result.lengths
         inner = Body(self.unit, function.name, None if void else self.type_of(function.result, function.result.span))
         inner.scopes = [{}]
-        written = assigned_names(function.body, self.unit.functions)
+        written = assigned_names(function.body, partial(overloads, self.unit))
         for parameter, argument in zip(function.parameters, arguments, strict=True):
             inner.take(parameter, argument, span, fixed=parameter.name not in written)
         part = inner.run(function.body, span)

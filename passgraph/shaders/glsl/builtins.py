@@ -68,6 +68,12 @@ def prelude_functions(name: str) -> tuple[g.Function, ...]:
     return _prelude().get(name, ())
 
 
+def overloads(unit: Unit, name: str) -> tuple[g.Function, ...]:
+    """Functions of a name that are written in GLSL: the shader's own, and those that stand for built-in ones."""
+    own = tuple(unit.functions.get(name, ()))
+    return own if name in unit.natives or name in BUILTINS else (*prelude_functions(name), *own)
+
+
 def _row(name: str, unit: Unit, parts: list[Part], span: Span) -> Part:
     """A row of the table by the name that it has there."""
     arguments = [plain(part, span, f"an argument of {name}()") for part in parts]

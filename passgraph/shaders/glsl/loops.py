@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING
 
 from passgraph.language import ir
 from passgraph.language.types import INT
 from passgraph.shaders.glsl import syntax as g
+from passgraph.shaders.glsl.builtins import overloads
 from passgraph.shaders.glsl.folding import Numbers, folded
 from passgraph.shaders.glsl.walk import assigned_names, walked
 
@@ -47,8 +49,9 @@ def _counted(body: Body, node: g.Loop) -> int | None:
     """How many trips a loop makes, found by following its counter; None where that needs more than constants."""
     if node.condition is None or node.update is None or node.late:
         return None
-    names = assigned_names(node.update, body.unit.functions)
-    if len(names) != 1 or names & assigned_names(node.body, body.unit.functions):
+    functions = partial(overloads, body.unit)
+    names = assigned_names(node.update, functions)
+    if len(names) != 1 or names & assigned_names(node.body, functions):
         return None
     if names & set(body.unit.names) or any(isinstance(n, g.Call) for n in walked(node.update)):
         return None  # functions may change it

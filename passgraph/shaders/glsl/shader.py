@@ -100,6 +100,8 @@ def parse(
     pieces = [(prelude, PRELUDE), (text, file), (postlude, POSTLUDE)]
     try:
         tokens, reader = preprocessed(pieces, defines or {}, None if folder is None else Path(folder))
+        for token in [t for t in tokens if t.text in ("lowp", "mediump")][:1]:
+            unit.note(token.span, f"{token.text} has 32 bits here, and fewer on some devices")
         program, uniforms = _program(Parser(tokens, file).shader(), unit, name, entry, file, defaults or {})
     except RecursionError:
         raise KernelError(f"{file}: the shader nests too deeply") from None

@@ -40,6 +40,7 @@ def declare_interface(body: Body, node: g.Interface) -> None:
             _declare(body, uniform)
         return
     struct = Struct(node.name, tuple((u.name, u.type) for u in uniforms))
+    body.unit.used.update(u.name for u in uniforms)
     body.unit.uniforms += [u for u in uniforms if u.name not in {known.name for known in body.unit.uniforms}]
     parts = {u.name: parameter_value(u.type, u.name, False, u.span) for u in uniforms}
     body.bind(node.instance, Known(StructValue(struct, parts), "a block of uniforms"))
