@@ -96,6 +96,16 @@ def test_preludes_declare_what_a_container_has() -> None:
     np.testing.assert_allclose(run(shader, (3, 2), {"from": frame}), frame * 3 + 12.5, atol=1e-5)
 
 
+def test_a_prelude_may_compute_inputs() -> None:
+    shader = parse(
+        "in vec2 left[2]; void main() { gl_FragColor = vec4(left[0], left[1]); }",
+        prelude="vec2 left[2]; void before() { left[0] = pg_position - 1.0; left[1] = pg_position; }",
+        postlude="void both() { before(); main(); }",
+        entry="both",
+    )
+    assert run(shader, (1, 1), {})[0, 0].tolist() == [-0.5, -0.5, 0.5, 0.5]
+
+
 def test_natives_compute_on_typed_values() -> None:
     shader = parse(
         "void main() { gl_FragColor = vec4(double_it(1.5)); }",

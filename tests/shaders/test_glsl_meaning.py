@@ -55,7 +55,8 @@ SAMPLERS = "uniform sampler2D t; "
         "textureProj(t, vec3(p, 9.0)) + textureProj(t, vec4(p, 1.0, 8.0))",
         "textureLod(t, p.yx / 8.0, 0.0)",
         "textureOffset(t, p / vec2(5, 4), ivec2(1, -1)) + texelFetchOffset(t, ivec2(1), 0, ivec2(1, 0))",
-        "texture(t, p / vec2(5, 4), 0.0)",
+        "texture(t, p / vec2(5, 4), 0.0) + textureGrad(t, p / vec2(8, 5), vec2(0), vec2(0))",
+        "textureGather(t, p / vec2(6, 5)) - textureGather(t, p.yx / 5.0)",
     ],
 )
 def test_pictures_look_upright_to_a_shader(gl: Original, read: str) -> None:

@@ -18,7 +18,7 @@ from passgraph.shaders.glsl.folding import constant, folded
 from passgraph.shaders.glsl.places import Place, read_place, write_place
 from passgraph.shaders.glsl.statements import Statements
 from passgraph.shaders.glsl.unit import Binding, Known, Slot, Unit, holds_pictures
-from passgraph.shaders.glsl.walk import assigned_names
+from passgraph.shaders.glsl.walk import assigned_names, leaves_function
 
 #: What ``gl_FragData`` has room for.
 _MAX_OUTPUTS = 8
@@ -188,8 +188,22 @@ class Body:
         self.builder.store(slot.variable, part, span, what)
         self.bind(parameter.name, slot)
 
+    def _value_at_end(self, block: g.Block) -> Part:
+        """The value of a function whose only return is its last statement."""
+        last = block.statements[-1]
+        assert isinstance(last, g.Return)
+        assert last.value is not None
+        assert self.result_type is not None
+        self.scopes.append({})
+        self.statements.run(block.statements[:-1])
+        part = coerce(self.expressions.part(last.value), self.result_type, last.span, f"the result of {self.name}")
+        # Named where it is computed: what it is made of may change before it is used.
+        return self.builder.name_part(part, last.span, keep_locals=False)
+
     def run(self, block: g.Block, span: Span) -> Part | None:
         """The statements of a function, and its value."""
+        if self.result is not None and _ends_once(block):
+            return self._value_at_end(block)
         self.builder.emit(ir.Assign(self.returned, ir.Literal(BOOL, False, span), span))
         if self.result is not None:
             self.clear(self.result, span)
@@ -201,3 +215,11 @@ class Body:
                 block.span, f"{self.name} may end without a value; it is 0 then, and drivers may give anything"
             )
         return read_variable(self.result, span)
+
+
+def _ends_once(block: g.Block) -> bool:
+    """Whether a function's only exit is a value at its end."""
+    if not block.statements:
+        return False
+    *before, last = block.statements
+    return isinstance(last, g.Return) and last.value is not None and not any(map(leaves_function, before))

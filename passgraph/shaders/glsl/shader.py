@@ -143,6 +143,9 @@ def _declared(tree: list[g.Outer], body: Body) -> list[tuple[str, Slot]]:
         slot = body.new_slot(name, VEC4, written=True)
         body.clear(slot.variable, Span("", 0, 0, 0))
         body.bind(name, slot)
+    depth = body.new_slot("gl_FragDepth", FLOAT, written=True)
+    body.clear(depth.variable, Span("", 0, 0, 0))
+    body.bind("gl_FragDepth", depth)  # written to nobody: a pass over a picture has no depth
     for node in tree:
         if isinstance(node, g.Struct):
             body.declare_struct(node)
@@ -173,7 +176,7 @@ def _results(body: Body, value: Part | None, outputs: list[tuple[str, Slot]], sp
         given = outputs or [
             (name, slot)
             for name, slot in unit.names.items()
-            if name.startswith("gl_Frag") and name in unit.used and isinstance(slot, Slot)
+            if name.startswith(("gl_FragColor", "gl_FragData")) and name in unit.used and isinstance(slot, Slot)
         ]
         if not given:
             fail(span, "the shader writes nothing: gl_FragColor, or a variable declared out vec4 name")
