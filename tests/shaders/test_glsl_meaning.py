@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from agreement_glsl import both, picture, run
 from original import Original, original
+from random_glsl import random_shader
 
 from passgraph.shaders.glsl import parse
 
@@ -93,4 +94,17 @@ def test_pixels_that_are_discarded_are_zero(gl: Original) -> None:
     text = "bool far(float x) { if (x > 3.0) discard; return x > 2.0; }"
     text += "void main() { if (far(gl_FragCoord.x) || gl_FragCoord.y < 1.0) discard; gl_FragColor = vec4(1); }"
     ours, theirs = both(gl, text)
+    np.testing.assert_array_equal(ours, theirs)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_shaders_made_by_chance_mean_what_they_mean_to_opengl(gl: Original, seed: int) -> None:
+    ours, theirs = both(gl, random_shader(seed), (2, 2))
+    np.testing.assert_array_equal(ours, theirs)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(100, 200))
+def test_more_shaders_made_by_chance_mean_what_they_mean_to_opengl(gl: Original, seed: int) -> None:
+    ours, theirs = both(gl, random_shader(seed), (3, 2))
     np.testing.assert_array_equal(ours, theirs)
