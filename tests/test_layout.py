@@ -59,6 +59,14 @@ def test_pyproject_lists_the_packages_that_exist() -> None:
     assert sorted(listed) == sorted(packages())
 
 
+def test_all_installs_every_option() -> None:
+    """Every extra but that of developers, whatever they are called."""
+    extras = tomllib.loads((root / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+    [one] = extras.pop("all")
+    named = one.removeprefix("passgraph[").removesuffix("]").split(",")
+    assert sorted(named) == sorted(extras.keys() - {"dev"})
+
+
 def test_every_module_is_in_a_package() -> None:
     homeless = {name for name in modules() if name != "passgraph" and name.rpartition(".")[0] not in packages()}
     assert homeless == set(), "folders without __init__.py are left out of the wheel"

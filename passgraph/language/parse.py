@@ -165,8 +165,6 @@ def _check_parameter(parameter: ir.Parameter, stage: ir.Stage, first: ir.Paramet
     type_ = parameter.type
     if type_ == VERTEX and stage != "vertex":
         fail(parameter.span, f"a {stage} kernel has no vertex; only @pg.vertex kernels take one")
-    if isinstance(type_, ImageType) and stage == "vertex":
-        fail(parameter.span, "vertex kernels read no images; sample in the fragment kernel")
     if isinstance(type_, Struct) and stage == "fragment" and parameter is not first:
         fail(
             parameter.span,

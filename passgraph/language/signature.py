@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from passgraph.language import ir, symbols
+from passgraph.language.foreign import mending
 from passgraph.language.scope import FunctionSource, ModuleName, Scope, meaning_of, number, typed_constant, written
 from passgraph.language.source import Source, Span, fail
 from passgraph.language.types import (
@@ -29,6 +30,7 @@ VERTEX_FIELDS: dict[str, tuple[Type, tuple[float, ...]]] = {
     "uv": (NAMED["vec2"], (0, 0)),
     "color": (NAMED["vec4"], (1, 1, 1, 1)),
     "tangent": (NAMED["vec4"], (1, 0, 0, 1)),
+    "instance": (NAMED["float"], (0,)),
 }
 VERTEX = Struct("Vertex", tuple((name, type_) for name, (type_, _) in VERTEX_FIELDS.items()))
 
@@ -55,7 +57,8 @@ def resolve(node: ast.expr, scope: Scope, source: Source) -> object:
         base = resolve(node.value, scope, source)
         if isinstance(base, ModuleName):
             if not hasattr(base.module, node.attr):
-                fail(span, f"module {base.module.__name__} has no {node.attr!r}")
+                mend = mending(node.attr, (name for name in vars(base.module) if not name.startswith("_")))
+                fail(span, f"module {base.module.__name__} has no {node.attr!r}{mend}")
             return meaning_of(getattr(base.module, node.attr), f"{base.path}.{node.attr}", scope, span)
     fail(span, "a name is expected here")
 
