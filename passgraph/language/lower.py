@@ -208,7 +208,9 @@ class Lowering:
         then, after_then = self._branch(statement.then)
         orelse, after_else = self._branch(statement.orelse)
         assigned = _names_assigned(statement.then) | _names_assigned(statement.orelse)
-        names = sorted(name for name in assigned if name not in self.arrays)
+        # What neither branch came to, behind a jump, has no value to hand on.
+        reached = after_then.keys() | after_else.keys()
+        names = sorted(name for name in assigned & reached if name not in self.arrays)
         if e.simplify and e.selectable(then) and e.selectable(orelse):
             for instruction in (*then, *orelse):
                 e.push(instruction)
@@ -577,8 +579,9 @@ def _both(
 ) -> tuple[list[s.Operand], list[s.Operand]]:
     """A local after each branch; where only one knows it, the other returned, and zeros stand in."""
     a, b = then.get(name), orelse.get(name)
-    some = a if a is not None else b
-    zeros: list[s.Operand] = [s.Lit(v.type, {"float": 0.0, "int": 0, "bool": False}[v.type]) for v in some or []]
+    some = b if a is None else a
+    assert some is not None
+    zeros: list[s.Operand] = [s.Lit(v.type, {"float": 0.0, "int": 0, "bool": False}[v.type]) for v in some]
     return (zeros if a is None else a), (zeros if b is None else b)
 
 

@@ -46,6 +46,13 @@ def _texture(unit: Unit, parts: list[Part], span: Span, *, last: str = "") -> Pa
     return _inlined(unit, "sample_upward", [image, _position(parts, VEC2, span)], span)
 
 
+def _graded(unit: Unit, parts: list[Part], span: Span) -> Part:
+    """A filtered read whose derivatives would choose a level."""
+    if len(parts) != 4:
+        fail(span, f"it takes a sampler, a position and two derivatives, got {len(parts)} arguments")
+    return _texture(unit, parts[:3], span, last="pair of derivatives")
+
+
 def _projected(unit: Unit, parts: list[Part], span: Span) -> Part:
     """A read at ``p.xy / p.z`` or ``p.xy / p.w``."""
     image = _image(parts, span)
@@ -102,10 +109,11 @@ def _missing(name: str, unit: Unit, parts: list[Part], span: Span) -> Part:
     fail(span, f"{name}() is not read here")
 
 
-_MISSING = ("textureGather", "textureGrad", "texture2DGradEXT", "dFdx", "dFdy", "fwidth")
+_MISSING = ("dFdx", "dFdy", "fwidth")
 READS: dict[str, Native] = {
     **dict.fromkeys(("texture", "texture2D"), _texture),
     **dict.fromkeys(("textureLod", "texture2DLod", "texture2DLodEXT"), partial(_texture, last="level")),
+    **dict.fromkeys(("textureGrad", "texture2DGradEXT", "texture2DGradARB"), _graded),
     **dict.fromkeys(("textureProj", "texture2DProj"), _projected),
     **dict.fromkeys(("texture2DRect", "textureRect"), _of_texels),
     **dict.fromkeys(("textureOffset", "textureLodOffset"), _offset),

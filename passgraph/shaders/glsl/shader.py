@@ -100,6 +100,8 @@ def parse(
     pieces = [(prelude, PRELUDE), (text, file), (postlude, POSTLUDE)]
     try:
         tokens, reader = preprocessed(pieces, defines or {}, None if folder is None else Path(folder))
+        for token in [t for t in tokens if t.text in ("lowp", "mediump")][:1]:
+            unit.note(token.span, f"{token.text} has 32 bits here, and fewer on some devices")
         program, uniforms = _program(Parser(tokens, file).shader(), unit, name, entry, file, defaults or {})
     except RecursionError:
         raise KernelError(f"{file}: the shader nests too deeply") from None
@@ -141,6 +143,9 @@ def _declared(tree: list[g.Outer], body: Body) -> list[tuple[str, Slot]]:
         slot = body.new_slot(name, VEC4, written=True)
         body.clear(slot.variable, Span("", 0, 0, 0))
         body.bind(name, slot)
+    depth = body.new_slot("gl_FragDepth", FLOAT, written=True)
+    body.clear(depth.variable, Span("", 0, 0, 0))
+    body.bind("gl_FragDepth", depth)  # written to nobody: a pass over a picture has no depth
     for node in tree:
         if isinstance(node, g.Struct):
             body.declare_struct(node)
@@ -171,7 +176,7 @@ def _results(body: Body, value: Part | None, outputs: list[tuple[str, Slot]], sp
         given = outputs or [
             (name, slot)
             for name, slot in unit.names.items()
-            if name.startswith("gl_Frag") and name in unit.used and isinstance(slot, Slot)
+            if name.startswith(("gl_FragColor", "gl_FragData")) and name in unit.used and isinstance(slot, Slot)
         ]
         if not given:
             fail(span, "the shader writes nothing: gl_FragColor, or a variable declared out vec4 name")
