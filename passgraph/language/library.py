@@ -33,6 +33,10 @@ def sample(image: Image, position: vec2) -> vec4:
     bottom = mix(image.texel(corner + ivec2(0, 1)), image.texel(corner + ivec2(1, 1)), f.x)
     return mix(top, bottom, f.y)
 
+def texel(image: Image, position: ivec2) -> vec4:
+    """A texel by its column and row."""
+    return image.texel(position)
+
 def texel_upward(image: Image, position: ivec2) -> vec4:
     """A texel whose row is counted from the bottom up, as OpenGL does."""
     return image.texel(ivec2(position.x, image.size.y - 1 - position.y))
