@@ -160,7 +160,10 @@ BODIES: list[tuple[str, str]] = [
     ("for i in «range(0, 9, 0)»: x = x + 1.0\n    return x", "the step of range() is 0"),
     ("for i in «range(100000)»: x = x + 1.0\n    return x", "this loop makes 100000 trips; at most 65536"),
     ("for i in range(300):\n        for j in «range(300)»: x = x + 1.0\n    return x", "trips inside loops of 300"),
-    ("for i in «range(n)»: x = x + 1.0\n    return x", "a loop bound must be known when the graph is compiled"),
+    ("for i in «range(n)»: x = x + 1.0\n    return x", "this loop may make any number of trips"),
+    ("for i in «range(min(n, 9), 70)»: x = x + 1.0\n    return x", "needs a limit that is, such as range(min(n, 64))"),
+    ("for i in «range(clamp(n, 0, 70000))»: x = x + 1.0\n    return x", "may make 70000 trips; at most 65536"),
+    ("for i in «range(-9, n, 99999)»: x = x + 1.0\n    return x", "may lie more than 2147483647 apart; bring"),
     ("return «c[n, 0]».x", "a texel offset must be a constant or bounded by a loop"),
 ]
 _DEEP = "1.0 + (" * 45 + "{}" + ")" * 45
