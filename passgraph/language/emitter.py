@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import ChainMap
 from functools import cache
 from typing import cast
 
@@ -40,6 +41,9 @@ class Emitter:
         self.span = NOWHERE  # of the statement being lowered, for errors
         self.made: dict[int, s.Op | s.Choose] = {}
         self.bounds = Ranges(self.made, self.ranges)
+        #: Of pixels, inside their picture: idle lanes of vectors lie beyond its end, so that only trips hang on it.
+        self.places: dict[int, tuple[int, int]] = {}
+        self.trip_bounds = Ranges(self.made, ChainMap(self.places, self.ranges))
 
     # Values
 
@@ -54,7 +58,9 @@ class Emitter:
         # A loop whose unrolling was given up hands its numbers back: nothing may be known of them any more.
         self.made.pop(self.ids, None)
         self.ranges.pop(self.ids, None)
-        self.bounds.forget(self.ids)
+        self.places.pop(self.ids, None)
+        for bounds in (self.bounds, self.trip_bounds):
+            bounds.forget(self.ids)
         return s.Val(type_, self.ids)
 
     def push(self, instruction: s.Instruction) -> None:

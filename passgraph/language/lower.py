@@ -272,7 +272,12 @@ class Lowering:
         if isinstance(type_, Scalar):
             return [self.emitter.builtin(expression.name, type_.name)]
         names = [f"{expression.name}.{i}" for i in range(component_count(type_))]
-        return [self.emitter.builtin(name, element_of(type_).name) for name in names]
+        values = [self.emitter.builtin(name, element_of(type_).name) for name in names]
+        if expression.name == "pixel" and self.facts.size is not None:
+            for value, count in zip(values, self.facts.size, strict=True):
+                assert isinstance(value, s.Val)
+                self.emitter.places[value.id] = (0, count - 1)
+        return values
 
     def _uniform(self, expression: ir.Uniform) -> list[s.Operand]:
         return self._uniform_entries(expression, range(component_count(expression.type)))

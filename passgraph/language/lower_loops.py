@@ -169,8 +169,8 @@ class Loops:
         """How many trips a loop makes: the most that it may, and the value that says how many."""
         e, zero = self.emitter, s.Lit("int", 0)
         least, most = e.bounds.of(step)[:2]
-        rise = max(0.0, e.bounds.apart(stop, start)) if most >= 1 else 0.0
-        fall = max(0.0, e.bounds.apart(start, stop)) if least <= -1 else 0.0
+        rise = max(0.0, e.trip_bounds.apart(stop, start)) if most >= 1 else 0.0
+        fall = max(0.0, e.trip_bounds.apart(start, stop)) if least <= -1 else 0.0
         trips = int(max(math.ceil(rise / max(least, 1)), math.ceil(fall / max(-most, 1))))
         if trips > ANY_NUMBER:
             fail(
