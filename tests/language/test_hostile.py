@@ -83,7 +83,7 @@ HOSTILE = {
         "for i in range(" + "min(9, max(-9, " * 40 + "int(x)" + "))" * 40 + "): x = x + 1.0\n    return x"
     ),
     "many loops of data": body(
-        "\n    ".join(["for i in range(min(int(x), 99)): x = x * 1.5"] * 3000) + "\n    return x"
+        "\n    ".join(["for i in range(min(int(x), 99)): x = x * 1.5"] * 1500) + "\n    return x"
     ),
     "a match of many cases": body(
         "match int(x):\n" + "".join(f"        case {n}: x = {n}.0\n" for n in range(5000)) + "    return x"
