@@ -52,7 +52,8 @@ def test_a_discarded_pixel_is_zero_and_its_readers_see_zeros(backend: Backend, f
     )
     second = pg.kernel(source=TWICE)(first, into=pg.target("second", "rgba32f"))
     with pg.compile(second, backend, options=pg.Options(fuse=fuse)) as program:
-        assert len(program.plan.steps) == (1 if fuse else 2)
+        # The reference fuses nothing.
+        assert len(program.plan.steps) == (1 if fuse and backend.name != "reference" else 2)
         found = np.asarray(program(c=HELD)["second"])
     wanted = expected(HELD, 0.25) * np.float32(2) + np.array([1, 0, 0, 0], np.float32)
     assert 0.2 < (expected(HELD, 0.25) == 0).all(-1).mean() < 0.8
