@@ -287,8 +287,8 @@ class Expressions:
         if self.frame.builder.discards > before:
             fail(
                 self.span(node),
-                "a function that calls discard() is called where Python may leave it out; call it in a statement of "
-                "its own, under an if",
+                "a function that calls discard() is called where Python may leave it out; call it in an assignment "
+                "of its own, under an if",
             )
 
     # Calls

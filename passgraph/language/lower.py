@@ -1,7 +1,7 @@
 """From the typed representation to the scalar program.
 
-One walk does it all: constants fold, Const parameters are baked, loops unroll within bounds, vectors fall
-into components, conditional code becomes selections where short, and texel offsets are bounded into
+One walk does it all: constants fold, Const parameters are baked, loops unroll within bounds (:mod:`.lower_loops`),
+vectors fall into components, conditional code becomes selections where short, and texel offsets are bounded into
 footprints.  A kernel whose image is *fused* has that image's kernel computed in place of the read.
 """
 
