@@ -357,6 +357,7 @@ def drawn(**changed: Any) -> Any:
 #: Python that provokes an error, and words of it.
 CALLS: list[tuple[Callable[[], Any], str]] = [
     (lambda: kernel(3), "a kernel is made from a function, got int"),  # type: ignore[call-overload]
+    (lambda: kernel(source="a", glsl="b"), "from a function, from source=... or from glsl=..., one of the three"),
     (lambda: kernel(), "from a function or from source=..., one of the two"),  # type: ignore[call-overload]
     (lambda: kernel(lambda c: c), "a kernel is a def statement, not a lambda"),
     (lambda: halved(1.0), "halved() is a function of the kernel language; kernels call it, Python does not"),
