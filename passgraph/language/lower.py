@@ -196,7 +196,9 @@ class Lowering:
         then, after_then = self._branch(statement.then)
         orelse, after_else = self._branch(statement.orelse)
         assigned = names_assigned(statement.then) | names_assigned(statement.orelse)
-        names = sorted(name for name in assigned if name not in self.arrays)
+        # What stands behind a jump in both branches assigned nothing.
+        reached = after_then.keys() | after_else.keys()
+        names = sorted(name for name in assigned & reached if name not in self.arrays)
         if e.simplify and e.selectable(then) and e.selectable(orelse):
             for instruction in (*then, *orelse):
                 e.push(instruction)

@@ -115,3 +115,14 @@ def test_another_size_compiles_the_kernel_anew() -> None:
     for height, width in ((5, 7), (1, 1), (11, 3)):
         picture = np.random.default_rng(height).random((height, width, 4)).astype(np.float32)
         assert np.asarray(program(c=picture)["out"]).ravel()[0] == picture[..., 0].max()
+
+
+def test_what_no_branch_comes_to_assigns_nothing() -> None:
+    """A known condition leaves the loop before the variable has a value; another branch gives it one."""
+    text = (
+        "for j in range(70):\n    if y > 0.5:\n        if 1 < 2: break\n        a = x\n"
+        "    if z > 0.5:\n        a = c[1, 0].x\n        w += a\nreturn w"
+    )
+    columns = [np.array(column, np.float32) for column in ([2, 2, 2], [0, 0, 1], [0, 1, 1], [3, 3, 3])]
+    (found,) = run_program(lowered(text), *columns)
+    assert found.tolist() == [3, 143, 3]
