@@ -16,6 +16,8 @@ from passgraph.reading import read_bytes
 from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, zero_of_type
 from passgraph.shaders.containers.isf import read_isf
 from passgraph.shaders.containers.isf_header import is_isf
+from passgraph.shaders.containers.mpv import read_mpv
+from passgraph.shaders.containers.mpv_header import is_mpv
 from passgraph.shaders.containers.pictures import handle_or_black
 from passgraph.shaders.containers.transition import is_transition, read_transition
 from passgraph.shaders.glsl import parse
@@ -25,6 +27,7 @@ MAX_BYTES = 1 << 20
 #: Which text is of which format, and who reads it; the first that fits.
 FORMATS: tuple[tuple[Callable[[str], bool], Callable[[str, Path], ShaderEffect]], ...] = (
     (is_isf, read_isf),
+    (is_mpv, read_mpv),
     (is_transition, read_transition),
 )
 #: Endings of files that shaders have.
