@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from passgraph.language import ir, symbols
 from passgraph.language.operations import OPERATIONS, called, signed
+from passgraph.language.quads import DERIVATIVES, derivative
 from passgraph.language.scope import FunctionSource, ModuleName, number, written
 from passgraph.language.signature import MAX_ARRAY_LENGTH, resolve
 from passgraph.language.source import Span, fail
@@ -349,6 +350,10 @@ class Expressions:
             if len(arguments) != 3:
                 fail(span, "select() takes a condition, the value where it holds and the value elsewhere")
             return select(arguments, span, self.frame.name_it)
+        if name in DERIVATIVES:
+            if len(arguments) != 1:
+                fail(span, f"{name}() takes 1 argument, got {len(arguments)}")
+            return derivative(name, arguments[0], self.frame.builder, span)
         if name == "clamp":
             check_clamp(arguments, span)
         return apply(called(name, len(arguments)), arguments, span)

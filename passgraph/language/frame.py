@@ -10,6 +10,7 @@ from passgraph.language import ir
 from passgraph.language.assignments import Assignments
 from passgraph.language.expressions import STAGE_VALUES, Expressions
 from passgraph.language.library import library_function
+from passgraph.language.quads import expanded
 from passgraph.language.scope import FunctionSource, Scope, typed_constant
 from passgraph.language.signature import Signature, read_signature
 from passgraph.language.source import Span, fail
@@ -37,18 +38,24 @@ class Builder:
     expressions: int = 0
     calls: list[ast.FunctionDef] = field(default_factory=list)
     discards: bool = False
+    #: Variables that take a derivative, with its axis; each is assigned what it is the derivative of.
+    derivatives: dict[str, str] = field(default_factory=dict)
     signatures: dict[FunctionSource, Signature] = field(default_factory=dict)
     #: For each function inlined, the names that its body captured: this kernel's own record.
     scopes: dict[FunctionSource, Scope] = field(default_factory=dict)
 
     def emit(self, statement: ir.Stmt) -> None:
+        self.count_statement(statement.span)
+        self.blocks[-1].append(statement)
+
+    def body(self) -> tuple[ir.Stmt, ...]:
+        """All that was emitted, with its derivatives computed."""
+        return expanded(tuple(self.blocks[0]), self)
+
+    def count_statement(self, span: Span) -> None:
         self.emitted += 1
         if self.emitted > MAX_STATEMENTS:
-            fail(
-                statement.span,
-                f"the kernel grows past {MAX_STATEMENTS} statements once its functions are inlined",
-            )
-        self.blocks[-1].append(statement)
+            fail(span, f"the kernel grows past {MAX_STATEMENTS} statements once its functions are inlined")
 
     def count_expression(self, span: Span) -> None:
         self.expressions += 1

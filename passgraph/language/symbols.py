@@ -176,10 +176,16 @@ CONSTANTS = tuple(kind for kind in TYPE_MARKERS if isinstance(kind, type) and is
 pixel, uv, output_size = Symbol("pixel"), Symbol("uv"), Symbol("output_size")
 front_facing, fragment_depth = Symbol("front_facing"), Symbol("fragment_depth")
 select, discard = Symbol("select"), Symbol("discard")
+dfdx, dfdy, fwidth = Symbol("dfdx"), Symbol("dfdy"), Symbol("fwidth")
+dFdx, dFdy = dfdx, dfdy  # as GLSL spells them
 #: Functions that are no operations.
-FUNCTIONS = {s.name: s for s in (pixel, uv, output_size, front_facing, fragment_depth, select, discard)}
+FUNCTIONS = {
+    **{s.name: s for s in (pixel, uv, output_size, front_facing, fragment_depth, select, discard, dfdx, dfdy, fwidth)},
+    "dFdx": dFdx, "dFdy": dFdy,
+}  # fmt: skip
 
 __all__ = [
-    "Array", "Const", "Image", "Vertex", "bvec2", "bvec3", "bvec4", "discard", "fragment_depth", "front_facing",
-    "ivec2", "ivec3", "ivec4", "mat2", "mat3", "mat4", "output_size", "pixel", "select", "uv", "vec2", "vec3", "vec4",
+    "Array", "Const", "Image", "Vertex", "bvec2", "bvec3", "bvec4", "dFdx", "dFdy", "dfdx", "dfdy", "discard",
+    "fragment_depth", "front_facing", "fwidth", "ivec2", "ivec3", "ivec4", "mat2", "mat3", "mat4", "output_size",
+    "pixel", "select", "uv", "vec2", "vec3", "vec4",
 ]  # fmt: skip
