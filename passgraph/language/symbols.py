@@ -142,6 +142,7 @@ class Vertex:
         uv: Any
         color: Any
         tangent: Any
+        instance: Any
 
 
 if TYPE_CHECKING:
