@@ -355,7 +355,7 @@ class Expressions:
         if name in DERIVATIVES:
             if len(arguments) != 1:
                 fail(span, f"{name}() takes 1 argument, got {len(arguments)}")
-            return derivative(name, arguments[0], self.frame.builder, span)
+            return derivative(name, DERIVATIVES[name], arguments[0], self.frame.builder, span)
         if name == "clamp":
             check_clamp(arguments, span)
         return apply(called(name, len(arguments)), arguments, span)

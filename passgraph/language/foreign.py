@@ -33,7 +33,7 @@ FORMS: dict[str, str] = {
     "floatBitsToInt": "bits_from_float(x)", "floatBitsToUint": "bits_from_float(x)", "asint": "bits_from_float(x)",
     "asuint": "bits_from_float(x)", "as_int": "bits_from_float(x)", "intBitsToFloat": "float_from_bits(n)",
     "uintBitsToFloat": "float_from_bits(n)", "asfloat": "float_from_bits(n)", "as_float": "float_from_bits(n)",
-    "ddx": "dfdx(x)", "ddy": "dfdy(x)", "dFdx": "dfdx(x)", "dFdy": "dfdy(x)",
+    "ddx": "dfdx(x)", "ddy": "dfdy(x)",
     **dict.fromkeys(
         ("texture", "texture2D", "tex2D", "tex2Dlod", "texture2DLod", "textureLod", "sample", "Sample", "SampleLevel"),
         _SAMPLE,

@@ -33,28 +33,29 @@ MAX_VISITS = 1_000_000
 _Held = tuple[str, str]
 
 
-def derivative(name: str, value: ir.Expr, builder: Builder, span: Span) -> ir.Expr:
-    """One of :data:`DERIVATIVES` of a typed value; the builder's body computes it."""
+def derivative(name: str, axes: str, value: ir.Expr, builder: Builder, span: Span) -> ir.Expr:
+    """How much a typed value grows along ``"x"``, to the right, or ``"y"``, down; the sizes of both, along ``"xy"``.
+
+    The builder's body computes it; ``name`` is what errors call it.
+    """
     if builder.stage != "pixel":
-        fail(span, f"{name}() exists in pixel kernels, not in a {builder.stage} kernel")
+        fail(
+            span,
+            f"{name}() exists in pixel kernels, not in a {builder.stage} kernel; store the value in a target and take "
+            "its derivative in a pixel kernel that reads it",
+        )
     if not isinstance(value.type, (Scalar, Vector)) or element_of(value.type) not in (FLOAT, INT):
         fail(span, f"{name}() takes a float or a float vector, got {value.type}")
-    value = widen(value, with_element(value.type, FLOAT), span, f"the argument of {name}()")
-    if not isinstance(value, ir.Local):
-        value = _assigned("t", value, builder, span)
+    value = builder.name_it(widen(value, with_element(value.type, FLOAT), span, f"the argument of {name}()"), span)
     growths = []
-    for axis in DERIVATIVES[name]:
-        growths.append(_assigned(f"dfd{axis}", value, builder, span))
-        builder.derivatives[growths[-1].name] = axis
+    for axis in axes:
+        growth = ir.Local(value.type, builder.fresh(f"dfd{axis}"), span)
+        builder.derivatives[growth.name] = axis
+        builder.emit(ir.Assign(growth.name, value, span))
+        growths.append(growth)
     if len(growths) == 1:
         return growths[0]
     return apply("add", [apply("abs", [growth], span) for growth in growths], span)
-
-
-def _assigned(hint: str, value: ir.Expr, builder: Builder, span: Span) -> ir.Local:
-    made = ir.Local(value.type, builder.fresh(hint), span)
-    builder.emit(ir.Assign(made.name, value, span))
-    return made
 
 
 def expanded(body: tuple[ir.Stmt, ...], builder: Builder) -> tuple[ir.Stmt, ...]:
