@@ -38,7 +38,7 @@ BODIES: list[tuple[str, str]] = [
     ("return x if «v» else x", "a condition must be bool, got vec3; use any(...) or all(...)"),
     ("return x if «n» else x", "compare it with something"),
     ("return «x.y»", "float has no attribute 'y'"),
-    ("return «c.width»", "an Image has [dx, dy], .texel(ivec2), .sample(vec2) and .size, not .width"),
+    ("return «c.width»", "an Image has [dx, dy], .texel(ivec2), .sample(vec2), .lod(vec2) and .size, not .width"),
     ("t = (x, x)\n    return «t.x»", "a tuple has no attributes; unpack it first"),
     ("return «v.w»", "vec3 has no component 'w'"),
     ("return «v.q1»", "swizzles use xyzw, rgba or stpq"),
@@ -297,6 +297,11 @@ STAGES: list[tuple[Callable[..., Any], str, str]] = [
         fragment,
         VARYING + "def f(a: float) -> float:\n    «discard()»\n    return a\ndef k(p: P) -> float: return f(1.0)",
         "discard() belongs in the fragment kernel itself",
+    ),
+    (
+        fragment,
+        VARYING + "def k(p: P, c: Image) -> float: return «c.lod(p.normal.xy)»",
+        "image.lod() takes derivatives, which a fragment kernel has not",
     ),
     (
         fragment,

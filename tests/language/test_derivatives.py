@@ -314,3 +314,13 @@ def test_branches_around_them_cost_no_copies() -> None:
         program = kernel(source="\n".join(["def k(c: Image) -> vec4:", "    v = c[0, 0]", *lines])).program
         lengths.append(str(program.body).count("Assign("))
     assert lengths[2] - lengths[1] == 2 * (lengths[1] - lengths[0])
+
+
+@pytest.mark.parametrize(("turned", "level"), [
+    ("uv() * 4.0", 2.0), ("uv().yx * vec2(0.25, 2.0)", 1.0), ("uv() * vec2(3.0, 4.0) + uv().yx * vec2(4.0, 0.0)", 2.5),
+    ("vec2(0.5)", -np.inf),
+])  # fmt: skip
+def test_the_level_of_detail_is_the_log2_of_the_longer_derivative(turned: str, level: float) -> None:
+    """Of a picture as large as the target: (3, 0) along x and (4, 4) along y in the third."""
+    made = computed(f"def k(c: Image) -> vec4: return vec4(c.lod({turned}))", picture(8, 8))
+    np.testing.assert_allclose(made, level, atol=1e-5)
