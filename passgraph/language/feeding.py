@@ -11,7 +11,7 @@ from typing import Any, TypeAlias
 
 from passgraph.language import ir
 
-#: The bit by which two pixels differ between which x or y grows.
+#: The bit in which pixels differ that lie beside each other along x, or along y.
 AXES = {"x": 1, "y": 2}
 #: A variable by its name, or a block by the identity of its statement.
 Node: TypeAlias = str | int

@@ -55,7 +55,11 @@ class Builder:
     def count_statement(self, span: Span) -> None:
         self.emitted += 1
         if self.emitted > MAX_STATEMENTS:
-            fail(span, f"the kernel grows past {MAX_STATEMENTS} statements once its functions are inlined")
+            fail(
+                span,
+                f"the kernel grows past {MAX_STATEMENTS} statements once its functions are inlined and its derivatives "
+                "written out",
+            )
 
     def count_expression(self, span: Span) -> None:
         self.expressions += 1

@@ -324,3 +324,12 @@ def test_the_level_of_detail_is_the_log2_of_the_longer_derivative(turned: str, l
     """Of a picture as large as the target: (3, 0) along x and (4, 4) along y in the third."""
     made = computed(f"def k(c: Image) -> vec4: return vec4(c.lod({turned}))", picture(8, 8))
     np.testing.assert_allclose(made, level, atol=1e-5)
+
+
+@pytest.mark.parametrize("name", INSIDE)
+def test_kernels_with_derivatives_travel(name: str) -> None:
+    given = picture(5, 3)
+    with pg.compile(output(INSIDE[name]), backend="reference") as program:
+        expected, data = program(c=given)["out"], program.to_data()
+    with pg.compile(pg.from_data(data), backend="reference") as program:
+        np.testing.assert_array_equal(program(c=given)["out"], expected)
