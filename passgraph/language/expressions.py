@@ -38,6 +38,7 @@ from passgraph.language.values import (
     coerce,
     construct,
     index_into,
+    of_bools,
     part_type,
     select,
     swizzle,
@@ -213,7 +214,7 @@ class Expressions:
             one = ir.Literal(FLOAT, 1.0, span)
             return apply("div", [one, self._whole_power(base, -n, span)], span)
         if n == 0:
-            ones = ir.Literal(element_of(base.type), 1 if element_of(base.type) is INT else 1.0, span)
+            ones = ir.Literal(element_of(base.type), 1.0 if element_of(base.type) is FLOAT else 1, span)
             return ones if isinstance(base.type, Scalar) else ir.Construct(base.type, (ones,) * base.type.size, span)
         base = self.frame.name_it(base, span)
         result: ir.Expr | None = None
@@ -235,7 +236,7 @@ class Expressions:
         value = self.value(node.operand)
         if isinstance(node.op, ast.UAdd):
             return value
-        if isinstance(node.op, ast.USub) and isinstance(value, ir.Literal) and value.type is not BOOL:
+        if isinstance(node.op, ast.USub) and isinstance(value, ir.Literal) and value.type in (INT, FLOAT):
             return number(-value.value, span)
         if isinstance(node.op, ast.USub) and isinstance(value.type, Matrix):
             return self._arithmetic("*", ir.Literal(FLOAT, -1.0, span), value, span)
@@ -360,6 +361,11 @@ class Expressions:
             return derivative(name, DERIVATIVES[name], arguments[0], self.frame.builder, span)
         if name == "clamp":
             check_clamp(arguments, span)
+        if name == "mix" and len(arguments) == 3 and of_bools(arguments[2]):
+            return select([arguments[2], arguments[1], arguments[0]], span, self.frame.name_it)
+        written = self.frame.inline_written(name, arguments, span)
+        if written is not None:
+            return written
         return apply(called(name, len(arguments)), arguments, span)
 
     def _make_struct(self, struct: Struct, node: ast.Call) -> StructValue:

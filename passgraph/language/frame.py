@@ -8,7 +8,7 @@ from typing import cast
 from passgraph.language import ir
 from passgraph.language.assignments import Assignments
 from passgraph.language.expressions import STAGE_VALUES, Expressions
-from passgraph.language.library import library_function
+from passgraph.language.library import library_function, written_function
 from passgraph.language.quads import expanded
 from passgraph.language.scope import FunctionSource, Scope, typed_constant
 from passgraph.language.signature import Signature, read_signature
@@ -182,6 +182,11 @@ class Frame:
 
     def inline_library(self, name: str, arguments: list[Part], span: Span) -> Part:
         return self.inline(library_function(name), (arguments, {}), span)
+
+    def inline_written(self, name: str, arguments: list[ir.Expr], span: Span) -> Part | None:
+        """A call of a function that the library has for such arguments; None where it has none."""
+        function = written_function(name, [a.type for a in arguments])
+        return None if function is None else self.inline(function, (list(arguments), {}), span)
 
     def inline(self, function: FunctionSource, arguments: tuple[list[Part], dict[str, Part]], span: Span) -> Part:
         return inlined(self.builder, function, arguments, span)
