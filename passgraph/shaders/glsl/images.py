@@ -106,11 +106,6 @@ def _levels(unit: Unit, parts: list[Part], span: Span) -> Part:
     return ir.Literal(INT, 1, span)
 
 
-def _missing(name: str, unit: Unit, parts: list[Part], span: Span) -> Part:
-    fail(span, f"{name}() is not read here")
-
-
-_MISSING = ("dFdx", "dFdy", "fwidth")
 READS: dict[str, Native] = {
     **dict.fromkeys(("texture", "texture2D"), _texture),
     **dict.fromkeys(("textureLod", "texture2DLod", "texture2DLodEXT"), partial(_texture, last="level")),
@@ -123,7 +118,6 @@ READS: dict[str, Native] = {
     "texelFetchOffset": _fetched_beside,
     **dict.fromkeys(("textureSize", "textureSize2D"), _size),
     "textureQueryLevels": _levels,
-    **{name: partial(_missing, name) for name in _MISSING},
 }  # fmt: skip
 
 
