@@ -1,15 +1,16 @@
-"""mpv user shaders: passes that hook into a player's chain (mpv's manual, "OpenGL renderer options: glsl-shaders").
+"""mpv user shaders: passes that hook into a player's chain (mpv's manual, option glsl-shaders).
 
-Rows count from the top.  The picture is MAIN, and NATIVE, RGB, LINEAR, OUTPUT and their like are the same here; LUMA is its
-luma (Rec. 709), and its colours join again behind the passes, scaled bilinearly.
+Rows count from the top.  The picture is MAIN, and NATIVE, RGB, LINEAR, OUTPUT and their like are the same here; LUMA is
+its luma (Rec. 709), and its colours join again behind the passes, scaled bilinearly.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from passgraph.errors import InputError
 from passgraph.graph.calls import PixelKernel
@@ -22,8 +23,10 @@ from passgraph.shaders.containers.mpv_header import MpvBlock, holds, read_blocks
 from passgraph.shaders.glsl import Shader, parse
 
 #: Stages at which the picture is the picture.
-_PICTURE = ("MAIN", "MAINPRESUB", "NATIVE", "RGB", "LINEAR", "SIGMOID", "PREKERNEL", "POSTKERNEL", "SCALED", "OUTPUT",
-            "PREKERNEL", "NATIVE_CROPPED")  # fmt: skip
+_PICTURE = ("MAIN", "MAINPRESUB", "NATIVE", "NATIVE_CROPPED", "RGB", "LINEAR", "SIGMOID", "PREKERNEL", "POSTKERNEL",
+            "SCALED", "OUTPUT")  # fmt: skip
+#: What keeps its size, whatever passes do.
+_FIXED = ("NATIVE", "NATIVE_CROPPED", "OUTPUT")
 _TYPES: dict[str, Type] = {"float": FLOAT, "int": INT, "bool": BOOL, "DYNAMIC float": FLOAT, "CONSTANT float": FLOAT}
 _BOUND = """
 uniform sampler2D {0}_raw;
@@ -46,7 +49,9 @@ _COMMON = f"""{PRELUDE}
 #define delinearize(c) (c)
 """
 _BEHIND = "void pg_main() { gl_FragColor = hook(); }"
-_LUMA = "uniform sampler2D t; void main() { gl_FragColor = vec4(dot(texture2D(t, pg_position).rgb, vec3(.2126, .7152, .0722))); }"
+_LUMA = """uniform sampler2D t;
+void main() { gl_FragColor = vec4(dot(texture2D(t, pg_position).rgb, vec3(.2126, .7152, .0722))); }"""
+_COPIED = "uniform sampler2D t; void main() { gl_FragColor = texture2D(t, pg_position); }"
 _JOINED = """uniform sampler2D t; uniform sampler2D luma;
 void main() {
     vec4 c = texture2D(t, pg_position);
@@ -91,7 +96,9 @@ def read_mpv(text: str, path: Path) -> ShaderEffect:
     shaders: list[Shader] = []
     for number, block in enumerate(b for b in blocks if "HOOK" in b.said):
         hook = _hook_of(block, file)
-        bound = tuple(dict.fromkeys(block.all("BIND"))) or ("HOOKED",)
+        # The texture that is hooked has its own name too.
+        hooked = [name for name in block.all("HOOK") if re.search(rf"\b{name}_", block.code)]
+        bound = tuple(dict.fromkeys((*block.all("BIND"), "HOOKED", *hooked)))
         prelude = _COMMON + uniforms + "".join(_BOUND.format(name) for name in bound)
         shader = parse(
             block.code, name=f"{name_of(path)}{number or ''}", file=file, entry="pg_main", prelude=prelude,
@@ -119,7 +126,7 @@ def _built(passes: list[_Pass], frame: Target, values: Mapping[str, Any], into: 
         raise InputError(f"{file}: output_scale must be a number that is known when the graph is made")
     whole: tuple[Formula, Formula] = ("width", "height")
     output: tuple[Formula, Formula] = (("mul", "width", float(scale)), ("mul", "height", float(scale)))
-    chain = _Chain({"MAIN": frame}, {"MAIN": whole, "OUTPUT": output, "NATIVE_CROPPED": whole})
+    chain = _Chain({"MAIN": frame}, dict.fromkeys(_PICTURE, whole) | {"OUTPUT": output})
     if any(one.hook == "LUMA" for one in passes):
         chain.held["LUMA"] = _kernel("luma", _LUMA)(t=frame, into=_spec(f"{into.name}.luma", whole))
         chain.sizes["LUMA"] = whole
@@ -129,11 +136,9 @@ def _built(passes: list[_Pass], frame: Target, values: Mapping[str, Any], into: 
     last = chain.held["MAIN"]
     named = {"t": last, "luma": chain.held["LUMA"]} if "LUMA" in chain.held else {"t": last}
     size = chain.sizes["LUMA" if "LUMA" in chain.held else "MAIN"]
-    text = (
-        _JOINED if "luma" in named else "uniform sampler2D t; void main() { gl_FragColor = texture2D(t, pg_position); }"
-    )
+    text = _JOINED if "luma" in named else _COPIED
     final = TargetSpec(into.name, into.format, Computed(*size), into.clear, into.notes, into.initial)
-    return _kernel("joined", text)(**named, into=final)
+    return _kernel("joined", text)(into=final, **cast("dict[str, Any]", named))
 
 
 def _add_pass(one: _Pass, chain: _Chain, uniforms: Mapping[str, Any], name: str, file: str) -> None:
@@ -160,6 +165,8 @@ def _add_pass(one: _Pass, chain: _Chain, uniforms: Mapping[str, Any], name: str,
     saved = one.block.first("SAVE", one.hook)
     saved = "MAIN" if saved in _PICTURE else saved
     chain.held[saved], chain.sizes[saved] = made, (size[0], size[1])
+    if saved == "MAIN":
+        chain.sizes |= dict.fromkeys((name for name in _PICTURE if name not in _FIXED), (size[0], size[1]))
 
 
 def _hook_of(block: MpvBlock, file: str) -> str:
