@@ -149,5 +149,5 @@ def _expressions(program: ir.TypedKernel) -> Iterator[ir.Expr]:
 
 
 _STATEMENTS = (ir.Assign, ir.If, ir.For)
-_EXPRESSIONS = (ir.Apply, ir.Select, ir.Swizzle, ir.Construct, ir.Index, ir.Insert, ir.Texel)
-_PARTS = ("arguments", "condition", "then", "orelse", "value", "index", "element", "x", "y")
+_EXPRESSIONS = (ir.Apply, ir.Select, ir.Swizzle, ir.Construct, ir.Index, ir.Insert, ir.Texel, ir.Filtered)
+_PARTS = ("arguments", "condition", "then", "orelse", "value", "index", "element", "x", "y", "slack")

@@ -53,6 +53,13 @@ class IntervalDomain(Domain[Bounded, Lanes]):
         # Literals are float32 on every backend.
         return Interval.of(made.astype(np.float32)) if made.dtype.kind == "f" else made
 
+    def widened(self, value: Bounded, slack: Bounded) -> Bounded:
+        assert isinstance(value, Interval)
+        assert isinstance(slack, Interval)
+        reach = np.where(slack.nan | np.isnan(slack.hi), np.inf, slack.hi)
+        wide = Interval(value.lo - reach, value.hi + reach, value.nan | np.isinf(reach))
+        return iv.where(np.isinf(reach), Interval.anything(wide.lo.shape), wide)
+
     def whole(self, value: Bounded) -> int:
         assert not isinstance(value, Interval)
         return self.numbers.whole(value)
