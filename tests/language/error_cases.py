@@ -80,6 +80,7 @@ BODIES: list[tuple[str, str]] = [
     ("return «c.sample(v.xy, 1, 2)».x", "an Image is read by .sample(position: vec2, lod: float)"),
     ("return «c.sample(v.xy, position=v.xy)».x", "an Image is read by .sample(position: vec2, lod: float)"),
     ("return «c.nearest(v.xy, lod=1)».x", "an Image is read by .nearest(position: vec2)"),
+    ("return «c._filtered(v.xy, c[0, 0], c[0, 0])».x", "image.size_of(int); it has no ._filtered()"),
     ("return «c.gather(v.xy)».x", "an Image is read by .gather(position: vec2, channel: int)"),
     ("return «c.gather(v.xy, 0.5)».x", "the channel of gather() must be int, got float"),
     ("return «c.sample3(v.xy)».x", "the position of sample3() must be vec3, got vec2"),
