@@ -24,6 +24,7 @@ from passgraph.errors import (
 from passgraph.graph.calls import fragment, graph, kernel, vertex
 from passgraph.graph.draw_state import Blend, Stencil
 from passgraph.graph.drawing import draw
+from passgraph.graph.reductions import histogram, reduce
 from passgraph.graph.targets import Input, Target, TargetSpec, previous, target
 from passgraph.graph.values import OUTPUT_SIZE, Derived, Value, combine
 from passgraph.language.functions import *  # noqa: F403 (every name of the kernel language, here and below)
@@ -76,8 +77,7 @@ def __getattr__(name: str) -> Any:
 __all__ = [
     "OUTPUT_SIZE", "BackendError", "Blend", "Camera", "Derived", "DeviceMissingError", "GraphError", "HardwareDepth",
     "Input", "InputError", "KernelError", "Light", "Material", "Mesh", "Node", "Options", "PassgraphError", "Program",
-    "Range", "Result", "Scene", "Stencil",
-    "Target", "TargetSpec", "Texture", "Value", "combine", "compile", "draw", "fragment", "frames", "from_data",
-    "function", "gl", "graph", "kernel", "lazily_tiled", "load", "opencl", "previous", "save", "struct", "target",
-    "tiled", "to_data", "vertex",
+    "Range", "Result", "Scene", "Stencil", "Target", "TargetSpec", "Texture", "Value", "combine", "compile", "draw",
+    "fragment", "frames", "from_data", "function", "gl", "graph", "histogram", "kernel", "lazily_tiled", "load",
+    "opencl", "previous", "reduce", "save", "struct", "target", "tiled", "to_data", "vertex",
 ]  # fmt: skip

@@ -45,7 +45,17 @@ class Like:
     scale: float = 1.0
 
 
-SizeClass: TypeAlias = Absolute | Relative | Like
+@dataclass(frozen=True, slots=True)
+class Blocks:
+    """So many pixels side by side for each block of another picture's texels; a block at an edge may be smaller."""
+
+    other: Target
+    width: int
+    height: int
+    each: int = 1
+
+
+SizeClass: TypeAlias = Absolute | Relative | Like | Blocks
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,7 +73,10 @@ class TargetSpec:
         arguments.instance(self.format, Format, f"{where}: format", "one of passgraph.formats.FORMATS")
         if self.size is not None:
             arguments.instance(
-                self.size, (Absolute, Relative, Like), f"{where}: size", "made by pg.target(size=, scale= or like=)"
+                self.size,
+                (Absolute, Relative, Like, Blocks),
+                f"{where}: size",
+                "made by pg.target(size=, scale= or like=)",
             )
         if self.clear is not None:
             _check_clear(self.clear, self.format, where)

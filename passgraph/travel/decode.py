@@ -14,8 +14,10 @@ from passgraph.graph.draw_state import Blend, DrawState, Stencil
 from passgraph.graph.drawing import draw
 from passgraph.graph.geometry import FrozenGeometry
 from passgraph.graph.targets import (
+    MAX_SIDE,
     MOST_SLOTS,
     Absolute,
+    Blocks,
     InputSpec,
     Like,
     Relative,
@@ -150,12 +152,16 @@ class _Graph:
         document = self.document
         if given is None:
             return None
-        names = [name for name in ("pixels", "like", "scale") if isinstance(given, Mapping) and name in given]
+        names = [name for name in ("pixels", "like", "scale", "blocks") if isinstance(given, Mapping) and name in given]
         record = document.record(given, where, *(names or ["pixels"]))
         if names == ["pixels"]:
             return Absolute(*self._pixels(record["pixels"], where))
+        if names == ["like", "blocks"]:
+            counts = document.items(record["blocks"], f"{where}.blocks", exactly=3)
+            across, down, each = (document.whole(count, f"{where}.blocks", 1, MAX_SIDE) for count in counts)
+            return Blocks(self._lender(record["like"], f"{where}.like"), across, down, each)
         if names not in (["scale"], ["like", "scale"]):
-            document.wrong(where, "an object with pixels, with scale, or with like and scale", given)
+            document.wrong(where, "an object with pixels, with scale, or with like and scale or blocks", given)
         scale = checked_scale(document.number(record["scale"], f"{where}.scale"), where)
         return Relative(scale) if names == ["scale"] else Like(self._lender(record["like"], f"{where}.like"), scale)
 
