@@ -120,8 +120,8 @@ class Growing:
     def _reduce(self, a: Target, size: int, format_: str, flag: bool, border: str, named: dict[str, Any]) -> None:
         """To one texel, or one a row; the border rule says where others are read."""
         into = self.spec(size, format_)
-        how, axis = ("max", None) if flag else ("mean", "x")
-        top = reduce(a, how, axis=axis, name=f"{into.name} top")
+        name = f"{into.name} top"
+        top = reduce(a, "max", name=name) if flag else reduce(a, "mean", axis="x", name=name)
         self.keep(self.kernels["level"](a, top.border(border), into=into, **named), size)
 
     def _draw(self, a: Target, b: Target, size: int, format_: str, flag: bool, named: dict[str, Any]) -> None:
