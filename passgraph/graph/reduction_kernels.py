@@ -62,15 +62,15 @@ def leaf(color: vec4, at: ivec2, how: int, channel: int) -> vec4:
 
 @function
 def joined(a: vec4, b: vec4, how: int) -> vec4:
-    """One of two."""
+    """One of two, ``a`` before ``b`` in the picture: left of it, or above."""
     if how == SUM:
         return a + b
     if how == MIN:
         return min(a, b)
     if how == MAX:
         return max(a, b)
-    earlier = b.z < a.z or (b.z == a.z and b.y < a.y)
-    larger = b.x > a.x or (b.x == a.x and earlier)
+    # Of one row, what is in ``a`` is left of what is in ``b``.
+    larger = b.x > a.x or (b.x == a.x and b.z < a.z)
     return b if b.w > a.w or (b.w == a.w and larger) else a
 
 

@@ -93,7 +93,7 @@ def reduce(
             f"pg.reduce: channel is for 'arg_min' and 'arg_max', and {how!r} gives every channel; leave it out, and "
             "read the one that you need"
         )
-    number = _channel_number(channel or 0, "pg.reduce: channel")
+    number = _channel_number(0 if channel is None else channel, "pg.reduce: channel")
     made = _declared(into, name or f"{image.name}.{how}", "rg32f" if place else "rgba32f", f"pg.reduce {how!r}")
     name = _named(name, made)
     top = _tree(image, _HOW[how], axis, number, made.name)
@@ -168,7 +168,7 @@ def histogram(
         raise GraphError(f"pg.histogram: low must be below high, got {low!r} and {high!r}")
     made = _declared(into, name or f"{image.name}.histogram", "r32f", "pg.histogram")
     name = _named(name, made)
-    # of the picture's size, whatever its bins are read from
+    # last run's content lends no size by itself
     spec = target(f"{made.name} bins", "r16f", like=image)
     numbered: Target = kernels.bin_of(image, *ends, bins, number, into=spec, name=spec.name)
     rows = TargetSpec(f"{made.name} rows", format_named("r32f"), Blocks(image, MAX_SIDE, kernels.COUNTED_ROWS, bins))

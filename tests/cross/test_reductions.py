@@ -127,6 +127,9 @@ def test_a_kernel_reads_what_is_reduced() -> None:
     picture = abs(noise((5, 4))) + 1
     with pg.compile([kept, late]) as program:
         first, second = program(table=picture), program(table=picture)
+        levels = [step for step in program.plan.steps if step.name.startswith("table.max")]
+    assert len(levels) == 5
+    assert all(step.static for step in levels)
     expected = picture / picture[..., 0].max()
     assert np.allclose(first["kept"], expected, rtol=1e-6)
     assert (first["late"] == 0).all()

@@ -25,14 +25,14 @@ def cases() -> Iterator[Case]:
     """Each with what NumPy gives."""
     picture = whole(7, SIZE)
     frames = ({"frame": picture},)
-    sums = {"all": picture.sum((0, 1), keepdims=True), "columns": picture.sum(0, keepdims=True)}
+    sums = {"all": picture.sum((0, 1), keepdims=True), "rows": picture.sum(1, keepdims=True)}
     yield Case(GROUP, "sums", summed, SIZE, frames, exact=sums)
-    ends = {"least": picture.min(1, keepdims=True), "largest": picture.max((0, 1), keepdims=True)}
+    ends = {"least": picture.min(0, keepdims=True), "largest": picture.max((0, 1), keepdims=True)}
     yield Case(GROUP, "the least and the largest", ends_of, SIZE, frames, exact=ends, quick=False)
     green = picture[..., 1]
     place = divmod(int(green.argmax()), SIZE[0])[::-1]
     yield Case(GROUP, "the first place of many", placed, SIZE, frames, exact={"place": np.array([[place]], np.float64)})
-    counts = np.histogram(picture[..., 2], BINS, (1, 6))[0]
+    counts = np.histogram(picture[..., 2], BINS, (0.5, 6))[0]
     yield Case(GROUP, "a histogram", counted, SIZE, frames, exact={"counts": counts[None, :, None]})
     last, now = whole(8, EVEN), whole(9, EVEN)
     above = now - last.mean((0, 1), np.float64)
@@ -41,12 +41,12 @@ def cases() -> Iterator[Case]:
 
 def summed() -> Mapping[str, pg.Target]:
     frame = pg.Input("frame", "rgba32f")
-    return {"all": pg.reduce(frame, "sum"), "columns": pg.reduce(frame, "sum", axis="y", name="columns")}
+    return {"all": pg.reduce(frame, "sum"), "rows": pg.reduce(frame, "sum", axis="x", name="rows")}
 
 
 def ends_of() -> Mapping[str, pg.Target]:
     frame = pg.Input("frame", "rgba32f")
-    return {"least": pg.reduce(frame, "min", axis="x"), "largest": pg.reduce(frame, "max")}
+    return {"least": pg.reduce(frame, "min", axis="y"), "largest": pg.reduce(frame, "max")}
 
 
 def placed() -> Mapping[str, pg.Target]:
@@ -56,7 +56,7 @@ def placed() -> Mapping[str, pg.Target]:
 
 def counted() -> Mapping[str, pg.Target]:
     """Numbers below and above the ends are in no bin."""
-    return {"counts": pg.histogram(pg.Input("frame", "rgba32f"), BINS, channel=2, low=1.0, high=6.0)}
+    return {"counts": pg.histogram(pg.Input("frame", "rgba32f"), BINS, channel=2, low=0.5, high=6.0)}
 
 
 def levelled() -> Mapping[str, pg.Target]:
