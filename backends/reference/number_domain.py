@@ -1,4 +1,4 @@
-"""Numbers: float64, int64 and bool arrays with the lanes on axis 0 and components behind.
+"""Numbers: float64, int64, uint32 and bool arrays with the lanes on axis 0 and components behind.
 
 A value that is the same in every lane has length 1 on axis 0, so what does not vary is computed once.
 """
@@ -20,8 +20,8 @@ from passgraph.language.types import Array, Type, Value, element_of, shape_of
 Numbers: TypeAlias = NDArray[Any]
 Lanes: TypeAlias = NDArray[np.bool_]
 
-#: How each scalar type is held.  Ints are wrapped to 32 bits by the operations that can leave them.
-KINDS: dict[str, type[np.generic]] = {"float": np.float64, "int": np.int64, "bool": np.bool_}
+#: How each scalar type is held.  Ints are wrapped to 32 bits by the operations that can leave them, uints by NumPy.
+KINDS: dict[str, type[np.generic]] = {"float": np.float64, "int": np.int64, "uint": np.uint32, "bool": np.bool_}
 
 
 def together(values: Sequence[Numbers]) -> list[Numbers]:

@@ -11,16 +11,16 @@ import click
 from passgraph.arguments import near, shown
 from passgraph.errors import InputError
 from passgraph.graph.targets import Pass, PixelPass
-from passgraph.graph.values import OUTPUT_SIZE, Derived, Value, sources_of
+from passgraph.graph.values import FILLED_IN, Derived, Value, sources_of
 from passgraph.language.symbols import TYPE_MARKERS
-from passgraph.language.types import BOOL, FLOAT, INT, Array, Matrix, Scalar, Type, Vector
+from passgraph.language.types import BOOL, FLOAT, INT, UINT, Array, Matrix, Scalar, Type, Vector
 
 if TYPE_CHECKING:
     from passgraph.commands.own_file import Graph
 
 _BOOLS = {"true": True, "yes": True, "on": True, "1": True, "false": False, "no": False, "off": False, "0": False}
 #: Types that can be written on a command line, by name.
-_SCALARS = (BOOL, INT, FLOAT)
+_SCALARS = (BOOL, INT, UINT, FLOAT)
 _ALL: tuple[Scalar | Vector | Matrix, ...] = (
     *_SCALARS,
     *(Vector(element, size) for element in _SCALARS for size in (2, 3, 4)),
@@ -51,7 +51,7 @@ def declared(graph: Graph) -> dict[str, tuple[Value, Type | None]]:
     for node in passes_behind(list(graph.values())):
         for parameter, given in node.values.items():
             for source in sources_of({parameter: given}):
-                if source is not OUTPUT_SIZE:
+                if FILLED_IN.get(source.name) is not source:
                     # What is derived on the host is of the kernel's type; its source is of its own.
                     type_ = _own_type(source) if isinstance(given, Derived) else _parameter_type(node, parameter)
                     found.setdefault(source.name, (source, type_))
@@ -102,6 +102,36 @@ def run_values(name: str, graph: Graph, settings: Mapping[str, str]) -> dict[str
     return given
 
 
+class TypedValue(click.ParamType[Any]):
+    """A value of a kernel's type: numbers, with commas between those of a vector."""
+
+    def __init__(self, type_: Type) -> None:
+        self.type_, self.name = type_, str(type_)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if not isinstance(value, str):
+            return value
+        name = self.name if param is None or param.name is None else param.name
+        try:
+            return read_value(value, self.type_, name, "--" + name.replace("_", "-"))
+        except InputError as error:
+            raise click.UsageError(str(error), ctx) from None
+
+
+def written_value(value: object) -> str:
+    """A value as the command line writes it.
+
+    >>> written_value((0.5, 1, 2)), written_value(((1.0, 0.0), (0.0, 1.0))), written_value(True)
+    ('0.5,1,2', '1,0;0,1', 'true')
+    """
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, (tuple, list)):
+        nested = any(isinstance(part, (tuple, list)) for part in value)
+        return (";" if nested else ",").join(map(written_value, value))
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
 def _way(name: str, handle: Value, type_: Type | None) -> str:
     if type_ is None:
         kind = getattr(handle.type, "__name__", str(handle.type))
@@ -113,9 +143,10 @@ def _way(name: str, handle: Value, type_: Type | None) -> str:
 
 def _example(type_: Type) -> str:
     if isinstance(type_, Scalar):
-        return {"float": "0.5", "int": "2", "bool": "true"}[type_.name]
+        return {"float": "0.5", "int": "2", "uint": "2", "bool": "true"}[type_.name]
     if isinstance(type_, Vector):
-        parts = {"float": ("1", "0.9", "0.8", "1"), "int": ("1", "2", "3", "4"), "bool": ("true", "false") * 2}
+        whole = ("1", "2", "3", "4")
+        parts = {"float": ("1", "0.9", "0.8", "1"), "int": whole, "uint": whole, "bool": ("true", "false") * 2}
         return ",".join(parts[type_.element.name][: type_.size])
     if isinstance(type_, Matrix):
         rows = (",".join(str(int(row == column)) for column in range(type_.size)) for row in range(type_.size))
@@ -125,19 +156,24 @@ def _example(type_: Type) -> str:
 
 
 def _read(name: str, text: str, handle: Value, type_: Type | None) -> object:
-    from passgraph.language.layout import components
-
     if type_ is None:
         raise InputError(f"--set {name}: {_way(name, handle, type_)}")
+    return read_value(text, type_, name, f"--set {name}")
+
+
+def read_value(text: str, type_: Type, name: str, where: str) -> object:
+    """A value of a kernel's type from text; ``where`` is the option that it stands behind."""
+    from passgraph.language.layout import components
+
     words = [word for word in re.split(r"[\s,;]+", text.strip()) if word]
-    parts, left = _taken(type_, words, f"--set {name}={shown(text)[1:-1]}")
+    parts, left = _taken(type_, words, f"{where}={shown(text)[1:-1]}")
     wanted = _count(type_)
     if left or len(words) != wanted:
         raise InputError(
-            f"--set {name}: {name} is {type_}, expected {wanted} number{'s' if wanted > 1 else ''} such as "
+            f"{where}: {name} is {type_}, expected {wanted} number{'s' if wanted > 1 else ''} such as "
             f"{_example(type_)}{' (row by row)' if isinstance(type_, Matrix) else ''}, got {len(words)}"
         )
-    components(parts, type_, f"--set {name}")  # refuses what float32 and ints do not hold
+    components(parts, type_, where)  # refuses what float32 and ints do not hold
     return parts
 
 
@@ -171,7 +207,7 @@ def _number(type_: Scalar, word: str, where: str) -> bool | int | float:
     try:
         if type_ == BOOL:
             return _BOOLS[word.lower()]
-        return int(word) if type_ == INT else float(word)
+        return int(word) if type_ in (INT, UINT) else float(word)
     except (KeyError, ValueError):
-        expected = {"bool": "true or false", "int": "a whole number", "float": "a number"}[type_.name]
+        expected = {"bool": "true or false", "float": "a number"}.get(type_.name, "a whole number")
         raise InputError(f"{where}: expected {expected} such as {_example(type_)}, got {shown(word)}") from None

@@ -13,7 +13,7 @@ from passgraph.language import ir
 from passgraph.language import scalar as s
 from passgraph.language.emitter import Emitter
 from passgraph.language.source import Span, fail
-from passgraph.language.types import Array, component_count, element_of
+from passgraph.language.types import Array, component_count, held_as
 
 #: Arrays of at most so many numbers are values.
 MAX_VALUES = 64
@@ -46,7 +46,7 @@ class Arrays:
     def _memory(self, name: str, span: Span) -> Memory:
         if name not in self.made:
             type_ = self.wanted[name]
-            width, kind = component_count(type_.element), element_of(type_).name
+            width, kind = component_count(type_.element), held_as(type_)
             self.numbers += type_.length * width
             if self.numbers > MAX_NUMBERS:
                 fail(

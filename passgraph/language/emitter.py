@@ -18,7 +18,9 @@ from passgraph.language.source import NOWHERE, Span, fail
 MAX_SELECTED_INSTRUCTIONS = 12
 #: Expressions lowered and instructions made for one kernel, loops unrolled.
 MAX_STEPS = 200_000
-_RESULT = {"N": "", "G": "float", "I": "int", "B": "bool", "f": "float", "i": "int", "b": "bool"}
+_RESULT = {
+    "N": "", "G": "float", "I": "int", "S": "int", "U": "int", "B": "bool", "f": "float", "i": "int", "b": "bool",
+}  # fmt: skip
 COMMUTATIVE = frozenset(row.name for row in OPERATIONS.values() if row.commutes)
 
 
@@ -35,6 +37,7 @@ class Emitter:
         self.ranges: dict[int, tuple[int, int]] = {}  # loop indices: inclusive
         self.tables: dict[str, tuple[str, tuple[bool | int | float, ...]]] = {}
         self.table_names: dict[int, str] = {}  # by the identity of the values, which the program keeps
+        self.held_tables: dict[int, tuple[int | float, ...]] = {}  # of uints, by the identity of their values
         self.builtins: dict[str, str] = {}
         self.steps = 0
         self.span = NOWHERE  # of the statement being lowered, for errors

@@ -6,6 +6,7 @@ import ast
 from typing import TYPE_CHECKING
 
 from passgraph.language import ir, symbols
+from passgraph.language.foreign import FORMS, mending, method_spelling
 from passgraph.language.operations import OPERATIONS, called, signed
 from passgraph.language.scope import FunctionSource, ModuleName, number, written
 from passgraph.language.signature import MAX_ARRAY_LENGTH, resolve
@@ -36,6 +37,7 @@ from passgraph.language.values import (
     coerce,
     construct,
     index_into,
+    of_bools,
     part_type,
     select,
     swizzle,
@@ -159,7 +161,8 @@ class Expressions:
         if isinstance(base, ImageValue):
             if node.attr == "size":
                 return ir.Size(IVEC2, base.name, span)
-            fail(span, f"an Image has [dx, dy], .texel(ivec2), .sample(vec2) and .size, not .{node.attr}")
+            has = f"an Image has [dx, dy], .texel(ivec2), .sample(vec2) and .size, not .{node.attr}"
+            fail(span, has + (mending(node.attr) if node.attr in FORMS else ""))
         if isinstance(base, TupleValue):
             fail(span, "a tuple has no attributes; unpack it first")
         if isinstance(base.type, Vector):
@@ -210,7 +213,7 @@ class Expressions:
             one = ir.Literal(FLOAT, 1.0, span)
             return apply("div", [one, self._whole_power(base, -n, span)], span)
         if n == 0:
-            ones = ir.Literal(element_of(base.type), 1 if element_of(base.type) is INT else 1.0, span)
+            ones = ir.Literal(element_of(base.type), 1.0 if element_of(base.type) is FLOAT else 1, span)
             return ones if isinstance(base.type, Scalar) else ir.Construct(base.type, (ones,) * base.type.size, span)
         base = self.frame.name_it(base, span)
         result: ir.Expr | None = None
@@ -232,7 +235,7 @@ class Expressions:
         value = self.value(node.operand)
         if isinstance(node.op, ast.UAdd):
             return value
-        if isinstance(node.op, ast.USub) and isinstance(value, ir.Literal) and value.type is not BOOL:
+        if isinstance(node.op, ast.USub) and isinstance(value, ir.Literal) and value.type in (INT, FLOAT):
             return number(-value.value, span)
         if isinstance(node.op, ast.USub) and isinstance(value.type, Matrix):
             return self._arithmetic("*", ir.Literal(FLOAT, -1.0, span), value, span)
@@ -283,7 +286,7 @@ class Expressions:
         if not isinstance(node.func, (ast.Name, ast.Attribute)):
             fail(span, "only named functions can be called")
         if isinstance(node.func, ast.Attribute) and not self._is_outer(node.func):
-            fail(span, f"values have no methods; got .{node.func.attr}()")
+            fail(span, f"values have no methods; got .{node.func.attr}(){method_spelling(node.func.attr)}")
         meaning = resolve(node.func, self.frame.scope, self.frame.source)
         if isinstance(meaning, FunctionSource):
             return self.frame.inline(meaning, self._arguments(node), span)
@@ -351,6 +354,11 @@ class Expressions:
             return select(arguments, span, self.frame.name_it)
         if name == "clamp":
             check_clamp(arguments, span)
+        if name == "mix" and len(arguments) == 3 and of_bools(arguments[2]):
+            return select([arguments[2], arguments[1], arguments[0]], span, self.frame.name_it)
+        written = self.frame.inline_written(name, arguments, span)
+        if written is not None:
+            return written
         return apply(called(name, len(arguments)), arguments, span)
 
     def _make_struct(self, struct: Struct, node: ast.Call) -> StructValue:
@@ -436,7 +444,7 @@ class Expressions:
 STAGE_VALUES: dict[str, tuple[Type, tuple[str, ...]]] = {
     "pixel": (IVEC2, ("pixel", "fragment")),
     "uv": (VEC2, ("pixel", "fragment")),
-    "output_size": (IVEC2, ("pixel", "fragment")),
+    "output_size": (IVEC2, ("pixel", "vertex", "fragment")),
     "front_facing": (BOOL, ("fragment",)),
     "fragment_depth": (FLOAT, ("fragment",)),
 }

@@ -24,6 +24,8 @@ class Literal:
     type: Scalar
     value: Number
     span: Span = field(default=NOWHERE, compare=False, repr=False)
+    #: Whether an int below 0 was written as bits, 0xFFFFFFFF for -1: where a uint is wanted it is one.
+    bits: bool = field(default=False, compare=False, repr=False)
 
 
 @dataclass(frozen=True, slots=True)

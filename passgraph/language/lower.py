@@ -24,7 +24,7 @@ from passgraph.language.operations import OPERATIONS
 from passgraph.language.parse import parse_kernel
 from passgraph.language.scope import host_numbers
 from passgraph.language.source import NOWHERE, Span, fail
-from passgraph.language.types import Array, Scalar, component_count, element_of
+from passgraph.language.types import UINT, Array, Scalar, component_count, element_of, held_as
 
 #: A loop is unrolled up to this many trips …
 MAX_UNROLLED_TRIPS = 64
@@ -324,14 +324,14 @@ class Lowering:
         return _VALUES[type(expression)](self, expression)
 
     def _literal(self, expression: ir.Literal) -> list[s.Operand]:
-        return [s.Lit(expression.type.name, expression.value)]
+        return [s.known(expression.type, expression.value)]
 
     def _local(self, expression: ir.Local) -> list[s.Operand]:
         name = expression.name
         return self.arrays.values(name) if name in self.arrays else self.locals[name]
 
     def _table(self, expression: ir.Table) -> list[s.Operand]:
-        return [s.Lit(element_of(expression.type).name, v) for v in expression.values]
+        return [s.known(expression.type, v) for v in expression.values]
 
     def _select(self, expression: ir.Select) -> list[s.Operand]:
         condition = self.value(expression.condition)[0]
@@ -372,7 +372,7 @@ class Lowering:
         element = element_of(expression.type).name
         if expression.const:
             value = self._constant(expression)
-            return [s.Lit(element, value[i]) for i in which]
+            return [s.known(expression.type, value[i]) for i in which]
         slot = self.shared.slot(self.prefix + expression.name, expression.type)
         return [self._slot_entry(slot, s.Lit("int", slot.offset + i), element) for i in which]
 
@@ -404,7 +404,7 @@ class Lowering:
 
     def prelude(self, name: str, arguments: list[s.Operand]) -> s.Operand:
         """A scalar function of the prelude, in place."""
-        if arguments[0].type == "int":
+        if arguments[0].type == "int" and name in _OF_NUMBERS:
             name += "_int"
         if name == "pow":
             power = whole_power(self.emitter, *arguments)
@@ -426,7 +426,7 @@ class Lowering:
             i = min(max(int(index.value), 0), component_count(base_type) // width - 1)
             if isinstance(expression.value, ir.Table):
                 numbers = expression.value.values[i * width : (i + 1) * width]
-                return [s.Lit(element_of(base_type).name, v) for v in numbers]
+                return [s.known(base_type, v) for v in numbers]
             if isinstance(expression.value, ir.Uniform):
                 return self._uniform_entries(expression.value, range(i * width, (i + 1) * width))
             return self.value(expression.value)[i * width : (i + 1) * width]
@@ -455,11 +455,21 @@ class Lowering:
         base = e.op("mul", clamped, s.Lit("int", width))
         element = element_of(type_).name
         if isinstance(array, ir.Table):
-            name = e.table_name(element, array.values)
+            held, values = held_as(type_), self._held_values(array)
+            name = e.table_name(held, values)
             addresses = (e.op("add", base, s.Lit("int", i)) for i in range(width))
-            return [e.table(name, element, array.values, address) for address in addresses]
+            return [e.table(name, held, values, address) for address in addresses]
         slot = self.shared.slot(self.prefix + array.name, type_)
         return [self._slot_entry(slot, e.op("add", base, s.Lit("int", slot.offset + i)), element) for i in range(width)]
+
+    def _held_values(self, table: ir.Table) -> tuple[ir.Number, ...]:
+        """The values of a constant table as programs hold them; the same tuple at each use."""
+        if element_of(table.type) is not UINT:
+            return table.values
+        held = self.emitter.held_tables
+        if id(table.values) not in held:
+            held[id(table.values)] = tuple(s.known(table.type, v).value for v in table.values)
+        return held[id(table.values)]
 
     def _insert(self, expression: ir.Insert) -> list[s.Operand]:
         parts = list(self.value(expression.value))
@@ -519,6 +529,10 @@ _VALUES: dict[type[ir.Expr], Callable[[Lowering, Any], list[s.Operand]]] = {
     ir.Select: Lowering._select, ir.Swizzle: Lowering._swizzle, ir.Construct: Lowering._construct,
     ir.Index: Lowering._index, ir.Insert: Lowering._insert, ir.Texel: Lowering._texel, ir.Size: Lowering._size,
 }  # fmt: skip
+
+
+#: Functions of the prelude that have a second one for ints.
+_OF_NUMBERS = frozenset(row.name for row in OPERATIONS.values() if row.kind == "prelude" and "N" in row.operands)
 
 
 @cache

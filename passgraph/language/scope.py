@@ -19,15 +19,18 @@ from numpy.typing import NDArray
 from passgraph.arguments import numbers, shown
 from passgraph.errors import InputError
 from passgraph.language import ir, symbols
-from passgraph.language.meanings import INT_MAX, INT_MIN, UINT_MAX
+from passgraph.language.foreign import mending, own_spelling
+from passgraph.language.meanings import INT_MAX, INT_MIN, int_of_bits
 from passgraph.language.operations import BUILTINS as OPERATIONS_OF_PYTHON
 from passgraph.language.operations import FUNCTIONS
 from passgraph.language.source import Source, Span, fail
+from passgraph.language.symbols import UINT_MAX
 from passgraph.language.types import (
     BOOL,
     FLOAT,
     INT,
     NAMED,
+    UINT,
     Array,
     Matrix,
     Scalar,
@@ -73,6 +76,12 @@ class FunctionSource:
         """Every name that the body assigns to: its locals, as Python decides it."""
         return frozenset(_assigned_names(self.node.body))
 
+    def nearby(self) -> list[str]:
+        """Names that the body may use: its parameters, its locals, and what is around it."""
+        arguments = self.node.args
+        given = [one.arg for one in (*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs)]
+        return [*given, *self.assigned, *self.scope.listed()]
+
 
 def _assigned_names(nodes: Iterable[ast.stmt]) -> set[str]:
     names = set()
@@ -99,16 +108,20 @@ class Scope:
     meanings: dict[str, object] = field(default_factory=dict)
     #: Tables met, by name, with the values that they were made from; None where values may change between uses.
     tables: dict[str, tuple[object, ir.Table]] | None = None
+    #: Names that errors may take one with a mistake for.
+    listed: Callable[[], Iterable[str]] = tuple
 
     def lookup(self, name: str, span: Span) -> object:
         try:
             return self.names(name)
         except KeyError:
-            fail(
-                span,
-                f"name {name!r} is not defined here; a kernel sees its parameters, its own variables, "
-                "functions marked @pg.function, and numbers of the module",
+            ours = name in TEXT_NAMES and name != "pi"
+            mend = f"; import it: from passgraph import {name}" if ours else mending(name, self.listed())
+            sees = (
+                "; a kernel sees its parameters, its own variables, functions marked @pg.function, and numbers of the "
+                "module"
             )
+            fail(span, f"name {name!r} is not defined here{mend or sees}")
 
     def changed_constants(self) -> list[str]:
         """Captured names whose value is not what the kernel was built with."""
@@ -141,12 +154,12 @@ def python_scope(function: Callable[..., Any]) -> Scope:
             return getattr(builtins, name)
         raise KeyError(name)
 
-    return Scope(names)
+    return Scope(names, listed=lambda: (*cells, *function.__globals__))
 
 
 def text_scope(own: Mapping[str, object]) -> Scope:
     """Names of kernel text from anywhere: its own definitions and the language, nothing of Python."""
-    return Scope(lambda name: own[name] if name in own else TEXT_NAMES[name])
+    return Scope(lambda name: own[name] if name in own else TEXT_NAMES[name], listed=lambda: own)
 
 
 def freeze(value: object) -> object:
@@ -216,14 +229,18 @@ def classified(value: object, path: str, scope: Scope, span: Span) -> Any:
     try:
         frozen = freeze(value)
     except TypeError:
-        what = _described(value)
-        fail(
-            span,
-            f"{path} is {what}, which kernels cannot use; they take numbers, tuples and arrays of numbers, "
-            "@pg.struct classes and @pg.function functions",
-        )
+        mend = own_spelling(path.rpartition(".")[2]) if _is_foreign(value) else ""
+        takes = "; they take numbers, tuples and arrays of numbers, @pg.struct classes and @pg.function functions"
+        fail(span, f"{path} is {_described(value)}, which kernels cannot use{mend or takes}")
     scope.captured[path] = frozen
     return constant(value, path, span)
+
+
+def _is_foreign(value: object) -> bool:
+    """Whether it is called, and no function that the user wrote."""
+    if isinstance(value, pytypes.FunctionType):
+        return (value.__module__ or "").partition(".")[0] == "numpy"
+    return callable(value)
 
 
 def _described(value: object) -> str:
@@ -241,7 +258,7 @@ def number(value: object, span: Span) -> ir.Literal:
     if isinstance(value, int):
         if not INT_MIN <= value <= UINT_MAX:
             fail(span, f"{shown(value)} does not fit 32 bits; write it as a float, such as 3e9, or make it smaller")
-        return ir.Literal(INT, value if value <= INT_MAX else value - 2**32, span)
+        return ir.Literal(INT, int_of_bits(value), span, bits=value > INT_MAX)
     if isinstance(value, float):
         with np.errstate(over="ignore"):
             single = float(np.float32(value))
@@ -259,7 +276,7 @@ def written(node: ast.Constant, span: Span) -> ir.Literal:
         fail(
             span,
             f"{value} is beyond {INT_MAX}, the largest int; write it as a float ({value}.0), or, where its bits are "
-            f"meant, as {value:#x} (the int {value - 2**32})",
+            f"meant, as {value:#x} (the int {int_of_bits(value)}, and the uint {value})",
         )
     return number(value, span)
 
@@ -275,6 +292,8 @@ def as_array(value: object) -> NDArray[Any]:
 def constant(value: object, path: str, span: Span) -> ir.Expr:
     """A captured number, vector, matrix or table."""
     marker = symbols.TYPE_MARKERS.get(type(value))
+    if marker == "uint":
+        return ir.Literal(UINT, int(value), span)  # type: ignore[call-overload]
     if isinstance(value, (bool, int, float, np.generic, enum.Enum)):
         return number(value.value if isinstance(value, enum.Enum) else value, span)
     if marker is not None and isinstance(value, tuple):
@@ -320,5 +339,13 @@ def host_numbers(value: object, type_: Type, path: str, span: Span) -> list[ir.N
         fail(span, f"{path} must be {type_} ({count} numbers), got {shown(value)}")
     if element is not FLOAT and array.dtype.kind == "f":
         fail(span, f"{path} must be {type_}, got floats; convert them first")
+    if element is UINT:
+        return [_uint(int(v), path, span) for v in array.ravel().tolist()]
     convert: Callable[[Any], ir.Number] = {"bool": bool, "int": int, "float": float}[element.name]
     return [number(convert(v), span).value for v in array.ravel().tolist()]
+
+
+def _uint(value: int, path: str, span: Span) -> int:
+    if not 0 <= value <= UINT_MAX:
+        fail(span, f"{path} must be uint, from 0 to {UINT_MAX}, got {shown(value)}")
+    return value

@@ -6,10 +6,12 @@ import math
 from collections.abc import Container
 
 from passgraph.errors import GraphError
+from passgraph.graph.formulas import computed_side
 from passgraph.graph.targets import (
     MAX_SIDE,
     Absolute,
     Blocks,
+    Computed,
     InputSpec,
     Like,
     Pass,
@@ -17,7 +19,7 @@ from passgraph.graph.targets import (
     Relative,
     Target,
     TargetSpec,
-)
+)  # fmt: skip
 from passgraph.graph.values import OUTPUT_SIZE, sources_of
 from passgraph.plan.work import Lowered, Work
 
@@ -86,13 +88,16 @@ def _size_source(spec: TargetSpec, work: Work) -> Target | tuple[int, int]:
         return spec.size.width, spec.size.height
     if isinstance(spec.size, Like | Blocks):
         return spec.size.other
-    if not isinstance(spec.size, Relative):
+    if spec.size is None:
         node = work.makers[spec]
         for image in node.images.values() if isinstance(node, PixelPass) else ():
             if not image.is_previous:
                 return image
     if work.size is None:
         raise GraphError("the output's size is not known: give pg.compile(..., size=(width, height))")
+    if isinstance(spec.size, Computed):
+        sides = (computed_side(one, work.size, f"target {spec.name!r}") for one in (spec.size.width, spec.size.height))
+        return next(sides), next(sides)
     return work.size
 
 

@@ -3,31 +3,38 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import fields
+from dataclasses import fields, replace
 from types import SimpleNamespace
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from passgraph.errors import InputError
 from passgraph.formats import Format, format_named
 from passgraph.graph.calls import PixelKernel
 from passgraph.graph.draw_state import Blend, DrawState, Stencil
 from passgraph.graph.drawing import draw
+from passgraph.graph.formulas import MAX_DEPTH
 from passgraph.graph.geometry import FrozenGeometry
 from passgraph.graph.targets import (
     MAX_SIDE,
     MOST_SLOTS,
     Absolute,
     Blocks,
+    Computed,
     InputSpec,
     Like,
     Relative,
     SizeClass,
     Target,
     TargetSpec,
+    checked_initial,
     checked_scale,
     checked_size,
+    previous,
 )
-from passgraph.graph.values import OUTPUT_SIZE, Value
+from passgraph.graph.values import FILLED_IN, Value
 from passgraph.language import ir
 from passgraph.language.kernel import Kernel
 from passgraph.language.types import ImageType, Scalar, Struct, Type, component_count, element_of
@@ -129,7 +136,7 @@ class _Graph:
 
     def _target(self, given: object, where: str) -> TargetSpec:
         document = self.document
-        record = document.record(given, where, "name", "format", "size", "clear", "notes")
+        record = document.record(given, where, "name", "format", "size", "clear", "notes", "initial")
         clear = record["clear"]
         if clear is not None:
             clear = tuple(document.number(one, f"{where}.clear") for one in document.items(clear, f"{where}.clear", 4))
@@ -140,7 +147,14 @@ class _Graph:
                 self._format(record["format"], f"{where}.format"),
                 self._size(record["size"], f"{where}.size"),
             )
-            return TargetSpec(document.text(record["name"], f"{where}.name"), format_, size, clear, texts)
+            made = TargetSpec(document.text(record["name"], f"{where}.name"), format_, size, clear, texts)
+            return replace(made, initial=self._initial(record["initial"], made, f"{where}.initial"))
+
+    def _initial(self, given: object, spec: TargetSpec, where: str) -> tuple[float, ...] | NDArray[np.float32]:
+        document = self.document
+        if isinstance(given, Mapping):
+            return checked_initial(self.arrays.picture(given, where), spec.format, f"target {spec.name!r}")
+        return tuple(document.number(one, where) for one in document.items(given, where, 4))
 
     def _format(self, given: object, where: str) -> Format:
         return format_named(self.document.text(given, where))
@@ -152,16 +166,21 @@ class _Graph:
         document = self.document
         if given is None:
             return None
-        names = [name for name in ("pixels", "like", "scale", "blocks") if isinstance(given, Mapping) and name in given]
+        known = ("pixels", "like", "scale", "blocks", "formulas")
+        names = [name for name in known if isinstance(given, Mapping) and name in given]
         record = document.record(given, where, *(names or ["pixels"]))
         if names == ["pixels"]:
             return Absolute(*self._pixels(record["pixels"], where))
+        if names == ["formulas"]:
+            width, height = document.items(record["formulas"], f"{where}.formulas", exactly=2)
+            return Computed(_formula(width), _formula(height))
         if names == ["like", "blocks"]:
             counts = document.items(record["blocks"], f"{where}.blocks", exactly=3)
             across, down, each = (document.whole(count, f"{where}.blocks", 1, MAX_SIDE) for count in counts)
             return Blocks(self._lender(record["like"], f"{where}.like"), across, down, each)
         if names not in (["scale"], ["like", "scale"]):
-            document.wrong(where, "an object with pixels, with scale, or with like and scale or blocks", given)
+            expected = "an object with pixels, with scale, with like and scale or blocks, or with formulas"
+            document.wrong(where, expected, given)
         scale = checked_scale(document.number(record["scale"], f"{where}.scale"), where)
         return Relative(scale) if names == ["scale"] else Like(self._lender(record["like"], f"{where}.like"), scale)
 
@@ -293,8 +312,8 @@ class _Graph:
         document = self.document
         if kind == "values" and isinstance(given, Mapping) and "value" in given:
             number = document.record(given, where, "value")["value"]
-            if number == "output_size":
-                return OUTPUT_SIZE
+            if isinstance(number, str) and number in FILLED_IN:
+                return FILLED_IN[number]
             return document.index(number, f"{where}.value", self.values, "values")
         if not isinstance(type_, Struct):
             return self._plain(given, type_, where)
@@ -324,8 +343,8 @@ class _Graph:
         document = self.document
         kinds = [kind for kind in ("input", "previous", "pass") if isinstance(given, Mapping) and kind in given]
         kind = kinds[0] if kinds else "input"
-        names = ("pass", "slot", "border") if kind == "pass" else (kind, "border")
-        record = document.record(given, where, *names)
+        names = {"pass": ("pass", "slot"), "previous": ("previous", "frames_ago")}.get(kind, (kind,))
+        record = document.record(given, where, *names, "border")
         border = document.text(record["border"], f"{where}.border")
         with document.at(where):
             if kind == "pass":
@@ -336,9 +355,16 @@ class _Graph:
                 return found.border(border)
             if kind == "previous":
                 spec = document.index(record["previous"], f"{where}.previous", self.targets, "targets")
-                return Target(spec, is_previous=True, border_rule=border)
+                return previous(spec, record["frames_ago"]).border(border)
             spec = document.index(record["input"], f"{where}.input", self.inputs, "inputs")
             return Target(spec, border_rule=border)
+
+
+def _formula(given: object, depth: int = 0) -> Any:
+    """Rows as tuples; what is wrong in them is found by whoever checks formulas."""
+    if isinstance(given, list) and depth <= MAX_DEPTH:
+        return tuple(_formula(part, depth + 1) for part in given[:4])
+    return given
 
 
 def _by_slot(made: Target | tuple[Target, ...]) -> dict[int, Target]:

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import asdict
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from passgraph.arguments import numbers, shown
 from passgraph.errors import GraphError
@@ -13,10 +17,22 @@ from passgraph.graph.calls import leaves
 from passgraph.graph.draw_state import DrawState
 from passgraph.graph.geometry import ATTRIBUTE_TYPES
 from passgraph.graph.outputs import Outputs, named_outputs
-from passgraph.graph.targets import Absolute, Blocks, DrawPass, InputSpec, Like, Pass, Relative, Target, TargetSpec
-from passgraph.graph.values import OUTPUT_SIZE, Derived, Value
+from passgraph.graph.targets import (
+    Absolute,
+    Blocks,
+    Computed,
+    DrawPass,
+    InputSpec,
+    Like,
+    Pass,
+    Relative,
+    Target,
+    TargetSpec,
+)
+from passgraph.graph.values import FILLED_IN, Derived, Value
 from passgraph.language.kernel import Kernel
 from passgraph.language.layout import components
+from passgraph.language.symbols import UINT_MAX
 from passgraph.language.types import Scalar, Struct, Type, element_of
 from passgraph.plan.reach import passes_behind
 from passgraph.travel.arrays import array_data
@@ -27,7 +43,12 @@ from passgraph.travel.value_types import VALUE_TYPES
 #: Of the form of documents; a reader refuses others.
 VERSION = 1
 _TYPE_NAMES = {type_: name for name, type_ in VALUE_TYPES.items()}
-_PLAIN = {"bool": bool, "int": int, "float": float}
+_PLAIN: dict[str, Callable[[float], bool | int | float]] = {
+    "bool": bool,
+    "int": int,
+    "uint": lambda number: int(number) & UINT_MAX,
+    "float": float,
+}
 
 
 def to_data(outputs: Outputs) -> dict[str, Any]:
@@ -109,7 +130,8 @@ class _Writer:
             if id(one) not in self._numbers:
                 where = f"target {one.name!r}"
                 data = {"name": one.name, "format": _format_name(one.format, where), "size": self._size(one, where),
-                        "clear": None if one.clear is None else list(one.clear), "notes": list(one.notes)}  # fmt: skip
+                        "clear": None if one.clear is None else list(one.clear), "notes": list(one.notes),
+                        "initial": _initial_data(one.initial, where)}  # fmt: skip
                 self._add("targets", one, data)
         return self._numbers[id(spec)]
 
@@ -121,6 +143,8 @@ class _Writer:
             return {"scale": size.scale}
         if size is None:
             return None
+        if isinstance(size, Computed):
+            return {"formulas": [size.width, size.height]}
         part = {"scale": size.scale} if isinstance(size, Like) else {"blocks": [size.width, size.height, size.each]}
         lender = size.other.spec
         if isinstance(lender, InputSpec):
@@ -134,7 +158,11 @@ class _Writer:
         if isinstance(spec, InputSpec):
             return {"input": self._input(spec), "border": target.border_rule}
         if target.is_previous:
-            return {"previous": self._target(spec), "border": target.border_rule}
+            return {
+                "previous": self._target(spec),
+                "frames_ago": target.frames_ago,
+                "border": target.border_rule,
+            }
         assert target.made_by is not None  # a handle of a target is a pass's, or last frame's
         return {"pass": self._numbers[id(target.made_by)], "slot": target.slot, "border": target.border_rule}
 
@@ -183,7 +211,8 @@ class _Writer:
                 "compute the number where the graph runs and give it as a pg.Value"
             )
         if isinstance(given, Value):
-            return {"value": "output_size" if given is OUTPUT_SIZE else self._value(given, where)}
+            filled_in = FILLED_IN.get(given.name) is given
+            return {"value": given.name if filled_in else self._value(given, where)}
         parts = [_numbers_data(part, leaf, name) for name, leaf, part in leaves(given, type_, where)]
         return {"fields": parts} if isinstance(type_, Struct) else parts[0]
 
@@ -238,6 +267,13 @@ def _default_data(value: object, where: str) -> Any:
         return [told(one) for one in part] if isinstance(part, list) else number_data(part)
 
     return told(found)
+
+
+def _initial_data(initial: tuple[float, ...] | NDArray[np.float32], where: str) -> Any:
+    """A picture, or numbers."""
+    if isinstance(initial, np.ndarray):
+        return array_data(initial, f"{where}: initial")
+    return [number_data(one) for one in initial]
 
 
 def _picture_data(given: object, where: str) -> dict[str, Any]:

@@ -60,7 +60,11 @@ BODIES: list[tuple[str, str]] = [
     ("return «x + (x > 1.0)»", "+ takes numbers, got bool"),
     ("return float(«x & 1»)", "an argument of & must be int, got float"),
     ("return «sin(m)»[0].x", "sin() does not take mat3"),
-    ("return «dot(x, x)»", "dot() takes vectors, got float"),
+    ("return «outer(x, x)»[0].x", "outer() takes vectors, got float"),
+    ("return «dot(x, v)»", "dot() takes vectors, got float"),
+    ("return «dot(m, m)»", "dot() does not take mat3"),
+    ("return float(«uint(1) + n»)", "must be uint, got int; int and uint do not mix by themselves: write uint(...)"),
+    ("return float(uint(1) + «-1»)", "must be uint, from 0 to 4294967295, got -1; write uint(-1) for its bits"),
     ("return «cross(vec2(x), vec2(x))».x", "cross() is for vec3, got vec2"),
     ("return «inverse(x)»", "inverse() takes a matrix, got float"),
     ("return «refract(v, v, v)».x", "takes a scalar float here, got vec3"),
@@ -186,6 +190,7 @@ TEXTS: list[tuple[str, str]] = [
     ("def k(a: float = «abs») -> float: return 1.0", "a constant is expected here"),
     ("def k(a: float = «1 / 0») -> float: return 1.0", "division by zero in a constant"),
     ("def k(a: float = «float(1, 2)») -> float: return 1.0", "float takes one number"),
+    ("def k(a: uvec2 = «(1, -1)») -> float: return 1.0", "default of a must be uint, from 0 to 4294967295, got -1"),
     ("def k(a: vec3 = «vec3(1, 2)») -> float: return 1.0", "vec3 takes 3 numbers, got 2"),
     ("def k(a: vec3 = «(1, 2)») -> float: return 1.0", "default of a must be vec3 (3 numbers), got (1, 2)"),
     ("def k(a: vec3 = «((1, 2), 3)») -> float: return 1.0", "default of a must be vec3 (3 numbers)"),
@@ -279,8 +284,8 @@ STAGES: list[tuple[Callable[..., Any], str, str]] = [
     ),
     (
         vertex,
-        VARYING + "def k(v: Vertex, «c: Image») -> P: return P(vec4(1.0), v.normal)",
-        "vertex kernels read no images",
+        VARYING + "def k(v: Vertex, c: Image) -> P: return P(«c[0, 0]», v.normal)",
+        "in a vertex kernel use .texel()",
     ),
     (
         fragment,
@@ -335,6 +340,7 @@ def drawn(**changed: Any) -> Any:
 
 #: Python that provokes an error, and words of it.
 CALLS: list[tuple[Callable[[], Any], str]] = [
+    (lambda: symbols.uint(-1), "a uint is a whole number from 0 to 4294967295, got -1"),
     (lambda: kernel(3), "a kernel is made from a function, got int"),  # type: ignore[call-overload]
     (lambda: kernel(), "from a function or from source=..., one of the two"),  # type: ignore[call-overload]
     (lambda: kernel(lambda c: c), "a kernel is a def statement, not a lambda"),
@@ -412,6 +418,8 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
     (lambda: target(""), "the name of a target must be a name (a printable string, not empty), got ''"),
     (lambda: target("t", size=(4, 4), scale=0.5), "target 't' has both a size and a scale; give one"),
     (lambda: target("t", clear=(1.0, 2.0)), "target 't' (rgba16f) clears to 1 or 4 numbers, got 2"),
+    (lambda: target("t", "r8", initial=np.full((2, 2), np.nan)), "target 't' starts from a picture that holds NaN"),
+    (lambda: target("t", "r8", initial=np.zeros((2, 2, 3))), "starts from a picture (height, width, 1), got (2, 2, 3)"),
     (lambda: target("t", size=(4.5, 4)), "target 't' needs a size (width, height) in whole pixels"),  # type: ignore[arg-type]
     (lambda: Input("t", size=(0, 4)), "input 't' is 0x4 pixels; each side must be 1 to 32768"),
     (lambda: target("t", scale=0.0), "target 't': scale must be a number above 0 and at most 16, got 0.0"),

@@ -31,6 +31,7 @@ PARAMETERS: dict[str, tuple[str, Any]] = {
     "gain": ("float", 1.375),
     "toward": ("vec3", (0.6, -0.48, 0.64)),
     "whole": ("int", 5),
+    "seed": ("uint", 3_000_000_000),
     "turn": ("mat3", ((0.36, 0.48, -0.8), (-0.8, 0.6, 0.0), (0.48, 0.64, 0.6))),
     "weights": ("Array[float, 4]", (0.125, -0.5, 2.0, 1.0)),
     "pair": ("Pair", {"scale": -0.75, "shift": (0.5, 0.25, -1.5)}),
@@ -53,8 +54,9 @@ class Writer(Expressions):
             "array": ["a", "TABLE"],
         }  # fmt: skip
         if features.reads:
-            more = {"float": ["gain", "pair.scale"], "int": ["whole", "reach"], "vec3": ["toward", "pair.shift"],
-                    "mat3": ["turn"], "array": ["weights"], "bool": ["across"]}  # fmt: skip
+            more = {"float": ["gain", "pair.scale"], "int": ["whole", "reach"], "uint": ["seed"],
+                    "vec3": ["toward", "pair.shift"], "mat3": ["turn"], "array": ["weights"],
+                    "bool": ["across"]}  # fmt: skip
             self.names = {type_: [*self.names.get(type_, []), *more.get(type_, [])] for type_ in {**self.names, **more}}
         self.written = {"float": ["x", "y"], "vec2": ["u"], "vec3": ["v"], "vec4": ["p"], "mat3": ["m"]}
 
@@ -86,7 +88,7 @@ class Writer(Expressions):
 
     def _new(self) -> None:
         self.count += 1
-        type_ = self.pick("float", "vec3", "int", "vec2", "bool")
+        type_ = self.pick("float", "vec3", "int", "vec2", "bool", "uint")
         name = f"{type_[0]}{self.count}"
         self.line(f"{name} = {self.of(type_)}")
         self.names[type_] = [*self.names.get(type_, []), name]
