@@ -24,7 +24,6 @@ from passgraph.errors import (
 from passgraph.graph.calls import fragment, graph, kernel, vertex
 from passgraph.graph.draw_state import Blend, Stencil
 from passgraph.graph.drawing import draw
-from passgraph.graph.reductions import histogram, reduce
 from passgraph.graph.targets import Input, Target, TargetSpec, previous, target
 from passgraph.graph.values import FRAME_INDEX, OUTPUT_SIZE, Derived, Value, combine
 from passgraph.language.functions import *  # noqa: F403 (every name of the kernel language, here and below)
@@ -42,6 +41,7 @@ if TYPE_CHECKING:
     from passgraph.frames.run import frames
     from passgraph.frames.tiles import tiled
     from passgraph.frames.tiles_lazy import lazily_tiled
+    from passgraph.graph.reductions import histogram, reduce
     from passgraph.pictures import load, save
     from passgraph.scene import Camera, HardwareDepth, Light, Material, Mesh, Node, Scene, Texture
     from passgraph.shaders.load import load_shader
@@ -53,6 +53,7 @@ _LATER = {
     "load": "passgraph.pictures", "save": "passgraph.pictures",
     "load_shader": "passgraph.shaders.load",
     "tiled": "passgraph.frames.tiles", "lazily_tiled": "passgraph.frames.tiles_lazy",
+    "histogram": "passgraph.graph.reductions", "reduce": "passgraph.graph.reductions",
     "from_data": "passgraph.travel", "to_data": "passgraph.travel",
     **dict.fromkeys(
         ("Camera", "HardwareDepth", "Light", "Material", "Mesh", "Node", "Scene", "Texture"), "passgraph.scene"
@@ -65,7 +66,7 @@ _MODULES = {"frames": "passgraph.frames", "gl": "passgraph.backends.gl", "opencl
 
 
 def __getattr__(name: str) -> Any:
-    """Pictures, scenes and graphs as data are loaded when first used, so that importing passgraph stays cheap."""
+    """What few programs need is loaded when first used, so that importing passgraph stays cheap."""
     if name in _LATER:
         from importlib import import_module
 

@@ -132,7 +132,7 @@ def reduced(top: Image) -> vec4:
 @function
 def per_texel(total: vec4, size: ivec2, made: ivec2) -> vec4:
     """A sum divided by how many texels it is of."""
-    return total / (float(size.x / made.x) * float(size.y / made.y))
+    return total / (float(size.x // made.x) * float(size.y // made.y))
 
 
 @kernel

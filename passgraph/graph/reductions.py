@@ -37,7 +37,7 @@ def reduce(
 
     Texels are taken as kernels read them: sRGB decoded, and 0, 0, 1 for channels that the picture lacks.  They are
     joined in one order on every backend, eight by pairs and eight such eights, so that sums of the same numbers have
-    the same bits.
+    the same bits, where a device keeps what is below 2^-126.
 
     Parameters
     ----------
@@ -58,7 +58,7 @@ def reduce(
 
     Returns
     -------
-    The reduced picture.  A sum is off by at most 50 · 2^-24 of the sum of magnitudes, a mean by 4 · 2^-24 of itself
+    The reduced picture.  A sum is off by at most 50 · 2^-24 of the sum of magnitudes, a mean by 6 · 2^-24 of itself
     more; the least, the largest and places are exact.  NaN makes a sum NaN; it is neither least nor largest: of
     nothing but NaN the least is infinity, the largest minus infinity, and the place (-1, -1).
 
