@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any, Literal, TypeAlias, cast
 
+import numpy as np
+
 from passgraph import arguments
 from passgraph.errors import GraphError
 from passgraph.formats import format_named
@@ -94,7 +96,7 @@ def reduce(
             "read the one that you need"
         )
     number = _channel_number(0 if channel is None else channel, "pg.reduce: channel")
-    made = _declared(into, name or f"{image.name}.{how}", "rg32f" if place else "rgba32f", f"pg.reduce {how!r}")
+    made = _declared(into, name, f"{image.name}.{how}", "rg32f" if place else "rgba32f", f"pg.reduce {how!r}")
     name = _named(name, made)
     top = _tree(image, _HOW[how], axis, number, made.name)
     if place:
@@ -166,7 +168,7 @@ def histogram(
     ends = [_end(low, "low"), _end(high, "high")]
     if not any(isinstance(end, (Value, Derived)) for end in ends) and not ends[0] < ends[1]:  # type: ignore[operator]
         raise GraphError(f"pg.histogram: low must be below high, got {low!r} and {high!r}")
-    made = _declared(into, name or f"{image.name}.histogram", "r32f", "pg.histogram")
+    made = _declared(into, name, f"{image.name}.histogram", "r32f", "pg.histogram")
     name = _named(name, made)
     # last run's content lends no size by itself
     spec = target(f"{made.name} bins", "r16f", like=image)
@@ -197,19 +199,21 @@ def _check_picture(image: object, what: str) -> None:
 
 def _channel_number(channel: object, what: str) -> int:
     """As the kernels take it; ``"luma"`` is the one behind the channels."""
-    if isinstance(channel, bool) or not (channel == "luma" or channel in (0, 1, 2, 3)):
+    if arguments.among(channel, ("luma",)):
+        return 4
+    if isinstance(channel, bool) or not isinstance(channel, (int, np.integer)) or channel not in range(4):
         raise GraphError(f"{what} must be 0, 1, 2, 3 or 'luma', got {arguments.shown(channel)}")
-    return 4 if channel == "luma" else int(cast("int", channel))
+    return int(channel)
 
 
 def _end(value: object, what: str) -> object:
     return value if isinstance(value, (Value, Derived)) else arguments.real(value, f"pg.histogram: {what}")
 
 
-def _declared(into: object, name: str, format_: str, what: str) -> TargetSpec:
+def _declared(into: object, name: object, otherwise: str, format_: str, what: str) -> TargetSpec:
     """The target that is written; its size comes from what is reduced."""
     if into is None:
-        return target(name, format_)
+        return target(otherwise if name is None else arguments.text(name, f"{what}: name"), format_)
     if isinstance(into, Target):
         raise GraphError(f"{what} writes all of {into.name!r}; give a new pg.target(...), not a handle")
     made = arguments.instance(into, TargetSpec, f"{what}: into", "made by pg.target(...)")
