@@ -20,8 +20,6 @@ SIDE = 8
 #: In the place of a channel's number: the luminance of red, green and blue (Rec. 709).
 LUMA = 4
 INFINITY = float("inf")
-#: Rows of the picture that one pixel counts; every trip of the two loops is one of the 65,536 that loops may make.
-COUNTED_ROWS = 65_536 // MAX_SIDE
 
 
 @function
@@ -167,11 +165,10 @@ def bin_of(image: Image, low: float, high: float, bins: Const[int], channel: Con
 
 @kernel
 def count_bins(numbers: Image) -> float:
-    """How often a bin's number stands in some rows: bins from left to right, rows from top to bottom."""
+    """How often a bin's number stands in a row: bins from left to right, rows from top to bottom."""
     wanted, count = float(pixel().x + 1), 0.0
-    for y in range(COUNTED_ROWS):
-        for x in range(MAX_SIDE):
-            if x >= numbers.size.x:
-                break
-            count += 1.0 if numbers.texel(ivec2(x, COUNTED_ROWS * pixel().y + y)).r == wanted else 0.0
+    for x in range(MAX_SIDE):
+        if x >= numbers.size.x:
+            break
+        count += 1.0 if numbers.texel(ivec2(x, pixel().y)).r == wanted else 0.0
     return count

@@ -173,7 +173,7 @@ def histogram(
     # last run's content lends no size by itself
     spec = target(f"{made.name} bins", "r16f", like=image)
     numbered: Target = kernels.bin_of(image, *ends, bins, number, into=spec, name=spec.name)
-    rows = TargetSpec(f"{made.name} rows", format_named("r32f"), Blocks(image, MAX_SIDE, kernels.COUNTED_ROWS, bins))
+    rows = TargetSpec(f"{made.name} rows", format_named("r32f"), Blocks(image, MAX_SIDE, 1, bins))
     counted: Target = kernels.count_bins(numbered.border("zero"), into=rows, name=rows.name)
     top = _tree(counted, _HOW["sum"], "y", 0, made.name)
     return kernels.reduced_one(top, into=made, name=name)

@@ -42,23 +42,19 @@ class Counts:
     """The pass at work."""
 
     def __init__(self, step: PixelStep, workers: Workers) -> None:
-        from passgraph.graph.reduction_kernels import COUNTED_ROWS
-
-        self.workers, (self.bins, self.blocks), self.rows = workers, step.size, COUNTED_ROWS
-        width = lanes()
-        parts = ("counts", str(width), str(self.rows))
-        self.function = _CALL(function_address(parts, lambda name: counts_text(name, width, self.rows)))
+        self.workers, (self.bins, self.rows), width = workers, step.size, lanes()
+        self.function = _CALL(function_address(("counts", str(width)), lambda name: counts_text(name, width)))
 
     def __call__(self, outputs: Sequence[Storage], images: Sequence[Storage], block: Block) -> None:
         (output,), (image,) = outputs, images
-        each = max(1, PIECE // (image.size[0] * self.rows))
+        each = max(1, PIECE // image.size[0])
 
         def piece(number: int) -> None:
             first = number * each
-            end = min(first + each, self.blocks)
+            end = min(first + each, self.rows)
             self.function(*image.by_rows, output.address, output.pitch, self.bins, first, end)
 
-        self.workers.each(piece, -(-self.blocks // each))
+        self.workers.each(piece, -(-self.rows // each))
 
 
 def counts_of(step: PixelStep, workers: Workers) -> Counts | None:
@@ -80,8 +76,8 @@ def _known() -> str:
     return nameless(lower_once(count_bins.program, facts)).key
 
 
-def counts_text(name: str, width: int, rows: int) -> str:
-    """A module with ``counts(picture…, output…, bins, first, end)``: these blocks of rows, each to a row of output."""
+def counts_text(name: str, width: int) -> str:
+    """A module with ``counts(picture…, output…, bins, first, end)``: these rows, each to a row of output."""
     module = ir.Module(name)
     function = ir.Function(module, ir.FunctionType(ir.VoidType(), [I64] * 9), name)
     b = Lanes(ir.IRBuilder(function.append_basic_block("entry")), width)
@@ -89,15 +85,14 @@ def counts_text(name: str, width: int, rows: int) -> str:
     tables = b.alloca(I32, _long(TABLES * ROOM))
     tables.type = ir.PointerType()  # to single numbers and to vectors
     source, made = (b.inttoptr(address, ir.PointerType()) for address in (picture, output))
-    with counting(b, first, end, _long(1)) as block:
-        with counting(b, _long(0), _long(TABLES * ROOM), _long(width)) as entry:
-            b.plain.store(ir.Constant(b.vector(I32), None), _place(b, tables, entry, I32), align=4)
-        top = b.mul(block, _long(rows))
-        bottom = b.add(top, _long(rows))
-        bottom = b.select(b.icmp_signed("<", bottom, down), bottom, down)
-        with counting(b, top, bottom, _long(1)) as y:
+    with counting(b, first, end, _long(1)) as y:
+        with counting(b, _long(0), b.add(bins, _long(1)), _long(width)) as entry:
+            for table in range(TABLES):
+                place = _place(b, tables, b.add(entry, _long(table * ROOM)), I32)
+                b.plain.store(ir.Constant(b.vector(I32), None), place, align=4)
+        with b.if_then(b.icmp_signed("<", y, down)):  # below the picture nothing is counted
             _row(b, _place(b, source, b.mul(y, pitch), element(HELD)), across, bins, tables)
-        _sums(b, tables, _place(b, made, b.mul(block, output_pitch), F32), bins)
+        _sums(b, tables, _place(b, made, b.mul(y, output_pitch), F32), bins)
     b.ret_void()
     return str(module)
 
