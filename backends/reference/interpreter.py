@@ -80,12 +80,15 @@ class Interpreter(Generic[V, M]):
         bounds = (statement.start, statement.stop, statement.step)
         start, stop, step = (self.domain.whole(self.value(bound)) for bound in bounds)
         for i in range(start, stop, step):
-            self.locals[statement.name] = self.domain.constant(INT, (i,))
+            self._trip(statement, i)
             self.loops.append(_Loop(self.domain.nowhere()))
             self.block(statement.body, active)
             active = self.domain.without(active, self.loops.pop().broken)
             if not self.domain.some(active):
                 break
+
+    def _trip(self, statement: ir.For, index: int) -> None:
+        self.locals[statement.name] = self.domain.constant(INT, (index,))
 
     # Expressions
 

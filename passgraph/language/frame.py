@@ -135,7 +135,7 @@ class Frame:
         kept = (ir.Literal, ir.Uniform, ir.Builtin, ir.Table)
         if isinstance(value, kept) or (keep_locals and isinstance(value, ir.Local)):
             return value
-        name = self.builder.fresh("t")
+        name = self.builder.fresh("")  # as no variable of the source is called
         self.emit(ir.Assign(name, value, span))
         return ir.Local(value.type, name, span)
 

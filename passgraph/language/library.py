@@ -10,6 +10,8 @@ from passgraph.errors import PassgraphError
 from passgraph.language.scope import TEXT_NAMES, FunctionSource, Scope
 from passgraph.language.source import Source
 
+#: What spans call the file of these functions.
+LIBRARY = "<passgraph library>"
 _LIBRARY = '''
 def pixel_uv() -> vec2:
     """The centre of this pixel, 0 to 1; (0, 0) is the top left corner of the picture."""
@@ -43,7 +45,7 @@ def functions_of(source: Source, extra: dict[str, object] | None = None) -> dict
 
 @lru_cache(maxsize=1)
 def _library() -> dict[str, FunctionSource]:
-    return functions_of(Source("<passgraph library>", _LIBRARY))
+    return functions_of(Source(LIBRARY, _LIBRARY))
 
 
 @lru_cache(maxsize=1)

@@ -25,6 +25,7 @@ from passgraph.run.finite_checks import NonFinite, PassCheck, checked_choice
 if TYPE_CHECKING:
     from passgraph.backends.base import Backend
     from passgraph.run.execution import Execution
+    from passgraph.run.inspection import Inspection
 
 Picture: TypeAlias = NDArray[np.float32]
 #: Arrays to write results into, by output name.
@@ -338,6 +339,61 @@ class Program:
             assert self._execution is not None
             self._execution.override(step, name, value)
             self._overrides[step, name] = value
+
+    def inspect(self, x: int, y: int, step: str | None = None, /, **given: Any) -> Inspection:
+        """Every value of every line of a pass's kernel at one pixel, in float64, by the reference.
+
+        What the pass reads is computed by the reference too, as in a first run: history is what it starts from.
+
+        Parameters
+        ----------
+        x, y
+            The pixel, from 0 at the left and on top.
+        step
+            The name of a full-screen pass; left out, the last one.
+        given
+            Pictures and values by name, as for a call.
+
+        Returns
+        -------
+        Inspection
+            Printed, each line of the source with what its variable takes; branches, whether they hold; of loops the
+            number of trips, the first and the last ones.
+
+        Raises
+        ------
+        GraphError
+            For a pass that is not there or draws triangles, and a pixel outside of it.
+        InputError
+            As for a call.
+
+        Examples
+        --------
+        >>> from passgraph.graph.calls import kernel
+        >>> from passgraph.graph.targets import Input
+        >>> doubled = kernel(source='''
+        ... def doubled(color: Image, gain: float = 2.0) -> vec4:
+        ...     c = color[0, 0]
+        ...     return c * gain
+        ... ''')
+        >>> with compile(doubled(Input("frame"))) as program:
+        ...     print(program.inspect(0, 0, frame=np.full((1, 1, 4), 0.25, np.float32)))
+        pass doubled at (0, 0) of 1x1: kernel doubled, <kernel text>:2
+          gain = 2
+            3      c = color[0, 0]            c = (0.25, 0.25, 0.25, 0.25)
+            4      return c * gain            returns (0.5, 0.5, 0.5, 0.5)
+        doubled = (0.5, 0.5, 0.5, 0.5)
+        """
+        from passgraph.run.inspection import inspected
+
+        with self._alone("inspected"):
+            pictures = self._pictures(given)
+            for name, picture in pictures.items():
+                if not isinstance(picture, np.ndarray):
+                    raise InputError(f"input {name!r} is on the device, and the reference inspects; give an array")
+            bound = {name: bound_to(pictures[name], spec) for name, spec in self._inputs.items()}
+            values = {name: value for name, value in given.items() if name not in self._inputs}
+            return inspected(self._outputs, self._size, pictures, bound, values, self._overrides, step, x, y)
 
     def finish(self) -> None:
         """Wait for the device."""
