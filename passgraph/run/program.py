@@ -24,8 +24,9 @@ from passgraph.run.finite_checks import NonFinite, PassCheck, checked_choice
 
 if TYPE_CHECKING:
     from passgraph.backends.base import Backend
-    from passgraph.run.execution import Execution
+    from passgraph.run.execution import Execution, Timed
     from passgraph.run.inspection import Inspection
+    from passgraph.run.profile import Profile
 
 Picture: TypeAlias = NDArray[np.float32]
 #: Arrays to write results into, by output name.
@@ -287,14 +288,16 @@ class Program:
         with self._alone("run"):
             self._run(_observe, given, into)
 
-    def _run(self, observe: Observer | None, given: Mapping[str, Any], into: Into | None) -> None:
+    def _run(
+        self, observe: Observer | None, given: Mapping[str, Any], into: Into | None, timed: Timed | None = None
+    ) -> None:
         pictures = self._pictures(given)
         if self._bind(pictures) or self._plan is None:
             self._make_plan()
         assert self._execution is not None
         values = {name: value for name, value in given.items() if name not in self._inputs}
         room = given_room(into or {}, self.plan, pictures, self.backend.picture_of)
-        self._execution.run(pictures, values, observe, self._pass_check, room)
+        self._execution.run(pictures, values, observe, self._pass_check, room, timed)
 
     def read(self, name: str | None = None) -> Result:
         """The outputs of the last run (or one of them)."""
@@ -394,6 +397,49 @@ class Program:
             bound = {name: bound_to(pictures[name], spec) for name, spec in self._inputs.items()}
             values = {name: value for name, value in given.items() if name not in self._inputs}
             return inspected(self._outputs, self._size, pictures, bound, values, self._overrides, step, x, y)
+
+    def profile(self, runs: int = 5, /, **given: Any) -> Profile:
+        """How long each pass takes: the median of some runs, after one in which code is made and inputs come in.
+
+        The device is waited for around each pass, so that its time is its own; what would overlap does not, and the
+        whole takes longer than a call.  Passes that the backend runs as one are one row.
+
+        Parameters
+        ----------
+        runs
+            How many are timed, 1 to 1000; each counts as a run, to history too.
+        given
+            Pictures and values by name, as for a call.
+
+        Returns
+        -------
+        Profile
+            Printed, a table.
+
+        Raises
+        ------
+        GraphError, InputError
+            For another number of runs, and as for a call.
+
+        Examples
+        --------
+        >>> from passgraph.effects.pictures.blur import gaussian_blur
+        >>> from passgraph.graph.targets import Input
+        >>> with compile(gaussian_blur(Input("frame"))) as program:
+        ...     profile = program.profile(3, frame=np.zeros((9, 16, 4), np.float32))
+        >>> [each.passes for each in profile.passes], profile.runs
+        ([('gaussian_blur_x', 'gaussian_blur_y')], 3)
+        """
+        from passgraph.run.profile import Stopwatch
+
+        count = arguments.whole(runs, "profile: runs", 1, 1000)
+        with self._alone("profiled"):
+            self._run(None, given, None)
+            watch = Stopwatch(self.backend.finish)
+            for _ in range(count):
+                watch.run(lambda: self._run(None, given, None, watch.step))
+            assert self._execution is not None
+            return watch.profile(self.backend.name, self._execution.plan, self._execution.ends(self._check_finite))
 
     def finish(self) -> None:
         """Wait for the device."""
