@@ -33,7 +33,8 @@ from passgraph.language.symbols import *  # noqa: F403
 from passgraph.language.vectors import *  # noqa: F403
 from passgraph.plan.data import Options
 from passgraph.ranges import Range
-from passgraph.run.program import Program, Result, compile
+from passgraph.run.program import Program, compile
+from passgraph.run.result import Result
 
 if TYPE_CHECKING:
     from passgraph.backends import gl, opencl

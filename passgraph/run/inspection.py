@@ -14,7 +14,7 @@ from passgraph.backends.reference import ReferenceBackend
 from passgraph.backends.reference.stage import Stage, given
 from passgraph.backends.reference.storage import Storage, stored
 from passgraph.backends.reference.traced import Branch, Event, Loop, Taken, Traced, plain
-from passgraph.errors import GraphError
+from passgraph.errors import GraphError, InputError
 from passgraph.plan.build import build
 from passgraph.plan.data import DrawStep, Options, PixelStep, Plan, Step
 from passgraph.run.execution import Execution
@@ -120,13 +120,24 @@ def _text(value: Any) -> str:
 # Finding out
 
 
-def inspected(
-    outputs: Mapping[str, Target], size: tuple[int, int] | None, pictures: Mapping[str, Any],
-    bound: Mapping[str, tuple[Format, tuple[int, int]]], values: Mapping[str, Any],
-    overrides: Mapping[tuple[str, str], object], name: str | None, x: int, y: int,
-) -> Inspection:  # fmt: skip
-    """What `passgraph.Program.inspect` does, given what a program knows."""
-    plan = build(dict(outputs), size, dict(bound), OPTIONS)
+@dataclass(frozen=True)
+class Known:
+    """What a program knows of a run: its graph, and what is given."""
+
+    outputs: Mapping[str, Target]
+    size: tuple[int, int] | None
+    bound: Mapping[str, tuple[Format, tuple[int, int]]]
+    pictures: Mapping[str, Any]
+    values: Mapping[str, Any]
+    overrides: Mapping[tuple[str, str], object]
+
+
+def inspected(known: Known, name: str | None, x: int, y: int) -> Inspection:
+    """What `passgraph.Program.inspect` does."""
+    for given_name, picture in known.pictures.items():
+        if not isinstance(picture, np.ndarray):
+            raise InputError(f"input {given_name!r} is on the device, and the reference inspects; give an array")
+    plan = build(dict(known.outputs), known.size, dict(known.bound), OPTIONS)
     step = _step(plan, name)
     width, height = step.size
     x = whole(x, f"inspect: x, in pass {step.name!r}", 0, width - 1)
@@ -134,9 +145,9 @@ def inspected(
     backend = _Looking(plan, step, (x, y))
     execution = Execution(plan, backend)
     try:
-        for (pass_name, parameter), value in overrides.items():
+        for (pass_name, parameter), value in known.overrides.items():
             execution.override(pass_name, parameter, value)
-        execution.run(dict(pictures), dict(values), None)
+        execution.run(dict(known.pictures), dict(known.values), None)
     finally:
         execution.release()
     assert backend.found is not None
