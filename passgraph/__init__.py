@@ -82,3 +82,13 @@ __all__ = [
     "function", "gl", "graph", "kernel", "lazily_tiled", "load", "opencl", "previous", "save", "struct", "target",
     "tiled", "to_data", "vertex",
 ]  # fmt: skip
+# Names of the kernel language, written by docs/stubs.py.
+__all__ += [
+    "Array", "Const", "Image", "Vertex", "acos", "asin", "atan", "bits_from_float", "bvec2", "bvec3", "bvec4", "ceil",
+    "clamp", "cos", "cosh", "cross", "degrees", "determinant", "discard", "distance", "dot", "equal", "exp", "exp2",
+    "faceforward", "float_from_bits", "floor", "fract", "fragment_depth", "front_facing", "greater", "greater_equal",
+    "inverse", "inversesqrt", "isinf", "isnan", "ivec2", "ivec3", "ivec4", "length", "less", "less_equal", "log",
+    "log2", "mat2", "mat3", "mat4", "mix", "mod", "normalize", "not_equal", "outer", "output_size", "pixel", "radians",
+    "reflect", "refract", "saturate", "select", "sign", "sin", "sinh", "smoothstep", "sqrt", "step", "tan", "tanh",
+    "transpose", "trunc", "uv", "vec2", "vec3", "vec4",
+]  # fmt: skip

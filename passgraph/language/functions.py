@@ -79,3 +79,6 @@ degrees = _row("degrees", "G -> G", "radians to degrees", _np.degrees, (_math.pi
 _row("float_floor_divide", "G G -> G", "floor(a / b)", _of.floor_divide, (-7.0, 2.0, -4.0), (7.5, 2.0, 3.0),
      written=("a // b",), ulp=2.5, domain=(_in.DIVIDEND, _in.SMALL_DIVISOR))
 # fmt: on
+
+#: What kernels call by these names; stubs for type checkers are written by docs/stubs.py.
+__all__ = [name for name in vars() if name[0].isalpha() and name != "annotations"]
