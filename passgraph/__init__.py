@@ -31,6 +31,7 @@ from passgraph.language.kernel import function, struct
 from passgraph.language.primitives import *  # noqa: F403
 from passgraph.language.symbols import *  # noqa: F403
 from passgraph.language.vectors import *  # noqa: F403
+from passgraph.language.whole_numbers import *  # noqa: F403
 from passgraph.plan.data import Options
 from passgraph.ranges import Range
 from passgraph.run.program import Program, compile
@@ -43,12 +44,14 @@ if TYPE_CHECKING:
     from passgraph.frames.tiles_lazy import lazily_tiled
     from passgraph.pictures import load, save
     from passgraph.scene import Camera, HardwareDepth, Light, Material, Mesh, Node, Scene, Texture
+    from passgraph.shaders.load import load_shader
     from passgraph.travel import from_data, to_data
 
 __version__ = "0.1.0"
 
 _LATER = {
     "load": "passgraph.pictures", "save": "passgraph.pictures",
+    "load_shader": "passgraph.shaders.load",
     "tiled": "passgraph.frames.tiles", "lazily_tiled": "passgraph.frames.tiles_lazy",
     "from_data": "passgraph.travel", "to_data": "passgraph.travel",
     **dict.fromkeys(
@@ -79,16 +82,20 @@ __all__ = [
     "HardwareDepth", "Input", "InputError", "KernelError", "Light", "Material", "Mesh", "Node", "Options",
     "PassgraphError", "Program", "Range", "Result", "Scene", "Stencil",
     "Target", "TargetSpec", "Texture", "Value", "combine", "compile", "draw", "fragment", "frames", "from_data",
-    "function", "gl", "graph", "kernel", "lazily_tiled", "load", "opencl", "previous", "save", "struct", "target",
+    "function", "gl", "graph", "kernel", "lazily_tiled", "load", "load_shader", "opencl", "previous", "save", "struct",
+    "target",
     "tiled", "to_data", "vertex",
 ]  # fmt: skip
 # Names of the kernel language, written by docs/stubs.py.
 __all__ += [
-    "Array", "Const", "Image", "Vertex", "acos", "asin", "atan", "bits_from_float", "bvec2", "bvec3", "bvec4", "ceil",
-    "clamp", "cos", "cosh", "cross", "degrees", "determinant", "discard", "distance", "dot", "equal", "exp", "exp2",
-    "faceforward", "float_from_bits", "floor", "fract", "fragment_depth", "front_facing", "greater", "greater_equal",
-    "inverse", "inversesqrt", "isinf", "isnan", "ivec2", "ivec3", "ivec4", "length", "less", "less_equal", "log",
-    "log2", "mat2", "mat3", "mat4", "mix", "mod", "normalize", "not_equal", "outer", "output_size", "pixel", "radians",
+    "Array", "Const", "Image", "Vertex", "acos", "acosh", "asin", "asinh", "atan", "atanh", "bits_from_float", "bvec2",
+    "bvec3", "bvec4", "ceil", "clamp", "cos", "cosh", "cross", "dFdx", "dFdy", "degrees", "determinant", "dfdx",
+    "dfdy", "discard", "distance", "dot", "equal", "exp", "exp2", "faceforward", "float_from_bits", "floor", "fma",
+    "fract", "fragment_depth", "frexp", "front_facing", "fwidth", "greater", "greater_equal", "inverse", "inversesqrt",
+    "isfinite", "isinf", "isnan", "ivec2", "ivec3", "ivec4", "ldexp", "length", "less", "less_equal", "log", "log10",
+    "log2", "mat2", "mat3", "mat4", "mix", "mod", "modf", "normalize", "not_equal", "outer", "output_size",
+    "pack_half2x16", "pack_snorm2x16", "pack_snorm4x8", "pack_unorm2x16", "pack_unorm4x8", "pixel", "radians",
     "reflect", "refract", "saturate", "select", "sign", "sin", "sinh", "smoothstep", "sqrt", "step", "tan", "tanh",
-    "transpose", "trunc", "uv", "vec2", "vec3", "vec4",
+    "transpose", "trunc", "uint", "unpack_half2x16", "unpack_snorm2x16", "unpack_snorm4x8", "unpack_unorm2x16",
+    "unpack_unorm4x8", "uv", "uvec2", "uvec3", "uvec4", "vec2", "vec3", "vec4",
 ]  # fmt: skip

@@ -14,7 +14,6 @@ from typing import Generic, NoReturn
 from passgraph.backends.reference.domain import Domain, M, Surroundings, V
 from passgraph.errors import BackendError
 from passgraph.language import ir
-from passgraph.language.types import INT
 
 
 @dataclass
@@ -77,18 +76,20 @@ class Interpreter(Generic[V, M]):
         return self.domain.join(after_then, after_else)
 
     def _for(self, statement: ir.For, active: M) -> None:
-        bounds = (statement.start, statement.stop, statement.step)
-        start, stop, step = (self.domain.whole(self.value(bound)) for bound in bounds)
-        for i in range(start, stop, step):
-            self._trip(statement, i)
+        start, stop, step = (self.value(bound) for bound in (statement.start, statement.stop, statement.step))
+        for index, over in self.domain.trips(start, stop, step):
+            active = self.domain.without(active, over)
+            if not self.domain.some(active):
+                break
+            self._trip(statement, index)
             self.loops.append(_Loop(self.domain.nowhere()))
             self.block(statement.body, active)
             active = self.domain.without(active, self.loops.pop().broken)
             if not self.domain.some(active):
                 break
 
-    def _trip(self, statement: ir.For, index: int) -> None:
-        self.locals[statement.name] = self.domain.constant(INT, (index,))
+    def _trip(self, statement: ir.For, index: V) -> None:
+        self.locals[statement.name] = index
 
     # Expressions
 

@@ -90,13 +90,13 @@ class Traced(Interpreter[Numbers, Lanes]):
         del self._open[depth:]
         self._loops.pop()
 
-    def _trip(self, statement: ir.For, index: int) -> None:
+    def _trip(self, statement: ir.For, index: Numbers) -> None:
         super()._trip(statement, index)
         loop, events = self._loops[-1], list[Event]()
         if loop.count:
             self._open.pop()
         loop.count += 1
-        loop.trips.append((index, events))
+        loop.trips.append((int(index[0]), events))
         if len(loop.trips) > 2 * KEPT_TRIPS:
             del loop.trips[KEPT_TRIPS]
         self._open.append(events)

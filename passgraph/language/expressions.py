@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import ast
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from typing import TYPE_CHECKING
 
 from passgraph.language import ir, symbols
-from passgraph.language.foreign import FORMS, mending, method_spelling
 from passgraph.language.operations import OPERATIONS, called, signed
+from passgraph.language.quads import DERIVATIVES, derivative
 from passgraph.language.scope import FunctionSource, ModuleName, number, written
 from passgraph.language.signature import MAX_ARRAY_LENGTH, resolve
 from passgraph.language.source import Span, fail
@@ -37,6 +39,7 @@ from passgraph.language.values import (
     coerce,
     construct,
     index_into,
+    of_bools,
     part_type,
     select,
     swizzle,
@@ -160,7 +163,9 @@ class Expressions:
         if isinstance(base, ImageValue):
             if node.attr == "size":
                 return ir.Size(IVEC2, base.name, span)
-            has = f"an Image has [dx, dy], .texel(ivec2), .sample(vec2) and .size, not .{node.attr}"
+            from passgraph.language.foreign import FORMS, mending
+
+            has = f"an Image has [dx, dy], .texel(ivec2), .sample(vec2), .lod(vec2) and .size, not .{node.attr}"
             fail(span, has + (mending(node.attr) if node.attr in FORMS else ""))
         if isinstance(base, TupleValue):
             fail(span, "a tuple has no attributes; unpack it first")
@@ -212,7 +217,7 @@ class Expressions:
             one = ir.Literal(FLOAT, 1.0, span)
             return apply("div", [one, self._whole_power(base, -n, span)], span)
         if n == 0:
-            ones = ir.Literal(element_of(base.type), 1 if element_of(base.type) is INT else 1.0, span)
+            ones = ir.Literal(element_of(base.type), 1.0 if element_of(base.type) is FLOAT else 1, span)
             return ones if isinstance(base.type, Scalar) else ir.Construct(base.type, (ones,) * base.type.size, span)
         base = self.frame.name_it(base, span)
         result: ir.Expr | None = None
@@ -234,7 +239,7 @@ class Expressions:
         value = self.value(node.operand)
         if isinstance(node.op, ast.UAdd):
             return value
-        if isinstance(node.op, ast.USub) and isinstance(value, ir.Literal) and value.type is not BOOL:
+        if isinstance(node.op, ast.USub) and isinstance(value, ir.Literal) and value.type in (INT, FLOAT):
             return number(-value.value, span)
         if isinstance(node.op, ast.USub) and isinstance(value.type, Matrix):
             return self._arithmetic("*", ir.Literal(FLOAT, -1.0, span), value, span)
@@ -243,7 +248,8 @@ class Expressions:
     def _bool(self, node: ast.BoolOp) -> ir.Expr:
         result = self.condition(node.values[0])
         for part in node.values[1:]:
-            result = apply(_row(node.op, 2), [result, self.condition(part)], self.span(node))
+            with self._perhaps(part):
+                result = apply(_row(node.op, 2), [result, self.condition(part)], self.span(node))
         return result
 
     def _compare(self, node: ast.Compare) -> ir.Expr:
@@ -253,7 +259,8 @@ class Expressions:
         for operator, right_node in zip(node.ops, node.comparators, strict=True):
             if type(operator) not in _SIGNS:
                 fail(span, "the kernel language has no 'is' and no 'in'; compare values with == or !=")
-            right = self.value(right_node)
+            with nullcontext() if right_node is node.comparators[0] else self._perhaps(right_node):
+                right = self.value(right_node)
             if len(node.ops) > 1:  # the middle of a < b < c is used twice
                 right = self.frame.name_it(right, span)
             if left.type == BOOL and right.type == BOOL and isinstance(operator, (ast.Eq, ast.NotEq)):
@@ -268,10 +275,24 @@ class Expressions:
 
     def _choice(self, node: ast.IfExp) -> Part:
         span = self.span(node)
-        condition, then, orelse = self.condition(node.test), self.part(node.body), self.part(node.orelse)
+        condition = self.condition(node.test)
+        with self._perhaps(node):
+            then, orelse = self.part(node.body), self.part(node.orelse)
         if isinstance(then, StructValue):
             condition = self.frame.name_it(condition, span)
         return choose(condition, then, orelse, span)
+
+    @contextmanager
+    def _perhaps(self, node: ast.expr) -> Iterator[None]:
+        """Around what Python computes only where it is needed: here it always is, so that it may not discard."""
+        before = self.frame.builder.discards
+        yield
+        if self.frame.builder.discards > before:
+            fail(
+                self.span(node),
+                "a function that calls discard() is called where Python may leave it out; call it in an assignment "
+                "of its own, under an if",
+            )
 
     # Calls
 
@@ -285,6 +306,8 @@ class Expressions:
         if not isinstance(node.func, (ast.Name, ast.Attribute)):
             fail(span, "only named functions can be called")
         if isinstance(node.func, ast.Attribute) and not self._is_outer(node.func):
+            from passgraph.language.foreign import method_spelling
+
             fail(span, f"values have no methods; got .{node.func.attr}(){method_spelling(node.func.attr)}")
         meaning = resolve(node.func, self.frame.scope, self.frame.source)
         if isinstance(meaning, FunctionSource):
@@ -318,12 +341,14 @@ class Expressions:
         if not isinstance(base, ImageValue):
             return None
         span, method = self.span(node), node.func.attr
-        if method not in ("texel", "sample") or len(node.args) != 1 or node.keywords:
+        if method not in ("texel", "sample", "lod") or len(node.args) != 1 or node.keywords:
             fail(span, "an Image is read by image[dx, dy], image.texel(ivec2) or image.sample(vec2)")
         position = self.value(node.args[0])
-        if method == "sample":
-            position = widen(position, VEC2, span, "the position of sample()")
-            return self.frame.inline_library("sample", [base, position], span)
+        if method == "lod" and self.frame.stage != "pixel":
+            fail(span, f"image.lod() takes derivatives, which a {self.frame.stage} kernel has not")
+        if method in ("sample", "lod"):
+            position = widen(position, VEC2, span, f"the position of {method}()")
+            return self.frame.inline_library(method, [base, position], span)
         position = self.frame.name_it(widen(position, IVEC2, span, "the position of texel()"), span)
         x, y = (ir.Swizzle(INT, position, (i,), span) for i in (0, 1))
         return ir.Texel(VEC4, base.name, x, y, False, span)
@@ -351,8 +376,17 @@ class Expressions:
             if len(arguments) != 3:
                 fail(span, "select() takes a condition, the value where it holds and the value elsewhere")
             return select(arguments, span, self.frame.name_it)
+        if name in DERIVATIVES:
+            if len(arguments) != 1:
+                fail(span, f"{name}() takes 1 argument, got {len(arguments)}")
+            return derivative(name, DERIVATIVES[name], arguments[0], self.frame.builder, span)
         if name == "clamp":
             check_clamp(arguments, span)
+        if name == "mix" and len(arguments) == 3 and of_bools(arguments[2]):
+            return select([arguments[2], arguments[1], arguments[0]], span, self.frame.name_it)
+        written = self.frame.inline_written(name, arguments, span)
+        if written is not None:
+            return written
         return apply(called(name, len(arguments)), arguments, span)
 
     def _make_struct(self, struct: Struct, node: ast.Call) -> StructValue:
@@ -438,7 +472,7 @@ class Expressions:
 STAGE_VALUES: dict[str, tuple[Type, tuple[str, ...]]] = {
     "pixel": (IVEC2, ("pixel", "fragment")),
     "uv": (VEC2, ("pixel", "fragment")),
-    "output_size": (IVEC2, ("pixel", "fragment")),
+    "output_size": (IVEC2, ("pixel", "vertex", "fragment")),
     "front_facing": (BOOL, ("fragment",)),
     "fragment_depth": (FLOAT, ("fragment",)),
 }

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import ast
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import cast
 
 from passgraph.language import ir
 from passgraph.language.assignments import Assignments
 from passgraph.language.expressions import STAGE_VALUES, Expressions
-from passgraph.language.library import library_function
+from passgraph.language.library import library_function, written_function
+from passgraph.language.quads import expanded
 from passgraph.language.scope import FunctionSource, Scope, typed_constant
 from passgraph.language.signature import Signature, read_signature
 from passgraph.language.source import Span, fail
-from passgraph.language.statements import Statements
+from passgraph.language.statements import MAX_BLOCKS, Statements
 from passgraph.language.types import BOOL, ImageType, TupleType, Type, Value
 from passgraph.language.values import ImageValue, Part, StructValue, TupleValue, coerce, part_type
 from passgraph.language.variables import Variable, new_variable, read_variable, zero_of
@@ -24,6 +25,8 @@ MAX_CALL_DEPTH = 32
 MAX_STATEMENTS = 20_000
 #: Expressions after inlining, counted as nodes of the syntax tree.
 MAX_EXPRESSIONS = 60_000
+#: The variable that says whether a pixel or fragment is kept.
+KEPT = "$keep"
 
 
 @dataclass
@@ -35,20 +38,68 @@ class Builder:
     count: int = 0
     emitted: int = 0
     expressions: int = 0
-    calls: list[ast.FunctionDef] = field(default_factory=list)
-    discards: bool = False
+    #: Of the functions around, innermost last, the nodes of their own syntax trees.
+    calls: list[object] = field(default_factory=list)
+    discards: int = 0  # statements that discard, in functions inlined too
+    #: Variables that take a derivative, with its axis; each is assigned what it is the derivative of.
+    derivatives: dict[str, str] = field(default_factory=dict)
     signatures: dict[FunctionSource, Signature] = field(default_factory=dict)
     #: For each function inlined, the names that its body captured: this kernel's own record.
     scopes: dict[FunctionSource, Scope] = field(default_factory=dict)
 
     def emit(self, statement: ir.Stmt) -> None:
+        self.count_statement(statement.span)
+        self.blocks[-1].append(statement)
+
+    def body(self) -> tuple[ir.Stmt, ...]:
+        """All that was emitted, with its derivatives computed."""
+        return expanded(tuple(self.blocks[0]), self)
+
+    def count_statement(self, span: Span) -> None:
         self.emitted += 1
         if self.emitted > MAX_STATEMENTS:
             fail(
-                statement.span,
-                f"the kernel grows past {MAX_STATEMENTS} statements once its functions are inlined",
+                span,
+                f"the kernel grows past {MAX_STATEMENTS} statements once its functions are inlined and its derivatives "
+                "written out",
             )
-        self.blocks[-1].append(statement)
+
+    def captured(self, emit: Callable[[], None], span: Span) -> tuple[ir.Stmt, ...]:
+        """What ``emit`` emits, as a block of its own."""
+        if len(self.blocks) > MAX_BLOCKS:
+            fail(
+                span,
+                f"branches and loops nest deeper than {MAX_BLOCKS}, functions inlined; what follows a return in a "
+                "branch counts as the other branch",
+            )
+        self.blocks.append([])
+        emit()
+        return tuple(self.blocks.pop())
+
+    def discard(self, span: Span) -> None:
+        """What this pixel or fragment computes is dropped, whatever follows; the caller leaves its body."""
+        self.discards += 1
+        self.emit(ir.Assign(KEPT, ir.Literal(BOOL, False, span), span))
+
+    def keep_or_clear(self, result: Variable, span: Span) -> ir.Expr | None:
+        """At the end of a kernel that may discard: a discarded pixel is zero, a discarded fragment is not kept.
+
+        Gives where fragments are kept, None where nothing discards them.
+        """
+        if not self.discards:
+            return None
+        kept = ir.Local(BOOL, KEPT, span)
+        if self.stage != "pixel":
+            return kept
+        self.emit(ir.If(kept, (), self.captured(lambda: self.clear(result), span), span))
+        return None
+
+    def clear(self, variable: Variable) -> None:
+        """Every number of a variable becomes zero."""
+        for member in variable.fields.values():
+            self.clear(member)
+        if not variable.fields:
+            self.emit(ir.Assign(variable.name, zero_of(variable.type)))
 
     def count_expression(self, span: Span) -> None:
         self.expressions += 1
@@ -59,47 +110,26 @@ class Builder:
         self.count += 1
         return f"{hint}.{self.count}"
 
-    def signature(self, function: FunctionSource) -> Signature:
-        if function not in self.signatures:
-            self.signatures[function] = read_signature(function)
-        return self.signatures[function]
+    # Values
 
-    def scope(self, function: FunctionSource) -> Scope:
-        if function not in self.scopes:
-            self.scopes[function] = Scope(function.scope.names, tables={}, listed=function.nearby)
-        return self.scopes[function]
+    def name_it(self, value: ir.Expr, span: Span, *, keep_locals: bool = True) -> ir.Expr:
+        """The value behind a name, so that using it twice computes it once."""
+        kept = (ir.Literal, ir.Uniform, ir.Builtin, ir.Table)
+        if isinstance(value, kept) or (keep_locals and isinstance(value, ir.Local)):
+            return value
+        name = self.fresh("")
+        self.emit(ir.Assign(name, value, span))
+        return ir.Local(value.type, name, span)
 
-
-class Frame:
-    """One function body being parsed."""
-
-    def __init__(self, function: FunctionSource, builder: Builder, result: Type) -> None:
-        self.function, self.builder, self.result_type = function, builder, result
-        self.source, self.scope, self.stage = function.source, builder.scope(function), builder.stage
-        self.expressions, self.assignments = Expressions(self), Assignments(self)
-        self.statements = Statements(self)
-        self.parts: dict[str, Part] = {}  # parameters, read-only
-        self.variables: dict[str, Variable] = {}
-        self.assigned: set[str] = set()  # variables that have a value here
-        self.locals = function.assigned
-        self.result = new_variable(result, builder.fresh(f"{function.name}.result"))
-        self.returned = builder.fresh(f"{function.name}.returned")
-        self.in_function = bool(builder.calls[1:])
-
-    # Names
-
-    def knows(self, name: str) -> bool:
-        return name in self.parts or name in self.locals
-
-    def read(self, name: str, span: Span) -> Part | None:
-        """The value of a local name, or None where the name is not local."""
-        if name in self.parts:
-            return self.parts[name]
-        if name not in self.locals:
-            return None
-        if name not in self.assigned:
-            fail(span, f"{name!r} may not have a value here; give it one before the branch or loop")
-        return read_variable(self.variables[name], span)
+    def name_part(self, part: Part, span: Span, *, keep_locals: bool = True) -> Part:
+        """:meth:`name_it` for every field of a struct and member of a tuple."""
+        if isinstance(part, StructValue):
+            fields = {n: self.name_part(p, span, keep_locals=keep_locals) for n, p in part.fields.items()}
+            return StructValue(part.struct, fields)
+        if isinstance(part, TupleValue):
+            members = (self.name_part(p, span, keep_locals=keep_locals) for p in part.members)
+            return TupleValue(tuple(members))
+        return part if isinstance(part, ImageValue) else self.name_it(part, span, keep_locals=keep_locals)
 
     def store(self, variable: Variable, part: Part, span: Span, what: str) -> None:
         """Assign to a variable, field by field for structs and tuples."""
@@ -127,27 +157,53 @@ class Frame:
         elif not isinstance(part, ImageValue):
             self.emit(ir.Assign(variable.name, part, span))
 
+    # Functions
+
+    def signature(self, function: FunctionSource) -> Signature:
+        if function not in self.signatures:
+            self.signatures[function] = read_signature(function)
+        return self.signatures[function]
+
+    def scope(self, function: FunctionSource) -> Scope:
+        if function not in self.scopes:
+            self.scopes[function] = Scope(function.scope.names, tables={}, listed=function.nearby)
+        return self.scopes[function]
+
+
+class Frame:
+    """One function body being parsed."""
+
+    def __init__(self, function: FunctionSource, builder: Builder, result: Type) -> None:
+        self.function, self.builder, self.result_type = function, builder, result
+        self.source, self.scope, self.stage = function.source, builder.scope(function), builder.stage
+        self.name_it, self.name_part, self.store = builder.name_it, builder.name_part, builder.store
+        self.expressions, self.assignments = Expressions(self), Assignments(self)
+        self.statements = Statements(self)
+        self.parts: dict[str, Part] = {}  # parameters, read-only
+        self.variables: dict[str, Variable] = {}
+        self.assigned: set[str] = set()  # variables that have a value here
+        self.locals = function.assigned
+        self.result = new_variable(result, builder.fresh(f"{function.name}.result"))
+        self.returned = builder.fresh(f"{function.name}.returned")
+        self.in_function = bool(builder.calls[1:])
+
+    # Names
+
+    def knows(self, name: str) -> bool:
+        return name in self.parts or name in self.locals
+
+    def read(self, name: str, span: Span) -> Part | None:
+        """The value of a local name, or None where the name is not local."""
+        if name in self.parts:
+            return self.parts[name]
+        if name not in self.locals:
+            return None
+        if name not in self.assigned:
+            fail(span, f"{name!r} may not have a value here; give it one before the branch or loop")
+        return read_variable(self.variables[name], span)
+
     def emit(self, statement: ir.Stmt) -> None:
         self.builder.emit(statement)
-
-    def name_it(self, value: ir.Expr, span: Span, *, keep_locals: bool = True) -> ir.Expr:
-        """The value behind a name, so that using it twice computes it once."""
-        kept = (ir.Literal, ir.Uniform, ir.Builtin, ir.Table)
-        if isinstance(value, kept) or (keep_locals and isinstance(value, ir.Local)):
-            return value
-        name = self.builder.fresh("")  # as no variable of the source is called
-        self.emit(ir.Assign(name, value, span))
-        return ir.Local(value.type, name, span)
-
-    def name_part(self, part: Part, span: Span, *, keep_locals: bool = True) -> Part:
-        """:meth:`name_it` for every field of a struct and member of a tuple."""
-        if isinstance(part, StructValue):
-            fields = {n: self.name_part(p, span, keep_locals=keep_locals) for n, p in part.fields.items()}
-            return StructValue(part.struct, fields)
-        if isinstance(part, TupleValue):
-            members = (self.name_part(p, span, keep_locals=keep_locals) for p in part.members)
-            return TupleValue(tuple(members))
-        return part if isinstance(part, ImageValue) else self.name_it(part, span, keep_locals=keep_locals)
 
     # What expressions ask of their frame
 
@@ -167,27 +223,13 @@ class Frame:
     def inline_library(self, name: str, arguments: list[Part], span: Span) -> Part:
         return self.inline(library_function(name), (arguments, {}), span)
 
+    def inline_written(self, name: str, arguments: list[ir.Expr], span: Span) -> Part | None:
+        """A call of a function that the library has for such arguments; None where it has none."""
+        function = written_function(name, [a.type for a in arguments])
+        return None if function is None else self.inline(function, (list(arguments), {}), span)
+
     def inline(self, function: FunctionSource, arguments: tuple[list[Part], dict[str, Part]], span: Span) -> Part:
-        """The body of a function in place of a call."""
-        builder = self.builder
-        if function.node in builder.calls:
-            fail(span, f"{function.name} calls itself; the kernel language has no recursion")
-        if len(builder.calls) >= MAX_CALL_DEPTH:
-            fail(span, f"calls nest deeper than {MAX_CALL_DEPTH}")
-        signature = builder.signature(function)
-        builder.calls.append(function.node)
-        frame = Frame(function, builder, signature.result)
-        bound = _bind(function, signature.parameters, arguments, span)
-        for parameter in signature.parameters:
-            what = f"{function.name}({parameter.name})"
-            if parameter.name in bound:
-                part = coerce(bound[parameter.name], parameter.type, span, what)
-            else:
-                part = self.default(parameter.default, parameter.type, what, span)
-            frame.bind(parameter.name, parameter.type, part, span)
-        frame.run()
-        builder.calls.pop()
-        return read_variable(frame.result, span)
+        return inlined(self.builder, function, arguments, span)
 
     def bind(self, name: str, type_: Type, part: Part, span: Span) -> None:
         """A parameter: by name where it is only read, a variable of its own where the body assigns to it."""
@@ -204,15 +246,33 @@ class Frame:
         """The body, with its result in ``self.result`` at the end."""
         node = self.function.node
         self.emit(ir.Assign(self.returned, ir.Literal(BOOL, False), self.source.span(node)))
-        self._zero(self.result)
+        self.builder.clear(self.result)
         if not self.statements.block(node.body):
             fail(self.source.span(node), f"{self.function.name} may end without returning {self.result_type}")
 
-    def _zero(self, variable: Variable) -> None:
-        for member in variable.fields.values():
-            self._zero(member)
-        if not variable.fields:
-            self.emit(ir.Assign(variable.name, zero_of(variable.type)))
+
+def inlined(
+    builder: Builder, function: FunctionSource, arguments: tuple[list[Part], dict[str, Part]], span: Span
+) -> Part:
+    """The body of a function in place of a call."""
+    if function.node in builder.calls:
+        fail(span, f"{function.name} calls itself; the kernel language has no recursion")
+    if len(builder.calls) >= MAX_CALL_DEPTH:
+        fail(span, f"calls nest deeper than {MAX_CALL_DEPTH}")
+    signature = builder.signature(function)
+    builder.calls.append(function.node)
+    frame = Frame(function, builder, signature.result)
+    bound = _bind(function, signature.parameters, arguments, span)
+    for parameter in signature.parameters:
+        what = f"{function.name}({parameter.name})"
+        if parameter.name in bound:
+            part = coerce(bound[parameter.name], parameter.type, span, what)
+        else:
+            part = frame.default(parameter.default, parameter.type, what, span)
+        frame.bind(parameter.name, parameter.type, part, span)
+    frame.run()
+    builder.calls.pop()
+    return read_variable(frame.result, span)
 
 
 def _bind(

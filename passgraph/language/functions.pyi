@@ -14,6 +14,8 @@ __all__ = [
     "saturate",
     "fract",
     "mod",
+    "fma",
+    "ldexp",
     "inversesqrt",
     "step",
     "smoothstep",
@@ -22,6 +24,7 @@ __all__ = [
     "exp",
     "log2",
     "log",
+    "log10",
     "sin",
     "cos",
     "tan",
@@ -31,12 +34,19 @@ __all__ = [
     "sinh",
     "cosh",
     "tanh",
+    "asinh",
+    "acosh",
+    "atanh",
     "radians",
     "degrees",
+    "isfinite",
 ]
 
+@overload
 def sign(x: _F, /) -> _F:
-    """-1, 0 or 1; 0 for 0 and for NaN."""
+    """-1, 0 or 1; 0 for 0 and for NaN; 0 or 1."""
+@overload
+def sign(x: Any, /) -> Any: ...
 
 @overload
 def clamp(x: _F, y: _F, z: _F, /) -> _F:
@@ -47,6 +57,8 @@ def clamp(x: _V, y: _V | float, z: _V | float, /) -> _V: ...
 def clamp(x: float, y: _V, z: _V | float, /) -> _V: ...
 @overload
 def clamp(x: float, y: float, z: _V, /) -> _V: ...
+@overload
+def clamp(x: Any, y: Any, z: Any, /) -> Any: ...
 @overload
 def clamp(x: Any, y: Any, z: Any, /) -> Any: ...
 
@@ -65,6 +77,24 @@ def mod(x: _V, y: _V | float, /) -> _V: ...
 def mod(x: float, y: _V, /) -> _V: ...
 @overload
 def mod(x: Any, y: Any, /) -> Any: ...
+
+@overload
+def fma(x: _F, y: _F, z: _F, /) -> _F:
+    """a * b + c, rounded once or twice."""
+@overload
+def fma(x: _V, y: _V | float, z: _V | float, /) -> _V: ...
+@overload
+def fma(x: float, y: _V, z: _V | float, /) -> _V: ...
+@overload
+def fma(x: float, y: float, z: _V, /) -> _V: ...
+@overload
+def fma(x: Any, y: Any, z: Any, /) -> Any: ...
+
+@overload
+def ldexp(x: _F, y: Any, /) -> _F:
+    """x times 2 to the power n, for any int n."""
+@overload
+def ldexp(x: Any, y: Any, /) -> Any: ...
 
 def inversesqrt(x: _F, /) -> _F:
     """1 / sqrt(x), x > 0."""
@@ -115,6 +145,9 @@ def log2(x: _F, /) -> _F:
 def log(x: _F, /) -> _F:
     """natural logarithm, x >= 0."""
 
+def log10(x: _F, /) -> _F:
+    """logarithm to base 10, x >= 0."""
+
 def sin(x: _F, /) -> _F:
     """sine, radians, |x| <= 8192; beyond, a number from -1 to 1."""
 
@@ -151,8 +184,20 @@ def cosh(x: _F, /) -> _F:
 def tanh(x: _F, /) -> _F:
     """hyperbolic tangent."""
 
+def asinh(x: _F, /) -> _F:
+    """inverse hyperbolic sine."""
+
+def acosh(x: _F, /) -> _F:
+    """inverse hyperbolic cosine, x >= 1."""
+
+def atanh(x: _F, /) -> _F:
+    """inverse hyperbolic tangent, -1 <= x <= 1."""
+
 def radians(x: _F, /) -> _F:
     """degrees to radians."""
 
 def degrees(x: _F, /) -> _F:
     """radians to degrees."""
+
+def isfinite(x: _F, /) -> Any:
+    """whether it is a number and not infinite."""

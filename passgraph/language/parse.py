@@ -12,7 +12,7 @@ from dataclasses import replace
 
 from passgraph.errors import KernelError
 from passgraph.language import ir
-from passgraph.language.frame import Builder, Frame
+from passgraph.language.frame import KEPT, Builder, Frame
 from passgraph.language.scope import FunctionSource, ModuleName, Scope
 from passgraph.language.signature import VERTEX, read_signature
 from passgraph.language.source import Span, fail
@@ -89,12 +89,11 @@ def _parse(function: FunctionSource, stage: ir.Stage, builder: Builder) -> ir.Ty
     for parameter in signature.parameters:
         _check_parameter(parameter, stage, signature.parameters[0])
         frame.bind(parameter.name, parameter.type, _parameter_part(parameter, stage), parameter.span)
-    builder.emit(ir.Assign("$keep", ir.Literal(BOOL, True, span), span))
+    builder.emit(ir.Assign(KEPT, ir.Literal(BOOL, True, span), span))
     frame.run()
+    keep = builder.keep_or_clear(frame.result, span)
     results = tuple(_results(frame.result))
-    keep = ir.Local(BOOL, "$keep", span) if builder.discards else None
-    body = tuple(builder.blocks[0])
-    return ir.TypedKernel(function.name, stage, signature.parameters, body, results, keep, span)
+    return ir.TypedKernel(function.name, stage, signature.parameters, builder.body(), results, keep, span)
 
 
 def _parameter_part(parameter: ir.Parameter, stage: ir.Stage) -> Part:
@@ -106,7 +105,7 @@ def _parameter_part(parameter: ir.Parameter, stage: ir.Stage) -> Part:
     if stage in ("blend", "border"):
         assert isinstance(parameter.type, (Scalar, Vector))  # the texts are our own
         return ir.Builtin(parameter.type, parameter.name, parameter.span)
-    return _uniform(parameter.type, parameter.name, parameter.const, parameter.span)
+    return parameter_value(parameter.type, parameter.name, parameter.const, parameter.span)
 
 
 def _varyings(struct: Struct, prefix: str, span: Span) -> StructValue:
@@ -116,11 +115,12 @@ def _varyings(struct: Struct, prefix: str, span: Span) -> StructValue:
     return StructValue(struct, fields)
 
 
-def _uniform(type_: Type, name: str, const: bool, span: Span) -> Part:
+def parameter_value(type_: Type, name: str, const: bool, span: Span) -> Part:
+    """A parameter as a value; a struct taken apart."""
     if isinstance(type_, ImageType):
         return ImageValue(name)
     if isinstance(type_, Struct):
-        return StructValue(type_, {n: _uniform(t, f"{name}.{n}", const, span) for n, t in type_.fields})
+        return StructValue(type_, {n: parameter_value(t, f"{name}.{n}", const, span) for n, t in type_.fields})
     assert isinstance(type_, (Scalar, Vector, Matrix, Array))
     return ir.Uniform(type_, name, const, span)
 
@@ -164,8 +164,6 @@ def _check_parameter(parameter: ir.Parameter, stage: ir.Stage, first: ir.Paramet
     type_ = parameter.type
     if type_ == VERTEX and stage != "vertex":
         fail(parameter.span, f"a {stage} kernel has no vertex; only @pg.vertex kernels take one")
-    if isinstance(type_, ImageType) and stage == "vertex":
-        fail(parameter.span, "vertex kernels read no images; sample in the fragment kernel")
     if isinstance(type_, Struct) and stage == "fragment" and parameter is not first:
         fail(
             parameter.span,

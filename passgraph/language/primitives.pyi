@@ -39,25 +39,33 @@ def sqrt(x: _F, /) -> _F:
 
 @overload
 def less(x: _F, y: _F, /) -> Any:
-    """a < b; written a < b too."""
+    """a < b; written a < b too; written a < b too."""
+@overload
+def less(x: Any, y: Any, /) -> Any: ...
 @overload
 def less(x: Any, y: Any, /) -> Any: ...
 
 @overload
 def less_equal(x: _F, y: _F, /) -> Any:
-    """a <= b; written a <= b too."""
+    """a <= b; written a <= b too; written a <= b too."""
+@overload
+def less_equal(x: Any, y: Any, /) -> Any: ...
 @overload
 def less_equal(x: Any, y: Any, /) -> Any: ...
 
 @overload
 def greater(x: _F, y: _F, /) -> Any:
-    """a > b; written a > b too."""
+    """a > b; written a > b too; written a > b too."""
+@overload
+def greater(x: Any, y: Any, /) -> Any: ...
 @overload
 def greater(x: Any, y: Any, /) -> Any: ...
 
 @overload
 def greater_equal(x: _F, y: _F, /) -> Any:
-    """a >= b; written a >= b too."""
+    """a >= b; written a >= b too; written a >= b too."""
+@overload
+def greater_equal(x: Any, y: Any, /) -> Any: ...
 @overload
 def greater_equal(x: Any, y: Any, /) -> Any: ...
 

@@ -53,7 +53,7 @@ def read_variable(variable: Variable, span: Span) -> Part:
 
 def zero_of(type_: Type) -> ir.Expr:
     if isinstance(type_, Scalar):
-        return ir.Literal(type_, {"bool": False, "int": 0, "float": 0.0}[type_.name])
+        return ir.Literal(type_, {"bool": False, "int": 0, "uint": 0, "float": 0.0}[type_.name])
     assert isinstance(type_, (Vector, Matrix, Array))
     zero = zero_of(element_of(type_))
     return ir.Construct(type_, (zero,) * component_count(type_))

@@ -50,4 +50,4 @@ outer = _row("outer", "V V -> M", "column vector times row vector (GLSL outerPro
 # fmt: on
 
 #: What kernels call by these names; stubs for type checkers are written by docs/stubs.py.
-__all__ = [name for name in vars() if name[0].isalpha() and name != "annotations"]
+__all__ = [name for name in vars() if "a" <= name[0] <= "z" and name != "annotations"]

@@ -105,7 +105,7 @@ class DrawStep:
     vertex: ScalarProgram
     fragment: ScalarProgram | None
     varyings: tuple[str, ...]  # such as "normal.0": fragment builtins "varying.normal.0" in this order
-    images: tuple[tuple[str, int], ...]  # of the fragment program, in its order; vertex programs read none
+    images: tuple[tuple[str, int], ...]  # of the vertex program, then of the fragment program, each in its order
     image_formats: tuple[Format, ...]
     outputs: tuple[int, ...]
     output_formats: tuple[Format, ...]

@@ -112,7 +112,9 @@ def _loads(node: DrawPass) -> list[tuple[TargetSpec, Target | None, int]]:
 
 def _step(node: Pass, work: Work, resources: Resources) -> Step:
     low = work.passes[node]
-    images = tuple((name, resources.of(target)) for name, target in low.images.items())
+    programs = (low.program, low.vertex, low.fragment)
+    names = [use.name for program in programs if program is not None for use in program.images]
+    images = tuple((name, resources.of(low.images[name])) for name in names)
     outputs = tuple(resources.of(Target(spec, node, slot)) for slot, spec in enumerate(node.into))
     if not isinstance(node, DrawPass):
         assert low.program is not None
