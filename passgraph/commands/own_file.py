@@ -128,7 +128,7 @@ def _argument(name: str, type_: Type) -> Any:
     if isinstance(type_, Vector):
         return (_argument(name, type_.element),) * type_.size
     if isinstance(type_, Matrix):
-        return [[float(row == column) for column in range(type_.size)] for row in range(type_.size)]
+        return [[float(row == column) for column in range(type_.columns)] for row in range(type_.rows)]
     if isinstance(type_, Array):
         return [_argument(name, type_.element)] * type_.length
     assert isinstance(type_, Struct)

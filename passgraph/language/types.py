@@ -1,7 +1,7 @@
 """The types of the kernel language, as plain data.
 
 Scalars are ``bool``, ``int`` (32 bits, two's complement) and ``float`` (IEEE 754 binary32);
-vectors, square matrices and fixed-size arrays are built from them.  Structs exist only in source:
+vectors, matrices and fixed-size arrays are built from them.  Structs exist only in source:
 the parser takes them apart into their fields, so nothing behind it knows them.
 """
 
@@ -34,12 +34,18 @@ class Vector:
 
 @dataclass(frozen=True, slots=True)
 class Matrix:
-    """Square, of floats, made of columns as in GLSL: ``m[i]`` is column i, ``m * v`` transforms v."""
+    """Of floats, made of columns as in GLSL: ``m[i]`` is column i, ``m * v`` transforms v."""
 
-    size: int
+    columns: int
+    rows: int
 
     def __str__(self) -> str:
-        return f"mat{self.size}"
+        return f"mat{self.columns}" if self.columns == self.rows else f"mat{self.columns}x{self.rows}"
+
+    @property
+    def column(self) -> Vector:
+        """The type of one column."""
+        return Vector(FLOAT, self.rows)
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +106,7 @@ NAMED: dict[str, Type] = {
     "vec2": VEC2, "vec3": VEC3, "vec4": VEC4,
     "ivec2": IVEC2, "ivec3": IVEC3, "ivec4": IVEC4,
     "bvec2": Vector(BOOL, 2), "bvec3": Vector(BOOL, 3), "bvec4": Vector(BOOL, 4),
-    "mat2": Matrix(2), "mat3": Matrix(3), "mat4": Matrix(4),
+    **{str(matrix): matrix for matrix in (Matrix(c, r) for c in (2, 3, 4) for r in (2, 3, 4))},
     "Image": IMAGE,
 }  # fmt: skip
 
@@ -118,6 +124,11 @@ def element_of(type_: Type) -> Scalar:
     raise TypeError(f"{type_} has no element type")
 
 
+def innermost(type_: Type) -> Type:
+    """What an array holds at last; any other type itself."""
+    return innermost(type_.element) if isinstance(type_, Array) else type_
+
+
 def component_count(type_: Type) -> int:
     """How many scalars a value of this type holds."""
     if isinstance(type_, Scalar):
@@ -125,7 +136,7 @@ def component_count(type_: Type) -> int:
     if isinstance(type_, Vector):
         return type_.size
     if isinstance(type_, Matrix):
-        return type_.size * type_.size
+        return type_.columns * type_.rows
     if isinstance(type_, Array):
         return type_.length * component_count(type_.element)
     raise TypeError(f"{type_} has no components")
@@ -138,7 +149,7 @@ def shape_of(type_: Type) -> tuple[int, ...]:
     if isinstance(type_, Vector):
         return (type_.size,)
     if isinstance(type_, Matrix):
-        return (type_.size, type_.size)
+        return (type_.columns, type_.rows)
     if isinstance(type_, Array):
         return (type_.length, *shape_of(type_.element))
     raise TypeError(f"{type_} has no shape")

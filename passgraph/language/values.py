@@ -108,26 +108,26 @@ def construct(type_: Scalar | Vector | Matrix, arguments: list[ir.Expr], span: S
 
 
 def _construct_matrix(type_: Matrix, arguments: list[ir.Expr], span: Span, name: Namer) -> ir.Expr:
-    size = type_.size
+    columns, rows = type_.columns, type_.rows
     zero, one = ir.Literal(FLOAT, 0.0, span), ir.Literal(FLOAT, 1.0, span)
     if len(arguments) == 1 and isinstance(arguments[0].type, Scalar):
         diagonal = name(convert(arguments[0], FLOAT, span), span)
-        parts = tuple(diagonal if c == r else zero for c in range(size) for r in range(size))
+        parts = tuple(diagonal if c == r else zero for c in range(columns) for r in range(rows))
         return ir.Construct(type_, parts, span)
     if len(arguments) == 1 and isinstance(arguments[0].type, Matrix):
-        given, matrix = arguments[0].type.size, name(arguments[0], span)
+        given, matrix = arguments[0].type, name(arguments[0], span)
         cells = []
-        for c in range(size):
-            for r in range(size):
+        for c in range(columns):
+            for r in range(rows):
                 cell: ir.Expr = one if c == r else zero
-                if c < given and r < given:
-                    column = ir.Index(Vector(FLOAT, given), matrix, ir.Literal(INT, c, span), span)
+                if c < given.columns and r < given.rows:
+                    column = ir.Index(given.column, matrix, ir.Literal(INT, c, span), span)
                     cell = ir.Swizzle(FLOAT, column, (r,), span)
                 cells.append(cell)
         return ir.Construct(type_, tuple(cells), span)
     count = sum(component_count(a.type) for a in arguments)
-    if count != size * size or any(isinstance(a.type, Matrix) for a in arguments):
-        fail(span, f"{type_}() takes {size * size} components (columns first), got {count}")
+    if count != columns * rows or any(isinstance(a.type, Matrix) for a in arguments):
+        fail(span, f"{type_}() takes {columns * rows} components (columns first), got {count}")
     return ir.Construct(type_, tuple(convert(a, FLOAT, span) for a in arguments), span)
 
 
@@ -151,7 +151,7 @@ def index_into(base: ir.Expr, index: ir.Expr, span: Span) -> ir.Expr:
     if isinstance(type_, Array):
         count, element = type_.length, type_.element
     elif isinstance(type_, Matrix):
-        count, element = type_.size, Vector(FLOAT, type_.size)
+        count, element = type_.columns, type_.column
     elif isinstance(type_, Vector):
         count, element = type_.size, type_.element
     else:

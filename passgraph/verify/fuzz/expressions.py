@@ -59,7 +59,7 @@ def _rows(signature: str) -> tuple[str, ...]:
 INTS, PAIRS_OF_INTS = _rows("I -> I"), _rows("I I -> I")
 COMPARISONS, TESTS = _rows("I I -> B"), _rows("G -> B")
 LOGIC, FOLDS = (*_rows("B B -> B"), *_rows("B -> B")), _rows("B -> b")
-SIZE = {"vec2": 2, "vec3": 3, "vec4": 4, "mat2": 2, "mat3": 3}
+SIZE = {"vec2": 2, "vec3": 3, "vec4": 4, "mat2": 2, "mat3": 3, "mat2x3": 2, "mat3x2": 3}
 COMPONENTS = "xyzw"
 
 
@@ -274,7 +274,11 @@ class Expressions:
         if type_ == "vec4":
             return self._made(type_, d, wanted)
         matrix, vector = self.of("mat" + type_[3], d), self.of(type_, d, (-1, 1))
-        form = self.pick("times", "transposed", "outer", "inverse")
+        form = self.pick("times", "transposed", "outer", "inverse", "oblong")
+        if form == "oblong":
+            oblong, other = ("mat3x2", "vec3") if type_ == "vec2" else ("mat2x3", "vec2")
+            text = f"({self.of(oblong, d)} * {self.of(other, d, (-1, 1))})"
+            return self.fit(text, (-math.inf, math.inf), wanted)
         if form == "inverse":  # of a matrix whose diagonal is the largest
             return self.fit(f"(inverse({matrix} * 0.125 + {'mat' + type_[3]}(2.0)) * {vector})", WHOLE, wanted)
         texts = {
@@ -310,6 +314,17 @@ class Expressions:
 
     def _mat2(self, d: int) -> str:
         return f"mat2({self.of('vec2', d, (-1, 1))}, {self.of('vec2', d, (-1, 1))})"
+
+    def _mat2x3(self, d: int) -> str:
+        form = self.pick("columns", "outer", "product")
+        if form == "outer":
+            return f"outer({self.of('vec3', d, (-1, 1))}, {self.of('vec2', d, (-1, 1))})"
+        if form == "product":
+            return f"({self.of('mat3', d)} * {self.of('mat2x3', d)})"
+        return f"mat2x3({self.of('vec3', d, (-1, 1))}, {self.of('vec3', d, (-1, 1))})"
+
+    def _mat3x2(self, d: int) -> str:
+        return f"transpose({self.of('mat2x3', d)})"
 
     def _mat3(self, d: int) -> str:
         form = self.pick("columns", "product", "outer", "transpose")
