@@ -13,7 +13,7 @@ from passgraph.errors import InputError
 from passgraph.graph.targets import Pass, PixelPass
 from passgraph.graph.values import OUTPUT_SIZE, Derived, Value, sources_of
 from passgraph.language.symbols import TYPE_MARKERS
-from passgraph.language.types import BOOL, FLOAT, INT, Array, Matrix, Scalar, Type, Vector
+from passgraph.language.types import BOOL, FLOAT, INT, Array, Matrix, Scalar, Type, Vector, innermost
 
 if TYPE_CHECKING:
     from passgraph.commands.own_file import Graph
@@ -70,7 +70,7 @@ def _parameter_type(node: Pass, name: str) -> Type | None:
     for kernel in kernels:
         for parameter in () if kernel is None else kernel.parameters:
             if parameter.name == name.rpartition("/")[2]:
-                plain = isinstance(parameter.type, (Scalar, Vector, Matrix, Array))
+                plain = isinstance(innermost(parameter.type), (Scalar, Vector, Matrix))
                 return parameter.type if plain else None
     return None
 

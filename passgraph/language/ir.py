@@ -12,7 +12,7 @@ from typing import Literal as OneOf
 from typing import TypeAlias
 
 from passgraph.language.source import NOWHERE, Span
-from passgraph.language.types import Array, Scalar, Type, Value
+from passgraph.language.types import Array, Scalar, Type, Value, image_names
 
 Number: TypeAlias = bool | int | float
 
@@ -237,4 +237,5 @@ class TypedKernel:
 
     @property
     def images(self) -> tuple[str, ...]:
-        return tuple(p.name for p in self.parameters if str(p.type) == "Image")
+        """Names of all images that it may read: parameters, and those in fields and entries of parameters."""
+        return tuple(name for p in self.parameters for name in image_names(p.type, p.name))

@@ -104,8 +104,8 @@ def in_order(array: NDArray[Any], type_: Type) -> NDArray[Any] | None:
     if array.size != component_count(type_):
         return None
     shape = shape_of(type_)
-    if array.ndim > 1 and array.ndim == len(shape) and isinstance(matrix := innermost(type_), Matrix):
-        if array.shape == (*shape[:-2], matrix.rows, matrix.columns):
+    if array.ndim > 1 and array.ndim >= len(shape) and isinstance(matrix := innermost(type_), Matrix):
+        if array.shape[-2:] == (matrix.rows, matrix.columns):
             array = np.swapaxes(array, -1, -2)
         elif matrix.rows != matrix.columns:
             return None  # by rows or by columns: it cannot be told

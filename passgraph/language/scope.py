@@ -36,6 +36,7 @@ from passgraph.language.types import (
     Type,
     Vector,
     element_of,
+    flat_type,
 )
 
 #: Longest table that a kernel may capture: as long as the longest array that it may declare.
@@ -300,7 +301,7 @@ def typed_constant(value: object, type_: Type, path: str, span: Span) -> ir.Expr
     if isinstance(type_, Scalar):
         return ir.Literal(element, flat[0], span)
     if isinstance(type_, Array):
-        return ir.Table(type_, tuple(flat), span)
+        return ir.Table(flat_type(type_), tuple(flat), span)
     return ir.Construct(type_, tuple(ir.Literal(element, v, span) for v in flat), span)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import TypeAlias, cast
 
 from passgraph.language import ir
 from passgraph.language.source import Span, fail
@@ -22,6 +22,9 @@ from passgraph.language.types import (
     Vector,
     component_count,
     element_of,
+    flat_type,
+    is_plain,
+    shape_of,
 )
 from passgraph.language.typing_rules import apply, unify, widen
 
@@ -40,11 +43,36 @@ class ImageValue:
 
 
 @dataclass(frozen=True)
+class ImageChoice:
+    """One of several images: that at an index, or the nearest end."""
+
+    images: tuple[ImageValue, ...]
+    index: ir.Expr
+
+
+@dataclass(frozen=True)
+class ArrayValue:
+    """An array of structs, arrays or images, taken apart; or an entry of such that is itself an array.
+
+    ``parts`` holds one flat array for each plain part of an entry: under the fields' names for structs.  The array
+    begins at entry ``first`` of them, counted in entries of its own; at 0 it is all that they hold where ``first`` is
+    None.
+    """
+
+    type: Array
+    parts: Parts
+    first: ir.Expr | None = None
+
+
+@dataclass(frozen=True)
 class TupleValue:
     members: tuple[Part, ...]
 
 
-Part: TypeAlias = ir.Expr | StructValue | ImageValue | TupleValue
+Parts: TypeAlias = "ir.Expr | tuple[ImageValue, ...] | dict[str, Parts]"
+Part: TypeAlias = ir.Expr | StructValue | ImageValue | ImageChoice | ArrayValue | TupleValue
+#: Parts that are not one value.
+COMPOSITE = (StructValue, ImageValue, ImageChoice, ArrayValue, TupleValue)
 #: Puts a value behind a name, so that an expression that uses it several times does not grow.
 Namer: TypeAlias = Callable[[ir.Expr, Span], ir.Expr]
 
@@ -54,11 +82,11 @@ _SWIZZLES = ("xyzw", "rgba", "stpq")
 def part_type(part: Part) -> str:
     if isinstance(part, StructValue):
         return part.struct.name
-    if isinstance(part, ImageValue):
+    if isinstance(part, (ImageValue, ImageChoice)):
         return "Image"
     if isinstance(part, TupleValue):
         return "tuple"
-    return str(part.type)
+    return str(part.type)  # of an array too
 
 
 def swizzle(base: ir.Expr, name: str, span: Span) -> ir.Expr:
@@ -149,16 +177,21 @@ def index_into(base: ir.Expr, index: ir.Expr, span: Span) -> ir.Expr:
     type_ = base.type
     element: Value
     if isinstance(type_, Array):
-        count, element = type_.length, type_.element
+        count, element = type_.length, cast("Value", type_.element)
     elif isinstance(type_, Matrix):
         count, element = type_.columns, type_.column
     elif isinstance(type_, Vector):
         count, element = type_.size, type_.element
     else:
         fail(span, f"{type_} cannot be indexed")
+    check_index(index, count, type_, span)
+    return ir.Index(element, base, index, span)
+
+
+def check_index(index: ir.Expr, count: int, type_: Type, span: Span) -> None:
+    """A written index in range."""
     if isinstance(index, ir.Literal) and not 0 <= int(index.value) < count:
         fail(span, f"index {index.value} is outside {type_} (0 to {count - 1})")
-    return ir.Index(element, base, index, span)
 
 
 # Choices
@@ -169,8 +202,7 @@ def choose(condition: ir.Expr, then: Part, orelse: Part, span: Span) -> Part:
     if isinstance(then, StructValue) and isinstance(orelse, StructValue) and then.struct == orelse.struct:
         fields = {n: choose(condition, then.fields[n], orelse.fields[n], span) for n in then.fields}
         return StructValue(then.struct, fields)
-    composite = (StructValue, ImageValue, TupleValue)
-    if isinstance(then, composite) or isinstance(orelse, composite):
+    if isinstance(then, COMPOSITE) or isinstance(orelse, COMPOSITE):
         fail(
             span,
             f"both sides of a conditional must have one type, got {part_type(then)} and {part_type(orelse)}",
@@ -210,12 +242,22 @@ def coerce(part: Part, type_: Type, span: Span, what: str) -> Part:
             return part
         fail(span, f"{what} must be {type_}, got {part_type(part)}")
     if isinstance(type_, ImageType):
-        if isinstance(part, ImageValue):
+        if isinstance(part, (ImageValue, ImageChoice)):
             return part
         fail(span, f"{what} must be an Image, got {part_type(part)}")
-    if isinstance(part, (StructValue, ImageValue, TupleValue)):
+    if isinstance(part, ArrayValue) and part.type == type_:
+        return part
+    if isinstance(part, ArrayValue) and isinstance(type_, Array) and _widens(part, type_):
+        return ArrayValue(type_, widen(cast(ir.Expr, part.parts), flat_type(type_), span, what))
+    if isinstance(part, COMPOSITE):
         fail(span, f"{what} must be {type_}, got {part_type(part)}")
     return widen(part, type_, span, what)
+
+
+def _widens(array: ArrayValue, type_: Array) -> bool:
+    """Whether it may be arrays of ints in arrays, written out where floats are wanted."""
+    plain = is_plain(flat_type(type_)) and is_plain(flat_type(array.type))
+    return plain and array.first is None and shape_of(array.type) == shape_of(type_)
 
 
 def check_clamp(arguments: list[ir.Expr], span: Span) -> None:
