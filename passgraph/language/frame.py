@@ -46,6 +46,8 @@ MAX_CALL_DEPTH = 32
 MAX_STATEMENTS = 20_000
 #: Expressions after inlining, counted as nodes of the syntax tree.
 MAX_EXPRESSIONS = 60_000
+#: Expressions that one entry of an array copied entry by entry stands for: an index, computed, and what is there.
+_OF_ENTRY = 3
 
 
 @dataclass
@@ -153,6 +155,7 @@ class Frame:
             for name, member in values.items():
                 self._insert(variable.fields[name], member, index, span)
             return
+        self.builder.count_expression(span, _OF_ENTRY * (len(values) - 1))
         flat = flat_type(cast(Array, variable.type))
         for k, value in enumerate(values):
             assert not isinstance(value, ImageValue)
@@ -217,7 +220,7 @@ class Frame:
 
     def alone(self, array: ArrayValue, span: Span) -> ArrayValue:
         """:func:`~.composites.alone`, counted as it grows."""
-        self.builder.count_expression(span, 1 if array.first is None else longest(array.type))
+        self.builder.count_expression(span, 1 if array.first is None else _OF_ENTRY * longest(array.type))
         return alone(array, span)
 
     # What expressions ask of their frame

@@ -301,9 +301,11 @@ class Expressions:
         return self.fit(text, (-math.inf, math.inf), wanted)
 
     def _read(self, d: int) -> str:
-        form = self.pick("near", "texel", "far", "sample", "indexed")
+        form = self.pick("near", "texel", "far", "sample", "indexed", "chosen")
         if form == "near":
             return f"c[{self.draw(st.integers(-3, 3))}, {self.draw(st.integers(-3, 3))}]"
+        if form == "chosen":
+            return f"lamps[{self.pick('0', '1', 'n', 'pixel().x')}].map.texel(pixel() - {self.of('ivec2', min(d, 1))})"
         if form == "indexed" and self.indices:
             return f"c[{self.pick(*self.indices)} - 1, {self.pick(*self.indices, '0')} // 2]"
         if form == "texel":
