@@ -9,12 +9,10 @@ from passgraph.language import ir
 from passgraph.language.signature import annotation_type
 from passgraph.language.source import Span, fail
 from passgraph.language.types import (
-    IMAGE,
     INT,
     Array,
     Scalar,
     TupleType,
-    Type,
     Vector,
     image_names,
     is_plain,
@@ -23,8 +21,6 @@ from passgraph.language.typing_rules import widen
 from passgraph.language.values import (
     COMPOSITE,
     ArrayValue,
-    ImageChoice,
-    ImageValue,
     Part,
     StructValue,
     TupleValue,
@@ -33,6 +29,7 @@ from passgraph.language.values import (
     index_into,
     part_type,
     swizzle_components,
+    type_of,
 )
 from passgraph.language.variables import Place, new_variable
 
@@ -85,7 +82,7 @@ class Assignments:
 
     def _name(self, name: str, part: Part, span: Span) -> None:
         frame = self.frame
-        type_ = _type_of(part)
+        type_ = type_of(part)
         if image_names(type_, name):
             fail(span, "an Image cannot be given another name")
         variable = frame.variables.get(name)
@@ -165,14 +162,6 @@ class Assignments:
             else:
                 parts.append(ir.Swizzle(scalar, value, (components.index(i),), span))
         return ir.Construct(base.type, tuple(parts), span)
-
-
-def _type_of(part: Part) -> Type:
-    if isinstance(part, StructValue):
-        return part.struct
-    if isinstance(part, TupleValue):
-        return TupleType(tuple(_type_of(member) for member in part.members))
-    return IMAGE if isinstance(part, (ImageValue, ImageChoice)) else part.type
 
 
 def _as_load(target: ast.expr) -> ast.expr:

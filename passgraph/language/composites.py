@@ -13,7 +13,6 @@ from passgraph.language import ir
 from passgraph.language.signature import MAX_ARRAY_LENGTH
 from passgraph.language.source import Span, fail
 from passgraph.language.types import (
-    IMAGE,
     INT,
     Array,
     ImageType,
@@ -42,6 +41,7 @@ from passgraph.language.values import (
     TupleValue,
     check_index,
     index_into,
+    type_of,
 )
 
 if TYPE_CHECKING:
@@ -157,7 +157,11 @@ Lists: TypeAlias = "list[ir.Expr] | tuple[ImageValue, ...] | dict[str, Lists]"
 
 def array_of(members: Sequence[Part], span: Span, name: Namer) -> Part:
     """``[a, b, …]`` of anything that arrays hold."""
-    types = [_type_of(member, span) for member in members]
+    for member in members:
+        if isinstance(member, (ImageChoice, TupleValue)):
+            what = "an image that an index chooses" if isinstance(member, ImageChoice) else "a tuple"
+            fail(span, f"array elements are values, arrays, structs or images by name, got {what}")
+    types = [type_of(member) for member in members]
     for type_ in types[1:]:
         if type_ != types[0] and not _alike(types[0], type_):
             fail(span, f"the elements of an array must have one type, got {types[0]} and {type_}")
@@ -170,17 +174,6 @@ def array_of(members: Sequence[Part], span: Span, name: Namer) -> Part:
         return ArrayValue(made, parts)
     assert isinstance(parts.type, Array)
     return parts if is_plain(made) else ArrayValue(_holding(made, parts.type.element), parts)
-
-
-def _type_of(part: Part, span: Span) -> Type:
-    if isinstance(part, StructValue):
-        return part.struct
-    if isinstance(part, ImageValue):
-        return IMAGE
-    if isinstance(part, (ImageChoice, TupleValue)):
-        what = "an image that an index chooses" if isinstance(part, ImageChoice) else "a tuple"
-        fail(span, f"array elements are values, arrays, structs or images by name, got {what}")
-    return part.type
 
 
 def _alike(one: Type, other: Type) -> bool:

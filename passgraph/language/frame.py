@@ -65,13 +65,6 @@ class Builder:
     #: For each function inlined, the names that its body captured: this kernel's own record.
     scopes: dict[FunctionSource, Scope] = field(default_factory=dict)
 
-    def _assign_parts(self, variable: Variable, parts: Parts, span: Span) -> None:
-        if isinstance(parts, dict):
-            for name, member in variable.fields.items():
-                self._assign_parts(member, parts[name], span)
-        elif not isinstance(parts, tuple):
-            self.emit(ir.Assign(variable.name, parts, span))
-
     def emit(self, statement: ir.Stmt) -> None:
         self.emitted += 1
         if self.emitted > MAX_STATEMENTS:

@@ -11,12 +11,14 @@ from passgraph.language.source import Span, fail
 from passgraph.language.types import (
     BOOL,
     FLOAT,
+    IMAGE,
     INT,
     Array,
     ImageType,
     Matrix,
     Scalar,
     Struct,
+    TupleType,
     Type,
     Value,
     Vector,
@@ -87,6 +89,14 @@ def part_type(part: Part) -> str:
     if isinstance(part, TupleValue):
         return "tuple"
     return str(part.type)  # of an array too
+
+
+def type_of(part: Part) -> Type:
+    if isinstance(part, StructValue):
+        return part.struct
+    if isinstance(part, TupleValue):
+        return TupleType(tuple(type_of(member) for member in part.members))
+    return IMAGE if isinstance(part, (ImageValue, ImageChoice)) else part.type
 
 
 def swizzle(base: ir.Expr, name: str, span: Span) -> ir.Expr:
