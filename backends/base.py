@@ -298,6 +298,7 @@ ATTRIBUTES = {
     "uv": ("uvs", 2),
     "color": ("colors", 4),
     "tangent": ("tangents", 4),
+    "instance": ("instances", 1),
 }
 
 
@@ -311,3 +312,9 @@ def vertex_attribute(mesh: Geometry, name: str) -> FloatBlock:
     if array is None:
         return np.broadcast_to(np.array(VERTEX_FIELDS[name][1], np.float32), (count, components)).copy()
     return np.ascontiguousarray(array, np.float32).reshape(count, components)
+
+
+def vertex_builtins(mesh: Geometry) -> dict[str, FloatBlock]:
+    """What a vertex kernel sees of a mesh, by the names of the representation: (n, components), of one number (n,)."""
+    made = {f"vertex.{name}": vertex_attribute(mesh, name) for name in ATTRIBUTES}
+    return {name: values[:, 0] if values.shape[1] == 1 else values for name, values in made.items()}

@@ -13,8 +13,9 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_typ
 import passgraph as pg
 from passgraph.effects.annotations import words_of
 from passgraph.effects.checked import Choice
+from passgraph.language.types import Type
 
-ParameterType = Literal["float", "int", "bool", "choice", "rgb", "picture"]
+ParameterType = Literal["float", "int", "bool", "choice", "rgb", "picture", "value"]
 #: One entry of a docstring's list of parameters: names, a colon, and what they are.
 ENTRY = re.compile(r"^(\w+(?:, \w+)*) : (.*)$")
 
@@ -33,12 +34,14 @@ class Parameter:
     Attributes
     ----------
     name : on the command line, with underscores
-    type : "float", "int", "bool", "choice", "rgb" (three floats) or "picture" (a target;
-        on the command line a file)
+    type : "float", "int", "bool", "choice", "rgb" (three floats), "picture" (a target; on the command line a file) or
+        "value" (of a kernel, as its declaration ``of`` says)
     default : what the effect takes where nothing is given; None means that the effect chooses, see ``help``
     range : of numbers, of each of the three for "rgb"; with the unit
     help : the first sentence of the docstring
     choices : the names that "choice" allows
+    of : the type that a kernel declares, where that is "value"
+    required : whether there is no default, and nothing else that stands in
     """
 
     name: str
@@ -47,6 +50,8 @@ class Parameter:
     range: pg.Range
     help: str
     choices: tuple[str, ...] = ()
+    of: Type | None = None
+    required: bool = False
 
 
 def parameters_of(function: Callable[..., Any]) -> tuple[Parameter, ...]:

@@ -34,17 +34,19 @@ class Effect:
     path : module and function, ``"passgraph.effects.pictures.tone_map:tone_map"``
     takes : what its positional arguments are, see `passgraph.effects.checked.effect`
     summary : the first line of its docstring
+    loaded : the function where it is here already, as of a file that was just run; else it is imported
     """
 
     name: str
     path: str
     takes: Takes
     summary: str
+    loaded: Callable[..., Any] | None = None
 
     @cached_property
     def function(self) -> Callable[..., Any]:
         """The function from targets (or a scene) to a target."""
-        return _loaded(self.path)
+        return self.loaded or _loaded(self.path)
 
     @cached_property
     def parameters(self) -> tuple[Parameter, ...]:
@@ -111,7 +113,7 @@ def _built_in() -> dict[str, Effect]:
             for mark in made.decorator_list:
                 if isinstance(mark, ast.Call) and isinstance(mark.func, ast.Name) and mark.func.id == "effect":
                     name, takes, *_ = (*map(ast.literal_eval, mark.args), "picture")
-                    found.append(Effect(name, f"{module}:{made.name}", takes, _summary(ast.get_docstring(made))))
+                    found.append(Effect(name, f"{module}:{made.name}", takes, summary_of(ast.get_docstring(made))))
     order = ("picture", "picture+depth", "scene", "world2d")
     return {effect.name: effect for effect in sorted(found, key=lambda one: (order.index(one.takes), one.name))}
 
@@ -134,7 +136,7 @@ def _others() -> dict[str, Effect]:
             raise GraphError(f'effect {entry.name!r} ({entry.value}) is not marked with @effect("{entry.name}")')
         if mark.name != entry.name:
             raise GraphError(f"effect {entry.name!r} ({entry.value}) calls itself {mark.name!r}; use one name")
-        found[mark.name] = Effect(mark.name, entry.value, mark.takes, _summary(_loaded(entry.value).__doc__))
+        found[mark.name] = Effect(mark.name, entry.value, mark.takes, summary_of(_loaded(entry.value).__doc__))
     return found
 
 
@@ -147,7 +149,8 @@ def _loaded(path: str, name: str | None = None) -> Callable[..., Any]:
     return found
 
 
-def _summary(docstring: str | None) -> str:
+def summary_of(docstring: str | None) -> str:
+    """The first line."""
     text = docstring or ""
     return text.strip().partition("\n")[0]
 

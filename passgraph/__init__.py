@@ -25,7 +25,7 @@ from passgraph.graph.calls import fragment, graph, kernel, vertex
 from passgraph.graph.draw_state import Blend, Stencil
 from passgraph.graph.drawing import draw
 from passgraph.graph.targets import Input, Target, TargetSpec, previous, target
-from passgraph.graph.values import OUTPUT_SIZE, Derived, Value, combine
+from passgraph.graph.values import FRAME_INDEX, OUTPUT_SIZE, Derived, Value, combine
 from passgraph.language.functions import *  # noqa: F403 (every name of the kernel language, here and below)
 from passgraph.language.kernel import function, struct
 from passgraph.language.primitives import *  # noqa: F403
@@ -74,9 +74,9 @@ def __getattr__(name: str) -> Any:
 
 
 __all__ = [
-    "OUTPUT_SIZE", "BackendError", "Blend", "Camera", "Derived", "DeviceMissingError", "GraphError", "HardwareDepth",
-    "Input", "InputError", "KernelError", "Light", "Material", "Mesh", "Node", "Options", "PassgraphError", "Program",
-    "Range", "Result", "Scene", "Stencil",
+    "FRAME_INDEX", "OUTPUT_SIZE", "BackendError", "Blend", "Camera", "Derived", "DeviceMissingError", "GraphError",
+    "HardwareDepth", "Input", "InputError", "KernelError", "Light", "Material", "Mesh", "Node", "Options",
+    "PassgraphError", "Program", "Range", "Result", "Scene", "Stencil",
     "Target", "TargetSpec", "Texture", "Value", "combine", "compile", "draw", "fragment", "frames", "from_data",
     "function", "gl", "graph", "kernel", "lazily_tiled", "load", "opencl", "previous", "save", "struct", "target",
     "tiled", "to_data", "vertex",

@@ -59,6 +59,14 @@ def test_pyproject_lists_the_packages_that_exist() -> None:
     assert sorted(listed) == sorted(packages())
 
 
+def test_all_installs_every_option() -> None:
+    """Every extra but that of developers, whatever they are called."""
+    extras = tomllib.loads((root / "pyproject.toml").read_text())["project"]["optional-dependencies"]
+    [one] = extras.pop("all")
+    named = one.removeprefix("passgraph[").removesuffix("]").split(",")
+    assert sorted(named) == sorted(extras.keys() - {"dev"})
+
+
 def test_every_module_is_in_a_package() -> None:
     homeless = {name for name in modules() if name != "passgraph" and name.rpartition(".")[0] not in packages()}
     assert homeless == set(), "folders without __init__.py are left out of the wheel"
@@ -159,8 +167,8 @@ def is_in(module: str, part: str) -> bool:
 
 #: In the order in which data go through them.
 STOREYS = [
-    "language", "graph", "scene", "plan", "travel", "backends", "run", "frames", "effects", "engines", "verify",
-    "commands",
+    "language", "shaders.glsl", "graph", "scene", "plan", "travel", "backends", "run", "frames", "effects", "engines",
+    "verify", "commands",
 ]  # fmt: skip
 
 
@@ -170,8 +178,9 @@ STOREYS = [
         ("errors", ["pictures", *STOREYS]),
         ("pictures", STOREYS),
         ("language", STOREYS[1:]),
-        ("graph", STOREYS[2:]),
-        ("scene", STOREYS[3:]),
+        ("shaders.glsl", STOREYS[2:]),
+        ("graph", STOREYS[3:]),
+        ("scene", STOREYS[4:]),
         ("plan", ["travel", "run", "frames", "backends", "effects", "verify", "commands"]),
         ("travel", ["run", "frames", "backends", "effects", "verify", "commands"]),
         ("backends", ["travel", "run", "frames", "effects", "engines", "verify", "commands"]),

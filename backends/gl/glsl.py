@@ -114,7 +114,7 @@ class GLSL(CLike):
             return f"{self._size(image)}.{LETTERS[int(axis)]}"
         if head == "vertex":
             attribute, _, component = rest.partition(".")
-            return f"in_{attribute}.{LETTERS[int(component)]}"
+            return f"in_{attribute}.{LETTERS[int(component)]}" if component else f"in_{attribute}"
         if head == "varying":
             return varying_place(self.varyings.index(rest))
         return {"front_facing": "gl_FrontFacing", "fragment_depth": "gl_FragCoord.z"}[name]
@@ -313,7 +313,8 @@ class GLSL(CLike):
             lines.append("uniform float pg_guard;")
             for k, (attribute, (_, size)) in enumerate(ATTRIBUTES.items()):
                 if attribute in program.attributes:
-                    lines.append(f"layout(location = {k}) in vec{size} in_{attribute};")
+                    type_ = "float" if size == 1 else f"vec{size}"
+                    lines.append(f"layout(location = {k}) in {type_} in_{attribute};")
         else:
             lines += [f"layout(location = {k}) out vec4 pg_out{k};" for k in range(len(program.outputs))]
         return lines

@@ -30,6 +30,7 @@ CULL = {"none": 0, "back": 1, "front": 2}
 class DrawLayouts:
     """What the storages of a draw look like."""
 
+    vertex_images: tuple[ImageLayout, ...]
     images: tuple[ImageLayout, ...]
     outputs: tuple[ImageLayout, ...]
     depth: bool
@@ -47,7 +48,7 @@ def draw_sources(
     triangles = _defines(_triangle_rows(step, tile))
     pixels = _defines(_pixel_rows(step, layouts, serial))
     return {
-        ("pg_vertices",): join(prologue(constant), _vertex(step)),
+        ("pg_vertices",): join(prologue(constant), _vertex(step, layouts)),
         ("pg_count", "pg_setup", "pg_scan", "pg_fill"): join(
             prologue(True), triangles, _defines(_setup_rows(step)), package_text("raster.cl")
         ),
@@ -95,7 +96,7 @@ def _setup_rows(step: DrawStep) -> dict[str, object]:
 def _pixel_rows(step: DrawStep, layouts: DrawLayouts, serial: bool) -> dict[str, object]:
     width, height = step.size
     fragment = step.fragment
-    resources = [f"__global const {element(o.format)}* restrict image{i}" for i, o in enumerate(layouts.images)]
+    resources = _image_parameters(layouts.images)
     resources += [f"__global {element(o.format)}* restrict out{i}" for i, o in enumerate(layouts.outputs)]
     resources += ["__global float* restrict depths"] if layouts.depth else []
     resources += ["__global uchar* restrict stencils"] if layouts.stencil else []
@@ -115,15 +116,29 @@ def _pixel_rows(step: DrawStep, layouts: DrawLayouts, serial: bool) -> dict[str,
     }
 
 
-def _vertex(step: DrawStep) -> Listing:
+def _image_parameters(layouts: Sequence[ImageLayout]) -> list[str]:
+    return [f"__global const {element(o.format)}* restrict image{i}" for i, o in enumerate(layouts)]
+
+
+def _images(program: ScalarProgram, layouts: Sequence[ImageLayout], name: str) -> dict[str, tuple[str, ImageLayout]]:
+    """Of a program's images, the parameter that has it, and what it looks like."""
+    pairs = enumerate(zip(program.images, layouts, strict=True))
+    return {use.name: (f"{name}{i}", layout) for i, (use, layout) in pairs}
+
+
+def _vertex(step: DrawStep, layouts: DrawLayouts) -> Listing:
     """``pg_vertices``: clip positions and varyings of every vertex."""
     program = step.vertex
     builtins = {}
     for attribute, (_, components) in ATTRIBUTES.items():
         for k in range(components):
             builtins[f"vertex.{attribute}.{k}"] = f"in_{attribute}[{components} * vertex + {k}]"
-    printer = OpenCLPrinter(program, builtins, prefix="pg_vertex_")
+        if components == 1:
+            builtins[f"vertex.{attribute}"] = f"in_{attribute}[vertex]"
+    images = _images(program, layouts.vertex_images, "image")
+    printer = OpenCLPrinter(program, builtins, images, prefix="pg_vertex_")
     parameters = [f"__global const float* restrict in_{name}" for name in program.attributes]
+    parameters += _image_parameters(layouts.vertex_images)
     parameters += ["PG_UNIFORMS float* restrict floats", "PG_UNIFORMS int* restrict ints"]
     parameters += ["__global float* restrict clip", "__global float* restrict sent", "int count"]
     printer.open(f"__kernel void pg_vertices({', '.join(parameters)})")
@@ -173,10 +188,7 @@ def _shade(step: DrawStep, layouts: DrawLayouts) -> Listing:
         "fragment_depth": "depth",
         **{f"varying.{name}": f"varying{k}" for k, name in enumerate(step.varyings)},
     }
-    images = {
-        name: (f"pg_image{i}", layout)
-        for i, ((name, _), layout) in enumerate(zip(step.images, layouts.images, strict=True))
-    }
+    images = _images(program, layouts.images, "pg_image")
     printer = FragmentPrinter(program, builtins, images, prefix="pg_fragment_")
     printer.open(
         "void pg_shade(int x, int y, float near1, float near2, float depth, bool front, "

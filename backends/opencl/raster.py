@@ -66,20 +66,25 @@ class DrawPassRunner:
         kernels = self._kernels(outputs, depth, images)
         self.vertex_uniforms.update(vertex)
         self.fragment_uniforms.update(fragment)
-        resources = [storage.buffer for storage in (*images, *outputs)]
+        first = len(self.step.vertex.images)
+        read = [image.buffer for image in images[:first]]
+        resources = [storage.buffer for storage in (*images[first:], *outputs)]
         if depth is not None:
             resources += [depth.buffer] if depth.stencil is None else [depth.buffer, depth.stencil]
         resources += self.fragment_uniforms.buffers
         with self.backend.reported(f"running {self.what}"):
-            clip, sent = self._vertices(kernels, geometry)
+            clip, sent = self._vertices(kernels, geometry, read)
             Triangles(self, kernels, geometry, clip, sent, resources).draw(0, geometry.triangle_count)
         if any(storage.is_borrowed for storage in (*images, *outputs)):
             # Memory of the caller is lent for one run: nothing here keeps it.
-            self.bound.pop(id(kernels["pg_tiles"]), None)
+            for name in ("pg_vertices", "pg_tiles"):
+                self.bound.pop(id(kernels[name]), None)
 
     def _kernels(self, outputs: Sequence[Storage], depth: Storage | None, images: Sequence[Storage]) -> dict[str, Any]:
+        first = len(self.step.vertex.images)
         layouts = DrawLayouts(
-            tuple(image.layout for image in images),
+            tuple(image.layout for image in images[:first]),
+            tuple(image.layout for image in images[first:]),
             tuple(output.layout for output in outputs),
             depth is not None,
             depth is not None and depth.stencil is not None,
@@ -95,12 +100,12 @@ class DrawPassRunner:
             self.kernels[layouts] = made
         return self.kernels[layouts]
 
-    def _vertices(self, kernels: dict[str, Any], geometry: DeviceMesh) -> tuple[Any, Any]:
+    def _vertices(self, kernels: dict[str, Any], geometry: DeviceMesh, read: Sequence[Any]) -> tuple[Any, Any]:
         count = geometry.vertex_count
         clip = self.backend.scratch_buffer("clip positions", 16 * count)
         sent = self.backend.scratch_buffer("varyings", 4 * count * len(self.step.varyings))
         attributes = [geometry.attribute(name) for name in self.attributes]
-        arguments = (*attributes, *self.vertex_uniforms.buffers, clip, sent, np.int32(count))
+        arguments = (*attributes, *read, *self.vertex_uniforms.buffers, clip, sent, np.int32(count))
         self.launch(kernels["pg_vertices"], count, arguments)
         return clip, sent
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.base import ATTRIBUTES, Block, vertex_attribute
+from passgraph.backends.base import Block, vertex_builtins
 from passgraph.backends.reference.number_domain import Numbers
 from passgraph.backends.reference.output_merge import write
 from passgraph.backends.reference.output_tests import last_of_each, passing
@@ -56,7 +56,7 @@ class ReferenceDrawPass:
         names = [name for name, _ in self.step.images]
         bound = None if self.fragment is None else self.fragment.bind(fragment, names, images)
         with np.errstate(all="ignore"):
-            vertices = self._vertices(self.vertex.bind(vertex), geometry)
+            vertices = self._vertices(self.vertex.bind(vertex, names, images), geometry)
             clipped, triangles = clip_triangles(vertices, np.asarray(geometry.triangles, np.int64).reshape(-1, 3))
             screen = to_window(clipped, triangles, self.step.size, self.step.state)
             for fragments in cover(screen, self.step.size):
@@ -74,12 +74,13 @@ class ReferenceDrawPass:
 
     def _vertices(self, bound: BoundStage, geometry: Geometry) -> Vertices:
         """The vertex kernel over all vertices; positions and varyings are float32 on every backend."""
-        attributes = {f"vertex.{name}": vertex_attribute(geometry, name) for name in ATTRIBUTES}
+        attributes = vertex_builtins(geometry)
         count = len(geometry.positions)
         parts = [np.empty((0, max(columns.stop for columns, _ in self.varyings.values())))]
         for first in range(0, count, LANES):
             last = min(first + LANES, count)
             lanes = {name: given(values[first:last].astype(np.float64)) for name, values in attributes.items()}
+            lanes["output_size"] = given(np.array([self.step.size], np.int64))
             results, _ = bound.run(last - first, lanes)
             named = zip(bound.program.results, results, strict=True)
             position = next(values for result, values in named if result.name == "position")

@@ -20,14 +20,14 @@ from passgraph.commands.clips import (
     sources_of,
 )
 from passgraph.commands.frames import FramesJob, RedOf, Settings, run_clips
+from passgraph.commands.named import named_effect
 from passgraph.commands.options import (
     backend_option,
     capture_option,
     check_finite_option,
-    chosen_effect,
     given_parameters,
     non_finite_option,
-    options_of,
+    options_beside,
 )
 from passgraph.commands.running import check_outputs, run_and_save
 from passgraph.commands.sources import picture_job, picture_parameters
@@ -49,21 +49,26 @@ class _Effects(click.Group):
     def list_commands(self, ctx: click.Context) -> list[str]:
         return [effect.name for effect in EFFECTS.values() if effect.takes.startswith("picture")]
 
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """What click does, without loading each effect."""
+        with formatter.section("Effects"):
+            formatter.write_dl([(name, EFFECTS[name].summary) for name in self.list_commands(ctx)])
+
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
-        effect = chosen_effect(cmd_name)
+        effect = named_effect(cmd_name)
         if not effect.takes.startswith("picture"):
             ctx.fail(f"effect {cmd_name!r} takes a {effect.takes}; use: passgraph render --effect {cmd_name}")
         return command_of(effect)
 
 
-@click.command(cls=_Effects, subcommand_metavar="EFFECT INPUT... -o OUTPUT [OPTIONS]")
+@click.command(cls=_Effects, subcommand_metavar="EFFECT|FILE.py[:NAME] INPUT... -o OUTPUT [OPTIONS]")
 def apply() -> None:
-    """Apply EFFECT to pictures, sequences and videos.
+    """Apply EFFECT to pictures, sequences and videos; or an effect or kernel of FILE.py, a file of yours (it is run).
 
     Each INPUT is a picture (PNG, JPEG, TIFF, WebP, OpenEXR, npy), a folder of them, a quoted wildcard ("*.png"), a
     numbered sequence (shot.%04d.exr or shot.####.exr), a video, or - for PNG pictures on standard input.
 
-    `passgraph apply EFFECT --help` shows the effect's parameters.
+    `passgraph apply EFFECT --help` shows the effect's parameters, and `passgraph apply FILE.py --help` those of yours.
     """
 
 
@@ -106,7 +111,7 @@ def command_of(effect: Effect) -> click.Command:
         depth_buffer: HardwareDepth | None = None,
         **options: Any,
     ) -> int:
-        given = given_parameters(ctx, effect)
+        given = given_parameters(ctx)
         if is_one_picture(inputs, output):
             if options["scheduler"] is not None:
                 raise InputError("--scheduler is for many frames; one picture is computed here: leave it out")
@@ -117,7 +122,7 @@ def command_of(effect: Effect) -> click.Command:
 
     if effect.takes == "picture+depth":
         command.params += [depth_option(required=True), depth_buffer_option()]
-    command.params += options_of(effect)
+    command.params += options_beside(command.params, effect)
     return command
 
 

@@ -32,7 +32,7 @@ class Golden:
 
 
 @click.command()
-@click.argument("file", metavar="FILE", type=click.Path(path_type=Path))
+@click.argument("file", metavar="FILE[:NAME]|EFFECT")
 @click.option("--input", "-i", "inputs", multiple=True, type=InputType(), help="Picture of an input; else one is made.")
 @click.option(
     "--set", "settings", multiple=True, type=SettingType(),
@@ -48,7 +48,7 @@ class Golden:
     help="Steps of the target's format (of floats: ulp) that values may lie from what is recorded.",
 )  # fmt: skip
 def check(
-    file: Path,
+    file: str,
     inputs: tuple[tuple[str, Path], ...],
     settings: tuple[tuple[str, str], ...],
     size: tuple[int, int] | None,
@@ -58,7 +58,7 @@ def check(
     record: bool,
     golden_steps: int,
 ) -> int:
-    """Check FILE on every backend: a Python module of yours (it is run), or kernels as text (only parsed).
+    """Check FILE on every backend: a Python module of yours (it is run), or kernels as text (only parsed).  Or EFFECT.
 
     Of a module its ``outputs`` are checked (a target, several, or a mapping), else its targets, else its effects on
     pictures, else each of its kernels.  Said first is whether backends made the same bits; then whether each is within
@@ -66,7 +66,7 @@ def check(
     for a verdict, it is undecided.  Exit status: 0 all passed and as recorded, 1 something differs or is undecided,
     2 an error.
     """
-    from passgraph.commands.own_file import graphs_of
+    from passgraph.commands.named import named_graphs
 
     if record and golden is None:
         raise InputError("--record needs --golden FOLDER, where to write")
@@ -77,7 +77,7 @@ def check(
     kept = None if golden is None else Golden(golden, record, golden_steps)
     well = True
     with progress("reading") as say:
-        graphs = graphs_of(file)
+        graphs = named_graphs(file)
         pictures = read_inputs(graphs, inputs)
         known_values(graphs, settings)
         devices = opened(backends)

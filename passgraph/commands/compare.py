@@ -10,8 +10,9 @@ import click
 from passgraph.commands.options import (
     BackendType,
     EffectCommand,
-    chosen_effect,
+    effect_option,
     given_parameters,
+    named_or_refused,
     size_option,
 )
 from passgraph.commands.progress import progress
@@ -29,7 +30,7 @@ COMPARE_SIZE = (160, 90)
 
 @click.command(cls=EffectCommand)
 @click.argument("source", metavar="[SCENE_OR_PICTURE]", required=False, type=click.Path(path_type=Path))
-@click.option("--effect", "-e", required=True, help="What is computed.")
+@effect_option("What is computed")
 @click.option(
     "--backend",
     "-b",
@@ -47,7 +48,6 @@ def compare(
     ctx: click.Context,
     /,
     source: Path | None,
-    effect: str,
     backends: tuple[str, ...],
     size: tuple[int, int],
     depth: Path | None,
@@ -63,9 +63,9 @@ def compare(
     place of numbers do not pass, though bounds allow them.  Exit status: 0 all passed, 1 a backend diverges, fails
     or is undecided, 2 an error.  Pictures keep their own size.
     """
-    chosen = chosen_effect(effect)
+    chosen = named_or_refused(ctx, source)
     with progress("reading") as say:
-        job = job_of(chosen, source, size, depth, linear, given_parameters(ctx, chosen))
+        job = job_of(chosen, source, size, depth, linear, given_parameters(ctx))
         report = compare_backends(
             job.outputs, backends or None, size=job.size, progress=say, most_ambiguous=most_ambiguous, **job.given
         )

@@ -13,7 +13,8 @@ import click
 
 import passgraph
 from passgraph.arguments import near, shown
-from passgraph.errors import InputError, KernelError, PassgraphError
+from passgraph.commands.errors import told
+from passgraph.errors import InputError, PassgraphError
 
 #: Set, an unforeseen error shows its traceback.
 TRACEBACK_VARIABLE = "PASSGRAPH_TRACEBACK"
@@ -139,10 +140,7 @@ def _drop_output() -> None:
 
 
 def failed(error: Exception) -> int:
-    """Print an error as one line; a kernel's keeps its lines, since a caret points into the one above."""
-    if isinstance(error, KernelError):
-        click.echo(f"passgraph: error: {error}", err=True)
-        return 2
+    """Print an error as one line; where a caret points into a kernel, with its lines."""
     if isinstance(error, click.ClickException):
         text = error.format_message()
         context = getattr(error, "ctx", None)
@@ -156,5 +154,5 @@ def failed(error: Exception) -> int:
         text = f"{error.filename}: {error.strerror}" if error.filename and error.strerror else str(error)
     else:
         text = f"unforeseen {type(error).__name__}: {error}; set {TRACEBACK_VARIABLE}=1 to see where"
-    click.echo(f"passgraph: error: {' '.join(text.split())}", err=True)
+    click.echo(f"passgraph: error: {told(text)}", err=True)
     return 2

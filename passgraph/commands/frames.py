@@ -10,6 +10,7 @@ from typing import Any
 import click
 
 from passgraph.commands.clips import Clip
+from passgraph.commands.errors import told
 from passgraph.commands.options import check_computes
 from passgraph.commands.progress import frame_progress
 from passgraph.commands.sources import as_distance, effect_output, in_bytes
@@ -185,8 +186,8 @@ def _say(clip: Clip, line: str) -> None:
 
 def _complain_of(outcome: Outcome) -> str:
     text = outcome.reason if outcome.reason.startswith(outcome.name) else f"{outcome.name}: {outcome.reason}"
-    return f"passgraph: error: {' '.join(text.split())}"
+    return f"passgraph: error: {told(text)}"
 
 
 def _complain(message: str) -> None:
-    click.echo(f"passgraph: error: {' '.join(message.split())}", err=True)
+    click.echo(f"passgraph: error: {told(message)}", err=True)

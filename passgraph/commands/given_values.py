@@ -11,7 +11,7 @@ import click
 from passgraph.arguments import near, shown
 from passgraph.errors import InputError
 from passgraph.graph.targets import Pass, PixelPass
-from passgraph.graph.values import OUTPUT_SIZE, Derived, Value, sources_of
+from passgraph.graph.values import FILLED_IN, Derived, Value, sources_of
 from passgraph.language.symbols import TYPE_MARKERS
 from passgraph.language.types import BOOL, FLOAT, INT, Array, Matrix, Scalar, Type, Vector, innermost
 
@@ -51,7 +51,7 @@ def declared(graph: Graph) -> dict[str, tuple[Value, Type | None]]:
     for node in passes_behind(list(graph.values())):
         for parameter, given in node.values.items():
             for source in sources_of({parameter: given}):
-                if source is not OUTPUT_SIZE:
+                if FILLED_IN.get(source.name) is not source:
                     # What is derived on the host is of the kernel's type; its source is of its own.
                     type_ = _own_type(source) if isinstance(given, Derived) else _parameter_type(node, parameter)
                     found.setdefault(source.name, (source, type_))
@@ -102,6 +102,36 @@ def run_values(name: str, graph: Graph, settings: Mapping[str, str]) -> dict[str
     return given
 
 
+class TypedValue(click.ParamType[Any]):
+    """A value of a kernel's type: numbers, with commas between those of a vector."""
+
+    def __init__(self, type_: Type) -> None:
+        self.type_, self.name = type_, str(type_)
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if not isinstance(value, str):
+            return value
+        name = self.name if param is None or param.name is None else param.name
+        try:
+            return read_value(value, self.type_, name, "--" + name.replace("_", "-"))
+        except InputError as error:
+            raise click.UsageError(str(error), ctx) from None
+
+
+def written_value(value: object) -> str:
+    """A value as the command line writes it.
+
+    >>> written_value((0.5, 1, 2)), written_value(((1.0, 0.0), (0.0, 1.0))), written_value(True)
+    ('0.5,1,2', '1,0;0,1', 'true')
+    """
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, (tuple, list)):
+        nested = any(isinstance(part, (tuple, list)) for part in value)
+        return (";" if nested else ",").join(map(written_value, value))
+    return f"{value:g}" if isinstance(value, float) else str(value)
+
+
 def _way(name: str, handle: Value, type_: Type | None) -> str:
     if type_ is None:
         kind = getattr(handle.type, "__name__", str(handle.type))
@@ -125,19 +155,24 @@ def _example(type_: Type) -> str:
 
 
 def _read(name: str, text: str, handle: Value, type_: Type | None) -> object:
-    from passgraph.language.layout import components
-
     if type_ is None:
         raise InputError(f"--set {name}: {_way(name, handle, type_)}")
+    return read_value(text, type_, name, f"--set {name}")
+
+
+def read_value(text: str, type_: Type, name: str, where: str) -> object:
+    """A value of a kernel's type from text; ``where`` is the option that it stands behind."""
+    from passgraph.language.layout import components
+
     words = [word for word in re.split(r"[\s,;]+", text.strip()) if word]
-    parts, left = _taken(type_, words, f"--set {name}={shown(text)[1:-1]}")
+    parts, left = _taken(type_, words, f"{where}={shown(text)[1:-1]}")
     wanted = _count(type_)
     if left or len(words) != wanted:
         raise InputError(
-            f"--set {name}: {name} is {type_}, expected {wanted} number{'s' if wanted > 1 else ''} such as "
+            f"{where}: {name} is {type_}, expected {wanted} number{'s' if wanted > 1 else ''} such as "
             f"{_example(type_)}{' (row by row)' if isinstance(type_, Matrix) else ''}, got {len(words)}"
         )
-    components(parts, type_, f"--set {name}")  # refuses what float32 and ints do not hold
+    components(parts, type_, where)  # refuses what float32 and ints do not hold
     return parts
 
 

@@ -11,6 +11,7 @@ import click
 from click.core import ParameterSource
 
 from passgraph.arguments import near
+from passgraph.commands.named import is_named, named_effect
 from passgraph.effects.registry import EFFECTS, Effect
 from passgraph.errors import BackendError, InputError, PassgraphError
 from passgraph.graph.targets import MAX_SIDE
@@ -138,7 +139,11 @@ def flag_of(parameter: Parameter) -> str:
     return "--" + parameter.name.replace("_", "-")
 
 
-def option_of(parameter: Parameter) -> click.Option:
+class EffectOption(click.Option):
+    """An effect's parameter."""
+
+
+def option_of(parameter: Parameter) -> EffectOption:
     """A parameter as an option with range, unit and default."""
     flag, settings, limits = flag_of(parameter), dict[str, Any](), parameter.range
     if parameter.type == "bool":
@@ -147,6 +152,10 @@ def option_of(parameter: Parameter) -> click.Option:
         settings["type"] = click.Choice(parameter.choices)
     elif parameter.type == "picture":
         settings |= {"type": click.Path(path_type=Path), "metavar": "FILE"}
+    elif parameter.of is not None:
+        from passgraph.commands.given_values import TypedValue
+
+        settings |= {"type": TypedValue(parameter.of), "metavar": str(parameter.of).upper()}
     elif parameter.type == "int":
         settings["type"] = WholeRange(_as(int, limits.low), _as(int, limits.high), min_open=limits.above)
     else:
@@ -157,28 +166,34 @@ def option_of(parameter: Parameter) -> click.Option:
         settings["metavar"] = "NUMBER"
     default = parameter.default
     if default is not None:
-        settings["show_default"] = " ".join(f"{v:g}" for v in default) if isinstance(default, tuple) else True
+        settings["show_default"] = _shown_default(default, "," if parameter.of else " ")
     text = parameter.help[:1].upper() + parameter.help[1:]
     unit = f" ({limits.unit})" if limits.unit else ""
-    return click.Option([flag, parameter.name], default=default, help=text + unit, **settings)
+    if default is not None or not parameter.required:
+        settings["default"] = default
+    return EffectOption([flag, parameter.name], help=text + unit, required=parameter.required, **settings)
+
+
+def _shown_default(default: object, between: str) -> str | bool:
+    """What help says of a default; True leaves it to click."""
+    from passgraph.commands.given_values import written_value
+
+    return written_value(default).replace(",", between) if isinstance(default, tuple) else True
 
 
 def _as(number: Callable[[float], Any], limit: float | None) -> Any:
     return None if limit is None else number(limit)
 
 
-def chosen_effect(name: str) -> Effect:
-    """The effect of this name; the message for another one has the nearest."""
-    if name not in EFFECTS:
-        raise InputError(f"there is no effect {name!r}{near(name, list(EFFECTS))}; there are {', '.join(EFFECTS)}")
-    return EFFECTS[name]
+#: In the context of a command: the text that named an effect, and the effect that is meant.
+_NAMED, _CHOSEN = "passgraph.named", "passgraph.effect"
 
 
 class EffectCommand(click.Command):
     """A command whose ``--effect`` decides which further options there are.
 
-    With an effect given, help and parsing know that effect's parameters; help without one shows those of
-    every effect.
+    Where no effect is said to be the default, the first argument that names one (or a file of one's own) is it too.
+    With an effect given (or one by default), help and parsing know that effect's parameters; help names the others.
     """
 
     #: Effect where none is given.
@@ -187,7 +202,17 @@ class EffectCommand(click.Command):
     takes: tuple[str, ...] = ("picture", "picture+depth", "scene", "world2d")
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        ctx.meta["passgraph.effect"] = self._named(args)
+        named = self._named(args)
+        if named is None and self.default_effect is None:
+            at = next((at for at, argument in enumerate(args) if is_named(argument)), None)
+            if at is None and args[1:] and args[0].replace("-", "").isidentifier() and not Path(args[0]).exists():
+                at = 0  # nothing else stands in front of a picture: a name with a mistake in it
+            if at is not None:
+                named = args[at]
+                args = ["--effect", named, *args[:at], *args[at + 1 :]]
+        ctx.meta[_NAMED] = named
+        if named is not None or self.default_effect is not None:
+            ctx.meta[_CHOSEN] = self._chosen(named or str(self.default_effect))
         return super().parse_args(ctx, args)
 
     def _named(self, args: Sequence[str]) -> str | None:
@@ -205,40 +230,79 @@ class EffectCommand(click.Command):
     def effects(self) -> list[Effect]:
         return [effect for effect in EFFECTS.values() if effect.takes in self.takes]
 
-    def effect_of(self, ctx: click.Context) -> Effect | None:
-        name = ctx.meta.get("passgraph.effect") or self.default_effect
-        if name is None:
-            return None
-        effect = chosen_effect(name)
+    def _chosen(self, name: str) -> Effect:
+        effect = named_effect(name)
         if effect.takes not in self.takes:
             known = ", ".join(e.name for e in self.effects())
             raise InputError(f"effect {name!r} takes a {effect.takes}; this command has {known}")
         return effect
 
+    @staticmethod
+    def effect_of(ctx: click.Context) -> Effect | None:
+        """What was named, or is the default; a file of one's own is read once."""
+        found: Effect | None = ctx.meta.get(_CHOSEN)
+        return found
+
     def get_params(self, ctx: click.Context) -> list[click.Parameter]:
         own = super().get_params(ctx)
         effect = self.effect_of(ctx)
-        taken = {name for param in own for name in param.opts}
-        return own if effect is None else [*own, *(o for o in options_of(effect) if not taken & set(o.opts))]
+        return own if effect is None else [*own, *options_beside(own, effect)]
 
     def format_options(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         options = [p for p in super().get_params(ctx) if isinstance(p, click.Option)]
         own = [record for p in options if (record := p.get_help_record(ctx)) is not None]
         with formatter.section("Options"):
             formatter.write_dl(own)
-        named = ctx.meta.get("passgraph.effect")
-        for effect in [chosen_effect(named)] if named else self.effects():
+        effect = self.effect_of(ctx)
+        if effect is not None:
             rows = [record for o in options_of(effect) if (record := o.get_help_record(ctx)) is not None]
             if rows:
                 with formatter.section(f"Parameters of --effect {effect.name}"):
                     formatter.write_dl(rows)
+        if not ctx.meta.get(_NAMED):
+            # Showing the parameters of all would load all, a second's work, and fill four screens.
+            with formatter.section(f"Effects ({ctx.command_path} --effect NAME --help shows the parameters of one)"):
+                formatter.write_dl([(one.name, one.summary) for one in self.effects()])
 
 
-def options_of(effect: Effect) -> list[click.Option]:
+def effect_option(what: str) -> Callable[[Decorated], Decorated]:
+    return click.option(
+        "--effect", "-e", metavar="EFFECT|FILE.py[:NAME]", expose_value=False,
+        help=f"{what}: an effect by name, or one (or a kernel) of a file of yours; the first argument may name it too.",
+    )  # fmt: skip
+
+
+def named_or_refused(ctx: click.Context, source: Path | None) -> Effect:
+    """The effect of a command that has none by default."""
+    effect = EffectCommand.effect_of(ctx)
+    if effect is None:
+        hint = "" if source is None else near(str(source), list(EFFECTS))
+        raise click.UsageError(
+            f"Missing option '--effect' / '-e', or the name of an effect or FILE.py in front{hint}", ctx
+        )
+    return effect
+
+
+def options_of(effect: Effect) -> list[EffectOption]:
     return [option_of(parameter) for parameter in effect.parameters]
 
 
-def given_parameters(ctx: click.Context, effect: Effect) -> dict[str, Any]:
+def options_beside(own: Sequence[click.Parameter], effect: Effect) -> list[EffectOption]:
+    """Options of an effect's parameters beside a command's own; one that the command has too is the command's."""
+    taken = {name for param in own for name in (*param.opts, *param.secondary_opts, param.name)}
+    made = []
+    for option in options_of(effect):
+        if not taken.intersection((*option.opts, *option.secondary_opts, option.name)):
+            made.append(option)
+        elif option.required:
+            raise InputError(
+                f"{effect.name} needs a value for {option.name!r}, and that is the name of an option of the command; "
+                "give the parameter a default, or another name"
+            )
+    return made
+
+
+def given_parameters(ctx: click.Context) -> dict[str, Any]:
     """Parameters that were written on the command line; what is left out stays the effect's own choice."""
-    sources = {p.name: ctx.get_parameter_source(p.name) for p in effect.parameters}
-    return {name: ctx.params[name] for name, source in sources.items() if source is not ParameterSource.DEFAULT}
+    options = [p.name for p in ctx.command.get_params(ctx) if isinstance(p, EffectOption) and p.name]
+    return {n: ctx.params[n] for n in options if ctx.get_parameter_source(n) is not ParameterSource.DEFAULT}

@@ -7,12 +7,14 @@ from collections.abc import Mapping
 from importlib.machinery import SourceFileLoader
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
+from traceback import extract_tb
 from types import CodeType
 from typing import Any
 
 import passgraph as pg
-from passgraph.arguments import shown
+from passgraph.arguments import near, shown
 from passgraph.effects.checked import Mark
+from passgraph.effects.registry import Effect
 from passgraph.errors import InputError
 from passgraph.graph.calls import PixelKernel
 from passgraph.graph.outputs import named_outputs
@@ -24,10 +26,14 @@ from passgraph.reading import check_regular, read_text
 Graph = Mapping[str, pg.Target]
 #: Largest text of kernels, bytes.
 MAX_TEXT_BYTES = 1 << 20
+#: Names of inputs, for effects that take pictures.
+TAKEN = {"picture": ("frame",), "picture+depth": ("frame", "depth")}
 
 
-def graphs_of(path: Path) -> dict[str, Graph]:
+def graphs_of(path: Path, name: str | None = None) -> dict[str, Graph]:
     """Graphs by name: ``outputs`` of a module; without it its targets; without any, its effects; else its kernels.
+
+    ``name``: one of them instead, whatever else there is.
 
     Raises
     ------
@@ -35,12 +41,12 @@ def graphs_of(path: Path) -> dict[str, Graph]:
         For a file that cannot be read, fails, or has nothing to check.
     """
     if path.suffix == ".py":
-        check_regular(path, "a Python module")
-        names = _run(path)
+        names = names_of(path)
     else:
-        text = read_text(path, "a text of kernels", MAX_TEXT_BYTES)
-        made: PixelKernel[Any] = PixelKernel(kernel_from_text(text, file=str(path)))
+        made = kernel_of_text(path)
         names = {made.name: made}
+    if name is not None:
+        return {name: _one(name, names, path)}
     if "outputs" in names:
         return {"outputs": _named(names["outputs"], path)}
     targets = {name: value for name, value in names.items() if isinstance(value, pg.Target) and value.made_by}
@@ -55,15 +61,48 @@ def graphs_of(path: Path) -> dict[str, Graph]:
     return {kernel.name: _alone(kernel) for kernel in kernels}
 
 
+def names_of(path: Path) -> dict[str, Any]:
+    """What stands at the top of a user's Python module, which is run."""
+    check_regular(path, "a Python module")
+    return _run(path)
+
+
+def kernel_of_text(path: Path) -> PixelKernel[Any]:
+    """The kernel of a text, which is parsed and never run."""
+    text = read_text(path, "a text of kernels", MAX_TEXT_BYTES)
+    return PixelKernel(kernel_from_text(text, file=str(path)))
+
+
+def _one(name: str, names: Mapping[str, Any], path: Path) -> Graph:
+    effects, value = _effects(names, path.stem), names.get(name)
+    if name in effects:
+        return effects[name]
+    if isinstance(value, PixelKernel):
+        return _alone(value)
+    if value is not None and (name == "outputs" or (isinstance(value, pg.Target) and value.made_by)):
+        return _named(value, path)
+    known = [key for key, one in names.items() if isinstance(one, PixelKernel | pg.Target)] + list(effects)
+    raise InputError(f"{path}: has no {shown(name)}{near(name, known)}; it has {', '.join(known) or 'none'}")
+
+
 def _effects(names: Mapping[str, Any], module: str) -> dict[str, Graph]:
     """Effects of the module's own that take pictures (see `passgraph.effects.effect`), on what inputs bring."""
-    inputs = {"picture": ("frame",), "picture+depth": ("frame", "depth")}
     made: dict[str, Graph] = {}
     for function in names.values():
         mark = getattr(function, "effect", None)
-        if isinstance(mark, Mark) and function.__module__ == module and mark.takes in inputs:
-            made[mark.name] = named_outputs(function(*map(pg.Input, inputs[mark.takes])))
+        if isinstance(mark, Mark) and function.__module__ == module and mark.takes in TAKEN:
+            made[mark.name] = named_outputs(function(*map(pg.Input, TAKEN[mark.takes])))
     return made
+
+
+def on_inputs(effect: Effect) -> Graph:
+    """An effect on inputs with the names of what it takes."""
+    if effect.takes not in TAKEN:
+        raise InputError(
+            f"effect {effect.name} takes a {effect.takes}, which nothing is made up for; use: passgraph compare "
+            f"{effect.name}"
+        )
+    return named_outputs(effect.made(*map(pg.Input, TAKEN[effect.takes])))
 
 
 class _AsWritten(SourceFileLoader):
@@ -79,6 +118,10 @@ def _run(path: Path) -> dict[str, Any]:
     assert spec is not None
     assert spec.loader is not None
     module = module_from_spec(spec)
+    # Dataclasses and type hints look their module up by its name; one of another origin keeps its place.
+    known = sys.modules.get(path.stem)
+    if known is None or isinstance(getattr(known.__spec__, "loader", None), _AsWritten):
+        sys.modules[path.stem] = module
     # It may import files beside it, as when it is run by itself.
     sys.path.insert(0, str(path.resolve().parent))
     try:
@@ -90,10 +133,16 @@ def _run(path: Path) -> dict[str, Any]:
     except SystemExit as error:
         raise InputError(f"{path}: ends the process when it is run ({_exit_call(error)}); take that out") from error
     except Exception as error:
-        raise InputError(f"{path}: fails when run: {type(error).__name__}: {error}") from error
+        raise InputError(f"{path}: fails when run: {type(error).__name__}: {error}{_line(error, path)}") from error
     finally:
         sys.path.pop(0)
     return {name: value for name, value in vars(module).items() if not name.startswith("_")}
+
+
+def _line(error: Exception, path: Path) -> str:
+    """The last line of the file that an error came through; a SyntaxError's text has it."""
+    numbers = [place.lineno for place in extract_tb(error.__traceback__) if place.filename == str(path)]
+    return "" if not numbers or isinstance(error, SyntaxError) else f" (line {numbers[-1]})"
 
 
 def _exit_call(error: SystemExit) -> str:

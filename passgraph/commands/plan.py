@@ -9,13 +9,13 @@ import click
 
 from passgraph.commands.compare import job_of
 from passgraph.commands.files import check_path, write_text
-from passgraph.commands.options import EffectCommand, chosen_effect, given_parameters, size_option
+from passgraph.commands.options import EffectCommand, effect_option, given_parameters, named_or_refused, size_option
 from passgraph.commands.sources import RENDER_SIZE
 
 
 @click.command(cls=EffectCommand)
 @click.argument("source", metavar="[SCENE_OR_PICTURE]", required=False, type=click.Path(path_type=Path))
-@click.option("--effect", "-e", required=True, help="What is planned.")
+@effect_option("What is planned")
 @size_option(RENDER_SIZE)
 @click.option("--depth", type=click.Path(path_type=Path), help="Depth picture, for effects that take one.")
 @click.option("--svg", type=click.Path(path_type=Path), metavar="FILE", help="Draw the plan into an SVG file too.")
@@ -30,7 +30,6 @@ def plan(
     ctx: click.Context,
     /,
     source: Path | None,
-    effect: str,
     size: tuple[int, int],
     depth: Path | None,
     svg: Path | None,
@@ -46,8 +45,8 @@ def plan(
 
     if svg is not None:
         check_path(svg)
-    chosen = chosen_effect(effect)
-    job = job_of(chosen, source, size, depth, False, given_parameters(ctx, chosen))
+    chosen = named_or_refused(ctx, source)
+    job = job_of(chosen, source, size, depth, False, given_parameters(ctx))
     made = build(job.outputs, job.size, None, Options(**dict.fromkeys(off, False)))
     click.echo(made.explain())
     if svg is not None:

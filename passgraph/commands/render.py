@@ -62,7 +62,7 @@ def render(
     renderer = ctx.command.effect_of(ctx)
     assert renderer is not None
     check_outputs(output, capture)
-    parameters = given_parameters(ctx, renderer)
+    parameters = given_parameters(ctx)
     in_floats = output.suffix.lower() in FLOAT_SUFFIXES
     if in_floats and accepts(renderer, "display"):
         parameters.setdefault("display", False)

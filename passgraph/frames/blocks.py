@@ -23,6 +23,7 @@ from passgraph.frames.tiles_bound import bound, result_size, whole_plan
 from passgraph.frames.tiles_grid import Tile
 from passgraph.frames.tiles_parts import Part, checked_dtype, checked_shape
 from passgraph.plan.footprint import footprint
+from passgraph.run.admission import GREY_CHANNELS
 from passgraph.run.program import Program
 
 #: (first, one behind the last) of a chunk along an axis, and of the window that it is computed from.
@@ -33,7 +34,10 @@ def map_blocks(program: Program, array: Any, given: Mapping[str, Any]) -> Any:
     """What `passgraph.Program.map_blocks` does."""
     dask_array = _dask()
     pictures, values = _sorted(program, array, given)
-    arrays = {name: _Chunked.of(picture, f"input {name!r}", dask_array) for name, picture in pictures.items()}
+    arrays = {
+        name: _Chunked.of(picture, f"input {name!r}", dask_array, program.inputs[name].format is None)
+        for name, picture in pictures.items()
+    }
     with ExitStack() as stack:
         check_unchanged(program._overrides)
         made = bound(program, None, None, program._non_finite, stack)
@@ -119,12 +123,15 @@ class _Chunked:
     dtype: np.dtype[Any]
 
     @staticmethod
-    def of(given: Any, what: str, dask_array: Any) -> _Chunked:
+    def of(given: Any, what: str, dask_array: Any, grey: bool) -> _Chunked:
+        """``grey``: what has no channels is, as for a program that is called with it."""
         if not isinstance(given, dask_array.Array):
             given = dask_array.from_array(arguments.numbers(given, what))
         if any(math.isnan(side) for side in given.shape):
             raise InputError(f"{what} has chunks of unknown sizes; call its compute_chunk_sizes() first")
         shape, dtype = checked_shape(given.shape, what), checked_dtype(given.dtype, what)
+        if grey and given.ndim == 2:
+            shape = (*shape[:2], GREY_CHANNELS)
         if 0 in {count for axis in given.chunks for count in axis}:
             given = given.rechunk(tuple(tuple(count for count in axis if count) for axis in given.chunks))
         return _Chunked(given.rechunk({2: -1}) if given.ndim == 3 else given, shape, dtype)

@@ -18,6 +18,7 @@ from passgraph.errors import InputError, PassgraphError
 from passgraph.frames.ahead import Ahead
 from passgraph.frames.frame import Frame, Outcome, OutputError, Sink, Source, Stored, Summary
 from passgraph.frames.stored import given, stored
+from passgraph.graph.values import FRAME_INDEX
 from passgraph.run.program import Program
 
 Values: TypeAlias = "Mapping[str, Any] | Callable[[int], Mapping[str, Any]]"
@@ -47,6 +48,7 @@ class Run:
     ran: int = 0
     is_full: bool = False
     sizes: dict[str, tuple[int, int]] = field(default_factory=dict)
+    first: int = 0  # number of the first frame
 
     def all(self, jobs: int) -> Summary:
         start = perf_counter()
@@ -73,8 +75,8 @@ class Run:
         began = False
         try:
             for frames in _in_step(self.sources):
-                began = True
                 first = next(iter(frames.values()))
+                self.first, began = self.first if began else first.number, True
                 held = self.resume and self.sink.holds(first)
                 yield _Loading(first, frames, held, skipped=held and not self.program.has_history)
         except InputError as error:
@@ -121,7 +123,10 @@ class Run:
         for name in self.sources:
             if name in values:
                 raise InputError(f"frames: {name!r} is among the values and has a source too; leave out one of them")
-        return dict(values)
+        if not self.program.has_frame_index:
+            return dict(values)
+        # Frames that are left out count too, and other machines begin anew with each.
+        return {FRAME_INDEX.name: number - self.first, **values}
 
     def _check_sizes(self, item: _Loading, sizes: dict[str, tuple[int, int]]) -> None:
         first = next(iter(sizes))

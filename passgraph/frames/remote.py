@@ -136,7 +136,7 @@ class RemoteRun(Run):
         # As the result of a task it is sent to a worker once, and made again where a worker is lost that held it.
         self._graph = self.client.submit(same, (digest, text), key=f"passgraph-graph-{digest}")
         self._constants = None
-        if isinstance(self.values, Mapping):
+        if isinstance(self.values, Mapping) and not self.program.has_frame_index:
             self._constants = self.client.submit(same, self._values(0), pure=False)
 
     def _load(self, item: Any) -> Any:

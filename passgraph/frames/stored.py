@@ -12,6 +12,7 @@ from passgraph.frames.frame import Stored
 from passgraph.graph.targets import InputSpec
 from passgraph.picture_decoders import scaled
 from passgraph.quantise import quantised
+from passgraph.run.admission import GREY_CHANNELS
 from passgraph.srgb import srgb_to_linear
 
 
@@ -24,7 +25,9 @@ def given(picture: Stored, spec: InputSpec, linear: bool) -> Stored:
         picture = with_channels(picture, 4)
     if not linear or picture.dtype.kind != "u":
         return picture
-    picture = np.atleast_3d(picture)
+    if picture.ndim == 2:
+        one = picture[:, :, None]
+        picture = with_channels(one, GREY_CHANNELS) if spec.format is None else one
     colours = picture.shape[2] - (picture.shape[2] in (2, 4))
     light = np.empty(picture.shape, np.float32)
     light[..., :colours] = _curve(picture.dtype.str)[picture[..., :colours]]

@@ -14,7 +14,7 @@ from passgraph.errors import BackendError, GraphError, InputError
 from passgraph.frames.tiles_parts import Numbers, Part
 from passgraph.graph.outputs import named_outputs
 from passgraph.graph.targets import InputSpec, Target
-from passgraph.graph.values import OUTPUT_SIZE
+from passgraph.graph.values import FRAME_INDEX, OUTPUT_SIZE
 from passgraph.plan.build import build
 from passgraph.plan.data import Options, Plan
 from passgraph.plan.footprint import Footprint
@@ -144,8 +144,9 @@ class Windows:
     ) -> dict[str, Numbers]:
         """The results in a window: values, or what their targets hold."""
         top, _, left, _ = window
-        asked = {WINDOW.name: (left, top, *self.size), OUTPUT_SIZE.name: self.size}
-        given = {**values, **{name: value for name, value in asked.items() if name in self.plan.values}}
+        # Tiles of one picture are one frame, however many runs they take.
+        told = {FRAME_INDEX.name: 0, **values, WINDOW.name: (left, top, *self.size), OUTPUT_SIZE.name: self.size}
+        given = {name: value for name, value in told.items() if name in values or name in self.plan.values}
         backend = self.bound.backend
         # Between two windows others may use the backend, the one that computes a source among them.
         with backend.turn:

@@ -17,7 +17,7 @@ from passgraph.frames.tiles_grid import Cost, bytes_of, grid_of, told
 from passgraph.frames.tiles_parts import PIECE_PIXELS
 from passgraph.frames.tiles_run import Job
 from passgraph.frames.tiles_sinks import Sink
-from passgraph.frames.tiles_sources import Source, open_source
+from passgraph.frames.tiles_sources import Grey, Source, open_source
 from passgraph.graph.targets import InputSpec
 from passgraph.plan.data import Memory, Options, Plan
 from passgraph.plan.footprint import Footprint, footprint
@@ -119,7 +119,8 @@ def _sources(
             raise InputError(f"input {name!r} is missing; give its file or array as the source")
         if isinstance(picture, (list, tuple)):
             picture = arguments.numbers(picture, f"input {name!r}")
-        found[name] = source = open_source(picture, f"input {name!r}", room // len(specs))
+        source = open_source(picture, f"input {name!r}", room // len(specs))
+        found[name] = source = Grey(source) if source.is_grey and spec.format is None else source
         stack.callback(source.close)
         _check_declared(source, spec)
     return found

@@ -12,6 +12,7 @@ import numpy as np
 from passgraph import arguments
 from passgraph.errors import InputError
 from passgraph.frames.tiles_parts import Numbers, Part, block_of, checked_dtype, checked_shape, imported
+from passgraph.run.admission import GREY_CHANNELS
 
 
 class Source(Protocol):
@@ -31,6 +32,10 @@ class Source(Protocol):
     def block(self) -> tuple[int, int]: ...
     @property
     def cost(self) -> int: ...
+    @property
+    def is_grey(self) -> bool:
+        """Whether it has no channels, as against one channel of data."""
+
     def read(self, part: Part) -> Numbers:
         """The part as (rows, columns, channels), in memory of its own."""
 
@@ -102,6 +107,7 @@ class ArraySource:
         self.shape = checked_shape(array.shape, name)
         self.dtype = checked_dtype(array.dtype, name)
         self.block = block_of(array)
+        self.is_grey = len(array.shape) == 2
 
     def read(self, part: Part) -> Numbers:
         top, bottom, left, right = part
@@ -126,12 +132,30 @@ class ArraySource:
         """The array is the caller's."""
 
 
+class Grey:
+    """A source without channels as a picture: its value is red, green and blue."""
+
+    is_grey = False
+
+    def __init__(self, source: Source) -> None:
+        self.source, self.name = source, source.name
+        self.shape = (*source.shape[:2], GREY_CHANNELS)
+        self.dtype, self.block, self.cost = source.dtype, source.block, source.cost
+
+    def read(self, part: Part) -> Numbers:
+        return np.repeat(self.source.read(part), GREY_CHANNELS, axis=2)
+
+    def close(self) -> None:
+        self.source.close()
+
+
 class Blocks:
     """A source read in whole blocks, of which the last ones stay: neighbouring tiles share those at their edges."""
 
     def __init__(self, source: Any, room: int) -> None:
         self.source, self.name = source, source.name
         self.shape, self.dtype, self.block = source.shape, source.dtype, source.block
+        self.is_grey = source.is_grey
         height, width, channels = self.shape
         self.block_bytes = min(self.block[0], height) * min(self.block[1], width) * channels * self.dtype.itemsize
         across = -(-width // self.block[1])

@@ -37,6 +37,7 @@ class TiffSource:
             height, width, channels = page.imagelength, page.imagewidth, page.samplesperpixel
             self.shape = checked_shape((height, width, channels), self.name)
             self.dtype = checked_dtype(page.dtype, self.name)
+            self.is_grey = channels == 1
             self._plain = self._begin(page)
             tiled = (page.tilelength, page.tilewidth) if page.is_tiled else (min(page.rowsperstrip, height), width)
             # Rows of plain numbers can be read from anywhere to anywhere.

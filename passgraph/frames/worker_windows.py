@@ -52,7 +52,7 @@ class Pieces:
 
     def joined(self, pieces: Sequence[Any]) -> Numbers:
         """The part as one array; a piece that is the whole of it, as it is."""
-        arrays = [_shaped(piece) for piece in pieces]
+        arrays = [_shaped(piece) for piece in pieces]  # of one channel, where all are to have its value
         if len(arrays) == 1 and arrays[0].shape == self.shape:
             return arrays[0]
         made = np.empty(self.shape, arrays[0].dtype)

@@ -315,18 +315,23 @@ def kernel(definition: Callable[..., object], *, known_sizes: bool = False) -> P
 def kernel(*, known_sizes: bool = False) -> _Maker: ...
 @overload
 def kernel(*, source: str, name: str | None = None, known_sizes: bool = False) -> PixelKernel[Any]: ...
+@overload
+def kernel(*, glsl: str, name: str | None = None, known_sizes: bool = False) -> PixelKernel[Any]: ...
 def kernel(
     definition: Callable[..., Any] | None = None,
     *,
     source: str | None = None,
+    glsl: str | None = None,
     name: str | None = None,
     known_sizes: bool = False,
 ) -> PixelKernel[Any] | _Maker:
     """A kernel that runs once for each pixel of its target(s).
 
     Use it as a decorator, or give ``source``: text is parsed and never executed, so it may come from
-    strangers.  With ``known_sizes`` it is compiled for the sizes that the plan has: ``image.size`` and
-    ``output_size()`` are constants in it, a branch that they decide costs nothing, and other sizes compile it anew.
+    strangers.  ``glsl`` is the text of a fragment shader instead (docs/shaders.md): its uniforms are the parameters,
+    samplers first, and ``name`` is the kernel's.  With ``known_sizes`` it is compiled for the sizes that the plan has:
+    ``image.size`` and ``output_size()`` are constants in it, a branch that they decide costs nothing, and other sizes
+    compile it anew.
 
     Raises
     ------
@@ -340,6 +345,10 @@ def kernel(
     <passgraph pixel kernel invert(color: Image)>
     """
     flag(known_sizes, "a kernel's known_sizes")
+    if glsl is not None:
+        if definition is not None or source is not None:
+            raise GraphError("a kernel is made from a function, from source=... or from glsl=..., one of the three")
+        return PixelKernel.of_program(_shader(glsl, name), known_sizes)
     if definition is None and source is None and name is None and known_sizes:
         return lambda marked: PixelKernel(_definition(marked, None, None), known_sizes)
     return PixelKernel(_definition(definition, source, name), known_sizes)
@@ -366,6 +375,12 @@ def _definition(definition: Callable[..., Any] | None, source: str | None, name:
         return kernel_from_text(source, None if name is None else text(name, "the name of a function"))
     assert definition is not None
     return function_source(definition)
+
+
+def _shader(glsl: str, name: str | None) -> ir.TypedKernel:
+    from passgraph.shaders.glsl import parse  # shaders are read by few programs
+
+    return parse(glsl, name="shader" if name is None else text(name, "the name of a kernel")).program
 
 
 def graph(*outputs: Target) -> nx.DiGraph:

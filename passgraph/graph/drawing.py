@@ -18,7 +18,7 @@ from passgraph.language.kernel import Kernel
 from passgraph.language.types import Struct
 
 #: What a mesh may bring beside positions, and the components of each.
-ATTRIBUTES = {"normals": 3, "uvs": 2, "colors": 4, "tangents": 4}
+ATTRIBUTES = {"normals": 3, "uvs": 2, "colors": 4, "tangents": 4, "instances": 1}
 
 
 def draw(
@@ -46,8 +46,9 @@ def draw(
     ----------
     geometry
         A mesh: ``positions`` (n, 3) float32, ``triangles`` (m, 3) int32 and any of ``normals``, ``uvs``,
-        ``colors``, ``tangents``.  It is drawn as it is now: a :class:`passgraph.Mesh` cannot change, and of
-        anything else a copy is kept, on every backend.  For another mesh draw again and compile again.
+        ``colors``, ``tangents``, ``instances`` ((n, 1): see :func:`passgraph.effects.surfaces.marks.instances`).  It
+        is drawn as it is now: a :class:`passgraph.Mesh` cannot change, and of anything else a copy is kept, on every
+        backend.  For another mesh draw again and compile again.
     vertex, fragment
         Kernels made with :func:`passgraph.vertex` and :func:`passgraph.fragment`.  Without a fragment kernel
         only depth and stencil are written.

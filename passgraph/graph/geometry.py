@@ -20,7 +20,7 @@ class Geometry(Protocol):
 
 #: Attributes that a mesh may have, and their element types.
 ATTRIBUTE_TYPES = {"positions": np.float32, "triangles": np.int32, "normals": np.float32, "uvs": np.float32,
-          "colors": np.float32, "tangents": np.float32}  # fmt: skip
+          "colors": np.float32, "tangents": np.float32, "instances": np.float32}  # fmt: skip
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +33,7 @@ class FrozenGeometry:
     uvs: NDArray[np.float32] | None = None
     colors: NDArray[np.float32] | None = None
     tangents: NDArray[np.float32] | None = None
+    instances: NDArray[np.float32] | None = None
 
 
 def frozen(geometry: Geometry) -> Geometry:

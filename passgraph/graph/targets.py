@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from passgraph import arguments
 from passgraph.errors import GraphError
@@ -20,6 +21,8 @@ from passgraph.language.kernel import Kernel
 MAX_SIDE = 1 << 15
 #: Largest number of an output among those of its pass: structs have no more fields.
 MOST_SLOTS = 255
+#: Earliest run that :func:`previous` reaches back to: each one on the way is a picture in memory.
+MOST_FRAMES_AGO = 64
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +60,8 @@ class TargetSpec:
     size: SizeClass | None = None
     clear: tuple[float, ...] | None = None
     notes: tuple[str, ...] = ()  # what an effect decided, for plan.explain()
+    #: What :func:`previous` of it holds before it was written: one number, one a channel, or a picture.
+    initial: tuple[float, ...] | NDArray[np.float32] = (0.0,)
 
     def __post_init__(self) -> None:
         where = f"target {arguments.text(self.name, 'the name of a target')!r}"
@@ -68,6 +73,8 @@ class TargetSpec:
         if self.clear is not None:
             _check_clear(self.clear, self.format, where)
         arguments.several(self.notes, str, f"{where}: notes", "lines of text")
+        if not isinstance(self.initial, np.ndarray):
+            _check_clear(self.initial, self.format, where, "initial", "starts from")
 
     def __repr__(self) -> str:
         return f"<target {self.name} {self.format.name}>"
@@ -100,7 +107,7 @@ class Target:
     spec: TargetSpec | InputSpec
     made_by: Pass | None = None  # None for inputs and for history
     slot: int = 0  # which of the pass's outputs; -1 is its depth
-    is_previous: bool = False
+    frames_ago: int = 0  # of history: how many runs before this one
     border_rule: str = "clamp"
 
     def __post_init__(self) -> None:
@@ -112,11 +119,21 @@ class Target:
         if self.made_by is not None and not hasattr(self.made_by, "into"):
             raise GraphError(f"a handle is made by a pass, got {arguments.shown(self.made_by)}")
         arguments.whole(self.slot, f"handle of {self.name!r}: slot", -1, MOST_SLOTS)
-        arguments.flag(self.is_previous, f"handle of {self.name!r}: is_previous")
+        arguments.whole(self.frames_ago, f"handle of {self.name!r}: frames_ago", 0, MOST_FRAMES_AGO)
 
     @property
     def name(self) -> str:
         return self.spec.name
+
+    @property
+    def is_previous(self) -> bool:
+        """Whether it is what the target held in an earlier run."""
+        return self.frames_ago > 0
+
+    @property
+    def when(self) -> str:
+        """Before its name, the run that its content is of."""
+        return ("", "previous ")[self.frames_ago] if self.frames_ago < 2 else f"{self.frames_ago} frames ago "
 
     @property
     def depth(self) -> Target:
@@ -138,7 +155,7 @@ class Target:
         return replace(self, border_rule="clamp")
 
     def __repr__(self) -> str:
-        return f"<{'previous ' if self.is_previous else ''}{self.spec!r}>"
+        return f"<{self.when}{self.spec!r}>"
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,6 +233,7 @@ def target(
     like: Target | None = None,
     clear: float | tuple[float, ...] | None = None,
     notes: tuple[str, ...] = (),
+    initial: object = 0.0,
 ) -> TargetSpec:
     """Declare a render target.
 
@@ -235,6 +253,9 @@ def target(
         What a draw clears it to first (default 0; depth 1), unless it draws into what is there.
     notes
         What an effect decided and why, shown by ``plan.explain()``.
+    initial
+        What :func:`previous` of it holds as long as no run has written it: a number, one for each channel, or a
+        picture (height, width, channels) of the target's size, row 0 on top.
 
     Raises
     ------
@@ -258,18 +279,38 @@ def target(
         size_class = Like(like, checked_scale(1.0 if scale is None else scale, name))
     elif scale is not None:
         size_class = Relative(checked_scale(scale, name))
-    values = None if clear is None else _check_clear(clear, made, f"target {name!r}")
-    return TargetSpec(name, made, size_class, values, arguments.several(notes, str, f"target {name!r}: notes", "text"))
+    where = f"target {name!r}"
+    values = None if clear is None else _check_clear(clear, made, where)
+    told = arguments.several(notes, str, f"{where}: notes", "text")
+    return TargetSpec(name, made, size_class, values, told, checked_initial(initial, made, where))
 
 
-def _check_clear(clear: object, format: Format, where: str) -> tuple[float, ...]:
+def _check_clear(
+    clear: object, format: Format, where: str, what: str = "clear", does: str = "clears to"
+) -> tuple[float, ...]:
     """One number, or one a channel."""
     given = clear.tolist() if isinstance(clear, np.ndarray) else clear
     given = given if isinstance(given, (list, tuple)) else (given,)
-    values = tuple(arguments.real(value, f"{where}: clear") for value in given)
+    values = tuple(arguments.real(value, f"{where}: {what}") for value in given)
     if len(values) not in (1, format.channels):
-        raise GraphError(f"{where} ({format.name}) clears to 1 or {format.channels} numbers, got {len(values)}")
+        raise GraphError(f"{where} ({format.name}) {does} 1 or {format.channels} numbers, got {len(values)}")
     return values
+
+
+def checked_initial(given: object, format: Format, where: str) -> tuple[float, ...] | NDArray[np.float32]:
+    """Numbers, or a picture of the caller's as a copy that stays as it is."""
+    if not isinstance(given, np.ndarray) or given.ndim < 2:
+        return _check_clear(given, format, where, "initial", "starts from")
+    picture = arguments.numbers(given, f"{where}: initial", error=GraphError).astype(np.float32)
+    picture = picture[:, :, None] if picture.ndim == 2 else picture
+    if not np.isfinite(picture).all():
+        raise GraphError(f"{where} starts from a picture that holds NaN or infinity; mend it first")
+    if picture.ndim != 3 or picture.shape[2] != format.channels:
+        raise GraphError(
+            f"{where} ({format.name}) starts from a picture (height, width, {format.channels}), got {given.shape}"
+        )
+    picture.setflags(write=False)
+    return picture
 
 
 def checked_size(size: object, what: str) -> tuple[int, int]:
@@ -314,12 +355,37 @@ def Input(
     return Target(InputSpec(name, made, bound, static, default)).border(border)
 
 
-def previous(spec: TargetSpec | Target) -> Target:
-    """What a target held at the end of the last run; zero at the first."""
+def previous(spec: TargetSpec | Target, frames_ago: int = 1) -> Target:
+    """What a target held at the end of an earlier run.
+
+    Parameters
+    ----------
+    spec
+        The target, or any handle of it.
+    frames_ago
+        How many runs ago, 1 to 64: 1 is the last one.  Each run on the way back keeps a picture.
+
+    Returns
+    -------
+    Target
+        As long as there were fewer runs, what the target starts from: ``pg.target(initial=…)``, 0 where left out.
+        `Program.reset` begins anew.
+
+    Raises
+    ------
+    GraphError
+        For an input, and for a number out of range.
+
+    Examples
+    --------
+    >>> previous(target("state", "r8", initial=1.0), 2)
+    <2 frames ago <target state r8>>
+    """
     if isinstance(spec, Target):
         if not isinstance(spec.spec, TargetSpec):
             raise GraphError(f"input {spec.name!r} has no history; keep a copy of it in a target")
         spec = spec.spec
     expected = "a target that a pass writes: pg.target(...) or a handle of it"
     arguments.instance(spec, TargetSpec, "what pg.previous takes", expected)
-    return Target(spec, is_previous=True)
+    arguments.whole(frames_ago, f"previous of {spec.name!r}: frames_ago", 1, MOST_FRAMES_AGO)
+    return Target(spec, frames_ago=frames_ago)

@@ -90,3 +90,8 @@ def sources_of(parameters: Mapping[str, object]) -> Iterator[Value]:
 #: (width, height) of the output in pixels as a value, filled in by the program: for what depends on the
 #: aspect ratio.
 OUTPUT_SIZE = Value("output_size", tuple, static=True)
+#: How many runs came before this one, from 0, as a value, filled in by the program: for what moves, and for what begins
+#: otherwise than it goes on.  A run that is given ``frame_index`` takes that; `Program.reset` counts anew.
+FRAME_INDEX = Value("frame_index", int)
+#: By name, what programs fill in where runs do not say it.
+FILLED_IN = {value.name: value for value in (OUTPUT_SIZE, FRAME_INDEX)}

@@ -11,9 +11,7 @@ from passgraph.language.source import Span, fail
 from passgraph.language.types import (
     INT,
     Array,
-    Scalar,
     TupleType,
-    Vector,
     image_names,
     is_plain,
 )
@@ -28,8 +26,8 @@ from passgraph.language.values import (
     coerce,
     index_into,
     part_type,
-    swizzle_components,
     type_of,
+    with_components,
 )
 from passgraph.language.variables import Place, new_variable
 
@@ -137,31 +135,11 @@ class Assignments:
         frame = self.frame
         base = frame.name_it(base, span)
         if isinstance(target, ast.Attribute):
-            return self._with_components(target.attr, base, value, span)
+            return with_components(target.attr, base, value, span, frame.name_it)
         index = widen(frame.expressions.value(target.slice), INT, span, "an index")
         element = index_into(base, index, span)
         value = widen(value, element.type, span, ast.unparse(target))
         return ir.Insert(base.type, base, index, value, span)
-
-    def _with_components(self, name: str, base: ir.Expr, value: ir.Expr, span: Span) -> ir.Expr:
-        """``base.name = value`` for a swizzle that names each component once."""
-        if not isinstance(base.type, Vector):
-            fail(span, f"{base.type} has no attribute {name!r}")
-        components = swizzle_components(name, base.type, span)
-        if len(set(components)) != len(components):
-            fail(span, f".{name} names a component twice and cannot be assigned to")
-        scalar = base.type.element
-        wanted: Scalar | Vector = scalar if len(components) == 1 else Vector(scalar, len(components))
-        value = self.frame.name_it(widen(value, wanted, span, f".{name}"), span)
-        parts: list[ir.Expr] = []
-        for i in range(base.type.size):
-            if i not in components:
-                parts.append(ir.Swizzle(scalar, base, (i,), span))
-            elif len(components) == 1:
-                parts.append(value)
-            else:
-                parts.append(ir.Swizzle(scalar, value, (components.index(i),), span))
-        return ir.Construct(base.type, tuple(parts), span)
 
 
 def _as_load(target: ast.expr) -> ast.expr:

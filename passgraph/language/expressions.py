@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, cast
 
 from passgraph.language import ir, symbols
 from passgraph.language.composites import array_of, each_image, entry
+from passgraph.language.foreign import FORMS, mending, method_spelling
 from passgraph.language.operations import OPERATIONS, called, signed
 from passgraph.language.scope import FunctionSource, ModuleName, number, written
 from passgraph.language.signature import MAX_ARRAY_LENGTH, resolve
@@ -169,7 +170,8 @@ class Expressions:
         if isinstance(base, ImageValue):
             if node.attr == "size":
                 return ir.Size(IVEC2, base.name, span)
-            fail(span, f"an Image has [dx, dy], .texel(ivec2), .sample(vec2) and .size, not .{node.attr}")
+            has = f"an Image has [dx, dy], .texel(ivec2), .sample(vec2) and .size, not .{node.attr}"
+            fail(span, has + (mending(node.attr) if node.attr in FORMS else ""))
         if isinstance(base, TupleValue):
             fail(span, "a tuple has no attributes; unpack it first")
         if not isinstance(base, ArrayValue) and isinstance(base.type, Vector):
@@ -293,7 +295,7 @@ class Expressions:
         if not isinstance(node.func, (ast.Name, ast.Attribute)):
             fail(span, "only named functions can be called")
         if isinstance(node.func, ast.Attribute) and not self._is_outer(node.func):
-            fail(span, f"values have no methods; got .{node.func.attr}()")
+            fail(span, f"values have no methods; got .{node.func.attr}(){method_spelling(node.func.attr)}")
         meaning = resolve(node.func, self.frame.scope, self.frame.source)
         if isinstance(meaning, FunctionSource):
             return self.frame.inline(meaning, self._arguments(node), span)
@@ -488,7 +490,7 @@ def _on_name(
 STAGE_VALUES: dict[str, tuple[Type, tuple[str, ...]]] = {
     "pixel": (IVEC2, ("pixel", "fragment")),
     "uv": (VEC2, ("pixel", "fragment")),
-    "output_size": (IVEC2, ("pixel", "fragment")),
+    "output_size": (IVEC2, ("pixel", "vertex", "fragment")),
     "front_facing": (BOOL, ("fragment",)),
     "fragment_depth": (FLOAT, ("fragment",)),
 }

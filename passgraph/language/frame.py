@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ast
 from dataclasses import dataclass, field
 from typing import cast
 
@@ -59,7 +58,8 @@ class Builder:
     count: int = 0
     emitted: int = 0
     expressions: int = 0
-    calls: list[ast.FunctionDef] = field(default_factory=list)
+    #: Of the functions around, innermost last, the nodes of their own syntax trees.
+    calls: list[object] = field(default_factory=list)
     discards: bool = False
     signatures: dict[FunctionSource, Signature] = field(default_factory=dict)
     #: For each function inlined, the names that its body captured: this kernel's own record.
@@ -83,47 +83,32 @@ class Builder:
         self.count += 1
         return f"{hint}.{self.count}"
 
-    def signature(self, function: FunctionSource) -> Signature:
-        if function not in self.signatures:
-            self.signatures[function] = read_signature(function)
-        return self.signatures[function]
+    # Values
 
-    def scope(self, function: FunctionSource) -> Scope:
-        if function not in self.scopes:
-            self.scopes[function] = Scope(function.scope.names, tables={})
-        return self.scopes[function]
+    def name_it(self, value: ir.Expr, span: Span, *, keep_locals: bool = True) -> ir.Expr:
+        """The value behind a name, so that using it twice computes it once."""
+        kept = (ir.Literal, ir.Uniform, ir.Builtin, ir.Table)
+        if isinstance(value, kept) or (keep_locals and isinstance(value, ir.Local)):
+            return value
+        name = self.fresh("t")
+        self.emit(ir.Assign(name, value, span))
+        return ir.Local(value.type, name, span)
 
-
-class Frame:
-    """One function body being parsed."""
-
-    def __init__(self, function: FunctionSource, builder: Builder, result: Type) -> None:
-        self.function, self.builder, self.result_type = function, builder, result
-        self.source, self.scope, self.stage = function.source, builder.scope(function), builder.stage
-        self.expressions, self.assignments = Expressions(self), Assignments(self)
-        self.statements = Statements(self)
-        self.parts: dict[str, Part] = {}  # parameters, read-only
-        self.variables: dict[str, Variable] = {}
-        self.assigned: set[str] = set()  # variables that have a value here
-        self.locals = function.assigned
-        self.result = new_variable(result, builder.fresh(f"{function.name}.result"))
-        self.returned = builder.fresh(f"{function.name}.returned")
-        self.in_function = bool(builder.calls[1:])
-
-    # Names
-
-    def knows(self, name: str) -> bool:
-        return name in self.parts or name in self.locals
-
-    def read(self, name: str, span: Span) -> Part | None:
-        """The value of a local name, or None where the name is not local."""
-        if name in self.parts:
-            return self.parts[name]
-        if name not in self.locals:
-            return None
-        if name not in self.assigned:
-            fail(span, f"{name!r} may not have a value here; give it one before the branch or loop")
-        return read_variable(self.variables[name], span)
+    def name_part(self, part: Part, span: Span, *, keep_locals: bool = True) -> Part:
+        """:meth:`name_it` for every field of a struct and member of a tuple."""
+        if isinstance(part, StructValue):
+            fields = {n: self.name_part(p, span, keep_locals=keep_locals) for n, p in part.fields.items()}
+            return StructValue(part.struct, fields)
+        if isinstance(part, TupleValue):
+            members = (self.name_part(p, span, keep_locals=keep_locals) for p in part.members)
+            return TupleValue(tuple(members))
+        if isinstance(part, ArrayValue):
+            whole = part if keep_locals else self.alone(part, span)
+            parts = mapped(whole.parts, lambda leaf: self.name_it(leaf, span, keep_locals=keep_locals))
+            return ArrayValue(whole.type, parts, whole.first)
+        if isinstance(part, (ImageValue, ImageChoice)):
+            return part
+        return self.name_it(part, span, keep_locals=keep_locals)
 
     def store(self, variable: Variable, part: Part, span: Span, what: str) -> None:
         """Assign to a variable, field by field for structs and tuples."""
@@ -148,7 +133,7 @@ class Frame:
             for name, member in values.items():
                 self._insert(variable.fields[name], member, index, span)
             return
-        self.builder.count_expression(span, _OF_ENTRY * (len(values) - 1))
+        self.count_expression(span, _OF_ENTRY * (len(values) - 1))
         flat = flat_type(cast(Array, variable.type))
         for k, value in enumerate(values):
             assert not isinstance(value, ImageValue)
@@ -183,38 +168,59 @@ class Frame:
         elif not isinstance(parts, tuple):
             self.emit(ir.Assign(variable.name, parts, span))
 
-    def emit(self, statement: ir.Stmt) -> None:
-        self.builder.emit(statement)
-
-    def name_it(self, value: ir.Expr, span: Span, *, keep_locals: bool = True) -> ir.Expr:
-        """The value behind a name, so that using it twice computes it once."""
-        kept = (ir.Literal, ir.Uniform, ir.Builtin, ir.Table)
-        if isinstance(value, kept) or (keep_locals and isinstance(value, ir.Local)):
-            return value
-        name = self.builder.fresh("t")
-        self.emit(ir.Assign(name, value, span))
-        return ir.Local(value.type, name, span)
-
-    def name_part(self, part: Part, span: Span, *, keep_locals: bool = True) -> Part:
-        """:meth:`name_it` for every field of a struct and member of a tuple."""
-        if isinstance(part, StructValue):
-            fields = {n: self.name_part(p, span, keep_locals=keep_locals) for n, p in part.fields.items()}
-            return StructValue(part.struct, fields)
-        if isinstance(part, TupleValue):
-            members = (self.name_part(p, span, keep_locals=keep_locals) for p in part.members)
-            return TupleValue(tuple(members))
-        if isinstance(part, ArrayValue):
-            whole = part if keep_locals else self.alone(part, span)
-            parts = mapped(whole.parts, lambda leaf: self.name_it(leaf, span, keep_locals=keep_locals))
-            return ArrayValue(whole.type, parts, whole.first)
-        if isinstance(part, (ImageValue, ImageChoice)):
-            return part
-        return self.name_it(part, span, keep_locals=keep_locals)
-
     def alone(self, array: ArrayValue, span: Span) -> ArrayValue:
         """:func:`~.composites.alone`, counted as it grows."""
-        self.builder.count_expression(span, 1 if array.first is None else _OF_ENTRY * longest(array.type))
+        self.count_expression(span, 1 if array.first is None else _OF_ENTRY * longest(array.type))
         return alone(array, span)
+
+    # Functions
+
+    def signature(self, function: FunctionSource) -> Signature:
+        if function not in self.signatures:
+            self.signatures[function] = read_signature(function)
+        return self.signatures[function]
+
+    def scope(self, function: FunctionSource) -> Scope:
+        if function not in self.scopes:
+            self.scopes[function] = Scope(function.scope.names, tables={}, listed=function.nearby)
+        return self.scopes[function]
+
+
+class Frame:
+    """One function body being parsed."""
+
+    def __init__(self, function: FunctionSource, builder: Builder, result: Type) -> None:
+        self.function, self.builder, self.result_type = function, builder, result
+        self.source, self.scope, self.stage = function.source, builder.scope(function), builder.stage
+        self.name_it, self.name_part, self.store = builder.name_it, builder.name_part, builder.store
+        self.alone, self.store_at = builder.alone, builder.store_at
+        self.expressions, self.assignments = Expressions(self), Assignments(self)
+        self.statements = Statements(self)
+        self.parts: dict[str, Part] = {}  # parameters, read-only
+        self.variables: dict[str, Variable] = {}
+        self.assigned: set[str] = set()  # variables that have a value here
+        self.locals = function.assigned
+        self.result = new_variable(result, builder.fresh(f"{function.name}.result"))
+        self.returned = builder.fresh(f"{function.name}.returned")
+        self.in_function = bool(builder.calls[1:])
+
+    # Names
+
+    def knows(self, name: str) -> bool:
+        return name in self.parts or name in self.locals
+
+    def read(self, name: str, span: Span) -> Part | None:
+        """The value of a local name, or None where the name is not local."""
+        if name in self.parts:
+            return self.parts[name]
+        if name not in self.locals:
+            return None
+        if name not in self.assigned:
+            fail(span, f"{name!r} may not have a value here; give it one before the branch or loop")
+        return read_variable(self.variables[name], span)
+
+    def emit(self, statement: ir.Stmt) -> None:
+        self.builder.emit(statement)
 
     # What expressions ask of their frame
 
@@ -236,26 +242,7 @@ class Frame:
         return self.inline(library_function(name), (arguments, {}), span)
 
     def inline(self, function: FunctionSource, arguments: tuple[list[Part], dict[str, Part]], span: Span) -> Part:
-        """The body of a function in place of a call."""
-        builder = self.builder
-        if function.node in builder.calls:
-            fail(span, f"{function.name} calls itself; the kernel language has no recursion")
-        if len(builder.calls) >= MAX_CALL_DEPTH:
-            fail(span, f"calls nest deeper than {MAX_CALL_DEPTH}")
-        signature = builder.signature(function)
-        builder.calls.append(function.node)
-        frame = Frame(function, builder, signature.result)
-        bound = _bind(function, signature.parameters, arguments, span)
-        for parameter in signature.parameters:
-            what = f"{function.name}({parameter.name})"
-            if parameter.name in bound:
-                part = coerce(bound[parameter.name], parameter.type, span, what)
-            else:
-                part = self.default(parameter.default, parameter.type, what, span)
-            frame.bind(parameter.name, parameter.type, part, span)
-        frame.run()
-        builder.calls.pop()
-        return read_variable(frame.result, span)
+        return inlined(self.builder, function, arguments, span)
 
     def bind(self, name: str, type_: Type, part: Part, span: Span) -> None:
         """A parameter: by name where it is only read, a variable of its own where the body assigns to it."""
@@ -282,6 +269,30 @@ class Frame:
             self._zero(member)
         if not variable.fields:
             self.emit(ir.Assign(variable.name, zero_of(variable.type)))
+
+
+def inlined(
+    builder: Builder, function: FunctionSource, arguments: tuple[list[Part], dict[str, Part]], span: Span
+) -> Part:
+    """The body of a function in place of a call."""
+    if function.node in builder.calls:
+        fail(span, f"{function.name} calls itself; the kernel language has no recursion")
+    if len(builder.calls) >= MAX_CALL_DEPTH:
+        fail(span, f"calls nest deeper than {MAX_CALL_DEPTH}")
+    signature = builder.signature(function)
+    builder.calls.append(function.node)
+    frame = Frame(function, builder, signature.result)
+    bound = _bind(function, signature.parameters, arguments, span)
+    for parameter in signature.parameters:
+        what = f"{function.name}({parameter.name})"
+        if parameter.name in bound:
+            part = coerce(bound[parameter.name], parameter.type, span, what)
+        else:
+            part = frame.default(parameter.default, parameter.type, what, span)
+        frame.bind(parameter.name, parameter.type, part, span)
+    frame.run()
+    builder.calls.pop()
+    return read_variable(frame.result, span)
 
 
 def _bind(

@@ -25,6 +25,20 @@ def sample(image: Image, position: vec2) -> vec4:
     top = mix(image.texel(corner), image.texel(corner + ivec2(1, 0)), f.x)
     bottom = mix(image.texel(corner + ivec2(0, 1)), image.texel(corner + ivec2(1, 1)), f.x)
     return mix(top, bottom, f.y)
+
+def texel_upward(image: Image, position: ivec2) -> vec4:
+    """A texel whose row is counted from the bottom up, as OpenGL does."""
+    return image.texel(ivec2(position.x, image.size.y - 1 - position.y))
+
+def sample_upward(image: Image, position: vec2) -> vec4:
+    """As sample, with (0, 0) the bottom left corner: texels and their weights are those that OpenGL takes."""
+    p = clamp(position * vec2(image.size) - 0.5, -1073741824.0, 1073741824.0)
+    base = floor(p)
+    f = p - base
+    corner = ivec2(base.x, image.size.y - 1 - int(base.y))
+    lower = mix(image.texel(corner), image.texel(corner + ivec2(1, 0)), f.x)
+    upper = mix(image.texel(corner - ivec2(0, 1)), image.texel(corner + ivec2(1, -1)), f.x)
+    return mix(lower, upper, f.y)
 '''
 
 

@@ -108,7 +108,7 @@ def _parameter_part(parameter: ir.Parameter, stage: ir.Stage) -> Part:
     if stage in ("blend", "border"):
         assert isinstance(parameter.type, (Scalar, Vector))  # the texts are our own
         return ir.Builtin(parameter.type, parameter.name, parameter.span)
-    return _uniform(parameter.type, parameter.name, parameter.const, parameter.span)
+    return parameter_value(parameter.type, parameter.name, parameter.const, parameter.span)
 
 
 def _varyings(struct: Struct, prefix: str, span: Span) -> StructValue:
@@ -118,11 +118,12 @@ def _varyings(struct: Struct, prefix: str, span: Span) -> StructValue:
     return StructValue(struct, fields)
 
 
-def _uniform(type_: Type, name: str, const: bool, span: Span) -> Part:
+def parameter_value(type_: Type, name: str, const: bool, span: Span) -> Part:
+    """A parameter as a value; a struct taken apart."""
     if isinstance(type_, ImageType):
         return ImageValue(name)
     if isinstance(type_, Struct):
-        return StructValue(type_, {n: _uniform(t, f"{name}.{n}", const, span) for n, t in type_.fields})
+        return StructValue(type_, {n: parameter_value(t, f"{name}.{n}", const, span) for n, t in type_.fields})
     if isinstance(type_, Array):
         return array_part(type_, lambda path, flat: _uniforms(flat, path, const, span), name)
     assert isinstance(type_, (Scalar, Vector, Matrix))
@@ -174,8 +175,6 @@ def _check_parameter(parameter: ir.Parameter, stage: ir.Stage, first: ir.Paramet
     type_ = parameter.type
     if type_ == VERTEX and stage != "vertex":
         fail(parameter.span, f"a {stage} kernel has no vertex; only @pg.vertex kernels take one")
-    if stage == "vertex" and image_names(type_, parameter.name):
-        fail(parameter.span, "vertex kernels read no images; sample in the fragment kernel")
     if isinstance(type_, Struct) and stage == "fragment" and parameter is not first:
         fail(
             parameter.span,

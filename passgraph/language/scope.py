@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from passgraph.arguments import numbers, shown
 from passgraph.errors import InputError
 from passgraph.language import ir, symbols
+from passgraph.language.foreign import mending, own_spelling
 from passgraph.language.layout import described, in_order
 from passgraph.language.meanings import INT_MAX, INT_MIN, UINT_MAX
 from passgraph.language.operations import BUILTINS as OPERATIONS_OF_PYTHON
@@ -74,6 +75,12 @@ class FunctionSource:
         """Every name that the body assigns to: its locals, as Python decides it."""
         return frozenset(_assigned_names(self.node.body))
 
+    def nearby(self) -> list[str]:
+        """Names that the body may use: its parameters, its locals, and what is around it."""
+        arguments = self.node.args
+        given = [one.arg for one in (*arguments.posonlyargs, *arguments.args, *arguments.kwonlyargs)]
+        return [*given, *self.assigned, *self.scope.listed()]
+
 
 def _assigned_names(nodes: Iterable[ast.stmt]) -> set[str]:
     names = set()
@@ -100,16 +107,20 @@ class Scope:
     meanings: dict[str, object] = field(default_factory=dict)
     #: Tables met, by name, with the values that they were made from; None where values may change between uses.
     tables: dict[str, tuple[object, ir.Table]] | None = None
+    #: Names that errors may take one with a mistake for.
+    listed: Callable[[], Iterable[str]] = tuple
 
     def lookup(self, name: str, span: Span) -> object:
         try:
             return self.names(name)
         except KeyError:
-            fail(
-                span,
-                f"name {name!r} is not defined here; a kernel sees its parameters, its own variables, "
-                "functions marked @pg.function, and numbers of the module",
+            ours = name in TEXT_NAMES and name != "pi"
+            mend = f"; import it: from passgraph import {name}" if ours else mending(name, self.listed())
+            sees = (
+                "; a kernel sees its parameters, its own variables, functions marked @pg.function, and numbers of the "
+                "module"
             )
+            fail(span, f"name {name!r} is not defined here{mend or sees}")
 
     def changed_constants(self) -> list[str]:
         """Captured names whose value is not what the kernel was built with."""
@@ -142,12 +153,12 @@ def python_scope(function: Callable[..., Any]) -> Scope:
             return getattr(builtins, name)
         raise KeyError(name)
 
-    return Scope(names)
+    return Scope(names, listed=lambda: (*cells, *function.__globals__))
 
 
 def text_scope(own: Mapping[str, object]) -> Scope:
     """Names of kernel text from anywhere: its own definitions and the language, nothing of Python."""
-    return Scope(lambda name: own[name] if name in own else TEXT_NAMES[name])
+    return Scope(lambda name: own[name] if name in own else TEXT_NAMES[name], listed=lambda: own)
 
 
 def freeze(value: object) -> object:
@@ -217,14 +228,18 @@ def classified(value: object, path: str, scope: Scope, span: Span) -> Any:
     try:
         frozen = freeze(value)
     except TypeError:
-        what = _described(value)
-        fail(
-            span,
-            f"{path} is {what}, which kernels cannot use; they take numbers, tuples and arrays of numbers, "
-            "@pg.struct classes and @pg.function functions",
-        )
+        mend = own_spelling(path.rpartition(".")[2]) if _is_foreign(value) else ""
+        takes = "; they take numbers, tuples and arrays of numbers, @pg.struct classes and @pg.function functions"
+        fail(span, f"{path} is {_described(value)}, which kernels cannot use{mend or takes}")
     scope.captured[path] = frozen
     return constant(value, path, span)
+
+
+def _is_foreign(value: object) -> bool:
+    """Whether it is called, and no function that the user wrote."""
+    if isinstance(value, pytypes.FunctionType):
+        return (value.__module__ or "").partition(".")[0] == "numpy"
+    return callable(value)
 
 
 def _described(value: object) -> str:

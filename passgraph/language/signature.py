@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from passgraph.language import ir, symbols
+from passgraph.language.foreign import mending
 from passgraph.language.scope import FunctionSource, ModuleName, Scope, meaning_of, number, typed_constant, written
 from passgraph.language.source import Source, Span, fail
 from passgraph.language.types import (
@@ -34,6 +35,7 @@ VERTEX_FIELDS: dict[str, tuple[Type, tuple[float, ...]]] = {
     "uv": (NAMED["vec2"], (0, 0)),
     "color": (NAMED["vec4"], (1, 1, 1, 1)),
     "tangent": (NAMED["vec4"], (1, 0, 0, 1)),
+    "instance": (NAMED["float"], (0,)),
 }
 VERTEX = Struct("Vertex", tuple((name, type_) for name, (type_, _) in VERTEX_FIELDS.items()))
 
@@ -62,7 +64,8 @@ def resolve(node: ast.expr, scope: Scope, source: Source) -> object:
         base = resolve(node.value, scope, source)
         if isinstance(base, ModuleName):
             if not hasattr(base.module, node.attr):
-                fail(span, f"module {base.module.__name__} has no {node.attr!r}")
+                mend = mending(node.attr, (name for name in vars(base.module) if not name.startswith("_")))
+                fail(span, f"module {base.module.__name__} has no {node.attr!r}{mend}")
             return meaning_of(getattr(base.module, node.attr), f"{base.path}.{node.attr}", scope, span)
     fail(span, "a name is expected here")
 
@@ -214,11 +217,11 @@ def literal_value(node: ast.expr, source: Source, scope: Scope) -> object:
         if isinstance(meaning, ir.Literal):
             return meaning.value
         if isinstance(meaning, (ir.Construct, ir.Table)):
-            return _host_value(meaning)
+            return host_value(meaning)
     fail(span, "a constant is expected here: a number, a tuple of numbers or a captured constant")
 
 
-def _host_value(constant: ir.Construct | ir.Table) -> object:
+def host_value(constant: ir.Construct | ir.Table) -> object:
     """A captured vector, matrix or table as the host would write it."""
     if isinstance(constant, ir.Table):
         width = component_count(constant.type.element)
@@ -298,13 +301,15 @@ def read_struct(node: ast.ClassDef, source: Source, scope: Scope) -> Struct:
             )
     if not fields:
         fail(source.span(node), f"struct {node.name} has no fields")
-    count = sum(_leaf_count(type_) for _, type_ in fields)
+    return checked_struct(Struct(node.name, tuple(fields), tuple(defaults)), source.span(node))
+
+
+def checked_struct(struct: Struct, span: Span) -> Struct:
+    """A struct that keeps to the limits."""
+    count = _leaf_count(struct)
     if count > MAX_STRUCT_FIELDS:
-        fail(
-            source.span(node),
-            f"struct {node.name} has {count} fields, nested ones too; at most {MAX_STRUCT_FIELDS}",
-        )
-    depth = 1 + max(_depth(type_) for _, type_ in fields)
+        fail(span, f"struct {struct.name} has {count} fields, nested ones too; at most {MAX_STRUCT_FIELDS}")
+    depth = _depth(struct)
     if depth > MAX_STRUCT_DEPTH:
-        fail(source.span(node), f"struct {node.name} holds structs {depth} deep; at most {MAX_STRUCT_DEPTH}")
-    return Struct(node.name, tuple(fields), tuple(defaults))
+        fail(span, f"struct {struct.name} holds structs {depth} deep; at most {MAX_STRUCT_DEPTH}")
+    return struct

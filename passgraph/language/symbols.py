@@ -166,6 +166,7 @@ class Vertex:
         uv: Any
         color: Any
         tangent: Any
+        instance: Any
 
 
 if TYPE_CHECKING:

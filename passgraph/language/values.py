@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TypeAlias, cast
 
 from passgraph.language import ir
+from passgraph.language.foreign import method_spelling
 from passgraph.language.source import Span, fail
 from passgraph.language.types import (
     BOOL,
@@ -115,7 +116,29 @@ def swizzle_components(name: str, type_: Vector, span: Span) -> tuple[int, ...]:
             if max(components) >= type_.size:
                 fail(span, f"{type_} has no component {letters[max(components)]!r}")
             return components
-    fail(span, f"{type_} has no attribute {name!r}; swizzles use xyzw, rgba or stpq, one set at a time")
+    letters = "; swizzles use xyzw, rgba or stpq, one set at a time"
+    fail(span, f"{type_} has no attribute {name!r}{method_spelling(name) or letters}")
+
+
+def with_components(name: str, base: ir.Expr, value: ir.Expr, span: Span, named: Namer) -> ir.Expr:
+    """``base`` with ``base.name = value``, for a swizzle that names each component once."""
+    if not isinstance(base.type, Vector):
+        fail(span, f"{base.type} has no attribute {name!r}")
+    components = swizzle_components(name, base.type, span)
+    if len(set(components)) != len(components):
+        fail(span, f".{name} names a component twice and cannot be assigned to")
+    scalar = base.type.element
+    wanted: Scalar | Vector = scalar if len(components) == 1 else Vector(scalar, len(components))
+    value = named(widen(value, wanted, span, f".{name}"), span)
+    parts: list[ir.Expr] = []
+    for i in range(base.type.size):
+        if i not in components:
+            parts.append(ir.Swizzle(scalar, base, (i,), span))
+        elif len(components) == 1:
+            parts.append(value)
+        else:
+            parts.append(ir.Swizzle(scalar, value, (components.index(i),), span))
+    return ir.Construct(base.type, tuple(parts), span)
 
 
 # Constructors and conversions

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+import numpy as np
+
 from passgraph.errors import GraphError
 from passgraph.formats import Format, format_named
 from passgraph.graph.targets import InputSpec, Pass, Target, TargetSpec
@@ -34,6 +36,7 @@ def collect(
     written = dict.fromkeys(spec for node in passes for spec in node.into)
     work.notes += [note for spec in written for note in spec.notes]
     work.final = _final_contents(passes)
+    _check_starts(work)
     return work
 
 
@@ -43,7 +46,7 @@ def _check_output(name: str, target: object) -> None:
     if not isinstance(target, Target):
         raise GraphError(f"output {name!r} must be a target, got {type(target).__name__}")
     if target.made_by is None:
-        what = "last frame's content" if target.is_previous else "an input"
+        what = "an earlier frame's content" if target.is_previous else "an input"
         raise GraphError(f"output {name!r} is {what}, which no pass computes; put a pass behind it")
 
 
@@ -99,9 +102,22 @@ def _final_contents(passes: list[Pass]) -> dict[TargetSpec, Target]:
         assert isinstance(spec, TargetSpec)
         if spec not in writers:
             raise GraphError(
-                f"last frame's {spec.name!r} is read, and no pass behind the outputs writes it; compile its pass too"
+                f"an earlier frame's {spec.name!r} is read, and no pass behind the outputs writes it; compile its pass "
+                "too"
             )
         last = writers[spec]
         slot = last.into.index(spec) if spec in last.into else -1
         final[spec] = Target(spec, last, slot)
     return final
+
+
+def _check_starts(work: Work) -> None:
+    """Pictures that history starts from are as large as their targets."""
+    for spec in work.final:
+        width, height = work.sizes[spec]
+        if isinstance(spec.initial, np.ndarray) and spec.initial.shape[:2] != (height, width):
+            given = "x".join(map(str, reversed(spec.initial.shape[:2])))
+            raise GraphError(
+                f"target {spec.name!r} starts from a picture of {given} pixels and is {width}x{height}; give one of "
+                "its size, or a colour"
+            )

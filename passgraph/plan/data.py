@@ -7,6 +7,9 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, TypeAlias
 
+import numpy as np
+from numpy.typing import NDArray
+
 from passgraph.arguments import flag
 from passgraph.formats import Format
 from passgraph.graph.draw_state import DrawState
@@ -36,7 +39,7 @@ class Options:
 
 @dataclass(frozen=True, slots=True)
 class Resource:
-    """A logical picture: an input, a target, or what a target held last run."""
+    """A logical picture: an input, a target, or what a target held in an earlier run."""
 
     id: int
     name: str
@@ -45,7 +48,10 @@ class Resource:
     kind: str  # "input", "target" or "history"
     memory: int  # index into Plan.memories; several targets may share one
     persistent: bool = False  # keeps its content between runs
-    history: int | None = None  # for targets with history: the resource that holds last run's content
+    #: For targets with history: the resource that holds last run's content; of that one, the run's before.
+    history: int | None = None
+    #: Of history: what it holds before a run has written it, numbers or a picture.
+    initial: tuple[float, ...] | NDArray[np.float32] = field(default=(), compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +105,7 @@ class DrawStep:
     vertex: ScalarProgram
     fragment: ScalarProgram | None
     varyings: tuple[str, ...]  # such as "normal.0": fragment builtins "varying.normal.0" in this order
-    images: tuple[tuple[str, int], ...]  # of the fragment program, in its order; vertex programs read none
+    images: tuple[tuple[str, int], ...]  # of the vertex program, then of the fragment program, each in its order
     image_formats: tuple[Format, ...]
     outputs: tuple[int, ...]
     output_formats: tuple[Format, ...]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from heapq import heappop, heappush
+from itertools import pairwise
 
 from passgraph.formats import Format
 from passgraph.graph.targets import DrawPass, InputSpec, Pass, Target, TargetSpec
@@ -25,8 +26,13 @@ class Resources:
         self.list: list[Resource] = []
         self.by_content: dict[Target, int] = {}
 
-    def add(self, name: str, format_: Format, size: tuple[int, int], kind: str) -> int:
-        self.list.append(Resource(len(self.list), name, format_, size, kind, -1))
+    def _add(self, target: Target) -> int:
+        kind = "input" if isinstance(target.spec, InputSpec) else "history" if target.is_previous else "target"
+        initial = target.spec.initial if isinstance(target.spec, TargetSpec) else ()
+        format_, size = self.work.format_of(target), self.work.size_of(target)
+        self.list.append(
+            Resource(len(self.list), f"{target.when}{target.name}", format_, size, kind, -1, initial=initial)
+        )
         return len(self.list) - 1
 
     def formats(self, numbers: Iterable[int]) -> tuple[Format, ...]:
@@ -35,10 +41,22 @@ class Resources:
     def of(self, target: Target) -> int:
         content = target.content
         if content not in self.by_content:
-            kind = "input" if isinstance(content.spec, InputSpec) else "history" if content.is_previous else "target"
-            name = f"previous {content.name}" if content.is_previous else content.name
-            self.by_content[content] = self.add(name, self.work.format_of(content), self.work.size_of(content), kind)
+            self.by_content[content] = self._add(content)
         return self.by_content[content]
+
+    def histories(self) -> dict[int, int]:
+        """For each target with history and each of its earlier contents, as far back as one is read, the content of
+        one run before."""
+        deepest = dict.fromkeys(self.work.final, 1)
+        for lowered in self.work.passes.values():
+            for image in lowered.images.values():
+                if image.is_previous and isinstance(image.spec, TargetSpec):
+                    deepest[image.spec] = max(deepest[image.spec], image.frames_ago)
+        found: dict[int, int] = {}
+        for spec, target in self.work.final.items():
+            earlier = (Target(spec, frames_ago=number) for number in range(1, deepest[spec] + 1))
+            found |= {self.of(now): self.of(before) for now, before in pairwise((target, *earlier))}
+        return found
 
 
 def emit(work: Work, sequence: tuple[list[Pass], Copies]) -> Plan:
@@ -51,10 +69,10 @@ def emit(work: Work, sequence: tuple[list[Pass], Copies]) -> Plan:
         steps.append(_step(node, work, resources))
     outputs = {name: resources.of(target) for name, target in work.outputs.items()}
     inputs = {spec.name: resources.of(Target(spec)) for spec in work.inputs if Target(spec) in resources.by_content}
-    finals = {resources.of(target): resources.of(Target(spec, is_previous=True)) for spec, target in work.final.items()}
-    steps, static = _mark_static(steps, resources.list, set(finals), work)
-    persistent = {*outputs.values(), *finals, *finals.values(), *inputs.values(), *_handed_on(steps, static)}
-    listed = [replace(r, persistent=r.id in persistent, history=finals.get(r.id)) for r in resources.list]
+    before = resources.histories()
+    steps, static = _mark_static(steps, resources.list, set(before), work)
+    persistent = {*outputs.values(), *before, *before.values(), *inputs.values(), *_handed_on(steps, static)}
+    listed = [replace(r, persistent=r.id in persistent, history=before.get(r.id)) for r in resources.list]
     listed, memories = _memories(listed, steps, work)
     return Plan(
         tuple(steps),
@@ -94,7 +112,9 @@ def _loads(node: DrawPass) -> list[tuple[TargetSpec, Target | None, int]]:
 
 def _step(node: Pass, work: Work, resources: Resources) -> Step:
     low = work.passes[node]
-    images = tuple((name, resources.of(target)) for name, target in low.images.items())
+    programs = (low.program, low.vertex, low.fragment)
+    names = [use.name for program in programs if program is not None for use in program.images]
+    images = tuple((name, resources.of(low.images[name])) for name in names)
     outputs = tuple(resources.of(Target(spec, node, slot)) for slot, spec in enumerate(node.into))
     if not isinstance(node, DrawPass):
         assert low.program is not None

@@ -9,7 +9,7 @@ from passgraph.graph.targets import DrawPass, PixelPass, Target
 from passgraph.language.emitter import eliminate_dead
 from passgraph.language.lower import Facts, ImageFacts
 from passgraph.language.lower_cache import lower_once
-from passgraph.language.scalar import LoadBuiltin, Output, ScalarProgram, walk
+from passgraph.language.scalar import LoadBuiltin, LoadTexel, Output, ScalarProgram, walk
 from passgraph.plan.work import Lowered, Work
 
 
@@ -41,14 +41,15 @@ def _specialise_draw(node: DrawPass, lowered: Lowered, images: dict[str, ImageFa
     # A blended target is quantised after blending, by the backend.
     stores = tuple(((), ()) if blend else spec.format.store for spec, blend in zip(node.into, blends, strict=True))
     simplify = work.options.simplify
-    lowered.vertex_facts = Facts(node.constants, {}, (), simplify)
+    lowered.vertex_facts = Facts(node.constants, images, (), simplify, lowered.size)
     lowered.facts = Facts(node.constants, images, stores, simplify)
     vertex = lower_once(node.vertex.program, lowered.vertex_facts, work.programs)
     if node.fragment is not None:
         lowered.fragment = lower_once(node.fragment.program, lowered.facts, work.programs)
-        lowered.images = used_images(lowered.fragment, node.images)
     lowered.varyings = varyings_of(lowered.fragment)
     lowered.vertex = link(vertex, lowered.varyings)
+    for program in (lowered.vertex, lowered.fragment):
+        lowered.images |= {} if program is None else used_images(program, node.images)
 
 
 def varyings_of(fragment: ScalarProgram | None) -> tuple[str, ...]:
@@ -71,7 +72,10 @@ def link(vertex: ScalarProgram, varyings: tuple[str, ...]) -> ScalarProgram:
     body = eliminate_dead(list(vertex.body), roots)
     used = {i.name for i in walk(body) if isinstance(i, LoadBuiltin)}
     builtins = tuple((n, t) for n, t in vertex.builtins if n in used)
-    return replace(vertex, outputs=made, body=body, builtins=builtins)
+    made_program = replace(vertex, outputs=made, body=body, builtins=builtins)
+    read = {i.image for i in walk(body) if isinstance(i, LoadTexel)}
+    images = tuple(use for use in vertex.images if use.name in read or made_program.reads_size(use.name))
+    return replace(made_program, images=images)
 
 
 def used_images(program: ScalarProgram, images: object) -> dict[str, Target]:

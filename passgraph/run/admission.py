@@ -19,6 +19,8 @@ from passgraph.run.finite_checks import NonFinite, admitted
 
 #: What a run is given, and gives back in the place of a result that was written there.
 Picture: TypeAlias = "NDArray[Any] | DevicePicture"
+#: A picture without channels, (h, w), is grey where no format is declared: as many channels have its value.
+GREY_CHANNELS = 3
 #: Steps that finding shared memory may take: enough for pictures side by side in one array.
 OVERLAP_WORK = 10_000
 
@@ -59,7 +61,8 @@ def admitted_picture(
     What could hold NaN or infinity is looked through, see :func:`passgraph.run.finite_checks.admitted`.
 
     As float32, uint8, uint16 and bool count from 0 to 1; floats of 64 and more bits are rounded.  Byte order and
-    strides may be any.
+    strides may be any.  Without channels, (height, width), it is grey: red, green and blue are its value.  For an input
+    that is declared with one channel it is that one, and (height, width, 1) is one channel of data anywhere.
 
     Raises
     ------
@@ -88,7 +91,7 @@ def _picture(given: Any, spec: InputSpec) -> NDArray[Any]:
     if array.ndim not in (2, 3):
         raise InputError(f"{what} must {expected}, got {arguments.shown(given)}")
     if array.ndim == 2:
-        array = array[:, :, None]
+        array = _grey(array, GREY_CHANNELS if spec.format is None else spec.format.channels)
     height, width, channels = array.shape
     if not (height and width and 1 <= channels <= 4):
         raise InputError(f"{what} must have 1 to 4 channels and at least one pixel, got shape {array.shape}")
@@ -99,6 +102,17 @@ def _picture(given: Any, spec: InputSpec) -> NDArray[Any]:
     if array.dtype.kind in "ui" and (array.dtype.kind == "i" or array.dtype.itemsize > 2):
         raise InputError(f"{what} has dtype {array.dtype}; give float32 (0 to 1 for colours), uint8 or uint16")
     return array
+
+
+def _grey(array: NDArray[Any], channels: int) -> NDArray[Any]:
+    """A picture without channels with as many as are read: its value in each colour, and alpha 1."""
+    if channels < GREY_CHANNELS:
+        return array[:, :, None]
+    made = np.empty((*array.shape, channels), array.dtype)
+    made[..., :GREY_CHANNELS] = array[..., None]
+    if channels > GREY_CHANNELS:
+        made[..., GREY_CHANNELS] = np.iinfo(array.dtype).max if array.dtype.kind in "ui" else 1
+    return made
 
 
 def _as_values(array: NDArray[Any]) -> NDArray[np.float32]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 import numpy as np
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 from passgraph.arguments import text
 from passgraph.backends.base import DevicePicture
 from passgraph.errors import GraphError, InputError
-from passgraph.graph.values import OUTPUT_SIZE, Derived, Value
+from passgraph.graph.values import FRAME_INDEX, OUTPUT_SIZE, Derived, Value
 from passgraph.language.layout import components
 from passgraph.language.scalar import ScalarProgram
 from passgraph.plan.chains import Chains
@@ -36,7 +37,7 @@ class Execution:
 
         self.plan, self.backend = plan, backend
         self.memories: list[Any] = []
-        #: Resource id → memory index; history swaps two of them after each run.
+        #: Resource id → memory index; history moves them on after each run.
         self.places = [resource.memory for resource in plan.resources]
         self._geometries: dict[int, Any] = {}
         self._empty = Block(np.zeros(1, np.float32), np.zeros(1, np.int32))
@@ -57,10 +58,14 @@ class Execution:
         #: Results of chains whose memory one of the chain's images has, and the memory that they have instead.
         self._apart: dict[int, int] = {}
         self.lending = Lending(plan, backend)
-        self._swap_due = False
+        self.runs = 0  # that ended well, since history began
+        self._moves_due = False
+        #: Resource id and that of its content one run before, the earliest first.
+        self._histories = _earliest_first(plan)
         try:
             for memory in plan.memories:
                 self.memories.append(backend.make(memory.format, memory.size))
+            self._begin_history(started=True)
             chains = Chains(plan)
             while len(self._runs) < len(plan.steps):
                 self._compile_next(chains)
@@ -184,7 +189,8 @@ class Execution:
         except BaseException:
             self.lending.begin({})
             raise
-        self._static_seen, self._swap_due = static, True
+        self._static_seen, self._moves_due = static, True
+        self.runs += 1
 
     def _run_steps(
         self, pictures: Mapping[str, Given], values: dict[Any, object],
@@ -198,7 +204,7 @@ class Execution:
                 for name, resource in self.plan.inputs.items():
                     given = pictures[name]
                     check.admit(resource, self.download(resource) if isinstance(given, DevicePicture) else given)
-            self._swap_history()
+            self._move_history()
             for resource, apart in self._apart.items():
                 self.places[resource] = self.plan.resources[resource].memory if looking else apart
             self.lending.take_room(self.places)
@@ -214,17 +220,28 @@ class Execution:
                         check.look(step, written)
             self.lending.end(self.places, self.memories)
 
-    def _swap_history(self) -> None:
-        """What the last run wrote becomes history; at the start of a run, so that results can be read after it."""
-        if self._swap_due:
-            self._swap_due = False
-            for resource in self.plan.resources:
-                if resource.history is not None:
-                    places = self.places
-                    places[resource.id], places[resource.history] = (
-                        places[resource.history],
-                        places[resource.id],
-                    )
+    def _move_history(self) -> None:
+        """What runs wrote becomes older; at the start of a run, so that results can be read after the last one."""
+        if self._moves_due:
+            self._moves_due = False
+            places = self.places
+            for now, before in self._histories:
+                places[now], places[before] = places[before], places[now]
+
+    def reset(self) -> None:
+        """As though nothing had run: history holds what its targets start from."""
+        self.runs, self._moves_due, self._static_seen = 0, False, None
+        self._begin_history(started=False)
+
+    def _begin_history(self, started: bool) -> None:
+        """What every earlier run is taken to have written.  ``started``: memory is new, and 0."""
+        for resource in self.plan.resources:
+            is_zero = not isinstance(resource.initial, np.ndarray) and not any(resource.initial)
+            if resource.kind == "history" and not (started and is_zero):
+                width, height = resource.size
+                shape = (height, width, resource.format.channels)
+                picture = np.broadcast_to(np.asarray(resource.initial, np.float32), shape)
+                self.backend.upload(self._storage(resource.id), np.ascontiguousarray(picture))
 
     def _values(self, given: Mapping[str, object]) -> dict[Any, object]:
         """Run values by handle; derived ones are computed when first asked for."""
@@ -235,13 +252,19 @@ class Execution:
             raise InputError(f"there is no input or value {surplus[0]!r} in this graph; it takes {known}")
         values: dict[Any, object] = {}
         for name, handle in needed.items():
-            value = given.get(name, self.plan.size if handle is OUTPUT_SIZE else handle.default)
+            value = given.get(name, self._told(handle))
             if value is None:
                 raise InputError(f"value {name!r} is missing; run the program as program({name}=...)")
             if is_object_type(handle.type) and not isinstance(value, handle.type):  # type: ignore[arg-type]
                 raise InputError(f"value {name!r} must be a {handle.type.__name__}, got {type(value).__name__}")  # type: ignore[attr-defined]
             values[name] = value
         return values
+
+    def _told(self, handle: Value) -> object:
+        """What a run that does not say so takes for a value."""
+        if handle is OUTPUT_SIZE:
+            return self.plan.size
+        return self.runs if handle is FRAME_INDEX else handle.default
 
     def _upload(self, pictures: Mapping[str, Given]) -> bool:
         """Inputs to the device; true when a static one is new."""
@@ -313,6 +336,18 @@ class Execution:
         """Let go of everything; compiled steps know this object, so that it would wait for the garbage collector."""
         self.memories, self._runs, self._chained = [], [], []
         self._geometries.clear()
+
+
+def _earliest_first(plan: Plan) -> list[tuple[int, int]]:
+    """Of what has history, itself and its content one run before; those before others that become them."""
+    follows = {r.id: r.history for r in plan.resources if r.history is not None}
+    found: list[tuple[int, int]] = []
+    for start in follows.keys() - set(follows.values()):
+        chain = [start]
+        while chain[-1] in follows:
+            chain.append(follows[chain[-1]])
+        found += reversed(list(pairwise(chain)))
+    return found
 
 
 def _same(one: object, other: object) -> bool:

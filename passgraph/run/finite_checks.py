@@ -136,9 +136,10 @@ class PassCheck:
 
     def begin(self) -> None:
         """Before a run: what the last one left behind."""
+        before = set(self._bad)
         for resource in self.plan.resources:
             if resource.history is not None:
-                self._mark(resource.history, resource.id in self._bad)
+                self._mark(resource.history, resource.id in before)
 
     def admit(self, resource: int, picture: Picture) -> None:
         """An input, as the passes read it."""

@@ -16,6 +16,7 @@ from passgraph.errors import BackendError, GraphError, InputError, UnknownNameEr
 from passgraph.formats import Format
 from passgraph.graph.outputs import Outputs, named_outputs
 from passgraph.graph.targets import InputSpec, Target, checked_size
+from passgraph.graph.values import FRAME_INDEX, sources_of
 from passgraph.plan.data import Options, Plan, Step
 from passgraph.plan.reach import inputs_behind, passes_behind
 from passgraph.run.admission import admitted_device_picture, admitted_picture, bound_to, given_room
@@ -139,6 +140,12 @@ class Program:
     def has_history(self) -> bool:
         """Whether a pass reads last run's picture, so that the order of runs matters."""
         return any(t.is_previous for made in passes_behind(list(self._outputs.values())) for t in made.reads)
+
+    @property
+    def has_frame_index(self) -> bool:
+        """Whether something hangs on :data:`passgraph.FRAME_INDEX`."""
+        passes = passes_behind(list(self._outputs.values()))
+        return any(value is FRAME_INDEX for made in passes for value in sources_of(made.values))
 
     @property
     def plan(self) -> Plan:
@@ -303,6 +310,25 @@ class Program:
         names = list(outputs) if name is None else [name]
         with self.backend.running():
             return Result({n: execution.result(outputs[n], self._results == "stored") for n in names})
+
+    def reset(self) -> None:
+        """Begin anew: the next run is the first, for `passgraph.FRAME_INDEX` and for what `passgraph.previous` reads.
+
+        >>> import passgraph as pg
+        >>> add = pg.kernel(source="def add(a: Image, b: Image) -> float: return a[0, 0].r + b[0, 0].r")
+        >>> total = pg.target("total", "r32f", initial=10.0)
+        >>> with pg.compile(add(pg.previous(total), pg.Input("frame"), into=total)) as program:
+        ...     one = [[[1.0]]]
+        ...     sums = [float(program(frame=one)["total"][0, 0, 0]) for _ in range(2)]
+        ...     program.reset()
+        ...     sums + [float(program(frame=one)["total"][0, 0, 0])]
+        [11.0, 12.0, 11.0]
+        """
+        with self._alone("reset"):
+            if self._execution is not None:
+                self._execution.reset()
+            if self._pass_check is not None:
+                self._pass_check = PassCheck(self._execution.plan) if self._execution is not None else None
 
     def set(self, step: str, name: str, value: object) -> None:
         """Change a plain parameter of a pass, by the pass's name and the parameter's."""

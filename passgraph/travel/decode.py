@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 from types import SimpleNamespace
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from passgraph.errors import InputError
 from passgraph.formats import Format, format_named
@@ -22,10 +25,12 @@ from passgraph.graph.targets import (
     SizeClass,
     Target,
     TargetSpec,
+    checked_initial,
     checked_scale,
     checked_size,
+    previous,
 )
-from passgraph.graph.values import OUTPUT_SIZE, Value
+from passgraph.graph.values import FILLED_IN, Value
 from passgraph.language import ir
 from passgraph.language.kernel import Kernel
 from passgraph.language.types import (
@@ -139,7 +144,7 @@ class _Graph:
 
     def _target(self, given: object, where: str) -> TargetSpec:
         document = self.document
-        record = document.record(given, where, "name", "format", "size", "clear", "notes")
+        record = document.record(given, where, "name", "format", "size", "clear", "notes", "initial")
         clear = record["clear"]
         if clear is not None:
             clear = tuple(document.number(one, f"{where}.clear") for one in document.items(clear, f"{where}.clear", 4))
@@ -150,7 +155,14 @@ class _Graph:
                 self._format(record["format"], f"{where}.format"),
                 self._size(record["size"], f"{where}.size"),
             )
-            return TargetSpec(document.text(record["name"], f"{where}.name"), format_, size, clear, texts)
+            made = TargetSpec(document.text(record["name"], f"{where}.name"), format_, size, clear, texts)
+            return replace(made, initial=self._initial(record["initial"], made, f"{where}.initial"))
+
+    def _initial(self, given: object, spec: TargetSpec, where: str) -> tuple[float, ...] | NDArray[np.float32]:
+        document = self.document
+        if isinstance(given, Mapping):
+            return checked_initial(self.arrays.picture(given, where), spec.format, f"target {spec.name!r}")
+        return tuple(document.number(one, where) for one in document.items(given, where, 4))
 
     def _format(self, given: object, where: str) -> Format:
         return format_named(self.document.text(given, where))
@@ -303,8 +315,8 @@ class _Graph:
         document, place = self.document, f"{where}.{name}"
         if kind == "values" and not images and isinstance(given, Mapping) and "value" in given:
             number = document.record(given, place, "value")["value"]
-            if number == "output_size":
-                return OUTPUT_SIZE
+            if isinstance(number, str) and number in FILLED_IN:
+                return FILLED_IN[number]
             return document.index(number, f"{place}.value", self.values, "values")
         parts = [(path, part) for path, part in plain_parts(type_, name) if is_plain(part)]
         data: Sequence[object] = (given,) if parts else ()
@@ -330,8 +342,8 @@ class _Graph:
         document = self.document
         kinds = [kind for kind in ("input", "previous", "pass") if isinstance(given, Mapping) and kind in given]
         kind = kinds[0] if kinds else "input"
-        names = ("pass", "slot", "border") if kind == "pass" else (kind, "border")
-        record = document.record(given, where, *names)
+        names = {"pass": ("pass", "slot"), "previous": ("previous", "frames_ago")}.get(kind, (kind,))
+        record = document.record(given, where, *names, "border")
         border = document.text(record["border"], f"{where}.border")
         with document.at(where):
             if kind == "pass":
@@ -342,7 +354,7 @@ class _Graph:
                 return found.border(border)
             if kind == "previous":
                 spec = document.index(record["previous"], f"{where}.previous", self.targets, "targets")
-                return Target(spec, is_previous=True, border_rule=border)
+                return previous(spec, record["frames_ago"]).border(border)
             spec = document.index(record["input"], f"{where}.input", self.inputs, "inputs")
             return Target(spec, border_rule=border)
 

@@ -6,6 +6,9 @@ import json
 from dataclasses import asdict
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from passgraph.arguments import numbers, shown
 from passgraph.errors import GraphError
 from passgraph.formats import FORMATS
@@ -14,7 +17,7 @@ from passgraph.graph.draw_state import DrawState
 from passgraph.graph.geometry import ATTRIBUTE_TYPES
 from passgraph.graph.outputs import Outputs, named_outputs
 from passgraph.graph.targets import Absolute, DrawPass, InputSpec, Like, Pass, Relative, Target, TargetSpec
-from passgraph.graph.values import OUTPUT_SIZE, Derived, Value
+from passgraph.graph.values import FILLED_IN, Derived, Value
 from passgraph.language.kernel import Kernel
 from passgraph.language.layout import components
 from passgraph.language.types import Scalar, Struct, Type, element_of, innermost, is_plain
@@ -109,7 +112,8 @@ class _Writer:
             if id(one) not in self._numbers:
                 where = f"target {one.name!r}"
                 data = {"name": one.name, "format": _format_name(one.format, where), "size": self._size(one, where),
-                        "clear": None if one.clear is None else list(one.clear), "notes": list(one.notes)}  # fmt: skip
+                        "clear": None if one.clear is None else list(one.clear), "notes": list(one.notes),
+                        "initial": _initial_data(one.initial, where)}  # fmt: skip
                 self._add("targets", one, data)
         return self._numbers[id(spec)]
 
@@ -133,7 +137,11 @@ class _Writer:
         if isinstance(spec, InputSpec):
             return {"input": self._input(spec), "border": target.border_rule}
         if target.is_previous:
-            return {"previous": self._target(spec), "border": target.border_rule}
+            return {
+                "previous": self._target(spec),
+                "frames_ago": target.frames_ago,
+                "border": target.border_rule,
+            }
         assert target.made_by is not None  # a handle of a target is a pass's, or last frame's
         return {"pass": self._numbers[id(target.made_by)], "slot": target.slot, "border": target.border_rule}
 
@@ -182,7 +190,8 @@ class _Writer:
                 "compute the number where the graph runs and give it as a pg.Value"
             )
         if isinstance(given, Value):
-            return {"value": "output_size" if given is OUTPUT_SIZE else self._value(given, where)}
+            filled_in = FILLED_IN.get(given.name) is given
+            return {"value": given.name if filled_in else self._value(given, where)}
         plain = [leaf for leaf in leaves(given, type_, where) if is_plain(leaf[1])]
         parts = [_numbers_data(part, leaf, name) for name, leaf, part in plain]
         return {"fields": parts} if isinstance(innermost(type_), Struct) else parts[0]
@@ -238,6 +247,13 @@ def _default_data(value: object, where: str) -> Any:
         return [told(one) for one in part] if isinstance(part, list) else number_data(part)
 
     return told(found)
+
+
+def _initial_data(initial: tuple[float, ...] | NDArray[np.float32], where: str) -> Any:
+    """A picture, or numbers."""
+    if isinstance(initial, np.ndarray):
+        return array_data(initial, f"{where}: initial")
+    return [number_data(one) for one in initial]
 
 
 def _picture_data(given: object, where: str) -> dict[str, Any]:

@@ -304,9 +304,12 @@ def test_help_shows_every_parameter_with_unit_and_range(capsys: pytest.CaptureFi
                 assert f"{low}<=x<={high}" in text
 
 
-def test_help_without_an_effect_shows_all_of_them(capsys: pytest.CaptureFixture[str]) -> None:
-    text = well(capsys, "compare", "--help")
-    assert all(f"Parameters of --effect {name}" in text for name in EFFECTS)
+def test_help_without_an_effect_names_all_of_them(capsys: pytest.CaptureFixture[str]) -> None:
+    text = " ".join(well(capsys, "compare", "--help").split())
+    assert "passgraph compare --effect NAME --help shows the parameters of one" in text
+    assert all(f"{effect.name} {effect.summary}" in text for effect in EFFECTS.values())
+    text = " ".join(well(capsys, "render", "--help").split())
+    assert "Parameters of --effect soft-shadow" in text and "contact " in text and "tone-map " not in text
 
 
 def test_version(capsys: pytest.CaptureFixture[str]) -> None:

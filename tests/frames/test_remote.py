@@ -18,7 +18,7 @@ import passgraph as pg
 from passgraph.commands.entry import run
 from passgraph.frames import Arrays, Pictures, ToArrays, ToPictures
 from passgraph.frames.remote import RemoteRun
-from passgraph.frames.worker import MOST_PROGRAMS, PLUGIN, Programs, compiled, compute
+from passgraph.frames.worker import MOST_PROGRAMS, PLUGIN, Named, Programs, compiled, compute
 
 distributed = pytest.importorskip("distributed")
 
@@ -82,7 +82,7 @@ def test_files_are_named_and_workers_read_and_write_them(
 def test_files_that_a_worker_sees_differently_are_sent(
     program: pg.Program, client: Any, files: dict[int, Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(RemoteRun, "_named", lambda run, name, frame: ("/elsewhere/1.png", 1, 1))
+    monkeypatch.setattr(RemoteRun, "_named", lambda run, name, frame: Named("/elsewhere/1.png", 1, 1))
     sink = ToArrays()
     assert pg.frames(program, Pictures(files), sink, values=values, client=client).whole
     assert [picture.tobytes() for picture in sink.pictures] == here(program)
@@ -104,7 +104,7 @@ def test_a_worker_does_not_take_another_file_for_the_one_meant(tmp_path: Path) -
     pg.save(path, FRAMES[0])
     status = path.stat()
     for size, modified in ((status.st_size + 1, status.st_mtime_ns), (status.st_size, status.st_mtime_ns + 1)):
-        assert compute(("", ""), {"frame": (str(path), size, modified)}, {}, False, None, None) is None
+        assert compute(("", ""), {"frame": Named(str(path), size, modified)}, {}, False, None, None) is None
 
 
 def test_a_worker_compiles_a_graph_once(program: pg.Program, client: Any) -> None:

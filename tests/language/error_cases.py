@@ -309,8 +309,8 @@ STAGES: list[tuple[Callable[..., Any], str, str]] = [
     ),
     (
         vertex,
-        VARYING + "def k(v: Vertex, «c: Image») -> P: return P(vec4(1.0), v.normal)",
-        "vertex kernels read no images",
+        VARYING + "def k(v: Vertex, c: Image) -> P: return P(«c[0, 0]», v.normal)",
+        "in a vertex kernel use .texel()",
     ),
     (
         fragment,
@@ -366,6 +366,7 @@ def drawn(**changed: Any) -> Any:
 #: Python that provokes an error, and words of it.
 CALLS: list[tuple[Callable[[], Any], str]] = [
     (lambda: kernel(3), "a kernel is made from a function, got int"),  # type: ignore[call-overload]
+    (lambda: kernel(source="X = 1", glsl="void main() {}"), "from source=... or from glsl=..., one of the three"),  # type: ignore[call-overload]
     (lambda: kernel(), "from a function or from source=..., one of the two"),  # type: ignore[call-overload]
     (lambda: kernel(lambda c: c), "a kernel is a def statement, not a lambda"),
     (lambda: halved(1.0), "halved() is a function of the kernel language; kernels call it, Python does not"),
@@ -450,6 +451,8 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
     (lambda: target(""), "the name of a target must be a name (a printable string, not empty), got ''"),
     (lambda: target("t", size=(4, 4), scale=0.5), "target 't' has both a size and a scale; give one"),
     (lambda: target("t", clear=(1.0, 2.0)), "target 't' (rgba16f) clears to 1 or 4 numbers, got 2"),
+    (lambda: target("t", "r8", initial=np.full((2, 2), np.nan)), "target 't' starts from a picture that holds NaN"),
+    (lambda: target("t", "r8", initial=np.zeros((2, 2, 3))), "starts from a picture (height, width, 1), got (2, 2, 3)"),
     (lambda: target("t", size=(4.5, 4)), "target 't' needs a size (width, height) in whole pixels"),  # type: ignore[arg-type]
     (lambda: Input("t", size=(0, 4)), "input 't' is 0x4 pixels; each side must be 1 to 32768"),
     (lambda: target("t", scale=0.0), "target 't': scale must be a number above 0 and at most 16, got 0.0"),

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.errors import GraphError, InputError, KernelError
+from passgraph.errors import GraphError, InputError
 from passgraph.language import ir
 from passgraph.language.types import FLOAT, VEC2, VEC3, Array, Struct, flat_type, image_names, longest, plain_parts
 
@@ -108,10 +108,6 @@ def test_images_of_a_struct_are_targets() -> None:
         kernel(pg.Input("c"), SimpleNamespace(a=1.0, n=1.0))
     with pytest.raises(GraphError, match="'s' holds images, which are known when the graph is made"):
         kernel(pg.Input("c"), pg.Value("s", object))
-    with pytest.raises(KernelError, match="vertex kernels read no images"):
-        pg.vertex(
-            source="class V:\n    position: vec4\n\ndef k(v: Vertex, s: Array[Image, 2]) -> V: return V(vec4(0.0))"
-        )
 
 
 def test_history_and_borders_belong_to_each_image() -> None:

@@ -16,6 +16,14 @@ def _n(function: str, old: str, new: str, *catchers: str, harmless: str = "") ->
 
 
 MUTANTS = (
+    _n("VertexStage.bound", "for image in images for part", "for image in reversed(images) for part", "draws/scatter"),
+    _n("_image_formats", "step.image_formats[len(step.vertex.images) :]", "step.image_formats", "draws/scatter"),
+    _n(
+        "_marks",
+        "np.repeat(np.arange(count, dtype=np.float32), 4)",
+        "np.tile(np.arange(count, dtype=np.float32), 4)",
+        "draws/scatter",
+    ),
     _n("_FLOAT", "b.fsub(x, y", "b.fsub(y, x", "operations/sub"),
     _n(
         "_FLOAT",

@@ -17,6 +17,12 @@ def _o(function: str, old: str, new: str, *catchers: str, harmless: str = "") ->
 
 
 MUTANTS = (
+    _o(
+        "DrawPassRunner.__call__",
+        "for image in images[:first]]",
+        "for image in reversed(images[:first])]",
+        "draws/scatter",
+    ),
     _o("pg_sub", "as_uint(a) - as_uint(b)", "as_uint(b) - as_uint(a)", "operations/sub of ints"),
     _o("pg_shl", "(as_uint(b) & 31u)", "(as_uint(b) & 15u)", "operations/shift_left"),
     _o(

@@ -25,6 +25,11 @@ def _composite(function: str, old: str, new: str) -> Mutant:
 _FLOATS = '"add": "({0} + {1})", "sub": "({0} - {1})", "mul": "({0} * {1})", "div"'
 
 MUTANTS = (
+    # Runs
+    _plan("_earliest_first", "reversed(list(pairwise(chain)))", "pairwise(chain)"),
+    _plan("Execution._begin_history", "np.asarray(resource.initial, np.float32)", "np.zeros(1, np.float32)"),
+    _plan("Execution._told", "self.runs if", "0 if"),
+    _plan("Resources.histories", "image.frames_ago)", "1)"),
     # The printer
     Mutant("FLOOR_DIVIDE", "? q - 1 : q;", "? q : q;", "gl", ("operations/floor_divide",)),
     Mutant("INT_MOD", "? r + b : r;", "? r : r;", "opencl", ("operations/int_mod",)),
@@ -205,7 +210,7 @@ MUTANTS = (
     _plan("lifetimes", "spans[resource] = (first, index)", "spans[resource] = (first, first)"),
     _plan(
         "emit",
-        "*outputs.values(), *finals, *finals.values(), *inputs.values(),",
+        "*outputs.values(), *before, *before.values(), *inputs.values(),",
         "*outputs.values(), *inputs.values(),",
     ),
     _plan(
@@ -235,7 +240,7 @@ MUTANTS = (
         "a graph that reads history which no output needs is refused before",
     ),
     _plan("Execution._run_steps", "static_changed |= self._upload(pictures)", "self._upload(pictures)"),
-    _plan("Execution._swap_history", "if resource.history is not None:", "if False:"),
+    _plan("Execution._move_history", "for now, before in self._histories:", "for now, before in ():"),
     _plan(
         "Execution._upload",
         "if name in static and self._uploaded.get(name) is picture:",
@@ -244,8 +249,8 @@ MUTANTS = (
     _plan("Execution._changed", "return seen is None or any(", "return seen is None or False and any("),
     _plan(
         "Execution.run",
-        "self._static_seen, self._swap_due = static, True",
-        "self._static_seen, self._swap_due = static, False",
+        "self._static_seen, self._moves_due = static, True",
+        "self._static_seen, self._moves_due = static, False",
     ),
     # Lowering: the reference interprets what comes before it
     Mutant(

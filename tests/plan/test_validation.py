@@ -54,7 +54,7 @@ def test_an_output_that_is_no_target() -> None:
 def test_an_output_that_is_an_input_or_history() -> None:
     assert refusal(frame) == "output 'out0' is an input, which no pass computes; put a pass behind it"
     last = pg.previous(pg.target("t"))
-    assert refusal(last) == "output 'out0' is last frame's content, which no pass computes; put a pass behind it"
+    assert refusal(last) == "output 'out0' is an earlier frame's content, which no pass computes; put a pass behind it"
 
 
 def test_a_cycle_is_named_pass_by_pass() -> None:
@@ -154,7 +154,7 @@ def test_a_target_too_large() -> None:
 def test_history_that_nothing_writes() -> None:
     never = pg.target("never", size=(8, 4))
     assert refusal(add(frame, pg.previous(never))) == (
-        "last frame's 'never' is read, and no pass behind the outputs writes it; compile its pass too"
+        "an earlier frame's 'never' is read, and no pass behind the outputs writes it; compile its pass too"
     )
 
 

@@ -95,7 +95,8 @@ def kernel(rows: list[Any], **parts: Any) -> Any:
     return {
         "passgraph": "graph", "version": 1, "kernels": [whole], "values": [], "meshes": [],
         "inputs": [{"name": "frame", "format": None, "size": None, "static": False, "default": None}],
-        "targets": [{"name": "made", "format": "rgba32f", "size": None, "clear": None, "notes": []}],
+        "targets": [{"name": "made", "format": "rgba32f", "size": None, "clear": None, "notes": [],
+                     "initial": [0.0]}],
         "passes": [{"name": "made", "kernel": 0, "images": {"a": {"input": 0, "border": "clamp"}}, "values": {},
                     "constants": {}, "into": [0], "known_sizes": False}],
         "outputs": [["made", {"pass": 0, "slot": 0, "border": "clamp"}]],

@@ -55,10 +55,11 @@ class Raster:
         if depth is not None and depth.stencil is not None and self.step.depth_clear is not None:
             depth.stencil.fill(self.step.state.clear_stencil)
         self._prepare(geometry)
-        self._transform(geometry, vertex)
+        first = len(self.step.vertex.images)
+        self._transform(geometry, vertex, images[:first])
         ends = self._assemble(geometry)
         offsets, lists = self._bin(ends)
-        self.paint(outputs, depth, images, fragment, self._triangles(), offsets, lists)
+        self.paint(outputs, depth, images[first:], fragment, self._triangles(), offsets, lists)
 
     def _triangles(self) -> Triangles:
         return self.made, self.window_x, self.window_y, self.depth, self.inverse_w, self.varyings
@@ -86,9 +87,9 @@ class Raster:
         """At least one, so that a mesh of nothing needs no ways of its own."""
         return [(first, min(count, first + CHUNK)) for first in range(0, max(1, count), CHUNK)]
 
-    def _transform(self, mesh: Geometry, block: Block) -> None:
+    def _transform(self, mesh: Geometry, block: Block, images: Sequence[Storage]) -> None:
         chunks = self._chunks(len(mesh.positions))
-        run = self.vertices.bound(block, self.arrays, self.clip, self.varyings)
+        run = self.vertices.bound(block, self.arrays, images, self.clip, self.varyings)
         project = self.project.bound(
             self.clip, self.width, self.height, self.window_x, self.window_y, self.depth, self.inverse_w, self.codes
         )

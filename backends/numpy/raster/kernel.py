@@ -3,7 +3,7 @@
 # mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from llvmlite import ir
@@ -14,6 +14,8 @@ from passgraph.backends.numpy.vector.lane_body import LaneBody
 from passgraph.backends.numpy.vector.lanes import Lanes
 from passgraph.backends.numpy.vector.operations import F32, I32, I64
 from passgraph.backends.numpy.vector.stored import element, rounded, store
+from passgraph.formats import Format
+from passgraph.language.scalar import ScalarProgram
 from passgraph.plan.data import DrawStep
 
 #: Endings of an image's sizes: width and height, and pixels from row to row.
@@ -25,16 +27,44 @@ def kernel_parts(step: DrawStep) -> tuple[str, ...]:
     cleared = [clear is not None for clear in step.clears]
     program = step.fragment
     kernel = () if program is None else (program.key, repr([name for name, _ in program.builtins]))
-    held = [(format_.number, format_.steps) for format_ in (*step.image_formats, *step.output_formats)]
+    held = [(format_.number, format_.steps) for format_ in (*_image_formats(step), *step.output_formats)]
     return *kernel, repr(cleared), repr(held), repr(step.varyings), str(lanes())
 
 
 def context_names(step: DrawStep) -> list[str]:
     """Entries of the context, in order: each an address or a size."""
     names = ["floats", "ints", "clears", "depth", "stencil", "width", "height"]
-    for number in range(0 if step.fragment is None else len(step.fragment.images)):
-        names += [f"im{number}{end}" for end in ("", *SIZES)]
-    return [*names, *(f"out{number}{end}" for number in range(len(step.outputs)) for end in ("", "_p"))]
+    return [
+        *names,
+        *image_names(step.fragment),
+        *(f"out{number}{end}" for number in range(len(step.outputs)) for end in ("", "_p")),
+    ]
+
+
+def image_names(program: ScalarProgram | None) -> list[str]:
+    """Entries of a context for a program's images."""
+    count = 0 if program is None else len(program.images)
+    return [f"im{number}{end}" for number in range(count) for end in ("", *SIZES)]
+
+
+def found_in(b: Lanes, context: Any, names: Sequence[str]) -> dict[str, Any]:
+    """A context's entries: pointers, or sizes as int32."""
+    found = {}
+    for place, name in enumerate(names):
+        entry = b.load_at(context, ir.Constant(I64, place), I64, steady=True)
+        size = name in ("width", "height") or name.endswith(SIZES)
+        found[name] = b.trunc(entry, I32) if size else b.inttoptr(entry, ir.PointerType())
+    return found
+
+
+def image_sizes(program: ScalarProgram | None, memory: Mapping[str, Any]) -> dict[str, Any]:
+    """Builtins that say how large images are."""
+    uses = enumerate(() if program is None else program.images)
+    return {f"size.{use.name}.{axis}": memory[f"im{number}_{'wh'[axis]}"] for number, use in uses for axis in range(2)}
+
+
+def _image_formats(step: DrawStep) -> tuple[Format, ...]:
+    return step.image_formats[len(step.vertex.images) :]
 
 
 class Fragments:
@@ -55,28 +85,20 @@ class Fragments:
 
     def found_in(self, context: Any) -> dict[str, Any]:
         """The context's entries: pointers, or sizes as int32."""
-        b = self.builder
-        found = {}
-        for place, name in enumerate(context_names(self.step)):
-            entry = b.load_at(context, ir.Constant(I64, place), I64, steady=True)
-            size = name in ("width", "height") or name.endswith(SIZES)
-            found[name] = b.trunc(entry, I32) if size else b.inttoptr(entry, ir.PointerType())
-        return found
+        return found_in(self.builder, context, context_names(self.step))
 
     def places(self, x: Any, y: Any) -> dict[str, Any]:
         """Builtins that depend on the place alone."""
-        given = {"pixel.0": x, "pixel.1": y,
-                 "output_size.0": self.memory["width"], "output_size.1": self.memory["height"]}  # fmt: skip
-        for number, use in enumerate(() if self.program is None else self.program.images):
-            given |= {f"size.{use.name}.{axis}": self.memory[f"im{number}_{'wh'[axis]}"] for axis in range(2)}
-        return given
+        place = {"pixel.0": x, "pixel.1": y}
+        size = {"output_size.0": self.memory["width"], "output_size.1": self.memory["height"]}
+        return {**place, **size, **image_sizes(self.program, self.memory)}
 
     def run(self, given: dict[str, Any], mask: Any) -> tuple[list[Any], Any]:
         """Run the kernel in the lanes of the mask: components of all outputs, and which of those lanes it keeps."""
         b, program = self.builder, self.program
         if program is None:
             return [], mask
-        body = LaneBody(program, b, given, self.memory, mask, self.step.image_formats)
+        body = LaneBody(program, b, given, self.memory, mask, _image_formats(self.step))
         results = [b.spread(value) for value in body.results()]
         return results, mask if program.keep is None else b.and_(mask, body.operand(program.keep))
 

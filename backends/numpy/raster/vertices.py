@@ -5,17 +5,22 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from llvmlite import ir
 
 from passgraph.backends.base import ATTRIBUTES, Block
 from passgraph.backends.numpy.machine.native import function_address, lanes
+from passgraph.backends.numpy.raster.kernel import found_in, image_names, image_sizes
 from passgraph.backends.numpy.vector.lane_body import LaneBody
 from passgraph.backends.numpy.vector.lanes import Lanes, counting
 from passgraph.backends.numpy.vector.operations import F32, F64, I64
+from passgraph.formats import Format
 from passgraph.plan.data import DrawStep
+
+if TYPE_CHECKING:
+    from passgraph.backends.numpy.storage import Storage
 
 _CALL = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int64, ctypes.c_int64)
 
@@ -24,20 +29,34 @@ class VertexStage:
     """A compiled vertex program."""
 
     def __init__(self, step: DrawStep) -> None:
-        parts = ("vertices", step.vertex.key, repr([n for n, _ in step.vertex.builtins]), str(len(step.varyings)))
-        self.function = _CALL(function_address((*parts, str(lanes())), lambda name: _text(step, name)))
-        self.context = np.zeros(4 + len(step.vertex.attributes), np.int64)
+        program = step.vertex
+        parts = ("vertices", program.key, repr([n for n, _ in program.builtins]), str(len(step.varyings)))
+        held = [(format_.number, format_.steps) for format_ in _image_formats(step)]
+        self.function = _CALL(function_address((*parts, repr(held), str(lanes())), lambda name: _text(step, name)))
+        self.context = np.zeros(len(_context_names(step)), np.int64)
 
-    def bound(self, block: Block, attributes: Sequence[Any], clip: Any, varyings: Any) -> Callable[[int, int], None]:
+    def bound(
+        self, block: Block, attributes: Sequence[Any], images: Sequence[Storage], clip: Any, varyings: Any
+    ) -> Callable[[int, int], None]:
         """A function of the first vertex and the one behind the last.  It keeps alive what it reads and writes."""
         arrays = (block.floats, block.ints, clip, varyings, *attributes)
-        self.context[:] = [array.ctypes.data for array in arrays]
+        pictures = [part for image in images for part in image.anywhere]
+        self.context[:] = [*(array.ctypes.data for array in arrays), *pictures]
         function, context = self.function, self.context.ctypes.data
 
-        def run(first: int, last: int, held: tuple[Any, ...] = arrays) -> None:
+        def run(first: int, last: int, held: tuple[Any, ...] = (*arrays, *images)) -> None:
             function(context, first, last)
 
         return run
+
+
+def _context_names(step: DrawStep) -> list[str]:
+    """Entries of the context, in order."""
+    return ["floats", "ints", "clip", "varyings", *step.vertex.attributes, *image_names(step.vertex)]
+
+
+def _image_formats(step: DrawStep) -> tuple[Format, ...]:
+    return step.image_formats[: len(step.vertex.images)]
 
 
 def _text(step: DrawStep, name: str) -> str:
@@ -47,20 +66,17 @@ def _text(step: DrawStep, name: str) -> str:
     function = ir.Function(module, kind, name)
     b = Lanes(ir.IRBuilder(function.append_basic_block("entry")), lanes())
     context, first, last = function.args
-    names = ["floats", "ints", "clip", "varyings", *step.vertex.attributes]
-    memory = {}
-    for place, entry in enumerate(names):
-        address = b.load_at(context, ir.Constant(I64, place), I64, steady=True)
-        memory[entry] = b.inttoptr(address, ir.PointerType())
+    memory = found_in(b, context, _context_names(step))
     with counting(b, first, last, ir.Constant(I64, b.lanes)) as at:
         vertex = b.add(at, b.counting(I64))
         mask = b.icmp_signed("<", vertex, last)
-        given = {}
-        for builtin, _ in step.vertex.builtins:
-            _, attribute, component = builtin.split(".")
-            index = b.add(b.mul(vertex, ir.Constant(I64, ATTRIBUTES[attribute][1])), ir.Constant(I64, int(component)))
+        given = image_sizes(step.vertex, memory)
+        for builtin in (name for name, _ in step.vertex.builtins if name not in given):
+            attribute, _, component = builtin.removeprefix("vertex.").partition(".")
+            first = b.mul(vertex, ir.Constant(I64, ATTRIBUTES[attribute][1]))
+            index = b.add(first, ir.Constant(I64, int(component or 0)))
             given[builtin] = b.load_at(memory[attribute], index, F32, mask)
-        results = LaneBody(step.vertex, b, given, memory, mask).results()
+        results = LaneBody(step.vertex, b, given, memory, mask, _image_formats(step)).results()
         for part, value in enumerate(results[:4]):
             index = b.add(b.mul(vertex, ir.Constant(I64, 4)), ir.Constant(I64, part))
             b.store_at(memory["clip"], index, b.fpext(value, F64), F64, mask)

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import passgraph as pg
+from passgraph.effects.surfaces.marks import points
 from passgraph.graph.draw_state import Blend, Stencil
 from passgraph.verify.conformance.case import Case, Picture
 from passgraph.verify.conformance.draw_states import SIZE, STENCIL_DEPTH, painted
@@ -42,6 +43,15 @@ class Many:
     uv: vec2
     color: vec4
     tangent: vec4
+
+def scattered(vertex: Vertex, far: Image, cloud: Image, gain: float) -> Corner:
+    n = int(vertex.instance)
+    there = cloud.texel(ivec2(n % cloud.size.x, n // cloud.size.x))
+    place = (there.xy + vertex.uv) / vec2(output_size()) * 2.0 - 1.0
+    return Corner(vec4(place, 0.0, 1.0), vec4(there.z, vertex.instance, there.w, gain + far.texel(ivec2(0)).x))
+
+def beside(corner: Corner, cloud: Image, far: Image) -> vec4:
+    return corner.color + far.texel(pixel()) + cloud.texel(ivec2(0, 0)).xxxx
 
 def every(vertex: Vertex) -> Many:
     return Many(vec4(vertex.position, 1.0), vertex.normal, vertex.uv, vertex.color, vertex.tangent)
@@ -100,6 +110,8 @@ def cases() -> Iterator[Case]:
             yield Case(GROUP, name, graph, SMALL, exact={"color": mixed})
     frame = {"far": _whole(SMALL[::-1]), "near": _whole(SMALL)}
     yield Case(GROUP, "pictures and parameters", pictures, SMALL, (frame,), exact={"color": _pictured(**frame)})
+    frame = {"cloud": _CLOUD, "far": _whole(SMALL)}
+    yield Case(GROUP, "scatter", scatter, SMALL, (frame,), exact={"color": _scattered(frame["far"])})
     # 0.2 is a whole number of steps of 1/255 and of 1/65535, 0.25 a half float.
     clamped = (1.0, 0.0, 1.0, 0.0)
     for form, base, times in (("rgba8", 0.2, clamped), ("rgba16", 0.2, clamped),
@@ -234,6 +246,31 @@ def pictures() -> Mapping[str, pg.Target]:
         far=pg.Input("far"), near=pg.Input("near"), gain=100.0, shift=(0.25, -0.5), height=0.5,
     )  # fmt: skip
     return {"color": color}
+
+
+#: Columns and rows of points, in pixels from the bottom left, and colours.
+_CLOUD = np.array(
+    [[[0, 0, 3, 1], [5, 2, 4, 2], [15, 7, 5, 3]], [[7, 3, 6, 4], [5, 2, 7, 5], [-9, 0, 8, 6]]], np.float32
+)
+
+
+def scatter() -> Mapping[str, pg.Target]:
+    """Points whose places a vertex kernel finds in a picture; both stages read it, fragments another one too."""
+    color = pg.draw(
+        points(_CLOUD.shape[0] * _CLOUD.shape[1]), vertex=pg.vertex(source=KERNELS, name="scattered"),
+        fragment=pg.fragment(source=KERNELS, name="beside"), into=pg.target("color", "rgba32f"), name="scatter",
+        cloud=pg.Input("cloud"), far=pg.Input("far", "rgba16f"), gain=9.0,
+    )  # fmt: skip
+    return {"color": color}
+
+
+def _scattered(far: Picture) -> Picture:
+    made = np.zeros((SMALL[1], SMALL[0], 4), np.float32)
+    for number, (x, y, blue, alpha) in enumerate(_CLOUD.reshape(-1, 4)):
+        if x >= 0:
+            row, column = SMALL[1] - 1 - int(y), int(x)
+            made[row, column] = far[row, column] + np.array([blue, number, alpha, 9 + far[0, 0, 0]])
+    return made
 
 
 def _pictured(far: Picture, near: Picture) -> Picture:

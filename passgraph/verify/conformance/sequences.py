@@ -34,9 +34,10 @@ def whole(seed: int, size: tuple[int, int] = SIZE) -> Picture:
     return np.random.default_rng(seed).integers(0, 8, (size[1], size[0], 4)).astype(np.float32)
 
 
-def _call(name: str, *arguments: object, into: str, form: str = "rgba32f", **values: object) -> pg.Target:
+def _call(name: str, *arguments: object, into: str | pg.TargetSpec, **values: object) -> pg.Target:
     kernel = pg.kernel(source=KERNELS[name])
-    made: pg.Target = kernel(*arguments, into=pg.target(into, form), name=into, **values)
+    spec = pg.target(into, "rgba32f") if isinstance(into, str) else into
+    made: pg.Target = kernel(*arguments, into=spec, name=spec.name, **values)
     return made
 
 
@@ -55,6 +56,11 @@ def cases() -> Iterator[Case]:
     yield Case(GROUP, "history read beside the pixel", moving, SIZE, frames, exact={"moved": shifted})
     lagging = {"late": pictures[-2] * 2.0}
     yield Case(GROUP, "last frame's picture", one_late, SIZE, frames, exact=lagging)
+    began = whole(9)
+    lags = {"late": began + 10.0 * pictures[0] + 100.0 * pictures[2], "now": pictures[3]}
+    yield Case(GROUP, "pictures of several runs ago", partial(several_ago, began), SIZE, frames, exact=lags)
+    yield Case(GROUP, "what history starts from", started, SIZE, frames, exact={"out": total + np.array([3, 2, 1, 0])})
+    yield Case(GROUP, "the number of a run", numbered, SIZE, frames, exact={"out": pictures[3] * 3.0})
     yield Case(GROUP, "drawn over history", drawn_over, SIZE, ({},) * 3, exact={"hits": 3.0})
     yield Case(GROUP, "a long pass is waited for", walked, (LONG, LONG), exact={"walked": _walk()})
     yield from _static(pictures)
@@ -87,6 +93,25 @@ def one_late() -> Mapping[str, pg.Target]:
     now = _call("scale", pg.Input("frame"), into="now", factor=2.0)
     late = _call("scale", pg.previous(now), into="late", factor=1.0)
     return {"late": late, "now": now}
+
+
+def several_ago(began: Picture) -> Mapping[str, pg.Target]:
+    """In the fourth run: what the target started from, what the first one wrote, and what the third did."""
+    text = "def late(a: Image, b: Image, c: Image) -> vec4: return a.texel(pixel()) + b[0, 0] * 10.0 + c[0, 0] * 100.0"
+    now = _call("scale", pg.Input("frame"), into=pg.target("now", "rgba32f", initial=began), factor=1.0)
+    earlier = (pg.previous(now, ago) for ago in (4, 3, 1))
+    return {"late": pg.kernel(source=text)(*earlier, into=pg.target("late", "rgba32f")), "now": now}
+
+
+def started() -> Mapping[str, pg.Target]:
+    """A sum that starts from a colour, in halves."""
+    spec = pg.target("out", "rgba16f", initial=(3.0, 2.0, 1.0, 0.0))
+    return {"out": pg.kernel(source=KERNELS["add"])(pg.previous(spec), pg.Input("frame"), into=spec)}
+
+
+def numbered() -> Mapping[str, pg.Target]:
+    text = "def numbered(a: Image, run: int) -> vec4: return a[0, 0] * float(run)"
+    return {"out": pg.kernel(source=text)(pg.Input("frame"), pg.FRAME_INDEX, into=pg.target("out", "rgba32f"))}
 
 
 def drawn_over() -> Mapping[str, pg.Target]:

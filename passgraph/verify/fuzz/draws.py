@@ -11,13 +11,17 @@ from passgraph.backends.base import Backend
 from passgraph.formats import format_named
 from passgraph.graph.draw_state import COMPARE, CULL, EQUATIONS, FACTORS, STENCIL_OPERATIONS, Blend, Stencil
 from passgraph.graph.drawing import draw
-from passgraph.graph.targets import Target, target
+from passgraph.graph.targets import Input, Target, target
 from passgraph.language.kernel import Kernel, kernel_from_text
 from passgraph.scene.mesh import Mesh
 from passgraph.verify.corner_kernels import CORNER_KERNELS
 from passgraph.verify.fuzz.cases import Case, Tally, judged, run, same_bits
 
 KERNELS = f"""{CORNER_KERNELS}
+def moved(vertex: Vertex, waves: Image) -> Corner:
+    by = waves.texel(ivec2(vertex.color.xy * 20.0) - 2).xy - 0.5
+    return Corner(vec4(vertex.position.xy + by, vertex.position.z, 1.0), vertex.color)
+
 def facing(corner: Corner) -> vec4:
     return vec4(corner.color.rgb, 1.0) if front_facing() else vec4(fragment_depth())
 
@@ -29,7 +33,10 @@ def steps(corner: Corner) -> vec4:
         total += corner.color * 0.25
     return total
 """
-VERTEX, FRAGMENT = ("place", "lean"), ("paint", "holes", "facing", "steps")
+VERTEX, FRAGMENT = ("place", "lean", "moved"), ("paint", "holes", "facing", "steps")
+#: By how much vertices are moved, in parts that float32 and halves have.
+_PARTS = (np.random.default_rng(8).integers(0, 65, (13, 17, 4)) / 64).astype(np.float32)
+WAVES = Input("waves", "rgba16f", default=_PARTS).border("repeat")
 FORMATS = ("rgba32f", "rgba16f", "rgba8", "rgba16")
 SIZES = ((21, 17), (1, 1), (33, 2), (64, 9))
 #: Half the side of a triangle's box: slivers and dots, ordinary ones, ones that leave the picture on all sides.
@@ -106,12 +113,14 @@ def drawn(case: Case) -> dict[str, Target]:
     stencils = depth_format is not None and format_named(depth_format).stencil
     for number, state in enumerate(case["draws"]):
         mesh = soup(state["count"], state["seed"], state["extent"], state["steps"])
+        waves = {"waves": WAVES} if state["vertex"] == "moved" else {}
         color = draw(
             mesh, vertex=stage("vertex", state["vertex"]), fragment=stage("fragment", state["fragment"]), into=color,
             depth=depth, stencil=Stencil(**state["stencil"]) if stencils and state["stencil"] else None,
             blend=Blend(**state["blend"]) if state["blend"] else None, cull=state["cull"],
             depth_compare=state["depth_compare"], depth_write=state["depth_write"],
             color_mask=tuple(state["color_mask"]), polygon_offset=tuple(state["polygon_offset"]), name=f"draw{number}",
+            values=waves,
         )  # fmt: skip
         depth = color.depth if depth_format else None
     return {"color": color} | ({"depth": depth} if depth is not None else {})

@@ -99,7 +99,7 @@ class Growing:
             ):
                 self.keep(one, size_a)
         elif operation == "history":
-            self._history(a, b, size_a, format_, named)
+            self._history(a, b, size_a, format_, flag, named)
         elif operation == "draw":
             self._draw(a, b, size_a, format_, flag, named)
         else:
@@ -108,9 +108,9 @@ class Growing:
             arguments = (a if operation == "either" else a.border(border), *more.get(operation, ()))
             self.keep(made(*arguments, into=self.spec(size_a, format_), **named), size_a)
 
-    def _history(self, a: Target, b: Target, size: int, format_: str, named: dict[str, Any]) -> None:
+    def _history(self, a: Target, b: Target, size: int, format_: str, flag: bool, named: dict[str, Any]) -> None:
         into = self.spec(size, format_)
-        last = previous(a if a.made_by is not None else into)
+        last = previous(a if a.made_by is not None else into, 2 if flag else 1)
         self.keep(self.kernels["add"](b, last, into=into, **named), size)
 
     def _draw(self, a: Target, b: Target, size: int, format_: str, flag: bool, named: dict[str, Any]) -> None:

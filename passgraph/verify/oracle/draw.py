@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.base import ATTRIBUTES, Block, vertex_attribute
+from passgraph.backends.base import Block, vertex_builtins
 from passgraph.backends.reference.draw_pass import ReferenceDrawPass
 from passgraph.backends.reference.output_tests import layers
 from passgraph.backends.reference.storage import Storage
@@ -36,12 +36,11 @@ class DrawOracle:
     ) -> None:  # fmt: skip
         self.pass_, self.step = made, made.step
         self.geometry, self.snapped = geometry, snapped
-        self.vertex = StageOracle(made.vertex, vertex)
+        names = [name for name, _ in made.step.images]
+        self.vertex = StageOracle(made.vertex, vertex, names, images, carried)
         self.fragment: StageOracle | None = None
         if made.fragment is not None:
-            self.fragment = StageOracle(
-                made.fragment, fragment, [name for name, _ in made.step.images], images, carried, watch
-            )
+            self.fragment = StageOracle(made.fragment, fragment, names, images, carried, watch)
         self.state = State.before(made.step, outputs, depth)
         self.names: Counter[str] = Counter()
 
@@ -56,11 +55,12 @@ class DrawOracle:
 
     def _vertices(self) -> Corners:
         """Middle and half width of every column; rows as the reference has them: position, then all results."""
-        attributes = {f"vertex.{name}": vertex_attribute(self.geometry, name) for name in ATTRIBUTES}
         count = len(self.geometry.positions)
         builtins: dict[str, Callable[[], Bounded]] = {
-            name: partial(Interval.of, values.astype(np.float64)) for name, values in attributes.items()
+            name: partial(Interval.of, values.astype(np.float64))
+            for name, values in vertex_builtins(self.geometry).items()
         }
+        builtins["output_size"] = lambda: np.array([self.step.size], np.int64)
         bounds = self.vertex.bounds(count, builtins)
         self.names.update(bounds.names)
         names = [result.name for result in self.vertex.bound.program.results]

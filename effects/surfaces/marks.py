@@ -1,0 +1,164 @@
+"""Points, lines and copies of a mesh as triangles, so that every backend draws them alike and scatter is a draw.
+
+`points`, `lines` and `instances` make what `passgraph.draw` takes; `spread_point` and `spread_line` give a vertex
+kernel the corners of each mark, of a size in pixels.
+"""
+
+# mypy: disable-error-code="no-any-return"
+# Values of the kernel language are Any to Python's type checkers.
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+import passgraph as pg
+from passgraph import arguments, mix, normalize, output_size, vec2, vec4
+from passgraph.graph.geometry import FrozenGeometry, Geometry, frozen
+
+#: Corners of a mark, each once, and its two triangles.
+_CORNERS = np.array([[0, 0], [1, 0], [1, 1], [0, 1]], np.float32)
+_TRIANGLES = np.array([[0, 1, 2], [0, 2, 3]], np.int32)
+#: Most marks of a draw: whole numbers up to here are float32.
+MOST_MARKS = 1 << 22
+
+
+def points(positions: ArrayLike | int, colors: ArrayLike | None = None) -> FrozenGeometry:
+    """A square for each point, for vertex kernels that call `spread_point`.
+
+    Parameters
+    ----------
+    positions
+        (n, 3) numbers, or only how many: a kernel then finds them by ``vertex.instance``, in a picture for example.
+    colors
+        (n, 4) numbers, linear; white where left out.
+
+    Returns
+    -------
+    FrozenGeometry
+        Four vertices a point: ``position`` and ``color`` are the point's, ``uv`` is the corner (0 or 1 in each
+        direction), ``instance`` the point's number as a float.
+
+    Raises
+    ------
+    passgraph.InputError
+        For arrays of other shapes, and more than 4,194,304 points.
+
+    Examples
+    --------
+    >>> dots = points([[0, 0, 0], [1, 0, 0]])
+    >>> dots.positions.shape, dots.triangles.tolist()[-1], dots.instances[:, 0].tolist()
+    ((8, 3), [4, 6, 7], [0.0, 0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 1.0])
+    """
+    if isinstance(positions, int):
+        count = arguments.whole(positions, "points: their number", 1, MOST_MARKS, pg.InputError)
+        places = np.zeros((count, 3), np.float32)
+    else:
+        places = _rows(positions, 3, "points: positions")
+    tints = None if colors is None else _rows(colors, 4, "points: colors", len(places))
+    return _marks(len(places), positions=places, colors=tints)
+
+
+def lines(starts: ArrayLike, ends: ArrayLike, colors: ArrayLike | None = None) -> FrozenGeometry:
+    """A strip for each segment, for vertex kernels that call `spread_line`.
+
+    Parameters
+    ----------
+    starts, ends
+        (n, 3) numbers.
+    colors
+        (n, 4) numbers, linear; white where left out.
+
+    Returns
+    -------
+    FrozenGeometry
+        Four vertices a segment: ``position`` is its start and ``normal`` its end, at all four; ``uv`` is
+        (along, across), 0 or 1 each; ``instance`` the segment's number as a float.
+
+    Raises
+    ------
+    passgraph.InputError
+        As `points` does.
+
+    Examples
+    --------
+    >>> strips = lines([[0, 0, 0]], [[1, 2, 3]])
+    >>> strips.normals.tolist()[0], strips.uvs.tolist()
+    ([1.0, 2.0, 3.0], [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    """
+    places = _rows(starts, 3, "lines: starts")
+    others = _rows(ends, 3, "lines: ends", len(places))
+    tints = None if colors is None else _rows(colors, 4, "lines: colors", len(places))
+    return _marks(len(places), positions=places, normals=others, colors=tints)
+
+
+def instances(mesh: Geometry, count: int) -> FrozenGeometry:
+    """Copies of a mesh in one draw, told apart by ``vertex.instance``, a whole number from 0 as a float.
+
+    The copies take memory; what sets them apart (matrices, colours) is the vertex kernel's to find by their number,
+    in an array parameter or in a picture.
+
+    >>> from passgraph.scene import Mesh
+    >>> flock = instances(Mesh.make([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]), 3)
+    >>> flock.triangles.tolist(), flock.instances[:, 0].tolist()
+    ([[0, 1, 2], [3, 4, 5], [6, 7, 8]], [0.0, 0.0, 0.0, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0])
+    """
+    arguments.whole(count, "instances: their number", 1, MOST_MARKS, pg.InputError)
+    kept = frozen(mesh)
+    vertices = len(kept.positions)
+    if vertices * count > 4 * MOST_MARKS:
+        raise pg.InputError(f"instances: {count} copies of {vertices} vertices; at most {4 * MOST_MARKS} in a draw")
+    arrays = {name: getattr(kept, name, None) for name in ("positions", "normals", "uvs", "colors", "tangents")}
+    copies = {name: np.tile(array, (count, 1)) for name, array in arrays.items() if array is not None}
+    numbers = np.repeat(np.arange(count, dtype=np.float32), vertices)[:, None]
+    return FrozenGeometry(triangles=_shifted(kept.triangles, vertices, count), instances=numbers, **copies)
+
+
+@pg.function
+def spread_point(place: vec4, corner: vec2, diameter_px: float) -> vec4:
+    """A corner of a point's square: its place in clip space, moved by half a diameter in pixels of the target."""
+    return vec4(place.xy + (corner * 2.0 - 1.0) * diameter_px / vec2(output_size()) * place.w, place.zw)
+
+
+@pg.function
+def before_near(end: vec4, other: vec4) -> vec4:
+    """An end of a segment, or where the segment meets the near plane if the end lies behind that."""
+    inside, outside = other.z + other.w, -(end.z + end.w)
+    return mix(other, end, inside / (inside + outside)) if outside > 0.0 and inside > 0.0 else end
+
+
+@pg.function
+def spread_line(start: vec4, end: vec4, corner: vec2, width_px: float) -> vec4:
+    """A corner of a segment's strip, from both of its ends in clip space; ``corner`` is (along, across).
+
+    The segment is cut at the near plane first: a strip whose width follows w of either sign would cross itself.
+    """
+    first, last = before_near(start, end), before_near(end, start)
+    size = vec2(output_size())
+    direction = normalize((last.xy * first.w - first.xy * last.w) * size)
+    across = vec2(-direction.y, direction.x)
+    here = first if corner.x < 0.5 else last
+    return vec4(here.xy + across * (corner.y * 2.0 - 1.0) * width_px / size * here.w, here.zw)
+
+
+def _marks(count: int, **by_mark: NDArray[np.float32] | None) -> FrozenGeometry:
+    """Four vertices and two triangles a mark."""
+    arrays = {name: np.repeat(rows, 4, axis=0) for name, rows in by_mark.items() if rows is not None}
+    numbers = np.repeat(np.arange(count, dtype=np.float32), 4)[:, None]
+    corners = np.tile(_CORNERS, (count, 1))
+    return FrozenGeometry(triangles=_shifted(_TRIANGLES, 4, count), uvs=corners, instances=numbers, **arrays)
+
+
+def _shifted(triangles: NDArray[np.int32], vertices: int, count: int) -> NDArray[np.int32]:
+    """Triangles of so many copies of a mesh of so many vertices."""
+    firsts = (np.arange(count, dtype=np.int64) * vertices)[:, None, None]
+    return (np.asarray(triangles, np.int64)[None] + firsts).reshape(-1, 3).astype(np.int32)
+
+
+def _rows(given: ArrayLike, columns: int, what: str, count: int | None = None) -> NDArray[np.float32]:
+    rows = arguments.numbers(given, what)
+    expected = f"({'n' if count is None else count}, {columns})"
+    if rows.ndim != 2 or rows.shape[1] != columns or not len(rows) or count not in (None, len(rows)):
+        raise pg.InputError(f"{what} must be {expected}, got {rows.shape}")
+    if len(rows) > MOST_MARKS:
+        raise pg.InputError(f"{what}: {len(rows)} rows; a draw has at most {MOST_MARKS}")
+    return rows.astype(np.float32)

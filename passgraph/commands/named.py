@@ -1,0 +1,184 @@
+"""What is named on the command line: an effect by its name, or a file of one's own, and what of it is meant."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias, cast
+
+from passgraph.arguments import near, shown
+from passgraph.effects.registry import EFFECTS, Effect, summary_of
+from passgraph.errors import InputError
+
+if TYPE_CHECKING:
+    from passgraph.commands.own_file import Graph
+    from passgraph.effects.parameters import Parameter
+    from passgraph.graph.calls import PixelKernel
+    from passgraph.language.ir import Parameter as KernelParameter
+
+#: From a file to what it has that pictures (or scenes) go through, by name.
+Reader: TypeAlias = Callable[[Path], Mapping[str, Effect]]
+
+
+def named_effect(text: str) -> Effect:
+    """The effect that ``EFFECT``, ``FILE`` or ``FILE:NAME`` means.
+
+    Raises
+    ------
+    InputError
+        For a name that is no effect, with the nearest; for a file that has none, or several and no name behind it.
+    KernelError
+        For a kernel in the file that the language refuses.
+    """
+    path, name = file_and_name(text)
+    if path is None:
+        if text not in EFFECTS:
+            raise InputError(
+                f"there is no effect {shown(text)}{near(text, list(EFFECTS))}; there are {', '.join(EFFECTS)}, and "
+                "files of yours: FILE.py"
+            )
+        return EFFECTS[text]
+    found = READERS.get(path.suffix, effects_of_text)(path)
+    if name is not None:
+        if name not in found:
+            raise InputError(f"{path}: has no {shown(name)}{near(name, list(found))}; it has {_list(found)}")
+        return found[name]
+    # What is marked as an effect is meant before the kernels that it is made of.
+    chosen = [effect for effect in found.values() if not isinstance(effect, KernelEffect)] or list(found.values())
+    if len(chosen) != 1:
+        which = f"say which, such as {path}:{chosen[0].name}; it has {_list(found)}" if chosen else _MEND
+        raise InputError(f"{path}: has {'several effects' if chosen else 'no effect and no kernel'}; {which}")
+    return chosen[0]
+
+
+def is_named(text: str) -> bool:
+    """Whether it reads as an effect or as a file of kernels, rather than as a picture or a scene."""
+    path, _ = file_and_name(text)
+    return text in EFFECTS if path is None else path.suffix in READERS
+
+
+def file_and_name(text: str) -> tuple[Path | None, str | None]:
+    """``FILE:NAME`` taken apart; no file where it is an effect's name, which has neither a dot nor a slash.
+
+    >>> file_and_name("mine.py:soft"), file_and_name("mine.py"), file_and_name("bloom")
+    ((...Path('mine.py'), 'soft'), (...Path('mine.py'), None), (None, None))
+    """
+    file, colon, name = text.rpartition(":")
+    if colon and Path(file).suffix and re.fullmatch(r"[\w-]+", name):
+        return Path(file), name
+    is_file = Path(text).suffix or "/" in text or "\\" in text
+    return (Path(text), None) if is_file else (None, None)
+
+
+_MEND = "mark a function from a target to a target with @effect (docs/effects.md), or write a kernel with @pg.kernel"
+
+
+def _list(found: Mapping[str, object]) -> str:
+    return ", ".join(found) or "none"
+
+
+# Files
+
+
+def effects_of_module(path: Path) -> dict[str, Effect]:
+    """Effects of a Python module of the user's, which is run, and each kernel of its own that reads a picture."""
+    from passgraph.commands.own_file import names_of
+    from passgraph.effects.checked import Mark
+    from passgraph.graph.calls import PixelKernel
+
+    names = names_of(path)
+    found: dict[str, Effect] = {}
+    for function in names.values():
+        mark = getattr(function, "effect", None)
+        if isinstance(mark, Mark) and function.__module__ == path.stem:
+            place = f"{path}:{function.__name__}"
+            found[mark.name] = Effect(mark.name, place, mark.takes, summary_of(function.__doc__), function)
+    for name, kernel in names.items():
+        if isinstance(kernel, PixelKernel) and kernel.program.images and name not in found:
+            found[name] = _of_kernel(kernel, path)
+    return found
+
+
+def effects_of_text(path: Path) -> dict[str, Effect]:
+    """The kernel of a text, which is parsed and never run."""
+    from passgraph.commands.own_file import kernel_of_text
+
+    kernel = kernel_of_text(path)
+    return {kernel.name: _of_kernel(kernel, path)} if kernel.program.images else {}
+
+
+#: Files that are read by their suffix; any other one is the text of a kernel.
+READERS: dict[str, Reader] = {".py": effects_of_module}
+
+
+# Kernels
+
+
+@dataclass(frozen=True)
+class KernelEffect(Effect):
+    """A kernel as an effect: its first image is the picture, its other parameters are those of the effect."""
+
+    @property
+    def kernel(self) -> PixelKernel[Any]:
+        return cast("PixelKernel[Any]", self.function)
+
+    @property
+    def parameters(self) -> tuple[Parameter, ...]:
+        from passgraph.effects.parameters import help_of
+
+        picture, texts = self.kernel.program.images[0], help_of(self.kernel)
+        others = (parameter for parameter in self.kernel.parameters if parameter.name != picture)
+        return tuple(_said(parameter, texts.get(parameter.name, ""), self) for parameter in others)
+
+    @property
+    def linear(self) -> bool:
+        return False
+
+    def made(self, *taken: Any, **given: Any) -> Any:
+        return self.kernel(**{self.kernel.program.images[0]: taken[0]}, **given)
+
+
+def _of_kernel(kernel: PixelKernel[Any], path: Path) -> KernelEffect:
+    return KernelEffect(kernel.name, f"{path}:{kernel.name}", "picture", summary_of(kernel.__doc__), kernel)
+
+
+def _said(parameter: KernelParameter, text: str, effect: Effect) -> Parameter:
+    """A kernel's parameter as the command line says it."""
+    from passgraph.effects.parameters import Parameter, ParameterType
+    from passgraph.language.types import ImageType, Struct
+    from passgraph.ranges import Range
+
+    if isinstance(parameter.type, Struct):
+        raise InputError(
+            f"{effect.path}: parameter {parameter.name!r} is a {parameter.type}, which cannot be written on a command "
+            "line; write a function from a target to a target that makes it, and mark it with @effect (docs/effects.md)"
+        )
+    if isinstance(parameter.type, ImageType):
+        return Parameter(parameter.name, "picture", None, Range(), text, required=True)
+    known: dict[str, ParameterType] = {"float": "float", "int": "int", "bool": "bool"}
+    kind = known.get(str(parameter.type), "value")
+    if kind == "bool" and not parameter.has_default:
+        kind = "value"  # a flag that is left out would say no
+    return Parameter(
+        parameter.name, kind, parameter.default, Range(), text,
+        of=parameter.type if kind == "value" else None, required=not parameter.has_default,
+    )  # fmt: skip
+
+
+# Graphs
+
+
+def named_graphs(text: str) -> Mapping[str, Graph]:
+    """Graphs by name, of an effect on inputs with the names of what it takes, or of a file (see `own_file`)."""
+    from passgraph.commands.own_file import graphs_of, on_inputs
+
+    path, name = file_and_name(text)
+    if path is not None and name is None:
+        return graphs_of(path)
+    if path is None and text not in EFFECTS and Path(text).exists():
+        return graphs_of(Path(text))
+    if path is not None and path.suffix == ".py":
+        return graphs_of(path, name)
+    return {(effect := named_effect(text)).name: on_inputs(effect)}

@@ -1,0 +1,1 @@
+"""Shaders as people publish them: text in, kernels of the typed representation out."""

@@ -1,0 +1,100 @@
+"""What can be assigned to: a variable, and a way to a part of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, TypeAlias
+
+from passgraph.language import ir
+from passgraph.language.source import Span, fail
+from passgraph.language.types import INT, Struct, Vector
+from passgraph.language.typing_rules import widen
+from passgraph.language.values import Part, StructValue, index_into, part_type, swizzle, with_components
+from passgraph.language.variables import read_variable
+from passgraph.shaders.glsl import syntax as g
+from passgraph.shaders.glsl.operators import plain
+from passgraph.shaders.glsl.unit import Slot
+
+if TYPE_CHECKING:
+    from passgraph.shaders.glsl.body import Body
+
+#: A field or swizzle by its name, an element by its index.
+Way: TypeAlias = tuple[str | ir.Expr, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Place:
+    slot: Slot
+    way: Way
+    span: Span
+
+
+def place_of(body: Body, node: g.Expr) -> Place:
+    """Where an expression that is assigned to lies; indices in it are computed here, once."""
+    if isinstance(node, g.Name):
+        binding = body.lookup(node.name, node.span)
+        if isinstance(binding, Slot):
+            return Place(binding, (), node.span)
+        fail(node.span, f"{node.name} is {binding.what} and cannot be assigned to")
+    if isinstance(node, g.Member) and node.name != "length()":
+        base = place_of(body, node.base)
+        return Place(base.slot, (*base.way, node.name), node.span)
+    if isinstance(node, g.Subscript):
+        output = body.output_element(node)
+        if output is not None:
+            return Place(output, (), node.span)
+        base = place_of(body, node.base)
+        index = body.expressions.index(node.index)
+        return Place(base.slot, (*base.way, body.builder.name_it(index, node.span, keep_locals=False)), node.span)
+    fail(node.span, "this cannot be assigned to")
+
+
+def read_place(body: Body, place: Place) -> Part:
+    """What a place holds."""
+    part = read_variable(place.slot.variable, place.span)
+    for step in place.way:
+        part = part_at(part, step, place.span)
+    return part
+
+
+def part_at(part: Part, step: str | ir.Expr, span: Span) -> Part:
+    """A field, swizzle or element of a value."""
+    if isinstance(step, str):
+        if isinstance(part, StructValue):
+            if step not in part.fields:
+                fail(span, f"{part.struct.name} has no field {step!r}; it has {', '.join(part.fields)}")
+            return part.fields[step]
+        base = plain(part, span, f"what .{step} is read from")
+        if isinstance(base.type, Vector):
+            return swizzle(base, step, span)
+        fail(span, f"{part_type(part)} has no field {step!r}")
+    return index_into(plain(part, span, "what [] is read from"), step, span)
+
+
+def write_place(body: Body, place: Place, value: Part, what: str) -> None:
+    """Assign to a place; a part of a value is replaced in the whole."""
+    variable, way, span = place.slot.variable, place.way, place.span
+    while way and isinstance(variable.type, Struct):
+        name = way[0]
+        if not isinstance(name, str) or name not in variable.fields:
+            fail(span, f"{variable.type} has no field {name!r}" if isinstance(name, str) else "a struct has no []")
+        variable, way = variable.fields[name], way[1:]
+    if way:
+        whole = plain(read_variable(variable, span), span, "what is assigned to")
+        value = _replaced(body, whole, way, plain(value, span, "what is assigned"), span)
+    body.unit.store(place.slot, variable, value, span, what)
+
+
+def _replaced(body: Body, whole: ir.Expr, way: Way, value: ir.Expr, span: Span) -> ir.Expr:
+    """``whole`` with the part at the end of ``way`` replaced."""
+    step, named = way[0], body.builder.name_it
+    whole = named(whole, span)
+    if len(way) > 1:
+        inner = plain(part_at(whole, step, span), span, "what is assigned to")
+        value = _replaced(body, inner, way[1:], value, span)
+    if isinstance(step, str):
+        return with_components(step, whole, value, span, named)
+    element = index_into(whole, step, span)
+    return ir.Insert(
+        whole.type, whole, widen(step, INT, span, "an index"), widen(value, element.type, span, "it"), span
+    )

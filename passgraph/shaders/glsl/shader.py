@@ -1,0 +1,202 @@
+"""A whole shader: from its text to a kernel."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from passgraph import disk_cache
+from passgraph.errors import KernelError
+from passgraph.language import ir
+from passgraph.language.source import Span, fail
+from passgraph.language.types import (
+    BOOL,
+    FLOAT,
+    VEC4,
+    Array,
+    ImageType,
+    Matrix,
+    Scalar,
+    Vector,
+    element_of,
+)
+from passgraph.language.values import Part
+from passgraph.language.variables import Variable, read_variable, zero_of
+from passgraph.shaders.glsl import syntax as g
+from passgraph.shaders.glsl.body import Body
+from passgraph.shaders.glsl.images import STAGE
+from passgraph.shaders.glsl.parse import Parser
+from passgraph.shaders.glsl.preprocess import preprocessed
+from passgraph.shaders.glsl.uniforms import declare_inputs, declare_interface, declare_uniforms
+from passgraph.shaders.glsl.unit import KEEP, Native, NativeValue, Note, Slot, Uniform, Unit
+
+#: Files that errors in the texts of a container name.
+PRELUDE, POSTLUDE = "<prelude>", "<postlude>"
+
+
+@dataclass(frozen=True)
+class Shader:
+    """A shader that was read.
+
+    Attributes
+    ----------
+    program : its typed representation, which any kernel is
+    uniforms : its parameters with what the text says of them
+    notes : reliances on what drivers do differently, each with its line
+    version : what ``#version`` said; 0 without one
+    extensions : names of ``#extension``
+    """
+
+    program: ir.TypedKernel
+    uniforms: tuple[Uniform, ...]
+    notes: tuple[Note, ...]
+    version: int = 0
+    extensions: tuple[str, ...] = ()
+
+
+def parse(
+    text: str,
+    *,
+    name: str = "shader",
+    file: str = "<shader>",
+    entry: str = "main",
+    prelude: str = "",
+    postlude: str = "",
+    defines: Mapping[str, str] | None = None,
+    folder: str | Path | None = None,
+    defaults: Mapping[str, object] | None = None,
+    natives: Mapping[str, Native] | None = None,
+    values: Mapping[str, NativeValue] | None = None,
+) -> Shader:
+    """The kernel that a fragment shader is.
+
+    Parameters
+    ----------
+    text : GLSL ES 1.00 or 3.00, or desktop GLSL from 1.20 on, at most 500,000 characters
+    name : of the kernel
+    file : what errors call the text
+    entry : the function to run; it is void and writes outputs, or gives the one output
+    prelude, postlude : GLSL before and after the text, such as what a container declares; uniforms there become
+        parameters where they are used
+    defines : macros, by name
+    folder : where ``#include`` may read
+    defaults : values of uniforms that the text gives none
+    natives, values : functions and values of a container, as typed expressions
+
+    Raises
+    ------
+    KernelError
+        For what is not GLSL or not read here, with file, line, the line and a caret.
+
+    Examples
+    --------
+    >>> shader = parse("uniform sampler2D t; void main() { gl_FragColor = 1.0 - texture2D(t, pg_position); }")
+    >>> [f"{p.name}: {p.type}" for p in shader.program.parameters]
+    ['t: Image']
+    """
+    unit = Unit(dict(natives or {}), {**STAGE, **(values or {})})
+    pieces = [(prelude, PRELUDE), (text, file), (postlude, POSTLUDE)]
+    try:
+        tokens, reader = preprocessed(pieces, defines or {}, None if folder is None else Path(folder))
+        program, uniforms = _program(Parser(tokens, file).shader(), unit, name, entry, file, defaults or {})
+    except RecursionError:
+        raise KernelError(f"{file}: the shader nests too deeply") from None
+    if not natives and not values:
+        said = repr((pieces, name, entry, sorted((defines or {}).items()), sorted(reader.included.items())))
+        own = disk_cache.text_digest(Path(__file__).parent)
+        program = replace(program, digest=hashlib.sha256(f"{own}{said}".encode(errors="surrogatepass")).hexdigest())
+    notes = tuple(sorted(unit.notes.values(), key=lambda note: (note.span.file, note.span.line)))
+    return Shader(program, uniforms, notes, reader.version, tuple(reader.extensions))
+
+
+def _program(
+    tree: list[g.Outer], unit: Unit, name: str, entry: str, file: str, defaults: Mapping[str, object]
+) -> tuple[ir.TypedKernel, tuple[Uniform, ...]]:
+    """The typed kernel, and what is known of its parameters."""
+    body = Body(unit, name)
+    unit.builder.emit(ir.Assign(KEEP, ir.Literal(BOOL, True)))
+    for node in tree:
+        if isinstance(node, g.Function):
+            unit.functions.setdefault(node.name, []).append(node)
+    outputs = _declared(tree, body)
+    main = next((f for f in unit.functions.get(entry, []) if f.body is not None and not f.parameters), None)
+    if main is None:
+        raise KernelError(f"{file}: there is no function {entry}() without parameters, where a shader begins")
+    value = body.inline(main, [], main.span)
+    results = list(_results(body, value, outputs, main.span))
+    if unit.discards:
+        results = _kept(unit, results, main.span)
+    uniforms = _parameters(unit, defaults)
+    parameters = tuple(ir.Parameter(u.name, u.type, False, u.default, u.has_default, u.span) for u in uniforms)
+    statements = tuple(unit.builder.blocks[0])
+    return ir.TypedKernel(name, "pixel", parameters, statements, tuple(results), None, main.span), uniforms
+
+
+def _declared(tree: list[g.Outer], body: Body) -> list[tuple[str, Slot]]:
+    """Obey everything outside of functions; the outputs that are declared, in the order of their locations."""
+    outputs: list[tuple[int, str, Slot]] = []
+    for name in ("gl_FragColor", *(f"gl_FragData[{i}]" for i in range(8))):
+        slot = body.new_slot(name, VEC4, written=True)
+        body.clear(slot.variable, Span("", 0, 0, 0))
+        body.bind(name, slot)
+    for node in tree:
+        if isinstance(node, g.Struct):
+            body.declare_struct(node)
+        elif isinstance(node, g.Interface):
+            declare_interface(body, node)
+        elif isinstance(node, g.Declaration):
+            if "uniform" in node.qualifiers:
+                declare_uniforms(body, node)
+            elif node.qualifiers & {"in", "varying", "attribute"}:
+                declare_inputs(body, node)
+            else:
+                body.declare(node)
+                if "out" in node.qualifiers:
+                    for variable in node.variables:
+                        output = body.unit.names[variable.name]
+                        assert isinstance(output, Slot)
+                        output.written = True
+                        outputs.append((node.layout.get("location", 0), variable.name, output))
+    return [(name, slot) for _, name, slot in sorted(outputs, key=lambda output: output[0])]
+
+
+def _results(body: Body, value: Part | None, outputs: list[tuple[str, Slot]], span: Span) -> Iterator[ir.Result]:
+    """What the kernel gives: the value of its entry, declared outputs, or the built-in ones that are used."""
+    unit = body.unit
+    if value is not None:
+        found: list[tuple[str, Part]] = [("", value)]
+    else:
+        given = outputs or [
+            (name, slot)
+            for name, slot in unit.names.items()
+            if name.startswith("gl_Frag") and name in unit.used and isinstance(slot, Slot)
+        ]
+        if not given:
+            fail(span, "the shader writes nothing: gl_FragColor, or a variable declared out vec4 name")
+        found = [(name if len(given) > 1 else "", read_variable(slot.variable, span)) for name, slot in given]
+    for name, part in found:
+        type_ = getattr(part, "type", None)
+        if not isinstance(type_, (Scalar, Vector)) or element_of(type_) is not FLOAT:
+            fail(span, f"an output is a float or a vector of floats, as targets hold; {name or 'it'} is {type_}")
+        assert not isinstance(part, (Variable, Matrix, Array))
+        yield ir.Result(name.replace("[", "").replace("]", ""), type_, part)  # type: ignore[arg-type]
+
+
+def _kept(unit: Unit, results: list[ir.Result], span: Span) -> list[ir.Result]:
+    """Zeros where the pixel is discarded."""
+    kept = ir.Local(BOOL, KEEP, span)
+    return [
+        replace(result, value=ir.Select(result.type, kept, result.value, zero_of(result.type))) for result in results
+    ]
+
+
+def _parameters(unit: Unit, defaults: Mapping[str, object]) -> tuple[Uniform, ...]:
+    """Samplers first, then the others as they stand in the text; those of a prelude where they are used."""
+    found = [u for u in unit.uniforms if u.span.file not in (PRELUDE, POSTLUDE) or u.name in unit.used]
+    found = [
+        replace(u, default=defaults[u.name], has_default=True) if u.name in defaults and not u.has_default else u
+        for u in found
+    ]
+    return tuple(sorted(found, key=lambda u: not isinstance(u.type, ImageType)))

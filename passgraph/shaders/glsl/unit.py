@@ -1,0 +1,183 @@
+"""One shader on its way to the typed representation: what its functions share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import TypeAlias
+
+from passgraph.language import ir
+from passgraph.language.frame import Builder
+from passgraph.language.signature import MAX_ARRAY_LENGTH
+from passgraph.language.source import Span, fail
+from passgraph.language.statements import MAX_BLOCKS
+from passgraph.language.types import (
+    BOOL,
+    IMAGE,
+    NAMED,
+    Array,
+    ImageType,
+    Matrix,
+    Scalar,
+    Struct,
+    TupleType,
+    Type,
+    Vector,
+)
+from passgraph.language.values import Part
+from passgraph.language.variables import Variable
+from passgraph.shaders.glsl import syntax as g
+
+
+@dataclass(frozen=True)
+class Uniform:
+    """A uniform of the text; ``default`` is what it is set to there."""
+
+    name: str
+    type: Type
+    span: Span
+    default: object = None
+    has_default: bool = False
+
+
+#: Samplers that are pictures; what they hold arrives as floats.
+_PICTURES = frozenset(["sampler2D", "sampler2DRect", "samplerExternalOES"])
+_SQUARE = {f"mat{n}x{n}": f"mat{n}" for n in (2, 3, 4)}
+_NEVER = 1 << 62
+#: The variable that is false where a pixel is discarded.
+KEEP = "$keep"
+
+
+@dataclass(eq=False)
+class Slot:
+    """A variable of the shader; ``born`` is the count of names when it was made."""
+
+    variable: Variable
+    born: int
+    written: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Known:
+    """A name that only stands for a value: a constant, a uniform, an input."""
+
+    part: Part
+    what: str
+
+
+Binding: TypeAlias = Slot | Known
+
+
+@dataclass(frozen=True)
+class Note:
+    """Something that the shader relies on and that drivers do differently."""
+
+    span: Span
+    text: str
+
+    def __str__(self) -> str:
+        return self.span.point_at(self.text)
+
+
+#: A function of a container, on typed values.
+Native: TypeAlias = Callable[["Unit", list[Part], Span], Part]
+#: A value of a container.
+NativeValue: TypeAlias = Callable[["Unit", Span], Part]
+
+
+@dataclass(eq=False)
+class Unit:
+    """What all functions of one shader share."""
+
+    natives: Mapping[str, Native]
+    values: Mapping[str, NativeValue]
+    builder: Builder = field(default_factory=lambda: Builder("pixel"))
+    functions: dict[str, list[g.Function]] = field(default_factory=dict)
+    structs: dict[str, Struct] = field(default_factory=dict)
+    names: dict[str, Binding] = field(default_factory=dict)
+    uniforms: list[Uniform] = field(default_factory=list)
+    missing: dict[str, str] = field(default_factory=dict)  # names that have no value here, and why
+    used: set[str] = field(default_factory=set)  # global names that functions ask for
+    notes: dict[tuple[str, int, str], Note] = field(default_factory=dict)
+    discards: bool = False
+    depth: int = 0  # of blocks in one another
+    trips: int = 1  # of the loops around together
+    #: The oldest variable written since the last look, by the count of names when it was made.
+    oldest_write: int = _NEVER
+
+    def note(self, span: Span, text: str) -> None:
+        """Remember a reliance, once for each line and kind."""
+        self.notes.setdefault((span.file, span.line, text), Note(span, text))
+
+    @contextmanager
+    def captured(self, span: Span) -> Iterator[list[ir.Stmt]]:
+        """Statements of a block of their own."""
+        if self.depth >= MAX_BLOCKS:
+            fail(span, f"branches and loops nest deeper than {MAX_BLOCKS}, functions inlined")
+        self.depth += 1
+        block: list[ir.Stmt] = []
+        self.builder.blocks.append(block)
+        yield block
+        self.builder.blocks.pop()
+        self.depth -= 1
+
+    def ordered(self, computations: Sequence[Callable[[], Part]], span: Span) -> list[Part]:
+        """Values computed one after another; where a later one changes variables, the earlier ones keep what they
+        had read."""
+        parts: list[Part] = []
+        blocks = self.builder.blocks
+        for compute in computations:
+            before, born = self.oldest_write, self.builder.count
+            self.oldest_write = _NEVER
+            blocks.append([])
+            part = compute()
+            block = blocks.pop()
+            if self.oldest_write <= born:
+                parts = [self.builder.name_part(earlier, span, keep_locals=False) for earlier in parts]
+            blocks[-1] += block
+            self.oldest_write = min(before, self.oldest_write)
+            parts.append(part)
+        return parts
+
+    def slot(self, variable: Variable, *, written: bool = True) -> Slot:
+        return Slot(variable, self.builder.count, written)
+
+    def store(self, slot: Slot, variable: Variable, part: Part, span: Span, what: str) -> None:
+        """Assign to a variable, or to a field of it."""
+        slot.written = True
+        self.oldest_write = min(self.oldest_write, slot.born)
+        self.builder.store(variable, part, span, what)
+
+    def discard(self, span: Span) -> None:
+        """This pixel keeps nothing of what the shader gives."""
+        self.discards = True
+        self.builder.emit(ir.Assign(KEEP, ir.Literal(BOOL, False, span), span))
+
+    # Types
+
+    def plain_type(self, name: str, span: Span) -> Type:
+        """The type of a name alone."""
+        if name in self.structs:
+            return self.structs[name]
+        if name in _PICTURES:
+            return IMAGE
+        found = NAMED.get(_SQUARE.get(name, name))
+        if found is None or isinstance(found, ImageType):
+            fail(span, f"{name} is not a type that shaders have here")
+        return found
+
+    def array_type(self, element: Type, length: ir.Number | None, span: Span) -> Type:
+        """An array of so many elements."""
+        if not isinstance(element, (Scalar, Vector, Matrix)):
+            fail(span, f"elements of an array are scalars, vectors or matrices here, got {element}")
+        if not isinstance(length, int) or isinstance(length, bool) or not 1 <= length <= MAX_ARRAY_LENGTH:
+            fail(span, f"the length of an array is a known whole number from 1 to {MAX_ARRAY_LENGTH}")
+        return Array(element, length)
+
+
+def holds_pictures(type_: Type) -> bool:
+    """Whether a value of a type is, or has within it, a picture."""
+    if isinstance(type_, Struct):
+        return any(holds_pictures(t) for _, t in type_.fields)
+    return isinstance(type_, (ImageType, TupleType))

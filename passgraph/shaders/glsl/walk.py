@@ -1,0 +1,45 @@
+"""What lies below a part of the syntax tree."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from passgraph.shaders.glsl import syntax as g
+
+
+def walked(node: object) -> Iterator[object]:
+    """A part of the tree and everything below it."""
+    pending: list[object] = [node]
+    while pending:
+        one = pending.pop()
+        if isinstance(one, tuple):
+            pending += one
+        elif hasattr(one, "__dataclass_fields__") and hasattr(one, "span"):
+            yield one
+            pending += [getattr(one, name) for name in one.__dataclass_fields__ if name != "span"]
+
+
+def leaves_function(node: g.Statement) -> bool:
+    """Whether a return or discard is inside."""
+    return any(isinstance(n, g.Return) or (isinstance(n, g.Jump) and n.kind == "discard") for n in walked(node))
+
+
+def assigned_names(node: object, functions: Mapping[str, list[g.Function]]) -> frozenset[str]:
+    """Names that a part of the tree may assign to, whatever they stand for there."""
+    found: set[str] = set()
+    for one in walked(node):
+        targets: list[g.Expr] = []
+        if isinstance(one, (g.Assignment, g.Step)):
+            targets = [one.target]
+        elif isinstance(one, g.Call):
+            # modf and its like write to their last argument.
+            targets = [] if one.name in functions else list(one.arguments[1:])
+            for function in functions.get(one.name, []):
+                pairs = zip(one.arguments, function.parameters, strict=False)
+                targets += [argument for argument, parameter in pairs if parameter.passed != "in"]
+        for target in targets:
+            while isinstance(target, (g.Member, g.Subscript)):
+                target = target.base
+            if isinstance(target, g.Name):
+                found.add(target.name)
+    return frozenset(found)

@@ -1,0 +1,249 @@
+"""The first five minutes: what someone meets who has the README, ``--help`` and errors, and nothing else.
+
+Each test does what a newcomer does, with the text that they should see.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import passgraph as pg
+from passgraph.commands.entry import COMMANDS, run
+from passgraph.effects.registry import EFFECTS
+
+MINE = '''
+import passgraph as pg
+from passgraph import Const, Image, dot, vec3, vec4
+
+@pg.kernel
+def black_and_white(
+    color: Image, weights: vec3 = (0.2126, 0.7152, 0.0722), gain: float = 1.0, invert: bool = False
+) -> vec4:
+    """Luma of each pixel (Rec. 709 weights).
+
+    Parameters
+    ----------
+    weights : share of red, green and blue. They sum to 1.
+    gain : times as bright
+    """
+    c = color[0, 0]
+    y = dot(c.rgb, weights) * gain
+    if invert:
+        y = 1.0 - y
+    return vec4(y, y, y, c.a)
+'''
+DIMMED = '''
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import passgraph as pg
+from passgraph.effects import effect
+
+
+@dataclass(frozen=True)
+class Look:
+    share: float
+
+
+fade = pg.kernel(source="def fade(color: Image, share: float) -> vec4: return color[0, 0] * share")
+
+
+@effect("dimmed")
+def dimmed(frame: pg.Target, share: Annotated[float, pg.Range(0, 1, above=True, unit="of 1")] = 0.5) -> pg.Target:
+    """A picture with less light.
+
+    Parameters
+    ----------
+    frame : any picture
+    share : of the light that is left
+    """
+    return fade(frame, Look(share).share, into=pg.target("dimmed", "rgba32f"))
+'''
+MIXED = """
+def mixed(color: Image, other: Image, share: float) -> vec4:
+    return mix(color[0, 0], other[0, 0], share)
+"""
+
+
+@pytest.fixture(autouse=True)
+def in_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("PASSGRAPH_TRACEBACK", raising=False)
+    for name, text in {"mine.py": MINE, "dimmed.py": DIMMED, "mixed.txt": MIXED}.items():
+        Path(name).write_text(text)
+    colours = np.arange(7 * 5 * 3, dtype=np.uint8).reshape(5, 7, 3) * 2
+    Image.fromarray(colours).save("photo.png")
+
+
+def said(capsys: pytest.CaptureFixture[str], line: str) -> tuple[int, str, str]:
+    """Status, stdout and stderr of a command line."""
+    capsys.readouterr()
+    status = run(line.split())
+    return (status, *capsys.readouterr())
+
+
+def well(capsys: pytest.CaptureFixture[str], line: str) -> str:
+    status, out, error = said(capsys, line)
+    assert (status, error) == (0, ""), error
+    return out
+
+
+def refused(capsys: pytest.CaptureFixture[str], line: str) -> str:
+    status, out, error = said(capsys, line)
+    assert (status, out) == (2, "")
+    assert error.startswith("passgraph: error: ")
+    return error
+
+
+def colours(name: str) -> np.ndarray:
+    return np.asarray(Image.open(name).convert("RGB")).astype(np.int64)
+
+
+# A file of one's own, wherever an effect's name may stand
+
+
+def test_apply_runs_a_kernel_of_my_file(capsys: pytest.CaptureFixture[str]) -> None:
+    assert "out.png: 7x5 by numpy" in well(capsys, "apply mine.py photo.png -o out.png")
+    luma = np.rint(colours("photo.png") @ [0.2126, 0.7152, 0.0722])
+    assert np.abs(colours("out.png") - luma[..., None]).max() <= 1  # a luma may lie near a half
+
+
+def test_its_parameters_are_options(capsys: pytest.CaptureFixture[str]) -> None:
+    shown = " ".join(well(capsys, "apply mine.py --help").split())
+    assert "Usage: passgraph apply mine.py" in shown and "Luma of each pixel (Rec. 709 weights)." in shown
+    assert "--weights VEC3 Share of red, green and blue [default: (0.2126,0.7152,0.0722)]" in shown
+    assert "--gain NUMBER Times as bright [default: 1.0]" in shown and "--invert / --no-invert" in shown
+    well(capsys, "apply mine.py photo.png -o red.png --weights 1,0,0 --gain 0.5 --invert")
+    assert (colours("red.png") == np.rint(255 - colours("photo.png")[..., :1] * 0.5)).all()
+
+
+def test_ranges_of_an_effect_of_mine_hold(capsys: pytest.CaptureFixture[str]) -> None:
+    shown = " ".join(well(capsys, "apply dimmed.py --help").split())
+    assert "--share NUMBER Of the light that is left (of 1) [default: 0.5; 0.0<x<=1.0]" in shown
+    assert "'--share': 2.0 is not in the range 0.0<x<=1.0" in refused(
+        capsys, "apply dimmed.py photo.png -o out.png --share 2"
+    )
+    well(capsys, "apply dimmed.py photo.png -o out.png --share 0.25")
+    assert np.abs(colours("out.png") - colours("photo.png") / 4).max() <= 0.5
+
+
+def test_a_text_of_kernels_takes_pictures_by_name(capsys: pytest.CaptureFixture[str]) -> None:
+    assert "Missing option '--other'" in refused(capsys, "apply mixed.txt photo.png -o out.png --share 0.5")
+    pg.save("white.png", np.ones((5, 7, 4), np.float32))
+    well(capsys, "apply mixed.txt photo.png -o out.png --share 1 --other white.png")
+    assert (colours("out.png") == 255).all()
+
+
+@pytest.mark.parametrize("named", ["mine.py", "mine.py:black_and_white", "dimmed.py:dimmed", "black-and-white"])
+def test_every_command_takes_the_same_names(named: str, capsys: pytest.CaptureFixture[str]) -> None:
+    well(capsys, f"apply {named} photo.png -o out.png")
+    assert "output 7x5" in well(capsys, f"plan {named} photo.png")
+    assert well(capsys, f"plan photo.png --effect {named}") == well(capsys, f"plan --effect={named} photo.png")
+    assert "numpy: within bounds" in well(capsys, f"compare --backend numpy {named} photo.png")
+    assert "within, 0.00% ambiguous" in well(capsys, f"check {named} -b numpy --size 8x8")
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("apply mine.py:black photo.png -o out.png", "mine.py: has no 'black'"),
+        ("apply dimmed.py:dimed photo.png -o out.png", "has no 'dimed' (did you mean 'dimmed'?); it has dimmed, fade"),
+        ("check mine.py:black_and_whit", "(did you mean 'black_and_white'?)"),
+        ("check gausian-blur", "there is no effect 'gausian-blur' (did you mean 'gaussian-blur'?)"),
+        ("compare gausian-blur photo.png", "(did you mean 'gaussian-blur'?)"),
+        ("plan photo.png", "Missing option '--effect' / '-e', or the name of an effect or FILE.py in front"),
+        ("apply nowhere.py photo.png -o out.png", "nowhere.py: no such file"),
+        ("apply empty.py photo.png -o out.png", "empty.py: has no effect and no kernel; mark a function"),
+        ("apply two.py photo.png -o out.png", "two.py: has several effects; say which, such as two.py:a; it has a, b"),
+        ("apply struct.py photo.png -o out.png", "parameter 'light' is a Light, which cannot be written on a command"),
+        ("apply taken.py photo.png -o out.png", "needs a value for 'output', and that is the name of an option"),
+        ("apply mine.py photo.png -o out.png --weights 1,2", "weights is vec3, expected 3 numbers such as 1,0.9,0.8"),
+        ("apply mine.py photo.png -o out.png --weights 1,2,x", "expected a number such as 0.5, got 'x'"),
+        ("apply mine.py photo.png -o out.png --gain nan", "nan is not a finite number"),
+    ],
+)
+def test_what_is_not_there_is_told_with_the_nearest(line: str, words: str, capsys: pytest.CaptureFixture[str]) -> None:
+    kernel = "import passgraph as pg\n{0} = pg.kernel(source='def {0}(c: Image{1}) -> vec4: return c[0, 0]')\n"
+    Path("empty.py").write_text("x = 3\n")
+    Path("two.py").write_text(kernel.format("a", "") + kernel.format("b", ""))
+    Path("taken.py").write_text(kernel.format("a", ", output: float"))
+    Path("struct.py").write_text(
+        "import passgraph as pg\n@pg.struct\nclass Light:\n    power: float\n"
+        "@pg.kernel\ndef lit(color: pg.Image, light: Light) -> pg.vec4:\n    return color[0, 0] * light.power\n"
+    )
+    assert words in refused(capsys, line)
+    assert not Path("out.png").exists()
+
+
+# Help
+
+
+@pytest.mark.parametrize(
+    "line",
+    [*(f"{name} --help" for name in COMMANDS), *(f"plan -e {name} --help" for name in EFFECTS), "apply mine.py --help"],
+)
+def test_help_says_no_limit_where_there_is_none(line: str, capsys: pytest.CaptureFixture[str]) -> None:
+    shown = well(capsys, line)
+    assert "None" not in shown and "=inf" not in shown
+
+
+def test_help_loads_no_effect_but_the_one_that_it_shows() -> None:
+    """Each takes as long to load as the rest of the command."""
+    text = """
+import sys
+from passgraph.commands.entry import run
+for name in ("apply", "compare", "plan", "render"):
+    run([name, "--help"])
+    families = {m.split(".")[2] for m in sys.modules if m.startswith("passgraph.effects.") and m.count(".") > 2}
+    print(name, *sorted(families), file=sys.stderr)
+"""
+    done = subprocess.run([sys.executable, "-c", text], capture_output=True, text=True, check=True)
+    *others, render = done.stderr.splitlines()
+    assert others == ["apply", "compare", "plan"]
+    assert "shadows" in render and "light2d" not in render
+
+
+# Errors
+
+
+@pytest.mark.parametrize("line", ["apply wrong.py photo.png -o out.png", "check wrong.py", "plan wrong.py photo.png"])
+def test_an_error_in_a_kernel_of_mine_keeps_its_caret(line: str, capsys: pytest.CaptureFixture[str]) -> None:
+    Path("wrong.py").write_text(MINE.replace("dot(c.rgb, weights) * gain", "lerp(c.rgb, weights, gain).x"))
+    first, text, caret, *rest = refused(capsys, line).split("\n")
+    assert first.startswith("passgraph: error: ") and "wrong.py:17: name 'lerp' is not defined here; write mix" in first
+    assert text == "        y = lerp(c.rgb, weights, gain).x" and caret == "            ^^^^" and rest == [""]
+
+
+def test_an_error_that_appears_with_the_frames_keeps_its_caret(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("frames").mkdir()
+    for number in range(2):
+        Image.open("photo.png").save(f"frames/{number}.png")
+    Path("deep.txt").write_text(
+        "def deep(c: Image, n: Const[int] = 70000) -> vec4:\n"
+        "    s = vec4(0.0)\n    for i in range(n):\n        s += c[i, 0]\n    return s\n"
+    )
+    error = refused(capsys, "apply deep.txt frames -o made.%02d.png")
+    assert error.count("\n") == 3 and error.split("\n")[2].strip().strip("^") == ""
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("import passgraph as pg\n\nscale = undefined * 2\n", "NameError: name 'undefined' is not defined (line 3)"),
+        ("def f():\n    return 1 / 0\n\nf()\n", "ZeroDivisionError: division by zero (line 2)"),
+        ("def f(:\n", "SyntaxError: invalid syntax (broken.py, line 1)"),
+    ],
+)
+def test_an_error_of_my_own_file_is_told_with_its_line(
+    text: str, words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    Path("broken.py").write_text(text)
+    assert refused(capsys, "apply broken.py photo.png -o out.png").endswith(f"broken.py: fails when run: {words}\n")

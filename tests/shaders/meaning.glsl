@@ -1,0 +1,402 @@
+// Cases of tests/shaders/test_glsl_meaning.py: a title behind ////, functions, and behind // main what it does to vec4 o,
+// with vec2 p = gl_FragCoord.xy and int n = int(p.x).
+
+//// fragment coordinates count from the bottom left
+// main
+o = vec4(gl_FragCoord.xy, gl_FragCoord.zw);
+
+//// post-increment gives the value before
+// main
+int a = n;
+int b = a++ * 10 + 1;
+int c = a--;
+o = vec4(a, b, c, a);
+
+//// pre-decrement gives the value after
+// main
+int a = n;
+int b = --a * 10 + a;
+o = vec4(a, b, 0, 0);
+
+//// out parameters are written at the end
+void f(out float a, inout float b) {
+    a = 5.0;
+    b += a;
+}
+// main
+float x = p.x, y = p.y;
+f(x, y);
+o = vec4(x, y, 0, 0);
+
+//// inout parameters copy in and out
+float g(inout float a, float b) {
+    a = b + 1.0;
+    return a + b;
+}
+// main
+float x = p.x;
+float y = g(x, x);
+o = vec4(x, y, 0, 0);
+
+//// a swizzle can be an out parameter
+void f(inout vec2 a) {
+    a = a.yx + 1.0;
+}
+// main
+vec4 v = vec4(p, 7, 9);
+f(v.wx);
+o = v;
+
+//// overloads by exact type
+float f(float x) {
+    return 1.0;
+}
+float f(vec2 x) {
+    return 2.0;
+}
+float f(int x) {
+    return 3.0;
+}
+// main
+o = vec4(f(p.x), f(p), f(n), f(1));
+
+//// overloads by conversion
+float f(vec2 x) {
+    return 2.0;
+}
+float f(float x) {
+    return x;
+}
+// main
+o = vec4(f(3), f(ivec2(1)), 0, 0);
+
+//// a right side that is not needed is not computed
+int count = 0;
+bool tick() {
+    count++;
+    return true;
+}
+// main
+bool a = p.x < 2.0 && tick();
+bool b = p.y > 1.0 || tick();
+o = vec4(count, a, b, 0);
+
+//// one side of a choice is computed
+int count = 0;
+float tick(int i) {
+    count += i;
+    return float(i);
+}
+// main
+float a = p.x < 2.0 ? tick(1) : tick(10);
+o = vec4(count, a, 0, 0);
+
+//// exclusive or
+// main
+o = vec4((p.x < 2.0) ^^ (p.y < 2.0), 0, 0, 0);
+
+//// commas
+// main
+float a;
+float b = (a = p.x, a * 2.0);
+o = vec4(a, b, 0, 0);
+
+//// an assignment has a value
+// main
+float a, b;
+a = b = p.x;
+o.xy = vec2(a, b);
+o.z = (a += 2.0) * 2.0;
+o.w = a;
+
+//// ints divide toward zero
+// main
+int a = n - 2;
+o = vec4(a / 2, a * 7 / -3, -7 / 2, 7 / -2);
+
+//// swizzles are assigned
+// main
+vec4 v = vec4(1, 2, 3, 4);
+v.zx = p;
+v.w *= 2.0;
+v.xy += v.yx;
+o = v;
+
+//// elements are assigned
+// main
+vec4 v = vec4(0);
+v[n % 4] = 5.0;
+mat2 m = mat2(1);
+m[1][0] = p.x;
+m[0] += p;
+o = v + vec4(m[0], m[1]);
+
+//// an index is computed once
+// main
+int i = 0;
+float a[3] = float[3](1.0, 2.0, 3.0);
+a[i++] += 5.0;
+o = vec4(a[0], a[1], a[2], i);
+
+//// arrays are values
+float[2] twice(float a[2]) {
+    a[0] *= 2.0;
+    return a;
+}
+// main
+float a[2] = float[](p.x, p.y);
+float b[2] = twice(a);
+o = vec4(a[0], b[0], b.length(), a == b);
+
+//// structs
+struct S {
+    vec2 a;
+    float b[2];
+}
+;
+struct T {
+    S s;
+    int i;
+}
+;
+T make(vec2 v) {
+    return T(S(v, float[](1., 2.)), 3);
+}
+// main
+T t = make(p);
+t.s.a.y += 10.0;
+t.s.b[1] = 7.0;
+T u = t;
+u.i++;
+o = vec4(t.s.a, u.s.b[1], t == u ? 1. : u.i);
+
+//// globals keep what functions write
+float state = 2.0;
+void grow() {
+    state *= 2.0;
+}
+const float K = 3.0 * 2.0;
+// main
+grow();
+grow();
+o = vec4(state, K, 0, 0);
+
+//// a local name hides a global one
+float a = 1.0;
+float f() {
+    return a;
+}
+// main
+float a = 2.0;
+{
+    float a = 3.0;
+    o.x = a;
+}
+o.yz = vec2(a, f());
+
+//// loops with continue, break and a counter that is read after
+// main
+int i;
+float s = 0.0;
+for (i = 0; i < 10; i++) {
+    if (i == 2) continue;
+    if (i > n + 3) break;
+    s += float(i);
+}
+o = vec4(s, i, 0, 0);
+
+//// loops count floats
+// main
+float s = 0.;
+for (float t = -1.0; t <= 1.0; t += 0.25) s += t * t + p.x;
+o = vec4(s);
+
+//// loops change their own counter
+// main
+int s = 0;
+for (int i = 0; i < 9; ++i) {
+    s += i;
+    i += n % 2;
+}
+o = vec4(s);
+
+//// while
+// main
+float a = p.x;
+int k = 0;
+while (a < 20.0) {
+    a *= 2.0;
+    k++;
+}
+o = vec4(a, k, 0, 0);
+
+//// do while goes on to its condition
+// main
+int k = 0, s = 0;
+do {
+    k++;
+    if (k == 2) continue;
+    s += k;
+}
+while (k < n + 2);
+o = vec4(k, s, 0, 0);
+
+//// returns from loops within loops
+float f(int n) {
+    for (int i = 0; i < 4; i++) {
+        for (int j = 0; j < 4; j++) {
+            if (i * j > n) return float(i * 10 + j);
+        }
+        if (i == 3) return -1.0;
+    }
+    return -2.0;
+}
+// main
+o = vec4(f(n), f(100), f(4), f(0));
+
+//// early returns of void functions
+void f(inout float a) {
+    if (a > 2.0) return;
+    a += 10.0;
+    if (a > 11.0) {
+        a += 100.0;
+        return;
+    }
+    a = -a;
+}
+// main
+float a = p.x, b = p.y;
+f(a);
+f(b);
+o = vec4(a, b, 0, 0);
+
+//// switches fall through
+// main
+float a = 0.0;
+switch (n) {
+    case 0: a += 1.0;
+    case 1: a += 10.0;
+    break;
+    default: a += 100.0;
+    case 3: a += 1000.0;
+}
+o = vec4(a);
+
+//// continue within a switch
+// main
+int s = 0;
+for (int i = 0; i < 5; i++) {
+    switch (i) {
+        case 1: continue;
+        case 3: s += 100;
+        break;
+        default: s += 1;
+    }
+    s += 10;
+}
+o = vec4(s);
+
+//// return within a switch within a loop
+float f(int n) {
+    for (int i = 0; i < 5; i++) {
+        switch (i + n) {
+            case 4: return float(i);
+            case 6: break;
+        }
+    }
+    return 9.;
+}
+// main
+o = vec4(f(n), f(n + 4), 0, 0);
+
+//// constructors convert and trim
+// main
+vec4 v = vec4(p, 3, 4);
+o = vec4(vec2(v), int(p.x + 0.9), float(bool(n)) + ivec2(v.zw).y) + vec4(vec3(v), 1).xyzw;
+
+//// matrices of columns
+// main
+mat3 m = mat3(1, 2, 3, 4, 5, 6, 7, 8, 10);
+vec3 v = vec3(p, 1);
+mat2 k = mat2(m);
+o = vec4((m * v).x, (v * m).y, (k * k)[1][0], determinant(m)) + inverse(m)[1][2] + transpose(m)[0][2];
+
+//// matrices by component
+// main
+mat2 m = mat2(1, 2, 3, 4), k = matrixCompMult(m, m);
+m += 1.0;
+m /= 2.0;
+k = -k;
+o = vec4(m[0], k[1]) + (m == k ? 1. : 0.);
+
+//// vectors are compared whole
+// main
+ivec2 a = ivec2(n, 1);
+o = vec4(a == ivec2(1), a != ivec2(1), bvec2(true) == bvec2(1, n), 0);
+
+//// vectors are compared by component
+// main
+vec2 h = vec2(2.0);
+o = vec4(vec2(lessThan(p, h)), 0, 0) * 2. + vec4(0, 0, vec2(notEqual(bvec2(n, 1), bvec2(1)))) + vec4(any(equal(p, h - .5)), vec2(not(bvec2(n))), 1);
+
+//// built-in functions
+// main
+vec3 v = vec3(p, 2.5) - 2.0;
+o = vec4(length(v), dot(v, v.zyx), mod(v.x, 0.7), fract(-v.y)) + vec4(normalize(v), sign(v.x)) + vec4(cross(v, vec3(1, 2, 3)), smoothstep(0., 3., p.x)) + vec4(mix(v, v.yxz, 0.3), step(v.x, 0.)) + clamp(p.xyxy, 1., 2.);
+
+//// functions of scalars
+// main
+o = vec4(length(-p.x), distance(p.x, 3.0), dot(p.x, 2.0), normalize(-p.y));
+
+//// mix by bools
+// main
+o = mix(vec4(1), vec4(2, 3, 4, 5), bvec4(n, 1, 0, n));
+
+//// modf
+// main
+float w;
+float f = modf(p.x * 1.7, w);
+vec2 k;
+o = vec4(f, w, modf(p * 0.3, k)) + vec4(0, 0, k);
+
+//// ints become floats
+// main
+float a = n;
+vec2 v = ivec2(n, 2);
+o = vec4(a + 1, v * 2, max(1, p.x));
+
+//// macros
+#define TWICE(x) ((x) * 2.0)
+#define JOIN(a, b) a ## b
+#define NAME JOIN(va, lue)
+#define MANY(a) a, a
+// main
+float value = TWICE(p.x + 1.0);
+o = vec4(NAME, TWICE(TWICE(1.0)), MANY(p.y));
+
+//// conditions
+#define A 3
+#if defined(A) && A > 2
+#define B 1.0
+#elif 1
+#define B 2.0
+#else
+#error no
+#endif
+#ifndef B
+#error B
+#endif
+// main
+o = vec4(B
+#if A == 4
+ + nonsense
+#endif
+, 0, 0, 0);
+
+//// hexadecimal and octal
+// main
+o = vec4(0x1F, 017, 0xFFFFFFFF, 1e2);
+
+//// shifts and bits
+// main
+o = vec4(n << 2, -8 >> 1, (n | 4) & 6, ~n ^ 5);

@@ -1,0 +1,72 @@
+"""Original shaders on OpenGL, through moderngl: what kernels made of them are held against."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from typing import Any
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+Picture = NDArray[np.float32]
+
+_QUAD = "#version 330\nin vec2 corner; void main() { gl_Position = vec4(corner, 0.0, 1.0); }"
+#: What GLSL 3.30 calls otherwise, and the two values that preludes may use here.
+_HEAD = """#version 330
+#define texture2D texture
+#define gl_FragColor shown_color
+out vec4 shown_color;
+uniform vec2 pg_output_size;
+#define pg_position (gl_FragCoord.xy / pg_output_size)
+"""
+
+
+class Original:
+    """An OpenGL context that runs fragment shaders over a whole picture."""
+
+    def __init__(self, context: moderngl.Context) -> None:
+        self.context = context
+        self.corners = context.buffer(np.array([-1, -1, 3, -1, -1, 3], np.float32).tobytes())
+
+    def run(
+        self, text: str, size: tuple[int, int], pictures: Mapping[str, Picture], values: Mapping[str, Any],
+        head: str = _HEAD,
+    ) -> Picture:  # fmt: skip
+        """The picture (h, w, 4) that a shader draws, row 0 on top, as pictures are given."""
+        context = self.context
+        program = context.program(vertex_shader=_QUAD, fragment_shader=head + text)
+        textures = []
+        for unit, (name, picture) in enumerate(pictures.items()):
+            height, width = picture.shape[:2]
+            texture = context.texture((width, height), 4, np.ascontiguousarray(picture[::-1]).tobytes(), dtype="f4")
+            texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
+            texture.repeat_x = texture.repeat_y = False
+            texture.use(unit)
+            textures.append(texture)
+            if name in program:
+                program[name].value = unit  # type: ignore[union-attr]
+        for name, value in {**values, "pg_output_size": tuple(map(float, size))}.items():
+            if name in program:
+                program[name].value = value  # type: ignore[union-attr]
+        target = context.texture(size, 4, dtype="f4")
+        frame = context.framebuffer([target])
+        frame.use()
+        frame.clear()
+        quad = context.vertex_array(program, [(self.corners, "2f", "corner")])
+        quad.render(moderngl.TRIANGLES)
+        found = np.frombuffer(frame.read(components=4, dtype="f4"), np.float32).reshape(size[1], size[0], 4)
+        for owned in (quad, frame, target, program, *textures):
+            owned.release()
+        return found[::-1].copy()
+
+
+@contextmanager
+def original() -> Iterator[Original]:
+    """A context, for as long as it is needed."""
+    context = moderngl.create_context(standalone=True, require=330, backend="egl")
+    try:
+        yield Original(context)
+    finally:
+        context.release()

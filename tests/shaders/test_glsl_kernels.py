@@ -1,0 +1,136 @@
+"""Shaders as kernels: parameters, outputs, notes, travel, every backend."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from agreement_glsl import picture, run
+
+import passgraph as pg
+from passgraph.language import ir
+from passgraph.language.types import FLOAT
+from passgraph.language.typing_rules import apply
+from passgraph.shaders.glsl import parse
+
+TEXT = """#version 330
+uniform float amount = 0.25;
+uniform vec3 tint = vec3(1.0, 0.5, 0.25);
+uniform sampler2D image;
+uniform mat2 turn = mat2(1, 2, 3, 4);
+uniform int half;
+uniform float weights[3] = float[3](1.0, 2.0, 3.0);
+struct Lens { vec2 centre; float k; };
+uniform Lens lens;
+in vec2 uv;
+layout(location = 1) out vec4 second;
+layout(location = 0) out vec3 first;
+void main() {
+    first = mix(texture(image, uv).rgb, tint, amount) + vec3(turn * uv, half) * weights[half];
+    second = vec4(lens.centre - uv, lens.k, 1.0);
+}"""
+LENS = SimpleNamespace(centre=(0.5, 0.25), k=3.0)
+
+
+def drawn(backend: str, travelled: bool = False) -> tuple[Any, Any]:
+    kernel = pg.kernel(glsl=TEXT)
+    made = dict(zip("ab", kernel(pg.Input("frame"), half=1, lens=LENS), strict=True))
+    if travelled:
+        made = pg.from_data(pg.to_data(made))
+    with pg.compile(made, backend=backend) as program:
+        result = program(frame=picture(9, 7))
+        return np.asarray(result["a"]), np.asarray(result["b"])
+
+
+def test_uniforms_are_parameters_with_samplers_first() -> None:
+    kernel = pg.kernel(glsl=TEXT, name="looks")
+    assert repr(kernel) == (
+        "<passgraph pixel kernel looks(image: Image, amount: float, tint: vec3, turn: mat2, half: int, "
+        "weights: Array[float, 3], lens: Lens)>"
+    )
+    defaults = {p.name: p.default for p in kernel.parameters if p.has_default}
+    assert defaults == {"amount": 0.25, "tint": (1, 0.5, 0.25), "turn": (1, 2, 3, 4), "weights": (1, 2, 3)}
+
+
+def test_a_shader_computes_what_its_formula_says() -> None:
+    first, second = drawn("reference")
+    frame = picture(9, 7).astype(np.float64)
+    y, x = np.mgrid[0:7, 0:9]
+    u, v = (x + 0.5) / 9, 1 - (y + 0.5) / 7
+    turned = np.stack([u + 3 * v, 2 * u + 4 * v, np.ones_like(u)], -1)
+    np.testing.assert_allclose(first, frame[..., :3] * 0.75 + np.array([1, 0.5, 0.25]) / 4 + turned * 2, atol=1e-5)
+    np.testing.assert_allclose(second, np.stack([0.5 - u, 0.25 - v, 3 + 0 * u, 1 + 0 * u], -1), atol=1e-6)
+
+
+@pytest.mark.parametrize("backend", ["numpy", "gl", "opencl"])
+def test_backends_agree_on_a_shader(backend: str) -> None:
+    for one, other in zip(drawn(backend), drawn("reference"), strict=True):
+        np.testing.assert_allclose(one, other, atol=4e-6)
+
+
+def test_a_shader_travels() -> None:
+    for one, other in zip(drawn("reference", travelled=True), drawn("reference"), strict=True):
+        np.testing.assert_array_equal(one, other)
+
+
+def test_one_kernel_comes_from_one_text() -> None:
+    with pytest.raises(pg.GraphError, match="one of the three"):
+        pg.kernel(glsl="void main() {}", source="x")  # type: ignore[call-overload]
+
+
+def test_preludes_declare_what_a_container_has() -> None:
+    """Their uniforms are parameters where they are used, and a value may be an expression of the container's."""
+    shader = parse(
+        "uniform float k; vec4 look(vec2 at) { return get(at) * k + BIAS + speed; }",
+        prelude="uniform sampler2D from; uniform float time, unused; vec4 get(vec2 p) { return texture2D(from, p); }",
+        postlude="void main() { gl_FragColor = look(pg_position) + time; }",
+        defines={"BIAS": "2.0"},
+        defaults={"time": 0.5, "k": 3.0},
+        values={"speed": lambda unit, span: ir.Literal(FLOAT, 10.0, span)},
+    )
+    found = [(p.name, p.default) for p in shader.program.parameters]
+    assert found == [("from", None), ("time", 0.5), ("k", 3.0)]
+    frame = picture(3, 2)
+    np.testing.assert_allclose(run(shader, (3, 2), {"from": frame}), frame * 3 + 12.5, atol=1e-5)
+
+
+def test_natives_compute_on_typed_values() -> None:
+    shader = parse(
+        "void main() { gl_FragColor = vec4(double_it(1.5)); }",
+        natives={"double_it": lambda unit, parts, span: apply("add", parts * 2, span)},
+    )
+    assert run(shader, (1, 1), {})[0, 0, 0] == 3.0
+
+
+def test_the_value_of_an_entry_is_the_output() -> None:
+    shader = parse("float grey() { return 0.5; }", entry="grey")
+    assert [str(result.type) for result in shader.program.results] == ["float"]
+
+
+def test_outputs_of_old_shaders_are_numbered() -> None:
+    shader = parse("void main() { gl_FragData[1] = vec4(1); gl_FragData[0] = vec4(2); }")
+    assert [result.name for result in shader.program.results] == ["gl_FragData0", "gl_FragData1"]
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "told"),
+    [
+        ("void main() {\nfloat a;\ngl_FragColor = vec4(a); }", 3, "a has no value here; it is 0"),
+        ("in vec2 here;\nvoid main() { gl_FragColor = here.xyxy; }", 1, "input here is the position"),
+        ("uniform int n; void main() {\nfor (int i = 0; i < n; i++) gl_FragColor += 1.0; }", 2, "1024 trips at most"),
+        ("float f()\n{ if (true) return 1.; }\nvoid main() { gl_FragColor = vec4(f()); }", 2, "may end without"),
+        ("uniform sampler2D t; void main() {\ngl_FragColor = texture2D(t, vec2(0), 1.0); }", 2, "one level"),
+    ],
+)  # fmt: skip
+def test_reliances_are_noted(text: str, line: int, told: str) -> None:
+    notes = parse(text).notes
+    assert [note.span.line for note in notes] == [line]
+    assert told in notes[0].text
+    assert str(notes[0]).startswith(f"<shader>:{line}: ")
+
+
+def test_what_gives_no_reason_is_not_noted() -> None:
+    text = "void f(out float b) { b = 1.0; } void main() { float a; f(a); float c; c = a; gl_FragColor = vec4(a + c); }"
+    assert parse(text).notes == ()
