@@ -103,8 +103,7 @@ def in_order(array: NDArray[Any], type_: Type) -> NDArray[Any] | None:
     """
     if array.size != component_count(type_):
         return None
-    shape = shape_of(type_)
-    if array.ndim > 1 and array.ndim >= len(shape) and isinstance(matrix := innermost(type_), Matrix):
+    if array.ndim > 1 and isinstance(matrix := innermost(type_), Matrix) and array.ndim >= len(shape_of(type_)):
         if array.shape[-2:] == (matrix.rows, matrix.columns):
             array = np.swapaxes(array, -1, -2)
         elif matrix.rows != matrix.columns:

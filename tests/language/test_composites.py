@@ -158,3 +158,39 @@ def _texels(body: tuple[Any, ...]) -> list[ir.Texel]:
         elif hasattr(part, "__dataclass_fields__"):
             pending += [getattr(part, name) for name in part.__dataclass_fields__]
     return found
+
+
+BONES = """
+class Bone:
+    placed: mat3x4
+    shares: Array[float, 2]
+
+class Drawn:
+    position: vec4
+    seen: vec3
+"""
+
+
+@pytest.mark.parametrize("backend", ["reference", "numpy"])
+def test_both_kernels_of_a_draw_take_arrays(backend: str) -> None:
+    vertex = pg.vertex(
+        source=BONES
+        + "def v(a: Vertex, bones: Array[Bone, 2], i: int) -> Drawn: return Drawn(vec4(a.position.xy, 0.0, 1.0), "
+        "transpose(bones[i].placed) * vec4(bones[i].shares[0], bones[i].shares[1], 1.0, 2.0))"
+    )
+    fragment = pg.fragment(
+        source=BONES + "def f(s: Drawn, images: Array[Image, 2], k: int) -> vec4: return vec4(s.seen, 1.0) "
+        "+ images[k].texel(ivec2(pixel().x, 0)) + images[pixel().x - 1].texel(ivec2(0, 0))"
+    )
+    mesh = pg.Mesh.make([[-1, -1, 0], [3, -1, 0], [-1, 3, 0]], [[0, 1, 2]])
+    placed, shares = np.arange(24.0).reshape(2, 4, 3), ((1, 2), (3, 4))
+    bones = [SimpleNamespace(placed=placed[i], shares=shares[i]) for i in (0, 1)]
+    made = pg.draw(
+        mesh, vertex=vertex, fragment=fragment, into=pg.target("r", "rgba32f"), i=1, k=1,
+        bones=pg.Value("bones", list), images=[pg.Input("a"), pg.Input("b")],
+    )  # fmt: skip
+    a, b = np.full((1, 2, 4), 100, np.float32), np.arange(8, dtype=np.float32).reshape(1, 2, 4)
+    found = pg.compile(made, backend=backend, size=(3, 1))(a=a, b=b, bones=bones)["r"]
+    seen = np.append(placed[1].T @ np.array([3.0, 4.0, 1.0, 2.0]), 1.0)
+    expected = [seen + b[0, min(x, 1)] + (a, b)[min(max(x - 1, 0), 1)][0, 0] for x in range(3)]
+    np.testing.assert_array_equal(found[0], expected)
