@@ -235,6 +235,8 @@ def choose(condition: ir.Expr, then: Part, orelse: Part, span: Span) -> Part:
     if isinstance(then, StructValue) and isinstance(orelse, StructValue) and then.struct == orelse.struct:
         fields = {n: choose(condition, then.fields[n], orelse.fields[n], span) for n in then.fields}
         return StructValue(then.struct, fields)
+    if isinstance(then, ArrayValue):
+        fail(span, f"a conditional cannot choose between values of type {then.type}; use if statements")
     if isinstance(then, COMPOSITE) or isinstance(orelse, COMPOSITE):
         fail(
             span,

@@ -128,7 +128,7 @@ BODIES: list[tuple[str, str]] = [
     ("return «len([c, c][n])»", "len() takes one array or vector"),
     ("«a = [c, c]»\n    return x", "an Image cannot be given another name"),
     ("«return [c, c][n].size»", "the result of k must be float, got ivec2"),
-    ("return («[c, c] if x > 1.0 else [c, c]»)[0].size.x", "both sides of a conditional must have one type"),
+    ("return («[c, c] if x > 1.0 else [c, c]»)[0].size.x", "cannot choose between values of type Array[Image, 2]"),
     ("a = «[x] * n»\n    return x", "[value] * n needs a whole constant n >= 1"),
     ("a = «[x] * 2000»\n    return x", "an array has at most 1024 elements, got 2000"),
     ("return «[x, v]»[0]", "the elements of an array must have one type, got float and vec3"),
