@@ -114,10 +114,10 @@ def _number_element(row: Operation, arguments: list[ir.Expr], span: Span) -> Sca
 
 def _fit(argument: ir.Expr, letter: str, element: Scalar, size: int, shown: str, span: Span) -> ir.Expr:
     type_ = argument.type
-    if letter in ("M", "S"):
+    if letter in ("M", "Q"):
         if not isinstance(type_, Matrix):
             fail(span, f"{shown} takes a matrix, got {type_}")
-        if letter == "S" and type_.columns != type_.rows:
+        if letter == "Q" and type_.columns != type_.rows:
             fail(span, f"{shown} takes a square matrix, got {type_}")
         return argument
     if isinstance(type_, Matrix):
@@ -131,7 +131,7 @@ def _fit(argument: ir.Expr, letter: str, element: Scalar, size: int, shown: str,
 
 
 def _result_type(letter: str, size: int, element: Scalar, arguments: list[ir.Expr]) -> Value:
-    if letter in ("M", "S"):
+    if letter in ("M", "Q"):
         first = arguments[0].type
         if isinstance(first, Matrix):
             return Matrix(first.rows, first.columns)  # transposed; what is square stays so

@@ -41,9 +41,9 @@ _row("matmul", "M * -> *", "matrix product, columns as in GLSL: as many columns 
      written=("a * b", "a @ b"), ulp=6, of_terms=True)
 transpose = _row("transpose", "M -> M", "rows and columns swapped", _of.transpose,
                  (((1, 2), (3, 4)), ((1, 3), (2, 4))))
-determinant = _row("determinant", "S -> f", "determinant", _np.linalg.det, (((1, 2), (3, 4)), -2),
+determinant = _row("determinant", "Q -> f", "determinant", _np.linalg.det, (((1, 2), (3, 4)), -2),
                    ulp=32, of_terms=True)
-inverse = _row("inverse", "S -> S", "inverse; NaN where the determinant is 0, of columns brought near 1", _of.inverse,
+inverse = _row("inverse", "Q -> Q", "inverse; NaN where the determinant is 0, of columns brought near 1", _of.inverse,
                (((2, 0), (0, 4)), ((0.5, 0), (0, 0.25))), (((1, 2), (2, 4)), ((_NAN, _NAN), (_NAN, _NAN))), ulp=64,
                of_terms=True)
 outer = _row("outer", "V V -> M", "column vector times row vector, of any two sizes (GLSL outerProduct)", _of.outer,
