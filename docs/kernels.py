@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import math
 import sys
 from pathlib import Path
@@ -10,7 +11,9 @@ root = Path(__file__).resolve().parent.parent
 if str(root) not in sys.path:
     sys.path.insert(0, str(root))
 
+from passgraph.language.library import written_function
 from passgraph.language.operations import OPERATIONS, Operation
+from passgraph.language.symbols import WRITTEN
 
 PAGE = root / "docs" / "kernels.md"
 BEGIN, END = "<!-- operations: written by docs/kernels.py -->", "<!-- end of operations -->"
@@ -31,7 +34,21 @@ def markdown() -> str:
         rows = [row for row in OPERATIONS.values() if row.kind == kind]
         lines = [f"#### {heading}", "", "| written | signature | meaning | error, ULP |", "|---|---|---|---|"]
         parts.append("\n".join(lines + [_line(row) for row in rows]))
+    parts.append("\n".join(["#### Several results, and packing", "", *_library_lines()]))
     return "\n\n".join(parts) + "\n"
+
+
+def _library_lines() -> list[str]:
+    """The functions that are written in the language: those of a float stand for those of vectors too."""
+    lines = ["| written | result | meaning |", "|---|---|---|"]
+    for symbol in WRITTEN:
+        node = written_function(symbol.name, []).node  # type: ignore[union-attr]
+        parameters = ", ".join(f"{a.arg}: {ast.unparse(a.annotation)}" for a in node.args.args if a.annotation)
+        doc = " ".join((ast.get_docstring(node) or "").split())
+        vectors = "" if node.name == symbol.name else "; of vectors by component"
+        result = ast.unparse(node.returns) if node.returns else ""
+        lines.append(f"| `{symbol.name}({parameters})` | `{result}` | {doc.rstrip('.')}{vectors} |")
+    return lines
 
 
 def _line(row: Operation) -> str:

@@ -31,6 +31,7 @@ from passgraph.language.kernel import function, struct
 from passgraph.language.primitives import *  # noqa: F403
 from passgraph.language.symbols import *  # noqa: F403
 from passgraph.language.vectors import *  # noqa: F403
+from passgraph.language.whole_numbers import *  # noqa: F403
 from passgraph.plan.data import Options
 from passgraph.ranges import Range
 from passgraph.run.program import Program, Result, compile
@@ -42,12 +43,14 @@ if TYPE_CHECKING:
     from passgraph.frames.tiles_lazy import lazily_tiled
     from passgraph.pictures import load, save
     from passgraph.scene import Camera, HardwareDepth, Light, Material, Mesh, Node, Scene, Texture
+    from passgraph.shaders.load import load_shader
     from passgraph.travel import from_data, to_data
 
 __version__ = "0.1.0"
 
 _LATER = {
     "load": "passgraph.pictures", "save": "passgraph.pictures",
+    "load_shader": "passgraph.shaders.load",
     "tiled": "passgraph.frames.tiles", "lazily_tiled": "passgraph.frames.tiles_lazy",
     "from_data": "passgraph.travel", "to_data": "passgraph.travel",
     **dict.fromkeys(
@@ -78,6 +81,7 @@ __all__ = [
     "HardwareDepth", "Input", "InputError", "KernelError", "Light", "Material", "Mesh", "Node", "Options",
     "PassgraphError", "Program", "Range", "Result", "Scene", "Stencil",
     "Target", "TargetSpec", "Texture", "Value", "combine", "compile", "draw", "fragment", "frames", "from_data",
-    "function", "gl", "graph", "kernel", "lazily_tiled", "load", "opencl", "previous", "save", "struct", "target",
+    "function", "gl", "graph", "kernel", "lazily_tiled", "load", "load_shader", "opencl", "previous", "save", "struct",
+    "target",
     "tiled", "to_data", "vertex",
 ]  # fmt: skip

@@ -13,14 +13,14 @@ from passgraph.errors import InputError
 from passgraph.graph.targets import Pass, PixelPass
 from passgraph.graph.values import FILLED_IN, Derived, Value, sources_of
 from passgraph.language.symbols import TYPE_MARKERS
-from passgraph.language.types import BOOL, FLOAT, INT, Array, Matrix, Scalar, Type, Vector, innermost
+from passgraph.language.types import BOOL, FLOAT, INT, UINT, Array, Matrix, Scalar, Type, Vector, innermost
 
 if TYPE_CHECKING:
     from passgraph.commands.own_file import Graph
 
 _BOOLS = {"true": True, "yes": True, "on": True, "1": True, "false": False, "no": False, "off": False, "0": False}
 #: Types that can be written on a command line, by name.
-_SCALARS = (BOOL, INT, FLOAT)
+_SCALARS = (BOOL, INT, UINT, FLOAT)
 _ALL: tuple[Scalar | Vector | Matrix, ...] = (
     *_SCALARS,
     *(Vector(element, size) for element in _SCALARS for size in (2, 3, 4)),
@@ -143,9 +143,10 @@ def _way(name: str, handle: Value, type_: Type | None) -> str:
 
 def _example(type_: Type) -> str:
     if isinstance(type_, Scalar):
-        return {"float": "0.5", "int": "2", "bool": "true"}[type_.name]
+        return {"float": "0.5", "int": "2", "uint": "2", "bool": "true"}[type_.name]
     if isinstance(type_, Vector):
-        parts = {"float": ("1", "0.9", "0.8", "1"), "int": ("1", "2", "3", "4"), "bool": ("true", "false") * 2}
+        whole = ("1", "2", "3", "4")
+        parts = {"float": ("1", "0.9", "0.8", "1"), "int": whole, "uint": whole, "bool": ("true", "false") * 2}
         return ",".join(parts[type_.element.name][: type_.size])
     if isinstance(type_, Matrix):
         rows = (",".join(str(int(row == column)) for column in range(type_.columns)) for row in range(type_.rows))
@@ -206,7 +207,7 @@ def _number(type_: Scalar, word: str, where: str) -> bool | int | float:
     try:
         if type_ == BOOL:
             return _BOOLS[word.lower()]
-        return int(word) if type_ == INT else float(word)
+        return int(word) if type_ in (INT, UINT) else float(word)
     except (KeyError, ValueError):
-        expected = {"bool": "true or false", "int": "a whole number", "float": "a number"}[type_.name]
+        expected = {"bool": "true or false", "float": "a number"}.get(type_.name, "a whole number")
         raise InputError(f"{where}: expected {expected} such as {_example(type_)}, got {shown(word)}") from None

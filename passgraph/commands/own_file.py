@@ -173,7 +173,7 @@ def _argument(name: str, type_: Type) -> Any:
     if isinstance(type_, ImageType):
         return pg.Input(name)
     if isinstance(type_, Scalar):
-        return {"float": 0.5, "int": 1, "bool": True}[type_.name]
+        return {"float": 0.5, "int": 1, "uint": 1, "bool": True}[type_.name]
     if isinstance(type_, Vector):
         return (_argument(name, type_.element),) * type_.size
     if isinstance(type_, Matrix):

@@ -13,6 +13,7 @@ from passgraph import arguments
 from passgraph.errors import GraphError
 from passgraph.formats import Format, format_named
 from passgraph.graph.draw_state import DrawState
+from passgraph.graph.formulas import Formula, check_formula
 from passgraph.graph.geometry import Geometry
 from passgraph.language.borders import BORDERS
 from passgraph.language.kernel import Kernel
@@ -48,7 +49,19 @@ class Like:
     scale: float = 1.0
 
 
-SizeClass: TypeAlias = Absolute | Relative | Like
+@dataclass(frozen=True, slots=True)
+class Computed:
+    """Sides as formulas of the output's, rounded down, at least one pixel; see `passgraph.graph.formulas`."""
+
+    width: Formula
+    height: Formula
+
+    def __post_init__(self) -> None:
+        for formula in (self.width, self.height):
+            check_formula(formula, "a computed size")
+
+
+SizeClass: TypeAlias = Absolute | Relative | Like | Computed
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,9 +80,8 @@ class TargetSpec:
         where = f"target {arguments.text(self.name, 'the name of a target')!r}"
         arguments.instance(self.format, Format, f"{where}: format", "one of passgraph.formats.FORMATS")
         if self.size is not None:
-            arguments.instance(
-                self.size, (Absolute, Relative, Like), f"{where}: size", "made by pg.target(size=, scale= or like=)"
-            )
+            made_by = "made by pg.target(size=, scale= or like=)"
+            arguments.instance(self.size, (Absolute, Relative, Like, Computed), f"{where}: size", made_by)
         if self.clear is not None:
             _check_clear(self.clear, self.format, where)
         arguments.several(self.notes, str, f"{where}: notes", "lines of text")

@@ -30,6 +30,7 @@ class Domain:
 
 ANY = Domain()
 NOT_NEGATIVE = Domain(0.0)
+FROM_ONE = Domain(1.0)
 UNIT = Domain(-1.0, 1.0)
 #: Angles in radians that float32 still tells apart by 2^-10.
 ANGLE = Domain(-8192.0, 8192.0)
@@ -45,5 +46,7 @@ DIVISOR = Domain(-(2.0**126), 2.0**126, 2.0**-126)
 POSITIVE = Domain(2.0**-126, 2.0**126, 2.0**-126, zero=False)
 #: Numbers whose bits are the same everywhere: denormals may count as 0, and 0 and NaN have several.
 KNOWN_BITS = Domain(least=2.0**-126, zero=False)
+#: The same of their binary16: from 2^-14 on those have 11 bits, below fewer.
+HALVES = Domain(-(2.0 - 2.0**-23) * 2.0**127, (2.0 - 2.0**-23) * 2.0**127, 2.0**-126, zero=False, beyond=True)
 #: Pairs whose quotients tests can keep off whole numbers, where a floor jumps.
 DIVIDEND, SMALL_DIVISOR = Domain(-1000.0, 1000.0, beyond=True), Domain(-8.0, 8.0, 0.5, zero=False, beyond=True)

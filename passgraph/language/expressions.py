@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
 from typing import TYPE_CHECKING, cast
 
 from passgraph.language import ir, symbols
@@ -43,6 +44,7 @@ from passgraph.language.values import (
     coerce,
     construct,
     index_into,
+    of_bools,
     part_type,
     select,
     swizzle,
@@ -222,7 +224,7 @@ class Expressions:
             one = ir.Literal(FLOAT, 1.0, span)
             return apply("div", [one, self._whole_power(base, -n, span)], span)
         if n == 0:
-            ones = ir.Literal(element_of(base.type), 1 if element_of(base.type) is INT else 1.0, span)
+            ones = ir.Literal(element_of(base.type), 1.0 if element_of(base.type) is FLOAT else 1, span)
             return ones if isinstance(base.type, Scalar) else ir.Construct(base.type, (ones,) * base.type.size, span)
         base = self.frame.name_it(base, span)
         result: ir.Expr | None = None
@@ -244,7 +246,7 @@ class Expressions:
         value = self.value(node.operand)
         if isinstance(node.op, ast.UAdd):
             return value
-        if isinstance(node.op, ast.USub) and isinstance(value, ir.Literal) and value.type is not BOOL:
+        if isinstance(node.op, ast.USub) and isinstance(value, ir.Literal) and value.type in (INT, FLOAT):
             return number(-value.value, span)
         if isinstance(node.op, ast.USub) and isinstance(value.type, Matrix):
             return self._arithmetic("*", ir.Literal(FLOAT, -1.0, span), value, span)
@@ -253,7 +255,8 @@ class Expressions:
     def _bool(self, node: ast.BoolOp) -> ir.Expr:
         result = self.condition(node.values[0])
         for part in node.values[1:]:
-            result = apply(_row(node.op, 2), [result, self.condition(part)], self.span(node))
+            with self._perhaps(part):
+                result = apply(_row(node.op, 2), [result, self.condition(part)], self.span(node))
         return result
 
     def _compare(self, node: ast.Compare) -> ir.Expr:
@@ -263,7 +266,8 @@ class Expressions:
         for operator, right_node in zip(node.ops, node.comparators, strict=True):
             if type(operator) not in _SIGNS:
                 fail(span, "the kernel language has no 'is' and no 'in'; compare values with == or !=")
-            right = self.value(right_node)
+            with nullcontext() if right_node is node.comparators[0] else self._perhaps(right_node):
+                right = self.value(right_node)
             if len(node.ops) > 1:  # the middle of a < b < c is used twice
                 right = self.frame.name_it(right, span)
             if left.type == BOOL and right.type == BOOL and isinstance(operator, (ast.Eq, ast.NotEq)):
@@ -278,10 +282,24 @@ class Expressions:
 
     def _choice(self, node: ast.IfExp) -> Part:
         span = self.span(node)
-        condition, then, orelse = self.condition(node.test), self.part(node.body), self.part(node.orelse)
+        condition = self.condition(node.test)
+        with self._perhaps(node):
+            then, orelse = self.part(node.body), self.part(node.orelse)
         if isinstance(then, StructValue):
             condition = self.frame.name_it(condition, span)
         return choose(condition, then, orelse, span)
+
+    @contextmanager
+    def _perhaps(self, node: ast.expr) -> Iterator[None]:
+        """Around what Python computes only where it is needed: here it always is, so that it may not discard."""
+        before = self.frame.builder.discards
+        yield
+        if self.frame.builder.discards > before:
+            fail(
+                self.span(node),
+                "a function that calls discard() is called where Python may leave it out; call it in an assignment "
+                "of its own, under an if",
+            )
 
     # Calls
 
@@ -386,6 +404,11 @@ class Expressions:
             return select(arguments, span, self.frame.name_it)
         if name == "clamp":
             check_clamp(arguments, span)
+        if name == "mix" and len(arguments) == 3 and of_bools(arguments[2]):
+            return select([arguments[2], arguments[1], arguments[0]], span, self.frame.name_it)
+        written = self.frame.inline_written(name, arguments, span)
+        if written is not None:
+            return written
         return apply(called(name, len(arguments)), arguments, span)
 
     def _make_struct(self, struct: Struct, node: ast.Call) -> StructValue:

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from passgraph.arguments import LARGEST_FLOAT, numbers, shown
 from passgraph.errors import InputError
-from passgraph.language.meanings import INT_MAX, INT_MIN, UINT_MAX
-from passgraph.language.symbols import CONSTANTS
+from passgraph.language.meanings import INT_MAX, INT_MIN
+from passgraph.language.symbols import CONSTANTS, UINT_MAX
 from passgraph.language.types import Matrix, Type, component_count, element_of, innermost, shape_of
 
 if TYPE_CHECKING:
@@ -20,13 +20,13 @@ if TYPE_CHECKING:
 
 
 #: The least and the largest number that a component holds as it is; what lies outside gets a second look.
-LIMITS = {"float": (-LARGEST_FLOAT, LARGEST_FLOAT), "int": (INT_MIN, INT_MAX), "bool": (0, 1)}
+LIMITS = {"float": (-LARGEST_FLOAT, LARGEST_FLOAT), "int": (INT_MIN, INT_MAX), "uint": (0, INT_MAX), "bool": (0, 1)}
 #: From here on a float64 rounds to infinity as a float32: half a step above the largest.
 FLOAT_END = LARGEST_FLOAT + 2.0**103
 #: Types of arrays, as letters of NumPy's, of which a component holds every number: they get no look at all.
-HELD = {"float": "?bBhHiIlLqQef", "int": "?bBhHi", "bool": "?"}
+HELD = {"float": "?bBhHiIlLqQef", "int": "?bBhHi", "uint": "?BH", "bool": "?"}
 #: Types of arrays whose numbers are looked at; what is left over gets the long look.
-LOOKED_AT = {"float": "d", "int": "IlLqQ", "bool": ""}
+LOOKED_AT = {"float": "d", "int": "IlLqQ", "uint": "ILQ", "bool": ""}
 #: Types of values that are plain: compared by themselves, so that no method of a stranger's runs.
 _NUMBERS = frozenset((float, int, bool))
 _WHOLE = frozenset((int, bool))
@@ -40,7 +40,8 @@ def components(value: object, type_: Type, name: str) -> NDArray[np.float64]:
     """A host value in component order (matrices ``m[row][column]`` on the host become columns).
 
     The result may be the value's own memory: to be read at once.
-    Ints from 2147483648 to 4294967295 are bit patterns, as in kernels: they mean the int with these bits.
+    Ints from 2147483648 to 4294967295 are bit patterns, as in kernels: they mean the int with these bits.  A block of
+    ints holds uints too, by their bits, so such a uint is that int here.
 
     Raises
     ------
@@ -147,6 +148,8 @@ def _looked_through(value: object, type_: Type, name: str) -> NDArray[np.float64
         raise InputError(f"{name} must be {type_}, got floats ({shown(value)}); convert them first")
     elif element == "bool":
         bad, limits = (wide != 0.0) & (wide != 1.0), "a bool is True or False (1 or 0)"
+    elif element == "uint":
+        bad, limits = (wide < 0) | (wide > UINT_MAX), f"uints reach from 0 to {UINT_MAX}"
     else:
         bad = (wide < INT_MIN) | (wide > UINT_MAX)
         limits = f"ints reach from {INT_MIN} to {INT_MAX}, and as bit patterns to 0xFFFFFFFF"
@@ -154,7 +157,7 @@ def _looked_through(value: object, type_: Type, name: str) -> NDArray[np.float64
         first = wide[bad][0]
         got = shown(value) if wide.size == 1 else f"{first:g}" if element == "float" else f"{first:.0f}"
         raise InputError(f"{name} must be {type_}, got {got}; {limits}")
-    return np.where(wide > INT_MAX, wide - 2.0**32, wide) if element == "int" else wide
+    return np.where(wide > INT_MAX, wide - 2.0**32, wide) if element in ("int", "uint") else wide
 
 
 def pack(program: ScalarProgram, values: Mapping[str, object]) -> tuple[NDArray[np.float32], NDArray[np.int32]]:

@@ -1,4 +1,4 @@
-"""What operations mean: on float64, int64 or bool arrays, a batch on the first axis and components behind it."""
+"""What operations mean: on float64, int64, uint32 or bool arrays, a batch on axis 0 and components behind it."""
 
 from __future__ import annotations
 
@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from passgraph.language.symbols import UINT_MAX
+
 Values = NDArray[Any]
 
-INT_MIN, INT_MAX, UINT_MAX = -(2**31), 2**31 - 1, 2**32 - 1
+INT_MIN, INT_MAX = -(2**31), 2**31 - 1
 #: The largest float32 below one: where fract is capped.
 BELOW_ONE = float(np.nextafter(np.float32(1), np.float32(0)))
 
@@ -21,22 +23,37 @@ def wrap32(values: Values) -> Values:
 
 
 def is_int(values: Values) -> bool:
+    """Whether they are ints, which are to be wrapped; uints are held as uint32, which wraps by itself."""
     return bool(np.asarray(values).dtype.kind == "i")
 
 
+def is_whole(values: Values) -> bool:
+    """Whether they are ints or uints."""
+    return bool(np.asarray(values).dtype.kind in "iu")
+
+
+def int_of_bits(number: int) -> int:
+    """The int with the bits of a whole number from -2147483648 to 4294967295."""
+    return number if number <= INT_MAX else number - 2**32
+
+
+def wrapped(values: Values) -> Values:
+    return wrap32(values) if is_int(values) else np.asarray(values)
+
+
 def arith(function: Callable[[Values, Values], Values]) -> Callable[[Values, Values], Values]:
-    return lambda a, b: wrap32(function(a, b)) if is_int(a) else function(a, b)
+    return lambda a, b: wrapped(function(a, b))
 
 
 def floor_divide(a: Values, b: Values) -> Values:
-    if is_int(a):
-        return wrap32(np.where(b == 0, 0, a // np.where(b == 0, 1, b)))
+    if is_whole(a):
+        return wrapped(np.where(b == 0, 0, a // np.where(b == 0, 1, b)).astype(a.dtype))
     return np.asarray(np.floor(a / b))
 
 
 def modulo(a: Values, b: Values) -> Values:
-    if is_int(a):
-        return wrap32(np.where(b == 0, 0, a % np.where(b == 0, 1, b)))
+    if is_whole(a):
+        return wrapped(np.where(b == 0, 0, a % np.where(b == 0, 1, b)).astype(a.dtype))
     known = np.isfinite(a) & np.isfinite(b) & (b != 0)
     made = np.mod(np.where(known, a, 0.0), np.where(known, b, 1.0))
     # The sum of a tiny negative number and b may be b itself, which no rest is.
@@ -47,10 +64,20 @@ def modulo(a: Values, b: Values) -> Values:
 
 def to_int(a: Values) -> Values:
     a = np.asarray(a)
+    if a.dtype.kind == "u":
+        return a.astype(np.int32).astype(np.int64)
     if a.dtype.kind != "f":
         return a.astype(np.int64)
     clean = np.where(np.isnan(a), 0.0, a)
     return np.asarray(np.trunc(np.clip(clean, INT_MIN, INT_MAX)).astype(np.int64))
+
+
+def to_uint(a: Values) -> Values:
+    a = np.asarray(a)
+    if a.dtype.kind != "f":
+        return a.astype(np.uint32)
+    clean = np.where(np.isnan(a), 0.0, a)
+    return np.asarray(np.trunc(np.clip(clean, 0, UINT_MAX)).astype(np.uint32))
 
 
 def minimum(a: Values, b: Values) -> Values:
@@ -101,7 +128,7 @@ def matmul(a: Values, b: Values) -> Values:
 
 
 def shift(function: Callable[[Values, Values], Values]) -> Callable[[Values, Values], Values]:
-    return lambda a, b: wrap32(function(a, b & 31))
+    return lambda a, b: wrapped(function(a, b & 31))
 
 
 def float_bits(a: Values) -> Values:
@@ -120,11 +147,11 @@ def inverse(m: Values) -> Values:
 
 
 def negative(a: Values) -> Values:
-    return wrap32(-a) if is_int(a) else np.asarray(-a)
+    return wrapped(-a)
 
 
 def magnitude(a: Values) -> Values:
-    return wrap32(np.abs(a)) if is_int(a) else np.abs(a)
+    return wrapped(np.abs(a))
 
 
 def to_float(a: Values) -> Values:
@@ -193,3 +220,86 @@ def transpose(m: Values) -> Values:
 
 def outer(a: Values, b: Values) -> Values:
     return np.asarray(np.einsum("nr,nc->ncr", a, b))
+
+
+def fma(a: Values, b: Values, c: Values) -> Values:
+    return np.asarray(a * b + c)
+
+
+def ldexp(x: Values, n: Values) -> Values:
+    # Beyond, every float32 is 0 or infinite; the clamp keeps what is computed here exact.
+    return np.ldexp(x, np.clip(n, -400, 400).astype(np.int32))
+
+
+def quotient(a: Values, b: Values) -> Values:
+    """Toward zero."""
+    size = np.abs(a) // np.where(b == 0, 1, np.abs(b))
+    return wrap32(np.where(b == 0, 0, np.where((a < 0) != (b < 0), -size, size)))
+
+
+def remainder(a: Values, b: Values) -> Values:
+    return wrap32(np.where(b == 0, 0, a - quotient(a, b) * b))
+
+
+def bits_of(a: Values) -> Values:
+    """The 32 bits of each whole number, the lowest first, on a last axis."""
+    return (np.asarray(a).astype(np.int64)[..., None] >> np.arange(32)) & 1
+
+
+def of_bits(bits: Values, like: Values) -> Values:
+    """Whole numbers of 32 bits, as ints or uints."""
+    made = np.sum(bits.astype(np.int64) << np.arange(32), axis=-1)
+    return made.astype(np.uint32) if np.asarray(like).dtype.kind == "u" else wrap32(made)
+
+
+def bit_count(a: Values) -> Values:
+    return np.asarray(np.sum(bits_of(a), axis=-1))
+
+
+def find_lsb(a: Values) -> Values:
+    bits = bits_of(a)
+    return np.where(np.any(bits, axis=-1), np.argmax(bits, axis=-1), -1)
+
+
+def find_msb(a: Values) -> Values:
+    """Of a negative int, the highest bit that is 0."""
+    bits = bits_of(np.where(np.asarray(a) < 0, ~np.asarray(a), a))
+    return np.where(np.any(bits, axis=-1), 31 - np.argmax(bits[..., ::-1], axis=-1), -1)
+
+
+def bitfield_reverse(a: Values) -> Values:
+    return of_bits(bits_of(a)[..., ::-1], a)
+
+
+def field(offset: Values, bits: Values) -> tuple[Values, Values]:
+    """Where a field begins and how many bits it has, brought into 32 bits."""
+    start = np.clip(offset, 0, 31)
+    return start, np.clip(bits, 0, 32 - start)
+
+
+def bitfield_extract(a: Values, offset: Values, bits: Values) -> Values:
+    start, count = field(offset, bits)
+    places = np.arange(32)
+    highest = (start + count - 1)[..., None]
+    signed = np.asarray(a).dtype.kind == "i"
+    # Above a field of an int its highest bit goes on, of a uint there are zeros.
+    taken = np.take_along_axis(bits_of(a), np.clip(np.minimum(places + start[..., None], highest), 0, 31), axis=-1)
+    kept = (count > 0)[..., None] & (signed | (places < count[..., None]))
+    return of_bits(np.where(kept, taken, 0), a)
+
+
+def bitfield_insert(a: Values, insert: Values, offset: Values, bits: Values) -> Values:
+    start, count = field(offset, bits)
+    places = np.arange(32) - start[..., None]
+    inside = (places >= 0) & (places < count[..., None])
+    given = np.take_along_axis(np.broadcast_to(bits_of(insert), inside.shape), np.clip(places, 0, 31), axis=-1)
+    return of_bits(np.where(inside, given, bits_of(a)), a)
+
+
+def half_bits(x: Values) -> Values:
+    with np.errstate(over="ignore"):
+        return np.asarray(x).astype(np.float16).view(np.uint16).astype(np.uint32)
+
+
+def float_of_half(bits: Values) -> Values:
+    return np.asarray(bits).astype(np.uint16).view(np.float16).astype(np.float64)

@@ -31,12 +31,12 @@ class Operation(Symbol):
 
     Attributes
     ----------
-    signature : letters of the operands and of the result, such as ``"N N -> B"``: ``N`` a number of any size (int or
-        float), ``G`` floats of any size, ``I`` ints, ``B`` bools, ``V`` a float vector, ``v3`` a vec3, ``M`` a matrix,
-        ``Q`` a square one, ``f i b`` scalars.  A letter that occurs twice stands for one type, except that a scalar may
-        stand beside vectors and is then spread
+    signature : letters of the operands and of the result, such as ``"N N -> B"``: ``N`` a number of any size (int,
+        uint or float), ``G`` floats of any size, ``I`` ints or uints, ``S`` ints, ``U`` uints, ``B`` bools, ``V`` a
+        float vector, ``v3`` a vec3, ``M`` a matrix, ``Q`` a square one, ``f i b`` scalars.  A letter that occurs twice
+        stands for one type, except that a scalar may stand beside vectors and is then spread
     doc : what it gives, in the words of docs/kernels.md
-    reference : its meaning on float64, int64 or bool arrays, a batch on the first axis and components behind it
+    reference : its meaning on float64, int64, uint32 or bool arrays, a batch on the first axis and components behind it
     kind : *primitive* rows are spelled by every backend; *prelude* rows are the scalar function of their name in
         :mod:`.prelude`, so that every backend computes the same polynomial; *expanded* ones (of vectors and matrices)
         are taken apart by :mod:`.expand`
@@ -53,6 +53,7 @@ class Operation(Symbol):
     course : how a float of one operand goes over its domain, for the oracle: it ``"rises"``, ``"falls"``, or is
         ``"even"``: falls to 0 and rises from there.  Others are in :mod:`passgraph.verify.oracle`
     on : of a primitive, the types that its arguments may have; left out, those of the first letter
+    unsigned : the row that uints take in its place, where their bits differ from what it makes of ints
     commutes : whether the order of operands means nothing, bit for bit
     """
 
@@ -69,6 +70,7 @@ class Operation(Symbol):
     tame: tuple[Range, ...] = ()
     course: Literal["", "rises", "falls", "even"] = ""
     on: tuple[str, ...] = ()
+    unsigned: str = ""
     commutes: bool = False
 
     @cached_property
@@ -94,7 +96,7 @@ class Operation(Symbol):
     @property
     def converts(self) -> bool:
         """Whether it is written as a type: ``float(a)``."""
-        return self.call in ("float", "int")
+        return self.call in ("float", "int", "uint")
 
     @cached_property
     def call(self) -> str:

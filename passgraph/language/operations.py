@@ -1,4 +1,4 @@
-"""The one table of operations: :mod:`.primitives`, then :mod:`.functions` of numbers, then those of :mod:`.vectors`.
+"""The one table of operations: :mod:`.primitives`, :mod:`.functions`, :mod:`.whole_numbers`, :mod:`.vectors`.
 
 A row (:class:`~.operation.Operation`) is everything that is known of an operation: what kernels write, types, meaning,
 examples, bound.  Names of the language, documentation, oracle, conformance cases and made-up kernels follow from it.
@@ -11,7 +11,7 @@ import builtins
 from functools import cache
 from types import BuiltinFunctionType
 
-from passgraph.language import functions, primitives, vectors  # noqa: F401 (they write the rows)
+from passgraph.language import functions, primitives, vectors, whole_numbers  # noqa: F401 (they write the rows)
 from passgraph.language.operation import ROWS, Operation
 
 #: Every row by its name, in the order of the table.

@@ -59,6 +59,14 @@ def mod(x: float, y: float) -> float:
     return -result if y < 0.0 else result
 
 
+def fma(a: float, b: float, c: float) -> float:
+    return a * b + c
+
+
+def isfinite(x: float) -> bool:
+    return abs(x) <= 3.4028234663852886e38
+
+
 def float_floor_divide(a: float, b: float) -> float:
     return floor(a / b)
 
@@ -96,6 +104,14 @@ def scale_by_power(m: float, n: int) -> float:
     """m * 2**n in two steps, so that results below 2**-126 and above 2**127 come out right."""
     half = n >> 1
     return m * float_from_bits((half + 127) << 23) * float_from_bits((n - half + 127) << 23)
+
+
+def ldexp(x: float, n: int) -> float:
+    # Beyond, every number becomes 0 or infinite.  Three steps, none of which alone leaves the range of exponents.
+    exponent = min(max(n, -300), 300)
+    third = exponent // 3
+    step = float_from_bits((third + 127) << 23)
+    return x * step * step * float_from_bits((exponent - 2 * third + 127) << 23)
 
 
 def exp2(x: float) -> float:
@@ -184,6 +200,10 @@ def log2(x: float) -> float:
     # log2(e) = 1 + 0.44269...: adding the 1 apart keeps the low bits.
     result = tail * 0.44269504088896341 + f * 0.44269504088896341 + tail + f + e
     return log_special(x, result)
+
+
+def log10(x: float) -> float:
+    return log(x) * 0.43429448190325183
 
 
 def upper_bits(x: float) -> float:
@@ -386,6 +406,44 @@ def tanh(x: float) -> float:
     small = p * z * x + x
     large = 1.0 - 2.0 / (exp(2.0 * a) + 1.0)
     return small if a < 0.625 else (-large if x < 0.0 else large)
+
+
+def asinh(x: float) -> float:
+    a = abs(x)
+    z = x * x
+    p = 2.0122003309e-2
+    p = p * z - 4.2699340972e-2
+    p = p * z + 7.4847586088e-2
+    p = p * z - 1.6666288134e-1
+    small = p * z * x + x
+    # From 1500 on the 1 below the root is lost anyway, and squares of larger ones would overflow.
+    large = log(a) + 0.6931471805599453 if a > 1500.0 else log(a + sqrt(z + 1.0))
+    return small if a < 0.5 else (-large if x < 0.0 else large)
+
+
+def acosh(x: float) -> float:
+    z = x - 1.0
+    p = 1.7596881071e-3
+    p = p * z - 7.5272886713e-3
+    p = p * z + 2.6454905019e-2
+    p = p * z - 1.1784741703e-1
+    p = p * z + 1.4142135263
+    near = p * sqrt(z)
+    large = log(x) + 0.6931471805599453 if x > 1500.0 else log(x + sqrt(z * (x + 1.0)))
+    return near if z < 0.5 else large
+
+
+def atanh(x: float) -> float:
+    a = abs(x)
+    z = x * x
+    p = 1.81740078349e-1
+    p = p * z + 8.24370301058e-2
+    p = p * z + 1.46691431730e-1
+    p = p * z + 1.99782164500e-1
+    p = p * z + 3.33337300303e-1
+    small = p * z * x + x
+    large = 0.5 * log((1.0 + a) / (1.0 - a))
+    return small if a < 0.5 else (-large if x < 0.0 else large)
 
 
 # What targets store.  A value is quantised before it is stored, so that storing is exact everywhere.

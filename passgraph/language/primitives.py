@@ -32,14 +32,15 @@ _row("div", "G G -> G", "a / b; IEEE 754 on a zero divisor", _np.divide, (1.0, 4
      (-1.0, 0.0, -_INF), (0.0, 0.0, _NAN), written=("a / b",), ulp=2.5, domain=(_in.ANY, _in.DIVISOR))
 _row("neg", "N -> N", "-a", _of.negative, (1.5, -1.5), (_LEAST, _LEAST), written=("-a",))
 _row("floor_divide", "I I -> I", "a // b, floored as in Python; a // 0 is 0", _of.floor_divide, (7, -2, -4),
-     (-7, 2, -4), (5, 0, 0), (_LEAST, -1, _LEAST), written=("a // b",))
+     (-7, 2, -4), (5, 0, 0), (_LEAST, -1, _LEAST), written=("a // b",), unsigned="floor_divide_uint")
 _row("int_mod", "I I -> I", "a % b with the sign of b, as in Python; a % 0 is 0", _of.modulo, (7, -2, -1), (-7, 2, 1),
-     (5, 0, 0), (_LEAST, -1, 0), written=("a % b",))
+     (5, 0, 0), (_LEAST, -1, 0), written=("a % b",), unsigned="int_mod_uint")
 _row("min", "N N -> N", "b if b < a else a", _of.minimum, (2.0, 1.0, 1.0), (1.0, _NAN, 1.0), (_NAN, 1.0, _NAN),
-     (-3, 2, -3))
+     (-3, 2, -3), unsigned="min_uint")
 _row("max", "N N -> N", "b if a < b else a", _of.maximum, (2.0, 1.0, 2.0), (1.0, _NAN, 1.0), (_NAN, 1.0, _NAN),
-     (-3, 2, 2))
-_row("abs", "N -> N", "the magnitude", _of.magnitude, (-2.5, 2.5), (_LEAST, _LEAST), (-_INF, _INF))
+     (-3, 2, 2), unsigned="max_uint")
+_row("abs", "N -> N", "the magnitude", _of.magnitude, (-2.5, 2.5), (_LEAST, _LEAST), (-_INF, _INF),
+     unsigned="abs_uint")
 floor = _row("floor", "G -> G", "the largest whole number not above", _np.floor, (-0.5, -1.0), (2.0, 2.0), (_INF, _INF))
 ceil = _row("ceil", "G -> G", "the smallest whole number not below", _np.ceil, (-0.5, 0.0), (2.1, 3.0))
 trunc = _row("trunc", "G -> G", "the whole part", _np.trunc, (-1.9, -1.0), (1.9, 1.0))
@@ -51,13 +52,13 @@ sqrt = _row("sqrt", "G -> G", "the square root, x >= 0", _np.sqrt, (9.0, 3.0), (
 # Comparison and logic
 
 less = _row("less", "N N -> B", "a < b", _np.less, (1.0, 2.0, True), (_NAN, 1.0, False), (2, 2, False),
-            written=("a < b", "less(a, b)"))
+            written=("a < b", "less(a, b)"), unsigned="less_uint")
 less_equal = _row("less_equal", "N N -> B", "a <= b", _np.less_equal, (1.0, 1.0, True), (_NAN, _NAN, False),
-                  (3, 2, False), written=("a <= b", "less_equal(a, b)"))
+                  (3, 2, False), written=("a <= b", "less_equal(a, b)"), unsigned="less_equal_uint")
 greater = _row("greater", "N N -> B", "a > b", _np.greater, (2.0, 1.0, True), (1.0, _NAN, False), (2, 2, False),
-               written=("a > b", "greater(a, b)"))
+               written=("a > b", "greater(a, b)"), unsigned="greater_uint")
 greater_equal = _row("greater_equal", "N N -> B", "a >= b", _np.greater_equal, (1.0, 1.0, True), (_NAN, _NAN, False),
-                     (2, 3, False), written=("a >= b", "greater_equal(a, b)"))
+                     (2, 3, False), written=("a >= b", "greater_equal(a, b)"), unsigned="greater_equal_uint")
 equal = _row("equal", "N N -> B", "a == b", _np.equal, (0.0, -0.0, True), (_NAN, _NAN, False), (2, 2, True),
              written=("a == b", "equal(a, b)"), commutes=True)
 not_equal = _row("not_equal", "N N -> B", "a != b", _np.not_equal, (0.0, -0.0, False), (_NAN, _NAN, True),
@@ -79,7 +80,7 @@ _row("bit_not", "I -> I", "~a", _np.bitwise_not, (0, -1), (_MOST, _LEAST), writt
 _row("shift_left", "I I -> I", "a << (b & 31)", _of.shift(_np.left_shift), (1, 31, _LEAST), (1, 33, 2),
      (3, 31, _LEAST), written=("a << b",))
 _row("shift_right", "I I -> I", "a >> (b & 31), keeping the sign", _of.shift(_np.right_shift), (_LEAST, 31, -1),
-     (8, 35, 1), written=("a >> b",))
+     (8, 35, 1), written=("a >> b",), unsigned="shift_right_uint")
 bits_from_float = _row("bits_from_float", "f -> i", "the bits of a float32", _of.float_bits, (1.0, 0x3F800000),
                        (-0.0, _LEAST), (_INF, 0x7F800000), domain=(_in.KNOWN_BITS,))
 float_from_bits = _row("float_from_bits", "i -> f", "the float32 with these bits", _of.bits_float, (0x3F800000, 1.0),
@@ -88,8 +89,9 @@ float_from_bits = _row("float_from_bits", "i -> f", "the float32 with these bits
 # Conversions.  float -> int saturates and turns NaN into 0, which no target promises by itself.
 
 _row("to_float", "N -> G", "as float", _of.to_float, (3, 3.0), (True, 1.0), (_LEAST, -2147483648.0),
-     written=("float(a)", "vec2(a)", "vec3(a)", "vec4(a)"), ulp=0.5, on=("int", "bool"))
-_row("to_int", "N -> I", "as int, toward zero; saturates, NaN gives 0", _of.to_int, (-1.9, -1), (1e20, _MOST),
+     written=("float(a)", "vec2(a)", "vec3(a)", "vec4(a)"), ulp=0.5, on=("int", "bool"),
+     unsigned="float_from_uint")
+_row("to_int", "N -> S", "as int, toward zero; saturates, NaN gives 0", _of.to_int, (-1.9, -1), (1e20, _MOST),
      (-1e20, _LEAST), (_NAN, 0), (_INF, _MOST), (True, 1), written=("int(a)", "ivec2(a)", "ivec3(a)", "ivec4(a)"),
-     on=("float", "bool"))
+     on=("float", "bool"), unsigned="int_from_uint")
 # fmt: on

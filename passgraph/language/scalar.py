@@ -14,7 +14,9 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TypeAlias
 
+from passgraph.language.meanings import int_of_bits
 from passgraph.language.source import NOWHERE, Span
+from passgraph.language.types import UINT, Type, element_of, held_as
 
 #: Part of every key: raise it when the meaning of a program or of an emitter changes.
 FORMAT_VERSION = 2
@@ -43,6 +45,11 @@ class Val:
 
 
 Operand: TypeAlias = Lit | Val
+
+
+def known(type_: Type, value: bool | int | float) -> Lit:
+    """A component of a type as programs hold it."""
+    return Lit(held_as(type_), int_of_bits(int(value)) if element_of(type_) is UINT else value)
 
 
 @dataclass(frozen=True, slots=True)
@@ -322,6 +329,17 @@ def work(body: Iterable[Instruction]) -> int:
             total += max(work(i.then), work(i.orelse))
         else:
             total += 1
+    return total
+
+
+def trips(body: Iterable[Instruction]) -> int:
+    """Trips of all loops that one pixel makes at most, those of loops inside loops every time."""
+    total = 0
+    for i in body:
+        if isinstance(i, For):
+            total += i.trips * (1 + trips(i.body))
+        elif isinstance(i, If):
+            total += max(trips(i.then), trips(i.orelse))
     return total
 
 

@@ -21,15 +21,17 @@ from passgraph.errors import InputError
 from passgraph.language import ir, symbols
 from passgraph.language.foreign import mending, own_spelling
 from passgraph.language.layout import described, in_order
-from passgraph.language.meanings import INT_MAX, INT_MIN, UINT_MAX
+from passgraph.language.meanings import INT_MAX, INT_MIN, int_of_bits
 from passgraph.language.operations import BUILTINS as OPERATIONS_OF_PYTHON
 from passgraph.language.operations import FUNCTIONS
 from passgraph.language.source import Source, Span, fail
+from passgraph.language.symbols import UINT_MAX
 from passgraph.language.types import (
     BOOL,
     FLOAT,
     INT,
     NAMED,
+    UINT,
     Array,
     Matrix,
     Scalar,
@@ -257,7 +259,7 @@ def number(value: object, span: Span) -> ir.Literal:
     if isinstance(value, int):
         if not INT_MIN <= value <= UINT_MAX:
             fail(span, f"{shown(value)} does not fit 32 bits; write it as a float, such as 3e9, or make it smaller")
-        return ir.Literal(INT, value if value <= INT_MAX else value - 2**32, span)
+        return ir.Literal(INT, int_of_bits(value), span, bits=value > INT_MAX)
     if isinstance(value, float):
         with np.errstate(over="ignore"):
             single = float(np.float32(value))
@@ -275,7 +277,7 @@ def written(node: ast.Constant, span: Span) -> ir.Literal:
         fail(
             span,
             f"{value} is beyond {INT_MAX}, the largest int; write it as a float ({value}.0), or, where its bits are "
-            f"meant, as {value:#x} (the int {value - 2**32})",
+            f"meant, as {value:#x} (the int {int_of_bits(value)}, and the uint {value})",
         )
     return number(value, span)
 
@@ -291,6 +293,8 @@ def as_array(value: object) -> NDArray[Any]:
 def constant(value: object, path: str, span: Span) -> ir.Expr:
     """A captured number, vector, matrix or table."""
     marker = symbols.TYPE_MARKERS.get(type(value))
+    if marker == "uint":
+        return ir.Literal(UINT, int(value), span)  # type: ignore[call-overload]
     if isinstance(value, (bool, int, float, np.generic, enum.Enum)):
         return number(value.value if isinstance(value, enum.Enum) else value, span)
     if marker is not None and isinstance(value, tuple):
@@ -329,5 +333,13 @@ def host_numbers(value: object, type_: Type, path: str, span: Span) -> list[ir.N
         fail(span, f"{path} must be {type_} ({described(type_)}), got {shown(value)}")
     if element is not FLOAT and array.dtype.kind == "f":
         fail(span, f"{path} must be {type_}, got floats; convert them first")
+    if element is UINT:
+        return [_uint(int(v), path, span) for v in flat.tolist()]
     convert: Callable[[Any], ir.Number] = {"bool": bool, "int": int, "float": float}[element.name]
     return [number(convert(v), span).value for v in flat.tolist()]
+
+
+def _uint(value: int, path: str, span: Span) -> int:
+    if not 0 <= value <= UINT_MAX:
+        fail(span, f"{path} must be uint, from 0 to {UINT_MAX}, got {shown(value)}")
+    return value

@@ -13,7 +13,23 @@ from typing import TYPE_CHECKING, Annotated, Any, Generic, TypeVar
 
 from passgraph.errors import PassgraphError
 
+#: The largest uint: 32 bits.
+UINT_MAX = 2**32 - 1
+
 T = TypeVar("T")
+
+if TYPE_CHECKING:
+    uint = int  # to Python's type checkers a uint is an int
+else:
+
+    class uint(int):
+        """A whole number from 0 to 4294967295 on the host; kernels that capture it have a uint."""
+
+        def __new__(cls, value: int = 0) -> uint:
+            made = super().__new__(cls, value)
+            if not 0 <= made <= UINT_MAX:
+                raise PassgraphError(f"a uint is a whole number from 0 to {UINT_MAX}, got {value}")
+            return made
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -86,6 +102,18 @@ class ivec3(_Constant):
 
 
 class ivec4(_Constant):
+    size = 4
+
+
+class uvec2(_Constant):
+    size = 2
+
+
+class uvec3(_Constant):
+    size = 3
+
+
+class uvec4(_Constant):
     size = 4
 
 
@@ -185,9 +213,10 @@ class Array(Generic[T]):
 
 
 TYPE_MARKERS: dict[object, str] = {
-    bool: "bool", int: "int", float: "float",
+    bool: "bool", int: "int", uint: "uint", float: "float",
     vec2: "vec2", vec3: "vec3", vec4: "vec4",
     ivec2: "ivec2", ivec3: "ivec3", ivec4: "ivec4",
+    uvec2: "uvec2", uvec3: "uvec3", uvec4: "uvec4",
     bvec2: "bvec2", bvec3: "bvec3", bvec4: "bvec4",
     mat2: "mat2", mat3: "mat3", mat4: "mat4",
     mat2x3: "mat2x3", mat2x4: "mat2x4", mat3x2: "mat3x2", mat3x4: "mat3x4", mat4x2: "mat4x2", mat4x3: "mat4x3",
@@ -202,11 +231,27 @@ CONSTANTS = tuple(kind for kind in TYPE_MARKERS if isinstance(kind, type) and is
 pixel, uv, output_size = Symbol("pixel"), Symbol("uv"), Symbol("output_size")
 front_facing, fragment_depth = Symbol("front_facing"), Symbol("fragment_depth")
 select, discard = Symbol("select"), Symbol("discard")
+_STAGE = (pixel, uv, output_size, front_facing, fragment_depth, select, discard)
+
+modf, frexp = Symbol("modf"), Symbol("frexp")
+pack_unorm4x8, unpack_unorm4x8 = Symbol("pack_unorm4x8"), Symbol("unpack_unorm4x8")
+pack_snorm4x8, unpack_snorm4x8 = Symbol("pack_snorm4x8"), Symbol("unpack_snorm4x8")
+pack_unorm2x16, unpack_unorm2x16 = Symbol("pack_unorm2x16"), Symbol("unpack_unorm2x16")
+pack_snorm2x16, unpack_snorm2x16 = Symbol("pack_snorm2x16"), Symbol("unpack_snorm2x16")
+pack_half2x16, unpack_half2x16 = Symbol("pack_half2x16"), Symbol("unpack_half2x16")
+#: Functions whose text is in :mod:`.library`.
+WRITTEN = (
+    modf, frexp, pack_unorm4x8, pack_snorm4x8, pack_unorm2x16, pack_snorm2x16, pack_half2x16,
+    unpack_unorm4x8, unpack_snorm4x8, unpack_unorm2x16, unpack_snorm2x16, unpack_half2x16,
+)  # fmt: skip
+
 #: Functions that are no operations.
-FUNCTIONS = {s.name: s for s in (pixel, uv, output_size, front_facing, fragment_depth, select, discard)}
+FUNCTIONS = {symbol.name: symbol for symbol in (*_STAGE, *WRITTEN)}
 
 __all__ = [
-    "Array", "Const", "Image", "Vertex", "bvec2", "bvec3", "bvec4", "discard", "fragment_depth", "front_facing",
-    "ivec2", "ivec3", "ivec4", "mat2", "mat2x3", "mat2x4", "mat3", "mat3x2", "mat3x4", "mat4", "mat4x2", "mat4x3",
-    "output_size", "pixel", "select", "uv", "vec2", "vec3", "vec4",
+    "Array", "Const", "Image", "Vertex", "bvec2", "bvec3", "bvec4", "discard", "fragment_depth", "frexp",
+    "front_facing", "ivec2", "ivec3", "ivec4", "mat2", "mat2x3", "mat2x4", "mat3", "mat3x2", "mat3x4", "mat4", "mat4x2",
+    "mat4x3", "modf", "output_size", "pack_half2x16", "pack_snorm2x16", "pack_snorm4x8", "pack_unorm2x16",
+    "pack_unorm4x8", "pixel", "select", "uint", "unpack_half2x16", "unpack_snorm2x16", "unpack_snorm4x8",
+    "unpack_unorm2x16", "unpack_unorm4x8", "uv", "uvec2", "uvec3", "uvec4", "vec2", "vec3", "vec4",
 ]  # fmt: skip

@@ -1,6 +1,6 @@
 """The types of the kernel language, as plain data.
 
-Scalars are ``bool``, ``int`` (32 bits, two's complement) and ``float`` (IEEE 754 binary32);
+Scalars are ``bool``, ``int`` (32 bits, two's complement), ``uint`` (32 bits, from 0) and ``float`` (IEEE 754 binary32);
 vectors, matrices and fixed-size arrays are built from them.  Structs, and arrays of anything but plain values,
 exist only in source: the parser takes them apart (:func:`plain_parts`), so nothing behind it knows them.
 """
@@ -13,7 +13,7 @@ from typing import TypeAlias
 
 @dataclass(frozen=True, slots=True)
 class Scalar:
-    """``bool``, ``int`` or ``float``."""
+    """``bool``, ``int``, ``uint`` or ``float``."""
 
     name: str
 
@@ -29,7 +29,7 @@ class Vector:
     size: int
 
     def __str__(self) -> str:
-        return {"float": "", "int": "i", "bool": "b"}[self.element.name] + f"vec{self.size}"
+        return {"float": "", "int": "i", "uint": "u", "bool": "b"}[self.element.name] + f"vec{self.size}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,16 +95,17 @@ class TupleType:
 Value: TypeAlias = Scalar | Vector | Matrix
 Type: TypeAlias = Scalar | Vector | Matrix | Array | ImageType | Struct | TupleType
 
-BOOL, INT, FLOAT = Scalar("bool"), Scalar("int"), Scalar("float")
+BOOL, INT, UINT, FLOAT = Scalar("bool"), Scalar("int"), Scalar("uint"), Scalar("float")
 VEC2, VEC3, VEC4 = (Vector(FLOAT, n) for n in (2, 3, 4))
 IVEC2, IVEC3, IVEC4 = (Vector(INT, n) for n in (2, 3, 4))
 IMAGE = ImageType()
 
 #: What an annotation or a constructor call may say, by name.
 NAMED: dict[str, Type] = {
-    "bool": BOOL, "int": INT, "float": FLOAT,
+    "bool": BOOL, "int": INT, "uint": UINT, "float": FLOAT,
     "vec2": VEC2, "vec3": VEC3, "vec4": VEC4,
     "ivec2": IVEC2, "ivec3": IVEC3, "ivec4": IVEC4,
+    "uvec2": Vector(UINT, 2), "uvec3": Vector(UINT, 3), "uvec4": Vector(UINT, 4),
     "bvec2": Vector(BOOL, 2), "bvec3": Vector(BOOL, 3), "bvec4": Vector(BOOL, 4),
     **{str(matrix): matrix for matrix in (Matrix(c, r) for c in (2, 3, 4) for r in (2, 3, 4))},
     "Image": IMAGE,
@@ -185,6 +186,12 @@ def longest(type_: Type) -> int:
     if isinstance(type_, Struct):
         return max((longest(inner) for _, inner in type_.fields), default=1)
     return type_.length * longest(type_.element) if isinstance(type_, Array) else 1
+
+
+def held_as(type_: Type) -> str:
+    """The scalar that holds its components in a program: a uint is the int with the same bits."""
+    element = element_of(type_)
+    return "int" if element is UINT else element.name
 
 
 def component_count(type_: Type) -> int:

@@ -1,14 +1,16 @@
-"""Types of operations and the conversions that happen by themselves (int to float, never back)."""
+"""Types of operations and the conversions that happen by themselves (whole numbers to float, never back)."""
 
 from __future__ import annotations
 
 from passgraph.language import ir
 from passgraph.language.operations import OPERATIONS, Operation, signed
 from passgraph.language.source import Span, fail
+from passgraph.language.symbols import UINT_MAX
 from passgraph.language.types import (
     BOOL,
     FLOAT,
     INT,
+    UINT,
     Array,
     Matrix,
     Scalar,
@@ -20,11 +22,14 @@ from passgraph.language.types import (
     with_element,
 )
 
-_LETTERS = {"G": FLOAT, "I": INT, "B": BOOL, "f": FLOAT, "i": INT, "b": BOOL, "V": FLOAT, "v3": FLOAT}
+_LETTERS = {"G": FLOAT, "S": INT, "U": UINT, "B": BOOL, "f": FLOAT, "i": INT, "b": BOOL, "V": FLOAT, "v3": FLOAT}
 
 
 def widen(value: ir.Expr, type_: Type, span: Span, what: str) -> ir.Expr:
-    """``value`` as ``type_``: unchanged, or int to float; anything else is an error that names the mend."""
+    """``value`` as ``type_``: unchanged, a whole number as float, a written int as uint.
+
+    Anything else is an error that names the mend.
+    """
     if value.type == type_:
         return value
     if isinstance(value.type, Array) and isinstance(type_, Array):
@@ -32,26 +37,40 @@ def widen(value: ir.Expr, type_: Type, span: Span, what: str) -> ir.Expr:
         if wider is not None:
             return wider
     if isinstance(value.type, (Scalar, Vector)) and isinstance(type_, (Scalar, Vector)):
-        same_shape = isinstance(value.type, Scalar) == isinstance(type_, Scalar)
-        if same_shape and with_element(value.type, FLOAT) == type_ and _element(value.type) is INT:
-            if isinstance(value, ir.Literal):
-                return ir.Literal(FLOAT, float(value.value), value.span)
-            return ir.Apply(type_, "to_float", (value,), span)
-        if same_shape and with_element(type_, FLOAT) == value.type and _element(type_) is INT:
-            fail(
-                span,
-                f"{what} must be {type_}, got {value.type}; narrowing is never silent: write {type_}(...)",
-            )
+        given, wanted = _element(value.type), _element(type_)
+        if with_element(value.type, wanted) == type_:
+            if wanted is FLOAT and given in (INT, UINT):
+                if isinstance(value, ir.Literal):
+                    return ir.Literal(FLOAT, float(value.value), value.span)
+                return ir.Apply(type_, "to_float" if given is INT else "float_from_uint", (value,), span)
+            if wanted is UINT and isinstance(value, ir.Literal) and given is INT:
+                return _as_uint(value, what)
+            if wanted in (INT, UINT) and given is FLOAT:
+                mend = f"narrowing is never silent: write {type_}(...)"
+                fail(span, f"{what} must be {type_}, got {value.type}; {mend}")
+            if {given, wanted} == {INT, UINT}:
+                mend = f"int and uint do not mix by themselves: write {type_}(...), which keeps the bits"
+                fail(span, f"{what} must be {type_}, got {value.type}; {mend}")
     fail(span, f"{what} must be {type_}, got {value.type}")
 
 
+def _as_uint(value: ir.Literal, what: str) -> ir.Literal:
+    """A written int where a uint is wanted."""
+    number = int(value.value)
+    if number < 0 and not value.bits:
+        fail(value.span, f"{what} must be uint, from 0 to {UINT_MAX}, got {number}; write uint({number}) for its bits")
+    return ir.Literal(UINT, number & UINT_MAX, value.span)
+
+
 def _widen_array(value: ir.Expr, type_: Array, span: Span, what: str) -> ir.Expr | None:
-    """A written-out or captured array of ints where floats are wanted."""
-    given = value.type
+    """A written-out or captured array of ints where floats or uints are wanted."""
+    given, wanted = value.type, element_of(type_)
     if not isinstance(given, Array) or given.length != type_.length or element_of(given) is not INT:
         return None
-    if element_of(type_) is not FLOAT or component_count(given) != component_count(type_):
+    if wanted not in (FLOAT, UINT) or component_count(given) != component_count(type_):
         return None
+    if isinstance(value, ir.Table) and wanted is UINT:
+        return ir.Table(type_, value.values, span) if min(value.values) >= 0 else None
     if isinstance(value, ir.Table):
         return ir.Table(type_, tuple(float(v) for v in value.values), span)
     if isinstance(value, ir.Construct):
@@ -66,6 +85,8 @@ def _element(type_: Value) -> Scalar:
 def apply(name: str, arguments: list[ir.Expr], span: Span) -> ir.Expr:
     """An operation on typed arguments, with its result type, or an error that shows the signature."""
     row = OPERATIONS[name]
+    if row.unsigned and _shared_element(row, arguments) is UINT:
+        return apply(row.unsigned, arguments, span)
     if name == "matmul":
         return _matmul(arguments, span)
     wanted, shown = row.operands, row.spoken
@@ -79,7 +100,7 @@ def apply(name: str, arguments: list[ir.Expr], span: Span) -> ir.Expr:
     element = _number_element(row, arguments, span)
     typed: list[ir.Expr] = []
     for letter, argument in zip(wanted, arguments, strict=True):
-        target = element if letter == "N" else _LETTERS.get(letter, FLOAT)
+        target = element if letter in "NI" else _LETTERS.get(letter, FLOAT)
         typed.append(_fit(argument, letter, target, size, shown, span))
     return ir.Apply(_result_type(row.result, size, element, typed), name, tuple(typed), span)
 
@@ -99,17 +120,26 @@ def _common_size(row: Operation, arguments: list[ir.Expr], span: Span) -> int:
 
 
 def _number_element(row: Operation, arguments: list[ir.Expr], span: Span) -> Scalar:
-    """The element type shared by all ``N`` arguments: int when every one is, else float."""
-    elements = [
-        _element(a.type)
-        for letter, a in zip(row.operands, arguments, strict=True)
-        if letter == "N" and isinstance(a.type, (Scalar, Vector))
-    ]
-    if BOOL in elements and not row.converts:
+    """The element type shared by all ``N`` and ``I`` arguments."""
+    if "N" in row.operands and not row.converts and BOOL in _elements(row, arguments):
         fail(span, f"{row.spoken} takes numbers, got bool; write int(...) or float(...)")
-    if elements and all(e is BOOL for e in elements):
+    return _shared_element(row, arguments)
+
+
+def _elements(row: Operation, arguments: list[ir.Expr]) -> list[Scalar]:
+    """The element types of arguments that may be of several."""
+    pairs = zip(row.operands, arguments, strict=False)
+    return [_element(a.type) for letter, a in pairs if letter in "NI" and isinstance(a.type, (Scalar, Vector))]
+
+
+def _shared_element(row: Operation, arguments: list[ir.Expr]) -> Scalar:
+    """Uint when one argument is and none is float; int when all are, and where only whole numbers go; else float."""
+    elements = _elements(row, arguments)
+    if elements and all(e is BOOL for e in elements) and row.converts:
         return BOOL
-    return INT if elements and all(e is INT for e in elements) else FLOAT
+    if UINT in elements and ("N" not in row.operands or FLOAT not in elements):
+        return UINT
+    return INT if "I" in row.operands or (elements and all(e is INT for e in elements)) else FLOAT
 
 
 def _fit(argument: ir.Expr, letter: str, element: Scalar, size: int, shown: str, span: Span) -> ir.Expr:
@@ -139,7 +169,7 @@ def _result_type(letter: str, size: int, element: Scalar, arguments: list[ir.Exp
         last = arguments[-1].type
         assert isinstance(last, Vector)
         return Matrix(last.size, first.size)
-    scalar = element if letter == "N" else _LETTERS[letter]
+    scalar = element if letter in "NI" else _LETTERS[letter]
     if letter in "fib" or not size:
         return scalar
     return Vector(scalar, size)
@@ -205,12 +235,20 @@ def _matrix_arithmetic(sign: str, left: ir.Expr, right: ir.Expr, span: Span) -> 
     return ir.Construct(matrix, columns, span)
 
 
+def _widens(value: ir.Expr, type_: Type) -> bool:
+    """Whether a value becomes another type by itself."""
+    if not isinstance(value.type, (Scalar, Vector)) or _element(value.type) not in (INT, UINT):
+        return False
+    written = isinstance(value, ir.Literal) and value.type is INT and type_ is UINT
+    return written or with_element(value.type, FLOAT) == type_
+
+
 def unify(left: ir.Expr, right: ir.Expr, span: Span, what: str) -> tuple[ir.Expr, ir.Expr]:
     """Both sides of a choice as one type."""
     if left.type == right.type:
         return left, right
     for a, b, flip in ((left, right, False), (right, left, True)):
-        if isinstance(a.type, (Scalar, Vector)) and _element(a.type) is INT and with_element(a.type, FLOAT) == b.type:
+        if _widens(a, b.type):
             widened = widen(a, b.type, span, what)
             return (b, widened) if flip else (widened, b)
     fail(span, f"{what} must have one type, got {left.type} and {right.type}")

@@ -8,12 +8,15 @@ from typing import TypeAlias, cast
 
 from passgraph.language import ir
 from passgraph.language.foreign import method_spelling
+from passgraph.language.meanings import int_of_bits
 from passgraph.language.source import Span, fail
+from passgraph.language.symbols import UINT_MAX
 from passgraph.language.types import (
     BOOL,
     FLOAT,
     IMAGE,
     INT,
+    UINT,
     Array,
     ImageType,
     Matrix,
@@ -197,13 +200,19 @@ def convert(value: ir.Expr, element: Scalar, span: Span) -> ir.Expr:
     assert isinstance(value.type, (Scalar, Vector))
     if element_of(value.type) is element:
         return value
+    given = element_of(value.type)
     if element is BOOL:
-        zero = ir.Literal(INT, 0, span) if element_of(value.type) is INT else ir.Literal(FLOAT, 0.0, span)
+        zero = ir.Literal(FLOAT, 0.0, span) if given is FLOAT else ir.Literal(given, 0, span)
         return apply("not_equal", [value, zero], span)
     if isinstance(value, ir.Literal) and element is FLOAT:
         return ir.Literal(FLOAT, float(value.value), span)
-    type_: Value = element if isinstance(value.type, Scalar) else Vector(element, value.type.size)
-    return ir.Apply(type_, "to_float" if element is FLOAT else "to_int", (value,), span)
+    if isinstance(value, ir.Literal) and {given, element} == {INT, UINT}:
+        number = int(value.value)
+        return ir.Literal(element, number & UINT_MAX if element is UINT else int_of_bits(number), span)
+    if element is UINT:
+        whole = convert(value, INT, span) if given is BOOL else value
+        return apply("uint_from_float" if given is FLOAT else "uint_from_int", [whole], span)
+    return apply("to_float" if element is FLOAT else "to_int", [value], span)
 
 
 def index_into(base: ir.Expr, index: ir.Expr, span: Span) -> ir.Expr:
@@ -246,6 +255,11 @@ def choose(condition: ir.Expr, then: Part, orelse: Part, span: Span) -> Part:
     if isinstance(one.type, Array):
         fail(span, f"a conditional cannot choose between values of type {one.type}; use if statements")
     return ir.Select(one.type, condition, one, other, span)
+
+
+def of_bools(value: ir.Expr) -> bool:
+    """Whether it is a bool or a vector of them: what ``mix`` and ``select`` choose by."""
+    return isinstance(value.type, (Scalar, Vector)) and element_of(value.type) is BOOL
 
 
 def select(arguments: list[ir.Expr], span: Span, name: Namer) -> ir.Expr:
@@ -298,6 +312,9 @@ def _widens(array: ArrayValue, type_: Array) -> bool:
 def check_clamp(arguments: list[ir.Expr], span: Span) -> None:
     """Constant bounds of clamp() in the right order."""
     if len(arguments) == 3:
-        low, high = arguments[1], arguments[2]
-        if isinstance(low, ir.Literal) and isinstance(high, ir.Literal) and low.value > high.value:
-            fail(span, f"clamp() has its bounds the wrong way round: {low.value} > {high.value}")
+        bounds = [a for a in arguments[1:] if isinstance(a, ir.Literal)]
+        first = arguments[0].type
+        of_uints = isinstance(first, (Scalar, Vector)) and element_of(first) is UINT
+        values = [int(a.value) & UINT_MAX if of_uints and a.bits else a.value for a in bounds]
+        if len(values) == 2 and values[0] > values[1]:
+            fail(span, f"clamp() has its bounds the wrong way round: {values[0]} > {values[1]}")

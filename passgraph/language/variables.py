@@ -101,7 +101,7 @@ def read_variable(variable: Variable, span: Span) -> Part:
 
 def zero_of(type_: Type) -> ir.Expr:
     if isinstance(type_, Scalar):
-        return ir.Literal(type_, {"bool": False, "int": 0, "float": 0.0}[type_.name])
+        return ir.Literal(type_, {"bool": False, "int": 0, "uint": 0, "float": 0.0}[type_.name])
     if isinstance(type_, Array):
         type_ = flat_type(type_)
     assert isinstance(type_, (Vector, Matrix, Array))

@@ -6,7 +6,19 @@ import math
 from collections.abc import Container
 
 from passgraph.errors import GraphError
-from passgraph.graph.targets import MAX_SIDE, Absolute, InputSpec, Like, Pass, PixelPass, Relative, Target, TargetSpec
+from passgraph.graph.formulas import computed_side
+from passgraph.graph.targets import (
+    MAX_SIDE,
+    Absolute,
+    Computed,
+    InputSpec,
+    Like,
+    Pass,
+    PixelPass,
+    Relative,
+    Target,
+    TargetSpec,
+)  # fmt: skip
 from passgraph.graph.values import OUTPUT_SIZE, sources_of
 from passgraph.plan.work import Lowered, Work
 
@@ -75,13 +87,16 @@ def _size_source(spec: TargetSpec, work: Work) -> tuple[Target | tuple[int, int]
         return (spec.size.width, spec.size.height), 1.0
     if isinstance(spec.size, Like):
         return spec.size.other, spec.size.scale
-    if not isinstance(spec.size, Relative):
+    if spec.size is None:
         node = work.makers[spec]
         for image in node.images.values() if isinstance(node, PixelPass) else ():
             if not image.is_previous:
                 return image, 1.0
     if work.size is None:
         raise GraphError("the output's size is not known: give pg.compile(..., size=(width, height))")
+    if isinstance(spec.size, Computed):
+        sides = (computed_side(one, work.size, f"target {spec.name!r}") for one in (spec.size.width, spec.size.height))
+        return (next(sides), next(sides)), 1.0
     return work.size, spec.size.scale if isinstance(spec.size, Relative) else 1.0
 
 

@@ -15,10 +15,12 @@ from passgraph.formats import Format, format_named
 from passgraph.graph.calls import PixelKernel
 from passgraph.graph.draw_state import Blend, DrawState, Stencil
 from passgraph.graph.drawing import draw
+from passgraph.graph.formulas import MAX_DEPTH
 from passgraph.graph.geometry import FrozenGeometry
 from passgraph.graph.targets import (
     MOST_SLOTS,
     Absolute,
+    Computed,
     InputSpec,
     Like,
     Relative,
@@ -174,12 +176,17 @@ class _Graph:
         document = self.document
         if given is None:
             return None
-        names = [name for name in ("pixels", "like", "scale") if isinstance(given, Mapping) and name in given]
+        names = [
+            name for name in ("pixels", "like", "scale", "formulas") if isinstance(given, Mapping) and name in given
+        ]
         record = document.record(given, where, *(names or ["pixels"]))
         if names == ["pixels"]:
             return Absolute(*self._pixels(record["pixels"], where))
+        if names == ["formulas"]:
+            width, height = document.items(record["formulas"], f"{where}.formulas", exactly=2)
+            return Computed(_formula(width), _formula(height))
         if names not in (["scale"], ["like", "scale"]):
-            document.wrong(where, "an object with pixels, with scale, or with like and scale", given)
+            document.wrong(where, "an object with pixels, with scale, with like and scale, or with formulas", given)
         scale = checked_scale(document.number(record["scale"], f"{where}.scale"), where)
         return Relative(scale) if names == ["scale"] else Like(self._lender(record["like"], f"{where}.like"), scale)
 
@@ -357,6 +364,13 @@ class _Graph:
                 return previous(spec, record["frames_ago"]).border(border)
             spec = document.index(record["input"], f"{where}.input", self.inputs, "inputs")
             return Target(spec, border_rule=border)
+
+
+def _formula(given: object, depth: int = 0) -> Any:
+    """Rows as tuples; what is wrong in them is found by whoever checks formulas."""
+    if isinstance(given, list) and depth <= MAX_DEPTH:
+        return tuple(_formula(part, depth + 1) for part in given[:4])
+    return given
 
 
 def _by_slot(made: Target | tuple[Target, ...]) -> dict[int, Target]:

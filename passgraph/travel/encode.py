@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import asdict
 from typing import Any
 
@@ -16,10 +17,11 @@ from passgraph.graph.calls import leaves
 from passgraph.graph.draw_state import DrawState
 from passgraph.graph.geometry import ATTRIBUTE_TYPES
 from passgraph.graph.outputs import Outputs, named_outputs
-from passgraph.graph.targets import Absolute, DrawPass, InputSpec, Like, Pass, Relative, Target, TargetSpec
+from passgraph.graph.targets import Absolute, Computed, DrawPass, InputSpec, Like, Pass, Relative, Target, TargetSpec
 from passgraph.graph.values import FILLED_IN, Derived, Value
 from passgraph.language.kernel import Kernel
 from passgraph.language.layout import components
+from passgraph.language.symbols import UINT_MAX
 from passgraph.language.types import Scalar, Struct, Type, element_of, innermost, is_plain
 from passgraph.plan.reach import passes_behind
 from passgraph.travel.arrays import array_data
@@ -30,7 +32,12 @@ from passgraph.travel.value_types import VALUE_TYPES
 #: Of the form of documents; a reader refuses others.
 VERSION = 1
 _TYPE_NAMES = {type_: name for name, type_ in VALUE_TYPES.items()}
-_PLAIN = {"bool": bool, "int": int, "float": float}
+_PLAIN: dict[str, Callable[[float], bool | int | float]] = {
+    "bool": bool,
+    "int": int,
+    "uint": lambda number: int(number) & UINT_MAX,
+    "float": float,
+}
 
 
 def to_data(outputs: Outputs) -> dict[str, Any]:
@@ -125,6 +132,8 @@ class _Writer:
             return {"scale": size.scale}
         if size is None:
             return None
+        if isinstance(size, Computed):
+            return {"formulas": [size.width, size.height]}
         lender = size.other.spec
         if isinstance(lender, InputSpec):
             return {"like": {"input": self._input(lender)}, "scale": size.scale}

@@ -19,10 +19,12 @@ from passgraph.language.operations import OPERATIONS
 from passgraph.language.signature import MAX_IMAGES, VERTEX
 from passgraph.language.source import NOWHERE
 from passgraph.language.statements import MAX_BLOCKS
+from passgraph.language.symbols import UINT_MAX
 from passgraph.language.types import (
     BOOL,
     INT,
     IVEC2,
+    UINT,
     VEC4,
     Array,
     Matrix,
@@ -41,7 +43,7 @@ from passgraph.language.typing_rules import apply
 from passgraph.language.values import index_into
 from passgraph.travel.kernel_rows import STATEMENTS, parts_of
 
-_HELD: dict[str, type[Any]] = {"bool": bool, "int": int, "float": float}
+_HELD: dict[str, type[Any]] = {"bool": bool, "int": int, "uint": int, "float": float}
 
 
 class Unfit(Exception):
@@ -54,8 +56,9 @@ def held(value: Any, type_: Scalar) -> ir.Number:
     given = float(value) if kind is float and type(value) is int else value
     if type(given) is not kind:
         raise Unfit(f"of {type_}")
-    if kind is int and not INT_MIN <= given <= INT_MAX:
-        raise Unfit("an int of 32 bits")
+    low, high = (0, UINT_MAX) if type_ is UINT else (INT_MIN, INT_MAX)
+    if kind is int and not low <= given <= high:
+        raise Unfit(f"{'a uint' if type_ is UINT else 'an int'} of 32 bits")
     if kind is float and math.isfinite(given) and abs(given) >= FLOAT_END:
         raise Unfit("within float32 (3.4e38)")
     made: ir.Number = given
@@ -138,7 +141,8 @@ def _apply(_: Signature, node: ir.Apply) -> None:
     except PassgraphError as error:
         raise Unfit(str(error).splitlines()[0].partition(": ")[2]) from None
     given = zip(made.arguments, node.arguments, strict=True) if isinstance(made, ir.Apply) else ()
-    if made.type != node.type or not all(one is other for one, other in given):
+    same = isinstance(made, ir.Apply) and made.operation == node.operation
+    if not same or made.type != node.type or not all(one is other for one, other in given):
         raise Unfit(f"{node.operation} on what it takes, giving {made.type}")
 
 

@@ -14,7 +14,8 @@ from passgraph.language.foreign import FORMS, OWN, TYPES, WORDS, mending
 
 HEAD = (
     "def k(image: Image, a: vec3, b: vec3, v: vec3, w: vec3, c: vec3, t: float, x: float, y: float, z: float, n: int, "
-    "p: ivec2, low: float, high: float, test: bool) -> vec4:\n"
+    "p: ivec2, low: float, high: float, test: bool, u: uint, other: int, offset: int, bits: int, rgba: vec4, xy: vec2) "
+    "-> vec4:\n"
 )
 #: Forms of matrices, and those of names that are not in every version of the language.
 OF_MATRICES = {"a @ b": "mat3(a, b, v) @ mat3(a, b, v)"}

@@ -10,7 +10,7 @@ import pytest
 
 import passgraph as pg
 from passgraph.backends.reference.number_domain import KINDS
-from passgraph.language import functions, primitives, vectors
+from passgraph.language import functions, primitives, vectors, whole_numbers
 from passgraph.language.domains import Domain
 from passgraph.language.expand import EXPANSIONS
 from passgraph.language.library import prelude_function
@@ -20,7 +20,7 @@ from passgraph.verify.conformance.operations import floats, into
 from passgraph.verify.fuzz.expressions import CALLS, WHOLE
 
 NAMES = list(OPERATIONS)
-MODULES = (primitives, functions, vectors)
+MODULES = (primitives, functions, whole_numbers, vectors)
 TUPLES = [field.name for field in fields(Operation) if str(field.type).startswith("tuple")]
 
 
@@ -75,7 +75,7 @@ def test_a_function_on_the_host_is_an_error_that_names_it() -> None:
 
 
 def test_what_is_written_says_which_row() -> None:
-    assert [row.name for row in signed("//", 2)] == ["floor_divide", "float_floor_divide"]
+    assert [row.name for row in signed("//", 2)] == ["floor_divide", "float_floor_divide", "floor_divide_uint"]
     assert [row.name for row in signed("-", 1)] == ["neg"]
     assert (called("atan", 1), called("atan", 2), called("atan", 3)) == ("atan", "atan2", "atan")
 

@@ -75,6 +75,10 @@ ONE: dict[str, tuple[Callable[..., Column], list[Column]]] = {
     "atan": (np.arctan, [uniform(-4, 4), spread(-126, 127)]),
     "sinh": (np.sinh, [uniform(-89, 89), spread(-120, 6.4)]),
     "cosh": (np.cosh, [uniform(-89, 89), spread(-120, 6.4)]),
+    "log10": (np.log10, [spread(-149, 127.9, signed=False), uniform(0.5, 2), near(1)]),
+    "asinh": (np.arcsinh, [spread(-120, 127), uniform(0.4, 0.6), uniform(1400, 1600)]),
+    "acosh": (np.arccosh, [1 + np.abs(near(0)), 1 + spread(-20, 126, signed=False), uniform(1.4, 1.6)]),
+    "atanh": (np.arctanh, [uniform(-1, 1), spread(-40, -0.01), 1 - np.abs(near(0)) / 2]),
     "tanh": (np.tanh, [uniform(-20, 20), spread(-120, 100)]),
     "sqrt": (np.sqrt, [spread(-126, 127.9, signed=False)]),
     "inversesqrt": (lambda x: 1 / np.sqrt(x), [spread(-126, 127.9, signed=False)]),
@@ -138,6 +142,12 @@ SEVERAL: dict[str, tuple[str, Meaning, Meaning | None, list[tuple[Column, ...]]]
         lambda x, y, a: x * (1 - a) + y * a,
         lambda x, y, a: np.maximum(np.abs(x * (1 - a)), np.abs(y * a)),
         [(BIG, spread(-20, 20), uniform(0, 1))],
+    ),
+    "fma": (
+        "fma(x, y, z)",
+        lambda a, b, c: a * b + c,
+        lambda a, b, c: np.maximum(np.abs(a * b), np.abs(c)),
+        [(BIG, spread(-20, 20), spread(-20, 20)), (SMALL, SMALL, uniform(-16, 16))],
     ),
     "smoothstep": (
         "smoothstep(x, y, z)",

@@ -24,7 +24,7 @@ EXPRESSIONS = {
 }
 #: Rows that are one operation, or several in any rounding: the others' bounds count on rounding to nearest.
 ANY_ROUNDING = {name for name in EXPRESSIONS if OPERATIONS[name].kind == "primitive"} | {
-    "sign", "saturate", "fract", "step", "clamp", "smoothstep", "mix", "radians", "degrees",
+    "sign", "saturate", "fract", "step", "clamp", "smoothstep", "mix", "fma", "radians", "degrees",
 }  # fmt: skip
 SPECIAL = [0.0, -0.0, 1.0, -1.0, 0.5, 2.5, -3.75, 1e-40, -1e-39, 1e-30, 1e30, 3e38, -3e38, np.inf, -np.inf, np.nan]
 
@@ -118,6 +118,8 @@ def test_a_point_gives_hardly_more_than_the_row_allows(name: str) -> None:
     if name == "mix":
         x, y, a = (np.abs(c).astype(np.float64) for c in columns)
         size = np.maximum(size, np.maximum(x * np.maximum(1, np.abs(1 - columns[2])), y * np.maximum(1, a)))
+    if name == "fma":
+        size = np.maximum(size, np.maximum(np.abs(columns[0].astype(np.float64) * columns[1]), np.abs(columns[2])))
     unit = np.spacing(np.maximum(size, SMALLEST_NORMAL).astype(np.float32)).astype(np.float64)
     ulp = COMPOSED_ULP.get(name, max(row.ulp, 1.0))
     assert (width <= 2 * ((ulp + 1.0) * unit + row.absolute)).all(), (width / unit).max()

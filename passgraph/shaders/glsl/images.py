@@ -138,6 +138,12 @@ def output_size(unit: Unit, span: Span) -> Part:
     return apply("to_float", [ir.Builtin(IVEC2, "output_size", span)], span)
 
 
+def aspect(unit: Unit, span: Span) -> Part:
+    """Width of the target by its height."""
+    size = unit.builder.name_it(plain(output_size(unit, span), span, "a size"), span)
+    return apply("div", [ir.Swizzle(FLOAT, size, (0,), span), ir.Swizzle(FLOAT, size, (1,), span)], span)
+
+
 def position(unit: Unit, span: Span) -> Part:
     """Where this pixel's centre lies in the picture, (0, 0) at the bottom left and (1, 1) at the top right."""
     whole = _fragment(unit, span)

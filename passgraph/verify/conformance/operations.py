@@ -29,11 +29,12 @@ SPECIAL = (
     3.0, 7.0, 100.0, 255.0, 8191.0, 0.99999994, 1.0000001, 8388607.5, 16777216.0, 2147483648.0,
 )  # fmt: skip
 NOT_FINITE = (np.inf, -np.inf, np.nan)
-#: Range ends, powers of two beside them, shift distances at and beyond 32, and divisors.
+#: Range ends, powers of two beside them, shift distances at and beyond 32, divisors, what rounds up by its last bit as
+#: a uint, and an infinite binary16.
 INTS = (
     0, 1, 2, 3, 5, 7, 30, 31, 32, 33, 63, 64, 255, 256, 32767, 32768, 65535, 65536, 8388607, 16777217, 123456789,
     2**30, 2**31 - 2, 2**31 - 1, -1, -2, -3, -5, -7, -31, -32, -33, -255, -256, -65536, -16777217, -(2**30),
-    -(2**31) + 1, -(2**31),
+    -(2**31) + 1, -(2**31), -(2**31) + 129, 0x7C00,
 )  # fmt: skip
 
 #: A row leaves open up to four of the 64 values: denormals, which may count as 0; or zeros or large numbers that it
@@ -132,6 +133,7 @@ def _folded(domain: Domain) -> Callable[[Values], Values]:
 BROUGHT: dict[Domain, Callable[[Values], Values]] = {
     domains.ANY: np.asarray,
     domains.NOT_NEGATIVE: np.abs,
+    domains.FROM_ONE: lambda v: np.where(np.abs(v) < 1, 1 + np.abs(v), np.abs(v)),
     domains.UNIT: _unit,
     domains.ANGLE: _angle,
     domains.EXPONENT: _exponents,
@@ -141,6 +143,7 @@ BROUGHT: dict[Domain, Callable[[Values], Values]] = {
     domains.DIVISOR: _divisible,
     domains.POSITIVE: lambda v: np.abs(_known_bits(_divisible(v))),
     domains.KNOWN_BITS: _known_bits,
+    domains.HALVES: lambda v: _known_bits(np.where(np.abs(v) < 8, np.float32(2.0**-14) * v, v)),
     domains.DIVIDEND: _dividends,
     domains.SMALL_DIVISOR: _divisors,
 }
@@ -167,7 +170,7 @@ def pairs(v: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any]]:
 
 
 def cases() -> Iterator[Case]:
-    """Each row: floats and ints where it takes both."""
+    """Each row: floats, ints and uints where it takes them."""
     for row in OPERATIONS.values():
         letters = set(row.operands)
         if row.name in VECTOR:
@@ -175,9 +178,11 @@ def cases() -> Iterator[Case]:
             continue
         if letters & {"N", "G", "f"}:
             yield _floats(row)
-        if letters & {"N", "I", "i"}:
-            yield _ints(row)
-        if letters == {"B"} or row.converts:
+        if not letters & {"G", "U", "f", "B"}:
+            yield _whole(row, "int")
+        if "U" in letters or (letters & {"N", "I"} and not row.unsigned):
+            yield _whole(row, "uint")
+        if letters == {"B"} or (row.converts and "N" in letters):
             yield _bools(row)
         if row.name == "pow":
             yield _known_powers()
@@ -188,12 +193,14 @@ def call(row: Operation, operands: list[str], vector: bool) -> str:
     return row.as_written(*operands, by_name=vector and row.result == "B")
 
 
-def _result(row: Operation, ints: bool) -> str:
-    """What kind of number a row gives: "float", "int" or "bool"."""
-    letter = row.result
-    if letter in "Bb":
-        return "bool"
-    return "int" if letter in "Ii" or (ints and letter == "N") else "float"
+def _result(row: Operation, whole: str = "float") -> str:
+    """What kind of number a row gives, of operands of a kind where it takes several: "float", "int", "uint", "bool"."""
+    kinds = {"B": "bool", "b": "bool", "S": "int", "i": "int", "U": "uint", "N": whole, "I": whole}
+    return kinds.get(row.result, "float")
+
+
+#: What vectors of each kind of number begin with.
+_VECTORS = {"float": "vec", "int": "ivec", "uint": "uvec", "bool": "bvec"}
 
 
 #: Exponents that are known when the kernel is compiled: products, reciprocals, and what is left to logarithms.
@@ -228,11 +235,14 @@ def _floats(row: Operation) -> Case:
     v = floats()
     (a, _), (_, b) = (pairs(into(row.domain_of(operand), v)) for operand in (0, 1))
     vectors, scalars = ["p", "q", "p.yzwx"][:count], ["p.x", "q.x", "p.y"][:count]
-    kind = _result(row, ints=False)
+    for i, letter in enumerate(row.operands):
+        if letter == "S":
+            vectors[i], scalars[i] = f"ivec4({vectors[i]})", f"int({scalars[i]})"
+    kind = _result(row)
     if row.operands == ("f",):
         vector = "ivec4({})".format(", ".join(call(row, [f"p.{c}"], False) for c in "xyzw"))
     else:
-        vector = _converted(row, "vec4" if kind == "float" else "ivec4", vectors)
+        vector = _converted(row, f"{_VECTORS[kind]}4", vectors)
     lines = [f"    u = {vector}", f"    v = {call(row, scalars, False)}"]
     text = _kernel("    p = a[0, 0]\n    q = b[0, 0]\n", lines, kind)
     return _case(row.name, text, a, b)
@@ -246,15 +256,17 @@ def _converted(row: Operation, type_: str, vectors: list[str]) -> str:
 def _kernel(head: str, lines: list[str], kind: str) -> str:
     """Results are written exactly: ints as their lower and their upper half."""
     body = "\n".join(lines)
-    if kind == "int":
+    if kind in ("int", "uint"):
         halves = "vec4(u & 0xFFFF), vec4((u >> 16) & 0xFFFF), vec4(v & 0xFFFF, (v >> 16) & 0xFFFF, 0.0, 0.0)"
         return f"def probe(a: Image, b: Image) -> tuple[vec4, vec4, vec4]:\n{head}{body}\n    return {halves}\n"
     shown = "vec4(u), vec4(float(v), 0.0, 0.0, 0.0)"
     return f"def probe(a: Image, b: Image) -> tuple[vec4, vec4]:\n{head}{body}\n    return {shown}\n"
 
 
-def _ints(row: Operation) -> Case:
-    """An int is brought as two halves, which float32 holds exactly: upper in the first channel, lower in the second."""
+def _whole(row: Operation, given: str) -> Case:
+    """Of ints, or of uints with the same bits.
+
+    An int is brought as two halves, which float32 holds exactly: upper in the first channel, lower in the second."""
     v = np.array(INTS, np.int64)
     count = len(row.operands)
     first, second = pairs(v)
@@ -266,17 +278,25 @@ def _ints(row: Operation) -> Case:
         f"    {name} = ivec2(int({source}.x), int({source}.z)) * 65536 + ivec2(int({source}.y), int({source}.w))\n"
         for name, source in (("p", "a[0, 0]"), ("q", "b[0, 0]"))
     )
-    kind = _result(row, ints=True)
-    vectors, scalars = ["p", "q", "p.yx"][:count], ["p.x", "q.x", "p.y"][:count]
-    scalar = call(row, ["q.x"] if row.operands == ("i",) or row.converts else scalars, False)
+    kind = _result(row, given)
+    vectors, scalars = ["p", "q", "p.yx", "q.yx"][:count], ["p.x", "q.x", "p.y", "q.y"][:count]
+    if row.operands == ("i",) or row.converts:
+        scalars = ["q.x"]
+    for i, letter in enumerate(row.operands):
+        if letter == "S" and count > 2:  # places of bits, and some beyond
+            vectors[i], scalars[i] = f"({vectors[i]} % 41 - 4)", f"({scalars[i]} % 41 - 4)"
+        elif letter != "S" and given == "uint":
+            vectors[i], scalars[i] = f"uvec2({vectors[i]})", f"uint({scalars[i]})"
+    scalar = call(row, scalars, False)
     if row.operands == ("i",):
         vector = f"vec2({call(row, ['p.x'], False)}, {call(row, ['p.y'], False)})"
     else:
-        vector = _converted(row, "vec2" if kind == "float" else "ivec2", vectors)
+        vector = _converted(row, f"{_VECTORS[kind]}2", vectors)
     lines = [f"    w = {vector}", f"    v = {scalar}"]
-    wide = {"int": "ivec4(w, w)", "bool": "vec4(float(w.x), float(w.y), 0.0, 0.0)", "float": "vec4(w, 0.0, 0.0)"}[kind]
+    filled = {"bool": "vec4(float(w.x), float(w.y), 0.0, 0.0)", "float": "vec4(w, 0.0, 0.0)"}
+    wide = filled.get(kind, f"{_VECTORS[kind]}4(w, w)")
     text = _kernel(head, [*lines, f"    u = {wide}"], kind)
-    return _case(f"{row.name} of ints", text, a, b)
+    return _case(f"{row.name} of {given}s", text, a, b)
 
 
 def _bools(row: Operation) -> Case:

@@ -21,6 +21,7 @@ UNIT: Range = (0.0, 1.0)
 #: Numbers that break naive arithmetic, and whole numbers likewise; wild expressions only.
 WILD_FLOATS = ("0.0", "1.0", "-0.5", "2.25", "3.0e38", "1.0e-30", "-7.0", "8388609.0")
 WILD_INTS = ("0", "1", "-1", "2", "7", "31", "-2147483648", "2147483647")
+WILD_UINTS = ("0", "1", "2", "31", "2147483647", "0x80000000", "0xFFFFFFFF")
 
 
 def _tame(row: Operation) -> tuple[Range, ...]:
@@ -44,13 +45,16 @@ OF_VECTORS: dict[str, tuple[Range, ...]] = {
 }
 
 
+_MAY_BE = {"N": "GIU", "I": "IU", "S": "I"}
+
+
 def _rows(signature: str) -> tuple[str, ...]:
-    """Names of the rows that may be of a signature; ``N`` of a row is ints and floats."""
+    """Names of the rows that may be of a signature; ``N`` of a row is ints, uints and floats, ``I`` ints and uints."""
     letters = signature.replace("->", " ").split()
     found = []
     for row in OPERATIONS.values():
         has = (*row.operands, row.result)
-        same = (h == letter or (h == "N" and letter in "GI") for h, letter in zip(has, letters, strict=False))
+        same = (letter in _MAY_BE.get(h, h) for h, letter in zip(has, letters, strict=False))
         if len(has) == len(letters) and all(same) and not row.converts:
             found.append(row.name)
     return tuple(found)
@@ -58,6 +62,22 @@ def _rows(signature: str) -> tuple[str, ...]:
 
 INTS, PAIRS_OF_INTS = _rows("I -> I"), _rows("I I -> I")
 COMPARISONS, TESTS = _rows("I I -> B"), _rows("G -> B")
+
+
+def _mixed(kind: str) -> dict[str, tuple[str, ...]]:
+    """Rows that make an int (or a uint) of whole numbers of both kinds, or of more than two, with their operands."""
+    types = {"I": kind, "S": "int", "U": "uint"}
+    made = {}
+    for row in OPERATIONS.values():
+        operands = tuple(types.get(letter, "") for letter in row.operands)
+        new = len(operands) > 2 or set(operands) != {kind}
+        if types.get(row.result) == kind and "" not in operands and new and row.call not in ("clamp", kind):
+            made[row.name] = operands
+    return made
+
+
+MIXED = {kind: _mixed(kind) for kind in ("int", "uint")}
+UINTS, PAIRS_OF_UINTS = _rows("U -> U"), _rows("U U -> U")
 LOGIC, FOLDS = (*_rows("B B -> B"), *_rows("B -> B")), _rows("B -> b")
 SIZE = {"vec2": 2, "vec3": 3, "vec4": 4, "mat2": 2, "mat3": 3, "mat2x3": 2, "mat3x2": 3}
 COMPONENTS = "xyzw"
@@ -123,6 +143,9 @@ class Expressions:
             return self.pick("True", "False")
         if type_ == "int":
             return self.pick(*WILD_INTS) if self.features.wild else str(self.draw(st.integers(-8, 8)))
+        if type_ == "uint":
+            small = str(self.draw(st.integers(0, 8)))
+            return f"uint({self.pick(*WILD_UINTS) if self.features.wild else small})"
         if type_ == "ivec2":
             return f"ivec2({self._literal('int', wanted)}, {self._literal('int', wanted)})"
         if type_ == "bvec3":
@@ -196,9 +219,13 @@ class Expressions:
         return self.fit(f"{form}({one}, {other})", WHOLE, wanted)
 
     def _from_int(self, d: int, wanted: Range) -> str:
-        if self.features.wild and self.pick("float", "bits") == "bits":
-            return f"float_from_bits({self.of('int', d)})"
-        return self.fit(f"float({self.of('int', d)})", (-math.inf, math.inf), wanted)
+        form = self.pick("float", "power", *["bits", "half"] * self.features.wild)
+        if form == "power":
+            return self.fit(f"ldexp({self.of('float', d)}, {self.of('int', d)})", (-math.inf, math.inf), wanted)
+        if form in ("bits", "half"):
+            name, type_ = ("float_from_bits", "int") if form == "bits" else ("float_of_half", "uint")
+            return f"{name}({self.of(type_, d)})"
+        return self.fit(f"float({self.of(self.pick('int', 'uint'), d)})", (-math.inf, math.inf), wanted)
 
     def _helped(self, d: int, wanted: Range) -> str:
         if self.pick("loop", "blend") == "loop":
@@ -209,15 +236,37 @@ class Expressions:
     # Whole numbers and truth
 
     def _int(self, d: int) -> str:
-        form = self.pick("binary", "binary", "binary", "chosen", "from", "unary", *["stage"] * self.features.reads)
+        stage = ["stage"] * self.features.reads
+        form = self.pick("binary", "binary", "binary", "chosen", "from", "unary", "mixed", *stage)
+        if form == "mixed":
+            return self._of_both("int", d)
         if form in ("binary", "unary"):
             return self._applied(self.pick(*(PAIRS_OF_INTS if form == "binary" else INTS)), "int", d)
         if form == "chosen":
             return f"({self.of('int', d)} if {self.of('bool', d)} else {self.of('int', d)})"
         if form == "from":
             cast = self.pick("int", *["bits_from_float"] * self.features.wild)
-            return f"{cast}({self.of(self.pick('float', 'bool') if cast == 'int' else 'float', d)})"
+            return f"{cast}({self.of(self.pick('float', 'bool', 'uint') if cast == 'int' else 'float', d)})"
         return f"{self.pick('pixel()', 'output_size()', 'd.size', self.of('ivec2', d))}.{self.pick('x', 'y')}"
+
+    def _uint(self, d: int) -> str:
+        form = self.pick("binary", "binary", "binary", "chosen", "from", "unary", "mixed", "clamp")
+        if form == "mixed":
+            return self._of_both("uint", d)
+        if form == "clamp":
+            return f"clamp({self.of('uint', d)}, 1, 0x80000001)"
+        if form in ("binary", "unary"):
+            return self._applied(self.pick(*(PAIRS_OF_UINTS if form == "binary" else UINTS)), "uint", d)
+        if form == "chosen":
+            return f"({self.of('uint', d)} if {self.of('bool', d)} else {self.of('uint', d)})"
+        if self.features.wild and self.pick("uint", "half") == "half":
+            return f"half_bits({self.of('float', d)})"
+        return f"uint({self.of(self.pick('int', 'float', 'bool'), d)})"
+
+    def _of_both(self, kind: str, d: int) -> str:
+        """A row on whole numbers of both kinds."""
+        name = self.pick(*MIXED[kind])
+        return OPERATIONS[name].as_written(*(self.of(type_, d) for type_ in MIXED[kind][name]))
 
     def _ivec2(self, d: int) -> str:
         if self.pick("make", "sum") == "make":
@@ -226,8 +275,8 @@ class Expressions:
         return f"({first} {self.pick('+', '-', '*', '&')} {self.of('ivec2', d)})"
 
     def _bool(self, d: int) -> str:
-        form = self.pick("float", "int", "logic", "nan", "vector")
-        if form in ("float", "int"):
+        form = self.pick("float", "int", "uint", "logic", "nan", "vector")
+        if form in ("float", "int", "uint"):
             return self._applied(self.pick(*COMPARISONS), form, d)
         if form == "logic":
             return self._applied(self.pick(*LOGIC), "bool", d)

@@ -6,7 +6,7 @@ it, so control flow, indices and texel positions stay exact.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -18,6 +18,7 @@ from passgraph.language import expand, ir
 from passgraph.language import scalar as s
 from passgraph.language.meanings import BELOW_ONE, INT_MAX, INT_MIN
 from passgraph.language.operations import OPERATIONS
+from passgraph.language.symbols import UINT_MAX
 from passgraph.language.types import Array, Matrix, Scalar, Type, Value, Vector, element_of, shape_of
 from passgraph.verify.oracle import interval as iv
 from passgraph.verify.oracle.decisions import Track
@@ -53,9 +54,10 @@ class IntervalDomain(Domain[Bounded, Lanes]):
         # Literals are float32 on every backend.
         return Interval.of(made.astype(np.float32)) if made.dtype.kind == "f" else made
 
-    def whole(self, value: Bounded) -> int:
-        assert not isinstance(value, Interval)
-        return self.numbers.whole(value)
+    def trips(self, start: Bounded, stop: Bounded, step: Bounded) -> Iterator[tuple[Bounded, Lanes]]:
+        bounds = [bound for bound in (start, stop, step) if not isinstance(bound, Interval)]
+        self._hangs_on(bounds)
+        return self.numbers.trips(*bounds)
 
     def apply(self, operation: str, arguments: Sequence[Bounded]) -> Bounded:
         row = OPERATIONS[operation]
@@ -64,19 +66,20 @@ class IntervalDomain(Domain[Bounded, Lanes]):
         numbers = [a for a in arguments if not isinstance(a, Interval)]
         if len(numbers) == len(arguments):
             exact = self.numbers.apply(operation, numbers)
-            if exact.dtype.kind != "i":
+            if exact.dtype.kind not in "iu":
                 self._hangs_on(numbers)
             if exact.dtype.kind != "f":
                 return exact
             # From ints only to_float and bit patterns: rounded like a sum.
             return iv.rounded(exact, exact, np.isnan(exact), row.ulp)
+        self._hangs_on(numbers)
         if operation == "mul" and arguments[0] is arguments[1]:
             return iv.square(_interval(arguments[0]))
         return self._float(operation, _spread([_interval(a) for a in arguments]))
 
     def _hangs_on(self, numbers: Sequence[Numbers]) -> None:
         """Nothing is known of a lane where more than which texel is read hangs on an int that may be any."""
-        if self.track.vague.any() and any(n.dtype.kind == "i" for n in numbers):
+        if self.track.vague.any() and any(n.dtype.kind in "iu" for n in numbers):
             self.track.mark(self.track.lost, self.track.vague)
 
     def _float(self, name: str, a: list[Interval]) -> Bounded:
@@ -131,12 +134,31 @@ class IntervalDomain(Domain[Bounded, Lanes]):
         finite = ~(np.isinf(a.lo) & (a.lo == a.hi)) | a.nan
         return self._decided(np.isinf(a.lo) | np.isinf(a.hi), finite, "isinf")
 
+    def _isfinite(self, a: Interval) -> Lanes:
+        sure = np.isfinite(a.lo) & np.isfinite(a.hi) & ~a.nan
+        none = np.isnan(a.lo) | (np.isinf(a.lo) & (a.lo == a.hi))
+        return self._decided(~none, ~sure, "isfinite")
+
+    def _half_bits(self, a: Interval) -> Numbers:
+        """One of two neighbours; of more than two, and where zeros' signs or NaN have bits, nothing is said."""
+        low, high = (OPERATIONS["half_bits"].reference(end).astype(np.int64) for end in (a.lo, a.hi))
+        unknown = (np.abs(high - low) > 1) | a.nan | a.has(0.0)
+        self.track.mark(self.track.lost, unknown)
+        chosen = np.where(self.track.choose((low != high) & ~unknown, "half_bits"), high, low)
+        return np.asarray(chosen.astype(np.uint32))
+
     def _to_int(self, a: Interval) -> Numbers:
+        return self._to_whole(a, INT_MIN, INT_MAX).astype(np.int64)
+
+    def _uint_from_float(self, a: Interval) -> Numbers:
+        return self._to_whole(a, 0, UINT_MAX).astype(np.uint32)
+
+    def _to_whole(self, a: Interval, least: int, most: int) -> Numbers:
         number = a.nan & np.isnan(a.lo)
-        low, high = (np.trunc(np.clip(np.where(number, 0.0, x), INT_MIN, INT_MAX)) for x in (a.lo, a.hi))
+        low, high = (np.trunc(np.clip(np.where(number, 0.0, x), least, most)) for x in (a.lo, a.hi))
         wide = self.track.mark(self.track.vague, (high - low > 1) | (a.nan & ~number))
         chosen = np.where(self.track.choose((low < high) & ~wide, "to_int"), high, low)
-        return np.asarray(np.where(wide, np.trunc(0.5 * (low + high)), chosen).astype(np.int64))
+        return np.asarray(np.where(wide, np.trunc(0.5 * (low + high)), chosen))
 
     def _bits_from_float(self, a: Interval) -> Numbers:
         # A NaN's bits, the sign of a zero and a flushed denormal are not the same everywhere.

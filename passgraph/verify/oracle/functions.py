@@ -141,6 +141,12 @@ def _atan2(y: Interval, x: Interval) -> Interval:
     return where(x.magnitude > LARGEST_DIVISOR, Interval.anything(made.shape), made)
 
 
+def _ldexp(x: Interval, n: Interval) -> Interval:
+    """Monotone in x; an int is one number."""
+    made = x.both(lambda end: OPERATIONS["ldexp"].reference(end, n.lo))
+    return rounded(made.lo, made.hi, made.nan, 0.5)
+
+
 def _mix(x: Interval, y: Interval, a: Interval) -> Interval:
     """x * (1 - a) + y * a, where the two products do not move apart as a moves.
 
@@ -175,6 +181,8 @@ FUNCTIONS: dict[str, Function] = {
     "pow": _pow,
     "atan2": _atan2,
     "mix": _mix,
+    "fma": lambda a, b, c: iv.add(iv.mul(a, b), c),
+    "ldexp": _ldexp,
 }
 
 

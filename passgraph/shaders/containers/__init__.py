@@ -1,0 +1,1 @@
+"""Formats around GLSL: what each says of parameters, pictures and passes."""

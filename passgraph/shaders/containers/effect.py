@@ -1,0 +1,137 @@
+"""A shader file as an effect: from pictures and parameters to a target."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from passgraph import arguments
+from passgraph.errors import InputError
+from passgraph.graph.targets import Target, TargetSpec, target
+from passgraph.graph.values import Derived, Value
+from passgraph.language.types import Type, component_count, element_of
+from passgraph.shaders.glsl.unit import Note
+
+#: From pictures and values by name, and the target to write into, to the last pass's.
+Build: TypeAlias = Callable[[Mapping[str, Target], Mapping[str, Any], TargetSpec], Target]
+
+
+@dataclass(frozen=True)
+class ShaderParameter:
+    """What a shader lets its user set.
+
+    Attributes
+    ----------
+    name : as in the shader
+    type : a scalar or vector of the kernel language
+    default : number or tuple; a shader that names none has 0
+    low, high : ends of its range, one number each or one for each component; None where the file says none
+    label : for people; empty where the file has none
+    choices : of an int, label → number
+    """
+
+    name: str
+    type: Type
+    default: Any
+    low: Any = None
+    high: Any = None
+    label: str = ""
+    choices: Mapping[str, int] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, eq=False)
+class ShaderEffect:
+    """What `passgraph.shaders.load_shader` makes of a file.
+
+    Call it with a picture (a target or input) for each of ``images``, in order or by name, and with parameters by
+    name: numbers, or `passgraph.Value` handles for what changes from run to run.  Pictures that are left out, behind
+    the first, are black and transparent.
+
+    Attributes
+    ----------
+    name : from the file's name
+    kind : of the file: "ISF", "gl-transition", "Shadertoy", "mpv", "libretro", "GLSL"
+    summary : the file's own words, one line
+    credit : whom the file names
+    images : pictures that it takes; the first is the frame (none for generators)
+    parameters : by name
+    notes : reliances on what drivers do differently, each with its line
+    """
+
+    name: str
+    kind: str
+    summary: str
+    credit: str
+    images: tuple[str, ...]
+    parameters: Mapping[str, ShaderParameter]
+    notes: tuple[Note, ...]
+    file: str
+    build: Build = field(repr=False)
+
+    def __call__(self, *pictures: Target, into: TargetSpec | None = None, **given: Any) -> Target:
+        """The graph of the shader's passes.
+
+        Raises
+        ------
+        passgraph.InputError
+            For a picture too many, a parameter that there is not, and a value out of its range or of another shape.
+        """
+        if len(pictures) > len(self.images):
+            takes = ", ".join(self.images) or "none"
+            raise InputError(f"{self.file}: takes {len(self.images)} picture(s) ({takes}), got {len(pictures)}")
+        named = dict(zip(self.images, pictures, strict=False))
+        for name in [name for name in given if name in self.images]:
+            if name in named:
+                raise InputError(f"{self.file}: picture {name!r} is given twice")
+            named[name] = given.pop(name)
+        if self.images and self.images[0] not in named:
+            raise InputError(f"{self.file}: picture {self.images[0]!r} is missing")
+        for name, picture in named.items():
+            arguments.instance(picture, Target, f"{self.file}: picture {name!r}", "a target or pg.Input", InputError)
+        values = {name: parameter.default for name, parameter in self.parameters.items()}
+        for name, value in given.items():
+            if name not in self.parameters:
+                near = arguments.near(name, list(self.parameters))
+                known = ", ".join(self.parameters) or "none"
+                raise InputError(f"{self.file}: there is no parameter {name!r}{near}; there are {known}")
+            values[name] = value if isinstance(value, (Value, Derived)) else checked(self, name, value)
+        return self.build(named, values, target(self.name, "rgba16f", scale=1.0) if into is None else into)
+
+
+def checked(effect: ShaderEffect, name: str, value: Any) -> Any:
+    """A number or several, in the range that the file gives; a choice by its label too."""
+    from passgraph.language.layout import components
+
+    parameter, where = effect.parameters[name], f"{effect.file}: parameter {name!r}"
+    if isinstance(value, str):
+        if value not in parameter.choices:
+            known = ", ".join(parameter.choices) or "a number"
+            raise InputError(f"{where} is one of {known}; got {arguments.shown(value)}")
+        return parameter.choices[value]
+    flat = components(value, parameter.type, where).tolist()
+    for low, high, number in zip(_spread(parameter.low, flat), _spread(parameter.high, flat), flat, strict=True):
+        if (low is not None and number < low) or (high is not None and number > high):
+            raise InputError(f"{where} is from {parameter.low} to {parameter.high}, got {value}")
+    return value
+
+
+def _spread(limit: Any, flat: list[float]) -> list[Any]:
+    return list(limit) if isinstance(limit, (list, tuple)) else [limit] * len(flat)
+
+
+def zero_of_type(type_: Type) -> Any:
+    """0 as the host writes it."""
+    zero: Any = {"bool": False, "int": 0, "float": 0.0}.get(element_of(type_).name, 0)
+    count = component_count(type_)
+    return zero if count == 1 else (zero,) * count
+
+
+def name_of(path: Path) -> str:
+    """A name for targets and passes, from a file's.
+
+    >>> name_of(Path("My Shader.v2.fs"))
+    'My Shader.v2'
+    """
+    return path.stem or path.name

@@ -1,0 +1,133 @@
+"""ISF files: shaders with a JSON header that names inputs, passes and persistent buffers (isf.video, version 2)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from passgraph.graph.calls import PixelKernel
+from passgraph.graph.targets import Computed, Relative, Target, TargetSpec, previous, target
+from passgraph.reading import read_bytes
+from passgraph.shaders.containers.clock import PRELUDE, clock_parameters, clock_uniforms
+from passgraph.shaders.containers.effect import ShaderEffect, name_of
+from passgraph.shaders.containers.isf_header import IsfHeader, read_header
+from passgraph.shaders.containers.isf_vertex import vertex_prelude
+from passgraph.shaders.containers.pictures import handle_or_black, imported
+from passgraph.shaders.glsl import Shader, parse
+
+_BEFORE = f"""{PRELUDE}
+#define TIME pg_seconds
+#define TIMEDELTA pg_step
+#define FRAMEINDEX pg_frame
+#define DATE pg_date
+#define RENDERSIZE pg_output_size
+#define IMG_SIZE(image) vec2(textureSize(image, 0))
+#define IMG_NORM_PIXEL(image, at) texture2D(image, at)
+#define IMG_PIXEL(image, at) texture2D(image, (at) / IMG_SIZE(image))
+#define IMG_THIS_NORM_PIXEL(image) texture2D(image, pg_position)
+#define IMG_THIS_PIXEL(image) texture2D(image, pg_position)
+"""
+_WHERE = "#define isf_FragNormCoord pg_position\n#define vv_FragNormCoord pg_position\n"
+#: Bytes of a vertex shader.
+MAX_BYTES = 1 << 20
+
+
+def read_isf(text: str, path: Path) -> ShaderEffect:
+    """The effect of an ISF file; a vertex shader of the same name beside it is read too.
+
+    Raises
+    ------
+    InputError
+        For a header that is wrong.
+    KernelError
+        For a shader that is refused, with file, line and caret.
+    """
+    file = str(path)
+    header = read_header(text, file)
+    prelude, postlude, entry = _BEFORE + _declared(header), "", "main"
+    vertex = path.with_suffix(".vs")
+    if vertex.is_file():
+        before, postlude = vertex_prelude(_read(vertex), str(vertex))
+        prelude, entry = prelude + before, "pg_main"
+    shaders = [
+        parse(
+            text, name=f"{name_of(path)}{number or ''}", file=file, entry=entry, prelude=prelude + _WHERE,
+            postlude=postlude, defines={"PASSINDEX": str(number), "__VERSION__": "120"},
+        )
+        for number in range(len(header.passes))
+    ]  # fmt: skip
+    kernels = [PixelKernel[Target].of_program(shader.program) for shader in shaders]
+    used = {parameter.name for kernel in kernels for parameter in kernel.parameters}
+    parameters = clock_parameters(used) | dict(header.parameters)
+    graph = _Graph(header, kernels, path)
+    summary = header.description.strip().partition("\n")[0] or f"{path.stem}: an ISF shader"
+    return ShaderEffect(
+        name_of(path), "ISF", summary, header.credit, header.images, parameters, _notes(shaders), file, graph.built
+    )
+
+
+def _declared(header: IsfHeader) -> str:
+    """Uniforms for what the header names."""
+    names = [*header.images, *header.imported, *(one.target for one in header.passes if one.target)]
+    lines = [f"uniform sampler2D {name};" for name in dict.fromkeys(names)]
+    lines += [f"#define _{name}_imgRect vec4(0.0, 0.0, IMG_SIZE({name}))" for name in dict.fromkeys(names)]
+    lines += [f"#define _{name}_imgSize IMG_SIZE({name})" for name in dict.fromkeys(names)]
+    lines += [f"uniform {one.type} {one.name};" for one in header.parameters.values()]
+    return "\n".join(lines) + "\n"
+
+
+class _Graph:
+    """The passes of a file, ready to be called."""
+
+    def __init__(self, header: IsfHeader, kernels: list[PixelKernel[Target]], path: Path) -> None:
+        self.header, self.kernels, self.path = header, kernels, path
+        self.imported = {name: imported(name, at, path.parent, str(path)) for name, at in header.imported.items()}
+
+    def built(self, pictures: Mapping[str, Target], values: Mapping[str, Any], into: TargetSpec) -> Target:
+        specs = self._specs(values, into)
+        last = {one.target: spec for one, spec in zip(self.header.passes, specs, strict=True) if one.target}
+        persistent = {one.target for one in self.header.passes if one.target and one.persistent}
+        uniforms = clock_uniforms(values) | dict(values)
+        held: dict[str, Target] = {}
+        made: Target | None = None
+        for one, spec, kernel in zip(self.header.passes, specs, self.kernels, strict=True):
+            given: dict[str, Any] = {}
+            for parameter in kernel.parameters:
+                name = parameter.name
+                if name in uniforms:
+                    given[name] = uniforms[name]
+                elif name in held:
+                    given[name] = held[name]
+                elif name in persistent:
+                    given[name] = previous(last[name])
+                else:
+                    given[name] = handle_or_black(pictures.get(name) or self.imported.get(name))
+            made = kernel(into=spec, **given)
+            if one.target:
+                held[one.target] = made
+        assert made is not None  # a header has at least one pass
+        return made
+
+    def _specs(self, values: Mapping[str, Any], into: TargetSpec) -> list[TargetSpec]:
+        """A target for each pass; the last one's is the caller's."""
+        specs: list[TargetSpec] = []
+        for number, one in enumerate(self.header.passes):
+            if number == len(self.header.passes) - 1:
+                specs.append(into)
+                break
+            formulas = one.formulas(values, f"{self.path}: PASSES[{number}]")
+            size = Relative(1.0) if formulas is None else Computed(*formulas)
+            made = target(f"{into.name}.{one.target or 'pass'}.{number}", "rgba32f" if one.is_float else "rgba8")
+            specs.append(TargetSpec(made.name, made.format, size))
+        return specs
+
+
+def _notes(shaders: list[Shader]) -> Any:
+    """Each once: passes share their text."""
+    found = {(note.span.file, note.span.line, note.text): note for shader in shaders for note in shader.notes}
+    return tuple(found.values())
+
+
+def _read(path: Path) -> str:
+    return read_bytes(path, "a vertex shader", MAX_BYTES).decode("utf-8", errors="replace")

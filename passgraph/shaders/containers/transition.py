@@ -1,0 +1,73 @@
+"""gl-transitions: two pictures and how far the first has become the second (gl-transitions.com, specification 1)."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from passgraph.graph.calls import PixelKernel
+from passgraph.graph.targets import Target, TargetSpec
+from passgraph.language.types import FLOAT, ImageType, Struct
+from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, zero_of_type
+from passgraph.shaders.containers.pictures import handle_or_black
+from passgraph.shaders.glsl import parse
+from passgraph.shaders.glsl.images import aspect
+
+_BEFORE = """
+uniform sampler2D pg_from;
+uniform sampler2D pg_to;
+uniform float progress;
+vec4 getFromColor(vec2 uv) { return texture2D(pg_from, uv); }
+vec4 getToColor(vec2 uv) { return texture2D(pg_to, uv); }
+"""
+_BEHIND = "void pg_main() { gl_FragColor = transition(pg_position); }"
+#: ``uniform float size; // = 0.1`` says a default behind its end.
+_DEFAULT = re.compile(r"^(\s*uniform\s[^;/]*);(\s*)//(\s*=[^;\n]*);?[ \t]*$", re.MULTILINE)
+#: A shader may have a variable of this name, so that it is no macro.
+_VALUES = {"ratio": aspect}
+_PICTURES = {"from": "pg_from", "to": "pg_to"}
+
+
+def is_transition(text: str) -> bool:
+    """Whether a text has the function that a gl-transition is."""
+    return re.search(r"\bvec4\s+transition\s*\(", text) is not None
+
+
+def read_transition(text: str, path: Path) -> ShaderEffect:
+    """The effect of a gl-transition.
+
+    Raises
+    ------
+    KernelError
+        For a shader that is refused, with file, line and caret.
+    """
+    # The default moves into the declaration, and everything before it stays in its column.
+    told = _DEFAULT.sub(lambda m: f"{m[1]} {m[2]}  {m[3]};", text)
+    shader = parse(
+        told, name=name_of(path), file=str(path), entry="pg_main", prelude=_BEFORE, postlude=_BEHIND, values=_VALUES
+    )
+    kernel: PixelKernel[Target] = PixelKernel.of_program(shader.program)
+    used = {parameter.name for parameter in kernel.parameters}
+    others = tuple(
+        u.name for u in shader.uniforms if isinstance(u.type, ImageType) and u.name not in _PICTURES.values()
+    )
+    parameters = {"progress": ShaderParameter("progress", FLOAT, 0.5, 0.0, 1.0, "how far the first is the second")}
+    for uniform in shader.uniforms:
+        if not isinstance(uniform.type, (ImageType, Struct)) and uniform.name != "progress":
+            default = uniform.default if uniform.has_default else zero_of_type(uniform.type)
+            parameters[uniform.name] = ShaderParameter(uniform.name, uniform.type, default)
+
+    def build(pictures: Mapping[str, Target], values: Mapping[str, Any], into: TargetSpec) -> Target:
+        named = {own: pictures.get(name) for name, own in _PICTURES.items()} | {n: pictures.get(n) for n in others}
+        given: dict[str, Any] = {name: handle_or_black(picture) for name, picture in named.items()} | dict(values)
+        return kernel(into=into, **{name: value for name, value in given.items() if name in used})
+
+    author = re.search(r"^\s*//\s*[Aa]uthors?\s*:\s*(.+)$", text, re.MULTILINE)
+    credit = author[1].strip() if author else ""
+    summary = f"{path.stem}: a transition between two pictures"
+    return ShaderEffect(
+        name_of(path), "gl-transition", summary, credit, ("from", "to", *others), parameters, shader.notes, str(path),
+        build,
+    )  # fmt: skip
