@@ -236,19 +236,18 @@ def each_image(builder: Builder, choice: ImageChoice, read: Callable[[ImageValue
     made = builder.fresh("chosen")
     types: list[Value | Array] = []
 
-    def branch(images: tuple[ImageValue, ...], first: int) -> tuple[ir.Stmt, ...]:
-        builder.blocks.append([])
+    def branch(images: tuple[ImageValue, ...], first: int) -> None:
         if len(images) == 1:
             value = read(images[0])
             assert not isinstance(value, COMPOSITE)
             types.append(value.type)
             builder.emit(ir.Assign(made, value, span))
-        else:
-            half = len(images) // 2
-            below = apply("less", [choice.index, ir.Literal(INT, first + half, span)], span)
-            builder.emit(ir.If(below, branch(images[:half], first), branch(images[half:], first + half), span))
-        return tuple(builder.blocks.pop())
+            return
+        half = len(images) // 2
+        below = apply("less", [choice.index, ir.Literal(INT, first + half, span)], span)
+        then = builder.captured(lambda: branch(images[:half], first), span)
+        orelse = builder.captured(lambda: branch(images[half:], first + half), span)
+        builder.emit(ir.If(below, then, orelse, span))
 
-    for statement in branch(choice.images, 0):
-        builder.emit(statement)
+    branch(choice.images, 0)
     return ir.Local(types[0], made, span)

@@ -11,6 +11,7 @@ from passgraph.language import ir, symbols
 from passgraph.language.composites import array_of, each_image, entry
 from passgraph.language.foreign import FORMS, mending, method_spelling
 from passgraph.language.operations import OPERATIONS, called, signed
+from passgraph.language.quads import DERIVATIVES, derivative
 from passgraph.language.scope import FunctionSource, ModuleName, number, written
 from passgraph.language.signature import MAX_ARRAY_LENGTH, resolve
 from passgraph.language.source import Span, fail
@@ -172,7 +173,7 @@ class Expressions:
         if isinstance(base, ImageValue):
             if node.attr == "size":
                 return ir.Size(IVEC2, base.name, span)
-            has = f"an Image has [dx, dy], .texel(ivec2), .sample(vec2) and .size, not .{node.attr}"
+            has = f"an Image has [dx, dy], .texel(ivec2), .sample(vec2), .lod(vec2) and .size, not .{node.attr}"
             fail(span, has + (mending(node.attr) if node.attr in FORMS else ""))
         if isinstance(base, TupleValue):
             fail(span, "a tuple has no attributes; unpack it first")
@@ -348,12 +349,14 @@ class Expressions:
         if not isinstance(base, ImageValue):
             return None
         span, method = self.span(node), node.func.attr
-        if method not in ("texel", "sample") or len(node.args) != 1 or node.keywords:
+        if method not in ("texel", "sample", "lod") or len(node.args) != 1 or node.keywords:
             fail(span, "an Image is read by image[dx, dy], image.texel(ivec2) or image.sample(vec2)")
         position = self.value(node.args[0])
-        if method == "sample":
-            position = widen(position, VEC2, span, "the position of sample()")
-            return self.frame.inline_library("sample", [base, position], span)
+        if method == "lod" and self.frame.stage != "pixel":
+            fail(span, f"image.lod() takes derivatives, which a {self.frame.stage} kernel has not")
+        if method in ("sample", "lod"):
+            position = widen(position, VEC2, span, f"the position of {method}()")
+            return self.frame.inline_library(method, [base, position], span)
         position = self.frame.name_it(widen(position, IVEC2, span, "the position of texel()"), span)
         x, y = (ir.Swizzle(INT, position, (i,), span) for i in (0, 1))
         return ir.Texel(VEC4, base.name, x, y, False, span)
@@ -402,6 +405,10 @@ class Expressions:
             if len(arguments) != 3:
                 fail(span, "select() takes a condition, the value where it holds and the value elsewhere")
             return select(arguments, span, self.frame.name_it)
+        if name in DERIVATIVES:
+            if len(arguments) != 1:
+                fail(span, f"{name}() takes 1 argument, got {len(arguments)}")
+            return derivative(name, DERIVATIVES[name], arguments[0], self.frame.builder, span)
         if name == "clamp":
             check_clamp(arguments, span)
         if name == "mix" and len(arguments) == 3 and of_bools(arguments[2]):

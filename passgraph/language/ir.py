@@ -7,10 +7,10 @@ into the scalar program that the other backends print.  Spans never take part in
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field, fields
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, TypeAlias, get_args
 from typing import Literal as OneOf
-from typing import TypeAlias, get_args
 
 from passgraph.language.source import NOWHERE, Span
 from passgraph.language.types import Array, Scalar, Type, Value, image_names
@@ -151,6 +151,26 @@ class Size:
 Expr: TypeAlias = (
     Literal | Table | Uniform | Builtin | Local | Apply | Select | Swizzle | Construct | Index | Insert | Texel | Size
 )
+
+#: Class of an expression → its fields that hold an expression or several.
+_PARTS: dict[type[Any], tuple[str, ...]] = {
+    cls: tuple(f.name for f in fields(cls) if f.type in ("Expr", "tuple[Expr, ...]")) for cls in get_args(Expr)
+}
+
+
+def parts_of(expression: Expr) -> tuple[Expr, ...]:
+    """The expressions that an expression is made of."""
+    held = (getattr(expression, name) for name in _PARTS[type(expression)])
+    return tuple(part for value in held for part in (value if isinstance(value, tuple) else (value,)))
+
+
+def with_parts(expression: Expr, change: Callable[[Expr], Expr]) -> Expr:
+    """The same expression of changed parts; itself where it has none."""
+    made: dict[str, Any] = {}
+    for name in _PARTS[type(expression)]:
+        held = getattr(expression, name)
+        made[name] = tuple(change(part) for part in held) if isinstance(held, tuple) else change(held)
+    return replace(expression, **made) if made else expression
 
 
 @dataclass(frozen=True, slots=True)

@@ -33,6 +33,11 @@ def sample(image: Image, position: vec2) -> vec4:
     bottom = mix(image.texel(corner + ivec2(0, 1)), image.texel(corner + ivec2(1, 1)), f.x)
     return mix(top, bottom, f.y)
 
+def lod(image: Image, position: vec2) -> float:
+    """How often a picture is halved until a texel is as long as what a pixel sees of it, along the longer side."""
+    texels = position * vec2(image.size)
+    return log2(max(length(dfdx(texels)), length(dfdy(texels))))
+
 def texel_upward(image: Image, position: ivec2) -> vec4:
     """A texel whose row is counted from the bottom up, as OpenGL does."""
     return image.texel(ivec2(position.x, image.size.y - 1 - position.y))

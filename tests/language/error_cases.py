@@ -38,7 +38,7 @@ BODIES: list[tuple[str, str]] = [
     ("return x if «v» else x", "a condition must be bool, got vec3; use any(...) or all(...)"),
     ("return x if «n» else x", "compare it with something"),
     ("return «x.y»", "float has no attribute 'y'"),
-    ("return «c.width»", "an Image has [dx, dy], .texel(ivec2), .sample(vec2) and .size, not .width"),
+    ("return «c.width»", "an Image has [dx, dy], .texel(ivec2), .sample(vec2), .lod(vec2) and .size, not .width"),
     ("t = (x, x)\n    return «t.x»", "a tuple has no attributes; unpack it first"),
     ("return «v.w»", "vec3 has no component 'w'"),
     ("return «v.q1»", "swizzles use xyzw, rgba or stpq"),
@@ -89,6 +89,11 @@ BODIES: list[tuple[str, str]] = [
     ("return f(«*v»)", "the kernel language has no * arguments"),
     ("return f(**«v»)", "no ** arguments"),
     ("return float(«len(x)»)", "len() takes one array or vector"),
+    ("return «dfdx()»", "dfdx() takes 1 argument, got 0"),
+    ("return «fwidth(x, x)»", "fwidth() takes 1 argument, got 2"),
+    ("return float(«dfdx(x > 0.5)»)", "dfdx() takes a float or a float vector, got bool"),
+    ("return «dfdy([x, x])»[0]", "dfdy() takes a float or a float vector, got Array[float, 2]"),
+    ("return «fwidth(m)»[0].x", "fwidth() takes a float or a float vector, got mat3"),
     ("return «select(True, x)»", "select() takes a condition"),
     ("return «select(True, [x], [x])»[0]", "select() takes scalars, vectors and matrices"),
     ("return «select(x, x, x)»", "select() takes bool or a bvec first, got float"),
@@ -350,6 +355,16 @@ STAGES: list[tuple[Callable[..., Any], str, str]] = [
         "a function that calls discard() is called where Python may leave it out",
     ),
     (
+        fragment,
+        VARYING + "def k(p: P, c: Image) -> float: return «c.lod(p.normal.xy)»",
+        "image.lod() takes derivatives, which a fragment kernel has not",
+    ),
+    (
+        fragment,
+        VARYING + "def k(p: P) -> float: return «dfdx(p.normal.x)»",
+        "dfdx() exists in pixel kernels, not in a fragment kernel",
+    ),
+    (
         vertex,
         VARYING + "def k(v: Vertex) -> P:\n    «discard()»\n    return P(vec4(1.0), v.normal)",
         "not in a vertex kernel",
@@ -533,12 +548,25 @@ def grown(levels: int, first: str) -> str:
     return "\n".join([*lines, f"def k(c: Image) -> float: return f{levels}(c[0, 0].x)"])
 
 
+def nested_derivatives(levels: int, lines: int) -> str:
+    """Each is of the one inside of the branch before it, beside lines that feed none."""
+    head = [f"{'    ' * (n + 1)}if v.x > {n}.0:" for n in range(levels)]
+    inner = ["    " * (levels + 1) + "u += 1.0"] * lines
+    tail = [f"{'    ' * (n + 1)}v += fwidth(v)" for n in range(levels, -1, -1)]
+    return "\n".join(["def k(c: Image) -> vec4:", "    v, u = c[0, 0], 0.0", *head, *inner, *tail, "    return v + u"])
+
+
 def compiled(text: str, **facts: Any) -> Any:
     return lower(kernel(source=text, name="k").program, Facts(**facts))
 
 
 CALLS += [
     (lambda: compiled(grown(30, "x")), "the kernel grows past 20000 statements once its functions are inlined"),
+    (lambda: compiled(nested_derivatives(12, 1)), "the kernel grows past 20000 statements"),
+    (
+        lambda: compiled(nested_derivatives(6, 2000)),
+        "the kernel takes more than 1000000 steps to compute its derivatives",
+    ),
     (lambda: compiled(grown(10, "*".join(["x"] * 150))), "the kernel grows past 60000 expressions"),
     (
         lambda: compiled(

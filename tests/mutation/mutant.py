@@ -23,7 +23,9 @@ SHARED_WITH_ORACLE = (
     "passgraph/run/execution.py",
     "passgraph/language/composites.py",
     "passgraph/language/expand.py",
+    "passgraph/language/feeding.py",
     "passgraph/language/layout.py",
+    "passgraph/language/quads.py",
     "passgraph/language/variables.py",
 )
 #: A mutant that runs longer hangs, which counts as caught.

@@ -12,6 +12,7 @@ from passgraph.language.types import BOOL, FLOAT, INT, Array, Matrix, Scalar, Ve
 from passgraph.language.typing_rules import apply, widen
 from passgraph.language.values import Part, index_into, select
 from passgraph.shaders.glsl import syntax as g
+from passgraph.shaders.glsl.derivatives import DERIVATIVES
 from passgraph.shaders.glsl.images import READS
 from passgraph.shaders.glsl.operators import plain
 from passgraph.shaders.glsl.parse import Parser
@@ -135,4 +136,5 @@ BUILTINS: dict[str, Native] = {
     "floatBitsToInt": partial(_bits, "bits_from_float"),
     "intBitsToFloat": partial(_bits, "float_from_bits"),
     **READS,
+    **DERIVATIVES,
 }

@@ -102,7 +102,7 @@ def _missing(name: str, unit: Unit, parts: list[Part], span: Span) -> Part:
     fail(span, f"{name}() is not read here")
 
 
-_MISSING = ("textureGather", "textureGrad", "texture2DGradEXT", "dFdx", "dFdy", "fwidth")
+_MISSING = ("textureGather", "textureGrad", "texture2DGradEXT")
 READS: dict[str, Native] = {
     **dict.fromkeys(("texture", "texture2D"), _texture),
     **dict.fromkeys(("textureLod", "texture2DLod", "texture2DLodEXT"), partial(_texture, last="level")),

@@ -130,8 +130,7 @@ def _program(
         results = _kept(unit, results, main.span)
     uniforms = _parameters(unit, defaults)
     parameters = tuple(ir.Parameter(u.name, u.type, False, u.default, u.has_default, u.span) for u in uniforms)
-    statements = tuple(unit.builder.blocks[0])
-    return ir.TypedKernel(name, "pixel", parameters, statements, tuple(results), None, main.span), uniforms
+    return ir.TypedKernel(name, "pixel", parameters, unit.builder.body(), tuple(results), None, main.span), uniforms
 
 
 def _declared(tree: list[g.Outer], body: Body) -> list[tuple[str, Slot]]:

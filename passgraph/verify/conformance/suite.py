@@ -19,6 +19,7 @@ GROUPS = {
     "operations": "passgraph.verify.conformance.operations",
     "language": "passgraph.verify.conformance.language",
     "composites": "passgraph.verify.conformance.composites",
+    "derivatives": "passgraph.verify.conformance.derivatives",
     "pictures": "passgraph.verify.conformance.pictures",
     "draw states": "passgraph.verify.conformance.draw_states",
     "draws": "passgraph.verify.conformance.draws",
