@@ -16,6 +16,8 @@ from passgraph.language.source import NOWHERE, Span
 from passgraph.language.types import Array, Scalar, Type, Value, image_names
 
 Number: TypeAlias = bool | int | float
+#: After an image's name: the picture of its smaller levels, see :mod:`passgraph.plan.mipmaps`.
+MIPS = ".mips"
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,6 +142,29 @@ class Texel:
 
 
 @dataclass(frozen=True, slots=True)
+class Filtered:
+    """``value``, or what a device's own filter makes of the image at a position: within ``slack`` of it."""
+
+    type: Value
+    image: str
+    x: Expr
+    y: Expr
+    value: Expr
+    slack: Expr
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Property:
+    """What the graph's handle says of an image, see :data:`.facts.PROPERTIES`: known when the graph is compiled."""
+
+    type: Value
+    image: str
+    name: str
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
 class Size:
     """Width and height of an image, as ivec2."""
 
@@ -149,7 +174,21 @@ class Size:
 
 
 Expr: TypeAlias = (
-    Literal | Table | Uniform | Builtin | Local | Apply | Select | Swizzle | Construct | Index | Insert | Texel | Size
+    Literal
+    | Table
+    | Uniform
+    | Builtin
+    | Local
+    | Apply
+    | Select
+    | Swizzle
+    | Construct
+    | Index
+    | Insert
+    | Texel
+    | Filtered
+    | Property
+    | Size
 )
 
 #: Class of an expression → its fields that hold an expression or several.
@@ -265,6 +304,11 @@ class TypedKernel:
     def images(self) -> tuple[str, ...]:
         """Names of all images that it may read: parameters, and those in fields and entries of parameters."""
         return tuple(name for p in self.parameters for name in image_names(p.type, p.name))
+
+    @property
+    def pictures(self) -> tuple[str, ...]:
+        """Its images, and what their smaller levels are called."""
+        return (*self.images, *(name + MIPS for name in self.images))
 
 
 def expressions(*roots: Stmt | Expr) -> Iterator[Expr]:

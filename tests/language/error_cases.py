@@ -38,7 +38,7 @@ BODIES: list[tuple[str, str]] = [
     ("return x if «v» else x", "a condition must be bool, got vec3; use any(...) or all(...)"),
     ("return x if «n» else x", "compare it with something"),
     ("return «x.y»", "float has no attribute 'y'"),
-    ("return «c.width»", "an Image has [dx, dy], .texel(ivec2), .sample(vec2), .lod(vec2) and .size, not .width"),
+    ("return «c.width»", "an Image has .size, .levels and .slices, and is read by image[dx, dy], image.texel(ivec2), "),
     ("t = (x, x)\n    return «t.x»", "a tuple has no attributes; unpack it first"),
     ("return «v.w»", "vec3 has no component 'w'"),
     ("return «v.q1»", "swizzles use xyzw, rgba or stpq"),
@@ -81,8 +81,16 @@ BODIES: list[tuple[str, str]] = [
     ("return «sin(x)(x)»", "only named functions can be called"),
     ("return «v.dot(v)»", "values have no methods; got .dot()"),
     ("return «sin(x=x)»", "sin takes no keyword arguments"),
-    ("return «c.sample()».x", "an Image is read by"),
-    ("return «c.fetch(v)».x", "an Image is read by"),
+    ("return «c.sample()».x", "an Image is read by .sample(position: vec2, lod: float); lod may be left out"),
+    ("return «c.sample(v.xy, 1, 2)».x", "an Image is read by .sample(position: vec2, lod: float)"),
+    ("return «c.sample(v.xy, position=v.xy)».x", "an Image is read by .sample(position: vec2, lod: float)"),
+    ("return «c.nearest(v.xy, lod=1)».x", "an Image is read by .nearest(position: vec2)"),
+    ("return «c._filtered(v.xy, c[0, 0], c[0, 0])».x", "image.size_of(int); it has no ._filtered()"),
+    ("return «c.gather(v.xy)».x", "an Image is read by .gather(position: vec2, channel: int)"),
+    ("return «c.gather(v.xy, 0.5)».x", "the channel of gather() must be int, got float"),
+    ("return «c.sample3(v.xy)».x", "the position of sample3() must be vec3, got vec2"),
+    ("return «c.texel(v.xy, **n)».x", "the kernel language has no ** arguments"),
+    ("return «c.fetch(v)».x", "image.sample3(vec3), image.size_of(int); it has no .fetch()"),
     ("return float(«range(3)»)", "range() belongs in a for statement"),
     ("return «discard()»", "discard() is a statement"),
     ("return sin(«*v»)", "no * arguments"),
@@ -561,6 +569,8 @@ def compiled(text: str, **facts: Any) -> Any:
 
 
 CALLS += [
+    (lambda: Input("c").filter("cubic"), "there is no filter 'cubic'; the filters are linear, nearest"),
+    (lambda: Input("c").mipmaps().slices(3), "a volume has no smaller levels; leave out one of the two"),
     (lambda: compiled(grown(30, "x")), "the kernel grows past 20000 statements once its functions are inlined"),
     (lambda: compiled(nested_derivatives(12, 1)), "the kernel grows past 20000 statements"),
     (

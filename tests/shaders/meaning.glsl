@@ -400,3 +400,43 @@ o = vec4(0x1F, 017, 0xFFFFFFFF, 1e2);
 //// shifts and bits
 // main
 o = vec4(n << 2, -8 >> 1, (n | 4) & 6, ~n ^ 5);
+
+//// words that became qualifiers later are names
+float patch(vec2 shared) {
+    return shared.x;
+}
+// main
+vec2 sample = p;
+sample.x += 1.0;
+float precise = patch(sample), buffer;
+buffer = precise * 2.0;
+o = vec4(sample, buffer, 0);
+
+//// conditions that count
+// main
+int i = 0, s = 0;
+while (i++ < 4)
+    s += i * 10;
+int j = 3;
+do {
+    s += j;
+} while (--j > 0);
+int k = 5;
+for (; k-- > n; )
+    s += 100;
+o = vec4(s, i, j, k);
+
+//// loops of two counters
+// main
+float s = 0.0;
+for (int i = 0, j = 10; i < j; i++, j -= 2)
+    s += float(i * j);
+o = vec4(s);
+
+//// loops of data within one another
+// main
+int s = 0;
+for (int i = 0; i <= n + 20; i++)
+    for (int j = i; j >= 0; j -= n + 1)
+        s += j;
+o = vec4(s);

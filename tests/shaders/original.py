@@ -15,6 +15,7 @@ Picture = NDArray[np.float32]
 _QUAD = "#version 330\nin vec2 corner; void main() { gl_Position = vec4(corner, 0.0, 1.0); }"
 #: What GLSL 3.30 calls otherwise, and the two values that preludes may use here.
 _HEAD = """#version 330
+#extension GL_ARB_texture_gather : enable
 #define texture2D texture
 #define gl_FragColor shown_color
 out vec4 shown_color;

@@ -96,6 +96,16 @@ def test_preludes_declare_what_a_container_has() -> None:
     np.testing.assert_allclose(run(shader, (3, 2), {"from": frame}), frame * 3 + 12.5, atol=1e-5)
 
 
+def test_a_prelude_may_compute_inputs() -> None:
+    shader = parse(
+        "in vec2 left[2]; void main() { gl_FragColor = vec4(left[0], left[1]); }",
+        prelude="vec2 left[2]; void before() { left[0] = pg_position - 1.0; left[1] = pg_position; }",
+        postlude="void both() { before(); main(); }",
+        entry="both",
+    )
+    assert run(shader, (1, 1), {})[0, 0].tolist() == [-0.5, -0.5, 0.5, 0.5]
+
+
 def test_natives_compute_on_typed_values() -> None:
     shader = parse(
         "void main() { gl_FragColor = vec4(double_it(1.5)); }",
@@ -122,6 +132,8 @@ def test_outputs_of_old_shaders_are_numbered() -> None:
         ("uniform int n; void main() {\nfor (int i = 0; i < n; i++) gl_FragColor += 1.0; }", 2, "1024 trips at most"),
         ("float f()\n{ if (true) return 1.; }\nvoid main() { gl_FragColor = vec4(f()); }", 2, "may end without"),
         ("uniform sampler2D t; void main() {\ngl_FragColor = texture2D(t, vec2(0), 1.0); }", 2, "one level"),
+        ("\nprecision mediump float; void main() { gl_FragColor = vec4(1); }", 2, "32 bits here"),
+        ("void main() {\ngl_FragColor = vec4(fract(sin(gl_FragCoord.x) * 43758.5)); }", 2, "noise amplifies"),
     ],
 )  # fmt: skip
 def test_reliances_are_noted(text: str, line: int, told: str) -> None:

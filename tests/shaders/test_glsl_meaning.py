@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from agreement_glsl import both, picture, run
 from original import Original, original
+from random_glsl import random_shader
 
 from passgraph.shaders.glsl import parse
 
@@ -55,7 +56,8 @@ SAMPLERS = "uniform sampler2D t; "
         "textureProj(t, vec3(p, 9.0)) + textureProj(t, vec4(p, 1.0, 8.0))",
         "textureLod(t, p.yx / 8.0, 0.0)",
         "textureOffset(t, p / vec2(5, 4), ivec2(1, -1)) + texelFetchOffset(t, ivec2(1), 0, ivec2(1, 0))",
-        "texture(t, p / vec2(5, 4), 0.0)",
+        "texture(t, p / vec2(5, 4), 0.0) + textureGrad(t, p / vec2(8, 5), vec2(0), vec2(0))",
+        "textureGather(t, p / vec2(6, 5)) - textureGather(t, p.yx / 5.0)",
     ],
 )
 def test_pictures_look_upright_to_a_shader(gl: Original, read: str) -> None:
@@ -113,4 +115,17 @@ def test_pixels_that_are_discarded_are_zero(gl: Original) -> None:
     text = "bool far(float x) { if (x > 3.0) discard; return x > 2.0; }"
     text += "void main() { if (far(gl_FragCoord.x) || gl_FragCoord.y < 1.0) discard; gl_FragColor = vec4(1); }"
     ours, theirs = both(gl, text)
+    np.testing.assert_array_equal(ours, theirs)
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_shaders_made_by_chance_mean_what_they_mean_to_opengl(gl: Original, seed: int) -> None:
+    ours, theirs = both(gl, random_shader(seed), (2, 2))
+    np.testing.assert_array_equal(ours, theirs)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(100, 200))
+def test_more_shaders_made_by_chance_mean_what_they_mean_to_opengl(gl: Original, seed: int) -> None:
+    ours, theirs = both(gl, random_shader(seed), (3, 2))
     np.testing.assert_array_equal(ours, theirs)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from passgraph.language import ir
 from passgraph.language.frame import MAX_CALL_DEPTH
 from passgraph.language.signature import checked_struct
@@ -10,12 +12,13 @@ from passgraph.language.types import BOOL, INT, ImageType, Struct, Type
 from passgraph.language.values import ImageValue, Part, coerce
 from passgraph.language.variables import Variable, new_variable, read_variable, zero_of
 from passgraph.shaders.glsl import syntax as g
+from passgraph.shaders.glsl.builtins import overloads
 from passgraph.shaders.glsl.expressions import Expressions
 from passgraph.shaders.glsl.folding import constant, folded
 from passgraph.shaders.glsl.places import Place, read_place, write_place
 from passgraph.shaders.glsl.statements import Statements
 from passgraph.shaders.glsl.unit import Binding, Known, Slot, Unit, holds_pictures
-from passgraph.shaders.glsl.walk import assigned_names
+from passgraph.shaders.glsl.walk import assigned_names, leaves_function
 
 #: What ``gl_FragData`` has room for.
 _MAX_OUTPUTS = 8
@@ -151,7 +154,7 @@ class Body:
         void = function.result.name == "void" and not function.result.lengths
         inner = Body(self.unit, function.name, None if void else self.type_of(function.result, function.result.span))
         inner.scopes = [{}]
-        written = assigned_names(function.body, self.unit.functions)
+        written = assigned_names(function.body, partial(overloads, self.unit))
         for parameter, argument in zip(function.parameters, arguments, strict=True):
             inner.take(parameter, argument, span, fixed=parameter.name not in written)
         part = inner.run(function.body, span)
@@ -185,8 +188,22 @@ class Body:
         self.builder.store(slot.variable, part, span, what)
         self.bind(parameter.name, slot)
 
+    def _value_at_end(self, block: g.Block) -> Part:
+        """The value of a function whose only return is its last statement."""
+        last = block.statements[-1]
+        assert isinstance(last, g.Return)
+        assert last.value is not None
+        assert self.result_type is not None
+        self.scopes.append({})
+        self.statements.run(block.statements[:-1])
+        part = coerce(self.expressions.part(last.value), self.result_type, last.span, f"the result of {self.name}")
+        # Named where it is computed: what it is made of may change before it is used.
+        return self.builder.name_part(part, last.span, keep_locals=False)
+
     def run(self, block: g.Block, span: Span) -> Part | None:
         """The statements of a function, and its value."""
+        if self.result is not None and _ends_once(block):
+            return self._value_at_end(block)
         self.builder.emit(ir.Assign(self.returned, ir.Literal(BOOL, False, span), span))
         if self.result is not None:
             self.clear(self.result, span)
@@ -198,3 +215,11 @@ class Body:
                 block.span, f"{self.name} may end without a value; it is 0 then, and drivers may give anything"
             )
         return read_variable(self.result, span)
+
+
+def _ends_once(block: g.Block) -> bool:
+    """Whether a function's only exit is a value at its end."""
+    if not block.statements:
+        return False
+    *before, last = block.statements
+    return isinstance(last, g.Return) and last.value is not None and not any(map(leaves_function, before))

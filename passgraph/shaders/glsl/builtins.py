@@ -50,6 +50,12 @@ genType atanh(genType x) { return 0.5 * log((1.0 + x) / (1.0 - x)); }
 _SCALAR = """
 float reflect(float I, float N) { return I - 2.0 * N * I * N; }
 float faceforward(float N, float I, float R) { return R * I < 0.0 ? N : -N; }
+vec4 textureGather(sampler2D s, vec2 P, int c) {
+    ivec2 at = ivec2(floor(P * vec2(textureSize(s, 0)) - 0.5));
+    return vec4(texelFetchOffset(s, at, 0, ivec2(0, 1))[c], texelFetchOffset(s, at, 0, ivec2(1, 1))[c],
+                texelFetchOffset(s, at, 0, ivec2(1, 0))[c], texelFetch(s, at, 0)[c]);
+}
+vec4 textureGather(sampler2D s, vec2 P) { return textureGather(s, P, 0); }
 """
 
 
@@ -67,6 +73,12 @@ def _prelude() -> dict[str, tuple[g.Function, ...]]:
 def prelude_functions(name: str) -> tuple[g.Function, ...]:
     """Overloads of a function that is written in GLSL."""
     return _prelude().get(name, ())
+
+
+def overloads(unit: Unit, name: str) -> tuple[g.Function, ...]:
+    """Functions of a name that are written in GLSL: the shader's own, and those that stand for built-in ones."""
+    own = tuple(unit.functions.get(name, ()))
+    return own if name in unit.natives or name in BUILTINS else (*prelude_functions(name), *own)
 
 
 def _row(name: str, unit: Unit, parts: list[Part], span: Span) -> Part:

@@ -1,4 +1,4 @@
-"""Derivatives: rows count from the bottom up here, so that what grows along y has the other sign."""
+"""Derivatives: where rows count from the bottom up, what grows along y has the other sign."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def _grown(name: str, axes: str, unit: Unit, parts: list[Part], span: Span) -> P
         fail(span, f"{name}() takes 1 argument, got {len(parts)}")
     value = plain(parts[0], span, f"the argument of {name}()")
     made = derivative(name, axes, value, unit.builder, span)
-    return apply("neg", [made], span) if axes == "y" else made
+    return apply("neg", [made], span) if axes == "y" and unit.rows_up else made
 
 
 #: Drivers may give coarse ones for those without an ending; here all are fine.

@@ -58,8 +58,8 @@ class Preprocessor:
         self._files: list[Path] = []
         self._once: set[Path] = set()
         self._count = 0
-        for name, value in (("GL_FRAGMENT_PRECISION_HIGH", "1"), ("GL_core_profile", "1")):
-            self.define(name, value)
+        self.define("GL_FRAGMENT_PRECISION_HIGH")
+        self.define("__VERSION__", "110")  # what a shader without #version is
 
     def define(self, name: str, value: str = "1") -> None:
         """A macro from outside, as text."""

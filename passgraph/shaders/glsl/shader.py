@@ -69,6 +69,7 @@ def parse(
     defaults: Mapping[str, object] | None = None,
     natives: Mapping[str, Native] | None = None,
     values: Mapping[str, NativeValue] | None = None,
+    rows_up: bool = True,
 ) -> Shader:
     """The kernel that a fragment shader is.
 
@@ -84,6 +85,7 @@ def parse(
     folder : where ``#include`` may read
     defaults : values of uniforms that the text gives none
     natives, values : functions and values of a container, as typed expressions
+    rows_up : whether the shader counts rows of pictures from the bottom, as OpenGL does; else from the top
 
     Raises
     ------
@@ -96,15 +98,17 @@ def parse(
     >>> [f"{p.name}: {p.type}" for p in shader.program.parameters]
     ['t: Image']
     """
-    unit = Unit(dict(natives or {}), {**STAGE, **(values or {})})
+    unit = Unit(dict(natives or {}), {**STAGE, **(values or {})}, rows_up)
     pieces = [(prelude, PRELUDE), (text, file), (postlude, POSTLUDE)]
     try:
         tokens, reader = preprocessed(pieces, defines or {}, None if folder is None else Path(folder))
+        for token in [t for t in tokens if t.text in ("lowp", "mediump")][:1]:
+            unit.note(token.span, f"{token.text} has 32 bits here, and fewer on some devices")
         program, uniforms = _program(Parser(tokens, file).shader(), unit, name, entry, file, defaults or {})
     except RecursionError:
         raise KernelError(f"{file}: the shader nests too deeply") from None
     if not natives and not values:
-        said = repr((pieces, name, entry, sorted((defines or {}).items()), sorted(reader.included.items())))
+        said = repr((pieces, name, entry, rows_up, sorted((defines or {}).items()), sorted(reader.included.items())))
         own = disk_cache.text_digest(Path(__file__).parent)
         program = replace(program, digest=hashlib.sha256(f"{own}{said}".encode(errors="surrogatepass")).hexdigest())
     notes = tuple(sorted(unit.notes.values(), key=lambda note: (note.span.file, note.span.line)))
@@ -140,6 +144,9 @@ def _declared(tree: list[g.Outer], body: Body) -> list[tuple[str, Slot]]:
         slot = body.new_slot(name, VEC4, written=True)
         body.clear(slot.variable, Span("", 0, 0, 0))
         body.bind(name, slot)
+    depth = body.new_slot("gl_FragDepth", FLOAT, written=True)
+    body.clear(depth.variable, Span("", 0, 0, 0))
+    body.bind("gl_FragDepth", depth)  # written to nobody: a pass over a picture has no depth
     for node in tree:
         if isinstance(node, g.Struct):
             body.declare_struct(node)
@@ -170,7 +177,7 @@ def _results(body: Body, value: Part | None, outputs: list[tuple[str, Slot]], sp
         given = outputs or [
             (name, slot)
             for name, slot in unit.names.items()
-            if name.startswith("gl_Frag") and name in unit.used and isinstance(slot, Slot)
+            if name.startswith(("gl_FragColor", "gl_FragData")) and name in unit.used and isinstance(slot, Slot)
         ]
         if not given:
             fail(span, "the shader writes nothing: gl_FragColor, or a variable declared out vec4 name")

@@ -41,11 +41,12 @@ class Statements:
     def block(self, nodes: Sequence[g.Statement]) -> bool:
         """Statements with names of their own; true when every path through them leaves the function."""
         self.body.scopes.append({})
-        done = self._run(nodes)
+        done = self.run(nodes)
         self.body.scopes.pop()
         return done
 
-    def _run(self, nodes: Sequence[g.Statement]) -> bool:
+    def run(self, nodes: Sequence[g.Statement]) -> bool:
+        """Statements among the names that are there; true when every path through them leaves the function."""
         for position, node in enumerate(nodes, 1):
             if isinstance(node, g.If):
                 done, went_on = self._if(node, nodes[position:])
@@ -95,7 +96,7 @@ class Statements:
         with unit.captured(span) as orelse:
             # The rest goes on with the names of this block.
             otherwise = [] if node.orelse is None else [node.orelse]
-            else_done = self._run(rest) if takes_rest else self.block(otherwise)
+            else_done = self.run(rest) if takes_rest else self.block(otherwise)
         self.body.builder.emit(ir.If(condition, tuple(then), tuple(orelse), span))
         return then_done and else_done, takes_rest
 
@@ -104,7 +105,7 @@ class Statements:
         if not rest:
             return False
         with self.body.unit.captured(span) as block:
-            done = self._run(rest)
+            done = self.run(rest)
         here = apply("logical_not", [ir.Local(BOOL, self.body.returned, span)], span)
         self.body.builder.emit(ir.If(here, tuple(block), (), span))
         return done
@@ -197,7 +198,7 @@ class Statements:
                 begins = self._otherwise(fits, span) if fit is None else fit
                 builder.emit(ir.Assign(runs.name, apply("logical_or", [runs, begins], case.span), case.span))
                 with unit.captured(case.span) as group:
-                    self._run(case.statements)
+                    self.run(case.statements)
                 builder.emit(ir.If(runs, tuple(group), (), case.span))
         self.body.scopes.pop()
         self.around.pop()

@@ -13,7 +13,7 @@ from passgraph.language.values import COMPOSITE, Part, StructValue, coerce
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.folding import constant
 from passgraph.shaders.glsl.images import position
-from passgraph.shaders.glsl.unit import Known, Uniform, holds_pictures
+from passgraph.shaders.glsl.unit import Known, Slot, Uniform, holds_pictures
 
 if TYPE_CHECKING:
     from passgraph.shaders.glsl.body import Body
@@ -40,6 +40,7 @@ def declare_interface(body: Body, node: g.Interface) -> None:
             _declare(body, uniform)
         return
     struct = Struct(node.name, tuple((u.name, u.type) for u in uniforms))
+    body.unit.used.update(u.name for u in uniforms)
     body.unit.uniforms += [u for u in uniforms if u.name not in {known.name for known in body.unit.uniforms}]
     parts = {u.name: parameter_value(u.type, u.name, False, u.span) for u in uniforms}
     body.bind(node.instance, Known(StructValue(struct, parts), "a block of uniforms"))
@@ -69,10 +70,12 @@ def _host(part: Part, span: Span) -> object:
 
 
 def declare_inputs(body: Body, node: g.Declaration) -> None:
-    """Inputs from the vertex stage: by name from the container, else a vec2 is where the pixel lies in the picture."""
+    """Inputs from the vertex stage: a container's by name, else a vec2 is where the pixel lies in the picture."""
     for variable in node.variables:
         name, span, unit = variable.name, variable.span, body.unit
         type_ = body.type_of(variable.type, variable.type.span)
+        if isinstance(unit.names.get(name), Slot):
+            continue  # a variable of a container's prelude, which writes it
         if name in unit.values:
             part = coerce(unit.values[name](unit, span), type_, span, name)
             body.bind(name, Known(part, "an input"))

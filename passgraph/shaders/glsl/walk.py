@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Sequence
 
 from passgraph.shaders.glsl import syntax as g
 
@@ -24,17 +24,15 @@ def leaves_function(node: g.Statement) -> bool:
     return any(isinstance(n, g.Return) or (isinstance(n, g.Jump) and n.kind == "discard") for n in walked(node))
 
 
-def assigned_names(node: object, functions: Mapping[str, list[g.Function]]) -> frozenset[str]:
-    """Names that a part of the tree may assign to, whatever they stand for there."""
+def assigned_names(node: object, overloads: Callable[[str], Sequence[g.Function]]) -> frozenset[str]:
+    """Names that a part of the tree may assign to, whatever they stand for; calls may where parameters are out."""
     found: set[str] = set()
     for one in walked(node):
         targets: list[g.Expr] = []
         if isinstance(one, (g.Assignment, g.Step)):
             targets = [one.target]
         elif isinstance(one, g.Call):
-            # modf and its like write to their last argument.
-            targets = [] if one.name in functions else list(one.arguments[1:])
-            for function in functions.get(one.name, []):
+            for function in overloads(one.name):
                 pairs = zip(one.arguments, function.parameters, strict=False)
                 targets += [argument for argument, parameter in pairs if parameter.passed != "in"]
         for target in targets:

@@ -77,17 +77,23 @@ def load(path: Path) -> dict[str, Any]:
 
 # Kernels
 
+#: Of the volume that kernels read.
+SLICES = 4
+
 
 def pictures_of(case: Case) -> dict[str, Picture]:
-    """The inputs of a kernel: ``c`` as large as the target, ``d`` of another size."""
+    """The inputs of a kernel: ``c`` as large as the target, ``d`` of another size, ``e`` a volume."""
     seed, special, side = case["seed"], case["special"], case.get("side", SIDE)
-    return {"c": values(seed, (side, side), special), "d": values(seed + 100, (37, 21), special)}
+    volume = values(seed + 200, (5, 3 * SLICES), special)
+    return {"c": values(seed, (side, side), special), "d": values(seed + 100, (37, 21), special), "e": volume}
 
 
 def output_of(case: Case, text: str) -> Target:
     """The pass of a kernel case, with ``text`` for its kernel."""
     made = kernel(source=text, name="k")
-    inputs = {name: Input(name).border(case["border"]) for name in ("c", "d")}
+    # Cases that were kept before there were filters say nothing of them.
+    read = {name: Input(name).border(case["border"]).filter(case.get("filter", "linear")) for name in ("c", "d", "e")}
+    inputs = {"c": read["c"], "d": read["d"].mipmaps(), "e": read["e"].slices(SLICES)}
     given: dict[str, Any] = {}
     for parameter in made.parameters:
         value = PARAMETERS[parameter.name][1]

@@ -358,7 +358,9 @@ class Expressions:
         return self.fit(text, (-math.inf, math.inf), wanted)
 
     def _read(self, d: int) -> str:
-        form = self.pick("near", "texel", "far", "sample", "indexed", "chosen")
+        form = self.pick(
+            "near", "texel", "far", "sample", "indexed", "chosen", "nearest", "gather", "level", "lod", "volume"
+        )
         if form == "near":
             return f"c[{self.draw(st.integers(-3, 3))}, {self.draw(st.integers(-3, 3))}]"
         if form == "chosen":
@@ -369,7 +371,14 @@ class Expressions:
             return f"d.texel(pixel() - {self.of('ivec2', min(d, 1))})"
         if form == "far":
             return f"d.texel({self.of('ivec2', d)})"
-        return f"d.sample(uv() * {self.number(-2, 2)} + {self.of('vec2', min(d, 2), UNIT)})"
+        if form == "level":
+            return f"d.texel({self.of('ivec2', min(d, 1))}, {self.of('int', min(d, 1))})"
+        place = f"uv() * {self.number(-2, 2)} + {self.of('vec2', min(d, 2), UNIT)}"
+        if form == "volume":
+            return f"e.sample3(vec3({place}, {self.of('float', min(d, 1), UNIT)}))"
+        more = {"gather": f", {self.draw(st.integers(0, 3))}", "lod": f", {self.of('float', min(d, 1), (-1, 6))}"}
+        called = form if form in ("nearest", "gather") else "sample"
+        return f"d.{called}({place}{more.get(form, '')})"
 
     def _mat2(self, d: int) -> str:
         return f"mat2({self.of('vec2', d, (-1, 1))}, {self.of('vec2', d, (-1, 1))})"
