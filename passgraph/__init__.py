@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from passgraph.frames.run import frames
     from passgraph.frames.tiles import tiled
     from passgraph.frames.tiles_lazy import lazily_tiled
+    from passgraph.graph.reductions import histogram, reduce
     from passgraph.pictures import load, save
     from passgraph.scene import Camera, HardwareDepth, Light, Material, Mesh, Node, Scene, Texture
     from passgraph.shaders.load import load_shader
@@ -53,6 +54,7 @@ _LATER = {
     "load": "passgraph.pictures", "save": "passgraph.pictures",
     "load_shader": "passgraph.shaders.load",
     "tiled": "passgraph.frames.tiles", "lazily_tiled": "passgraph.frames.tiles_lazy",
+    "histogram": "passgraph.graph.reductions", "reduce": "passgraph.graph.reductions",
     "from_data": "passgraph.travel", "to_data": "passgraph.travel", "stacked": "passgraph.volumes",
     **dict.fromkeys(
         ("Camera", "HardwareDepth", "Light", "Material", "Mesh", "Node", "Scene", "Texture"), "passgraph.scene"
@@ -65,7 +67,7 @@ _MODULES = {"frames": "passgraph.frames", "gl": "passgraph.backends.gl", "opencl
 
 
 def __getattr__(name: str) -> Any:
-    """Pictures, scenes and graphs as data are loaded when first used, so that importing passgraph stays cheap."""
+    """What few programs need is loaded when first used, so that importing passgraph stays cheap."""
     if name in _LATER:
         from importlib import import_module
 
@@ -80,8 +82,8 @@ def __getattr__(name: str) -> Any:
 __all__ = [
     "FRAME_INDEX", "OUTPUT_SIZE", "BackendError", "Blend", "Camera", "Derived", "DeviceMissingError", "GraphError",
     "HardwareDepth", "Input", "InputError", "KernelError", "Light", "Material", "Mesh", "Node", "Options",
-    "PassgraphError", "Program", "Range", "Result", "Scene", "Stencil",
-    "Target", "TargetSpec", "Texture", "Value", "combine", "compile", "draw", "fragment", "frames", "from_data",
-    "function", "gl", "graph", "kernel", "lazily_tiled", "load", "load_shader", "opencl", "previous", "save", "stacked",
-    "struct", "target", "tiled", "to_data", "vertex",
+    "PassgraphError", "Program", "Range", "Result", "Scene", "Stencil", "Target", "TargetSpec", "Texture", "Value",
+    "combine", "compile", "draw", "fragment", "frames", "from_data", "function", "gl", "graph", "histogram", "kernel",
+    "lazily_tiled", "load", "load_shader", "opencl", "previous", "reduce", "save", "stacked", "struct", "target", "tiled",
+    "to_data", "vertex",
 ]  # fmt: skip

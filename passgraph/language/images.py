@@ -29,10 +29,10 @@ METHODS: dict[str, tuple[tuple[tuple[str, Value], ...], str, str | None]] = {
     "texel": ((("position", IVEC2), ("level", INT)), "texel", "texel_of"),
     "sample": ((_UV, ("lod", FLOAT)), "sample", "sample_between"),
     "nearest": ((_UV,), "nearest", None),
+    "lod": ((_UV,), "lod", None),
     "gather": ((_UV, ("channel", INT)), "gather", None),
     "sample3": ((("position", VEC3),), "sample3", None),
     "size_of": ((("level", INT),), "size_of", None),
-    "lod": ((_UV,), "lod", None),
     # Of the library alone.
     "_filtered": ((_UV, ("value", VEC4), ("slack", VEC4)), "_filtered", None),
 }
