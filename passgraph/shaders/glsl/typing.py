@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from passgraph.language.types import FLOAT, IMAGE, INT, ImageType, Scalar, Type, Vector, with_element
-from passgraph.language.values import ImageValue, Part, StructValue, TupleValue
+from passgraph.language.types import FLOAT, INT, ImageType, Scalar, Type, Vector, with_element
+from passgraph.language.values import ImageValue, Part, TupleValue, type_of
 
 
 def type_of_part(part: Part) -> Type | None:
-    if isinstance(part, StructValue):
-        return part.struct
-    if isinstance(part, ImageValue):
-        return IMAGE
-    return None if isinstance(part, TupleValue) else part.type
+    return None if isinstance(part, TupleValue) else type_of(part)
 
 
 def cost_of(part: Part, type_: Type, passed: str) -> int | None:
