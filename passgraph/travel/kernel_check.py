@@ -83,8 +83,6 @@ class Signature:
         self.uniforms: dict[str, tuple[Type, bool]] = {}
         stages = {name: type_ for name, (type_, stages) in STAGE_VALUES.items() if stage in stages and name != "uv"}
         self.builtins: dict[str, Type] = stages
-        if stage == "vertex" and self.images:
-            raise Unfit("without images, which vertex kernels do not read")
         for parameter in parameters:
             type_ = parameter.type
             if isinstance(type_, Struct) and handed_in(stage, type_):

@@ -108,8 +108,9 @@ class Sent:
     position: vec4
     shade: float
 
-def place(vertex: Vertex, shift: vec2) -> Sent:
-    return Sent(vec4(vertex.position.xy + shift, vertex.position.z, 1.0), vertex.uv.x)
+def place(vertex: Vertex, shift: vec2, picture: Image) -> Sent:
+    bent = shift * picture.sample(vertex.uv, 0.5).r + picture.texel(ivec2(1, 2)).g
+    return Sent(vec4(vertex.position.xy + bent, vertex.position.z, 1.0), vertex.uv.x)
 
 def paint(sent: Sent, picture: Image, tint: vec4) -> vec4:
     if sent.shade > 0.9:
