@@ -9,7 +9,7 @@ from passgraph.language.frame import MAX_CALL_DEPTH
 from passgraph.language.signature import checked_struct
 from passgraph.language.source import Span, fail
 from passgraph.language.types import BOOL, INT, ImageType, Struct, Type
-from passgraph.language.values import ImageValue, Part, coerce
+from passgraph.language.values import ImageValue, Part
 from passgraph.language.variables import Variable, new_variable, read_variable, zero_of
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.builtins import overloads
@@ -17,6 +17,7 @@ from passgraph.shaders.glsl.expressions import Expressions
 from passgraph.shaders.glsl.folding import constant, folded
 from passgraph.shaders.glsl.places import Place, read_place, write_place
 from passgraph.shaders.glsl.statements import Statements
+from passgraph.shaders.glsl.typing import fitted
 from passgraph.shaders.glsl.unit import Binding, Known, Slot, Unit, holds_pictures
 from passgraph.shaders.glsl.walk import assigned_names, leaves_function
 
@@ -115,7 +116,7 @@ class Body:
             span = variable.span
             part = None if variable.value is None else self.expressions.initial(variable.value, type_)
             if part is not None:
-                part = coerce(part, type_, span, variable.name)
+                part = fitted(part, type_, span, variable.name)
             if "const" in node.qualifiers:
                 if part is None:
                     fail(span, f"const {variable.name} needs a value")
@@ -171,7 +172,7 @@ class Body:
         type_ = self.type_of(parameter.type, parameter.type.span)
         what = f"{self.name}({parameter.name})"
         if isinstance(type_, ImageType):
-            self.bind(parameter.name, Known(coerce(argument, type_, span, what), "a sampler"))  # type: ignore[arg-type]
+            self.bind(parameter.name, Known(fitted(argument, type_, span, what), "a sampler"))  # type: ignore[arg-type]
             return
         if parameter.passed == "out":
             slot = self.new_slot(parameter.name, type_, written=False)
@@ -179,7 +180,7 @@ class Body:
             self.bind(parameter.name, slot)
             return
         part = read_place(self, argument) if isinstance(argument, Place) else argument
-        part = coerce(part, type_, span, what)
+        part = fitted(part, type_, span, what)
         if fixed and parameter.passed == "in":
             known = constant(part) if not isinstance(part, ImageValue) and isinstance(part, ir.Expr) else part
             self.bind(parameter.name, Known(self.builder.name_part(known, span, keep_locals=False), "a parameter"))
@@ -196,7 +197,7 @@ class Body:
         assert self.result_type is not None
         self.scopes.append({})
         self.statements.run(block.statements[:-1])
-        part = coerce(self.expressions.part(last.value), self.result_type, last.span, f"the result of {self.name}")
+        part = fitted(self.expressions.part(last.value), self.result_type, last.span, f"the result of {self.name}")
         # Named where it is computed: what it is made of may change before it is used.
         return self.builder.name_part(part, last.span, keep_locals=False)
 

@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 from passgraph.language import ir
 from passgraph.language.source import fail
-from passgraph.language.types import BOOL, FLOAT, INT, Array, Scalar, Struct, Type, Vector, element_of
+from passgraph.language.types import BOOL, FLOAT, INT, UINT, Array, Scalar, Struct, Type, Vector, element_of
 from passgraph.language.typing_rules import apply, unify, widen
-from passgraph.language.values import ImageValue, Part, StructValue, TupleValue, choose, coerce, part_type
+from passgraph.language.values import ImageValue, Part, StructValue, TupleValue, choose, part_type
 from passgraph.language.variables import new_variable, read_variable
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.calls import Calls
 from passgraph.shaders.glsl.operators import arithmetic, negated, plain
 from passgraph.shaders.glsl.places import part_at, place_of, read_place, write_place
+from passgraph.shaders.glsl.typing import as_int, whole_numbers_alike
 
 if TYPE_CHECKING:
     from passgraph.shaders.glsl.body import Body
@@ -56,7 +57,7 @@ class Expressions:
         return value
 
     def index(self, node: g.Expr) -> ir.Expr:
-        return widen(self.value(node), INT, node.span, "an index")
+        return widen(as_int(self.value(node), node.span), INT, node.span, "an index")
 
     def initial(self, node: g.Expr, type_: Type) -> Part:
         """The value behind a declaration: an expression, or a list in braces."""
@@ -79,9 +80,8 @@ class Expressions:
     # Names and numbers
 
     def _number(self, node: g.Number) -> Part:
-        if node.type == "uint":
-            fail(node.span, "unsigned ints are not read here")
-        return ir.Literal({"int": INT, "float": FLOAT, "bool": BOOL}[node.type], node.value, node.span)
+        type_ = {"int": INT, "uint": UINT, "float": FLOAT, "bool": BOOL}[node.type]
+        return ir.Literal(type_, node.value, node.span, bits=node.type == "int" and node.value < 0)
 
     def _name(self, node: g.Name) -> Part:
         return self.body.read(node.name, node.span)
@@ -136,7 +136,7 @@ class Expressions:
             orelse = self.part(node.orelse)
         composite = (StructValue, ImageValue, TupleValue)
         if not isinstance(then, composite) and not isinstance(orelse, composite):
-            then, orelse = unify(then, orelse, span, "both sides of ? :")
+            then, orelse = unify(*whole_numbers_alike(then, orelse, span), span, "both sides of ? :")
         arrays = not isinstance(then, composite) and isinstance(then.type, Array)
         if not (then_block or else_block or arrays):
             return choose(condition, then, orelse, span)
@@ -183,6 +183,3 @@ class Expressions:
         one = ir.Literal(FLOAT, 1.0, span) if element_of(before.type) is FLOAT else ir.Literal(INT, 1, span)
         write_place(body, place, arithmetic(node.sign, before, one, span, body.builder.name_it), "it")
         return read_place(body, place) if node.before else before
-
-    def fitted(self, part: Part, type_: Type, node: g.Expr, what: str) -> Part:
-        return coerce(part, type_, node.span, what)

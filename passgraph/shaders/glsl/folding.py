@@ -13,7 +13,7 @@ from passgraph.language.operations import OPERATIONS
 from passgraph.language.types import FLOAT, Array, Matrix, Scalar, Type, Vector, component_count
 
 Numbers: TypeAlias = tuple[ir.Number, ...]
-_DTYPES = {"float": np.float64, "int": np.int64, "bool": np.bool_}
+_DTYPES = {"float": np.float64, "int": np.int64, "uint": np.uint32, "bool": np.bool_}
 
 
 def folded(value: ir.Expr, known: Mapping[str, Numbers] | None = None) -> Numbers | None:

@@ -12,11 +12,13 @@ from typing import TYPE_CHECKING
 
 from passgraph.language import ir
 from passgraph.language.source import Span, fail
-from passgraph.language.types import BOOL, INT
+from passgraph.language.types import BOOL, INT, UINT
 from passgraph.language.typing_rules import apply
 from passgraph.shaders.glsl import syntax as g
+from passgraph.shaders.glsl.folding import constant
 from passgraph.shaders.glsl.loops import emit_loop
 from passgraph.shaders.glsl.operators import arithmetic
+from passgraph.shaders.glsl.typing import fitted
 from passgraph.shaders.glsl.walk import leaves_function
 
 if TYPE_CHECKING:
@@ -121,7 +123,9 @@ class Statements:
             fail(span, f"{body.name} must return {body.result_type}")
         else:
             part = body.expressions.part(node.value)
-            body.builder.store(body.result, part, node.value.span, f"the result of {body.name}")
+            what = f"the result of {body.name}"
+            part = fitted(part, body.result.type, node.value.span, what)
+            body.builder.store(body.result, part, node.value.span, what)
         self._leave(span)
 
     def _leave(self, span: Span) -> None:
@@ -185,8 +189,8 @@ class Statements:
         through."""
         unit, builder, span = self.body.unit, self.body.builder, node.span
         value = builder.name_it(self.body.expressions.value(node.value), span, keep_locals=False)
-        if value.type != INT:
-            fail(node.value.span, f"a switch takes an int, got {value.type}")
+        if value.type not in (INT, UINT):
+            fail(node.value.span, f"a switch takes an int or a uint, got {value.type}")
         fits = [None if case.value is None else self._label(value, case.value) for case in node.cases]
         runs = ir.Local(BOOL, builder.fresh("runs"), span)
         around = Around(None)
@@ -212,7 +216,9 @@ class Statements:
             builder.emit(ir.If(ir.Local(BOOL, around.skips, span), tuple(on), (), span))
 
     def _label(self, value: ir.Expr, label: g.Expr) -> ir.Expr:
-        number = ir.Literal(INT, self.body.known_int(label, "a label"), label.span)
+        number = constant(self.body.expressions.value(label))
+        if not isinstance(number, ir.Literal) or number.type not in (INT, UINT):
+            fail(label.span, "a label must be a whole number that is known here")
         return arithmetic("==", value, number, label.span, self.body.builder.name_it)
 
     def _otherwise(self, fits: Sequence[ir.Expr | None], span: Span) -> ir.Expr:

@@ -28,6 +28,7 @@ from passgraph.language.types import (
 from passgraph.language.values import Part
 from passgraph.language.variables import Variable
 from passgraph.shaders.glsl import syntax as g
+from passgraph.shaders.glsl.typing import fitted
 
 
 @dataclass(frozen=True)
@@ -147,7 +148,7 @@ class Unit:
         """Assign to a variable, or to a field of it."""
         slot.written = True
         self.oldest_write = min(self.oldest_write, slot.born)
-        self.builder.store(variable, part, span, what)
+        self.builder.store(variable, fitted(part, variable.type, span, what), span, what)
 
     def discard(self, span: Span) -> None:
         """This pixel keeps nothing of what the shader gives."""
