@@ -7,7 +7,7 @@ intervals can be another, with masks that know "surely" and "perhaps", without a
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Generic, TypeVar
 
 from passgraph.language import ir
@@ -25,8 +25,11 @@ class Domain(ABC, Generic[V, M]):
         """One value for all lanes, from numbers in component order."""
 
     @abstractmethod
-    def whole(self, value: V) -> int:
-        """An int that is the same in all lanes, such as a loop bound."""
+    def trips(self, start: V, stop: V, step: V) -> Iterator[tuple[V, M]]:
+        """For each trip of ``range(start, stop, step)`` its index, and the lanes whose trips are over.
+
+        The index never wraps; a step of 0 makes no trip.
+        """
 
     @abstractmethod
     def apply(self, operation: str, arguments: Sequence[V]) -> V:

@@ -14,7 +14,6 @@ from typing import Generic, NoReturn
 from passgraph.backends.reference.domain import Domain, M, Surroundings, V
 from passgraph.errors import BackendError
 from passgraph.language import ir
-from passgraph.language.types import INT
 
 
 @dataclass
@@ -77,10 +76,12 @@ class Interpreter(Generic[V, M]):
         return self.domain.join(after_then, after_else)
 
     def _for(self, statement: ir.For, active: M) -> None:
-        bounds = (statement.start, statement.stop, statement.step)
-        start, stop, step = (self.domain.whole(self.value(bound)) for bound in bounds)
-        for i in range(start, stop, step):
-            self.locals[statement.name] = self.domain.constant(INT, (i,))
+        start, stop, step = (self.value(bound) for bound in (statement.start, statement.stop, statement.step))
+        for index, over in self.domain.trips(start, stop, step):
+            active = self.domain.without(active, over)
+            if not self.domain.some(active):
+                break
+            self.locals[statement.name] = index
             self.loops.append(_Loop(self.domain.nowhere()))
             self.block(statement.body, active)
             active = self.domain.without(active, self.loops.pop().broken)

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import ast
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from typing import TYPE_CHECKING
 
 from passgraph.language import ir, symbols
@@ -244,7 +246,8 @@ class Expressions:
     def _bool(self, node: ast.BoolOp) -> ir.Expr:
         result = self.condition(node.values[0])
         for part in node.values[1:]:
-            result = apply(_row(node.op, 2), [result, self.condition(part)], self.span(node))
+            with self._perhaps(part):
+                result = apply(_row(node.op, 2), [result, self.condition(part)], self.span(node))
         return result
 
     def _compare(self, node: ast.Compare) -> ir.Expr:
@@ -254,7 +257,8 @@ class Expressions:
         for operator, right_node in zip(node.ops, node.comparators, strict=True):
             if type(operator) not in _SIGNS:
                 fail(span, "the kernel language has no 'is' and no 'in'; compare values with == or !=")
-            right = self.value(right_node)
+            with nullcontext() if right_node is node.comparators[0] else self._perhaps(right_node):
+                right = self.value(right_node)
             if len(node.ops) > 1:  # the middle of a < b < c is used twice
                 right = self.frame.name_it(right, span)
             if left.type == BOOL and right.type == BOOL and isinstance(operator, (ast.Eq, ast.NotEq)):
@@ -269,10 +273,24 @@ class Expressions:
 
     def _choice(self, node: ast.IfExp) -> Part:
         span = self.span(node)
-        condition, then, orelse = self.condition(node.test), self.part(node.body), self.part(node.orelse)
+        condition = self.condition(node.test)
+        with self._perhaps(node):
+            then, orelse = self.part(node.body), self.part(node.orelse)
         if isinstance(then, StructValue):
             condition = self.frame.name_it(condition, span)
         return choose(condition, then, orelse, span)
+
+    @contextmanager
+    def _perhaps(self, node: ast.expr) -> Iterator[None]:
+        """Around what Python computes only where it is needed: here it always is, so that it may not discard."""
+        before = self.frame.builder.discards
+        yield
+        if self.frame.builder.discards > before:
+            fail(
+                self.span(node),
+                "a function that calls discard() is called where Python may leave it out; call it in an assignment "
+                "of its own, under an if",
+            )
 
     # Calls
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import cast
 
@@ -12,7 +13,7 @@ from passgraph.language.library import library_function, written_function
 from passgraph.language.scope import FunctionSource, Scope, typed_constant
 from passgraph.language.signature import Signature, read_signature
 from passgraph.language.source import Span, fail
-from passgraph.language.statements import Statements
+from passgraph.language.statements import MAX_BLOCKS, Statements
 from passgraph.language.types import BOOL, ImageType, TupleType, Type, Value
 from passgraph.language.values import ImageValue, Part, StructValue, TupleValue, coerce, part_type
 from passgraph.language.variables import Variable, new_variable, read_variable, zero_of
@@ -23,6 +24,8 @@ MAX_CALL_DEPTH = 32
 MAX_STATEMENTS = 20_000
 #: Expressions after inlining, counted as nodes of the syntax tree.
 MAX_EXPRESSIONS = 60_000
+#: The variable that says whether a pixel or fragment is kept.
+KEPT = "$keep"
 
 
 @dataclass
@@ -36,7 +39,7 @@ class Builder:
     expressions: int = 0
     #: Of the functions around, innermost last, the nodes of their own syntax trees.
     calls: list[object] = field(default_factory=list)
-    discards: bool = False
+    discards: int = 0  # statements that discard, in functions inlined too
     signatures: dict[FunctionSource, Signature] = field(default_factory=dict)
     #: For each function inlined, the names that its body captured: this kernel's own record.
     scopes: dict[FunctionSource, Scope] = field(default_factory=dict)
@@ -49,6 +52,43 @@ class Builder:
                 f"the kernel grows past {MAX_STATEMENTS} statements once its functions are inlined",
             )
         self.blocks[-1].append(statement)
+
+    def captured(self, emit: Callable[[], None], span: Span) -> tuple[ir.Stmt, ...]:
+        """What ``emit`` emits, as a block of its own."""
+        if len(self.blocks) > MAX_BLOCKS:
+            fail(
+                span,
+                f"branches and loops nest deeper than {MAX_BLOCKS}, functions inlined; what follows a return in a "
+                "branch counts as the other branch",
+            )
+        self.blocks.append([])
+        emit()
+        return tuple(self.blocks.pop())
+
+    def discard(self, span: Span) -> None:
+        """What this pixel or fragment computes is dropped, whatever follows; the caller leaves its body."""
+        self.discards += 1
+        self.emit(ir.Assign(KEPT, ir.Literal(BOOL, False, span), span))
+
+    def keep_or_clear(self, result: Variable, span: Span) -> ir.Expr | None:
+        """At the end of a kernel that may discard: a discarded pixel is zero, a discarded fragment is not kept.
+
+        Gives where fragments are kept, None where nothing discards them.
+        """
+        if not self.discards:
+            return None
+        kept = ir.Local(BOOL, KEPT, span)
+        if self.stage != "pixel":
+            return kept
+        self.emit(ir.If(kept, (), self.captured(lambda: self.clear(result), span), span))
+        return None
+
+    def clear(self, variable: Variable) -> None:
+        """Every number of a variable becomes zero."""
+        for member in variable.fields.values():
+            self.clear(member)
+        if not variable.fields:
+            self.emit(ir.Assign(variable.name, zero_of(variable.type)))
 
     def count_expression(self, span: Span) -> None:
         self.expressions += 1
@@ -195,15 +235,9 @@ class Frame:
         """The body, with its result in ``self.result`` at the end."""
         node = self.function.node
         self.emit(ir.Assign(self.returned, ir.Literal(BOOL, False), self.source.span(node)))
-        self._zero(self.result)
+        self.builder.clear(self.result)
         if not self.statements.block(node.body):
             fail(self.source.span(node), f"{self.function.name} may end without returning {self.result_type}")
-
-    def _zero(self, variable: Variable) -> None:
-        for member in variable.fields.values():
-            self._zero(member)
-        if not variable.fields:
-            self.emit(ir.Assign(variable.name, zero_of(variable.type)))
 
 
 def inlined(

@@ -7,9 +7,10 @@ into the scalar program that the other backends print.  Spans never take part in
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from collections.abc import Iterator
+from dataclasses import dataclass, field, fields
 from typing import Literal as OneOf
-from typing import TypeAlias
+from typing import TypeAlias, get_args
 
 from passgraph.language.source import NOWHERE, Span
 from passgraph.language.types import Array, Scalar, Type, Value
@@ -173,7 +174,10 @@ class If:
 
 @dataclass(frozen=True, slots=True)
 class For:
-    """``for name in range(start, stop, step)``; bounds are constants once Const parameters are known."""
+    """``for name in range(start, stop, step)``; a step of 0 makes no trip.
+
+    Bounds need not be constants; how many trips they allow at most is known when the graph is compiled.
+    """
 
     name: str
     start: Expr
@@ -240,3 +244,20 @@ class TypedKernel:
     @property
     def images(self) -> tuple[str, ...]:
         return tuple(p.name for p in self.parameters if str(p.type) == "Image")
+
+
+def expressions(*roots: Stmt | Expr) -> Iterator[Expr]:
+    """Every expression inside statements and expressions, each once."""
+    pending: list[object] = list(roots)
+    while pending:
+        part = pending.pop()
+        if isinstance(part, tuple):
+            pending += part
+        elif isinstance(part, _NODES):
+            if isinstance(part, _EXPRESSIONS):
+                yield part
+            pending += [getattr(part, f.name) for f in fields(part) if f.name not in ("type", "span", "values")]
+
+
+_EXPRESSIONS: tuple[type[Expr], ...] = get_args(Expr)
+_NODES: tuple[type[Expr | Stmt], ...] = (*_EXPRESSIONS, *get_args(Stmt))

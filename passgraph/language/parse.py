@@ -12,7 +12,7 @@ from dataclasses import replace
 
 from passgraph.errors import KernelError
 from passgraph.language import ir
-from passgraph.language.frame import Builder, Frame
+from passgraph.language.frame import KEPT, Builder, Frame
 from passgraph.language.scope import FunctionSource, ModuleName, Scope
 from passgraph.language.signature import VERTEX, read_signature
 from passgraph.language.source import Span, fail
@@ -89,10 +89,10 @@ def _parse(function: FunctionSource, stage: ir.Stage, builder: Builder) -> ir.Ty
     for parameter in signature.parameters:
         _check_parameter(parameter, stage, signature.parameters[0])
         frame.bind(parameter.name, parameter.type, _parameter_part(parameter, stage), parameter.span)
-    builder.emit(ir.Assign("$keep", ir.Literal(BOOL, True, span), span))
+    builder.emit(ir.Assign(KEPT, ir.Literal(BOOL, True, span), span))
     frame.run()
+    keep = builder.keep_or_clear(frame.result, span)
     results = tuple(_results(frame.result))
-    keep = ir.Local(BOOL, "$keep", span) if builder.discards else None
     body = tuple(builder.blocks[0])
     return ir.TypedKernel(function.name, stage, signature.parameters, body, results, keep, span)
 

@@ -332,6 +332,17 @@ def work(body: Iterable[Instruction]) -> int:
     return total
 
 
+def trips(body: Iterable[Instruction]) -> int:
+    """Trips of all loops that one pixel makes at most, those of loops inside loops every time."""
+    total = 0
+    for i in body:
+        if isinstance(i, For):
+            total += i.trips * (1 + trips(i.body))
+        elif isinstance(i, If):
+            total += max(trips(i.then), trips(i.orelse))
+    return total
+
+
 def results_of(instruction: Instruction) -> tuple[Val, ...]:
     """The values that an instruction defines."""
     if isinstance(instruction, (Op, Choose, LoadUniform, LoadTable, LoadBuiltin, Read, ReadAt)):

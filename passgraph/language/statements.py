@@ -11,6 +11,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from passgraph.language import ir, symbols
+from passgraph.language.matching import always_matches, branches
 from passgraph.language.signature import resolve
 from passgraph.language.source import NOWHERE, Span, fail
 from passgraph.language.types import BOOL, INT
@@ -21,13 +22,14 @@ if TYPE_CHECKING:
     from passgraph.language.frame import Frame
 
 _REFUSED: dict[type[ast.stmt], str] = {
-    ast.While: "while; write for i in range(bound) with a break",
     ast.FunctionDef: "functions inside functions; mark one outside with @pg.function",
     ast.ClassDef: "classes inside functions", ast.Import: "import", ast.ImportFrom: "import",
     ast.Try: "try", ast.With: "with", ast.Raise: "raise", ast.Assert: "assert", ast.Delete: "del",
-    ast.Global: "global", ast.Nonlocal: "nonlocal", ast.Match: "match; write if and elif",
+    ast.Global: "global", ast.Nonlocal: "nonlocal",
 }  # fmt: skip
 
+#: A longer condition is not repeated in an error.
+_SHOWN_CONDITION = 60
 #: Blocks within blocks once functions are inlined; drivers' compilers go through them by recursion.
 MAX_BLOCKS = 100
 
@@ -47,6 +49,8 @@ class Statements:
         """Parse statements into the current block; true when every path through them returns."""
         pending = list(nodes)
         for position, node in enumerate(pending, 1):
+            if isinstance(node, ast.Match):
+                return self.block([*self._match(node), *pending[position:]])
             if isinstance(node, (ast.If, ast.For)):
                 done = None
                 if isinstance(node, ast.If):
@@ -75,16 +79,9 @@ class Statements:
 
     def _captured(self, nodes: Iterable[ast.stmt]) -> tuple[tuple[ir.Stmt, ...], bool]:
         """Statements of a block of their own, and whether every path through them returns."""
-        blocks = self.frame.builder.blocks
-        if len(blocks) > MAX_BLOCKS:
-            fail(
-                self._here,
-                f"branches and loops nest deeper than {MAX_BLOCKS}, functions inlined; what follows a return in a "
-                "branch counts as the other branch",
-            )
-        blocks.append([])
-        returns = self.block(nodes)
-        return tuple(blocks.pop()), returns
+        returns: list[bool] = []
+        made = self.frame.builder.captured(lambda: returns.append(self.block(nodes)), self._here)
+        return made, returns[0]
 
     def _if(self, node: ast.If, pending: list[ast.stmt], position: int) -> bool | None:
         """A branch; what follows from ``position`` on too where the branch decides about it: true when every path
@@ -124,6 +121,17 @@ class Statements:
         still_here = ir.Apply(BOOL, "logical_not", (returned,), span)
         frame.emit(ir.If(still_here, body, (), span))
         return done
+
+    def _match(self, node: ast.Match) -> list[ast.stmt]:
+        """The branches that a match stands for; its subject is computed once."""
+        frame, span = self.frame, self.span(node.subject)
+        subject = frame.expressions.value(node.subject)
+        if subject.type != INT:
+            fail(span, f"match takes an int, got {subject.type}; write if and elif")
+        # No name of the text has a space.
+        name = frame.builder.fresh("match subject")
+        frame.parts[name] = frame.name_it(subject, span, keep_locals=False)
+        return branches(node, name, self.span)
 
     # Loops
 
@@ -199,15 +207,9 @@ class Statements:
         assert isinstance(node.value, ast.Call)
         if node.value.args or node.value.keywords:
             fail(span, "discard() takes no arguments; put it below an if")
-        if frame.stage != "fragment":
-            fail(span, f"discard() exists in fragment kernels, not in a {frame.stage} kernel")
-        if frame.in_function:
-            fail(
-                span,
-                "discard() belongs in the fragment kernel itself; return a bool from the function instead",
-            )
-        frame.builder.discards = True
-        frame.emit(ir.Assign("$keep", ir.Literal(BOOL, False, span), span))
+        if frame.stage not in ("pixel", "fragment"):
+            fail(span, f"discard() exists in pixel and fragment kernels, not in a {frame.stage} kernel")
+        frame.builder.discard(span)
         self._leave(span)
 
     def _always_returns(self, nodes: list[ast.stmt]) -> bool:
@@ -216,6 +218,9 @@ class Statements:
             if isinstance(node, ast.Return) or self._is_discard(node):
                 return True
             if isinstance(node, ast.If) and all(map(self._always_returns, (node.body, node.orelse))):
+                return True
+            cases = node.cases if isinstance(node, ast.Match) and always_matches(node.cases[-1]) else []
+            if cases and all(self._always_returns(case.body) for case in cases):
                 return True
         return False
 
@@ -229,6 +234,14 @@ class Statements:
             return
         elif isinstance(node, ast.Expr):
             fail(span, "this value is not used; a kernel has no side effects")
+        elif isinstance(node, ast.While):
+            condition = ast.unparse(node.test)
+            shown = condition if len(condition) <= _SHOWN_CONDITION else "..."
+            fail(
+                span,
+                "the kernel language has no while; write a loop with a bound: for i in range(1000): and below it "
+                f"if not ({shown}): break",
+            )
         else:
             fail(span, f"the kernel language has no {_REFUSED.get(type(node), type(node).__name__)}")
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 from passgraph.errors import GraphError
-from passgraph.graph.targets import DrawPass, PixelPass, Target
+from passgraph.graph.targets import DrawPass, Pass, PixelPass, Target
 from passgraph.language.emitter import eliminate_dead
 from passgraph.language.lower import Facts, ImageFacts
 from passgraph.language.lower_cache import lower_once
 from passgraph.language.scalar import LoadBuiltin, LoadTexel, Output, ScalarProgram, walk
+from passgraph.language.sized import loops_over_sizes
 from passgraph.plan.work import Lowered, Work
 
 
@@ -23,7 +24,7 @@ def specialise(work: Work) -> None:
     for lowered in work.passes.values():
         node = lowered.node
         lowered.values = dict(node.values)
-        sized = isinstance(node, PixelPass) and node.known_sizes
+        sized = _made_for_sizes(node)
         images = {name: image_facts(target, work, sized) for name, target in node.images.items()}
         if isinstance(node, PixelPass):
             stores = tuple(spec.format.store for spec in node.into)
@@ -33,16 +34,25 @@ def specialise(work: Work) -> None:
             lowered.images = used_images(lowered.program, node.images)
             check_relative(lowered, work)
         else:
-            _specialise_draw(node, lowered, images, work)
+            _specialise_draw(node, lowered, images, lowered.size if sized else None, work)
 
 
-def _specialise_draw(node: DrawPass, lowered: Lowered, images: dict[str, ImageFacts], work: Work) -> None:
+def _made_for_sizes(node: Pass) -> bool:
+    """Where it is asked for, and where loops go over whole pictures: known sizes bound their trips."""
+    if isinstance(node, PixelPass):
+        return node.known_sizes or loops_over_sizes(node.kernel.program)
+    return any(loops_over_sizes(made.program) for made in (node.vertex, node.fragment) if made is not None)
+
+
+def _specialise_draw(
+    node: DrawPass, lowered: Lowered, images: dict[str, ImageFacts], size: tuple[int, int] | None, work: Work
+) -> None:
     blends = node.state.blend or (None,) * len(node.into)
     # A blended target is quantised after blending, by the backend.
     stores = tuple(((), ()) if blend else spec.format.store for spec, blend in zip(node.into, blends, strict=True))
     simplify = work.options.simplify
     lowered.vertex_facts = Facts(node.constants, images, (), simplify, lowered.size)
-    lowered.facts = Facts(node.constants, images, stores, simplify)
+    lowered.facts = Facts(node.constants, images, stores, simplify, size)
     vertex = lower_once(node.vertex.program, lowered.vertex_facts, work.programs)
     if node.fragment is not None:
         lowered.fragment = lower_once(node.fragment.program, lowered.facts, work.programs)

@@ -156,15 +156,35 @@ BODIES: list[tuple[str, str]] = [
     ("for i in range(«x»): x = x + 1.0\n    return x", "a bound of range() must be int, got float"),
     ("«return»", "k must return float"),
     ("«break»\n    return x", "break and continue belong inside a for loop"),
-    ("«discard()»\n    return x", "discard() exists in fragment kernels, not in a pixel kernel"),
     ("«discard(x)»\n    return x", "discard() takes no arguments"),
     ("«sin(x)»\n    return x", "this value is not used; a kernel has no side effects"),
-    ("«while x > 1.0: x = x - 1.0»\n    return x", "no while; write for i in range(bound) with a break"),
+    (
+        "«while x > 1.0: x = x - 1.0»\n    return x",
+        "no while; write a loop with a bound: for i in",
+    ),
+    (
+        "«while x > " + " + ".join(["1.0"] * 20) + ": x = x - 1.0»\n    return x",
+        "range(1000): and below it if not (...): break",
+    ),
+    ("«while x > 2.0: x = x - 1.0»\n    return x", "if not (x > 2.0): break"),
+    ("«del x»\n    return 1.0", "the kernel language has no del"),
+    ("match «x»:\n        case 0: x = 1.0\n    return x", "match takes an int, got float; write if and elif"),
+    ("match n:\n        case «n»: x = 1.0\n    return x", "case n: gives a value a name, as in Python"),
+    ("match n:\n        case 0 | «1.5»: x = 1.0\n    return x", "a case is a whole number, several with |"),
+    ("match n:\n        case «True»: x = 1.0\n    return x", "a case is a whole number, several with |"),
+    ("match n:\n        case «[0, 1]»: x = 1.0\n    return x", "a case is a whole number, several with |"),
+    ("match n:\n        case «0 as m»: x = 1.0\n    return x", "case m: gives a value a name, as in Python"),
+    ("match n:\n        case «9999999999»: x = 1.0\n    return x", "does not fit 32 bits"),
+    ("match n:\n        case «_»: x = 1.0\n        case 1: x = 2.0\n    return x", "matches everything; put it last"),
+    ("match «n»:\n" + "".join(f"        case {i}: x = {i}.0\n" for i in range(101)) + "    return x", "has 101 cases"),
     # found when the graph is compiled
     ("for i in «range(0, 9, 0)»: x = x + 1.0\n    return x", "the step of range() is 0"),
     ("for i in «range(100000)»: x = x + 1.0\n    return x", "this loop makes 100000 trips; at most 65536"),
     ("for i in range(300):\n        for j in «range(300)»: x = x + 1.0\n    return x", "trips inside loops of 300"),
-    ("for i in «range(n)»: x = x + 1.0\n    return x", "a loop bound must be known when the graph is compiled"),
+    ("for i in «range(n)»: x = x + 1.0\n    return x", "this loop may make any number of trips"),
+    ("for i in «range(min(n, 9), 70)»: x = x + 1.0\n    return x", "needs a limit that is, such as range(min(n, 64))"),
+    ("for i in «range(clamp(n, 0, 70000))»: x = x + 1.0\n    return x", "may make 70000 trips; at most 65536"),
+    ("for i in «range(-9, n, 99999)»: x = x + 1.0\n    return x", "may lie more than 2147483647 apart; bring"),
     ("return «c[n, 0]».x", "a texel offset must be a constant or bounded by a loop"),
 ]
 _DEEP = "1.0 + (" * 45 + "{}" + ")" * 45
@@ -269,6 +289,7 @@ TEXTS: list[tuple[str, str]] = [
     ),
 ]
 
+DISCARDS = "def f(a: float) -> float:\n    if a > 0.5: discard()\n    return a\n"
 VARYING = "class P:\n    position: vec4\n    normal: vec3\n\n"
 #: Stage, whole text, words.
 STAGES: list[tuple[Callable[..., Any], str, str]] = [
@@ -295,8 +316,8 @@ STAGES: list[tuple[Callable[..., Any], str, str]] = [
     (fragment, VARYING + "def k(p: P, c: Image) -> vec4: return «c[0, 0]»", "in a fragment kernel use .texel()"),
     (
         fragment,
-        VARYING + "def f(a: float) -> float:\n    «discard()»\n    return a\ndef k(p: P) -> float: return f(1.0)",
-        "discard() belongs in the fragment kernel itself",
+        VARYING + DISCARDS + "def k(p: P) -> float: return «1.0 if p.normal.x > 0.0 else f(1.0)»",
+        "a function that calls discard() is called where Python may leave it out",
     ),
     (
         vertex,
@@ -342,6 +363,7 @@ def drawn(**changed: Any) -> Any:
 CALLS: list[tuple[Callable[[], Any], str]] = [
     (lambda: symbols.uint(-1), "a uint is a whole number from 0 to 4294967295, got -1"),
     (lambda: kernel(3), "a kernel is made from a function, got int"),  # type: ignore[call-overload]
+    (lambda: kernel(source="a", glsl="b"), "from a function, from source=... or from glsl=..., one of the three"),
     (lambda: kernel(), "from a function or from source=..., one of the two"),  # type: ignore[call-overload]
     (lambda: kernel(lambda c: c), "a kernel is a def statement, not a lambda"),
     (lambda: halved(1.0), "halved() is a function of the kernel language; kernels call it, Python does not"),

@@ -368,4 +368,30 @@ MUTANTS = (
         "gl",
         ("language/identities", "operations/sub"),
     ),
+    # Loops, match and discard: Python is the truth, which the reference may not share
+    Mutant("Loops._index", '"greater_equal", count', '"greater", count', "numpy", ("language/bounds from data",)),
+    Mutant(
+        "Loops._trips",
+        'e.op("floor_divide", e.op("sub", between, one), step)',
+        'e.op("floor_divide", between, step)',
+        "gl",
+        ("language/bounds from data",),
+    ),
+    Mutant(
+        "Loops._count",
+        '                value = e.choose(e.op("greater", step, zero), value, zero)',
+        "                pass",
+        "numpy",
+        ("language/bounds from data",),
+    ),
+    Mutant(
+        "Loops._reach",
+        "low = min([first.low] * rises",
+        "low = min([first.high] * rises",
+        "numpy",
+        ("language/offsets within bounds",),
+    ),
+    Mutant("NumberDomain.trips", "over = trip >= counts", "over = trip > counts", "numpy", ("language/bounds from",)),
+    Mutant("_condition", "[ast.Eq()]", "[ast.GtE()]", "numpy", ("language/match",)),
+    Mutant("Builder.keep_or_clear", 'if self.stage != "pixel":', "if self.stage:", "numpy", ("language/discard",)),
 )

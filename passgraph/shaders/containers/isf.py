@@ -8,21 +8,19 @@ from typing import Any
 
 from passgraph.graph.calls import PixelKernel
 from passgraph.graph.targets import Computed, Relative, Target, TargetSpec, previous, target
-from passgraph.graph.values import FRAME_INDEX
-from passgraph.language.types import FLOAT, VEC4
 from passgraph.reading import read_bytes
-from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of
+from passgraph.shaders.containers.clock import PRELUDE, clock_parameters, clock_uniforms
+from passgraph.shaders.containers.effect import ShaderEffect, name_of
 from passgraph.shaders.containers.isf_header import IsfHeader, read_header
 from passgraph.shaders.containers.isf_vertex import vertex_prelude
 from passgraph.shaders.containers.pictures import handle_or_black, imported
 from passgraph.shaders.glsl import Shader, parse
 
-_BEFORE = """
-uniform int FRAMEINDEX;
-uniform float pg_time;
-uniform float TIMEDELTA;
-uniform vec4 DATE;
-#define TIME (pg_time + float(FRAMEINDEX) * TIMEDELTA)
+_BEFORE = f"""{PRELUDE}
+#define TIME pg_seconds
+#define TIMEDELTA pg_step
+#define FRAMEINDEX pg_frame
+#define DATE pg_date
 #define RENDERSIZE pg_output_size
 #define IMG_SIZE(image) vec2(textureSize(image, 0))
 #define IMG_NORM_PIXEL(image, at) texture2D(image, at)
@@ -33,13 +31,6 @@ uniform vec4 DATE;
 _WHERE = "#define isf_FragNormCoord pg_position\n#define vv_FragNormCoord pg_position\n"
 #: Bytes of a vertex shader.
 MAX_BYTES = 1 << 20
-#: Uniforms of ours → the parameters that set them.
-_CLOCK = {"pg_time": "time", "TIMEDELTA": "time_step", "DATE": "date"}
-_CLOCK_PARAMETERS = {
-    "time": ShaderParameter("time", FLOAT, 0.0, label="seconds at frame 0"),
-    "time_step": ShaderParameter("time_step", FLOAT, 1 / 30, label="seconds from frame to frame"),
-    "date": ShaderParameter("date", VEC4, (2000.0, 1.0, 1.0, 0.0), label="year, month, day, seconds of the day"),
-}
 
 
 def read_isf(text: str, path: Path) -> ShaderEffect:
@@ -68,10 +59,7 @@ def read_isf(text: str, path: Path) -> ShaderEffect:
     ]  # fmt: skip
     kernels = [PixelKernel[Target].of_program(shader.program) for shader in shaders]
     used = {parameter.name for kernel in kernels for parameter in kernel.parameters}
-    parameters = dict(header.parameters)
-    for uniform, name in _CLOCK.items():
-        if uniform in used:
-            parameters.setdefault(name, _CLOCK_PARAMETERS[name])
+    parameters = clock_parameters(used) | dict(header.parameters)
     graph = _Graph(header, kernels, path)
     summary = header.description.strip().partition("\n")[0] or f"{path.stem}: an ISF shader"
     return ShaderEffect(
@@ -100,8 +88,7 @@ class _Graph:
         specs = self._specs(values, into)
         last = {one.target: spec for one, spec in zip(self.header.passes, specs, strict=True) if one.target}
         persistent = {one.target for one in self.header.passes if one.target and one.persistent}
-        uniforms = {own: values[name] for own, name in _CLOCK.items() if name in values} | dict(values)
-        uniforms["FRAMEINDEX"] = FRAME_INDEX
+        uniforms = clock_uniforms(values) | dict(values)
         held: dict[str, Target] = {}
         made: Target | None = None
         for one, spec, kernel in zip(self.header.passes, specs, self.kernels, strict=True):

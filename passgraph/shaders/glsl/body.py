@@ -10,7 +10,7 @@ from passgraph.language.signature import checked_struct
 from passgraph.language.source import Span, fail
 from passgraph.language.types import BOOL, INT, ImageType, Struct, Type
 from passgraph.language.values import ImageValue, Part
-from passgraph.language.variables import Variable, new_variable, read_variable, zero_of
+from passgraph.language.variables import new_variable, read_variable
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.builtins import overloads
 from passgraph.shaders.glsl.expressions import Expressions
@@ -125,20 +125,13 @@ class Body:
                 continue
             slot = self.new_slot(variable.name, type_, written=part is not None)
             if part is None:
-                self.clear(slot.variable, span)
+                self.builder.clear(slot.variable)
             else:
                 self.builder.store(slot.variable, part, span, variable.name)
             self.bind(variable.name, slot)
 
     def new_slot(self, name: str, type_: Type, *, written: bool) -> Slot:
         return self.unit.slot(new_variable(type_, self.builder.fresh(name)), written=written)
-
-    def clear(self, variable: Variable, span: Span) -> None:
-        """A variable without a value is 0."""
-        for member in variable.fields.values():
-            self.clear(member, span)
-        if not variable.fields:
-            self.builder.emit(ir.Assign(variable.name, zero_of(variable.type), span))
 
     # Calls
 
@@ -176,7 +169,7 @@ class Body:
             return
         if parameter.passed == "out":
             slot = self.new_slot(parameter.name, type_, written=False)
-            self.clear(slot.variable, span)
+            self.builder.clear(slot.variable)
             self.bind(parameter.name, slot)
             return
         part = read_place(self, argument) if isinstance(argument, Place) else argument
@@ -207,7 +200,7 @@ class Body:
             return self._value_at_end(block)
         self.builder.emit(ir.Assign(self.returned, ir.Literal(BOOL, False, span), span))
         if self.result is not None:
-            self.clear(self.result, span)
+            self.builder.clear(self.result)
         done = self.statements.block(block.statements)
         if self.result is None:
             return None

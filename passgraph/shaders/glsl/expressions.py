@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -46,6 +47,16 @@ class Expressions:
         if isinstance(node, g.Braces):
             fail(node.span, "a list in braces stands behind a declaration only")
         return self._by_kind[type(node)](node)
+
+    def effect(self, node: g.Expr) -> None:
+        """An expression for what it does."""
+        if isinstance(node, g.Sequence):
+            for part in node.parts:
+                self.effect(part)
+        elif isinstance(node, g.Step):
+            self._step(replace(node, before=True))
+        else:
+            self.evaluate(node)
 
     def value(self, node: g.Expr) -> ir.Expr:
         return plain(self.part(node), node.span, "a value here")
@@ -116,8 +127,7 @@ class Expressions:
         """The right side is computed where the left one does not decide; without statements it may be anyway."""
         span, unit, builder = node.span, self.body.unit, self.body.builder
         left = self.condition(node.left)
-        with unit.captured(span) as block:
-            right = self.condition(node.right)
+        block, right = unit.captured(lambda: self.condition(node.right), span)
         if not block:
             return arithmetic(node.sign, left, right, span, builder.name_it)
         name = builder.fresh("t")
@@ -130,10 +140,8 @@ class Expressions:
     def _choice(self, node: g.Choice) -> Part:
         span, unit, builder = node.span, self.body.unit, self.body.builder
         condition = builder.name_it(self.condition(node.condition), span, keep_locals=False)
-        with unit.captured(span) as then_block:
-            then = self.part(node.then)
-        with unit.captured(span) as else_block:
-            orelse = self.part(node.orelse)
+        then_block, then = unit.captured(lambda: self.part(node.then), span)
+        else_block, orelse = unit.captured(lambda: self.part(node.orelse), span)
         composite = (StructValue, ImageValue, TupleValue)
         if not isinstance(then, composite) and not isinstance(orelse, composite):
             then, orelse = unify(*whole_numbers_alike(then, orelse, span), span, "both sides of ? :")
@@ -144,13 +152,11 @@ class Expressions:
             fail(span, f"both sides of ? : must have one type, got {part_type(then)} and {part_type(orelse)}")
         type_ = then.struct if isinstance(then, StructValue) else then.type
         result = new_variable(type_, builder.fresh("t"))
-        blocks = []
-        for block, part in ((then_block, then), (else_block, orelse)):
-            with unit.captured(span) as whole:
-                whole += block
-                builder.store(result, part, span, "a side of ? :")
-            blocks.append(tuple(whole))
-        builder.emit(ir.If(condition, blocks[0], blocks[1], span))
+        stores = [
+            builder.captured(partial(builder.store, result, part, span, "a side of ? :"), span)
+            for part in (then, orelse)
+        ]
+        builder.emit(ir.If(condition, then_block + stores[0], else_block + stores[1], span))
         return read_variable(result, span)
 
     def _sequence(self, node: g.Sequence) -> Part | None:

@@ -69,14 +69,18 @@ class Writer(Expressions):
 
     def statement(self, nest: int) -> None:
         kinds = ["set", "set", "new", "add", "element", "swizzle", "column"]
-        kinds += ["if", "if", "for"] * (nest > 0) + ["return"] + ["jump"] * bool(self.indices)
+        kinds += ["if", "if", "for", "match"] * (nest > 0) + ["return", "discard"] + ["jump"] * bool(self.indices)
         kind = self.pick(*kinds)
         if kind == "if":
             self._branch(nest)
         elif kind == "for":
             self._loop(nest)
+        elif kind == "match":
+            self._match(nest)
         elif kind == "return":
             self.line(f"if {self.of('bool')}: return {self.of('vec4')}")
+        elif kind == "discard":
+            self.line(f"if {self.of('bool')}: {self.pick('return p', 'discard()')}")
         elif kind == "jump":
             self.line(f"if {self.of('bool')}: {self.pick('break', 'continue')}")
         else:
@@ -123,13 +127,35 @@ class Writer(Expressions):
         index = f"i{self.count}"
         bounds = ("1", "3", "1, 6, 2", "4, 0, -1", "70", "0", *["reach"] * self.features.reads)
         # Texels at indices are read as far as the index goes, so only short loops lend theirs.
-        trips = self.pick(*bounds)
+        trips = self.pick(*bounds, "data", "data")
+        if trips == "data":
+            trips = self._from_data()
         known = self.names["int"]
         self.names["int"] = [*known, index]
         self.indices.append(index)
         self.inside(f"for {index} in range({trips}):", min(nest, 2))
         self.indices.pop()
         self.names["int"] = known
+
+    def _from_data(self) -> str:
+        """Bounds that hang on a pixel, with a limit to their trips and to the index."""
+        ends = [f"clamp({self.of('int', 2)}, {low}, {low + self.draw(st.integers(0, 4))})" for low in (-2, 0)]
+        form = self.pick("stop", "start", "steps", "masked")
+        if form == "stop":
+            return ends[1]
+        if form == "masked":
+            return f"({self.of('int', 2)}) & 3"
+        return ", ".join(ends) if form == "start" else f"{ends[0]}, {ends[1]}, clamp({self.of('int', 2)}, -2, 2)"
+
+    def _match(self, nest: int) -> None:
+        self.line(f"match {self.of('int', 2)}:")
+        self.depth += 1
+        for pattern in ("0", "1 | -2", "2 | 3"):
+            guard = f" if {self.of('bool', 1)}" if self.draw(st.booleans()) else ""
+            self.inside(f"case {pattern}{guard}:", min(nest, 1))
+        if self.draw(st.booleans()):
+            self.inside("case _:", min(nest, 1))
+        self.depth -= 1
 
     def inside(self, head: str, nest: int) -> None:
         """A block of its own: names that it introduces end with it."""

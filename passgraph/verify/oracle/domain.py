@@ -6,7 +6,7 @@ it, so control flow, indices and texel positions stay exact.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -54,9 +54,10 @@ class IntervalDomain(Domain[Bounded, Lanes]):
         # Literals are float32 on every backend.
         return Interval.of(made.astype(np.float32)) if made.dtype.kind == "f" else made
 
-    def whole(self, value: Bounded) -> int:
-        assert not isinstance(value, Interval)
-        return self.numbers.whole(value)
+    def trips(self, start: Bounded, stop: Bounded, step: Bounded) -> Iterator[tuple[Bounded, Lanes]]:
+        bounds = [bound for bound in (start, stop, step) if not isinstance(bound, Interval)]
+        self._hangs_on(bounds)
+        return self.numbers.trips(*bounds)
 
     def apply(self, operation: str, arguments: Sequence[Bounded]) -> Bounded:
         row = OPERATIONS[operation]

@@ -1,0 +1,37 @@
+"""Time for shaders: seconds that follow from the number of the frame, so that the same frame is the same picture."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from passgraph.graph.values import FRAME_INDEX
+from passgraph.language.types import FLOAT, VEC4
+from passgraph.shaders.containers.effect import ShaderParameter
+
+#: GLSL in front of a shader; formats name these as theirs.
+PRELUDE = """
+uniform int pg_frame;
+uniform float pg_start;
+uniform float pg_step;
+uniform vec4 pg_date;
+#define pg_seconds (pg_start + float(pg_frame) * pg_step)
+"""
+#: Uniform → the parameter that sets it.
+_SET_BY = {"pg_start": "time", "pg_step": "time_step", "pg_date": "date"}
+_PARAMETERS = {
+    "time": ShaderParameter("time", FLOAT, 0.0, label="seconds at frame 0"),
+    "time_step": ShaderParameter("time_step", FLOAT, 1 / 30, label="seconds from frame to frame"),
+    "date": ShaderParameter("date", VEC4, (2000.0, 1.0, 1.0, 0.0), label="year, month, day, seconds of the day"),
+}
+
+
+def clock_parameters(used: Iterable[str]) -> dict[str, ShaderParameter]:
+    """Parameters for those of the clock's uniforms that kernels have."""
+    named = {_SET_BY[name] for name in used if name in _SET_BY}
+    return {name: parameter for name, parameter in _PARAMETERS.items() if name in named}
+
+
+def clock_uniforms(values: Mapping[str, Any]) -> dict[str, Any]:
+    """What the clock's uniforms are, from parameters."""
+    return {"pg_frame": FRAME_INDEX} | {own: values[name] for own, name in _SET_BY.items() if name in values}
