@@ -502,3 +502,13 @@ uint twice(uint x) {
 // main
 uint a = n;
 o = vec4(twice(n), a + n, n > 2 ? a : 5, max(a, n));
+
+//// counters that are read behind their loops
+// main
+int i, s = 0;
+for (i = 0; i < 4; i++)
+    s += i;
+float t;
+for (t = 1.0; t < 50.0; t *= 3.0)
+    s++;
+o = vec4(i, s, t, 0);

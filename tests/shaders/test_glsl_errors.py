@@ -114,10 +114,21 @@ def test_includes_stay_in_their_folder(tmp_path: Path) -> None:
     for name, told in (
         ("../secret.glsl", "may not leave"),
         ("/etc/passwd", "may not leave"),
-        ("no.glsl", "cannot read"),
+        ("no.glsl", "there is no file"),
     ):
         with pytest.raises(KernelError, match=told):
             parse(f'#include "{name}"\n{main}', folder=inner)
+
+
+def test_files_that_include_others_twice_end(tmp_path: Path) -> None:
+    for i in range(30):
+        (tmp_path / f"{i}.glsl").write_text(f'#include "{i + 1}.glsl"\n' * 2)
+    (tmp_path / "30.glsl").write_text("\n")
+    with pytest.raises(KernelError, match="more than 1000 files"):
+        parse('#include "0.glsl"\n' + MAIN, folder=tmp_path)
+    (tmp_path / "0.glsl").write_text("//" + "x" * 300_000 + "\n")
+    with pytest.raises(KernelError, match="characters together"):
+        parse('#include "0.glsl"\n' * 2 + MAIN, folder=tmp_path)
 
 
 def test_a_file_that_includes_itself_ends(tmp_path: Path) -> None:

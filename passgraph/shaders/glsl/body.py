@@ -196,7 +196,7 @@ class Body:
 
     def run(self, block: g.Block, span: Span) -> Part | None:
         """The statements of a function, and its value."""
-        if self.result is not None and _ends_once(block):
+        if self.result is not None and self._ends_once(block):
             return self._value_at_end(block)
         self.builder.emit(ir.Assign(self.returned, ir.Literal(BOOL, False, span), span))
         if self.result is not None:
@@ -210,10 +210,10 @@ class Body:
             )
         return read_variable(self.result, span)
 
-
-def _ends_once(block: g.Block) -> bool:
-    """Whether a function's only exit is a value at its end."""
-    if not block.statements:
-        return False
-    *before, last = block.statements
-    return isinstance(last, g.Return) and last.value is not None and not any(map(leaves_function, before))
+    def _ends_once(self, block: g.Block) -> bool:
+        """Whether a function's only exit is a value at its end."""
+        if not block.statements:
+            return False
+        *before, last = block.statements
+        leaves = any(leaves_function(node, self.unit.leaving) for node in before)
+        return isinstance(last, g.Return) and last.value is not None and not leaves

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 
 from passgraph.language import ir
 from passgraph.language.looping import bounded_loop, count_trips
-from passgraph.language.types import Array, component_count
+from passgraph.language.operations import OPERATIONS
+from passgraph.language.types import component_count
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.builtins import overloads
 from passgraph.shaders.glsl.folding import constant, folded
@@ -18,13 +19,16 @@ from passgraph.shaders.glsl.walk import assigned_names, walked
 
 if TYPE_CHECKING:
     from passgraph.shaders.glsl.body import Body
+    from passgraph.shaders.glsl.unit import Unit
 
 #: Trips of a loop whose end is not known, if what it does in a trip is short.
 MAX_OPEN = 1024
 #: Trips of nested loops together, as :mod:`passgraph.language.lower` allows.
 _MAX_TOGETHER = 1 << 16
-#: Instructions that all trips of a loop may take: an eighth of what a pixel may.
-_MAX_WORK = 1 << 21
+#: Instructions that all open loops of a shader may take together, half of what a pixel may; each gets a quarter of what
+#: those before it left, since how many follow is not known.
+_MAX_WORK = 1 << 23
+_SHARE = 4
 
 
 def emit_loop(body: Body, node: g.Loop) -> None:
@@ -47,7 +51,7 @@ def emit_loop(body: Body, node: g.Loop) -> None:
         assert node.update is not None
         body.expressions.effect(node.update)
 
-    most = _open_trips(block, around) if counted is None else counted
+    most = _open_trips(body.unit, block) if counted is None else counted
     if counted is None:
         unit.note(span, f"the end of this loop is not known here: it makes {most} trips at most")
     elif not isinstance(node.start, g.Declaration):
@@ -65,10 +69,14 @@ def emit_loop(body: Body, node: g.Loop) -> None:
     body.scopes.pop()
 
 
-def _open_trips(block: tuple[ir.Stmt, ...], around: int) -> int:
+def _open_trips(unit: Unit, block: tuple[ir.Stmt, ...]) -> int:
     """As many trips as the limits of a kernel leave."""
-    trips = min(MAX_OPEN, _MAX_TOGETHER // (around * _trips(block)), _MAX_WORK // (around * _work(block)))
-    return max(trips, 1)
+    around, work = unit.trips, _work(block)
+    room = (_MAX_WORK - unit.work) // _SHARE
+    trips = max(1, min(MAX_OPEN, _MAX_TOGETHER // (around * _trips(block)), room // (around * work)))
+    if around == 1:  # loops within others are part of what these do
+        unit.work += trips * work
+    return trips
 
 
 def _trips(block: Iterable[ir.Stmt]) -> int:
@@ -105,11 +113,11 @@ def _work(block: Iterable[ir.Stmt]) -> int:
 def _cost(value: ir.Expr) -> int:
     """Scalars that are computed for a value; functions such as ``sin`` take about ten instructions."""
     total = 0
-    for part in walked(value):
+    for part in ir.expressions(value):
         if isinstance(part, ir.Apply):
             operands = [part.type, *(argument.type for argument in part.arguments)]
-            width = max(component_count(type_) for type_ in operands if not isinstance(type_, Array))
-            total += width * (1 if len(part.operation) < 4 else 10)
+            each = 1 if OPERATIONS[part.operation].kind == "primitive" else 10
+            total += each * max(map(component_count, operands))
         elif isinstance(part, (ir.Select, ir.Texel, ir.Insert, ir.Index)):
             total += component_count(part.type)
     return total

@@ -118,6 +118,7 @@ def _program(
 ) -> tuple[ir.TypedKernel, tuple[Uniform, ...]]:
     """The typed kernel, and what is known of its parameters."""
     body = Body(unit, name)
+    unit.builder.calls.append(tree)  # what stands outside of functions is the outermost of them
     unit.builder.emit(ir.Assign(KEPT, ir.Literal(BOOL, True)))
     for node in tree:
         if isinstance(node, g.Function):

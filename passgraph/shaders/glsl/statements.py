@@ -52,7 +52,7 @@ class Statements:
                 return self._jump(node)
             elif self._other(node):
                 return True
-            if isinstance(node, (g.If, g.Loop, g.Switch, g.Block)) and leaves_function(node):
+            if isinstance(node, (g.If, g.Loop, g.Switch, g.Block)) and leaves_function(node, self.body.unit.leaving):
                 if not self.around:
                     return self._guarded(nodes[position:], node.span)
                 if isinstance(node, (g.Loop, g.Switch)):

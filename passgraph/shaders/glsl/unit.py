@@ -97,6 +97,8 @@ class Unit:
     missing: dict[str, str] = field(default_factory=dict)  # names that have no value here, and why
     used: set[str] = field(default_factory=set)  # global names that functions ask for
     notes: dict[tuple[str, int, str], Note] = field(default_factory=dict)
+    leaving: dict[g.Statement, bool] = field(default_factory=dict)  # statements that may leave their function
+    work: int = 0  # instructions that open loops may take
     trips: int = 1  # of the loops around together
     #: The oldest variable written since the last look, by the count of names when it was made.
     oldest_write: int = _NEVER
