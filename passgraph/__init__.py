@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from passgraph.scene import Camera, HardwareDepth, Light, Material, Mesh, Node, Scene, Texture
     from passgraph.shaders.load import load_shader
     from passgraph.travel import from_data, to_data
+    from passgraph.volumes import stacked
 
 __version__ = "0.1.0"
 
@@ -52,7 +53,7 @@ _LATER = {
     "load": "passgraph.pictures", "save": "passgraph.pictures",
     "load_shader": "passgraph.shaders.load",
     "tiled": "passgraph.frames.tiles", "lazily_tiled": "passgraph.frames.tiles_lazy",
-    "from_data": "passgraph.travel", "to_data": "passgraph.travel",
+    "from_data": "passgraph.travel", "to_data": "passgraph.travel", "stacked": "passgraph.volumes",
     **dict.fromkeys(
         ("Camera", "HardwareDepth", "Light", "Material", "Mesh", "Node", "Scene", "Texture"), "passgraph.scene"
     ),
@@ -81,7 +82,6 @@ __all__ = [
     "HardwareDepth", "Input", "InputError", "KernelError", "Light", "Material", "Mesh", "Node", "Options",
     "PassgraphError", "Program", "Range", "Result", "Scene", "Stencil",
     "Target", "TargetSpec", "Texture", "Value", "combine", "compile", "draw", "fragment", "frames", "from_data",
-    "function", "gl", "graph", "kernel", "lazily_tiled", "load", "load_shader", "opencl", "previous", "save", "struct",
-    "target",
-    "tiled", "to_data", "vertex",
+    "function", "gl", "graph", "kernel", "lazily_tiled", "load", "load_shader", "opencl", "previous", "save", "stacked",
+    "struct", "target", "tiled", "to_data", "vertex",
 ]  # fmt: skip

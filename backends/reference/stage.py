@@ -45,7 +45,7 @@ class Stage:
         images = {
             name: SampledImage(storage.pixels, self.facts.images.get(name, ImageFacts()))
             for name, storage in zip(names, storages, strict=True)
-            if name in self.program.images
+            if name in self.program.pictures
         }
         return BoundStage(self, block, images)
 
@@ -118,6 +118,9 @@ class _Lanes(Surroundings[Numbers]):
             pixel = self._builtin("pixel")
             x, y = x + pixel[:, 0], y + pixel[:, 1]
         return self.bound.image(image).fetch(x, y)
+
+    def property(self, image: str, name: str) -> ir.Number:
+        return self.bound.facts.images.get(image, ImageFacts()).property(name)
 
     def size(self, image: str) -> Numbers:
         picture = self.bound.image(image)

@@ -7,9 +7,10 @@ from collections.abc import Iterator
 from contextlib import contextmanager, nullcontext
 from typing import TYPE_CHECKING
 
-from passgraph.language import ir, symbols
-from passgraph.language.foreign import FORMS, mending, method_spelling
+from passgraph.language import images, ir, symbols
+from passgraph.language.foreign import method_spelling
 from passgraph.language.operations import OPERATIONS, called, signed
+from passgraph.language.quads import DERIVATIVES, derivative
 from passgraph.language.scope import FunctionSource, ModuleName, number, written
 from passgraph.language.signature import MAX_ARRAY_LENGTH, resolve
 from passgraph.language.source import Span, fail
@@ -161,10 +162,7 @@ class Expressions:
                 fail(span, f"{base.struct.name} has no field {node.attr!r}; it has {', '.join(base.fields)}")
             return base.fields[node.attr]
         if isinstance(base, ImageValue):
-            if node.attr == "size":
-                return ir.Size(IVEC2, base.name, span)
-            has = f"an Image has [dx, dy], .texel(ivec2), .sample(vec2) and .size, not .{node.attr}"
-            fail(span, has + (mending(node.attr) if node.attr in FORMS else ""))
+            return images.attribute(base, node.attr, span)
         if isinstance(base, TupleValue):
             fail(span, "a tuple has no attributes; unpack it first")
         if isinstance(base.type, Vector):
@@ -337,15 +335,14 @@ class Expressions:
         if not isinstance(base, ImageValue):
             return None
         span, method = self.span(node), node.func.attr
-        if method not in ("texel", "sample") or len(node.args) != 1 or node.keywords:
-            fail(span, "an Image is read by image[dx, dy], image.texel(ivec2) or image.sample(vec2)")
-        position = self.value(node.args[0])
-        if method == "sample":
-            position = widen(position, VEC2, span, "the position of sample()")
-            return self.frame.inline_library("sample", [base, position], span)
-        position = self.frame.name_it(widen(position, IVEC2, span, "the position of texel()"), span)
-        x, y = (ir.Swizzle(INT, position, (i,), span) for i in (0, 1))
-        return ir.Texel(VEC4, base.name, x, y, False, span)
+        if method == "lod" and self.frame.stage != "pixel":
+            fail(span, f"image.lod() takes derivatives, which a {self.frame.stage} kernel has not")
+        if any(keyword.arg is None for keyword in node.keywords):
+            fail(span, "the kernel language has no ** arguments")
+        named = {str(keyword.arg): self.value(keyword.value) for keyword in node.keywords}
+        given = images.bound(method, [self.value(argument) for argument in node.args], named, span)
+        given = {name: self.frame.name_it(value, span) for name, value in given.items()}
+        return images.read(self.frame.inline_library, base, method, given, span)
 
     def _builtin(self, name: str, node: ast.Call, span: Span) -> Part:
         if name == "len":
@@ -370,6 +367,10 @@ class Expressions:
             if len(arguments) != 3:
                 fail(span, "select() takes a condition, the value where it holds and the value elsewhere")
             return select(arguments, span, self.frame.name_it)
+        if name in DERIVATIVES:
+            if len(arguments) != 1:
+                fail(span, f"{name}() takes 1 argument, got {len(arguments)}")
+            return derivative(name, DERIVATIVES[name], arguments[0], self.frame.builder, span)
         if name == "clamp":
             check_clamp(arguments, span)
         if name == "mix" and len(arguments) == 3 and of_bools(arguments[2]):

@@ -10,6 +10,7 @@ from passgraph.language import ir
 from passgraph.language.assignments import Assignments
 from passgraph.language.expressions import STAGE_VALUES, Expressions
 from passgraph.language.library import library_function, written_function
+from passgraph.language.quads import expanded
 from passgraph.language.scope import FunctionSource, Scope, typed_constant
 from passgraph.language.signature import Signature, read_signature
 from passgraph.language.source import Span, fail
@@ -40,18 +41,28 @@ class Builder:
     #: Of the functions around, innermost last, the nodes of their own syntax trees.
     calls: list[object] = field(default_factory=list)
     discards: int = 0  # statements that discard, in functions inlined too
+    #: Variables that take a derivative, with its axis; each is assigned what it is the derivative of.
+    derivatives: dict[str, str] = field(default_factory=dict)
     signatures: dict[FunctionSource, Signature] = field(default_factory=dict)
     #: For each function inlined, the names that its body captured: this kernel's own record.
     scopes: dict[FunctionSource, Scope] = field(default_factory=dict)
 
     def emit(self, statement: ir.Stmt) -> None:
+        self.count_statement(statement.span)
+        self.blocks[-1].append(statement)
+
+    def body(self) -> tuple[ir.Stmt, ...]:
+        """All that was emitted, with its derivatives computed."""
+        return expanded(tuple(self.blocks[0]), self)
+
+    def count_statement(self, span: Span) -> None:
         self.emitted += 1
         if self.emitted > MAX_STATEMENTS:
             fail(
-                statement.span,
-                f"the kernel grows past {MAX_STATEMENTS} statements once its functions are inlined",
+                span,
+                f"the kernel grows past {MAX_STATEMENTS} statements once its functions are inlined and its derivatives "
+                "written out",
             )
-        self.blocks[-1].append(statement)
 
     def captured(self, emit: Callable[[], None], span: Span) -> tuple[ir.Stmt, ...]:
         """What ``emit`` emits, as a block of its own."""

@@ -93,8 +93,7 @@ def _parse(function: FunctionSource, stage: ir.Stage, builder: Builder) -> ir.Ty
     frame.run()
     keep = builder.keep_or_clear(frame.result, span)
     results = tuple(_results(frame.result))
-    body = tuple(builder.blocks[0])
-    return ir.TypedKernel(function.name, stage, signature.parameters, body, results, keep, span)
+    return ir.TypedKernel(function.name, stage, signature.parameters, builder.body(), results, keep, span)
 
 
 def _parameter_part(parameter: ir.Parameter, stage: ir.Stage) -> Part:

@@ -151,14 +151,21 @@ class mat4(_MatrixConstant):
 
 
 class Image:
-    """A picture: ``image[dx, dy]``, ``image.texel(p)``, ``image.sample(uv)`` and ``image.size``."""
+    """A picture: ``image[dx, dy]``, ``image.texel(p)``, ``image.sample(uv)``, ``image.size``, and more."""
 
     if TYPE_CHECKING:
         size: Any
+        levels: Any
+        slices: Any
 
         def __getitem__(self, offset: tuple[Any, Any]) -> Any: ...
-        def texel(self, position: Any) -> Any: ...
-        def sample(self, uv: Any) -> Any: ...
+        def texel(self, position: Any, level: Any = ...) -> Any: ...
+        def sample(self, uv: Any, lod: Any = ...) -> Any: ...
+        def nearest(self, uv: Any) -> Any: ...
+        def gather(self, uv: Any, channel: Any) -> Any: ...
+        def sample3(self, position: Any) -> Any: ...
+        def size_of(self, level: Any) -> Any: ...
+        def lod(self, uv: Any) -> Any: ...
 
 
 class Vertex:
@@ -206,7 +213,9 @@ CONSTANTS = tuple(kind for kind in TYPE_MARKERS if isinstance(kind, type) and is
 pixel, uv, output_size = Symbol("pixel"), Symbol("uv"), Symbol("output_size")
 front_facing, fragment_depth = Symbol("front_facing"), Symbol("fragment_depth")
 select, discard = Symbol("select"), Symbol("discard")
-_STAGE = (pixel, uv, output_size, front_facing, fragment_depth, select, discard)
+dfdx, dfdy, fwidth = Symbol("dfdx"), Symbol("dfdy"), Symbol("fwidth")
+dFdx, dFdy = dfdx, dfdy  # as GLSL spells them
+_STAGE = (pixel, uv, output_size, front_facing, fragment_depth, select, discard, dfdx, dfdy, fwidth)
 
 modf, frexp = Symbol("modf"), Symbol("frexp")
 pack_unorm4x8, unpack_unorm4x8 = Symbol("pack_unorm4x8"), Symbol("unpack_unorm4x8")
@@ -221,12 +230,12 @@ WRITTEN = (
 )  # fmt: skip
 
 #: Functions that are no operations.
-FUNCTIONS = {symbol.name: symbol for symbol in (*_STAGE, *WRITTEN)}
+FUNCTIONS = {**{symbol.name: symbol for symbol in (*_STAGE, *WRITTEN)}, "dFdx": dFdx, "dFdy": dFdy}
 
 __all__ = [
-    "Array", "Const", "Image", "Vertex", "bvec2", "bvec3", "bvec4", "discard", "fragment_depth", "frexp",
-    "front_facing", "ivec2", "ivec3", "ivec4", "mat2", "mat3", "mat4", "modf", "output_size", "pack_half2x16",
-    "pack_snorm2x16", "pack_snorm4x8", "pack_unorm2x16", "pack_unorm4x8", "pixel", "select", "uint", "unpack_half2x16",
-    "unpack_snorm2x16", "unpack_snorm4x8", "unpack_unorm2x16", "unpack_unorm4x8", "uv", "uvec2", "uvec3", "uvec4",
-    "vec2", "vec3", "vec4",
+    "Array", "Const", "Image", "Vertex", "bvec2", "bvec3", "bvec4", "dFdx", "dFdy", "dfdx", "dfdy", "discard",
+    "fragment_depth", "frexp", "front_facing", "fwidth", "ivec2", "ivec3", "ivec4", "mat2", "mat3", "mat4", "modf",
+    "output_size", "pack_half2x16", "pack_snorm2x16", "pack_snorm4x8", "pack_unorm2x16", "pack_unorm4x8", "pixel",
+    "select", "uint", "unpack_half2x16", "unpack_snorm2x16", "unpack_snorm4x8", "unpack_unorm2x16", "unpack_unorm4x8",
+    "uv", "uvec2", "uvec3", "uvec4", "vec2", "vec3", "vec4",
 ]  # fmt: skip

@@ -159,3 +159,12 @@ def _checked(size: tuple[int, int], spec: TargetSpec, work: Work) -> tuple[int, 
             f"the limits are {MAX_SIDE} a side and {MAX_PICTURE_BYTES >> 30} GiB"
         )
     return size
+
+
+def level_sizes(size: tuple[int, int]) -> list[tuple[int, int]]:
+    """Width and height of every level, the picture's own first.
+
+    >>> level_sizes((5, 3))
+    [(5, 3), (2, 1), (1, 1)]
+    """
+    return [(max(1, size[0] >> k), max(1, size[1] >> k)) for k in range(max(size).bit_length())]

@@ -19,6 +19,7 @@ from passgraph.graph.formulas import MAX_DEPTH
 from passgraph.graph.geometry import FrozenGeometry
 from passgraph.graph.targets import (
     MOST_SLOTS,
+    READING,
     Absolute,
     Computed,
     InputSpec,
@@ -337,21 +338,23 @@ class _Graph:
         document = self.document
         kinds = [kind for kind in ("input", "previous", "pass") if isinstance(given, Mapping) and kind in given]
         kind = kinds[0] if kinds else "input"
+        more = [name for name in READING if isinstance(given, Mapping) and name in given and name != "border"]
         names = {"pass": ("pass", "slot"), "previous": ("previous", "frames_ago")}.get(kind, (kind,))
-        record = document.record(given, where, *names, "border")
-        border = document.text(record["border"], f"{where}.border")
+        record = document.record(given, where, *names, "border", *more)
+        document.text(record["border"], f"{where}.border")
+        reading = {field: record[name] for name, field in READING.items() if name in record}
         with document.at(where):
             if kind == "pass":
                 made = document.index(record["pass"], f"{where}.pass", self.passes, "passes")
                 if isinstance(record["slot"], bool) or record["slot"] not in list(made):
                     document.wrong(f"{where}.slot", f"one of {', '.join(map(str, made))}", record["slot"])
                 found: Target = made[record["slot"]]
-                return found.border(border)
+                return replace(found, **reading)
             if kind == "previous":
                 spec = document.index(record["previous"], f"{where}.previous", self.targets, "targets")
-                return previous(spec, record["frames_ago"]).border(border)
+                return replace(previous(spec, record["frames_ago"]), **reading)
             spec = document.index(record["input"], f"{where}.input", self.inputs, "inputs")
-            return Target(spec, border_rule=border)
+            return Target(spec, **reading)
 
 
 def _formula(given: object, depth: int = 0) -> Any:

@@ -17,7 +17,18 @@ from passgraph.graph.calls import leaves
 from passgraph.graph.draw_state import DrawState
 from passgraph.graph.geometry import ATTRIBUTE_TYPES
 from passgraph.graph.outputs import Outputs, named_outputs
-from passgraph.graph.targets import Absolute, Computed, DrawPass, InputSpec, Like, Pass, Relative, Target, TargetSpec
+from passgraph.graph.targets import (
+    READING,
+    Absolute,
+    Computed,
+    DrawPass,
+    InputSpec,
+    Like,
+    Pass,
+    Relative,
+    Target,
+    TargetSpec,
+)
 from passgraph.graph.values import FILLED_IN, Derived, Value
 from passgraph.language.kernel import Kernel
 from passgraph.language.layout import components
@@ -144,15 +155,11 @@ class _Writer:
     def handle(self, target: Target) -> dict[str, Any]:
         spec = target.spec
         if isinstance(spec, InputSpec):
-            return {"input": self._input(spec), "border": target.border_rule}
+            return {"input": self._input(spec), **_reading(target)}
         if target.is_previous:
-            return {
-                "previous": self._target(spec),
-                "frames_ago": target.frames_ago,
-                "border": target.border_rule,
-            }
+            return {"previous": self._target(spec), "frames_ago": target.frames_ago, **_reading(target)}
         assert target.made_by is not None  # a handle of a target is a pass's, or last frame's
-        return {"pass": self._numbers[id(target.made_by)], "slot": target.slot, "border": target.border_rule}
+        return {"pass": self._numbers[id(target.made_by)], "slot": target.slot, **_reading(target)}
 
     # Passes
 
@@ -227,6 +234,13 @@ class _Writer:
                 self._kernels[text] = self._add("kernels", program, data)
             self._numbers[id(program)] = self._kernels[text]
         return self._numbers[id(program)]
+
+
+def _reading(target: Target) -> dict[str, Any]:
+    """How a handle is read: its border, and what differs from other handles."""
+    found = {name: getattr(target, field) for name, field in READING.items()}
+    unread = {name: getattr(target.content, field) for name, field in READING.items()}
+    return {name: value for name, value in found.items() if name == "border" or value != unread[name]}
 
 
 def _state_data(state: DrawState) -> dict[str, Any]:

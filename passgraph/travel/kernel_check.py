@@ -13,6 +13,7 @@ from typing import Any
 from passgraph.errors import PassgraphError
 from passgraph.language import ir
 from passgraph.language.expressions import STAGE_VALUES
+from passgraph.language.facts import PROPERTIES
 from passgraph.language.layout import FLOAT_END
 from passgraph.language.meanings import INT_MAX, INT_MIN
 from passgraph.language.operations import OPERATIONS
@@ -22,6 +23,7 @@ from passgraph.language.statements import MAX_BLOCKS
 from passgraph.language.symbols import UINT_MAX
 from passgraph.language.types import (
     BOOL,
+    FLOAT,
     INT,
     IVEC2,
     UINT,
@@ -190,10 +192,25 @@ def _check_indexed(value: ir.Expr, index: ir.Expr) -> None:
 
 
 def _texel(signature: Signature, node: ir.Texel) -> None:
-    if node.image not in signature.images or not node.x.type == node.y.type == INT or node.type != VEC4:
+    if (
+        node.image.removesuffix(ir.MIPS) not in signature.images
+        or not node.x.type == node.y.type == INT
+        or node.type != VEC4
+    ):
         raise Unfit("a vec4 from an image parameter, at two ints")
-    if node.relative and signature.stage != "pixel":
+    if node.relative and (signature.stage != "pixel" or node.image not in signature.images):
         raise Unfit("a texel at an absolute place")
+
+
+def _filtered(signature: Signature, node: ir.Filtered) -> None:
+    plain = node.x.type == node.y.type == FLOAT and node.type == node.value.type == node.slack.type == VEC4
+    if node.image not in signature.images or not plain:
+        raise Unfit("a vec4 from an image parameter, at two floats, and two of type vec4")
+
+
+def _property(signature: Signature, node: ir.Property) -> None:
+    if node.image not in signature.images or PROPERTIES.get(node.name) != node.type:
+        raise Unfit(f"one of {', '.join(PROPERTIES)} of an image parameter, of its type")
 
 
 def _size(signature: Signature, node: ir.Size) -> None:
@@ -208,7 +225,7 @@ def _is_array(node: ir.Expr) -> bool:
 _CHECKS: Mapping[type[Any], Callable[[Signature, Any], None]] = {
     ir.Literal: _literal, ir.Table: _table, ir.Uniform: _uniform, ir.Builtin: _builtin, ir.Local: lambda *_: None,
     ir.Apply: _apply, ir.Select: _select, ir.Swizzle: _swizzle, ir.Construct: _construct, ir.Index: _index,
-    ir.Insert: _insert, ir.Texel: _texel, ir.Size: _size,
+    ir.Insert: _insert, ir.Texel: _texel, ir.Size: _size, ir.Property: _property, ir.Filtered: _filtered,
 }  # fmt: skip
 
 

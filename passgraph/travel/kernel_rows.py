@@ -22,6 +22,8 @@ ROWS: dict[type[Any], dict[str, str]] = {
     ir.Index: {"type": "type", "value": "row", "index": "row"},
     ir.Insert: {"type": "type", "value": "row", "index": "row", "element": "row"},
     ir.Texel: {"type": "type", "image": "text", "x": "row", "y": "row", "relative": "flag"},
+    ir.Filtered: {"type": "type", "image": "text", "x": "row", "y": "row", "value": "row", "slack": "row"},
+    ir.Property: {"type": "type", "image": "text", "name": "text"},
     ir.Size: {"type": "type", "image": "text"},
     ir.Assign: {"name": "text", "value": "row"},
     ir.If: {"condition": "row", "then": "rows", "orelse": "rows"},

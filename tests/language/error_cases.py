@@ -38,7 +38,7 @@ BODIES: list[tuple[str, str]] = [
     ("return x if «v» else x", "a condition must be bool, got vec3; use any(...) or all(...)"),
     ("return x if «n» else x", "compare it with something"),
     ("return «x.y»", "float has no attribute 'y'"),
-    ("return «c.width»", "an Image has [dx, dy], .texel(ivec2), .sample(vec2) and .size, not .width"),
+    ("return «c.width»", "an Image has .size, .levels and .slices, and is read by image[dx, dy], image.texel(ivec2), "),
     ("t = (x, x)\n    return «t.x»", "a tuple has no attributes; unpack it first"),
     ("return «v.w»", "vec3 has no component 'w'"),
     ("return «v.q1»", "swizzles use xyzw, rgba or stpq"),
@@ -76,14 +76,27 @@ BODIES: list[tuple[str, str]] = [
     ("return «sin(x)(x)»", "only named functions can be called"),
     ("return «v.dot(v)»", "values have no methods; got .dot()"),
     ("return «sin(x=x)»", "sin takes no keyword arguments"),
-    ("return «c.sample()».x", "an Image is read by"),
-    ("return «c.fetch(v)».x", "an Image is read by"),
+    ("return «c.sample()».x", "an Image is read by .sample(position: vec2, lod: float); lod may be left out"),
+    ("return «c.sample(v.xy, 1, 2)».x", "an Image is read by .sample(position: vec2, lod: float)"),
+    ("return «c.sample(v.xy, position=v.xy)».x", "an Image is read by .sample(position: vec2, lod: float)"),
+    ("return «c.nearest(v.xy, lod=1)».x", "an Image is read by .nearest(position: vec2)"),
+    ("return «c._filtered(v.xy, c[0, 0], c[0, 0])».x", "image.size_of(int); it has no ._filtered()"),
+    ("return «c.gather(v.xy)».x", "an Image is read by .gather(position: vec2, channel: int)"),
+    ("return «c.gather(v.xy, 0.5)».x", "the channel of gather() must be int, got float"),
+    ("return «c.sample3(v.xy)».x", "the position of sample3() must be vec3, got vec2"),
+    ("return «c.texel(v.xy, **n)».x", "the kernel language has no ** arguments"),
+    ("return «c.fetch(v)».x", "image.sample3(vec3), image.size_of(int); it has no .fetch()"),
     ("return float(«range(3)»)", "range() belongs in a for statement"),
     ("return «discard()»", "discard() is a statement"),
     ("return sin(«*v»)", "no * arguments"),
     ("return f(«*v»)", "the kernel language has no * arguments"),
     ("return f(**«v»)", "no ** arguments"),
     ("return float(«len(x)»)", "len() takes one array or vector"),
+    ("return «dfdx()»", "dfdx() takes 1 argument, got 0"),
+    ("return «fwidth(x, x)»", "fwidth() takes 1 argument, got 2"),
+    ("return float(«dfdx(x > 0.5)»)", "dfdx() takes a float or a float vector, got bool"),
+    ("return «dfdy([x, x])»[0]", "dfdy() takes a float or a float vector, got Array[float, 2]"),
+    ("return «fwidth(m)»[0].x", "fwidth() takes a float or a float vector, got mat3"),
     ("return «select(True, x)»", "select() takes a condition"),
     ("return «select(True, [x], [x])»[0]", "select() takes scalars, vectors and matrices"),
     ("return «select(x, x, x)»", "select() takes bool or a bvec first, got float"),
@@ -320,6 +333,16 @@ STAGES: list[tuple[Callable[..., Any], str, str]] = [
         "a function that calls discard() is called where Python may leave it out",
     ),
     (
+        fragment,
+        VARYING + "def k(p: P, c: Image) -> float: return «c.lod(p.normal.xy)»",
+        "image.lod() takes derivatives, which a fragment kernel has not",
+    ),
+    (
+        fragment,
+        VARYING + "def k(p: P) -> float: return «dfdx(p.normal.x)»",
+        "dfdx() exists in pixel kernels, not in a fragment kernel",
+    ),
+    (
         vertex,
         VARYING + "def k(v: Vertex) -> P:\n    «discard()»\n    return P(vec4(1.0), v.normal)",
         "not in a vertex kernel",
@@ -495,12 +518,27 @@ def grown(levels: int, first: str) -> str:
     return "\n".join([*lines, f"def k(c: Image) -> float: return f{levels}(c[0, 0].x)"])
 
 
+def nested_derivatives(levels: int, lines: int) -> str:
+    """Each is of the one inside of the branch before it, beside lines that feed none."""
+    head = [f"{'    ' * (n + 1)}if v.x > {n}.0:" for n in range(levels)]
+    inner = ["    " * (levels + 1) + "u += 1.0"] * lines
+    tail = [f"{'    ' * (n + 1)}v += fwidth(v)" for n in range(levels, -1, -1)]
+    return "\n".join(["def k(c: Image) -> vec4:", "    v, u = c[0, 0], 0.0", *head, *inner, *tail, "    return v + u"])
+
+
 def compiled(text: str, **facts: Any) -> Any:
     return lower(kernel(source=text, name="k").program, Facts(**facts))
 
 
 CALLS += [
+    (lambda: Input("c").filter("cubic"), "there is no filter 'cubic'; the filters are linear, nearest"),
+    (lambda: Input("c").mipmaps().slices(3), "a volume has no smaller levels; leave out one of the two"),
     (lambda: compiled(grown(30, "x")), "the kernel grows past 20000 statements once its functions are inlined"),
+    (lambda: compiled(nested_derivatives(12, 1)), "the kernel grows past 20000 statements"),
+    (
+        lambda: compiled(nested_derivatives(6, 2000)),
+        "the kernel takes more than 1000000 steps to compute its derivatives",
+    ),
     (lambda: compiled(grown(10, "*".join(["x"] * 150))), "the kernel grows past 60000 expressions"),
     (
         lambda: compiled(

@@ -18,7 +18,9 @@ from tests.mutation.places import PARTS, ROOT, Place, places, sources
 #: compiles the text may not, as the cache would show the code of another mutant.
 WRITES_TEXT = ("pixels/code.py",)
 #: What the reference runs through too (beginnings of paths): for mistakes in it, what the oracle allows is found anew.
-SHARED_WITH_ORACLE = ("passgraph/plan/", "passgraph/run/execution.py")
+SHARED_WITH_ORACLE = (
+    "passgraph/plan/", "passgraph/run/execution.py", "passgraph/language/quads.py", "passgraph/language/feeding.py"
+)  # fmt: skip
 #: A mutant that runs longer hangs, which counts as caught.
 TIMEOUT_S = 600
 

@@ -308,6 +308,29 @@ MUTANTS = (
         "opencl",
         ("language/a wide neighbourhood, mirror",),
     ),
+    # Reads by place
+    *(
+        Mutant(function, old, new, "numpy", ("pictures/linear, levels", "pictures/nearest, levels"))
+        for function, old, new in (
+            (
+                "_LIBRARY",
+                "image.texel(ivec2(floor(position * vec2(image.size))))",
+                "image.texel(ivec2(round(position * vec2(image.size))))",
+            ),
+            (
+                "_LIBRARY",
+                "if image.is_nearest:\n        return nearest(",
+                "if image.is_blank:\n        return nearest(",
+            ),
+            ("_LIBRARY", "below[channel], beside_below[channel]", "beside_below[channel], below[channel]"),
+            ("_LIBRARY", "return mix(upper, lower, at - base)", "return mix(lower, upper, at - base)"),
+            ("_LIBRARY", "at + ivec2(0, first)", "at + ivec2(0, first + 1)"),
+            ("_LIBRARY", "max(image.size >> clamp(", "max((image.size + 1) >> clamp("),
+            ("_LIBRARY", "at = ivec2(x, y + z * size.y)", "at = ivec2(x, y + z * size.x)"),
+            ("_LIBRARY", "return mix(result[0], result[1], f.z)", "return mix(result[1], result[0], f.z)"),
+            ("_rules", "rule == {number}", "rule == {3 - number}"),
+        )
+    ),
     Mutant("Printer.trips", '"<" if i.step > 0', '"<=" if i.step > 0', "gl", ("language/",)),
     Mutant("SPELLED", _FLOATS, _FLOATS.replace("+", "-"), "gl", ("operations/add",)),
     Mutant("SPELLED", _FLOATS, _FLOATS.replace("{0} - {1}", "{1} - {0}"), "gl", ("operations/sub",)),

@@ -67,6 +67,27 @@ def test_pictures_look_upright_to_a_shader(gl: Original, read: str) -> None:
     np.testing.assert_allclose(ours, theirs, atol=6e-3)
 
 
+DERIVATIVES = """void main() {
+    vec2 p = gl_FragCoord.xy;
+    vec3 v = texelFetch(t, ivec2(p), 0).xyz * vec3(p * p.yx + p.x, p.y * p.y);
+    if (p.x > 1.5) v.xz *= 2.0;
+    for (int i = 0; i < 5; i++) {
+        if (v.x > 20.0) break;
+        v += p.yxx;
+    }
+    gl_FragColor = vec4(dFdxFine(v.x), dFdyFine(v.y), fwidthFine(v.z), dFdxFine(v.z) - dFdyFine(v.z));
+}"""
+
+
+def test_derivatives_are_the_fine_ones_and_grow_upward(gl: Original) -> None:
+    size, pictures = (6, 4), {"t": picture(6, 4)}
+    head = "#version 450\n#define gl_FragColor shown_color\nout vec4 shown_color;\n"
+    theirs = gl.run(SAMPLERS + DERIVATIVES, size, pictures, {}, head)
+    np.testing.assert_allclose(run(parse(SAMPLERS + DERIVATIVES), size, pictures), theirs, rtol=1e-5, atol=1e-5)
+    plain = (SAMPLERS + DERIVATIVES).replace("Fine", "")
+    np.testing.assert_allclose(run(parse(plain), size, pictures), theirs, rtol=1e-5, atol=1e-5)
+
+
 def test_samplers_are_handed_to_functions(gl: Original) -> None:
     text = "uniform sampler2D a, b; vec4 f(sampler2D s, vec2 p) { return texture2D(s, p); }"
     text += "void main() { gl_FragColor = f(a, pg_position) - f(b, pg_position); }"

@@ -22,9 +22,10 @@ def smooth(color: Image, dim: Image, light: Light, turn: mat2, taps: Const[int],
         total = total + color[i - 1, 0] * weights[i]
     shift = turn * (uv() - light.place)
     if shift.x > 0.25:
-        total = total + dim.sample(shift)
+        total = total + dim.sample(shift) + dim.gather(shift, 1) + dim.sample3(vec3(shift, 0.5)) + color.nearest(shift)
     else:
         total = vec4(total.rgb + light.colors[int(shift.y * 2.0)], 1.0)
+    total = total + color.sample(shift, 0.7) + color.texel(pixel(), 1) + vec4(float(color.size_of(2).x))
     return total if dim.size.x > 1 else -total
 """
 
@@ -43,6 +44,7 @@ def graph() -> dict[str, pg.Target]:
     small = pg.target("small", "rgba16f", like=frame, scale=0.5, notes=("half as large",))
     whole, red = split(frame, into=(pg.target("whole", "rgba32f"), pg.target("red", "r32f")), name="split")
     smooth = pg.kernel(source=SMOOTH)
+    whole, dim = whole.filter("nearest").mipmaps(), dim.slices(2)
     smoothed = smooth(whole, dim, Light(), ((1.0, 2.0), (3.0, 4.0)), 3, (0.25, 0.5, 0.25), name="smooth")
     blend = pg.kernel(
         source="def blend(a: Image, b: Image, k: float, n: int) -> vec4: return a[0, 0] * k + b[0, 0] * float(n)"

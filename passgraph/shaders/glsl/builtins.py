@@ -14,6 +14,7 @@ from passgraph.language.types import BOOL, FLOAT, INT, UINT, Array, Matrix, Scal
 from passgraph.language.typing_rules import apply
 from passgraph.language.values import Part, TupleValue, construct, convert, index_into, select
 from passgraph.shaders.glsl import syntax as g
+from passgraph.shaders.glsl.derivatives import DERIVATIVES
 from passgraph.shaders.glsl.images import READS
 from passgraph.shaders.glsl.operators import plain
 from passgraph.shaders.glsl.parse import Parser
@@ -179,4 +180,5 @@ BUILTINS: dict[str, Native] = {
     "pg_mantissa": partial(_written, "frexp", 0),
     "pg_exponent": partial(_written, "frexp", 1),
     **READS,
+    **DERIVATIVES,
 }

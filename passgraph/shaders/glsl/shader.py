@@ -69,6 +69,7 @@ def parse(
     defaults: Mapping[str, object] | None = None,
     natives: Mapping[str, Native] | None = None,
     values: Mapping[str, NativeValue] | None = None,
+    rows_up: bool = True,
 ) -> Shader:
     """The kernel that a fragment shader is.
 
@@ -84,6 +85,7 @@ def parse(
     folder : where ``#include`` may read
     defaults : values of uniforms that the text gives none
     natives, values : functions and values of a container, as typed expressions
+    rows_up : whether the shader counts rows of pictures from the bottom, as OpenGL does; else from the top
 
     Raises
     ------
@@ -96,7 +98,7 @@ def parse(
     >>> [f"{p.name}: {p.type}" for p in shader.program.parameters]
     ['t: Image']
     """
-    unit = Unit(dict(natives or {}), {**STAGE, **(values or {})})
+    unit = Unit(dict(natives or {}), {**STAGE, **(values or {})}, rows_up)
     pieces = [(prelude, PRELUDE), (text, file), (postlude, POSTLUDE)]
     try:
         tokens, reader = preprocessed(pieces, defines or {}, None if folder is None else Path(folder))
@@ -106,7 +108,7 @@ def parse(
     except RecursionError:
         raise KernelError(f"{file}: the shader nests too deeply") from None
     if not natives and not values:
-        said = repr((pieces, name, entry, sorted((defines or {}).items()), sorted(reader.included.items())))
+        said = repr((pieces, name, entry, rows_up, sorted((defines or {}).items()), sorted(reader.included.items())))
         own = disk_cache.text_digest(Path(__file__).parent)
         program = replace(program, digest=hashlib.sha256(f"{own}{said}".encode(errors="surrogatepass")).hexdigest())
     notes = tuple(sorted(unit.notes.values(), key=lambda note: (note.span.file, note.span.line)))
@@ -133,8 +135,7 @@ def _program(
     results = _results(found, main.span)
     uniforms = _parameters(unit, defaults)
     parameters = tuple(ir.Parameter(u.name, u.type, False, u.default, u.has_default, u.span) for u in uniforms)
-    statements = tuple(unit.builder.blocks[0])
-    return ir.TypedKernel(name, "pixel", parameters, statements, results, None, main.span), uniforms
+    return ir.TypedKernel(name, "pixel", parameters, unit.builder.body(), results, None, main.span), uniforms
 
 
 def _declared(tree: list[g.Outer], body: Body) -> list[tuple[str, Slot]]:

@@ -89,6 +89,7 @@ class Unit:
 
     natives: Mapping[str, Native]
     values: Mapping[str, NativeValue]
+    rows_up: bool = True  # whether the shader counts rows from the bottom
     builder: Builder = field(default_factory=lambda: Builder("pixel"))
     functions: dict[str, list[g.Function]] = field(default_factory=dict)
     structs: dict[str, Struct] = field(default_factory=dict)
@@ -102,6 +103,10 @@ class Unit:
     trips: int = 1  # of the loops around together
     #: The oldest variable written since the last look, by the count of names when it was made.
     oldest_write: int = _NEVER
+
+    def turned(self, read: str) -> str:
+        """The function of the library that reads with the shader's rows."""
+        return f"{read}_upward" if self.rows_up else read
 
     def note(self, span: Span, text: str) -> None:
         """Remember a reliance, once for each line and kind."""

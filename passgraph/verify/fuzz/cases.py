@@ -77,11 +77,15 @@ def load(path: Path) -> dict[str, Any]:
 
 # Kernels
 
+#: Of the volume that kernels read.
+SLICES = 4
+
 
 def pictures_of(case: Case) -> dict[str, Picture]:
-    """The inputs of a kernel: ``c`` as large as the target, ``d`` of another size."""
+    """The inputs of a kernel: ``c`` as large as the target, ``d`` of another size, ``e`` a volume."""
     seed, special, side = case["seed"], case["special"], case.get("side", SIDE)
-    return {"c": values(seed, (side, side), special), "d": values(seed + 100, (37, 21), special)}
+    volume = values(seed + 200, (5, 3 * SLICES), special)
+    return {"c": values(seed, (side, side), special), "d": values(seed + 100, (37, 21), special), "e": volume}
 
 
 def output_of(case: Case, text: str) -> Target:
@@ -90,8 +94,10 @@ def output_of(case: Case, text: str) -> Target:
     given: dict[str, Any] = {}
     for parameter in made.parameters:
         value = PARAMETERS[parameter.name][1]
-        if parameter.name in ("c", "d"):
-            value = Input(parameter.name).border(case["border"])
+        if parameter.name in ("c", "d", "e"):
+            # Cases that were kept before there were filters say nothing of them.
+            value = Input(parameter.name).border(case["border"]).filter(case.get("filter", "linear"))
+            value = {"c": value, "d": value.mipmaps(), "e": value.slices(SLICES)}[parameter.name]
         given[parameter.name] = SimpleNamespace(**value) if isinstance(value, dict) else value
     out: Target = made(**given, into=target("out", case["format"], like=given["c"]))
     return out

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 
 from passgraph.language.operation import WHOLE, Operation, Range
 from passgraph.language.operations import OPERATIONS
+from passgraph.language.quads import DERIVATIVES
 
 UNIT: Range = (0.0, 1.0)
 #: Numbers that break naive arithmetic, and whole numbers likewise; wild expressions only.
@@ -90,7 +91,7 @@ class Features:
     Attributes
     ----------
     wild : no ranges: poles, overflow, NaN and every whole number
-    reads : images beside this pixel's texel, stage values, parameters
+    reads : images beside this pixel's texel, stage values, parameters, derivatives
     """
 
     wild: bool = False
@@ -160,6 +161,7 @@ class Expressions:
         forms: list[Callable[[int, Range], str]] = [
             self._sum, self._sum, *[self._call] * 5, self._product, self._quotient, self._chosen,
             self._part, self._part, self._of_vector, self._from_int, self._helped, self._power,
+            *[self._derivative] * self.features.reads,
         ]  # fmt: skip
         return forms[self.draw(st.integers(0, len(forms) - 1))](d, wanted)
 
@@ -217,6 +219,9 @@ class Expressions:
             return self.fit(f"length({self.of(type_, d, (-4, 4))})", (0, 8), wanted)
         one, other = self.of(type_, d, (-1, 1)), self.of(type_, d, (-2, 2))
         return self.fit(f"{form}({one}, {other})", WHOLE, wanted)
+
+    def _derivative(self, d: int, wanted: Range, type_: str = "float") -> str:
+        return self.fit(f"{self.pick(*DERIVATIVES)}({self.of(type_, d, (-2, 2))})", WHOLE, wanted)
 
     def _from_int(self, d: int, wanted: Range) -> str:
         form = self.pick("float", "power", *["bits", "half"] * self.features.wild)
@@ -294,8 +299,9 @@ class Expressions:
     # Vectors and matrices
 
     def _vector(self, type_: str, d: int, wanted: Range) -> str:
-        forms = ["make", "sum", "product", "call", "call", "chosen", "swizzle", "matrix", "own", "read"]
-        form = self.pick(*forms[: len(forms) if self.features.reads and type_ == "vec4" else -1])
+        forms = ["make", "sum", "product", "call", "call", "chosen", "swizzle", "matrix", "own"]
+        reads = self.features.reads and type_ == "vec4"
+        form = self.pick(*forms, *["derivative"] * self.features.reads, *["read"] * reads)
         if form == "make":
             return self._made(type_, d, wanted)
         if form == "sum":
@@ -310,6 +316,8 @@ class Expressions:
             return f"{self.of(source, d, wanted)}.{letters}"
         if form == "call":
             return self._function(self.pick(*(n for n in CALLS if n != "clamp")), type_, d, wanted)
+        if form == "derivative":
+            return self._derivative(d, wanted, type_)
         if form == "read":
             return self.fit(self._read(d), (-math.inf, math.inf), wanted)
         return self._linear(type_, d, wanted) if form == "matrix" else self._own(type_, d, wanted)
@@ -346,7 +354,7 @@ class Expressions:
         return self.fit(text, (-math.inf, math.inf), wanted)
 
     def _read(self, d: int) -> str:
-        form = self.pick("near", "texel", "far", "sample", "indexed")
+        form = self.pick("near", "texel", "far", "sample", "indexed", "nearest", "gather", "level", "lod", "volume")
         if form == "near":
             return f"c[{self.draw(st.integers(-3, 3))}, {self.draw(st.integers(-3, 3))}]"
         if form == "indexed" and self.indices:
@@ -355,7 +363,14 @@ class Expressions:
             return f"d.texel(pixel() - {self.of('ivec2', min(d, 1))})"
         if form == "far":
             return f"d.texel({self.of('ivec2', d)})"
-        return f"d.sample(uv() * {self.number(-2, 2)} + {self.of('vec2', min(d, 2), UNIT)})"
+        if form == "level":
+            return f"d.texel({self.of('ivec2', min(d, 1))}, {self.of('int', min(d, 1))})"
+        place = f"uv() * {self.number(-2, 2)} + {self.of('vec2', min(d, 2), UNIT)}"
+        if form == "volume":
+            return f"e.sample3(vec3({place}, {self.of('float', min(d, 1), UNIT)}))"
+        more = {"gather": f", {self.draw(st.integers(0, 3))}", "lod": f", {self.of('float', min(d, 1), (-1, 6))}"}
+        called = form if form in ("nearest", "gather") else "sample"
+        return f"d.{called}({place}{more.get(form, '')})"
 
     def _mat2(self, d: int) -> str:
         return f"mat2({self.of('vec2', d, (-1, 1))}, {self.of('vec2', d, (-1, 1))})"

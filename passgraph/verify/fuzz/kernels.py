@@ -7,6 +7,7 @@ from typing import Any
 
 from hypothesis import strategies as st
 
+from passgraph.graph.targets import FILTERS
 from passgraph.language.borders import BORDERS
 from passgraph.verify.fuzz.expressions import Expressions, Features
 from passgraph.verify.fuzz.pictures import SIDE
@@ -28,6 +29,7 @@ DECLARATIONS = {
 PARAMETERS: dict[str, tuple[str, Any]] = {
     "c": ("Image", None),
     "d": ("Image", None),
+    "e": ("Image", None),
     "gain": ("float", 1.375),
     "toward": ("vec3", (0.6, -0.48, 0.64)),
     "whole": ("int", 5),
@@ -199,6 +201,7 @@ def kernels(draw: st.DrawFn, features: Features | None = None, side: int = SIDE)
         "text": draw(kernel_texts(features)),
         "format": draw(st.sampled_from(FORMATS)),
         "border": draw(st.sampled_from(tuple(BORDERS))),
+        "filter": draw(st.sampled_from(FILTERS)),
         "special": draw(st.booleans()),
         "seed": draw(st.integers(0, 3)),
         "side": side,

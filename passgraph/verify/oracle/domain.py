@@ -54,6 +54,13 @@ class IntervalDomain(Domain[Bounded, Lanes]):
         # Literals are float32 on every backend.
         return Interval.of(made.astype(np.float32)) if made.dtype.kind == "f" else made
 
+    def widened(self, value: Bounded, slack: Bounded) -> Bounded:
+        assert isinstance(value, Interval)
+        assert isinstance(slack, Interval)
+        reach = np.where(slack.nan | np.isnan(slack.hi), np.inf, slack.hi)
+        wide = Interval(value.lo - reach, value.hi + reach, value.nan | np.isinf(reach))
+        return iv.where(np.isinf(reach), Interval.anything(wide.lo.shape), wide)
+
     def trips(self, start: Bounded, stop: Bounded, step: Bounded) -> Iterator[tuple[Bounded, Lanes]]:
         bounds = [bound for bound in (start, stop, step) if not isinstance(bound, Interval)]
         self._hangs_on(bounds)
