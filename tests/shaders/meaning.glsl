@@ -512,3 +512,43 @@ float t;
 for (t = 1.0; t < 50.0; t *= 3.0)
     s++;
 o = vec4(i, s, t, 0);
+
+//// macros that name themselves or one another
+#define a (a + 1.0)
+#define b c + 10.0
+#define c b * 2.0
+// main
+float aa = p.x;
+#undef a
+float a = aa;
+#define a (a + 1.0)
+#undef b
+float bb = a;
+o = vec4(a, bb, 0, 0);
+
+//// constants are rounded as variables are
+const float third = 1.0 / 3.0;
+const bool same = third * 3.0 == 1.0;
+// main
+o = vec4(third, same, 0, 0);
+
+//// constructors leave out what the last argument has too many
+// main
+vec4 v = vec4(p, 3, 4);
+o = vec4(vec3(1, v.yzw).xyz, vec2(v.x, v).y);
+
+//// an exact overload goes before a conversion wherever it stands
+int f(int x) {
+    return 1;
+}
+int f(float x) {
+    return 2;
+}
+int g(float x) {
+    return 3;
+}
+int g(vec2 x) {
+    return 4;
+}
+// main
+o = vec4(f(n), f(p.x), g(n), g(ivec2(n)));

@@ -96,7 +96,7 @@ class Maker:
             call = f"f{self.chance.randrange(self.functions)}({self.number(names, 1)}, {one})"
             return f"{other} = {call}; {other} = {_CUT.format(other)};"
         if result == "void" and not self.chance.randrange(5):
-            return f"t[{self.pick(names)} & 3 % 3] += {self.number(names, 1)};".replace("& 3 % 3", "% 3")
+            return f"t[({self.pick(names)} & 3) % 3] += {self.number(names, 1)};"
         value = self.number(names, 0)
         return f"{name} = {_CUT.format(value)};"
 

@@ -43,7 +43,7 @@ def _texture(unit: Unit, parts: list[Part], span: Span, *, last: str = "") -> Pa
     if len(parts) > 3:
         fail(span, f"a read of a picture takes at most 3 arguments, got {len(parts)}")
     if len(parts) == 3:
-        unit.note(span, f"pictures have one level here: the {last or 'bias'} does not count")
+        unit.note(span, f"shaders read the first level of a picture: the {last or 'bias'} does not count")
     return _inlined(unit, unit.turned("sample"), [image, _position(parts, VEC2, span)], span)
 
 
