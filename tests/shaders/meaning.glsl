@@ -528,7 +528,7 @@ o = vec4(a, bb, 0, 0);
 
 //// constants are rounded as variables are
 const float third = 1.0 / 3.0;
-const bool same = third * 3.0 == 1.0;
+const bool same = 0.1 + 0.2 == 0.3;
 // main
 o = vec4(third, same, 0, 0);
 
