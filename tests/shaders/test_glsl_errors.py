@@ -105,9 +105,8 @@ def test_text_must_be_text() -> None:
 def test_includes_stay_in_their_folder(tmp_path: Path) -> None:
     inner = tmp_path / "shaders"
     (inner / "lib").mkdir(parents=True)
-    (inner / "lib" / "a.glsl").write_text(
-        '#pragma once\n#ifdef SEEN\n#error twice\n#endif\n#define SEEN\n#include "b.glsl"\nfloat a() { return b(); }'
-    )
+    once = "#pragma once\n#ifdef SEEN\n#error twice\n#endif\n#define SEEN\n"
+    (inner / "lib" / "a.glsl").write_text(once + '#include "b.glsl"\nfloat a() { return b(); }')
     (inner / "lib" / "b.glsl").write_text("float b() { return 2.0; }")
     (tmp_path / "secret.glsl").write_text("float a() { return 1.0; }")
     main = "void main() { gl_FragColor = vec4(a()); }"
