@@ -373,6 +373,8 @@ CALLS: list[Call] = [
                                      depth_fail="keep", passed="keep"),
     call("DrawState", DrawState, cull="none", depth_compare="less", depth_write=True, stencil=None, blend=(),
                                       color_mask=(), polygon_offset=(0.0, 0.0), clear_stencil=0),
+    call("reduce", pg.reduce, image=frame(), how="arg_max", axis="x", channel=0, into=None, name=None),
+    call("histogram", pg.histogram, image=frame(), bins=8, channel=0, low=0.0, high=1.0, into=None, name=None),
     call("draw", _drawn, geometry=triangle(), vertex=stage("place"), fragment=stage("paint"),
                               into=pg.target("color", "rgba8"), depth=None, stencil=None, blend=None, cull="none",
                               depth_compare="less", depth_write=True, color_mask=None, polygon_offset=(0.0, 0.0),

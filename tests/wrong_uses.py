@@ -194,7 +194,7 @@ USES: dict[str, Wrong] = {
     "a number": Wrong(ran(np.float32(1)), INPUT, "input 'frame' must be an array .* got 1.0"),
     "whole numbers of 64 bits": Wrong(ran(np.zeros((2, 2), np.int64)), INPUT, "has dtype int64; give float32"),
     "big-endian whole numbers": Wrong(ran(np.zeros((2, 2), ">u4")), INPUT, "has dtype >u4; give float32"),
-    "infinite as float32": Wrong(ran(np.full((2, 2), 1e300)), INPUT, "4 of 4 values are not finite"),
+    "infinite as float32": Wrong(ran(np.full((2, 2), 1e300)), INPUT, "12 of 12 values are not finite"),
     "an input that is missing": Wrong(ran(None), INPUT, "input 'frame' is missing"),
     # programs
     "read what is not there": Wrong(good("Program.read", name=[]), GRAPH, r"there is no output \[\]; there are copy"),

@@ -81,12 +81,15 @@ class Interpreter(Generic[V, M]):
             active = self.domain.without(active, over)
             if not self.domain.some(active):
                 break
-            self.locals[statement.name] = index
+            self._trip(statement, index)
             self.loops.append(_Loop(self.domain.nowhere()))
             self.block(statement.body, active)
             active = self.domain.without(active, self.loops.pop().broken)
             if not self.domain.some(active):
                 break
+
+    def _trip(self, statement: ir.For, index: V) -> None:
+        self.locals[statement.name] = index
 
     # Expressions
 

@@ -28,6 +28,7 @@ from passgraph.commands.options import (
     given_parameters,
     non_finite_option,
     options_beside,
+    profile_option,
 )
 from passgraph.commands.running import check_outputs, run_and_save
 from passgraph.commands.sources import picture_job, picture_parameters
@@ -96,6 +97,7 @@ def command_of(effect: Effect) -> click.Command:
     @capture_option
     @non_finite_option
     @check_finite_option
+    @profile_option
     @click.option(
         "--linear/--as-stored", default=effect.linear, show_default=True,
         help="Decode 8- and 16-bit pictures from sRGB to linear light first.",
@@ -118,6 +120,8 @@ def command_of(effect: Effect) -> click.Command:
             return apply_to_one(effect, Path(inputs[0]), Path(output), capture, depth, depth_buffer, given, options)
         if capture is not None:
             raise InputError("--capture shows the passes of one picture; name one picture and one output")
+        if options["profile"]:
+            raise InputError("--profile times the passes on one picture; name one picture and one output")
         return apply_to_many(effect, inputs, output, depth, depth_buffer, given, options)
 
     if effect.takes == "picture+depth":
@@ -137,7 +141,9 @@ def apply_to_one(
         click.echo(f"{output}: is there already")
         return 0
     job = picture_job(effect, picture, depth, options["linear"], given, holds)
-    run_and_save(job, options["backend"], output, capture, options["non_finite"], options["check_finite"])
+    run_and_save(
+        job, options["backend"], output, capture, options["non_finite"], options["check_finite"], options["profile"]
+    )
     return 0
 
 

@@ -109,8 +109,8 @@ def effects_of_text(path: Path) -> dict[str, Effect]:
     return {kernel.name: _of_kernel(kernel, path)} if kernel.program.images else {}
 
 
-#: Files that are read by their suffix; any other one is the text of a kernel.
-READERS: dict[str, Reader] = {".py": effects_of_module}
+#: What reads a file, by its suffix; any other one that is named as an effect is the text of a kernel too.
+READERS: dict[str, Reader] = {".py": effects_of_module, ".txt": effects_of_text}
 
 
 # Kernels

@@ -55,6 +55,16 @@ class Like:
 
 
 @dataclass(frozen=True, slots=True)
+class Blocks:
+    """So many pixels side by side for each block of another picture's texels; a block at an edge may be smaller."""
+
+    other: Target
+    width: int
+    height: int
+    each: int = 1
+
+
+@dataclass(frozen=True, slots=True)
 class Computed:
     """Sides as formulas of the output's, rounded down, at least one pixel; see `passgraph.graph.formulas`."""
 
@@ -66,7 +76,7 @@ class Computed:
             check_formula(formula, "a computed size")
 
 
-SizeClass: TypeAlias = Absolute | Relative | Like | Computed
+SizeClass: TypeAlias = Absolute | Relative | Like | Blocks | Computed
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,7 +96,7 @@ class TargetSpec:
         arguments.instance(self.format, Format, f"{where}: format", "one of passgraph.formats.FORMATS")
         if self.size is not None:
             made_by = "made by pg.target(size=, scale= or like=)"
-            arguments.instance(self.size, (Absolute, Relative, Like, Computed), f"{where}: size", made_by)
+            arguments.instance(self.size, (Absolute, Relative, Like, Blocks, Computed), f"{where}: size", made_by)
         if self.clear is not None:
             _check_clear(self.clear, self.format, where)
         arguments.several(self.notes, str, f"{where}: notes", "lines of text")

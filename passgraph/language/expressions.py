@@ -8,7 +8,6 @@ from contextlib import contextmanager, nullcontext
 from typing import TYPE_CHECKING
 
 from passgraph.language import images, ir, symbols
-from passgraph.language.foreign import method_spelling
 from passgraph.language.operations import OPERATIONS, called, signed
 from passgraph.language.quads import DERIVATIVES, derivative
 from passgraph.language.scope import FunctionSource, ModuleName, number, written
@@ -302,6 +301,8 @@ class Expressions:
         if not isinstance(node.func, (ast.Name, ast.Attribute)):
             fail(span, "only named functions can be called")
         if isinstance(node.func, ast.Attribute) and not self._is_outer(node.func):
+            from passgraph.language.foreign import method_spelling
+
             fail(span, f"values have no methods; got .{node.func.attr}(){method_spelling(node.func.attr)}")
         meaning = resolve(node.func, self.frame.scope, self.frame.source)
         if isinstance(meaning, FunctionSource):

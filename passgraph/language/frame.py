@@ -117,7 +117,7 @@ class Builder:
         kept = (ir.Literal, ir.Uniform, ir.Builtin, ir.Table)
         if isinstance(value, kept) or (keep_locals and isinstance(value, ir.Local)):
             return value
-        name = self.fresh("t")
+        name = self.fresh("")
         self.emit(ir.Assign(name, value, span))
         return ir.Local(value.type, name, span)
 

@@ -11,7 +11,6 @@ from typing import TypeAlias, cast
 
 from passgraph.language import ir
 from passgraph.language.facts import PROPERTIES
-from passgraph.language.foreign import FORMS, mending
 from passgraph.language.library import LIBRARY
 from passgraph.language.source import Span, fail
 from passgraph.language.types import FLOAT, INT, IVEC2, VEC2, VEC3, VEC4, Value
@@ -29,10 +28,10 @@ METHODS: dict[str, tuple[tuple[tuple[str, Value], ...], str, str | None]] = {
     "texel": ((("position", IVEC2), ("level", INT)), "texel", "texel_of"),
     "sample": ((_UV, ("lod", FLOAT)), "sample", "sample_between"),
     "nearest": ((_UV,), "nearest", None),
+    "lod": ((_UV,), "lod", None),
     "gather": ((_UV, ("channel", INT)), "gather", None),
     "sample3": ((("position", VEC3),), "sample3", None),
     "size_of": ((("level", INT),), "size_of", None),
-    "lod": ((_UV,), "lod", None),
     # Of the library alone.
     "_filtered": ((_UV, ("value", VEC4), ("slack", VEC4)), "_filtered", None),
 }
@@ -55,6 +54,9 @@ def attribute(image: ImageValue, name: str, span: Span) -> ir.Expr:
         return ir.Size(IVEC2, image.name, span)
     if name in PROPERTIES:
         return ir.Property(PROPERTIES[name], image.name, name, span)
+    # What other languages call things is asked for by errors alone.
+    from passgraph.language.foreign import FORMS, mending
+
     mend = mending(name) if name in FORMS else ""
     fail(span, f"an Image has .size, .levels and .slices, and is read by {_reads()}, not .{name}{mend}")
 

@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 from passgraph.arguments import numbers, shown
 from passgraph.errors import InputError
 from passgraph.language import ir, symbols
-from passgraph.language.foreign import mending, own_spelling
 from passgraph.language.meanings import INT_MAX, INT_MIN, int_of_bits
 from passgraph.language.operations import BUILTINS as OPERATIONS_OF_PYTHON
 from passgraph.language.operations import FUNCTIONS
@@ -115,6 +114,8 @@ class Scope:
         try:
             return self.names(name)
         except KeyError:
+            from passgraph.language.foreign import mending  # what errors say is loaded with the first
+
             ours = name in TEXT_NAMES and name != "pi"
             mend = f"; import it: from passgraph import {name}" if ours else mending(name, self.listed())
             sees = (
@@ -229,6 +230,8 @@ def classified(value: object, path: str, scope: Scope, span: Span) -> Any:
     try:
         frozen = freeze(value)
     except TypeError:
+        from passgraph.language.foreign import own_spelling
+
         mend = own_spelling(path.rpartition(".")[2]) if _is_foreign(value) else ""
         takes = "; they take numbers, tuples and arrays of numbers, @pg.struct classes and @pg.function functions"
         fail(span, f"{path} is {_described(value)}, which kernels cannot use{mend or takes}")

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from passgraph.language import ir, symbols
-from passgraph.language.foreign import mending
 from passgraph.language.scope import FunctionSource, ModuleName, Scope, meaning_of, number, typed_constant, written
 from passgraph.language.source import Source, Span, fail
 from passgraph.language.types import (
@@ -57,6 +56,8 @@ def resolve(node: ast.expr, scope: Scope, source: Source) -> object:
         base = resolve(node.value, scope, source)
         if isinstance(base, ModuleName):
             if not hasattr(base.module, node.attr):
+                from passgraph.language.foreign import mending
+
                 mend = mending(node.attr, (name for name in vars(base.module) if not name.startswith("_")))
                 fail(span, f"module {base.module.__name__} has no {node.attr!r}{mend}")
             return meaning_of(getattr(base.module, node.attr), f"{base.path}.{node.attr}", scope, span)

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Generic, Self, TypeVar
 
 from passgraph.errors import PassgraphError
 
@@ -51,7 +51,7 @@ class _Constant(tuple[Any, ...]):
 
     size = 0
 
-    def __new__(cls, *arguments: Any) -> Any:
+    def __new__(cls, *arguments: Any) -> Self:
         numbers: list[Any] = []
         for argument in arguments:
             numbers.extend(argument if isinstance(argument, Iterable) else [argument])
@@ -69,15 +69,28 @@ class _Constant(tuple[Any, ...]):
 
         def __getattr__(self, name: str) -> Any: ...
         def __setattr__(self, name: str, value: Any) -> None: ...
-        def __add__(self, other: Any) -> Any: ...
-        def __radd__(self, other: Any) -> Any: ...
-        def __sub__(self, other: Any) -> Any: ...
-        def __rsub__(self, other: Any) -> Any: ...
-        def __mul__(self, other: Any) -> Any: ...
-        def __rmul__(self, other: Any) -> Any: ...
-        def __truediv__(self, other: Any) -> Any: ...
-        def __rtruediv__(self, other: Any) -> Any: ...
-        def __neg__(self) -> Any: ...
+        def __add__(self, other: Any) -> Self: ...
+        def __radd__(self, other: Any) -> Self: ...
+        def __sub__(self, other: Any) -> Self: ...
+        def __rsub__(self, other: Any) -> Self: ...
+        def __mul__(self, other: Any) -> Self: ...
+        def __rmul__(self, other: Any) -> Self: ...
+        def __truediv__(self, other: Any) -> Self: ...
+        def __rtruediv__(self, other: Any) -> Self: ...
+        def __neg__(self) -> Self: ...
+        def __floordiv__(self, other: Any) -> Self: ...
+        def __mod__(self, other: Any) -> Self: ...
+        def __pow__(self, other: Any) -> Self: ...
+        def __and__(self, other: Any) -> Self: ...
+        def __or__(self, other: Any) -> Self: ...
+        def __xor__(self, other: Any) -> Self: ...
+        def __lshift__(self, other: Any) -> Self: ...
+        def __rshift__(self, other: Any) -> Self: ...
+        def __invert__(self) -> Self: ...
+        def __lt__(self, other: Any) -> Any: ...
+        def __le__(self, other: Any) -> Any: ...
+        def __gt__(self, other: Any) -> Any: ...
+        def __ge__(self, other: Any) -> Any: ...
         def __getitem__(self, index: Any) -> Any: ...
         def __setitem__(self, index: Any, value: Any) -> None: ...
 
@@ -85,52 +98,200 @@ class _Constant(tuple[Any, ...]):
 class vec2(_Constant):
     size = 2
 
+    if TYPE_CHECKING:
+        x: float
+        y: float
+        r: float
+        g: float
+        xy: vec2
+        rg: vec2
+
 
 class vec3(_Constant):
     size = 3
+
+    if TYPE_CHECKING:
+        x: float
+        y: float
+        z: float
+        r: float
+        g: float
+        b: float
+        xy: vec2
+        xyz: vec3
+        rg: vec2
+        rgb: vec3
 
 
 class vec4(_Constant):
     size = 4
 
+    if TYPE_CHECKING:
+        x: float
+        y: float
+        z: float
+        w: float
+        r: float
+        g: float
+        b: float
+        a: float
+        xy: vec2
+        xyz: vec3
+        xyzw: vec4
+        rg: vec2
+        rgb: vec3
+        rgba: vec4
+
 
 class ivec2(_Constant):
     size = 2
+
+    if TYPE_CHECKING:
+        x: int
+        y: int
+        r: int
+        g: int
+        xy: ivec2
+        rg: ivec2
 
 
 class ivec3(_Constant):
     size = 3
 
+    if TYPE_CHECKING:
+        x: int
+        y: int
+        z: int
+        r: int
+        g: int
+        b: int
+        xy: ivec2
+        xyz: ivec3
+        rg: ivec2
+        rgb: ivec3
+
 
 class ivec4(_Constant):
     size = 4
+
+    if TYPE_CHECKING:
+        x: int
+        y: int
+        z: int
+        w: int
+        r: int
+        g: int
+        b: int
+        a: int
+        xy: ivec2
+        xyz: ivec3
+        xyzw: ivec4
+        rg: ivec2
+        rgb: ivec3
+        rgba: ivec4
 
 
 class uvec2(_Constant):
     size = 2
 
+    if TYPE_CHECKING:
+        x: int
+        y: int
+        r: int
+        g: int
+        xy: uvec2
+        rg: uvec2
+
 
 class uvec3(_Constant):
     size = 3
+
+    if TYPE_CHECKING:
+        x: int
+        y: int
+        z: int
+        r: int
+        g: int
+        b: int
+        xy: uvec2
+        xyz: uvec3
+        rg: uvec2
+        rgb: uvec3
 
 
 class uvec4(_Constant):
     size = 4
 
+    if TYPE_CHECKING:
+        x: int
+        y: int
+        z: int
+        w: int
+        r: int
+        g: int
+        b: int
+        a: int
+        xy: uvec2
+        xyz: uvec3
+        xyzw: uvec4
+        rg: uvec2
+        rgb: uvec3
+        rgba: uvec4
+
 
 class bvec2(_Constant):
     size = 2
+
+    if TYPE_CHECKING:
+        x: bool
+        y: bool
+        r: bool
+        g: bool
+        xy: bvec2
+        rg: bvec2
 
 
 class bvec3(_Constant):
     size = 3
 
+    if TYPE_CHECKING:
+        x: bool
+        y: bool
+        z: bool
+        r: bool
+        g: bool
+        b: bool
+        xy: bvec2
+        xyz: bvec3
+        rg: bvec2
+        rgb: bvec3
+
 
 class bvec4(_Constant):
     size = 4
 
+    if TYPE_CHECKING:
+        x: bool
+        y: bool
+        z: bool
+        w: bool
+        r: bool
+        g: bool
+        b: bool
+        a: bool
+        xy: bvec2
+        xyz: bvec3
+        xyzw: bvec4
+        rg: bvec2
+        rgb: bvec3
+        rgba: bvec4
+
 
 class _MatrixConstant(_Constant):
+    if TYPE_CHECKING:
+
+        def __mul__(self, other: Any) -> Any: ...
+
     @classmethod
     def _filled(cls, number: Any) -> list[Any]:
         """One number on the diagonal, as in GLSL."""
@@ -154,30 +315,30 @@ class Image:
     """A picture: ``image[dx, dy]``, ``image.texel(p)``, ``image.sample(uv)``, ``image.size``, and more."""
 
     if TYPE_CHECKING:
-        size: Any
-        levels: Any
-        slices: Any
+        size: ivec2
+        levels: int
+        slices: int
 
-        def __getitem__(self, offset: tuple[Any, Any]) -> Any: ...
-        def texel(self, position: Any, level: Any = ...) -> Any: ...
-        def sample(self, uv: Any, lod: Any = ...) -> Any: ...
-        def nearest(self, uv: Any) -> Any: ...
-        def gather(self, uv: Any, channel: Any) -> Any: ...
-        def sample3(self, position: Any) -> Any: ...
-        def size_of(self, level: Any) -> Any: ...
-        def lod(self, uv: Any) -> Any: ...
+        def __getitem__(self, offset: tuple[Any, Any]) -> vec4: ...
+        def texel(self, position: Any, level: Any = ...) -> vec4: ...
+        def sample(self, uv: Any, lod: Any = ...) -> vec4: ...
+        def nearest(self, uv: Any) -> vec4: ...
+        def gather(self, uv: Any, channel: Any) -> vec4: ...
+        def sample3(self, position: Any) -> vec4: ...
+        def size_of(self, level: Any) -> ivec2: ...
+        def lod(self, uv: Any) -> float: ...
 
 
 class Vertex:
     """One vertex of a mesh, as a vertex kernel sees it (object space; see :data:`VERTEX_FIELDS`)."""
 
     if TYPE_CHECKING:
-        position: Any
-        normal: Any
-        uv: Any
-        color: Any
-        tangent: Any
-        instance: Any
+        position: vec3
+        normal: vec3
+        uv: vec2
+        color: vec4
+        tangent: vec4
+        instance: int
 
 
 if TYPE_CHECKING:

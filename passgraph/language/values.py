@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from passgraph.language import ir
-from passgraph.language.foreign import method_spelling
 from passgraph.language.meanings import int_of_bits
 from passgraph.language.source import Span, fail
 from passgraph.language.symbols import UINT_MAX
@@ -81,6 +80,8 @@ def swizzle_components(name: str, type_: Vector, span: Span) -> tuple[int, ...]:
             if max(components) >= type_.size:
                 fail(span, f"{type_} has no component {letters[max(components)]!r}")
             return components
+    from passgraph.language.foreign import method_spelling
+
     letters = "; swizzles use xyzw, rgba or stpq, one set at a time"
     fail(span, f"{type_} has no attribute {name!r}{method_spelling(name) or letters}")
 

@@ -48,3 +48,6 @@ inverse = _row("inverse", "M -> M", "inverse; NaN where the determinant is 0, of
 outer = _row("outer", "V V -> M", "column vector times row vector (GLSL outerProduct)", _of.outer,
              ((1, 2), (3, 4), ((3, 6), (4, 8))), ulp=0.5)
 # fmt: on
+
+#: What kernels call by these names; stubs for type checkers are written by docs/stubs.py.
+__all__ = [name for name in vars() if "a" <= name[0] <= "z" and name != "annotations"]

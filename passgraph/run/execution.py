@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from contextlib import nullcontext
+from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 
 Picture = NDArray[np.float32]
 Execute: TypeAlias = Callable[[dict[Any, object]], None]
+#: Runs a step that it is handed, and takes the time.
+Timed: TypeAlias = Callable[[Step, Callable[[], None]], None]
 
 
 class Execution:
@@ -170,11 +173,12 @@ class Execution:
         observe: Callable[[Step, dict[str, Picture]], None] | None,
         check: PassCheck | None = None,
         room: Mapping[int, Given] | None = None,
+        timed: Timed | None = None,
     ) -> None:
         """Every step in order; static ones only where something that they depend on is new.
 
         ``observe`` and ``check`` see what each step wrote, which is then read back: slow, for looking.  ``room`` says
-        where results go, by resource.
+        where results go, by resource.  ``timed`` is handed each step to run.
         """
         self.lending.begin(room or {})
         values = self._values(given)
@@ -185,7 +189,7 @@ class Execution:
         if check is not None:
             check.begin()
         try:
-            self._run_steps(pictures, values, observe, check, static_changed)
+            self._run_steps(pictures, values, observe, check, static_changed, timed)
         except BaseException:
             self.lending.begin({})
             raise
@@ -195,6 +199,7 @@ class Execution:
     def _run_steps(
         self, pictures: Mapping[str, Given], values: dict[Any, object],
         observe: Callable[[Step, dict[str, Picture]], None] | None, check: PassCheck | None, static_changed: bool,
+        timed: Timed | None,
     ) -> None:  # fmt: skip
         looking = observe is not None or check is not None
         # Who looks may use the device between two steps.
@@ -211,7 +216,10 @@ class Execution:
             for step, execute in self._runs if looking else self._chained:
                 if step.static and not static_changed:
                     continue
-                execute(values)
+                if timed is None:
+                    execute(values)
+                else:
+                    timed(step, partial(execute, values))
                 if observe is not None or check is not None:
                     written = {resource: self.download(resource) for resource in step.writes}
                     if observe is not None:
@@ -219,6 +227,10 @@ class Execution:
                     if check is not None:
                         check.look(step, written)
             self.lending.end(self.places, self.memories)
+
+    def ends(self, looking: bool) -> list[Step]:
+        """The last step of each that runs as one, in order; of who looks at what passes wrote each is one."""
+        return [step for step, _ in (self._runs if looking else self._chained)]
 
     def _move_history(self) -> None:
         """What runs wrote becomes older; at the start of a run, so that results can be read after the last one."""

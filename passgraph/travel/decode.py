@@ -18,9 +18,11 @@ from passgraph.graph.drawing import draw
 from passgraph.graph.formulas import MAX_DEPTH
 from passgraph.graph.geometry import FrozenGeometry
 from passgraph.graph.targets import (
+    MAX_SIDE,
     MOST_SLOTS,
     READING,
     Absolute,
+    Blocks,
     Computed,
     InputSpec,
     Like,
@@ -165,17 +167,21 @@ class _Graph:
         document = self.document
         if given is None:
             return None
-        names = [
-            name for name in ("pixels", "like", "scale", "formulas") if isinstance(given, Mapping) and name in given
-        ]
+        known = ("pixels", "like", "scale", "blocks", "formulas")
+        names = [name for name in known if isinstance(given, Mapping) and name in given]
         record = document.record(given, where, *(names or ["pixels"]))
         if names == ["pixels"]:
             return Absolute(*self._pixels(record["pixels"], where))
         if names == ["formulas"]:
             width, height = document.items(record["formulas"], f"{where}.formulas", exactly=2)
             return Computed(_formula(width), _formula(height))
+        if names == ["like", "blocks"]:
+            counts = document.items(record["blocks"], f"{where}.blocks", exactly=3)
+            across, down, each = (document.whole(count, f"{where}.blocks", 1, MAX_SIDE) for count in counts)
+            return Blocks(self._lender(record["like"], f"{where}.like"), across, down, each)
         if names not in (["scale"], ["like", "scale"]):
-            document.wrong(where, "an object with pixels, with scale, with like and scale, or with formulas", given)
+            expected = "an object with pixels, with scale, with like and scale or blocks, or with formulas"
+            document.wrong(where, expected, given)
         scale = checked_scale(document.number(record["scale"], f"{where}.scale"), where)
         return Relative(scale) if names == ["scale"] else Like(self._lender(record["like"], f"{where}.like"), scale)
 

@@ -20,6 +20,7 @@ from passgraph.graph.outputs import Outputs, named_outputs
 from passgraph.graph.targets import (
     READING,
     Absolute,
+    Blocks,
     Computed,
     DrawPass,
     InputSpec,
@@ -121,7 +122,7 @@ class _Writer:
     def _target(self, spec: TargetSpec) -> int:
         # Targets whose sizes hang on each other form a chain that may be long.
         chain = [spec]
-        while id(chain[-1]) not in self._numbers and isinstance(chain[-1].size, Like):
+        while id(chain[-1]) not in self._numbers and isinstance(chain[-1].size, Like | Blocks):
             lender = chain[-1].size.other.spec
             if not isinstance(lender, TargetSpec) or lender in chain:
                 break
@@ -145,12 +146,13 @@ class _Writer:
             return None
         if isinstance(size, Computed):
             return {"formulas": [size.width, size.height]}
+        part = {"scale": size.scale} if isinstance(size, Like) else {"blocks": [size.width, size.height, size.each]}
         lender = size.other.spec
         if isinstance(lender, InputSpec):
-            return {"like": {"input": self._input(lender)}, "scale": size.scale}
+            return {"like": {"input": self._input(lender)}, **part}
         if id(lender) not in self._numbers:
             raise GraphError(f"{where} takes its size from itself, by way of {lender.name!r}; give one of them a size")
-        return {"like": {"target": self._numbers[id(lender)]}, "scale": size.scale}
+        return {"like": {"target": self._numbers[id(lender)]}, **part}
 
     def handle(self, target: Target) -> dict[str, Any]:
         spec = target.spec

@@ -17,6 +17,10 @@ def _plan(function: str, old: str, new: str, harmless: str = "") -> Mutant:
     return Mutant(function, old, new, "gl", ("plans/", "sequences/"), harmless)
 
 
+def _reduce(function: str, old: str, new: str, *catchers: str) -> Mutant:
+    return Mutant(function, old, new, "gl", catchers or ("plans/sums", "plans/a histogram", "plans/less last"))
+
+
 #: Of the row of floats, which GLSL's row of ints is like up to its end.
 _FLOATS = '"add": "({0} + {1})", "sub": "({0} - {1})", "mul": "({0} * {1})", "div"'
 
@@ -391,6 +395,16 @@ MUTANTS = (
         "gl",
         ("language/identities", "operations/sub"),
     ),
+    # Reductions, which the oracle computes as they are written: what they must give, cases say
+    _reduce("joined", "return a + b", "return a - b"),
+    _reduce("joined", "b.x == a.x and b.z < a.z", "b.x == a.x", "plans/the first place"),
+    _reduce("at_place", "at.x < image.size.x and at.y < image.size.y", "at.x < image.size.x"),
+    _reduce("reduce_level", "ivec2(SIDE, 0), ivec2(SIDE * SIDE, 1)", "ivec2(SIDE, 0), ivec2(SIDE, 1)"),
+    _reduce("per_texel", "float(size.x // made.x) * float(size.y // made.y)", "float(size.x // made.x)"),
+    _reduce("bin_of", "number >= low and number <= high", "number <= high"),
+    _reduce("bin_of", "min(place, bins - 1) + 1", "place + 1"),
+    _reduce("count_bins", "pixel().x + 1", "pixel().x"),
+    _reduce("_taken", "-(-size[0] // declared.width)", "(size[0] // declared.width)"),
     # Loops, match and discard: Python is the truth, which the reference may not share
     Mutant("Loops._index", '"greater_equal", count', '"greater", count', "numpy", ("language/bounds from data",)),
     Mutant(
