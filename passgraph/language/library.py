@@ -164,8 +164,6 @@ def texel_upward(image: Image, position: ivec2) -> vec4:
 def sample_upward(image: Image, position: vec2) -> vec4:
     """As sample, with (0, 0) the bottom left corner: texels and their weights are those that OpenGL takes."""
     if image.is_nearest:
-        return texel_upward(image, ivec2(floor(position * vec2(image.size))))
-    if image.is_nearest:
         # Farther out the row counted from the top would not fit into an int.
         return texel_upward(image, ivec2(floor(clamp(position * vec2(image.size), -1073741824.0, 1073741824.0))))
     p = between(position, image.size)

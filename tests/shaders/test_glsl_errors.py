@@ -60,7 +60,7 @@ def test_an_argument_of_a_macro_keeps_its_place() -> None:
         ("void main() { if (1) { } }", "a condition must be bool, got int"),
         ("void main() { float a = 1.5 % 2.0; }", "use mod()"),
         ("void main() { bool b = vec2(1) < vec2(2); }", "use lessThan()"),
-        ("uniform sampler3D t; " + MAIN, "sampler3D is not a type"),
+        ("uniform samplerCube t; " + MAIN, "samplerCube is not a type"),
         ("void main() { float a[2]; a[5] = 1.0; }", "outside"),
         ("void main() { float a[0]; }", "from 1 to 1024"),
         ("in vec4 tint; void main() { gl_FragColor = tint; }", "input tint has no value"),

@@ -39,8 +39,8 @@ class Uniform:
     has_default: bool = False
 
 
-#: Samplers that are pictures; what they hold arrives as floats.
-_PICTURES = frozenset(["sampler2D", "sampler2DRect", "samplerExternalOES"])
+#: Samplers that are pictures; what they hold arrives as floats.  A volume is a picture of its slices.
+_PICTURES = frozenset(["sampler2D", "sampler2DRect", "samplerExternalOES", "sampler3D"])
 _SQUARE = {f"mat{n}x{n}": f"mat{n}" for n in (2, 3, 4)}
 _NEVER = 1 << 62
 T = TypeVar("T")
