@@ -5,10 +5,11 @@ from __future__ import annotations
 from functools import partial
 
 from passgraph.language import ir
+from passgraph.language.exits import Exit
 from passgraph.language.frame import MAX_CALL_DEPTH
 from passgraph.language.signature import checked_struct
 from passgraph.language.source import Span, fail
-from passgraph.language.types import BOOL, INT, ImageType, Struct, Type
+from passgraph.language.types import INT, ImageType, Struct, Type
 from passgraph.language.values import ImageValue, Part
 from passgraph.language.variables import new_variable, read_variable
 from passgraph.shaders.glsl import syntax as g
@@ -33,7 +34,7 @@ class Body:
         self.scopes: list[dict[str, Binding]] = []
         self.expressions, self.statements = Expressions(self), Statements(self)
         self.result = None if result is None else new_variable(result, self.builder.fresh(f"{name}.result"))
-        self.returned = self.builder.fresh(f"{name}.returned")
+        self.exit = Exit(self.builder, name)
 
     # Names
 
@@ -198,7 +199,7 @@ class Body:
         """The statements of a function, and its value."""
         if self.result is not None and self._ends_once(block):
             return self._value_at_end(block)
-        self.builder.emit(ir.Assign(self.returned, ir.Literal(BOOL, False, span), span))
+        self.exit.open(span)
         if self.result is not None:
             self.builder.clear(self.result)
         done = self.statements.block(block.statements)

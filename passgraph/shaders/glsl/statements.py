@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING
 from passgraph.language import ir
 from passgraph.language.looping import Section, switch
 from passgraph.language.source import Span, fail
-from passgraph.language.types import BOOL, INT, UINT
-from passgraph.language.typing_rules import apply
+from passgraph.language.types import INT, UINT
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.folding import constant
 from passgraph.shaders.glsl.loops import emit_loop
@@ -57,8 +56,7 @@ class Statements:
                     return self._guarded(nodes[position:], node.span)
                 if isinstance(node, (g.Loop, g.Switch)):
                     # A return has left the inner loop; this one is left as well.
-                    returned = ir.Local(BOOL, self.body.returned, node.span)
-                    self.body.builder.emit(ir.If(returned, (ir.Break(node.span),), (), node.span))
+                    self.body.exit.leave_loop_around(node.span)
         return False
 
     def _other(self, node: g.Statement) -> bool:
@@ -99,10 +97,9 @@ class Statements:
         """What follows, under the condition that nothing has left the function yet."""
         if not rest:
             return False
-        block, done = self.body.unit.captured(lambda: self.run(rest), span)
-        here = apply("logical_not", [ir.Local(BOOL, self.body.returned, span)], span)
-        self.body.builder.emit(ir.If(here, block, (), span))
-        return done
+        done: list[bool] = []
+        self.body.exit.unless_left(lambda: done.append(self.run(rest)), span)
+        return done[0]
 
     # Exits
 
@@ -118,18 +115,13 @@ class Statements:
             what = f"the result of {body.name}"
             part = fitted(part, body.result.type, node.value.span, what)
             body.builder.store(body.result, part, node.value.span, what)
-        self._leave(span)
-
-    def _leave(self, span: Span) -> None:
-        self.body.builder.emit(ir.Assign(self.body.returned, ir.Literal(BOOL, True, span), span))
-        if self.around:
-            self.body.builder.emit(ir.Break(span))
+        body.exit.leave(span, in_loop=bool(self.around))
 
     def _jump(self, node: g.Jump) -> bool:
         span, builder = node.span, self.body.builder
         if node.kind == "discard":
             builder.discard(span)
-            self._leave(span)
+            self.body.exit.leave(span, in_loop=bool(self.around))
             return True
         if not any(isinstance(one, g.Loop) or node.kind == "break" for one in self.around):
             fail(span, f"{node.kind} belongs inside a loop")
