@@ -381,6 +381,7 @@ CALLS: list[Call] = [
                               clear_stencil=0, name=None, values=None, shift=(0, 0, 0)),
     *(call(f"a mesh's {name}", _array(name), value=getattr(triangle(), name))
       for name in ("positions", "triangles", "normals", "uvs", "colors", "tangents")),
+    call("load_shader", pg.load_shader, path=f"{_FOLDER}/x.glsl"),
     call("load", _load, path=f"{_FOLDER}/x.png", max_bytes=1 << 20, linear=False),
     call("save", pg.save, path=f"{_FOLDER}/x.npy", picture=FRAME, linear=False),
     call("frames", _framed, program=None, source=Arrays([FRAME]), sink=ToArrays(), values=None, output="copy", jobs=1,

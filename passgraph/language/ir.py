@@ -13,7 +13,7 @@ from typing import Any, TypeAlias, get_args
 from typing import Literal as OneOf
 
 from passgraph.language.source import NOWHERE, Span
-from passgraph.language.types import Array, Scalar, Type, Value
+from passgraph.language.types import Array, Scalar, Type, Value, image_names
 
 Number: TypeAlias = bool | int | float
 #: After an image's name: the picture of its smaller levels, see :mod:`passgraph.plan.mipmaps`.
@@ -302,7 +302,8 @@ class TypedKernel:
 
     @property
     def images(self) -> tuple[str, ...]:
-        return tuple(p.name for p in self.parameters if str(p.type) == "Image")
+        """Names of all images that it may read: parameters, and those in fields and entries of parameters."""
+        return tuple(name for p in self.parameters for name in image_names(p.type, p.name))
 
     @property
     def pictures(self) -> tuple[str, ...]:

@@ -7,7 +7,6 @@ that a kernel may capture.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Generic, Self, TypeVar
@@ -288,6 +287,8 @@ class bvec4(_Constant):
 
 
 class _MatrixConstant(_Constant):
+    rows = 0
+
     if TYPE_CHECKING:
 
         def __mul__(self, other: Any) -> Any: ...
@@ -295,20 +296,43 @@ class _MatrixConstant(_Constant):
     @classmethod
     def _filled(cls, number: Any) -> list[Any]:
         """One number on the diagonal, as in GLSL."""
-        side = math.isqrt(cls.size)
-        return [number if i % (side + 1) == 0 else number * 0 for i in range(cls.size)]
+        return [number if i // cls.rows == i % cls.rows else number * 0 for i in range(cls.size)]
 
 
 class mat2(_MatrixConstant):
-    size = 4
+    size, rows = 4, 2
+
+
+class mat2x3(_MatrixConstant):
+    size, rows = 6, 3
+
+
+class mat2x4(_MatrixConstant):
+    size, rows = 8, 4
+
+
+class mat3x2(_MatrixConstant):
+    size, rows = 6, 2
 
 
 class mat3(_MatrixConstant):
-    size = 9
+    size, rows = 9, 3
+
+
+class mat3x4(_MatrixConstant):
+    size, rows = 12, 4
+
+
+class mat4x2(_MatrixConstant):
+    size, rows = 8, 2
+
+
+class mat4x3(_MatrixConstant):
+    size, rows = 12, 3
 
 
 class mat4(_MatrixConstant):
-    size = 16
+    size, rows = 16, 4
 
 
 class Image:
@@ -363,6 +387,7 @@ TYPE_MARKERS: dict[object, str] = {
     uvec2: "uvec2", uvec3: "uvec3", uvec4: "uvec4",
     bvec2: "bvec2", bvec3: "bvec3", bvec4: "bvec4",
     mat2: "mat2", mat3: "mat3", mat4: "mat4",
+    mat2x3: "mat2x3", mat2x4: "mat2x4", mat3x2: "mat3x2", mat3x4: "mat3x4", mat4x2: "mat4x2", mat4x3: "mat4x3",
     Image: "Image",
 }  # fmt: skip
 
@@ -395,8 +420,9 @@ FUNCTIONS = {**{symbol.name: symbol for symbol in (*_STAGE, *WRITTEN)}, "dFdx": 
 
 __all__ = [
     "Array", "Const", "Image", "Vertex", "bvec2", "bvec3", "bvec4", "dFdx", "dFdy", "dfdx", "dfdy", "discard",
-    "fragment_depth", "frexp", "front_facing", "fwidth", "ivec2", "ivec3", "ivec4", "mat2", "mat3", "mat4", "modf",
-    "output_size", "pack_half2x16", "pack_snorm2x16", "pack_snorm4x8", "pack_unorm2x16", "pack_unorm4x8", "pixel",
-    "select", "uint", "unpack_half2x16", "unpack_snorm2x16", "unpack_snorm4x8", "unpack_unorm2x16", "unpack_unorm4x8",
-    "uv", "uvec2", "uvec3", "uvec4", "vec2", "vec3", "vec4",
+    "fragment_depth", "frexp", "front_facing", "fwidth", "ivec2", "ivec3", "ivec4", "mat2", "mat2x3", "mat2x4", "mat3",
+    "mat3x2", "mat3x4", "mat4", "mat4x2", "mat4x3", "modf", "output_size", "pack_half2x16", "pack_snorm2x16",
+    "pack_snorm4x8", "pack_unorm2x16", "pack_unorm4x8", "pixel", "select", "uint", "unpack_half2x16",
+    "unpack_snorm2x16", "unpack_snorm4x8", "unpack_unorm2x16", "unpack_unorm4x8", "uv", "uvec2", "uvec3", "uvec4",
+    "vec2", "vec3", "vec4",
 ]  # fmt: skip

@@ -50,11 +50,11 @@ def refract(v: _V, w: _V, z: float, /) -> _V:
 def transpose(m: _M, /) -> _M:
     """rows and columns swapped."""
 
-def determinant(m: _M, /) -> float:
+def determinant(x: Any, /) -> float:
     """determinant."""
 
-def inverse(m: _M, /) -> _M:
+def inverse(x: Any, /) -> Any:
     """inverse; NaN where the determinant is 0, of columns brought near 1."""
 
 def outer(v: _V, w: _V, /) -> Any:
-    """column vector times row vector (GLSL outerProduct)."""
+    """column vector times row vector, of any two sizes (GLSL outerProduct)."""

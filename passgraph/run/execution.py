@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from functools import partial
 from itertools import pairwise
@@ -369,6 +369,8 @@ def _same(one: object, other: object) -> bool:
 
 def _contents(value: object) -> object:
     """What tells two derived values apart: numbers as bytes, fields of structs one by one."""
+    if isinstance(value, (list, tuple)) and any(hasattr(part, "__dict__") for part in value):
+        return tuple(map(_contents, value))
     if isinstance(value, np.ndarray) or not hasattr(value, "__dict__"):
         return np.asarray(value, np.float64).tobytes()
     return tuple(_contents(part) for part in vars(value).values())
@@ -406,11 +408,7 @@ class Uniforms:
 
     def _store(self, entry: Any, value: object) -> None:
         key, fields, place, type_, name = entry
-        for field in fields:
-            if not hasattr(value, field):
-                raise InputError(f"{key!r} needs a field {field!r}, which {type(value).__name__} lacks")
-            value = getattr(value, field)
-        place[:] = components(value, type_, name)
+        place[:] = components(_picked(value, fields, key), type_, name)
 
     def pack(self, values: dict[Any, object]) -> Block:
         """The block for this run."""
@@ -423,6 +421,17 @@ class Uniforms:
                 if key in self.overrides:
                     self._store(entry, self.overrides[key])
         return self.block
+
+
+def _picked(value: object, fields: Sequence[str], key: str) -> object:
+    """A field of a field of a value; of a list, that of each entry."""
+    for i, field in enumerate(fields):
+        if isinstance(value, (list, tuple)) and not hasattr(value, field):
+            return [_picked(one, fields[i:], key) for one in value]
+        if not hasattr(value, field):
+            raise InputError(f"{key!r} needs a field {field!r}, which {type(value).__name__} lacks")
+        value = getattr(value, field)
+    return value
 
 
 def resolve(handle: object, values: dict[Any, object]) -> object:

@@ -34,7 +34,7 @@ from passgraph.graph.values import FILLED_IN, Derived, Value
 from passgraph.language.kernel import Kernel
 from passgraph.language.layout import components
 from passgraph.language.symbols import UINT_MAX
-from passgraph.language.types import Scalar, Struct, Type, element_of
+from passgraph.language.types import Scalar, Struct, Type, element_of, innermost, is_plain
 from passgraph.plan.reach import passes_behind
 from passgraph.travel.arrays import array_data
 from passgraph.travel.document import number_data
@@ -210,8 +210,9 @@ class _Writer:
         if isinstance(given, Value):
             filled_in = FILLED_IN.get(given.name) is given
             return {"value": given.name if filled_in else self._value(given, where)}
-        parts = [_numbers_data(part, leaf, name) for name, leaf, part in leaves(given, type_, where)]
-        return {"fields": parts} if isinstance(type_, Struct) else parts[0]
+        plain = [leaf for leaf in leaves(given, type_, where) if is_plain(leaf[1])]
+        parts = [_numbers_data(part, leaf, name) for name, leaf, part in plain]
+        return {"fields": parts} if isinstance(innermost(type_), Struct) else parts[0]
 
     def _value(self, value: Value, where: str) -> int:
         if id(value) in self._numbers:

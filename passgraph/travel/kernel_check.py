@@ -17,7 +17,7 @@ from passgraph.language.facts import PROPERTIES
 from passgraph.language.layout import FLOAT_END
 from passgraph.language.meanings import INT_MAX, INT_MIN
 from passgraph.language.operations import OPERATIONS
-from passgraph.language.signature import VERTEX
+from passgraph.language.signature import MAX_IMAGES, VERTEX
 from passgraph.language.source import NOWHERE
 from passgraph.language.statements import MAX_BLOCKS
 from passgraph.language.symbols import UINT_MAX
@@ -29,7 +29,6 @@ from passgraph.language.types import (
     UINT,
     VEC4,
     Array,
-    ImageType,
     Matrix,
     Scalar,
     Struct,
@@ -37,6 +36,10 @@ from passgraph.language.types import (
     Vector,
     component_count,
     element_of,
+    image_count,
+    image_names,
+    is_plain,
+    plain_parts,
 )
 from passgraph.language.typing_rules import apply
 from passgraph.language.values import index_into
@@ -74,7 +77,9 @@ class Signature:
 
     def __init__(self, stage: ir.Stage, parameters: tuple[ir.Parameter, ...]) -> None:
         self.stage = stage
-        self.images = {p.name for p in parameters if isinstance(p.type, ImageType)}
+        if sum(image_count(p.type) for p in parameters) > MAX_IMAGES:
+            raise Unfit(f"at most {MAX_IMAGES} images, those in structs and arrays too")
+        self.images = {name for p in parameters for name in image_names(p.type, p.name)}
         self.uniforms: dict[str, tuple[Type, bool]] = {}
         stages = {name: type_ for name, (type_, stages) in STAGE_VALUES.items() if stage in stages and name != "uv"}
         self.builtins: dict[str, Type] = stages
@@ -97,18 +102,14 @@ class Signature:
         self.builtins |= {f"{prefix}.{name}": type_ for name, type_ in struct.fields}
 
     def _take(self, name: str, type_: Type, const: bool) -> None:
-        if isinstance(type_, Struct):
-            for field, inner in type_.fields:
-                self._take(f"{name}.{field}", inner, const)
-        elif not isinstance(type_, ImageType):
-            self.uniforms[name] = type_, const
+        self.uniforms |= {path: (part, const) for path, part in plain_parts(type_, name) if is_plain(part)}
 
     def check(self, node: Any) -> None:
         """An expression whose parts are right, and no statements."""
         for part in parts_of(node):
             if isinstance(part, STATEMENTS):
                 raise Unfit("an expression of expressions, not of statements")
-        if not isinstance(node.type, (Scalar, Vector, Matrix, Array)):
+        if not is_plain(node.type):
             raise Unfit("of a plain type")
         _CHECKS[type(node)](self, node)
 

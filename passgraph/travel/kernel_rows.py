@@ -44,7 +44,7 @@ def type_data(type_: Type) -> Any:
     ('vec3', ['vec3', 4])
     """
     if isinstance(type_, Array):
-        return [str(type_.element), type_.length]
+        return [type_data(type_.element), type_.length]
     if isinstance(type_, Struct):
         return {"struct": type_.name, "fields": [[name, type_data(inner)] for name, inner in type_.fields]}
     return str(type_)

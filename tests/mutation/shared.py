@@ -17,6 +17,10 @@ def _plan(function: str, old: str, new: str, harmless: str = "") -> Mutant:
     return Mutant(function, old, new, "gl", ("plans/", "sequences/"), harmless)
 
 
+def _composite(function: str, old: str, new: str) -> Mutant:
+    return Mutant(function, old, new, "numpy", ("composites/",))
+
+
 def _reduce(function: str, old: str, new: str, *catchers: str) -> Mutant:
     return Mutant(function, old, new, "gl", catchers or ("plans/sums", "plans/a histogram", "plans/less last"))
 
@@ -395,6 +399,21 @@ MUTANTS = (
         "gl",
         ("language/identities", "operations/sub"),
     ),
+    # What is taken apart: matrices that are not square, arrays of structs, of arrays and of images
+    _composite("_matmul", "for row in rows(a, left.rows)]\n    if", "for row in rows(a, right.rows)]\n    if"),
+    _composite("in_order", "array = np.swapaxes(array, -1, -2)", "pass"),
+    _composite(
+        "_clamped",
+        'return apply("min", [apply("max", [index, low], span), high], span)',
+        'return apply("max", [index, low], span)',
+    ),
+    _composite("Place.index", "_int(-1, span), span)", "_int(0, span), span)"),
+    _composite(
+        "Place.index", 'inside = apply("logical_and", [inside, _inside', 'inside = apply("logical_or", [inside, _inside'
+    ),
+    _composite("nth", "if k else first", "if k > 1 else first"),
+    _composite("each_image", "ir.Literal(INT, first + half, span)", "ir.Literal(INT, first + half - 1, span)"),
+    _composite("each_image", "branch(images[half:], first + half)", "branch(images[half:], first)"),
     # Reductions, which the oracle computes as they are written: what they must give, cases say
     _reduce("joined", "return a + b", "return a - b"),
     _reduce("joined", "b.x == a.x and b.z < a.z", "b.x == a.x", "plans/the first place"),

@@ -143,7 +143,7 @@ def _multiplied(unit: Unit, parts: list[Part], span: Span) -> Part:
     if len(values) != 2 or not isinstance(values[0].type, Matrix) or values[0].type != values[1].type:
         fail(span, "matrixCompMult() takes two matrices of one type")
     type_ = values[0].type
-    at = [ir.Literal(INT, i, span) for i in range(type_.size)]
+    at = [ir.Literal(INT, i, span) for i in range(type_.columns)]
     columns = tuple(apply("mul", [index_into(v, i, span) for v in values], span) for i in at)
     return ir.Construct(type_, columns, span)
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from passgraph.language import ir
 from passgraph.language.source import Span, fail
-from passgraph.language.types import FLOAT, INT, Array, Matrix, Scalar, Struct, Type, Vector, component_count
+from passgraph.language.types import INT, Array, Matrix, Scalar, Struct, Type, Vector, component_count
 from passgraph.language.values import Part, StructValue, construct, part_type, swizzle
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.builtins import BUILTINS, overloads
@@ -143,8 +143,8 @@ class Calls:
     def _columns(self, value: ir.Expr, span: Span) -> list[ir.Expr]:
         if not isinstance(value.type, Matrix):
             return [value]
-        named, column = self.body.builder.name_it(value, span), Vector(FLOAT, value.type.size)
-        return [ir.Index(column, named, ir.Literal(INT, i, span), span) for i in range(column.size)]
+        named, matrix = self.body.builder.name_it(value, span), value.type
+        return [ir.Index(matrix.column, named, ir.Literal(INT, i, span), span) for i in range(matrix.columns)]
 
     def composed(self, type_: Type, parts: list[Part], span: Span) -> Part:
         """A struct from its fields, an array or vector from its elements."""

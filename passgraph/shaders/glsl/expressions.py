@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 from passgraph.language import ir
 from passgraph.language.source import fail
-from passgraph.language.types import BOOL, FLOAT, INT, UINT, Array, Scalar, Struct, Type, Vector, element_of
+from passgraph.language.types import BOOL, FLOAT, INT, UINT, Array, Scalar, Struct, Type, Vector, element_of, shape_of
 from passgraph.language.typing_rules import apply, unify, widen
-from passgraph.language.values import ImageValue, Part, StructValue, TupleValue, choose, part_type
+from passgraph.language.values import COMPOSITE, ImageValue, Part, TupleValue, choose, part_type, type_of
 from passgraph.language.variables import new_variable, read_variable
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.calls import Calls
@@ -102,7 +102,7 @@ class Expressions:
             type_ = self.value(node.base).type
             if isinstance(type_, Scalar):
                 fail(node.span, f"{type_} has no length()")
-            return ir.Literal(INT, type_.length if isinstance(type_, Array) else type_.size, node.span)
+            return ir.Literal(INT, shape_of(type_)[0], node.span)
         return part_at(self.part(node.base), node.name, node.span)
 
     def _subscript(self, node: g.Subscript) -> Part:
@@ -142,15 +142,14 @@ class Expressions:
         condition = builder.name_it(self.condition(node.condition), span, keep_locals=False)
         then_block, then = unit.captured(lambda: self.part(node.then), span)
         else_block, orelse = unit.captured(lambda: self.part(node.orelse), span)
-        composite = (StructValue, ImageValue, TupleValue)
-        if not isinstance(then, composite) and not isinstance(orelse, composite):
+        if not isinstance(then, COMPOSITE) and not isinstance(orelse, COMPOSITE):
             then, orelse = unify(*whole_numbers_alike(then, orelse, span), span, "both sides of ? :")
-        arrays = not isinstance(then, composite) and isinstance(then.type, Array)
+        arrays = not isinstance(then, COMPOSITE) and isinstance(then.type, Array)
         if not (then_block or else_block or arrays):
             return choose(condition, then, orelse, span)
         if isinstance(then, (ImageValue, TupleValue)) or part_type(then) != part_type(orelse):
             fail(span, f"both sides of ? : must have one type, got {part_type(then)} and {part_type(orelse)}")
-        type_ = then.struct if isinstance(then, StructValue) else then.type
+        type_ = type_of(then)
         result = new_variable(type_, builder.fresh("t"))
         stores = [
             builder.captured(partial(builder.store, result, part, span, "a side of ? :"), span)

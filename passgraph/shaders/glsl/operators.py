@@ -6,7 +6,7 @@ from passgraph.language import ir
 from passgraph.language.source import Span, fail
 from passgraph.language.types import BOOL, FLOAT, INT, UINT, Array, Matrix, Scalar, Vector, element_of
 from passgraph.language.typing_rules import apply, binary, unify
-from passgraph.language.values import ImageValue, Namer, Part, StructValue, TupleValue, convert, index_into, part_type
+from passgraph.language.values import COMPOSITE, Namer, Part, StructValue, convert, index_into, part_type
 from passgraph.shaders.glsl.typing import as_int, whole_numbers_alike
 
 _ORDERED = {"<": "less", ">": "greater", "<=": "less_equal", ">=": "greater_equal"}
@@ -44,7 +44,7 @@ def arithmetic(sign: str, left: Part, right: Part, span: Span, named: Namer) -> 
 
 def plain(part: Part, span: Span, what: str) -> ir.Expr:
     """A part that is one value."""
-    if isinstance(part, (StructValue, ImageValue, TupleValue)):
+    if isinstance(part, COMPOSITE):
         fail(span, f"{what} cannot be {part_type(part)}")
     return part
 
@@ -86,7 +86,7 @@ def equal(left: Part, right: Part, span: Span, named: Namer) -> ir.Expr:
     type_ = one.type
     if isinstance(type_, (Array, Matrix)):
         one, other = named(one, span), named(other, span)
-        count = type_.length if isinstance(type_, Array) else type_.size
+        count = type_.length if isinstance(type_, Array) else type_.columns
         at = [ir.Literal(INT, i, span) for i in range(count)]
         links = [equal(index_into(one, i, span), index_into(other, i, span), span, named) for i in at]
         return _all(links, span)

@@ -4,19 +4,15 @@ from __future__ import annotations
 
 from passgraph.language import ir
 from passgraph.language.source import Span
-from passgraph.language.types import FLOAT, IMAGE, INT, UINT, Scalar, Type, Vector, element_of, with_element
-from passgraph.language.values import ImageValue, Part, StructValue, TupleValue, coerce, convert
+from passgraph.language.types import FLOAT, INT, UINT, Scalar, Type, Vector, element_of, with_element
+from passgraph.language.values import Part, TupleValue, coerce, convert, type_of
 
 #: What becomes what, and at which cost where one of several functions is chosen.
 _COSTS = {(INT, UINT): 1, (INT, FLOAT): 2, (UINT, FLOAT): 2}
 
 
 def type_of_part(part: Part) -> Type | None:
-    if isinstance(part, StructValue):
-        return part.struct
-    if isinstance(part, ImageValue):
-        return IMAGE
-    return None if isinstance(part, TupleValue) else part.type
+    return None if isinstance(part, TupleValue) else type_of(part)
 
 
 def cost_of(part: Part, type_: Type, passed: str) -> int | None:

@@ -9,7 +9,7 @@ from passgraph.language.parse import parameter_value
 from passgraph.language.signature import host_value
 from passgraph.language.source import Span, fail
 from passgraph.language.types import VEC2, Struct
-from passgraph.language.values import ImageValue, Part, StructValue, TupleValue
+from passgraph.language.values import COMPOSITE, Part, StructValue
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.folding import constant
 from passgraph.shaders.glsl.images import position
@@ -62,7 +62,7 @@ def _declare(body: Body, uniform: Uniform) -> None:
 
 def _host(part: Part, span: Span) -> object:
     """A known value as the host writes it."""
-    value = part if isinstance(part, (StructValue, ImageValue, TupleValue)) else constant(part)
+    value = part if isinstance(part, COMPOSITE) else constant(part)
     if isinstance(value, ir.Literal):
         return value.value
     if isinstance(value, (ir.Construct, ir.Table)):

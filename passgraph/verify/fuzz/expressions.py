@@ -80,7 +80,7 @@ def _mixed(kind: str) -> dict[str, tuple[str, ...]]:
 MIXED = {kind: _mixed(kind) for kind in ("int", "uint")}
 UINTS, PAIRS_OF_UINTS = _rows("U -> U"), _rows("U U -> U")
 LOGIC, FOLDS = (*_rows("B B -> B"), *_rows("B -> B")), _rows("B -> b")
-SIZE = {"vec2": 2, "vec3": 3, "vec4": 4, "mat2": 2, "mat3": 3}
+SIZE = {"vec2": 2, "vec3": 3, "vec4": 4, "mat2": 2, "mat3": 3, "mat2x3": 2, "mat3x2": 3}
 COMPONENTS = "xyzw"
 
 
@@ -331,7 +331,11 @@ class Expressions:
         if type_ == "vec4":
             return self._made(type_, d, wanted)
         matrix, vector = self.of("mat" + type_[3], d), self.of(type_, d, (-1, 1))
-        form = self.pick("times", "transposed", "outer", "inverse")
+        form = self.pick("times", "transposed", "outer", "inverse", "oblong")
+        if form == "oblong":
+            oblong, other = ("mat3x2", "vec3") if type_ == "vec2" else ("mat2x3", "vec2")
+            text = f"({self.of(oblong, d)} * {self.of(other, d, (-1, 1))})"
+            return self.fit(text, (-math.inf, math.inf), wanted)
         if form == "inverse":  # of a matrix whose diagonal is the largest
             return self.fit(f"(inverse({matrix} * 0.125 + {'mat' + type_[3]}(2.0)) * {vector})", WHOLE, wanted)
         texts = {
@@ -354,9 +358,13 @@ class Expressions:
         return self.fit(text, (-math.inf, math.inf), wanted)
 
     def _read(self, d: int) -> str:
-        form = self.pick("near", "texel", "far", "sample", "indexed", "nearest", "gather", "level", "lod", "volume")
+        form = self.pick(
+            "near", "texel", "far", "sample", "indexed", "chosen", "nearest", "gather", "level", "lod", "volume"
+        )
         if form == "near":
             return f"c[{self.draw(st.integers(-3, 3))}, {self.draw(st.integers(-3, 3))}]"
+        if form == "chosen":
+            return f"lamps[{self.pick('0', '1', 'n', 'pixel().x')}].map.texel(pixel() - {self.of('ivec2', min(d, 1))})"
         if form == "indexed" and self.indices:
             return f"c[{self.pick(*self.indices)} - 1, {self.pick(*self.indices, '0')} // 2]"
         if form == "texel":
@@ -374,6 +382,17 @@ class Expressions:
 
     def _mat2(self, d: int) -> str:
         return f"mat2({self.of('vec2', d, (-1, 1))}, {self.of('vec2', d, (-1, 1))})"
+
+    def _mat2x3(self, d: int) -> str:
+        form = self.pick("columns", "outer", "product")
+        if form == "outer":
+            return f"outer({self.of('vec3', d, (-1, 1))}, {self.of('vec2', d, (-1, 1))})"
+        if form == "product":
+            return f"({self.of('mat3', d)} * {self.of('mat2x3', d)})"
+        return f"mat2x3({self.of('vec3', d, (-1, 1))}, {self.of('vec3', d, (-1, 1))})"
+
+    def _mat3x2(self, d: int) -> str:
+        return f"transpose({self.of('mat2x3', d)})"
 
     def _mat3(self, d: int) -> str:
         form = self.pick("columns", "product", "outer", "transpose")

@@ -438,7 +438,7 @@ def _type_of(value: Bounded) -> Type:
     element = Scalar(kind)
     if value.ndim == 1:
         return element
-    return Vector(element, value.shape[1]) if value.ndim == 2 else Matrix(value.shape[1])
+    return Vector(element, value.shape[1]) if value.ndim == 2 else Matrix(*value.shape[1:])
 
 
 def _shape_after(operation: str, arguments: Sequence[Bounded]) -> tuple[int, ...]:
@@ -448,5 +448,8 @@ def _shape_after(operation: str, arguments: Sequence[Bounded]) -> tuple[int, ...
     if operation == "outer":
         return (*arguments[1].shape[1:], *first)
     if operation == "matmul":
-        return min((a.shape[1:] for a in arguments), key=len)
-    return first
+        last = arguments[1].shape[1:]
+        if len(first) == len(last) == 2:
+            return (last[0], first[1])
+        return first[1:] if len(first) == 2 else last[:1]
+    return first[::-1] if operation == "transpose" else first
