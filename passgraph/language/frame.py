@@ -9,6 +9,7 @@ from typing import cast
 from passgraph.language import ir
 from passgraph.language.assignments import Assignments
 from passgraph.language.composites import Lists, alone, mapped, nth, spread
+from passgraph.language.exits import Exit
 from passgraph.language.expressions import STAGE_VALUES, Expressions
 from passgraph.language.library import library_function, written_function
 from passgraph.language.quads import expanded
@@ -252,7 +253,7 @@ class Frame:
         self.assigned: set[str] = set()  # variables that have a value here
         self.locals = function.assigned
         self.result = new_variable(result, builder.fresh(f"{function.name}.result"))
-        self.returned = builder.fresh(f"{function.name}.returned")
+        self.exit = Exit(builder, function.name)
         self.in_function = bool(builder.calls[1:])
 
     # Names
@@ -315,7 +316,7 @@ class Frame:
     def run(self) -> None:
         """The body, with its result in ``self.result`` at the end."""
         node = self.function.node
-        self.emit(ir.Assign(self.returned, ir.Literal(BOOL, False), self.source.span(node)))
+        self.exit.open(self.source.span(node))
         self.builder.clear(self.result)
         if not self.statements.block(node.body):
             fail(self.source.span(node), f"{self.function.name} may end without returning {self.result_type}")

@@ -477,9 +477,8 @@ def _both(
 ) -> tuple[list[s.Operand], list[s.Operand]]:
     """A local after each branch; where only one knows it, the other returned, and zeros stand in."""
     a, b = then.get(name), orelse.get(name)
-    some = b if a is None else a
-    assert some is not None
-    zeros: list[s.Operand] = [s.Lit(v.type, {"float": 0.0, "int": 0, "bool": False}[v.type]) for v in some]
+    some = a if a is not None else b
+    zeros: list[s.Operand] = [s.Lit(v.type, {"float": 0.0, "int": 0, "bool": False}[v.type]) for v in some or []]
     return (zeros if a is None else a), (zeros if b is None else b)
 
 

@@ -14,7 +14,7 @@ from passgraph.language import ir, symbols
 from passgraph.language.matching import always_matches, branches
 from passgraph.language.signature import resolve
 from passgraph.language.source import NOWHERE, Span, fail
-from passgraph.language.types import BOOL, INT
+from passgraph.language.types import INT
 from passgraph.language.typing_rules import widen
 from passgraph.language.variables import Variable
 
@@ -109,18 +109,16 @@ class Statements:
         """What follows from ``position`` on, under the condition that nothing has returned yet."""
         frame, span = self.frame, self.span(node)
         self._here = span
-        returned = ir.Local(BOOL, frame.returned, span)
         if self.loops:
             # Inside a loop a return has left it: an inner loop hands that on to the one around.
             if isinstance(node, ast.For):
-                frame.emit(ir.If(returned, (ir.Break(span),), (), span))
+                frame.exit.leave_loop_around(span)
             return None
         if position == len(pending):
             return False
-        body, done = self._captured(pending[position:])
-        still_here = ir.Apply(BOOL, "logical_not", (returned,), span)
-        frame.emit(ir.If(still_here, body, (), span))
-        return done
+        done: list[bool] = []
+        frame.exit.unless_left(lambda: done.append(self.block(pending[position:])), span)
+        return done[0]
 
     def _match(self, node: ast.Match) -> list[ast.stmt]:
         """The branches that a match stands for; its subject is computed once."""
@@ -186,12 +184,7 @@ class Statements:
             fail(span, f"{frame.function.name} must return {frame.result_type}")
         part = frame.expressions.part(node.value)
         frame.store(frame.result, part, span, f"the result of {frame.function.name}")
-        self._leave(span)
-
-    def _leave(self, span: Span) -> None:
-        self.frame.emit(ir.Assign(self.frame.returned, ir.Literal(BOOL, True, span), span))
-        if self.loops:
-            self.frame.emit(ir.Break(span))
+        frame.exit.leave(span, in_loop=bool(self.loops))
 
     def _is_discard(self, node: ast.stmt) -> bool:
         if not (isinstance(node, ast.Expr) and isinstance(node.value, ast.Call)):
@@ -210,7 +203,7 @@ class Statements:
         if frame.stage not in ("pixel", "fragment"):
             fail(span, f"discard() exists in pixel and fragment kernels, not in a {frame.stage} kernel")
         frame.builder.discard(span)
-        self._leave(span)
+        frame.exit.leave(span, in_loop=bool(self.loops))
 
     def _always_returns(self, nodes: list[ast.stmt]) -> bool:
         """Whether a block ends in a return on every path, read off its shape."""

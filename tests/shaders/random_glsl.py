@@ -89,12 +89,14 @@ class Maker:
     def assignment(self, names: list[str], result: str) -> str:
         own = [name for name in names if name[0] != "i"]  # a counter that is written may have no end
         name = self.pick(own)
-        if result == "void" and self.functions and not self.chance.randrange(3):
+        # Loops within loops of data make fewer trips than OpenGL allows, so those of functions stay out of loops.
+        alone = result == "void" and own == names
+        if alone and self.functions and not self.chance.randrange(3):
             one, other = self.chance.sample(own, 2)
             call = f"f{self.chance.randrange(self.functions)}({self.number(names, 1)}, {one})"
             return f"{other} = {call}; {other} = {_CUT.format(other)};"
         if result == "void" and not self.chance.randrange(5):
-            return f"t[{self.pick(names)} & 3 % 3] += {self.number(names, 1)};".replace("& 3 % 3", "% 3")
+            return f"t[({self.pick(names)} & 3) % 3] += {self.number(names, 1)};"
         value = self.number(names, 0)
         return f"{name} = {_CUT.format(value)};"
 

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING
 from passgraph.language import ir
 from passgraph.language.source import Span, fail
 from passgraph.language.types import INT, Array, Matrix, Scalar, Struct, Type, Vector, component_count
-from passgraph.language.values import Part, StructValue, coerce, construct, part_type, swizzle
+from passgraph.language.values import Part, StructValue, construct, part_type, swizzle
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.builtins import BUILTINS, overloads
 from passgraph.shaders.glsl.operators import plain
 from passgraph.shaders.glsl.places import Place, place_of, read_place
-from passgraph.shaders.glsl.typing import cost_of
+from passgraph.shaders.glsl.typing import cost_of, fitted
 
 if TYPE_CHECKING:
     from passgraph.shaders.glsl.body import Body
@@ -152,11 +152,11 @@ class Calls:
             if len(parts) != len(type_.fields):
                 fail(span, f"{type_.name} has {len(type_.fields)} fields, got {len(parts)} values")
             pairs = zip(type_.fields, parts, strict=True)
-            return StructValue(type_, {n: coerce(p, t, span, f"{type_.name}.{n}") for (n, t), p in pairs})
+            return StructValue(type_, {n: fitted(p, t, span, f"{type_.name}.{n}") for (n, t), p in pairs})
         assert isinstance(type_, (Array, Vector))
         element = type_.element
         count = type_.length if isinstance(type_, Array) else type_.size
         if len(parts) != count:
             fail(span, f"{type_} takes {count} values, got {len(parts)}")
-        typed = [plain(coerce(p, element, span, f"an element of {type_}"), span, "an element") for p in parts]
+        typed = [plain(fitted(p, element, span, f"an element of {type_}"), span, "an element") for p in parts]
         return ir.Construct(type_, tuple(typed), span)

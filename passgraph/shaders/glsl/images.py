@@ -43,7 +43,10 @@ def _texture(unit: Unit, parts: list[Part], span: Span, *, last: str = "") -> Pa
     if len(parts) > 3:
         fail(span, f"a read of a picture takes at most 3 arguments, got {len(parts)}")
     if len(parts) == 3:
-        unit.note(span, f"pictures have one level here: the {last or 'bias'} does not count")
+        unit.note(span, f"shaders read the first level of a picture: the {last or 'bias'} does not count")
+    if len(parts) > 1 and getattr(parts[1], "type", None) == VEC3:
+        # Rows of a volume are counted as they are stored, as those of a colour table are.
+        return _inlined(unit, "sample3", [image, _position(parts, VEC3, span)], span)
     return _inlined(unit, unit.turned("sample"), [image, _position(parts, VEC2, span)], span)
 
 
@@ -107,7 +110,7 @@ def _levels(unit: Unit, parts: list[Part], span: Span) -> Part:
 
 
 READS: dict[str, Native] = {
-    **dict.fromkeys(("texture", "texture2D"), _texture),
+    **dict.fromkeys(("texture", "texture2D", "texture3D"), _texture),
     **dict.fromkeys(("textureLod", "texture2DLod", "texture2DLodEXT"), partial(_texture, last="level")),
     **dict.fromkeys(("textureGrad", "texture2DGradEXT", "texture2DGradARB"), _graded),
     **dict.fromkeys(("textureProj", "texture2DProj"), _projected),

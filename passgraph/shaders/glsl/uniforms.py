@@ -9,10 +9,11 @@ from passgraph.language.parse import parameter_value
 from passgraph.language.signature import host_value
 from passgraph.language.source import Span, fail
 from passgraph.language.types import VEC2, Struct
-from passgraph.language.values import COMPOSITE, Part, StructValue, coerce
+from passgraph.language.values import COMPOSITE, Part, StructValue
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.folding import constant
 from passgraph.shaders.glsl.images import position
+from passgraph.shaders.glsl.typing import fitted
 from passgraph.shaders.glsl.unit import Known, Slot, Uniform, holds_pictures
 
 if TYPE_CHECKING:
@@ -25,7 +26,7 @@ def declare_uniforms(body: Body, node: g.Declaration) -> None:
         type_ = body.type_of(variable.type, variable.type.span, variable.value)
         uniform = Uniform(variable.name, type_, variable.span)
         if variable.value is not None:
-            part = coerce(body.expressions.initial(variable.value, type_), type_, variable.span, variable.name)
+            part = fitted(body.expressions.initial(variable.value, type_), type_, variable.span, variable.name)
             uniform = Uniform(variable.name, type_, variable.span, _host(part, variable.span), True)
         _declare(body, uniform)
 
@@ -77,7 +78,7 @@ def declare_inputs(body: Body, node: g.Declaration) -> None:
         if isinstance(unit.names.get(name), Slot):
             continue  # a variable of a container's prelude, which writes it
         if name in unit.values:
-            part = coerce(unit.values[name](unit, span), type_, span, name)
+            part = fitted(unit.values[name](unit, span), type_, span, name)
             body.bind(name, Known(part, "an input"))
         elif type_ == VEC2:
             unit.note(

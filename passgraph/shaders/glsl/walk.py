@@ -19,9 +19,22 @@ def walked(node: object) -> Iterator[object]:
             pending += [getattr(one, name) for name in one.__dataclass_fields__ if name != "span"]
 
 
-def leaves_function(node: g.Statement) -> bool:
-    """Whether a return or discard is inside."""
-    return any(isinstance(n, g.Return) or (isinstance(n, g.Jump) and n.kind == "discard") for n in walked(node))
+def leaves_function(node: g.Statement, known: dict[g.Statement, bool]) -> bool:
+    """Whether a return or discard is inside; ``known`` keeps answers, as statements ask again for those around them."""
+    if node not in known:
+        leaves = isinstance(node, g.Return) or (isinstance(node, g.Jump) and node.kind == "discard")
+        known[node] = leaves or any(leaves_function(inner, known) for inner in _inner(node))
+    return known[node]
+
+
+def _inner(node: g.Statement) -> tuple[g.Statement, ...]:
+    if isinstance(node, g.Block):
+        return node.statements
+    if isinstance(node, g.If):
+        return (node.then,) if node.orelse is None else (node.then, node.orelse)
+    if isinstance(node, g.Loop):
+        return (node.body,)
+    return sum((case.statements for case in node.cases), ()) if isinstance(node, g.Switch) else ()
 
 
 def assigned_names(node: object, overloads: Callable[[str], Sequence[g.Function]]) -> frozenset[str]:
