@@ -19,8 +19,10 @@ from passgraph.language import ir
 from passgraph.language.kernel import Kernel, function_source, kernel_from_text
 from passgraph.language.layout import components
 from passgraph.language.scope import FunctionSource
+from passgraph.language.symbols import UINT_MAX
 from passgraph.language.types import (
     FLOAT,
+    UINT,
     VEC3,
     VEC4,
     Array,
@@ -274,8 +276,12 @@ def _in_a_row(given: Any, type_: Type, name: str) -> list[Any]:
         return [given]
     if isinstance(type_.element, ImageType):
         return _entries(given, type_, name)
-    entry, whole = type_.element, components(given, type_, name)
-    numbers = whole if element_of(type_) is FLOAT else whole.astype(np.int64)
+    entry, element = type_.element, element_of(type_)
+    numbers: Any = components(given, type_, name)
+    if element is not FLOAT:
+        numbers = numbers.astype(np.int64)
+    if element is UINT:
+        numbers &= UINT_MAX  # from the ints with the same bits
     return list(numbers) if isinstance(entry, Scalar) else list(numbers.reshape(type_.length, -1))
 
 

@@ -194,3 +194,50 @@ def test_both_kernels_of_a_draw_take_arrays(backend: str) -> None:
     seen = np.append(placed[1].T @ np.array([3.0, 4.0, 1.0, 2.0]), 1.0)
     expected = [seen + b[0, min(x, 1)] + (a, b)[min(max(x - 1, 0), 1)][0, 0] for x in range(3)]
     np.testing.assert_array_equal(found[0], expected)
+
+
+#: Ways to read an image besides the plain ones, with the values that stand in ``a`` and ``p``.
+READS = (
+    "{}.sample(p)", "{}.sample(p, lod=1.5)", "{}.sample(lod=1.0, position=p)", "vec4({}.lod(p))", "{}.nearest(p)",
+    "{}.gather(p, pixel().x % 4)", "{}.texel(pixel() * 2, 1)", "vec4(float({0}.levels), vec3(float({0}.slices)))",
+    "vec4(vec2({}.size_of(pixel().y)), 0, 0)", "{}.texel(pixel() + 1)",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("read", READS)
+def test_a_chosen_image_is_read_in_every_way_as_one_by_name(read: str) -> None:
+    before = "def k(s: Array[Image, 2], i: int) -> vec4:\n    p = (uv() - 0.25) * 1.5\n    return "
+    random = np.random.default_rng(5)
+    pictures = {name: random.random(size, np.float32) for name, size in (("a", (5, 7, 4)), ("b", (8, 3, 4)))}
+    handles = [pg.Input("a").mipmaps().border("mirror"), pg.Input("b").filter("nearest").slices(2)]
+    found = []
+    for way in (f"{read.format('s[i]')}", f"{read.format('s[0]')} if i < 1 else {read.format('s[1]')}"):
+        kernel = pg.kernel(source=before + way)
+        for which in (0, 1):
+            made = kernel(handles, which, into=pg.target("r", "rgba32f", like=handles[0]))
+            with pg.compile(made) as program:
+                found.append(program(**pictures)["r"])
+    assert found[0].tobytes() == found[2].tobytes()
+    assert found[1].tobytes() == found[3].tobytes()
+
+
+def test_uints_in_structs_in_arrays_keep_their_bits() -> None:
+    before = "class Seed:\n    state: uint\n    table: Array[Array[uint, 2], 2]\n"
+    kernel = pg.kernel(
+        source=before + "def k(c: Image, s: Array[Seed, 2], i: int, t: Array[uint, 2] = (0xFFFFFFFF, 7)) -> vec2:\n"
+        "    kept = s\n    kept[1 - i].table[i][0] += t[0]\n    kept[1 - i].state ^= s[i].table[1][i]\n"
+        "    u = kept[1 - i].state + kept[1 - i].table[i][0]\n    return vec2(float(u & 0xFFFF), float(u >> 16))"
+    )
+    seeds = [SimpleNamespace(state=2**32 - 1 - n, table=[[n, 2**31 + n], [3 * n, 2**32 - 5]]) for n in (0, 1)]
+    for i in (0, 1):
+        other = seeds[1 - i]
+        expected = ((other.state ^ seeds[i].table[1][i]) + other.table[i][0] + 2**32 - 1) % 2**32
+        made = kernel(pg.Input("c"), seeds, i, into=pg.target("r", "rg32f"))
+        later = kernel(pg.Input("c"), pg.Value("seeds", list), i, into=pg.target("r", "rg32f"))
+        for outputs, backend, more in (
+            (made, "reference", {}), (made, "numpy", {}), (pg.from_data(pg.to_data(made)), "numpy", {}),
+            (later, "numpy", {"seeds": seeds}),
+        ):  # fmt: skip
+            with pg.compile(outputs, backend) as program:
+                low, high = program(c=np.zeros((1, 1, 4), np.float32), **more)["r"].ravel()
+            assert int(low) + 65536 * int(high) == expected
