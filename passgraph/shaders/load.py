@@ -27,8 +27,6 @@ FORMATS: tuple[tuple[Callable[[str], bool], Callable[[str, Path], ShaderEffect]]
     (is_isf, read_isf),
     (is_transition, read_transition),
 )
-#: Endings of files that shaders have.
-SUFFIXES = (".fs", ".glsl", ".frag", ".fsh")
 
 
 def load_shader(path: str | os.PathLike[str]) -> ShaderEffect:
