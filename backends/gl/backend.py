@@ -14,6 +14,7 @@ from passgraph.backends.base import Backend, DeviceInfo, FloatBlock, device_numb
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl import state as fixed
 from passgraph.backends.gl import transfers
+from passgraph.backends.gl.capabilities import loop_trips
 from passgraph.backends.gl.context import Context, OwnContext, device_names
 from passgraph.backends.gl.geometry import Mesh
 from passgraph.backends.gl.objects import Objects
@@ -65,6 +66,8 @@ class GLBackend(Backend):
                 numbers=gl.integer(g.MAX_FRAGMENT_UNIFORMS) - OTHER_NUMBERS,
                 rounding=4,
                 varyings=gl.integer(g.MAX_VARYINGS),
+                filters=not gl.has.is_es,  # ES filters no float32 without an extension
+                trips=loop_trips(gl.text(g.RENDERER)),
                 not_kept=gl.has.not_kept(),
                 not_written=gl.has.not_drawn(),
             )

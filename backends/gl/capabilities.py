@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from passgraph.errors import DeviceMissingError
+from passgraph.plan.limits import NONE
 
 Version = tuple[int, int]
 _VERSION, _EXTENSIONS, _EXTENSION_COUNT, _NO_ERROR = 0x1F02, 0x1F03, 0x821D, 0
@@ -139,6 +140,16 @@ def capabilities_of(gl: Any) -> Capabilities:
     gl.drain()
     off, never_ours = (tuple(filter(known, switches)) for switches in (OFF, NEVER_OURS))
     return Capabilities(is_es, version, extensions, off, never_ours)
+
+
+def loop_trips(renderer: str) -> int:
+    """Trips of loops that a device makes for one pixel: Mesa's rasteriser on the CPU leaves all loops behind so many,
+    with no error (LP_MAX_TGSI_LOOP_ITERATIONS in gallivm/lp_bld_limits.h).
+
+    >>> loop_trips("llvmpipe (LLVM 15.0.6, 256 bits)"), loop_trips("NVIDIA H200") > 1 << 40
+    (65535, True)
+    """
+    return 65_535 if renderer.startswith(("llvmpipe", "softpipe")) else NONE
 
 
 def version_of(text: str) -> tuple[bool, Version]:

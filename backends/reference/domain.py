@@ -7,7 +7,7 @@ intervals can be another, with masks that know "surely" and "perhaps", without a
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Generic, TypeVar
 
 from passgraph.language import ir
@@ -25,8 +25,11 @@ class Domain(ABC, Generic[V, M]):
         """One value for all lanes, from numbers in component order."""
 
     @abstractmethod
-    def whole(self, value: V) -> int:
-        """An int that is the same in all lanes, such as a loop bound."""
+    def trips(self, start: V, stop: V, step: V) -> Iterator[tuple[V, M]]:
+        """For each trip of ``range(start, stop, step)`` its index, and the lanes whose trips are over.
+
+        The index never wraps; a step of 0 makes no trip.
+        """
 
     @abstractmethod
     def apply(self, operation: str, arguments: Sequence[V]) -> V:
@@ -51,6 +54,10 @@ class Domain(ABC, Generic[V, M]):
     @abstractmethod
     def insert(self, value: V, index: V, element: V) -> V:
         """``value`` with one element replaced; an index out of range changes nothing."""
+
+    def widened(self, value: V, slack: V) -> V:
+        """A value from which a device may be so far."""
+        return value
 
     # Masks
 
@@ -100,6 +107,10 @@ class Surroundings(ABC, Generic[V]):
     @abstractmethod
     def texel(self, image: str, x: V, y: V, relative: bool) -> V:
         """One texel as vec4 under the image's border rule."""
+
+    @abstractmethod
+    def property(self, image: str, name: str) -> ir.Number:
+        """What the graph's handle says of an image."""
 
     @abstractmethod
     def size(self, image: str) -> V:

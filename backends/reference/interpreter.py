@@ -14,7 +14,6 @@ from typing import Generic, NoReturn
 from passgraph.backends.reference.domain import Domain, M, Surroundings, V
 from passgraph.errors import BackendError
 from passgraph.language import ir
-from passgraph.language.types import INT
 
 
 @dataclass
@@ -77,15 +76,20 @@ class Interpreter(Generic[V, M]):
         return self.domain.join(after_then, after_else)
 
     def _for(self, statement: ir.For, active: M) -> None:
-        bounds = (statement.start, statement.stop, statement.step)
-        start, stop, step = (self.domain.whole(self.value(bound)) for bound in bounds)
-        for i in range(start, stop, step):
-            self.locals[statement.name] = self.domain.constant(INT, (i,))
+        start, stop, step = (self.value(bound) for bound in (statement.start, statement.stop, statement.step))
+        for index, over in self.domain.trips(start, stop, step):
+            active = self.domain.without(active, over)
+            if not self.domain.some(active):
+                break
+            self._trip(statement, index)
             self.loops.append(_Loop(self.domain.nowhere()))
             self.block(statement.body, active)
             active = self.domain.without(active, self.loops.pop().broken)
             if not self.domain.some(active):
                 break
+
+    def _trip(self, statement: ir.For, index: V) -> None:
+        self.locals[statement.name] = index
 
     # Expressions
 
@@ -111,6 +115,10 @@ class Interpreter(Generic[V, M]):
             return domain.insert(value, index, self.value(expression.element))
         if isinstance(expression, ir.Table):
             return domain.constant(expression.type, expression.values)
+        if isinstance(expression, ir.Filtered):
+            return domain.widened(self.value(expression.value), self.value(expression.slack))
+        if isinstance(expression, ir.Property):
+            return domain.constant(expression.type, (self.surroundings.property(expression.image, expression.name),))
         return self._outside(expression)
 
     def _outside(self, expression: ir.Uniform | ir.Builtin | ir.Texel | ir.Size) -> V:
@@ -137,6 +145,9 @@ class StageValues(Surroundings[V]):
         raise BackendError(f"there is no parameter {expression.name} here")
 
     def texel(self, image: str, x: V, y: V, relative: bool) -> NoReturn:
+        raise BackendError(f"there is no image {image} here")
+
+    def property(self, image: str, name: str) -> NoReturn:
         raise BackendError(f"there is no image {image} here")
 
     def size(self, image: str) -> NoReturn:

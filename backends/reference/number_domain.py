@@ -5,14 +5,13 @@ A value that is the same in every lane has length 1 on axis 0, so what does not 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.reference.domain import Domain
-from passgraph.errors import BackendError
 from passgraph.language import ir
 from passgraph.language.operations import OPERATIONS
 from passgraph.language.types import Array, Type, Value, element_of, shape_of
@@ -47,11 +46,15 @@ class NumberDomain(Domain[Numbers, Lanes]):
     def constant(self, type_: Type, numbers: Sequence[ir.Number]) -> Numbers:
         return shaped(numbers, type_)
 
-    def whole(self, value: Numbers) -> int:
-        first = int(value[0])
-        if (value != first).any():
-            raise BackendError("a loop bound differs between pixels; it must be known when the graph is compiled")
-        return first
+    def trips(self, start: Numbers, stop: Numbers, step: Numbers) -> Iterator[tuple[Numbers, Lanes]]:
+        start, stop, step = together([start, stop, step])
+        forward = np.sign(step)
+        # As many steps as reach or pass the end, rounded up.
+        counts = -((forward * (start - stop)) // np.maximum(abs(step), 1))
+        counts[step == 0] = 0
+        for trip in range(max(0, int(counts.max()))):
+            over = trip >= counts
+            yield np.where(over, start, start + trip * step), over
 
     def apply(self, operation: str, arguments: Sequence[Numbers]) -> Numbers:
         row = OPERATIONS[operation]

@@ -29,6 +29,7 @@ from passgraph.commands.options import (
     non_finite_option,
     options_beside,
     output_option,
+    profile_option,
     size_option,
 )
 from passgraph.commands.running import check_outputs, run_and_save
@@ -101,6 +102,7 @@ def command_of(effect: Effect) -> click.Command:
     @capture_option
     @non_finite_option
     @check_finite_option
+    @profile_option
     @click.option(
         "--linear/--as-stored", default=effect.linear, show_default=True,
         help="Decode 8- and 16-bit pictures from sRGB to linear light first.",
@@ -123,6 +125,8 @@ def command_of(effect: Effect) -> click.Command:
             return apply_to_one(effect, Path(inputs[0]), Path(output), capture, depth, depth_buffer, given, options)
         if capture is not None:
             raise InputError("--capture shows the passes of one picture; name one picture and one output")
+        if options["profile"]:
+            raise InputError("--profile times the passes on one picture; name one picture and one output")
         return apply_to_many(effect, inputs, output, depth, depth_buffer, given, options)
 
     if effect.takes == "picture+depth":
@@ -140,6 +144,7 @@ def generator_command(effect: Effect) -> click.Command:
     @size_option(RENDER_SIZE)
     @capture_option
     @check_finite_option
+    @profile_option
     @click.pass_context
     def command(
         ctx: click.Context,
@@ -149,11 +154,12 @@ def generator_command(effect: Effect) -> click.Command:
         size: tuple[int, int],
         capture: Path | None,
         check_finite: bool,
+        profile: bool,
         **_: Any,
     ) -> int:
         check_outputs(output, capture)
         job = generator_job(effect, None, size, given_parameters(ctx))
-        run_and_save(job, backend, output, capture, check_finite=check_finite)
+        run_and_save(job, backend, output, capture, check_finite=check_finite, profile=profile)
         return 0
 
     command.params += options_beside(command.params, effect)
@@ -171,7 +177,9 @@ def apply_to_one(
         click.echo(f"{output}: is there already")
         return 0
     job = picture_job(effect, picture, depth, options["linear"], given, holds)
-    run_and_save(job, options["backend"], output, capture, options["non_finite"], options["check_finite"])
+    run_and_save(
+        job, options["backend"], output, capture, options["non_finite"], options["check_finite"], options["profile"]
+    )
     return 0
 
 

@@ -107,6 +107,10 @@ def capture_option(command: Decorated) -> Decorated:
     )(command)  # fmt: skip
 
 
+def profile_option(command: Decorated) -> Decorated:
+    return click.option("--profile", is_flag=True, help="Time each pass of a few more runs, one by one.")(command)
+
+
 def non_finite_option(command: Decorated) -> Decorated:
     return click.option(
         "--non-finite", type=click.Choice(CHOICES), default="error", show_default=True,

@@ -16,6 +16,7 @@ from passgraph.commands.options import (
     check_finite_option,
     given_parameters,
     output_option,
+    profile_option,
     size_option,
 )
 from passgraph.commands.progress import progress
@@ -38,6 +39,7 @@ class RenderCommand(EffectCommand):
 @output_option
 @capture_option
 @check_finite_option
+@profile_option
 @click.pass_context
 def render(
     ctx: click.Context,
@@ -50,6 +52,7 @@ def render(
     output: Path,
     capture: Path | None,
     check_finite: bool,
+    profile: bool,
     **_: Any,
 ) -> None:
     """Render SCENE (.glb .gltf .obj .off .ply .stl; .json for light2d) with an effect.
@@ -76,4 +79,4 @@ def render(
         else:
             job = scene_job(renderer, scene, drawn, parameters)
     job = smoothed(job, smoothing, display)
-    run_and_save(job, backend, output, capture, check_finite=check_finite)
+    run_and_save(job, backend, output, capture, check_finite=check_finite, profile=profile)

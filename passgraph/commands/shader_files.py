@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 RESERVED = frozenset(
     {
         "as_stored", "backend", "backends", "capture", "check_finite", "codec", "codec_option", "depth", "depth_buffer",
-        "effect", "frame", "help", "h", "inputs", "jobs", "linear", "most_ambiguous", "no_sound", "non_finite", "off",
-        "output", "rate", "raw", "resume", "scheduler", "size", "sound", "source", "svg",
+        "at", "effect", "frame", "help", "h", "inputs", "jobs", "linear", "most_ambiguous", "no_sound", "non_finite", "off",
+        "output", "pass", "profile", "rate", "raw", "resume", "scheduler", "size", "sound", "source", "step", "svg",
     }
 )  # fmt: skip
 PREFIX = "shader_"

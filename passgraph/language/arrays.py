@@ -6,8 +6,7 @@ index.  For a long one each read and write would take an instruction for each nu
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 from passgraph.language import ir
 from passgraph.language import scalar as s
@@ -125,29 +124,10 @@ class _Counting:
 def _indexed(program: ir.TypedKernel) -> dict[str, Array]:
     """Variables that hold long arrays, and that an index which is no written number reaches."""
     found: dict[str, Array] = {}
-    for part in _expressions(program):
+    for part in ir.expressions(*program.body, *(result.value for result in program.results)):
         if isinstance(part, (ir.Index, ir.Insert)) and not isinstance(part.index, ir.Literal):
             array = part.value
             long = isinstance(array.type, Array) and component_count(array.type) > MAX_VALUES
             if isinstance(array, ir.Local) and isinstance(array.type, Array) and long:
                 found[array.name] = array.type
     return found
-
-
-def _expressions(program: ir.TypedKernel) -> Iterator[ir.Expr]:
-    """Every expression of a program, each once."""
-    pending: list[object] = [*program.body, *(result.value for result in program.results)]
-    while pending:
-        part = pending.pop()
-        if isinstance(part, tuple):
-            pending += part
-        elif isinstance(part, _STATEMENTS):
-            pending += [getattr(part, field.name) for field in fields(part)]
-        elif isinstance(part, _EXPRESSIONS):
-            yield part
-            pending += [getattr(part, name) for name in _PARTS if hasattr(part, name)]
-
-
-_STATEMENTS = (ir.Assign, ir.If, ir.For)
-_EXPRESSIONS = (ir.Apply, ir.Select, ir.Swizzle, ir.Construct, ir.Index, ir.Insert, ir.Texel)
-_PARTS = ("arguments", "condition", "then", "orelse", "value", "index", "element", "x", "y")

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections import ChainMap
 from functools import cache
-from typing import TypeAlias, cast
+from typing import cast
 
 import numpy as np
 
 from passgraph.language import scalar as s
 from passgraph.language.liveness import eliminate_dead
-from passgraph.language.meanings import INT_MAX, INT_MIN
 from passgraph.language.operations import OPERATIONS
+from passgraph.language.ranges import Ranges
 from passgraph.language.source import NOWHERE, Span, fail
 
 #: Branches at most this long become selections, which vectorise; longer ones stay branches.
@@ -42,6 +43,10 @@ class Emitter:
         self.steps = 0
         self.span = NOWHERE  # of the statement being lowered, for errors
         self.made: dict[int, s.Op | s.Choose] = {}
+        self.bounds = Ranges(self.made, self.ranges)
+        #: Of pixels, inside their picture: idle lanes of vectors lie beyond its end, so that only trips hang on it.
+        self.places: dict[int, tuple[int, int]] = {}
+        self.trip_bounds = Ranges(self.made, ChainMap(self.places, self.ranges))
 
     # Values
 
@@ -56,6 +61,9 @@ class Emitter:
         # A loop whose unrolling was given up hands its numbers back: nothing may be known of them any more.
         self.made.pop(self.ids, None)
         self.ranges.pop(self.ids, None)
+        self.places.pop(self.ids, None)
+        for bounds in (self.bounds, self.trip_bounds):
+            bounds.forget(self.ids)
         return s.Val(type_, self.ids)
 
     def push(self, instruction: s.Instruction) -> None:
@@ -179,14 +187,22 @@ class Emitter:
         return to
 
     def texel(
-        self, image: str, x: s.Operand, y: s.Operand, relative: bool, border: str, channels: int, span: Span
+        self,
+        image: str,
+        x: s.Operand,
+        y: s.Operand,
+        relative: bool,
+        border: str,
+        channels: int,
+        span: Span,
+        filtered: bool = False,
     ) -> list[s.Operand]:
         """Four channels; those that the image lacks are 0, 0, 1."""
-        key = ("texel", image, repr(x), repr(y), relative, border)
+        key = ("texel", image, repr(x), repr(y), relative, border, filtered)
         shared = self._shared(key)
         if shared is None:
             shared = tuple(self.fresh("float") for _ in range(channels))
-            self.push(s.LoadTexel(shared, image, x, y, relative, border, span))
+            self.push(s.LoadTexel(shared, image, x, y, relative, border, filtered, span))
             self.known[-1][key] = shared
         missing = (s.Lit("float", 0.0), s.Lit("float", 0.0), s.Lit("float", 0.0), s.Lit("float", 1.0))
         return [*cast("tuple[s.Val, ...]", shared), *missing[channels:]]
@@ -227,59 +243,16 @@ class Emitter:
         cheap = all(isinstance(i, (s.Op, s.Choose, s.LoadUniform, s.LoadBuiltin)) for i in block)
         return cheap and len(block) <= MAX_SELECTED_INSTRUCTIONS
 
-    def range_of(self, value: s.Operand, depth: int = 0) -> tuple[int, int] | None:
-        """Bounds of an int made of literals and loop indices (+ - * // % min max abs, choices), or None."""
-        if isinstance(value, s.Lit):
-            return int(value.value), int(value.value)
-        if value.id in self.ranges:
-            return self.ranges[value.id]
-        made = self.made.get(value.id)
-        if made is None or depth > 16:
-            return None
-        arguments = made.arguments if isinstance(made, s.Op) else (made.then, made.orelse)
-        parts = [self.range_of(a, depth + 1) for a in arguments if a.type == "int"]
-        known = [part for part in parts if part is not None]
-        if not known or len(known) < len(arguments):
-            return None
-        bounds = _op_range(made.operation, *known) if isinstance(made, s.Op) else _union(*known)
-        return bounds if bounds is not None and bounds[0] >= INT_MIN and bounds[1] <= INT_MAX else None
+    def range_of(self, value: s.Operand) -> tuple[int, int] | None:
+        """Bounds of an int that loop indices, limits (min, max, clamp) or a few values bound on both sides, or None."""
+        found = self.bounds.of(value)
+        return (int(found.low), int(found.high)) if found.known else None
 
 
 @cache
 def _fixed_result(name: str) -> str:
     """The scalar type that an operation gives; empty where it is that of its arguments."""
     return _RESULT[OPERATIONS[name].result]
-
-
-Range: TypeAlias = tuple[int, int]
-
-
-def _union(a: Range, b: Range) -> Range:
-    return min(a[0], b[0]), max(a[1], b[1])
-
-
-def _op_range(operation: str, a: Range, b: Range = (0, 0)) -> Range | None:
-    if operation == "add":
-        return a[0] + b[0], a[1] + b[1]
-    if operation == "sub":
-        return a[0] - b[1], a[1] - b[0]
-    if operation == "neg":
-        return -a[1], -a[0]
-    if operation == "abs":
-        low = 0 if a[0] <= 0 <= a[1] else min(abs(a[0]), abs(a[1]))
-        return low, max(abs(a[0]), abs(a[1]))
-    if operation == "mul":
-        products = [p * q for p in a for q in b]
-        return min(products), max(products)
-    if operation in ("min", "max"):
-        pick = min if operation == "min" else max
-        return pick(a[0], b[0]), pick(a[1], b[1])
-    if operation == "floor_divide" and b[0] > 0:
-        quotients = [p // q for p in a for q in b]
-        return min(quotients), max(quotients)
-    if operation == "int_mod" and b[0] > 0:
-        return 0, b[1] - 1
-    return None
 
 
 def fold(name: str, result: str, arguments: tuple[s.Lit, ...]) -> s.Lit:

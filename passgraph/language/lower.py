@@ -1,7 +1,7 @@
 """From the typed representation to the scalar program.
 
-One walk does it all: constants fold, Const parameters are baked, loops unroll within bounds, vectors fall
-into components, conditional code becomes selections where short, and texel offsets are bounded into
+One walk does it all: constants fold, Const parameters are baked, loops unroll within bounds (:mod:`.lower_loops`),
+vectors fall into components, conditional code becomes selections where short, and texel offsets are bounded into
 footprints.  A kernel whose image is *fused* has that image's kernel computed in place of the read.
 """
 
@@ -20,28 +20,17 @@ from passgraph.language.emitter import Emitter, eliminate_dead
 from passgraph.language.expand import EXPANSIONS, whole_power
 from passgraph.language.facts import Facts, Fused, ImageFacts, Shared
 from passgraph.language.library import prelude_function
+from passgraph.language.lower_loops import Loops, leaves, most_work, names_assigned
 from passgraph.language.operations import OPERATIONS
 from passgraph.language.parse import parse_kernel
 from passgraph.language.scope import host_numbers
 from passgraph.language.source import NOWHERE, Span, fail
 from passgraph.language.types import UINT, Array, Scalar, component_count, element_of, held_as
 
-#: A loop is unrolled up to this many trips …
-MAX_UNROLLED_TRIPS = 64
-#: … as long as its copies stay below this many instructions altogether.  Longer ones run no faster than loops and
-#: compile later (a soft shadow whose penumbrae took 10,000: 2.8 against 2.3 s on llvmpipe, its frame 0.85 of the time).
-MAX_UNROLLED_INSTRUCTIONS = 1_500
-#: Loops may make at most this many trips, nested ones together; longer ones would hang a driver.
-MAX_TRIPS = 1 << 16
 #: Instructions of a program; drivers' compilers take a minute for twice as many, and gigabytes.
 MAX_INSTRUCTIONS = 20_000
-#: All loops of a program together, also those inside loops that stay, become at most so many instructions.  A program
-#: whose loops became 5,000 took numpy 8.4 s to compile and PoCL 7.2; with 3,000 it takes 2.2 and 4.7, and runs as fast.
-MAX_UNROLLED_TOGETHER = 3_000
 #: Numbers of all constant tables that computed indices reach; each holds 1,024 entries at most.
 MAX_TABLE_NUMBERS = 16_384
-#: Instructions that one pixel may take, every trip of every loop.
-MAX_WORK = 1 << 24
 
 
 def lower(program: ir.TypedKernel, facts: Facts | None = None) -> s.ScalarProgram:
@@ -73,18 +62,18 @@ def _lower(program: ir.TypedKernel, facts: Facts) -> s.ScalarProgram:
     body = eliminate_dead(emitter.blocks[0], roots)
     made = shared.finish(program, body, outputs, keep)
     if not shared.fused:  # what passes alone passes fused
-        _check_size(made, program.source)
+        _check_size(made, program.source, most_work(program, facts))
     return made
 
 
-def _check_size(program: s.ScalarProgram, span: Span) -> None:
+def _check_size(program: s.ScalarProgram, span: Span, most: int) -> None:
     """Text may not ask for more than a driver compiles and runs in its time."""
     length, steps = s.count(program.body), s.work(program.body)
     numbers = sum(len(values) for _, _, values in program.tables)
     if length > MAX_INSTRUCTIONS:
         fail(span, f"{program.name} has {length} instructions, loops unrolled; at most {MAX_INSTRUCTIONS}")
-    if steps > MAX_WORK:
-        fail(span, f"{program.name} takes {steps} instructions a pixel, loops run; at most {MAX_WORK}")
+    if steps > most:
+        fail(span, f"{program.name} takes {steps} instructions a pixel, loops run; at most {most}")
     if numbers > MAX_TABLE_NUMBERS:
         fail(span, f"the constant tables of {program.name} hold {numbers} numbers; at most {MAX_TABLE_NUMBERS}")
 
@@ -105,8 +94,7 @@ class Lowering:
         self.arguments = arguments or {}
         self.locals: dict[str, list[s.Operand]] = {}
         self.arrays = Arrays(shared.emitter, program)
-        self.loops: list[dict[tuple[str, int], str]] = []  # variables of the loops around, innermost last
-        self.trips = 1  # of the loops around together
+        self.loops = Loops(self)
 
     def run(self) -> None:
         # Producers come first: what is computed inside a branch or loop would not be there after it.  A stack of
@@ -168,10 +156,10 @@ class Lowering:
             elif isinstance(statement, ir.If):
                 self._if(statement)
             elif isinstance(statement, ir.For):
-                self._for(statement)
+                self.loops.lower(statement)
             else:
                 self._jump(statement)
-            if _leaves(self.emitter.blocks[-1]):
+            if leaves(self.emitter.blocks[-1]):
                 return
 
     def _assign(self, statement: ir.Assign) -> None:
@@ -188,7 +176,7 @@ class Lowering:
 
     def _jump(self, statement: ir.Break | ir.Continue) -> None:
         """Break or continue: what the loop hands on is written first."""
-        for (name, i), variable in self.loops[-1].items():
+        for (name, i), variable in self.loops.around[-1].items():
             self.emitter.push(s.Write(variable, self.locals[name][i]))
         self.emitter.push(s.Break() if isinstance(statement, ir.Break) else s.Continue())
 
@@ -207,8 +195,10 @@ class Lowering:
             return
         then, after_then = self._branch(statement.then)
         orelse, after_else = self._branch(statement.orelse)
-        assigned = _names_assigned(statement.then) | _names_assigned(statement.orelse)
-        names = sorted(name for name in assigned if name not in self.arrays)
+        assigned = names_assigned(statement.then) | names_assigned(statement.orelse)
+        # What stands behind a jump in both branches assigned nothing.
+        reached = after_then.keys() | after_else.keys()
+        names = sorted(name for name in assigned & reached if name not in self.arrays)
         if e.simplify and e.selectable(then) and e.selectable(orelse):
             for instruction in (*then, *orelse):
                 e.push(instruction)
@@ -216,7 +206,7 @@ class Lowering:
                 a, b = _both(name, after_then, after_else)
                 self.locals[name] = [e.choose(condition, x, y) for x, y in zip(a, b, strict=True)]
             return
-        left_then, left_else = _leaves(then), _leaves(orelse)
+        left_then, left_else = leaves(then), leaves(orelse)
         merged: dict[str, list[s.Operand]] = {}
         reads: list[tuple[str, int, str]] = []
         for name in names:
@@ -239,82 +229,6 @@ class Lowering:
         for name, i, variable in reads:
             merged[name][i] = e.read(variable)
         self.locals.update(merged)
-
-    def _for(self, statement: ir.For) -> None:
-        start, stop, step = (self._bound(b, statement.span) for b in (statement.start, statement.stop, statement.step))
-        if step == 0:
-            fail(statement.span, "the step of range() is 0")
-        trips = len(range(start, stop, step))
-        if trips * self.trips > MAX_TRIPS:
-            around = "" if self.trips == 1 else f" inside loops of {self.trips}"
-            fail(
-                statement.span,
-                f"this loop makes {trips} trips{around}; at most {MAX_TRIPS} are allowed together",
-            )
-        if not trips:
-            return
-        self.trips *= trips
-        short = trips <= MAX_UNROLLED_TRIPS and not _jumps(statement.body)
-        if not (self.emitter.simplify and short and self._unroll(statement, range(start, stop, step))):
-            self._loop(statement, start, stop, step)
-        self.trips //= trips
-
-    def _unroll(self, statement: ir.For, trips: range) -> bool:
-        """Copy the body once a trip; give up where all copies together are, or after the first would be, too long."""
-        e, shared = self.emitter, self.shared
-        before, length, ids = dict(self.locals), len(e.blocks[-1]), e.ids
-        known, unrolled, grown = dict(e.known[-1]), shared.unrolled, 0
-        for count, i in enumerate(trips, 1):
-            self.locals[statement.name] = [s.Lit("int", i)]
-            start = len(e.blocks[-1])
-            self.block(statement.body)
-            grown += s.count(e.blocks[-1][start:])
-            expected = grown * len(trips) if count == 1 else grown
-            if expected > min(MAX_UNROLLED_INSTRUCTIONS, MAX_UNROLLED_TOGETHER - unrolled):
-                self.locals, e.ids, e.known[-1], shared.unrolled = before, ids, known, unrolled
-                del e.blocks[-1][length:]
-                return False
-        shared.unrolled = unrolled + grown  # loops inside, which have counted themselves, once
-        return True
-
-    def _loop(self, statement: ir.For, start: int, stop: int, step: int) -> None:
-        e = self.emitter
-        carried: dict[tuple[str, int], str] = {}
-        for name in sorted(_names_assigned(statement.body)):
-            for i, value in enumerate(self.locals.get(name, [])):
-                carried[name, i] = e.variable(value.type)
-                e.push(s.Write(carried[name, i], value))
-        index = e.fresh("int")
-        last = range(start, stop, step)[-1]
-        e.ranges[index.id] = (min(start, last), max(start, last))
-        e.begin()
-        outer = dict(self.locals)
-        self.locals[statement.name] = [index]
-        for (name, i), variable in carried.items():
-            self.locals[name] = list(self.locals[name])
-            self.locals[name][i] = e.read(variable)
-        self.loops.append(carried)
-        self.block(statement.body)
-        self.loops.pop()
-        if not _leaves(e.blocks[-1]):
-            for (name, i), variable in carried.items():
-                e.push(s.Write(variable, self.locals[name][i]))
-        body = e.end()
-        e.push(s.For(index, start, stop, step, tuple(body)))
-        self.locals = outer
-        for (name, i), variable in carried.items():
-            self.locals[name] = list(self.locals[name])
-            self.locals[name][i] = e.read(variable)
-
-    def _bound(self, expression: ir.Expr, span: Span) -> int:
-        value = self.value(expression)[0]
-        if not isinstance(value, s.Lit):
-            fail(
-                span,
-                "a loop bound must be known when the graph is compiled: a number, a captured constant or a "
-                "Const[int] parameter; use a constant bound with a break",
-            )
-        return int(value.value)
 
     # Expressions
 
@@ -353,6 +267,10 @@ class Lowering:
         self._use(expression.image)
         return [self.emitter.builtin(name, "int") for name in names]
 
+    def _property(self, expression: ir.Property) -> list[s.Operand]:
+        value = self._facts(expression.image).property(expression.name)
+        return [s.Lit("bool" if isinstance(value, bool) else "int", value)]
+
     def _builtin(self, expression: ir.Builtin) -> list[s.Operand]:
         type_ = expression.type
         if expression.name == "output_size" and self.facts.size is not None:
@@ -360,7 +278,12 @@ class Lowering:
         if isinstance(type_, Scalar):
             return [self.emitter.builtin(expression.name, type_.name)]
         names = [f"{expression.name}.{i}" for i in range(component_count(type_))]
-        return [self.emitter.builtin(name, element_of(type_).name) for name in names]
+        values = [self.emitter.builtin(name, element_of(type_).name) for name in names]
+        if expression.name == "pixel" and self.facts.size is not None:
+            for value, count in zip(values, self.facts.size, strict=True):
+                assert isinstance(value, s.Val)
+                self.emitter.places[value.id] = (0, count - 1)
+        return values
 
     def _uniform(self, expression: ir.Uniform) -> list[s.Operand]:
         return self._uniform_entries(expression, range(component_count(expression.type)))
@@ -513,6 +436,14 @@ class Lowering:
             texel = [self.prelude(facts.decode, [c]) if i < min(3, facts.channels) else c for i, c in enumerate(texel)]
         return texel
 
+    def _filtered(self, expression: ir.Filtered) -> list[s.Operand]:
+        facts, name = self._facts(expression.image), self.prefix + expression.image
+        if not facts.by_device or facts.fused is not None:
+            return self.value(expression.value)
+        self._use(expression.image)
+        x, y = self.value(expression.x)[0], self.value(expression.y)[0]
+        return self.emitter.texel(name, x, y, False, facts.border, facts.channels, expression.span, filtered=True)
+
     def _fused(self, fused: Fused, decode: str | None) -> list[s.Operand]:
         """The producer's results for this pixel, stored through its format, padded to four."""
         values = self.shared.fused[fused.prefix][fused.output]
@@ -528,6 +459,7 @@ _VALUES: dict[type[ir.Expr], Callable[[Lowering, Any], list[s.Operand]]] = {
     ir.Uniform: Lowering._uniform, ir.Builtin: Lowering._builtin, ir.Apply: Lowering._apply,
     ir.Select: Lowering._select, ir.Swizzle: Lowering._swizzle, ir.Construct: Lowering._construct,
     ir.Index: Lowering._index, ir.Insert: Lowering._insert, ir.Texel: Lowering._texel, ir.Size: Lowering._size,
+    ir.Property: Lowering._property, ir.Filtered: Lowering._filtered,
 }  # fmt: skip
 
 
@@ -538,38 +470,6 @@ _OF_NUMBERS = frozenset(row.name for row in OPERATIONS.values() if row.kind == "
 @cache
 def _prelude_program(name: str) -> ir.TypedKernel:
     return parse_kernel(prelude_function(name), "function")
-
-
-def _names_assigned(statements: tuple[ir.Stmt, ...]) -> set[str]:
-    names: set[str] = set()
-    for statement in statements:
-        if isinstance(statement, ir.Assign):
-            names.add(statement.name)
-        elif isinstance(statement, ir.If):
-            names |= _names_assigned(statement.then) | _names_assigned(statement.orelse)
-        elif isinstance(statement, ir.For):
-            names |= _names_assigned(statement.body)
-    return names
-
-
-def _jumps(statements: tuple[ir.Stmt, ...]) -> bool:
-    """Whether a break or continue of this loop is inside (not one of a loop within)."""
-    for statement in statements:
-        if isinstance(statement, (ir.Break, ir.Continue)):
-            return True
-        if isinstance(statement, ir.If) and (_jumps(statement.then) or _jumps(statement.orelse)):
-            return True
-    return False
-
-
-def _leaves(block: list[s.Instruction] | tuple[s.Instruction, ...]) -> bool:
-    """Whether nothing after this block runs: it ends in a jump, or in branches that both do."""
-    if not block:
-        return False
-    last = block[-1]
-    if isinstance(last, s.If):
-        return _leaves(last.then) and _leaves(last.orelse)
-    return isinstance(last, (s.Break, s.Continue))
 
 
 def _both(

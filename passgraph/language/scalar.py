@@ -109,6 +109,8 @@ class LoadTexel:
     y: Operand
     relative: bool
     border: str
+    #: The place is two floats from 0 to 1, and the device weights four texels by itself.
+    filtered: bool = False
     span: Span = field(default=NOWHERE, compare=False, repr=False)
 
 
@@ -329,6 +331,17 @@ def work(body: Iterable[Instruction]) -> int:
             total += max(work(i.then), work(i.orelse))
         else:
             total += 1
+    return total
+
+
+def trips(body: Iterable[Instruction]) -> int:
+    """Trips of all loops that one pixel makes at most, those of loops inside loops every time."""
+    total = 0
+    for i in body:
+        if isinstance(i, For):
+            total += i.trips * (1 + trips(i.body))
+        elif isinstance(i, If):
+            total += max(trips(i.then), trips(i.orelse))
     return total
 
 

@@ -11,9 +11,10 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from passgraph.language import ir, symbols
+from passgraph.language.matching import always_matches, branches
 from passgraph.language.signature import resolve
 from passgraph.language.source import NOWHERE, Span, fail
-from passgraph.language.types import BOOL, INT
+from passgraph.language.types import INT
 from passgraph.language.typing_rules import widen
 from passgraph.language.variables import Variable
 
@@ -21,13 +22,14 @@ if TYPE_CHECKING:
     from passgraph.language.frame import Frame
 
 _REFUSED: dict[type[ast.stmt], str] = {
-    ast.While: "while; write for i in range(bound) with a break",
     ast.FunctionDef: "functions inside functions; mark one outside with @pg.function",
     ast.ClassDef: "classes inside functions", ast.Import: "import", ast.ImportFrom: "import",
     ast.Try: "try", ast.With: "with", ast.Raise: "raise", ast.Assert: "assert", ast.Delete: "del",
-    ast.Global: "global", ast.Nonlocal: "nonlocal", ast.Match: "match; write if and elif",
+    ast.Global: "global", ast.Nonlocal: "nonlocal",
 }  # fmt: skip
 
+#: A longer condition is not repeated in an error.
+_SHOWN_CONDITION = 60
 #: Blocks within blocks once functions are inlined; drivers' compilers go through them by recursion.
 MAX_BLOCKS = 100
 
@@ -47,6 +49,8 @@ class Statements:
         """Parse statements into the current block; true when every path through them returns."""
         pending = list(nodes)
         for position, node in enumerate(pending, 1):
+            if isinstance(node, ast.Match):
+                return self.block([*self._match(node), *pending[position:]])
             if isinstance(node, (ast.If, ast.For)):
                 done = None
                 if isinstance(node, ast.If):
@@ -75,16 +79,9 @@ class Statements:
 
     def _captured(self, nodes: Iterable[ast.stmt]) -> tuple[tuple[ir.Stmt, ...], bool]:
         """Statements of a block of their own, and whether every path through them returns."""
-        blocks = self.frame.builder.blocks
-        if len(blocks) > MAX_BLOCKS:
-            fail(
-                self._here,
-                f"branches and loops nest deeper than {MAX_BLOCKS}, functions inlined; what follows a return in a "
-                "branch counts as the other branch",
-            )
-        blocks.append([])
-        returns = self.block(nodes)
-        return tuple(blocks.pop()), returns
+        returns: list[bool] = []
+        made = self.frame.builder.captured(lambda: returns.append(self.block(nodes)), self._here)
+        return made, returns[0]
 
     def _if(self, node: ast.If, pending: list[ast.stmt], position: int) -> bool | None:
         """A branch; what follows from ``position`` on too where the branch decides about it: true when every path
@@ -112,18 +109,27 @@ class Statements:
         """What follows from ``position`` on, under the condition that nothing has returned yet."""
         frame, span = self.frame, self.span(node)
         self._here = span
-        returned = ir.Local(BOOL, frame.returned, span)
         if self.loops:
             # Inside a loop a return has left it: an inner loop hands that on to the one around.
             if isinstance(node, ast.For):
-                frame.emit(ir.If(returned, (ir.Break(span),), (), span))
+                frame.exit.leave_loop_around(span)
             return None
         if position == len(pending):
             return False
-        body, done = self._captured(pending[position:])
-        still_here = ir.Apply(BOOL, "logical_not", (returned,), span)
-        frame.emit(ir.If(still_here, body, (), span))
-        return done
+        done: list[bool] = []
+        frame.exit.unless_left(lambda: done.append(self.block(pending[position:])), span)
+        return done[0]
+
+    def _match(self, node: ast.Match) -> list[ast.stmt]:
+        """The branches that a match stands for; its subject is computed once."""
+        frame, span = self.frame, self.span(node.subject)
+        subject = frame.expressions.value(node.subject)
+        if subject.type != INT:
+            fail(span, f"match takes an int, got {subject.type}; write if and elif")
+        # No name of the text has a space.
+        name = frame.builder.fresh("match subject")
+        frame.parts[name] = frame.name_it(subject, span, keep_locals=False)
+        return branches(node, name, self.span)
 
     # Loops
 
@@ -178,12 +184,7 @@ class Statements:
             fail(span, f"{frame.function.name} must return {frame.result_type}")
         part = frame.expressions.part(node.value)
         frame.store(frame.result, part, span, f"the result of {frame.function.name}")
-        self._leave(span)
-
-    def _leave(self, span: Span) -> None:
-        self.frame.emit(ir.Assign(self.frame.returned, ir.Literal(BOOL, True, span), span))
-        if self.loops:
-            self.frame.emit(ir.Break(span))
+        frame.exit.leave(span, in_loop=bool(self.loops))
 
     def _is_discard(self, node: ast.stmt) -> bool:
         if not (isinstance(node, ast.Expr) and isinstance(node.value, ast.Call)):
@@ -199,16 +200,10 @@ class Statements:
         assert isinstance(node.value, ast.Call)
         if node.value.args or node.value.keywords:
             fail(span, "discard() takes no arguments; put it below an if")
-        if frame.stage != "fragment":
-            fail(span, f"discard() exists in fragment kernels, not in a {frame.stage} kernel")
-        if frame.in_function:
-            fail(
-                span,
-                "discard() belongs in the fragment kernel itself; return a bool from the function instead",
-            )
-        frame.builder.discards = True
-        frame.emit(ir.Assign("$keep", ir.Literal(BOOL, False, span), span))
-        self._leave(span)
+        if frame.stage not in ("pixel", "fragment"):
+            fail(span, f"discard() exists in pixel and fragment kernels, not in a {frame.stage} kernel")
+        frame.builder.discard(span)
+        frame.exit.leave(span, in_loop=bool(self.loops))
 
     def _always_returns(self, nodes: list[ast.stmt]) -> bool:
         """Whether a block ends in a return on every path, read off its shape."""
@@ -216,6 +211,9 @@ class Statements:
             if isinstance(node, ast.Return) or self._is_discard(node):
                 return True
             if isinstance(node, ast.If) and all(map(self._always_returns, (node.body, node.orelse))):
+                return True
+            cases = node.cases if isinstance(node, ast.Match) and always_matches(node.cases[-1]) else []
+            if cases and all(self._always_returns(case.body) for case in cases):
                 return True
         return False
 
@@ -229,6 +227,14 @@ class Statements:
             return
         elif isinstance(node, ast.Expr):
             fail(span, "this value is not used; a kernel has no side effects")
+        elif isinstance(node, ast.While):
+            condition = ast.unparse(node.test)
+            shown = condition if len(condition) <= _SHOWN_CONDITION else "..."
+            fail(
+                span,
+                "the kernel language has no while; write a loop with a bound: for i in range(1000): and below it "
+                f"if not ({shown}): break",
+            )
         else:
             fail(span, f"the kernel language has no {_REFUSED.get(type(node), type(node).__name__)}")
 

@@ -12,7 +12,7 @@ from passgraph.graph.targets import InputSpec, Pass, PixelPass, Target
 from passgraph.graph.values import Derived, Value
 from passgraph.language.lower import Fused
 from passgraph.language.lower_cache import lower_once
-from passgraph.language.scalar import count
+from passgraph.language.scalar import count, trips
 from passgraph.plan.limits import Limits
 from passgraph.plan.work import Lowered, Work
 
@@ -32,8 +32,8 @@ class Known:
     #: Pass → who reads what it makes, images of passes fused before too.
     readers: dict[Pass, set[Pass]]
     lengths: dict[Pass, int]
-    #: Floats and ints that a pass has as parameters.
-    numbers: dict[Pass, tuple[int, int]]
+    #: Floats and ints that a pass has as parameters, and trips of its loops.
+    numbers: dict[Pass, tuple[int, int, int]]
     limits: Limits
 
 
@@ -67,7 +67,7 @@ def _known(work: Work, limits: Limits) -> Known:
                 readers.setdefault(target.made_by, set()).add(node)
     lengths = {node: _length(lowered) for node, lowered in work.passes.items()}
     numbers = {
-        node: (low.program.float_count, low.program.int_count)
+        node: (low.program.float_count, low.program.int_count, trips(low.program.body))
         for node, low in work.passes.items()
         if low.program is not None
     }
@@ -114,9 +114,9 @@ def _fusable(target: Target, consumer: Lowered, known: Known, work: Work) -> boo
     return images <= MAX_FUSED_IMAGES and known.limits.fits(images, len(consumer.node.into), *numbers)
 
 
-def _together(known: Known, one: Pass, other: Pass) -> tuple[int, int]:
-    (floats, ints), (more_floats, more_ints) = known.numbers[one], known.numbers[other]
-    return floats + more_floats, ints + more_ints
+def _together(known: Known, one: Pass, other: Pass) -> tuple[int, int, int]:
+    (floats, ints, made), (more_floats, more_ints, more) = known.numbers[one], known.numbers[other]
+    return floats + more_floats, ints + more_ints, made + more
 
 
 def _static_passes(work: Work) -> set[Pass]:

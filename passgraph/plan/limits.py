@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from passgraph.errors import BackendError
-from passgraph.language.scalar import ScalarProgram
+from passgraph.language.scalar import ScalarProgram, trips
 from passgraph.plan.data import DrawStep, PixelStep, Plan, Resource, Step
 
 #: Where a device has no limit of its own.
@@ -28,7 +28,9 @@ class Limits:
     bindings : images and targets of one pass together
     vertex_numbers, numbers : parameters of a vertex kernel, and of any other, in numbers of 4 bytes
     rounding : floats and ints take multiples of so many numbers each
+    filters : whether its own filter may stand for bilinear samples
     varyings : numbers that a vertex kernel hands to the fragment kernel
+    trips : of all loops of one pixel together, those of loops inside loops every time
     not_kept, not_written : what channels hold (`Format.number`) that no picture can hold here, and that no pass can
         write; and what the device lacks for it
     """
@@ -44,6 +46,8 @@ class Limits:
     numbers: int = NONE
     rounding: int = 1
     varyings: int = NONE
+    filters: bool = False
+    trips: int = NONE
     not_kept: Mapping[str, str] = field(default_factory=dict)
     not_written: Mapping[str, str] = field(default_factory=dict)
 
@@ -51,12 +55,13 @@ class Limits:
         """Room that so many parameters take."""
         return sum(-(-count // self.rounding) * self.rounding for count in (floats, ints))
 
-    def fits(self, images: int, targets: int, floats: int, ints: int) -> bool:
+    def fits(self, images: int, targets: int, floats: int, ints: int, trips: int = 0) -> bool:
         """Whether a pixel pass with so much is within the limits."""
         return (
             images <= self.images
             and images + targets <= self.bindings
             and self.numbers_taken(floats, ints) <= self.numbers
+            and trips <= self.trips
         )
 
 
@@ -76,6 +81,7 @@ def check(plan: Plan, limits: Limits) -> None:
             _check_bindings(step, limits)
             for program in _programs(step):
                 _check_numbers(step, program, limits)
+                _check_trips(step, program, limits)
         if isinstance(step, DrawStep) and len(step.varyings) > limits.varyings:
             _refuse(
                 step, f"hands over {len(step.varyings)} numbers from vertex to fragment kernel", limits,
@@ -127,6 +133,13 @@ def _check_numbers(step: Step, program: ScalarProgram, limits: Limits) -> None:
     if needed > limit:
         mend = "make some of them Const, or put them into a picture"
         _refuse(step, f"has {needed} numbers as parameters of kernel {program.name}", limits, limit, mend)
+
+
+def _check_trips(step: Step, program: ScalarProgram, limits: Limits) -> None:
+    made = trips(program.body) if limits.trips < NONE else 0
+    if made > limits.trips:
+        mend = "make fewer in one pass, or use another backend"
+        _refuse(step, f"may make {made:,} trips of loops a pixel in kernel {program.name}", limits, limits.trips, mend)
 
 
 def _refuse(step: Step, what: str, limits: Limits, limit: int, mend: str) -> None:

@@ -125,14 +125,31 @@ class Text:
             stop = start + most * step
         return start, max(INT_MIN, min(INT_MAX, stop)), step
 
+    def bounds_from_data(self, most: int) -> tuple[str, int]:
+        """Bounds that differ between pixels, of at most so many trips, and how many those are."""
+        r = self.random
+        if r.random() < 0.2:
+            near, trips = r.randint(-9, 9), min(most, r.choice((1, 3, 9)))
+            return f"{r.choice(('p.x', 'q', 'pixel().y'))} + {near}, {r.choice(('p.x', 'q'))} + {near + trips}", trips
+        step = r.choice((1, 1, 1, -1, 2, -3, 1000, 0))
+        wide = min(most, r.choice((1, 4, 9, 70, most))) * max(1, abs(step))
+        low = max(INT_MIN, min(INT_MAX - wide, self.offset()))
+        ends = [f"clamp({self.index()}, {low}, {low + r.choice((0, wide // 2, wide))})" for _ in "ab"]
+        by = f"clamp({self.index()}, -2, 2)" if step == 0 else str(step)
+        return f"{ends[0]}, {ends[1]}, {by}", -(-wide // max(1, abs(step)))
+
     def statement(self, depth: int, most: int) -> None:
         r, kind = self.random, self.random.randrange(12)
         if kind < 4:
             self.line(f"t {r.choice(('', '+', '*'))}= {self.value()}", depth)
         elif kind == 4 and depth < 9:
-            start, stop, step = self.bounds(max(1, most))
+            if r.random() < 0.4:
+                written, trips = self.bounds_from_data(max(1, most))
+            else:
+                bounds = self.bounds(max(1, most))
+                written, trips = ", ".join(map(str, bounds)), len(range(*bounds))
             name = self.fresh("i")
-            self.line(f"for {name} in range({start}, {stop}, {step}):", depth)
+            self.line(f"for {name} in range({written}):", depth)
             self.line(f"q = {name}", depth + 1)
             if r.random() < 0.3:
                 self.line(f"if v.{r.choice('xyz')} {r.choice('<>')} 0.5:", depth + 1)
@@ -141,7 +158,7 @@ class Text:
                 self.line(f"t += c[{name}, {r.choice(('0', name, f'{name} // 3'))}]", depth + 1)
             if self.arrays and r.random() < 0.6:
                 self.line(f"{r.choice(self.arrays)[0]}[{name} + {self.index()}] = t.x", depth + 1)
-            self.block(depth + 1, most // max(1, len(range(start, stop, step))))
+            self.block(depth + 1, most // max(1, trips))
         elif kind == 5 and depth < 40:
             self.line(f"if v.{r.choice('xyzw')} {r.choice(('<', '>', '=='))} {self.number()}:", depth)
             self.block(depth + 1, most)

@@ -12,8 +12,9 @@ import pytest
 
 from docs.kernels import PAGE, filled
 from passgraph.language.kernel import Kernel
-from passgraph.language.lower import Facts, lower
+from passgraph.language.lower import Facts, ImageFacts, lower
 from passgraph.language.operations import OPERATIONS
+from passgraph.language.sized import loops_over_sizes
 
 #: Where the names of the language are.
 LANGUAGE = ("symbols", "primitives", "functions", "vectors")
@@ -39,7 +40,9 @@ def test_every_block_of_the_page_is_a_kernel(block: str, tmp_path: Path) -> None
     made = [value for value in vars(module).values() if isinstance(value, Kernel)]
     assert made
     for kernel in made:
-        assert lower(kernel.program, Facts()).outputs
+        sizes = {name: ImageFacts(size=(64, 48)) for name in kernel.program.images}
+        facts = Facts(images=sizes, size=(1, 1)) if loops_over_sizes(kernel.program) else Facts()
+        assert lower(kernel.program, facts).outputs
 
 
 def test_there_are_blocks_to_check() -> None:

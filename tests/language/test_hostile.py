@@ -27,7 +27,7 @@ def doubling(levels: int, first: str = "x * 1.5", call: str = "f{0}(x) + f{0}(x 
     return "\n".join(lines) + "\n" + body(f"return f{levels}(x)")
 
 
-def nested_loops(depth: int, trips: int, inner: str) -> str:
+def nested_loops(depth: int, trips: int | str, inner: str) -> str:
     lines = [f"{'    ' * (n + 1)}for i{n} in range({trips}):" for n in range(depth)]
     inner = "    " * (depth + 1) + inner
     return "\n".join(["def k(c: Image) -> float:", "    x = c[0, 0].x", *lines, inner, "    return x\n"])
@@ -72,6 +72,30 @@ HOSTILE = {
     "nested ranges of nothing": nested_loops(18, 1, "x = x * 1.5 + 1.0"),
     "nested constant ranges": nested_loops(4, 16, "x = x + float(i0 * i1 * i2 * i3)"),
     "nested ranges of long bodies": nested_loops(8, 4, "x = " + " + ".join(["x * 1.5"] * 90)),
+    "ranges of data": nested_loops(4, "clamp(int(x), 0, 16)", "x = x + float(i0 * i1 * i2 * i3)"),
+    "nested ranges of endless data": nested_loops(3, "min(int(x), 60000)", "x = x + 1.0"),
+    "bounds of bounds": body(
+        "n = clamp(int(x), 0, 9)\n    "
+        + "\n    ".join(["n = min(n + n, max(n - n, n * n))"] * 3000)
+        + "\n    for i in range(n): x = x + 1.0\n    return x"
+    ),
+    "bounds in bounds": body(
+        "for i in range(" + "min(9, max(-9, " * 40 + "int(x)" + "))" * 40 + "): x = x + 1.0\n    return x"
+    ),
+    "many loops of data": body(
+        "\n    ".join(["for i in range(min(int(x), 99)): x = x * 1.5"] * 1500) + "\n    return x"
+    ),
+    "a match of many cases": body(
+        "match int(x):\n" + "".join(f"        case {n}: x = {n}.0\n" for n in range(5000)) + "    return x"
+    ),
+    "matches in matches": "def k(c: Image) -> float:\n    x = c[0, 0].x\n"
+    + "".join(f"{'  ' * n}    match int(x):\n{'  ' * n}     case {n}:\n" for n in range(60))
+    + "  " * 60
+    + "    x = 1.0\n    return x",
+    "many alternatives": body(
+        "match int(x):\n        case " + " | ".join(map(str, range(1500))) + ": x = 1.0\n    return x"
+    ),
+    "discards": body("\n    ".join(f"if x > {n}.0: discard()" for n in range(3000)) + "\n    return x"),
     "a zero step": body("for i in range(0, 9, 0): x = x + 1.0\n    return x"),
     "a long array": body("a = [x] * 1000000000\n    return a[0]"),
     "an array of matrices": body(
@@ -113,6 +137,24 @@ HOSTILE = {
     "a deep annotation": "def k(c: 'tuple[" + "tuple[" * 90 + "float" + "]" * 91 + "') -> float: return 1.0",
     "a null": "def k(c: Image) -> float:\0 return 1.0",
     "a surrogate": "def k(c: Image) -> float: return 1.0  # \udcff",
+    "arrays of arrays": body("a = " + "[" * 200 + "x" + "] * 2" * 200 + "\n    return a[0]"),
+    "an array of arrays of arrays": "def k(a: " + "Array[" * 90 + "float" + ", 2]" * 90 + ") -> float: return 1.0",
+    "arrays of images": "def k("
+    + ", ".join(f"p{n}: Array[Array[Image, 32], 32]" for n in range(3000))
+    + ") -> float: return 1.0",
+    "rows of rows": "def k(a: Array[Array[float, 512], 2]) -> float:\n    x = a[0][0]\n"
+    + "    r = a[int(x)]\n" * 10_000
+    + "    return r[0]",
+    "rows that are written": "def k(a: Array[Array[float, 512], 2]) -> float:\n"
+    + "    a[int(a[0][1])] = a[int(a[1][0])]\n" * 4_000
+    + "    return a[0][0]",
+    "images of images": "def k(a: Array[Image, 128]) -> float:\n    return "
+    + "a[int(" * 90
+    + "1.0"
+    + ")].sample(vec2(0.5)).x" * 90,
+    "arrays of structs of arrays": "class S0:\n    v: Array[float, 2]\n"
+    + "".join(f"class S{n}:\n    v: Array[S{n - 1}, 2]\n    w: S{n - 1}\n" for n in range(1, 40))
+    + "def k(s: S39) -> float: return 1.0",
     "many parameters": "def k(" + ", ".join(f"p{n}: mat4" for n in range(5000)) + ") -> float: return 1.0",
     "dead branches": body("\n    ".join(f"if x > {n}.0: x = x + 1.0" for n in range(3000)) + "\n    return x"),
     "returns in branches": body("\n    ".join(f"if x > {n}.0: return x" for n in range(3000)) + "\n    return x"),

@@ -226,7 +226,7 @@ def test_fields_are_exchanged_all_at_once() -> None:
 def test_unrolled_and_looped_forms_agree(monkeypatch: pytest.MonkeyPatch) -> None:
     body = "y = x\nfor i in range(9):\n    y = y * 1.5 + float(i) if y < 50.0 else y - float(i)\nreturn y"
     unrolled = lowered(body)
-    monkeypatch.setattr("passgraph.language.lower.MAX_UNROLLED_INSTRUCTIONS", 5)
+    monkeypatch.setattr("passgraph.language.lower_loops.MAX_UNROLLED_INSTRUCTIONS", 5)
     looped = lowered(body)
     assert count(unrolled, s.For) == 0
     assert count(looped, s.For) == 1

@@ -7,7 +7,8 @@ from running import lowered, run_program
 
 from passgraph.graph.calls import kernel
 from passgraph.language import scalar as s
-from passgraph.language.lower import MAX_UNROLLED_INSTRUCTIONS, MAX_UNROLLED_TOGETHER, lower
+from passgraph.language.lower import lower
+from passgraph.language.lower_loops import MAX_UNROLLED_INSTRUCTIONS, MAX_UNROLLED_TOGETHER
 
 #: As screens of printed dots are made: for each ink the dots of 9 cells around a pixel, dozens of instructions each.
 HALFTONE = """

@@ -39,7 +39,7 @@ def body(text: str) -> str:
         (body("float a; a" + " = a" * 5000 + ";"), "nests deeper"),
         (body("{" * 5000 + "}" * 5000), "nests deeper"),
         (body("if (true) " * 5000 + ";"), "nests deeper"),
-        (body("int i; " + "for (;;) " * 150 + "i++;"), "nest deeper"),
+        (body("int i; " + "for (;;) " * 150 + "i++;"), "nests too deeply"),
         ("float f0(float x) { return x; }" + "".join(
             f"float f{i}(float x) {{ return f{i - 1}(x) + f{i - 1}(x); }}" for i in range(1, 30)
         ) + body("f29(1.0);"), "once its functions are inlined"),

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph.verify.conformance import whole_numbers
+from passgraph.verify.conformance import control, whole_numbers
 from passgraph.verify.conformance.case import Case, Picture
 
 GROUP = "language"
@@ -260,6 +260,7 @@ def cases() -> Iterator[Case]:
     for name, (text, expected) in KERNELS.items():
         made = np.asarray(expected(whole(), x, y), np.float32)
         yield Case(GROUP, name, partial(_graph, text), SIZE, ({"color": whole()},), exact={"result0": made})
+    yield from control.cases()
     yield _parameters(x)
     yield from whole_numbers.cases(_graph)
     yield from _stores()

@@ -1,0 +1,260 @@
+"""Loops on their way into the scalar program: short ones are copied once a trip, others stay.
+
+A loop whose bounds come from data becomes one of the greatest number of trips that they allow (:mod:`.ranges`), which
+is left where the trips that the data ask for are over.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from passgraph.language import ir
+from passgraph.language import scalar as s
+from passgraph.language.facts import Facts
+from passgraph.language.meanings import INT_MAX
+from passgraph.language.source import fail
+
+if TYPE_CHECKING:
+    from passgraph.language.lower import Lowering
+
+#: A loop is unrolled up to this many trips …
+MAX_UNROLLED_TRIPS = 64
+#: … as long as its copies stay below this many instructions altogether.  Longer ones run no faster than loops and
+#: compile later (a soft shadow whose penumbrae took 10,000: 2.8 against 2.3 s on llvmpipe, its frame 0.85 of the time).
+MAX_UNROLLED_INSTRUCTIONS = 1_500
+#: All loops of a program together, also those inside loops that stay, become at most so many instructions.  A program
+#: whose loops became 5,000 took numpy 8.4 s to compile and PoCL 7.2; with 3,000 it takes 2.2 and 4.7, and runs as fast.
+MAX_UNROLLED_TOGETHER = 3_000
+#: Loops may make at most this many trips, nested ones together; longer ones would hang a driver.
+MAX_TRIPS = 1 << 16
+#: Where a kernel is made for the size of its target, a small one may make more: up to so many a pixel, which go through
+#: every texel of 3840x2160 …
+MAX_LONE_TRIPS = 1 << 23
+#: … and all its pixels together up to so many: 16 pixels of them.
+MAX_TARGET_TRIPS = 1 << 27
+#: Instructions that one pixel may take, every trip of every loop; in proportion more where more trips are allowed.
+MAX_WORK = 1 << 24
+INSTRUCTIONS_A_LONE_TRIP = 32
+#: A greatest number of trips beyond this is none that anybody wrote.
+ANY_NUMBER = 1 << 30
+
+
+def most_trips(program: ir.TypedKernel, facts: Facts) -> int:
+    """How many trips nested loops of one pixel may make together.
+
+    How many fragments a draw has is not known beforehand, nor is the target of a kernel that is not made for its size.
+    """
+    if program.stage != "pixel" or facts.size is None:
+        return MAX_TRIPS
+    width, height = facts.size
+    return max(MAX_TRIPS, min(MAX_LONE_TRIPS, MAX_TARGET_TRIPS // (width * height)))
+
+
+def most_work(program: ir.TypedKernel, facts: Facts) -> int:
+    """How many instructions one pixel may take."""
+    return max(MAX_WORK, INSTRUCTIONS_A_LONE_TRIP * most_trips(program, facts))
+
+
+@dataclass(frozen=True)
+class Trips:
+    """Of a loop whose bounds come from data: the most that it makes, how many it makes, and what its index is."""
+
+    most: int
+    value: s.Operand
+    start: s.Operand
+    step: s.Operand
+    reach: tuple[float, float]
+
+
+class Loops:
+    """The loops of one kernel being lowered."""
+
+    def __init__(self, lowering: Lowering) -> None:
+        self.lowering, self.emitter = lowering, lowering.emitter
+        self.around: list[dict[tuple[str, int], str]] = []  # variables of the loops around, innermost last
+        self.trips = 1  # of the loops around together
+        self.most = most_trips(lowering.program, lowering.facts)
+
+    def lower(self, statement: ir.For) -> None:
+        bounds = [self.lowering.value(b)[0] for b in (statement.start, statement.stop, statement.step)]
+        start, stop, step = bounds
+        if isinstance(step, s.Lit) and step.value == 0:
+            fail(statement.span, "the step of range() is 0")
+        if all(isinstance(b, s.Lit) for b in bounds):
+            known = range(*(int(b.value) for b in bounds if isinstance(b, s.Lit)))
+            self._check(statement, len(known), "makes")
+            if known and not self._unroll(statement, known):
+                self._loop(statement, known, None)
+        else:
+            counted = self._count(statement, start, stop, step)
+            if counted.most:
+                self._loop(statement, range(counted.most), counted)
+
+    def _check(self, statement: ir.For, trips: int, makes: str) -> None:
+        if trips * self.trips > self.most:
+            around = "" if self.trips == 1 else f" inside loops of {self.trips}"
+            fail(
+                statement.span,
+                f"this loop {makes} {trips} trips{around}; at most {self.most} are allowed together",
+            )
+
+    # Loops that become copies of their body
+
+    def _unroll(self, statement: ir.For, trips: range) -> bool:
+        """Copy the body once a trip; give up where all copies together are, or after the first would be, too long."""
+        e, shared, lowering = self.emitter, self.lowering.shared, self.lowering
+        if not e.simplify or len(trips) > MAX_UNROLLED_TRIPS or _jumps(statement.body):
+            return False
+        before, length, ids = dict(lowering.locals), len(e.blocks[-1]), e.ids
+        known, unrolled, grown = dict(e.known[-1]), shared.unrolled, 0
+        self.trips *= len(trips)
+        for count, i in enumerate(trips, 1):
+            lowering.locals[statement.name] = [s.Lit("int", i)]
+            start = len(e.blocks[-1])
+            lowering.block(statement.body)
+            grown += s.count(e.blocks[-1][start:])
+            expected = grown * len(trips) if count == 1 else grown
+            if expected > min(MAX_UNROLLED_INSTRUCTIONS, MAX_UNROLLED_TOGETHER - unrolled):
+                lowering.locals, e.ids, e.known[-1], shared.unrolled = before, ids, known, unrolled
+                del e.blocks[-1][length:]
+                self.trips //= len(trips)
+                return False
+        shared.unrolled = unrolled + grown  # loops inside, which have counted themselves, once
+        self.trips //= len(trips)
+        return True
+
+    # Loops that stay
+
+    def _loop(self, statement: ir.For, counted: range, trips: Trips | None) -> None:
+        """A loop over ``counted``; with ``trips`` it counts those, and is left where they are over."""
+        e, lowering = self.emitter, self.lowering
+        carried = self._carry(statement)
+        count = e.fresh("int")
+        e.ranges[count.id] = (min(counted[0], counted[-1]), max(counted[0], counted[-1]))
+        e.begin()
+        outer = dict(lowering.locals)
+        lowering.locals[statement.name] = [count if trips is None else self._index(count, trips)]
+        for (name, i), variable in carried.items():
+            lowering.locals[name] = list(lowering.locals[name])
+            lowering.locals[name][i] = e.read(variable)
+        self.around.append(carried)
+        self.trips *= len(counted)
+        lowering.block(statement.body)
+        self.trips //= len(counted)
+        self.around.pop()
+        if not leaves(e.blocks[-1]):
+            for (name, i), variable in carried.items():
+                e.push(s.Write(variable, lowering.locals[name][i]))
+        body = e.end()
+        e.push(s.For(count, counted.start, counted.stop, counted.step, tuple(body)))
+        lowering.locals = outer
+        for (name, i), variable in carried.items():
+            lowering.locals[name] = list(lowering.locals[name])
+            lowering.locals[name][i] = e.read(variable)
+
+    def _carry(self, statement: ir.For) -> dict[tuple[str, int], str]:
+        """A variable for each number that a trip hands on to the next."""
+        carried: dict[tuple[str, int], str] = {}
+        for name in sorted(names_assigned(statement.body)):
+            for i, value in enumerate(self.lowering.locals.get(name, [])):
+                carried[name, i] = self.emitter.variable(value.type)
+                self.emitter.push(s.Write(carried[name, i], value))
+        return carried
+
+    # Bounds from data
+
+    def _count(self, statement: ir.For, start: s.Operand, stop: s.Operand, step: s.Operand) -> Trips:
+        """How many trips a loop makes: the most that it may, and the value that says how many."""
+        e, zero = self.emitter, s.Lit("int", 0)
+        least, most = e.bounds.of(step)[:2]
+        rise = max(0.0, e.trip_bounds.apart(stop, start)) if most >= 1 else 0.0
+        fall = max(0.0, e.trip_bounds.apart(start, stop)) if least <= -1 else 0.0
+        trips = int(max(math.ceil(rise / max(least, 1)), math.ceil(fall / max(-most, 1))))
+        if trips > ANY_NUMBER:
+            fail(
+                statement.span,
+                "this loop may make any number of trips; a bound that is not known when the graph is compiled needs a "
+                "limit that is, such as range(min(n, 64)), or a constant bound with a break",
+            )
+        self._check(statement, trips, "may make")
+        # Their distance, which trips are counted from, must not wrap.
+        if max(rise, fall) > INT_MAX:
+            fail(
+                statement.span, f"the ends of this loop may lie more than {INT_MAX} apart; bring them nearer by clamp()"
+            )
+        value: s.Operand = zero
+        if rise:
+            value = self._trips(start, stop, step)
+            if least <= 0:
+                value = e.choose(e.op("greater", step, zero), value, zero)
+        if fall:
+            back = e.op("neg", e.op("max", step, s.Lit("int", -INT_MAX)))
+            value = e.choose(e.op("less", step, zero), self._trips(stop, start, back), value)
+        return Trips(trips, value, start, step, self._reach(start, stop, bool(rise), bool(fall)))
+
+    def _trips(self, low: s.Operand, high: s.Operand, step: s.Operand) -> s.Operand:
+        """Trips of a positive step from one end up to the other; 0 where they lie the other way round.
+
+        Where they do not, nothing wraps: they lie no farther apart than an int reaches.
+        """
+        e, one = self.emitter, s.Lit("int", 1)
+        between = e.op("sub", high, low)
+        if not (isinstance(step, s.Lit) and step.value == 1):
+            between = e.op("add", e.op("floor_divide", e.op("sub", between, one), step), one)
+        return e.choose(e.op("less", low, high), between, s.Lit("int", 0))
+
+    def _reach(self, start: s.Operand, stop: s.Operand, rises: bool, falls: bool) -> tuple[float, float]:
+        """What the index lies between: ``stop`` is not reached."""
+        first, end = self.emitter.bounds.of(start), self.emitter.bounds.of(stop)
+        low = min([first.low] * rises + [end.low + 1] * falls, default=0)
+        return low, max([end.high - 1] * rises + [first.high] * falls, default=0)
+
+    def _index(self, count: s.Operand, trips: Trips) -> s.Operand:
+        """The index of a trip, behind the exit from the loop.
+
+        It is held within its reach in every lane, those whose trips are over too: footprints hang on it.
+        """
+        e = self.emitter
+        e.push(s.If(e.op("greater_equal", count, trips.value), (s.Break(),), ()))
+        index = e.op("add", trips.start, e.op("mul", count, trips.step))
+        low, high = trips.reach
+        found = e.bounds.of(index)
+        if found.high > high:
+            index = e.op("min", index, s.Lit("int", int(high)))
+        if found.low < low:
+            index = e.op("max", index, s.Lit("int", int(low)))
+        return index
+
+
+def names_assigned(statements: tuple[ir.Stmt, ...]) -> set[str]:
+    names: set[str] = set()
+    for statement in statements:
+        if isinstance(statement, ir.Assign):
+            names.add(statement.name)
+        elif isinstance(statement, ir.If):
+            names |= names_assigned(statement.then) | names_assigned(statement.orelse)
+        elif isinstance(statement, ir.For):
+            names |= names_assigned(statement.body)
+    return names
+
+
+def _jumps(statements: tuple[ir.Stmt, ...]) -> bool:
+    """Whether a break or continue of this loop is inside (not one of a loop within)."""
+    for statement in statements:
+        if isinstance(statement, (ir.Break, ir.Continue)):
+            return True
+        if isinstance(statement, ir.If) and (_jumps(statement.then) or _jumps(statement.orelse)):
+            return True
+    return False
+
+
+def leaves(block: list[s.Instruction] | tuple[s.Instruction, ...]) -> bool:
+    """Whether nothing after this block runs: it ends in a jump, or in branches that both do."""
+    if not block:
+        return False
+    last = block[-1]
+    if isinstance(last, s.If):
+        return leaves(last.then) and leaves(last.orelse)
+    return isinstance(last, (s.Break, s.Continue))

@@ -1,0 +1,309 @@
+"""Bounds of the values of a scalar program, from what they are made of: how far a loop and a footprint may reach.
+
+They hold for every input, NaN and infinities too, and for every lane, idle ones too: each operation is bounded by
+itself, never by the branch that it stands in.  Where nothing but its type bounds a number, its end is infinite.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from passgraph.language import scalar as s
+from passgraph.language.meanings import INT_MAX, INT_MIN
+
+#: How far bounds are followed into what a value is made of.
+MAX_DEPTH = 64
+#: How far a difference is: both its sides branch.
+MAX_DIFFERENCE_DEPTH = 4
+#: What rounding moves a sum or product of floats by at most, of its size and below the smallest numbers: far above an
+#: ULP, since fused and flushed results lie inside too.
+ROUNDING, SMALLEST = 2.0**-20, 1e-30
+#: Below the largest float32: a result beyond may be infinite.
+LARGEST = 3.4e38
+
+
+class Range(NamedTuple):
+    """Inclusive.  ``nan`` says whether a float may also be NaN."""
+
+    low: float
+    high: float
+    nan: bool = False
+
+    @property
+    def known(self) -> bool:
+        """Whether both ends are."""
+        return math.isfinite(self.low) and math.isfinite(self.high)
+
+
+ANY_INT = Range(-math.inf, math.inf)
+ANY_FLOAT = Range(-math.inf, math.inf, True)
+TRUTH = Range(0, 1)
+
+
+class Ranges:
+    """Of the values that ``made`` says how they are made; ``indices`` are those of loops, with their ends."""
+
+    def __init__(self, made: Mapping[int, s.Op | s.Choose], indices: Mapping[int, tuple[int, int]]) -> None:
+        self.made, self.indices = made, indices
+        self.found: dict[int, Range] = {}
+
+    def forget(self, number: int) -> None:
+        """The number of a value is given to another one."""
+        self.found.pop(number, None)
+
+    def of(self, value: s.Operand, depth: int = 0) -> Range:
+        """What an int, float or bool (0 or 1) lies between."""
+        if isinstance(value, s.Lit):
+            return _written(float(value.value)) if value.type == "float" else Range(value.value, value.value)
+        if value.id in self.indices:
+            return Range(*self.indices[value.id])
+        if value.id not in self.found:
+            made = self.made.get(value.id)
+            unknown = {"int": ANY_INT, "float": ANY_FLOAT, "bool": TRUTH}[value.type]
+            if made is None or depth > MAX_DEPTH or value.type == "bool":
+                return unknown
+            self.found[value.id] = self._made(made, depth + 1) or unknown
+        return self.found[value.id]
+
+    def _made(self, made: s.Op | s.Choose, depth: int) -> Range | None:
+        if isinstance(made, s.Choose):
+            return _union(self.of(made.then, depth), self.of(made.orelse, depth))
+        rules = _FLOATS if made.on == "float" else _INTS
+        rule = rules.get(made.operation)
+        return None if rule is None else rule(*(self.of(a, depth) for a in made.arguments))
+
+    # Differences: what both sides have in common, a pixel's place say, falls out.
+
+    def apart(self, high: s.Operand, low: s.Operand, depth: int = 0) -> float:
+        """The most that int ``high`` may lie above ``low``, as numbers that do not wrap."""
+        (_, top), (bottom, _) = _ends(self.of(high)), _ends(self.of(low))
+        best = self._offset(high, low, top - bottom)
+        if depth < MAX_DIFFERENCE_DEPTH:
+            for one in self._alternatives(high, "min"):
+                best = min(best, self.apart(one, low, depth + 1))
+            for one in self._alternatives(low, "max"):
+                best = min(best, self.apart(high, one, depth + 1))
+        return best
+
+    def _alternatives(self, value: s.Operand, operation: str) -> tuple[s.Operand, ...]:
+        """The operands that a value is the least (or greatest) of: it lies below (above) each of them."""
+        made = self.made.get(value.id) if isinstance(value, s.Val) else None
+        return made.arguments if isinstance(made, s.Op) and made.operation == operation else ()
+
+    def _offset(self, high: s.Operand, low: s.Operand, otherwise: float) -> float:
+        """Where the difference, up to a multiple of 2**32, is from 0 to the largest int, that is the most it may be:
+        another multiple of 2**32 is negative."""
+        terms, constant = self._terms(high)
+        others, subtracted = self._terms(low)
+        for number, factor in others.items():
+            terms[number] = terms.get(number, 0) - factor
+        least = most = float(constant - subtracted)
+        for number, factor in terms.items():
+            if factor:
+                ends = [factor * end for end in _ends(self.of(s.Val("int", number)))]
+                least, most = least + min(ends), most + max(ends)
+        return most if least >= 0 and most <= INT_MAX else otherwise
+
+    def _terms(self, value: s.Operand, depth: int = 0) -> tuple[dict[int, int], int]:
+        """A sum of values, each with its whole factor, and a constant: equal to ``value`` up to multiples of 2**32."""
+        if isinstance(value, s.Lit):
+            return {}, int(value.value)
+        made = self.made.get(value.id)
+        if isinstance(made, s.Op) and depth < MAX_DIFFERENCE_DEPTH:
+            name, parts = made.operation, made.arguments
+            if name in ("add", "sub"):
+                (terms, constant), (others, other) = (self._terms(part, depth + 1) for part in parts)
+                sign = 1 if name == "add" else -1
+                for number, factor in others.items():
+                    terms[number] = terms.get(number, 0) + sign * factor
+                return terms, constant + sign * other
+            factors = [part for part in parts if isinstance(part, s.Lit)]
+            if name == "mul" and len(factors) == 1:
+                times = int(factors[0].value)
+                terms, constant = self._terms(next(p for p in parts if p is not factors[0]), depth + 1)
+                return {number: factor * times for number, factor in terms.items()}, constant * times
+        return {value.id: 1}, 0
+
+
+def _ends(a: Range) -> tuple[int, int]:
+    """An int's ends, those of its type where no others are known."""
+    return int(max(a.low, INT_MIN)), int(min(a.high, INT_MAX))
+
+
+def _fitting(low: int, high: int) -> Range:
+    """An int's range, or nothing known where it may wrap."""
+    return Range(low, high) if low >= INT_MIN and high <= INT_MAX else ANY_INT
+
+
+def _told(low: int, high: int) -> Range:
+    """An int's range whose ends, where they are its type's, say nothing."""
+    if low == high:
+        return Range(low, high)
+    return Range(low if low > INT_MIN else -math.inf, high if high < INT_MAX else math.inf)
+
+
+def _union(a: Range, b: Range) -> Range:
+    return Range(min(a.low, b.low), max(a.high, b.high), a.nan or b.nan)
+
+
+# Ints.  An end that only the type gives stays unknown when it is moved.
+
+
+def _add(a: Range, b: Range) -> Range:
+    (a0, a1), (b0, b1) = _ends(a), _ends(b)
+    made = _fitting(a0 + b0, a1 + b1)
+    return Range(made.low if math.isfinite(a.low + b.low) else -math.inf,
+                 made.high if math.isfinite(a.high + b.high) else math.inf)  # fmt: skip
+
+
+def _neg(a: Range) -> Range:
+    low, high = _ends(a)
+    made = _fitting(-high, -low)
+    return Range(made.low if math.isfinite(a.high) else -math.inf, made.high)
+
+
+def _sub(a: Range, b: Range) -> Range:
+    (a0, a1), (b0, b1) = _ends(a), _ends(b)
+    made = _fitting(a0 - b1, a1 - b0)
+    return Range(made.low if math.isfinite(a.low) and math.isfinite(b.high) else -math.inf,
+                 made.high if math.isfinite(a.high) and math.isfinite(b.low) else math.inf)  # fmt: skip
+
+
+def _abs(a: Range) -> Range:
+    low, high = _ends(a)
+    return _fitting(0 if low <= 0 <= high else min(abs(low), abs(high)), max(abs(low), abs(high)))
+
+
+def _mul(a: Range, b: Range) -> Range:
+    products = [p * q for p in _ends(a) for q in _ends(b)]
+    return _fitting(min(products), max(products))
+
+
+def _floor_divide(a: Range, b: Range) -> Range | None:
+    if b.low < 1:
+        return None
+    quotients = [p // q for p in _ends(a) for q in _ends(b)]
+    return _told(min(quotients), max(quotients))
+
+
+def _int_mod(a: Range, b: Range) -> Range | None:
+    if b.low < 1:
+        return None
+    highest = _ends(b)[1] - 1
+    return Range(0, min(highest, _ends(a)[1]) if a.low >= 0 else highest)
+
+
+def _bit_and(a: Range, b: Range) -> Range | None:
+    """No bit is set that is not in both."""
+    highest = [r.high for r in (a, b) if r.low >= 0]
+    return Range(0, min(highest)) if highest else None
+
+
+def _bit_or(a: Range, b: Range) -> Range | None:
+    if a.low < 0 or b.low < 0:
+        return None
+    return Range(0, (1 << max(_ends(a)[1], _ends(b)[1]).bit_length()) - 1)
+
+
+def _shift_right(a: Range, b: Range) -> Range | None:
+    if b.low != b.high:
+        return Range(0, a.high) if a.low >= 0 else None
+    low, high = _ends(a)
+    return _told(low >> (int(b.low) & 31), high >> (int(b.low) & 31))
+
+
+def _shift_left(a: Range, b: Range) -> Range | None:
+    if b.low != b.high:
+        return None
+    low, high = _ends(a)
+    return _fitting(low << (int(b.low) & 31), high << (int(b.low) & 31))
+
+
+def _lower(a: Range, b: Range) -> Range:
+    return Range(min(a.low, b.low), min(a.high, b.high))
+
+
+def _upper(a: Range, b: Range) -> Range:
+    return Range(max(a.low, b.low), max(a.high, b.high))
+
+
+def _exactly(a: Range) -> Range:
+    """An int or bool as an int."""
+    return a
+
+
+_INTS: dict[str, Callable[..., Range | None]] = {
+    "add": _add, "sub": _sub, "neg": _neg, "abs": _abs, "mul": _mul, "min": _lower, "max": _upper,
+    "floor_divide": _floor_divide, "int_mod": _int_mod, "bit_and": _bit_and, "bit_or": _bit_or, "bit_xor": _bit_or,
+    "shift_left": _shift_left, "shift_right": _shift_right, "to_int": _exactly,
+    "to_float": lambda a: _rounded(a.low, a.high, False),
+}  # fmt: skip
+
+
+# Floats.  NaN as the first argument of min and max stays; as the second the first is the result.
+
+
+def _written(number: float) -> Range:
+    """A number of the text, as the float32 that it becomes, which is 0 where a device drops the smallest."""
+    with np.errstate(over="ignore", under="ignore"):
+        exact = float(np.float32(number))
+    if exact != exact:
+        return ANY_FLOAT
+    return Range(exact, exact) if abs(exact) > SMALLEST else Range(min(exact, 0.0), max(exact, 0.0))
+
+
+def _float_lower(a: Range, b: Range) -> Range:
+    return Range(min(a.low, b.low), a.high if b.nan else min(a.high, b.high), a.nan)
+
+
+def _float_upper(a: Range, b: Range) -> Range:
+    return Range(a.low if b.nan else max(a.low, b.low), max(a.high, b.high), a.nan)
+
+
+def _rounded(low: float, high: float, nan: bool) -> Range:
+    """A result that may be rounded either way."""
+    return Range(low - (abs(low) * ROUNDING + SMALLEST), high + (abs(high) * ROUNDING + SMALLEST), nan)
+
+
+def _corners(combine: Callable[[float, float], float]) -> Callable[[Range, Range], Range | None]:
+    def rule(a: Range, b: Range) -> Range | None:
+        # Of infinite ends nothing is said: infinities cancel, and times 0 they are NaN.
+        if not (a.known and b.known):
+            return None
+        found = [combine(float(p), float(q)) for p in a[:2] for q in b[:2]]
+        if max(map(abs, found)) > LARGEST:  # may be infinite
+            return None
+        return _rounded(min(found), max(found), a.nan or b.nan)
+
+    return rule
+
+
+def _float_abs(a: Range) -> Range:
+    low = 0.0 if a.low <= 0 <= a.high else min(abs(a.low), abs(a.high))
+    return Range(low, max(abs(a.low), abs(a.high)), a.nan)
+
+
+def _whole(function: Callable[[float], int]) -> Callable[[Range], Range]:
+    def rule(a: Range) -> Range:
+        low, high = (float(function(end)) if math.isfinite(end) else end for end in a[:2])
+        return Range(low, high, a.nan)
+
+    return rule
+
+
+def _to_int(a: Range) -> Range:
+    """Toward zero, no farther than an int reaches; NaN gives 0."""
+    low, high = (math.trunc(min(max(end, INT_MIN), INT_MAX)) for end in a[:2])
+    return _told(min(low, 0), max(high, 0)) if a.nan else _told(low, high)
+
+
+_FLOATS: dict[str, Callable[..., Range | None]] = {
+    "add": _corners(lambda p, q: p + q), "sub": _corners(lambda p, q: p - q), "mul": _corners(lambda p, q: p * q),
+    "min": _float_lower, "max": _float_upper, "neg": lambda a: Range(-a.high, -a.low, a.nan), "abs": _float_abs,
+    "floor": _whole(math.floor), "ceil": _whole(math.ceil), "trunc": _whole(math.trunc), "round": _whole(round),
+    "to_int": _to_int,
+}  # fmt: skip

@@ -1,0 +1,46 @@
+"""Whether loops of a kernel run as far as pictures are large: such kernels are made for the sizes that a plan has."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from passgraph.language import ir
+
+
+def loops_over_sizes(program: ir.TypedKernel) -> bool:
+    """Whether a bound of a loop hangs on the size of an image or of the output, through variables too."""
+    bounds: list[ir.Expr] = [bound for loop in _loops(program.body) for bound in (loop.start, loop.stop, loop.step)]
+    pending: list[ir.Expr] = [bound for bound in bounds if not isinstance(bound, ir.Literal)]
+    if not pending:
+        return False
+    values: dict[str, list[ir.Expr]] = {}
+    for name, value in _assigned(program.body):
+        values.setdefault(name, []).append(value)
+    while pending:
+        for part in ir.expressions(pending.pop()):
+            if isinstance(part, ir.Size) or (isinstance(part, ir.Builtin) and part.name == "output_size"):
+                return True
+            if isinstance(part, ir.Local):
+                pending += values.pop(part.name, [])
+    return False
+
+
+def _loops(statements: tuple[ir.Stmt, ...]) -> Iterator[ir.For]:
+    for statement in statements:
+        if isinstance(statement, ir.If):
+            yield from _loops(statement.then)
+            yield from _loops(statement.orelse)
+        elif isinstance(statement, ir.For):
+            yield statement
+            yield from _loops(statement.body)
+
+
+def _assigned(statements: tuple[ir.Stmt, ...]) -> Iterator[tuple[str, ir.Expr]]:
+    for statement in statements:
+        if isinstance(statement, ir.Assign):
+            yield statement.name, statement.value
+        elif isinstance(statement, ir.If):
+            yield from _assigned(statement.then)
+            yield from _assigned(statement.orelse)
+        elif isinstance(statement, ir.For):
+            yield from _assigned(statement.body)
