@@ -56,9 +56,9 @@ def named_effect(text: str) -> Effect:
 
 
 def is_named(text: str) -> bool:
-    """Whether it reads as an effect or as a file of kernels, rather than as a picture or a scene (.json may be one)."""
+    """Whether it reads as an effect or as a file of kernels, rather than as a picture or a scene."""
     path, _ = file_and_name(text)
-    return text in EFFECTS if path is None else path.suffix in READERS and path.suffix != ".json"
+    return text in EFFECTS if path is None else path.suffix in READERS
 
 
 def file_and_name(text: str) -> tuple[Path | None, str | None]:
@@ -113,10 +113,8 @@ def effects_of_text(path: Path) -> dict[str, Effect]:
 
 #: What reads a file, by its suffix; any other one that is named as an effect is the text of a kernel too.
 READERS: dict[str, Reader] = {
-    ".py": effects_of_module,
-    ".txt": effects_of_text,
-    **dict.fromkeys(SUFFIXES, effects_of_shader),
-}
+    ".py": effects_of_module, ".txt": effects_of_text, **dict.fromkeys(SUFFIXES, effects_of_shader),
+}  # fmt: skip
 
 
 # Kernels
