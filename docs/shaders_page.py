@@ -3,8 +3,8 @@
     python docs/shaders_page.py [STAGE ...] [--parts FOLDER]
 
 measures on the collections beside the checkout (tests/shaders/beside.py says where) and writes the marked section of
-docs/shaders.md and docs/images/shaders/.  Stages are agreement, bounds (of what is farther), backends, speed, sheets and
-page; left out, all run.  What is measured is kept in FOLDER (.shaders-page), so that stages can run by themselves.
+docs/shaders.md and docs/images/shaders/.  Stages are agreement, bounds (of what is farther), backends, speed, sheets
+and page; left out, all run.  What is measured is kept in FOLDER (out/shaders-page): stages can run by themselves.
 """
 
 from __future__ import annotations
@@ -26,10 +26,11 @@ from PIL import Image, ImageDraw
 DOCS = Path(__file__).resolve().parent
 sys.path[:0] = [str(DOCS.parent), str(DOCS.parent / "tests" / "shaders")]
 
-import passgraph as pg
-from beside import CLOCK, FOLDER, MISSING, SHARE, Case, against_oracle, apart, files, host, pictures, read_original
-from docs.gallery_page import machine
+from beside import CLOCK, FOLDER, MISSING, SHARE, Case, against_oracle, apart, files, host, read_original
 from originals import Original
+
+import passgraph as pg
+from docs.gallery_page import machine
 from passgraph.errors import PassgraphError
 from passgraph.shaders.load import load_shader
 
@@ -181,7 +182,8 @@ def sheets(_: dict[str, Any]) -> dict[str, Any]:
     names: dict[str, Any] = {kind: [] for kind in KINDS}
     tiles: dict[str, list[Image.Image]] = {kind: [] for kind in KINDS}
     for path in loaded():
-        shown = Case(path, TILE, 0, frames_of(path)).ours()[-1]
+        # Defaults of filters often change nothing.
+        shown = Case(path, TILE, int(path.suffix == ".fs"), frames_of(path)).ours()[-1]
         # Over a checkerboard, since what is transparent would look black.
         y, x = np.mgrid[0 : TILE[1], 0 : TILE[0]]
         board = np.where((x // 8 + y // 8) % 2, 0.55, 0.45)[:, :, None]
@@ -201,27 +203,36 @@ def sheets(_: dict[str, Any]) -> dict[str, Any]:
     return names
 
 
+_HEADINGS = (
+    "| container | files | read | equal | ≤ 1 step | ≤ 1 step but for 0.1 % of pixels | farther, within bounds | "
+    "outside, not judged |\n|---|--:|--:|--:|--:|--:|--:|--:|"
+)
+_OPENING = """Measured by `python docs/shaders_page.py` on published files that are not part of the repository: ISF
+files of Vidvox and others, and the transitions of gl-transitions.com, both under the MIT licence, which holds for what
+their pictures show too. The originals run on OpenGL (llvmpipe) in a host of the tests' own, which
+shares nothing with what is tested: real framebuffers, vertex shaders on a quad, buffers kept over 4 frames. Machine: {machine}.
+
+### How many are read, and how far they are from the original
+
+Each file at {runs} pairs of size and parameters ({sizes}); its worst counts. A step is 1/255.
+
+{rows}
+
+Farther, within bounds: with sines and their inverses computed to the last bits in the original, each value of each pass
+lies where the [oracle](conformance.md) says that rounding may take it ({bounds} pixels; passes are given the
+reference's pictures). Such files make noise of a sine's last digits, or compare what is equal but for rounding.
+"""
+
+
 def section(parts: dict[str, Any]) -> str:
     """The marked section of the page."""
     said = parts["agreement"]
     width, height = SPEED_SIZE
-    lines = [
-        BEGIN, "",
-        "Measured by `python docs/shaders_page.py` on published files that are not part of the repository: the ISF files of",
-        "Vidvox and others, and the transitions of gl-transitions.com, both under the MIT licence.  The originals run on",
-        "OpenGL (llvmpipe) in a host of the tests' own, which shares nothing with what is tested: real framebuffers, vertex",
-        f"shaders on a quad, buffers kept over 4 frames.  Machine: {machine()}.", "",
-        "### How many are read, and how far they are from the original", "",
-        f"Each file at {len(RUNS)} pairs of size and parameters ({_runs()}); its worst counts.  A step is 1/255.", "",
-        "| container | files | read | equal | within one step | one step but for 0.1 % of pixels | farther, and within bounds "
-        "| outside, or not judged |",
-        "|---|--:|--:|--:|--:|--:|--:|--:|",
-        *(_row(kind, parts) for kind in KINDS), "",
-        "Farther, and within bounds: with sines and their inverses computed to the last bits in the original, each value of each pass lies where",
-        f"the [oracle](conformance.md) says that rounding may take it ({BOUNDS_SIZE[0]}×{BOUNDS_SIZE[1]} pixels; passes are "
-        "given the reference's pictures).",
-        "Such files make noise of a sine's last digits, or compare what is equal but for rounding.", "",
-    ]  # fmt: skip
+    opening = _OPENING.format(
+        machine=machine(), runs=len(RUNS), sizes=_runs(), bounds="×".join(map(str, BOUNDS_SIZE)),
+        rows="\n".join([_HEADINGS, *(_row(kind, parts) for kind in KINDS)]),
+    )  # fmt: skip
+    lines = [BEGIN, "", opening]
     lines += ["| farther | steps | pixels | outside of bounds | hang on decisions |", "|---|--:|--:|--:|--:|"]
     for name, judged in parts["bounds"].items():
         worst = max(said[name]["runs"], key=lambda run: run[2])
@@ -236,8 +247,11 @@ def section(parts: dict[str, Any]) -> str:
     lines += ["### Speed", "", *_speed(parts["speed"], width, height), "", "### What they look like", ""]
     for kind, title in KINDS.items():
         names = " · ".join(f"{number} {name}" for number, name in enumerate(parts["sheets"][kind], 1))
-        lines += [f"![{title}](images/shaders/{kind}.png)", "", f"{title}: {names}", ""]
+        lines += [f"![{title}](images/shaders/{kind}.png)", "", f"{title}{_LOOKS[kind]}: {names}", ""]
     return "\n".join([*lines, END])
+
+
+_LOOKS = {"isf": ", with random values of their parameters", "transitions": ", half-way"}
 
 
 def _runs() -> str:
@@ -258,7 +272,7 @@ def _row(kind: str, parts: dict[str, Any]) -> str:
 def _backends(rows: dict[str, Any]) -> Iterator[str]:
     yield "Pictures of `gl` and `opencl` beside those of `numpy`, at 53×31 with defaults:"
     yield ""
-    yield "| backend | equal | within one step | one step but for 0.1 % of pixels | farther | failed |"
+    yield "| backend | equal | ≤ 1 step | ≤ 1 step but for 0.1 % of pixels | farther | failed |"
     yield "|---|--:|--:|--:|--:|--:|"
     for name in ("gl", "opencl"):
         counts = Counter(row[name][0] for row in rows.values())
@@ -303,7 +317,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("stages", nargs="*", metavar="STAGE", help=f"of {', '.join(STAGES)} and page; left out, all")
     parser.add_argument(
-        "--parts", type=Path, default=DOCS.parent / ".shaders-page", help="what was measured is kept there"
+        "--parts", type=Path, default=DOCS.parent / "out" / "shaders-page", help="what was measured is kept there"
     )
     options = parser.parse_args()
     if not FOLDER.is_dir():

@@ -12,8 +12,8 @@ import passgraph as pg
 from passgraph.commands.apply import apply, command_of
 from passgraph.commands.compare import compare
 from passgraph.commands.entry import run
-from passgraph.commands.named import named_effect
 from passgraph.commands.inspect import inspect
+from passgraph.commands.named import named_effect
 from passgraph.commands.plan import plan
 from passgraph.commands.shader_files import RESERVED
 
