@@ -144,6 +144,7 @@ def generator_command(effect: Effect) -> click.Command:
     @size_option(RENDER_SIZE)
     @capture_option
     @check_finite_option
+    @profile_option
     @click.pass_context
     def command(
         ctx: click.Context,
@@ -153,11 +154,12 @@ def generator_command(effect: Effect) -> click.Command:
         size: tuple[int, int],
         capture: Path | None,
         check_finite: bool,
+        profile: bool,
         **_: Any,
     ) -> int:
         check_outputs(output, capture)
         job = generator_job(effect, None, size, given_parameters(ctx))
-        run_and_save(job, backend, output, capture, check_finite=check_finite)
+        run_and_save(job, backend, output, capture, check_finite=check_finite, profile=profile)
         return 0
 
     command.params += options_beside(command.params, effect)

@@ -20,9 +20,10 @@ if TYPE_CHECKING:
 #: What commands call options, arguments and inputs of their own; a shader's parameter of such a name has `PREFIX`.
 RESERVED = frozenset(
     {
-        "as_stored", "backend", "backends", "capture", "check_finite", "codec", "codec_option", "depth", "depth_buffer",
-        "effect", "frame", "help", "h", "inputs", "jobs", "linear", "most_ambiguous", "no_sound", "non_finite", "off",
-        "output", "rate", "raw", "resume", "scheduler", "size", "sound", "source", "svg",
+        "as_stored", "at", "backend", "backends", "capture", "check_finite", "codec", "codec_option", "depth",
+        "depth_buffer", "effect", "frame", "h", "help", "inputs", "jobs", "linear", "most_ambiguous", "no_sound",
+        "non_finite", "off", "output", "pass", "profile", "rate", "raw", "resume", "scheduler", "size", "sound",
+        "source", "step", "svg",
     }
 )  # fmt: skip
 PREFIX = "shader_"

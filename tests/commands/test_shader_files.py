@@ -12,6 +12,7 @@ import passgraph as pg
 from passgraph.commands.apply import apply, command_of
 from passgraph.commands.compare import compare
 from passgraph.commands.entry import run
+from passgraph.commands.inspect import inspect
 from passgraph.commands.named import named_effect
 from passgraph.commands.plan import plan
 from passgraph.commands.shader_files import RESERVED
@@ -134,7 +135,14 @@ def test_every_option_of_commands_is_reserved() -> None:
     """Else a shader's parameter of that name could not be given."""
     Path("plain.fs").write_text("uniform sampler2D s; void main() { gl_FragColor = texture2D(s, vec2(0.5)); }")
     own: set[str] = set()
-    for command in (command_of(named_effect("plain.fs")), command_of(named_effect("level.fs")), plan, compare, apply):
+    for command in (
+        command_of(named_effect("plain.fs")),
+        command_of(named_effect("level.fs")),
+        plan,
+        compare,
+        inspect,
+        apply,
+    ):
         for param in command.params:
             if isinstance(param, (click.Option, click.Argument)) and param.name != "level":
                 flags = (option.lstrip("-").replace("-", "_") for option in (*param.opts, *param.secondary_opts))

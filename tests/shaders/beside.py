@@ -123,13 +123,13 @@ class Case:
         finally:
             run.release()
 
-    def graph(self) -> pg.Target:
-        """The same as passgraph has it."""
+    def graph(self, format: str = "rgba32f") -> pg.Target:
+        """The same as passgraph has it, of pictures in a format."""
         effect = load_shader(self.path)
         clock = {"time": CLOCK.time, "time_step": CLOCK.step, "date": CLOCK.date}
         own = {name: value for name, value in clock.items() if name in effect.parameters}
         own |= {name: value for name, value in self.values.items() if name in effect.parameters}
-        images = {name: pg.Input(name, "rgba32f", self.size) for name in effect.images}
+        images = {name: pg.Input(name, format, self.size) for name in effect.images}
         return effect(*images.values(), into=pg.target("shown", "rgba8", scale=1.0), **own)
 
     def ours(self, backend: str = "numpy") -> list[Picture]:
@@ -186,7 +186,7 @@ class Allowed:
 
 
 def against_oracle(case: Case, context: moderngl.Context) -> Allowed:
-    """Whether the original's passes lie within what the oracle allows, and one step of 8 bits around it."""
+    """Whether the original's passes, with precise sines, lie within what the oracle allows and one step of 8 bits."""
     given = case.given()
     graph = {"shown": case.graph()}
     passes = Passes(
@@ -195,7 +195,7 @@ def against_oracle(case: Case, context: moderngl.Context) -> Allowed:
         [{name: given[name] for name in inputs_behind(list(graph.values())) if name in given}] * case.frames,
     )
     expected, allowed = passes.allowed(True)
-    run = Original(context, case.file, case.size)
+    run = Original(context, case.file, case.size, precise=True)
     found = Allowed(0.0, 0.0)
     try:
         run.show(given)
@@ -203,6 +203,7 @@ def against_oracle(case: Case, context: moderngl.Context) -> Allowed:
             here = {key: picture for key, picture in expected.items() if key[0] == frame}
             keys = dict(enumerate(sorted(here)))
             drawn = run.draw(case.values, frame, CLOCK, {n: here[key] for n, key in keys.items()})
+            drawn[-1] = np.clip(np.nan_to_num(drawn[-1]), 0.0, 1.0)  # shown are 8 bits
             for number, picture in enumerate(drawn):
                 if number not in keys:
                     continue

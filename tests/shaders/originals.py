@@ -25,6 +25,37 @@ _COMMON = "#version 330\n#define texture2D texture\n"
 _QUAD = _COMMON + "in vec2 host_corner;\n"
 _PLACED = "gl_Position = vec4(host_corner * 2.0 - 1.0, 0.0, 1.0);"
 _TRANSITION_VERTEX = f"{_QUAD}out vec2 host_uv; void main() {{ {_PLACED} host_uv = host_corner; }}"
+#: Trigonometry to the last bits: a driver's may be off by 2**-11, and shaders make noise of its last digits.  The
+#: constants are Cody and Waite's three parts of pi (Cephes, sinf.c), the polynomial is Taylor's; inverses are the
+#: driver's, with a step of Newton's.
+_TRIGONOMETRY = """
+float host_odd(float j, float h, float x) {
+    float r = ((x - h * 3.140625) - h * 9.67502593994140625e-4) - h * 1.5099579909783764e-7, z = r * r;
+    float p = -1.0 / 6.0 + z * (1.0 / 120.0 + z * (-1.0 / 5040.0 + z * (1.0 / 362880.0 - z / 39916800.0)));
+    return (1.0 - 2.0 * mod(j, 2.0)) * (r + r * z * p);
+}
+float host_sin(float x) { float j = floor(x * 0.31830988618 + 0.5); return host_odd(j, j, x); }
+float host_cos(float x) { float j = floor(x * 0.31830988618 + 1.0); return host_odd(j, j - 0.5, x); }
+float host_acos(float x) {
+    float a = acos(x), s = host_sin(a);
+    return s == 0.0 ? a : a + (host_cos(a) - x) / s;
+}
+float host_asin(float x) {
+    float a = asin(x), c = host_cos(a);
+    return c == 0.0 ? a : a - (host_sin(a) - x) / c;
+}
+float host_atan(float y, float x) {
+    float a = atan(y, x), s = host_sin(a), c = host_cos(a), size = x * c + y * s;
+    return size == 0.0 ? a : a + (y * c - x * s) / size;
+}
+float host_atan(float y) { return host_atan(y, 1.0); }
+"""
+_FUNCTIONS = ("sin", "cos", "acos", "asin", "atan")
+for _name in _FUNCTIONS:
+    for _size in (2, 3, 4):
+        _parts = ", ".join(f"host_{_name}(v.{part})" for part in "xyzw"[:_size])
+        _TRIGONOMETRY += f"vec{_size} host_{_name}(vec{_size} v) {{ return vec{_size}({_parts}); }}\n"
+_TRIGONOMETRY += "".join(f"#define {name} host_{name}\n" for name in _FUNCTIONS)
 #: Interpolation and division leave a last bit to the driver, on which comparisons with the middle of a picture hang.
 _CENTRES = "uniform sampler2D host_places;\n#define {} (texelFetch(host_places, ivec2(gl_FragCoord.xy), 0).xy)\n"
 _TRANSITION = """
@@ -192,12 +223,17 @@ class Original:
     """One file in an OpenGL context, for pictures of one size.
 
     ``exact``: buffers of 8 bits are read as floats that hold the same numbers, since llvmpipe filters pictures of
-    8 bits with weights of 8 bits.  Without, they are read as hosts read them; for measuring.
+    8 bits with weights of 8 bits.  Without, they are read as hosts read them; for measuring.  ``precise``: sine,
+    cosine and their inverses are right to the last bits.
     """
 
-    def __init__(self, context: moderngl.Context, file: File, size: Size, *, exact: bool = True) -> None:
+    def __init__(
+        self, context: moderngl.Context, file: File, size: Size, *, exact: bool = True, precise: bool = False
+    ) -> None:
         self.context, self.file, self.size, self.exact = context, file, size, exact
         vertex, fragment = file.sources(exact)
+        if precise:
+            fragment = fragment.replace(_COMMON, _COMMON + _TRIGONOMETRY, 1)
         self.program = context.program(vertex_shader=vertex, fragment_shader=fragment)
         corners = np.array([0, 0, 1, 0, 0, 1, 1, 1], np.float32)
         self.quad = context.vertex_array(self.program, [(context.buffer(corners.tobytes()), "2f", "host_corner")])
