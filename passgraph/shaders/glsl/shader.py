@@ -16,13 +16,12 @@ from passgraph.language.types import (
     BOOL,
     FLOAT,
     VEC4,
-    ImageType,
     Scalar,
     Vector,
     element_of,
 )
 from passgraph.language.values import Part
-from passgraph.language.variables import Variable
+from passgraph.language.variables import Place, Variable
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.body import Body
 from passgraph.shaders.glsl.images import STAGE
@@ -30,7 +29,7 @@ from passgraph.shaders.glsl.parse import Parser
 from passgraph.shaders.glsl.preprocess import preprocessed
 from passgraph.shaders.glsl.typing import type_of_part
 from passgraph.shaders.glsl.uniforms import declare_inputs, declare_interface, declare_uniforms
-from passgraph.shaders.glsl.unit import Native, NativeValue, Note, Slot, Uniform, Unit
+from passgraph.shaders.glsl.unit import Native, NativeValue, Note, Slot, Uniform, Unit, holds_pictures
 
 #: Files that errors in the texts of a container name.
 PRELUDE, POSTLUDE = "<prelude>", "<postlude>"
@@ -178,7 +177,7 @@ def _outputs(
         type_ = type_of_part(value)
         assert type_ is not None
         slot = body.new_slot("value", type_, written=True)
-        unit.store(slot, slot.variable, value, span, "the value")
+        unit.store_at(slot, Place(slot.variable, type_), value, span, "the value")
         return [("", slot.variable)]
     given = declared or [
         (name, slot)
@@ -208,4 +207,4 @@ def _parameters(unit: Unit, defaults: Mapping[str, object]) -> tuple[Uniform, ..
         replace(u, default=defaults[u.name], has_default=True) if u.name in defaults and not u.has_default else u
         for u in found
     ]
-    return tuple(sorted(found, key=lambda u: not isinstance(u.type, ImageType)))
+    return tuple(sorted(found, key=lambda u: not holds_pictures(u.type)))

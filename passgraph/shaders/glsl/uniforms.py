@@ -14,7 +14,7 @@ from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.folding import constant
 from passgraph.shaders.glsl.images import position
 from passgraph.shaders.glsl.typing import fitted
-from passgraph.shaders.glsl.unit import Known, Slot, Uniform, holds_pictures
+from passgraph.shaders.glsl.unit import Known, Slot, Uniform
 
 if TYPE_CHECKING:
     from passgraph.shaders.glsl.body import Body
@@ -53,8 +53,6 @@ def _declare(body: Body, uniform: Uniform) -> None:
         if known[uniform.name].type != uniform.type:
             fail(uniform.span, f"uniform {uniform.name} is {known[uniform.name].type} already")
         return  # declared again, as by a container
-    if isinstance(uniform.type, Struct) and holds_pictures(uniform.type):
-        fail(uniform.span, "a struct of uniforms holds no samplers here")
     body.unit.uniforms.append(uniform)
     part = parameter_value(uniform.type, uniform.name, False, uniform.span)
     body.bind(uniform.name, Known(part, "a uniform"))
