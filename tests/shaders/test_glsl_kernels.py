@@ -123,7 +123,8 @@ def test_volumes_are_read_as_python_kernels_read_them() -> None:
 
 
 def test_a_sampler_is_chosen_from_an_array() -> None:
-    text = "uniform sampler2D maps[3]; void main() { gl_FragColor = texelFetch(maps[int(gl_FragCoord.x) % 3], ivec2(0), 0); }"
+    read = "texelFetch(maps[int(gl_FragCoord.x) % 3], ivec2(0), 0)"
+    text = f"uniform sampler2D maps[3]; void main() {{ gl_FragColor = {read}; }}"
     kernel = pg.kernel(glsl=text)
     assert repr(kernel) == "<passgraph pixel kernel shader(maps: Array[Image, 3])>"
     inputs = [pg.Input(name) for name in "abc"]
