@@ -11,6 +11,7 @@ from passgraph import disk_cache
 from passgraph.errors import KernelError
 from passgraph.language import ir
 from passgraph.language.frame import KEPT
+from passgraph.language.signature import check_images
 from passgraph.language.source import Span, fail
 from passgraph.language.types import (
     BOOL,
@@ -134,6 +135,7 @@ def _program(
     results = _results(found, main.span)
     uniforms = _parameters(unit, defaults)
     parameters = tuple(ir.Parameter(u.name, u.type, False, u.default, u.has_default, u.span) for u in uniforms)
+    check_images(name, parameters, main.span)
     return ir.TypedKernel(name, "pixel", parameters, unit.builder.body(), results, None, main.span), uniforms
 
 
@@ -202,7 +204,7 @@ def _results(outputs: list[tuple[str, Variable]], span: Span) -> tuple[ir.Result
 
 def _parameters(unit: Unit, defaults: Mapping[str, object]) -> tuple[Uniform, ...]:
     """Samplers first, then the others as they stand in the text; those of a prelude where they are used."""
-    found = [u for u in unit.uniforms if u.span.file not in (PRELUDE, POSTLUDE) or u.name in unit.used]
+    found = [u for u in unit.uniforms.values() if u.span.file not in (PRELUDE, POSTLUDE) or u.name in unit.used]
     found = [
         replace(u, default=defaults[u.name], has_default=True) if u.name in defaults and not u.has_default else u
         for u in found

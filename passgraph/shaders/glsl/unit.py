@@ -83,7 +83,7 @@ class Unit:
     functions: dict[str, list[g.Function]] = field(default_factory=dict)
     structs: dict[str, Struct] = field(default_factory=dict)
     names: dict[str, Binding] = field(default_factory=dict)
-    uniforms: list[Uniform] = field(default_factory=list)
+    uniforms: dict[str, Uniform] = field(default_factory=dict)
     missing: dict[str, str] = field(default_factory=dict)  # names that have no value here, and why
     used: set[str] = field(default_factory=set)  # global names that functions ask for
     notes: dict[tuple[str, int, str], Note] = field(default_factory=dict)
