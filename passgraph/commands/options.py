@@ -203,7 +203,7 @@ class EffectCommand(click.Command):
     #: Effect where none is given.
     default_effect: str | None = None
     #: What its effects are applied to.
-    takes: tuple[str, ...] = ("picture", "picture+depth", "scene", "world2d")
+    takes: tuple[str, ...] = ("picture", "picture+depth", "nothing", "scene", "world2d")
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         named = self._named(args)

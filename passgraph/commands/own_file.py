@@ -13,6 +13,7 @@ from typing import Any
 
 import passgraph as pg
 from passgraph.arguments import near, shown
+from passgraph.commands.shader_files import ShaderFileEffect
 from passgraph.effects.checked import Mark
 from passgraph.effects.registry import Effect
 from passgraph.errors import InputError
@@ -97,6 +98,8 @@ def _effects(names: Mapping[str, Any], module: str) -> dict[str, Graph]:
 
 def on_inputs(effect: Effect) -> Graph:
     """An effect on inputs with the names of what it takes."""
+    if isinstance(effect, ShaderFileEffect):
+        return effect.on_inputs()
     if effect.takes not in TAKEN:
         raise InputError(
             f"effect {effect.name} takes a {effect.takes}, which nothing is made up for; use: passgraph compare "

@@ -33,8 +33,6 @@ FORMATS: tuple[tuple[Callable[[str], bool], Callable[[str, Path], ShaderEffect]]
     (is_transition, read_transition),
     (is_shadertoy, read_shadertoy),
 )
-#: Endings of files that shaders have.
-SUFFIXES = (".fs", ".glsl", ".frag", ".fsh", ".hook", ".json")
 
 
 def load_shader(path: str | os.PathLike[str]) -> ShaderEffect:
