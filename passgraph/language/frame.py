@@ -9,14 +9,13 @@ from typing import cast
 from passgraph.language import ir
 from passgraph.language.assignments import Assignments
 from passgraph.language.composites import Lists, alone, mapped, nth, spread
-from passgraph.language.exits import Exit
 from passgraph.language.expressions import STAGE_VALUES, Expressions
 from passgraph.language.library import library_function, written_function
 from passgraph.language.quads import expanded
 from passgraph.language.scope import FunctionSource, Scope, typed_constant
 from passgraph.language.signature import Signature, read_signature
 from passgraph.language.source import Span, fail
-from passgraph.language.statements import MAX_BLOCKS, Statements
+from passgraph.language.statements import MAX_BLOCKS, Exit, Statements
 from passgraph.language.types import (
     BOOL,
     Array,

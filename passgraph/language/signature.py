@@ -149,18 +149,20 @@ def read_signature(function: FunctionSource) -> Signature:
     pairs = list(zip(positional, defaults, strict=True))
     pairs += list(zip(arguments.kwonlyargs, arguments.kw_defaults, strict=True))
     parameters = tuple(_parameter(argument, default, function) for argument, default in pairs)
-    count = sum(image_count(parameter.type) for parameter in parameters)
-    if count > MAX_IMAGES:
-        fail(
-            source.span(node),
-            f"{function.name} takes {count} images, those in structs and arrays too; at most {MAX_IMAGES}",
-        )
+    check_images(function.name, parameters, source.span(node))
     if node.returns is None:
         fail(source.span(node), f"{function.name} needs a return type, for example -> vec4")
     result, const = annotation_type(node.returns, scope, source)
     if const or image_names(result, ""):
         fail(source.span(node.returns), f"{function.name} cannot return {'Const' if const else 'an Image'}")
     return Signature(parameters, result)
+
+
+def check_images(name: str, parameters: tuple[ir.Parameter, ...], span: Span) -> None:
+    """Refuse more images than a kernel may read."""
+    count = sum(image_count(parameter.type) for parameter in parameters)
+    if count > MAX_IMAGES:
+        fail(span, f"{name} takes {count} images, those in structs and arrays too; at most {MAX_IMAGES}")
 
 
 def _parameter(argument: ast.arg, default: ast.expr | None, function: FunctionSource) -> ir.Parameter:

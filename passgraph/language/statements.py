@@ -7,19 +7,19 @@ moves into the other branch, and a return inside a loop leaves the loop and sets
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
 from passgraph.language import ir, symbols
 from passgraph.language.matching import always_matches, branches
 from passgraph.language.signature import resolve
 from passgraph.language.source import NOWHERE, Span, fail
-from passgraph.language.types import INT
+from passgraph.language.types import BOOL, INT
 from passgraph.language.typing_rules import widen
 from passgraph.language.variables import Variable
 
 if TYPE_CHECKING:
-    from passgraph.language.frame import Frame
+    from passgraph.language.frame import Builder, Frame
 
 _REFUSED: dict[type[ast.stmt], str] = {
     ast.FunctionDef: "functions inside functions; mark one outside with @pg.function",
@@ -32,6 +32,33 @@ _REFUSED: dict[type[ast.stmt], str] = {
 _SHOWN_CONDITION = 60
 #: Blocks within blocks once functions are inlined; drivers' compilers go through them by recursion.
 MAX_BLOCKS = 100
+
+
+class Exit:
+    """Whether a function body has been left, in a variable."""
+
+    def __init__(self, builder: Builder, function: str) -> None:
+        self.builder, self.name = builder, builder.fresh(f"{function}.returned")
+
+    def open(self, span: Span) -> None:
+        """At the beginning of the body."""
+        self.builder.emit(ir.Assign(self.name, ir.Literal(BOOL, False, span), span))
+
+    def leave(self, span: Span, *, in_loop: bool) -> None:
+        """A return, and the end of the trip that it is in."""
+        self.builder.emit(ir.Assign(self.name, ir.Literal(BOOL, True, span), span))
+        if in_loop:
+            self.builder.emit(ir.Break(span))
+
+    def leave_loop_around(self, span: Span) -> None:
+        """Behind a loop inside another: a return has left it, and leaves the one around too."""
+        self.builder.emit(ir.If(ir.Local(BOOL, self.name, span), (ir.Break(span),), (), span))
+
+    def unless_left(self, emit: Callable[[], None], span: Span) -> None:
+        """What follows, where nothing has returned yet."""
+        block = self.builder.captured(emit, span)
+        still_here = ir.Apply(BOOL, "logical_not", (ir.Local(BOOL, self.name, span),), span)
+        self.builder.emit(ir.If(still_here, block, (), span))
 
 
 class Statements:

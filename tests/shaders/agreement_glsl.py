@@ -40,7 +40,7 @@ def both(
     gl: Original, text: str, size: tuple[int, int] = (5, 4), pictures: dict[str, Picture] | None = None,
     values: dict[str, Any] | None = None, *, newer: bool = False,
 ) -> tuple[Picture, Picture]:  # fmt: skip
-    """The picture made here and the one that OpenGL makes, which reads the text as GLSL 3.30 or 4.20."""
+    """The picture made here and the one that OpenGL makes, which reads the text as GLSL 3.30 or 4.30."""
     pictures = pictures or {}
-    head = HEAD.replace("330", "420") if newer else HEAD
+    head = HEAD.replace("330", "430") if newer else HEAD
     return run(parse(text), size, pictures, values), gl.run(text, size, pictures, values or {}, head)

@@ -482,7 +482,7 @@ uvec3 pcg(uvec3 v) {
 // main
 o = vec4(vec3(pcg(uvec3(p, 7)) >> 8u) / 16777216.0, floatBitsToInt(p.x) >> 20);
 
-//// bits and packs, 4.20
+//// bits and packs, 4.30
 // main
 int i = n * 77 - 100;
 uint u = uint(i);
@@ -495,7 +495,7 @@ uint c;
 uint s = uaddCarry(u, 0xFFFFFFF0u, c);
 o += vec4(m, e, c, ldexp(p.y, n)) + vec4(uintBitsToFloat(floatBitsToUint(p.x)), fma(p.x, 2.0, 1.0), 0, 0);
 
-//// ints become uints, 4.20
+//// ints become uints, 4.30
 uint twice(uint x) {
     return x + x;
 }
@@ -552,3 +552,41 @@ int g(vec2 x) {
 }
 // main
 o = vec4(f(n), f(p.x), g(n), g(ivec2(n)));
+
+//// matrices that are not square, 4.30
+// main
+mat2x3 m = mat2x3(1, 2, 3, 4, 5, 6);
+mat3x2 k = transpose(m);
+m[1].z = p.x;
+o = vec4(m * p, (k * vec3(p, 1)).y) + vec4(outerProduct(p, vec3(1, 2, 3))[2], (m * k)[2][1], m.length());
+
+//// arrays of structs
+struct Light {
+    vec2 at;
+    float power[2];
+};
+float sum(Light lights[3]) {
+    float s = 0.0;
+    for (int i = 0; i < lights.length(); i++)
+        s += lights[i].at.y * lights[i].power[1];
+    return s;
+}
+// main
+Light lights[3];
+for (int i = 0; i < 3; i++) {
+    lights[i].at = p + float(i);
+    lights[i].power = float[2](1.0, float(i));
+}
+lights[n % 3].at.y *= 10.0;
+lights[1].power[n % 2] += 5.0;
+Light one = lights[2];
+lights[0] = one;
+o = vec4(sum(lights), one.at, lights[0] == one);
+
+//// arrays of arrays, 4.30
+// main
+float a[2][3] = float[2][3](float[3](1.0, 2.0, 3.0), float[3](4.0, 5.0, p.x));
+a[n % 2][1] += 10.0;
+float b[3] = a[1];
+a[0] = b;
+o = vec4(a[0][1], b[2], a[1][n % 3], a.length() + a[0].length());

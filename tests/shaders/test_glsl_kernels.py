@@ -122,6 +122,18 @@ def test_volumes_are_read_as_python_kernels_read_them() -> None:
     np.testing.assert_allclose(shown[..., :3], frame[..., :3], atol=1e-6)
 
 
+def test_a_sampler_is_chosen_from_an_array() -> None:
+    read = "texelFetch(maps[int(gl_FragCoord.x) % 3], ivec2(0), 0)"
+    text = f"uniform sampler2D maps[3]; void main() {{ gl_FragColor = {read}; }}"
+    kernel = pg.kernel(glsl=text)
+    assert repr(kernel) == "<passgraph pixel kernel shader(maps: Array[Image, 3])>"
+    inputs = [pg.Input(name) for name in "abc"]
+    shown = kernel(inputs, into=pg.target("shown", format="rgba32f", scale=1.0))
+    with pg.compile(shown, backend="reference", size=(4, 1)) as program:
+        found = program(**{name: np.full((1, 1, 4), k, np.float32) for k, name in enumerate("abc")})["shown"]
+    assert np.asarray(found)[0, :, 0].tolist() == [0, 1, 2, 0]
+
+
 def test_natives_compute_on_typed_values() -> None:
     shader = parse(
         "void main() { gl_FragColor = vec4(double_it(1.5)); }",

@@ -40,7 +40,7 @@ CASES = cases()
 
 @pytest.mark.parametrize("name", CASES)
 def test_a_shader_means_what_it_means_to_opengl(gl: Original, name: str) -> None:
-    ours, theirs = both(gl, CASES[name], newer=name.endswith("4.20"))
+    ours, theirs = both(gl, CASES[name], newer=name.endswith("4.30"))
     np.testing.assert_allclose(ours, theirs, rtol=2e-5, atol=2e-5)
 
 

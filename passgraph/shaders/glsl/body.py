@@ -5,11 +5,11 @@ from __future__ import annotations
 from functools import partial
 
 from passgraph.language import ir
-from passgraph.language.exits import Exit
 from passgraph.language.frame import MAX_CALL_DEPTH
 from passgraph.language.signature import checked_struct
 from passgraph.language.source import Span, fail
-from passgraph.language.types import INT, ImageType, Struct, Type
+from passgraph.language.statements import Exit
+from passgraph.language.types import INT, Struct, Type
 from passgraph.language.values import ImageValue, Part
 from passgraph.language.variables import new_variable, read_variable
 from passgraph.shaders.glsl import syntax as g
@@ -165,7 +165,7 @@ class Body:
         """A parameter: copied in, copied out at the end."""
         type_ = self.type_of(parameter.type, parameter.type.span)
         what = f"{self.name}({parameter.name})"
-        if isinstance(type_, ImageType):
+        if holds_pictures(type_):
             self.bind(parameter.name, Known(fitted(argument, type_, span, what), "a sampler"))  # type: ignore[arg-type]
             return
         if parameter.passed == "out":

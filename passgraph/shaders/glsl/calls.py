@@ -7,9 +7,10 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from passgraph.language import ir
+from passgraph.language.composites import array_of, each_image
 from passgraph.language.source import Span, fail
 from passgraph.language.types import INT, Array, Matrix, Scalar, Struct, Type, Vector, component_count
-from passgraph.language.values import Part, StructValue, construct, part_type, swizzle
+from passgraph.language.values import ImageChoice, Part, StructValue, construct, part_type, swizzle
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.builtins import BUILTINS, overloads
 from passgraph.shaders.glsl.operators import plain
@@ -65,7 +66,10 @@ class Calls:
         if node.name in unit.natives:
             return unit.natives[node.name](unit, parts, span)
         if node.name in BUILTINS:
-            return BUILTINS[node.name](unit, parts, span)
+            native, first = BUILTINS[node.name], parts[0] if parts else None
+            if isinstance(first, ImageChoice):  # of an array of samplers
+                return each_image(unit.builder, first, lambda image: native(unit, [image, *parts[1:]], span), span)
+            return native(unit, parts, span)
         if functions:
             counts = sorted({len(f.parameters) for f in functions})
             fail(span, f"{node.name} takes {' or '.join(map(str, counts))} arguments, got {len(node.arguments)}")
@@ -158,5 +162,7 @@ class Calls:
         count = type_.length if isinstance(type_, Array) else type_.size
         if len(parts) != count:
             fail(span, f"{type_} takes {count} values, got {len(parts)}")
-        typed = [plain(fitted(p, element, span, f"an element of {type_}"), span, "an element") for p in parts]
-        return ir.Construct(type_, tuple(typed), span)
+        typed = [fitted(p, element, span, f"an element of {type_}") for p in parts]
+        if isinstance(type_, Array):
+            return array_of(typed, span, self.body.builder.name_it)
+        return ir.Construct(type_, tuple(plain(p, span, "a component") for p in typed), span)

@@ -9,7 +9,19 @@ from typing import TYPE_CHECKING, Any
 
 from passgraph.language import ir
 from passgraph.language.source import fail
-from passgraph.language.types import BOOL, FLOAT, INT, UINT, Array, Scalar, Struct, Type, Vector, element_of, shape_of
+from passgraph.language.types import (
+    BOOL,
+    FLOAT,
+    INT,
+    UINT,
+    Array,
+    Matrix,
+    Struct,
+    Type,
+    Vector,
+    element_of,
+    shape_of,
+)
 from passgraph.language.typing_rules import apply, unify, widen
 from passgraph.language.values import COMPOSITE, ImageValue, Part, TupleValue, choose, part_type, type_of
 from passgraph.language.variables import new_variable, read_variable
@@ -99,18 +111,20 @@ class Expressions:
 
     def _member(self, node: g.Member) -> Part:
         if node.name == "length()":
-            type_ = self.value(node.base).type
-            if isinstance(type_, Scalar):
-                fail(node.span, f"{type_} has no length()")
-            return ir.Literal(INT, shape_of(type_)[0], node.span)
-        return part_at(self.part(node.base), node.name, node.span)
+            part = self.part(node.base)
+            type_ = None if isinstance(part, TupleValue) else type_of(part)
+            if not isinstance(type_, (Array, Vector, Matrix)):
+                fail(node.span, f"{part_type(part)} has no length()")
+            count = type_.length if isinstance(type_, Array) else shape_of(type_)[0]
+            return ir.Literal(INT, count, node.span)
+        return part_at(self.part(node.base), node.name, node.span, self.body.builder.name_it)
 
     def _subscript(self, node: g.Subscript) -> Part:
         output = self.body.output_element(node)
         if output is not None:
             return read_variable(output.variable, node.span)
         base, index = self.body.unit.ordered([lambda: self.part(node.base), lambda: self.index(node.index)], node.span)
-        return part_at(base, plain(index, node.span, "an index"), node.span)
+        return part_at(base, plain(index, node.span, "an index"), node.span, self.body.builder.name_it)
 
     # Operators
 

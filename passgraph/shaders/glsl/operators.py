@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from passgraph.language import ir
+from passgraph.language.composites import entry, plain_value
 from passgraph.language.source import Span, fail
 from passgraph.language.types import BOOL, FLOAT, INT, UINT, Array, Matrix, Scalar, Vector, element_of
 from passgraph.language.typing_rules import apply, binary, unify
-from passgraph.language.values import COMPOSITE, Namer, Part, StructValue, convert, index_into, part_type
+from passgraph.language.values import COMPOSITE, ArrayValue, Namer, Part, StructValue, convert, index_into, part_type
 from passgraph.shaders.glsl.typing import as_int, whole_numbers_alike
 
 _ORDERED = {"<": "less", ">": "greater", "<=": "less_equal", ">=": "greater_equal"}
@@ -44,6 +45,7 @@ def arithmetic(sign: str, left: Part, right: Part, span: Span, named: Namer) -> 
 
 def plain(part: Part, span: Span, what: str) -> ir.Expr:
     """A part that is one value."""
+    part = plain_value(part, span)
     if isinstance(part, COMPOSITE):
         fail(span, f"{what} cannot be {part_type(part)}")
     return part
@@ -81,6 +83,9 @@ def equal(left: Part, right: Part, span: Span, named: Namer) -> ir.Expr:
     if isinstance(left, StructValue) and isinstance(right, StructValue) and left.struct == right.struct:
         links = [equal(left.fields[name], right.fields[name], span, named) for name in left.fields]
         return _all(links, span)
+    if isinstance(left, ArrayValue) and isinstance(right, ArrayValue) and left.type == right.type:
+        at = [ir.Literal(INT, i, span) for i in range(left.type.length)]
+        return _all([equal(entry(left, i, span, named), entry(right, i, span, named), span, named) for i in at], span)
     one, other = (plain(side, span, "a side of ==") for side in (left, right))
     one, other = unify(*whole_numbers_alike(one, other, span), span, "both sides of ==")
     type_ = one.type

@@ -11,18 +11,18 @@ from passgraph import disk_cache
 from passgraph.errors import KernelError
 from passgraph.language import ir
 from passgraph.language.frame import KEPT
+from passgraph.language.signature import check_images
 from passgraph.language.source import Span, fail
 from passgraph.language.types import (
     BOOL,
     FLOAT,
     VEC4,
-    ImageType,
     Scalar,
     Vector,
     element_of,
 )
 from passgraph.language.values import Part
-from passgraph.language.variables import Variable
+from passgraph.language.variables import Place, Variable
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.body import Body
 from passgraph.shaders.glsl.images import STAGE
@@ -30,7 +30,7 @@ from passgraph.shaders.glsl.parse import Parser
 from passgraph.shaders.glsl.preprocess import preprocessed
 from passgraph.shaders.glsl.typing import type_of_part
 from passgraph.shaders.glsl.uniforms import declare_inputs, declare_interface, declare_uniforms
-from passgraph.shaders.glsl.unit import Native, NativeValue, Note, Slot, Uniform, Unit
+from passgraph.shaders.glsl.unit import Native, NativeValue, Note, Slot, Uniform, Unit, holds_pictures
 
 #: Files that errors in the texts of a container name.
 PRELUDE, POSTLUDE = "<prelude>", "<postlude>"
@@ -135,6 +135,7 @@ def _program(
     results = _results(found, main.span)
     uniforms = _parameters(unit, defaults)
     parameters = tuple(ir.Parameter(u.name, u.type, False, u.default, u.has_default, u.span) for u in uniforms)
+    check_images(name, parameters, main.span)
     return ir.TypedKernel(name, "pixel", parameters, unit.builder.body(), results, None, main.span), uniforms
 
 
@@ -178,7 +179,7 @@ def _outputs(
         type_ = type_of_part(value)
         assert type_ is not None
         slot = body.new_slot("value", type_, written=True)
-        unit.store(slot, slot.variable, value, span, "the value")
+        unit.store_at(slot, Place(slot.variable, type_), value, span, "the value")
         return [("", slot.variable)]
     given = declared or [
         (name, slot)
@@ -203,9 +204,9 @@ def _results(outputs: list[tuple[str, Variable]], span: Span) -> tuple[ir.Result
 
 def _parameters(unit: Unit, defaults: Mapping[str, object]) -> tuple[Uniform, ...]:
     """Samplers first, then the others as they stand in the text; those of a prelude where they are used."""
-    found = [u for u in unit.uniforms if u.span.file not in (PRELUDE, POSTLUDE) or u.name in unit.used]
+    found = [u for u in unit.uniforms.values() if u.span.file not in (PRELUDE, POSTLUDE) or u.name in unit.used]
     found = [
         replace(u, default=defaults[u.name], has_default=True) if u.name in defaults and not u.has_default else u
         for u in found
     ]
-    return tuple(sorted(found, key=lambda u: not isinstance(u.type, ImageType)))
+    return tuple(sorted(found, key=lambda u: not holds_pictures(u.type)))

@@ -14,7 +14,7 @@ from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.folding import constant
 from passgraph.shaders.glsl.images import position
 from passgraph.shaders.glsl.typing import fitted
-from passgraph.shaders.glsl.unit import Known, Slot, Uniform, holds_pictures
+from passgraph.shaders.glsl.unit import Known, Slot, Uniform
 
 if TYPE_CHECKING:
     from passgraph.shaders.glsl.body import Body
@@ -42,20 +42,18 @@ def declare_interface(body: Body, node: g.Interface) -> None:
         return
     struct = Struct(node.name, tuple((u.name, u.type) for u in uniforms))
     body.unit.used.update(u.name for u in uniforms)
-    body.unit.uniforms += [u for u in uniforms if u.name not in {known.name for known in body.unit.uniforms}]
+    for uniform in uniforms:
+        body.unit.uniforms.setdefault(uniform.name, uniform)
     parts = {u.name: parameter_value(u.type, u.name, False, u.span) for u in uniforms}
     body.bind(node.instance, Known(StructValue(struct, parts), "a block of uniforms"))
 
 
 def _declare(body: Body, uniform: Uniform) -> None:
-    known = {one.name: one for one in body.unit.uniforms}
-    if uniform.name in known:
-        if known[uniform.name].type != uniform.type:
-            fail(uniform.span, f"uniform {uniform.name} is {known[uniform.name].type} already")
+    known = body.unit.uniforms.setdefault(uniform.name, uniform)
+    if known is not uniform:
+        if known.type != uniform.type:
+            fail(uniform.span, f"uniform {uniform.name} is {known.type} already")
         return  # declared again, as by a container
-    if isinstance(uniform.type, Struct) and holds_pictures(uniform.type):
-        fail(uniform.span, "a struct of uniforms holds no samplers here")
-    body.unit.uniforms.append(uniform)
     part = parameter_value(uniform.type, uniform.name, False, uniform.span)
     body.bind(uniform.name, Known(part, "a uniform"))
 

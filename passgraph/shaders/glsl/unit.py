@@ -10,20 +10,9 @@ from passgraph.language import ir
 from passgraph.language.frame import Builder
 from passgraph.language.signature import MAX_ARRAY_LENGTH
 from passgraph.language.source import Span, fail
-from passgraph.language.types import (
-    IMAGE,
-    NAMED,
-    Array,
-    ImageType,
-    Matrix,
-    Scalar,
-    Struct,
-    TupleType,
-    Type,
-    Vector,
-)
+from passgraph.language.types import IMAGE, NAMED, Array, ImageType, Struct, TupleType, Type, image_names, longest
 from passgraph.language.values import Part
-from passgraph.language.variables import Variable
+from passgraph.language.variables import Place, Variable
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.typing import fitted
 
@@ -94,7 +83,7 @@ class Unit:
     functions: dict[str, list[g.Function]] = field(default_factory=dict)
     structs: dict[str, Struct] = field(default_factory=dict)
     names: dict[str, Binding] = field(default_factory=dict)
-    uniforms: list[Uniform] = field(default_factory=list)
+    uniforms: dict[str, Uniform] = field(default_factory=dict)
     missing: dict[str, str] = field(default_factory=dict)  # names that have no value here, and why
     used: set[str] = field(default_factory=set)  # global names that functions ask for
     notes: dict[tuple[str, int, str], Note] = field(default_factory=dict)
@@ -138,11 +127,11 @@ class Unit:
     def slot(self, variable: Variable, *, written: bool = True) -> Slot:
         return Slot(variable, self.builder.count, written)
 
-    def store(self, slot: Slot, variable: Variable, part: Part, span: Span, what: str) -> None:
-        """Assign to a variable, or to a field of it."""
+    def store_at(self, slot: Slot, place: Place, part: Part, span: Span, what: str) -> None:
+        """Assign to a variable, to a field of it, or to an entry of its arrays."""
         slot.written = True
         self.oldest_write = min(self.oldest_write, slot.born)
-        self.builder.store(variable, fitted(part, variable.type, span, what), span, what)
+        self.builder.store_at(place, fitted(part, place.type, span, what), span, what)
 
     # Types
 
@@ -159,15 +148,15 @@ class Unit:
 
     def array_type(self, element: Type, length: ir.Number | None, span: Span) -> Type:
         """An array of so many elements."""
-        if not isinstance(element, (Scalar, Vector, Matrix)):
-            fail(span, f"elements of an array are scalars, vectors or matrices here, got {element}")
+        assert not isinstance(element, TupleType)
         if not isinstance(length, int) or isinstance(length, bool) or not 1 <= length <= MAX_ARRAY_LENGTH:
             fail(span, f"the length of an array is a known whole number from 1 to {MAX_ARRAY_LENGTH}")
-        return Array(element, length)
+        made = Array(element, length)
+        if longest(made) > MAX_ARRAY_LENGTH:
+            fail(span, f"arrays in arrays hold at most {MAX_ARRAY_LENGTH} elements together, got {longest(made)}")
+        return made
 
 
 def holds_pictures(type_: Type) -> bool:
     """Whether a value of a type is, or has within it, a picture."""
-    if isinstance(type_, Struct):
-        return any(holds_pictures(t) for _, t in type_.fields)
-    return isinstance(type_, (ImageType, TupleType))
+    return bool(image_names(type_, ""))
