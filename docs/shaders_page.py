@@ -210,7 +210,8 @@ _HEADINGS = (
 _OPENING = """Measured by `python docs/shaders_page.py` on published files that are not part of the repository: ISF
 files of Vidvox and others, and the transitions of gl-transitions.com, both under the MIT licence, which holds for what
 their pictures show too. The originals run on OpenGL (llvmpipe) in a host of the tests' own, which
-shares nothing with what is tested: real framebuffers, vertex shaders on a quad, buffers kept over 4 frames. Machine: {machine}.
+shares nothing with what is tested: real framebuffers, vertex shaders on a quad, buffers kept over 4 frames.
+Machine: {machine}.
 
 ### How many are read, and how far they are from the original
 
