@@ -1,6 +1,6 @@
 """Published shader files beside their originals: figures of docs/shaders.md and its pictures.
 
-    python docs/shaders_page.py [STAGE ...] [--parts FOLDER]
+    python docs/shaders_page.py [STAGE ...] [--every N] [--parts FOLDER]
 
 measures on the collections beside the checkout (tests/shaders/beside.py says where) and writes the marked section of
 docs/shaders.md and docs/images/shaders/.  Stages are agreement, bounds (of what is farther), backends, speed, sheets
@@ -39,8 +39,8 @@ BEGIN, END = "<!-- originals: written by docs/shaders_page.py -->", "<!-- end of
 KINDS = {"isf": "ISF", "transitions": "gl-transitions"}
 #: Size and seed of the parameters (0 are the defaults) that pictures are compared at.
 RUNS = (((64, 48), 0), ((53, 31), 0), ((64, 48), 1), ((53, 31), 2))
-BOUNDS_SIZE, BOUNDS_SECONDS = (20, 14), 100
-SPEED_SIZE, REPEATS = (640, 360), 7
+BOUNDS_SIZE, BOUNDS_SECONDS = (20, 14), 60
+SPEED_SIZE, REPEATS = (640, 360), 5
 TILE, COLUMNS = (112, 63), 12
 VERDICTS = ("equal", "one step", "one step but for few", "farther")
 
@@ -49,10 +49,10 @@ def frames_of(path: Path) -> int:
     return 4 if read_original(path).persistent else 1
 
 
-def loaded() -> Iterator[Path]:
-    """Every file that is read."""
+def loaded(every: int = 1) -> Iterator[Path]:
+    """Every file that is read, or each so many."""
     for kind in KINDS:
-        for path in files(kind):
+        for path in files(kind)[::every]:
             try:
                 load_shader(path)
             except PassgraphError:
@@ -122,10 +122,10 @@ def _judged(queue: Any, path: Path, seed: int) -> None:
     queue.put([said.outside, said.ambiguous])
 
 
-def backends(_: dict[str, Any]) -> dict[str, Any]:
+def backends(parts: dict[str, Any]) -> dict[str, Any]:
     """By file and backend: how far its pictures are from numpy's."""
     found: dict[str, Any] = {}
-    for path in loaded():
+    for path in loaded(parts["every"]):
         case = Case(path, (53, 31), 0, frames_of(path))
         ours, row = case.ours(), {}
         for name in ("gl", "opencl"):
@@ -138,11 +138,11 @@ def backends(_: dict[str, Any]) -> dict[str, Any]:
     return found
 
 
-def speed(_: dict[str, Any]) -> dict[str, Any]:
+def speed(parts: dict[str, Any]) -> dict[str, Any]:
     """By file: milliseconds of processor time of one frame here and of the original, in turns; and of compiling."""
     found = {}
     with host() as context:
-        for path in loaded():
+        for path in loaded(parts["every"]):
             try:
                 found[key(path)] = _timed(path, context)
             except Exception as error:  # of the driver: it has several kinds
@@ -210,7 +210,8 @@ _HEADINGS = (
 _OPENING = """Measured by `python docs/shaders_page.py` on published files that are not part of the repository: ISF
 files of Vidvox and others, and the transitions of gl-transitions.com, both under the MIT licence, which holds for what
 their pictures show too. The originals run on OpenGL (llvmpipe) in a host of the tests' own, which
-shares nothing with what is tested: real framebuffers, vertex shaders on a quad, buffers kept over 4 frames. Machine: {machine}.
+shares nothing with what is tested: real framebuffers, vertex shaders on a quad, buffers kept over 4 frames.
+Machine: {machine}.
 
 ### How many are read, and how far they are from the original
 
@@ -270,7 +271,7 @@ def _row(kind: str, parts: dict[str, Any]) -> str:
 
 
 def _backends(rows: dict[str, Any]) -> Iterator[str]:
-    yield "Pictures of `gl` and `opencl` beside those of `numpy`, at 53×31 with defaults:"
+    yield f"Pictures of `gl` and `opencl` beside those of `numpy`, of {len(rows)} files at 53×31 with defaults:"
     yield ""
     yield "| backend | equal | ≤ 1 step | ≤ 1 step but for 0.1 % of pixels | farther | failed |"
     yield "|---|--:|--:|--:|--:|--:|"
@@ -319,6 +320,7 @@ def main() -> None:
     parser.add_argument(
         "--parts", type=Path, default=DOCS.parent / "out" / "shaders-page", help="what was measured is kept there"
     )
+    parser.add_argument("--every", type=int, default=1, metavar="N", help="of backends and speed: each Nth file alone")
     options = parser.parse_args()
     if not FOLDER.is_dir():
         sys.exit(MISSING)
@@ -331,7 +333,7 @@ def main() -> None:
 
     for name in chosen:
         print(name, flush=True)
-        parts = {stage: part(stage) for stage in STAGES}
+        parts = {stage: part(stage) for stage in STAGES} | {"every": options.every}
         if name == "page":
             write_page(parts)
         else:

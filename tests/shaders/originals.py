@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 Picture = NDArray[np.float32]
 Size = tuple[int, int]
 
-#: GLSL 3.30 with the words of older versions; the quad is that of ISF hosts.
-_COMMON = "#version 330\n#define texture2D texture\n"
+#: GLSL 4.20, which converts ints as old drivers did, with the words of older versions; the quad is that of ISF hosts.
+_COMMON = "#version 420\n#define texture2D texture\n"
 _QUAD = _COMMON + "in vec2 host_corner;\n"
 _PLACED = "gl_Position = vec4(host_corner * 2.0 - 1.0, 0.0, 1.0);"
 _TRANSITION_VERTEX = f"{_QUAD}out vec2 host_uv; void main() {{ {_PLACED} host_uv = host_corner; }}"

@@ -119,6 +119,23 @@ def test_a_pass_may_read_itself_and_later_ones(tmp_path: Path) -> None:
     assert np.allclose(seen, [[0.0, 0.2], [0.2, 0.4], [0.4, 0.6]], atol=1e-3)
 
 
+@pytest.mark.parametrize(("is_float", "expected"), [(False, 0.0), (True, 0.003)])
+def test_a_last_pass_keeps_what_its_own_format_holds(is_float: bool, expected: float, tmp_path: Path) -> None:
+    """Hosts of ISF keep buffers of 8 bits, where a thousandth is nothing, unless the file says FLOAT."""
+    header = {"PASSES": [{"TARGET": "a", "PERSISTENT": True, "FLOAT": is_float}]}
+    effect = load_shader(written(tmp_path, header, "void main() { gl_FragColor = IMG_THIS_PIXEL(a) + 0.001; }"))
+    with pg.compile(effect(into=pg.target("out", "rgba32f", scale=1.0)), size=(3, 2)) as program:
+        shown = [program()["out"] for _ in range(3)]
+    assert np.allclose(shown[-1], expected, atol=1e-6)
+
+
+def test_a_last_pass_of_another_size_is_shown_whole(tmp_path: Path) -> None:
+    header = {"PASSES": [{"TARGET": "a", "WIDTH": "2", "HEIGHT": "1"}]}
+    path = written(tmp_path, header, "void main() { gl_FragColor = vec4(gl_FragCoord.x - 0.5); }")
+    with pg.compile(load_shader(path)(), size=(4, 3)) as program:
+        assert program()["s"][1, :, 0].tolist() == [0.0, 0.25, 0.75, 1.0]
+
+
 def test_ten_megabytes_are_too_many(tmp_path: Path) -> None:
     file = tmp_path / "s.fs"
     file.write_text("/*{}*/" + " " * 10_000_000 + BODY)

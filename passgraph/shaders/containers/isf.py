@@ -9,6 +9,7 @@ from typing import Any
 
 from passgraph.graph.calls import PixelKernel
 from passgraph.graph.targets import Computed, Relative, Target, TargetSpec, previous, target
+from passgraph.language.kernel import kernel_from_text
 from passgraph.reading import read_bytes
 from passgraph.shaders.containers.clock import PRELUDE, clock_parameters, clock_uniforms
 from passgraph.shaders.containers.effect import ShaderEffect, name_of
@@ -109,13 +110,18 @@ class _Graph:
             if one.target:
                 held[one.target] = made
         assert made is not None  # a header has at least one pass
-        return made
+        if specs[-1] is into:
+            return made
+        read = ".sample(uv())" if isinstance(specs[-1].size, Computed) else "[0, 0]"
+        text = f"def shown(buffer: Image) -> vec4: return buffer{read}"
+        return PixelKernel[Target](kernel_from_text(text))(buffer=made, into=into)
 
     def _specs(self, values: Mapping[str, Any], into: TargetSpec) -> list[TargetSpec]:
-        """A target for each pass; the last one's is the caller's."""
+        """A target for each pass; the last one's is the caller's, unless it draws into a buffer that is kept."""
         specs: list[TargetSpec] = []
         for number, one in enumerate(self.header.passes):
-            if number == len(self.header.passes) - 1:
+            # What frames bring on is of the format and size that the file says, whatever is asked for.
+            if number == len(self.header.passes) - 1 and not (one.target and (one.persistent or any(one.size))):
                 specs.append(into)
                 break
             formulas = one.formulas(values, f"{self.path}: PASSES[{number}]")
