@@ -23,12 +23,14 @@ if TYPE_CHECKING:
     )
     from passgraph.effects.ambient.contact import Contact, contact, contact_passes
     from passgraph.effects.checked import effect
+    from passgraph.effects.pictures.auto_exposure import auto_exposure
     from passgraph.effects.pictures.black_and_white import black_and_white
     from passgraph.effects.pictures.bloom import bloom
     from passgraph.effects.pictures.blur import depth_aware_blur, gaussian_blur
     from passgraph.effects.pictures.chromatic_aberration import chromatic_aberration
     from passgraph.effects.pictures.film_grain import film_grain
     from passgraph.effects.pictures.fxaa import fxaa
+    from passgraph.effects.pictures.median import median
     from passgraph.effects.pictures.supersampled import supersampled
     from passgraph.effects.pictures.tone_map import tone_map
     from passgraph.effects.pictures.vignette import vignette
@@ -110,6 +112,7 @@ __all__ = [
     "Vsm",
     "ambient_occlusion",
     "ambient_occlusion_passes",
+    "auto_exposure",
     "black_and_white",
     "bloom",
     "chromatic_aberration",
@@ -125,6 +128,7 @@ __all__ = [
     "fog",
     "fxaa",
     "gaussian_blur",
+    "median",
     "occluded",
     "occlusion",
     "outlines",

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from functools import cache, cached_property
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from passgraph.arguments import among, shown
 from passgraph.errors import GraphError, UnknownNameError
@@ -32,14 +32,15 @@ class Effect:
     ----------
     name : such as "tone-map"
     path : module and function, ``"passgraph.effects.pictures.tone_map:tone_map"``
-    takes : what its positional arguments are, see `passgraph.effects.checked.effect`
+    takes : what its positional arguments are, see `passgraph.effects.checked.effect`; "nothing" of shader files that
+        make their picture of parameters alone
     summary : the first line of its docstring
     loaded : the function where it is here already, as of a file that was just run; else it is imported
     """
 
     name: str
     path: str
-    takes: Takes
+    takes: Takes | Literal["nothing"]
     summary: str
     loaded: Callable[..., Any] | None = None
 

@@ -34,17 +34,20 @@ from passgraph.language.vectors import *  # noqa: F403
 from passgraph.language.whole_numbers import *  # noqa: F403
 from passgraph.plan.data import Options
 from passgraph.ranges import Range
-from passgraph.run.program import Program, Result, compile
+from passgraph.run.program import Program, compile
+from passgraph.run.result import Result
 
 if TYPE_CHECKING:
     from passgraph.backends import gl, opencl
     from passgraph.frames.run import frames
     from passgraph.frames.tiles import tiled
     from passgraph.frames.tiles_lazy import lazily_tiled
+    from passgraph.graph.reductions import histogram, reduce
     from passgraph.pictures import load, save
     from passgraph.scene import Camera, HardwareDepth, Light, Material, Mesh, Node, Scene, Texture
     from passgraph.shaders.load import load_shader
     from passgraph.travel import from_data, to_data
+    from passgraph.volumes import stacked
 
 __version__ = "0.1.0"
 
@@ -52,7 +55,8 @@ _LATER = {
     "load": "passgraph.pictures", "save": "passgraph.pictures",
     "load_shader": "passgraph.shaders.load",
     "tiled": "passgraph.frames.tiles", "lazily_tiled": "passgraph.frames.tiles_lazy",
-    "from_data": "passgraph.travel", "to_data": "passgraph.travel",
+    "histogram": "passgraph.graph.reductions", "reduce": "passgraph.graph.reductions",
+    "from_data": "passgraph.travel", "to_data": "passgraph.travel", "stacked": "passgraph.volumes",
     **dict.fromkeys(
         ("Camera", "HardwareDepth", "Light", "Material", "Mesh", "Node", "Scene", "Texture"), "passgraph.scene"
     ),
@@ -64,7 +68,7 @@ _MODULES = {"frames": "passgraph.frames", "gl": "passgraph.backends.gl", "opencl
 
 
 def __getattr__(name: str) -> Any:
-    """Pictures, scenes and graphs as data are loaded when first used, so that importing passgraph stays cheap."""
+    """What few programs need is loaded when first used, so that importing passgraph stays cheap."""
     if name in _LATER:
         from importlib import import_module
 
@@ -79,9 +83,22 @@ def __getattr__(name: str) -> Any:
 __all__ = [
     "FRAME_INDEX", "OUTPUT_SIZE", "BackendError", "Blend", "Camera", "Derived", "DeviceMissingError", "GraphError",
     "HardwareDepth", "Input", "InputError", "KernelError", "Light", "Material", "Mesh", "Node", "Options",
-    "PassgraphError", "Program", "Range", "Result", "Scene", "Stencil",
-    "Target", "TargetSpec", "Texture", "Value", "combine", "compile", "draw", "fragment", "frames", "from_data",
-    "function", "gl", "graph", "kernel", "lazily_tiled", "load", "load_shader", "opencl", "previous", "save", "struct",
-    "target",
+    "PassgraphError", "Program", "Range", "Result", "Scene", "Stencil", "Target", "TargetSpec", "Texture", "Value",
+    "combine", "compile", "draw", "fragment", "frames", "from_data", "function", "gl", "graph", "histogram", "kernel",
+    "lazily_tiled", "load", "load_shader", "opencl", "previous", "reduce", "save", "stacked", "struct", "target",
     "tiled", "to_data", "vertex",
+]  # fmt: skip
+# Names of the kernel language, written by docs/stubs.py.
+__all__ += [
+    "Array", "Const", "Image", "Vertex", "acos", "acosh", "asin", "asinh", "atan", "atanh", "bits_from_float", "bvec2",
+    "bvec3", "bvec4", "ceil", "clamp", "cos", "cosh", "cross", "dFdx", "dFdy", "degrees", "determinant", "dfdx",
+    "dfdy", "discard", "distance", "dot", "equal", "exp", "exp2", "faceforward", "float_from_bits", "floor", "fma",
+    "fract", "fragment_depth", "frexp", "front_facing", "fwidth", "greater", "greater_equal", "inverse", "inversesqrt",
+    "isfinite", "isinf", "isnan", "ivec2", "ivec3", "ivec4", "ldexp", "length", "less", "less_equal", "log", "log10",
+    "log2", "mat2", "mat2x3", "mat2x4", "mat3", "mat3x2", "mat3x4", "mat4", "mat4x2", "mat4x3", "mix", "mod", "modf",
+    "normalize", "not_equal", "outer", "output_size", "pack_half2x16", "pack_snorm2x16", "pack_snorm4x8",
+    "pack_unorm2x16", "pack_unorm4x8", "pixel", "radians", "reflect", "refract", "saturate", "select", "sign", "sin",
+    "sinh", "smoothstep", "sqrt", "step", "tan", "tanh", "transpose", "trunc", "uint", "unpack_half2x16",
+    "unpack_snorm2x16", "unpack_snorm4x8", "unpack_unorm2x16", "unpack_unorm4x8", "uv", "uvec2", "uvec3", "uvec4",
+    "vec2", "vec3", "vec4",
 ]  # fmt: skip

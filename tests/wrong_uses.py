@@ -122,6 +122,13 @@ USES: dict[str, Wrong] = {
     "a format as a list": Wrong(good("target", format=[]), GRAPH, r"there is no format \[\]"),
     "static by number": Wrong(good("Input", static=1), GRAPH, "input 't': static must be True or False, got 1"),
     "a border as a list": Wrong(good("Input", border=[]), GRAPH, r"there is no border rule \[\]; the rules are clamp"),
+    "a filter by number": Wrong(lambda: pg.Input("t").filter(1), GRAPH, "there is no filter 1; the filters are linear"),
+    "half a slice": Wrong(
+        lambda: pg.Input("t").slices(2.5), GRAPH, "handle of 't': slices must be a whole number from 1 to 32768"
+    ),
+    "a volume of one row": Wrong(
+        lambda: pg.stacked([1.0]), INPUT, r"a volume must be an array \(depth, height, width\).*of shape \(1,\)"
+    ),
     "history of a number": Wrong(lambda: pg.previous(3), GRAPH, "what pg.previous takes must be a target"),
     "a value's type as a number": Wrong(good("Value", type=3), GRAPH, "value 'v': type must be a class, such as float"),
     "a value mapped by a number": Wrong(lambda: pg.Value("v").map(3), GRAPH, "must be a function, got 3"),
@@ -187,7 +194,7 @@ USES: dict[str, Wrong] = {
     "a number": Wrong(ran(np.float32(1)), INPUT, "input 'frame' must be an array .* got 1.0"),
     "whole numbers of 64 bits": Wrong(ran(np.zeros((2, 2), np.int64)), INPUT, "has dtype int64; give float32"),
     "big-endian whole numbers": Wrong(ran(np.zeros((2, 2), ">u4")), INPUT, "has dtype >u4; give float32"),
-    "infinite as float32": Wrong(ran(np.full((2, 2), 1e300)), INPUT, "4 of 4 values are not finite"),
+    "infinite as float32": Wrong(ran(np.full((2, 2), 1e300)), INPUT, "12 of 12 values are not finite"),
     "an input that is missing": Wrong(ran(None), INPUT, "input 'frame' is missing"),
     # programs
     "read what is not there": Wrong(good("Program.read", name=[]), GRAPH, r"there is no output \[\]; there are copy"),

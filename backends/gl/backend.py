@@ -66,6 +66,7 @@ class GLBackend(Backend):
                 numbers=gl.integer(g.MAX_FRAGMENT_UNIFORMS) - OTHER_NUMBERS,
                 rounding=4,
                 varyings=gl.integer(g.MAX_VARYINGS),
+                filters=not gl.has.is_es,  # ES filters no float32 without an extension
                 trips=loop_trips(gl.text(g.RENDERER)),
                 not_kept=gl.has.not_kept(),
                 not_written=gl.has.not_drawn(),

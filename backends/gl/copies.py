@@ -24,7 +24,6 @@ if TYPE_CHECKING:
 
 #: Sampler parameters: nearest, clamped to the edge, no comparison of depth.
 _NEAREST = {0x2801: g.NEAREST, 0x2800: g.NEAREST, 0x2802: 0x812F, 0x2803: 0x812F, 0x884C: 0}
-_SRGB_DECODE, _SKIP_DECODE = 0x8A48, 0x8A4A
 #: Internal format → format and type that an empty texture of it is made with, where those of colour do not do.
 _DEPTHS = {
     **dict.fromkeys((0x81A5, 0x81A6, 0x81A7, 0x8CAC, 0x1902), (0x1902, 0x1406)),
@@ -61,7 +60,7 @@ class Copies:
         for parameter, value in _NEAREST.items():
             gl.SamplerParameteri(self.sampler, parameter, value)
         if gl.has.skips_decoding:
-            gl.SamplerParameteri(self.sampler, _SRGB_DECODE, _SKIP_DECODE)
+            gl.SamplerParameteri(self.sampler, g.SRGB_DECODE, g.SKIP_DECODE)
         self._rooms: list[_Room] = []
         self._takes = 0
         self._framebuffers = [self.objects.new("Framebuffer"), self.objects.new("Framebuffer")]

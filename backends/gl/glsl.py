@@ -147,20 +147,36 @@ class GLSL(CLike):
         take the nearest, and textures clamp to their edge.
         """
         image = f"{self.own.image}{self.image_numbers[load.image]}"
+        if load.filtered:
+            self._name_channels(load, f"textureLod({image}, {self._filtered_place(load)}, 0.0)")
+            return
         places: list[str] = []
         inside: list[str] = []
         for axis, offset in zip("xy", (load.x, load.y), strict=True):
             place, check = self._place(load, axis, offset)
             places.append(place)
             inside += check
-        first = next(v for v in load.to if v is not None)
         fetch = f"textureLod({image}, vec2({places[0]}, {places[1]}), 0.0)"
         if inside:
             fetch = f"({' && '.join(inside)}) ? {fetch} : vec4(0.0)"
+        self._name_channels(load, fetch)
+
+    def _name_channels(self, load: s.LoadTexel, fetch: str) -> None:
+        first = next(v for v in load.to if v is not None)
         self.line(f"vec4 t{first.id} = {fetch};")
         for value, letter in zip(load.to, LETTERS, strict=False):
             if value is not None:
                 self.name(value, f"t{first.id}.{letter}")
+
+    def _filtered_place(self, load: s.LoadTexel) -> str:
+        """A place from 0 to 1 in texture coordinates; a part of a texture ends at the centres of its last texels."""
+        place, lies = f"vec2({self.operand(load.x)}, {self.operand(load.y)})", self._lies(load.image)
+        if lies.bottom_up:
+            place = f"(vec2(0.0, 1.0) + vec2(1.0, -1.0) * {place})"
+        if lies.is_part:
+            place = f"({place} * vec2({self._size(load.image)}) + vec2({self._region(load.image)}.xy))"
+            place = "clamp({} * {}, {}, {})".format(place, self._width(load.image), *self._edges(load.image))
+        return place
 
     def _place(self, load: s.LoadTexel, axis: str, offset: s.Operand) -> tuple[str, list[str]]:
         """One coordinate of a texel's centre, and the conditions under which a zero border shows the texel."""

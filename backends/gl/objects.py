@@ -11,6 +11,9 @@ from passgraph.backends.gl.surfaces import attach
 from passgraph.backends.gl.textures import Surface, Texture
 from passgraph.errors import BackendError
 
+#: Sampler parameters: the mean of four texels, clamped to the edge, no comparison of depth.
+_LINEAR = {0x2801: g.LINEAR, 0x2800: g.LINEAR, 0x2802: 0x812F, 0x2803: 0x812F, 0x884C: 0}
+
 
 class Objects:
     """Names of live objects by kind."""
@@ -21,6 +24,17 @@ class Objects:
         self.framebuffers: dict[tuple[tuple[int, ...], int], int] = {}
         #: For pictures that are not ours, and how many are attached to it.
         self.for_foreign = self.attached = 0
+        self._linear = 0
+
+    def linear_sampler(self) -> int:
+        """In the place of a texture's own parameters: bilinear, clamped to the edge."""
+        if not self._linear:
+            self._linear = self.new("Sampler")
+            for parameter, value in _LINEAR.items():
+                self.gl.SamplerParameteri(self._linear, parameter, value)
+            if self.gl.has.skips_decoding:
+                self.gl.SamplerParameteri(self._linear, g.SRGB_DECODE, g.SKIP_DECODE)
+        return self._linear
 
     def new(self, kind: str) -> int:
         name = self.gl.new(kind)
@@ -34,6 +48,7 @@ class Objects:
 
     def delete_all(self) -> None:
         self.framebuffers.clear()
+        self._linear = 0
         for kind, name in list(self.alive):
             self.delete(kind, name)
 

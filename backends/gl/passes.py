@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from passgraph.backends.base import Block
@@ -13,6 +14,7 @@ from passgraph.backends.gl.geometry import Mesh
 from passgraph.backends.gl.placement import ALL_PLAIN, placements_of
 from passgraph.backends.gl.programs import LinkedProgram
 from passgraph.backends.gl.textures import Texture, stored_clear
+from passgraph.language.scalar import LoadTexel, walk
 from passgraph.plan.data import DrawStep, PixelStep
 
 if TYPE_CHECKING:
@@ -44,6 +46,9 @@ class PixelRun:
     def __init__(self, backend: GLBackend, step: PixelStep) -> None:
         self.backend, self.step = backend, step
         self.program = backend.programs.pixel(step.program)
+        names = {i.image for i in walk(step.program.body) if isinstance(i, LoadTexel) and i.filtered}
+        #: Which images the device filters.
+        self.filtered = [number for number, use in enumerate(step.program.images) if use.name in names]
 
     def __call__(self, outputs: Sequence[Texture], images: Sequence[Texture], block: Block) -> None:
         backend = self.backend
@@ -54,6 +59,10 @@ class PixelRun:
         program = self.program
         if placements is not ALL_PLAIN:
             program = backend.programs.pixel(self.step.program, placements)
+        if self.filtered:
+            linear = backend.objects.linear_sampler()
+            images = [replace(image, sampler=linear) if number in self.filtered else image
+                      for number, image in enumerate(images)]  # fmt: skip
         run_pixels(backend, program, outputs, images, block, self.step.size)
         backend.context.gl.check("running pass", self.step.name)
 

@@ -106,8 +106,12 @@ class NumpyBackend(Backend):
 
     def pixel_pass(self, step: PixelStep) -> PixelRunner:
         from passgraph.backends.numpy.pixels.chains import alone
+        from passgraph.backends.numpy.pixels.counts import counts_of
         from passgraph.backends.numpy.pixels.runner import PixelRun
 
+        counts = counts_of(step, self.workers)
+        if counts is not None:
+            return counts
         run = PixelRun.made(alone(step), self.workers)
         assert run is not None
         return lambda outputs, images, block: run(outputs, (images,), (block,))

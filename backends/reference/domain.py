@@ -55,6 +55,10 @@ class Domain(ABC, Generic[V, M]):
     def insert(self, value: V, index: V, element: V) -> V:
         """``value`` with one element replaced; an index out of range changes nothing."""
 
+    def widened(self, value: V, slack: V) -> V:
+        """A value from which a device may be so far."""
+        return value
+
     # Masks
 
     @abstractmethod
@@ -103,6 +107,10 @@ class Surroundings(ABC, Generic[V]):
     @abstractmethod
     def texel(self, image: str, x: V, y: V, relative: bool) -> V:
         """One texel as vec4 under the image's border rule."""
+
+    @abstractmethod
+    def property(self, image: str, name: str) -> ir.Number:
+        """What the graph's handle says of an image."""
 
     @abstractmethod
     def size(self, image: str) -> V:

@@ -81,12 +81,15 @@ class Interpreter(Generic[V, M]):
             active = self.domain.without(active, over)
             if not self.domain.some(active):
                 break
-            self.locals[statement.name] = index
+            self._trip(statement, index)
             self.loops.append(_Loop(self.domain.nowhere()))
             self.block(statement.body, active)
             active = self.domain.without(active, self.loops.pop().broken)
             if not self.domain.some(active):
                 break
+
+    def _trip(self, statement: ir.For, index: V) -> None:
+        self.locals[statement.name] = index
 
     # Expressions
 
@@ -112,6 +115,10 @@ class Interpreter(Generic[V, M]):
             return domain.insert(value, index, self.value(expression.element))
         if isinstance(expression, ir.Table):
             return domain.constant(expression.type, expression.values)
+        if isinstance(expression, ir.Filtered):
+            return domain.widened(self.value(expression.value), self.value(expression.slack))
+        if isinstance(expression, ir.Property):
+            return domain.constant(expression.type, (self.surroundings.property(expression.image, expression.name),))
         return self._outside(expression)
 
     def _outside(self, expression: ir.Uniform | ir.Builtin | ir.Texel | ir.Size) -> V:
@@ -138,6 +145,9 @@ class StageValues(Surroundings[V]):
         raise BackendError(f"there is no parameter {expression.name} here")
 
     def texel(self, image: str, x: V, y: V, relative: bool) -> NoReturn:
+        raise BackendError(f"there is no image {image} here")
+
+    def property(self, image: str, name: str) -> NoReturn:
         raise BackendError(f"there is no image {image} here")
 
     def size(self, image: str) -> NoReturn:

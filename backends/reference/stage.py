@@ -12,7 +12,7 @@ from passgraph.backends.base import Block
 from passgraph.backends.reference.domain import Surroundings
 from passgraph.backends.reference.images import SampledImage, blank_image
 from passgraph.backends.reference.interpreter import Interpreter
-from passgraph.backends.reference.number_domain import NumberDomain, Numbers, shaped
+from passgraph.backends.reference.number_domain import Lanes, NumberDomain, Numbers, shaped
 from passgraph.backends.reference.storage import Storage
 from passgraph.language import ir
 from passgraph.language.lower import Facts, ImageFacts
@@ -45,7 +45,7 @@ class Stage:
         images = {
             name: SampledImage(storage.pixels, self.facts.images.get(name, ImageFacts()))
             for name, storage in zip(names, storages, strict=True)
-            if name in self.program.images
+            if name in self.program.pictures
         }
         return BoundStage(self, block, images)
 
@@ -57,6 +57,11 @@ class BoundStage:
         self.program, self.images, self.domain = stage.program, images, stage.domain
         self.facts, self.slots, self.block = stage.facts, stage.slots, block
         self._uniforms: dict[str, Numbers] = {}
+
+    @property
+    def read(self) -> dict[str, Numbers]:
+        """Parameters that were read, by name."""
+        return dict(self._uniforms)
 
     def image(self, name: str) -> SampledImage:
         if name not in self.images:
@@ -83,10 +88,12 @@ class BoundStage:
         block: NDArray[Any] = self.block.floats if slot.block == "float" else self.block.ints
         return shaped(block[slot.offset : slot.offset + slot.count], expression.type)
 
-    def run(self, count: int, builtins: Builtins) -> tuple[list[Numbers], NDArray[np.bool_] | None]:
-        """Results as (count, …) arrays, and which lanes are kept (None: all)."""
+    def run(
+        self, count: int, builtins: Builtins, make: Callable[..., Interpreter[Numbers, Lanes]] = Interpreter
+    ) -> tuple[list[Numbers], NDArray[np.bool_] | None]:
+        """Results as (count, …) arrays, and which lanes are kept (None: all).  ``make`` is what interprets."""
         with np.errstate(all="ignore"):
-            interpreter = Interpreter(self.program, self.domain, _Lanes(self, builtins))
+            interpreter = make(self.program, self.domain, _Lanes(self, builtins))
             values, keep = interpreter.run()
         results = []
         for result in self.program.results:
@@ -118,6 +125,9 @@ class _Lanes(Surroundings[Numbers]):
             pixel = self._builtin("pixel")
             x, y = x + pixel[:, 0], y + pixel[:, 1]
         return self.bound.image(image).fetch(x, y)
+
+    def property(self, image: str, name: str) -> ir.Number:
+        return self.bound.facts.images.get(image, ImageFacts()).property(name)
 
     def size(self, image: str) -> Numbers:
         picture = self.bound.image(image)

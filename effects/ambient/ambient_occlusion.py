@@ -44,7 +44,7 @@ def after_bounces(visibility: float, albedo: vec3) -> vec3:
     b = 0.6417 - 4.7951 * albedo
     c = 2.7552 * albedo + 0.6903
     fitted = ((a * visibility + b) * visibility + c) * visibility
-    return max(vec3(visibility), min(fitted, 1.0))
+    return max(vec3(visibility), min(fitted, vec3(1.0)))
 
 
 @pg.kernel

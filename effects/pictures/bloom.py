@@ -22,7 +22,7 @@ def bright(color: Image, threshold: float) -> vec4:
     top = min(max(c.r, c.g, c.b), BRIGHTEST)
     share = max(top - threshold, 0.0) / max(top, 1e-6)
     # NaN as the second argument of min and max is ignored
-    glow = min(BRIGHTEST, max(0.0, c.rgb))
+    glow = min(vec3(BRIGHTEST), max(vec3(0.0), c.rgb))
     return vec4(glow * (share if share > 0.0 else 0.0), 0.0)
 
 

@@ -28,9 +28,12 @@ from passgraph.commands.options import (
     given_parameters,
     non_finite_option,
     options_beside,
+    output_option,
+    profile_option,
+    size_option,
 )
 from passgraph.commands.running import check_outputs, run_and_save
-from passgraph.commands.sources import picture_job, picture_parameters
+from passgraph.commands.sources import RENDER_SIZE, generator_job, picture_job, picture_parameters
 from passgraph.effects.registry import EFFECTS, Effect
 from passgraph.errors import InputError
 from passgraph.frames.pictures import is_made
@@ -56,14 +59,15 @@ class _Effects(click.Group):
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         effect = named_effect(cmd_name)
-        if not effect.takes.startswith("picture"):
+        if effect.takes not in ("picture", "picture+depth", "nothing"):
             ctx.fail(f"effect {cmd_name!r} takes a {effect.takes}; use: passgraph render --effect {cmd_name}")
         return command_of(effect)
 
 
-@click.command(cls=_Effects, subcommand_metavar="EFFECT|FILE.py[:NAME] INPUT... -o OUTPUT [OPTIONS]")
+@click.command(cls=_Effects, subcommand_metavar="EFFECT|FILE[:NAME] INPUT... -o OUTPUT [OPTIONS]")
 def apply() -> None:
-    """Apply EFFECT to pictures, sequences and videos; or an effect or kernel of FILE.py, a file of yours (it is run).
+    """Apply EFFECT to pictures, sequences and videos; or an effect or kernel of FILE.py, a file of yours (it is run);
+    or a shader file (.fs of ISF, .glsl of gl-transitions, .frag), which is only parsed.
 
     Each INPUT is a picture (PNG, JPEG, TIFF, WebP, OpenEXR, npy), a folder of them, a quoted wildcard ("*.png"), a
     numbered sequence (shot.%04d.exr or shot.####.exr), a video, or - for PNG pictures on standard input.
@@ -74,6 +78,8 @@ def apply() -> None:
 
 def command_of(effect: Effect) -> click.Command:
     """The subcommand of one effect."""
+    if effect.takes == "nothing":
+        return generator_command(effect)
 
     @click.command(effect.name, help=f"{effect.summary}  {INPUTS}", short_help=effect.summary)
     @click.argument("inputs", metavar="INPUT...", nargs=-1, required=True, type=click.Path())
@@ -96,6 +102,7 @@ def command_of(effect: Effect) -> click.Command:
     @capture_option
     @non_finite_option
     @check_finite_option
+    @profile_option
     @click.option(
         "--linear/--as-stored", default=effect.linear, show_default=True,
         help="Decode 8- and 16-bit pictures from sRGB to linear light first.",
@@ -118,10 +125,43 @@ def command_of(effect: Effect) -> click.Command:
             return apply_to_one(effect, Path(inputs[0]), Path(output), capture, depth, depth_buffer, given, options)
         if capture is not None:
             raise InputError("--capture shows the passes of one picture; name one picture and one output")
+        if options["profile"]:
+            raise InputError("--profile times the passes on one picture; name one picture and one output")
         return apply_to_many(effect, inputs, output, depth, depth_buffer, given, options)
 
     if effect.takes == "picture+depth":
         command.params += [depth_option(required=True), depth_buffer_option()]
+    command.params += options_beside(command.params, effect)
+    return command
+
+
+def generator_command(effect: Effect) -> click.Command:
+    """The subcommand of an effect that makes its picture of parameters alone."""
+
+    @click.command(effect.name, help=f"{effect.summary}  Makes its picture without another.")
+    @output_option
+    @backend_option
+    @size_option(RENDER_SIZE)
+    @capture_option
+    @check_finite_option
+    @profile_option
+    @click.pass_context
+    def command(
+        ctx: click.Context,
+        /,
+        output: Path,
+        backend: str | None,
+        size: tuple[int, int],
+        capture: Path | None,
+        check_finite: bool,
+        profile: bool,
+        **_: Any,
+    ) -> int:
+        check_outputs(output, capture)
+        job = generator_job(effect, None, size, given_parameters(ctx))
+        run_and_save(job, backend, output, capture, check_finite=check_finite, profile=profile)
+        return 0
+
     command.params += options_beside(command.params, effect)
     return command
 
@@ -137,7 +177,9 @@ def apply_to_one(
         click.echo(f"{output}: is there already")
         return 0
     job = picture_job(effect, picture, depth, options["linear"], given, holds)
-    run_and_save(job, options["backend"], output, capture, options["non_finite"], options["check_finite"])
+    run_and_save(
+        job, options["backend"], output, capture, options["non_finite"], options["check_finite"], options["profile"]
+    )
     return 0
 
 

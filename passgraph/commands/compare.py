@@ -16,7 +16,7 @@ from passgraph.commands.options import (
     size_option,
 )
 from passgraph.commands.progress import progress
-from passgraph.commands.sources import Job, picture_job, scene_job, world_job
+from passgraph.commands.sources import Job, generator_job, picture_job, scene_job, world_job
 from passgraph.commands.verdicts import console, most_ambiguous_option, say_equality, say_faults
 from passgraph.effects.registry import Effect
 from passgraph.errors import InputError
@@ -86,6 +86,8 @@ def job_of(
         return scene_job(effect, source, size, parameters)
     if effect.takes == "world2d":
         return world_job(effect, source, size, parameters)
+    if effect.takes == "nothing":
+        return generator_job(effect, source, size, parameters)
     if source is None:
         raise InputError(f"effect {effect.name} needs a picture: name a file")
     return picture_job(effect, source, depth, linear, parameters)

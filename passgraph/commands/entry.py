@@ -33,6 +33,7 @@ COMMANDS = {
     "compare": "Hold every backend against the reference, pass by pass.",
     "conform": "Run the conformance suite on a backend.",
     "check": "Hold every backend against the reference on your own kernels.",
+    "inspect": "Show every value of every line of a kernel at one pixel.",
     "backends": "Show which backends and devices are here.",
     "fuzz": "Make up kernels, graphs and draws and hold every backend against the reference.",
     "bench": "Measure shadow methods: time against error.",

@@ -13,7 +13,7 @@ from passgraph.errors import InputError
 from passgraph.graph.targets import Pass, PixelPass
 from passgraph.graph.values import FILLED_IN, Derived, Value, sources_of
 from passgraph.language.symbols import TYPE_MARKERS
-from passgraph.language.types import BOOL, FLOAT, INT, UINT, Array, Matrix, Scalar, Type, Vector
+from passgraph.language.types import BOOL, FLOAT, INT, UINT, Array, Matrix, Scalar, Type, Vector, innermost
 
 if TYPE_CHECKING:
     from passgraph.commands.own_file import Graph
@@ -24,7 +24,7 @@ _SCALARS = (BOOL, INT, UINT, FLOAT)
 _ALL: tuple[Scalar | Vector | Matrix, ...] = (
     *_SCALARS,
     *(Vector(element, size) for element in _SCALARS for size in (2, 3, 4)),
-    *(Matrix(size) for size in (2, 3, 4)),
+    *(Matrix(columns, rows) for columns in (2, 3, 4) for rows in (2, 3, 4)),
 )
 _TYPES: dict[str, Type] = {str(type_): type_ for type_ in _ALL}
 
@@ -70,7 +70,7 @@ def _parameter_type(node: Pass, name: str) -> Type | None:
     for kernel in kernels:
         for parameter in () if kernel is None else kernel.parameters:
             if parameter.name == name.rpartition("/")[2]:
-                plain = isinstance(parameter.type, (Scalar, Vector, Matrix, Array))
+                plain = isinstance(innermost(parameter.type), (Scalar, Vector, Matrix))
                 return parameter.type if plain else None
     return None
 
@@ -149,7 +149,7 @@ def _example(type_: Type) -> str:
         parts = {"float": ("1", "0.9", "0.8", "1"), "int": whole, "uint": whole, "bool": ("true", "false") * 2}
         return ",".join(parts[type_.element.name][: type_.size])
     if isinstance(type_, Matrix):
-        rows = (",".join(str(int(row == column)) for column in range(type_.size)) for row in range(type_.size))
+        rows = (",".join(str(int(row == column)) for column in range(type_.columns)) for row in range(type_.rows))
         return ";".join(rows)
     assert isinstance(type_, Array)
     return ";".join([_example(type_.element)] * min(type_.length, 3))
@@ -179,7 +179,7 @@ def read_value(text: str, type_: Type, name: str, where: str) -> object:
 
 def _count(type_: Type) -> int:
     if isinstance(type_, Matrix):
-        return type_.size**2
+        return type_.columns * type_.rows
     if isinstance(type_, Vector):
         return type_.size
     return type_.length * _count(type_.element) if isinstance(type_, Array) else 1
@@ -192,7 +192,7 @@ def _taken(type_: Type, words: list[str], where: str) -> tuple[Any, list[str]]:
     if isinstance(type_, Vector):
         element, length = type_.element, type_.size
     elif isinstance(type_, Matrix):
-        element, length = Vector(FLOAT, type_.size), type_.size  # type: ignore[assignment]
+        element, length = Vector(FLOAT, type_.columns), type_.rows  # type: ignore[assignment]
     else:
         assert isinstance(type_, Array)
         element, length = type_.element, type_.length  # type: ignore[assignment]

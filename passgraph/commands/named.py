@@ -9,8 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
 from passgraph.arguments import near, shown
+from passgraph.commands.shader_files import effects_of_shader
 from passgraph.effects.registry import EFFECTS, Effect, summary_of
 from passgraph.errors import InputError
+from passgraph.shaders import SUFFIXES
 
 if TYPE_CHECKING:
     from passgraph.commands.own_file import Graph
@@ -109,8 +111,10 @@ def effects_of_text(path: Path) -> dict[str, Effect]:
     return {kernel.name: _of_kernel(kernel, path)} if kernel.program.images else {}
 
 
-#: Files that are read by their suffix; any other one is the text of a kernel.
-READERS: dict[str, Reader] = {".py": effects_of_module}
+#: What reads a file, by its suffix; any other one that is named as an effect is the text of a kernel too.
+READERS: dict[str, Reader] = {
+    ".py": effects_of_module, ".txt": effects_of_text, **dict.fromkeys(SUFFIXES, effects_of_shader),
+}  # fmt: skip
 
 
 # Kernels
@@ -175,6 +179,8 @@ def named_graphs(text: str) -> Mapping[str, Graph]:
     from passgraph.commands.own_file import graphs_of, on_inputs
 
     path, name = file_and_name(text)
+    if path is not None and READERS.get(path.suffix) is effects_of_shader:
+        return {(effect := named_effect(text)).name: on_inputs(effect)}
     if path is not None and name is None:
         return graphs_of(path)
     if path is None and text not in EFFECTS and Path(text).exists():

@@ -107,6 +107,10 @@ def capture_option(command: Decorated) -> Decorated:
     )(command)  # fmt: skip
 
 
+def profile_option(command: Decorated) -> Decorated:
+    return click.option("--profile", is_flag=True, help="Time each pass of a few more runs, one by one.")(command)
+
+
 def non_finite_option(command: Decorated) -> Decorated:
     return click.option(
         "--non-finite", type=click.Choice(CHOICES), default="error", show_default=True,
@@ -199,7 +203,7 @@ class EffectCommand(click.Command):
     #: Effect where none is given.
     default_effect: str | None = None
     #: What its effects are applied to.
-    takes: tuple[str, ...] = ("picture", "picture+depth", "scene", "world2d")
+    takes: tuple[str, ...] = ("picture", "picture+depth", "nothing", "scene", "world2d")
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         named = self._named(args)

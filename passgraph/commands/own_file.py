@@ -13,6 +13,7 @@ from typing import Any
 
 import passgraph as pg
 from passgraph.arguments import near, shown
+from passgraph.commands.shader_files import ShaderFileEffect
 from passgraph.effects.checked import Mark
 from passgraph.effects.registry import Effect
 from passgraph.errors import InputError
@@ -20,7 +21,7 @@ from passgraph.graph.calls import PixelKernel
 from passgraph.graph.outputs import named_outputs
 from passgraph.graph.targets import TargetSpec
 from passgraph.language.kernel import kernel_from_text
-from passgraph.language.types import Array, ImageType, Matrix, Scalar, Struct, Type, Vector
+from passgraph.language.types import Array, ImageType, Matrix, Scalar, Struct, Type, Vector, innermost
 from passgraph.reading import check_regular, read_text
 
 Graph = Mapping[str, pg.Target]
@@ -97,6 +98,8 @@ def _effects(names: Mapping[str, Any], module: str) -> dict[str, Graph]:
 
 def on_inputs(effect: Effect) -> Graph:
     """An effect on inputs with the names of what it takes."""
+    if isinstance(effect, ShaderFileEffect):
+        return effect.on_inputs()
     if effect.takes not in TAKEN:
         raise InputError(
             f"effect {effect.name} takes a {effect.takes}, which nothing is made up for; use: passgraph compare "
@@ -163,7 +166,7 @@ def _alone(kernel: PixelKernel[Any]) -> Graph:
     given: dict[str, Any] = {}
     for parameter in kernel.parameters:
         default = parameter.default if parameter.has_default else _argument(parameter.name, parameter.type)
-        plain = isinstance(parameter.type, (Scalar, Vector, Matrix, Array))
+        plain = isinstance(innermost(parameter.type), (Scalar, Vector, Matrix))
         run_value = plain and not parameter.const
         given[parameter.name] = pg.Value(parameter.name, default=default) if run_value else default
     return named_outputs(kernel(**given))
@@ -177,7 +180,7 @@ def _argument(name: str, type_: Type) -> Any:
     if isinstance(type_, Vector):
         return (_argument(name, type_.element),) * type_.size
     if isinstance(type_, Matrix):
-        return [[float(row == column) for column in range(type_.size)] for row in range(type_.size)]
+        return [[float(row == column) for column in range(type_.columns)] for row in range(type_.rows)]
     if isinstance(type_, Array):
         return [_argument(name, type_.element)] * type_.length
     assert isinstance(type_, Struct)

@@ -16,6 +16,7 @@ from passgraph.commands.options import (
     check_finite_option,
     given_parameters,
     output_option,
+    profile_option,
     size_option,
 )
 from passgraph.commands.progress import progress
@@ -44,6 +45,7 @@ class RenderCommand(EffectCommand):
 @output_option
 @capture_option
 @check_finite_option
+@profile_option
 @click.pass_context
 def render(
     ctx: click.Context,
@@ -56,6 +58,7 @@ def render(
     output: Path,
     capture: Path | None,
     check_finite: bool,
+    profile: bool,
     **rest: Any,
 ) -> int:
     """Render SCENE (.glb .gltf .obj .off .ply .stl; .json for light2d) with an effect.
@@ -76,7 +79,7 @@ def render(
     smoothing = chosen(antialias, display)
     view = View(**{name: value for name, value in rest.items() if name in VIEW_FIELDS})
     if view.turntable:
-        check_turntable(output, capture)
+        check_turntable(output, capture, profile)
     else:
         check_outputs(output, capture)
     drawn = sampled_size(smoothing, size)
@@ -96,7 +99,7 @@ def render(
     if view.turntable:
         status = run_turntable(job, cameras, backend, output, check_finite=check_finite)
     else:
-        run_and_save(job, backend, output, capture, check_finite=check_finite)
+        run_and_save(job, backend, output, capture, check_finite=check_finite, profile=profile)
     for line in lines:
         click.echo(line)
     return status

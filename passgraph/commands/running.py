@@ -29,8 +29,12 @@ def run_and_save(
     capture: Path | None,
     non_finite: NonFinite = "error",
     check_finite: bool = False,
+    profile: bool = False,
 ) -> None:
-    """Run a job once and write its first output; the last two as for :func:`passgraph.compile`."""
+    """Run a job once and write its first output; ``non_finite`` and ``check_finite`` as for :func:`passgraph.compile`.
+
+    ``profile``: run it some more times, and say how long each pass takes.
+    """
     from passgraph.pictures import save
     from passgraph.plan.data import Options
     from passgraph.run.program import compile
@@ -58,6 +62,9 @@ def run_and_save(
             ran = perf_counter()
             picture = program.read(next(iter(outputs)))
             name = program.backend.name
+            if profile:
+                say(f"timing each pass on {name}")
+                times = program.profile(**job.given)
         say(f"writing {output}")
         array = next(iter(picture.values()))
         save(output, array)
@@ -68,6 +75,8 @@ def run_and_save(
     )
     if observer is not None:
         observer.report()
+    if profile:
+        click.echo(str(times))
 
 
 def _time(seconds: float) -> str:

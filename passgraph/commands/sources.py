@@ -65,6 +65,14 @@ def picture_job(
     return Job(named_outputs(made), (frame.shape[1], frame.shape[0]), given)
 
 
+def generator_job(effect: Effect, path: Path | None, size: tuple[int, int] | None, parameters: dict[str, Any]) -> Job:
+    """An effect that makes its picture of parameters alone."""
+    if path is not None:
+        raise InputError(f"effect {effect.name} takes no picture, got {path}; it makes one of --size")
+    parameters, pictures = picture_parameters(effect, parameters)
+    return Job(named_outputs(effect.made(**parameters)), size or RENDER_SIZE, pictures)
+
+
 def as_distance(depth: Target, holds: HardwareDepth | None) -> Target:
     """What effects take: a depth as it is, or what an engine's buffer holds."""
     if holds is None:

@@ -20,13 +20,14 @@ if TYPE_CHECKING:
     from passgraph.scene import Camera
 
 
-def check_turntable(output: Path, capture: Path | None) -> None:
+def check_turntable(output: Path, capture: Path | None, profile: bool) -> None:
     """Refuse what cannot be written before the long work."""
     from passgraph.frames.names import Pattern, is_video
 
     text = os.fspath(output)
-    if capture is not None:
-        raise InputError("--capture is for one picture, and --turntable makes several; leave out one")
+    for flag, given in (("--capture", capture is not None), ("--profile", profile)):
+        if given:
+            raise InputError(f"{flag} is for one picture, and --turntable makes several; leave out one")
     if is_video(output):
         check_path(output)
     elif Pattern.is_in(text):

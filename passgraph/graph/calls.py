@@ -7,6 +7,9 @@ from copy import copy
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Generic, Protocol, Self, TypeAlias, TypeVar, cast, overload
 
+import numpy as np
+
+from passgraph import arguments
 from passgraph.arguments import flag, instance, text
 from passgraph.errors import GraphError
 from passgraph.formats import Format, float_format
@@ -16,7 +19,25 @@ from passgraph.language import ir
 from passgraph.language.kernel import Kernel, function_source, kernel_from_text
 from passgraph.language.layout import components
 from passgraph.language.scope import FunctionSource
-from passgraph.language.types import VEC3, VEC4, ImageType, Struct, Type, component_count
+from passgraph.language.symbols import UINT_MAX
+from passgraph.language.types import (
+    FLOAT,
+    UINT,
+    VEC3,
+    VEC4,
+    Array,
+    ImageType,
+    Matrix,
+    Scalar,
+    Struct,
+    Type,
+    Vector,
+    component_count,
+    element_of,
+    flat_type,
+    image_names,
+    plain_parts,
+)
 
 if TYPE_CHECKING:
     import networkx as nx
@@ -166,6 +187,8 @@ def split_arguments(
         given = bound.get(parameter.name, parameter.default)
         if isinstance(parameter.type, ImageType):
             images[parameter.name] = _image(given, where)
+        elif image_names(parameter.type, parameter.name):
+            _take_apart(given, parameter, where, images, values)
         elif parameter.const:
             if isinstance(given, (Value, Derived, Target)):
                 raise GraphError(
@@ -176,6 +199,26 @@ def split_arguments(
         else:
             values[parameter.name] = _value(given, parameter.type, where)
     return images, values, constants
+
+
+def _take_apart(
+    given: Any, parameter: ir.Parameter, where: str, images: dict[str, Target], values: dict[str, object]
+) -> None:
+    """The images of a parameter that holds some by their names; the rest of it is a value as any other."""
+    if isinstance(given, (Value, Derived)):
+        raise GraphError(
+            f"{where} holds images, which are known when the graph is made; give a {parameter.type} whose images are "
+            f"targets, not the run value {given.name!r}"
+        )
+    for name, type_, value in leaves(given, parameter.type, parameter.name):
+        if isinstance(type_, ImageType):
+            images[name] = _image(value, f"{where}, {name}")
+        elif isinstance(type_, Array) and isinstance(type_.element, ImageType):
+            for k, one in enumerate(value):  # type: ignore[arg-type, var-annotated]
+                images[f"{name}.{k}"] = _image(one, f"{where}, {name}.{k}")
+        else:
+            components(value, type_, f"{where}, {name}")
+            values[parameter.name] = given
 
 
 def _image(given: Any, where: str) -> Target:
@@ -197,7 +240,10 @@ def _value(given: Any, type_: Type, where: str) -> object:
 
 
 def leaves(value: object, type_: Type, name: str) -> list[tuple[str, Type, object]]:
-    """A parameter's plain parts: itself, or the fields of a struct, read from attributes."""
+    """A parameter's plain parts and images: itself, the fields of a struct, read from attributes, or arrays of what
+    each entry of an array has, in the order of :func:`~.types.plain_parts`."""
+    if isinstance(type_, Array):
+        return _columns(value, type_, name)
     if not isinstance(type_, Struct):
         return [(name, type_, value)]
     parts: list[tuple[str, Type, object]] = []
@@ -208,6 +254,46 @@ def leaves(value: object, type_: Type, name: str) -> list[tuple[str, Type, objec
             )
         parts += leaves(getattr(value, field_name), field_type, f"{name}.{field_name}")
     return parts
+
+
+def _columns(value: object, type_: Array, name: str) -> list[tuple[str, Type, object]]:
+    """The plain parts of an array: of structs, one array for each part of a struct."""
+    if isinstance(type_.element, (Scalar, Vector, Matrix)):
+        return [(name, type_, value)]
+    entries, flat = _entries(value, type_, name), flat_type(type_)
+    if not isinstance(flat.element, Struct):
+        return [(name, flat, entries)]
+    rows = [leaves(one, flat.element, f"{name}[{k}]") for k, one in enumerate(entries)]
+    parts: list[tuple[str, Type, object]] = []
+    for (path, part), *column in zip(plain_parts(type_, name), *rows, strict=True):
+        parts.append((path, part, [one for _, inner, given in column for one in _in_a_row(given, inner, path)]))
+    return parts
+
+
+def _in_a_row(given: Any, type_: Type, name: str) -> list[Any]:
+    """What one struct of an array adds to a part's array: a value, or all that an array in the struct holds."""
+    if not isinstance(type_, Array):
+        return [given]
+    if isinstance(type_.element, ImageType):
+        return _entries(given, type_, name)
+    entry, element = type_.element, element_of(type_)
+    numbers: Any = components(given, type_, name)
+    if element is not FLOAT:
+        numbers = numbers.astype(np.int64)
+    if element is UINT:
+        numbers &= UINT_MAX  # from the ints with the same bits
+    return list(numbers) if isinstance(entry, Scalar) else list(numbers.reshape(type_.length, -1))
+
+
+def _entries(value: Any, type_: Array, name: str) -> list[Any]:
+    """What an array holds on the host, arrays in arrays one behind the other."""
+    listed = isinstance(value, (list, tuple)) or (isinstance(value, np.ndarray) and value.ndim > 0)
+    if not listed or len(value) != type_.length:
+        raise GraphError(f"{name} must be {type_}, a list of {type_.length}, got {arguments.shown(value)}")
+    if not isinstance(type_.element, Array):
+        return list(value)
+    inner = type_.element
+    return [one for k, row in enumerate(value) for one in _entries(row, inner, f"{name}[{k}]")]
 
 
 class _Maker(Protocol):

@@ -15,13 +15,18 @@ from passgraph.formats import Format, format_named
 from passgraph.graph.draw_state import DrawState
 from passgraph.graph.formulas import Formula, check_formula
 from passgraph.graph.geometry import Geometry
-from passgraph.language.borders import BORDERS
+from passgraph.language.border_rules import BORDERS
 from passgraph.language.kernel import Kernel
 
 #: Largest side of a target, in pixels: what GL 3.3 hardware offers in practice.
 MAX_SIDE = 1 << 15
 #: Largest number of an output among those of its pass: structs have no more fields.
 MOST_SLOTS = 255
+#: How ``image.sample(uv)`` filters; the first one where none is given.
+FILTERS = ("linear", "nearest")
+#: What a handle says of how it is read: word → field of `Target`.
+READING = {"border": "border_rule", "filter": "filter_rule", "levels": "has_levels", "slices": "slice_count",
+           "hardware": "hardware"}  # fmt: skip
 #: Earliest run that :func:`previous` reaches back to: each one on the way is a picture in memory.
 MOST_FRAMES_AGO = 64
 
@@ -50,6 +55,16 @@ class Like:
 
 
 @dataclass(frozen=True, slots=True)
+class Blocks:
+    """So many pixels side by side for each block of another picture's texels; a block at an edge may be smaller."""
+
+    other: Target
+    width: int
+    height: int
+    each: int = 1
+
+
+@dataclass(frozen=True, slots=True)
 class Computed:
     """Sides as formulas of the output's, rounded down, at least one pixel; see `passgraph.graph.formulas`."""
 
@@ -61,7 +76,7 @@ class Computed:
             check_formula(formula, "a computed size")
 
 
-SizeClass: TypeAlias = Absolute | Relative | Like | Computed
+SizeClass: TypeAlias = Absolute | Relative | Like | Blocks | Computed
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +96,7 @@ class TargetSpec:
         arguments.instance(self.format, Format, f"{where}: format", "one of passgraph.formats.FORMATS")
         if self.size is not None:
             made_by = "made by pg.target(size=, scale= or like=)"
-            arguments.instance(self.size, (Absolute, Relative, Like, Computed), f"{where}: size", made_by)
+            arguments.instance(self.size, (Absolute, Relative, Like, Blocks, Computed), f"{where}: size", made_by)
         if self.clear is not None:
             _check_clear(self.clear, self.format, where)
         arguments.several(self.notes, str, f"{where}: notes", "lines of text")
@@ -121,6 +136,10 @@ class Target:
     slot: int = 0  # which of the pass's outputs; -1 is its depth
     frames_ago: int = 0  # of history: how many runs before this one
     border_rule: str = "clamp"
+    filter_rule: str = "linear"
+    has_levels: bool = False
+    slice_count: int = 1
+    hardware: bool = False
 
     def __post_init__(self) -> None:
         if not isinstance(self.spec, (TargetSpec, InputSpec)):
@@ -128,6 +147,14 @@ class Target:
         if not arguments.among(self.border_rule, BORDERS):
             got = arguments.shown(self.border_rule)
             raise GraphError(f"there is no border rule {got}; the rules are {', '.join(BORDERS)}")
+        if not arguments.among(self.filter_rule, FILTERS):
+            got = arguments.shown(self.filter_rule)
+            raise GraphError(f"there is no filter {got}; the filters are {', '.join(FILTERS)}")
+        arguments.flag(self.hardware, f"handle of {self.name!r}: hardware")
+        arguments.flag(self.has_levels, f"handle of {self.name!r}: has_levels")
+        arguments.whole(self.slice_count, f"handle of {self.name!r}: slices", 1, MAX_SIDE)
+        if self.has_levels and self.slice_count > 1:
+            raise GraphError(f"handle of {self.name!r}: a volume has no smaller levels; leave out one of the two")
         if self.made_by is not None and not hasattr(self.made_by, "into"):
             raise GraphError(f"a handle is made by a pass, got {arguments.shown(self.made_by)}")
         arguments.whole(self.slot, f"handle of {self.name!r}: slot", -1, MOST_SLOTS)
@@ -161,10 +188,31 @@ class Target:
         """The same content with another rule for reads outside: clamp, zero, repeat or mirror."""
         return replace(self, border_rule=rule)
 
+    def filter(self, rule: str, *, hardware: bool = False) -> Target:
+        """The same content with another filter of ``image.sample(uv)``: linear, or nearest, the texel at the place.
+
+        With ``hardware`` a device may filter by itself, with the coarser weights that it has.
+
+        >>> Input("frame").filter("nearest").filter_rule
+        'nearest'
+        """
+        return replace(self, filter_rule=rule, hardware=hardware)
+
+    def mipmaps(self) -> Target:
+        """The same content with its halves, quarters … down to one texel, for ``image.sample(uv, lod=...)``."""
+        return replace(self, has_levels=True)
+
+    def slices(self, count: int) -> Target:
+        """The same content as a volume of ``count`` slices below one another, for ``image.sample3(position)``.
+
+        `stacked` makes such a picture of an array (depth, height, width, channels).
+        """
+        return replace(self, slice_count=count)
+
     @property
     def content(self) -> Target:
-        """The handle without its border rule: two handles of one content are equal."""
-        return replace(self, border_rule="clamp")
+        """The handle without what says how it is read: two handles of one content are equal."""
+        return Target(self.spec, self.made_by, self.slot, self.frames_ago)
 
     def __repr__(self) -> str:
         return f"<{self.when}{self.spec!r}>"

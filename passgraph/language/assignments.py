@@ -10,23 +10,26 @@ from passgraph.language.signature import annotation_type
 from passgraph.language.source import Span, fail
 from passgraph.language.types import (
     INT,
-    ImageType,
-    Struct,
+    Array,
     TupleType,
-    Type,
+    image_names,
+    is_plain,
 )
 from passgraph.language.typing_rules import widen
 from passgraph.language.values import (
-    ImageValue,
+    COMPOSITE,
+    ArrayValue,
     Part,
     StructValue,
     TupleValue,
+    check_index,
     coerce,
     index_into,
     part_type,
+    type_of,
     with_components,
 )
-from passgraph.language.variables import Variable, new_variable
+from passgraph.language.variables import Place, new_variable
 
 if TYPE_CHECKING:
     from passgraph.language.frame import Frame
@@ -53,7 +56,7 @@ class Assignments:
     def _annotated(self, node: ast.AnnAssign, span: Span) -> None:
         frame = self.frame
         type_, const = annotation_type(node.annotation, frame.scope, frame.source)
-        if const or isinstance(type_, (ImageType, TupleType)):
+        if const or isinstance(type_, TupleType) or image_names(type_, ""):
             fail(span, "a variable is a scalar, vector, matrix, array or struct")
         if not isinstance(node.target, ast.Name) or node.value is None:
             fail(span, "a typed variable is written name: type = value")
@@ -77,11 +80,12 @@ class Assignments:
 
     def _name(self, name: str, part: Part, span: Span) -> None:
         frame = self.frame
-        if holds_image(part):
+        type_ = type_of(part)
+        if image_names(type_, name):
             fail(span, "an Image cannot be given another name")
         variable = frame.variables.get(name)
         if variable is None:
-            variable = new_variable(_type_of(part), frame.builder.fresh(name))
+            variable = new_variable(type_, frame.builder.fresh(name))
             frame.variables[name] = variable
         elif variable.loop_index:
             fail(span, f"{name!r} is a loop index and cannot be assigned to")
@@ -91,33 +95,41 @@ class Assignments:
     def _part(self, target: ast.Attribute | ast.Subscript, part: Part, span: Span) -> None:
         """``v.xy = …``, ``m[1] = …``, ``s.normal.x = …``: the whole is rebuilt with one part replaced."""
         frame, base_node = self.frame, target.value
-        variable = self._variable(target)
-        if variable is not None:
-            frame.store(variable, part, span, ast.unparse(target))
+        place = self._place(target)
+        if place is not None:
+            frame.store_at(place, part, span, ast.unparse(target))
             return
         if isinstance(base_node, ast.Name) and base_node.id not in frame.variables:
             fail(span, f"{base_node.id!r} is not a variable of this kernel and cannot be changed")
         base = frame.expressions.part(base_node)
-        if isinstance(base, StructValue):
+        if isinstance(base, (StructValue, ArrayValue)):
             fail(span, f"{ast.unparse(target)} cannot be assigned to")
-        if isinstance(base, (ImageValue, TupleValue)):
+        if isinstance(base, COMPOSITE):
             fail(span, f"a kernel writes to its result, not to {part_type(base)}")
-        if isinstance(part, (StructValue, ImageValue, TupleValue)):
+        if isinstance(part, COMPOSITE):
             fail(span, f"cannot assign {part_type(part)} to a part of a value")
         if not isinstance(base_node, (ast.Name, ast.Attribute, ast.Subscript)):
             fail(span, "only variables can be assigned to")
         self.assign(base_node, self._replaced(target, base, part, span), span)
 
-    def _variable(self, target: ast.expr) -> Variable | None:
-        """The variable behind ``name.field.field``, where there is one."""
+    def _place(self, target: ast.expr) -> Place | None:
+        """Behind ``name.field[index].field``, where that is a whole variable or an entry of a composite one."""
         if isinstance(target, ast.Name):
-            known = target.id in self.frame.assigned
-            return self.frame.variables.get(target.id) if known else None
+            known = self.frame.variables.get(target.id) if target.id in self.frame.assigned else None
+            return None if known is None else Place(known, known.type)
+        if not isinstance(target, (ast.Attribute, ast.Subscript)):
+            return None
+        base = self._place(target.value)
+        if base is None:
+            return None
         if isinstance(target, ast.Attribute):
-            base = self._variable(target.value)
-            if base is not None and isinstance(base.type, Struct):
-                return base.fields.get(target.attr)
-        return None
+            return base.field(target.attr)
+        if not isinstance(base.type, Array) or (base.indices == () and is_plain(base.type)):
+            return None
+        span = self.frame.source.span(target)
+        index = widen(self.frame.expressions.value(target.slice), INT, span, "an index")
+        check_index(index, base.type.length, base.type, span)
+        return base.entry(self.frame.name_it(index, span))
 
     def _replaced(self, target: ast.Attribute | ast.Subscript, base: ir.Expr, value: ir.Expr, span: Span) -> ir.Expr:
         frame = self.frame
@@ -128,19 +140,6 @@ class Assignments:
         element = index_into(base, index, span)
         value = widen(value, element.type, span, ast.unparse(target))
         return ir.Insert(base.type, base, index, value, span)
-
-
-def holds_image(part: Part) -> bool:
-    return isinstance(part, ImageValue) or (isinstance(part, TupleValue) and any(map(holds_image, part.members)))
-
-
-def _type_of(part: Part) -> Type:
-    if isinstance(part, StructValue):
-        return part.struct
-    if isinstance(part, TupleValue):
-        return TupleType(tuple(_type_of(member) for member in part.members))
-    assert not isinstance(part, ImageValue)
-    return part.type
 
 
 def _as_load(target: ast.expr) -> ast.expr:

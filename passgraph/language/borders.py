@@ -1,12 +1,7 @@
-"""What reads outside of a picture find: the rules, one row each, in the kernel language.
-
-A rule is the same for columns and for rows.  Backends print its scalar program; what runs on the host computes it with
-the reference meaning of each operation.
-"""
+"""Border rules as programs: backends print them; hosts compute them with the reference meaning of each operation."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -14,37 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.language import scalar as s
-
-_NEAREST = "min(max(i, 0), size - 1)"
-
-
-@dataclass(frozen=True, slots=True)
-class Border:
-    """Where along an axis of ``size`` texels a read of texel ``i``, any int, finds its texel.
-
-    ``place`` is an expression of the kernel language, of ``i`` and ``size``, without branches; it leaves texels inside
-    where they are and never leaves 32 bits.  ``periodic``: it is the same 2 · size texels on; else the same beyond
-    2 · size texels outside.  ``blank``: reads outside give 0 instead.
-    """
-
-    place: str
-    periodic: bool = False
-    blank: bool = False
-
-    @property
-    def is_nearest(self) -> bool:
-        """Whether texels outside are those at the edge, or nothing."""
-        return self.place == _NEAREST
-
-
-#: Name → rule; the first one holds where none is given.
-BORDERS = {
-    "clamp": Border(_NEAREST),
-    "zero": Border(_NEAREST, blank=True),
-    "repeat": Border("i % size", periodic=True),
-    # Mirrored at the outer edge: -1 is 0 and size is size - 1.
-    "mirror": Border("min(i % (2 * size), 2 * size - 1 - i % (2 * size))", periodic=True),
-}
+from passgraph.language.border_rules import BORDERS as BORDERS
 
 
 @cache

@@ -187,14 +187,22 @@ class Emitter:
         return to
 
     def texel(
-        self, image: str, x: s.Operand, y: s.Operand, relative: bool, border: str, channels: int, span: Span
+        self,
+        image: str,
+        x: s.Operand,
+        y: s.Operand,
+        relative: bool,
+        border: str,
+        channels: int,
+        span: Span,
+        filtered: bool = False,
     ) -> list[s.Operand]:
         """Four channels; those that the image lacks are 0, 0, 1."""
-        key = ("texel", image, repr(x), repr(y), relative, border)
+        key = ("texel", image, repr(x), repr(y), relative, border, filtered)
         shared = self._shared(key)
         if shared is None:
             shared = tuple(self.fresh("float") for _ in range(channels))
-            self.push(s.LoadTexel(shared, image, x, y, relative, border, span))
+            self.push(s.LoadTexel(shared, image, x, y, relative, border, filtered, span))
             self.known[-1][key] = shared
         missing = (s.Lit("float", 0.0), s.Lit("float", 0.0), s.Lit("float", 0.0), s.Lit("float", 1.0))
         return [*cast("tuple[s.Val, ...]", shared), *missing[channels:]]

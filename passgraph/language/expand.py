@@ -130,7 +130,8 @@ def _reduce(name: str) -> Expansion:
 
 
 def columns(values: Values, size: int) -> list[Values]:
-    return [values[i * size : (i + 1) * size] for i in range(size)]
+    """The columns of a matrix whose columns have ``size`` numbers."""
+    return [values[i : i + size] for i in range(0, len(values), size)]
 
 
 def rows(values: Values, size: int) -> list[Values]:
@@ -141,12 +142,11 @@ def _matmul(e: Emitter, args: list[Values], types: list[Type]) -> Values:
     a, b = args
     left, right = types
     if isinstance(left, Matrix) and isinstance(right, Matrix):
-        n = left.size
-        return [dot(e, row, column) for column in columns(b, n) for row in rows(a, n)]
+        return [dot(e, row, column) for column in columns(b, right.rows) for row in rows(a, left.rows)]
     if isinstance(left, Matrix):
-        return [dot(e, row, b) for row in rows(a, left.size)]
+        return [dot(e, row, b) for row in rows(a, left.rows)]
     assert isinstance(right, Matrix)
-    return [dot(e, a, column) for column in columns(b, right.size)]
+    return [dot(e, a, column) for column in columns(b, right.rows)]
 
 
 def _minor(m: list[Values], row: int, column: int) -> list[Values]:
@@ -166,7 +166,7 @@ def _determinant_of(e: Emitter, m: list[Values]) -> s.Operand:
 
 def _determinant(e: Emitter, args: list[Values], types: list[Type]) -> Values:
     assert isinstance(types[0], Matrix)
-    return [_determinant_of(e, columns(args[0], types[0].size))]
+    return [_determinant_of(e, columns(args[0], types[0].rows))]
 
 
 def plain_inverse(e: Emitter, m: list[Values]) -> Values:
@@ -187,7 +187,7 @@ def plain_inverse(e: Emitter, m: list[Values]) -> Values:
 def _inverse(e: Emitter, args: list[Values], types: list[Type]) -> Values:
     """With each column near 1: products of all columns neither overflow nor vanish."""
     assert isinstance(types[0], Matrix)
-    m = columns(args[0], types[0].size)
+    m = columns(args[0], types[0].rows)
     powers = [_toward_one(e, _step_of(e, column), NEAR_ONE) for column in m]
     near = plain_inverse(e, [_scale(e, column, power) for column, power in zip(m, powers, strict=True)])
     inverse = columns(near, len(m))
@@ -196,7 +196,7 @@ def _inverse(e: Emitter, args: list[Values], types: list[Type]) -> Values:
 
 def _transpose(e: Emitter, args: list[Values], types: list[Type]) -> Values:
     assert isinstance(types[0], Matrix)
-    return [v for row in rows(args[0], types[0].size) for v in row]
+    return [v for row in rows(args[0], types[0].rows) for v in row]
 
 
 EXPANSIONS: dict[str, Expansion] = {

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
-from passgraph.language import ir, symbols
-from passgraph.language.foreign import FORMS, mending, method_spelling
+from passgraph.language import images, ir, symbols
+from passgraph.language.composites import array_of, each_image, entry
 from passgraph.language.operations import OPERATIONS, called, signed
+from passgraph.language.quads import DERIVATIVES, derivative
 from passgraph.language.scope import FunctionSource, ModuleName, number, written
 from passgraph.language.signature import MAX_ARRAY_LENGTH, resolve
 from passgraph.language.source import Span, fail
@@ -27,9 +28,13 @@ from passgraph.language.types import (
     Type,
     Vector,
     element_of,
+    is_plain,
 )
-from passgraph.language.typing_rules import apply, binary, unify, widen
+from passgraph.language.typing_rules import apply, binary, widen
 from passgraph.language.values import (
+    COMPOSITE,
+    ArrayValue,
+    ImageChoice,
     ImageValue,
     Part,
     StructValue,
@@ -93,7 +98,9 @@ class Expressions:
     def value(self, node: ast.expr) -> ir.Expr:
         """An expression that is one value, not a struct, image or tuple."""
         part = self.part(node)
-        if isinstance(part, (StructValue, ImageValue, TupleValue)):
+        if isinstance(part, ArrayValue) and is_plain(part.type):
+            return cast(ir.Expr, self.frame.alone(part, self.span(node)).parts)
+        if isinstance(part, COMPOSITE):
             fail(self.span(node), f"a value is expected here, got {part_type(part)}")
         return part
 
@@ -132,7 +139,7 @@ class Expressions:
         if isinstance(node, ast.Tuple):
             return TupleValue(tuple(self.part(part) for part in node.elts))
         if isinstance(node, ast.List):
-            return self._array([self.value(part) for part in node.elts], span)
+            return self._array([self.part(part) for part in node.elts], span)
         fail(span, f"the kernel language has no {_REFUSED.get(type(node), type(node).__name__)}")
 
     # Names and attributes
@@ -156,18 +163,17 @@ class Expressions:
         if self._is_outer(node):
             return self._outer(node)
         base = self.part(node.value)
+        if isinstance(base, ImageChoice):
+            return self._of_each_image(base, node)
         if isinstance(base, StructValue):
             if node.attr not in base.fields:
                 fail(span, f"{base.struct.name} has no field {node.attr!r}; it has {', '.join(base.fields)}")
             return base.fields[node.attr]
         if isinstance(base, ImageValue):
-            if node.attr == "size":
-                return ir.Size(IVEC2, base.name, span)
-            has = f"an Image has [dx, dy], .texel(ivec2), .sample(vec2) and .size, not .{node.attr}"
-            fail(span, has + (mending(node.attr) if node.attr in FORMS else ""))
+            return images.attribute(base, node.attr, span)
         if isinstance(base, TupleValue):
             fail(span, "a tuple has no attributes; unpack it first")
-        if isinstance(base.type, Vector):
+        if not isinstance(base, ArrayValue) and isinstance(base.type, Vector):
             return swizzle(base, node.attr, span)
         fail(span, f"{base.type} has no attribute {node.attr!r}")
 
@@ -304,6 +310,8 @@ class Expressions:
         if not isinstance(node.func, (ast.Name, ast.Attribute)):
             fail(span, "only named functions can be called")
         if isinstance(node.func, ast.Attribute) and not self._is_outer(node.func):
+            from passgraph.language.foreign import method_spelling
+
             fail(span, f"values have no methods; got .{node.func.attr}(){method_spelling(node.func.attr)}")
         meaning = resolve(node.func, self.frame.scope, self.frame.source)
         if isinstance(meaning, FunctionSource):
@@ -334,23 +342,45 @@ class Expressions:
         if not isinstance(node.func, ast.Attribute) or self._is_outer(node.func):
             return None
         base = self.part(node.func.value)
+        if isinstance(base, ImageChoice):
+            return self._of_each_image(base, node)
         if not isinstance(base, ImageValue):
             return None
         span, method = self.span(node), node.func.attr
-        if method not in ("texel", "sample") or len(node.args) != 1 or node.keywords:
-            fail(span, "an Image is read by image[dx, dy], image.texel(ivec2) or image.sample(vec2)")
-        position = self.value(node.args[0])
-        if method == "sample":
-            position = widen(position, VEC2, span, "the position of sample()")
-            return self.frame.inline_library("sample", [base, position], span)
-        position = self.frame.name_it(widen(position, IVEC2, span, "the position of texel()"), span)
-        x, y = (ir.Swizzle(INT, position, (i,), span) for i in (0, 1))
-        return ir.Texel(VEC4, base.name, x, y, False, span)
+        if method == "lod" and self.frame.stage != "pixel":
+            fail(span, f"image.lod() takes derivatives, which a {self.frame.stage} kernel has not")
+        if any(keyword.arg is None for keyword in node.keywords):
+            fail(span, "the kernel language has no ** arguments")
+        named = {str(keyword.arg): self.value(keyword.value) for keyword in node.keywords}
+        given = images.bound(method, [self.value(argument) for argument in node.args], named, span)
+        given = {name: self.frame.name_it(value, span) for name, value in given.items()}
+        return images.read(self.frame.inline_library, base, method, given, span)
+
+    def _of_each_image(self, choice: ImageChoice, node: ast.Call | ast.Attribute | ast.Subscript) -> Part:
+        """A read of an image that an index chooses: for each as if it had a name, with arguments computed once."""
+        frame, held = self.frame, dict[str, Part]()
+
+        def named(argument: ast.expr) -> ast.expr:
+            name = frame.builder.fresh("$argument")
+            held[name] = frame.name_part(self.part(argument), self.span(argument))
+            return ast.copy_location(ast.Name(name, ast.Load()), argument)
+
+        def read(candidate: ImageValue) -> Part:
+            frame.parts[image] = candidate
+            return self.part(written)
+
+        image = frame.builder.fresh("$image")
+        written = _on_name(node, image, named)
+        frame.parts |= held
+        made = each_image(frame.builder, choice, read, self.span(node))
+        for name in (image, *held):
+            del frame.parts[name]
+        return made
 
     def _builtin(self, name: str, node: ast.Call, span: Span) -> Part:
         if name == "len":
-            types = [self.value(a).type for a in node.args]
-            type_ = types[0] if len(types) == 1 else None
+            parts = [self.part(a) for a in node.args]
+            type_ = getattr(parts[0], "type", None) if len(parts) == 1 else None
             if not isinstance(type_, (Array, Vector)):
                 fail(span, "len() takes one array or vector")
             return ir.Literal(INT, type_.length if isinstance(type_, Array) else type_.size, span)
@@ -370,6 +400,10 @@ class Expressions:
             if len(arguments) != 3:
                 fail(span, "select() takes a condition, the value where it holds and the value elsewhere")
             return select(arguments, span, self.frame.name_it)
+        if name in DERIVATIVES:
+            if len(arguments) != 1:
+                fail(span, f"{name}() takes 1 argument, got {len(arguments)}")
+            return derivative(name, DERIVATIVES[name], arguments[0], self.frame.builder, span)
         if name == "clamp":
             check_clamp(arguments, span)
         if name == "mix" and len(arguments) == 3 and of_bools(arguments[2]):
@@ -406,6 +440,8 @@ class Expressions:
     def _subscript(self, node: ast.Subscript) -> Part:
         span = self.span(node)
         base = self.part(node.value)
+        if isinstance(base, ImageChoice):
+            return self._of_each_image(base, node)
         if isinstance(base, ImageValue):
             if not (isinstance(node.slice, ast.Tuple) and len(node.slice.elts) == 2):
                 fail(span, "an image takes two offsets in texels: image[dx, dy] (image[0, 0] is this pixel)")
@@ -424,6 +460,8 @@ class Expressions:
         if isinstance(node.slice, (ast.Slice, ast.Tuple)):
             fail(span, "the kernel language has no slices; use a swizzle such as v.xy")
         index = widen(self.value(node.slice), INT, span, "an index")
+        if isinstance(base, ArrayValue):
+            return entry(base, index, span, self.frame.name_it)
         return index_into(base, index, span)
 
     def _member(self, base: TupleValue, index: ast.expr, span: Span) -> Part:
@@ -433,20 +471,14 @@ class Expressions:
             return base.members[int(position.value)]
         fail(span, f"a tuple of {count} takes a constant index in range")
 
-    def _array(self, members: list[ir.Expr], span: Span) -> ir.Expr:
+    def _array(self, members: list[Part], span: Span) -> Part:
         if not members:
             fail(span, "an array needs at least one element")
-        if len(members) > MAX_ARRAY_LENGTH:
-            fail(span, f"an array has at most {MAX_ARRAY_LENGTH} elements, got {len(members)}")
-        first = members[0]
-        for member in members[1:]:
-            first, _ = unify(first, member, span, "the elements of an array")
-        if not isinstance(first.type, (Scalar, Vector, Matrix)):
-            fail(span, f"array elements are scalars, vectors or matrices, got {first.type}")
-        typed = tuple(widen(member, first.type, span, "an array element") for member in members)
-        return ir.Construct(Array(first.type, len(typed)), typed, span)
+        made = array_of(members, span, self.frame.name_it)
+        self.frame.builder.count_expression(span, len(members))
+        return made
 
-    def _filled_array(self, node: ast.BinOp, span: Span) -> ir.Expr:
+    def _filled_array(self, node: ast.BinOp, span: Span) -> Part:
         assert isinstance(node.left, ast.List)
         count = self.value(node.right)
         if not isinstance(count, ir.Literal) or count.type is not INT or int(count.value) < 1:
@@ -454,8 +486,29 @@ class Expressions:
         total = int(count.value) * len(node.left.elts)
         if total > MAX_ARRAY_LENGTH:
             fail(span, f"an array has at most {MAX_ARRAY_LENGTH} elements, got {total}")
-        members = [self.frame.name_it(self.value(part), span) for part in node.left.elts]
+        members = [self.frame.name_part(self.part(part), span) for part in node.left.elts]
         return self._array(members * int(count.value), span)
+
+
+def _on_name(
+    node: ast.Call | ast.Attribute | ast.Subscript, name: str, named: Callable[[ast.expr], ast.expr]
+) -> ast.expr:
+    """A read of an image on a name in the place of what it was written on, with other arguments."""
+    base = node.func if isinstance(node, ast.Call) else node
+    assert isinstance(base, (ast.Attribute, ast.Subscript))
+    image = ast.copy_location(ast.Name(name, ast.Load()), base.value)
+    made: ast.expr
+    if isinstance(base, ast.Subscript):
+        place = base.slice
+        if isinstance(place, ast.Tuple):
+            place = ast.copy_location(ast.Tuple([named(part) for part in place.elts], ast.Load()), place)
+        made = ast.Subscript(image, place, ast.Load())
+    else:
+        made = ast.copy_location(ast.Attribute(image, base.attr, ast.Load()), base)
+    if isinstance(node, ast.Call):
+        keywords = [ast.keyword(one.arg, named(one.value)) for one in node.keywords]
+        made = ast.Call(made, [named(argument) for argument in node.args], keywords)
+    return ast.copy_location(made, node)
 
 
 #: Values that a stage provides: name -> (type, the stages that have it).

@@ -8,9 +8,14 @@ from dataclasses import dataclass, field, replace
 from passgraph.formats import Store
 from passgraph.language import ir
 from passgraph.language import scalar as s
+from passgraph.language.border_rules import BORDERS
 from passgraph.language.emitter import Emitter
 from passgraph.language.source import Span
-from passgraph.language.types import Type, component_count, element_of
+from passgraph.language.types import BOOL, INT, Scalar, Type, component_count, element_of
+
+#: What a kernel may ask of an image (``image.levels``), and of which type it is.
+PROPERTIES: dict[str, Scalar] = {"is_nearest": BOOL, "is_blank": BOOL, "border": INT, "levels": INT, "slices": INT,
+                                "bits": INT}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -22,6 +27,21 @@ class ImageFacts:
     decode: str | None = None  # prelude function for r, g and b of each texel, such as decode_srgb
     fused: Fused | None = None
     size: tuple[int, int] | None = None  # where the kernel is made for it; else it is told at each run
+    filter: str = "linear"
+    levels: int = 1  # itself and its halves
+    slices: int = 1  # of a volume, which lie below one another
+    bits: int = 0  # of a channel, where a device may filter by itself
+    by_device: bool = False  # and does
+
+    def property(self, name: str) -> ir.Number:
+        """One of :data:`PROPERTIES`."""
+        if name == "is_nearest":
+            return self.filter == "nearest"
+        if name == "is_blank":
+            return BORDERS[self.border].blank
+        if name == "border":
+            return list(BORDERS).index(self.border)
+        return {"levels": self.levels, "slices": self.slices, "bits": self.bits}[name]
 
 
 @dataclass(frozen=True)

@@ -43,7 +43,7 @@ FORMS: dict[str, str] = {
     **{f"pack{kind}2x16": f"pack_{kind.lower()}2x16(xy)" for kind in ("Unorm", "Snorm", "Half")},
     **{f"unpack{kind}": f"unpack_{kind.lower()}(u)"
        for kind in ("Unorm4x8", "Snorm4x8", "Unorm2x16", "Snorm2x16", "Half2x16")},
-    "ddx": "dfdx(x)", "ddy": "dfdy(x)", "dFdx": "dfdx(x)", "dFdy": "dfdy(x)",
+    "ddx": "dfdx(x)", "ddy": "dfdy(x)",
     **dict.fromkeys(
         ("texture", "texture2D", "tex2D", "tex2Dlod", "texture2DLod", "textureLod", "sample", "Sample", "SampleLevel"),
         _SAMPLE,

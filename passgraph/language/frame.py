@@ -8,15 +8,38 @@ from typing import cast
 
 from passgraph.language import ir
 from passgraph.language.assignments import Assignments
+from passgraph.language.composites import Lists, alone, mapped, nth, spread
 from passgraph.language.expressions import STAGE_VALUES, Expressions
 from passgraph.language.library import library_function, written_function
+from passgraph.language.quads import expanded
 from passgraph.language.scope import FunctionSource, Scope, typed_constant
 from passgraph.language.signature import Signature, read_signature
 from passgraph.language.source import Span, fail
-from passgraph.language.statements import MAX_BLOCKS, Statements
-from passgraph.language.types import BOOL, ImageType, TupleType, Type, Value
-from passgraph.language.values import ImageValue, Part, StructValue, TupleValue, coerce, part_type
-from passgraph.language.variables import Variable, new_variable, read_variable, zero_of
+from passgraph.language.statements import MAX_BLOCKS, Exit, Statements
+from passgraph.language.types import (
+    BOOL,
+    Array,
+    ImageType,
+    TupleType,
+    Type,
+    Value,
+    flat_type,
+    image_names,
+    is_plain,
+    longest,
+)
+from passgraph.language.values import (
+    ArrayValue,
+    ImageChoice,
+    ImageValue,
+    Part,
+    Parts,
+    StructValue,
+    TupleValue,
+    coerce,
+    part_type,
+)
+from passgraph.language.variables import Place, Variable, new_variable, read_variable, zero_of
 
 #: Calls inside calls; deeper is almost surely recursion through a chain.
 MAX_CALL_DEPTH = 32
@@ -26,6 +49,8 @@ MAX_STATEMENTS = 20_000
 MAX_EXPRESSIONS = 60_000
 #: The variable that says whether a pixel or fragment is kept.
 KEPT = "$keep"
+#: Expressions that one entry of an array copied entry by entry stands for: an index, computed, and what is there.
+_OF_ENTRY = 3
 
 
 @dataclass
@@ -40,18 +65,28 @@ class Builder:
     #: Of the functions around, innermost last, the nodes of their own syntax trees.
     calls: list[object] = field(default_factory=list)
     discards: int = 0  # statements that discard, in functions inlined too
+    #: Variables that take a derivative, with its axis; each is assigned what it is the derivative of.
+    derivatives: dict[str, str] = field(default_factory=dict)
     signatures: dict[FunctionSource, Signature] = field(default_factory=dict)
     #: For each function inlined, the names that its body captured: this kernel's own record.
     scopes: dict[FunctionSource, Scope] = field(default_factory=dict)
 
     def emit(self, statement: ir.Stmt) -> None:
+        self.count_statement(statement.span)
+        self.blocks[-1].append(statement)
+
+    def body(self) -> tuple[ir.Stmt, ...]:
+        """All that was emitted, with its derivatives computed."""
+        return expanded(tuple(self.blocks[0]), self)
+
+    def count_statement(self, span: Span) -> None:
         self.emitted += 1
         if self.emitted > MAX_STATEMENTS:
             fail(
-                statement.span,
-                f"the kernel grows past {MAX_STATEMENTS} statements once its functions are inlined",
+                span,
+                f"the kernel grows past {MAX_STATEMENTS} statements once its functions are inlined and its derivatives "
+                "written out",
             )
-        self.blocks[-1].append(statement)
 
     def captured(self, emit: Callable[[], None], span: Span) -> tuple[ir.Stmt, ...]:
         """What ``emit`` emits, as a block of its own."""
@@ -90,8 +125,8 @@ class Builder:
         if not variable.fields:
             self.emit(ir.Assign(variable.name, zero_of(variable.type)))
 
-    def count_expression(self, span: Span) -> None:
-        self.expressions += 1
+    def count_expression(self, span: Span, times: int = 1) -> None:
+        self.expressions += times
         if self.expressions > MAX_EXPRESSIONS:
             fail(span, f"the kernel grows past {MAX_EXPRESSIONS} expressions once its functions are inlined")
 
@@ -106,7 +141,7 @@ class Builder:
         kept = (ir.Literal, ir.Uniform, ir.Builtin, ir.Table)
         if isinstance(value, kept) or (keep_locals and isinstance(value, ir.Local)):
             return value
-        name = self.fresh("t")
+        name = self.fresh("")
         self.emit(ir.Assign(name, value, span))
         return ir.Local(value.type, name, span)
 
@@ -118,7 +153,13 @@ class Builder:
         if isinstance(part, TupleValue):
             members = (self.name_part(p, span, keep_locals=keep_locals) for p in part.members)
             return TupleValue(tuple(members))
-        return part if isinstance(part, ImageValue) else self.name_it(part, span, keep_locals=keep_locals)
+        if isinstance(part, ArrayValue):
+            whole = part if keep_locals else self.alone(part, span)
+            parts = mapped(whole.parts, lambda leaf: self.name_it(leaf, span, keep_locals=keep_locals))
+            return ArrayValue(whole.type, parts, whole.first)
+        if isinstance(part, (ImageValue, ImageChoice)):
+            return part
+        return self.name_it(part, span, keep_locals=keep_locals)
 
     def store(self, variable: Variable, part: Part, span: Span, what: str) -> None:
         """Assign to a variable, field by field for structs and tuples."""
@@ -127,6 +168,29 @@ class Builder:
             # Fields may be computed from the variable itself: all values come before the first assignment.
             value = self.name_part(value, span, keep_locals=False)
         self._assign(variable, value, span)
+
+    def store_at(self, place: Place, part: Part, span: Span, what: str) -> None:
+        """Assign to a variable or to an entry of its arrays, which out of range nothing is written to."""
+        if not place.indices:
+            self.store(place.variable, part, span, what)
+            return
+        value = self.name_part(self._fitted(part, place.type, span, what), span, keep_locals=False)
+        values = spread(value, span, self.name_it)
+        self._insert(place.variable, values, self.name_it(place.index(span), span), span)
+
+    def _insert(self, variable: Variable, values: Lists, index: ir.Expr, span: Span) -> None:
+        """An entry takes values: as many in a row of each flat array as it has there."""
+        if isinstance(values, dict):
+            for name, member in values.items():
+                self._insert(variable.fields[name], member, index, span)
+            return
+        self.count_expression(span, _OF_ENTRY * (len(values) - 1))
+        flat = flat_type(cast(Array, variable.type))
+        for k, value in enumerate(values):
+            assert not isinstance(value, ImageValue)
+            where = index if len(values) == 1 else nth(index, len(values), k, span)
+            whole = ir.Local(flat, variable.name, span)
+            self.emit(ir.Assign(variable.name, ir.Insert(flat, whole, where, value, span), span))
 
     def _fitted(self, part: Part, type_: Type, span: Span, what: str) -> Part:
         if not isinstance(type_, TupleType):
@@ -143,8 +207,22 @@ class Builder:
         elif isinstance(part, StructValue):
             for name, member in variable.fields.items():
                 self._assign(member, part.fields[name], span)
-        elif not isinstance(part, ImageValue):
+        elif isinstance(part, ArrayValue):
+            self._assign_parts(variable, self.alone(part, span).parts, span)
+        elif not isinstance(part, (ImageValue, ImageChoice)):
             self.emit(ir.Assign(variable.name, part, span))
+
+    def _assign_parts(self, variable: Variable, parts: Parts, span: Span) -> None:
+        if isinstance(parts, dict):
+            for name, member in variable.fields.items():
+                self._assign_parts(member, parts[name], span)
+        elif not isinstance(parts, tuple):
+            self.emit(ir.Assign(variable.name, parts, span))
+
+    def alone(self, array: ArrayValue, span: Span) -> ArrayValue:
+        """:func:`~.composites.alone`, counted as it grows."""
+        self.count_expression(span, 1 if array.first is None else _OF_ENTRY * longest(array.type))
+        return alone(array, span)
 
     # Functions
 
@@ -166,6 +244,7 @@ class Frame:
         self.function, self.builder, self.result_type = function, builder, result
         self.source, self.scope, self.stage = function.source, builder.scope(function), builder.stage
         self.name_it, self.name_part, self.store = builder.name_it, builder.name_part, builder.store
+        self.alone, self.store_at = builder.alone, builder.store_at
         self.expressions, self.assignments = Expressions(self), Assignments(self)
         self.statements = Statements(self)
         self.parts: dict[str, Part] = {}  # parameters, read-only
@@ -173,7 +252,7 @@ class Frame:
         self.assigned: set[str] = set()  # variables that have a value here
         self.locals = function.assigned
         self.result = new_variable(result, builder.fresh(f"{function.name}.result"))
-        self.returned = builder.fresh(f"{function.name}.returned")
+        self.exit = Exit(builder, function.name)
         self.in_function = bool(builder.calls[1:])
 
     # Names
@@ -196,8 +275,9 @@ class Frame:
 
     # What expressions ask of their frame
 
-    def default(self, value: object, type_: Type, what: str, span: Span) -> ir.Expr:
-        return typed_constant(value, type_, what, span)
+    def default(self, value: object, type_: Type, what: str, span: Span) -> Part:
+        made = typed_constant(value, type_, what, span)
+        return made if is_plain(type_) else ArrayValue(cast(Array, type_), made)
 
     def stage_value(self, name: str, arguments: list[ir.Expr], span: Span) -> ir.Expr:
         type_, stages = STAGE_VALUES[name]
@@ -223,8 +303,9 @@ class Frame:
     def bind(self, name: str, type_: Type, part: Part, span: Span) -> None:
         """A parameter: by name where it is only read, a variable of its own where the body assigns to it."""
         if name in self.locals:
-            if isinstance(type_, ImageType):
-                fail(span, f"parameter {name!r} is an Image and cannot be assigned to")
+            if image_names(type_, name):
+                what = "is an Image" if isinstance(type_, ImageType) else "holds an Image"
+                fail(span, f"parameter {name!r} {what} and cannot be assigned to")
             self.variables[name] = variable = new_variable(type_, self.builder.fresh(name))
             self.assigned.add(name)
             self.store(variable, part, span, name)
@@ -234,7 +315,7 @@ class Frame:
     def run(self) -> None:
         """The body, with its result in ``self.result`` at the end."""
         node = self.function.node
-        self.emit(ir.Assign(self.returned, ir.Literal(BOOL, False), self.source.span(node)))
+        self.exit.open(self.source.span(node))
         self.builder.clear(self.result)
         if not self.statements.block(node.body):
             fail(self.source.span(node), f"{self.function.name} may end without returning {self.result_type}")

@@ -93,3 +93,6 @@ isfinite = _row("isfinite", "G -> B", "whether it is a number and not infinite",
 _row("float_floor_divide", "G G -> G", "floor(a / b)", _of.floor_divide, (-7.0, 2.0, -4.0), (7.5, 2.0, 3.0),
      written=("a // b",), ulp=2.5, domain=(_in.DIVIDEND, _in.SMALL_DIVISOR))
 # fmt: on
+
+#: What kernels call by these names; stubs for type checkers are written by docs/stubs.py.
+__all__ = [name for name in vars() if "a" <= name[0] <= "z" and name != "annotations"]

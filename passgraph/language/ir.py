@@ -7,15 +7,17 @@ into the scalar program that the other backends print.  Spans never take part in
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, field, fields
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field, fields, replace
+from typing import Any, TypeAlias, get_args
 from typing import Literal as OneOf
-from typing import TypeAlias, get_args
 
 from passgraph.language.source import NOWHERE, Span
-from passgraph.language.types import Array, Scalar, Type, Value
+from passgraph.language.types import Array, Scalar, Type, Value, image_names
 
 Number: TypeAlias = bool | int | float
+#: After an image's name: the picture of its smaller levels, see :mod:`passgraph.plan.mipmaps`.
+MIPS = ".mips"
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,6 +142,29 @@ class Texel:
 
 
 @dataclass(frozen=True, slots=True)
+class Filtered:
+    """``value``, or what a device's own filter makes of the image at a position: within ``slack`` of it."""
+
+    type: Value
+    image: str
+    x: Expr
+    y: Expr
+    value: Expr
+    slack: Expr
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
+class Property:
+    """What the graph's handle says of an image, see :data:`.facts.PROPERTIES`: known when the graph is compiled."""
+
+    type: Value
+    image: str
+    name: str
+    span: Span = field(default=NOWHERE, compare=False, repr=False)
+
+
+@dataclass(frozen=True, slots=True)
 class Size:
     """Width and height of an image, as ivec2."""
 
@@ -149,8 +174,42 @@ class Size:
 
 
 Expr: TypeAlias = (
-    Literal | Table | Uniform | Builtin | Local | Apply | Select | Swizzle | Construct | Index | Insert | Texel | Size
+    Literal
+    | Table
+    | Uniform
+    | Builtin
+    | Local
+    | Apply
+    | Select
+    | Swizzle
+    | Construct
+    | Index
+    | Insert
+    | Texel
+    | Filtered
+    | Property
+    | Size
 )
+
+#: Class of an expression → its fields that hold an expression or several.
+_PARTS: dict[type[Any], tuple[str, ...]] = {
+    cls: tuple(f.name for f in fields(cls) if f.type in ("Expr", "tuple[Expr, ...]")) for cls in get_args(Expr)
+}
+
+
+def parts_of(expression: Expr) -> tuple[Expr, ...]:
+    """The expressions that an expression is made of."""
+    held = (getattr(expression, name) for name in _PARTS[type(expression)])
+    return tuple(part for value in held for part in (value if isinstance(value, tuple) else (value,)))
+
+
+def with_parts(expression: Expr, change: Callable[[Expr], Expr]) -> Expr:
+    """The same expression of changed parts; itself where it has none."""
+    made: dict[str, Any] = {}
+    for name in _PARTS[type(expression)]:
+        held = getattr(expression, name)
+        made[name] = tuple(change(part) for part in held) if isinstance(held, tuple) else change(held)
+    return replace(expression, **made) if made else expression
 
 
 @dataclass(frozen=True, slots=True)
@@ -243,7 +302,13 @@ class TypedKernel:
 
     @property
     def images(self) -> tuple[str, ...]:
-        return tuple(p.name for p in self.parameters if str(p.type) == "Image")
+        """Names of all images that it may read: parameters, and those in fields and entries of parameters."""
+        return tuple(name for p in self.parameters for name in image_names(p.type, p.name))
+
+    @property
+    def pictures(self) -> tuple[str, ...]:
+        """Its images, and what their smaller levels are called."""
+        return (*self.images, *(name + MIPS for name in self.images))
 
 
 def expressions(*roots: Stmt | Expr) -> Iterator[Expr]:

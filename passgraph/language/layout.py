@@ -13,7 +13,7 @@ from passgraph.arguments import LARGEST_FLOAT, numbers, shown
 from passgraph.errors import InputError
 from passgraph.language.meanings import INT_MAX, INT_MIN
 from passgraph.language.symbols import CONSTANTS, UINT_MAX
-from passgraph.language.types import Array, Matrix, Type, component_count, element_of
+from passgraph.language.types import Matrix, Type, component_count, element_of, innermost, shape_of
 
 if TYPE_CHECKING:
     from passgraph.language.scalar import ScalarProgram
@@ -93,20 +93,37 @@ def _of_array(array: NDArray[Any], type_: Type) -> NDArray[np.float64] | None:
     held = kind in HELD[element]
     if not held and kind not in LOOKED_AT[element]:
         return None
-    wide = _in_order(array, type_)
+    wide = _wide(array, type_)
     return wide if held or (wide is not None and _fits(wide, element)) else None
 
 
-def _in_order(array: NDArray[Any], type_: Type) -> NDArray[np.float64] | None:
-    """The components, flat, as float64; None where their number is another one."""
+def in_order(array: NDArray[Any], type_: Type) -> NDArray[Any] | None:
+    """A host value's numbers in component order, flat; None where their count or the sides of matrices do not fit.
+
+    Host matrices are written as mathematics does, ``m[row][column]``; components are stored by columns.
+    """
     if array.size != component_count(type_):
         return None
-    if array.ndim > 1:
-        if isinstance(type_, Matrix) and array.shape == (type_.size, type_.size):
-            array = array.T
-        elif isinstance(type_, Array) and isinstance(type_.element, Matrix) and array.ndim == 3:
-            array = np.swapaxes(array, 1, 2)
-    return array.ravel().astype(np.float64, copy=False)
+    if array.ndim > 1 and isinstance(matrix := innermost(type_), Matrix) and array.ndim >= len(shape_of(type_)):
+        if array.shape[-2:] == (matrix.rows, matrix.columns):
+            array = np.swapaxes(array, -1, -2)
+        elif matrix.rows != matrix.columns:
+            return None  # by rows or by columns: it cannot be told
+    return array.ravel()
+
+
+def described(type_: Type) -> str:
+    """How many numbers a host value of this type has, for errors; of matrices that are not square, the rows too."""
+    count, matrix = component_count(type_), innermost(type_)
+    if isinstance(matrix, Matrix) and matrix.rows != matrix.columns:
+        return f"{count} numbers; {matrix.rows} rows of {matrix.columns} each"
+    return f"{count} numbers"
+
+
+def _wide(array: NDArray[Any], type_: Type) -> NDArray[np.float64] | None:
+    """:func:`in_order`, as float64."""
+    flat = in_order(array, type_)
+    return None if flat is None else flat.astype(np.float64, copy=False)
 
 
 def _fits(wide: NDArray[np.float64], element: str) -> bool:
@@ -118,9 +135,9 @@ def _fits(wide: NDArray[np.float64], element: str) -> bool:
 
 def _looked_through(value: object, type_: Type, name: str) -> NDArray[np.float64]:
     """`components` of what is unusual or wrong: NaN and infinity are floats, and ints may be bit patterns."""
-    expected = f"be {type_} ({component_count(type_)} numbers)"
+    expected = f"be {type_} ({described(type_)})"
     array = numbers(value, name, expected)
-    wide = _in_order(array, type_)
+    wide = _wide(array, type_)
     if wide is None:
         raise InputError(f"{name} must {expected}, got {shown(value)}")
     element = element_of(type_).name

@@ -12,20 +12,31 @@ from functools import lru_cache
 from pathlib import Path
 
 from passgraph.errors import PassgraphError
+from passgraph.language.border_rules import BORDERS
 from passgraph.language.operations import OPERATIONS
 from passgraph.language.scope import TEXT_NAMES, FunctionSource, Scope
 from passgraph.language.source import Source
 from passgraph.language.types import FLOAT, INT, UINT, Scalar, Type
 
+#: What spans of its functions name as their file.
+LIBRARY = "<passgraph library>"
 _LIBRARY = '''
 def pixel_uv() -> vec2:
     """The centre of this pixel, 0 to 1; (0, 0) is the top left corner of the picture."""
     return (vec2(pixel()) + 0.5) / vec2(output_size())
 
-def sample(image: Image, position: vec2) -> vec4:
-    """Bilinear, with weights computed here in float32, so that every backend filters alike."""
+def nearest(image: Image, position: vec2) -> vec4:
+    """The texel in which a position lies."""
+    return image.texel(ivec2(floor(position * vec2(image.size))))
+
+def between(position: vec2, size: ivec2) -> vec2:
+    """How far a position lies from the middle of the first texel, in texels."""
     # Farther out the next texel's number would not fit into an int; 2**30 lies beyond every picture.
-    p = clamp(position * vec2(image.size) - 0.5, -1073741824.0, 1073741824.0)
+    return clamp(position * vec2(size) - 0.5, -1073741824.0, 1073741824.0)
+
+def linear(image: Image, position: vec2) -> vec4:
+    """Bilinear, with weights computed here in float32, so that every backend filters alike."""
+    p = between(position, image.size)
     base = floor(p)
     f = p - base
     corner = ivec2(base)
@@ -33,19 +44,138 @@ def sample(image: Image, position: vec2) -> vec4:
     bottom = mix(image.texel(corner + ivec2(0, 1)), image.texel(corner + ivec2(1, 1)), f.x)
     return mix(top, bottom, f.y)
 
+def texel(image: Image, position: ivec2) -> vec4:
+    """A texel by its column and row."""
+    return image.texel(position)
+
+def lod(image: Image, position: vec2) -> float:
+    """How often a picture is halved until a texel is as long as what a pixel sees of it, along the longer side."""
+    texels = position * vec2(image.size)
+    return log2(max(length(dfdx(texels)), length(dfdy(texels))))
+
+def sample(image: Image, position: vec2) -> vec4:
+    """By the filter of the handle."""
+    if image.is_nearest:
+        return nearest(image, position)
+    if image.bits > 0:
+        return coarse(image, position)
+    return linear(image, position)
+
+def coarse(image: Image, position: vec2) -> vec4:
+    """As linear, or as a device filters: weights of 8 bits each way; results of 8 bits where the texels have 8."""
+    p = between(position, image.size)
+    corner = ivec2(floor(p))
+    a, b = image.texel(corner), image.texel(corner + ivec2(1, 0))
+    c, d = image.texel(corner + ivec2(0, 1)), image.texel(corner + ivec2(1, 1))
+    low, high = min(min(a, b), min(c, d)), max(max(a, b), max(c, d))
+    # llvmpipe weights channels of 8 bits in 8 bits, twice: two steps.
+    rounding = vec4(0.0078125) if image.bits == 8 else max(abs(low), abs(high)) * 9.5367431640625e-07
+    slack = (high - low) / 128.0 + rounding
+    # What a device makes of places far outside, and of none, nobody says.
+    near = all(abs(p) < vec2(1048576.0))
+    return image._filtered(position, linear(image, position), slack if near else vec4(1.0) / 0.0)
+
+def gather(image: Image, position: vec2, channel: int) -> vec4:
+    """A channel of the four texels that a bilinear sample weights."""
+    corner = ivec2(floor(between(position, image.size)))
+    below, above = image.texel(corner + ivec2(0, 1)), image.texel(corner)
+    beside_below, beside = image.texel(corner + ivec2(1, 1)), image.texel(corner + ivec2(1, 0))
+    return vec4(below[channel], beside_below[channel], beside[channel], above[channel])
+
+def size_of(image: Image, level: int) -> ivec2:
+    """Width and height of a level: halves, rounded down."""
+    return max(image.size >> clamp(level, 0, image.levels - 1), ivec2(1))
+
+def below(image: Image, mips: Image, p: ivec2, level: int) -> vec4:
+    """A texel of a level from 1 on, where :mod:`passgraph.plan.mipmaps` put it."""
+    size = size_of(image, level)
+    at = ivec2(placed(p.x, size.x, image.border), placed(p.y, size.y, image.border))
+    height = image.size.y
+    first = height - (height >> (level - 1)) + level - 1
+    # The picture of levels has the border rule of the image: far outside it is blank too.
+    return mips.texel(ivec2(-1) if image.is_blank and any(at != p) else at + ivec2(0, first))
+
+def texel_of(image: Image, mips: Image, p: ivec2, level: int) -> vec4:
+    """A texel of a level; beyond the last one, of that one."""
+    if image.levels == 1:
+        return image.texel(p)
+    at = min(level, image.levels - 1)
+    if at <= 0:
+        return image.texel(p)
+    return below(image, mips, p, at)
+
+def linear_of(image: Image, mips: Image, position: vec2, level: int) -> vec4:
+    """Bilinear in a level that there is."""
+    if level == 0:
+        return linear(image, position)
+    p = between(position, size_of(image, level))
+    base = floor(p)
+    f = p - base
+    corner = ivec2(base)
+    above = mix(below(image, mips, corner, level), below(image, mips, corner + ivec2(1, 0), level), f.x)
+    under = mix(
+        below(image, mips, corner + ivec2(0, 1), level), below(image, mips, corner + ivec2(1, 1), level), f.x
+    )
+    return mix(above, under, f.y)
+
+def sample_between(image: Image, mips: Image, position: vec2, lod: float) -> vec4:
+    """By the filter of the handle between two levels, or in the nearest one."""
+    if image.levels == 1:
+        return sample(image, position)
+    # Of max() a NaN as the second argument is ignored.
+    at = min(max(0.0, lod), float(image.levels - 1))
+    if image.is_nearest:
+        # Halves go to the larger level, as in OpenGL.
+        level = int(ceil(at - 0.5))
+        return texel_of(image, mips, ivec2(floor(position * vec2(size_of(image, level)))), level)
+    base = floor(at)
+    level = int(base)
+    upper = linear_of(image, mips, position, level)
+    lower = linear_of(image, mips, position, min(level + 1, image.levels - 1))
+    return mix(upper, lower, at - base)
+
+def layered(image: Image, size: ivec2, p: ivec3) -> vec4:
+    """A texel of a volume, whose slices lie below one another."""
+    x, y = placed(p.x, size.x, image.border), placed(p.y, size.y, image.border)
+    z = placed(p.z, image.slices, image.border)
+    at = ivec2(x, y + z * size.y)
+    return image.texel(ivec2(-1) if image.is_blank and any(ivec3(x, y, z) != p) else at)
+
+def sample3(image: Image, position: vec3) -> vec4:
+    """Trilinear in a volume, or the texel of it in which a position lies."""
+    size = image.size // ivec2(1, image.slices)
+    if image.is_nearest:
+        return layered(image, size, ivec3(floor(position * vec3(size, image.slices))))
+    p = clamp(position * vec3(size, image.slices) - 0.5, -1073741824.0, 1073741824.0)
+    base = floor(p)
+    f = p - base
+    a = ivec3(base)
+    result = [vec4(0)] * 2
+    for k in range(2):
+        top = mix(layered(image, size, a + ivec3(0, 0, k)), layered(image, size, a + ivec3(1, 0, k)), f.x)
+        bottom = mix(layered(image, size, a + ivec3(0, 1, k)), layered(image, size, a + ivec3(1, 1, k)), f.x)
+        result[k] = mix(top, bottom, f.y)
+    return mix(result[0], result[1], f.z)
+
 def texel_upward(image: Image, position: ivec2) -> vec4:
     """A texel whose row is counted from the bottom up, as OpenGL does."""
     return image.texel(ivec2(position.x, image.size.y - 1 - position.y))
 
 def sample_upward(image: Image, position: vec2) -> vec4:
     """As sample, with (0, 0) the bottom left corner: texels and their weights are those that OpenGL takes."""
-    p = clamp(position * vec2(image.size) - 0.5, -1073741824.0, 1073741824.0)
+    if image.is_nearest:
+        # Farther out the row counted from the top would not fit into an int.
+        return texel_upward(image, ivec2(floor(clamp(position * vec2(image.size), -1073741824.0, 1073741824.0))))
+    p = between(position, image.size)
     base = floor(p)
     f = p - base
     corner = ivec2(base.x, image.size.y - 1 - int(base.y))
     lower = mix(image.texel(corner), image.texel(corner + ivec2(1, 0)), f.x)
     upper = mix(image.texel(corner - ivec2(0, 1)), image.texel(corner + ivec2(1, -1)), f.x)
     return mix(lower, upper, f.y)
+
+def placed(i: int, size: int, rule: int) -> int:
+    """Where along an axis of ``size`` texels a read of texel ``i`` finds its texel, by the number of a border rule."""
 '''
 
 # Where a name has several functions, each ends in the type of its first argument.
@@ -166,9 +296,15 @@ def functions_of(source: Source, extra: dict[str, object] | None = None) -> dict
     return functions
 
 
+def _rules() -> str:
+    """The body of ``placed``: a return for each rule."""
+    lines = [f"    if rule == {number}:\n        return {row.place}" for number, row in enumerate(BORDERS.values())]
+    return "\n".join([*lines, "    return i\n"])
+
+
 @lru_cache(maxsize=1)
 def _library() -> dict[str, FunctionSource]:
-    return functions_of(Source("<passgraph library>", _LIBRARY + _of_floats() + _PACKING + _OF_ONE_FLOAT))
+    return functions_of(Source(LIBRARY, _LIBRARY + _rules() + _of_floats() + _PACKING + _OF_ONE_FLOAT))
 
 
 @lru_cache(maxsize=1)

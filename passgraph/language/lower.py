@@ -267,6 +267,10 @@ class Lowering:
         self._use(expression.image)
         return [self.emitter.builtin(name, "int") for name in names]
 
+    def _property(self, expression: ir.Property) -> list[s.Operand]:
+        value = self._facts(expression.image).property(expression.name)
+        return [s.Lit("bool" if isinstance(value, bool) else "int", value)]
+
     def _builtin(self, expression: ir.Builtin) -> list[s.Operand]:
         type_ = expression.type
         if expression.name == "output_size" and self.facts.size is not None:
@@ -432,6 +436,14 @@ class Lowering:
             texel = [self.prelude(facts.decode, [c]) if i < min(3, facts.channels) else c for i, c in enumerate(texel)]
         return texel
 
+    def _filtered(self, expression: ir.Filtered) -> list[s.Operand]:
+        facts, name = self._facts(expression.image), self.prefix + expression.image
+        if not facts.by_device or facts.fused is not None:
+            return self.value(expression.value)
+        self._use(expression.image)
+        x, y = self.value(expression.x)[0], self.value(expression.y)[0]
+        return self.emitter.texel(name, x, y, False, facts.border, facts.channels, expression.span, filtered=True)
+
     def _fused(self, fused: Fused, decode: str | None) -> list[s.Operand]:
         """The producer's results for this pixel, stored through its format, padded to four."""
         values = self.shared.fused[fused.prefix][fused.output]
@@ -447,6 +459,7 @@ _VALUES: dict[type[ir.Expr], Callable[[Lowering, Any], list[s.Operand]]] = {
     ir.Uniform: Lowering._uniform, ir.Builtin: Lowering._builtin, ir.Apply: Lowering._apply,
     ir.Select: Lowering._select, ir.Swizzle: Lowering._swizzle, ir.Construct: Lowering._construct,
     ir.Index: Lowering._index, ir.Insert: Lowering._insert, ir.Texel: Lowering._texel, ir.Size: Lowering._size,
+    ir.Property: Lowering._property, ir.Filtered: Lowering._filtered,
 }  # fmt: skip
 
 

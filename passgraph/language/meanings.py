@@ -292,7 +292,7 @@ def bitfield_insert(a: Values, insert: Values, offset: Values, bits: Values) -> 
     start, count = field(offset, bits)
     places = np.arange(32) - start[..., None]
     inside = (places >= 0) & (places < count[..., None])
-    given = np.take_along_axis(np.broadcast_to(bits_of(insert), inside.shape), np.clip(places, 0, 31), axis=-1)
+    given = np.take_along_axis(bits_of(insert), np.clip(places, 0, 31), axis=-1)
     return of_bits(np.where(inside, given, bits_of(a)), a)
 
 

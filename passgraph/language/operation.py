@@ -33,8 +33,8 @@ class Operation(Symbol):
     ----------
     signature : letters of the operands and of the result, such as ``"N N -> B"``: ``N`` a number of any size (int,
         uint or float), ``G`` floats of any size, ``I`` ints or uints, ``S`` ints, ``U`` uints, ``B`` bools, ``V`` a
-        float vector, ``v3`` a vec3, ``M`` a matrix, ``f i b`` scalars.  A letter that occurs twice stands for one type,
-        except that a scalar may stand beside vectors and is then spread
+        float vector, ``v3`` a vec3, ``M`` a matrix, ``Q`` a square one, ``f i b`` scalars.  A letter that occurs twice
+        stands for one type, except that a scalar may stand beside vectors and is then spread
     doc : what it gives, in the words of docs/kernels.md
     reference : its meaning on float64, int64, uint32 or bool arrays, a batch on the first axis and components behind it
     kind : *primitive* rows are spelled by every backend; *prelude* rows are the scalar function of their name in

@@ -12,6 +12,7 @@ from dataclasses import replace
 
 from passgraph.errors import KernelError
 from passgraph.language import ir
+from passgraph.language.composites import array_part
 from passgraph.language.frame import KEPT, Builder, Frame
 from passgraph.language.scope import FunctionSource, ModuleName, Scope
 from passgraph.language.signature import VERTEX, read_signature
@@ -29,6 +30,7 @@ from passgraph.language.types import (
     Type,
     Vector,
     element_of,
+    image_names,
 )
 from passgraph.language.values import ImageValue, Part, StructValue
 from passgraph.language.variables import Variable
@@ -93,8 +95,7 @@ def _parse(function: FunctionSource, stage: ir.Stage, builder: Builder) -> ir.Ty
     frame.run()
     keep = builder.keep_or_clear(frame.result, span)
     results = tuple(_results(frame.result))
-    body = tuple(builder.blocks[0])
-    return ir.TypedKernel(function.name, stage, signature.parameters, body, results, keep, span)
+    return ir.TypedKernel(function.name, stage, signature.parameters, builder.body(), results, keep, span)
 
 
 def _parameter_part(parameter: ir.Parameter, stage: ir.Stage) -> Part:
@@ -122,8 +123,16 @@ def parameter_value(type_: Type, name: str, const: bool, span: Span) -> Part:
         return ImageValue(name)
     if isinstance(type_, Struct):
         return StructValue(type_, {n: parameter_value(t, f"{name}.{n}", const, span) for n, t in type_.fields})
-    assert isinstance(type_, (Scalar, Vector, Matrix, Array))
+    if isinstance(type_, Array):
+        return array_part(type_, lambda path, flat: _uniforms(flat, path, const, span), name)
+    assert isinstance(type_, (Scalar, Vector, Matrix))
     return ir.Uniform(type_, name, const, span)
+
+
+def _uniforms(flat: Array, name: str, const: bool, span: Span) -> ir.Uniform | tuple[ImageValue, ...]:
+    if isinstance(flat.element, ImageType):
+        return tuple(map(ImageValue, image_names(flat, name)))
+    return ir.Uniform(flat, name, const, span)
 
 
 def _results(variable: Variable, name: str = "") -> Iterable[ir.Result]:

@@ -95,3 +95,6 @@ _row("to_int", "N -> S", "as int, toward zero; saturates, NaN gives 0", _of.to_i
      (-1e20, _LEAST), (_NAN, 0), (_INF, _MOST), (True, 1), written=("int(a)", "ivec2(a)", "ivec3(a)", "ivec4(a)"),
      on=("float", "bool"), unsigned="int_from_uint")
 # fmt: on
+
+#: What kernels call by these names; stubs for type checkers are written by docs/stubs.py.
+__all__ = [name for name in vars() if "a" <= name[0] <= "z" and name != "annotations"]

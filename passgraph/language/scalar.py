@@ -109,6 +109,8 @@ class LoadTexel:
     y: Operand
     relative: bool
     border: str
+    #: The place is two floats from 0 to 1, and the device weights four texels by itself.
+    filtered: bool = False
     span: Span = field(default=NOWHERE, compare=False, repr=False)
 
 

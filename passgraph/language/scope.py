@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from passgraph.arguments import numbers, shown
 from passgraph.errors import InputError
 from passgraph.language import ir, symbols
-from passgraph.language.foreign import mending, own_spelling
+from passgraph.language.layout import described, in_order
 from passgraph.language.meanings import INT_MAX, INT_MIN, int_of_bits
 from passgraph.language.operations import BUILTINS as OPERATIONS_OF_PYTHON
 from passgraph.language.operations import FUNCTIONS
@@ -37,8 +37,8 @@ from passgraph.language.types import (
     Struct,
     Type,
     Vector,
-    component_count,
     element_of,
+    flat_type,
 )
 
 #: Longest table that a kernel may capture: as long as the longest array that it may declare.
@@ -115,6 +115,8 @@ class Scope:
         try:
             return self.names(name)
         except KeyError:
+            from passgraph.language.foreign import mending  # what errors say is loaded with the first
+
             ours = name in TEXT_NAMES and name != "pi"
             mend = f"; import it: from passgraph import {name}" if ours else mending(name, self.listed())
             sees = (
@@ -229,6 +231,8 @@ def classified(value: object, path: str, scope: Scope, span: Span) -> Any:
     try:
         frozen = freeze(value)
     except TypeError:
+        from passgraph.language.foreign import own_spelling
+
         mend = own_spelling(path.rpartition(".")[2]) if _is_foreign(value) else ""
         takes = "; they take numbers, tuples and arrays of numbers, @pg.struct classes and @pg.function functions"
         fail(span, f"{path} is {_described(value)}, which kernels cannot use{mend or takes}")
@@ -319,30 +323,23 @@ def typed_constant(value: object, type_: Type, path: str, span: Span) -> ir.Expr
     if isinstance(type_, Scalar):
         return ir.Literal(element, flat[0], span)
     if isinstance(type_, Array):
-        return ir.Table(type_, tuple(flat), span)
+        return ir.Table(flat_type(type_), tuple(flat), span)
     return ir.Construct(type_, tuple(ir.Literal(element, v, span) for v in flat), span)
 
 
 def host_numbers(value: object, type_: Type, path: str, span: Span) -> list[ir.Number]:
-    """Flatten a host value in component order, or fail naming ``path``; mat4 takes (4, 4) arrays row by row.
-
-    Host matrices are written as mathematics does, ``m[row][column]``; components are stored by columns.
-    """
+    """A host value's numbers in component order (:func:`~.layout.in_order`), or fail naming ``path``."""
     array = as_array(value)
-    count = component_count(type_)
-    if isinstance(type_, Matrix) and array.shape == (type_.size, type_.size):
-        array = array.T
-    if isinstance(type_, Array) and isinstance(type_.element, Matrix) and array.ndim == 3:
-        array = np.swapaxes(array, 1, 2)
+    flat = in_order(array, type_)
     element = element_of(type_)
-    if array.size != count or array.dtype.kind not in "biuf":
-        fail(span, f"{path} must be {type_} ({count} numbers), got {shown(value)}")
+    if flat is None or array.dtype.kind not in "biuf":
+        fail(span, f"{path} must be {type_} ({described(type_)}), got {shown(value)}")
     if element is not FLOAT and array.dtype.kind == "f":
         fail(span, f"{path} must be {type_}, got floats; convert them first")
     if element is UINT:
-        return [_uint(int(v), path, span) for v in array.ravel().tolist()]
+        return [_uint(int(v), path, span) for v in flat.tolist()]
     convert: Callable[[Any], ir.Number] = {"bool": bool, "int": int, "float": float}[element.name]
-    return [number(convert(v), span).value for v in array.ravel().tolist()]
+    return [number(convert(v), span).value for v in flat.tolist()]
 
 
 def _uint(value: int, path: str, span: Span) -> int:

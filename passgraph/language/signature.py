@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import Any
 
 from passgraph.language import ir, symbols
-from passgraph.language.foreign import mending
 from passgraph.language.scope import FunctionSource, ModuleName, Scope, meaning_of, number, typed_constant, written
 from passgraph.language.source import Source, Span, fail
 from passgraph.language.types import (
@@ -21,6 +20,11 @@ from passgraph.language.types import (
     Type,
     Vector,
     component_count,
+    image_count,
+    image_names,
+    innermost,
+    longest,
+    plain_parts,
 )
 
 #: What a mesh can hand to a vertex kernel, with the value where the mesh has none.
@@ -36,6 +40,8 @@ VERTEX = Struct("Vertex", tuple((name, type_) for name, (type_, _) in VERTEX_FIE
 
 #: Longest array that a kernel may declare; 4,096 floats fill the smallest uniform block that GL 3.3 promises.
 MAX_ARRAY_LENGTH = 1024
+#: Images of a kernel, those of structs and arrays counted; devices read fewer in one pass.
+MAX_IMAGES = 128
 #: Most fields of a struct, those of structs within it counted.
 MAX_STRUCT_FIELDS = 256
 #: Structs within structs.
@@ -57,6 +63,8 @@ def resolve(node: ast.expr, scope: Scope, source: Source) -> object:
         base = resolve(node.value, scope, source)
         if isinstance(base, ModuleName):
             if not hasattr(base.module, node.attr):
+                from passgraph.language.foreign import mending
+
                 mend = mending(node.attr, (name for name in vars(base.module) if not name.startswith("_")))
                 fail(span, f"module {base.module.__name__} has no {node.attr!r}{mend}")
             return meaning_of(getattr(base.module, node.attr), f"{base.path}.{node.attr}", scope, span)
@@ -84,7 +92,7 @@ def annotation_type(node: ast.expr, scope: Scope, source: Source) -> tuple[Type,
         if generic is tuple:
             members = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
             types = tuple(annotation_type(m, scope, source)[0] for m in members)
-            if any(isinstance(t, ImageType) for t in types):
+            if any(image_names(t, "") for t in types):
                 fail(span, "a tuple cannot hold an Image")
             return TupleType(types), False
         fail(span, "only Const[T], Array[T, n] and tuple[...] take brackets")
@@ -107,8 +115,8 @@ def _array_type(node: ast.Subscript, scope: Scope, source: Source) -> Array:
     if not (isinstance(node.slice, ast.Tuple) and len(node.slice.elts) == 2):
         fail(span, "an array is written Array[element, length], for example Array[float, 15]")
     element, _ = annotation_type(node.slice.elts[0], scope, source)
-    if not isinstance(element, (Scalar, Vector, Matrix)):
-        fail(span, f"array elements are scalars, vectors or matrices, got {element}")
+    if isinstance(element, TupleType):
+        fail(span, "an array cannot hold tuples; use a @pg.struct")
     length_node = node.slice.elts[1]
     if isinstance(length_node, ast.Constant):
         length: object = length_node.value
@@ -120,7 +128,10 @@ def _array_type(node: ast.Subscript, scope: Scope, source: Source) -> Array:
             span,
             f"array length must be a whole number from 1 to {MAX_ARRAY_LENGTH}, got {ast.unparse(length_node)}",
         )
-    return Array(element, length)
+    made = Array(element, length)
+    if longest(made) > MAX_ARRAY_LENGTH:
+        fail(span, f"{made} has {longest(made)} elements, those of arrays in it counted; at most {MAX_ARRAY_LENGTH}")
+    return made
 
 
 def read_signature(function: FunctionSource) -> Signature:
@@ -138,12 +149,20 @@ def read_signature(function: FunctionSource) -> Signature:
     pairs = list(zip(positional, defaults, strict=True))
     pairs += list(zip(arguments.kwonlyargs, arguments.kw_defaults, strict=True))
     parameters = tuple(_parameter(argument, default, function) for argument, default in pairs)
+    check_images(function.name, parameters, source.span(node))
     if node.returns is None:
         fail(source.span(node), f"{function.name} needs a return type, for example -> vec4")
     result, const = annotation_type(node.returns, scope, source)
-    if const or isinstance(result, ImageType):
+    if const or image_names(result, ""):
         fail(source.span(node.returns), f"{function.name} cannot return {'Const' if const else 'an Image'}")
     return Signature(parameters, result)
+
+
+def check_images(name: str, parameters: tuple[ir.Parameter, ...], span: Span) -> None:
+    """Refuse more images than a kernel may read."""
+    count = sum(image_count(parameter.type) for parameter in parameters)
+    if count > MAX_IMAGES:
+        fail(span, f"{name} takes {count} images, those in structs and arrays too; at most {MAX_IMAGES}")
 
 
 def _parameter(argument: ast.arg, default: ast.expr | None, function: FunctionSource) -> ir.Parameter:
@@ -165,7 +184,7 @@ def _parameter(argument: ast.arg, default: ast.expr | None, function: FunctionSo
 def default_value(node: ast.expr, type_: Type, name: str, source: Source, scope: Scope) -> object:
     """A default as plain data: numbers and tuples of them."""
     span = source.span(node)
-    if isinstance(type_, (ImageType, Struct)):
+    if not isinstance(innermost(type_), (Scalar, Vector, Matrix)):
         fail(span, f"parameter {name!r} of type {type_} cannot have a default")
     value = literal_value(node, source, scope)
     typed_constant(value, type_, f"default of {name}", span)
@@ -248,10 +267,11 @@ def _construct(maker: Scalar | Vector | Matrix, parts: list[object], span: Span)
 
 
 def _leaf_count(type_: Type) -> int:
-    return sum(_leaf_count(t) for _, t in type_.fields) if isinstance(type_, Struct) else 1
+    return len(plain_parts(type_))
 
 
 def _depth(type_: Type) -> int:
+    type_ = innermost(type_)
     return 1 + max(_depth(t) for _, t in type_.fields) if isinstance(type_, Struct) else 0
 
 
@@ -270,7 +290,7 @@ def read_struct(node: ast.ClassDef, source: Source, scope: Scope) -> Struct:
         if not (isinstance(statement, ast.AnnAssign) and isinstance(statement.target, ast.Name)):
             fail(span, f"struct {node.name} holds typed fields only, for example: normal: vec3")
         type_, const = annotation_type(statement.annotation, scope, source)
-        if const or isinstance(type_, (ImageType, TupleType)):
+        if const or isinstance(type_, TupleType):
             fail(span, f"a struct field cannot be {'Const' if const else type_}")
         if statement.target.id in dict(fields):
             fail(span, f"struct {node.name} has two fields {statement.target.id!r}")

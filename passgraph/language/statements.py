@@ -7,7 +7,7 @@ moves into the other branch, and a return inside a loop leaves the loop and sets
 from __future__ import annotations
 
 import ast
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
 from passgraph.language import ir, symbols
@@ -19,7 +19,7 @@ from passgraph.language.typing_rules import widen
 from passgraph.language.variables import Variable
 
 if TYPE_CHECKING:
-    from passgraph.language.frame import Frame
+    from passgraph.language.frame import Builder, Frame
 
 _REFUSED: dict[type[ast.stmt], str] = {
     ast.FunctionDef: "functions inside functions; mark one outside with @pg.function",
@@ -32,6 +32,33 @@ _REFUSED: dict[type[ast.stmt], str] = {
 _SHOWN_CONDITION = 60
 #: Blocks within blocks once functions are inlined; drivers' compilers go through them by recursion.
 MAX_BLOCKS = 100
+
+
+class Exit:
+    """Whether a function body has been left, in a variable."""
+
+    def __init__(self, builder: Builder, function: str) -> None:
+        self.builder, self.name = builder, builder.fresh(f"{function}.returned")
+
+    def open(self, span: Span) -> None:
+        """At the beginning of the body."""
+        self.builder.emit(ir.Assign(self.name, ir.Literal(BOOL, False, span), span))
+
+    def leave(self, span: Span, *, in_loop: bool) -> None:
+        """A return, and the end of the trip that it is in."""
+        self.builder.emit(ir.Assign(self.name, ir.Literal(BOOL, True, span), span))
+        if in_loop:
+            self.builder.emit(ir.Break(span))
+
+    def leave_loop_around(self, span: Span) -> None:
+        """Behind a loop inside another: a return has left it, and leaves the one around too."""
+        self.builder.emit(ir.If(ir.Local(BOOL, self.name, span), (ir.Break(span),), (), span))
+
+    def unless_left(self, emit: Callable[[], None], span: Span) -> None:
+        """What follows, where nothing has returned yet."""
+        block = self.builder.captured(emit, span)
+        still_here = ir.Apply(BOOL, "logical_not", (ir.Local(BOOL, self.name, span),), span)
+        self.builder.emit(ir.If(still_here, block, (), span))
 
 
 class Statements:
@@ -109,18 +136,16 @@ class Statements:
         """What follows from ``position`` on, under the condition that nothing has returned yet."""
         frame, span = self.frame, self.span(node)
         self._here = span
-        returned = ir.Local(BOOL, frame.returned, span)
         if self.loops:
             # Inside a loop a return has left it: an inner loop hands that on to the one around.
             if isinstance(node, ast.For):
-                frame.emit(ir.If(returned, (ir.Break(span),), (), span))
+                frame.exit.leave_loop_around(span)
             return None
         if position == len(pending):
             return False
-        body, done = self._captured(pending[position:])
-        still_here = ir.Apply(BOOL, "logical_not", (returned,), span)
-        frame.emit(ir.If(still_here, body, (), span))
-        return done
+        done: list[bool] = []
+        frame.exit.unless_left(lambda: done.append(self.block(pending[position:])), span)
+        return done[0]
 
     def _match(self, node: ast.Match) -> list[ast.stmt]:
         """The branches that a match stands for; its subject is computed once."""
@@ -186,12 +211,7 @@ class Statements:
             fail(span, f"{frame.function.name} must return {frame.result_type}")
         part = frame.expressions.part(node.value)
         frame.store(frame.result, part, span, f"the result of {frame.function.name}")
-        self._leave(span)
-
-    def _leave(self, span: Span) -> None:
-        self.frame.emit(ir.Assign(self.frame.returned, ir.Literal(BOOL, True, span), span))
-        if self.loops:
-            self.frame.emit(ir.Break(span))
+        frame.exit.leave(span, in_loop=bool(self.loops))
 
     def _is_discard(self, node: ast.stmt) -> bool:
         if not (isinstance(node, ast.Expr) and isinstance(node.value, ast.Call)):
@@ -210,7 +230,7 @@ class Statements:
         if frame.stage not in ("pixel", "fragment"):
             fail(span, f"discard() exists in pixel and fragment kernels, not in a {frame.stage} kernel")
         frame.builder.discard(span)
-        self._leave(span)
+        frame.exit.leave(span, in_loop=bool(self.loops))
 
     def _always_returns(self, nodes: list[ast.stmt]) -> bool:
         """Whether a block ends in a return on every path, read off its shape."""

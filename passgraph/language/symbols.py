@@ -7,10 +7,9 @@ that a kernel may capture.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, Generic, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Generic, Self, TypeVar
 
 from passgraph.errors import PassgraphError
 
@@ -51,7 +50,7 @@ class _Constant(tuple[Any, ...]):
 
     size = 0
 
-    def __new__(cls, *arguments: Any) -> Any:
+    def __new__(cls, *arguments: Any) -> Self:
         numbers: list[Any] = []
         for argument in arguments:
             numbers.extend(argument if isinstance(argument, Iterable) else [argument])
@@ -69,15 +68,28 @@ class _Constant(tuple[Any, ...]):
 
         def __getattr__(self, name: str) -> Any: ...
         def __setattr__(self, name: str, value: Any) -> None: ...
-        def __add__(self, other: Any) -> Any: ...
-        def __radd__(self, other: Any) -> Any: ...
-        def __sub__(self, other: Any) -> Any: ...
-        def __rsub__(self, other: Any) -> Any: ...
-        def __mul__(self, other: Any) -> Any: ...
-        def __rmul__(self, other: Any) -> Any: ...
-        def __truediv__(self, other: Any) -> Any: ...
-        def __rtruediv__(self, other: Any) -> Any: ...
-        def __neg__(self) -> Any: ...
+        def __add__(self, other: Any) -> Self: ...
+        def __radd__(self, other: Any) -> Self: ...
+        def __sub__(self, other: Any) -> Self: ...
+        def __rsub__(self, other: Any) -> Self: ...
+        def __mul__(self, other: Any) -> Self: ...
+        def __rmul__(self, other: Any) -> Self: ...
+        def __truediv__(self, other: Any) -> Self: ...
+        def __rtruediv__(self, other: Any) -> Self: ...
+        def __neg__(self) -> Self: ...
+        def __floordiv__(self, other: Any) -> Self: ...
+        def __mod__(self, other: Any) -> Self: ...
+        def __pow__(self, other: Any) -> Self: ...
+        def __and__(self, other: Any) -> Self: ...
+        def __or__(self, other: Any) -> Self: ...
+        def __xor__(self, other: Any) -> Self: ...
+        def __lshift__(self, other: Any) -> Self: ...
+        def __rshift__(self, other: Any) -> Self: ...
+        def __invert__(self) -> Self: ...
+        def __lt__(self, other: Any) -> Any: ...
+        def __le__(self, other: Any) -> Any: ...
+        def __gt__(self, other: Any) -> Any: ...
+        def __ge__(self, other: Any) -> Any: ...
         def __getitem__(self, index: Any) -> Any: ...
         def __setitem__(self, index: Any, value: Any) -> None: ...
 
@@ -85,92 +97,272 @@ class _Constant(tuple[Any, ...]):
 class vec2(_Constant):
     size = 2
 
+    if TYPE_CHECKING:
+        x: float
+        y: float
+        r: float
+        g: float
+        xy: vec2
+        rg: vec2
+
 
 class vec3(_Constant):
     size = 3
+
+    if TYPE_CHECKING:
+        x: float
+        y: float
+        z: float
+        r: float
+        g: float
+        b: float
+        xy: vec2
+        xyz: vec3
+        rg: vec2
+        rgb: vec3
 
 
 class vec4(_Constant):
     size = 4
 
+    if TYPE_CHECKING:
+        x: float
+        y: float
+        z: float
+        w: float
+        r: float
+        g: float
+        b: float
+        a: float
+        xy: vec2
+        xyz: vec3
+        xyzw: vec4
+        rg: vec2
+        rgb: vec3
+        rgba: vec4
+
 
 class ivec2(_Constant):
     size = 2
+
+    if TYPE_CHECKING:
+        x: int
+        y: int
+        r: int
+        g: int
+        xy: ivec2
+        rg: ivec2
 
 
 class ivec3(_Constant):
     size = 3
 
+    if TYPE_CHECKING:
+        x: int
+        y: int
+        z: int
+        r: int
+        g: int
+        b: int
+        xy: ivec2
+        xyz: ivec3
+        rg: ivec2
+        rgb: ivec3
+
 
 class ivec4(_Constant):
     size = 4
+
+    if TYPE_CHECKING:
+        x: int
+        y: int
+        z: int
+        w: int
+        r: int
+        g: int
+        b: int
+        a: int
+        xy: ivec2
+        xyz: ivec3
+        xyzw: ivec4
+        rg: ivec2
+        rgb: ivec3
+        rgba: ivec4
 
 
 class uvec2(_Constant):
     size = 2
 
+    if TYPE_CHECKING:
+        x: int
+        y: int
+        r: int
+        g: int
+        xy: uvec2
+        rg: uvec2
+
 
 class uvec3(_Constant):
     size = 3
+
+    if TYPE_CHECKING:
+        x: int
+        y: int
+        z: int
+        r: int
+        g: int
+        b: int
+        xy: uvec2
+        xyz: uvec3
+        rg: uvec2
+        rgb: uvec3
 
 
 class uvec4(_Constant):
     size = 4
 
+    if TYPE_CHECKING:
+        x: int
+        y: int
+        z: int
+        w: int
+        r: int
+        g: int
+        b: int
+        a: int
+        xy: uvec2
+        xyz: uvec3
+        xyzw: uvec4
+        rg: uvec2
+        rgb: uvec3
+        rgba: uvec4
+
 
 class bvec2(_Constant):
     size = 2
+
+    if TYPE_CHECKING:
+        x: bool
+        y: bool
+        r: bool
+        g: bool
+        xy: bvec2
+        rg: bvec2
 
 
 class bvec3(_Constant):
     size = 3
 
+    if TYPE_CHECKING:
+        x: bool
+        y: bool
+        z: bool
+        r: bool
+        g: bool
+        b: bool
+        xy: bvec2
+        xyz: bvec3
+        rg: bvec2
+        rgb: bvec3
+
 
 class bvec4(_Constant):
     size = 4
 
+    if TYPE_CHECKING:
+        x: bool
+        y: bool
+        z: bool
+        w: bool
+        r: bool
+        g: bool
+        b: bool
+        a: bool
+        xy: bvec2
+        xyz: bvec3
+        xyzw: bvec4
+        rg: bvec2
+        rgb: bvec3
+        rgba: bvec4
+
 
 class _MatrixConstant(_Constant):
+    rows = 0
+
+    if TYPE_CHECKING:
+
+        def __mul__(self, other: Any) -> Any: ...
+
     @classmethod
     def _filled(cls, number: Any) -> list[Any]:
         """One number on the diagonal, as in GLSL."""
-        side = math.isqrt(cls.size)
-        return [number if i % (side + 1) == 0 else number * 0 for i in range(cls.size)]
+        return [number if i // cls.rows == i % cls.rows else number * 0 for i in range(cls.size)]
 
 
 class mat2(_MatrixConstant):
-    size = 4
+    size, rows = 4, 2
+
+
+class mat2x3(_MatrixConstant):
+    size, rows = 6, 3
+
+
+class mat2x4(_MatrixConstant):
+    size, rows = 8, 4
+
+
+class mat3x2(_MatrixConstant):
+    size, rows = 6, 2
 
 
 class mat3(_MatrixConstant):
-    size = 9
+    size, rows = 9, 3
+
+
+class mat3x4(_MatrixConstant):
+    size, rows = 12, 4
+
+
+class mat4x2(_MatrixConstant):
+    size, rows = 8, 2
+
+
+class mat4x3(_MatrixConstant):
+    size, rows = 12, 3
 
 
 class mat4(_MatrixConstant):
-    size = 16
+    size, rows = 16, 4
 
 
 class Image:
-    """A picture: ``image[dx, dy]``, ``image.texel(p)``, ``image.sample(uv)`` and ``image.size``."""
+    """A picture: ``image[dx, dy]``, ``image.texel(p)``, ``image.sample(uv)``, ``image.size``, and more."""
 
     if TYPE_CHECKING:
-        size: Any
+        size: ivec2
+        levels: int
+        slices: int
 
-        def __getitem__(self, offset: tuple[Any, Any]) -> Any: ...
-        def texel(self, position: Any) -> Any: ...
-        def sample(self, uv: Any) -> Any: ...
+        def __getitem__(self, offset: tuple[Any, Any]) -> vec4: ...
+        def texel(self, position: Any, level: Any = ...) -> vec4: ...
+        def sample(self, uv: Any, lod: Any = ...) -> vec4: ...
+        def nearest(self, uv: Any) -> vec4: ...
+        def gather(self, uv: Any, channel: Any) -> vec4: ...
+        def sample3(self, position: Any) -> vec4: ...
+        def size_of(self, level: Any) -> ivec2: ...
+        def lod(self, uv: Any) -> float: ...
 
 
 class Vertex:
     """One vertex of a mesh, as a vertex kernel sees it (object space; see :data:`VERTEX_FIELDS`)."""
 
     if TYPE_CHECKING:
-        position: Any
-        normal: Any
-        uv: Any
-        color: Any
-        tangent: Any
-        instance: Any
+        position: vec3
+        normal: vec3
+        uv: vec2
+        color: vec4
+        tangent: vec4
+        instance: int
 
 
 if TYPE_CHECKING:
@@ -195,6 +387,7 @@ TYPE_MARKERS: dict[object, str] = {
     uvec2: "uvec2", uvec3: "uvec3", uvec4: "uvec4",
     bvec2: "bvec2", bvec3: "bvec3", bvec4: "bvec4",
     mat2: "mat2", mat3: "mat3", mat4: "mat4",
+    mat2x3: "mat2x3", mat2x4: "mat2x4", mat3x2: "mat3x2", mat3x4: "mat3x4", mat4x2: "mat4x2", mat4x3: "mat4x3",
     Image: "Image",
 }  # fmt: skip
 
@@ -206,7 +399,9 @@ CONSTANTS = tuple(kind for kind in TYPE_MARKERS if isinstance(kind, type) and is
 pixel, uv, output_size = Symbol("pixel"), Symbol("uv"), Symbol("output_size")
 front_facing, fragment_depth = Symbol("front_facing"), Symbol("fragment_depth")
 select, discard = Symbol("select"), Symbol("discard")
-_STAGE = (pixel, uv, output_size, front_facing, fragment_depth, select, discard)
+dfdx, dfdy, fwidth = Symbol("dfdx"), Symbol("dfdy"), Symbol("fwidth")
+dFdx, dFdy = dfdx, dfdy  # as GLSL spells them
+_STAGE = (pixel, uv, output_size, front_facing, fragment_depth, select, discard, dfdx, dfdy, fwidth)
 
 modf, frexp = Symbol("modf"), Symbol("frexp")
 pack_unorm4x8, unpack_unorm4x8 = Symbol("pack_unorm4x8"), Symbol("unpack_unorm4x8")
@@ -221,12 +416,13 @@ WRITTEN = (
 )  # fmt: skip
 
 #: Functions that are no operations.
-FUNCTIONS = {symbol.name: symbol for symbol in (*_STAGE, *WRITTEN)}
+FUNCTIONS = {**{symbol.name: symbol for symbol in (*_STAGE, *WRITTEN)}, "dFdx": dFdx, "dFdy": dFdy}
 
 __all__ = [
-    "Array", "Const", "Image", "Vertex", "bvec2", "bvec3", "bvec4", "discard", "fragment_depth", "frexp",
-    "front_facing", "ivec2", "ivec3", "ivec4", "mat2", "mat3", "mat4", "modf", "output_size", "pack_half2x16",
-    "pack_snorm2x16", "pack_snorm4x8", "pack_unorm2x16", "pack_unorm4x8", "pixel", "select", "uint", "unpack_half2x16",
+    "Array", "Const", "Image", "Vertex", "bvec2", "bvec3", "bvec4", "dFdx", "dFdy", "dfdx", "dfdy", "discard",
+    "fragment_depth", "frexp", "front_facing", "fwidth", "ivec2", "ivec3", "ivec4", "mat2", "mat2x3", "mat2x4", "mat3",
+    "mat3x2", "mat3x4", "mat4", "mat4x2", "mat4x3", "modf", "output_size", "pack_half2x16", "pack_snorm2x16",
+    "pack_snorm4x8", "pack_unorm2x16", "pack_unorm4x8", "pixel", "select", "uint", "unpack_half2x16",
     "unpack_snorm2x16", "unpack_snorm4x8", "unpack_unorm2x16", "unpack_unorm4x8", "uv", "uvec2", "uvec3", "uvec4",
     "vec2", "vec3", "vec4",
 ]  # fmt: skip

@@ -1,8 +1,8 @@
 """The types of the kernel language, as plain data.
 
 Scalars are ``bool``, ``int`` (32 bits, two's complement), ``uint`` (32 bits, from 0) and ``float`` (IEEE 754 binary32);
-vectors, square matrices and fixed-size arrays are built from them.  Structs exist only in source:
-the parser takes them apart into their fields, so nothing behind it knows them.
+vectors, matrices and fixed-size arrays are built from them.  Structs, and arrays of anything but plain values,
+exist only in source: the parser takes them apart (:func:`plain_parts`), so nothing behind it knows them.
 """
 
 from __future__ import annotations
@@ -34,19 +34,25 @@ class Vector:
 
 @dataclass(frozen=True, slots=True)
 class Matrix:
-    """Square, of floats, made of columns as in GLSL: ``m[i]`` is column i, ``m * v`` transforms v."""
+    """Of floats, made of columns as in GLSL: ``m[i]`` is column i, ``m * v`` transforms v."""
 
-    size: int
+    columns: int
+    rows: int
 
     def __str__(self) -> str:
-        return f"mat{self.size}"
+        return f"mat{self.columns}" if self.columns == self.rows else f"mat{self.columns}x{self.rows}"
+
+    @property
+    def column(self) -> Vector:
+        """The type of one column."""
+        return Vector(FLOAT, self.rows)
 
 
 @dataclass(frozen=True, slots=True)
 class Array:
     """A fixed number of values of one type."""
 
-    element: Scalar | Vector | Matrix
+    element: Value | Array | Struct | ImageType
     length: int
 
     def __str__(self) -> str:
@@ -101,7 +107,7 @@ NAMED: dict[str, Type] = {
     "ivec2": IVEC2, "ivec3": IVEC3, "ivec4": IVEC4,
     "uvec2": Vector(UINT, 2), "uvec3": Vector(UINT, 3), "uvec4": Vector(UINT, 4),
     "bvec2": Vector(BOOL, 2), "bvec3": Vector(BOOL, 3), "bvec4": Vector(BOOL, 4),
-    "mat2": Matrix(2), "mat3": Matrix(3), "mat4": Matrix(4),
+    **{str(matrix): matrix for matrix in (Matrix(c, r) for c in (2, 3, 4) for r in (2, 3, 4))},
     "Image": IMAGE,
 }  # fmt: skip
 
@@ -119,6 +125,69 @@ def element_of(type_: Type) -> Scalar:
     raise TypeError(f"{type_} has no element type")
 
 
+def innermost(type_: Type) -> Type:
+    """What an array holds at last; any other type itself."""
+    return innermost(type_.element) if isinstance(type_, Array) else type_
+
+
+def flat_type(array: Array) -> Array:
+    """Arrays in arrays as one: Array[Array[T, 3], 2] holds six T, those of its first array first."""
+    if not isinstance(array.element, Array):
+        return array
+    inner = flat_type(array.element)
+    return Array(inner.element, array.length * inner.length)
+
+
+def is_plain(type_: Type) -> bool:
+    """Whether what comes behind the parser knows the type: a scalar, vector or matrix, or an array of such."""
+    entry = type_.element if isinstance(type_, Array) else type_
+    return isinstance(entry, (Scalar, Vector, Matrix))
+
+
+def plain_parts(type_: Type, name: str = "") -> list[tuple[str, Type]]:
+    """What a value is taken apart into: plain values and images, and arrays of such, by dotted names.
+
+    An array of structs is one array for each field.
+
+    >>> [(name, str(part)) for name, part in plain_parts(Array(Struct("S", (("a", FLOAT), ("b", VEC2))), 3), "s")]
+    [('s.a', 'Array[float, 3]'), ('s.b', 'Array[vec2, 3]')]
+    """
+    if isinstance(type_, TupleType):
+        return [part for i, inner in enumerate(type_.members) for part in plain_parts(inner, f"{name}.{i}")]
+    if isinstance(type_, Struct):
+        return [part for field_name, inner in type_.fields for part in plain_parts(inner, f"{name}.{field_name}")]
+    if not isinstance(type_, Array):
+        return [(name, type_)]
+    flat = flat_type(type_)
+    if not isinstance(flat.element, Struct):
+        return [(name, flat)]
+    return [(path, flat_type(Array(part, flat.length))) for path, part in plain_parts(flat.element, name)]  # type: ignore[arg-type]
+
+
+def image_names(type_: Type, name: str) -> list[str]:
+    """The images of a parameter: itself, or those in its fields and entries, such as ``maps.2`` and ``light.map``."""
+    found: list[str] = []
+    for path, part in plain_parts(type_, name):
+        if isinstance(part, ImageType):
+            found.append(path)
+        elif isinstance(part, Array) and isinstance(part.element, ImageType):
+            found += [f"{path}.{k}" for k in range(part.length)]
+    return found
+
+
+def image_count(type_: Type) -> int:
+    """How many names :func:`image_names` gives."""
+    parts = (part for _, part in plain_parts(type_) if isinstance(innermost(part), ImageType))
+    return sum(part.length if isinstance(part, Array) else 1 for part in parts)
+
+
+def longest(type_: Type) -> int:
+    """Entries of the longest array in a type, arrays in arrays taken together."""
+    if isinstance(type_, Struct):
+        return max((longest(inner) for _, inner in type_.fields), default=1)
+    return type_.length * longest(type_.element) if isinstance(type_, Array) else 1
+
+
 def held_as(type_: Type) -> str:
     """The scalar that holds its components in a program: a uint is the int with the same bits."""
     element = element_of(type_)
@@ -132,7 +201,7 @@ def component_count(type_: Type) -> int:
     if isinstance(type_, Vector):
         return type_.size
     if isinstance(type_, Matrix):
-        return type_.size * type_.size
+        return type_.columns * type_.rows
     if isinstance(type_, Array):
         return type_.length * component_count(type_.element)
     raise TypeError(f"{type_} has no components")
@@ -145,7 +214,7 @@ def shape_of(type_: Type) -> tuple[int, ...]:
     if isinstance(type_, Vector):
         return (type_.size,)
     if isinstance(type_, Matrix):
-        return (type_.size, type_.size)
+        return (type_.columns, type_.rows)
     if isinstance(type_, Array):
         return (type_.length, *shape_of(type_.element))
     raise TypeError(f"{type_} has no shape")

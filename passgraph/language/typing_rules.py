@@ -111,7 +111,7 @@ def _common_size(row: Operation, arguments: list[ir.Expr], span: Span) -> int:
     for letter, argument in zip(row.operands, arguments, strict=True):
         if not isinstance(argument.type, Vector) or letter in "fib":
             continue
-        if size and argument.type.size != size:
+        if size and argument.type.size != size and row.result != "M":
             fail(span, f"{row.spoken} mixes vectors of {size} and {argument.type.size} components")
         size = argument.type.size
         if letter == "v3" and size != 3:
@@ -144,9 +144,11 @@ def _shared_element(row: Operation, arguments: list[ir.Expr]) -> Scalar:
 
 def _fit(argument: ir.Expr, letter: str, element: Scalar, size: int, shown: str, span: Span) -> ir.Expr:
     type_ = argument.type
-    if letter == "M":
+    if letter in ("M", "Q"):
         if not isinstance(type_, Matrix):
             fail(span, f"{shown} takes a matrix, got {type_}")
+        if letter == "Q" and type_.columns != type_.rows:
+            fail(span, f"{shown} takes a square matrix, got {type_}")
         return argument
     if isinstance(type_, Matrix):
         fail(span, f"{shown} does not take {type_}")
@@ -159,9 +161,14 @@ def _fit(argument: ir.Expr, letter: str, element: Scalar, size: int, shown: str,
 
 
 def _result_type(letter: str, size: int, element: Scalar, arguments: list[ir.Expr]) -> Value:
-    if letter == "M":
+    if letter in ("M", "Q"):
         first = arguments[0].type
-        return first if isinstance(first, Matrix) else Matrix(size)
+        if isinstance(first, Matrix):
+            return Matrix(first.rows, first.columns)  # transposed; what is square stays so
+        assert isinstance(first, Vector)
+        last = arguments[-1].type
+        assert isinstance(last, Vector)
+        return Matrix(last.size, first.size)
     scalar = element if letter in "NI" else _LETTERS[letter]
     if letter in "fib" or not size:
         return scalar
@@ -172,15 +179,24 @@ def _matmul(arguments: list[ir.Expr], span: Span) -> ir.Expr:
     left, right = arguments
     a, b = left.type, right.type
     result: Value
-    if isinstance(a, Matrix) and isinstance(b, Matrix) and a == b:
-        result = a
-    elif isinstance(a, Matrix) and b == Vector(FLOAT, a.size):
-        result = b
-    elif isinstance(b, Matrix) and a == Vector(FLOAT, b.size):
-        result = a
+    if isinstance(a, Matrix) and isinstance(b, Matrix) and a.columns == b.rows:
+        result = Matrix(b.columns, a.rows)
+    elif isinstance(a, Matrix) and b == Vector(FLOAT, a.columns):
+        result = a.column
+    elif isinstance(b, Matrix) and a == b.column:
+        result = Vector(FLOAT, b.columns)
     else:
-        fail(span, f"cannot multiply {a} by {b}; a matN goes with matN or vecN of the same N")
+        fail(span, f"cannot multiply {a} by {b}; {_factors(a, b)}")
     return ir.Apply(result, "matmul", (left, right), span)
+
+
+def _factors(a: Type, b: Type) -> str:
+    """What goes with the matrix among two factors."""
+    if isinstance(a, Matrix):
+        n = a.columns
+        return f"{a} has {n} columns and takes a vec{n} or a matrix of {n} rows behind it"
+    assert isinstance(b, Matrix)
+    return f"{b} has {b.rows} rows and takes a vec{b.rows} before it"
 
 
 def binary(sign: str, left: ir.Expr, right: ir.Expr, span: Span) -> ir.Expr:
@@ -204,18 +220,19 @@ def _matrix_arithmetic(sign: str, left: ir.Expr, right: ir.Expr, span: Span) -> 
         return _matmul([left, right], span)
     if sign not in ("+", "-", "*", "/"):
         fail(span, f"{sign} does not take matrices")
-    size = left.type.size if isinstance(left.type, Matrix) else right.type.size  # type: ignore[union-attr]
+    matrix = left.type if isinstance(left.type, Matrix) else right.type
+    assert isinstance(matrix, Matrix)
     if isinstance(left.type, Matrix) and isinstance(right.type, Matrix) and left.type != right.type:
         fail(span, f"{sign} mixes {left.type} and {right.type}")
     if isinstance(left.type, Vector) or isinstance(right.type, Vector):
         fail(span, f"{sign} does not take {left.type} and {right.type}")
-    column = Vector(FLOAT, size)
 
     def part(value: ir.Expr, i: int) -> ir.Expr:
-        return ir.Index(column, value, ir.Literal(INT, i, span), span) if isinstance(value.type, Matrix) else value
+        number = ir.Literal(INT, i, span)
+        return ir.Index(matrix.column, value, number, span) if isinstance(value.type, Matrix) else value
 
-    columns = tuple(binary(sign, part(left, i), part(right, i), span) for i in range(size))
-    return ir.Construct(Matrix(size), columns, span)
+    columns = tuple(binary(sign, part(left, i), part(right, i), span) for i in range(matrix.columns))
+    return ir.Construct(matrix, columns, span)
 
 
 def _widens(value: ir.Expr, type_: Type) -> bool:

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TypeAlias
+from typing import TypeAlias, cast
 
 from passgraph.language import ir
-from passgraph.language.foreign import method_spelling
 from passgraph.language.meanings import int_of_bits
 from passgraph.language.source import Span, fail
 from passgraph.language.symbols import UINT_MAX
 from passgraph.language.types import (
     BOOL,
     FLOAT,
+    IMAGE,
     INT,
     UINT,
     Array,
@@ -21,11 +21,15 @@ from passgraph.language.types import (
     Matrix,
     Scalar,
     Struct,
+    TupleType,
     Type,
     Value,
     Vector,
     component_count,
     element_of,
+    flat_type,
+    is_plain,
+    shape_of,
 )
 from passgraph.language.typing_rules import apply, unify, widen
 
@@ -44,11 +48,36 @@ class ImageValue:
 
 
 @dataclass(frozen=True)
+class ImageChoice:
+    """One of several images: that at an index, or the nearest end."""
+
+    images: tuple[ImageValue, ...]
+    index: ir.Expr
+
+
+@dataclass(frozen=True)
+class ArrayValue:
+    """An array of structs, arrays or images, taken apart; or an entry of such that is itself an array.
+
+    ``parts`` holds one flat array for each plain part of an entry: under the fields' names for structs.  The array
+    begins at entry ``first`` of them, counted in entries of its own; at 0 it is all that they hold where ``first`` is
+    None.
+    """
+
+    type: Array
+    parts: Parts
+    first: ir.Expr | None = None
+
+
+@dataclass(frozen=True)
 class TupleValue:
     members: tuple[Part, ...]
 
 
-Part: TypeAlias = ir.Expr | StructValue | ImageValue | TupleValue
+Parts: TypeAlias = "ir.Expr | tuple[ImageValue, ...] | dict[str, Parts]"
+Part: TypeAlias = ir.Expr | StructValue | ImageValue | ImageChoice | ArrayValue | TupleValue
+#: Parts that are not one value.
+COMPOSITE = (StructValue, ImageValue, ImageChoice, ArrayValue, TupleValue)
 #: Puts a value behind a name, so that an expression that uses it several times does not grow.
 Namer: TypeAlias = Callable[[ir.Expr, Span], ir.Expr]
 
@@ -58,11 +87,19 @@ _SWIZZLES = ("xyzw", "rgba", "stpq")
 def part_type(part: Part) -> str:
     if isinstance(part, StructValue):
         return part.struct.name
-    if isinstance(part, ImageValue):
+    if isinstance(part, (ImageValue, ImageChoice)):
         return "Image"
     if isinstance(part, TupleValue):
         return "tuple"
-    return str(part.type)
+    return str(part.type)  # of an array too
+
+
+def type_of(part: Part) -> Type:
+    if isinstance(part, StructValue):
+        return part.struct
+    if isinstance(part, TupleValue):
+        return TupleType(tuple(type_of(member) for member in part.members))
+    return IMAGE if isinstance(part, (ImageValue, ImageChoice)) else part.type
 
 
 def swizzle(base: ir.Expr, name: str, span: Span) -> ir.Expr:
@@ -81,6 +118,8 @@ def swizzle_components(name: str, type_: Vector, span: Span) -> tuple[int, ...]:
             if max(components) >= type_.size:
                 fail(span, f"{type_} has no component {letters[max(components)]!r}")
             return components
+    from passgraph.language.foreign import method_spelling
+
     letters = "; swizzles use xyzw, rgba or stpq, one set at a time"
     fail(span, f"{type_} has no attribute {name!r}{method_spelling(name) or letters}")
 
@@ -134,26 +173,26 @@ def construct(type_: Scalar | Vector | Matrix, arguments: list[ir.Expr], span: S
 
 
 def _construct_matrix(type_: Matrix, arguments: list[ir.Expr], span: Span, name: Namer) -> ir.Expr:
-    size = type_.size
+    columns, rows = type_.columns, type_.rows
     zero, one = ir.Literal(FLOAT, 0.0, span), ir.Literal(FLOAT, 1.0, span)
     if len(arguments) == 1 and isinstance(arguments[0].type, Scalar):
         diagonal = name(convert(arguments[0], FLOAT, span), span)
-        parts = tuple(diagonal if c == r else zero for c in range(size) for r in range(size))
+        parts = tuple(diagonal if c == r else zero for c in range(columns) for r in range(rows))
         return ir.Construct(type_, parts, span)
     if len(arguments) == 1 and isinstance(arguments[0].type, Matrix):
-        given, matrix = arguments[0].type.size, name(arguments[0], span)
+        given, matrix = arguments[0].type, name(arguments[0], span)
         cells = []
-        for c in range(size):
-            for r in range(size):
+        for c in range(columns):
+            for r in range(rows):
                 cell: ir.Expr = one if c == r else zero
-                if c < given and r < given:
-                    column = ir.Index(Vector(FLOAT, given), matrix, ir.Literal(INT, c, span), span)
+                if c < given.columns and r < given.rows:
+                    column = ir.Index(given.column, matrix, ir.Literal(INT, c, span), span)
                     cell = ir.Swizzle(FLOAT, column, (r,), span)
                 cells.append(cell)
         return ir.Construct(type_, tuple(cells), span)
     count = sum(component_count(a.type) for a in arguments)
-    if count != size * size or any(isinstance(a.type, Matrix) for a in arguments):
-        fail(span, f"{type_}() takes {size * size} components (columns first), got {count}")
+    if count != columns * rows or any(isinstance(a.type, Matrix) for a in arguments):
+        fail(span, f"{type_}() takes {columns * rows} components (columns first), got {count}")
     return ir.Construct(type_, tuple(convert(a, FLOAT, span) for a in arguments), span)
 
 
@@ -181,16 +220,21 @@ def index_into(base: ir.Expr, index: ir.Expr, span: Span) -> ir.Expr:
     type_ = base.type
     element: Value
     if isinstance(type_, Array):
-        count, element = type_.length, type_.element
+        count, element = type_.length, cast("Value", type_.element)
     elif isinstance(type_, Matrix):
-        count, element = type_.size, Vector(FLOAT, type_.size)
+        count, element = type_.columns, type_.column
     elif isinstance(type_, Vector):
         count, element = type_.size, type_.element
     else:
         fail(span, f"{type_} cannot be indexed")
+    check_index(index, count, type_, span)
+    return ir.Index(element, base, index, span)
+
+
+def check_index(index: ir.Expr, count: int, type_: Type, span: Span) -> None:
+    """A written index in range."""
     if isinstance(index, ir.Literal) and not 0 <= int(index.value) < count:
         fail(span, f"index {index.value} is outside {type_} (0 to {count - 1})")
-    return ir.Index(element, base, index, span)
 
 
 # Choices
@@ -201,8 +245,9 @@ def choose(condition: ir.Expr, then: Part, orelse: Part, span: Span) -> Part:
     if isinstance(then, StructValue) and isinstance(orelse, StructValue) and then.struct == orelse.struct:
         fields = {n: choose(condition, then.fields[n], orelse.fields[n], span) for n in then.fields}
         return StructValue(then.struct, fields)
-    composite = (StructValue, ImageValue, TupleValue)
-    if isinstance(then, composite) or isinstance(orelse, composite):
+    if isinstance(then, ArrayValue):
+        fail(span, f"a conditional cannot choose between values of type {then.type}; use if statements")
+    if isinstance(then, COMPOSITE) or isinstance(orelse, COMPOSITE):
         fail(
             span,
             f"both sides of a conditional must have one type, got {part_type(then)} and {part_type(orelse)}",
@@ -247,12 +292,22 @@ def coerce(part: Part, type_: Type, span: Span, what: str) -> Part:
             return part
         fail(span, f"{what} must be {type_}, got {part_type(part)}")
     if isinstance(type_, ImageType):
-        if isinstance(part, ImageValue):
+        if isinstance(part, (ImageValue, ImageChoice)):
             return part
         fail(span, f"{what} must be an Image, got {part_type(part)}")
-    if isinstance(part, (StructValue, ImageValue, TupleValue)):
+    if isinstance(part, ArrayValue) and part.type == type_:
+        return part
+    if isinstance(part, ArrayValue) and isinstance(type_, Array) and _widens(part, type_):
+        return ArrayValue(type_, widen(cast(ir.Expr, part.parts), flat_type(type_), span, what))
+    if isinstance(part, COMPOSITE):
         fail(span, f"{what} must be {type_}, got {part_type(part)}")
     return widen(part, type_, span, what)
+
+
+def _widens(array: ArrayValue, type_: Array) -> bool:
+    """Whether it may be arrays of ints in arrays, written out where floats are wanted."""
+    plain = is_plain(flat_type(type_)) and is_plain(flat_type(array.type))
+    return plain and array.first is None and shape_of(array.type) == shape_of(type_)
 
 
 def check_clamp(arguments: list[ir.Expr], span: Span) -> None:

@@ -35,16 +35,20 @@ refract = _row("refract", "V V f -> V", "incident refracted at a unit normal; ze
                ((0, -1), (0, 1), 0.5, (0, -1)), ((1, 0), (0, 1), 2.0, (0, 0)), ulp=16, of_terms=True)
 _row("any", "B -> b", "whether one component holds", _of.any_of, ((True, False), True), ((False, False), False))
 _row("all", "B -> b", "whether every component holds", _of.all_of, ((True, False), False), ((True, True), True))
-_row("matmul", "M * -> *", "matrix product, columns as in GLSL", _of.matmul, (((1, 2), (3, 4)), (5, 6), (23, 34)),
+_row("matmul", "M * -> *", "matrix product, columns as in GLSL: as many columns on the left as rows on the right",
+     _of.matmul, (((1, 2), (3, 4)), (5, 6), (23, 34)),
      ((5, 6), ((1, 2), (3, 4)), (17, 39)), (((1, 2), (3, 4)), ((0, 1), (1, 0)), ((3, 4), (1, 2))),
      written=("a * b", "a @ b"), ulp=6, of_terms=True)
 transpose = _row("transpose", "M -> M", "rows and columns swapped", _of.transpose,
                  (((1, 2), (3, 4)), ((1, 3), (2, 4))))
-determinant = _row("determinant", "M -> f", "determinant", _np.linalg.det, (((1, 2), (3, 4)), -2),
+determinant = _row("determinant", "Q -> f", "determinant", _np.linalg.det, (((1, 2), (3, 4)), -2),
                    ulp=32, of_terms=True)
-inverse = _row("inverse", "M -> M", "inverse; NaN where the determinant is 0, of columns brought near 1", _of.inverse,
+inverse = _row("inverse", "Q -> Q", "inverse; NaN where the determinant is 0, of columns brought near 1", _of.inverse,
                (((2, 0), (0, 4)), ((0.5, 0), (0, 0.25))), (((1, 2), (2, 4)), ((_NAN, _NAN), (_NAN, _NAN))), ulp=64,
                of_terms=True)
-outer = _row("outer", "V V -> M", "column vector times row vector (GLSL outerProduct)", _of.outer,
+outer = _row("outer", "V V -> M", "column vector times row vector, of any two sizes (GLSL outerProduct)", _of.outer,
              ((1, 2), (3, 4), ((3, 6), (4, 8))), ulp=0.5)
 # fmt: on
+
+#: What kernels call by these names; stubs for type checkers are written by docs/stubs.py.
+__all__ = [name for name in vars() if "a" <= name[0] <= "z" and name != "annotations"]

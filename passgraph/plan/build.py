@@ -1,7 +1,7 @@
 """From targets to a plan, phase by phase.
 
-collect → specialise → cull → fuse → order → lifetimes and memory → static → emit → limits.  Each phase takes and
-returns plain data; what it decided goes into ``notes``.
+collect → specialise → levels → cull → fuse → order → lifetimes and memory → static → emit → limits.  Each phase takes
+and returns plain data; what it decided goes into ``notes``.
 """
 
 from __future__ import annotations
@@ -57,7 +57,12 @@ def build(
     options = options or Options()
     limits = limits or Limits()
     work = collect(outputs, size, inputs or {}, options, in_windows)
+    work.filters = limits.filters
     specialise(work)
+    if any(target.has_levels for node in work.passes for target in node.images.values()):
+        from passgraph.plan.mipmaps import add_levels
+
+        add_levels(work)
     cull(work)
     fuse(work, limits)
     sequence = order(work)

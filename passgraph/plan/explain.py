@@ -10,7 +10,8 @@ if TYPE_CHECKING:
 
 def explain(plan: Plan) -> str:
     """Steps in order, memory, and what was left out, fused or shared."""
-    lines = [f"{len(plan.steps)} steps, output {plan.size[0]}x{plan.size[1]}"]
+    steps = "1 step" if len(plan.steps) == 1 else f"{len(plan.steps)} steps"
+    lines = [f"{steps}, output {plan.size[0]}x{plan.size[1]}"]
     names = {r.id: r.name for r in plan.resources}
     for number, step in enumerate(plan.steps, 1):
         reads = ", ".join(dict.fromkeys(names[r] for r in step.reads)) or "nothing"

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.errors import GraphError
+from passgraph.graph.targets import Blocks
 from passgraph.language import scalar as s
 from passgraph.language.borders import border_place
 from passgraph.plan.data import PixelStep, Plan, Resource, Step
@@ -146,6 +147,12 @@ def _check_near(step: PixelStep, plan: Plan, whole: set[int]) -> None:
 
 
 def _refuse_scaled(step: PixelStep, read: Resource, size: tuple[int, int]) -> NoReturn:
+    if any(isinstance(spec.size, Blocks) for spec in step.source.into):
+        _refuse(
+            step,
+            f"reduces {read.name!r} ({read.size[0]}x{read.size[1]}) to {step.size[0]}x{step.size[1]} pixels",
+            "compute the reduction apart, and give its result as an input",
+        )
     _refuse(
         step,
         f"makes {step.size[0]}x{step.size[1]} pixels of {read.name!r} ({read.size[0]}x{read.size[1]}), "

@@ -28,6 +28,7 @@ class Limits:
     bindings : images and targets of one pass together
     vertex_numbers, numbers : parameters of a vertex kernel, and of any other, in numbers of 4 bytes
     rounding : floats and ints take multiples of so many numbers each
+    filters : whether its own filter may stand for bilinear samples
     varyings : numbers that a vertex kernel hands to the fragment kernel
     trips : of all loops of one pixel together, those of loops inside loops every time
     not_kept, not_written : what channels hold (`Format.number`) that no picture can hold here, and that no pass can
@@ -45,6 +46,7 @@ class Limits:
     numbers: int = NONE
     rounding: int = 1
     varyings: int = NONE
+    filters: bool = False
     trips: int = NONE
     not_kept: Mapping[str, str] = field(default_factory=dict)
     not_written: Mapping[str, str] = field(default_factory=dict)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 
 from passgraph.errors import GraphError
-from passgraph.graph.targets import InputSpec, Like, Pass, Target, TargetSpec
+from passgraph.graph.targets import Blocks, InputSpec, Like, Pass, Target, TargetSpec
 from passgraph.plan.sort import producers_first
 
 
@@ -50,7 +50,7 @@ def inputs_of(passes: list[Pass]) -> dict[str, InputSpec]:
     for given in [*(t.spec for node in passes for t in node.reads), *lenders]:
         found = given
         # The input itself, and inputs that only lend their size.
-        while isinstance(found, TargetSpec) and isinstance(found.size, Like) and found not in seen:
+        while isinstance(found, TargetSpec) and isinstance(found.size, Like | Blocks) and found not in seen:
             seen.add(found)
             found = found.size.other.spec
         if isinstance(found, InputSpec) and specs.setdefault(found.name, found) is not found:

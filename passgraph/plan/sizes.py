@@ -10,6 +10,7 @@ from passgraph.graph.formulas import computed_side
 from passgraph.graph.targets import (
     MAX_SIDE,
     Absolute,
+    Blocks,
     Computed,
     InputSpec,
     Like,
@@ -68,12 +69,12 @@ def _find_size(spec: TargetSpec, work: Work) -> None:
     pending = {spec: None}
     while pending:
         last = next(reversed(pending))
-        source, scale = _size_source(last, work)
+        source = _size_source(last, work)
         size = _known_size(source, work) if isinstance(source, Target) else source
         if last in work.sizes:
             pending.popitem()
         elif size is not None:
-            work.sizes[last] = _checked(_scaled(size, scale), last, work)
+            work.sizes[last] = _checked(_taken(size, last), last, work)
             work.not_asked[last] = _why_not_asked(last, source, work)
         else:
             assert isinstance(source, Target) and isinstance(source.spec, TargetSpec)
@@ -81,23 +82,23 @@ def _find_size(spec: TargetSpec, work: Work) -> None:
             pending[source.spec] = None
 
 
-def _size_source(spec: TargetSpec, work: Work) -> tuple[Target | tuple[int, int], float]:
-    """What a target takes its size from, and the factor on it."""
+def _size_source(spec: TargetSpec, work: Work) -> Target | tuple[int, int]:
+    """What a target takes its size from."""
     if isinstance(spec.size, Absolute):
-        return (spec.size.width, spec.size.height), 1.0
-    if isinstance(spec.size, Like):
-        return spec.size.other, spec.size.scale
+        return spec.size.width, spec.size.height
+    if isinstance(spec.size, Like | Blocks):
+        return spec.size.other
     if spec.size is None:
         node = work.makers[spec]
         for image in node.images.values() if isinstance(node, PixelPass) else ():
             if not image.is_previous:
-                return image, 1.0
+                return image
     if work.size is None:
         raise GraphError("the output's size is not known: give pg.compile(..., size=(width, height))")
     if isinstance(spec.size, Computed):
         sides = (computed_side(one, work.size, f"target {spec.name!r}") for one in (spec.size.width, spec.size.height))
-        return (next(sides), next(sides)), 1.0
-    return work.size, spec.size.scale if isinstance(spec.size, Relative) else 1.0
+        return next(sides), next(sides)
+    return work.size
 
 
 def _why_not_asked(spec: TargetSpec, source: Target | tuple[int, int], work: Work) -> str:
@@ -107,6 +108,8 @@ def _why_not_asked(spec: TargetSpec, source: Target | tuple[int, int], work: Wor
     if not isinstance(source, Target):
         return ""
     if isinstance(source.spec, InputSpec):
+        if isinstance(spec.size, Blocks):
+            return "" if work.size_of(source) == work.size else f"reduced from input {source.name!r}"
         return f"the size of input {source.name!r}"
     return work.not_asked.get(source.spec, f"the size of target {source.name!r}")
 
@@ -144,7 +147,12 @@ def _check_lender(lender: TargetSpec, spec: TargetSpec, pending: Container[Targe
         raise GraphError(f"{where} takes its own from {spec.name!r}; give one of the two a size")
 
 
-def _scaled(size: tuple[int, int], scale: float) -> tuple[int, int]:
+def _taken(size: tuple[int, int], spec: TargetSpec) -> tuple[int, int]:
+    """The size of a target that takes it from a picture of this size."""
+    declared = spec.size
+    if isinstance(declared, Blocks):
+        return declared.each * -(-size[0] // declared.width), -(-size[1] // declared.height)
+    scale = declared.scale if isinstance(declared, Like | Relative) else 1.0
     return max(1, math.ceil(size[0] * scale)), max(1, math.ceil(size[1] * scale))
 
 
@@ -159,3 +167,12 @@ def _checked(size: tuple[int, int], spec: TargetSpec, work: Work) -> tuple[int, 
             f"the limits are {MAX_SIDE} a side and {MAX_PICTURE_BYTES >> 30} GiB"
         )
     return size
+
+
+def level_sizes(size: tuple[int, int]) -> list[tuple[int, int]]:
+    """Width and height of every level, the picture's own first.
+
+    >>> level_sizes((5, 3))
+    [(5, 3), (2, 1), (1, 1)]
+    """
+    return [(max(1, size[0] >> k), max(1, size[1] >> k)) for k in range(max(size).bit_length())]

@@ -7,34 +7,72 @@ from dataclasses import replace
 from passgraph.errors import GraphError
 from passgraph.graph.targets import DrawPass, Pass, PixelPass, Target
 from passgraph.language.emitter import eliminate_dead
+from passgraph.language.ir import MIPS
 from passgraph.language.lower import Facts, ImageFacts
 from passgraph.language.lower_cache import lower_once
 from passgraph.language.scalar import LoadBuiltin, LoadTexel, Output, ScalarProgram, walk
 from passgraph.language.sized import loops_over_sizes
+from passgraph.plan.sizes import level_sizes
 from passgraph.plan.work import Lowered, Work
 
 
-def image_facts(target: Target, work: Work, sized: bool = False) -> ImageFacts:
-    made = work.format_of(target)
-    size = work.size_of(target) if sized else None
-    return ImageFacts(made.channels, target.border_rule, made.decode, size=size)
+def image_facts(target: Target, where: str, work: Work, sized: bool = False, by_device: bool = False) -> ImageFacts:
+    made, size = work.format_of(target), work.size_of(target)
+    if size[1] % target.slice_count:
+        raise GraphError(
+            f"{where} reads {target.name!r} as {target.slice_count} slices, and it is {size[0]}x{size[1]}: "
+            "its height must be a multiple of that; pg.stacked makes such a picture of a volume"
+        )
+    # Beyond its edges a texture gives its last texel; encoded values and depths are not for weighting.
+    fits = target.border_rule == "clamp" and target.filter_rule == "linear" and not (made.srgb or made.is_depth)
+    return ImageFacts(
+        made.channels, target.border_rule, made.decode, size=size if sized else None, filter=target.filter_rule,
+        levels=len(level_sizes(size)) if target.has_levels else 1, slices=target.slice_count,
+        bits=made.bits if target.hardware and fits else 0, by_device=target.hardware and fits and by_device,
+    )  # fmt: skip
 
 
 def specialise(work: Work) -> None:
     for lowered in work.passes.values():
-        node = lowered.node
-        lowered.values = dict(node.values)
-        sized = _made_for_sizes(node)
-        images = {name: image_facts(target, work, sized) for name, target in node.images.items()}
-        if isinstance(node, PixelPass):
-            stores = tuple(spec.format.store for spec in node.into)
-            size = lowered.size if sized else None
-            lowered.facts = Facts(node.constants, images, stores, work.options.simplify, size)
-            lowered.program = lower_once(node.kernel.program, lowered.facts, work.programs)
-            lowered.images = used_images(lowered.program, node.images)
-            check_relative(lowered, work)
-        else:
-            _specialise_draw(node, lowered, images, lowered.size if sized else None, work)
+        specialise_pass(lowered, work)
+
+
+def specialise_pass(lowered: Lowered, work: Work) -> None:
+    node = lowered.node
+    lowered.values = dict(node.values)
+    sized = _made_for_sizes(node)
+    # Smaller levels lie in a picture of the same format, which :mod:`.mipmaps` puts in the place of the image.
+    read = {**node.images, **{name + MIPS: target for name, target in node.images.items()}}
+    where = f"pass {node.name!r}"
+    by_device = isinstance(node, PixelPass) and work.filters
+    images = {name: image_facts(target, where, work, sized, by_device) for name, target in read.items()}
+    if isinstance(node, PixelPass):
+        stores = tuple(spec.format.store for spec in node.into)
+        size = lowered.size if sized else None
+        lowered.facts = Facts(node.constants, images, stores, work.options.simplify, size)
+        lowered.program = lower_once(node.kernel.program, lowered.facts, work.programs)
+        _filter_apart(lowered, work)
+        lowered.images = used_images(lowered.program, read)
+        check_relative(lowered, work)
+    else:
+        _specialise_draw(node, lowered, images, lowered.size if sized else None, work)
+        for program in (lowered.vertex, lowered.fragment):
+            lowered.images |= {} if program is None else used_images(program, read)
+
+
+def _filter_apart(lowered: Lowered, work: Work) -> None:
+    """Pictures that a pixel pass reads by texel too are filtered in the kernel: a texture has one filter in a pass."""
+    assert lowered.program is not None and isinstance(lowered.node, PixelPass)
+    loads = [i for i in walk(lowered.program.body) if isinstance(i, LoadTexel)]
+    filtered = {i.image for i in loads if i.filtered}
+    both = filtered & {i.image for i in loads if not i.filtered}
+    if both:
+        images = {n: replace(f, by_device=f.by_device and n not in both) for n, f in lowered.facts.images.items()}
+        lowered.facts = replace(lowered.facts, images=images)
+        lowered.program = lower_once(lowered.node.kernel.program, lowered.facts, work.programs)
+    for name in sorted(filtered - both):
+        where = f"pass {lowered.name} samples {lowered.node.images[name].name}"
+        work.notes.append(f"{where} by the device's own filter, whose weights have 8 bits")
 
 
 def _made_for_sizes(node: Pass) -> bool:
@@ -58,8 +96,6 @@ def _specialise_draw(
         lowered.fragment = lower_once(node.fragment.program, lowered.facts, work.programs)
     lowered.varyings = varyings_of(lowered.fragment)
     lowered.vertex = link(vertex, lowered.varyings)
-    for program in (lowered.vertex, lowered.fragment):
-        lowered.images |= {} if program is None else used_images(program, node.images)
 
 
 def varyings_of(fragment: ScalarProgram | None) -> tuple[str, ...]:
@@ -88,9 +124,8 @@ def link(vertex: ScalarProgram, varyings: tuple[str, ...]) -> ScalarProgram:
     return replace(made_program, images=images)
 
 
-def used_images(program: ScalarProgram, images: object) -> dict[str, Target]:
-    assert isinstance(images, dict) or hasattr(images, "items")
-    return {use.name: images[use.name] for use in program.images}  # type: ignore[index]
+def used_images(program: ScalarProgram, images: dict[str, Target]) -> dict[str, Target]:
+    return {use.name: images[use.name] for use in program.images}
 
 
 def check_relative(lowered: Lowered, work: Work) -> None:

@@ -52,6 +52,7 @@ class Work:
     size: tuple[int, int] | None  # None as long as neither asked for nor known from an input
     options: Options
     inputs: dict[InputSpec, tuple[Format, tuple[int, int]]]
+    filters: bool = False  # whether the device's own filter may stand for bilinear samples
     in_windows: bool = False  # pictures are never made whole, so that any size is allowed
     passes: dict[Pass, Lowered] = field(default_factory=dict)
     #: For history: the last content of each target that is read as last frame's.

@@ -13,9 +13,9 @@ from passgraph import arguments
 from passgraph.backends.base import DevicePicture
 from passgraph.errors import InputError
 from passgraph.formats import Format, as_many_channels, colour_format, float_format
-from passgraph.graph.targets import InputSpec
+from passgraph.graph.targets import InputSpec, Target
 from passgraph.plan.data import Plan
-from passgraph.run.finite_checks import NonFinite, admitted
+from passgraph.run.finite_checks import NonFinite, admitted, readers_of
 
 #: What a run is given, and gives back in the place of a result that was written there.
 Picture: TypeAlias = "NDArray[Any] | DevicePicture"
@@ -83,6 +83,35 @@ def bound_to(picture: Picture, spec: InputSpec) -> tuple[Format, tuple[int, int]
         return spec.format or picture.format, picture.size
     height, width, channels = picture.shape
     return spec.format or format_of(picture.dtype, channels), (width, height)
+
+
+class Admission:
+    """The pictures of a program's runs, by input; a static one that is given again is not looked through again."""
+
+    def __init__(self, specs: Mapping[str, InputSpec], outputs: Iterable[Target], non_finite: NonFinite) -> None:
+        self._specs, self._outputs, self._non_finite = specs, tuple(outputs), non_finite
+        #: Of static inputs what was given last, and what that became.
+        self._static: dict[str, tuple[Any, Any]] = {}
+
+    def pictures(self, given: Mapping[str, Any], on_device: Callable[[object], DevicePicture | None]) -> dict[str, Any]:
+        """Of one run; InputError for one that is missing or unfit."""
+        pictures: dict[str, Any] = {}
+        for name, spec in self._specs.items():
+            picture = given.get(name, spec.default)
+            if picture is None:
+                raise InputError(f"input {name!r} is missing; run the program as program({name}=picture)")
+            seen, checked = self._static.get(name, (None, None))
+            there = on_device(picture)
+            if there is not None:
+                pictures[name] = admitted_device_picture(there, spec)
+                continue
+            if not spec.static or seen is not picture:
+                checked = admitted_picture(picture, spec, self._non_finite, readers_of(name, self._outputs))
+            if spec.static:
+                # The same object again is the same picture: what depends on it does not run again.
+                self._static[name] = picture, checked
+            pictures[name] = checked
+        return pictures
 
 
 def _picture(given: Any, spec: InputSpec) -> NDArray[Any]:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
+from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, TypeAlias, cast
 
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 
 Picture = NDArray[np.float32]
 Execute: TypeAlias = Callable[[dict[Any, object]], None]
+#: Runs a step that it is handed, and takes the time.
+Timed: TypeAlias = Callable[[Step, Callable[[], None]], None]
 
 
 class Execution:
@@ -170,11 +173,12 @@ class Execution:
         observe: Callable[[Step, dict[str, Picture]], None] | None,
         check: PassCheck | None = None,
         room: Mapping[int, Given] | None = None,
+        timed: Timed | None = None,
     ) -> None:
         """Every step in order; static ones only where something that they depend on is new.
 
         ``observe`` and ``check`` see what each step wrote, which is then read back: slow, for looking.  ``room`` says
-        where results go, by resource.
+        where results go, by resource.  ``timed`` is handed each step to run.
         """
         self.lending.begin(room or {})
         values = self._values(given)
@@ -185,7 +189,7 @@ class Execution:
         if check is not None:
             check.begin()
         try:
-            self._run_steps(pictures, values, observe, check, static_changed)
+            self._run_steps(pictures, values, observe, check, static_changed, timed)
         except BaseException:
             self.lending.begin({})
             raise
@@ -195,6 +199,7 @@ class Execution:
     def _run_steps(
         self, pictures: Mapping[str, Given], values: dict[Any, object],
         observe: Callable[[Step, dict[str, Picture]], None] | None, check: PassCheck | None, static_changed: bool,
+        timed: Timed | None,
     ) -> None:  # fmt: skip
         looking = observe is not None or check is not None
         # Who looks may use the device between two steps.
@@ -211,7 +216,10 @@ class Execution:
             for step, execute in self._runs if looking else self._chained:
                 if step.static and not static_changed:
                     continue
-                execute(values)
+                if timed is None:
+                    execute(values)
+                else:
+                    timed(step, partial(execute, values))
                 if observe is not None or check is not None:
                     written = {resource: self.download(resource) for resource in step.writes}
                     if observe is not None:
@@ -219,6 +227,10 @@ class Execution:
                     if check is not None:
                         check.look(step, written)
             self.lending.end(self.places, self.memories)
+
+    def ends(self, looking: bool) -> list[Step]:
+        """The last step of each that runs as one, in order; of who looks at what passes wrote each is one."""
+        return [step for step, _ in (self._runs if looking else self._chained)]
 
     def _move_history(self) -> None:
         """What runs wrote becomes older; at the start of a run, so that results can be read after the last one."""
@@ -357,6 +369,8 @@ def _same(one: object, other: object) -> bool:
 
 def _contents(value: object) -> object:
     """What tells two derived values apart: numbers as bytes, fields of structs one by one."""
+    if isinstance(value, (list, tuple)) and any(hasattr(part, "__dict__") for part in value):
+        return tuple(map(_contents, value))
     if isinstance(value, np.ndarray) or not hasattr(value, "__dict__"):
         return np.asarray(value, np.float64).tobytes()
     return tuple(_contents(part) for part in vars(value).values())
@@ -394,11 +408,7 @@ class Uniforms:
 
     def _store(self, entry: Any, value: object) -> None:
         key, fields, place, type_, name = entry
-        for field in fields:
-            if not hasattr(value, field):
-                raise InputError(f"{key!r} needs a field {field!r}, which {type(value).__name__} lacks")
-            value = getattr(value, field)
-        place[:] = components(value, type_, name)
+        place[:] = components(_picked(value, fields, key), type_, name)
 
     def pack(self, values: dict[Any, object]) -> Block:
         """The block for this run."""
@@ -411,6 +421,17 @@ class Uniforms:
                 if key in self.overrides:
                     self._store(entry, self.overrides[key])
         return self.block
+
+
+def _picked(value: object, fields: Sequence[str], key: str) -> object:
+    """A field of a field of a value; of a list, that of each entry."""
+    for i, field in enumerate(fields):
+        if isinstance(value, (list, tuple)) and not hasattr(value, field):
+            return [_picked(one, fields[i:], key) for one in value]
+        if not hasattr(value, field):
+            raise InputError(f"{key!r} needs a field {field!r}, which {type(value).__name__} lacks")
+        value = getattr(value, field)
+    return value
 
 
 def resolve(handle: object, values: dict[Any, object]) -> object:

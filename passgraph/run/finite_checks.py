@@ -5,7 +5,7 @@ One such value in a picture blackens all that a blur reaches, and stays for good
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Literal, TypeAlias, cast, get_args
 
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from passgraph.arguments import one_of
 from passgraph.errors import GraphError, InputError
 from passgraph.formats import Format
+from passgraph.graph.targets import Target
 from passgraph.plan.data import Plan, Step
 
 Picture: TypeAlias = NDArray[np.float32]
@@ -167,3 +168,13 @@ class PassCheck:
 
     def _mark(self, resource: int, bad: bool) -> None:
         (self._bad.add if bad else self._bad.discard)(resource)
+
+
+def readers_of(name: str, outputs: Iterable[Target]) -> Iterator[str]:
+    """Passes behind some targets that read an input, by name."""
+    from passgraph.graph.calls import graph
+
+    made = graph(*outputs)
+    for node, data in made.nodes(data=True):
+        if data["kind"] == "input" and data["name"] == name:
+            yield from (reader.name for reader in made.successors(node))

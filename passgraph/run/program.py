@@ -3,83 +3,28 @@
 from __future__ import annotations
 
 import weakref
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import asdict, dataclass, replace
-from os import PathLike
-from typing import TYPE_CHECKING, Any, Literal, TypeAlias, cast, get_args
-
-import numpy as np
-from numpy.typing import NDArray
+from collections.abc import Mapping
+from dataclasses import asdict, replace
+from typing import TYPE_CHECKING, Any, cast, get_args
 
 from passgraph import arguments
-from passgraph.errors import BackendError, GraphError, InputError, UnknownNameError
+from passgraph.errors import BackendError, GraphError
 from passgraph.formats import Format
 from passgraph.graph.outputs import Outputs, named_outputs
 from passgraph.graph.targets import InputSpec, Target, checked_size
 from passgraph.graph.values import FRAME_INDEX, sources_of
-from passgraph.plan.data import Options, Plan, Step
+from passgraph.plan.data import Options, Plan
 from passgraph.plan.reach import inputs_behind, passes_behind
-from passgraph.run.admission import admitted_device_picture, admitted_picture, bound_to, given_room
+from passgraph.run.admission import Admission, bound_to, given_room
 from passgraph.run.finite_checks import NonFinite, PassCheck, checked_choice
+from passgraph.run.holding import Alone, Held
+from passgraph.run.result import Into, Observer, Result, Results
 
 if TYPE_CHECKING:
     from passgraph.backends.base import Backend
-    from passgraph.run.execution import Execution
-
-Picture: TypeAlias = NDArray[np.float32]
-#: Arrays to write results into, by output name.
-Into: TypeAlias = Mapping[str, Any]
-Results: TypeAlias = Literal["float32", "stored"]
-Observer: TypeAlias = Callable[[Step, dict[str, Picture]], None]
-
-
-class Result(Mapping[str, Picture]):
-    """Pictures by target name: (height, width, channels), row 0 on top; float32 unless compiled or called otherwise."""
-
-    def __init__(self, pictures: dict[str, Any]) -> None:
-        self._pictures = pictures
-
-    def __getitem__(self, name: str) -> Picture:
-        if not arguments.among(name, self._pictures):
-            got = arguments.shown(name)
-            raise UnknownNameError(f"there is no result {got}; there are {', '.join(self._pictures)}")
-        picture: Picture = self._pictures[name]
-        return picture
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._pictures)
-
-    def __len__(self) -> int:
-        return len(self._pictures)
-
-    def save(self, path: str | PathLike[str], name: str | None = None) -> None:
-        """Write a result (the first where no name is given) as PNG, EXR …; the file is written whole or not at all.
-
-        Values above 1 are clipped in 8-bit formats; use a tone-mapping effect, or EXR.
-        """
-        from passgraph.pictures import save
-
-        save(path, self[next(iter(self)) if name is None else name])
-
-
-@dataclass
-class _Held:
-    """What a program must give back: known to its finaliser, which cannot know the program."""
-
-    backend: Backend
-    owns: bool
-    execution: Execution | None = None
-
-    def abandoned(self) -> None:
-        """The program was dropped without being closed; this may run in any thread, in the middle of anything."""
-        execution, self.execution = self.execution, None
-        if execution is None:
-            return
-        if self.owns:
-            # Nobody else has this backend: it goes with the last reference to it.
-            execution.forget()
-        else:
-            self.backend.turn.later(execution.release)
+    from passgraph.run.execution import Execution, Timed
+    from passgraph.run.inspection import Inspection
+    from passgraph.run.profile import Profile
 
 
 class Program:
@@ -106,7 +51,7 @@ class Program:
     ) -> None:
         self._outputs, self.backend, self._owns = outputs, backend, owns
         self._results = results
-        self._held = _Held(backend, owns)
+        self._held = Held(backend, owns)
         weakref.finalize(self, self._held.abandoned).atexit = False
         self._non_finite, self._check_finite = non_finite, check_finite
         # A check names passes as they were written, so none is computed inside another.
@@ -123,7 +68,7 @@ class Program:
         self._busy = False
         self._pass_check: PassCheck | None = None
         self._overrides: dict[tuple[str, str], object] = {}
-        self._static_pictures: dict[str, tuple[Any, Any]] = {}
+        self._admission = Admission(self._inputs, outputs.values(), non_finite)
         self._closed = False
         self.replanned = 0  # how often an input of another size or format made a new plan
 
@@ -160,9 +105,9 @@ class Program:
         assert plan is not None
         return plan
 
-    def _alone(self, what: str) -> _Alone:
+    def _alone(self, what: str) -> Alone:
         """While nobody else uses the backend."""
-        return _Alone(self, what)
+        return Alone(self, what)
 
     def _check_open(self) -> None:
         if self._closed:
@@ -286,14 +231,16 @@ class Program:
         with self._alone("run"):
             self._run(_observe, given, into)
 
-    def _run(self, observe: Observer | None, given: Mapping[str, Any], into: Into | None) -> None:
-        pictures = self._pictures(given)
+    def _run(
+        self, observe: Observer | None, given: Mapping[str, Any], into: Into | None, timed: Timed | None = None
+    ) -> None:
+        pictures = self._admission.pictures(given, self.backend.picture_of)
         if self._bind(pictures) or self._plan is None:
             self._make_plan()
         assert self._execution is not None
         values = {name: value for name, value in given.items() if name not in self._inputs}
         room = given_room(into or {}, self.plan, pictures, self.backend.picture_of)
-        self._execution.run(pictures, values, observe, self._pass_check, room)
+        self._execution.run(pictures, values, observe, self._pass_check, room, timed)
 
     def read(self, name: str | None = None) -> Result:
         """The outputs of the last run (or one of them)."""
@@ -305,8 +252,8 @@ class Program:
         if execution is None:
             raise GraphError("nothing has run yet")
         outputs = execution.plan.outputs
-        if name is not None:
-            _known(name, outputs)
+        if name is not None and not arguments.among(name, outputs):
+            raise GraphError(f"there is no output {arguments.shown(name)}; there are {', '.join(outputs)}")
         names = list(outputs) if name is None else [name]
         with self.backend.running():
             return Result({n: execution.result(outputs[n], self._results == "stored") for n in names})
@@ -339,42 +286,105 @@ class Program:
             self._execution.override(step, name, value)
             self._overrides[step, name] = value
 
+    def inspect(self, x: int, y: int, step: str | None = None, /, **given: Any) -> Inspection:
+        """Every value of every line of a pass's kernel at one pixel, in float64, by the reference.
+
+        What the pass reads is computed by the reference too, as in a first run.
+
+        Parameters
+        ----------
+        x, y
+            The pixel, from 0 at the left and on top.
+        step
+            The name of a full-screen pass; left out, the last one.
+        given
+            Pictures and values by name, as for a call.
+
+        Returns
+        -------
+        Inspection
+            Printed, each line of the source with what its variable takes; branches; a loop's trips.
+
+        Raises
+        ------
+        GraphError
+            For a pass that is not there or draws triangles, and a pixel outside of it.
+        InputError
+            As for a call.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from passgraph.graph.calls import kernel
+        >>> from passgraph.graph.targets import Input
+        >>> double = kernel(source="def double(color: Image, gain: float = 2.0) -> vec4: return color[0, 0] * gain")
+        >>> with compile(double(Input("frame"))) as program:
+        ...     found = program.inspect(0, 0, frame=np.full((1, 1, 4), 0.25, np.float32))
+        >>> found.parameters, found.results  # print(found) shows the lines between them
+        ({'gain': 2.0}, {'double': (0.5, 0.5, 0.5, 0.5)})
+        """
+        from passgraph.run.inspection import Known, inspected
+
+        with self._alone("inspected"):
+            pictures = self._admission.pictures(given, self.backend.picture_of)
+            values = {name: value for name, value in given.items() if name not in self._inputs}
+            known = Known(self._outputs, self._size, self._bound_to(pictures), pictures, values, self._overrides)
+            return inspected(known, step, x, y)
+
+    def profile(self, runs: int = 5, /, **given: Any) -> Profile:
+        """How long each pass takes: the median of some runs, after one in which code is made and inputs come in.
+
+        The device is waited for around each pass, so what would overlap does not.  What it runs as one is one row.
+
+        Parameters
+        ----------
+        runs
+            How many are timed, 1 to 1000; each counts as a run, to history too.
+        given
+            Pictures and values by name, as for a call.
+
+        Returns
+        -------
+        Profile
+            Printed, a table.
+
+        Raises
+        ------
+        GraphError, InputError
+            For another number of runs, and as for a call.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> from passgraph.effects.pictures.blur import gaussian_blur
+        >>> from passgraph.graph.targets import Input
+        >>> with compile(gaussian_blur(Input("frame"))) as program:
+        ...     profile = program.profile(3, frame=np.zeros((9, 16, 4), np.float32))
+        >>> [each.passes for each in profile.passes], profile.runs
+        ([('gaussian_blur_x', 'gaussian_blur_y')], 3)
+        """
+        from passgraph.run.profile import Stopwatch
+
+        count = arguments.whole(runs, "profile: runs", 1, 1000)
+        with self._alone("profiled"):
+            self._run(None, given, None)
+            watch = Stopwatch(self.backend.finish)
+            for _ in range(count):
+                watch.run(lambda: self._run(None, given, None, watch.step))
+            assert self._execution is not None
+            return watch.profile(self.backend.name, self._execution.plan, self._execution.ends(self._check_finite))
+
     def finish(self) -> None:
         """Wait for the device."""
         with self._alone("waited for"):
             self.backend.finish()
 
-    def _pictures(self, given: Mapping[str, Any]) -> dict[str, Any]:
-        pictures = {}
-        for name, spec in self._inputs.items():
-            picture = given.get(name, spec.default)
-            if picture is None:
-                raise InputError(f"input {name!r} is missing; run the program as program({name}=picture)")
-            seen, checked = self._static_pictures.get(name, (None, None))
-            on_device = self.backend.picture_of(picture)
-            if on_device is not None:
-                pictures[name] = admitted_device_picture(on_device, spec)
-                continue
-            if not spec.static or seen is not picture:
-                checked = admitted_picture(picture, spec, self._non_finite, self._readers(name))
-            if spec.static:
-                # The same object again is the same picture: what depends on it does not run again.
-                self._static_pictures[name] = picture, checked
-            pictures[name] = checked
-        return pictures
-
-    def _readers(self, name: str) -> Iterator[str]:
-        """Passes that read an input, by name."""
-        from passgraph.graph.calls import graph
-
-        made = graph(*self._outputs.values())
-        for node, data in made.nodes(data=True):
-            if data["kind"] == "input" and data["name"] == name:
-                yield from (reader.name for reader in made.successors(node))
+    def _bound_to(self, pictures: Mapping[str, Any]) -> dict[str, tuple[Format, tuple[int, int]]]:
+        return {name: bound_to(pictures[name], spec) for name, spec in self._inputs.items()}
 
     def _bind(self, pictures: Mapping[str, Any]) -> bool:
         """Formats and sizes of this run's inputs; true when they differ from the plan's."""
-        bound = {name: bound_to(pictures[name], spec) for name, spec in self._inputs.items()}
+        bound = self._bound_to(pictures)
         changed = bound != self._bound
         if changed and self._plan is not None:
             self.replanned += 1
@@ -406,37 +416,6 @@ class Program:
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-
-class _Alone:
-    """Around what one thread does with a program; a class, since every call passes here."""
-
-    __slots__ = ("program", "what")
-
-    def __init__(self, program: Program, what: str) -> None:
-        self.program, self.what = program, what
-
-    def __enter__(self) -> None:
-        program = self.program
-        program.backend.turn.__enter__()
-        # Only this thread can have come here twice.
-        if program._busy or (program._closed and self.what != "closed"):
-            program.backend.turn.__exit__()
-            program._check_open()
-            raise GraphError(
-                f"a program cannot be {self.what} from inside its own run; an observer, or a value's function, "
-                "keeps what it needs and does this after the run"
-            )
-        program._busy = True
-
-    def __exit__(self, *_: object) -> None:
-        self.program._busy = False
-        self.program.backend.turn.__exit__()
-
-
-def _known(name: str, outputs: Mapping[str, int]) -> None:
-    if not arguments.among(name, outputs):
-        raise GraphError(f"there is no output {arguments.shown(name)}; there are {', '.join(outputs)}")
 
 
 def compile(

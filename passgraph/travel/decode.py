@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, replace
 from types import SimpleNamespace
 from typing import Any
@@ -18,8 +18,11 @@ from passgraph.graph.drawing import draw
 from passgraph.graph.formulas import MAX_DEPTH
 from passgraph.graph.geometry import FrozenGeometry
 from passgraph.graph.targets import (
+    MAX_SIDE,
     MOST_SLOTS,
+    READING,
     Absolute,
+    Blocks,
     Computed,
     InputSpec,
     Like,
@@ -35,7 +38,19 @@ from passgraph.graph.targets import (
 from passgraph.graph.values import FILLED_IN, Value
 from passgraph.language import ir
 from passgraph.language.kernel import Kernel
-from passgraph.language.types import ImageType, Scalar, Struct, Type, component_count, element_of
+from passgraph.language.types import (
+    Array,
+    ImageType,
+    Scalar,
+    Struct,
+    Type,
+    component_count,
+    element_of,
+    image_names,
+    innermost,
+    is_plain,
+    plain_parts,
+)
 from passgraph.travel.arrays import Arrays
 from passgraph.travel.decode_kernel import kernel_from_data
 from passgraph.travel.document import Document, described
@@ -164,17 +179,21 @@ class _Graph:
         document = self.document
         if given is None:
             return None
-        names = [
-            name for name in ("pixels", "like", "scale", "formulas") if isinstance(given, Mapping) and name in given
-        ]
+        known = ("pixels", "like", "scale", "blocks", "formulas")
+        names = [name for name in known if isinstance(given, Mapping) and name in given]
         record = document.record(given, where, *(names or ["pixels"]))
         if names == ["pixels"]:
             return Absolute(*self._pixels(record["pixels"], where))
         if names == ["formulas"]:
             width, height = document.items(record["formulas"], f"{where}.formulas", exactly=2)
             return Computed(_formula(width), _formula(height))
+        if names == ["like", "blocks"]:
+            counts = document.items(record["blocks"], f"{where}.blocks", exactly=3)
+            across, down, each = (document.whole(count, f"{where}.blocks", 1, MAX_SIDE) for count in counts)
+            return Blocks(self._lender(record["like"], f"{where}.like"), across, down, each)
         if names not in (["scale"], ["like", "scale"]):
-            document.wrong(where, "an object with pixels, with scale, with like and scale, or with formulas", given)
+            expected = "an object with pixels, with scale, with like and scale or blocks, or with formulas"
+            document.wrong(where, expected, given)
         scale = checked_scale(document.number(record["scale"], f"{where}.scale"), where)
         return Relative(scale) if names == ["scale"] else Like(self._lender(record["like"], f"{where}.like"), scale)
 
@@ -282,52 +301,52 @@ class _Graph:
 
     def _arguments(self, programs: list[ir.TypedKernel], record: Mapping[str, Any], where: str) -> dict[str, Any]:
         """What kernels are called with, by parameter."""
-        types: dict[str, dict[str, Type]] = {"images": {}, "values": {}, "constants": {}}
+        document = self.document
+        parameters: dict[str, tuple[Type, bool]] = {}
         for program in programs:
             for parameter in program.parameters:
                 if not handed_in(program.stage, parameter.type):
-                    is_image = isinstance(parameter.type, ImageType)
-                    kind = "images" if is_image else "constants" if parameter.const else "values"
-                    types[kind].setdefault(parameter.name, parameter.type)
+                    parameters.setdefault(parameter.name, (parameter.type, parameter.const))
+        wanted: dict[str, list[str]] = {"images": [], "values": [], "constants": []}
+        for name, (type_, const) in parameters.items():
+            wanted["images"] += image_names(type_, name)
+            if any(is_plain(part) for _, part in plain_parts(type_)):
+                wanted["constants" if const else "values"].append(name)
+        given = {kind: document.record(record[kind], f"{where}.{kind}", *names) for kind, names in wanted.items()}
         made: dict[str, Any] = {}
-        for kind, wanted in types.items():
-            given = self.document.record(record[kind], f"{where}.{kind}", *wanted)
-            for name, type_ in wanted.items():
-                place = f"{where}.{kind}.{name}"
-                if name in made:
-                    self.document.wrong(place, "a name for one thing in both kernels", name)
-                is_image = kind == "images"
-                made[name] = (
-                    self._handle(given[name], place) if is_image else self._parameter(given[name], type_, place, kind)
-                )
+        for name, (type_, const) in parameters.items():
+            images = {
+                path: self._handle(given["images"][path], f"{where}.images.{path}") for path in image_names(type_, name)
+            }
+            kind = "constants" if const else "values"
+            made[name] = self._argument(name, type_, given[kind].get(name), images, f"{where}.{kind}", kind)
         return made
 
-    def _parameter(self, given: object, type_: Type, where: str, kind: str) -> object:
-        document = self.document
-        if kind == "values" and isinstance(given, Mapping) and "value" in given:
-            number = document.record(given, where, "value")["value"]
+    def _argument(
+        self, name: str, type_: Type, given: object, images: Mapping[str, Target], where: str, kind: str
+    ) -> object:
+        """A parameter's value from its handles and its numbers."""
+        document, place = self.document, f"{where}.{name}"
+        if kind == "values" and not images and isinstance(given, Mapping) and "value" in given:
+            number = document.record(given, place, "value")["value"]
             if isinstance(number, str) and number in FILLED_IN:
                 return FILLED_IN[number]
-            return document.index(number, f"{where}.value", self.values, "values")
-        if not isinstance(type_, Struct):
-            return self._plain(given, type_, where)
-        parts = iter(document.items(document.record(given, where, "fields")["fields"], where, exactly=_leaves(type_)))
-        return self._struct(parts, type_, where)
+            return document.index(number, f"{place}.value", self.values, "values")
+        parts = [(path, part) for path, part in plain_parts(type_, name) if is_plain(part)]
+        data: Sequence[object] = (given,) if parts else ()
+        if parts and isinstance(innermost(type_), Struct):
+            data = document.items(document.record(given, place, "fields")["fields"], place, exactly=len(parts))
+        numbers = {
+            path: self._numbers(one, part, f"{where}.{path}") for (path, part), one in zip(parts, data, strict=True)
+        }
+        return _built(type_, name, 0, numbers, images)
 
-    def _struct(self, parts: Any, type_: Struct, where: str) -> SimpleNamespace:
-        made = SimpleNamespace()
-        for name, inner in type_.fields:
-            place = f"{where}.{name}"
-            nested = isinstance(inner, Struct)
-            setattr(made, name, self._struct(parts, inner, place) if nested else self._plain(next(parts), inner, place))  # type: ignore[arg-type]
-        return made
-
-    def _plain(self, given: object, type_: Type, where: str) -> object:
-        """A number, or components in their order."""
+    def _numbers(self, given: object, type_: Type, where: str) -> tuple[ir.Number, ...]:
+        """Components in their order; a scalar stands alone."""
         document, element = self.document, element_of(type_)
         try:
             if isinstance(type_, Scalar):
-                return held(document.number(given, where), element)
+                return (held(document.number(given, where), element),)
             flat = document.items(given, where, exactly=component_count(type_))
             return tuple(held(document.number(part, where), element) for part in flat)
         except Unfit as unfit:
@@ -337,21 +356,23 @@ class _Graph:
         document = self.document
         kinds = [kind for kind in ("input", "previous", "pass") if isinstance(given, Mapping) and kind in given]
         kind = kinds[0] if kinds else "input"
+        more = [name for name in READING if isinstance(given, Mapping) and name in given and name != "border"]
         names = {"pass": ("pass", "slot"), "previous": ("previous", "frames_ago")}.get(kind, (kind,))
-        record = document.record(given, where, *names, "border")
-        border = document.text(record["border"], f"{where}.border")
+        record = document.record(given, where, *names, "border", *more)
+        document.text(record["border"], f"{where}.border")
+        reading = {field: record[name] for name, field in READING.items() if name in record}
         with document.at(where):
             if kind == "pass":
                 made = document.index(record["pass"], f"{where}.pass", self.passes, "passes")
                 if isinstance(record["slot"], bool) or record["slot"] not in list(made):
                     document.wrong(f"{where}.slot", f"one of {', '.join(map(str, made))}", record["slot"])
                 found: Target = made[record["slot"]]
-                return found.border(border)
+                return replace(found, **reading)
             if kind == "previous":
                 spec = document.index(record["previous"], f"{where}.previous", self.targets, "targets")
-                return previous(spec, record["frames_ago"]).border(border)
+                return replace(previous(spec, record["frames_ago"]), **reading)
             spec = document.index(record["input"], f"{where}.input", self.inputs, "inputs")
-            return Target(spec, border_rule=border)
+            return Target(spec, **reading)
 
 
 def _formula(given: object, depth: int = 0) -> Any:
@@ -370,5 +391,18 @@ def _by_slot(made: Target | tuple[Target, ...]) -> dict[int, Target]:
     return found
 
 
-def _leaves(type_: Type) -> int:
-    return sum(_leaves(inner) for _, inner in type_.fields) if isinstance(type_, Struct) else 1
+def _built(
+    type_: Type, path: str, entry: int, numbers: Mapping[str, tuple[ir.Number, ...]], images: Mapping[str, Target]
+) -> object:
+    """A value as callers hand it in, from the flat arrays that hold it and its like; it is this entry of them."""
+    if isinstance(type_, Struct):
+        fields = {n: _built(inner, f"{path}.{n}", entry, numbers, images) for n, inner in type_.fields}
+        return SimpleNamespace(**fields)
+    if isinstance(type_, Array) and not isinstance(type_.element, Scalar):
+        first, inner = entry * type_.length, type_.element
+        return [_built(inner, path, first + k, numbers, images) for k in range(type_.length)]
+    if isinstance(type_, ImageType):
+        return images.get(path) or images[f"{path}.{entry}"]
+    count = component_count(type_)
+    found = numbers[path][entry * count : (entry + 1) * count]
+    return found[0] if isinstance(type_, Scalar) else found

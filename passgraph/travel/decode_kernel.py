@@ -15,13 +15,13 @@ from passgraph.language.types import (
     NAMED,
     VEC4,
     Array,
-    ImageType,
-    Matrix,
     Scalar,
     Struct,
     Type,
     Vector,
     element_of,
+    longest,
+    plain_parts,
 )
 from passgraph.travel.document import Document
 from passgraph.travel.kernel_check import Signature, Unfit, Variables, held
@@ -163,10 +163,13 @@ class _Reader:
             return NAMED[given]
         if isinstance(given, (list, tuple)):
             element, length = document.items(given, where, exactly=2)
-            inner = NAMED.get(element) if isinstance(element, str) else None
-            if not isinstance(inner, (Scalar, Vector, Matrix)):
-                document.wrong(where, "a scalar, vector or matrix type as what an array holds", element)
-            return Array(inner, document.whole(length, where, 1, MAX_ARRAY_LENGTH))
+            if depth >= MAX_STRUCT_DEPTH:
+                document.wrong(where, f"arrays and structs at most {MAX_STRUCT_DEPTH} deep", given)
+            inner = self._type(element, where, depth + 1)
+            made = Array(inner, document.whole(length, where, 1, MAX_ARRAY_LENGTH))  # type: ignore[arg-type]
+            if longest(made) > MAX_ARRAY_LENGTH:
+                document.wrong(where, f"arrays of at most {MAX_ARRAY_LENGTH} elements together", given)
+            return made
         if not isinstance(given, dict):
             document.wrong(where, f"a type: {', '.join(NAMED)}, [element, length] or a struct", given)
         if depth >= MAX_STRUCT_DEPTH:
@@ -179,9 +182,10 @@ class _Reader:
             fields[name] = self._type(inner_data, f"{where}.fields[{i}]", depth + 1)
             if len(fields) <= i:
                 document.wrong(f"{where}.fields[{i}]", "a name that no field has yet", name)
-            if isinstance(fields[name], ImageType):
-                document.wrong(f"{where}.fields[{i}]", "a field that is no Image", inner_data)
-        return Struct(document.identifier(record["struct"], where), tuple(fields.items()))
+        struct = Struct(document.identifier(record["struct"], where), tuple(fields.items()))
+        if len(plain_parts(struct)) > MAX_STRUCT_FIELDS:
+            document.wrong(where, f"structs of at most {MAX_STRUCT_FIELDS} fields, nested ones too", given)
+        return struct
 
     # Rows
 

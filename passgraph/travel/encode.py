@@ -17,12 +17,24 @@ from passgraph.graph.calls import leaves
 from passgraph.graph.draw_state import DrawState
 from passgraph.graph.geometry import ATTRIBUTE_TYPES
 from passgraph.graph.outputs import Outputs, named_outputs
-from passgraph.graph.targets import Absolute, Computed, DrawPass, InputSpec, Like, Pass, Relative, Target, TargetSpec
+from passgraph.graph.targets import (
+    READING,
+    Absolute,
+    Blocks,
+    Computed,
+    DrawPass,
+    InputSpec,
+    Like,
+    Pass,
+    Relative,
+    Target,
+    TargetSpec,
+)
 from passgraph.graph.values import FILLED_IN, Derived, Value
 from passgraph.language.kernel import Kernel
 from passgraph.language.layout import components
 from passgraph.language.symbols import UINT_MAX
-from passgraph.language.types import Scalar, Struct, Type, element_of
+from passgraph.language.types import Scalar, Struct, Type, element_of, innermost, is_plain
 from passgraph.plan.reach import passes_behind
 from passgraph.travel.arrays import array_data
 from passgraph.travel.document import number_data
@@ -110,7 +122,7 @@ class _Writer:
     def _target(self, spec: TargetSpec) -> int:
         # Targets whose sizes hang on each other form a chain that may be long.
         chain = [spec]
-        while id(chain[-1]) not in self._numbers and isinstance(chain[-1].size, Like):
+        while id(chain[-1]) not in self._numbers and isinstance(chain[-1].size, Like | Blocks):
             lender = chain[-1].size.other.spec
             if not isinstance(lender, TargetSpec) or lender in chain:
                 break
@@ -134,25 +146,22 @@ class _Writer:
             return None
         if isinstance(size, Computed):
             return {"formulas": [size.width, size.height]}
+        part = {"scale": size.scale} if isinstance(size, Like) else {"blocks": [size.width, size.height, size.each]}
         lender = size.other.spec
         if isinstance(lender, InputSpec):
-            return {"like": {"input": self._input(lender)}, "scale": size.scale}
+            return {"like": {"input": self._input(lender)}, **part}
         if id(lender) not in self._numbers:
             raise GraphError(f"{where} takes its size from itself, by way of {lender.name!r}; give one of them a size")
-        return {"like": {"target": self._numbers[id(lender)]}, "scale": size.scale}
+        return {"like": {"target": self._numbers[id(lender)]}, **part}
 
     def handle(self, target: Target) -> dict[str, Any]:
         spec = target.spec
         if isinstance(spec, InputSpec):
-            return {"input": self._input(spec), "border": target.border_rule}
+            return {"input": self._input(spec), **_reading(target)}
         if target.is_previous:
-            return {
-                "previous": self._target(spec),
-                "frames_ago": target.frames_ago,
-                "border": target.border_rule,
-            }
+            return {"previous": self._target(spec), "frames_ago": target.frames_ago, **_reading(target)}
         assert target.made_by is not None  # a handle of a target is a pass's, or last frame's
-        return {"pass": self._numbers[id(target.made_by)], "slot": target.slot, "border": target.border_rule}
+        return {"pass": self._numbers[id(target.made_by)], "slot": target.slot, **_reading(target)}
 
     # Passes
 
@@ -201,8 +210,9 @@ class _Writer:
         if isinstance(given, Value):
             filled_in = FILLED_IN.get(given.name) is given
             return {"value": given.name if filled_in else self._value(given, where)}
-        parts = [_numbers_data(part, leaf, name) for name, leaf, part in leaves(given, type_, where)]
-        return {"fields": parts} if isinstance(type_, Struct) else parts[0]
+        plain = [leaf for leaf in leaves(given, type_, where) if is_plain(leaf[1])]
+        parts = [_numbers_data(part, leaf, name) for name, leaf, part in plain]
+        return {"fields": parts} if isinstance(innermost(type_), Struct) else parts[0]
 
     def _value(self, value: Value, where: str) -> int:
         if id(value) in self._numbers:
@@ -227,6 +237,13 @@ class _Writer:
                 self._kernels[text] = self._add("kernels", program, data)
             self._numbers[id(program)] = self._kernels[text]
         return self._numbers[id(program)]
+
+
+def _reading(target: Target) -> dict[str, Any]:
+    """How a handle is read: its border, and what differs from other handles."""
+    found = {name: getattr(target, field) for name, field in READING.items()}
+    unread = {name: getattr(target.content, field) for name, field in READING.items()}
+    return {name: value for name, value in found.items() if name == "border" or value != unread[name]}
 
 
 def _state_data(state: DrawState) -> dict[str, Any]:

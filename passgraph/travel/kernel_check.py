@@ -13,21 +13,22 @@ from typing import Any
 from passgraph.errors import PassgraphError
 from passgraph.language import ir
 from passgraph.language.expressions import STAGE_VALUES
+from passgraph.language.facts import PROPERTIES
 from passgraph.language.layout import FLOAT_END
 from passgraph.language.meanings import INT_MAX, INT_MIN
 from passgraph.language.operations import OPERATIONS
-from passgraph.language.signature import VERTEX
+from passgraph.language.signature import MAX_IMAGES, VERTEX
 from passgraph.language.source import NOWHERE
 from passgraph.language.statements import MAX_BLOCKS
 from passgraph.language.symbols import UINT_MAX
 from passgraph.language.types import (
     BOOL,
+    FLOAT,
     INT,
     IVEC2,
     UINT,
     VEC4,
     Array,
-    ImageType,
     Matrix,
     Scalar,
     Struct,
@@ -35,6 +36,10 @@ from passgraph.language.types import (
     Vector,
     component_count,
     element_of,
+    image_count,
+    image_names,
+    is_plain,
+    plain_parts,
 )
 from passgraph.language.typing_rules import apply
 from passgraph.language.values import index_into
@@ -72,12 +77,12 @@ class Signature:
 
     def __init__(self, stage: ir.Stage, parameters: tuple[ir.Parameter, ...]) -> None:
         self.stage = stage
-        self.images = {p.name for p in parameters if isinstance(p.type, ImageType)}
+        if sum(image_count(p.type) for p in parameters) > MAX_IMAGES:
+            raise Unfit(f"at most {MAX_IMAGES} images, those in structs and arrays too")
+        self.images = {name for p in parameters for name in image_names(p.type, p.name)}
         self.uniforms: dict[str, tuple[Type, bool]] = {}
         stages = {name: type_ for name, (type_, stages) in STAGE_VALUES.items() if stage in stages and name != "uv"}
         self.builtins: dict[str, Type] = stages
-        if stage == "vertex" and self.images:
-            raise Unfit("without images, which vertex kernels do not read")
         for parameter in parameters:
             type_ = parameter.type
             if isinstance(type_, Struct) and handed_in(stage, type_):
@@ -95,18 +100,14 @@ class Signature:
         self.builtins |= {f"{prefix}.{name}": type_ for name, type_ in struct.fields}
 
     def _take(self, name: str, type_: Type, const: bool) -> None:
-        if isinstance(type_, Struct):
-            for field, inner in type_.fields:
-                self._take(f"{name}.{field}", inner, const)
-        elif not isinstance(type_, ImageType):
-            self.uniforms[name] = type_, const
+        self.uniforms |= {path: (part, const) for path, part in plain_parts(type_, name) if is_plain(part)}
 
     def check(self, node: Any) -> None:
         """An expression whose parts are right, and no statements."""
         for part in parts_of(node):
             if isinstance(part, STATEMENTS):
                 raise Unfit("an expression of expressions, not of statements")
-        if not isinstance(node.type, (Scalar, Vector, Matrix, Array)):
+        if not is_plain(node.type):
             raise Unfit("of a plain type")
         _CHECKS[type(node)](self, node)
 
@@ -190,10 +191,25 @@ def _check_indexed(value: ir.Expr, index: ir.Expr) -> None:
 
 
 def _texel(signature: Signature, node: ir.Texel) -> None:
-    if node.image not in signature.images or not node.x.type == node.y.type == INT or node.type != VEC4:
+    if (
+        node.image.removesuffix(ir.MIPS) not in signature.images
+        or not node.x.type == node.y.type == INT
+        or node.type != VEC4
+    ):
         raise Unfit("a vec4 from an image parameter, at two ints")
-    if node.relative and signature.stage != "pixel":
+    if node.relative and (signature.stage != "pixel" or node.image not in signature.images):
         raise Unfit("a texel at an absolute place")
+
+
+def _filtered(signature: Signature, node: ir.Filtered) -> None:
+    plain = node.x.type == node.y.type == FLOAT and node.type == node.value.type == node.slack.type == VEC4
+    if node.image not in signature.images or not plain:
+        raise Unfit("a vec4 from an image parameter, at two floats, and two of type vec4")
+
+
+def _property(signature: Signature, node: ir.Property) -> None:
+    if node.image not in signature.images or PROPERTIES.get(node.name) != node.type:
+        raise Unfit(f"one of {', '.join(PROPERTIES)} of an image parameter, of its type")
 
 
 def _size(signature: Signature, node: ir.Size) -> None:
@@ -208,7 +224,7 @@ def _is_array(node: ir.Expr) -> bool:
 _CHECKS: Mapping[type[Any], Callable[[Signature, Any], None]] = {
     ir.Literal: _literal, ir.Table: _table, ir.Uniform: _uniform, ir.Builtin: _builtin, ir.Local: lambda *_: None,
     ir.Apply: _apply, ir.Select: _select, ir.Swizzle: _swizzle, ir.Construct: _construct, ir.Index: _index,
-    ir.Insert: _insert, ir.Texel: _texel, ir.Size: _size,
+    ir.Insert: _insert, ir.Texel: _texel, ir.Size: _size, ir.Property: _property, ir.Filtered: _filtered,
 }  # fmt: skip
 
 

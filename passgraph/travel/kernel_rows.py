@@ -22,6 +22,8 @@ ROWS: dict[type[Any], dict[str, str]] = {
     ir.Index: {"type": "type", "value": "row", "index": "row"},
     ir.Insert: {"type": "type", "value": "row", "index": "row", "element": "row"},
     ir.Texel: {"type": "type", "image": "text", "x": "row", "y": "row", "relative": "flag"},
+    ir.Filtered: {"type": "type", "image": "text", "x": "row", "y": "row", "value": "row", "slack": "row"},
+    ir.Property: {"type": "type", "image": "text", "name": "text"},
     ir.Size: {"type": "type", "image": "text"},
     ir.Assign: {"name": "text", "value": "row"},
     ir.If: {"condition": "row", "then": "rows", "orelse": "rows"},
@@ -42,7 +44,7 @@ def type_data(type_: Type) -> Any:
     ('vec3', ['vec3', 4])
     """
     if isinstance(type_, Array):
-        return [str(type_.element), type_.length]
+        return [type_data(type_.element), type_.length]
     if isinstance(type_, Struct):
         return {"struct": type_.name, "fields": [[name, type_data(inner)] for name, inner in type_.fields]}
     return str(type_)

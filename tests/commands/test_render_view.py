@@ -221,6 +221,7 @@ def test_what_a_file_does_not_have_is_refused(arguments: str, text: str, capsys:
             "out.png: is one picture, and --turntable makes several; give a numbered sequence (-o turn.%04d.png) or a "
             "video (-o turn.mp4)",
         ),
+        ("--turntable 3 --profile", "--profile is for one picture, and --turntable makes several; leave out one"),
         ("--turntable 3 --capture steps", "--capture is for one picture, and --turntable makes several; leave out one"),
     ],
 )

@@ -24,6 +24,7 @@ GIVEN = {
     "compare": ["nowhere.png", "-e", "bloom"],
     "conform": ["-b", "numpy", "-g", "nothing"],
     "check": ["nowhere.txt"],
+    "inspect": ["nowhere.png", "-e", "bloom", "--at", "0,0"],
     "backends": [],
     "fuzz": ["--seconds", "0"],
     "bench": ["nowhere.glb", "-o", "folder/that/is/not/here"],

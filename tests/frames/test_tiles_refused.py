@@ -16,6 +16,8 @@ from tests.frames.tile_graphs import GRAPHS, frame, kernel, picture
 
 KERNELS = """
 def sampled(color: Image) -> vec4: return color.sample(uv() * 0.5)
+def nearby(color: Image) -> vec4: return color.nearest(uv())
+def leveled(color: Image) -> vec4: return color.sample(uv(), lod=1.0)
 def fetched(color: Image) -> vec4: return color.texel(pixel() // 2)
 def kept(color: Image, last: Image) -> vec4: return color[0, 0] * 0.5 + last[0, 0] * 0.5
 def copied(color: Image) -> vec4: return color[0, 0]
@@ -46,12 +48,14 @@ def _inside() -> pg.Target:
     [
         (lambda: made("sampled", frame()), "pass 'sampled' reads 'frame' at places that it computes (.sample, .texel)"),
         (lambda: made("fetched", frame()), "pass 'fetched' reads 'frame' at places that it computes (.sample, .texel)"),
+        (lambda: made("nearby", frame()), "pass 'nearby' reads 'frame' at places that it computes (.sample, .texel)"),
+        (lambda: made("leveled", frame().mipmaps()), "pass 'frame level 1' makes 10x5 pixels of"),
         (_inside, "pass 'copied' (with first inside) reads 'frame' at places that it computes"),
         (_history, "pass 'kept' goes on from last run's content (pg.previous) by 'kept'"),
         (lambda: dirty_lens(frame()), "pass 'dirty_lens_scene' draws over the whole picture"),
         (lambda: bloom(frame(), levels=1), "pass 'bloom_down1' makes 10x5 pixels of 'bloom_bright' (20x10)"),
     ],
-    ids=["sample", "texel", "fused", "previous", "draw", "scaled"],
+    ids=["sample", "texel", "nearest", "level", "fused", "previous", "draw", "scaled"],
 )  # fmt: skip
 def test_a_graph_that_reaches_too_far(graph: Any, text: str) -> None:
     result = np.zeros_like(PICTURE)

@@ -39,6 +39,12 @@ def placed(color: Image) -> vec4:
 def far(color: Image) -> vec4:
     return color[-9, 0] * 0.25 + color[5, 0] * 0.25 + color[0, -6] * 0.25 + color[0, 2] * 0.25
 
+def grown(color: Image) -> vec4:
+    c = color[0, 0]
+    if c.r > 0.5:
+        c = color[-2, 1] * 2.0 + dfdy(uv().y)
+    return fwidth(c) + dfdy(dfdx(c * uv().x)) * float(pixel().y)
+
 def one(color: Image) -> float:
     return color[-2, 1].r * 0.5 + color[1, -3].r * 0.25
 
@@ -88,6 +94,7 @@ GRAPHS: dict[str, Callable[[str], pg.Target]] = {
     "black and white": lambda border: black_and_white(frame(border)),
     "tone map": lambda border: tone_map(frame(border)),
     "sobel": lambda border: kernel("sobel")(frame(border)),
+    "grown": lambda border: kernel("grown")(frame(border)),
     "vignette": lambda border: kernel("vignette")(gaussian_blur(frame(border), 1.0), 0.8),
     "depth-aware blur": lambda border: depth_aware_blur(frame(border), pg.Input("depth").border(border), 3),
     "deep": _deep,

@@ -50,7 +50,8 @@ def operations_of(node: Any, found: Counter[str]) -> None:
 
 #: What kernels may have beside operations.
 WORDS = {
-    "for ", "if ", "elif ", "else:", "break", "continue", "return", ".sample(", ".texel(", "c[", "Const[", "pair.",
+    "for ", "if ", "elif ", "else:", "break", "continue", "return", ".sample(", ".texel(", ".nearest(", ".gather(",
+    ".sample3(", "c[", "Const[", "pair.",
     "weights", "TABLE", "helper(", "blend(", ".size", "pixel()", "bits_from_float(",
 }  # fmt: skip
 

@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 
 import passgraph as pg
@@ -99,3 +100,16 @@ def test_every_case_in_an_engines_context(case: Case, engine: tuple[list[Backend
     faults = [str(verdict) for verdict in judge(case, backends) if verdict.outcome != "passed"]
     assert not faults, "\n".join(faults)
     assert not differences(before, dump())
+
+
+def test_a_devices_own_filter_finds_pictures_as_they_lie(engine: tuple[list[Backend], Dump, State]) -> None:
+    """Rows from the bottom up; weights of 8 bits each way."""
+    text = "def filtered(color: Image) -> vec4: return color.sample(uv() * 1.5 - 0.25)"
+    frame = pg.Input("frame", "rgba32f", (7, 5)).filter("linear", hardware=True)
+    made = pg.kernel(source=text)(frame, into=pg.target("filtered", "rgba32f", (33, 26)))
+    given = np.random.default_rng(0).random((5, 7, 4), np.float32)
+    found = []
+    for backend in engine[0]:
+        with pg.compile(made, backend=backend) as program:
+            found.append(np.array(program(frame=given)["filtered"]))
+    assert 0 < np.abs(found[0] - found[1]).max() <= 2.0**-7

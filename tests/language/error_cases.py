@@ -38,7 +38,7 @@ BODIES: list[tuple[str, str]] = [
     ("return x if «v» else x", "a condition must be bool, got vec3; use any(...) or all(...)"),
     ("return x if «n» else x", "compare it with something"),
     ("return «x.y»", "float has no attribute 'y'"),
-    ("return «c.width»", "an Image has [dx, dy], .texel(ivec2), .sample(vec2) and .size, not .width"),
+    ("return «c.width»", "an Image has .size, .levels and .slices, and is read by image[dx, dy], image.texel(ivec2), "),
     ("t = (x, x)\n    return «t.x»", "a tuple has no attributes; unpack it first"),
     ("return «v.w»", "vec3 has no component 'w'"),
     ("return «v.q1»", "swizzles use xyzw, rgba or stpq"),
@@ -56,6 +56,11 @@ BODIES: list[tuple[str, str]] = [
     ("return («m + mat2(1.0)»)[0].x", "+ mixes mat3 and mat2"),
     ("return («m + v»)[0].x", "+ does not take mat3 and vec3"),
     ("return («m * vec2(x)»).x", "cannot multiply mat3 by vec2"),
+    ("return («m * mat2x3(x) * mat2x3(x)»)[0].x", "cannot multiply mat2x3 by mat2x3; mat2x3 has 2 columns"),
+    ("return («vec2(x) * m»).x", "mat3 has 3 rows and takes a vec3 before it"),
+    ("return («mat2x3(x) + mat3x2(x)»)[0].x", "+ mixes mat2x3 and mat3x2"),
+    ("return «determinant(mat2x3(x))»", "determinant() takes a square matrix, got mat2x3"),
+    ("return «mat2x3(x)[2]».x", "index 2 is outside mat2x3 (0 to 1)"),
     ("return («v + vec2(x)»).x", "+ mixes vectors of 3 and 2 components"),
     ("return «x + (x > 1.0)»", "+ takes numbers, got bool"),
     ("return float(«x & 1»)", "an argument of & must be int, got float"),
@@ -76,14 +81,27 @@ BODIES: list[tuple[str, str]] = [
     ("return «sin(x)(x)»", "only named functions can be called"),
     ("return «v.dot(v)»", "values have no methods; got .dot()"),
     ("return «sin(x=x)»", "sin takes no keyword arguments"),
-    ("return «c.sample()».x", "an Image is read by"),
-    ("return «c.fetch(v)».x", "an Image is read by"),
+    ("return «c.sample()».x", "an Image is read by .sample(position: vec2, lod: float); lod may be left out"),
+    ("return «c.sample(v.xy, 1, 2)».x", "an Image is read by .sample(position: vec2, lod: float)"),
+    ("return «c.sample(v.xy, position=v.xy)».x", "an Image is read by .sample(position: vec2, lod: float)"),
+    ("return «c.nearest(v.xy, lod=1)».x", "an Image is read by .nearest(position: vec2)"),
+    ("return «c._filtered(v.xy, c[0, 0], c[0, 0])».x", "image.size_of(int); it has no ._filtered()"),
+    ("return «c.gather(v.xy)».x", "an Image is read by .gather(position: vec2, channel: int)"),
+    ("return «c.gather(v.xy, 0.5)».x", "the channel of gather() must be int, got float"),
+    ("return «c.sample3(v.xy)».x", "the position of sample3() must be vec3, got vec2"),
+    ("return «c.texel(v.xy, **n)».x", "the kernel language has no ** arguments"),
+    ("return «c.fetch(v)».x", "image.sample3(vec3), image.size_of(int); it has no .fetch()"),
     ("return float(«range(3)»)", "range() belongs in a for statement"),
     ("return «discard()»", "discard() is a statement"),
     ("return sin(«*v»)", "no * arguments"),
     ("return f(«*v»)", "the kernel language has no * arguments"),
     ("return f(**«v»)", "no ** arguments"),
     ("return float(«len(x)»)", "len() takes one array or vector"),
+    ("return «dfdx()»", "dfdx() takes 1 argument, got 0"),
+    ("return «fwidth(x, x)»", "fwidth() takes 1 argument, got 2"),
+    ("return float(«dfdx(x > 0.5)»)", "dfdx() takes a float or a float vector, got bool"),
+    ("return «dfdy([x, x])»[0]", "dfdy() takes a float or a float vector, got Array[float, 2]"),
+    ("return «fwidth(m)»[0].x", "fwidth() takes a float or a float vector, got mat3"),
     ("return «select(True, x)»", "select() takes a condition"),
     ("return «select(True, [x], [x])»[0]", "select() takes scalars, vectors and matrices"),
     ("return «select(x, x, x)»", "select() takes bool or a bvec first, got float"),
@@ -103,6 +121,7 @@ BODIES: list[tuple[str, str]] = [
     ("return «float(v)»", "float() takes one scalar"),
     ("return «vec3([x])».x", "vec3() does not take Array[float, 1]"),
     ("return «vec3(x, x)».x", "vec3() takes 3 components, got 2"),
+    ("return «mat2x3(x, x)»[0].x", "mat2x3() takes 6 components (columns first), got 2"),
     ("return «mat2(x, x)»[0].x", "mat2() takes 4 components (columns first), got 2"),
     ("return «x[0]»", "float cannot be indexed"),
     ("return «v[3]»", "index 3 is outside vec3 (0 to 2)"),
@@ -113,7 +132,20 @@ BODIES: list[tuple[str, str]] = [
     ("return «(x, x)[2]»", "a tuple of 2 takes a constant index in range"),
     ("a = «[]»\n    return x", "an array needs at least one element"),
     ("a = «[" + ", ".join(["x"] * 1025) + "]»\n    return x", "an array has at most 1024 elements, got 1025"),
-    ("a = «[[x]]»\n    return x", "array elements are scalars, vectors or matrices"),
+    ("a = «[(x, x)]»\n    return x", "array elements are values, arrays, structs or images by name, got a tuple"),
+    ("a = «[[x], x]»\n    return x", "the elements of an array must have one type, got Array[float, 1] and float"),
+    ("a = «[S(x, v), x]»\n    return x", "the elements of an array must have one type, got S and float"),
+    ("a = «[[x] * 200] * 6»\n    return x", "an array has at most 1024 elements, got 1200"),
+    ("a = [[x, x], [x, x]]\n    return «a[2]»[0]", "index 2 is outside Array[Array[float, 2], 2] (0 to 1)"),
+    ("a = [[x, x], [x, x]]\n    «a[2]»[0] = x\n    return x", "index 2 is outside Array[Array[float, 2], 2] (0 to 1)"),
+    ("a = [[x, x], [x, x]]\n    «a[0] = [x]»\n    return x", "a[0] must be Array[float, 2], got Array[float, 1]"),
+    ("a = [S(x, v)]\n    «a[n] = x»\n    return x", "a[n] must be S, got float"),
+    ("a = [S(x, v)]\n    «a[n].c = x»\n    return x", "a[n].c cannot be assigned to"),
+    ("a = [S(x, v)]\n    return x + «a»", "a value is expected here, got Array[S, 1]"),
+    ("return «len([c, c][n])»", "len() takes one array or vector"),
+    ("«a = [c, c]»\n    return x", "an Image cannot be given another name"),
+    ("«return [c, c][n].size»", "the result of k must be float, got ivec2"),
+    ("return («[c, c] if x > 1.0 else [c, c]»)[0].size.x", "cannot choose between values of type Array[Image, 2]"),
     ("a = «[x] * n»\n    return x", "[value] * n needs a whole constant n >= 1"),
     ("a = «[x] * 2000»\n    return x", "an array has at most 1024 elements, got 2000"),
     ("return «[x, v]»[0]", "the elements of an array must have one type, got float and vec3"),
@@ -201,7 +233,18 @@ TEXTS: list[tuple[str, str]] = [
     ("def k(c: «'1 +'») -> float: return 1.0", "annotation '1 +' is not a type"),
     ("def k(c: «int[3]») -> float: return 1.0", "only Const[T], Array[T, n] and tuple[...] take brackets"),
     ("def k(c: «Array[float]») -> float: return 1.0", "an array is written Array[element, length]"),
-    ("def k(c: «Array[Image, 3]») -> float: return 1.0", "array elements are scalars, vectors or matrices, got Image"),
+    ("def k(c: «Array[tuple[float, float], 3]») -> float: return 1.0", "an array cannot hold tuples"),
+    (
+        "def k(c: «Array[Array[float, 32], 33]») -> float: return 1.0",
+        "has 1056 elements, those of arrays in it counted",
+    ),
+    ("«def k(c: Array[Image, 129]) -> float: return 1.0»", "k takes 129 images, those in structs and arrays too"),
+    ("def k(c: Array[Image, 2]) -> «Array[Image, 2]»: return c", "k cannot return an Image"),
+    (
+        "class S:\n    a: Image\ndef f(s: S) -> float:\n    s.a = s.a\n    return 1.0\n"
+        "def k(c: Image) -> float: return «f(S(c))»",
+        "parameter 's' holds an Image and cannot be assigned to",
+    ),
     ("def k(c: «Array[float, 0]») -> float: return 1.0", "array length must be a whole number from 1 to 1024, got 0"),
     ("def k(c: «1 + 2») -> float: return 1.0", "a name is expected here"),
     ("def k(«c: tuple[float, float]») -> float: return 1.0", "a parameter cannot be a tuple"),
@@ -219,7 +262,7 @@ TEXTS: list[tuple[str, str]] = [
     ("«class S:»\n    pass\ndef k(s: S) -> float: return 1.0", "struct S has no fields"),
     ("«class S(T):»\n    a: float\ndef k(s: S) -> float: return 1.0", "struct S has a base class"),
     ("class S:\n    «a = 1»\ndef k(s: S) -> float: return 1.0", "struct S holds typed fields only"),
-    ("class S:\n    «a: Image»\ndef k(s: S) -> float: return 1.0", "a struct field cannot be Image"),
+    ("class S:\n    «a: tuple[float, float]»\ndef k(s: S) -> float: return 1.0", "a struct field cannot be tuple"),
     ("class S:\n    a: int\n    «a: float»\ndef k(s: S) -> float: return 1.0", "struct S has two fields 'a'"),
     (
         "class S:\n" + "".join(f"    a{n}: float\n" for n in range(256)) + "«class T:»\n    a: S\n    b: S\n"
@@ -320,6 +363,16 @@ STAGES: list[tuple[Callable[..., Any], str, str]] = [
         "a function that calls discard() is called where Python may leave it out",
     ),
     (
+        fragment,
+        VARYING + "def k(p: P, c: Image) -> float: return «c.lod(p.normal.xy)»",
+        "image.lod() takes derivatives, which a fragment kernel has not",
+    ),
+    (
+        fragment,
+        VARYING + "def k(p: P) -> float: return «dfdx(p.normal.x)»",
+        "dfdx() exists in pixel kernels, not in a fragment kernel",
+    ),
+    (
         vertex,
         VARYING + "def k(v: Vertex) -> P:\n    «discard()»\n    return P(vec4(1.0), v.normal)",
         "not in a vertex kernel",
@@ -372,6 +425,14 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
     (lambda: kernel(source="X = 1"), "no function is defined here; a kernel is written def name(...) -> vec4:"),
     (lambda: kernel(source="def f() -> float: return 1.0", name="g"), "no function 'g' is defined here; there are f"),
     (lambda: kernel(source=3), "kernel source must be str, got int"),  # type: ignore[call-overload]
+    (
+        lambda: kernel(source="def k(c: Array[Image, 2]) -> float: return 1.0")(Value("images", object)),
+        "'c' holds images, which are known when the graph is made",
+    ),
+    (
+        lambda: kernel(source="def k(c: Array[Image, 2]) -> float: return 1.0")(3.0),
+        "c must be Array[Image, 2], a list of 2, got 3.0",
+    ),
     (lambda: source_from_text("#" * 300_000), "kernel text has 300000 characters; at most 200000"),
     (lambda: source_from_text("\n#" + "a" * 20_000), "<kernel text>:2: this line has 20001 characters; at most 10000"),
     (lambda: kernel(source="x = " + "-" * 9000 + "1"), "kernel text cannot be parsed"),
@@ -495,12 +556,27 @@ def grown(levels: int, first: str) -> str:
     return "\n".join([*lines, f"def k(c: Image) -> float: return f{levels}(c[0, 0].x)"])
 
 
+def nested_derivatives(levels: int, lines: int) -> str:
+    """Each is of the one inside of the branch before it, beside lines that feed none."""
+    head = [f"{'    ' * (n + 1)}if v.x > {n}.0:" for n in range(levels)]
+    inner = ["    " * (levels + 1) + "u += 1.0"] * lines
+    tail = [f"{'    ' * (n + 1)}v += fwidth(v)" for n in range(levels, -1, -1)]
+    return "\n".join(["def k(c: Image) -> vec4:", "    v, u = c[0, 0], 0.0", *head, *inner, *tail, "    return v + u"])
+
+
 def compiled(text: str, **facts: Any) -> Any:
     return lower(kernel(source=text, name="k").program, Facts(**facts))
 
 
 CALLS += [
+    (lambda: Input("c").filter("cubic"), "there is no filter 'cubic'; the filters are linear, nearest"),
+    (lambda: Input("c").mipmaps().slices(3), "a volume has no smaller levels; leave out one of the two"),
     (lambda: compiled(grown(30, "x")), "the kernel grows past 20000 statements once its functions are inlined"),
+    (lambda: compiled(nested_derivatives(12, 1)), "the kernel grows past 20000 statements"),
+    (
+        lambda: compiled(nested_derivatives(6, 2000)),
+        "the kernel takes more than 1000000 steps to compute its derivatives",
+    ),
     (lambda: compiled(grown(10, "*".join(["x"] * 150))), "the kernel grows past 60000 expressions"),
     (
         lambda: compiled(

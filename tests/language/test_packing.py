@@ -45,17 +45,21 @@ PLAIN: list[tuple[Type, Any, Any]] = [
     (IVEC2, np.array([-3, 4], np.int16), [-3, 4]),
     (BVEC3, (True, 0, 1), [1, 0, 1]),
     (BVEC3, np.array([True, False, True]), [1, 0, 1]),
-    (Matrix(4), MATRIX, MATRIX.T.ravel()),
-    (Matrix(4), MATRIX.astype(np.float32), MATRIX.T.ravel()),
-    (Matrix(4), np.asfortranarray(MATRIX), MATRIX.T.ravel()),
-    (Matrix(4), tuple(map(tuple, MATRIX.tolist())), MATRIX.T.ravel()),
-    (Matrix(4), tuple(MATRIX.ravel().tolist()), MATRIX.ravel()),
-    (Matrix(2), pg.mat2(1.0, 2.0, 3.0, 4.0), [1, 2, 3, 4]),
+    (Matrix(4, 4), MATRIX, MATRIX.T.ravel()),
+    (Matrix(4, 4), MATRIX.astype(np.float32), MATRIX.T.ravel()),
+    (Matrix(4, 4), np.asfortranarray(MATRIX), MATRIX.T.ravel()),
+    (Matrix(4, 4), tuple(map(tuple, MATRIX.tolist())), MATRIX.T.ravel()),
+    (Matrix(4, 4), tuple(MATRIX.ravel().tolist()), MATRIX.ravel()),
+    (Matrix(2, 2), pg.mat2(1.0, 2.0, 3.0, 4.0), [1, 2, 3, 4]),
     (Array(FLOAT, 100), np.full(100, LARGEST), [LARGEST] * 100),
     (Array(FLOAT, 100), list(range(100)), range(100)),
     (Array(INT, 100), np.full(100, INT_MIN), [INT_MIN] * 100),
     (Array(VEC2, 3), [(1, 2), (3, 4), (5, 6)], range(1, 7)),
-    (Array(Matrix(2), 2), np.arange(8.0).reshape(2, 2, 2), [0, 2, 1, 3, 4, 6, 5, 7]),
+    (Matrix(2, 3), np.arange(6.0).reshape(3, 2), [0, 2, 4, 1, 3, 5]),
+    (Matrix(2, 3), pg.mat2x3(1.0, 2.0, 3.0, 4.0, 5.0, 6.0), range(1, 7)),
+    (Matrix(4, 2), [[1, 2, 3, 4], [5, 6, 7, 8]], [1, 5, 2, 6, 3, 7, 4, 8]),
+    (Array(Matrix(3, 2), 2), np.arange(12.0).reshape(2, 2, 3), [0, 3, 1, 4, 2, 5, 6, 9, 7, 10, 8, 11]),
+    (Array(Matrix(2, 2), 2), np.arange(8.0).reshape(2, 2, 2), [0, 2, 1, 3, 4, 6, 5, 7]),
 ]
 
 
@@ -120,3 +124,11 @@ def test_one_number_out_of_range_among_many_is_refused(element: Any, wrong: floa
 def test_another_number_of_numbers_is_refused(value: object) -> None:
     with pytest.raises(InputError, match=r"w must be vec3 \(3 numbers\), got "):
         layout.components(value, VEC3, "w")
+
+
+def test_rows_and_columns_of_an_oblong_matrix_are_not_mixed_up() -> None:
+    """Two rows of three hold as many numbers as three rows of two, and mean another matrix."""
+    with pytest.raises(InputError, match=r"w must be mat2x3 \(6 numbers; 3 rows of 2 each\), got "):
+        layout.components(np.zeros((2, 3)), Matrix(2, 3), "w")
+    with pytest.raises(InputError, match="3 rows of 2 each"):
+        layout.components(np.zeros((4, 2, 3)), Array(Matrix(2, 3), 4), "w")

@@ -109,6 +109,14 @@ def test_fields_beyond_the_bits_are_brought_inside() -> None:
     assert computed("bitfield_extract(u, -9, 4)", PAIRS) == [a & 15 for a, _ in PAIRS]
 
 
+def test_fields_of_data_go_into_constants_on_the_reference_too() -> None:
+    """The reference holds a constant once for all pixels."""
+    text = "def k(c: Image) -> float: return float(bitfield_insert(64, int(c[0, 0].r), 1, 3))"
+    numbers = np.arange(12, dtype=np.float32).reshape(3, 4, 1)
+    with pg.compile(pg.kernel(source=text)(pg.Input("c"), into=pg.target("made", "r32f")), "reference") as program:
+        assert (program(c=numbers)["made"].ravel() == [64 + 2 * (n % 8) for n in range(12)]).all()
+
+
 def test_uints_become_the_nearest_float() -> None:
     pairs = [(a + d, 0) for a in (2**24, 2**31, 2**32 - 1024, 5 * 2**28) for d in range(-600, 600) if a + d < UINT]
     both = np.array(pairs, np.uint32).T[0]

@@ -18,7 +18,17 @@ from tests.mutation.places import PARTS, ROOT, Place, places, sources
 #: compiles the text may not, as the cache would show the code of another mutant.
 WRITES_TEXT = ("pixels/code.py",)
 #: What the reference runs through too (beginnings of paths): for mistakes in it, what the oracle allows is found anew.
-SHARED_WITH_ORACLE = ("passgraph/plan/", "passgraph/run/execution.py")
+SHARED_WITH_ORACLE = (
+    "passgraph/graph/reduction",
+    "passgraph/plan/",
+    "passgraph/run/execution.py",
+    "passgraph/language/composites.py",
+    "passgraph/language/expand.py",
+    "passgraph/language/feeding.py",
+    "passgraph/language/layout.py",
+    "passgraph/language/quads.py",
+    "passgraph/language/variables.py",
+)
 #: A mutant that runs longer hangs, which counts as caught.
 TIMEOUT_S = 600
 

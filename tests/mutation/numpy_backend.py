@@ -311,4 +311,8 @@ MUTANTS = (
         "draw states/blend",
         "draw states/",
     ),
+    _n("_bins", 'b.fcmp_ordered("<=", value, most)', 'b.fcmp_ordered("<", value, most)', "plans/a histogram"),
+    _n("_row", "b.sub(across, b.srem(across, _long(turns)))", "b.sdiv(across, _long(turns))", "plans/a histogram"),
+    _n("_sums", "_long(table * ROOM + 1)", "_long(table * ROOM)", "plans/a histogram"),
+    _n("counts_text", "b.mul(y, output_pitch)", "b.mul(y, bins)", harmless="rows of our own are as long"),
 )

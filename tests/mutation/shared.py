@@ -17,6 +17,14 @@ def _plan(function: str, old: str, new: str, harmless: str = "") -> Mutant:
     return Mutant(function, old, new, "gl", ("plans/", "sequences/"), harmless)
 
 
+def _composite(function: str, old: str, new: str) -> Mutant:
+    return Mutant(function, old, new, "numpy", ("composites/",))
+
+
+def _reduce(function: str, old: str, new: str, *catchers: str) -> Mutant:
+    return Mutant(function, old, new, "gl", catchers or ("plans/sums", "plans/a histogram", "plans/less last"))
+
+
 #: Of the row of floats, which GLSL's row of ints is like up to its end.
 _FLOATS = '"add": "({0} + {1})", "sub": "({0} - {1})", "mul": "({0} * {1})", "div"'
 
@@ -308,6 +316,29 @@ MUTANTS = (
         "opencl",
         ("language/a wide neighbourhood, mirror",),
     ),
+    # Reads by place
+    *(
+        Mutant(function, old, new, "numpy", ("pictures/linear, levels", "pictures/nearest, levels"))
+        for function, old, new in (
+            (
+                "_LIBRARY",
+                "image.texel(ivec2(floor(position * vec2(image.size))))",
+                "image.texel(ivec2(round(position * vec2(image.size))))",
+            ),
+            (
+                "_LIBRARY",
+                "if image.is_nearest:\n        return nearest(",
+                "if image.is_blank:\n        return nearest(",
+            ),
+            ("_LIBRARY", "below[channel], beside_below[channel]", "beside_below[channel], below[channel]"),
+            ("_LIBRARY", "return mix(upper, lower, at - base)", "return mix(lower, upper, at - base)"),
+            ("_LIBRARY", "at + ivec2(0, first)", "at + ivec2(0, first + 1)"),
+            ("_LIBRARY", "max(image.size >> clamp(", "max((image.size + 1) >> clamp("),
+            ("_LIBRARY", "at = ivec2(x, y + z * size.y)", "at = ivec2(x, y + z * size.x)"),
+            ("_LIBRARY", "return mix(result[0], result[1], f.z)", "return mix(result[1], result[0], f.z)"),
+            ("_rules", "rule == {number}", "rule == {3 - number}"),
+        )
+    ),
     Mutant("Printer.trips", '"<" if i.step > 0', '"<=" if i.step > 0', "gl", ("language/",)),
     Mutant("SPELLED", _FLOATS, _FLOATS.replace("+", "-"), "gl", ("operations/add",)),
     Mutant("SPELLED", _FLOATS, _FLOATS.replace("{0} - {1}", "{1} - {0}"), "gl", ("operations/sub",)),
@@ -368,6 +399,31 @@ MUTANTS = (
         "gl",
         ("language/identities", "operations/sub"),
     ),
+    # What is taken apart: matrices that are not square, arrays of structs, of arrays and of images
+    _composite("_matmul", "for row in rows(a, left.rows)]\n    if", "for row in rows(a, right.rows)]\n    if"),
+    _composite("in_order", "array = np.swapaxes(array, -1, -2)", "pass"),
+    _composite(
+        "_clamped",
+        'return apply("min", [apply("max", [index, low], span), high], span)',
+        'return apply("max", [index, low], span)',
+    ),
+    _composite("Place.index", "_int(-1, span), span)", "_int(0, span), span)"),
+    _composite(
+        "Place.index", 'inside = apply("logical_and", [inside, _inside', 'inside = apply("logical_or", [inside, _inside'
+    ),
+    _composite("nth", "if k else first", "if k > 1 else first"),
+    _composite("each_image", "ir.Literal(INT, first + half, span)", "ir.Literal(INT, first + half - 1, span)"),
+    _composite("each_image", "branch(images[half:], first + half)", "branch(images[half:], first)"),
+    # Reductions, which the oracle computes as they are written: what they must give, cases say
+    _reduce("joined", "return a + b", "return a - b"),
+    _reduce("joined", "b.x == a.x and b.z < a.z", "b.x == a.x", "plans/the first place"),
+    _reduce("at_place", "at.x < image.size.x and at.y < image.size.y", "at.x < image.size.x"),
+    _reduce("reduce_level", "ivec2(SIDE, 0), ivec2(SIDE * SIDE, 1)", "ivec2(SIDE, 0), ivec2(SIDE, 1)"),
+    _reduce("per_texel", "float(size.x // made.x) * float(size.y // made.y)", "float(size.x // made.x)"),
+    _reduce("bin_of", "number >= low and number <= high", "number <= high"),
+    _reduce("bin_of", "min(place, bins - 1) + 1", "place + 1"),
+    _reduce("count_bins", "pixel().x + 1", "pixel().x"),
+    _reduce("_taken", "-(-size[0] // declared.width)", "(size[0] // declared.width)"),
     # Loops, match and discard: Python is the truth, which the reference may not share
     Mutant("Loops._index", '"greater_equal", count', '"greater", count', "numpy", ("language/bounds from data",)),
     Mutant(

@@ -81,3 +81,12 @@ def test_sizes_taken_from_each_other_in_a_circle() -> None:
     assert text == (
         "pass 'two' takes its size from 'second', which takes its own from 'first'; give one of the two a size"
     )
+
+
+def test_what_is_reduced_hangs_on_the_size_of_its_picture() -> None:
+    """Asked for are the picture's pixels, of which the result has fewer."""
+    top = pg.reduce(frame, "max")
+    assert sizes(top, pg.histogram(frame, 5), size=(8, 4)) == [(1, 1), (5, 1)]
+    assert "output 'frame.max' is 1x1, reduced from input 'frame'" in refusal(top, size=(16, 9))
+    relative = zoom(frame, into=pg.target("relative", scale=1.0))
+    assert sizes(pg.reduce(relative, "sum", axis="y"), size=(16, 9)) == [(16, 1)]

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from original import Original
+from original import HEAD, Original
 
 import passgraph as pg
 from passgraph.graph.calls import PixelKernel
@@ -38,9 +38,9 @@ def run(
 
 def both(
     gl: Original, text: str, size: tuple[int, int] = (5, 4), pictures: dict[str, Picture] | None = None,
-    values: dict[str, Any] | None = None, backend: str = "reference",
+    values: dict[str, Any] | None = None, *, newer: bool = False,
 ) -> tuple[Picture, Picture]:  # fmt: skip
-    """The picture made here and the one that OpenGL makes."""
+    """The picture made here and the one that OpenGL makes, which reads the text as GLSL 3.30 or 4.30."""
     pictures = pictures or {}
-    ours = run(parse(text), size, pictures, values, backend)
-    return ours, gl.run(text, size, pictures, values or {})
+    head = HEAD.replace("330", "430") if newer else HEAD
+    return run(parse(text), size, pictures, values), gl.run(text, size, pictures, values or {}, head)

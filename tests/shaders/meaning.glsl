@@ -400,3 +400,193 @@ o = vec4(0x1F, 017, 0xFFFFFFFF, 1e2);
 //// shifts and bits
 // main
 o = vec4(n << 2, -8 >> 1, (n | 4) & 6, ~n ^ 5);
+
+//// words that became qualifiers later are names
+float patch(vec2 shared) {
+    return shared.x;
+}
+// main
+vec2 sample = p;
+sample.x += 1.0;
+float precise = patch(sample), buffer;
+buffer = precise * 2.0;
+o = vec4(sample, buffer, 0);
+
+//// conditions that count
+// main
+int i = 0, s = 0;
+while (i++ < 4)
+    s += i * 10;
+int j = 3;
+do {
+    s += j;
+} while (--j > 0);
+int k = 5;
+for (; k-- > n; )
+    s += 100;
+o = vec4(s, i, j, k);
+
+//// loops of two counters
+// main
+float s = 0.0;
+for (int i = 0, j = 10; i < j; i++, j -= 2)
+    s += float(i * j);
+o = vec4(s);
+
+//// loops of data within one another
+// main
+int s = 0;
+for (int i = 0; i <= n + 20; i++)
+    for (int j = i; j >= 0; j -= n + 1)
+        s += j;
+o = vec4(s);
+
+//// uints wrap, shift in zeros and mix with written numbers
+uint f(uint a) {
+    return a * 2654435761u;
+}
+// main
+uint a = uint(n) - 2u, b = 7u;
+uvec3 v = uvec3(n, 1, 2) * 3u;
+b += a >> 28;
+b++;
+v.yz ^= uvec2(5u);
+o = vec4(float(a / 65536u), b % 5u, f(v.x) >> 16u, v.y + v.z) + float(a > 5u) + vec4(ivec3(v) - 4, int(a));
+
+//// uints are taken where ints are written, and by switches
+uint g(uint x) {
+    switch (x & 3u) {
+        case 0u:
+            return 10u;
+        case 1u:
+            x += 5u;
+        default:
+            x += 0xFFFFFFFFu;
+    }
+    return x;
+}
+// main
+uint m = max(uint(n), 2u);
+o = vec4(g(uint(n)), g(m), m == 2u, clamp(uint(n), 1u, 2u));
+
+//// hashes of ints are the same everywhere
+uvec3 pcg(uvec3 v) {
+    v = v * 1664525u + 1013904223u;
+    v.x += v.y * v.z;
+    v.y += v.z * v.x;
+    v.z += v.x * v.y;
+    v ^= v >> 16u;
+    v.x += v.y * v.z;
+    return v;
+}
+// main
+o = vec4(vec3(pcg(uvec3(p, 7)) >> 8u) / 16777216.0, floatBitsToInt(p.x) >> 20);
+
+//// bits and packs, 4.30
+// main
+int i = n * 77 - 100;
+uint u = uint(i);
+o = vec4(bitCount(i), findMSB(i), findLSB(i), findMSB(u));
+o += vec4(bitfieldExtract(i, 2, 5), bitfieldExtract(u, 2, 5), bitfieldInsert(i, 5, 3, 4), bitfieldReverse(n) >> 24);
+o += vec4(packUnorm4x8(p.xyxy / 5.0) >> 8, packHalf2x16(p) >> 8, 0, 0) + unpackUnorm4x8(u) + unpackSnorm2x16(u).xyxy;
+int e;
+float m = frexp(p.x * 3.0, e);
+uint c;
+uint s = uaddCarry(u, 0xFFFFFFF0u, c);
+o += vec4(m, e, c, ldexp(p.y, n)) + vec4(uintBitsToFloat(floatBitsToUint(p.x)), fma(p.x, 2.0, 1.0), 0, 0);
+
+//// ints become uints, 4.30
+uint twice(uint x) {
+    return x + x;
+}
+// main
+uint a = n;
+o = vec4(twice(n), a + n, n > 2 ? a : 5, max(a, n));
+
+//// counters that are read behind their loops
+// main
+int i, s = 0;
+for (i = 0; i < 4; i++)
+    s += i;
+float t;
+for (t = 1.0; t < 50.0; t *= 3.0)
+    s++;
+o = vec4(i, s, t, 0);
+
+//// macros that name themselves or one another
+#define a (a + 1.0)
+#define b c + 10.0
+#define c b * 2.0
+// main
+float aa = p.x;
+#undef a
+float a = aa;
+#define a (a + 1.0)
+#undef b
+float bb = a;
+o = vec4(a, bb, 0, 0);
+
+//// constants are rounded as variables are
+const float third = 1.0 / 3.0;
+const bool same = 0.1 + 0.2 == 0.3;
+// main
+o = vec4(third, same, 0, 0);
+
+//// constructors leave out what the last argument has too many
+// main
+vec4 v = vec4(p, 3, 4);
+o = vec4(vec3(1, v.yzw).xyz, vec2(v.x, v).y);
+
+//// an exact overload goes before a conversion wherever it stands
+int f(int x) {
+    return 1;
+}
+int f(float x) {
+    return 2;
+}
+int g(float x) {
+    return 3;
+}
+int g(vec2 x) {
+    return 4;
+}
+// main
+o = vec4(f(n), f(p.x), g(n), g(ivec2(n)));
+
+//// matrices that are not square, 4.30
+// main
+mat2x3 m = mat2x3(1, 2, 3, 4, 5, 6);
+mat3x2 k = transpose(m);
+m[1].z = p.x;
+o = vec4(m * p, (k * vec3(p, 1)).y) + vec4(outerProduct(p, vec3(1, 2, 3))[2], (m * k)[2][1], m.length());
+
+//// arrays of structs
+struct Light {
+    vec2 at;
+    float power[2];
+};
+float sum(Light lights[3]) {
+    float s = 0.0;
+    for (int i = 0; i < lights.length(); i++)
+        s += lights[i].at.y * lights[i].power[1];
+    return s;
+}
+// main
+Light lights[3];
+for (int i = 0; i < 3; i++) {
+    lights[i].at = p + float(i);
+    lights[i].power = float[2](1.0, float(i));
+}
+lights[n % 3].at.y *= 10.0;
+lights[1].power[n % 2] += 5.0;
+Light one = lights[2];
+lights[0] = one;
+o = vec4(sum(lights), one.at, lights[0] == one);
+
+//// arrays of arrays, 4.30
+// main
+float a[2][3] = float[2][3](float[3](1.0, 2.0, 3.0), float[3](4.0, 5.0, p.x));
+a[n % 2][1] += 10.0;
+float b[3] = a[1];
+a[0] = b;
+o = vec4(a[0][1], b[2], a[1][n % 3], a.length() + a[0].length());

@@ -14,7 +14,8 @@ Picture = NDArray[np.float32]
 
 _QUAD = "#version 330\nin vec2 corner; void main() { gl_Position = vec4(corner, 0.0, 1.0); }"
 #: What GLSL 3.30 calls otherwise, and the two values that preludes may use here.
-_HEAD = """#version 330
+HEAD = """#version 330
+#extension GL_ARB_texture_gather : enable
 #define texture2D texture
 #define gl_FragColor shown_color
 out vec4 shown_color;
@@ -32,7 +33,7 @@ class Original:
 
     def run(
         self, text: str, size: tuple[int, int], pictures: Mapping[str, Picture], values: Mapping[str, Any],
-        head: str = _HEAD,
+        head: str = HEAD,
     ) -> Picture:  # fmt: skip
         """The picture (h, w, 4) that a shader draws, row 0 on top, as pictures are given."""
         context = self.context

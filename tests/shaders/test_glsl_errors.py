@@ -60,7 +60,7 @@ def test_an_argument_of_a_macro_keeps_its_place() -> None:
         ("void main() { if (1) { } }", "a condition must be bool, got int"),
         ("void main() { float a = 1.5 % 2.0; }", "use mod()"),
         ("void main() { bool b = vec2(1) < vec2(2); }", "use lessThan()"),
-        ("uniform sampler3D t; " + MAIN, "sampler3D is not a type"),
+        ("uniform samplerCube t; " + MAIN, "samplerCube is not a type"),
         ("void main() { float a[2]; a[5] = 1.0; }", "outside"),
         ("void main() { float a[0]; }", "from 1 to 1024"),
         ("in vec4 tint; void main() { gl_FragColor = tint; }", "input tint has no value"),
@@ -105,7 +105,8 @@ def test_text_must_be_text() -> None:
 def test_includes_stay_in_their_folder(tmp_path: Path) -> None:
     inner = tmp_path / "shaders"
     (inner / "lib").mkdir(parents=True)
-    (inner / "lib" / "a.glsl").write_text('#pragma once\n#include "b.glsl"\nfloat a() { return b(); }')
+    once = "#pragma once\n#ifdef SEEN\n#error twice\n#endif\n#define SEEN\n"
+    (inner / "lib" / "a.glsl").write_text(once + '#include "b.glsl"\nfloat a() { return b(); }')
     (inner / "lib" / "b.glsl").write_text("float b() { return 2.0; }")
     (tmp_path / "secret.glsl").write_text("float a() { return 1.0; }")
     main = "void main() { gl_FragColor = vec4(a()); }"
@@ -114,10 +115,21 @@ def test_includes_stay_in_their_folder(tmp_path: Path) -> None:
     for name, told in (
         ("../secret.glsl", "may not leave"),
         ("/etc/passwd", "may not leave"),
-        ("no.glsl", "cannot read"),
+        ("no.glsl", "there is no file"),
     ):
         with pytest.raises(KernelError, match=told):
             parse(f'#include "{name}"\n{main}', folder=inner)
+
+
+def test_files_that_include_others_twice_end(tmp_path: Path) -> None:
+    for i in range(30):
+        (tmp_path / f"{i}.glsl").write_text(f'#include "{i + 1}.glsl"\n' * 2)
+    (tmp_path / "30.glsl").write_text("\n")
+    with pytest.raises(KernelError, match="more than 1000 files"):
+        parse('#include "0.glsl"\n' + MAIN, folder=tmp_path)
+    (tmp_path / "0.glsl").write_text("//" + "x" * 300_000 + "\n")
+    with pytest.raises(KernelError, match="characters together"):
+        parse('#include "0.glsl"\n' * 2 + MAIN, folder=tmp_path)
 
 
 def test_a_file_that_includes_itself_ends(tmp_path: Path) -> None:

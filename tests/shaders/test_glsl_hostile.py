@@ -39,17 +39,19 @@ def body(text: str) -> str:
         (body("float a; a" + " = a" * 5000 + ";"), "nests deeper"),
         (body("{" * 5000 + "}" * 5000), "nests deeper"),
         (body("if (true) " * 5000 + ";"), "nests deeper"),
-        (body("int i; " + "for (;;) " * 150 + "i++;"), "nest deeper"),
+        (body("int i; " + "for (;;) " * 150 + "i++;"), "nests too deeply"),
         ("float f0(float x) { return x; }" + "".join(
             f"float f{i}(float x) {{ return f{i - 1}(x) + f{i - 1}(x); }}" for i in range(1, 30)
         ) + body("f29(1.0);"), "once its functions are inlined"),
         (body("float a[1024]; float b[2000];"), "from 1 to 1024"),
         ("struct S0 { float a; };" + "".join(f"struct S{i} {{ S{i - 1} a, b; }};" for i in range(1, 20)) + body(""),
          "fields, nested ones too"),
+        ("uniform sampler2D s[100], t[100]; " + body(""), "takes 200 images"),
         ("layout(location = 9999999999) out vec4 o; " + body(""), "whole number"),
         ("int a = 1" + "0" * 100_000 + ";" + body(""), "this word has 100001 characters"),
         ("float " + "a" * 2000 + ";" + body(""), "this word has 2000 characters"),
         ("\0\0\0" + body(";"), ""),
+        ("".join(f"uniform float u{i};" for i in range(20_000)) + body(""), ""),
         ("\ufeff" + body("\\\n;"), ""),
     ],
 )  # fmt: skip

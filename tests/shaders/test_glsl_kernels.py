@@ -96,6 +96,44 @@ def test_preludes_declare_what_a_container_has() -> None:
     np.testing.assert_allclose(run(shader, (3, 2), {"from": frame}), frame * 3 + 12.5, atol=1e-5)
 
 
+def test_a_prelude_may_compute_inputs() -> None:
+    shader = parse(
+        "in vec2 left[2]; void main() { gl_FragColor = vec4(left[0], left[1]); }",
+        prelude="vec2 left[2]; void before() { left[0] = pg_position - 1.0; left[1] = pg_position; }",
+        postlude="void both() { before(); main(); }",
+        entry="both",
+    )
+    assert run(shader, (1, 1), {})[0, 0].tolist() == [-0.5, -0.5, 0.5, 0.5]
+
+
+def test_volumes_are_read_as_python_kernels_read_them() -> None:
+    """A table of colours whose entries rise along each axis gives back the colours that go in."""
+    table = np.stack(np.meshgrid(*[np.linspace(0, 1, 5)] * 3, indexing="ij")[::-1], -1).astype(np.float32)
+    text = """
+    uniform sampler2D t;
+    uniform sampler3D lut;
+    void main() {
+        gl_FragColor = vec4(texture(lut, texelFetch(t, ivec2(gl_FragCoord.xy), 0).rgb * 0.8 + 0.1).rgb, 1.0);
+    }"""
+    frame = picture(5, 4)
+    graded = pg.kernel(glsl=text)(pg.Input("frame"), pg.Input("table").slices(5))
+    with pg.compile(graded, backend="reference") as program:
+        shown = np.asarray(program(frame=frame, table=pg.stacked(table))["shader"])
+    np.testing.assert_allclose(shown[..., :3], frame[..., :3], atol=1e-6)
+
+
+def test_a_sampler_is_chosen_from_an_array() -> None:
+    read = "texelFetch(maps[int(gl_FragCoord.x) % 3], ivec2(0), 0)"
+    text = f"uniform sampler2D maps[3]; void main() {{ gl_FragColor = {read}; }}"
+    kernel = pg.kernel(glsl=text)
+    assert repr(kernel) == "<passgraph pixel kernel shader(maps: Array[Image, 3])>"
+    inputs = [pg.Input(name) for name in "abc"]
+    shown = kernel(inputs, into=pg.target("shown", format="rgba32f", scale=1.0))
+    with pg.compile(shown, backend="reference", size=(4, 1)) as program:
+        found = program(**{name: np.full((1, 1, 4), k, np.float32) for k, name in enumerate("abc")})["shown"]
+    assert np.asarray(found)[0, :, 0].tolist() == [0, 1, 2, 0]
+
+
 def test_natives_compute_on_typed_values() -> None:
     shader = parse(
         "void main() { gl_FragColor = vec4(double_it(1.5)); }",
@@ -121,7 +159,9 @@ def test_outputs_of_old_shaders_are_numbered() -> None:
         ("in vec2 here;\nvoid main() { gl_FragColor = here.xyxy; }", 1, "input here is the position"),
         ("uniform int n; void main() {\nfor (int i = 0; i < n; i++) gl_FragColor += 1.0; }", 2, "1024 trips at most"),
         ("float f()\n{ if (true) return 1.; }\nvoid main() { gl_FragColor = vec4(f()); }", 2, "may end without"),
-        ("uniform sampler2D t; void main() {\ngl_FragColor = texture2D(t, vec2(0), 1.0); }", 2, "one level"),
+        ("uniform sampler2D t; void main() {\ngl_FragColor = texture2D(t, vec2(0), 1.0); }", 2, "first level"),
+        ("\nprecision mediump float; void main() { gl_FragColor = vec4(1); }", 2, "32 bits here"),
+        ("void main() {\ngl_FragColor = vec4(fract(sin(gl_FragCoord.x) * 43758.5)); }", 2, "noise amplifies"),
     ],
 )  # fmt: skip
 def test_reliances_are_noted(text: str, line: int, told: str) -> None:

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import copy
 import random
+from types import SimpleNamespace
 from typing import Any
+
+import numpy as np
 
 import passgraph as pg
 
@@ -14,6 +17,17 @@ class Light:
     place: vec2
     colors: Array[vec3, 2]
 
+@struct
+class Layer:
+    picture: Image
+    taps: Array[Array[vec2, 2], 2]
+    others: Array[Image, 2]
+
+def layered(layers: Array[Layer, 2], skew: mat2x3, grid: Array[Array[int, 2], 3]) -> vec4:
+    x = pixel().x
+    tap = layers[x].taps[grid[x][1]][x]
+    return layers[x].picture[0, 0] + layers[x].others[x - 1].texel(ivec2(x, 0)) + vec4(skew * tap, tap.y)
+
 def smooth(color: Image, dim: Image, light: Light, turn: mat2, taps: Const[int], weights: Array[float, 3]) -> vec4:
     total = vec4(0.0)
     for i in range(taps):
@@ -22,9 +36,10 @@ def smooth(color: Image, dim: Image, light: Light, turn: mat2, taps: Const[int],
         total = total + color[i - 1, 0] * weights[i]
     shift = turn * (uv() - light.place)
     if shift.x > 0.25:
-        total = total + dim.sample(shift)
+        total = total + dim.sample(shift) + dim.gather(shift, 1) + dim.sample3(vec3(shift, 0.5)) + color.nearest(shift)
     else:
         total = vec4(total.rgb + light.colors[int(shift.y * 2.0)], 1.0)
+    total = total + color.sample(shift, 0.7) + color.texel(pixel(), 1) + vec4(float(color.size_of(2).x))
     return total if dim.size.x > 1 else -total
 """
 
@@ -42,7 +57,8 @@ def graph() -> dict[str, pg.Target]:
     split = pg.kernel(source="def split(a: Image) -> tuple[vec4, float]: return a[0, 0], a[0, 0].r")
     small = pg.target("small", "rgba16f", like=frame, scale=0.5, notes=("half as large",))
     whole, red = split(frame, into=(pg.target("whole", "rgba32f"), pg.target("red", "r32f")), name="split")
-    smooth = pg.kernel(source=SMOOTH)
+    smooth, layered = pg.kernel(source=SMOOTH), pg.kernel(source=SMOOTH, name="layered")
+    whole, dim = whole.filter("nearest").mipmaps(), dim.slices(2)
     smoothed = smooth(whole, dim, Light(), ((1.0, 2.0), (3.0, 4.0)), 3, (0.25, 0.5, 0.25), name="smooth")
     blend = pg.kernel(
         source="def blend(a: Image, b: Image, k: float, n: int) -> vec4: return a[0, 0] * k + b[0, 0] * float(n)"
@@ -56,7 +72,20 @@ def graph() -> dict[str, pg.Target]:
         source="def shrink(a: Image, size: ivec2) -> vec4: return a.sample(uv()) * float(size.x)", known_sizes=True
     )
     made = shrink(trail, pg.OUTPUT_SIZE, into=small)
-    return {"trail": trail, "first": made, "red": red, "drawn": _draw(whole), "depth": _draw(whole).depth}
+    taps = (np.arange(8.0).reshape(2, 2, 2), ((1, 2), (3, 4)), ((5, 6), (7, 8)))
+    layers = [
+        SimpleNamespace(picture=whole, taps=taps[0], others=[dim, whole]),
+        SimpleNamespace(picture=smoothed, taps=taps[1:], others=(smoothed, dim)),
+    ]
+    layer = layered(layers, ((1, 2), (3, 4), (5, 6)), [[1, 0], [0, 1], (2, 3)])
+    return {
+        "layer": layer,
+        "trail": trail,
+        "first": made,
+        "red": red,
+        "drawn": _draw(whole),
+        "depth": _draw(whole).depth,
+    }
 
 
 def _ramp() -> Any:
@@ -79,8 +108,9 @@ class Sent:
     position: vec4
     shade: float
 
-def place(vertex: Vertex, shift: vec2) -> Sent:
-    return Sent(vec4(vertex.position.xy + shift, vertex.position.z, 1.0), vertex.uv.x)
+def place(vertex: Vertex, shift: vec2, picture: Image) -> Sent:
+    bent = shift * picture.sample(vertex.uv, 0.5).r + picture.texel(ivec2(1, 2)).g
+    return Sent(vec4(vertex.position.xy + bent, vertex.position.z, 1.0), vertex.uv.x)
 
 def paint(sent: Sent, picture: Image, tint: vec4) -> vec4:
     if sent.shade > 0.9:

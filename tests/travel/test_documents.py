@@ -164,6 +164,18 @@ def test_statements_that_no_parser_makes_are_refused(what: str) -> None:
         pg.from_data(kernel(rows, body=body))
 
 
+@pytest.mark.parametrize("stage", ["vertex", "fragment"])
+def test_only_pixel_kernels_read_beside_their_pixel(stage: str) -> None:
+    document = copy.deepcopy(DATA)
+    row = next(row for k in document["kernels"] if k["stage"] == stage for row in k["rows"] if row[0] == "texel")
+    assert read(document) is not None
+    row[5] = True
+    with pytest.raises(
+        pg.InputError, match=r"graph data, kernels\[\d\].rows\[\d+\].*: must be a texel at an absolute place"
+    ):
+        pg.from_data(document)
+
+
 @pytest.mark.parametrize("name", ["a b", "a;}void main(){", "", "1a", "a\n#version 100"])
 def test_names_in_generated_code_are_names(name: str) -> None:
     for parts in ({"name": name}, {"parameters": [["a", "Image", False, None], [name, "float", False, None]]}):

@@ -6,9 +6,11 @@ so LLVM needs no shuffles, and there is a quarter of the code to compile.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TypeAlias
 
+from passgraph.formats import Format
 from passgraph.language import scalar as s
 from passgraph.language.emitter import COMMUTATIVE, eliminate_dead
 
@@ -38,6 +40,28 @@ def single_channel(program: s.ScalarProgram, channels: tuple[int, ...]) -> s.Sca
     first = replace(output, values=output.values[:1], unrounded=output.unrounded[:1])
     body = eliminate_dead(list(program.body), [*first.values, *first.unrounded])
     return replace(program, body=body, outputs=(first,))
+
+
+def selection(program: s.ScalarProgram, images: Sequence[Format], outputs: Sequence[Format]) -> s.ScalarProgram | None:
+    """The program as one of numbers as they are stored, where it only chooses among them; None where it does more.
+
+    A larger number is stored as a larger one, and what is stored again is what was: minima and maxima of stored numbers
+    are the stored minima and maxima, and a register holds four bytes for each float32.
+    """
+    if len(outputs) != 1 or not outputs[0].steps or outputs[0].low < 0:
+        return None
+    (output,), (stored,) = program.outputs, outputs
+    if any((held.number, held.steps) != (stored.number, stored.steps) for held in images):
+        return None
+    body = eliminate_dead(list(program.body), list(output.unrounded))
+    for i in body:
+        chooses = isinstance(i, s.Op) and i.on == "float" and i.operation in ("min", "max")
+        reads = isinstance(i, s.LoadTexel) and i.relative
+        if not (chooses or reads) or (chooses and any(isinstance(part, s.Lit) for part in s.operands_of(i))):
+            return None
+    if not all(isinstance(value, s.Val) for value in output.unrounded):
+        return None
+    return replace(program, body=body, outputs=(replace(output, values=output.unrounded),))
 
 
 def _shape(program: s.ScalarProgram, channel: int, result: s.Operand, numbering: Numbering) -> int | None:

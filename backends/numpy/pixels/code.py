@@ -255,7 +255,8 @@ class StageRows:
         with counting(b, b.mul(begin, unit), last, number(step)) as first:
             turns = [(row, b.add(first, number(vector * b.lanes)))
                      for row in range(stage.rows) for vector in range(stage.vectors)]  # fmt: skip
-            results = [PixelBody(self, y, row, at).stored() for row, at in turns]
+            body = Choosing if stage.selects else PixelBody
+            results = [body(self, y, row, at).stored() for row, at in turns]
             full, part, behind = (b.append_basic_block(name) for name in ("full", "part", "stored"))
             b.cbranch(b.icmp_signed("<=", b.add(first, number(step)), last), full, part)
             for block, masked in ((full, False), (part, True)):
@@ -319,9 +320,33 @@ class PixelBody(LaneBody):
         x, y = (b.sext(self.operand(part), I64) for part in (i.x, i.y))
         row = b.load(place._entry(place.tables[at], b.add(y, number(view.up + self.row))), typ=POINTER)
         wanted = [channel for channel, value in enumerate(i.to) if value is not None]
-        if unit > 1:
-            first = b.add(self.at, b.mul(x, number(unit)))
-            self.keep(i, neighbours(b, row, first, 1, (0,), view.read) * len(wanted))
-        else:
-            first = b.mul(b.add(self.at, x), number(view.channels))
-            self.keep(i, neighbours(b, row, first, view.channels, wanted, view.read))
+        first = b.add(self.at, b.mul(x, number(unit)) if unit > 1 else x)
+        self.keep(i, self.loaded(row, first, view, wanted))
+
+    def loaded(self, row: Any, first: Any, view: View, wanted: Sequence[int]) -> list[Any]:
+        """Channels of the pixels from number ``first`` of a row on, or the numbers themselves."""
+        if self.place.stage.alike > 1:
+            return neighbours(self.builder, row, first, 1, (0,), view.read) * len(wanted)
+        place = self.builder.mul(first, number(view.channels))
+        return neighbours(self.builder, row, place, view.channels, wanted, view.read)
+
+
+class Choosing(PixelBody):
+    """The kernel on consecutive numbers as they are stored: unsigned ones, which it only chooses among."""
+
+    def stored(self) -> list[Any]:
+        self.block(self.program.body)
+        return [self.operand(value) for value in self.program.outputs[0].values]
+
+    def emit(self, i: s.Instruction) -> None:
+        if not isinstance(i, s.Op):
+            super().emit(i)
+            return
+        x, y = (self.operand(part) for part in i.arguments)
+        b, sign = self.builder, "<" if i.operation == "min" else ">"
+        self.values[i.to.id] = b.select(b.icmp_unsigned(sign, x, y), x, y)
+
+    def loaded(self, row: Any, first: Any, view: View, wanted: Sequence[int]) -> list[Any]:
+        b, kind = self.builder, element(view.held)
+        pointer = b.gep(row, [first], True, source_etype=kind)
+        return [b.load(pointer, typ=b.vector(kind), align=view.held.bits // 8)] * len(wanted)

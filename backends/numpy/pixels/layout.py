@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import gcd
 
+from passgraph.backends.numpy.machine.memory import ROOM
 from passgraph.backends.numpy.pixels.chains import Stage
-from passgraph.backends.numpy.pixels.channels import single_channel
+from passgraph.backends.numpy.pixels.channels import selection, single_channel
 from passgraph.backends.numpy.pixels.near import near_images, reach
 from passgraph.backends.numpy.storage import FLOAT
 from passgraph.formats import Format
@@ -85,9 +86,24 @@ class StageLayout:
         """Channels that one channel's program stands for (see channels.py); 1: a pixel is computed as a whole."""
         return self.channels[0] if self._single is not None else 1
 
+    @cached_property
+    def _selection(self) -> s.ScalarProgram | None:
+        program = self._single or self.stage.step.program
+        flat = self._single is not None or {*self.channels, *(use.channels for use in program.images)} == {1}
+        windows = len(near_images(program)) == len(program.images)
+        if not flat or not windows or len(self.chain) > 1:
+            return None
+        step = self.stage.step
+        return selection(program, step.image_formats, step.output_formats)
+
+    @property
+    def selects(self) -> bool:
+        """Whether the body works on numbers as they are stored, see `selection`."""
+        return self._selection is not None
+
     @property
     def program(self) -> s.ScalarProgram:
-        return self._single or self.stage.step.program
+        return self._selection or self._single or self.stage.step.program
 
     @cached_property
     def reach(self) -> Halo:
@@ -144,7 +160,8 @@ class StageLayout:
     def vectors(self) -> int:
         """Vectors side by side that are made at once: they share what they read left and right."""
         left, right, _, _ = self.reach
-        return min(MAX_VECTORS, self._fitting) if self._flat and self.rows == 1 and left + right else 1
+        most = min(MAX_VECTORS, ROOM // self.lanes)
+        return min(most, self._fitting) if self._flat and self.rows == 1 and left + right else 1
 
     @property
     def pixels(self) -> int:
@@ -174,7 +191,7 @@ class StageLayout:
         for (number, rule), reads in self._reads.items():
             use, held = self.program.images[number], self.images[number]
             rows, across = use.y[1] - use.y[0] + self.rows, use.x != (0, 0)
-            decodes = across and held.bits < 32 and reads > MAX_READS
+            decodes = across and held.bits < 32 and reads > MAX_READS and not self.selects
             found[number, rule] = View(number, rule, use.channels, held, -use.y[0], rows, across, decodes, before)
             before += rows * use.channels if across else 0
         return tuple(found.values())
@@ -202,7 +219,11 @@ class Layout:
 
     @classmethod
     def of(cls, chain: Sequence[Stage], lanes: int) -> Layout:
-        return cls(tuple(StageLayout(tuple(chain), number, lanes) for number in range(len(chain))))
+        """``lanes`` are those of float32."""
+        stages = tuple(StageLayout(tuple(chain), number, lanes) for number in range(len(chain)))
+        if stages[-1].selects:
+            stages = (StageLayout(tuple(chain), 0, lanes * 32 // stages[-1].formats[0].bits),)
+        return cls(stages)
 
     @property
     def fixed(self) -> list[str]:
@@ -248,6 +269,7 @@ class Layout:
         for stage in self.stages:
             program = nameless(stage.program)
             told += [program.key, repr([name for name, _ in program.builtins])]
-            told.append(repr((stage.alike, stage.rows, stage.vectors, stage.lanes, stage.stage.margin, stage.rings)))
+            told.append(repr((stage.alike, stage.rows, stage.vectors, stage.lanes, stage.selects)))
+            told.append(repr((stage.stage.margin, stage.rings)))
             told.append(repr([(held.number, held.steps) for held in (*stage.images, *stage.formats)]))
         return ("pixels", *told)

@@ -14,12 +14,15 @@ from passgraph.backends.numpy.machine.native import function_address, lanes
 from passgraph.backends.numpy.machine.workers import Workers
 from passgraph.backends.numpy.pixels.chains import Stage, Tiling, pitch, tiling
 from passgraph.backends.numpy.pixels.layout import Layout, StageLayout
+from passgraph.language.scalar import work
 
 if TYPE_CHECKING:
     from passgraph.backends.numpy.storage import Storage
 
 #: Pixels in one piece of work: small enough to balance, large enough that one more thread is worth waking.
 MIN_PIXELS_A_PIECE = 16_384
+#: Instructions of all its pixels from which on a piece is large enough too, though the pixels be few.
+MIN_WORK_A_PIECE = 128 * MIN_PIXELS_A_PIECE
 _CALL = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
 
 
@@ -47,7 +50,10 @@ class PixelRun:
     def made(cls, chain: Sequence[Stage], workers: Workers) -> PixelRun | None:
         """The compiled chain, or None where it brings nothing."""
         layout = Layout.of(chain, lanes())
-        tiles = tiling(chain, workers.count, MIN_PIXELS_A_PIECE, layout.stages[-1].rows)
+        least = MIN_PIXELS_A_PIECE
+        if len(chain) == 1:
+            least = min(least, max(1, MIN_WORK_A_PIECE // max(1, work(chain[0].step.program.body))))
+        tiles = tiling(chain, workers.count, least, layout.stages[-1].rows)
         return None if tiles is None else cls(chain, tiles, layout, workers)
 
     def __call__(

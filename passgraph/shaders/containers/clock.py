@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 from passgraph.graph.values import FRAME_INDEX
@@ -26,12 +27,28 @@ _PARAMETERS = {
 }
 
 
-def clock_parameters(used: Iterable[str]) -> dict[str, ShaderParameter]:
-    """Parameters for those of the clock's uniforms that kernels have."""
+def clock_parameters(used: Iterable[str], taken: Collection[str] = ()) -> dict[str, ShaderParameter]:
+    """Parameters for those of the clock's uniforms that kernels have; ``taken`` are names that a shader has itself."""
     named = {_SET_BY[name] for name in used if name in _SET_BY}
-    return {name: parameter for name, parameter in _PARAMETERS.items() if name in named}
+    return {
+        (ours := _beside(name, taken)): replace(parameter, name=ours)
+        for name, parameter in _PARAMETERS.items()
+        if name in named
+    }
 
 
-def clock_uniforms(values: Mapping[str, Any]) -> dict[str, Any]:
+def clock_uniforms(values: Mapping[str, Any], taken: Collection[str] = ()) -> dict[str, Any]:
     """What the clock's uniforms are, from parameters."""
-    return {"pg_frame": FRAME_INDEX} | {own: values[name] for own, name in _SET_BY.items() if name in values}
+    given = {own: _beside(name, taken) for own, name in _SET_BY.items()}
+    return {"pg_frame": FRAME_INDEX} | {own: values[name] for own, name in given.items() if name in values}
+
+
+def _beside(name: str, taken: Collection[str]) -> str:
+    """A parameter of the clock's, where a shader has one of the same name.
+
+    >>> _beside("time", ()), _beside("time", ("time",))
+    ('time', 'clock_time')
+    """
+    while name in taken:
+        name = f"clock_{name}"
+    return name

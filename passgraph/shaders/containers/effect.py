@@ -58,6 +58,7 @@ class ShaderEffect:
     images : pictures that it takes; the first is the frame (none for generators)
     parameters : by name
     notes : reliances on what drivers do differently, each with its line
+    constants : parameters that sizes of passes come from: numbers, and no `passgraph.Value`
     """
 
     name: str
@@ -69,6 +70,7 @@ class ShaderEffect:
     notes: tuple[Note, ...]
     file: str
     build: Build = field(repr=False)
+    constants: frozenset[str] = frozenset()
 
     def __call__(self, *pictures: Target, into: TargetSpec | None = None, **given: Any) -> Target:
         """The graph of the shader's passes.

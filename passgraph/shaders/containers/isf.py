@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -59,12 +60,13 @@ def read_isf(text: str, path: Path) -> ShaderEffect:
     ]  # fmt: skip
     kernels = [PixelKernel[Target].of_program(shader.program) for shader in shaders]
     used = {parameter.name for kernel in kernels for parameter in kernel.parameters}
-    parameters = clock_parameters(used) | dict(header.parameters)
+    parameters = clock_parameters(used, header.parameters) | dict(header.parameters)
     graph = _Graph(header, kernels, path)
     summary = header.description.strip().partition("\n")[0] or f"{path.stem}: an ISF shader"
     return ShaderEffect(
-        name_of(path), "ISF", summary, header.credit, header.images, parameters, _notes(shaders), file, graph.built
-    )
+        name_of(path), "ISF", summary, header.credit, header.images, parameters, _notes(shaders), file, graph.built,
+        frozenset(re.findall(r"\$(\w+)", " ".join(side for one in header.passes for side in one.size))),
+    )  # fmt: skip
 
 
 def _declared(header: IsfHeader) -> str:
@@ -88,7 +90,7 @@ class _Graph:
         specs = self._specs(values, into)
         last = {one.target: spec for one, spec in zip(self.header.passes, specs, strict=True) if one.target}
         persistent = {one.target for one in self.header.passes if one.target and one.persistent}
-        uniforms = clock_uniforms(values) | dict(values)
+        uniforms = dict(values) | clock_uniforms(values, self.header.parameters)
         held: dict[str, Target] = {}
         made: Target | None = None
         for one, spec, kernel in zip(self.header.passes, specs, self.kernels, strict=True):

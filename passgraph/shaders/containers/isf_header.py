@@ -132,6 +132,10 @@ def _parameter(name: str, type_: Scalar | Vector | Type, one: Mapping[str, Any],
         default = _default(0, type_, where)
     if type_ is BOOL:
         low = high = None
+    # A default beyond its range is what hosts begin with, so that the range reaches to it.
+    if isinstance(default, (int, float)):
+        low = low if low is None else min(low, default)
+        high = high if high is None else max(high, default)
     return ShaderParameter(name, type_, default, low, high, str(one.get("LABEL", "")), choices)
 
 
@@ -149,8 +153,11 @@ def _default(given: Any, type_: Type, where: str) -> Any:
 def _limit(given: Any, type_: Type, where: str) -> Any:
     if given is None or type_ is BOOL:
         return None
-    if isinstance(given, list):
-        return tuple(float(_number(part, where)) for part in given[: component_count(type_)])
+    count = component_count(type_)
+    if isinstance(given, list) and count > 1:
+        if len(given) < count:
+            raise InputError(f"{where} must be {count} numbers, got {shown(given)}")
+        return tuple(float(_number(part, where)) for part in given[:count])
     return float(_number(given, where))
 
 

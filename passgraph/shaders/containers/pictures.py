@@ -39,6 +39,8 @@ def imported(name: str, path: object, folder: Path, where: str) -> Target:
     full = (root / path).resolve()
     if root not in full.parents:
         raise InputError(f"{where}: imported picture {name!r} lies outside of the shader's folder ({path!r})")
+    if not full.exists():
+        raise InputError(f"{where}: imported picture {name!r}: there is no {full}")
     if check_regular(full, f"imported picture {name!r} of {where}") > MAX_BYTES:
         raise InputError(f"{where}: imported picture {name!r}: {full} is larger than {MAX_BYTES >> 20} MiB")
     picture: Any = load(full)

@@ -23,8 +23,8 @@ vec4 getFromColor(vec2 uv) { return texture2D(pg_from, uv); }
 vec4 getToColor(vec2 uv) { return texture2D(pg_to, uv); }
 """
 _BEHIND = "void pg_main() { gl_FragColor = transition(pg_position); }"
-#: ``uniform float size; // = 0.1`` says a default behind its end.
-_DEFAULT = re.compile(r"^(\s*uniform\s[^;/]*);(\s*)//(\s*=[^;\n]*);?[ \t]*$", re.MULTILINE)
+#: ``uniform float size; // = 0.1`` says a default behind its end, and may say more behind another one.
+_DEFAULT = re.compile(r"^(\s*uniform\s[^;/]*);(\s*)//(\s*=[^;\n]*)(?:;[ \t]*(?://.*)?)?$", re.MULTILINE)
 #: A shader may have a variable of this name, so that it is no macro.
 _VALUES = {"ratio": aspect}
 _PICTURES = {"from": "pg_from", "to": "pg_to"}

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from passgraph.language import ir
 from passgraph.language.frame import MAX_CALL_DEPTH
 from passgraph.language.signature import checked_struct
 from passgraph.language.source import Span, fail
-from passgraph.language.types import BOOL, INT, ImageType, Struct, Type
-from passgraph.language.values import ImageValue, Part, coerce
-from passgraph.language.variables import Variable, new_variable, read_variable, zero_of
+from passgraph.language.statements import Exit
+from passgraph.language.types import INT, Struct, Type
+from passgraph.language.values import ImageValue, Part
+from passgraph.language.variables import new_variable, read_variable
 from passgraph.shaders.glsl import syntax as g
+from passgraph.shaders.glsl.builtins import overloads
 from passgraph.shaders.glsl.expressions import Expressions
 from passgraph.shaders.glsl.folding import constant, folded
 from passgraph.shaders.glsl.places import Place, read_place, write_place
 from passgraph.shaders.glsl.statements import Statements
+from passgraph.shaders.glsl.typing import fitted
 from passgraph.shaders.glsl.unit import Binding, Known, Slot, Unit, holds_pictures
-from passgraph.shaders.glsl.walk import assigned_names
+from passgraph.shaders.glsl.walk import assigned_names, leaves_function
 
 #: What ``gl_FragData`` has room for.
 _MAX_OUTPUTS = 8
@@ -29,7 +34,7 @@ class Body:
         self.scopes: list[dict[str, Binding]] = []
         self.expressions, self.statements = Expressions(self), Statements(self)
         self.result = None if result is None else new_variable(result, self.builder.fresh(f"{name}.result"))
-        self.returned = self.builder.fresh(f"{name}.returned")
+        self.exit = Exit(self.builder, name)
 
     # Names
 
@@ -112,7 +117,7 @@ class Body:
             span = variable.span
             part = None if variable.value is None else self.expressions.initial(variable.value, type_)
             if part is not None:
-                part = coerce(part, type_, span, variable.name)
+                part = fitted(part, type_, span, variable.name)
             if "const" in node.qualifiers:
                 if part is None:
                     fail(span, f"const {variable.name} needs a value")
@@ -121,20 +126,13 @@ class Body:
                 continue
             slot = self.new_slot(variable.name, type_, written=part is not None)
             if part is None:
-                self.clear(slot.variable, span)
+                self.builder.clear(slot.variable)
             else:
                 self.builder.store(slot.variable, part, span, variable.name)
             self.bind(variable.name, slot)
 
     def new_slot(self, name: str, type_: Type, *, written: bool) -> Slot:
         return self.unit.slot(new_variable(type_, self.builder.fresh(name)), written=written)
-
-    def clear(self, variable: Variable, span: Span) -> None:
-        """A variable without a value is 0."""
-        for member in variable.fields.values():
-            self.clear(member, span)
-        if not variable.fields:
-            self.builder.emit(ir.Assign(variable.name, zero_of(variable.type), span))
 
     # Calls
 
@@ -151,7 +149,7 @@ class Body:
         void = function.result.name == "void" and not function.result.lengths
         inner = Body(self.unit, function.name, None if void else self.type_of(function.result, function.result.span))
         inner.scopes = [{}]
-        written = assigned_names(function.body, self.unit.functions)
+        written = assigned_names(function.body, partial(overloads, self.unit))
         for parameter, argument in zip(function.parameters, arguments, strict=True):
             inner.take(parameter, argument, span, fixed=parameter.name not in written)
         part = inner.run(function.body, span)
@@ -167,16 +165,16 @@ class Body:
         """A parameter: copied in, copied out at the end."""
         type_ = self.type_of(parameter.type, parameter.type.span)
         what = f"{self.name}({parameter.name})"
-        if isinstance(type_, ImageType):
-            self.bind(parameter.name, Known(coerce(argument, type_, span, what), "a sampler"))  # type: ignore[arg-type]
+        if holds_pictures(type_):
+            self.bind(parameter.name, Known(fitted(argument, type_, span, what), "a sampler"))  # type: ignore[arg-type]
             return
         if parameter.passed == "out":
             slot = self.new_slot(parameter.name, type_, written=False)
-            self.clear(slot.variable, span)
+            self.builder.clear(slot.variable)
             self.bind(parameter.name, slot)
             return
         part = read_place(self, argument) if isinstance(argument, Place) else argument
-        part = coerce(part, type_, span, what)
+        part = fitted(part, type_, span, what)
         if fixed and parameter.passed == "in":
             known = constant(part) if not isinstance(part, ImageValue) and isinstance(part, ir.Expr) else part
             self.bind(parameter.name, Known(self.builder.name_part(known, span, keep_locals=False), "a parameter"))
@@ -185,11 +183,25 @@ class Body:
         self.builder.store(slot.variable, part, span, what)
         self.bind(parameter.name, slot)
 
+    def _value_at_end(self, block: g.Block) -> Part:
+        """The value of a function whose only return is its last statement."""
+        last = block.statements[-1]
+        assert isinstance(last, g.Return)
+        assert last.value is not None
+        assert self.result_type is not None
+        self.scopes.append({})
+        self.statements.run(block.statements[:-1])
+        part = fitted(self.expressions.part(last.value), self.result_type, last.span, f"the result of {self.name}")
+        # Named where it is computed: what it is made of may change before it is used.
+        return self.builder.name_part(part, last.span, keep_locals=False)
+
     def run(self, block: g.Block, span: Span) -> Part | None:
         """The statements of a function, and its value."""
-        self.builder.emit(ir.Assign(self.returned, ir.Literal(BOOL, False, span), span))
+        if self.result is not None and self._ends_once(block):
+            return self._value_at_end(block)
+        self.exit.open(span)
         if self.result is not None:
-            self.clear(self.result, span)
+            self.builder.clear(self.result)
         done = self.statements.block(block.statements)
         if self.result is None:
             return None
@@ -198,3 +210,11 @@ class Body:
                 block.span, f"{self.name} may end without a value; it is 0 then, and drivers may give anything"
             )
         return read_variable(self.result, span)
+
+    def _ends_once(self, block: g.Block) -> bool:
+        """Whether a function's only exit is a value at its end."""
+        if not block.statements:
+            return False
+        *before, last = block.statements
+        leaves = any(leaves_function(node, self.unit.leaving) for node in before)
+        return isinstance(last, g.Return) and last.value is not None and not leaves

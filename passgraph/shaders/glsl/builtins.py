@@ -2,59 +2,67 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import re
 from functools import cache, partial
 
 from passgraph.language import ir
-from passgraph.language.operations import called
+from passgraph.language.frame import inlined
+from passgraph.language.library import written_function
+from passgraph.language.operations import OPERATIONS, called
 from passgraph.language.source import Span, fail
-from passgraph.language.types import BOOL, FLOAT, INT, Array, Matrix, Scalar, Vector, element_of
-from passgraph.language.typing_rules import apply, widen
-from passgraph.language.values import Part, index_into, select
+from passgraph.language.types import BOOL, FLOAT, INT, UINT, Array, Matrix, Scalar, Vector, element_of
+from passgraph.language.typing_rules import apply
+from passgraph.language.values import Part, TupleValue, construct, convert, index_into, select
 from passgraph.shaders.glsl import syntax as g
+from passgraph.shaders.glsl.derivatives import DERIVATIVES
 from passgraph.shaders.glsl.images import READS
 from passgraph.shaders.glsl.operators import plain
 from passgraph.shaders.glsl.parse import Parser
 from passgraph.shaders.glsl.preprocess import preprocessed
+from passgraph.shaders.glsl.typing import as_int
 from passgraph.shaders.glsl.unit import Native, Unit
+
+_WORD = re.compile(r"\w+")
 
 #: Functions that are called here as there.
 _SAME = (
-    "radians", "degrees", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "pow", "exp", "log",
-    "exp2", "log2", "sqrt", "inversesqrt", "abs", "sign", "floor", "ceil", "trunc", "round", "fract", "mod", "min",
-    "max", "clamp", "step", "smoothstep", "isnan", "isinf", "length", "distance", "dot", "cross", "normalize",
-    "faceforward", "reflect", "refract", "transpose", "determinant", "inverse", "any", "all",
+    "radians", "degrees", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh",
+    "atanh", "pow", "exp", "log", "exp2", "log2", "sqrt", "inversesqrt", "abs", "sign", "floor", "ceil", "trunc",
+    "round", "fract", "mod", "min", "max", "clamp", "step", "smoothstep", "fma", "ldexp", "isnan", "isinf", "length",
+    "distance", "dot", "cross", "normalize", "faceforward", "reflect", "refract", "transpose", "determinant",
+    "inverse", "any", "all",
 )  # fmt: skip
 #: GLSL's name → the row's.
 _OTHERWISE = {
     "roundEven": "round", "lessThan": "less", "lessThanEqual": "less_equal", "greaterThan": "greater",
-    "greaterThanEqual": "greater_equal", "not": "logical_not", "outerProduct": "outer",
+    "greaterThanEqual": "greater_equal", "not": "logical_not", "outerProduct": "outer", "bitCount": "bit_count",
+    "findLSB": "find_lsb", "findMSB": "find_msb", "bitfieldReverse": "bitfield_reverse",
+    "bitfieldExtract": "bitfield_extract", "bitfieldInsert": "bitfield_insert",
 }  # fmt: skip
-#: What functions of vectors are for scalars.
-_OF_SCALARS: dict[str, Callable[[list[ir.Expr], Span], ir.Expr]] = {
-    "length": lambda a, span: apply("abs", a, span),
-    "distance": lambda a, span: apply("abs", [apply("sub", a, span)], span),
-    "dot": lambda a, span: apply("mul", a, span),
-    "normalize": lambda a, span: apply("sign", a, span),
-}
 
 #: What is written in GLSL itself; ``genType`` stands for float and its vectors.
 _GENERIC = """
-genType fma(genType a, genType b, genType c) { return a * b + c; }
-genType modf(genType x, out genType whole) { whole = trunc(x); return x - whole; }
-genType asinh(genType x) { return sign(x) * log(abs(x) + sqrt(x * x + 1.0)); }
-genType acosh(genType x) { return log(x + sqrt(x * x - 1.0)); }
-genType atanh(genType x) { return 0.5 * log((1.0 + x) / (1.0 - x)); }
+genType modf(genType x, out genType whole) { whole = trunc(x); return pg_rest(x); }
+genType frexp(genType x, out genIType exponent) { exponent = pg_exponent(x); return pg_mantissa(x); }
+genUType uaddCarry(genUType x, genUType y, out genUType carry) { carry = genUType(lessThan(x + y, x)); return x + y; }
+genUType usubBorrow(genUType x, genUType y, out genUType borrow) { borrow = genUType(lessThan(x, y)); return x - y; }
 """
 _SCALAR = """
-float reflect(float I, float N) { return I - 2.0 * N * I * N; }
-float faceforward(float N, float I, float R) { return R * I < 0.0 ? N : -N; }
+vec4 textureGather(sampler2D s, vec2 P, int c) {
+    ivec2 at = ivec2(floor(P * vec2(textureSize(s, 0)) - 0.5));
+    return vec4(texelFetchOffset(s, at, 0, ivec2(0, 1))[c], texelFetchOffset(s, at, 0, ivec2(1, 1))[c],
+                texelFetchOffset(s, at, 0, ivec2(1, 0))[c], texelFetch(s, at, 0)[c]);
+}
+vec4 textureGather(sampler2D s, vec2 P) { return textureGather(s, P, 0); }
 """
 
 
 @cache
 def _prelude() -> dict[str, tuple[g.Function, ...]]:
-    text = _SCALAR + "".join(_GENERIC.replace("genType", name) for name in ("float", "vec2", "vec3", "vec4"))
+    text = _SCALAR
+    for size in ("float", "vec2", "vec3", "vec4"):
+        own = {"genType": size, "genIType": _whole(size, "i", "int"), "genUType": _whole(size, "u", "uint")}
+        text += _WORD.sub(lambda match, own=own: own.get(match[0], match[0]), _GENERIC)  # type: ignore[misc]
     tokens, _ = preprocessed([(text, "<GLSL functions>")], {}, None)
     found: dict[str, tuple[g.Function, ...]] = {}
     for node in Parser(tokens, "<GLSL functions>").shader():
@@ -63,21 +71,49 @@ def _prelude() -> dict[str, tuple[g.Function, ...]]:
     return found
 
 
+def _whole(size: str, letter: str, scalar: str) -> str:
+    return scalar if size == "float" else letter + size
+
+
 def prelude_functions(name: str) -> tuple[g.Function, ...]:
     """Overloads of a function that is written in GLSL."""
     return _prelude().get(name, ())
 
 
+def overloads(unit: Unit, name: str) -> tuple[g.Function, ...]:
+    """Functions of a name that are written in GLSL: the shader's own, and those that stand for built-in ones."""
+    own = tuple(unit.functions.get(name, ()))
+    return own if name in unit.natives or name in BUILTINS else (*prelude_functions(name), *own)
+
+
 def _row(name: str, unit: Unit, parts: list[Part], span: Span) -> Part:
     """A row of the table by the name that it has there."""
     arguments = [plain(part, span, f"an argument of {name}()") for part in parts]
-    scalars = all(isinstance(a.type, Scalar) for a in arguments)
-    if scalars and name in _OF_SCALARS and arguments:
-        floats = [widen(a, FLOAT, span, f"an argument of {name}()") for a in arguments]
-        return _OF_SCALARS[name](floats, span)
+    if set(OPERATIONS[name].operands if name in OPERATIONS else ()) == {"N"}:
+        arguments = _alike(arguments, span)
+    written = written_function(name, [a.type for a in arguments])
+    if written is not None:
+        return inlined(unit.builder, written, (list(arguments), {}), span)
     if len(arguments) > 1 or any(isinstance(a.type, Matrix) for a in arguments):
         arguments = [unit.builder.name_it(a, span) for a in arguments]
     return apply(name, arguments, span)
+
+
+def _alike(arguments: list[ir.Expr], span: Span) -> list[ir.Expr]:
+    """Ints as uints where one argument is a uint, as of ``max(i, 2u)``."""
+    kinds = [element_of(a.type) if isinstance(a.type, (Scalar, Vector)) else None for a in arguments]
+    if set(kinds) != {INT, UINT}:
+        return arguments
+    return [convert(a, UINT, span) for a in arguments]
+
+
+def _written(name: str, member: int, unit: Unit, parts: list[Part], span: Span) -> Part:
+    """One result of a function of the library that has several."""
+    arguments = [plain(part, span, "an argument") for part in parts]
+    function = written_function(name, [a.type for a in arguments])
+    assert function is not None
+    found = inlined(unit.builder, function, (list(arguments), {}), span)
+    return found.members[member] if isinstance(found, TupleValue) else found
 
 
 def _called(name: str, unit: Unit, parts: list[Part], span: Span) -> Part:
@@ -107,24 +143,26 @@ def _multiplied(unit: Unit, parts: list[Part], span: Span) -> Part:
     if len(values) != 2 or not isinstance(values[0].type, Matrix) or values[0].type != values[1].type:
         fail(span, "matrixCompMult() takes two matrices of one type")
     type_ = values[0].type
-    at = [ir.Literal(INT, i, span) for i in range(type_.size)]
+    at = [ir.Literal(INT, i, span) for i in range(type_.columns)]
     columns = tuple(apply("mul", [index_into(v, i, span) for v in values], span) for i in at)
     return ir.Construct(type_, columns, span)
 
 
-def _bits(name: str, unit: Unit, parts: list[Part], span: Span) -> Part:
-    """Bits of floats, component by component."""
-    value = unit.builder.name_it(plain(parts[0], span, "an argument"), span)
+def _bits(name: str, kind: Scalar, unit: Unit, parts: list[Part], span: Span) -> Part:
+    """Bits of floats as whole numbers of a kind, and floats of bits, component by component."""
+    given = plain(parts[0], span, "an argument") if len(parts) == 1 else None
+    if given is None or not isinstance(given.type, (Scalar, Vector)):
+        fail(span, "one number or vector is taken here")
+    value = unit.builder.name_it(as_int(given, span), span)
     if isinstance(value.type, Scalar):
-        return apply(name, [value], span)
+        return convert(apply(name, [value], span), kind, span)
     assert isinstance(value.type, Vector)
     element = value.type.element
     made = [apply(name, [ir.Swizzle(element, value, (i,), span)], span) for i in range(value.type.size)]
-    scalar = made[0].type
-    assert isinstance(scalar, Scalar)
-    return ir.Construct(Vector(scalar, len(made)), tuple(made), span)
+    return convert(construct(Vector(element_of(made[0].type), len(made)), made, span, unit.builder.name_it), kind, span)
 
 
+_PACKS = ("Unorm4x8", "Snorm4x8", "Unorm2x16", "Snorm2x16", "Half2x16")
 BUILTINS: dict[str, Native] = {
     **{name: partial(_called, name) for name in _SAME},
     **{name: partial(_row, row) for name, row in _OTHERWISE.items()},
@@ -132,7 +170,15 @@ BUILTINS: dict[str, Native] = {
     "equal": partial(_compared, "equal"),
     "notEqual": partial(_compared, "not_equal"),
     "matrixCompMult": _multiplied,
-    "floatBitsToInt": partial(_bits, "bits_from_float"),
-    "intBitsToFloat": partial(_bits, "float_from_bits"),
+    "floatBitsToInt": partial(_bits, "bits_from_float", INT),
+    "floatBitsToUint": partial(_bits, "bits_from_float", UINT),
+    "intBitsToFloat": partial(_bits, "float_from_bits", FLOAT),
+    "uintBitsToFloat": partial(_bits, "float_from_bits", FLOAT),
+    **{f"pack{kind}": partial(_row, f"pack_{kind.lower()}") for kind in _PACKS},
+    **{f"unpack{kind}": partial(_row, f"unpack_{kind.lower()}") for kind in _PACKS},
+    "pg_rest": partial(_written, "modf", 1),
+    "pg_mantissa": partial(_written, "frexp", 0),
+    "pg_exponent": partial(_written, "frexp", 1),
     **READS,
+    **DERIVATIVES,
 }

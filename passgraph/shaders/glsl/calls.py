@@ -7,17 +7,31 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from passgraph.language import ir
+from passgraph.language.composites import array_of, each_image
 from passgraph.language.source import Span, fail
-from passgraph.language.types import FLOAT, INT, Array, Matrix, Scalar, Struct, Type, Vector, component_count
-from passgraph.language.values import Part, StructValue, coerce, construct, part_type, swizzle
+from passgraph.language.types import INT, Array, Matrix, Scalar, Struct, Type, Vector, component_count
+from passgraph.language.values import ImageChoice, Part, StructValue, construct, part_type, swizzle
 from passgraph.shaders.glsl import syntax as g
-from passgraph.shaders.glsl.builtins import BUILTINS, prelude_functions
+from passgraph.shaders.glsl.builtins import BUILTINS, overloads
 from passgraph.shaders.glsl.operators import plain
 from passgraph.shaders.glsl.places import Place, place_of, read_place
-from passgraph.shaders.glsl.typing import cost_of
+from passgraph.shaders.glsl.typing import cost_of, fitted
 
 if TYPE_CHECKING:
     from passgraph.shaders.glsl.body import Body
+
+
+#: From such factors on, what ``fract`` leaves of a sine is noise.
+_NOISE = 1000
+
+
+def _is_hash(arguments: tuple[g.Expr, ...]) -> bool:
+    """Whether they are ``sin(x) * 43758.5453``."""
+    if len(arguments) != 1 or not isinstance(arguments[0], g.Binary) or arguments[0].sign != "*":
+        return False
+    sides = (arguments[0].left, arguments[0].right)
+    waves = any(isinstance(side, g.Call) and side.name in ("sin", "cos") for side in sides)
+    return waves and any(isinstance(side, g.Number) and side.value >= _NOISE for side in sides)
 
 
 class Calls:
@@ -30,9 +44,8 @@ class Calls:
         if node.type is not None:
             return self._constructed(node.type, node)
         unit, span = self.body.unit, node.span
-        own = unit.functions.get(node.name, [])
-        prelude = [] if node.name in unit.natives or node.name in BUILTINS else prelude_functions(node.name)
-        candidates = [f for f in (*own, *prelude) if len(f.parameters) == len(node.arguments)]
+        functions = overloads(unit, node.name)
+        candidates = [f for f in functions if len(f.parameters) == len(node.arguments)]
         arguments = self._arguments(node, candidates)
         if candidates:
             types = [part_type(self._held(a)) for a in arguments]
@@ -47,13 +60,18 @@ class Calls:
                 return self.body.inline(chosen, given, span)
             if node.name not in unit.natives and node.name not in BUILTINS:
                 fail(span, f"{node.name} takes no ({', '.join(types)})")
+        if node.name == "fract" and _is_hash(node.arguments):
+            unit.note(span, "this noise amplifies the last bits of a sine: no two drivers make the same")
         parts = [self._held(a) for a in arguments]
         if node.name in unit.natives:
             return unit.natives[node.name](unit, parts, span)
         if node.name in BUILTINS:
-            return BUILTINS[node.name](unit, parts, span)
-        if own or prelude:
-            counts = sorted({len(f.parameters) for f in (*own, *prelude)})
+            native, first = BUILTINS[node.name], parts[0] if parts else None
+            if isinstance(first, ImageChoice):  # of an array of samplers
+                return each_image(unit.builder, first, lambda image: native(unit, [image, *parts[1:]], span), span)
+            return native(unit, parts, span)
+        if functions:
+            counts = sorted({len(f.parameters) for f in functions})
             fail(span, f"{node.name} takes {' or '.join(map(str, counts))} arguments, got {len(node.arguments)}")
         fail(span, f"there is no function {node.name!r}")
 
@@ -82,7 +100,7 @@ class Calls:
         return read_place(self.body, argument) if isinstance(argument, Place) else argument
 
     def _chosen(self, candidates: list[g.Function], arguments: list[Part | Place]) -> g.Function | None:
-        """The overload that needs the fewest conversions; a later definition goes before its prototype."""
+        """The overload that needs the fewest conversions; of two that are alike the later definition."""
         best: tuple[int, g.Function] | None = None
         for function in candidates:
             total = 0
@@ -93,8 +111,7 @@ class Calls:
                     break
                 total += cost
             else:
-                better = best is None or total < best[0]
-                if better or (best is not None and total == best[0] and best[1].body is None):
+                if best is None or total < best[0] or (total == best[0] and function.body is not None):
                     best = (total, function)
         return None if best is None else best[1]
 
@@ -130,8 +147,8 @@ class Calls:
     def _columns(self, value: ir.Expr, span: Span) -> list[ir.Expr]:
         if not isinstance(value.type, Matrix):
             return [value]
-        named, column = self.body.builder.name_it(value, span), Vector(FLOAT, value.type.size)
-        return [ir.Index(column, named, ir.Literal(INT, i, span), span) for i in range(column.size)]
+        named, matrix = self.body.builder.name_it(value, span), value.type
+        return [ir.Index(matrix.column, named, ir.Literal(INT, i, span), span) for i in range(matrix.columns)]
 
     def composed(self, type_: Type, parts: list[Part], span: Span) -> Part:
         """A struct from its fields, an array or vector from its elements."""
@@ -139,11 +156,13 @@ class Calls:
             if len(parts) != len(type_.fields):
                 fail(span, f"{type_.name} has {len(type_.fields)} fields, got {len(parts)} values")
             pairs = zip(type_.fields, parts, strict=True)
-            return StructValue(type_, {n: coerce(p, t, span, f"{type_.name}.{n}") for (n, t), p in pairs})
+            return StructValue(type_, {n: fitted(p, t, span, f"{type_.name}.{n}") for (n, t), p in pairs})
         assert isinstance(type_, (Array, Vector))
         element = type_.element
         count = type_.length if isinstance(type_, Array) else type_.size
         if len(parts) != count:
             fail(span, f"{type_} takes {count} values, got {len(parts)}")
-        typed = [plain(coerce(p, element, span, f"an element of {type_}"), span, "an element") for p in parts]
-        return ir.Construct(type_, tuple(typed), span)
+        typed = [fitted(p, element, span, f"an element of {type_}") for p in parts]
+        if isinstance(type_, Array):
+            return array_of(typed, span, self.body.builder.name_it)
+        return ir.Construct(type_, tuple(plain(p, span, "a component") for p in typed), span)

@@ -3,19 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from passgraph.language import ir
 from passgraph.language.source import fail
-from passgraph.language.types import BOOL, FLOAT, INT, Array, Scalar, Struct, Type, Vector, element_of
+from passgraph.language.types import (
+    BOOL,
+    FLOAT,
+    INT,
+    UINT,
+    Array,
+    Matrix,
+    Struct,
+    Type,
+    Vector,
+    element_of,
+    shape_of,
+)
 from passgraph.language.typing_rules import apply, unify, widen
-from passgraph.language.values import ImageValue, Part, StructValue, TupleValue, choose, coerce, part_type
+from passgraph.language.values import COMPOSITE, ImageValue, Part, TupleValue, choose, part_type, type_of
 from passgraph.language.variables import new_variable, read_variable
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.calls import Calls
 from passgraph.shaders.glsl.operators import arithmetic, negated, plain
 from passgraph.shaders.glsl.places import part_at, place_of, read_place, write_place
+from passgraph.shaders.glsl.typing import as_int, whole_numbers_alike
 
 if TYPE_CHECKING:
     from passgraph.shaders.glsl.body import Body
@@ -46,6 +60,16 @@ class Expressions:
             fail(node.span, "a list in braces stands behind a declaration only")
         return self._by_kind[type(node)](node)
 
+    def effect(self, node: g.Expr) -> None:
+        """An expression for what it does."""
+        if isinstance(node, g.Sequence):
+            for part in node.parts:
+                self.effect(part)
+        elif isinstance(node, g.Step):
+            self._step(replace(node, before=True))
+        else:
+            self.evaluate(node)
+
     def value(self, node: g.Expr) -> ir.Expr:
         return plain(self.part(node), node.span, "a value here")
 
@@ -56,7 +80,7 @@ class Expressions:
         return value
 
     def index(self, node: g.Expr) -> ir.Expr:
-        return widen(self.value(node), INT, node.span, "an index")
+        return widen(as_int(self.value(node), node.span), INT, node.span, "an index")
 
     def initial(self, node: g.Expr, type_: Type) -> Part:
         """The value behind a declaration: an expression, or a list in braces."""
@@ -79,27 +103,28 @@ class Expressions:
     # Names and numbers
 
     def _number(self, node: g.Number) -> Part:
-        if node.type == "uint":
-            fail(node.span, "unsigned ints are not read here")
-        return ir.Literal({"int": INT, "float": FLOAT, "bool": BOOL}[node.type], node.value, node.span)
+        type_ = {"int": INT, "uint": UINT, "float": FLOAT, "bool": BOOL}[node.type]
+        return ir.Literal(type_, node.value, node.span, bits=node.type == "int" and node.value < 0)
 
     def _name(self, node: g.Name) -> Part:
         return self.body.read(node.name, node.span)
 
     def _member(self, node: g.Member) -> Part:
         if node.name == "length()":
-            type_ = self.value(node.base).type
-            if isinstance(type_, Scalar):
-                fail(node.span, f"{type_} has no length()")
-            return ir.Literal(INT, type_.length if isinstance(type_, Array) else type_.size, node.span)
-        return part_at(self.part(node.base), node.name, node.span)
+            part = self.part(node.base)
+            type_ = None if isinstance(part, TupleValue) else type_of(part)
+            if not isinstance(type_, (Array, Vector, Matrix)):
+                fail(node.span, f"{part_type(part)} has no length()")
+            count = type_.length if isinstance(type_, Array) else shape_of(type_)[0]
+            return ir.Literal(INT, count, node.span)
+        return part_at(self.part(node.base), node.name, node.span, self.body.builder.name_it)
 
     def _subscript(self, node: g.Subscript) -> Part:
         output = self.body.output_element(node)
         if output is not None:
             return read_variable(output.variable, node.span)
         base, index = self.body.unit.ordered([lambda: self.part(node.base), lambda: self.index(node.index)], node.span)
-        return part_at(base, plain(index, node.span, "an index"), node.span)
+        return part_at(base, plain(index, node.span, "an index"), node.span, self.body.builder.name_it)
 
     # Operators
 
@@ -116,8 +141,7 @@ class Expressions:
         """The right side is computed where the left one does not decide; without statements it may be anyway."""
         span, unit, builder = node.span, self.body.unit, self.body.builder
         left = self.condition(node.left)
-        with unit.captured(span) as block:
-            right = self.condition(node.right)
+        block, right = unit.captured(lambda: self.condition(node.right), span)
         if not block:
             return arithmetic(node.sign, left, right, span, builder.name_it)
         name = builder.fresh("t")
@@ -130,27 +154,22 @@ class Expressions:
     def _choice(self, node: g.Choice) -> Part:
         span, unit, builder = node.span, self.body.unit, self.body.builder
         condition = builder.name_it(self.condition(node.condition), span, keep_locals=False)
-        with unit.captured(span) as then_block:
-            then = self.part(node.then)
-        with unit.captured(span) as else_block:
-            orelse = self.part(node.orelse)
-        composite = (StructValue, ImageValue, TupleValue)
-        if not isinstance(then, composite) and not isinstance(orelse, composite):
-            then, orelse = unify(then, orelse, span, "both sides of ? :")
-        arrays = not isinstance(then, composite) and isinstance(then.type, Array)
+        then_block, then = unit.captured(lambda: self.part(node.then), span)
+        else_block, orelse = unit.captured(lambda: self.part(node.orelse), span)
+        if not isinstance(then, COMPOSITE) and not isinstance(orelse, COMPOSITE):
+            then, orelse = unify(*whole_numbers_alike(then, orelse, span), span, "both sides of ? :")
+        arrays = not isinstance(then, COMPOSITE) and isinstance(then.type, Array)
         if not (then_block or else_block or arrays):
             return choose(condition, then, orelse, span)
         if isinstance(then, (ImageValue, TupleValue)) or part_type(then) != part_type(orelse):
             fail(span, f"both sides of ? : must have one type, got {part_type(then)} and {part_type(orelse)}")
-        type_ = then.struct if isinstance(then, StructValue) else then.type
+        type_ = type_of(then)
         result = new_variable(type_, builder.fresh("t"))
-        blocks = []
-        for block, part in ((then_block, then), (else_block, orelse)):
-            with unit.captured(span) as whole:
-                whole += block
-                builder.store(result, part, span, "a side of ? :")
-            blocks.append(tuple(whole))
-        builder.emit(ir.If(condition, blocks[0], blocks[1], span))
+        stores = [
+            builder.captured(partial(builder.store, result, part, span, "a side of ? :"), span)
+            for part in (then, orelse)
+        ]
+        builder.emit(ir.If(condition, then_block + stores[0], else_block + stores[1], span))
         return read_variable(result, span)
 
     def _sequence(self, node: g.Sequence) -> Part | None:
@@ -183,6 +202,3 @@ class Expressions:
         one = ir.Literal(FLOAT, 1.0, span) if element_of(before.type) is FLOAT else ir.Literal(INT, 1, span)
         write_place(body, place, arithmetic(node.sign, before, one, span, body.builder.name_it), "it")
         return read_place(body, place) if node.before else before
-
-    def fitted(self, part: Part, type_: Type, node: g.Expr, what: str) -> Part:
-        return coerce(part, type_, node.span, what)

@@ -1,8 +1,7 @@
-"""Values that are known while a shader is read: lengths of arrays, labels, counters of loops."""
+"""Values that are known while a shader is read: lengths of arrays, labels, ends of loops."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -13,51 +12,49 @@ from passgraph.language.operations import OPERATIONS
 from passgraph.language.types import FLOAT, Array, Matrix, Scalar, Type, Vector, component_count
 
 Numbers: TypeAlias = tuple[ir.Number, ...]
-_DTYPES = {"float": np.float64, "int": np.int64, "bool": np.bool_}
+_DTYPES = {"float": np.float64, "int": np.int64, "uint": np.uint32, "bool": np.bool_}
 
 
-def folded(value: ir.Expr, known: Mapping[str, Numbers] | None = None) -> Numbers | None:
+def folded(value: ir.Expr) -> Numbers | None:
     """The numbers of a value in the order of its components, or None where it is not known.
 
-    ``known`` holds variables.  Floats are rounded to float32 after each operation.
+    Floats are rounded to float32 after each operation.
     """
-    known = known or {}
     if isinstance(value, ir.Literal):
         return (value.value,)
     if isinstance(value, ir.Table):
         return value.values
-    if isinstance(value, ir.Local):
-        return known.get(value.name)
     if isinstance(value, ir.Construct):
-        parts = [folded(part, known) for part in value.arguments]
+        parts = [folded(part) for part in value.arguments]
         return None if None in parts else tuple(number for part in parts if part is not None for number in part)
     if isinstance(value, ir.Swizzle):
-        whole = folded(value.value, known)
+        whole = folded(value.value)
         return None if whole is None else tuple(whole[i] for i in value.components)
     if isinstance(value, ir.Index):
-        whole, at = folded(value.value, known), folded(value.index, known)
+        whole, at = folded(value.value), folded(value.index)
         if whole is None or at is None:
             return None
         width = component_count(value.type)
         start = min(max(int(at[0]) * width, 0), len(whole) - width)
         return whole[start : start + width]
     if isinstance(value, ir.Select):
-        condition = folded(value.condition, known)
-        return None if condition is None else folded(value.then if condition[0] else value.orelse, known)
-    return _applied(value, known) if isinstance(value, ir.Apply) else None
+        condition = folded(value.condition)
+        return None if condition is None else folded(value.then if condition[0] else value.orelse)
+    return _applied(value) if isinstance(value, ir.Apply) else None
 
 
-def _applied(value: ir.Apply, known: Mapping[str, Numbers]) -> Numbers | None:
+def _applied(value: ir.Apply) -> Numbers | None:
     row = OPERATIONS[value.operation]
     if isinstance(value.type, Matrix) or any(isinstance(part.type, (Matrix, Array)) for part in value.arguments):
         return None
-    arguments = [folded(part, known) for part in value.arguments]
+    arguments = [folded(part) for part in value.arguments]
     arrays = []
     for part, numbers in zip(value.arguments, arguments, strict=True):
         if numbers is None:
             return None
         array: NDArray[Any] = np.array(numbers, _DTYPES[_element(part.type)])
-        arrays.append(array[None] if row.kind == "expanded" else array)
+        # References of vectors take a batch on the first axis; a scalar is a batch of one.
+        arrays.append(array[None] if row.kind == "expanded" and isinstance(part.type, Vector) else array)
     with np.errstate(all="ignore"):
         result = np.asarray(row.reference(*arrays)).ravel()
         if _element(value.type) == "float":

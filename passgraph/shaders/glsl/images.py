@@ -1,7 +1,8 @@
 """Reads of pictures, and where a fragment lies.
 
 Shaders count rows from the bottom up, pictures here from the top down: what a shader calls (0, 0) is the bottom left
-corner.  The turn lies in these reads and in ``gl_FragCoord`` alone, so that pictures look upright to a shader.
+corner.  The turn lies in these reads and in ``gl_FragCoord`` alone, so that pictures look upright to a shader.  Players
+of video count from the top; their shaders are read without a turn.
 """
 
 from __future__ import annotations
@@ -42,8 +43,18 @@ def _texture(unit: Unit, parts: list[Part], span: Span, *, last: str = "") -> Pa
     if len(parts) > 3:
         fail(span, f"a read of a picture takes at most 3 arguments, got {len(parts)}")
     if len(parts) == 3:
-        unit.note(span, f"pictures have one level here: the {last or 'bias'} does not count")
-    return _inlined(unit, "sample_upward", [image, _position(parts, VEC2, span)], span)
+        unit.note(span, f"shaders read the first level of a picture: the {last or 'bias'} does not count")
+    if len(parts) > 1 and getattr(parts[1], "type", None) == VEC3:
+        # Rows of a volume are counted as they are stored, as those of a colour table are.
+        return _inlined(unit, "sample3", [image, _position(parts, VEC3, span)], span)
+    return _inlined(unit, unit.turned("sample"), [image, _position(parts, VEC2, span)], span)
+
+
+def _graded(unit: Unit, parts: list[Part], span: Span) -> Part:
+    """A filtered read whose derivatives would choose a level."""
+    if len(parts) != 4:
+        fail(span, f"it takes a sampler, a position and two derivatives, got {len(parts)} arguments")
+    return _texture(unit, parts[:3], span, last="pair of derivatives")
 
 
 def _projected(unit: Unit, parts: list[Part], span: Span) -> Part:
@@ -63,7 +74,7 @@ def _of_texels(unit: Unit, parts: list[Part], span: Span) -> Part:
     image = _image(parts, span)
     size = apply("to_float", [ir.Size(IVEC2, image.name, span)], span)
     position = apply("div", [_position(parts, VEC2, span), size], span)
-    return _inlined(unit, "sample_upward", [image, position], span)
+    return _inlined(unit, unit.turned("sample"), [image, position], span)
 
 
 def _offset(unit: Unit, parts: list[Part], span: Span) -> Part:
@@ -78,7 +89,7 @@ def _offset(unit: Unit, parts: list[Part], span: Span) -> Part:
 
 
 def _fetched(unit: Unit, parts: list[Part], span: Span) -> Part:
-    return _inlined(unit, "texel_upward", [_image(parts, span), _position(parts, IVEC2, span)], span)
+    return _inlined(unit, unit.turned("texel"), [_image(parts, span), _position(parts, IVEC2, span)], span)
 
 
 def _fetched_beside(unit: Unit, parts: list[Part], span: Span) -> Part:
@@ -98,14 +109,10 @@ def _levels(unit: Unit, parts: list[Part], span: Span) -> Part:
     return ir.Literal(INT, 1, span)
 
 
-def _missing(name: str, unit: Unit, parts: list[Part], span: Span) -> Part:
-    fail(span, f"{name}() is not read here")
-
-
-_MISSING = ("textureGather", "textureGrad", "texture2DGradEXT", "dFdx", "dFdy", "fwidth")
 READS: dict[str, Native] = {
-    **dict.fromkeys(("texture", "texture2D"), _texture),
+    **dict.fromkeys(("texture", "texture2D", "texture3D"), _texture),
     **dict.fromkeys(("textureLod", "texture2DLod", "texture2DLodEXT"), partial(_texture, last="level")),
+    **dict.fromkeys(("textureGrad", "texture2DGradEXT", "texture2DGradARB"), _graded),
     **dict.fromkeys(("textureProj", "texture2DProj"), _projected),
     **dict.fromkeys(("texture2DRect", "textureRect"), _of_texels),
     **dict.fromkeys(("textureOffset", "textureLodOffset"), _offset),
@@ -114,21 +121,22 @@ READS: dict[str, Native] = {
     "texelFetchOffset": _fetched_beside,
     **dict.fromkeys(("textureSize", "textureSize2D"), _size),
     "textureQueryLevels": _levels,
-    **{name: partial(_missing, name) for name in _MISSING},
 }  # fmt: skip
 
 
 def _fragment(unit: Unit, span: Span) -> Part:
     """``gl_FragCoord``: the centre of this pixel, rows counted from the bottom."""
     half, one = ir.Literal(FLOAT, 0.5, span), ir.Literal(FLOAT, 1.0, span)
-    parts = [apply("add", [apply("to_float", [place], span), half], span) for place in pixel_upward(span)]
+    parts = [apply("add", [apply("to_float", [place], span), half], span) for place in pixel_place(unit, span)]
     return ir.Construct(VEC4, (*parts, half, one), span)
 
 
-def pixel_upward(span: Span) -> tuple[ir.Expr, ir.Expr]:
-    """Column and row of this pixel, the lowest row 0."""
+def pixel_place(unit: Unit, span: Span) -> tuple[ir.Expr, ir.Expr]:
+    """Column and row of this pixel as the shader counts them."""
     pixel, size = ir.Builtin(IVEC2, "pixel", span), ir.Builtin(IVEC2, "output_size", span)
     x, y = (ir.Swizzle(INT, pixel, (i,), span) for i in (0, 1))
+    if not unit.rows_up:
+        return x, y
     rows = apply("sub", [ir.Swizzle(INT, size, (1,), span), ir.Literal(INT, 1, span)], span)
     return x, apply("sub", [rows, y], span)
 

@@ -2,84 +2,151 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
+from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 from passgraph.language import ir
-from passgraph.language.types import INT
+from passgraph.language.looping import bounded_loop, count_trips
+from passgraph.language.operations import OPERATIONS
+from passgraph.language.types import component_count
 from passgraph.shaders.glsl import syntax as g
-from passgraph.shaders.glsl.folding import Numbers, folded
+from passgraph.shaders.glsl.builtins import overloads
+from passgraph.shaders.glsl.folding import constant, folded
 from passgraph.shaders.glsl.walk import assigned_names, walked
 
 if TYPE_CHECKING:
     from passgraph.shaders.glsl.body import Body
+    from passgraph.shaders.glsl.unit import Unit
 
-#: Trips of a loop whose counter is followed from value to value.
-MAX_COUNTED = 4096
-#: Trips of a loop whose end is not known.
+#: Trips of a loop whose end is not known, if what it does in a trip is short.
 MAX_OPEN = 1024
-#: Trips of nested loops together.
+#: Trips of nested loops together, as :mod:`passgraph.language.lower` allows.
 _MAX_TOGETHER = 1 << 16
+#: Instructions that all open loops of a shader may take together, half of what a pixel may; each gets a quarter of what
+#: those before it left, since how many follow is not known.
+_MAX_WORK = 1 << 23
+_SHARE = 4
 
 
 def emit_loop(body: Body, node: g.Loop) -> None:
     """``for``, ``while`` and ``do``."""
-    unit, builder, statements, span = body.unit, body.builder, body.statements, node.span
+    unit, builder, span = body.unit, body.builder, node.span
     body.scopes.append({})
     if node.start is not None:
-        statements.start(node.start)
-    counted = _counted(body, node)
-    trips = counted
-    if trips is None:
-        trips = max(1, min(MAX_OPEN, _MAX_TOGETHER // unit.trips))
-        unit.note(span, f"the end of this loop is not known here: it makes {trips} trips at most")
-    outer, unit.trips = unit.trips, unit.trips * max(trips, 1)
-    with unit.captured(span) as block:
-        if counted is None and node.condition is not None and not node.late:
-            statements.check(node.condition)
-        statements.trip(node)
-    unit.trips = outer
+        body.statements.start(node.start)
+    counted, around = _counted(body, node), unit.trips
+    # How many trips an open loop makes is decided behind its body; loops within may need as many as itself.
+    unit.trips = around * max(1, math.isqrt(_MAX_TOGETHER // around) if counted is None else counted)
+    block = body.statements.inside(node, [node.body])
+    unit.trips = around
+
+    def test() -> ir.Expr:
+        assert node.condition is not None
+        return body.expressions.condition(node.condition)
+
+    def update() -> None:
+        assert node.update is not None
+        body.expressions.effect(node.update)
+
+    most = _open_trips(body.unit, block) if counted is None else counted
+    if counted is None:
+        unit.note(span, f"the end of this loop is not known here: it makes {most} trips at most")
+    elif not isinstance(node.start, g.Declaration):
+        most += 1  # to the end, where the counter is read by what follows
+    tested = node.condition is not None and (counted is None or most > counted)
+    bounded_loop(
+        builder,
+        most,
+        lambda: builder.blocks[-1].extend(block),
+        span,
+        before=test if tested and not node.late else None,
+        update=None if node.update is None else update,
+        after=test if tested and node.late else None,
+    )
     body.scopes.pop()
-    zero, count, one = (ir.Literal(INT, i, span) for i in (0, trips, 1))
-    builder.emit(ir.For(builder.fresh("trip"), zero, count, one, tuple(block), span))
+
+
+def _open_trips(unit: Unit, block: tuple[ir.Stmt, ...]) -> int:
+    """As many trips as the limits of a kernel leave."""
+    around, work = unit.trips, _work(block)
+    room = (_MAX_WORK - unit.work) // _SHARE
+    trips = max(1, min(MAX_OPEN, _MAX_TOGETHER // (around * _trips(block)), room // (around * work)))
+    if around == 1:  # loops within others are part of what these do
+        unit.work += trips * work
+    return trips
+
+
+def _trips(block: Iterable[ir.Stmt]) -> int:
+    """Most trips that loops in a block make, nested ones together."""
+    most = 1
+    for statement in block:
+        if isinstance(statement, ir.If):
+            most = max(most, _trips(statement.then), _trips(statement.orelse))
+        elif isinstance(statement, ir.For):
+            most = max(most, _count(statement) * _trips(statement.body))
+    return most
+
+
+def _count(loop: ir.For) -> int:
+    """Trips of a loop; of those of the language's own functions, whose bounds are constants, too."""
+    bounds = [folded(bound) for bound in (loop.start, loop.stop, loop.step)]
+    start, stop, step = (1 if bound is None else int(bound[0]) for bound in bounds)
+    return max(1, len(range(start, stop, step or 1)))
+
+
+def _work(block: Iterable[ir.Stmt]) -> int:
+    """About how many instructions a block takes, every trip of its loops."""
+    total = 1
+    for statement in block:
+        if isinstance(statement, ir.Assign):
+            total += _cost(statement.value)
+        elif isinstance(statement, ir.If):
+            total += _cost(statement.condition) + _work(statement.then) + _work(statement.orelse)
+        elif isinstance(statement, ir.For):
+            total += _count(statement) * _work(statement.body)
+    return total
+
+
+def _cost(value: ir.Expr) -> int:
+    """Scalars that are computed for a value; functions such as ``sin`` take about ten instructions."""
+    total = 0
+    for part in ir.expressions(value):
+        if isinstance(part, ir.Apply):
+            operands = [part.type, *(argument.type for argument in part.arguments)]
+            each = 1 if OPERATIONS[part.operation].kind == "primitive" else 10
+            total += each * max(map(component_count, operands))
+        elif isinstance(part, (ir.Select, ir.Texel, ir.Insert, ir.Index)):
+            total += component_count(part.type)
+    return total
 
 
 def _counted(body: Body, node: g.Loop) -> int | None:
-    """How many trips a loop makes, found by following its counter; None where that needs more than constants."""
+    """How many trips a loop makes by its counter; None where that needs more than constants."""
     if node.condition is None or node.update is None or node.late:
         return None
-    names = assigned_names(node.update, body.unit.functions)
-    if len(names) != 1 or names & assigned_names(node.body, body.unit.functions):
+    functions = partial(overloads, body.unit)
+    names = assigned_names(node.update, functions)
+    if names & assigned_names(node.body, functions) or names & set(body.unit.names):
         return None
-    if names & set(body.unit.names) or any(isinstance(n, g.Call) for n in walked(node.update)):
-        return None  # functions may change it
-    with body.unit.captured(node.span) as stray:
-        condition = body.expressions.condition(node.condition)
-    with body.unit.captured(node.span) as update:
-        body.expressions.evaluate(node.update)
-    if stray:
-        return None
-    known = _start(body, update)
-    if known is None:
-        return None
-    for trips in range(MAX_COUNTED):
-        holds = folded(condition, known)
-        if holds is None:
-            return None
-        if not holds[0]:
-            return trips
-        for statement in update:
-            value = folded(statement.value, known) if isinstance(statement, ir.Assign) else None
-            if value is None:
-                return None
-            known[statement.name] = value  # type: ignore[union-attr]
-    return None
-
-
-def _start(body: Body, update: list[ir.Stmt]) -> dict[str, Numbers] | None:
-    """The counter's first value: what the last statement before the loop gave it."""
+    if any(isinstance(one, g.Call) and one.name in body.unit.functions for one in walked(node.update)):
+        return None  # functions may change variables outside of them
     before = body.builder.blocks[-1]
-    last = before[-1] if before else None
-    if not isinstance(last, ir.Assign) or all(getattr(s, "name", "") != last.name for s in update):
+    first = before[-1] if before else None
+    tested, condition = body.unit.captured(partial(body.expressions.condition, node.condition), node.span)
+    updated, _ = body.unit.captured(partial(body.expressions.effect, node.update), node.span)
+    following = updated[0] if len(updated) == 1 else None
+    if tested or not isinstance(first, ir.Assign) or not isinstance(following, ir.Assign):
         return None
-    value = folded(last.value)
-    return None if value is None else {last.name: value}
+    if first.name != following.name:
+        return None
+    return count_trips(first.name, constant(first.value), _settled(condition), _settled(following.value))
+
+
+def _settled(value: ir.Expr) -> ir.Expr:
+    """An operation whose operands are written out where they are known."""
+    if not isinstance(value, ir.Apply):
+        return value
+    return replace(value, arguments=tuple(map(constant, value.arguments)))

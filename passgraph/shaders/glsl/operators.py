@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from passgraph.language import ir
+from passgraph.language.composites import entry, plain_value
 from passgraph.language.source import Span, fail
-from passgraph.language.types import BOOL, FLOAT, INT, Array, Matrix, Scalar, Vector, element_of
+from passgraph.language.types import BOOL, FLOAT, INT, UINT, Array, Matrix, Scalar, Vector, element_of
 from passgraph.language.typing_rules import apply, binary, unify
-from passgraph.language.values import ImageValue, Namer, Part, StructValue, TupleValue, index_into, part_type
+from passgraph.language.values import COMPOSITE, ArrayValue, Namer, Part, StructValue, convert, index_into, part_type
+from passgraph.shaders.glsl.typing import as_int, whole_numbers_alike
 
 _ORDERED = {"<": "less", ">": "greater", "<=": "less_equal", ">=": "greater_equal"}
 
@@ -17,6 +19,8 @@ def arithmetic(sign: str, left: Part, right: Part, span: Span, named: Namer) -> 
         same = equal(left, right, span, named)
         return same if sign == "==" else apply("logical_not", [same], span)
     one, other = (plain(side, span, f"an operand of {sign}") for side in (left, right))
+    if sign not in ("<<", ">>"):
+        one, other = whole_numbers_alike(one, other, span)
     if sign in _ORDERED:
         if not (isinstance(one.type, Scalar) and isinstance(other.type, Scalar)):
             fail(span, f"{sign} compares scalars, got {one.type} and {other.type}; use lessThan() and its like")
@@ -27,38 +31,33 @@ def arithmetic(sign: str, left: Part, right: Part, span: Span, named: Namer) -> 
         if sign == "^^":
             return apply("not_equal", [apply("to_int", [side], span) for side in (one, other)], span)
         return apply("logical_and" if sign == "&&" else "logical_or", [one, other], span)
+    if sign in ("<<", ">>"):
+        return binary(sign, one, convert(as_int(other, span), _whole(one), span) if _is_whole(other) else other, span)
     if isinstance(one.type, Matrix) or isinstance(other.type, Matrix):
         # Sums of matrices and products with scalars go by column and use both sides once for each.
         one, other = named(one, span), named(other, span)
-    elif sign in ("/", "%") and _of_ints(one, other):
-        return _whole_quotient(sign, named(one, span), named(other, span), span)
+    elif sign in ("/", "%") and _is_whole(one) and _is_whole(other):
+        return apply("quotient" if sign == "/" else "remainder", [one, other], span)
     elif sign == "%":
-        fail(span, f"% takes ints, got {one.type} and {other.type}; use mod()")
+        fail(span, f"% takes whole numbers, got {one.type} and {other.type}; use mod()")
     return binary(sign, one, other, span)
 
 
 def plain(part: Part, span: Span, what: str) -> ir.Expr:
     """A part that is one value."""
-    if isinstance(part, (StructValue, ImageValue, TupleValue)):
+    part = plain_value(part, span)
+    if isinstance(part, COMPOSITE):
         fail(span, f"{what} cannot be {part_type(part)}")
     return part
 
 
-def _of_ints(left: ir.Expr, right: ir.Expr) -> bool:
-    return all(isinstance(side.type, (Scalar, Vector)) and element_of(side.type) is INT for side in (left, right))
+def _is_whole(value: ir.Expr) -> bool:
+    return isinstance(value.type, (Scalar, Vector)) and element_of(value.type) in (INT, UINT)
 
 
-def _whole_quotient(sign: str, left: ir.Expr, right: ir.Expr, span: Span) -> ir.Expr:
-    """Quotient and remainder of ints go toward zero."""
-    size = apply("floor_divide", [apply("abs", [left], span), apply("abs", [right], span)], span)
-    signs = apply("mul", [apply("sign", [left], span), apply("sign", [right], span)], span)
-    quotient = apply("mul", [size, signs], span)
-    if sign == "/":
-        return quotient
-    rest = apply("sub", [left, apply("mul", [quotient, right], span)], span)
-    zero = ir.Literal(INT, 0, span)
-    nothing = apply("equal", [right, zero], span)
-    return apply("mul", [rest, apply("to_int", [apply("logical_not", [nothing], span)], span)], span)
+def _whole(value: ir.Expr) -> Scalar:
+    """The kind of whole number that a shifted value is."""
+    return UINT if _is_whole(value) and element_of(value.type) is UINT else INT
 
 
 def negated(sign: str, value: ir.Expr, span: Span, named: Namer) -> ir.Expr:
@@ -84,11 +83,15 @@ def equal(left: Part, right: Part, span: Span, named: Namer) -> ir.Expr:
     if isinstance(left, StructValue) and isinstance(right, StructValue) and left.struct == right.struct:
         links = [equal(left.fields[name], right.fields[name], span, named) for name in left.fields]
         return _all(links, span)
-    one, other = unify(plain(left, span, "a side of =="), plain(right, span, "a side of =="), span, "both sides of ==")
+    if isinstance(left, ArrayValue) and isinstance(right, ArrayValue) and left.type == right.type:
+        at = [ir.Literal(INT, i, span) for i in range(left.type.length)]
+        return _all([equal(entry(left, i, span, named), entry(right, i, span, named), span, named) for i in at], span)
+    one, other = (plain(side, span, "a side of ==") for side in (left, right))
+    one, other = unify(*whole_numbers_alike(one, other, span), span, "both sides of ==")
     type_ = one.type
     if isinstance(type_, (Array, Matrix)):
         one, other = named(one, span), named(other, span)
-        count = type_.length if isinstance(type_, Array) else type_.size
+        count = type_.length if isinstance(type_, Array) else type_.columns
         at = [ir.Literal(INT, i, span) for i in range(count)]
         links = [equal(index_into(one, i, span), index_into(other, i, span), span, named) for i in at]
         return _all(links, span)

@@ -10,8 +10,11 @@ from passgraph.shaders.glsl.parse_expressions import ExpressionParser
 from passgraph.shaders.glsl.tokens import Token
 
 _QUALIFIERS = frozenset(
-    ["const", "in", "out", "inout", "uniform", "varying", "attribute", "centroid", "flat", "smooth", "noperspective",
-     "invariant", "precise", "highp", "mediump", "lowp", "buffer", "shared", "coherent", "volatile", "restrict",
+    ["const", "in", "out", "inout", "uniform", "varying", "attribute", "invariant", "highp", "mediump", "lowp"]
+)  # fmt: skip
+#: Words that came later and are names in older shaders; as qualifiers they stand before a name.
+_NEWER = frozenset(
+    ["centroid", "flat", "smooth", "noperspective", "precise", "buffer", "shared", "coherent", "volatile", "restrict",
      "readonly", "writeonly", "patch", "sample"]
 )  # fmt: skip
 
@@ -59,12 +62,18 @@ class Parser(ExpressionParser):
     def _qualifiers(self) -> tuple[frozenset[str], dict[str, int]]:
         found: set[str] = set()
         layout: dict[str, int] = {}
-        while self.here.text in _QUALIFIERS or (self.at("layout") and self.ahead().text == "("):
+        while self._at_qualifier():
             if self.at("layout"):
                 layout |= self._layout()
             else:
                 found.add(self.take().text)
         return frozenset(found), layout
+
+    def _at_qualifier(self) -> bool:
+        text, following = self.here.text, self.ahead()
+        if text == "layout":
+            return following.text == "("
+        return text in _QUALIFIERS or (text in _NEWER and following.kind == "name")
 
     def _layout(self) -> dict[str, int]:
         self.take()
@@ -187,7 +196,7 @@ class Parser(ExpressionParser):
 
     def _declares(self) -> bool:
         """Whether a declaration begins here, not a constructor's call."""
-        if self.here.text in _QUALIFIERS or self.at("struct", "layout"):
+        if self._at_qualifier() or self.at("struct"):
             return True
         return self.here.text in self.types and (self.ahead().kind == "name" or self.ahead().text == "[")
 

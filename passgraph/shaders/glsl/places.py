@@ -5,11 +5,23 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
-from passgraph.language import ir
+from passgraph.language import ir, variables
+from passgraph.language.composites import entry
 from passgraph.language.source import Span, fail
-from passgraph.language.types import INT, Struct, Vector
+from passgraph.language.types import INT, Array, Vector, is_plain
 from passgraph.language.typing_rules import widen
-from passgraph.language.values import Part, StructValue, index_into, part_type, swizzle, with_components
+from passgraph.language.values import (
+    COMPOSITE,
+    ArrayValue,
+    Namer,
+    Part,
+    StructValue,
+    check_index,
+    index_into,
+    part_type,
+    swizzle,
+    with_components,
+)
 from passgraph.language.variables import read_variable
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.operators import plain
@@ -53,11 +65,11 @@ def read_place(body: Body, place: Place) -> Part:
     """What a place holds."""
     part = read_variable(place.slot.variable, place.span)
     for step in place.way:
-        part = part_at(part, step, place.span)
+        part = part_at(part, step, place.span, body.builder.name_it)
     return part
 
 
-def part_at(part: Part, step: str | ir.Expr, span: Span) -> Part:
+def part_at(part: Part, step: str | ir.Expr, span: Span, named: Namer) -> Part:
     """A field, swizzle or element of a value."""
     if isinstance(step, str):
         if isinstance(part, StructValue):
@@ -68,21 +80,35 @@ def part_at(part: Part, step: str | ir.Expr, span: Span) -> Part:
         if isinstance(base.type, Vector):
             return swizzle(base, step, span)
         fail(span, f"{part_type(part)} has no field {step!r}")
+    if isinstance(part, ArrayValue):
+        return entry(part, step, span, named)
     return index_into(plain(part, span, "what [] is read from"), step, span)
 
 
 def write_place(body: Body, place: Place, value: Part, what: str) -> None:
     """Assign to a place; a part of a value is replaced in the whole."""
-    variable, way, span = place.slot.variable, place.way, place.span
-    while way and isinstance(variable.type, Struct):
-        name = way[0]
-        if not isinstance(name, str) or name not in variable.fields:
-            fail(span, f"{variable.type} has no field {name!r}" if isinstance(name, str) else "a struct has no []")
-        variable, way = variable.fields[name], way[1:]
+    here, way, span = variables.Place(place.slot.variable, place.slot.variable.type), place.way, place.span
+    whole = read_variable(here.variable, span)
+    while way and (following := _entered(here, way[0], span)) is not None:
+        whole = part_at(whole, way[0], span, body.builder.name_it)
+        here, way = following, way[1:]
+    if way and isinstance(whole, COMPOSITE):
+        part_at(whole, way[0], span, body.builder.name_it)  # which says what is wrong
     if way:
-        whole = plain(read_variable(variable, span), span, "what is assigned to")
-        value = _replaced(body, whole, way, plain(value, span, "what is assigned"), span)
-    body.unit.store(place.slot, variable, value, span, what)
+        value = _replaced(
+            body, plain(whole, span, "what is assigned to"), way, plain(value, span, "what is assigned"), span
+        )
+    body.unit.store_at(place.slot, here, value, span, what)
+
+
+def _entered(place: variables.Place, step: str | ir.Expr, span: Span) -> variables.Place | None:
+    """A field or entry that is a variable of its own, or lies in one; None for parts of plain values."""
+    if isinstance(step, str):
+        return place.field(step)
+    if not isinstance(place.type, Array) or (place.indices == () and is_plain(place.type)):
+        return None
+    check_index(step, place.type.length, place.type, span)
+    return place.entry(step)
 
 
 def _replaced(body: Body, whole: ir.Expr, way: Way, value: ir.Expr, span: Span) -> ir.Expr:
@@ -90,7 +116,7 @@ def _replaced(body: Body, whole: ir.Expr, way: Way, value: ir.Expr, span: Span) 
     step, named = way[0], body.builder.name_it
     whole = named(whole, span)
     if len(way) > 1:
-        inner = plain(part_at(whole, step, span), span, "what is assigned to")
+        inner = plain(part_at(whole, step, span, named), span, "what is assigned to")
         value = _replaced(body, inner, way[1:], value, span)
     if isinstance(step, str):
         return with_components(step, whole, value, span, named)

@@ -11,12 +11,14 @@ from passgraph.errors import KernelError
 from passgraph.language.source import Span, fail
 from passgraph.shaders.glsl.conditions import holds
 from passgraph.shaders.glsl.macros import Expander, Macro
-from passgraph.shaders.glsl.tokens import Token, token_lines
+from passgraph.shaders.glsl.tokens import MAX_CHARACTERS, Token, token_lines
 
 #: Tokens of a shader once macros are expanded.
 MAX_TOKENS = 300_000
 #: Files that include files.
 MAX_INCLUDE_DEPTH = 32
+#: Files that are included, one counted as often as it is; their characters together are as many as a text may have.
+MAX_INCLUDES = 1000
 #: ``#if`` within ``#if``.
 MAX_CONDITIONS = 100
 
@@ -57,9 +59,10 @@ class Preprocessor:
         self._conditions: list[_Condition] = []
         self._files: list[Path] = []
         self._once: set[Path] = set()
-        self._count = 0
-        for name, value in (("GL_FRAGMENT_PRECISION_HIGH", "1"), ("GL_core_profile", "1")):
-            self.define(name, value)
+        self._count = self._includes = 0
+        self._room = MAX_CHARACTERS  # of files that may still be included
+        self.define("GL_FRAGMENT_PRECISION_HIGH")
+        self.define("__VERSION__", "110")  # what a shader without #version is
 
     def define(self, name: str, value: str = "1") -> None:
         """A macro from outside, as text."""
@@ -215,14 +218,27 @@ class Preprocessor:
             return
         if len(self._files) >= MAX_INCLUDE_DEPTH:
             fail(span, f"files include files deeper than {MAX_INCLUDE_DEPTH}")
-        try:
-            text = path.read_text(encoding="utf-8", errors="replace")
-        except OSError as error:
-            raise KernelError(span.point_at(f"cannot read {match[1] or match[2]!r}: {error.strerror}")) from None
+        text = self._file(path, match[1] or match[2], span)
         self.included[str(path)] = text
         self._files.append(path)
         yield from self._read(text, path.name)
         self._files.pop()
+
+    def _file(self, path: Path, name: str, span: Span) -> str:
+        self._includes += 1
+        if self._includes > MAX_INCLUDES:
+            fail(span, f"more than {MAX_INCLUDES} files are included")
+        try:
+            if not path.is_file():
+                fail(span, f"there is no file {name!r}")
+            with path.open(encoding="utf-8", errors="replace") as file:
+                text = file.read(self._room + 1)
+        except OSError as error:
+            raise KernelError(span.point_at(f"cannot read {name!r}: {error.strerror}")) from None
+        self._room -= len(text)
+        if self._room < 0:
+            fail(span, f"the included files have more than {MAX_CHARACTERS} characters together")
+        return text
 
 
 def preprocessed(

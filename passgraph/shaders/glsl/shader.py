@@ -3,34 +3,34 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from passgraph import disk_cache
 from passgraph.errors import KernelError
 from passgraph.language import ir
+from passgraph.language.frame import KEPT
+from passgraph.language.signature import check_images
 from passgraph.language.source import Span, fail
 from passgraph.language.types import (
     BOOL,
     FLOAT,
     VEC4,
-    Array,
-    ImageType,
-    Matrix,
     Scalar,
     Vector,
     element_of,
 )
 from passgraph.language.values import Part
-from passgraph.language.variables import Variable, read_variable, zero_of
+from passgraph.language.variables import Place, Variable
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.body import Body
 from passgraph.shaders.glsl.images import STAGE
 from passgraph.shaders.glsl.parse import Parser
 from passgraph.shaders.glsl.preprocess import preprocessed
+from passgraph.shaders.glsl.typing import type_of_part
 from passgraph.shaders.glsl.uniforms import declare_inputs, declare_interface, declare_uniforms
-from passgraph.shaders.glsl.unit import KEEP, Native, NativeValue, Note, Slot, Uniform, Unit
+from passgraph.shaders.glsl.unit import Native, NativeValue, Note, Slot, Uniform, Unit, holds_pictures
 
 #: Files that errors in the texts of a container name.
 PRELUDE, POSTLUDE = "<prelude>", "<postlude>"
@@ -69,6 +69,7 @@ def parse(
     defaults: Mapping[str, object] | None = None,
     natives: Mapping[str, Native] | None = None,
     values: Mapping[str, NativeValue] | None = None,
+    rows_up: bool = True,
 ) -> Shader:
     """The kernel that a fragment shader is.
 
@@ -84,6 +85,7 @@ def parse(
     folder : where ``#include`` may read
     defaults : values of uniforms that the text gives none
     natives, values : functions and values of a container, as typed expressions
+    rows_up : whether the shader counts rows of pictures from the bottom, as OpenGL does; else from the top
 
     Raises
     ------
@@ -96,15 +98,17 @@ def parse(
     >>> [f"{p.name}: {p.type}" for p in shader.program.parameters]
     ['t: Image']
     """
-    unit = Unit(dict(natives or {}), {**STAGE, **(values or {})})
+    unit = Unit(dict(natives or {}), {**STAGE, **(values or {})}, rows_up)
     pieces = [(prelude, PRELUDE), (text, file), (postlude, POSTLUDE)]
     try:
         tokens, reader = preprocessed(pieces, defines or {}, None if folder is None else Path(folder))
+        for token in [t for t in tokens if t.text in ("lowp", "mediump")][:1]:
+            unit.note(token.span, f"{token.text} has 32 bits here, and fewer on some devices")
         program, uniforms = _program(Parser(tokens, file).shader(), unit, name, entry, file, defaults or {})
     except RecursionError:
         raise KernelError(f"{file}: the shader nests too deeply") from None
     if not natives and not values:
-        said = repr((pieces, name, entry, sorted((defines or {}).items()), sorted(reader.included.items())))
+        said = repr((pieces, name, entry, rows_up, sorted((defines or {}).items()), sorted(reader.included.items())))
         own = disk_cache.text_digest(Path(__file__).parent)
         program = replace(program, digest=hashlib.sha256(f"{own}{said}".encode(errors="surrogatepass")).hexdigest())
     notes = tuple(sorted(unit.notes.values(), key=lambda note: (note.span.file, note.span.line)))
@@ -116,7 +120,8 @@ def _program(
 ) -> tuple[ir.TypedKernel, tuple[Uniform, ...]]:
     """The typed kernel, and what is known of its parameters."""
     body = Body(unit, name)
-    unit.builder.emit(ir.Assign(KEEP, ir.Literal(BOOL, True)))
+    unit.builder.calls.append(tree)  # what stands outside of functions is the outermost of them
+    unit.builder.emit(ir.Assign(KEPT, ir.Literal(BOOL, True)))
     for node in tree:
         if isinstance(node, g.Function):
             unit.functions.setdefault(node.name, []).append(node)
@@ -125,13 +130,13 @@ def _program(
     if main is None:
         raise KernelError(f"{file}: there is no function {entry}() without parameters, where a shader begins")
     value = body.inline(main, [], main.span)
-    results = list(_results(body, value, outputs, main.span))
-    if unit.discards:
-        results = _kept(unit, results, main.span)
+    found = _outputs(body, value, outputs, main.span)
+    unit.builder.keep_or_clear(Variable(FLOAT, "", dict(found)), main.span)
+    results = _results(found, main.span)
     uniforms = _parameters(unit, defaults)
     parameters = tuple(ir.Parameter(u.name, u.type, False, u.default, u.has_default, u.span) for u in uniforms)
-    statements = tuple(unit.builder.blocks[0])
-    return ir.TypedKernel(name, "pixel", parameters, statements, tuple(results), None, main.span), uniforms
+    check_images(name, parameters, main.span)
+    return ir.TypedKernel(name, "pixel", parameters, unit.builder.body(), results, None, main.span), uniforms
 
 
 def _declared(tree: list[g.Outer], body: Body) -> list[tuple[str, Slot]]:
@@ -139,8 +144,11 @@ def _declared(tree: list[g.Outer], body: Body) -> list[tuple[str, Slot]]:
     outputs: list[tuple[int, str, Slot]] = []
     for name in ("gl_FragColor", *(f"gl_FragData[{i}]" for i in range(8))):
         slot = body.new_slot(name, VEC4, written=True)
-        body.clear(slot.variable, Span("", 0, 0, 0))
+        body.builder.clear(slot.variable)
         body.bind(name, slot)
+    depth = body.new_slot("gl_FragDepth", FLOAT, written=True)
+    body.builder.clear(depth.variable)
+    body.bind("gl_FragDepth", depth)  # written to nobody: a pass over a picture has no depth
     for node in tree:
         if isinstance(node, g.Struct):
             body.declare_struct(node)
@@ -162,41 +170,43 @@ def _declared(tree: list[g.Outer], body: Body) -> list[tuple[str, Slot]]:
     return [(name, slot) for _, name, slot in sorted(outputs, key=lambda output: output[0])]
 
 
-def _results(body: Body, value: Part | None, outputs: list[tuple[str, Slot]], span: Span) -> Iterator[ir.Result]:
-    """What the kernel gives: the value of its entry, declared outputs, or the built-in ones that are used."""
+def _outputs(
+    body: Body, value: Part | None, declared: list[tuple[str, Slot]], span: Span
+) -> list[tuple[str, Variable]]:
+    """What holds the results: the value of the entry, declared outputs, or the built-in ones that are used."""
     unit = body.unit
     if value is not None:
-        found: list[tuple[str, Part]] = [("", value)]
-    else:
-        given = outputs or [
-            (name, slot)
-            for name, slot in unit.names.items()
-            if name.startswith("gl_Frag") and name in unit.used and isinstance(slot, Slot)
-        ]
-        if not given:
-            fail(span, "the shader writes nothing: gl_FragColor, or a variable declared out vec4 name")
-        found = [(name if len(given) > 1 else "", read_variable(slot.variable, span)) for name, slot in given]
-    for name, part in found:
-        type_ = getattr(part, "type", None)
+        type_ = type_of_part(value)
+        assert type_ is not None
+        slot = body.new_slot("value", type_, written=True)
+        unit.store_at(slot, Place(slot.variable, type_), value, span, "the value")
+        return [("", slot.variable)]
+    given = declared or [
+        (name, slot)
+        for name, slot in unit.names.items()
+        if name.startswith(("gl_FragColor", "gl_FragData")) and name in unit.used and isinstance(slot, Slot)
+    ]
+    if not given:
+        fail(span, "the shader writes nothing: gl_FragColor, or a variable declared out vec4 name")
+    return [(name if len(given) > 1 else "", slot.variable) for name, slot in given]
+
+
+def _results(outputs: list[tuple[str, Variable]], span: Span) -> tuple[ir.Result, ...]:
+    made = []
+    for name, variable in outputs:
+        type_ = variable.type
         if not isinstance(type_, (Scalar, Vector)) or element_of(type_) is not FLOAT:
             fail(span, f"an output is a float or a vector of floats, as targets hold; {name or 'it'} is {type_}")
-        assert not isinstance(part, (Variable, Matrix, Array))
-        yield ir.Result(name.replace("[", "").replace("]", ""), type_, part)  # type: ignore[arg-type]
-
-
-def _kept(unit: Unit, results: list[ir.Result], span: Span) -> list[ir.Result]:
-    """Zeros where the pixel is discarded."""
-    kept = ir.Local(BOOL, KEEP, span)
-    return [
-        replace(result, value=ir.Select(result.type, kept, result.value, zero_of(result.type))) for result in results
-    ]
+        plain = name.replace("[", "").replace("]", "")
+        made.append(ir.Result(plain, type_, ir.Local(type_, variable.name, span)))
+    return tuple(made)
 
 
 def _parameters(unit: Unit, defaults: Mapping[str, object]) -> tuple[Uniform, ...]:
     """Samplers first, then the others as they stand in the text; those of a prelude where they are used."""
-    found = [u for u in unit.uniforms if u.span.file not in (PRELUDE, POSTLUDE) or u.name in unit.used]
+    found = [u for u in unit.uniforms.values() if u.span.file not in (PRELUDE, POSTLUDE) or u.name in unit.used]
     found = [
         replace(u, default=defaults[u.name], has_default=True) if u.name in defaults and not u.has_default else u
         for u in found
     ]
-    return tuple(sorted(found, key=lambda u: not isinstance(u.type, ImageType)))
+    return tuple(sorted(found, key=lambda u: not holds_pictures(u.type)))

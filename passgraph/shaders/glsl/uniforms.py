@@ -9,11 +9,12 @@ from passgraph.language.parse import parameter_value
 from passgraph.language.signature import host_value
 from passgraph.language.source import Span, fail
 from passgraph.language.types import VEC2, Struct
-from passgraph.language.values import ImageValue, Part, StructValue, TupleValue, coerce
+from passgraph.language.values import COMPOSITE, Part, StructValue
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.folding import constant
 from passgraph.shaders.glsl.images import position
-from passgraph.shaders.glsl.unit import Known, Uniform, holds_pictures
+from passgraph.shaders.glsl.typing import fitted
+from passgraph.shaders.glsl.unit import Known, Slot, Uniform
 
 if TYPE_CHECKING:
     from passgraph.shaders.glsl.body import Body
@@ -25,7 +26,7 @@ def declare_uniforms(body: Body, node: g.Declaration) -> None:
         type_ = body.type_of(variable.type, variable.type.span, variable.value)
         uniform = Uniform(variable.name, type_, variable.span)
         if variable.value is not None:
-            part = coerce(body.expressions.initial(variable.value, type_), type_, variable.span, variable.name)
+            part = fitted(body.expressions.initial(variable.value, type_), type_, variable.span, variable.name)
             uniform = Uniform(variable.name, type_, variable.span, _host(part, variable.span), True)
         _declare(body, uniform)
 
@@ -40,27 +41,26 @@ def declare_interface(body: Body, node: g.Interface) -> None:
             _declare(body, uniform)
         return
     struct = Struct(node.name, tuple((u.name, u.type) for u in uniforms))
-    body.unit.uniforms += [u for u in uniforms if u.name not in {known.name for known in body.unit.uniforms}]
+    body.unit.used.update(u.name for u in uniforms)
+    for uniform in uniforms:
+        body.unit.uniforms.setdefault(uniform.name, uniform)
     parts = {u.name: parameter_value(u.type, u.name, False, u.span) for u in uniforms}
     body.bind(node.instance, Known(StructValue(struct, parts), "a block of uniforms"))
 
 
 def _declare(body: Body, uniform: Uniform) -> None:
-    known = {one.name: one for one in body.unit.uniforms}
-    if uniform.name in known:
-        if known[uniform.name].type != uniform.type:
-            fail(uniform.span, f"uniform {uniform.name} is {known[uniform.name].type} already")
+    known = body.unit.uniforms.setdefault(uniform.name, uniform)
+    if known is not uniform:
+        if known.type != uniform.type:
+            fail(uniform.span, f"uniform {uniform.name} is {known.type} already")
         return  # declared again, as by a container
-    if isinstance(uniform.type, Struct) and holds_pictures(uniform.type):
-        fail(uniform.span, "a struct of uniforms holds no samplers here")
-    body.unit.uniforms.append(uniform)
     part = parameter_value(uniform.type, uniform.name, False, uniform.span)
     body.bind(uniform.name, Known(part, "a uniform"))
 
 
 def _host(part: Part, span: Span) -> object:
     """A known value as the host writes it."""
-    value = part if isinstance(part, (StructValue, ImageValue, TupleValue)) else constant(part)
+    value = part if isinstance(part, COMPOSITE) else constant(part)
     if isinstance(value, ir.Literal):
         return value.value
     if isinstance(value, (ir.Construct, ir.Table)):
@@ -69,12 +69,14 @@ def _host(part: Part, span: Span) -> object:
 
 
 def declare_inputs(body: Body, node: g.Declaration) -> None:
-    """Inputs from the vertex stage: by name from the container, else a vec2 is where the pixel lies in the picture."""
+    """Inputs from the vertex stage: a container's by name, else a vec2 is where the pixel lies in the picture."""
     for variable in node.variables:
         name, span, unit = variable.name, variable.span, body.unit
         type_ = body.type_of(variable.type, variable.type.span)
+        if isinstance(unit.names.get(name), Slot):
+            continue  # a variable of a container's prelude, which writes it
         if name in unit.values:
-            part = coerce(unit.values[name](unit, span), type_, span, name)
+            part = fitted(unit.values[name](unit, span), type_, span, name)
             body.bind(name, Known(part, "an input"))
         elif type_ == VEC2:
             unit.note(

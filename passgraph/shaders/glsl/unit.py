@@ -2,32 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TypeAlias
+from typing import TypeAlias, TypeVar
 
 from passgraph.language import ir
 from passgraph.language.frame import Builder
 from passgraph.language.signature import MAX_ARRAY_LENGTH
 from passgraph.language.source import Span, fail
-from passgraph.language.statements import MAX_BLOCKS
-from passgraph.language.types import (
-    BOOL,
-    IMAGE,
-    NAMED,
-    Array,
-    ImageType,
-    Matrix,
-    Scalar,
-    Struct,
-    TupleType,
-    Type,
-    Vector,
-)
+from passgraph.language.types import IMAGE, NAMED, Array, ImageType, Struct, TupleType, Type, image_names, longest
 from passgraph.language.values import Part
-from passgraph.language.variables import Variable
+from passgraph.language.variables import Place, Variable
 from passgraph.shaders.glsl import syntax as g
+from passgraph.shaders.glsl.typing import fitted
 
 
 @dataclass(frozen=True)
@@ -41,12 +28,11 @@ class Uniform:
     has_default: bool = False
 
 
-#: Samplers that are pictures; what they hold arrives as floats.
-_PICTURES = frozenset(["sampler2D", "sampler2DRect", "samplerExternalOES"])
+#: Samplers that are pictures; what they hold arrives as floats.  A volume is a picture of its slices.
+_PICTURES = frozenset(["sampler2D", "sampler2DRect", "samplerExternalOES", "sampler3D"])
 _SQUARE = {f"mat{n}x{n}": f"mat{n}" for n in (2, 3, 4)}
 _NEVER = 1 << 62
-#: The variable that is false where a pixel is discarded.
-KEEP = "$keep"
+T = TypeVar("T")
 
 
 @dataclass(eq=False)
@@ -92,50 +78,48 @@ class Unit:
 
     natives: Mapping[str, Native]
     values: Mapping[str, NativeValue]
+    rows_up: bool = True  # whether the shader counts rows from the bottom
     builder: Builder = field(default_factory=lambda: Builder("pixel"))
     functions: dict[str, list[g.Function]] = field(default_factory=dict)
     structs: dict[str, Struct] = field(default_factory=dict)
     names: dict[str, Binding] = field(default_factory=dict)
-    uniforms: list[Uniform] = field(default_factory=list)
+    uniforms: dict[str, Uniform] = field(default_factory=dict)
     missing: dict[str, str] = field(default_factory=dict)  # names that have no value here, and why
     used: set[str] = field(default_factory=set)  # global names that functions ask for
     notes: dict[tuple[str, int, str], Note] = field(default_factory=dict)
-    discards: bool = False
-    depth: int = 0  # of blocks in one another
+    leaving: dict[g.Statement, bool] = field(default_factory=dict)  # statements that may leave their function
+    work: int = 0  # instructions that open loops may take
     trips: int = 1  # of the loops around together
     #: The oldest variable written since the last look, by the count of names when it was made.
     oldest_write: int = _NEVER
+
+    def turned(self, read: str) -> str:
+        """The function of the library that reads with the shader's rows."""
+        return f"{read}_upward" if self.rows_up else read
 
     def note(self, span: Span, text: str) -> None:
         """Remember a reliance, once for each line and kind."""
         self.notes.setdefault((span.file, span.line, text), Note(span, text))
 
-    @contextmanager
-    def captured(self, span: Span) -> Iterator[list[ir.Stmt]]:
-        """Statements of a block of their own."""
-        if self.depth >= MAX_BLOCKS:
-            fail(span, f"branches and loops nest deeper than {MAX_BLOCKS}, functions inlined")
-        self.depth += 1
-        block: list[ir.Stmt] = []
-        self.builder.blocks.append(block)
-        yield block
-        self.builder.blocks.pop()
-        self.depth -= 1
+    def captured(self, compute: Callable[[], T], span: Span) -> tuple[tuple[ir.Stmt, ...], T]:
+        """What a computation emits, as a block of its own, and what it gives."""
+        found: list[T] = []
+        return self.builder.captured(lambda: found.append(compute()), span), found[0]
 
     def ordered(self, computations: Sequence[Callable[[], Part]], span: Span) -> list[Part]:
         """Values computed one after another; where a later one changes variables, the earlier ones keep what they
         had read."""
         parts: list[Part] = []
-        blocks = self.builder.blocks
         for compute in computations:
-            before, born = self.oldest_write, self.builder.count
+            before, born, start = self.oldest_write, self.builder.count, len(self.builder.blocks[-1])
             self.oldest_write = _NEVER
-            blocks.append([])
             part = compute()
-            block = blocks.pop()
-            if self.oldest_write <= born:
+            if parts and self.oldest_write <= born:
+                block = self.builder.blocks[-1]
+                emitted = block[start:]
+                del block[start:]
                 parts = [self.builder.name_part(earlier, span, keep_locals=False) for earlier in parts]
-            blocks[-1] += block
+                block += emitted
             self.oldest_write = min(before, self.oldest_write)
             parts.append(part)
         return parts
@@ -143,16 +127,11 @@ class Unit:
     def slot(self, variable: Variable, *, written: bool = True) -> Slot:
         return Slot(variable, self.builder.count, written)
 
-    def store(self, slot: Slot, variable: Variable, part: Part, span: Span, what: str) -> None:
-        """Assign to a variable, or to a field of it."""
+    def store_at(self, slot: Slot, place: Place, part: Part, span: Span, what: str) -> None:
+        """Assign to a variable, to a field of it, or to an entry of its arrays."""
         slot.written = True
         self.oldest_write = min(self.oldest_write, slot.born)
-        self.builder.store(variable, part, span, what)
-
-    def discard(self, span: Span) -> None:
-        """This pixel keeps nothing of what the shader gives."""
-        self.discards = True
-        self.builder.emit(ir.Assign(KEEP, ir.Literal(BOOL, False, span), span))
+        self.builder.store_at(place, fitted(part, place.type, span, what), span, what)
 
     # Types
 
@@ -169,15 +148,15 @@ class Unit:
 
     def array_type(self, element: Type, length: ir.Number | None, span: Span) -> Type:
         """An array of so many elements."""
-        if not isinstance(element, (Scalar, Vector, Matrix)):
-            fail(span, f"elements of an array are scalars, vectors or matrices here, got {element}")
+        assert not isinstance(element, TupleType)
         if not isinstance(length, int) or isinstance(length, bool) or not 1 <= length <= MAX_ARRAY_LENGTH:
             fail(span, f"the length of an array is a known whole number from 1 to {MAX_ARRAY_LENGTH}")
-        return Array(element, length)
+        made = Array(element, length)
+        if longest(made) > MAX_ARRAY_LENGTH:
+            fail(span, f"arrays in arrays hold at most {MAX_ARRAY_LENGTH} elements together, got {longest(made)}")
+        return made
 
 
 def holds_pictures(type_: Type) -> bool:
     """Whether a value of a type is, or has within it, a picture."""
-    if isinstance(type_, Struct):
-        return any(holds_pictures(t) for _, t in type_.fields)
-    return isinstance(type_, (ImageType, TupleType))
+    return bool(image_names(type_, ""))

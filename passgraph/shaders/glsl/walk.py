@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Sequence
 
 from passgraph.shaders.glsl import syntax as g
 
@@ -19,22 +19,33 @@ def walked(node: object) -> Iterator[object]:
             pending += [getattr(one, name) for name in one.__dataclass_fields__ if name != "span"]
 
 
-def leaves_function(node: g.Statement) -> bool:
-    """Whether a return or discard is inside."""
-    return any(isinstance(n, g.Return) or (isinstance(n, g.Jump) and n.kind == "discard") for n in walked(node))
+def leaves_function(node: g.Statement, known: dict[g.Statement, bool]) -> bool:
+    """Whether a return or discard is inside; ``known`` keeps answers, as statements ask again for those around them."""
+    if node not in known:
+        leaves = isinstance(node, g.Return) or (isinstance(node, g.Jump) and node.kind == "discard")
+        known[node] = leaves or any(leaves_function(inner, known) for inner in _inner(node))
+    return known[node]
 
 
-def assigned_names(node: object, functions: Mapping[str, list[g.Function]]) -> frozenset[str]:
-    """Names that a part of the tree may assign to, whatever they stand for there."""
+def _inner(node: g.Statement) -> tuple[g.Statement, ...]:
+    if isinstance(node, g.Block):
+        return node.statements
+    if isinstance(node, g.If):
+        return (node.then,) if node.orelse is None else (node.then, node.orelse)
+    if isinstance(node, g.Loop):
+        return (node.body,)
+    return sum((case.statements for case in node.cases), ()) if isinstance(node, g.Switch) else ()
+
+
+def assigned_names(node: object, overloads: Callable[[str], Sequence[g.Function]]) -> frozenset[str]:
+    """Names that a part of the tree may assign to, whatever they stand for; calls may where parameters are out."""
     found: set[str] = set()
     for one in walked(node):
         targets: list[g.Expr] = []
         if isinstance(one, (g.Assignment, g.Step)):
             targets = [one.target]
         elif isinstance(one, g.Call):
-            # modf and its like write to their last argument.
-            targets = [] if one.name in functions else list(one.arguments[1:])
-            for function in functions.get(one.name, []):
+            for function in overloads(one.name):
                 pairs = zip(one.arguments, function.parameters, strict=False)
                 targets += [argument for argument, parameter in pairs if parameter.passed != "in"]
         for target in targets:

@@ -1,8 +1,8 @@
 """Whether a backend computes what kernels and draws mean: many small graphs, each target held against the oracle.
 
 In reading order: ``case``, ``judging`` (one case), ``suite`` (all of them), the groups (``operations``, ``language``,
-``pictures``, ``draw_states``, ``coverage``, ``sequences``, ``effects``), ``page`` (a report to look at),
-``pytest_plugin``.
+``derivatives``, ``pictures``, ``draw_states``, ``coverage``, ``sequences``, ``effects``), ``page`` (a report to look
+at), ``pytest_plugin``.
 """
 
 from __future__ import annotations

@@ -7,6 +7,7 @@ from functools import partial
 
 import passgraph as pg
 from passgraph.formats import FORMATS, Format, float_format
+from passgraph.graph.targets import FILTERS
 from passgraph.language.borders import BORDERS
 from passgraph.verify.conformance.case import Case, values
 
@@ -43,11 +44,29 @@ def far(color: Image) -> tuple[vec4, vec4, vec4]:
     highest = color.texel(ivec2(2147483647 - p.x, p.y)) + color.texel(ivec2(p.x, 2147483584 + p.y % 64))
     return lowest, highest, color.sample(beyond)
 """
+#: Inside of texels and outside of the picture; levels between and beyond those that there are.
+AT_PLACES = """
+def at_places(color: Image) -> tuple[vec4, vec4, vec4, vec4]:
+    place = uv() * 1.7 - 0.37
+    deep = color.sample(place, float(pixel().x) * 0.375 - 0.5) + color.texel(pixel() - 3, pixel().y % 5) * 2.0
+    return color.nearest(place), color.gather(place, 1), color.sample(place), deep + vec4(vec2(color.size_of(1)), 0, 0)
+"""
+VOLUME = """
+def volume(table: Image) -> tuple[vec4, vec4]:
+    place = vec3(uv() * 1.47 - 0.24, fract(uv().x * 7.0) * 1.51 - 0.26)
+    return table.sample3(place), table.sample3(vec3(vec2(pixel() % 4), float(pixel().x % 3)) * 0.23 + 0.01)
+"""
 
 
 def cases() -> Iterator[Case]:
     """Format by format."""
     for border in BORDERS:
+        for filter in FILTERS:
+            frames = {"frame": values((13, 10)), "table": values((5, 12))}
+            # A short run has each rule and each filter.
+            quick = (border == "repeat") == (filter == "nearest")
+            name = f"{filter}, levels and volumes, {border}"
+            yield Case(GROUP, name, partial(at_places, border, filter), (11, 9), (frames,), quick=quick)
         frame = {"frame": values((7, 5))}
         yield Case(GROUP, f"far outside, {border}", partial(far, border), (7, 5), (frame,))
     forms = [form for form in FORMATS.values() if not form.is_depth]
@@ -84,6 +103,16 @@ def far(border: str) -> Mapping[str, pg.Target]:
     into = tuple(pg.target(f"far{k}", "rgba32f") for k in range(3))
     made = pg.kernel(source=FAR)(pg.Input("frame", "rgba32f").border(border), into=into)
     return {target.name: target for target in made}
+
+
+def at_places(border: str, filter: str) -> Mapping[str, pg.Target]:
+    """By place: nearest, gathered, filtered, in smaller levels, in a volume."""
+    frame, table = (pg.Input(name).border(border).filter(filter) for name in ("frame", "table"))
+    into = tuple(pg.target(name, "rgba32f", (11, 9)) for name in ("nearest", "gather", "sample", "deep"))
+    made = pg.kernel(source=AT_PLACES)(frame.mipmaps(), into=into)
+    into = tuple(pg.target(name, "rgba32f", (11, 9)) for name in ("volume", "edges"))
+    layers = pg.kernel(source=VOLUME)(table.slices(4), into=into)
+    return {target.name: target for target in (*made, *layers)}
 
 
 def brought(form: Format) -> Mapping[str, pg.Target]:

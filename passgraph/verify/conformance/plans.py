@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 import passgraph as pg
+from passgraph.verify.conformance import reductions
 from passgraph.verify.conformance.case import Case
 from passgraph.verify.conformance.draw_states import painted
 from passgraph.verify.conformance.meshes import quad
@@ -60,6 +61,7 @@ def cases() -> Iterator[Case]:
     yield Case(GROUP, "only a static value changes", baked, SIZE, new_value, exact={"out": shift(one * 3.0)})
     yield Case(GROUP, "drawn over while still needed", needed_later, SIZE, exact={"sum": 3.0, "again": 2.0})
     yield Case(GROUP, "drawn over twice", branching, SIZE, exact={"first": 1.0, "left": 2.0, "right": 4.0})
+    yield from reductions.cases()
 
 
 def _without(frames: tuple[Mapping[str, Any], ...], name: str) -> tuple[Mapping[str, Any], ...]:

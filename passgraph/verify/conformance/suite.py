@@ -18,6 +18,8 @@ from passgraph.verify.conformance.judging import Outcome, Verdict, judge
 GROUPS = {
     "operations": "passgraph.verify.conformance.operations",
     "language": "passgraph.verify.conformance.language",
+    "composites": "passgraph.verify.conformance.composites",
+    "derivatives": "passgraph.verify.conformance.derivatives",
     "pictures": "passgraph.verify.conformance.pictures",
     "draw states": "passgraph.verify.conformance.draw_states",
     "draws": "passgraph.verify.conformance.draws",

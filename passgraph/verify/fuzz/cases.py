@@ -77,29 +77,44 @@ def load(path: Path) -> dict[str, Any]:
 
 # Kernels
 
+#: Of the volume that kernels read.
+SLICES = 4
+
 
 def pictures_of(case: Case) -> dict[str, Picture]:
-    """The inputs of a kernel: ``c`` as large as the target, ``d`` of another size."""
+    """The inputs of a kernel: ``c`` as large as the target, ``d`` of another size, ``e`` a volume."""
     seed, special, side = case["seed"], case["special"], case.get("side", SIDE)
-    return {"c": values(seed, (side, side), special), "d": values(seed + 100, (37, 21), special)}
+    volume = values(seed + 200, (5, 3 * SLICES), special)
+    return {"c": values(seed, (side, side), special), "d": values(seed + 100, (37, 21), special), "e": volume}
 
 
 def output_of(case: Case, text: str) -> Target:
     """The pass of a kernel case, with ``text`` for its kernel."""
     made = kernel(source=text, name="k")
+    # Cases that were kept before there were filters say nothing of them.
+    read = {name: Input(name).border(case["border"]).filter(case.get("filter", "linear")) for name in ("c", "d", "e")}
+    inputs = {"c": read["c"], "d": read["d"].mipmaps(), "e": read["e"].slices(SLICES)}
     given: dict[str, Any] = {}
     for parameter in made.parameters:
         value = PARAMETERS[parameter.name][1]
-        if parameter.name in ("c", "d"):
-            value = Input(parameter.name).border(case["border"])
-        given[parameter.name] = SimpleNamespace(**value) if isinstance(value, dict) else value
+        given[parameter.name] = _handed_in(parameter.name if value is None else value, inputs)
     out: Target = made(**given, into=target("out", case["format"], like=given["c"]))
     return out
 
 
+def _handed_in(value: Any, inputs: dict[str, Target]) -> Any:
+    """A parameter's value: pictures by their names, structs as objects with their fields."""
+    if isinstance(value, str):
+        return inputs[value]
+    if isinstance(value, dict):
+        return SimpleNamespace(**{name: _handed_in(part, inputs) for name, part in value.items()})
+    return [_handed_in(part, inputs) for part in value] if isinstance(value, tuple) else value
+
+
 def inputs_of(case: Case, out: Target) -> dict[str, Picture]:
     assert out.made_by is not None
-    return {name: picture for name, picture in pictures_of(case).items() if name in out.made_by.images}
+    read = {image.name for image in out.made_by.images.values()}
+    return {name: picture for name, picture in pictures_of(case).items() if name in read}
 
 
 def kernel_outcome(case: Case, out: Target, backends: list[Backend], tally: Tally) -> str:

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 
 from passgraph.language.operation import WHOLE, Operation, Range
 from passgraph.language.operations import OPERATIONS
+from passgraph.language.quads import DERIVATIVES
 
 UNIT: Range = (0.0, 1.0)
 #: Numbers that break naive arithmetic, and whole numbers likewise; wild expressions only.
@@ -79,7 +80,7 @@ def _mixed(kind: str) -> dict[str, tuple[str, ...]]:
 MIXED = {kind: _mixed(kind) for kind in ("int", "uint")}
 UINTS, PAIRS_OF_UINTS = _rows("U -> U"), _rows("U U -> U")
 LOGIC, FOLDS = (*_rows("B B -> B"), *_rows("B -> B")), _rows("B -> b")
-SIZE = {"vec2": 2, "vec3": 3, "vec4": 4, "mat2": 2, "mat3": 3}
+SIZE = {"vec2": 2, "vec3": 3, "vec4": 4, "mat2": 2, "mat3": 3, "mat2x3": 2, "mat3x2": 3}
 COMPONENTS = "xyzw"
 
 
@@ -90,7 +91,7 @@ class Features:
     Attributes
     ----------
     wild : no ranges: poles, overflow, NaN and every whole number
-    reads : images beside this pixel's texel, stage values, parameters
+    reads : images beside this pixel's texel, stage values, parameters, derivatives
     """
 
     wild: bool = False
@@ -160,6 +161,7 @@ class Expressions:
         forms: list[Callable[[int, Range], str]] = [
             self._sum, self._sum, *[self._call] * 5, self._product, self._quotient, self._chosen,
             self._part, self._part, self._of_vector, self._from_int, self._helped, self._power,
+            *[self._derivative] * self.features.reads,
         ]  # fmt: skip
         return forms[self.draw(st.integers(0, len(forms) - 1))](d, wanted)
 
@@ -217,6 +219,9 @@ class Expressions:
             return self.fit(f"length({self.of(type_, d, (-4, 4))})", (0, 8), wanted)
         one, other = self.of(type_, d, (-1, 1)), self.of(type_, d, (-2, 2))
         return self.fit(f"{form}({one}, {other})", WHOLE, wanted)
+
+    def _derivative(self, d: int, wanted: Range, type_: str = "float") -> str:
+        return self.fit(f"{self.pick(*DERIVATIVES)}({self.of(type_, d, (-2, 2))})", WHOLE, wanted)
 
     def _from_int(self, d: int, wanted: Range) -> str:
         form = self.pick("float", "power", *["bits", "half"] * self.features.wild)
@@ -294,8 +299,9 @@ class Expressions:
     # Vectors and matrices
 
     def _vector(self, type_: str, d: int, wanted: Range) -> str:
-        forms = ["make", "sum", "product", "call", "call", "chosen", "swizzle", "matrix", "own", "read"]
-        form = self.pick(*forms[: len(forms) if self.features.reads and type_ == "vec4" else -1])
+        forms = ["make", "sum", "product", "call", "call", "chosen", "swizzle", "matrix", "own"]
+        reads = self.features.reads and type_ == "vec4"
+        form = self.pick(*forms, *["derivative"] * self.features.reads, *["read"] * reads)
         if form == "make":
             return self._made(type_, d, wanted)
         if form == "sum":
@@ -310,6 +316,8 @@ class Expressions:
             return f"{self.of(source, d, wanted)}.{letters}"
         if form == "call":
             return self._function(self.pick(*(n for n in CALLS if n != "clamp")), type_, d, wanted)
+        if form == "derivative":
+            return self._derivative(d, wanted, type_)
         if form == "read":
             return self.fit(self._read(d), (-math.inf, math.inf), wanted)
         return self._linear(type_, d, wanted) if form == "matrix" else self._own(type_, d, wanted)
@@ -323,7 +331,11 @@ class Expressions:
         if type_ == "vec4":
             return self._made(type_, d, wanted)
         matrix, vector = self.of("mat" + type_[3], d), self.of(type_, d, (-1, 1))
-        form = self.pick("times", "transposed", "outer", "inverse")
+        form = self.pick("times", "transposed", "outer", "inverse", "oblong")
+        if form == "oblong":
+            oblong, other = ("mat3x2", "vec3") if type_ == "vec2" else ("mat2x3", "vec2")
+            text = f"({self.of(oblong, d)} * {self.of(other, d, (-1, 1))})"
+            return self.fit(text, (-math.inf, math.inf), wanted)
         if form == "inverse":  # of a matrix whose diagonal is the largest
             return self.fit(f"(inverse({matrix} * 0.125 + {'mat' + type_[3]}(2.0)) * {vector})", WHOLE, wanted)
         texts = {
@@ -346,19 +358,41 @@ class Expressions:
         return self.fit(text, (-math.inf, math.inf), wanted)
 
     def _read(self, d: int) -> str:
-        form = self.pick("near", "texel", "far", "sample", "indexed")
+        form = self.pick(
+            "near", "texel", "far", "sample", "indexed", "chosen", "nearest", "gather", "level", "lod", "volume"
+        )
         if form == "near":
             return f"c[{self.draw(st.integers(-3, 3))}, {self.draw(st.integers(-3, 3))}]"
+        if form == "chosen":
+            return f"lamps[{self.pick('0', '1', 'n', 'pixel().x')}].map.texel(pixel() - {self.of('ivec2', min(d, 1))})"
         if form == "indexed" and self.indices:
             return f"c[{self.pick(*self.indices)} - 1, {self.pick(*self.indices, '0')} // 2]"
         if form == "texel":
             return f"d.texel(pixel() - {self.of('ivec2', min(d, 1))})"
         if form == "far":
             return f"d.texel({self.of('ivec2', d)})"
-        return f"d.sample(uv() * {self.number(-2, 2)} + {self.of('vec2', min(d, 2), UNIT)})"
+        if form == "level":
+            return f"d.texel({self.of('ivec2', min(d, 1))}, {self.of('int', min(d, 1))})"
+        place = f"uv() * {self.number(-2, 2)} + {self.of('vec2', min(d, 2), UNIT)}"
+        if form == "volume":
+            return f"e.sample3(vec3({place}, {self.of('float', min(d, 1), UNIT)}))"
+        more = {"gather": f", {self.draw(st.integers(0, 3))}", "lod": f", {self.of('float', min(d, 1), (-1, 6))}"}
+        called = form if form in ("nearest", "gather") else "sample"
+        return f"d.{called}({place}{more.get(form, '')})"
 
     def _mat2(self, d: int) -> str:
         return f"mat2({self.of('vec2', d, (-1, 1))}, {self.of('vec2', d, (-1, 1))})"
+
+    def _mat2x3(self, d: int) -> str:
+        form = self.pick("columns", "outer", "product")
+        if form == "outer":
+            return f"outer({self.of('vec3', d, (-1, 1))}, {self.of('vec2', d, (-1, 1))})"
+        if form == "product":
+            return f"({self.of('mat3', d)} * {self.of('mat2x3', d)})"
+        return f"mat2x3({self.of('vec3', d, (-1, 1))}, {self.of('vec3', d, (-1, 1))})"
+
+    def _mat3x2(self, d: int) -> str:
+        return f"transpose({self.of('mat2x3', d)})"
 
     def _mat3(self, d: int) -> str:
         form = self.pick("columns", "product", "outer", "transpose")

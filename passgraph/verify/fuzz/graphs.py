@@ -17,6 +17,7 @@ from passgraph.errors import GraphError
 from passgraph.formats import format_named
 from passgraph.graph.calls import kernel
 from passgraph.graph.drawing import draw
+from passgraph.graph.reductions import reduce
 from passgraph.graph.targets import Input, Target, TargetSpec, previous, target
 from passgraph.graph.values import Value
 from passgraph.language.borders import BORDERS
@@ -31,7 +32,7 @@ SIZES = ((12, 9), (6, 5))
 #: Small enough for a random graph, and of every kind: float, half, unorm of 8 and 16 bits, encoded.
 FORMATS = ("rgba32f", "rgba16f", "rgba8", "rgba16", "rgba8_srgb")
 OPTIMISATIONS = ("cull", "fuse", "order", "alias", "static", "simplify")
-OPERATIONS = ("copy", "left", "add", "gain", "curve", "either", "pair", "zoom", "draw", "history", "blur")
+OPERATIONS = ("copy", "left", "add", "gain", "curve", "either", "pair", "zoom", "draw", "history", "blur", "reduce")
 
 PIXEL_KERNELS = {
     "copy": "def copy(color: Image) -> vec4: return color[0, 0]",
@@ -44,6 +45,7 @@ PIXEL_KERNELS = {
     "        total += color[i, 0] * 0.2\n    return total",
     "either": "def either(a: Image, b: Image, use_b: Const[bool]) -> vec4:\n"
     "    result = a[0, 0]\n    if use_b:\n        result = b[0, 0]\n    return result",
+    "level": "def level(color: Image, top: Image) -> vec4: return color[0, 0] * 0.5 + top.texel(pixel()) * 0.25",
     "pair": "def pair(color: Image) -> tuple[vec4, vec4]: return color[0, 0] * 0.5, vec4(1.0) - color[0, 0]",
 }  # fmt: skip
 DRAW_KERNELS = """
@@ -100,6 +102,8 @@ class Growing:
                 self.keep(one, size_a)
         elif operation == "history":
             self._history(a, b, size_a, format_, flag, named)
+        elif operation == "reduce":
+            self._reduce(a, size_a, format_, flag, border, named)
         elif operation == "draw":
             self._draw(a, b, size_a, format_, flag, named)
         else:
@@ -112,6 +116,13 @@ class Growing:
         into = self.spec(size, format_)
         last = previous(a if a.made_by is not None else into, 2 if flag else 1)
         self.keep(self.kernels["add"](b, last, into=into, **named), size)
+
+    def _reduce(self, a: Target, size: int, format_: str, flag: bool, border: str, named: dict[str, Any]) -> None:
+        """To one texel, or one a row; the border rule says where others are read."""
+        into = self.spec(size, format_)
+        name = f"{into.name} top"
+        top = reduce(a, "max", name=name) if flag else reduce(a, "mean", axis="x", name=name)
+        self.keep(self.kernels["level"](a, top.border(border), into=into, **named), size)
 
     def _draw(self, a: Target, b: Target, size: int, format_: str, flag: bool, named: dict[str, Any]) -> None:
         """Into a target of its own, or blended over what is there."""

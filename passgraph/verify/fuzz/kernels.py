@@ -7,6 +7,7 @@ from typing import Any
 
 from hypothesis import strategies as st
 
+from passgraph.graph.targets import FILTERS
 from passgraph.language.borders import BORDERS
 from passgraph.verify.fuzz.expressions import Expressions, Features
 from passgraph.verify.fuzz.pictures import SIDE
@@ -22,12 +23,14 @@ DECLARATIONS = {
 """,
     "blend": "def blend(a: vec3, b: vec3, t: float) -> vec3: return a * (1.0 - t) + b * t\n",
     "Pair": "class Pair:\n    scale: float\n    shift: vec3\n",
+    "Lamp": "class Lamp:\n    share: float\n    toward: vec3\n    map: Image\n",
     "TABLE": "TABLE = (0.25, -1.0, 3.5, 2.0)\n",
 }
 #: Parameters with the values that their runs bring; those that a kernel does not name are left out.
 PARAMETERS: dict[str, tuple[str, Any]] = {
     "c": ("Image", None),
     "d": ("Image", None),
+    "e": ("Image", None),
     "gain": ("float", 1.375),
     "toward": ("vec3", (0.6, -0.48, 0.64)),
     "whole": ("int", 5),
@@ -35,9 +38,19 @@ PARAMETERS: dict[str, tuple[str, Any]] = {
     "turn": ("mat3", ((0.36, 0.48, -0.8), (-0.8, 0.6, 0.0), (0.48, 0.64, 0.6))),
     "weights": ("Array[float, 4]", (0.125, -0.5, 2.0, 1.0)),
     "pair": ("Pair", {"scale": -0.75, "shift": (0.5, 0.25, -1.5)}),
+    "grid": ("Array[Array[float, 3], 2]", ((0.5, -1.25, 2.0), (3.0, 0.125, -0.75))),
+    "lamps": (
+        "Array[Lamp, 2]",
+        (
+            {"share": 0.875, "toward": (0.25, -0.5, 1.0), "map": "c"},
+            {"share": -2.5, "toward": (1.5, 0.75, -0.25), "map": "d"},
+        ),
+    ),
     "reach": ("Const[int]", 3),
     "across": ("Const[bool]", True),
 }
+#: Structs whose names stand in the types of parameters only.
+_DECLARED = {"Pair": "pair", "Lamp": "lamps"}
 FORMATS = ("rgba32f", "rgba16f", "rgba8", "rgba16", "rgba8_srgb")
 
 
@@ -51,12 +64,12 @@ class Writer(Expressions):
         self.count = 0
         self.names = {
             "float": ["x", "y"], "int": ["n"], "vec2": ["u"], "vec3": ["v"], "vec4": ["p"], "mat3": ["m"],
-            "array": ["a", "TABLE"],
+            "array": ["a", "TABLE", "rows[n]"],
         }  # fmt: skip
         if features.reads:
-            more = {"float": ["gain", "pair.scale"], "int": ["whole", "reach"], "uint": ["seed"],
-                    "vec3": ["toward", "pair.shift"], "mat3": ["turn"], "array": ["weights"],
-                    "bool": ["across"]}  # fmt: skip
+            more = {"float": ["gain", "pair.scale", "lamps[n].share"], "int": ["whole", "reach"], "uint": ["seed"],
+                    "vec3": ["toward", "pair.shift", "lamps[n].toward"],
+                    "mat3": ["turn"], "array": ["weights", "grid[n]"], "bool": ["across"]}  # fmt: skip
             self.names = {type_: [*self.names.get(type_, []), *more.get(type_, [])] for type_ in {**self.names, **more}}
         self.written = {"float": ["x", "y"], "vec2": ["u"], "vec3": ["v"], "vec4": ["p"], "mat3": ["m"]}
 
@@ -105,7 +118,14 @@ class Writer(Expressions):
             self.line(f"{name} = clamp({name} {self.pick('+', '-', '*')} {self.of('float')}, -8.0, 8.0)")
 
     def _element(self) -> None:
-        self.line(f"a[0 + {self.of('int', 2)}] = {self.of('float')}")
+        # 0 + …: a literal out of range would be an error.
+        index, other = f"[0 + {self.of('int', 2)}]", f"[0 + {self.of('int', 1)}]"
+        if self.pick("array", "rows") == "array":
+            self.line(f"a{index} = {self.of('float')}")
+        elif self.pick("entry", "row") == "entry":
+            self.line(f"rows{index}{other} = {self.of('float')}")
+        else:
+            self.line(f"rows{index} = [{self.of('float')}, {self.of('float')}]")
 
     def _swizzle(self) -> None:
         self.line(
@@ -174,6 +194,7 @@ def kernel_texts(draw: st.DrawFn, features: Features = Features()) -> str:  # no
     writer.line("p = c[0, 0]")
     writer.line("x, y, u, v = p.x, p.y, p.zw, p.xyz")
     writer.line("n, a, m = int(p.w), [p.x, p.y, 1.0, 4.0], mat3(p.z)")
+    writer.line("rows = [[p.x, 2.0], [p.y, -0.5], [1.0, p.z]]")
     writer.block(5, 2)
     writer.line(f"return {writer.of('vec4')}")
     body = "\n".join(writer.lines)
@@ -185,7 +206,7 @@ def kernel_texts(draw: st.DrawFn, features: Features = Features()) -> str:  # no
 def whole(body: str) -> str:
     """A kernel around some lines, with the declarations and parameters that they name."""
     used = set(re.findall(r"\w+", body))
-    needed = [text for name, text in DECLARATIONS.items() if name in used or (name == "Pair" and "pair" in used)]
+    needed = [text for name, text in DECLARATIONS.items() if name in used or _DECLARED.get(name) in used]
     parameters = ", ".join(f"{n}: {type_}" for n, (type_, _) in PARAMETERS.items() if n in used or n == "c")
     return "\n".join([*needed, f"def k({parameters}) -> vec4:", body, ""])
 
@@ -199,6 +220,7 @@ def kernels(draw: st.DrawFn, features: Features | None = None, side: int = SIDE)
         "text": draw(kernel_texts(features)),
         "format": draw(st.sampled_from(FORMATS)),
         "border": draw(st.sampled_from(tuple(BORDERS))),
+        "filter": draw(st.sampled_from(FILTERS)),
         "special": draw(st.booleans()),
         "seed": draw(st.integers(0, 3)),
         "side": side,

@@ -54,6 +54,13 @@ class IntervalDomain(Domain[Bounded, Lanes]):
         # Literals are float32 on every backend.
         return Interval.of(made.astype(np.float32)) if made.dtype.kind == "f" else made
 
+    def widened(self, value: Bounded, slack: Bounded) -> Bounded:
+        assert isinstance(value, Interval)
+        assert isinstance(slack, Interval)
+        reach = np.where(slack.nan | np.isnan(slack.hi), np.inf, slack.hi)
+        wide = Interval(value.lo - reach, value.hi + reach, value.nan | np.isinf(reach))
+        return iv.where(np.isinf(reach), Interval.anything(wide.lo.shape), wide)
+
     def trips(self, start: Bounded, stop: Bounded, step: Bounded) -> Iterator[tuple[Bounded, Lanes]]:
         bounds = [bound for bound in (start, stop, step) if not isinstance(bound, Interval)]
         self._hangs_on(bounds)
@@ -431,7 +438,7 @@ def _type_of(value: Bounded) -> Type:
     element = Scalar(kind)
     if value.ndim == 1:
         return element
-    return Vector(element, value.shape[1]) if value.ndim == 2 else Matrix(value.shape[1])
+    return Vector(element, value.shape[1]) if value.ndim == 2 else Matrix(*value.shape[1:])
 
 
 def _shape_after(operation: str, arguments: Sequence[Bounded]) -> tuple[int, ...]:
@@ -441,5 +448,8 @@ def _shape_after(operation: str, arguments: Sequence[Bounded]) -> tuple[int, ...
     if operation == "outer":
         return (*arguments[1].shape[1:], *first)
     if operation == "matmul":
-        return min((a.shape[1:] for a in arguments), key=len)
-    return first
+        last = arguments[1].shape[1:]
+        if len(first) == len(last) == 2:
+            return (last[0], first[1])
+        return first[1:] if len(first) == 2 else last[:1]
+    return first[::-1] if operation == "transpose" else first

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -13,7 +14,8 @@ from passgraph.errors import InputError
 from passgraph.formats import Format
 from passgraph.graph.targets import Target
 from passgraph.plan.build import build
-from passgraph.plan.data import CopyStep, DrawStep, Options, Plan, Step
+from passgraph.plan.data import CopyStep, DrawStep, Options, PixelStep, Plan, Step
+from passgraph.plan.limits import Limits
 from passgraph.plan.reach import inputs_behind
 from passgraph.run.admission import admitted_picture, bound_to
 from passgraph.run.execution import Execution
@@ -62,15 +64,18 @@ class Passes:
                 pictures[name] = admitted_picture(picture, spec)
                 bound[name] = bound_to(pictures[name], spec)
             self.frames.append((pictures, {name: value for name, value in frame.items() if name not in specs}))
-        self.plan: Plan = build(outputs, size, bound, OPTIONS)
+        self._build = partial(build, outputs, size, bound, OPTIONS)
+        self.plan: Plan = self._build()
         #: By whether corners snap, what :meth:`allowed` found.
         self.found: dict[bool, tuple[dict[Key, Picture], dict[Key, Allowed]]] = {}
         self._known: dict[int, list[Allowed]] = {}
 
     def written(self, backend: Backend, fed: Mapping[Key, Picture] | None = None) -> Iterator[dict[Key, Picture]]:
         """Of each run what every step wrote; pictures of ``fed`` take its place before the next step reads it."""
-        execution = Execution(self.plan, backend)
-        order = {id(step): number for number, step in enumerate(self.plan.steps)}
+        # A device may filter by itself where the graph allows it: the same steps with other programs.
+        plan = self._build(Limits(filters=True)) if backend.limits.filters and self._may_filter() else self.plan
+        execution = Execution(plan, backend)
+        order = {id(step): number for number, step in enumerate(plan.steps)}
         try:
             for frame, (pictures, values) in enumerate(self.frames):
                 made: dict[Key, Picture] = {}
@@ -87,6 +92,10 @@ class Passes:
                 yield made
         finally:
             execution.release()
+
+    def _may_filter(self) -> bool:
+        steps = [step for step in self.plan.steps if isinstance(step, PixelStep)]
+        return any(image.bits for step in steps for image in step.facts.images.values())
 
     def allowed(self, snaps: bool) -> tuple[dict[Key, Picture], dict[Key, Allowed]]:
         """The reference's pictures, and what backends may write that snap corners as documented, or need not."""

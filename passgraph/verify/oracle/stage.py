@@ -57,7 +57,7 @@ class StageOracle:
         #: Images of which only bounds are known: smallest and largest pixels.
         self.uncertain: dict[str, tuple[SampledImage, SampledImage]] = {}
         for name, storage in zip(names, storages, strict=True):
-            if carried and id(storage) in carried and name in stage.program.images:
+            if carried and id(storage) in carried and name in stage.program.pictures:
                 held = carried[id(storage)]
                 facts = stage.facts.images.get(name, ImageFacts())
                 low, high = (x.reshape(storage.pixels.shape).astype(np.float32) for x in (held.lo, held.hi))
@@ -146,6 +146,9 @@ class _Around(Surroundings[Bounded]):
             return Interval(low, high, np.zeros(low.shape, np.bool_))
         picture = self.oracle.bound.image(image)
         return loaded(picture.fetch(x, y), self.oracle.formats.get(image), picture.channels)
+
+    def property(self, image: str, name: str) -> ir.Number:
+        return self.oracle.bound.facts.images.get(image, ImageFacts()).property(name)
 
     def size(self, image: str) -> Bounded:
         picture = self.oracle.bound.image(image)

@@ -1,0 +1,145 @@
+"""Histograms by counting: the one pixel pass whose program is known, and run in another way with the same results.
+
+A pixel of that pass asks of thousands of texels whether they are its own; here every texel adds to its bin.  Whoever
+wrote such a program, pictures may hold anything: what is no bin's number is not counted.
+"""
+
+# mypy: disable-error-code="no-untyped-call"
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Sequence
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+from llvmlite import ir
+
+from passgraph.backends.numpy.machine.native import function_address, lanes
+from passgraph.backends.numpy.machine.workers import Workers
+from passgraph.backends.numpy.vector.lanes import Lanes, counting
+from passgraph.backends.numpy.vector.operations import F32, I32, I64
+from passgraph.backends.numpy.vector.stored import element
+from passgraph.formats import FORMATS
+from passgraph.graph.reductions import MOST_BINS
+from passgraph.language.nameless import nameless
+
+if TYPE_CHECKING:
+    from passgraph.backends.base import Block
+    from passgraph.backends.numpy.storage import Storage
+    from passgraph.plan.data import PixelStep
+
+HELD = FORMATS["r16f"]
+#: Numbers side by side are often equal: added in several tables by turns, none waits for the one before.
+TABLES = 4
+#: Entries of a table, with room for a vector behind the last bin.
+ROOM = MOST_BINS + 32
+#: Texels in one piece of work.
+PIECE = 65_536
+_CALL = ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 9)
+
+
+class Counts:
+    """The pass at work."""
+
+    def __init__(self, step: PixelStep, workers: Workers) -> None:
+        self.workers, (self.bins, self.rows), width = workers, step.size, lanes()
+        self.function = _CALL(function_address(("counts", str(width)), lambda name: counts_text(name, width)))
+
+    def __call__(self, outputs: Sequence[Storage], images: Sequence[Storage], block: Block) -> None:
+        (output,), (image,) = outputs, images
+        each = max(1, PIECE // image.size[0])
+
+        def piece(number: int) -> None:
+            first = number * each
+            end = min(first + each, self.rows)
+            self.function(*image.by_rows, output.address, output.pitch, self.bins, first, end)
+
+        self.workers.each(piece, -(-self.rows // each))
+
+
+def counts_of(step: PixelStep, workers: Workers) -> Counts | None:
+    """What runs the step, where it is the counting of a histogram."""
+    formats = (*step.image_formats, *step.output_formats)
+    if formats != (HELD, FORMATS["r32f"]) or step.size[0] > MOST_BINS:
+        return None
+    return Counts(step, workers) if nameless(step.program).key == _known() else None
+
+
+@lru_cache(maxsize=1)
+def _known() -> str:
+    """What tells the program from all others."""
+    from passgraph.graph.reduction_kernels import count_bins
+    from passgraph.language.facts import Facts, ImageFacts
+    from passgraph.language.lower_cache import lower_once
+
+    facts = Facts({}, {"numbers": ImageFacts(HELD.channels, "zero", HELD.decode)}, (FORMATS["r32f"].store,))
+    return nameless(lower_once(count_bins.program, facts)).key
+
+
+def counts_text(name: str, width: int) -> str:
+    """A module with ``counts(picture…, output…, bins, first, end)``: these rows, each to a row of output."""
+    module = ir.Module(name)
+    function = ir.Function(module, ir.FunctionType(ir.VoidType(), [I64] * 9), name)
+    b = Lanes(ir.IRBuilder(function.append_basic_block("entry")), width)
+    picture, across, down, pitch, output, output_pitch, bins, first, end = function.args
+    tables = b.alloca(I32, _long(TABLES * ROOM))
+    tables.type = ir.PointerType()  # to single numbers and to vectors
+    source, made = (b.inttoptr(address, ir.PointerType()) for address in (picture, output))
+    with counting(b, first, end, _long(1)) as y:
+        with counting(b, _long(0), b.add(bins, _long(1)), _long(width)) as entry:
+            for table in range(TABLES):
+                place = _place(b, tables, b.add(entry, _long(table * ROOM)), I32)
+                b.plain.store(ir.Constant(b.vector(I32), None), place, align=4)
+        with b.if_then(b.icmp_signed("<", y, down)):  # below the picture nothing is counted
+            _row(b, _place(b, source, b.mul(y, pitch), element(HELD)), across, bins, tables)
+        _sums(b, tables, _place(b, made, b.mul(y, output_pitch), F32), bins)
+    b.ret_void()
+    return str(module)
+
+
+def _long(number: int) -> Any:
+    return ir.Constant(I64, number)
+
+
+def _place(b: Lanes, pointer: Any, index: Any, kind: Any) -> Any:
+    return b.gep(pointer, [index], True, source_etype=kind)
+
+
+def _row(b: Lanes, row: Any, across: Any, bins: Any, tables: Any) -> None:
+    """A row's numbers into the tables: vectors of them, then the rest one by one."""
+    kind, turns = element(HELD), b.lanes
+    whole = b.sub(across, b.srem(across, _long(turns)))
+    with counting(b, _long(0), whole, _long(turns)) as x:
+        loaded = b.load(_place(b, row, x, kind), typ=b.vector(kind), align=2)
+        numbers = _bins(b, loaded, bins)
+        for lane in range(turns):
+            _add(b, tables, b.extract_element(numbers, ir.Constant(I32, lane)), lane % TABLES)
+    with counting(b, whole, across, _long(1)) as x:
+        _add(b, tables, _bins(b, b.load(_place(b, row, x, kind), typ=kind, align=2), bins), 0)
+
+
+def _bins(b: Lanes, loaded: Any, bins: Any) -> Any:
+    """The numbers as ints; 0 for what is no bin's."""
+    value = b.fpext(loaded, F32)
+    one, most = ir.Constant(F32, 1.0), b.sitofp(bins, F32)
+    inside = b.and_(b.fcmp_ordered(">=", value, one), b.fcmp_ordered("<=", value, most))
+    near = b.fptosi(b.select(inside, value, ir.Constant(F32, 0.0)), I32)
+    return b.select(b.fcmp_ordered("==", b.sitofp(near, F32), value), near, ir.Constant(I32, 0))
+
+
+def _add(b: Lanes, tables: Any, number: Any, table: int) -> None:
+    place = _place(b, tables, b.add(number, ir.Constant(I32, table * ROOM)), I32)
+    b.plain.store(b.plain.add(b.load(place, typ=I32), ir.Constant(I32, 1)), place)
+
+
+def _sums(b: Lanes, tables: Any, made: Any, bins: Any) -> None:
+    """The tables' sums, from entry 1 on, as the floats of a row."""
+    with counting(b, _long(0), bins, _long(b.lanes)) as x:
+        total = None
+        for table in range(TABLES):
+            place = _place(b, tables, b.add(x, _long(table * ROOM + 1)), I32)
+            part = b.load(place, typ=b.vector(I32), align=4)
+            total = part if total is None else b.add(total, part)
+        numbers = b.add(b.trunc(x, I32), b.counting(I32))
+        wanted = b.icmp_signed("<", numbers, b.trunc(bins, I32))
+        b.store_masked(b.sitofp(total, F32), _place(b, made, x, F32), wanted, 4)

@@ -1,0 +1,112 @@
+"""Shader files on the command line: a file's parameters as options, its pictures as files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+from passgraph.effects.registry import Effect
+
+if TYPE_CHECKING:
+    from passgraph.commands.own_file import Graph
+    from passgraph.effects.parameters import Parameter, ParameterType
+    from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter
+
+#: What commands call options, arguments and inputs of their own; a shader's parameter of such a name has `PREFIX`.
+RESERVED = frozenset(
+    {
+        "as_stored", "at", "backend", "backends", "capture", "check_finite", "codec", "codec_option", "depth",
+        "depth_buffer", "effect", "frame", "h", "help", "inputs", "jobs", "linear", "most_ambiguous", "no_sound",
+        "non_finite", "off", "output", "pass", "profile", "rate", "raw", "resume", "scheduler", "size", "sound",
+        "source", "step", "svg",
+    }
+)  # fmt: skip
+PREFIX = "shader_"
+
+
+@dataclass(frozen=True)
+class ShaderFileEffect(Effect):
+    """A shader file as an effect: its first image is the picture, its other images and its parameters are options."""
+
+    @property
+    def shader(self) -> ShaderEffect:
+        return cast("ShaderEffect", self.function)
+
+    @cached_property
+    def own_names(self) -> dict[str, str]:
+        """Names of options, with underscores → the shader's own."""
+        found: dict[str, str] = {}
+        for name in (*self.shader.images[1:], *self.shader.parameters):
+            option = name
+            while option in RESERVED or option in found or option.removeprefix("no_") in found:
+                option = PREFIX + option
+            found[option] = name
+        return found
+
+    @cached_property
+    def parameters(self) -> tuple[Parameter, ...]:
+        said = self.shader.parameters
+        return tuple(
+            _said(option, said[name]) if name in said else _picture(option) for option, name in self.own_names.items()
+        )
+
+    @property
+    def linear(self) -> bool:
+        return False
+
+    def made(self, *taken: Any, **given: Any) -> Any:
+        return self.shader(*taken, **{self.own_names[name]: value for name, value in given.items()})
+
+    def on_inputs(self) -> Graph:
+        """On inputs by the shader's own names; parameters are values of the run, where sizes do not need them."""
+        import passgraph as pg
+        from passgraph.graph.outputs import named_outputs
+        from passgraph.graph.values import FILLED_IN
+
+        settable = self.shader.parameters.keys() - FILLED_IN.keys() - set(self.shader.constants)
+        values: dict[str, Any] = {
+            n: pg.Value(n, default=p.default) for n, p in self.shader.parameters.items() if n in settable
+        }
+        return named_outputs(self.shader(*map(pg.Input, self.shader.images), **values))
+
+
+def effects_of_shader(path: Path) -> Mapping[str, Effect]:
+    """The one effect of a shader file, which is parsed and never run."""
+    from passgraph.shaders.load import load_shader
+
+    shader = load_shader(path)
+    takes: Any = "picture" if shader.images else "nothing"
+    return {shader.name: ShaderFileEffect(shader.name, str(path), takes, shader.summary, shader)}
+
+
+def _picture(name: str) -> Parameter:
+    from passgraph.effects.parameters import Parameter
+    from passgraph.ranges import Range
+
+    return Parameter(name, "picture", None, Range(), "picture; left out, black and transparent")
+
+
+def _said(name: str, parameter: ShaderParameter) -> Parameter:
+    """A shader's parameter as the command line says it."""
+    from passgraph.effects.parameters import Parameter
+    from passgraph.ranges import Range
+
+    default, text = parameter.default, parameter.label
+    if parameter.choices:
+        chosen = next((label for label, number in parameter.choices.items() if number == default), None)
+        return Parameter(name, "choice", chosen, Range(), text, tuple(parameter.choices))
+    known: dict[str, ParameterType] = {"float": "float", "int": "int", "bool": "bool"}
+    kind = known.get(str(parameter.type), "value")
+    if kind == "float":
+        default = float(str(np.float32(default)))  # 0.1, and not the float32 nearest to it in all its digits
+    low, high = parameter.low, parameter.high
+    is_range = kind in ("float", "int") and (low is None or high is None or low < high)
+    if not is_range and (low is not None or high is not None):
+        text = f"{text} (from {low} to {high})".strip()
+    limits = Range(low, high) if is_range else Range()
+    return Parameter(name, kind, default, limits, text, of=parameter.type if kind == "value" else None)

@@ -1,0 +1,174 @@
+"""The kernels behind ``pg.reduce`` and ``pg.histogram``: one level of a tree, what is kept of its top, and bins."""
+
+# mypy: disable-error-code="no-any-return"
+# Values of the kernel language are Any to Python's type checkers.
+from __future__ import annotations
+
+from passgraph.graph.calls import kernel
+from passgraph.graph.targets import MAX_SIDE
+from passgraph.language.kernel import function
+from passgraph.language.primitives import isnan
+from passgraph.language.symbols import Const, Image, ivec2, output_size, pixel, vec2, vec3, vec4
+from passgraph.language.vectors import dot
+
+#: How two texels become one.
+SUM, MIN, MAX, ARG_MIN, ARG_MAX = range(5)
+#: What is reduced to one: everything, each row, each column.
+BOTH, ROWS, COLUMNS = range(3)
+#: Texels that are joined by pairs, and how many such eights a block has.
+SIDE = 8
+#: In the place of a channel's number: the luminance of red, green and blue (Rec. 709).
+LUMA = 4
+INFINITY = float("inf")
+
+
+@function
+def of_channel(color: vec4, channel: int) -> float:
+    """One number of a texel."""
+    if channel == LUMA:
+        return dot(color.rgb, vec3(0.2126, 0.7152, 0.0722))
+    return color[channel]
+
+
+@function
+def neutral(how: int) -> vec4:
+    """What changes nothing: it stands where the picture ends."""
+    if how == MIN:
+        return vec4(INFINITY)
+    if how == MAX:
+        return vec4(-INFINITY)
+    return vec4(0.0)
+
+
+@function
+def leaf(color: vec4, at: ivec2, how: int, channel: int) -> vec4:
+    """A texel as the tree takes it.  NaN is no candidate for the least nor the largest.
+
+    A candidate's place: how large, where, and 1; 0 in the last component means none.
+    """
+    if how == MIN:
+        return min(neutral(how), color)
+    if how == MAX:
+        return max(neutral(how), color)
+    if how == SUM:
+        return color
+    number = of_channel(color, channel)
+    if isnan(number):
+        return neutral(how)
+    return vec4(-number if how == ARG_MIN else number, at.x, at.y, 1.0)
+
+
+@function
+def joined(a: vec4, b: vec4, how: int) -> vec4:
+    """One of two, ``a`` before ``b`` in the picture: left of it, or above."""
+    if how == SUM:
+        return a + b
+    if how == MIN:
+        return min(a, b)
+    if how == MAX:
+        return max(a, b)
+    # Of one row, what is in ``a`` is left of what is in ``b``.
+    larger = b.x > a.x or (b.x == a.x and b.z < a.z)
+    return b if b.w > a.w or (b.w == a.w and larger) else a
+
+
+@function
+def at_place(image: Image, at: ivec2, how: int, channel: int, first: bool) -> vec4:
+    """What a texel, or the level before, has there."""
+    color = image.texel(at)
+    if first:
+        color = leaf(color, at, how, channel)
+    return color if at.x < image.size.x and at.y < image.size.y else neutral(how)
+
+
+@function
+def eight(image: Image, at: ivec2, step: ivec2, how: int, channel: int, first: bool) -> vec4:
+    """Eight in a row, by pairs."""
+    line = [vec4(0.0)] * SIDE
+    for i in range(SIDE):
+        line[i] = at_place(image, at + i * step, how, channel, first)
+    left = joined(joined(line[0], line[1], how), joined(line[2], line[3], how), how)
+    right = joined(joined(line[4], line[5], how), joined(line[6], line[7], how), how)
+    return joined(left, right, how)
+
+
+@kernel
+def reduce_level(
+    image: Image, how: Const[int], over: Const[int], channel: Const[int] = 0, first: Const[bool] = False
+) -> vec4:
+    """A pixel for each 64 texels, 8x8 of them or 64 in a row or a column: eights by pairs, one after another."""
+    step, next_line, block = ivec2(1, 0), ivec2(0, 1), ivec2(SIDE, SIDE)
+    if over == ROWS:
+        next_line, block = ivec2(SIDE, 0), ivec2(SIDE * SIDE, 1)
+    if over == COLUMNS:
+        step, next_line, block = ivec2(0, 1), ivec2(0, SIDE), ivec2(1, SIDE * SIDE)
+    total = neutral(how)
+    for i in range(SIDE):
+        at = pixel() * block + i * next_line
+        # Nothing lies beyond; and a loop with a break stays one, which compiles in a third of the time.
+        if at.x >= image.size.x or at.y >= image.size.y:
+            break
+        total = joined(total, eight(image, at, step, how, channel, first), how)
+    return total
+
+
+@kernel
+def reduced_one(top: Image) -> float:
+    return top[0, 0].r
+
+
+@kernel
+def reduced_two(top: Image) -> vec2:
+    return top[0, 0].rg
+
+
+@kernel
+def reduced(top: Image) -> vec4:
+    return top[0, 0]
+
+
+@function
+def per_texel(total: vec4, size: ivec2, made: ivec2) -> vec4:
+    """A sum divided by how many texels it is of."""
+    return total / (float(size.x // made.x) * float(size.y // made.y))
+
+
+@kernel
+def mean_one(top: Image, image: Image) -> float:
+    return per_texel(top[0, 0], image.size, output_size()).r
+
+
+@kernel
+def mean_two(top: Image, image: Image) -> vec2:
+    return per_texel(top[0, 0], image.size, output_size()).rg
+
+
+@kernel
+def mean(top: Image, image: Image) -> vec4:
+    return per_texel(top[0, 0], image.size, output_size())
+
+
+@kernel
+def reduced_place(top: Image) -> vec2:
+    """Where the best candidate is; (-1, -1) where there is none."""
+    best = top[0, 0]
+    return best.gb if best.a > 0.0 else vec2(-1.0)
+
+
+@kernel
+def bin_of(image: Image, low: float, high: float, bins: Const[int], channel: Const[int]) -> float:
+    """The number of a texel's bin, from 1; 0 for what is in none."""
+    number = of_channel(image[0, 0], channel)
+    place = int((number - low) * (float(bins) / (high - low)))
+    return float(min(place, bins - 1) + 1) if number >= low and number <= high else 0.0
+
+
+@kernel
+def count_bins(numbers: Image) -> float:
+    """How often a bin's number stands in a row: bins from left to right, rows from top to bottom."""
+    wanted, count = float(pixel().x + 1), 0.0
+    for x in range(MAX_SIDE):
+        if x >= numbers.size.x:
+            break
+        count += 1.0 if numbers.texel(ivec2(x, pixel().y)).r == wanted else 0.0
+    return count

@@ -1,0 +1,229 @@
+"""``pg.reduce`` and ``pg.histogram``: many texels become one, by trees of pixel passes that every backend runs."""
+
+from __future__ import annotations
+
+from typing import Any, Literal, TypeAlias, cast
+
+import numpy as np
+
+from passgraph import arguments
+from passgraph.errors import GraphError
+from passgraph.formats import format_named
+from passgraph.graph.targets import MAX_SIDE, Blocks, Target, TargetSpec, target
+from passgraph.graph.values import Derived, Value
+
+Reduction: TypeAlias = Literal["sum", "mean", "min", "max", "arg_min", "arg_max"]
+Channel: TypeAlias = Literal["luma", 0, 1, 2, 3]
+#: As the kernels number them; a mean is a sum divided.
+_HOW = {"sum": 0, "mean": 0, "min": 1, "max": 2, "arg_min": 3, "arg_max": 4}
+#: For each axis, as the kernels number it: texels of a block across and down, and levels until one block is left.
+_BLOCKS: dict[str | None, tuple[int, tuple[int, int], int]] = {
+    None: (0, (8, 8), 5),
+    "x": (1, (64, 1), 3),
+    "y": (2, (1, 64), 3),
+}
+#: Most bins of a histogram: half floats hold their numbers exactly.
+MOST_BINS = 2048
+
+
+def reduce(
+    image: Target,
+    how: Reduction,
+    *,
+    axis: Literal["x", "y"] | None = None,
+    channel: Channel | None = None,
+    into: TargetSpec | None = None,
+    name: str | None = None,
+) -> Target:
+    """One texel of all of a picture's, or one of each row or column; every channel by itself.
+
+    Texels are taken as kernels read them: sRGB decoded, and 0, 0, 1 for channels that the picture lacks.  They are
+    joined in one order on every backend, eight by pairs and eight such eights, so that sums of the same numbers have
+    the same bits, where a device keeps what is below 2^-126.
+
+    Parameters
+    ----------
+    image
+        Any handle: an input, a target, last run's content.
+    how
+        ``"sum"``, ``"mean"``, ``"min"``, ``"max"``, or ``"arg_min"``, ``"arg_max"``: where in ``image`` the least or
+        largest number of a channel is, (x, y) in texels from the top left; of equal ones the first, row by row.
+    axis
+        ``"x"`` along each row, which gives 1 x height pixels; ``"y"`` along each column, width x 1; left out, both:
+        1 x 1.
+    channel
+        For ``"arg_min"`` and ``"arg_max"``: 0 to 3 (the default is 0) or ``"luma"``, Rec. 709 weights.
+    into
+        Where it goes, without a size; left out, a float32 target.  With fewer channels than four, the first ones.
+    name
+        Of the pass, and of the target where ``into`` is left out; left out, that of ``into``, or such as ``frame.sum``.
+
+    Returns
+    -------
+    The reduced picture.  A sum is off by at most 50 · 2^-24 of the sum of magnitudes, a mean by 6 · 2^-24 of itself
+    more; the least, the largest and places are exact.  NaN makes a sum NaN; it is neither least nor largest: of
+    nothing but NaN the least is infinity, the largest minus infinity, and the place (-1, -1).
+
+    Raises
+    ------
+    GraphError
+        For another word, axis or channel, and for an ``into`` with a size.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import passgraph as pg
+    >>> picture = np.arange(6, dtype=np.float32).reshape(2, 3, 1)
+    >>> frame = pg.Input("frame", "r32f")
+    >>> outputs = [reduce(frame, "sum"), reduce(frame, "max", axis="x"), reduce(frame, "arg_max")]
+    >>> with pg.compile(outputs, backend="reference") as program:
+    ...     result = program(frame=picture)
+    >>> result["frame.sum"][0, 0].tolist(), result["frame.max"][:, 0, 0].tolist()
+    ([15.0, 0.0, 0.0, 6.0], [2.0, 5.0])
+    >>> result["frame.arg_max"][0, 0].tolist()
+    [2.0, 1.0]
+    """
+    from passgraph.graph import reduction_kernels as kernels
+
+    _check_picture(image, "pg.reduce")
+    arguments.one_of(how, "pg.reduce: how", _HOW)
+    if axis is not None:
+        arguments.one_of(axis, "pg.reduce: axis", ("x", "y"))
+    place = how.startswith("arg")
+    if channel is not None and not place:
+        raise GraphError(
+            f"pg.reduce: channel is for 'arg_min' and 'arg_max', and {how!r} gives every channel; leave it out, and "
+            "read the one that you need"
+        )
+    number = _channel_number(0 if channel is None else channel, "pg.reduce: channel")
+    made = _declared(into, name, f"{image.name}.{how}", "rg32f" if place else "rgba32f", f"pg.reduce {how!r}")
+    name = _named(name, made)
+    top = _tree(image, _HOW[how], axis, number, made.name)
+    if place:
+        return kernels.reduced_place(top, into=made, name=name)
+    by_channels: dict[int, Any]
+    if how == "mean":
+        by_channels = {1: kernels.mean_one, 2: kernels.mean_two}
+        return cast("Target", by_channels.get(made.format.channels, kernels.mean)(top, image, into=made, name=name))
+    by_channels = {1: kernels.reduced_one, 2: kernels.reduced_two}
+    return cast("Target", by_channels.get(made.format.channels, kernels.reduced)(top, into=made, name=name))
+
+
+def histogram(
+    image: Target,
+    bins: int = 256,
+    *,
+    channel: Channel = "luma",
+    low: float | Value | Derived = 0.0,
+    high: float | Value | Derived = 1.0,
+    into: TargetSpec | None = None,
+    name: str | None = None,
+) -> Target:
+    """How many texels have a channel's number in each of some bins of equal width from ``low`` to ``high``.
+
+    As ``numpy.histogram``: a bin takes its lower edge, the last one both, and what is below ``low``, above ``high`` or
+    NaN is in none.  A number within a rounding of an edge may be counted on its other side.
+
+    Parameters
+    ----------
+    image
+        Any handle: an input, a target, last run's content.
+    bins
+        1 to 2048.
+    channel
+        0 to 3, or ``"luma"``: Rec. 709 weights on red, green and blue.
+    low, high
+        The ends, ``low`` below ``high``; numbers or run values.  With 256 bins from 0 to 1, an 8-bit channel has a bin
+        for each of its numbers.
+    into
+        Where it goes, with one channel and without a size; left out, an r32f target.
+    name
+        Of the pass, and of the target where ``into`` is left out; left out, that of ``into``, or such as
+        ``frame.histogram``.
+
+    Returns
+    -------
+    A picture of ``bins`` x 1 pixels, the bin at ``low`` on the left.  A count is exact up to 2^24; beyond, it is off
+    by at most 2^-20 of itself.
+
+    Raises
+    ------
+    GraphError
+        For arguments out of range, and for an ``into`` with a size.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import passgraph as pg
+    >>> counts = histogram(pg.Input("frame", "r8"), 4, channel=0)
+    >>> with pg.compile(counts, backend="reference") as program:
+    ...     program(frame=np.array([[0, 10, 70], [255, 254, 192]], np.uint8))["frame.histogram"][0, :, 0].tolist()
+    [2.0, 1.0, 0.0, 3.0]
+    """
+    from passgraph.graph import reduction_kernels as kernels
+
+    _check_picture(image, "pg.histogram")
+    arguments.whole(bins, "pg.histogram: bins", 1, MOST_BINS)
+    number = _channel_number(channel, "pg.histogram: channel")
+    ends = [_end(low, "low"), _end(high, "high")]
+    if not any(isinstance(end, (Value, Derived)) for end in ends) and not ends[0] < ends[1]:  # type: ignore[operator]
+        raise GraphError(f"pg.histogram: low must be below high, got {low!r} and {high!r}")
+    made = _declared(into, name, f"{image.name}.histogram", "r32f", "pg.histogram")
+    name = _named(name, made)
+    # last run's content lends no size by itself
+    spec = target(f"{made.name} bins", "r16f", like=image)
+    numbered: Target = kernels.bin_of(image, *ends, bins, number, into=spec, name=spec.name)
+    rows = TargetSpec(f"{made.name} rows", format_named("r32f"), Blocks(image, MAX_SIDE, 1, bins))
+    counted: Target = kernels.count_bins(numbered.border("zero"), into=rows, name=rows.name)
+    top = _tree(counted, _HOW["sum"], "y", 0, made.name)
+    return kernels.reduced_one(top, into=made, name=name)
+
+
+def _tree(image: Target, how: int, axis: str | None, channel: int, name: str) -> Target:
+    """Levels of blocks until one is left, of the largest picture that there may be."""
+    from passgraph.graph.reduction_kernels import reduce_level
+
+    over, (width, height), levels = _BLOCKS[axis]
+    made = image
+    for level in range(1, levels + 1):
+        spec = TargetSpec(f"{name} {level}", format_named("rgba32f"), Blocks(made.border("clamp"), width, height))
+        made = reduce_level(made.border("clamp"), how, over, channel, level == 1, into=spec, name=spec.name)
+    return made
+
+
+def _check_picture(image: object, what: str) -> None:
+    if isinstance(image, TargetSpec):
+        raise GraphError(f"{what}: target {image.name!r} is declared but not written; give what its pass returned")
+    arguments.instance(image, Target, f"{what}: image", "a target that a pass returned, or pg.Input(...)")
+
+
+def _channel_number(channel: object, what: str) -> int:
+    """As the kernels take it; ``"luma"`` is the one behind the channels."""
+    if arguments.among(channel, ("luma",)):
+        return 4
+    if isinstance(channel, bool) or not isinstance(channel, (int, np.integer)) or channel not in range(4):
+        raise GraphError(f"{what} must be 0, 1, 2, 3 or 'luma', got {arguments.shown(channel)}")
+    return int(channel)
+
+
+def _end(value: object, what: str) -> object:
+    return value if isinstance(value, (Value, Derived)) else arguments.real(value, f"pg.histogram: {what}")
+
+
+def _declared(into: object, name: object, otherwise: str, format_: str, what: str) -> TargetSpec:
+    """The target that is written; its size comes from what is reduced."""
+    if into is None:
+        return target(otherwise if name is None else arguments.text(name, f"{what}: name"), format_)
+    if isinstance(into, Target):
+        raise GraphError(f"{what} writes all of {into.name!r}; give a new pg.target(...), not a handle")
+    made = arguments.instance(into, TargetSpec, f"{what}: into", "made by pg.target(...)")
+    if made.size is not None:
+        raise GraphError(
+            f"{what}: target {made.name!r} is declared with a size, and it gets one from what is reduced; leave "
+            "size, scale and like out"
+        )
+    return made
+
+
+def _named(name: object, made: TargetSpec) -> str:
+    return made.name if name is None else arguments.text(name, "the name of a pass")

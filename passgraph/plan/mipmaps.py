@@ -1,0 +1,126 @@
+"""Smaller levels of pictures: where a pass reads them of a handle with ``mipmaps()``, the passes that make them.
+
+Level ``k`` has half the sides of the one before, rounded down, at least 1; the last one is a single texel.  A texel is
+the mean over the area that it covers: of 2 texels each way, of 3 where a side was odd.  Kernels read all levels from 1
+on in one picture, where they lie below one another (:func:`first_row`), so that no backend has to know of them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import cache
+
+from passgraph.formats import FORMATS, Format
+from passgraph.graph.calls import PixelKernel, kernel
+from passgraph.graph.targets import Absolute, Target, TargetSpec
+from passgraph.language.ir import MIPS
+from passgraph.plan.sizes import level_sizes
+from passgraph.plan.specialise import specialise_pass
+from passgraph.plan.work import Lowered, Work
+
+#: Two texels that a side of even length halves to; a side of odd length 2m + 1 is spread over m, each over three, with
+#: weights after Guthe and Heckbert, "Non-Power-of-Two Mipmapping" (NVIDIA, 2005).  A weight of 0 would make NaN of an
+#: infinite neighbour, so the second of two is read twice.
+_HALVED = """
+def weights(count: int, i: int) -> vec3:
+    half = count // 2
+    odd = vec3(float(half - i), float(half), float(i + 1)) / float(count)
+    return odd if count % 2 == 1 and count > 1 else vec3(0.5, 0.25, 0.25)
+
+def row(finer: Image, p: ivec2, last: int, across: vec3) -> vec4:
+    near = finer.texel(p) * across.x + finer.texel(p + ivec2(1, 0)) * across.y
+    return near + finer.texel(p + ivec2(last, 0)) * across.z
+
+def halved(finer: Image) -> {result}:
+    p, size = pixel(), finer.size
+    across, down = weights(size.x, p.x), weights(size.y, p.y)
+    last = ivec2(1) + size % ivec2(2)
+    top, middle = row(finer, 2 * p, last.x, across), row(finer, 2 * p + ivec2(0, 1), last.x, across)
+    bottom = row(finer, 2 * p + ivec2(0, last.y), last.x, across)
+    return (top * down.x + middle * down.y + bottom * down.z){swizzle}
+"""
+
+
+def first_row(height: int, level: int) -> int:
+    """The row in the picture of levels at which one begins, from 1 on: each has at least the rows that it needs.
+
+    >>> [first_row(5, level) for level in (1, 2, 3)]
+    [0, 4, 6]
+    """
+    return height - (height >> (level - 1)) + level - 1
+
+
+def add_levels(work: Work) -> None:
+    """The passes of every picture whose smaller levels are read into ``work``, each before the first reader."""
+    passes = list(work.passes.values())
+    work.passes.clear()
+    made: dict[Target, Target] = {}
+    for lowered in passes:
+        for name, target in lowered.images.items():
+            # Where there is one level alone, code that never runs may name others.
+            if name.endswith(MIPS) and target.has_levels and max(work.size_of(target)) > 1:
+                if target.content not in made:
+                    made[target.content] = _levels(target, work)
+                lowered.images[name] = made[target.content].border(target.border_rule)
+        _add(lowered, work)
+
+
+def _add(lowered: Lowered, work: Work) -> None:
+    work.passes[lowered.node] = replace(lowered, index=len(work.passes))
+
+
+def _levels(target: Target, work: Work) -> Target:
+    """The picture of levels of a content, with the passes that make it."""
+    sizes, made = level_sizes(work.size_of(target)), target.content
+    format_ = work.format_of(target)
+    format_ = FORMATS["r32f"] if format_.is_depth else format_
+    levels = []
+    for number, size in enumerate(sizes[1:], 1):
+        made = _pass(_halving(format_.channels), [made], f"{target.name} level {number}", format_, size, work)
+        levels.append(made)
+    work.notes.append(f"{len(levels)} smaller levels of {target.name} are made, down to 1x1")
+    if len(levels) == 1:
+        return made
+    rows = [first_row(sizes[0][1], number) for number in range(1, len(sizes))]
+    size = sizes[1][0], rows[-1] + sizes[-1][1]
+    return _pass(_stacking(len(levels), format_.channels), levels, f"{target.name} levels", format_, size, work, rows)
+
+
+def _pass(
+    made: PixelKernel[Target], images: list[Target], name: str, format_: Format, size: tuple[int, int], work: Work,
+    *values: object,
+) -> Target:  # fmt: skip
+    spec = TargetSpec(name, format_, Absolute(*size))
+    target = made(*images, *values, into=spec, name=name)
+    work.sizes[spec] = size
+    assert target.made_by is not None
+    lowered = Lowered(target.made_by, size, 0)
+    specialise_pass(lowered, work)
+    _add(lowered, work)
+    return target
+
+
+@cache
+def _halving(channels: int) -> PixelKernel[Target]:
+    return kernel(source=_HALVED.format(result=_result(channels), swizzle=_swizzle(channels)), name="halved")
+
+
+@cache
+def _stacking(count: int, channels: int) -> PixelKernel[Target]:
+    """Levels below one another; between and beside them lies what nobody reads."""
+    images = ", ".join(f"level{k}: Image" for k in range(count))
+    reads = "".join(
+        f"    if p.y < rows[{k + 1}]:\n        return level{k}.texel(p - ivec2(0, rows[{k}])){_swizzle(channels)}\n"
+        for k in range(count - 1)
+    )
+    last = f"    return level{count - 1}.texel(p - ivec2(0, rows[{count - 1}])){_swizzle(channels)}\n"
+    head = f"def stacked({images}, rows: Array[int, {count}]) -> {_result(channels)}:\n    p = pixel()\n"
+    return kernel(source=head + reads + last)
+
+
+def _result(channels: int) -> str:
+    return "float" if channels == 1 else f"vec{channels}"
+
+
+def _swizzle(channels: int) -> str:
+    return "." + "rgba"[:channels]

@@ -1,0 +1,49 @@
+"""What runs bring back: pictures by name."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from os import PathLike
+from typing import Any, Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph import arguments
+from passgraph.errors import UnknownNameError
+from passgraph.plan.data import Step
+
+Picture: TypeAlias = NDArray[np.float32]
+#: Arrays to write results into, by output name.
+Into: TypeAlias = Mapping[str, Any]
+Results: TypeAlias = Literal["float32", "stored"]
+Observer: TypeAlias = Callable[[Step, dict[str, Picture]], None]
+
+
+class Result(Mapping[str, Picture]):
+    """Pictures by target name: (height, width, channels), row 0 on top; float32 unless compiled or called otherwise."""
+
+    def __init__(self, pictures: dict[str, Any]) -> None:
+        self._pictures = pictures
+
+    def __getitem__(self, name: str) -> Picture:
+        if not arguments.among(name, self._pictures):
+            got = arguments.shown(name)
+            raise UnknownNameError(f"there is no result {got}; there are {', '.join(self._pictures)}")
+        picture: Picture = self._pictures[name]
+        return picture
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._pictures)
+
+    def __len__(self) -> int:
+        return len(self._pictures)
+
+    def save(self, path: str | PathLike[str], name: str | None = None) -> None:
+        """Write a result (the first where no name is given) as PNG, EXR …; the file is written whole or not at all.
+
+        Values above 1 are clipped in 8-bit formats; use a tone-mapping effect, or EXR.
+        """
+        from passgraph.pictures import save
+
+        save(path, self[next(iter(self)) if name is None else name])

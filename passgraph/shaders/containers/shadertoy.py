@@ -1,0 +1,232 @@
+"""Shadertoy: ``mainImage`` of a file alone, or the passes of a shader as its site exports them (JSON).
+
+Buffers hold float32.  A pass reads this frame's picture of the buffers before it, and last frame's of the others and of
+itself.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from passgraph.arguments import shown
+from passgraph.errors import InputError
+from passgraph.graph.calls import PixelKernel
+from passgraph.graph.targets import Target, TargetSpec, previous, target
+from passgraph.language.types import VEC4
+from passgraph.shaders.containers.clock import PRELUDE, clock_parameters, clock_uniforms
+from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of
+from passgraph.shaders.containers.pictures import handle_or_black
+from passgraph.shaders.glsl import Shader, parse
+
+CHANNELS = tuple(f"iChannel{i}" for i in range(4))
+MAX_PASSES = 8
+_BEFORE = f"""{PRELUDE}
+uniform vec4 iMouse;
+{"".join(f"uniform sampler2D {channel};" for channel in CHANNELS)}
+#define iResolution vec3(pg_output_size, 1.0)
+#define iTime pg_seconds
+#define iGlobalTime pg_seconds
+#define iTimeDelta pg_step
+#define iFrame pg_frame
+#define iFrameRate (1.0 / pg_step)
+#define iDate pg_date
+#define iSampleRate 44100.0
+float iChannelTime[4];
+vec3 iChannelResolution[4];
+"""
+_BORDERS = {"clamp": "clamp", "repeat": "repeat"}
+#: Kinds of inputs that are pictures from outside; of the others a reason why not.
+_OUTSIDE = ("texture", "image", "video", "webcam", "music", "musicstream", "mic", "keyboard")
+_ORDER = ("Buffer A", "Buffer B", "Buffer C", "Buffer D", "Image")
+
+
+@dataclass(frozen=True)
+class _Source:
+    """What a channel reads: a buffer (by the number of its pass) or a picture from outside, and its border."""
+
+    buffer: int | None
+    picture: str
+    border: str
+
+
+@dataclass(frozen=True)
+class _Pass:
+    name: str
+    kernel: PixelKernel[Target]
+    channels: Mapping[str, _Source]
+
+
+def is_shadertoy(text: str) -> bool:
+    """Whether a text has the function that a Shadertoy shader is."""
+    return re.search(r"\bvoid\s+mainImage\s*\(", text) is not None and not text.lstrip().startswith(("{", "["))
+
+
+def is_shadertoy_export(text: str) -> bool:
+    """Whether a text is JSON with passes."""
+    return text.lstrip().startswith(("{", "[")) and '"renderpass"' in text
+
+
+def read_shadertoy(text: str, path: Path) -> ShaderEffect:
+    """The effect of a file with ``mainImage``; its channels are pictures.
+
+    Raises
+    ------
+    KernelError
+        For a shader that is refused, with file, line and caret.
+    """
+    channels = {name: _Source(None, name, "repeat") for name in CHANNELS}
+    return _effect([(path.stem, text, channels)], "", path, f"{path.stem}: a Shadertoy shader", "")
+
+
+def read_export(text: str, path: Path) -> ShaderEffect:
+    """The effect of an export: its passes, with what their channels say of buffers and borders.
+
+    Raises
+    ------
+    InputError
+        For what is no export, and for cube maps, volumes and sound.
+    KernelError
+        For a pass that is refused, with its name, line and caret.
+    """
+    file = str(path)
+    try:
+        said = json.loads(text)
+    except (json.JSONDecodeError, RecursionError) as error:
+        raise InputError(f"{file}: is no JSON: {error}") from None
+    while isinstance(said, list) and said:
+        said = said[0]
+    said = said.get("Shader", said) if isinstance(said, dict) else said
+    passes = said.get("renderpass") if isinstance(said, dict) else None
+    if not isinstance(passes, list) or not all(isinstance(one, dict) for one in passes) or len(passes) > MAX_PASSES:
+        raise InputError(f"{file}: renderpass must be a list of at most {MAX_PASSES} passes, got {shown(passes)}")
+    common = "\n".join(_code(one, file) for one in passes if one.get("type") == "common")
+    drawn = [one for one in passes if one.get("type") in ("buffer", "image")]
+    for one in passes:
+        if one.get("type") not in ("buffer", "image", "common", "sound"):
+            raise InputError(f"{file}: pass {shown(one.get('name'))}: a {shown(one.get('type'))} is not read here")
+    drawn.sort(key=lambda one: _ORDER.index(_name(one)) if _name(one) in _ORDER else len(_ORDER))
+    if not drawn or drawn[-1].get("type") != "image":
+        raise InputError(f"{file}: has no pass of type image")
+    buffers = {_output(one): number for number, one in enumerate(drawn)}
+    sources = [(_name(one), _code(one, file), _channels(one, buffers, file)) for one in drawn]
+    info = said.get("info") if isinstance(said.get("info"), dict) else {}
+    summary = str(info.get("name") or path.stem)
+    return _effect(sources, common, path, summary, str(info.get("username") or ""))
+
+
+def _name(one: Mapping[str, Any]) -> str:
+    return str(one.get("name") or "Image")
+
+
+def _code(one: Mapping[str, Any], file: str) -> str:
+    if not isinstance(one.get("code"), str):
+        raise InputError(f"{file}: pass {_name(one)!r} has no code")
+    return str(one["code"])
+
+
+def _output(one: Mapping[str, Any]) -> str:
+    outputs = one.get("outputs")
+    first = outputs[0] if isinstance(outputs, list) and outputs and isinstance(outputs[0], dict) else {}
+    return str(first.get("id", ""))
+
+
+def _channels(one: Mapping[str, Any], buffers: Mapping[str, int], file: str) -> dict[str, _Source]:
+    found: dict[str, _Source] = {}
+    inputs = one.get("inputs") or []
+    for given in inputs if isinstance(inputs, list) else []:
+        where = f"{file}: pass {_name(one)!r}"
+        channel = given.get("channel") if isinstance(given, dict) else None
+        if channel not in (0, 1, 2, 3) or isinstance(channel, bool):
+            raise InputError(f"{where}: an input's channel is 0 to 3, got {shown(channel)}")
+        kind = str(given.get("ctype") or given.get("type"))
+        name, key = CHANNELS[channel], str(given.get("id", ""))
+        sampler = given.get("sampler") if isinstance(given.get("sampler"), dict) else {}
+        border = _BORDERS.get(str(sampler.get("wrap", "clamp")), "clamp")
+        if kind == "buffer":
+            if key not in buffers:
+                raise InputError(f"{where}: {name} reads a buffer that no pass writes")
+            found[name] = _Source(buffers[key], "", border)
+        elif kind in _OUTSIDE:
+            found[name] = _Source(None, f"picture_{key or channel}", border)
+        else:
+            raise InputError(f"{where}: {name} is a {kind}, which is not read here")
+    return found
+
+
+def _effect(
+    sources: list[tuple[str, str, dict[str, _Source]]], common: str, path: Path, summary: str, credit: str
+) -> ShaderEffect:
+    passes: list[_Pass] = []
+    shaders: list[Shader] = []
+    for name, code, channels in sources:
+        several = len(sources) > 1
+        shader = parse(
+            code, name=name_of(path) if not several else f"{name_of(path)} {name}", file=f"{path} ({name})" if several
+            else str(path), entry="pg_main", prelude=_BEFORE + common + "\n", postlude=_behind(code + common),
+        )  # fmt: skip
+        shaders.append(shader)
+        passes.append(_Pass(name, PixelKernel[Target].of_program(shader.program), channels))
+    used = {parameter.name for one in passes for parameter in one.kernel.parameters}
+    pictures = dict.fromkeys(
+        one.channels[channel].picture
+        for one in passes
+        for channel in CHANNELS
+        if channel in one.channels and one.channels[channel].buffer is None
+        and channel in {p.name for p in one.kernel.parameters}
+    )  # fmt: skip
+    parameters = clock_parameters(used)
+    if "iMouse" in used:
+        parameters["iMouse"] = ShaderParameter("iMouse", VEC4, (0.0,) * 4, label="pixels from the bottom left")
+
+    def build(given: Mapping[str, Target], values: Mapping[str, Any], into: TargetSpec) -> Target:
+        return _built(passes, given, values, into)
+
+    notes = {(note.span.file, note.span.line, note.text): note for shader in shaders for note in shader.notes}
+    return ShaderEffect(
+        name_of(path),
+        "Shadertoy",
+        summary,
+        credit,
+        tuple(pictures),
+        parameters,
+        tuple(notes.values()),
+        str(path),
+        build,
+    )
+
+
+def _behind(text: str) -> str:
+    """The entry, with the sizes of channels where they are asked for."""
+    sizes = ""
+    if "iChannelResolution" in text:
+        sizes = "".join(
+            f"iChannelResolution[{i}] = vec3(textureSize({name}, 0), 1.0); " for i, name in enumerate(CHANNELS)
+        )
+    return f"void pg_main() {{ {sizes}vec4 c = vec4(0.0); mainImage(c, gl_FragCoord.xy); gl_FragColor = c; }}"
+
+
+def _built(passes: list[_Pass], given: Mapping[str, Target], values: Mapping[str, Any], into: TargetSpec) -> Target:
+    specs = [target(f"{into.name}.{one.name}", "rgba32f", scale=1.0) for one in passes[:-1]] + [into]
+    uniforms = clock_uniforms(values) | dict(values)
+    made: list[Target] = []
+    for number, one in enumerate(passes):
+        named: dict[str, Any] = {}
+        for parameter in one.kernel.parameters:
+            name = parameter.name
+            if name in uniforms:
+                named[name] = uniforms[name]
+                continue
+            source = one.channels.get(name)
+            if source is None or source.buffer is None:
+                picture = given.get(source.picture) if source is not None else None
+            else:
+                picture = made[source.buffer] if source.buffer < number else previous(specs[source.buffer])
+            border = source.border if source is not None else "clamp"
+            named[name] = handle_or_black(picture).border(border)
+        made.append(one.kernel(into=specs[number], **named))
+    return made[-1]

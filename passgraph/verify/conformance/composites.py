@@ -1,0 +1,191 @@
+"""Types made of other types: matrices that are not square, arrays of structs, of arrays and of images; against NumPy.
+
+Pictures and parameters hold small whole numbers, so that every sum is exact and what comes out is known to the bit.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import passgraph as pg
+from passgraph.verify.conformance.case import Case, Picture
+
+GROUP = "composites"
+SIZE = (23, 17)
+
+OBLONG = """
+def run(color: Image, turn: mat2x3, several: Array[mat4x2, 3], wide: mat3x4) -> vec4:
+    c = color[0, 0]
+    m = mat3x2(c.xy, c.zw, c.yx)
+    m[pixel().x % 4] = vec2(2.0, -1.0)
+    square = transpose(turn) * turn + m * turn
+    column = several[pixel().y % 3][pixel().x % 4]
+    four = (wide * turn)[1] + wide * outer(c.xyz, c.xy)[1] + vec4(mat2x3(wide)[1], mat4x2(3.0)[1].y)
+    return four + vec4(square * column, dot(column, m[0]), (c.xyz * turn).y)
+"""
+
+ARRAYS = """
+class Lamp:
+    place: vec3
+    shares: Array[float, 2]
+
+def row(numbers: Array[int, 3], k: int) -> int:
+    return numbers[k] * 10 + numbers[len(numbers) - 1]
+
+def run(color: Image, lamps: Array[Lamp, 3], grid: Array[Array[int, 3], 2], n: int) -> vec4:
+    p = pixel() - 2
+    kept, counts, wide = lamps, grid, [[0.0] * 10] * 9
+    kept[p.x].shares[p.y] = color[0, 0].x
+    kept[p.x - 1].place.y += 7.0
+    kept[n], kept[1] = kept[1], Lamp(color[0, 0].yzw, kept[p.y].shares)
+    counts[p.y][p.x] += 50
+    counts[p.x - 2] = [1, 2, p.y]
+    wide[p.y][p.x] = color[0, 0].z
+    total = 0.0
+    for i in range(3):
+        total += kept[i].place.y * kept[i].shares[1] - kept[i].shares[0] * float(i)
+    numbers = float(row(counts[p.y], p.x))
+    return vec4(total, numbers, kept[p.x].place.z + lamps[n].shares[p.x], wide[p.y + 1][p.x] + wide[p.y][p.x - p.y])
+"""
+
+IMAGES = """
+class Layer:
+    picture: Image
+    others: Array[Image, 2]
+    gain: float
+
+def read(layer: Layer, k: int, by: ivec2) -> vec4:
+    return layer.picture[1, 0] * layer.gain + layer.others[k].texel(pixel() + by)
+
+def run(color: Image, images: Array[Image, 3], layers: Array[Layer, 2]) -> vec4:
+    p, total = pixel(), color[0, 0]
+    for i in range(3):
+        total += images[i][i - 1, 1] * float(i + 1)
+    total += images[p.x % 5 - 1].texel(p.yx) * 16.0
+    total += images[int(color[0, 0].x) - 2].texel(p + images[p.y].size - output_size()) * 8.0
+    for i in range(2):
+        total += read(layers[i], p.y % 2, ivec2(i, -1))
+    total += read(Layer(color, [images[1], images[0]], 2.0), p.x % 3, -p)
+    return total + read(layers[p.x - 8], p.x % 2, p)
+"""
+
+
+def cases() -> Iterator[Case]:
+    """Each kernel with what it must give."""
+    yield _oblong()
+    yield _arrays()
+    yield _images()
+
+
+def _whole() -> Picture:
+    """Whole numbers from 0 to 7."""
+    return np.random.default_rng(11).integers(0, 8, (SIZE[1], SIZE[0], 4)).astype(np.float32)
+
+
+def _graph(text: str, **values: Any) -> Mapping[str, pg.Target]:
+    kernel = pg.kernel(source=text)
+    return {"result": kernel(pg.Input("color"), into=pg.target("result", "rgba32f"), **values)}
+
+
+def _case(name: str, text: str, one: Callable[[NDArray[Any], int, int], Any], **values: Any) -> Case:
+    """A kernel of one picture, and what it computes from a texel and its column and row."""
+    picture = _whole()
+    rows = [[one(picture[y, x].astype(np.float64), x, y) for x in range(SIZE[0])] for y in range(SIZE[1])]
+    exact = {"result": np.array(rows, np.float32)}
+    return Case(GROUP, name, partial(_graph, text, **values), SIZE, ({"color": picture},), exact=exact)
+
+
+def _oblong() -> Case:
+    """NumPy's matrices are ``m[row][column]``; a mat2x3 has two columns and three rows."""
+    turn, wide = np.arange(6.0).reshape(3, 2) - 2.0, np.arange(12.0).reshape(4, 3) - 5.0
+    several = np.arange(24.0).reshape(3, 2, 4) - 10.0
+
+    def one(c: NDArray[Any], x: int, y: int) -> NDArray[Any]:
+        m = np.stack([c[:2], c[2:], c[1::-1]], axis=1)
+        if x % 4 < 3:
+            m[:, x % 4] = 2.0, -1.0
+        square = turn.T @ turn + m @ turn
+        column = several[y % 3][:, x % 4]
+        four = (wide @ turn)[:, 1] + wide @ np.outer(c[:3], c[:2])[:, 1] + np.array([*wide[:3, 1], 3.0])
+        return np.asarray(four + np.array([*(square @ column), column @ m[:, 0], (c[:3] @ turn)[1]]))
+
+    return _case("matrices that are not square", OBLONG, one, turn=turn, several=several, wide=wide)
+
+
+def _end(index: int, length: int) -> int:
+    """The entry that an index reads."""
+    return min(max(index, 0), length - 1)
+
+
+def _arrays() -> Case:
+    """Indices of pixels run out of every range, on both sides."""
+    places, shares = np.arange(9.0).reshape(3, 3) - 3.0, np.arange(6.0).reshape(3, 2) + 1.0
+    grid, n = np.arange(6).reshape(2, 3) - 2, 2
+    lamps = [SimpleNamespace(place=place, shares=share) for place, share in zip(places, shares, strict=True)]
+
+    def one(c: NDArray[Any], x: int, y: int) -> list[float]:
+        x, y = x - 2, y - 2
+        at, share, counts, wide = places.copy(), shares.copy(), grid.copy(), np.zeros((9, 10))
+        if 0 <= x < 3 and 0 <= y < 2:
+            share[x, y] = c[0]
+        if 0 <= x - 1 < 3:
+            at[x - 1, 1] = at[_end(x - 1, 3), 1] + 7.0
+        made = c[1:], share[_end(y, 3)].copy()
+        at[n], share[n] = at[1].copy(), share[1].copy()
+        at[1], share[1] = made
+        if 0 <= y < 2 and 0 <= x < 3:
+            counts[y, x] += 50
+        if 0 <= x - 2 < 2:
+            counts[x - 2] = 1, 2, y
+        if 0 <= y < 9 and 0 <= x < 10:
+            wide[y, x] = c[2]
+        total = sum(at[i, 1] * share[i, 1] - share[i, 0] * i for i in range(3))
+        row = counts[_end(y, 2)]
+        third = at[_end(x, 3), 2] + shares[n, _end(x, 2)]
+        last = wide[_end(y + 1, 9), _end(x, 10)] + wide[_end(y, 9), _end(x - y, 10)]
+        return [total, row[_end(x, 3)] * 10 + row[2], third, last]
+
+    return _case("arrays of structs and of arrays", ARRAYS, one, lamps=lamps, grid=grid.tolist(), n=n)
+
+
+def _images() -> Case:
+    """Which image is read: a written number, a loop's index, or what a pixel holds."""
+    names = ("color", "a", "b", "c")
+    pictures = {name: np.roll(_whole(), 3 * k, axis=1) + k for k, name in enumerate(names)}
+    color, a, b, c = (pictures[name].astype(np.float64) for name in names)
+
+    def at(image: NDArray[Any], x: int, y: int) -> NDArray[Any]:
+        return np.asarray(image[_end(y, SIZE[1]), _end(x, SIZE[0])])
+
+    def read(layer: tuple[Any, Any, float], k: int, x: int, y: int, to: tuple[int, int]) -> NDArray[Any]:
+        picture, others, gain = layer
+        return np.asarray(at(picture, x + 1, y) * gain + at(others[_end(k, 2)], *to))
+
+    images, layers = (a, b, c), ((b, (c, a), 3.0), (color, (b, c), -1.0))
+
+    def one(texel: NDArray[Any], x: int, y: int) -> NDArray[Any]:
+        total = texel + sum(at(images[i], x + i - 1, y + 1) * (i + 1) for i in range(3))
+        total = total + at(images[_end(x % 5 - 1, 3)], y, x) * 16.0 + at(images[_end(int(texel[0]) - 2, 3)], x, y) * 8.0
+        for i in range(2):
+            total = total + read(layers[i], y % 2, x, y, (x + i, y - 1))
+        total = total + read(layers[_end(x - 8, 2)], x % 2, x, y, (2 * x, 2 * y))
+        return np.asarray(total + read((color, (b, a), 2.0), x % 3, x, y, (0, 0)))
+
+    rows = [[one(color[y, x], x, y) for x in range(SIZE[0])] for y in range(SIZE[1])]
+    exact = {"result": np.array(rows, np.float32)}
+    return Case(GROUP, "images of arrays and structs", _image_graph, SIZE, (pictures,), exact=exact)
+
+
+def _image_graph() -> Mapping[str, pg.Target]:
+    color, a, b, c = (pg.Input(name) for name in ("color", "a", "b", "c"))
+    layers = [
+        SimpleNamespace(picture=b, others=[c, a], gain=3.0),
+        SimpleNamespace(picture=color, others=[b, c], gain=-1.0),
+    ]
+    return {"result": pg.kernel(source=IMAGES)(color, [a, b, c], layers, into=pg.target("result", "rgba32f"))}

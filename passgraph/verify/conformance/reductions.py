@@ -1,0 +1,69 @@
+"""Trees of passes whose sizes hang on the picture's: many texels become one, and what reads it.
+
+Numbers are small whole ones, so that sums are exact in any order, and places are decided by which texel comes first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+import passgraph as pg
+from passgraph.verify.conformance.case import Case
+from passgraph.verify.conformance.sequences import whole
+
+GROUP = "plans"
+#: Two levels of blocks across, and blocks at the edges that are not full.
+SIZE = (67, 11)
+#: As many texels as a power of two.
+EVEN = (64, 8)
+BINS = 9
+
+
+def cases() -> Iterator[Case]:
+    """Each with what NumPy gives."""
+    picture = whole(7, SIZE)
+    frames = ({"frame": picture},)
+    sums = {"all": picture.sum((0, 1), keepdims=True), "rows": picture.sum(1, keepdims=True)}
+    yield Case(GROUP, "sums", summed, SIZE, frames, exact=sums)
+    ends = {"least": picture.min(0, keepdims=True), "largest": picture.max((0, 1), keepdims=True)}
+    yield Case(GROUP, "the least and the largest", ends_of, SIZE, frames, exact=ends, quick=False)
+    green = picture[..., 1]
+    place = divmod(int(green.argmax()), SIZE[0])[::-1]
+    yield Case(GROUP, "the first place of many", placed, SIZE, frames, exact={"place": np.array([[place]], np.float64)})
+    counts = np.histogram(picture[..., 2], BINS, (0.5, 6))[0]
+    yield Case(GROUP, "a histogram", counted, SIZE, frames, exact={"counts": counts[None, :, None]})
+    last, now = whole(8, EVEN), whole(9, EVEN)
+    above = now - last.mean((0, 1), np.float64)
+    yield Case(GROUP, "less last frame's mean", levelled, EVEN, ({"frame": last}, {"frame": now}), exact={"out": above})
+
+
+def summed() -> Mapping[str, pg.Target]:
+    frame = pg.Input("frame", "rgba32f")
+    return {"all": pg.reduce(frame, "sum"), "rows": pg.reduce(frame, "sum", axis="x", name="rows")}
+
+
+def ends_of() -> Mapping[str, pg.Target]:
+    frame = pg.Input("frame", "rgba32f")
+    return {"least": pg.reduce(frame, "min", axis="y"), "largest": pg.reduce(frame, "max")}
+
+
+def placed() -> Mapping[str, pg.Target]:
+    frame = pg.Input("frame", "rgba32f")
+    return {"place": pg.reduce(frame, "arg_max", channel=1)}
+
+
+def counted() -> Mapping[str, pg.Target]:
+    """Numbers below and above the ends are in no bin."""
+    return {"counts": pg.histogram(pg.Input("frame", "rgba32f"), BINS, channel=2, low=0.5, high=6.0)}
+
+
+def levelled() -> Mapping[str, pg.Target]:
+    """A mean of so many numbers as a power of two, of last frame's picture."""
+    keep = pg.kernel(source="def keep(a: Image) -> vec4: return a[0, 0]")
+    less = pg.kernel(source="def less(a: Image, mean: Image) -> vec4: return a[0, 0] - mean.texel(ivec2(0, 0))")
+    frame = pg.Input("frame", "rgba32f")
+    kept = keep(frame, into=pg.target("kept", "rgba32f"))
+    mean = pg.reduce(pg.previous(kept), "mean", name="mean")
+    return {"out": less(frame, mean, into=pg.target("out", "rgba32f")), "kept": kept}

@@ -1,0 +1,178 @@
+"""Headers of strangers: every mistake is told with its place, and none is more than an error."""
+
+from __future__ import annotations
+
+import json
+import random
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import passgraph as pg
+from passgraph.shaders.containers.isf import read_isf
+from passgraph.shaders.containers.isf_header import read_header
+from passgraph.shaders.load import load_shader
+
+BODY = "void main() { gl_FragColor = vec4(0.5); }"
+BROKEN = '{\n  "INPUTS": [\n    {"NAME" "a"}\n  ]\n}'
+TOLD = 's.fs:3: the header is no JSON: Expecting \':\' delimiter\n        {"NAME" "a"}\n' + 16 * " " + "^"
+WHOLE: dict[str, Any] = {
+    "DESCRIPTION": "x", "ISFVSN": "2",
+    "INPUTS": [
+        {"NAME": "inputImage", "TYPE": "image"},
+        {"NAME": "amount", "TYPE": "float", "MIN": 0.0, "MAX": 1.0, "DEFAULT": 0.5, "LABEL": "how much"},
+        {"NAME": "mode", "TYPE": "long", "VALUES": [0, 1], "LABELS": ["a", "b"], "DEFAULT": 1},
+        {"NAME": "tint", "TYPE": "color", "DEFAULT": [1, 0, 0, 1]},
+        {"NAME": "at", "TYPE": "point2D", "DEFAULT": [0, 0], "MIN": [0, 0], "MAX": [1, 1]},
+    ],
+    "PASSES": [
+        {"TARGET": "small", "WIDTH": "$WIDTH / 4", "HEIGHT": "max(floor($HEIGHT * $amount), 1.0)", "FLOAT": True},
+        {"TARGET": "kept", "PERSISTENT": True},
+        {},
+    ],
+    "IMPORTED": {},
+}  # fmt: skip
+
+
+def written(folder: Path, header: Any, body: str = BODY) -> Path:
+    file = folder / "s.fs"
+    file.write_text(f"/*{header if isinstance(header, str) else json.dumps(header)}*/\n{body}")
+    return file
+
+
+@pytest.mark.parametrize(
+    ("header", "said"),
+    [
+        (BROKEN, TOLD),
+        ('{"INPUTS": [', "the header is no JSON"),
+        ('{"A": ' + "[" * 100_000, "the header"),
+        ('{"INPUTS": 3}', "INPUTS must be a list, got 3"),
+        ('{"INPUTS": [3]}', "INPUTS[0] must be an object, got 3"),
+        ('{"INPUTS": [{"NAME": "a b", "TYPE": "float"}]}', "a name has letters, digits and underscores, got 'a b'"),
+        ('{"INPUTS": [{"NAME": "a", "TYPE": "flaot"}]}', "INPUTS[0]: TYPE is one of float, bool"),
+        ('{"INPUTS": [{"NAME": "a", "TYPE": "float", "MIN": "low"}]}', "INPUTS[0]: MIN must be a number, got 'low'"),
+        ('{"INPUTS": [{"NAME": "a", "TYPE": "float", "DEFAULT": NaN}]}', "INPUTS[0]: DEFAULT must be a number"),
+        ('{"INPUTS": [{"NAME": "a", "TYPE": "float"}, {"NAME": "a", "TYPE": "bool"}]}', "two inputs 'a'"),
+        ('{"PASSES": {"TARGET": "a"}}', "PASSES must be a list"),
+        ('{"PASSES": [{"TARGET": [1]}]}', "PASSES[0]: a name has letters"),
+        ('{"PASSES": ' + json.dumps([{}] * 65) + "}", "PASSES has 65 entries; at most 64"),
+        ('{"IMPORTED": {"a": {"PATH": "none.png"}}}', "imported picture 'a'"),
+        ('{"IMPORTED": {"a": {"PATH": "../../etc/passwd"}}}', "'a' lies outside of the shader's folder"),
+        ('{"IMPORTED": {"a": {"PATH": "/etc/passwd"}}}', "'a' lies outside of the shader's folder"),
+        ('{"IMPORTED": {"a": {"PATH": 3}}}', "imported picture 'a' has no PATH"),
+        ('{"IMPORTED": {"a": 3}}', "must be an object"),
+    ],
+)  # fmt: skip
+def test_a_wrong_header_is_told_with_its_place(header: str, said: str, tmp_path: Path) -> None:
+    with pytest.raises(pg.InputError) as told:
+        load_shader(written(tmp_path, header))
+    assert said in str(told.value)
+    assert "s.fs" in str(told.value)
+
+
+@pytest.mark.parametrize(
+    ("width", "said"),
+    [
+        ("1e9", "1000000000"),
+        ("$WIDTH / 0", "divides by zero"),
+        ("1e300 * 1e300", "comes to inf pixels"),
+        ("$WIDTH / ($HEIGHT - 8)", "divides by zero"),
+        ("$depth", "which is no parameter"),
+        ("$WIDTH ** 9", "a size has numbers"),
+        ("__import__('os')", "a size has numbers"),
+        ("max(1)", "a size has numbers"),
+        ("$WIDTH +", "is no formula"),
+        ("-" * 100 + "1", "nests deeper"),
+        ("1+" * 300 + "1", "at most 500 characters"),
+    ],
+)
+def test_a_wrong_size_is_told_with_its_pass(width: str, said: str, tmp_path: Path) -> None:
+    header = {"PASSES": [{"TARGET": "a", "WIDTH": width}, {}]}
+    body = "void main() { gl_FragColor = IMG_THIS_PIXEL(a); }"
+    with pytest.raises(pg.PassgraphError) as told:
+        pg.compile(load_shader(written(tmp_path, header, body))(), size=(8, 8))
+    assert said in str(told.value)
+
+
+@pytest.mark.parametrize("width", ["0", "-5", "0.2", "floor($WIDTH / 100)"])
+def test_a_size_is_at_least_one_pixel(width: str, tmp_path: Path) -> None:
+    path = written(
+        tmp_path, {"PASSES": [{"TARGET": "a", "WIDTH": width}, {}]},
+        "void main() { gl_FragColor = PASSINDEX == 0 ? vec4(RENDERSIZE.x) : IMG_THIS_PIXEL(a) * 0.25; }",
+    )  # fmt: skip
+    with pg.compile(load_shader(path)(), size=(8, 8)) as program:
+        assert np.all(program()["s"] == 0.25)
+
+
+def test_a_pass_may_read_itself_and_later_ones(tmp_path: Path) -> None:
+    """A buffer that is not drawn yet is black and transparent; a persistent one is the last frame's."""
+    header = {"PASSES": [{"TARGET": "a"}, {"TARGET": "b", "PERSISTENT": True}, {}]}
+    body = """void main() {
+        if (PASSINDEX == 0) gl_FragColor = IMG_THIS_PIXEL(a) + IMG_THIS_PIXEL(b);
+        else if (PASSINDEX == 1) gl_FragColor = IMG_THIS_PIXEL(b) + vec4(0.2);
+        else gl_FragColor = vec4(IMG_THIS_PIXEL(a).r, IMG_THIS_PIXEL(b).r, 0.0, 1.0);
+    }"""
+    with pg.compile(load_shader(written(tmp_path, header, body))(), size=(3, 2)) as program:
+        seen = [program()["s"][0, 0, :2].tolist() for _ in range(3)]
+    assert np.allclose(seen, [[0.0, 0.2], [0.2, 0.4], [0.4, 0.6]], atol=1e-3)
+
+
+def test_ten_megabytes_are_too_many(tmp_path: Path) -> None:
+    file = tmp_path / "s.fs"
+    file.write_text("/*{}*/" + " " * 10_000_000 + BODY)
+    with pytest.raises(pg.InputError, match=r"s\.fs"):
+        load_shader(file)
+
+
+def test_a_parameter_that_is_called_like_the_clock_has_its_own_value(tmp_path: Path) -> None:
+    header = {"INPUTS": [{"NAME": "time", "TYPE": "float", "DEFAULT": 0.25}]}
+    effect = load_shader(written(tmp_path, header, "void main() { gl_FragColor = vec4(time, TIME, 0.0, 1.0); }"))
+    assert set(effect.parameters) == {"time", "clock_time", "time_step"}
+    with pg.compile(effect(time=0.5, clock_time=0.75), size=(1, 1)) as program:
+        assert program()["s"][0, 0, :2].tolist() == [0.5, 0.75]
+
+
+def _mutated(rng: random.Random, value: Any, depth: int = 0) -> Any:
+    """The same with something else somewhere."""
+    if rng.random() < 0.03 or not isinstance(value, (dict, list)):
+        strange = [
+            None, True, -1, 0, 1e308, 10**400, float("nan"), "", "$WIDTH", "a b", "image", "float", [], {}, [[]], "\0",
+            "é" * 70, {"NAME": "x"}, -0.0, "1e9", "../x", "main", "void", "gl_FragColor", "pg_main", "PASSINDEX", "if",
+        ]  # fmt: skip
+        return rng.choice(strange) if rng.random() < 0.1 else value
+    if isinstance(value, list):
+        made = [_mutated(rng, one, depth + 1) for one in value]
+        return made * rng.choice((1,) * 15 + (2,)) if rng.random() < 0.95 else made[1:]
+    return {key: _mutated(rng, one, depth + 1) for key, one in value.items() if rng.random() > 0.01}
+
+
+def test_thousands_of_mutated_headers_end_in_a_header_or_an_error() -> None:
+    rng, read, told = random.Random(5), 0, list[str]()
+    for _ in range(3000):
+        text = json.dumps(_mutated(rng, WHOLE))
+        if rng.random() < 0.4:
+            at = rng.randrange(len(text))
+            text = text[:at] + rng.choice(["", ",", "}", '"', "\\", "9", "*/", "\0"]) + text[at + rng.randrange(3) :]
+        try:
+            read_header(f"/*{text}*/\n{BODY}", "s.fs")
+            read += 1
+        except pg.InputError as error:
+            told.append(str(error))
+    assert 100 < read < 2900
+    assert all(text.startswith("s.fs") for text in told)
+
+
+def test_mutated_files_become_graphs_or_errors(tmp_path: Path) -> None:
+    rng, made = random.Random(6), 0
+    body = "void main() { gl_FragColor = IMG_THIS_PIXEL(inputImage) * amount + IMG_NORM_PIXEL(small, at); }"
+    for _ in range(150):
+        text = f"/*{json.dumps(_mutated(rng, WHOLE))}*/\n{body}"
+        try:
+            effect = read_isf(text, tmp_path / "s.fs")
+            pg.graph(effect(*map(pg.Input, effect.images)))
+            made += 1
+        except pg.PassgraphError:
+            pass
+    assert 10 < made < 150

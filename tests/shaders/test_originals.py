@@ -1,0 +1,115 @@
+"""Published shader files draw what the original GLSL draws on OpenGL."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import moderngl
+import pytest
+from beside import FOLDER, MISSING, Case, apart, files, host, read_original, values_of
+from originals import IsfFile, TransitionFile
+
+import passgraph as pg
+from passgraph.errors import KernelError
+from passgraph.shaders.containers.isf_header import read_header
+from passgraph.shaders.load import load_shader
+
+pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason=MISSING)
+
+#: What each stands for.
+CHOSEN = {
+    "isf/Bloom.fs": "passes of other sizes, a vertex shader with an array",
+    "isf/Edge Distort.fs": "a vertex shader",
+    "isf/Comet Tails.fs": "a persistent buffer of floats that the last pass writes",
+    "isf/Etch-a-Sketch.fs": "events, a persistent buffer of bytes",
+    "isf/Color History.fs": "several persistent buffers",
+    "isf/Cursor Overlay.fs": "an imported picture",
+    "isf/Test Pattern Generator.fs": "a long with labels",
+    "isf/Twirl.fs": "a default beyond its range",
+    "isf/Checkerboard.fs": "no picture",
+    "transitions/Bounce.glsl": "defaults behind comments",
+    "transitions/displacement.glsl": "a third picture",
+    "transitions/Swirl.glsl": "nothing but progress",
+}
+
+
+@pytest.fixture(scope="module")
+def context() -> Iterator[moderngl.Context]:
+    with host() as made:
+        yield made
+
+
+@pytest.mark.parametrize("name", CHOSEN)
+@pytest.mark.parametrize("size", [(64, 48), (53, 31)])
+def test_chosen_file_draws_what_the_original_draws(name: str, size: tuple[int, int], context: moderngl.Context) -> None:
+    frames = 4 if read_original(FOLDER / name).persistent else 1
+    seed = 1 if size[0] % 2 else 0
+    case = Case(FOLDER / name, size, seed, frames)
+    drawn = case.original(context)
+    assert max(float(picture.max() - picture.min()) for picture in drawn) > 0.1, "a plain picture shows nothing"
+    assert apart(drawn, case.ours()).agrees
+
+
+@pytest.mark.parametrize("backend", ["gl", "opencl"])
+def test_backends_draw_what_the_original_draws(backend: str, context: moderngl.Context) -> None:
+    for name in ("isf/Comet Tails.fs", "transitions/Bounce.glsl"):
+        case = Case(FOLDER / name, (40, 24), 1, 2)
+        assert apart(case.original(context), case.ours(backend)).agrees, name
+
+
+def test_a_wrong_parameter_is_seen(context: moderngl.Context) -> None:
+    """The comparison can fail."""
+    case = Case(FOLDER / "transitions/Bounce.glsl", (40, 24))
+    assert not apart(case.original(context), Case(case.path, case.size, 1).ours()).agrees
+
+
+def test_parameters_of_isf_files_are_those_that_headers_say() -> None:
+    for path in files("isf"):
+        file = IsfFile(path)
+        here, said = read_header(file.text, str(path)).parameters, values_of(file.parameters, 0)
+        assert here.keys() == said.keys(), path.name
+        given = {one["NAME"] for one in file.header.get("INPUTS", []) if "DEFAULT" in one}
+        for name in given & said.keys():
+            assert here[name].default == pytest.approx(said[name], rel=1e-6), f"{path.name}: {name}"
+
+
+@pytest.mark.parametrize("name", ["Bounce", "fadecolor", "fadegrayscale", "PuzzleRight", "TilesWave", "Slides"])
+def test_parameters_of_transitions_are_those_that_comments_say(name: str) -> None:
+    path = FOLDER / "transitions" / f"{name}.glsl"
+    here, said = load_shader(path).parameters, values_of(TransitionFile(path).parameters, 0)
+    assert here.keys() == said.keys()
+    for key in said:
+        assert here[key].default == pytest.approx(said[key], rel=1e-6), key
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["isf", "transitions"])
+def test_nearly_every_file_is_read_and_refusals_say_where(kind: str) -> None:
+    refused = {}
+    for path in files(kind):
+        try:
+            load_shader(path)
+        except (KernelError, pg.InputError) as error:
+            refused[path.name] = str(error)
+    assert len(refused) <= 0.02 * len(files(kind)), refused
+    assert all(name.rpartition(".")[0] in text for name, text in refused.items())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["isf", "transitions"])
+def test_nearly_every_file_draws_what_the_original_draws(kind: str, context: moderngl.Context) -> None:
+    """The rest differ by what GLSL leaves open: docs/shaders.md names them."""
+    wrong = []
+    for path in files(kind):
+        try:
+            load_shader(path)
+        except (KernelError, pg.InputError):
+            continue
+        case = Case(path, (53, 31), 0, 4 if read_original(path).persistent else 1)
+        try:
+            drawn = case.original(context)
+        except moderngl.Error:
+            continue  # refused by the driver
+        if not apart(drawn, case.ours()).agrees:
+            wrong.append(path.name)
+    assert len(wrong) <= 0.15 * len(files(kind)), wrong
