@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 COVERED, CELLS = 0.7, 32
 #: ... and lies in the lowest part of its height, or is a sheet (terrain) no higher than this share of its width.
 LOWEST, SHEET = 0.2, 0.25
-#: What is no higher than this share of its width is a floor, and nothing stands on it.
+#: A sheet no higher than this share of its width is flat: a floor, whichever of its sides is outside.
 FLAT = 1e-6
 #: The ground reaches so many radii of the scene, or distances of the eye, from the middle: its edge is the horizon.
 REACH = 100.0
