@@ -1,9 +1,10 @@
 """The gallery: each effect in one picture from real inputs, with its call and its time on each backend.
 
-    python docs/gallery.py [WORD ...]
+    python docs/gallery.py [--pictures] [WORD ...]
 
 writes docs/gallery.md and docs/images/gallery/.  With words, only entries whose title has one of them are
-rendered again; the others' sections stay as they are in the page.
+rendered again; the others' sections stay as they are in the page.  With --pictures nothing is timed: pictures are made
+by the last backend alone, and the page keeps its text and its figures.
 """
 
 from __future__ import annotations
@@ -43,7 +44,18 @@ from docs.gallery_inputs import (
     top_view,
 )
 from docs.gallery_looks import LOOKS
-from docs.gallery_page import FOLDER, Entry, InputMissing, Panel, machine, open_backends, rendered
+from docs.gallery_page import (
+    BACKENDS,
+    FOLDER,
+    Entry,
+    InputMissing,
+    Panel,
+    machine,
+    open_backends,
+    rendered,
+    section,
+    with_picture,
+)
 from passgraph.effects import (
     black_and_white,
     bloom,
@@ -421,21 +433,26 @@ def sections_of(page: str) -> dict[str, str]:
 
 
 def main() -> None:
-    words = [word.lower() for word in sys.argv[1:]]
+    words = [word.lower() for word in sys.argv[1:] if word != "--pictures"]
+    timed = "--pictures" not in sys.argv[1:]
     file = FOLDER / "gallery.md"
-    sections = sections_of(file.read_text(encoding="utf-8")) if file.exists() else {}
-    opening, backends = HEAD.format(machine=machine()), open_backends()
+    page = file.read_text(encoding="utf-8") if file.exists() else ""
+    sections = sections_of(page)
+    backends = open_backends(BACKENDS if timed else BACKENDS[-1:])
     chosen = [entry for entry in ENTRIES if not words or any(word in entry.title.lower() for word in words)]
+    opening = HEAD.format(machine=machine()) if timed else page.partition("\n## ")[0]
     begin = time.perf_counter()
     for number, entry in enumerate(chosen, 1):
         print(f"[{time.perf_counter() - begin:5.0f} s] {number} of {len(chosen)}: {entry.title}", flush=True)
         try:
-            sections[entry.title] = rendered(entry, backends)
+            rows = rendered(entry, backends, timed)
+            sections[entry.title] = section(entry, rows) if timed else with_picture(sections[entry.title], entry)
         except InputMissing as missing:
             print(f"  SKIPPED {entry.title}: {missing}", flush=True)
         # written behind each entry, so that what is done is kept
         kept = [sections[entry.title] for entry in ENTRIES if entry.title in sections]
-        file.write_text("\n".join([opening, *kept, MEMORY.format(table=table())]), encoding="utf-8")
+        memory = MEMORY.format(table=table()) if timed else "## Memory" + page.partition("\n## Memory")[2]
+        file.write_text("\n".join([opening, *kept, memory]), encoding="utf-8")
     for backend in backends.values():
         if backend is not None:
             backend.close()
@@ -447,10 +464,10 @@ HEAD = """# Gallery
 Each effect in one picture, with the call that made it and its time. Rendered by `python docs/gallery.py`; models and
 photographs come from optional packages and are not part of the repository.
 
-Panels are rendered at the size in the table, and shown smaller. Times are milliseconds a frame, the median after
-warm-up, without reading the picture back; what is static (such as a shadow map whose light stands still) was
-computed before. Under "differ" stands the largest share of pixels at which two backends differ by more than two steps
-of 8 bits. Machine: {machine}.
+Panels are rendered at the size in the table; those of another size than shown are scaled. Times are milliseconds a
+frame, the median after warm-up, without reading the picture back; what is static (such as a shadow map whose light
+stands still) was computed before. Under "differ" stands the largest share of pixels at which two backends differ by
+more than two steps of 8 bits. Machine: {machine}.
 """
 
 

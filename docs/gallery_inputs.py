@@ -102,7 +102,7 @@ def model(name: str, **options: Any) -> pg.Scene:
 @lru_cache
 def monastery() -> pg.Scene:
     """Samurai monastery, 124,000 triangles; a sun with an extent."""
-    scene = model("samurai_monastry.obj")
+    scene = model("samurai_monastry.obj", ground=False)
     camera = pg.Camera((62.0, 44.0, 62.0), (-9.0, 1.0, -6.0), vertical_fov_rad=0.52, near=4.0, far=260.0)
     sun = pg.Light.directional((-0.75, -1.0, -0.1), (1.0, 0.93, 0.82), 1.0, radius=0.02)
     return scene.with_(camera=camera, lights=[sun])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 import os
+import re
 import statistics
 import textwrap
 import time
@@ -14,7 +15,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageDraw, ImageOps
+from PIL import Image, ImageDraw, ImageFont, ImageOps
 
 import passgraph as pg
 from passgraph.backends.base import Backend
@@ -27,10 +28,11 @@ FOLDER = Path(__file__).resolve().parent
 PICTURES = FOLDER / "images" / "gallery"
 BACKENDS = ("gl", "opencl", "numpy")
 #: Width of a whole picture of the page, and the gap between its panels, in pixels.
-WIDTH, GAP = 640, 4
-#: A panel is rendered this many times as wide and as high as it is shown.
-OVERSAMPLING = 2
-MOST_BYTES = 150_000
+WIDTH, GAP = 1280, 8
+#: Height of the letters of a panel's label, in pixels.
+LETTERS = 20
+#: A picture of the page is no larger; qualities of WebP in the order in which they are tried.
+MOST_BYTES, QUALITIES = 250_000, (92, 88, 84, 78, 70)
 #: Two backends agree at a pixel where no channel differs by more than this: two steps of 8 bits.
 SAME = 2.0 / 255.0
 #: Pictures whose proportions differ from their panel's by a larger share get borders.
@@ -85,12 +87,12 @@ class Entry:
 
     @property
     def file(self) -> str:
-        return "".join(c if c.isalnum() else "-" for c in self.title.lower()) + ".png"
+        return "".join(c if c.isalnum() else "-" for c in self.title.lower()) + ".webp"
 
     @property
     def panel_size(self) -> tuple[int, int]:
-        """As shown, in pixels."""
-        width = (WIDTH - GAP * (self.columns - 1)) // self.columns
+        """As rendered, where nothing else is said, and as shown, in pixels; the width is even."""
+        width = (WIDTH - GAP * (self.columns - 1)) // self.columns // 2 * 2
         return width, round(width / self.aspect)
 
 
@@ -107,10 +109,10 @@ class Timed:
 # Rendering
 
 
-def open_backends() -> dict[str, Backend | None]:
+def open_backends(names: Sequence[str] = BACKENDS) -> dict[str, Backend | None]:
     """Those that are timed; None for one that is not here."""
     found: dict[str, Backend | None] = {}
-    for name in BACKENDS:
+    for name in names:
         try:
             found[name] = open_backend(name)
         except PassgraphError as error:
@@ -134,27 +136,33 @@ def milliseconds(program: pg.Program, given: dict[str, Any]) -> float:
     return 1e3 * statistics.median(taken)
 
 
-def shown(panel: Panel, entry: Entry, backends: dict[str, Backend | None]) -> tuple[Image.Image, Timed]:
+def shown(panel: Panel, entry: Entry, backends: dict[str, Backend | None], timed: bool) -> tuple[Image.Image, Timed]:
     """A panel's picture, by the last backend that is here, and its times on all."""
     width, height = entry.panel_size
     # What is made of pictures has their size, and some targets have one of their own.
     has_own = isinstance(panel.target.spec.size, Absolute) or any(np.ndim(v) == 3 for v in panel.given.values())
-    size = panel.size or (None if has_own else (width * OVERSAMPLING, height * OVERSAMPLING))
+    size = panel.size or (None if has_own else (width, height))
     taken: dict[str, float | None] = dict.fromkeys(backends)
     pictures: list[Picture] = []
     for name, backend in backends.items():
         if backend is not None:
             with pg.compile(panel.target, backend, size) as program:
-                taken[name] = milliseconds(program, panel.given)
+                if timed:
+                    taken[name] = milliseconds(program, panel.given)
+                else:
+                    program.run(**panel.given)
                 pictures.append(program.read()[panel.target.name])
     if not pictures:
         raise SystemExit("gallery: no backend is here")
     picture = pictures[-1]
     apart = max(float((abs(other - picture) > SAME).any(axis=2).mean()) for other in pictures)
     whole = _middle(Image.fromarray(_eight_bits(picture)), panel.middle)
-    made = whole.resize((width, height), Image.Resampling.BOX)
+    # pixels of what is much enlarged are to be seen, and all alike
+    little = whole.width < width < 2 * whole.width
+    filter = Image.Resampling.BICUBIC if little else Image.Resampling.BOX
+    made = whole.resize((width, height), filter)
     if abs(whole.width * height / (whole.height * width) - 1.0) > SAME_SHAPE:
-        made = ImageOps.pad(whole, (width, height), Image.Resampling.BOX, (160, 160, 160))
+        made = ImageOps.pad(whole, (width, height), filter, (160, 160, 160))
     _write_label(made, panel.label)
     return made, Timed(panel.label, (picture.shape[1], picture.shape[0]), taken, apart)
 
@@ -172,10 +180,10 @@ def _middle(picture: Image.Image, share: float) -> Image.Image:
 
 def _write_label(picture: Image.Image, label: str) -> None:
     if label:
-        pen = ImageDraw.Draw(picture)
-        left, top, right, bottom = pen.textbbox((6, 4), label)
-        pen.rectangle((left - 4, top - 3, right + 4, bottom + 3), fill=(0, 0, 0))
-        pen.text((6, 4), label, fill=(255, 255, 255))
+        pen, font = ImageDraw.Draw(picture), ImageFont.load_default(LETTERS)
+        left, top, right, bottom = pen.textbbox((10, 6), label, font)
+        pen.rectangle((left - 8, top - 6, right + 8, bottom + 6), fill=(0, 0, 0))
+        pen.text((10, 6), label, (255, 255, 255), font)
 
 
 def strip(pictures: Sequence[Image.Image], columns: int) -> Image.Image:
@@ -190,16 +198,14 @@ def strip(pictures: Sequence[Image.Image], columns: int) -> Image.Image:
 
 
 def write_picture(picture: Image.Image, path: Path) -> None:
-    """PNG; where it is large with fewer and fewer colours, dithered while that is small enough."""
+    """WebP in true colour: without loss where that is small enough, else of the best quality that is."""
     path.parent.mkdir(parents=True, exist_ok=True)
-    picture.save(path, optimize=True)
-    for colours, dither in ((256, True), (192, True), (128, True), (192, False), (128, False), (64, False)):
+    picture.save(path, "WEBP", lossless=True, method=4)
+    for quality in QUALITIES:
         if path.stat().st_size <= MOST_BYTES:
             return
-        made = picture.quantize(colours, kmeans=3)
-        if dither:
-            made = picture.quantize(palette=made, dither=Image.Dither.FLOYDSTEINBERG)
-        made.save(path, optimize=True)
+        # letters and edges of saturated colours blur where chroma is halved by a plain mean
+        picture.save(path, "WEBP", quality=quality, method=6, use_sharp_yuv=True)
 
 
 # Writing
@@ -227,6 +233,10 @@ def source_of(function: Callable[..., object]) -> str:
     return body
 
 
+def link(entry: Entry) -> str:
+    return f"![{entry.title}](images/gallery/{entry.file})"
+
+
 def section(entry: Entry, times: Sequence[Timed]) -> str:
     """One entry as Markdown."""
     rows = [
@@ -240,13 +250,18 @@ def section(entry: Entry, times: Sequence[Timed]) -> str:
     heading = f"| Frame in ms | size | {' | '.join(BACKENDS)} | differ |"
     table = "\n".join([heading, "|---|---|" + "---|" * (len(BACKENDS) + 1), *rows])
     return (
-        f"## {entry.title}\n\n![{entry.title}](images/gallery/{entry.file})\n\n{entry.text}\n\n"
+        f"## {entry.title}\n\n{link(entry)}\n\n{entry.text}\n\n"
         f"Input: {entry.inputs}.\n\n```text\n{source_of(entry.panels)}\n```\n\n{table}\n"
     )
 
 
-def rendered(entry: Entry, backends: dict[str, Backend | None]) -> str:
-    """An entry's picture written, and its section."""
-    made = [shown(panel, entry, backends) for panel in entry.panels()]
+def rendered(entry: Entry, backends: dict[str, Backend | None], timed: bool = True) -> list[Timed]:
+    """An entry's picture written, and the rows of its table."""
+    made = [shown(panel, entry, backends, timed) for panel in entry.panels()]
     write_picture(strip([picture for picture, _ in made], entry.columns), PICTURES / entry.file)
-    return section(entry, [timed for _, timed in made])
+    return [row for _, row in made]
+
+
+def with_picture(old: str, entry: Entry) -> str:
+    """A section of the page as it is, with the entry's picture."""
+    return re.sub(r"^!\[.*\]\(.*\)$", link(entry), old, count=1, flags=re.MULTILINE)

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from passgraph.errors import InputError
 from passgraph.scene import Light
+from passgraph.scene.light import exposed
 from passgraph.scene.matrices import corners_of
 
 BOX = np.array([[-1.0, 0.0, -2.0], [3.0, 2.5, 1.0]])
@@ -118,3 +119,33 @@ def test_bad_fields_are_named(fields, text):
 def test_bad_bounds_are_named():
     with pytest.raises(InputError, match=r"light 'light': bounds: expected shape \(2, 3\)"):
         Light.directional((0, -1, 0)).frustum([1, 2, 3])
+
+
+@pytest.mark.parametrize("kind", ["directional", "point", "spot"])
+def test_a_light_goes_round_a_centre_by_angles_and_keeps_its_distance(kind):
+    light = {
+        "directional": Light.directional((-1, -2, 0.5)),
+        "point": Light.point((5, 2, 3), intensity=4.0),
+        "spot": Light.spot((5, 2, 3), (0, -1, 0)),
+    }[kind]
+    centre = np.array([1.0, 2.0, 3.0])
+    made = light.around(centre, np.pi / 2, np.pi / 6)
+    toward = -np.array(made.direction) if kind == "directional" else (np.array(made.position) - centre) / 4.0
+    np.testing.assert_allclose(toward, (np.sqrt(0.75), 0.5, 0.0), atol=1e-12)
+    if kind == "spot":
+        np.testing.assert_allclose(made.direction, -toward, atol=1e-12)
+    assert (made.color, made.intensity, made.radius) == (light.color, light.intensity, light.radius)
+    kept = made.around(centre)
+    np.testing.assert_allclose((kept.position, kept.direction), (made.position, made.direction), atol=1e-12)
+
+
+def test_a_light_in_the_centre_is_turned_nowhere():
+    with pytest.raises(InputError, match=r"light 'light': lies in the centre \[0.0, 0.0, 0.0\]"):
+        Light.point((0, 0, 0)).around((0, 0, 0), 1.0)
+
+
+def test_lights_are_exposed_together():
+    lights = [Light.directional((0, -1, 0), intensity=3.0), Light.point((0, 4, 0), intensity=16.0)]
+    made = exposed(lights, np.array([[-1.0, -1, -1], [1, 1, 1]]))
+    assert [light.intensity for light in made] == [0.75, 4.0]
+    assert [light.intensity for light in exposed(lights[1:], np.array([[-1.0, -1, -1], [1, 1, 1]]))] == [16.0]

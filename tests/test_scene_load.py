@@ -19,6 +19,7 @@ from passgraph.scene.load import load_scene
 from passgraph.scene.matrices import transform_points
 
 QUAD = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
+LEVEL = "v 0 0 0\nv 1 0 0\nv 1 0 -1\nv 0 0 -1\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
 FACES = "f 1/1 2/2 3/3\nf 1/1 3/3 4/4\n"
 
 
@@ -85,7 +86,7 @@ def test_each_format_gives_the_same_box(tmp_path, suffix):
     else:
         path = tmp_path / f"m.{suffix}"
         cube.export(path)
-    scene = Scene.load(path, ground=False)
+    scene = Scene.load(path, ground=False, up="y")
     assert scene.triangle_count == 12
     assert np.allclose(scene.bounds(), [[-0.5, -1, -1.5], [0.5, 1, 1.5]])
     assert scene.warnings == ()
@@ -110,10 +111,20 @@ def test_no_format_needs_scipy(tmp_path):
     assert (made.stdout, made.stderr) == ("12\n" * len(files), "")
 
 
-def test_single_models_get_a_floor_unless_told_otherwise(tmp_path):
+def test_models_without_a_floor_get_one_unless_told_otherwise(tmp_path):
     path = obj(tmp_path, QUAD + FACES)
     assert [n.name for n in Scene.load(path).nodes][-1] == "floor"
     assert len(Scene.load(path, ground=False).nodes) == 1
+    assert len(Scene.load(obj(tmp_path, LEVEL + FACES)).nodes) == 1
+    assert len(Scene.load(obj(tmp_path, LEVEL + FACES), ground=True).nodes) == 2
+
+
+def test_z_is_up_in_stl_unless_told_otherwise(tmp_path):
+    """A tower of 4 along z, as CAD writes it."""
+    trimesh.creation.box(extents=(1, 2, 4)).export(tmp_path / "tower.stl")
+    sizes = {up: np.ptp(Scene.load(tmp_path / "tower.stl", ground=False, up=up).bounds(), axis=0) for up in (None, "y")}
+    assert sizes[None].tolist() == [1.0, 4.0, 2.0]
+    assert sizes["y"].tolist() == [1.0, 2.0, 4.0]
 
 
 def test_z_up_files_are_turned(tmp_path):
@@ -212,12 +223,30 @@ def test_gltf_orthographic_cameras_are_used(tmp_path):
     lens = {"xmag": 3.0, "ymag": 2.0, "znear": 0.0, "zfar": 20.0}
     nodes = [{"mesh": 0}, {"camera": 0, "translation": [0, 0, 7]}]
     cameras = [{"type": "orthographic", "orthographic": lens}]
-    camera = Scene.load(gltf(tmp_path, *TRIANGLE, nodes=nodes, scenes=[{"nodes": [0, 1]}], cameras=cameras)).camera
+    file = gltf(tmp_path, *TRIANGLE, nodes=nodes, scenes=[{"nodes": [0, 1]}], cameras=cameras)
+    camera = Scene.load(file, ground=False).camera
     assert camera.orthographic_height == 4.0
     # a near plane at the eye: parallel rays see the same from farther back
     ends = camera.eye[2] - camera.near, camera.eye[2] - camera.far
     assert ends == pytest.approx((7.0, -13.0))
     assert camera.near > 0.0
+
+
+def test_gltf_cameras_come_by_name_in_the_file_s_order_and_turn_with_it(tmp_path):
+    nodes = [
+        {"mesh": 0},
+        {"camera": 0, "translation": [0, 0, 7], "name": "front"},
+        {"camera": 0, "translation": [0, -9, 0], "rotation": [2**-0.5, 0, 0, 2**-0.5]},
+    ]
+    cameras = [{"type": "perspective", "name": "lens", "perspective": {"yfov": 0.7, "znear": 0.5}}]
+    file = gltf(tmp_path, *TRIANGLE, nodes=nodes, scenes=[{"nodes": [0, 1, 2]}], cameras=cameras)
+    scene = Scene.load(file, ground=False)
+    assert [one.name for one in scene.cameras] == ["front", "lens"]
+    assert scene.camera == scene.cameras[0].camera
+    turned = Scene.load(file, ground=False, up="z").cameras
+    np.testing.assert_allclose(turned[1].camera.eye, (0, 0, 9), atol=1e-12)
+    np.testing.assert_allclose(turned[1].camera.forward, (0, 0, -1), atol=1e-12)
+    np.testing.assert_allclose(turned[0].camera.eye, (0, 7, 0), atol=1e-12)
 
 
 def test_gltf_camera_and_lights_are_used(tmp_path):

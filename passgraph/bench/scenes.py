@@ -178,7 +178,7 @@ def _models_folder() -> Path:
 
 def samurai_scene() -> Scene:
     """The courtyard of a monastery, 124,000 triangles: eaves, fences, lanterns on poles."""
-    scene = Scene.load(_models_folder() / "samurai_monastry.obj")
+    scene = Scene.load(_models_folder() / "samurai_monastry.obj", ground=False)
     centre, far = scene.bounds().mean(axis=0), 0.5 * float(np.linalg.norm(np.ptp(scene.bounds(), axis=0)))
     eye, target = centre + np.array([0.15, 0.1, 0.25]) * far, centre + np.array([0.0, -0.05, 0.0]) * far
     camera = Camera(tuple(eye), tuple(target), vertical_fov_rad=0.8, near=0.005 * far, far=4.0 * far)
@@ -187,7 +187,7 @@ def samurai_scene() -> Scene:
 
 
 def bunny_scene() -> Scene:
-    """The Stanford bunny on the floor that comes with a model of one node."""
+    """The Stanford bunny on the ground that a model without a floor gets."""
     return Scene.load(_models_folder() / "bunny.obj")
 
 

@@ -131,7 +131,7 @@ def _run_clip(
         done += outcome.state != "failed"
         step(outcome)
 
-    with frame_progress(clip.source.name, clip.source.count, _complain_of) as step, _interrupted(lambda: done, clip):
+    with frame_progress(clip.source.name, clip.source.count, complain_of) as step, _interrupted(lambda: done, clip):
         try:
             summary = frames(
                 program, sources, clip.sink, values=job.given, jobs=settings.jobs, linear=settings.linear,
@@ -184,7 +184,8 @@ def _say(clip: Clip, line: str) -> None:
     click.echo(line, err=isinstance(clip.sink, ToPipe))
 
 
-def _complain_of(outcome: Outcome) -> str:
+def complain_of(outcome: Outcome) -> str:
+    """What is said of a frame that failed."""
     text = outcome.reason if outcome.reason.startswith(outcome.name) else f"{outcome.name}: {outcome.reason}"
     return f"passgraph: error: {told(text)}"
 

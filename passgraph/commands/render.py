@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -22,7 +22,12 @@ from passgraph.commands.options import (
 from passgraph.commands.progress import progress
 from passgraph.commands.running import check_outputs, run_and_save
 from passgraph.commands.smoothing import Antialias, antialias_option, chosen, sampled_size, smoothed
-from passgraph.commands.sources import RENDER_SIZE, accepts, scene_job, world_job
+from passgraph.commands.sources import RENDER_SIZE, accepts, job_of_scene, world_job
+from passgraph.commands.turntable import check_turntable, run_turntable
+from passgraph.commands.view import VIEW_FIELDS, View, refuse_view, seen_by, view_options
+
+if TYPE_CHECKING:
+    from passgraph.scene import Camera
 
 
 class RenderCommand(EffectCommand):
@@ -35,6 +40,7 @@ class RenderCommand(EffectCommand):
 @click.option("--effect", "-e", default="soft-shadow", show_default=True, help="What renders it.")
 @backend_option
 @size_option(RENDER_SIZE)
+@view_options
 @antialias_option
 @output_option
 @capture_option
@@ -53,30 +59,47 @@ def render(
     capture: Path | None,
     check_finite: bool,
     profile: bool,
-    **_: Any,
-) -> None:
+    **rest: Any,
+) -> int:
     """Render SCENE (.glb .gltf .obj .off .ply .stl; .json for light2d) with an effect.
 
     Without SCENE it is the one that comes with passgraph.
 
     Into .exr and .npy goes the HDR result, without the transform for display.
+    Where nothing is said, the camera stands so that what is in SCENE fills the picture, and what has no floor gets one.
     """
     assert isinstance(ctx.command, EffectCommand)
     renderer = ctx.command.effect_of(ctx)
     assert renderer is not None
-    check_outputs(output, capture)
     parameters = given_parameters(ctx)
     in_floats = output.suffix.lower() in FLOAT_SUFFIXES
     if in_floats and accepts(renderer, "display"):
         parameters.setdefault("display", False)
     display = bool(parameters.get("display", not in_floats))
     smoothing = chosen(antialias, display)
+    view = View(**{name: value for name, value in rest.items() if name in VIEW_FIELDS})
+    if view.turntable:
+        check_turntable(output, capture, profile)
+    else:
+        check_outputs(output, capture)
+    drawn = sampled_size(smoothing, size)
+    cameras: tuple[Camera, ...] = ()
+    lines: tuple[str, ...] = ()
     with progress("reading the scene"):
-        drawn = sampled_size(smoothing, size)
         if renderer.takes == "world2d":
+            refuse_view(view, renderer.name)
             # a world's targets say how large they are: the output is all that takes the size asked for
             job = replace(world_job(renderer, scene, drawn, parameters), size=size)
         else:
-            job = scene_job(renderer, scene, drawn, parameters)
+            seen = seen_by(view, scene, size)
+            cameras, lines = seen.cameras, seen.lines
+            job = job_of_scene(renderer, seen.scene, drawn, parameters)
     job = smoothed(job, smoothing, display)
-    run_and_save(job, backend, output, capture, check_finite=check_finite, profile=profile)
+    status = 0
+    if view.turntable:
+        status = run_turntable(job, cameras, backend, output, check_finite=check_finite)
+    else:
+        run_and_save(job, backend, output, capture, check_finite=check_finite, profile=profile)
+    for line in lines:
+        click.echo(line)
+    return status

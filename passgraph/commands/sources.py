@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import inspect
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import click
 import numpy as np
@@ -16,7 +17,7 @@ from passgraph.errors import InputError
 from passgraph.graph.calls import kernel
 from passgraph.graph.outputs import named_outputs
 from passgraph.graph.targets import Input, Target, target
-from passgraph.graph.values import sources_of
+from passgraph.graph.values import Value, sources_of
 from passgraph.run.admission import format_of
 from passgraph.scene.hardware_depth import HardwareDepth
 
@@ -102,9 +103,12 @@ def effect_output(effect: Effect, targets: list[Target], parameters: dict[str, A
 
 def scene_job(effect: Effect, path: Path | None, size: tuple[int, int] | None, parameters: dict[str, Any]) -> Job:
     """An effect on a scene file, or on the scene that comes with passgraph."""
-    scene = load_scene(path)
+    return job_of_scene(effect, load_scene(path), size or RENDER_SIZE, parameters)
+
+
+def job_of_scene(effect: Effect, scene: Scene, size: tuple[int, int], parameters: dict[str, Any]) -> Job:
     made = named_outputs(effect.made(scene, **parameters))
-    return Job(made, size or RENDER_SIZE, values_of(scene, made))
+    return Job(made, size, values_of(scene, made))
 
 
 def world_job(effect: Effect, path: Path | None, size: tuple[int, int] | None, parameters: dict[str, Any]) -> Job:
@@ -116,10 +120,13 @@ def world_job(effect: Effect, path: Path | None, size: tuple[int, int] | None, p
     return Job(made, size or RENDER_SIZE)
 
 
-def load_scene(path: Path | None) -> Scene:
+def load_scene(path: Path | None, *, up: Literal["y", "z"] | None = None, ground: bool | None = None) -> Scene:
+    """A file, with what `passgraph.Scene.load` takes, or the scene that comes with passgraph, which stays as it is."""
     from passgraph.scene import Scene
 
-    scene = Scene.shipped() if path is None else Scene.load(path)
+    if path is None and up is not None:
+        raise InputError("--up is for files, and the scene that comes with passgraph has y up; leave it out")
+    scene = Scene.shipped() if path is None else Scene.load(path, ground=ground, up=up)
     for line in scene.warnings:
         click.echo(f"passgraph: warning: {line}", err=True)
     return scene
@@ -127,18 +134,24 @@ def load_scene(path: Path | None) -> Scene:
 
 def values_of(scene: Scene, outputs: dict[str, Target]) -> dict[str, Any]:
     """What a scene says about run values that have no default: its camera and its lights."""
-    from passgraph.graph.calls import graph
-
     known: dict[str, Any] = {"camera": scene.camera, "lights": scene.lights}
     known |= {f"light{i}": light for i, light in enumerate(scene.lights)}
     if scene.lights:
         known["light"] = scene.lights[0]
-    given = {}
+    return {
+        source.name: known[source.name]
+        for source in run_values(outputs)
+        if source.default is None and source.name in known
+    }
+
+
+def run_values(outputs: dict[str, Target]) -> Iterator[Value]:
+    """The values that a graph takes with each run, some more than once."""
+    from passgraph.graph.calls import graph
+
     for node, kind in graph(*outputs.values()).nodes(data="kind"):
-        for source in sources_of(node.values) if kind == "pass" else ():
-            if source.default is None and source.name in known:
-                given[source.name] = known[source.name]
-    return given
+        if kind == "pass":
+            yield from sources_of(node.values)
 
 
 def in_bytes(outputs: dict[str, Target]) -> dict[str, Target]:

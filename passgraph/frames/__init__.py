@@ -12,7 +12,7 @@ from typing import Any
 
 from passgraph.frames.frame import Frame, Outcome, Sink, Source, Summary
 from passgraph.frames.names import Pattern
-from passgraph.frames.pictures import Arrays, Pictures, Still, ToArrays, ToPictures
+from passgraph.frames.pictures import Arrays, Numbers, Pictures, Still, ToArrays, ToPictures
 from passgraph.frames.run import frames
 
 _LATER = {"Pipe": "pipe", "Raw": "pipe", "ToPipe": "pipe", "ToVideo": "video_sink", "Video": "video"}
@@ -33,6 +33,6 @@ class _Callable(ModuleType):
 sys.modules[__name__].__class__ = _Callable
 
 __all__ = [
-    "Arrays", "Frame", "Outcome", "Pattern", "Pictures", "Pipe", "Raw", "Sink", "Source", "Still", "Summary",
+    "Arrays", "Frame", "Numbers", "Outcome", "Pattern", "Pictures", "Pipe", "Raw", "Sink", "Source", "Still", "Summary",
     "ToArrays", "ToPictures", "ToPipe", "ToVideo", "Video", "frames",
 ]  # fmt: skip

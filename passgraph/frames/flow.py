@@ -88,7 +88,8 @@ class Run:
         if item.skipped:
             return {}
         inputs = self.program.inputs
-        return {name: given(frame.read(), inputs[name], self.linear) for name, frame in item.frames.items()}
+        # frames of Numbers are of no input
+        return {n: given(frame.read(), inputs[n], self.linear) for n, frame in item.frames.items() if n in inputs}
 
     def _computed(self, loading: Ahead[_Loading]) -> Iterator[_Storing]:
         for item, future in loading:
@@ -129,7 +130,7 @@ class Run:
         return {FRAME_INDEX.name: number - self.first, **values}
 
     def _check_sizes(self, item: _Loading, sizes: dict[str, tuple[int, int]]) -> None:
-        first = next(iter(sizes))
+        first = next(iter(sizes), "")
         for name, size in sizes.items():
             before = self.sizes.setdefault(name, size) if self.program.has_history else size
             if before != size:

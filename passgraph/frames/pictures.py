@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from passgraph import arguments
 from passgraph.errors import InputError
 from passgraph.frames.frame import Frame, Sink, Source, Stored
 from passgraph.frames.names import Pattern
@@ -17,6 +18,8 @@ from passgraph.pictures import load_stored, save, type_of_suffix
 
 #: Formats that hold float32; the others hold 8 bits.
 _FLOAT_SUFFIXES = (".exr", ".npy")
+#: Most frames without pictures.
+MOST_NUMBERS = 1 << 31
 
 
 class Pictures:
@@ -145,6 +148,27 @@ class Arrays:
     def __iter__(self) -> Iterator[Frame]:
         for number, picture in enumerate(self.pictures, 1):
             yield Frame.of(number, f"array {number}", picture)
+
+
+class Numbers:
+    """Frames that bring no pictures, counted from 1, for programs that take none: what changes are their values.
+
+    >>> [frame.number for frame in Numbers(3)]
+    [1, 2, 3]
+    """
+
+    name = "frames"
+
+    def __init__(self, count: int) -> None:
+        self.count = arguments.whole(count, "frames: count", 1, MOST_NUMBERS, InputError)
+
+    def __iter__(self) -> Iterator[Frame]:
+        for number in range(1, self.count + 1):
+            yield Frame(number, f"frame {number}", _nothing)
+
+
+def _nothing() -> Stored:
+    raise InputError("frames: a program that takes pictures got a source without any; give one such as Pictures([...])")
 
 
 class ToArrays(Sink):

@@ -10,6 +10,7 @@ from passgraph import arguments
 from passgraph.errors import GraphError, InputError
 from passgraph.frames.flow import Run, Values, Watch
 from passgraph.frames.frame import Sink, Source, Summary
+from passgraph.frames.pictures import Numbers
 from passgraph.run.program import Program
 
 if TYPE_CHECKING:
@@ -46,6 +47,7 @@ def frames(
     program : what `passgraph.compile` returned; it stays open
     source : where the frames of its one input come from, or ``{name: source}`` for several, which go in step.  A path
         is a picture, a folder of pictures, a numbered sequence (``shot.%04d.exr``, ``shot.####.exr``) or a video.
+        `Numbers` counts the frames of a program that takes no pictures.
     sink : where results go; a path is a numbered sequence, a folder, or a video
     values : what else a run is given by name: constants, or a function from the frame's number to them
     output : the target that is stored; left out, the program's first
@@ -121,6 +123,11 @@ def _by_name(program: Program, source: Feed | Mapping[str, Feed], values: Values
         if not source:
             raise GraphError("frames needs a source; give one, or {'frame': source}")
         return {name: _opened(one) for name, one in source.items()}
+    if isinstance(source, Numbers):
+        wanted = [name for name, spec in program.inputs.items() if spec.default is None]
+        if wanted:
+            raise GraphError(f"the program takes pictures ({', '.join(wanted)}), and Numbers brings none")
+        return {"": source}
     constant = values if isinstance(values, Mapping) else {}
     fed = [name for name, spec in program.inputs.items() if spec.default is None and name not in constant]
     if len(fed) != 1:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import atan, pi, tan
+from dataclasses import dataclass, replace
+from math import atan, atan2, hypot, pi, tan
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from passgraph.arguments import shown
 from passgraph.errors import InputError
+from passgraph.scene.framing import FRAME_MARGIN, Aim, aim_of, depths, eye_for
 from passgraph.scene.hardware_depth import HardwareDepth, far_plane
 from passgraph.scene.matrices import (
     Float64,
@@ -24,7 +25,7 @@ from passgraph.scene.matrices import (
     orthographic,
     perspective,
     rigid,
-    sphere_of,
+    rotation_y,
     translation,
     unit,
     vec3,
@@ -33,10 +34,12 @@ from passgraph.scene.projection import Projection
 
 # From the target to the camera: a three-quarter view from about 25 degrees above.
 DEFAULT_DIRECTION: Vec3 = (0.55, 0.5, 0.85)
+DEFAULT_AZIMUTH_RAD = atan2(DEFAULT_DIRECTION[0], DEFAULT_DIRECTION[2])
+DEFAULT_ELEVATION_RAD = atan2(DEFAULT_DIRECTION[1], hypot(DEFAULT_DIRECTION[0], DEFAULT_DIRECTION[2]))
+# Beyond it the middle of a picture is a point.
+WIDEST_FOV_RAD = 0.999 * pi
 # 40 degrees: close to a 50 mm lens on 35 mm film in height, little distortion of single objects.
 DEFAULT_FOV_RAD = 40.0 * pi / 180.0
-# Free room round a framed object, as a fraction of its extent in the picture.
-FRAME_MARGIN = 0.08
 
 
 class Window(NamedTuple):
@@ -82,7 +85,7 @@ class Camera:
         for field in ("eye", "target", "up"):
             object.__setattr__(self, field, vec3(getattr(self, field), f"camera: {field}"))
         object.__setattr__(self, "near", number(self.near, "camera: near", 0.0, np.inf, open_low=True))
-        fov = number(self.vertical_fov_rad, "camera: vertical_fov_rad", 0.0, pi * 0.999, open_low=True)
+        fov = number(self.vertical_fov_rad, "camera: vertical_fov_rad", 0.0, WIDEST_FOV_RAD, open_low=True)
         object.__setattr__(self, "vertical_fov_rad", fov)
         for field in ("orthographic_height", "aspect"):
             if getattr(self, field) is not None:
@@ -219,25 +222,112 @@ class Camera:
         True
         """
         box = bounds_of(bounds, "camera: bounds")
-        centre, radius = sphere_of(box)
         back = vec3(DEFAULT_DIRECTION if direction is None else direction, "camera: direction")
         if not any(back):
             raise InputError("camera: direction: expected a vector that is not zero, got (0, 0, 0)")
         up = (0.0, 0.0, -1.0) if are_parallel(back, (0.0, 1.0, 0.0)) else (0.0, 1.0, 0.0)
-        away = unit(back)
-        fov = number(vertical_fov_rad, "camera: vertical_fov_rad", 0.0, pi * 0.999, open_low=True)
-        ratio = number(aspect, "camera: aspect", 0.0, np.inf, open_low=True)
+        reach = None if depth_bounds is None else bounds_of(depth_bounds, "camera: depth_bounds")
+        x, y, z = unit(back).tolist()
+        return cls._filled(corners_of(box), Aim((x, y, z), up), aspect, vertical_fov_rad, reach)
+
+    @classmethod
+    def orbit(
+        cls,
+        points: ArrayLike,
+        azimuth_rad: float = DEFAULT_AZIMUTH_RAD,
+        elevation_rad: float = DEFAULT_ELEVATION_RAD,
+        *,
+        distance: float | None = None,
+        aspect: float = 16.0 / 9.0,
+        vertical_fov_rad: float = DEFAULT_FOV_RAD,
+        depth_bounds: ArrayLike | None = None,
+    ) -> Camera:
+        """A camera that looks at points from a direction, and is filled by them.
+
+        Parameters
+        ----------
+        points : (n, 3) world points, such as `passgraph.Scene.points` gives
+        azimuth_rad : 0 looks from +z, the front of a glTF model; grows toward +x, counter-clockwise seen from above
+        elevation_rad : in [-pi/2, pi/2], over (or under) the horizon
+        distance : from the eye to the middle of the points' box, scene units; left out, the nearest from which all
+            points are in the picture, with a margin of `passgraph.scene.framing.FRAME_MARGIN` to the nearest edges
+        aspect : width / height of the picture
+        vertical_fov_rad : full vertical angle
+        depth_bounds : (2, 3) larger box that near and far must hold too, such as a floor
+
+        Raises
+        ------
+        InputError
+            No points, or a number out of its range.
+
+        >>> camera = Camera.orbit([[-1, 0, 0], [1, 0, 0]], 0.0, 0.0, aspect=1.0, vertical_fov_rad=pi / 2)
+        >>> [round(x, 9) for x in camera.eye]
+        [0.0, 0.0, 1.08]
+        """
+        table = floats(points, "camera: points", "an array of shape (n, 3) of numbers")
+        if table.ndim != 2 or table.shape[1:] != (3,) or not len(table) or not np.isfinite(table).all():
+            raise InputError(f"camera: points: expected shape (n, 3), n at least 1, finite, got {shown(points)}")
+        aim = aim_of(
+            number(azimuth_rad, "camera: azimuth_rad", -np.inf, np.inf),
+            number(elevation_rad, "camera: elevation_rad", -pi / 2, pi / 2),
+        )
+        reach = None if depth_bounds is None else bounds_of(depth_bounds, "camera: depth_bounds")
+        if distance is not None:
+            distance = number(distance, "camera: distance", 0.0, np.inf, open_low=True)
+        return cls._filled(table, aim, aspect, vertical_fov_rad, reach, distance)
+
+    @classmethod
+    def _filled(
+        cls,
+        points: Float64,
+        aim: Aim,
+        aspect: float,
+        vertical_fov_rad: float,
+        reach: Float64 | None,
+        distance: float | None = None,
+    ) -> Camera:
+        fov = number(vertical_fov_rad, "camera: vertical_fov_rad", 0.0, WIDEST_FOV_RAD, open_low=True)
         half = tan(0.5 * fov) / (1.0 + FRAME_MARGIN)
-        rotation = look_rotation(-away, up)[:3, :3]
-        local = (corners_of(box) - centre) @ rotation.T
-        # a corner at z towards the eye is inside when |y| <= half * (distance - z)
-        needed = np.maximum(np.abs(local[:, 1]), np.abs(local[:, 0]) / ratio) / half + local[:, 2]
-        distance = max(float(needed.max()), 1.1 * float(local[:, 2].max()), 2.0 * radius)
-        eye = centre + distance * away
-        reach = corners_of(box if depth_bounds is None else bounds_of(depth_bounds, "camera: depth_bounds"))
-        depth = (reach - eye) @ -away
-        far = max(float(depth.max()), distance + radius) * 1.05
-        # what lies behind or very near the eye must not drag near to zero: depth precision goes with near/far
-        near = max(min(float(depth.min()), distance - radius) * 0.95, far * 2e-3)
-        near = min(near, 0.95 * float((distance - local[:, 2]).min()))
-        return cls(tuple(eye.tolist()), tuple(centre.tolist()), up, fov, near, far)
+        ratio = number(aspect, "camera: aspect", 0.0, np.inf, open_low=True)
+        away = np.array(aim.back)
+        middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
+        eye = eye_for(points, aim, (half * ratio, half)) if distance is None else middle + distance * away
+        if not np.isfinite(eye).all():
+            raise InputError(f"camera: an angle of {fov:g} rad needs a distance beyond all numbers; give a wider one")
+        if distance is not None and np.array_equal(eye, middle):
+            raise InputError(f"camera: distance: {distance:g} is lost beside coordinates of {np.abs(middle).max():g}")
+        target = eye - away * (float((eye - middle) @ away) if distance is None else distance)
+        others = points if reach is None else corners_of(reach)
+        return cls(tuple(eye.tolist()), tuple(target.tolist()), aim.up, fov, *depths(eye, -away, points, others))
+
+    def turned(self, centre: ArrayLike, angle_rad: float) -> Camera:
+        """The camera carried about the vertical through ``centre``, counter-clockwise seen from above.
+
+        >>> Camera((0, 1, 5), (0, 0, 0)).turned((0, 0, 0), pi / 2).eye[:2]
+        (5.0, 1.0)
+        """
+        middle = np.array(vec3(centre, "camera: centre"))
+        turn = rotation_y(number(angle_rad, "camera: angle_rad", -np.inf, np.inf))[:3, :3]
+        eye, target = (tuple((middle + turn @ (np.array(p) - middle)).tolist()) for p in (self.eye, self.target))
+        return replace(self, eye=eye, target=target, up=tuple((turn @ np.array(self.up)).tolist()))
+
+    def zoomed(self, factor: float) -> Camera:
+        """The same view through a lens that shows things ``factor`` times as large.
+
+        >>> round(Camera((0, 0, 5), (0, 0, 0), vertical_fov_rad=pi / 2).zoomed(2.0).window(1.0).half[1], 9)
+        0.5
+        """
+        times = number(factor, "camera: zoom", 0.0, np.inf, open_low=True)
+        if self.orthographic_height is not None:
+            return replace(self, orthographic_height=self.orthographic_height / times)
+        fov = 2.0 * atan(tan(0.5 * self.vertical_fov_rad) / times)
+        if not 0.0 < fov <= WIDEST_FOV_RAD:
+            raise InputError(f"camera: zoom: {times:g} makes an angle of view of {fov:g} rad; expected one nearer to 1")
+        return replace(self, vertical_fov_rad=fov)
+
+
+class NamedCamera(NamedTuple):
+    """One of the views that come with a scene."""
+
+    name: str
+    camera: Camera

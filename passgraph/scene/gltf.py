@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from passgraph.errors import InputError
-from passgraph.scene.camera import DEFAULT_FOV_RAD, Camera
-from passgraph.scene.light import Light
+from passgraph.scene.camera import DEFAULT_FOV_RAD, Camera, NamedCamera
+from passgraph.scene.light import Light, exposed
 from passgraph.scene.matrices import Float64
 from passgraph.scene.projection import STEP_BACK
 
@@ -125,7 +125,9 @@ def _orphans(nodes: list[dict[str, Any]]) -> list[int]:
 
 
 def walk_nodes(header: dict[str, Any], file: Path) -> list[tuple[dict[str, Any], Float64]]:
-    """Nodes of the default scene with world matrices; a node has one parent, so a repeat is an error.
+    """Nodes of the default scene with world matrices, in the file's order, each before what is below it.
+
+    A node has one parent, so a repeat is an error.
 
     A file without scenes shows all its nodes.
     """
@@ -135,7 +137,7 @@ def walk_nodes(header: dict[str, Any], file: Path) -> list[tuple[dict[str, Any],
     seen: set[int] = set()
     try:
         roots = scenes[header.get("scene", 0)].get("nodes", []) if scenes else _orphans(nodes)
-        stack = [(index, np.eye(4)) for index in roots]
+        stack = [(index, np.eye(4)) for index in reversed(roots)]
         while stack:
             index, parent = stack.pop()
             if index in seen:
@@ -143,18 +145,18 @@ def walk_nodes(header: dict[str, Any], file: Path) -> list[tuple[dict[str, Any],
             seen.add(index)
             world = parent @ local_matrix(nodes[index])
             found.append((nodes[index], world))
-            stack += [(child, world) for child in nodes[index].get("children", [])]
+            stack += [(child, world) for child in reversed(nodes[index].get("children", []))]
     except (IndexError, KeyError, TypeError, ValueError, AttributeError) as error:
         raise InputError(f"{file}: its tree of nodes is broken ({error})") from None
     return found
 
 
-def cameras_of(header: dict[str, Any], file: Path, bounds: Float64) -> list[Camera]:
-    """The cameras of the file, in the order of its nodes.
+def cameras_of(header: dict[str, Any], file: Path, bounds: Float64, turn: Float64) -> list[NamedCamera]:
+    """The cameras of the file, in the order of its nodes; ``turn`` is (4, 4), the file's axes to the scene's.
 
     The target is put at the depth of the middle of ``bounds``, (2, 3); a missing far plane comes from them.
     """
-    result = []
+    result = list[NamedCamera]()
     for node, world in walk_nodes(header, file):
         if "camera" not in node:
             continue
@@ -163,6 +165,7 @@ def cameras_of(header: dict[str, Any], file: Path, bounds: Float64) -> list[Came
         lens = data.get(kind)
         if kind not in ("perspective", "orthographic") or not isinstance(lens, dict):
             continue
+        world = turn @ world
         eye = world[:3, 3]
         forward, up = -world[:3, 2], world[:3, 1]
         forward = forward / np.linalg.norm(forward)
@@ -176,11 +179,12 @@ def cameras_of(header: dict[str, Any], file: Path, bounds: Float64) -> list[Came
             eye, depth, near, far = eye - back * forward, depth + back, near + back, far + back
         target = eye + forward * (depth if depth > 0.0 else max(reach, 1.0))
         fov = DEFAULT_FOV_RAD if height is not None else lens["yfov"]
-        result.append(Camera(tuple(eye.tolist()), tuple(target.tolist()), tuple(up.tolist()), fov, near, far, height))
+        made = Camera(tuple(eye.tolist()), tuple(target.tolist()), tuple(up.tolist()), fov, near, far, height)
+        result.append(NamedCamera(str(node.get("name", data.get("name", f"camera {len(result) + 1}"))), made))
     return result
 
 
-def lights_of(header: dict[str, Any], file: Path, bounds: Float64) -> list[Light]:
+def lights_of(header: dict[str, Any], file: Path, bounds: Float64, turn: Float64) -> list[Light]:
     """The lights of KHR_lights_punctual.
 
     The format has no size of a light: a directional one gets the default tangent 0.02, the others 1/50 of the
@@ -188,35 +192,26 @@ def lights_of(header: dict[str, Any], file: Path, bounds: Float64) -> list[Light
     scaled by one factor, so that all lights together show a white surface in the middle of the scene as 1.
     """
     table = header.get("extensions", {}).get("KHR_lights_punctual", {})
-    middle = bounds.mean(axis=0)
     radius = float(np.linalg.norm(bounds[1] - bounds[0])) / 50.0
-    lights: list[tuple[Light, float]] = []
+    lights: list[Light] = []
     for node, world in walk_nodes(header, file):
         reference = node.get("extensions", {}).get("KHR_lights_punctual", {}).get("light")
         if reference is None:
             continue
         data = _entry(table, "lights", reference, file)
         color, strength = data.get("color", (1.0, 1.0, 1.0)), float(data.get("intensity", 1.0))
+        world = turn @ world
         name, place = str(data.get("name", node.get("name", "light"))), world[:3, 3]
-        distance = max(float(np.linalg.norm(middle - place)), radius, 1e-9)
         if data.get("type") == "directional":
-            lights.append((Light.directional(-world[:3, 2], color, strength, name=name), 1.0))
+            lights.append(Light.directional(-world[:3, 2], color, strength, name=name))
         elif data.get("type") == "spot":
             cone = data.get("spot", {})
             outer = float(cone.get("outerConeAngle", pi / 4))
             inner = float(cone.get("innerConeAngle", 0.0))
-            made = Light.spot(place, -world[:3, 2], color, strength, radius, inner, outer, name)
-            lights.append((made, distance**-2))
+            lights.append(Light.spot(place, -world[:3, 2], color, strength, radius, inner, outer, name))
         else:
-            lights.append((Light.point(place, color, strength, radius, name), distance**-2))
-    total = sum(light.intensity * reach for light, reach in lights)
-    return [_scaled(light, 1.0 / total if total > 0.0 else 1.0) for light, _ in lights]
-
-
-def _scaled(light: Light, factor: float) -> Light:
-    from dataclasses import replace
-
-    return replace(light, intensity=light.intensity * factor)
+            lights.append(Light.point(place, color, strength, radius, name))
+    return exposed(lights, bounds)
 
 
 def _entry(table: dict[str, Any], key: str, index: Any, file: Path) -> dict[str, Any]:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import inf, pi
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import asin, atan2, inf, pi
 from typing import Literal
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from passgraph.arguments import among, shown, string
 from passgraph.errors import InputError
 from passgraph.scene import light_frusta
+from passgraph.scene.framing import aim_of
 from passgraph.scene.matrices import Float64, Vec3, bounds_of, number, unit, vec3
 
 LightKind = Literal["directional", "point", "spot"]
@@ -123,6 +126,43 @@ class Light:
         inner = outer * 2.0 / 3.0 if cone_inner_rad is None else cone_inner_rad
         return cls("spot", place, along, tint, intensity, radius, inner, outer, name)
 
+    def reaching(self, place: ArrayLike) -> float:
+        """How bright a white surface at ``place`` shows that faces the light, whatever its colour and cone.
+
+        >>> Light.point((0, 2, 0), intensity=8.0).reaching((0, 0, 0))
+        2.0
+        """
+        if self.kind == "directional":
+            return self.intensity
+        away = float(np.linalg.norm(np.subtract(vec3(place, f"light {self.name!r}: place"), self.position)))
+        return self.intensity / max(away, 1e-9) ** 2
+
+    def around(self, centre: ArrayLike, azimuth_rad: float | None = None, elevation_rad: float | None = None) -> Light:
+        """The light from another direction, seen from ``centre``; angles that are left out stay.
+
+        Point and spot lights keep their distance from the centre, and spots look at it.  Angles are those of
+        `Camera.orbit`: azimuth 0 is light from the front, elevation pi/2 light from above.
+
+        >>> light = Light.directional((0, -1, 0)).around((0, 0, 0), 0.0, 0.0)
+        >>> light.direction[2]
+        -1.0
+        """
+        where, middle = f"light {self.name!r}", np.array(vec3(centre, f"light {self.name!r}: centre"))
+        offset = -np.array(self.direction) if self.kind == "directional" else np.subtract(self.position, middle)
+        distance = float(np.linalg.norm(offset))
+        if distance == 0.0:
+            raise InputError(f"{where}: lies in the centre {middle.tolist()} that it is to be turned about; move it")
+        x, y, z = (offset / distance).tolist()
+        azimuth = atan2(x, z) if azimuth_rad is None else number(azimuth_rad, f"{where}: azimuth_rad", -inf, inf)
+        elevation = asin(max(-1.0, min(1.0, y)))
+        if elevation_rad is not None:
+            elevation = number(elevation_rad, f"{where}: elevation_rad", -pi / 2, pi / 2)
+        toward = np.array(aim_of(azimuth, elevation).back)
+        if self.kind == "directional":
+            return replace(self, direction=_three(-toward))
+        aimed = self if self.kind == "point" else replace(self, direction=_three(-toward))
+        return replace(aimed, position=_three(middle + distance * toward))
+
     def frustum(self, bounds: ArrayLike) -> tuple[Float64, Float64]:
         """View and projection matrix of one shadow map that holds a world box.
 
@@ -185,3 +225,23 @@ class Light:
     def cube_projection(self, bounds: ArrayLike) -> Float64:
         """The 90 degree projection of every face of `cube_views`, near and far from the box."""
         return light_frusta.cube_projection(self.position, bounds_of(bounds, f"light {self.name!r}: bounds"))
+
+
+def _three(vector: Float64) -> Vec3:
+    x, y, z = vector.tolist()
+    return x, y, z
+
+
+def exposed(lights: Sequence[Light], bounds: Float64) -> list[Light]:
+    """Lights scaled by one factor, so that together they show a white surface amid ``bounds``, (2, 3), as 1.
+
+    A lamp within a fiftieth of the diagonal counts as that far away.
+    """
+    middle = bounds.mean(axis=0)
+    nearest = max(float(np.linalg.norm(bounds[1] - bounds[0])) / 50.0, 1e-9)
+    total = sum(min(light.reaching(middle), _at(light, nearest)) for light in lights)
+    return [replace(light, intensity=light.intensity / (total if total > 0.0 else 1.0)) for light in lights]
+
+
+def _at(light: Light, distance: float) -> float:
+    return light.intensity if light.kind == "directional" else light.intensity / distance**2

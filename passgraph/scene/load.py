@@ -16,7 +16,6 @@ from passgraph.errors import InputError
 from passgraph.scene import gltf
 from passgraph.scene.camera import Camera
 from passgraph.scene.files import MAX_FILE_BYTES, FolderReader, as_utf8, checked_path, read_model
-from passgraph.scene.floor import floor_node
 from passgraph.scene.gltf_data import GltfData
 from passgraph.scene.gltf_nodes import nodes_of
 from passgraph.scene.light import Light
@@ -38,7 +37,7 @@ def load_scene(
     path: str | PathLike[str],
     *,
     ground: bool | None = None,
-    up: Literal["y", "z"] = "y",
+    up: Literal["y", "z"] | None = None,
     max_bytes: int = MAX_FILE_BYTES,
 ) -> Scene:
     """Read a .glb, .gltf, .obj, .off, .ply or .stl file.
@@ -47,9 +46,10 @@ def load_scene(
     ----------
     make : the class of scenes, which comes before this file
     path : the file; textures and material files are looked for in its folder and below, nowhere else
-    ground : True adds a tiled floor below the model, False does not, None adds one to a file of a single node
-        that has no light of its own, because such a model has nothing that receives its shadow
-    up : the axis of the file that points up
+    ground : True adds a floor below the model, False does not, None adds one to a model that has nothing under it
+        to receive its shadow (`passgraph.scene.ground.has_floor`)
+    up : the axis of the file that points up; None is what its kind usually has: z in STL, which CAD and printers
+        write, y in the others
     max_bytes : a larger file is refused
 
     Returns
@@ -69,14 +69,14 @@ def load_scene(
     Colours of vertices are taken as linear in glTF, as its specification says, and as sRGB elsewhere. Surfaces are
     matt: of metal, roughness and gloss nothing is read, nor are animations, of which the pose at rest is shown.
     """
-    if not among(up, ("y", "z")):
+    if up is not None and not among(up, ("y", "z")):
         raise InputError(f"{shown(path)}: up: expected 'y' or 'z', got {shown(up)}")
     if ground is not None:
         flag(ground, f"{shown(path)}: ground", InputError)
     file = checked_path(path, max_bytes)
     try:
         with np.errstate(all="ignore"):  # values too large become infinite and are refused as such
-            return _load(make, file, ground, up)
+            return _load(make, file, ground, up or usual_up(file))
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
         # a stranger's JSON may hold any type anywhere; what no check below names ends here
         raise InputError(f"{file}: a value in it has the wrong type or range ({error})") from error
@@ -96,30 +96,19 @@ def _load(make: type[Scene], file: Path, ground: bool | None, up: Literal["y", "
     lines += [f"{name}: not found beside {file.name}; left out" for name in folder.missing]
     lines += [f"{sentence}; left out" for sentence in folder.refused]
     scene = _framed(make, nodes, file, notes.lines() + lines)
-    scene = _with_own_view(scene, header, file) if is_gltf and up == "y" else scene
-    has_own_light = bool(header.get("extensions", {}).get("KHR_lights_punctual"))
-    if ground or (ground is None and len(nodes) == 1 and not has_own_light):
-        scene = with_floor(scene)
+    scene = _with_own_view(scene, header, file, turn) if is_gltf else scene
+    if ground or (ground is None and not scene.has_floor()):
+        scene = scene.with_ground()
     return scene
 
 
-def with_floor(scene: Scene) -> Scene:
-    """The scene with a tiled floor that touches the lowest point of its bounds.
+def usual_up(file: Path) -> Literal["y", "z"]:
+    """The axis that points up in files of this kind.
 
-    The camera's far plane is moved to hold the floor in front of it.
-
-    >>> from passgraph.scene import Mesh, Scene
-    >>> node = Node(Mesh.make([[0, 0, 0], [1, 0, 0], [0, 1, 0]], [[0, 1, 2]]))
-    >>> bare = Scene((node,), Camera.framing(node.bounds))
-    >>> [node.name for node in with_floor(bare).nodes]
-    ['node', 'floor']
+    >>> usual_up(Path("part.STL"))
+    'z'
     """
-    grown = scene.with_(nodes=(*scene.nodes, floor_node(scene.bounds())))
-    camera = scene.camera
-    reach = float(np.linalg.norm(np.abs(grown.bounds() - np.array(camera.eye)).max(axis=0)))
-    if camera.far < reach:
-        grown = grown.with_(camera=replace(camera, far=reach))
-    return grown
+    return "z" if file.suffix.lower() == ".stl" else "y"
 
 
 def default_light() -> Light:
@@ -182,15 +171,17 @@ def _framed(make: type[Scene], nodes: list[Node], file: Path, notes: list[str]) 
     bounds = np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
     if not np.isfinite(bounds).all() or sphere_of(bounds)[1] > 1e15:
         raise InputError(f"{file}: its extent {bounds.tolist()} is beyond what float32 can draw; scale it down")
-    return make(tuple(nodes), Camera.framing(bounds), (default_light(),), file.name, tuple(notes))
+    made = make(tuple(nodes), Camera.framing(bounds), (default_light(),), file.name, tuple(notes))
+    return made.seen_from()
 
 
-def _with_own_view(scene: Scene, header: dict[str, Any], file: Path) -> Scene:
+def _with_own_view(scene: Scene, header: dict[str, Any], file: Path, turn: Float64) -> Scene:
     try:
-        cameras = gltf.cameras_of(header, file, scene.bounds())
-        lights = gltf.lights_of(header, file, scene.bounds())
+        cameras = gltf.cameras_of(header, file, scene.bounds(), turn)
+        lights = gltf.lights_of(header, file, scene.bounds(), turn)
     except InputError as error:
         raise InputError(f"{file}: {error}") from None
     except (LookupError, TypeError, ValueError, AttributeError) as error:
         raise InputError(f"{file}: its cameras or lights are broken ({error})") from None
-    return scene.with_(camera=cameras[0] if cameras else None, lights=lights or None)
+    seen = scene.with_(camera=cameras[0].camera if cameras else None, lights=lights or None)
+    return replace(seen, cameras=tuple(cameras))

@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from math import pi
 from os import PathLike
 from typing import Literal, cast
 
@@ -13,10 +14,15 @@ import numpy as np
 
 from passgraph import arguments
 from passgraph.errors import InputError
-from passgraph.scene.camera import Camera
+from passgraph.scene.camera import DEFAULT_AZIMUTH_RAD, DEFAULT_ELEVATION_RAD, DEFAULT_FOV_RAD, Camera, NamedCamera
+from passgraph.scene.framing import ways_round
+from passgraph.scene.ground import floors_of, has_floor, seeing_ground, with_ground
 from passgraph.scene.light import Light
-from passgraph.scene.matrices import Float64
+from passgraph.scene.matrices import Float64, transform_points
 from passgraph.scene.node import Node
+
+#: Most views of a turntable: an hour of 60 frames a second.
+MOST_VIEWS = 216_000
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +36,7 @@ class Scene:
     lights : any number
     name : used in messages
     warnings : what a file asked for and did not get, one line each (missing textures, skipped parts)
+    cameras : the views that come with it, by name, ``camera`` among them or not
 
     >>> scene = Scene.shipped()
     >>> scene.triangle_count > 1000, len(scene.lights)
@@ -41,11 +48,13 @@ class Scene:
     lights: tuple[Light, ...] = ()
     name: str = "scene"
     warnings: tuple[str, ...] = ()
+    cameras: tuple[NamedCamera, ...] = ()
 
     def __post_init__(self) -> None:
         where = f"scene {arguments.string(self.name, 'the name of a scene')!r}"
         for field, class_, expected in (
-            ("nodes", Node, "pg.Node"), ("lights", Light, "pg.Light"), ("warnings", str, "lines of text")
+            ("nodes", Node, "pg.Node"), ("lights", Light, "pg.Light"), ("warnings", str, "lines of text"),
+            ("cameras", NamedCamera, "a NamedCamera"),
         ):  # fmt: skip
             given = arguments.several(getattr(self, field), class_, f"{where}: {field}", expected, InputError)
             object.__setattr__(self, field, given)
@@ -61,6 +70,71 @@ class Scene:
     def bounds(self) -> Float64:
         """The world box round all nodes, (2, 3) float64: minimum, maximum."""
         return self._bounds.copy()
+
+    def points(self) -> Float64:
+        """All vertices in the world, (n, 3) float64, but those of floors where something stands on them."""
+        floors = floors_of(self)
+        standing = [node for node in self.nodes if node not in floors] or self.nodes
+        return np.concatenate([transform_points(node.transform, node.mesh.positions) for node in standing])
+
+    def seen_from(
+        self,
+        azimuth_rad: float = DEFAULT_AZIMUTH_RAD,
+        elevation_rad: float = DEFAULT_ELEVATION_RAD,
+        *,
+        distance: float | None = None,
+        aspect: float = 16.0 / 9.0,
+        vertical_fov_rad: float = DEFAULT_FOV_RAD,
+    ) -> Scene:
+        """The scene with a camera that what stands in it fills; parameters as for `Camera.orbit`.
+
+        >>> bare = Scene(Scene.shipped().nodes[1:2], Scene.shipped().camera)
+        >>> bare.seen_from(0.0, 0.0).camera.forward.round(3).tolist()
+        [0.0, 0.0, -1.0]
+        """
+        points = self.points()
+        camera = Camera.orbit(
+            points, azimuth_rad, elevation_rad, distance=distance, aspect=aspect, vertical_fov_rad=vertical_fov_rad
+        )
+        return self.with_(camera=_holding(camera, floors_of(self)))
+
+    def turntable(
+        self,
+        count: int,
+        azimuth_rad: float = DEFAULT_AZIMUTH_RAD,
+        elevation_rad: float = DEFAULT_ELEVATION_RAD,
+        *,
+        distance: float | None = None,
+        aspect: float = 16.0 / 9.0,
+        vertical_fov_rad: float = DEFAULT_FOV_RAD,
+    ) -> list[Camera]:
+        """Cameras in even steps round what stands in the scene, all as far from it: the last comes before the first.
+
+        Parameters
+        ----------
+        count : 1 or more
+        azimuth_rad : of the first; others as for `Camera.orbit`
+
+        >>> views = Scene.shipped().turntable(4, 0.0, 0.3)
+        >>> [round(camera.eye[1] - views[0].eye[1], 6) for camera in views]
+        [0.0, 0.0, 0.0, 0.0]
+        """
+        arguments.whole(count, "turntable: count", 1, MOST_VIEWS, InputError)
+        points, floors = self.points(), floors_of(self)
+        middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
+        swept = ways_round(points, middle)
+        first = Camera.orbit(
+            swept, azimuth_rad, elevation_rad, distance=distance, aspect=aspect, vertical_fov_rad=vertical_fov_rad
+        )
+        return [_holding(first.turned(middle, 2.0 * pi * step / count), floors) for step in range(count)]
+
+    def has_floor(self) -> bool:
+        """Whether something under the scene shows its shadows; see `passgraph.scene.ground.has_floor`."""
+        return has_floor(self)
+
+    def with_ground(self) -> Scene:
+        """The scene on a plain floor that reaches to the horizon; see `passgraph.scene.ground.with_ground`."""
+        return with_ground(self)
 
     @property
     def triangle_count(self) -> int:
@@ -87,7 +161,9 @@ class Scene:
         )
 
     @classmethod
-    def load(cls, path: str | PathLike[str], *, ground: bool | None = None, up: Literal["y", "z"] = "y") -> Scene:
+    def load(
+        cls, path: str | PathLike[str], *, ground: bool | None = None, up: Literal["y", "z"] | None = None
+    ) -> Scene:
         """Load a model or scene file; see `passgraph.scene.load.load_scene`."""
         from passgraph.scene.load import load_scene
 
@@ -99,3 +175,10 @@ class Scene:
         from passgraph.scene.shipped import shipped_scene
 
         return shipped_scene(cls)  # type: ignore[arg-type]  # a class can be hashed, which mypy asks of its objects
+
+
+def _holding(camera: Camera, floors: Sequence[Node]) -> Camera:
+    """The camera with near and far planes that hold the floors too."""
+    for floor in floors:
+        camera = seeing_ground(camera, floor.bounds)
+    return camera

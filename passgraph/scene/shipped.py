@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from passgraph.scene.camera import Camera
+from passgraph.scene.camera import Camera, NamedCamera
 from passgraph.scene.floor import floor_node
 from passgraph.scene.light import Light
 from passgraph.scene.material import Material
@@ -50,7 +50,7 @@ def shipped_scene(make: type[Scene], segments: int = 16) -> Scene:
     )
     camera = Camera((3.2, 6.6, 10.6), (0.2, 0.75, 0.1), vertical_fov_rad=0.57, near=1.0, far=60.0)
     light = Light.directional((0.78, -1.0, 0.0), (1.0, 0.95, 0.87), 0.9, radius=0.06, name="key light")
-    return make(nodes, camera, (light,), "shipped scene")
+    return make(nodes, camera, (light,), "shipped scene", cameras=(NamedCamera("three-quarter", camera),))
 
 
 def box(size: float) -> Mesh:

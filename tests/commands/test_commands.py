@@ -395,7 +395,7 @@ def test_a_truncated_picture(capsys: pytest.CaptureFixture[str]) -> None:
 def test_an_unwritable_output_is_refused_before_the_work(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("passgraph.commands.render.scene_job", lambda *_: pytest.fail("work began"))
+    monkeypatch.setattr("passgraph.commands.render.seen_by", lambda *_: pytest.fail("work began"))
     for output in ("nowhere/out.png", "out.bmp", "folder.png"):
         Path("folder.png").mkdir(exist_ok=True)
         refused(capsys, "render", "-o", output)
