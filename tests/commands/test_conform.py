@@ -68,7 +68,7 @@ def bright(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_backend_conforms(capsys: pytest.CaptureFixture[str]) -> None:
     out = well(capsys, "conform", "--backend", "numpy", "--group", "sequences")
     assert "sequences" in out
-    assert out.endswith("numpy: 11 passed\n")
+    assert out.endswith("numpy: 14 passed\n")
 
 
 def test_reports_are_written(capsys: pytest.CaptureFixture[str]) -> None:
@@ -83,8 +83,8 @@ def test_one_that_does_not_is_shown(capsys: pytest.CaptureFixture[str]) -> None:
     status, out, err = outcome(capsys, "conform", "-b", "gl", "-g", "sequences", "--report", "r.html")
     assert (status, err) == (1, "")
     assert "sequences/last frame's picture on bright: diverged: frame 0, pass " in out
-    assert "gl: 11 diverged" in out
-    assert Path("r.html").read_text().count("data:image/png") == 33
+    assert "gl: 14 diverged" in out
+    assert Path("r.html").read_text().count("data:image/png") == 42
 
 
 @pytest.mark.parametrize(

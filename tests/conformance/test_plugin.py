@@ -49,7 +49,7 @@ def run(project: pytest.Pytester, *arguments: str) -> pytest.RunResult:
 
 def test_every_case_is_a_test(project: pytest.Pytester) -> None:
     result = run(project, "--passgraph-backend", "plain", "--passgraph-group", "sequences", "-v")
-    result.assert_outcomes(passed=12)
+    result.assert_outcomes(passed=15)
     result.stdout.fnmatch_lines(["*passgraph::conformance[[]sequences/a running sum in rgba32f[]] PASSED*"])
 
 
