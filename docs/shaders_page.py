@@ -39,7 +39,7 @@ BEGIN, END = "<!-- originals: written by docs/shaders_page.py -->", "<!-- end of
 KINDS = {"isf": "ISF", "transitions": "gl-transitions"}
 #: Size and seed of the parameters (0 are the defaults) that pictures are compared at.
 RUNS = (((64, 48), 0), ((53, 31), 0), ((64, 48), 1), ((53, 31), 2))
-BOUNDS_SIZE, BOUNDS_SECONDS = (20, 14), 60
+BOUNDS_SIZE, BOUNDS_SECONDS = (20, 14), 120
 SPEED_SIZE, REPEATS = (640, 360), 5
 TILE, COLUMNS = (112, 63), 12
 VERDICTS = ("equal", "one step", "one step but for few", "farther")

@@ -106,6 +106,24 @@ def test_a_size_is_at_least_one_pixel(width: str, tmp_path: Path) -> None:
         assert np.all(program()["s"] == 0.25)
 
 
+@pytest.mark.parametrize(
+    ("width", "expected"),
+    [
+        ("max(8.0, floor($WIDTH * 0.02))", 8), ("min($WIDTH, $count)", 5), ("$WIDTH / 3", 33), ("ceil($WIDTH / 3)", 34),
+        ("abs(-$HEIGHT) + 1", 9), ("$count * 2 - 1", 9), ("", 100),
+    ],
+)  # fmt: skip
+def test_a_size_is_what_its_formula_gives(width: str, expected: int, tmp_path: Path) -> None:
+    header = {
+        "INPUTS": [{"NAME": "count", "TYPE": "float", "DEFAULT": 5}],
+        "PASSES": [{"TARGET": "a", "WIDTH": width, "FLOAT": True}, {}],
+    }
+    body = "void main() { gl_FragColor = PASSINDEX == 0 ? vec4(RENDERSIZE, 0.0, 1.0) : IMG_THIS_PIXEL(a); }"
+    effect = load_shader(written(tmp_path, header, body))
+    with pg.compile(effect(into=pg.target("out", "rgba32f", scale=1.0)), size=(100, 8)) as program:
+        assert np.allclose(program()["out"][..., :2], (expected, 8), rtol=1e-6)
+
+
 def test_a_pass_may_read_itself_and_later_ones(tmp_path: Path) -> None:
     """A buffer that is not drawn yet is black and transparent; a persistent one is the last frame's."""
     header = {"PASSES": [{"TARGET": "a"}, {"TARGET": "b", "PERSISTENT": True}, {}]}
