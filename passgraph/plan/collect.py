@@ -31,7 +31,7 @@ def collect(
     bound = _bind_inputs(passes, inputs)
     _check_names(passes)
     _check_values(passes, bound)
-    work = Work(dict(outputs), size, options, bound, in_windows)
+    work = Work(dict(outputs), size, options, bound, in_windows=in_windows)
     find_sizes(passes, work)
     written = dict.fromkeys(spec for node in passes for spec in node.into)
     work.notes += [note for spec in written for note in spec.notes]

@@ -16,6 +16,9 @@ from passgraph.reading import read_bytes
 from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, zero_of_type
 from passgraph.shaders.containers.isf import read_isf
 from passgraph.shaders.containers.isf_header import is_isf
+from passgraph.shaders.containers.libretro import read_libretro_preset, read_libretro_shader
+from passgraph.shaders.containers.libretro_preset import is_preset
+from passgraph.shaders.containers.libretro_shader import is_libretro
 from passgraph.shaders.containers.mpv import read_mpv
 from passgraph.shaders.containers.mpv_header import is_mpv
 from passgraph.shaders.containers.pictures import handle_or_black
@@ -28,6 +31,8 @@ MAX_BYTES = 1 << 20
 #: Which text is of which format, and who reads it; the first that fits.
 FORMATS: tuple[tuple[Callable[[str], bool], Callable[[str, Path], ShaderEffect]], ...] = (
     (is_shadertoy_export, read_export),
+    (is_libretro, read_libretro_shader),
+    (is_preset, read_libretro_preset),
     (is_isf, read_isf),
     (is_mpv, read_mpv),
     (is_transition, read_transition),
@@ -36,8 +41,8 @@ FORMATS: tuple[tuple[Callable[[str], bool], Callable[[str, Path], ShaderEffect]]
 
 
 def load_shader(path: str | os.PathLike[str]) -> ShaderEffect:
-    """The effect that a shader file is: ISF, a gl-transition, a Shadertoy shader or its export, an mpv user shader, or
-    a plain fragment shader in GLSL.
+    """The effect that a shader file is: ISF, a gl-transition, a Shadertoy shader or its export, an mpv user shader, a
+    libretro preset or shader, or a plain fragment shader in GLSL.
 
     Text is parsed and never executed.
 

@@ -31,8 +31,6 @@ def imported(name: str, path: object, folder: Path, where: str) -> Target:
     InputError
         For a path that leads out of the folder, and a file that is missing, too large or no picture.
     """
-    from passgraph.pictures import load
-
     if not isinstance(path, str) or not path:
         raise InputError(f"{where}: imported picture {name!r} has no PATH")
     root = folder.resolve()
@@ -41,7 +39,14 @@ def imported(name: str, path: object, folder: Path, where: str) -> Target:
         raise InputError(f"{where}: imported picture {name!r} lies outside of the shader's folder ({path!r})")
     if not full.exists():
         raise InputError(f"{where}: imported picture {name!r}: there is no {full}")
-    if check_regular(full, f"imported picture {name!r} of {where}") > MAX_BYTES:
-        raise InputError(f"{where}: imported picture {name!r}: {full} is larger than {MAX_BYTES >> 20} MiB")
-    picture: Any = load(full)
-    return Input(f"{where}:{name}", None, (picture.shape[1], picture.shape[0]), static=True, default=picture)
+    return loaded(f"{where}:{name}", full, f"imported picture {name!r} of {where}")
+
+
+def loaded(name: str, path: Path, what: str) -> Target:
+    """A picture file as an input that is there already."""
+    from passgraph.pictures import load
+
+    if check_regular(path, what) > MAX_BYTES:
+        raise InputError(f"{what}: {path} is larger than {MAX_BYTES >> 20} MiB")
+    picture: Any = load(path)
+    return Input(name, None, (picture.shape[1], picture.shape[0]), static=True, default=picture)

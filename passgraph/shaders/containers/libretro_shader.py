@@ -1,0 +1,191 @@
+"""One libretro shader (``.glsl``): a vertex and a fragment shader in one text, told apart by macros, as one kernel.
+
+The vertex half runs at the picture's corners.  Its names are renamed, so that both halves may have functions and types
+of the same name, and it stands before the fragment half, which finds what it hands on as variables that are set.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from passgraph.errors import InputError, KernelError
+from passgraph.language.source import Span, fail
+from passgraph.language.types import FLOAT
+from passgraph.shaders.containers.corners import MAX_VARYINGS, Varying, interpolated
+from passgraph.shaders.containers.effect import ShaderParameter
+from passgraph.shaders.glsl import Shader, parse
+from passgraph.shaders.glsl import syntax as g
+from passgraph.shaders.glsl.parse import Parser
+from passgraph.shaders.glsl.preprocess import preprocessed
+from passgraph.shaders.glsl.tokens import Token
+
+_DEFINES = {"PARAMETER_UNIFORM": "1", "__VERSION__": "130"}
+_HALVES = re.compile(r"^[ \t]*#[ \t]*(?:el)?if.*\b(VERTEX|FRAGMENT)\b", re.MULTILINE)
+_PARAMETER = re.compile(
+    r'^[ \t]*#pragma[ \t]+parameter[ \t]+(\w+)[ \t]+"([^"\n]*)"[ \t]+(\S+)(?:[ \t]+(\S+)[ \t]+(\S+))?', re.MULTILINE
+)
+#: What the player sets for each pass, and which variables of a prelude are here.
+_SET = re.compile(
+    r"\buniform\s+(?:\w+\s+)??(?:(?P<size>vec2)\s+(?P<name>\w*(?:TextureSize|InputSize)|OutputSize)|mat4\s+MVPMatrix)\s*;"
+)
+_SAMPLER_OF = re.compile(r"(\w*?)(?:TextureSize|InputSize)")
+#: Clip space from positions, both with (0, 0) and (1, 1) at corners of the picture.
+_MATRIX = (
+    "const mat4 MVPMatrix = mat4(2.0, 0.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0, -1.0, 0.0, -1.0, -1.0, 0.0, 1.0);"
+)
+#: How shaders say that the picture stays where it is; without spaces.
+_STAYS = {
+    "MVPMatrix*VertexCoord",
+    "+".join(f"VertexCoord.{axis}*MVPMatrix[{i}]" for i, axis in enumerate("xyzw")),
+}
+#: Where in the quad a pixel lies, from clip space at three of its corners; outside of it nothing is drawn.
+_MOVED = """vec2 pg_moved(vec4 a, vec4 b, vec4 c) {
+  vec2 o = a.xy / a.w * 0.5 + 0.5, x = b.xy / b.w * 0.5 + 0.5 - o, y = c.xy / c.w * 0.5 + 0.5 - o, q = pg_position - o;
+  vec2 at = vec2(q.x * y.y - q.y * y.x, x.x * q.y - x.y * q.x) / (x.x * y.y - x.y * y.x);
+  if (!(at.x >= 0.0 && at.y >= 0.0 && at.x < 1.0 && at.y < 1.0)) discard;
+  return at;
+}"""
+_HANDED, _GIVEN = frozenset(["varying", "out"]), frozenset(["attribute", "in"])
+_LAYERS = _HANDED | _GIVEN | {"flat", "smooth", "noperspective", "centroid", "invariant"}
+_FLOATS = ("float", "vec2", "vec3", "vec4")
+
+
+def is_libretro(text: str) -> bool:
+    """Whether a text has both halves."""
+    return {match[1] for match in _HALVES.finditer(text)} == {"VERTEX", "FRAGMENT"}
+
+
+def shader_parameters(text: str, file: str) -> dict[str, ShaderParameter]:
+    """What ``#pragma parameter NAME "label" default low high step`` lines say."""
+    found = {}
+    for name, label, *numbers in (match.groups() for match in _PARAMETER.finditer(text)):
+        try:
+            default, low, high = (None if number is None else float(number) for number in numbers)
+        except ValueError:
+            raise InputError(f"{file}: #pragma parameter {name} has a default and a range, got {numbers}") from None
+        if default is None or not all(math.isfinite(number or 0.0) for number in (default, low, high)):
+            raise InputError(f"{file}: #pragma parameter {name} has finite numbers, got {numbers}")
+        if low is not None and high is not None and low > high:
+            low = high = None  # some files turn them round
+        found[name] = ShaderParameter(name, FLOAT, default, low, high, label.strip())
+    return found
+
+
+def read_shader(text: str, path: Path, name: str, pictures: Iterable[str]) -> Shader:
+    """The kernel of a shader; ``pictures`` are names of samplers whose sizes may be asked for.
+
+    Raises
+    ------
+    KernelError
+        For what is not GLSL or not read here, with file and line.
+    """
+    file, known = str(path), {f"{picture}Texture" for picture in pictures}
+    sizes: dict[str, str] = {}
+    for match in _SET.finditer(text):
+        own = _SAMPLER_OF.fullmatch(match["name"] or "")
+        if own is not None:
+            sampler = f"{own[1]}Texture"
+            if sampler not in known:
+                raise InputError(f"{file}: {match['name']} is the size of no picture that this pass has")
+            sizes[match["name"]] = sampler
+    # Spaces in their place, so that everything keeps its line and column.
+    plain = _SET.sub(lambda match: re.sub(r"\S", " ", match[0]), text)
+    tokens, _ = preprocessed([(plain, file)], {**_DEFINES, "VERTEX": "1"}, path.parent)
+    declared = ["vec2 OutputSize = pg_output_size;", _MATRIX]
+    declared += [f"uniform sampler2D {sampler};" for sampler in sorted(set(sizes.values()))]
+    declared += [f"vec2 {size} = vec2(textureSize({sampler}, 0));" for size, sampler in sizes.items()]
+    prelude = f"{' '.join(declared)} {_vertex_half(tokens, file)}"
+    try:
+        return parse(
+            plain, name=name, file=file, prelude=prelude, defines={**_DEFINES, "FRAGMENT": "1"}, folder=path.parent,
+            rows_up=False,
+        )  # fmt: skip
+    except KernelError as error:  # lines of the prelude are those of the text
+        raise KernelError(str(error).replace("<prelude>", f"{file}, vertex half")) from None
+
+
+def _vertex_half(tokens: list[Token], file: str) -> str:
+    """GLSL that runs the vertex half at the corners and leaves a variable for each value that it hands on."""
+    tree = Parser(list(tokens), file).shader()
+    names: set[str] = {"gl_Position", "gl_PointSize"}
+    handed: list[Varying] = []
+    given: list[g.Variable] = []
+    for node in tree:
+        if isinstance(node, (g.Function, g.Struct)):
+            names.add(node.name)
+        elif isinstance(node, g.Declaration) and "uniform" not in node.qualifiers:
+            names |= {variable.name for variable in node.variables}
+            if node.qualifiers & _HANDED:
+                handed += [_varying(variable) for variable in node.variables]
+            elif node.qualifiers & _GIVEN:
+                given += node.variables
+    if sum(max(1, one.count) for one in handed) > MAX_VARYINGS:
+        raise InputError(f"{file}: the vertex half hands on more than {MAX_VARYINGS} values")
+    at = "pg_position"
+    if not _stays(tokens):
+        handed.append(Varying("vec4", "gl_Position", 0))
+        at = "pg_moved(pg_gl_Position_0_0, pg_gl_Position_0_1, pg_gl_Position_0_2)"
+    lines = ["vec2 pg_corner; vec4 pg_v_gl_Position; float pg_v_gl_PointSize;", _text(_renamed(tokens, names))]
+    lines += [f"{one.type} {one.name}{f'[{one.count}]' if one.count else ''};" for one in handed]
+    corners = "".join(f"pg_v_{one.name} = {_corner_value(one)}; " for one in given)
+    lines += [f"void pg_vertex() {{ {corners}pg_v_main(); }}"]
+    # A variable whose value is computed before anything of the fragment half, whose globals may ask for it.
+    lines += [_MOVED, "float pg_run() {", *interpolated(handed, at), "  return 0.0; }", "float pg_done = pg_run();"]
+    return "\n".join(lines)
+
+
+def _varying(variable: g.Variable) -> Varying:
+    """What is handed on must be floats, which alone are interpolated."""
+    lengths = variable.type.lengths
+    length = lengths[0] if lengths else None
+    whole = length.value if isinstance(length, g.Number) else None
+    if variable.type.name not in _FLOATS or len(lengths) > 1 or (lengths and not isinstance(whole, int)):
+        fail(variable.span, f"the vertex half hands on floats and vectors of them, got {variable.type.name}")
+    return Varying(variable.type.name, variable.name, whole if isinstance(whole, int) else 0)
+
+
+def _corner_value(variable: g.Variable) -> str:
+    """An attribute at a corner: positions, white."""
+    type_, name = variable.type.name, variable.name
+    if type_ in ("vec2", "vec4") and name.endswith("Coord"):
+        return "pg_corner" if type_ == "vec2" else "vec4(pg_corner, 0.0, 1.0)"
+    if type_ == "vec4" and name.lower() == "color":
+        return "vec4(1.0)"
+    fail(variable.span, f"{name} has no value in a pass over a picture; VertexCoord, TexCoord and COLOR have")
+
+
+def _stays(tokens: list[Token]) -> bool:
+    """Whether the picture is plainly left where it is."""
+    for i, token in enumerate(tokens):
+        following = tokens[i + 1 : i + 60]
+        if token.text == "gl_Position" and following and following[0].text not in (";", ",", ")"):
+            end = next((k for k, other in enumerate(following) if other.text == ";"), 0)
+            if following[0].text != "=" or "".join(t.text for t in following[1:end]) not in _STAYS:
+                return False
+    return True
+
+
+def _renamed(tokens: list[Token], names: set[str]) -> Iterator[tuple[str, Span]]:
+    """The words with the half's own names renamed, without what makes variables inputs and outputs of a stage."""
+    depth, before = 0, ""
+    for token in tokens:
+        if token.kind == "end":
+            break
+        depth += {"(": 1, "{": 1, ")": -1, "}": -1}.get(token.text, 0)
+        if depth or token.text not in _LAYERS:
+            own = token.text in names and token.kind == "name" and before != "."
+            yield f"pg_v_{token.text}" if own else token.text, token.span
+        before = token.text
+
+
+def _text(words: Iterable[tuple[str, Span]]) -> str:
+    """Words as text, each on its own line of the file where that is farther down."""
+    pieces: list[str] = []
+    line = 1
+    for word, span in words:
+        pieces.append("\n" * max(0, span.line - line) + word)
+        line = max(line, span.line)
+    return " ".join(pieces)
