@@ -201,12 +201,12 @@ def _effect(
 
 
 def _behind(text: str) -> str:
-    """The entry, with the sizes of channels where they are asked for."""
+    """The entry, with the sizes of those channels that the text reads or asks about."""
     sizes = ""
-    if "iChannelResolution" in text:
-        sizes = "".join(
-            f"iChannelResolution[{i}] = vec3(textureSize({name}, 0), 1.0); " for i, name in enumerate(CHANNELS)
-        )
+    for i, name in enumerate(CHANNELS):
+        asked = re.search(rf"\biChannelResolution\s*\[\s*{i}\s*\]", text) is not None
+        if asked or ("iChannelResolution" in text and re.search(rf"\b{name}\b", text)):
+            sizes += f"iChannelResolution[{i}] = vec3(textureSize({name}, 0), 1.0); "
     return f"void pg_main() {{ {sizes}vec4 c = vec4(0.0); mainImage(c, gl_FragCoord.xy); gl_FragColor = c; }}"
 
 

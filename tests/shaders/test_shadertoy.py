@@ -1,0 +1,102 @@
+"""Shadertoy: one pass alone, and exports whose buffers feed each other, held against NumPy."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import passgraph as pg
+
+BACKENDS = ["reference", "numpy", "gl", "opencl"]
+#: Conway's rules on a torus, begun by a pattern of the place.
+LIFE = """
+void mainImage(out vec4 c, in vec2 f) {
+    if (iFrame == 0) { c = vec4(mod(f.x * 7.0 + f.y * 3.0, 5.0) < 2.0 ? 1.0 : 0.0); return; }
+    float n = 0.0;
+    for (int y = -1; y <= 1; y++) for (int x = -1; x <= 1; x++)
+        if (x != 0 || y != 0) n += texture(iChannel0, (f + vec2(x, y)) / iResolution.xy).r;
+    float me = texture(iChannel0, f / iResolution.xy).r;
+    n = floor(n + 0.5);
+    c = vec4(n == 3.0 || (n == 2.0 && me > 0.5) ? 1.0 : 0.0);
+}"""
+SHOWN = "void mainImage(out vec4 c, in vec2 f) { c = shown(texture(iChannel1, f / iResolution.xy), f); }"
+COMMON = "vec4 shown(vec4 c, vec2 f) { return vec4(c.r, f.y, float(iFrame), 1.0); }"
+
+
+def export(**changed: Any) -> dict[str, Any]:
+    wrap = {"filter": "nearest", "wrap": "repeat"}
+    passes = [
+        {"name": "Image", "type": "image", "code": SHOWN, "outputs": [{"id": "9", "channel": 0}],
+         "inputs": [{"channel": 1, "ctype": "buffer", "id": "5", "sampler": wrap}]},
+        {"name": "Common", "type": "common", "code": COMMON, "inputs": [], "outputs": []},
+        {"name": "Buffer A", "type": "buffer", "code": LIFE, "outputs": [{"id": "5", "channel": 0}],
+         "inputs": [{"channel": 0, "ctype": "buffer", "id": "5", "sampler": wrap}]},
+    ]  # fmt: skip
+    return {"Shader": {"info": {"name": "life", "username": "us"}, "renderpass": passes}} | changed
+
+
+def written(folder: Path, said: object) -> Path:
+    file = folder / "life.json"
+    file.write_text(said if isinstance(said, str) else json.dumps(said))
+    return file
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_a_buffer_reads_its_own_last_frame(tmp_path: Path, backend: str) -> None:
+    effect = pg.load_shader(written(tmp_path, export()))
+    assert (effect.kind, effect.summary, effect.credit, effect.images) == ("Shadertoy", "life", "us", ())
+    y, x = np.mgrid[0:9, 0:15]
+    alive = ((x + 0.5) * 7 + (y + 0.5) * 3) % 5 < 2  # rows from the bottom
+    with pg.compile(effect(into=pg.target("out", "rgba32f")), backend=backend, size=(15, 9)) as program:
+        for frame in range(4):
+            seen = program()["out"][::-1]
+            assert np.array_equal(seen[:, :, 0], alive)
+            assert np.array_equal(seen[:, :, 1], y + 0.5)
+            assert (seen[:, :, 2] == frame).all()
+            around = sum(np.roll(alive, (dy, dx), (0, 1)) for dy in (-1, 0, 1) for dx in (-1, 0, 1)) - alive
+            alive = (around == 3) | ((around == 2) & alive)
+
+
+def test_one_pass_alone_takes_pictures_as_channels(tmp_path: Path) -> None:
+    file = tmp_path / "two.glsl"
+    file.write_text(
+        "void mainImage(out vec4 c, in vec2 f) {\n"
+        "    c = texture(iChannel0, f / iResolution.xy) + vec4(iChannelResolution[1].xy, iTime, iMouse.x);\n}"
+    )
+    effect = pg.load_shader(file)
+    assert effect.images == ("iChannel0", "iChannel1")
+    picture = np.random.default_rng(1).random((6, 8, 4)).astype(np.float32)
+    other = np.zeros((3, 5, 4), np.float32)
+    graph = effect(pg.Input("a"), pg.Input("b"), time=2.0, iMouse=(7.0, 0.0, 0.0, 0.0), into=pg.target("o", "rgba32f"))
+    with pg.compile(graph) as program:
+        seen = program(a=picture, b=other)["o"]
+    np.testing.assert_allclose(seen, picture + np.array([5, 3, 2, 7]), atol=1e-5)
+
+
+def _first(key: str, value: object) -> dict[str, Any]:
+    said = export()
+    said["Shader"]["renderpass"][0][key] = value
+    return said
+
+
+@pytest.mark.parametrize(
+    ("said", "told"),
+    [
+        ('{"renderpass": [', "is no JSON"),
+        ({"renderpass": 3}, "renderpass must be a list of at most 8 passes, got 3"),
+        ({"renderpass": []}, "has no pass of type image"),
+        (_first("type", "cubemap"), "a 'cubemap' is not read here"),
+        (_first("code", None), "pass 'Image' has no code"),
+        (_first("inputs", [{"channel": 9, "ctype": "buffer"}]), "an input's channel is 0 to 3, got 9"),
+        (_first("inputs", [{"channel": 1, "ctype": "buffer", "id": "77"}]), "reads a buffer that no pass writes"),
+        (_first("inputs", [{"channel": 1, "ctype": "volume", "id": "77"}]), "is a volume, which is not read here"),
+        (_first("code", "void mainImage(out vec4 c, in vec2 f) {\n  c = nothing;\n}"), r"life.json \(Image\):2: "),
+    ],
+)
+def test_what_is_wrong_is_told(tmp_path: Path, said: object, told: str) -> None:
+    with pytest.raises(pg.PassgraphError, match=told):
+        pg.load_shader(written(tmp_path, said))
