@@ -18,12 +18,12 @@ _BOTH = """
 in vec4 VertexCoord; in vec4 TexCoord; in vec4 COLOR;
 out vec4 TEX0; out vec2 near[2];
 uniform mat4 MVPMatrix; uniform vec2 TextureSize;
-struct Same { float a; };
+struct Same { float a; float same; };
 float same(float x) { return x * 2.0; }
 void main() {
     gl_Position = MVPMatrix * VertexCoord;
     TEX0 = TexCoord * COLOR;
-    Same it = Same(same(0.5));
+    Same it = Same(same(0.5), 0.0);
     near[0] = TexCoord.xy - vec2(it.a, 0.0) / TextureSize;
     near[1] = TexCoord.xy + vec2(0.0, it.a) / TextureSize;
 }
@@ -185,7 +185,7 @@ def test_parameters_come_from_pragmas_and_presets_override_them(tmp_path) -> Non
 
 def test_frames_are_counted_up_to_the_modulus(tmp_path) -> None:
     texts = {"one": shader("vec4(float(FrameCount), float(FrameDirection), 0.0, 1.0)")}
-    made = effect(tmp_path, "shaders = 1\nshader0 = one.glsl\nframe_count_mod0 = 3", **texts)
+    made = effect(tmp_path, "shaders = 1\nshader0 = one.glsl\nframe_count_mod0 = 3.0", **texts)
     assert [shown[0, 0, 0] for shown in run(made, [picture(1)] * 5)] == [0, 1, 2, 0, 1]
 
 

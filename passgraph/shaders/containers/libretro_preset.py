@@ -199,7 +199,7 @@ def _pass(values: _Values, i: int) -> PresetPass:
         values.one_of(f"wrap_mode{i}", _BORDERS, "clamp_to_border"),
         _sides(values, i),
         "rgba32f" if float_ else "rgba8_srgb" if srgb else "rgba8",
-        values.number(f"frame_count_mod{i}", int, 0, 0, 1 << 24),
+        values.number(f"frame_count_mod{i}", _whole, 0, 0, 1 << 24),
         values.one_of(f"mipmap_input{i}", _TRUTH, "false"),
     )
 

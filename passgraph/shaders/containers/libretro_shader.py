@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Iterator
+from itertools import pairwise
 from pathlib import Path
 
 from passgraph.errors import InputError, KernelError
@@ -22,7 +23,8 @@ from passgraph.shaders.glsl.parse import Parser
 from passgraph.shaders.glsl.preprocess import preprocessed
 from passgraph.shaders.glsl.tokens import Token
 
-_DEFINES = {"PARAMETER_UNIFORM": "1", "__VERSION__": "130"}
+#: From version 130 on, some declare an output and write gl_FragColor all the same.
+_DEFINES = {"PARAMETER_UNIFORM": "1", "__VERSION__": "120"}
 _HALVES = re.compile(r"^[ \t]*#[ \t]*(?:el)?if.*\b(VERTEX|FRAGMENT)\b", re.MULTILINE)
 _PARAMETER = re.compile(
     r'^[ \t]*#pragma[ \t]+parameter[ \t]+(\w+)[ \t]+"([^"\n]*)"[ \t]+(\S+)(?:[ \t]+(\S+)[ \t]+(\S+))?', re.MULTILINE
@@ -50,6 +52,7 @@ _MOVED = """vec2 pg_moved(vec4 a, vec4 b, vec4 c) {
 }"""
 _HANDED, _GIVEN = frozenset(["varying", "out"]), frozenset(["attribute", "in"])
 _LAYERS = _HANDED | _GIVEN | {"flat", "smooth", "noperspective", "centroid", "invariant"}
+_END = Token("end", "", Span("", 1, 0, 0))
 _FLOATS = ("float", "vec2", "vec3", "vec4")
 
 
@@ -128,7 +131,7 @@ def _vertex_half(tokens: list[Token], file: str) -> str:
     if not _stays(tokens):
         handed.append(Varying("vec4", "gl_Position", 0))
         at = "pg_moved(pg_gl_Position_0_0, pg_gl_Position_0_1, pg_gl_Position_0_2)"
-    lines = ["vec2 pg_corner; vec4 pg_v_gl_Position; float pg_v_gl_PointSize;", _text(_renamed(tokens, names))]
+    lines = ["vec2 pg_corner; vec4 pg_v_gl_Position; float pg_v_gl_PointSize;", _text(_renamed([*tokens, _END], names))]
     lines += [f"{one.type} {one.name}{f'[{one.count}]' if one.count else ''};" for one in handed]
     corners = "".join(f"pg_v_{one.name} = {_corner_value(one)}; " for one in given)
     lines += [f"void pg_vertex() {{ {corners}pg_v_main(); }}"]
@@ -170,13 +173,16 @@ def _stays(tokens: list[Token]) -> bool:
 
 def _renamed(tokens: list[Token], names: set[str]) -> Iterator[tuple[str, Span]]:
     """The words with the half's own names renamed, without what makes variables inputs and outputs of a stage."""
-    depth, before = 0, ""
-    for token in tokens:
-        if token.kind == "end":
-            break
+    depth, before, struct = 0, "", -1  # the depth of a struct whose fields are named, or -1
+    for token, following in pairwise(tokens):
+        if token.text == "struct":
+            struct = depth
+        elif token.text == "}" and struct == depth - 1:
+            struct = -1
         depth += {"(": 1, "{": 1, ")": -1, "}": -1}.get(token.text, 0)
         if depth or token.text not in _LAYERS:
             own = token.text in names and token.kind == "name" and before != "."
+            own = own and (struct < 0 or depth <= struct or following.kind == "name")  # fields keep their names
             yield f"pg_v_{token.text}" if own else token.text, token.span
         before = token.text
 
