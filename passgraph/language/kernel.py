@@ -13,7 +13,6 @@ from typing import Any, Self, TypeVar, dataclass_transform
 from passgraph.arguments import shown
 from passgraph.errors import KernelError, PassgraphError
 from passgraph.language import ir
-from passgraph.language.parse import parse_with_scopes
 from passgraph.language.scope import TEXT_NAMES, FunctionSource, Scope, python_scope, text_scope
 from passgraph.language.signature import literal_value, read_signature, read_struct
 from passgraph.language.source import Source, fail, source_from_text, source_of, source_of_class
@@ -25,6 +24,9 @@ class Kernel:
     """A parsed kernel of one stage.  ``program`` is its typed representation."""
 
     def __init__(self, function: FunctionSource, stage: ir.Stage) -> None:
+        # Whoever only imports this package needs no parser.
+        from passgraph.language.parse import parse_with_scopes
+
         program, scopes = parse_with_scopes(function, stage)
         self._take(program, tuple(scopes.values()), ast.get_docstring(function.node))
 
