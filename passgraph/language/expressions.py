@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, cast
 from passgraph.language import images, ir, symbols
 from passgraph.language.composites import array_of, each_image, entry
 from passgraph.language.operations import OPERATIONS, called, signed
+from passgraph.language.powers import written_power
 from passgraph.language.quads import DERIVATIVES, derivative
 from passgraph.language.scope import FunctionSource, ModuleName, number, written
 from passgraph.language.signature import MAX_ARRAY_LENGTH, resolve
@@ -27,7 +28,6 @@ from passgraph.language.types import (
     Struct,
     Type,
     Vector,
-    element_of,
     is_plain,
 )
 from passgraph.language.typing_rules import apply, binary, widen
@@ -72,9 +72,6 @@ def _row(operator: ast.AST, operands: int) -> str:
     """The row of an operator that stands for one alone."""
     return signed(_SIGNS[type(operator)], operands)[0].name
 
-
-#: Whole exponents up to this size become multiplications, which are defined for negative bases too.
-_MAX_EXPANDED_POWER = 16
 
 _REFUSED: dict[type[ast.expr], str] = {
     ast.Lambda: "lambda; write a @pg.function", ast.Dict: "dictionaries; use a @pg.struct",
@@ -193,7 +190,7 @@ class Expressions:
             return self._filled_array(node, span)
         left = self.value(node.left)
         if isinstance(node.op, ast.Pow):
-            return self._power(left, node.right, span)
+            return written_power(left, self.value(node.right), span, self.frame.name_it)
         return self._arithmetic(_SIGNS[type(node.op)], left, self.value(node.right), span)
 
     def _arithmetic(self, sign: str, left: ir.Expr, right: ir.Expr, span: Span) -> ir.Expr:
@@ -201,39 +198,6 @@ class Expressions:
             # Sums of matrices and products with scalars go by column and use both sides once for each.
             left, right = (self.frame.name_it(side, span) for side in (left, right))
         return binary(sign, left, right, span)
-
-    def _power(self, base: ir.Expr, node: ast.expr, span: Span) -> ir.Expr:
-        exponent = self.value(node)
-        literal = exponent
-        sign = 1
-        if isinstance(literal, ir.Apply) and literal.operation == "neg":
-            literal, sign = literal.arguments[0], -1
-        if isinstance(literal, ir.Literal) and literal.type is INT:
-            n = sign * int(literal.value)
-            if abs(n) <= _MAX_EXPANDED_POWER:
-                return self._whole_power(base, n, span)
-        return apply("pow", [base, exponent], span)
-
-    def _whole_power(self, base: ir.Expr, n: int, span: Span) -> ir.Expr:
-        if not isinstance(base.type, (Scalar, Vector)) or element_of(base.type) is BOOL:
-            fail(span, f"** does not take {base.type}")
-        if n < 0:
-            one = ir.Literal(FLOAT, 1.0, span)
-            return apply("div", [one, self._whole_power(base, -n, span)], span)
-        if n == 0:
-            ones = ir.Literal(element_of(base.type), 1.0 if element_of(base.type) is FLOAT else 1, span)
-            return ones if isinstance(base.type, Scalar) else ir.Construct(base.type, (ones,) * base.type.size, span)
-        base = self.frame.name_it(base, span)
-        result: ir.Expr | None = None
-        square = base
-        while n:
-            if n & 1:
-                result = square if result is None else apply("mul", [result, square], span)
-            n >>= 1
-            if n:
-                square = self.frame.name_it(apply("mul", [square, square], span), span)
-        assert result is not None
-        return result
 
     def _unary(self, node: ast.UnaryOp) -> ir.Expr:
         span = self.span(node)

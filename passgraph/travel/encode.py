@@ -42,7 +42,7 @@ from passgraph.travel.encode_kernel import kernel_data
 from passgraph.travel.value_types import VALUE_TYPES
 
 #: Of the form of documents; a reader refuses others.
-VERSION = 1
+VERSION = 2
 _TYPE_NAMES = {type_: name for name, type_ in VALUE_TYPES.items()}
 _PLAIN: dict[str, Callable[[float], bool | int | float]] = {
     "bool": bool,
@@ -80,7 +80,7 @@ def to_data(outputs: Outputs) -> dict[str, Any]:
     >>> invert = pg.kernel(source="def invert(color: Image) -> vec4: return vec4(1.0 - color[0, 0].rgb, 1.0)")
     >>> data = pg.to_data(invert(pg.Input("frame")))
     >>> data["version"], [one["name"] for one in data["passes"]], data["inputs"][0]["name"]
-    (1, ['invert'], 'frame')
+    (2, ['invert'], 'frame')
     >>> pg.to_data(pg.from_data(json.loads(json.dumps(data)))) == data
     True
     """

@@ -12,6 +12,7 @@ import pytest
 
 import passgraph as pg
 from passgraph.travel.document import MOST_PARTS
+from passgraph.travel.encode import VERSION
 from tests.travel.documents import graph, places, spoiled
 
 FRAME = np.random.default_rng(7).random((6, 8, 4), np.float32)
@@ -93,7 +94,7 @@ def kernel(rows: list[Any], **parts: Any) -> Any:
         "keep": None, "body": [], "source": None, "rows": texel + rows, "spans": [], "lines": [], **parts,
     }  # fmt: skip
     return {
-        "passgraph": "graph", "version": 1, "kernels": [whole], "values": [], "meshes": [],
+        "passgraph": "graph", "version": VERSION, "kernels": [whole], "values": [], "meshes": [],
         "inputs": [{"name": "frame", "format": None, "size": None, "static": False, "default": None}],
         "targets": [{"name": "made", "format": "rgba32f", "size": None, "clear": None, "notes": [],
                      "initial": [0.0]}],
@@ -254,8 +255,8 @@ def test_pictures_are_as_large_as_they_say() -> None:
 
 
 def test_another_version_is_refused_with_what_to_do() -> None:
-    with pytest.raises(pg.InputError, match="reads version 1, got 2; write the data anew"):
-        pg.from_data({**DATA, "version": 2})
+    with pytest.raises(pg.InputError, match="reads version 2, got 3; write the data anew"):
+        pg.from_data({**DATA, "version": 3})
     for wrong in (None, [], "graph", {}, {"version": 1}):
         with pytest.raises(pg.InputError, match=r"must be what pg.to_data made"):
             pg.from_data(wrong)
