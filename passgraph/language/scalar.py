@@ -345,6 +345,22 @@ def trips(body: Iterable[Instruction]) -> int:
     return total
 
 
+def certain_trips(body: Iterable[Instruction]) -> int:
+    """Trips of all loops that every pixel makes, whatever its data: of a loop that it may leave, one."""
+    total = 0
+    for i in body:
+        if isinstance(i, For):
+            total += (1 if _is_left(i.body) else i.trips) * (1 + certain_trips(i.body))
+        elif isinstance(i, If):
+            total += min(certain_trips(i.then), certain_trips(i.orelse))
+    return total
+
+
+def _is_left(body: Iterable[Instruction]) -> bool:
+    """Whether a loop of this body has a break of its own."""
+    return any(isinstance(i, Break) or (isinstance(i, If) and (_is_left(i.then) or _is_left(i.orelse))) for i in body)
+
+
 def results_of(instruction: Instruction) -> tuple[Val, ...]:
     """The values that an instruction defines."""
     if isinstance(instruction, (Op, Choose, LoadUniform, LoadTable, LoadBuiltin, Read, ReadAt)):

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from passgraph.errors import BackendError
-from passgraph.language.scalar import ScalarProgram, trips
+from passgraph.language.scalar import ScalarProgram, certain_trips
 from passgraph.plan.data import DrawStep, PixelStep, Plan, Resource, Step
 
 #: Where a device has no limit of its own.
@@ -30,7 +30,8 @@ class Limits:
     rounding : floats and ints take multiples of so many numbers each
     filters : whether its own filter may stand for bilinear samples
     varyings : numbers that a vertex kernel hands to the fragment kernel
-    trips : of all loops of one pixel together, those of loops inside loops every time
+    trips : of all loops of one pixel together, those of loops inside loops every time; a plan is refused where every
+        pixel makes more, whatever its data
     not_kept, not_written : what channels hold (`Format.number`) that no picture can hold here, and that no pass can
         write; and what the device lacks for it
     """
@@ -136,10 +137,11 @@ def _check_numbers(step: Step, program: ScalarProgram, limits: Limits) -> None:
 
 
 def _check_trips(step: Step, program: ScalarProgram, limits: Limits) -> None:
-    made = trips(program.body) if limits.trips < NONE else 0
+    # Loops that are left early mostly make few of the trips that they may make.
+    made = certain_trips(program.body) if limits.trips < NONE else 0
     if made > limits.trips:
         mend = "make fewer in one pass, or use another backend"
-        _refuse(step, f"may make {made:,} trips of loops a pixel in kernel {program.name}", limits, limits.trips, mend)
+        _refuse(step, f"makes {made:,} trips of loops a pixel in kernel {program.name}", limits, limits.trips, mend)
 
 
 def _refuse(step: Step, what: str, limits: Limits, limit: int, mend: str) -> None:

@@ -149,11 +149,11 @@ def test_devices_state_real_limits(backend: Backend) -> None:
         assert 4 <= getattr(limits, name) < getattr(Limits(), name)
 
 
-def counting(name: str, trips: int) -> PixelKernel:
+def counting(name: str, trips: int, body: str = "c = c * 0.5 + 0.25") -> PixelKernel:
     """A kernel whose loops, one inside the other, make 3 * trips trips: the one around is unrolled."""
     return pg.kernel(
         source=f"def {name}(a: Image) -> vec4:\n    c = a[0, 0]\n    for i in range(3):\n"
-        f"        for j in range({trips}):\n            if c.x < 0.5: break\n            c = c * 0.5\n    return c"
+        f"        for j in range({trips}):\n            {body}\n    return c"
     )
 
 
@@ -164,6 +164,11 @@ def test_passes_whose_loops_make_too_many_trips_stay_apart_or_are_refused() -> N
     assert len(planned(second, trips=569).steps) == 2
     assert len(planned(second, trips=300).steps) == 2
     assert refused(second, trips=299) == (
-        "pass 'first' may make 300 trips of loops a pixel in kernel one; a small device takes 299 in one pass; "
+        "pass 'first' makes 300 trips of loops a pixel in kernel one; a small device takes 299 in one pass; "
         "make fewer in one pass, or use another backend"
     )
+
+
+def test_loops_that_are_left_early_are_taken_whatever_they_may_make() -> None:
+    left = counting("left", 100, "if c.x < 0.5: break\n            c = c * 0.5")
+    assert len(planned(left(pg.Input("in", "rgba32f", SIZE), into=pg.target("first", "rgba32f")), trips=9).steps) == 1
