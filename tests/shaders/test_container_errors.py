@@ -211,3 +211,16 @@ def test_mutated_files_become_graphs_or_errors(tmp_path: Path) -> None:
         except pg.PassgraphError:
             pass
     assert 10 < made < 150
+
+
+def test_a_vertex_shader_that_moves_the_picture_is_refused_with_its_line(tmp_path: Path) -> None:
+    file = written(tmp_path, WHOLE)
+    file.with_suffix(".vs").write_text(
+        "/* gl_Position is\n  not this one */\nvoid main() {\n\tisf_vertShaderInit();\n\tgl_Position.x += 0.5;\n}\n"
+    )
+    with pytest.raises(pg.InputError) as raised:
+        load_shader(file)
+    assert str(raised.value).endswith(
+        f"s.vs:5: the vertex shader moves the picture (gl_Position), which is not read here\n"
+        f"     gl_Position.x += 0.5;\n     {'^' * 11}"
+    )
