@@ -174,3 +174,10 @@ def test_reliances_are_noted(text: str, line: int, told: str) -> None:
 def test_what_gives_no_reason_is_not_noted() -> None:
     text = "void f(out float b) { b = 1.0; } void main() { float a; f(a); float c; c = a; gl_FragColor = vec4(a + c); }"
     assert parse(text).notes == ()
+
+
+@pytest.mark.parametrize("length", ["max(int(1.5), 1) * 2 + 1", "int(max(2, 3))", "min(3, 7)", "int(bool(2)) + 2"])
+def test_lengths_of_arrays_are_made_of_functions_of_known_numbers(length: str) -> None:
+    text = f"void main() {{ float a[{length}]; a[2] = 1.0; gl_FragColor = vec4(a[2], float(a.length()), 0.0, 1.0); }}"
+    with pg.compile(pg.kernel(glsl=text)(into=pg.target("o", "rgba32f", (1, 1)))) as program:
+        assert program()["o"][0, 0].tolist() == [1.0, 3.0, 0.0, 1.0]

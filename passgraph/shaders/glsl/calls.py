@@ -13,6 +13,7 @@ from passgraph.language.types import INT, Array, Matrix, Scalar, Struct, Type, V
 from passgraph.language.values import ImageChoice, Part, StructValue, construct, part_type, swizzle
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.builtins import BUILTINS, overloads
+from passgraph.shaders.glsl.folding import settled
 from passgraph.shaders.glsl.operators import plain
 from passgraph.shaders.glsl.places import Place, place_of, read_place
 from passgraph.shaders.glsl.typing import cost_of, fitted
@@ -69,7 +70,7 @@ class Calls:
             native, first = BUILTINS[node.name], parts[0] if parts else None
             if isinstance(first, ImageChoice):  # of an array of samplers
                 return each_image(unit.builder, first, lambda image: native(unit, [image, *parts[1:]], span), span)
-            return native(unit, parts, span)
+            return settled(native(unit, parts, span))
         if functions:
             counts = sorted({len(f.parameters) for f in functions})
             fail(span, f"{node.name} takes {' or '.join(map(str, counts))} arguments, got {len(node.arguments)}")
@@ -127,7 +128,7 @@ class Calls:
         if not isinstance(type_, (Scalar, Vector, Matrix)):
             fail(span, f"{type_} has no constructor")
         values = [plain(part, span, f"what {type_}() takes") for part in parts]
-        return construct(type_, self._trimmed(type_, values, span), span, self.body.builder.name_it)
+        return settled(construct(type_, self._trimmed(type_, values, span), span, self.body.builder.name_it))
 
     def _trimmed(self, type_: Scalar | Vector | Matrix, values: list[ir.Expr], span: Span) -> list[ir.Expr]:
         """The arguments of a constructor without what is too much: components of the last one, all but the first of the

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from passgraph.language import ir
 from passgraph.language.operations import OPERATIONS
 from passgraph.language.types import FLOAT, Array, Matrix, Scalar, Type, Vector, component_count
+from passgraph.language.values import Part
 
 Numbers: TypeAlias = tuple[ir.Number, ...]
 _DTYPES = {"float": np.float64, "int": np.int64, "uint": np.uint32, "bool": np.bool_}
@@ -64,6 +65,14 @@ def _applied(value: ir.Apply) -> Numbers | None:
 
 def _element(type_: Type) -> str:
     return type_.name if isinstance(type_, Scalar) else type_.element.name if isinstance(type_, Vector) else FLOAT.name
+
+
+def settled(part: Part) -> Part:
+    """Whole numbers and bools written out where they are known: lengths of arrays are made of them.
+
+    Floats stay as they are, since what computes them rounds as it runs.
+    """
+    return constant(part) if isinstance(part, ir.Apply) and _element(part.type) != FLOAT.name else part
 
 
 def constant(value: ir.Expr) -> ir.Expr:
