@@ -334,31 +334,23 @@ def work(body: Iterable[Instruction]) -> int:
     return total
 
 
-def trips(body: Iterable[Instruction]) -> int:
-    """Trips of all loops that one pixel makes at most, those of loops inside loops every time."""
+def trips(body: Iterable[Instruction], certain: bool = False) -> int:
+    """Trips of all loops that one pixel makes at most, those of loops inside loops every time.
+
+    ``certain``: those that every pixel makes, whatever its data; of a loop that it may leave, one.
+    """
     total = 0
     for i in body:
         if isinstance(i, For):
-            total += i.trips * (1 + trips(i.body))
+            total += (1 if certain and breaks(i.body) else i.trips) * (1 + trips(i.body, certain))
         elif isinstance(i, If):
-            total += max(trips(i.then), trips(i.orelse))
+            total += (min if certain else max)(trips(i.then, certain), trips(i.orelse, certain))
     return total
 
 
-def certain_trips(body: Iterable[Instruction]) -> int:
-    """Trips of all loops that every pixel makes, whatever its data: of a loop that it may leave, one."""
-    total = 0
-    for i in body:
-        if isinstance(i, For):
-            total += (1 if _is_left(i.body) else i.trips) * (1 + certain_trips(i.body))
-        elif isinstance(i, If):
-            total += min(certain_trips(i.then), certain_trips(i.orelse))
-    return total
-
-
-def _is_left(body: Iterable[Instruction]) -> bool:
-    """Whether a loop of this body has a break of its own."""
-    return any(isinstance(i, Break) or (isinstance(i, If) and (_is_left(i.then) or _is_left(i.orelse))) for i in body)
+def breaks(body: Iterable[Instruction]) -> bool:
+    """Whether the loop of this body may be left."""
+    return any(isinstance(i, Break) or (isinstance(i, If) and (breaks(i.then) or breaks(i.orelse))) for i in body)
 
 
 def results_of(instruction: Instruction) -> tuple[Val, ...]:

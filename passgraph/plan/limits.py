@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 
 from passgraph.errors import BackendError
-from passgraph.language.scalar import ScalarProgram, certain_trips
+from passgraph.language.scalar import ScalarProgram, trips
 from passgraph.plan.data import DrawStep, PixelStep, Plan, Resource, Step
 
 #: Where a device has no limit of its own.
@@ -138,7 +138,7 @@ def _check_numbers(step: Step, program: ScalarProgram, limits: Limits) -> None:
 
 def _check_trips(step: Step, program: ScalarProgram, limits: Limits) -> None:
     # Loops that are left early mostly make few of the trips that they may make.
-    made = certain_trips(program.body) if limits.trips < NONE else 0
+    made = trips(program.body, certain=True) if limits.trips < NONE else 0
     if made > limits.trips:
         mend = "make fewer in one pass, or use another backend"
         _refuse(step, f"makes {made:,} trips of loops a pixel in kernel {program.name}", limits, limits.trips, mend)

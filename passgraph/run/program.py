@@ -5,6 +5,7 @@ from __future__ import annotations
 import weakref
 from collections.abc import Mapping
 from dataclasses import asdict, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, cast, get_args
 
 from passgraph import arguments
@@ -81,12 +82,12 @@ class Program:
         """What each run brings as pictures, by name: every input behind the outputs, read or not."""
         return dict(self._inputs)
 
-    @property
+    @cached_property
     def has_history(self) -> bool:
         """Whether a pass reads last run's picture, so that the order of runs matters."""
         return any(t.is_previous for made in passes_behind(list(self._outputs.values())) for t in made.reads)
 
-    @property
+    @cached_property
     def has_frame_index(self) -> bool:
         """Whether something hangs on :data:`passgraph.FRAME_INDEX`."""
         passes = passes_behind(list(self._outputs.values()))
@@ -274,8 +275,8 @@ class Program:
         with self._alone("reset"):
             if self._execution is not None:
                 self._execution.reset()
-            if self._pass_check is not None:
-                self._pass_check = PassCheck(self._execution.plan) if self._execution is not None else None
+                if self._pass_check is not None:
+                    self._pass_check = PassCheck(self._execution.plan)
 
     def set(self, step: str, name: str, value: object) -> None:
         """Change a plain parameter of a pass, by the pass's name and the parameter's."""

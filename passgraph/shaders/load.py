@@ -12,7 +12,6 @@ from passgraph.errors import InputError
 from passgraph.graph.calls import PixelKernel
 from passgraph.graph.targets import Target, TargetSpec
 from passgraph.language.types import ImageType, Struct
-from passgraph.reading import read_bytes
 from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, zero_of_type
 from passgraph.shaders.containers.isf import read_isf
 from passgraph.shaders.containers.isf_header import is_isf
@@ -23,11 +22,10 @@ from passgraph.shaders.containers.mpv import read_mpv
 from passgraph.shaders.containers.mpv_header import is_mpv
 from passgraph.shaders.containers.pictures import handle_or_black
 from passgraph.shaders.containers.shadertoy import is_shadertoy, is_shadertoy_export, read_export, read_shadertoy
+from passgraph.shaders.containers.text import shader_text
 from passgraph.shaders.containers.transition import is_transition, read_transition
 from passgraph.shaders.glsl import parse
 
-#: Bytes of a shader file.
-MAX_BYTES = 1 << 20
 #: Which text is of which format, and who reads it; the first that fits.
 FORMATS: tuple[tuple[Callable[[str], bool], Callable[[str, Path], ShaderEffect]], ...] = (
     (is_shadertoy_export, read_export),
@@ -78,7 +76,7 @@ def load_shader(path: str | os.PathLike[str]) -> ShaderEffect:
     0.25
     """
     file = arguments.path(path, "the path of a shader")
-    text = read_bytes(file, "a shader", MAX_BYTES).decode("utf-8", errors="replace")
+    text = shader_text(file, "a shader")
     if "\0" in text:
         raise InputError(f"{file}: is no text")
     return next((read for fits, read in FORMATS if fits(text)), read_plain)(text, file)

@@ -305,13 +305,13 @@ class LaneBody:
         b.position_at_end(check)
         count = b.load(slot, typ=I32)
         more = b.icmp_signed("<" if step > 0 else ">", count, ir.Constant(I32, stop))
-        if _breaks(i.body):
+        if s.breaks(i.body):
             more = b.and_(more, b.any(self._read_slot(live, BOOL)))
         b.cbranch(more, body, behind)
         b.position_at_end(body)
         b.store(self._read_slot(live, BOOL), self.mask)
         self.values[i.index.id] = _index_of(b, i, count)
-        was, self.masked = self.masked, self.masked or _breaks(i.body)
+        was, self.masked = self.masked, self.masked or s.breaks(i.body)
         self.breaks.append(live)
         self.block(i.body)
         self.breaks.pop()
@@ -320,11 +320,6 @@ class LaneBody:
         b.branch(check)
         b.position_at_end(behind)
         b.store(before, self.mask)
-
-
-def _breaks(body: tuple[s.Instruction, ...]) -> bool:
-    """Whether some lanes may leave the loop of this body."""
-    return any(isinstance(i, s.Break) or (isinstance(i, s.If) and (_breaks(i.then) or _breaks(i.orelse))) for i in body)
 
 
 def _leaves(body: tuple[s.Instruction, ...]) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -12,6 +12,7 @@ from passgraph.errors import InputError
 from passgraph.graph.targets import Target, TargetSpec, target
 from passgraph.graph.values import Derived, Value
 from passgraph.language.types import Type, component_count, element_of
+from passgraph.shaders.glsl import Shader
 from passgraph.shaders.glsl.unit import Note
 
 #: From pictures and values by name, and the target to write into, to the last pass's.
@@ -121,6 +122,12 @@ def checked(effect: ShaderEffect, name: str, value: Any) -> Any:
 
 def _spread(limit: Any, flat: list[float]) -> list[Any]:
     return list(limit) if isinstance(limit, (list, tuple)) else [limit] * len(flat)
+
+
+def notes_of(shaders: Iterable[Shader]) -> tuple[Note, ...]:
+    """What several shaders rely on, each once: passes share their text."""
+    found = {(note.span.file, note.span.line, note.text): note for shader in shaders for note in shader.notes}
+    return tuple(found.values())
 
 
 def zero_of_type(type_: Type) -> Any:

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from passgraph.graph.calls import PixelKernel
 from passgraph.graph.targets import Computed, Relative, Target, TargetSpec, previous, target
 from passgraph.language.kernel import kernel_from_text
-from passgraph.reading import read_bytes
 from passgraph.shaders.containers.clock import PRELUDE, clock_parameters, clock_uniforms
-from passgraph.shaders.containers.effect import ShaderEffect, name_of
+from passgraph.shaders.containers.effect import ShaderEffect, name_of, notes_of
 from passgraph.shaders.containers.isf_header import IsfHeader, read_header
 from passgraph.shaders.containers.isf_vertex import vertex_prelude
 from passgraph.shaders.containers.pictures import handle_or_black, imported
-from passgraph.shaders.glsl import Shader, parse
+from passgraph.shaders.containers.text import shader_text
+from passgraph.shaders.glsl import parse
 
 _BEFORE = f"""{PRELUDE}
 #define TIME pg_seconds
@@ -31,8 +32,6 @@ _BEFORE = f"""{PRELUDE}
 #define IMG_THIS_PIXEL(image) texture2D(image, pg_position)
 """
 _WHERE = "#define isf_FragNormCoord pg_position\n#define vv_FragNormCoord pg_position\n"
-#: Bytes of a vertex shader.
-MAX_BYTES = 1 << 20
 
 
 def read_isf(text: str, path: Path) -> ShaderEffect:
@@ -50,7 +49,7 @@ def read_isf(text: str, path: Path) -> ShaderEffect:
     prelude, postlude, entry = _BEFORE + _declared(header), "", "main"
     vertex = path.with_suffix(".vs")
     if vertex.is_file():
-        before, postlude = vertex_prelude(_read(vertex), str(vertex))
+        before, postlude = vertex_prelude(shader_text(vertex, "a vertex shader"), str(vertex))
         prelude, entry = prelude + before, "pg_main"
     shaders = [
         parse(
@@ -65,7 +64,7 @@ def read_isf(text: str, path: Path) -> ShaderEffect:
     graph = _Graph(header, kernels, path)
     summary = header.description.strip().partition("\n")[0] or f"{path.stem}: an ISF shader"
     return ShaderEffect(
-        name_of(path), "ISF", summary, header.credit, header.images, parameters, _notes(shaders), file, graph.built,
+        name_of(path), "ISF", summary, header.credit, header.images, parameters, notes_of(shaders), file, graph.built,
         frozenset(re.findall(r"\$(\w+)", " ".join(side for one in header.passes for side in one.size))),
     )  # fmt: skip
 
@@ -127,15 +126,5 @@ class _Graph:
             formulas = one.formulas(values, f"{self.path}: PASSES[{number}]")
             size = Relative(1.0) if formulas is None else Computed(*formulas)
             made = target(f"{into.name}.{one.target or 'pass'}.{number}", "rgba32f" if one.is_float else "rgba8")
-            specs.append(TargetSpec(made.name, made.format, size))
+            specs.append(replace(made, size=size))
         return specs
-
-
-def _notes(shaders: list[Shader]) -> Any:
-    """Each once: passes share their text."""
-    found = {(note.span.file, note.span.line, note.text): note for shader in shaders for note in shader.notes}
-    return tuple(found.values())
-
-
-def _read(path: Path) -> str:
-    return read_bytes(path, "a vertex shader", MAX_BYTES).decode("utf-8", errors="replace")

@@ -19,11 +19,11 @@ from passgraph.graph.formulas import Formula
 from passgraph.graph.targets import Computed, Target, TargetSpec, previous, target
 from passgraph.graph.values import FRAME_INDEX
 from passgraph.language.types import FLOAT, ImageType
-from passgraph.reading import read_bytes
-from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, zero_of_type
-from passgraph.shaders.containers.libretro_preset import MAX_BYTES, Preset, PresetPass, read_preset
+from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, notes_of, zero_of_type
+from passgraph.shaders.containers.libretro_preset import Preset, PresetPass, read_preset
 from passgraph.shaders.containers.libretro_shader import is_libretro, read_shader, shader_parameters
 from passgraph.shaders.containers.pictures import loaded
+from passgraph.shaders.containers.text import shader_text
 from passgraph.shaders.glsl import Shader, parse
 
 #: Earlier frames by the samplers that hold them, → how many runs ago.
@@ -66,8 +66,8 @@ def _effect(preset: Preset, texts: dict[Path, str], path: Path) -> ShaderEffect:
     steps: list[_Step] = []
     for number, told in enumerate(preset.passes, 1):
         if told.shader not in texts:
-            read = read_bytes(told.shader, f"shader{number - 1} of {file}", MAX_BYTES)
-            texts[told.shader] = read.decode("utf-8", errors="replace").replace("\r\n", "\n")
+            read = shader_text(told.shader, f"shader{number - 1} of {file}")
+            texts[told.shader] = read.replace("\r\n", "\n")
         text = texts[told.shader]
         if not is_libretro(text):
             raise InputError(f"{told.shader}: has not both halves, #if defined(VERTEX) and FRAGMENT")
@@ -81,12 +81,10 @@ def _effect(preset: Preset, texts: dict[Path, str], path: Path) -> ShaderEffect:
         name: loaded(f"{file}:{name}", one.path, f"texture {name!r} of {file}").border(one.border).filter(one.filter)
         for name, one in preset.textures.items()
     }
-    notes = {(n.span.file, n.span.line, n.text): n for step in steps for n in step.shader.notes}
+    notes = notes_of(step.shader for step in steps)
     build = partial(_built, preset, steps, textures, file)
     summary = f"{path.stem}: a libretro chain of {len(steps)} pass{'es' if len(steps) > 1 else ''}"
-    return ShaderEffect(
-        name_of(path), "libretro", summary, "", ("frame",), parameters, tuple(notes.values()), file, build
-    )
+    return ShaderEffect(name_of(path), "libretro", summary, "", ("frame",), parameters, notes, file, build)
 
 
 def _pictures_of(preset: Preset, number: int) -> dict[str, int]:
@@ -171,9 +169,6 @@ def _specs(steps: list[_Step], scale: Any, into: TargetSpec, file: str) -> list[
             size = (sides[0].formula(size[0], viewport[0]), sides[1].formula(size[1], viewport[1]))
         elif last:
             size = viewport
-        if last:
-            specs.append(TargetSpec(into.name, into.format, Computed(*size), into.clear, into.notes, into.initial))
-        else:
-            made = target(f"{into.name}.{number}", step.told.format)
-            specs.append(TargetSpec(made.name, made.format, Computed(*size)))
+        made = into if last else target(f"{into.name}.{number}", step.told.format)
+        specs.append(replace(made, size=Computed(*size)))
     return specs

@@ -12,13 +12,11 @@ from typing import TypeVar
 from passgraph.errors import InputError
 from passgraph.graph.formulas import Formula
 from passgraph.graph.targets import MAX_SIDE
-from passgraph.reading import read_bytes
+from passgraph.shaders.containers.text import shader_text
 
 MAX_PASSES, MAX_TEXTURES, MAX_REFERENCES = 64, 32, 16
 #: How far above the preset's own folder its files may lie: trees of presets share shaders and pictures.
 MAX_CLIMB = 4
-#: Bytes of a preset that is referred to, and of a shader.
-MAX_BYTES = 1 << 20
 #: Largest factor of a size.
 MAX_SCALE = 64.0
 #: What the player calls the rule for reads outside of a picture → what it is called here.
@@ -131,7 +129,7 @@ class _Values:
         for line in text.splitlines():
             if match := _REFERENCE.match(line):
                 at = self.file(match[1] or match[2], path, "#reference")
-                told = read_bytes(at, "a preset", MAX_BYTES).decode("utf-8", errors="replace")
+                told = shader_text(at, "a preset")
                 self.read(told, at, (*within, own))
             elif not line.lstrip().startswith(("#", "//")) and (match := _ENTRY.match(line)):
                 plain = re.split(r"\s+//|\s+#|;\s*$", match[4] or "")[0]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, cast
 
@@ -18,7 +18,7 @@ from passgraph.graph.formulas import Formula
 from passgraph.graph.targets import Computed, Target, TargetSpec, target
 from passgraph.language.types import BOOL, FLOAT, INT, Type
 from passgraph.shaders.containers.clock import PRELUDE, clock_uniforms
-from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of
+from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, notes_of
 from passgraph.shaders.containers.mpv_header import MpvBlock, holds, read_blocks, rpn_formula
 from passgraph.shaders.glsl import Shader, parse
 
@@ -115,9 +115,8 @@ def read_mpv(text: str, path: Path) -> ShaderEffect:
     def build(pictures: Mapping[str, Target], values: Mapping[str, Any], into: TargetSpec) -> Target:
         return _built(passes, pictures["frame"], values, into, file)
 
-    notes = {(note.span.line, note.text): note for shader in shaders for note in shader.notes}
     summary = next((b.first("DESC") for b in blocks if "DESC" in b.said), f"{path.stem}: an mpv user shader")
-    return ShaderEffect(name_of(path), "mpv", summary, "", ("frame",), parameters, tuple(notes.values()), file, build)
+    return ShaderEffect(name_of(path), "mpv", summary, "", ("frame",), parameters, notes_of(shaders), file, build)
 
 
 def _built(passes: list[_Pass], frame: Target, values: Mapping[str, Any], into: TargetSpec, file: str) -> Target:
@@ -137,8 +136,7 @@ def _built(passes: list[_Pass], frame: Target, values: Mapping[str, Any], into: 
     named = {"t": last, "luma": chain.held["LUMA"]} if "LUMA" in chain.held else {"t": last}
     size = chain.sizes["LUMA" if "LUMA" in chain.held else "MAIN"]
     text = _JOINED if "luma" in named else _COPIED
-    final = TargetSpec(into.name, into.format, Computed(*size), into.clear, into.notes, into.initial)
-    return _kernel("joined", text)(into=final, **cast("dict[str, Any]", named))
+    return _kernel("joined", text)(into=replace(into, size=Computed(*size)), **cast("dict[str, Any]", named))
 
 
 def _add_pass(one: _Pass, chain: _Chain, uniforms: Mapping[str, Any], name: str, file: str) -> None:
@@ -202,8 +200,7 @@ def _number(text: str, where: str) -> float | None:
 
 
 def _spec(name: str, size: tuple[Formula, Formula]) -> TargetSpec:
-    made = target(name, "rgba16f")
-    return TargetSpec(made.name, made.format, Computed(*size))
+    return replace(target(name, "rgba16f"), size=Computed(*size))
 
 
 def _kernel(name: str, text: str) -> PixelKernel[Target]:

@@ -19,7 +19,7 @@ from passgraph.graph.calls import PixelKernel
 from passgraph.graph.targets import Target, TargetSpec, previous, target
 from passgraph.language.types import VEC4
 from passgraph.shaders.containers.clock import PRELUDE, clock_parameters, clock_uniforms
-from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of
+from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, notes_of
 from passgraph.shaders.containers.pictures import handle_or_black
 from passgraph.shaders.glsl import Shader, parse
 
@@ -186,7 +186,6 @@ def _effect(
     def build(given: Mapping[str, Target], values: Mapping[str, Any], into: TargetSpec) -> Target:
         return _built(passes, given, values, into)
 
-    notes = {(note.span.file, note.span.line, note.text): note for shader in shaders for note in shader.notes}
     return ShaderEffect(
         name_of(path),
         "Shadertoy",
@@ -194,7 +193,7 @@ def _effect(
         credit,
         tuple(pictures),
         parameters,
-        tuple(notes.values()),
+        notes_of(shaders),
         str(path),
         build,
     )
