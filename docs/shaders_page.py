@@ -3,8 +3,8 @@
     python docs/shaders_page.py [STAGE ...] [--again] [--limit SECONDS] [--figures FILE]
 
 measures on the collections beside the checkout (tests/shaders/beside.py says where) and writes the marked section of
-docs/shaders.md and docs/images/shaders/.  Stages are agreement, backends, bounds (of what has other bits), speed, sheets
-and page; left out, all run.  What is measured is kept in docs/shaders.json, row by row: a run that was ended goes on
+docs/shaders.md and docs/images/shaders/.  Stages are agreement, backends, bounds (of what has other bits), speed,
+sheets and page; left out, all run.  What is measured is kept in docs/shaders.json, row by row: a run that was ended goes on
 where it was.  Figures of speed are worth what the machine is quiet: ``speed --again`` measures all of them anew.
 """
 
@@ -181,8 +181,8 @@ def _backends(rows: Rows, bounds: Rows) -> Iterator[str]:
         cells = [counts[verdict] for verdict in ("bits", *VERDICTS)]
         yield f"| {name} | {' | '.join(map(str, cells))} | {len(rows) - len(judged)} |"
     yield ""
-    yield "Of other bits are pictures on `gl` whose passes read texels of 8 bits: the driver makes numbers of them, here"
-    yield "often the float beside the quotient, and comparisons of equal colours turn on it. Beside the oracle's"
+    yield "Of other bits are pictures on `gl` whose passes read texels of 8 bits: the driver makes numbers of them,"
+    yield "here often the float beside the quotient, and comparisons of equal colours turn on it. Beside the oracle's"
     yield f"[bounds](conformance.md), at {'×'.join(map(str, BOUNDS_SIZE))} with defaults, a pass's worst:"
     yield ""
     yield "| of other bits | backend | pixels | steps | outside of bounds | undecided |"
