@@ -119,9 +119,7 @@ class GLSL(CLike):
         name, axes = own_pixel(name)
         if name.startswith("varying."):
             return self._varying(self.varyings.index(name.removeprefix("varying.")), axes)
-        if axes:
-            return self._depth_beside(axes)
-        return {"front_facing": "gl_FrontFacing", "fragment_depth": "gl_FragCoord.z"}[name]
+        return self._depth(axes) if name == "fragment_depth" else {"front_facing": "gl_FrontFacing"}[name]
 
     def operation(self, op: s.Op, arguments: list[str]) -> str:
         # Compilers that assume no NaN fold x != x away; bits they leave alone.
@@ -288,14 +286,17 @@ class GLSL(CLike):
         self.declarations.setdefault(beside, made)
         return f"{beside}.{LETTERS[index % 4]}"
 
-    def _depth_beside(self, axes: str) -> str:
+    def _depth(self, axes: str) -> str:
+        """As it is stored: a polygon offset brings it out of 0 to 1, where drivers leave it to shaders."""
         name = f"pg_depth{axes}"
         made = f"PRECISE float {name} = clamp({self._stepped('gl_FragCoord.z', axes)}, 0.0, 1.0);"
         self.declarations.setdefault(name, made)
         return name
 
     def _stepped(self, plane: str, axes: str) -> str:
-        """A plane's value at another pixel of the quad."""
+        """A plane's value at another pixel of the quad, or at this one."""
+        if not axes:
+            return plane
         ways = f"vec2 pg_way = vec2(1 - 2 * ({self._pixel()} & 1));"
         self.declarations.setdefault("pg_way", ways)
         return f"({' + '.join([plane, *(f'pg_way.{axis} * dFd{axis}({plane})' for axis in axes)])})"

@@ -82,6 +82,8 @@ class DrawOracle:
             turned = unpromised = np.zeros(len(layer), np.bool_)
             if self.fragment is not None:
                 possible = self.state.may_pass(at, here)
+                if not len(possible):
+                    continue
                 there, at, here = there.take(possible), at[possible], here.take(possible)
                 shaded = self._shade(found, there, here)
                 surely, perhaps, colours = there.surely & shaded.surely, shaded.perhaps, shaded.outputs
