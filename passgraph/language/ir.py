@@ -18,6 +18,10 @@ from passgraph.language.types import Array, Scalar, Type, Value, image_names
 Number: TypeAlias = bool | int | float
 #: After an image's name: the picture of its smaller levels, see :mod:`passgraph.plan.mipmaps`.
 MIPS = ".mips"
+#: What a fragment has of its triangle and not of its place alone: of another pixel, it is the triangle's plane there.
+OF_TRIANGLE = ("varying", "fragment_depth")
+#: How the other pixels of a quad lie to a pixel: beside it, above or below, across.
+OTHER_PIXELS = ("x", "y", "xy")
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +56,10 @@ class Uniform:
 
 @dataclass(frozen=True, slots=True)
 class Builtin:
-    """What the stage hands in: ``pixel``, ``output_size``, ``vertex.position``, ``varying.normal`` …"""
+    """What the stage hands in: ``pixel``, ``output_size``, ``vertex.position``, ``varying.normal`` …
+
+    ``varying@x.normal`` is that of the pixel beside a fragment's own in its quad, see :func:`other_pixel`.
+    """
 
     type: Value
     name: str
@@ -309,6 +316,27 @@ class TypedKernel:
     def pictures(self) -> tuple[str, ...]:
         """Its images, and what their smaller levels are called."""
         return (*self.images, *(name + MIPS for name in self.images))
+
+
+def other_pixel(name: str, axes: str) -> str:
+    """What a builtin of :data:`OF_TRIANGLE` is called at the pixel of the quad that lies apart along these axes.
+
+    >>> other_pixel("varying.normal", "x"), other_pixel("fragment_depth", "xy")
+    ('varying@x.normal', 'fragment_depth@xy')
+    """
+    head, dot, rest = name.partition(".")
+    return f"{head}@{axes}{dot}{rest}" if axes else name
+
+
+def own_pixel(name: str) -> tuple[str, str]:
+    """What a builtin is called at a fragment's own pixel, and the axes along which the pixel lies that it is of.
+
+    >>> own_pixel("varying@x.normal.2"), own_pixel("pixel.0")
+    (('varying.normal.2', 'x'), ('pixel.0', ''))
+    """
+    head, dot, rest = name.partition(".")
+    head, _, axes = head.partition("@")
+    return head + dot + rest, axes
 
 
 def expressions(*roots: Stmt | Expr) -> Iterator[Expr]:
