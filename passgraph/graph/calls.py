@@ -37,7 +37,9 @@ from passgraph.language.types import (
     element_of,
     flat_type,
     image_names,
+    is_plain,
     plain_parts,
+    sides_of,
 )
 
 if TYPE_CHECKING:
@@ -270,8 +272,9 @@ def _columns(value: object, type_: Array, name: str) -> list[tuple[str, Type, ob
     if isinstance(type_.element, (Scalar, Vector, Matrix)):
         return [(name, type_, value)]
     flat = flat_type(type_)
-    if isinstance(value, np.ndarray) and isinstance(flat.element, (Scalar, Vector, Matrix)):
-        return [(name, flat, _in_one_row(value, type_, name))]
+    sides = sides_of(type_)
+    if isinstance(value, np.ndarray) and value.shape[: len(sides)] == sides and is_plain(flat):
+        return [(name, flat, value.reshape(-1, *value.shape[len(sides) :]))]  # without a list of each row
     entries = _entries(value, type_, name)
     if not isinstance(flat.element, Struct):
         return [(name, flat, entries)]
@@ -306,17 +309,6 @@ def _entries(value: Any, type_: Array, name: str) -> list[Any]:
         return list(value)
     inner = type_.element
     return [one for k, row in enumerate(value) for one in _entries(row, inner, f"{name}[{k}]")]
-
-
-def _in_one_row(value: np.ndarray[Any, Any], type_: Array, name: str) -> np.ndarray[Any, Any]:
-    """Arrays in arrays of plain values as NumPy holds them, without a list of each row."""
-    sides: tuple[int, ...] = ()
-    entry: Type = type_
-    while isinstance(entry, Array):
-        sides, entry = (*sides, entry.length), entry.element
-    if value.shape[: len(sides)] != sides:
-        raise GraphError(f"{name} must be {type_}, an array of shape {(*sides, '...')}, got {arguments.shown(value)}")
-    return value.reshape(-1, *value.shape[len(sides) :])
 
 
 class _Maker(Protocol):

@@ -141,6 +141,11 @@ def flat_type(array: Array) -> Array:
     return Array(inner.element, array.length * inner.length)
 
 
+def sides_of(type_: Type) -> tuple[int, ...]:
+    """How many entries arrays in arrays have, the outermost first."""
+    return (type_.length, *sides_of(type_.element)) if isinstance(type_, Array) else ()
+
+
 def is_plain(type_: Type) -> bool:
     """Whether what comes behind the parser knows the type: a scalar, vector or matrix, or an array of such."""
     entry = type_.element if isinstance(type_, Array) else type_

@@ -52,6 +52,7 @@ from passgraph.language.types import (
     innermost,
     is_plain,
     plain_parts,
+    sides_of,
 )
 from passgraph.travel.arrays import Arrays
 from passgraph.travel.decode_kernel import kernel_from_data
@@ -395,11 +396,6 @@ def _by_slot(made: Target | tuple[Target, ...]) -> dict[int, Target]:
     return found
 
 
-def _sides(type_: Type) -> tuple[int, ...]:
-    """How many entries arrays in arrays have, the outermost first."""
-    return (type_.length, *_sides(type_.element)) if isinstance(type_, Array) else ()
-
-
 def _built(
     type_: Type,
     path: str,
@@ -413,7 +409,7 @@ def _built(
         return SimpleNamespace(**fields)
     if isinstance(numbers.get(path), np.ndarray) and isinstance(type_, Array) and is_buffer(flat_type(type_)):
         count = component_count(innermost(type_))
-        return np.asarray(numbers[path]).reshape(*_sides(type_), *([count] if count > 1 else []))
+        return np.asarray(numbers[path]).reshape(*sides_of(type_), *([count] if count > 1 else []))
     if isinstance(type_, Array) and not isinstance(type_.element, Scalar):
         first, inner = entry * type_.length, type_.element
         return [_built(inner, path, first + k, numbers, images) for k in range(type_.length)]
