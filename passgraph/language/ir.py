@@ -339,6 +339,17 @@ def own_pixel(name: str) -> tuple[str, str]:
     return head + dot + rest, axes
 
 
+def held(node: Stmt | Expr) -> tuple[Stmt | Expr, ...]:
+    """The expressions and statements that a statement or an expression is made of."""
+    if isinstance(node, Assign):
+        return (node.value,)
+    if isinstance(node, If):
+        return (node.condition, *node.then, *node.orelse)
+    if isinstance(node, For):
+        return (node.start, node.stop, node.step, *node.body)
+    return () if isinstance(node, (Break, Continue)) else parts_of(node)
+
+
 def expressions(*roots: Stmt | Expr) -> Iterator[Expr]:
     """Every expression inside statements and expressions, each once."""
     pending: list[object] = list(roots)
