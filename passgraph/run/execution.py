@@ -70,8 +70,9 @@ class Execution:
                 self.memories.append(backend.make(memory.format, memory.size))
             self._begin_history(started=True)
             chains = Chains(plan)
-            while len(self._runs) < len(plan.steps):
-                self._compile_next(chains)
+            with backend.compiling():
+                while len(self._runs) < len(plan.steps):
+                    self._compile_next(chains)
         except BaseException:
             self.release()
             raise

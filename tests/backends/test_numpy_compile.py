@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.backends.numpy.machine import native
+from passgraph.backends.numpy.machine import native, objects
 from passgraph.backends.numpy.pixels.chains import alone
 from passgraph.backends.numpy.pixels.code import pixel_text
 from passgraph.backends.numpy.pixels.layout import Layout
@@ -48,7 +48,7 @@ def test_reads_beyond_so_many_are_calls() -> None:
     few, many = text_of(taps(MAX_INLINED)), text_of(taps(MAX_INLINED + 12))
     assert few.count(" noinline") == 0
     assert many.count(" noinline") == 12
-    lines = [str(native.optimised(text)).count("\n") for text in (text_of(taps(12)), few, many)]
+    lines = [str(objects.optimised(text)).count("\n") for text in (text_of(taps(12)), few, many)]
     inlined, called = (lines[1] - lines[0]) / (MAX_INLINED - 12), (lines[2] - lines[1]) / 12
     assert called < 0.6 * inlined  # lines of LLVM's text a read; the function itself is among them
 
@@ -101,7 +101,7 @@ def curves(count: int) -> pg.Program:
 
 def test_code_does_not_know_the_names_of_images(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("PASSGRAPH_CACHE", str(tmp_path))
-    monkeypatch.setattr(native, "_loaded", {})
+    monkeypatch.setattr(native, "_codes", {})
     for name in ("color", "picture"):
         text = f"def twice({name}: Image) -> vec4: return {name}[0, 0] * 2.0 + float({name}.size.x)"
         frame = pg.Input("frame", "rgba32f", SIZE)
@@ -115,7 +115,7 @@ def test_passes_alike_are_compiled_once(monkeypatch: pytest.MonkeyPatch, tmp_pat
     with curves(60) as program:
         want = program(frame=picture)["last"]
     monkeypatch.setenv("PASSGRAPH_CACHE", str(tmp_path))
-    monkeypatch.setattr(native, "_loaded", {})
+    monkeypatch.setattr(native, "_codes", {})
     monkeypatch.setattr("passgraph.plan.fuse.MAX_FUSED_INSTRUCTIONS", 120)
     monkeypatch.setattr("passgraph.plan.chains.MAX_INSTRUCTIONS", 120)
     with curves(60) as program:
