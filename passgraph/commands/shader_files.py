@@ -22,8 +22,8 @@ RESERVED = frozenset(
     {
         "as_stored", "at", "backend", "backends", "capture", "check_finite", "codec", "codec_option", "depth",
         "depth_buffer", "effect", "frame", "frames", "h", "help", "inputs", "jobs", "linear", "most_ambiguous",
-        "no_sound", "non_finite", "off", "output", "pass", "profile", "rate", "raw", "resume", "scheduler", "size",
-        "sound", "source", "step", "svg",
+        "most_seconds", "no_sound", "non_finite", "off", "output", "pass", "profile", "rate", "raw", "resume",
+        "scheduler", "size", "sound", "source", "step", "svg",
     }
 )  # fmt: skip
 PREFIX = "shader_"
