@@ -118,6 +118,40 @@ def test_passes_keep_what_their_formats_keep(tmp_path, context, format_: str) ->
     assert (found[..., :3].max() > 1.0) == (format_ == "rgba32f")
 
 
+@pytest.mark.parametrize("linear", [False, True])
+def test_passes_and_textures_have_the_levels_that_presets_ask_for(tmp_path, context, linear: bool) -> None:
+    """The frame, what a pass made, and a texture, all by names too; no level where none is asked for."""
+    frame, lut, said = picture(6, 8, 16), picture(7, 16, 16), str(linear).lower()
+    pg.save(tmp_path / "lut.png", lut)
+    more = "uniform sampler2D LUT, OLD, OrigTexture;"
+    reads = """0.4 * same(TEX0.xy * 3.1) + 0.3 * texture(LUT, TEX0.xy * 3.1, 0.5) + 0.2 * texture(OLD, TEX0.xy * 3.1)
+        + 0.1 * textureLod(OrigTexture, TEX0.xy, 2.5)"""
+    texts = {"one": shader("same(TEX0.xy * 2.3)"), "two": shader(reads, more)}
+    preset = f"""
+        shaders = 2
+        shader0 = one.glsl
+        shader1 = two.glsl
+        mipmap_input0 = true
+        mipmap_input1 = true
+        filter_linear0 = {said}
+        filter_linear1 = {said}
+        float_framebuffer0 = true
+        textures = "LUT;OLD"
+        LUT = lut.png
+        LUT_mipmap = true
+        LUT_linear = {said}
+        OLD = lut.png
+        OLD_linear = {said}
+    """
+    found = run(effect(tmp_path, preset, **texts), [frame], 1.0)[0]
+    drawn = [Drawn(text, (16, 8), linear, format="rgba32f", mipmaps=True) for text in texts.values()]
+    textures = {name: (lut, linear, "zero", name == "LUT") for name in ("LUT", "OLD")}
+    expected = Chain(context, drawn, textures, values={"GAIN": 1.0}).frame(frame, 0)
+    assert np.abs(found - expected).max() < (0.03 if linear else 1e-5)
+    without = run(effect(tmp_path, preset.replace("mipmap", "no_mipmap"), **texts), [frame], 1.0)[0]
+    assert np.abs(found - without).max() > 0.1
+
+
 def test_earlier_frames_are_those_of_earlier_runs(tmp_path) -> None:
     more = "uniform sampler2D PrevTexture; uniform sampler2D Prev6Texture;"
     text = shader("vec4(texture(PrevTexture, TEX0.xy).x, texture(Prev6Texture, TEX0.xy).x, same(TEX0.xy).x, 1.0)", more)

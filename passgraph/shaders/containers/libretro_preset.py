@@ -74,6 +74,7 @@ class PresetTexture:
     path: Path
     filter: str
     border: str
+    mipmaps: bool
 
 
 @dataclass(frozen=True)
@@ -229,4 +230,5 @@ def _texture(values: _Values, name: str) -> PresetTexture:
         raise InputError(f"{values.path}: textures are names, got {name!r}")
     linear = values.one_of(f"{name}_linear", _TRUTH, "false")
     border = values.one_of(f"{name}_wrap_mode", _BORDERS, "clamp_to_border")
-    return PresetTexture(values.path_of(name), "linear" if linear else "nearest", border)
+    mipmaps = values.one_of(f"{name}_mipmap", _TRUTH, "false")
+    return PresetTexture(values.path_of(name), "linear" if linear else "nearest", border, mipmaps)

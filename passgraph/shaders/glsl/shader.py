@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cache
 from pathlib import Path
 
 from passgraph import disk_cache
@@ -47,6 +48,7 @@ class Shader:
     notes : reliances on what drivers do differently, each with its line
     version : what ``#version`` said; 0 without one
     extensions : names of ``#extension``
+    leveled : its representation where these of its pictures have smaller levels, which derivatives then choose from
     """
 
     program: ir.TypedKernel
@@ -54,6 +56,7 @@ class Shader:
     notes: tuple[Note, ...]
     version: int = 0
     extensions: tuple[str, ...] = ()
+    leveled: Callable[[frozenset[str]], ir.TypedKernel] = field(kw_only=True, repr=False, compare=False)
 
 
 def parse(
@@ -70,6 +73,7 @@ def parse(
     natives: Mapping[str, Native] | None = None,
     values: Mapping[str, NativeValue] | None = None,
     rows_up: bool = True,
+    levels: Collection[str] = (),
 ) -> Shader:
     """The kernel that a fragment shader is.
 
@@ -86,6 +90,7 @@ def parse(
     defaults : values of uniforms that the text gives none
     natives, values : functions and values of a container, as typed expressions
     rows_up : whether the shader counts rows of pictures from the bottom, as OpenGL does; else from the top
+    levels : pictures whose smaller levels ``texture`` chooses from by derivatives; those of handles with ``mipmaps()``
 
     Raises
     ------
@@ -98,7 +103,7 @@ def parse(
     >>> [f"{p.name}: {p.type}" for p in shader.program.parameters]
     ['t: Image']
     """
-    unit = Unit(dict(natives or {}), {**STAGE, **(values or {})}, rows_up)
+    unit = Unit(dict(natives or {}), {**STAGE, **(values or {})}, rows_up, frozenset(levels))
     pieces = [(prelude, PRELUDE), (text, file), (postlude, POSTLUDE)]
     try:
         tokens, reader = preprocessed(pieces, defines or {}, None if folder is None else Path(folder))
@@ -108,11 +113,20 @@ def parse(
     except RecursionError:
         raise KernelError(f"{file}: the shader nests too deeply") from None
     if not natives and not values:
-        said = repr((pieces, name, entry, rows_up, sorted((defines or {}).items()), sorted(reader.included.items())))
+        said = repr((pieces, name, entry, rows_up, sorted(levels), sorted((defines or {}).items()),
+                     sorted(reader.included.items())))  # fmt: skip
         own = disk_cache.text_digest(Path(__file__).parent)
         program = replace(program, digest=hashlib.sha256(f"{own}{said}".encode(errors="surrogatepass")).hexdigest())
     notes = tuple(sorted(unit.notes.values(), key=lambda note: (note.span.file, note.span.line)))
-    return Shader(program, uniforms, notes, reader.version, tuple(reader.extensions))
+
+    @cache
+    def leveled(names: frozenset[str]) -> ir.TypedKernel:
+        return parse(
+            text, name=name, file=file, entry=entry, prelude=prelude, postlude=postlude, defines=defines,
+            folder=folder, defaults=defaults, natives=natives, values=values, rows_up=rows_up, levels=names,
+        ).program  # fmt: skip
+
+    return Shader(program, uniforms, notes, reader.version, tuple(reader.extensions), leveled=leveled)
 
 
 def _program(
