@@ -116,12 +116,15 @@ class Chain:
         self, one: Drawn, program: Any, named: Mapping[str, moderngl.Texture], target: moderngl.Texture, number: int
     ) -> None:
         pictures = {f"{name}Texture": texture for name, texture in named.items()} | self.held
-        for unit, (name, texture) in enumerate((n, t) for n, t in pictures.items() if n in program):
+        first = pictures.pop("Texture")  # on the first unit, which samplers read that nobody sets
+        read = [("Texture", first), *((name, texture) for name, texture in pictures.items() if name in program)]
+        for unit, (name, texture) in enumerate(read):
             self.context.clear_samplers(unit, unit + 1)
             texture.use(unit)
             if texture.extra is not None:
                 texture.extra.use(unit)
-            program[name].value = unit
+            if name in program:
+                program[name].value = unit
         values: dict[str, Any] = {**self.values, "MVPMatrix": _MATRIX, "OutputSize": one.size, "FrameDirection": 1}
         values["FrameCount"] = number % one.frame_count_mod if one.frame_count_mod else number
         for name, texture in named.items():

@@ -223,6 +223,17 @@ def test_frames_are_counted_up_to_the_modulus(tmp_path) -> None:
     assert [shown[0, 0, 0] for shown in run(made, [picture(1)] * 5)] == [0, 1, 2, 0, 1]
 
 
+def test_a_preset_may_lack_what_the_player_does_without(tmp_path) -> None:
+    """The last quotation mark, and an end to digits."""
+    pg.save(tmp_path / "lut.png", np.ones((1, 1, 3), np.float32))
+    more = "uniform sampler2D LUT;"
+    preset = (
+        'shaders = 1_\nshader0 = "one.glsl\nscale_type0 = absolute\nscale0 = 5.0\ntextures = "LUT;\nLUT = \'lut.png'
+    )
+    made = effect(tmp_path, preset, one=shader("texture(LUT, TEX0.xy)", more))
+    assert run(made, [picture(1)], 1.0)[0].tolist() == np.ones((5, 5, 4)).tolist()
+
+
 def test_a_preset_goes_before_what_it_refers_to(tmp_path) -> None:
     (tmp_path / "base").mkdir()
     (tmp_path / "base" / "b.glslp").write_text("shaders = 1\nshader0 = ../one.glsl\nGAIN = 3.0\nfilter_linear0 = true")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 
 from passgraph import disk_cache
@@ -26,12 +26,14 @@ from passgraph.language.values import Part
 from passgraph.language.variables import Place, Variable
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.body import Body
+from passgraph.shaders.glsl.builtins import overloads
 from passgraph.shaders.glsl.images import STAGE
 from passgraph.shaders.glsl.parse import Parser
 from passgraph.shaders.glsl.preprocess import preprocessed
 from passgraph.shaders.glsl.typing import type_of_part
 from passgraph.shaders.glsl.uniforms import declare_inputs, declare_interface, declare_uniforms
 from passgraph.shaders.glsl.unit import Native, NativeValue, Note, Slot, Uniform, Unit, holds_pictures
+from passgraph.shaders.glsl.walk import assigned_names
 
 #: Files that errors in the texts of a container name.
 PRELUDE, POSTLUDE = "<prelude>", "<postlude>"
@@ -163,6 +165,7 @@ def _declared(tree: list[g.Outer], body: Body) -> list[tuple[str, Slot]]:
     depth = body.new_slot("gl_FragDepth", FLOAT, written=True)
     body.builder.clear(depth.variable)
     body.bind("gl_FragDepth", depth)  # written to nobody: a pass over a picture has no depth
+    written = assigned_names(tuple(tree), partial(overloads, body.unit))
     for node in tree:
         if isinstance(node, g.Struct):
             body.declare_struct(node)
@@ -174,7 +177,7 @@ def _declared(tree: list[g.Outer], body: Body) -> list[tuple[str, Slot]]:
             elif node.qualifiers & {"in", "varying", "attribute"}:
                 declare_inputs(body, node)
             else:
-                body.declare(node)
+                body.declare(node, None if "out" in node.qualifiers else written)
                 if "out" in node.qualifiers:
                     for variable in node.variables:
                         output = body.unit.names[variable.name]
