@@ -158,7 +158,7 @@ def test_outputs_of_old_shaders_are_numbered() -> None:
         ("void main() {\nfloat a;\ngl_FragColor = vec4(a); }", 3, "a has no value here; it is 0"),
         ("in vec2 here;\nvoid main() { gl_FragColor = here.xyxy; }", 1, "input here is the position"),
         ("uniform int n; void main() {\nfor (int i = 0; i < n; i++) gl_FragColor += 1.0; }", 2, "1024 trips at most"),
-        ("uniform bool b; float f()\n{ if (b) return 1.; } void main() { gl_FragColor = vec4(f()); }", 2, "may end without"),
+        ("uniform bool b; float f()\n{ if (b) return 1.; } void main() { gl_FragColor = vec4(f()); }", 2, "may end"),
         ("uniform sampler2D t; void main() {\ngl_FragColor = texture2D(t, vec2(0), 1.0); }", 2, "smaller level"),
         ("\nprecision mediump float; void main() { gl_FragColor = vec4(1); }", 2, "32 bits here"),
         ("void main() {\ngl_FragColor = vec4(fract(sin(gl_FragCoord.x) * 43758.5)); }", 2, "noise amplifies"),

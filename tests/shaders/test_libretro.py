@@ -178,6 +178,36 @@ def test_feedback_is_what_a_pass_made_in_the_run_before(tmp_path) -> None:
         assert np.abs(shown - held).max() < 1e-6
 
 
+def test_a_tube_that_glows_on_does_so_as_the_original_does(tmp_path, context) -> None:
+    """Feedback of a pass, frames before, and the mean brightness of a picture from its last level, over six frames."""
+    glow = shader(
+        "max(same(TEX0.xy), 0.7 * texture(FeedbackTexture, TEX0.xy)) + 0.1 * texture(Prev1Texture, TEX0.xy)",
+        "uniform sampler2D FeedbackTexture, Prev1Texture;",
+    )
+    tube = shader(
+        """same(TEX0.xy + 0.03 * sin(9.0 * TEX0.yx)) * (0.7 + 0.3 * sin(6.2832 * TEX0.y * OutputSize.y / 3.0))
+           / (0.5 + textureLod(Texture, vec2(0.5), 9.0).g)"""
+    )
+    preset = """
+        shaders = 2
+        shader0 = glow.glsl
+        float_framebuffer0 = true
+        feedback_pass = 0
+        shader1 = tube.glsl
+        filter_linear1 = true
+        mipmap_input1 = true
+        wrap_mode1 = clamp_to_edge
+    """
+    frames = [np.roll(picture(9, 8, 16), 3 * step, axis=1) * (step < 3) for step in range(6)]
+    found = run(effect(tmp_path, preset, glow=glow, tube=tube), frames)
+    drawn = (Drawn(glow, (16, 8), format="rgba32f"), Drawn(tube, (32, 16), True, "clamp", mipmaps=True))
+    chain = Chain(context, drawn, feedback=0, values={"GAIN": 1.0})
+    for number, (shown, frame) in enumerate(zip(found, frames, strict=True)):
+        expected = chain.frame(np.ascontiguousarray(frame, np.float32), number)
+        assert np.abs(shown - expected).max() < 0.02, number
+    assert found[-1].max() > 0.1, "nothing glows"
+
+
 def test_passes_textures_and_frames_have_their_names(tmp_path) -> None:
     """Orig, PassN from 1, PassPrevN back from here, aliases, textures of the preset, and sizes of each."""
     pixel = np.full((1, 1, 3), 128 / 255, np.float32)
