@@ -44,6 +44,8 @@ _BORDERS = {"clamp": "clamp", "repeat": "repeat"}
 _FILTERS = {"nearest": ("nearest", False), "linear": ("linear", False), "mipmap": ("linear", True)}
 #: Kinds of inputs that are pictures from outside; of the others a reason why not.
 _OUTSIDE = ("texture", "image", "video", "webcam", "music", "musicstream", "mic", "keyboard")
+#: What passes begin at; only pictures are read.
+_ENTRY = re.compile(r"\b(?:void\s+(mainImage|mainCubemap|mainVR)|vec2\s+(mainSound))\s*\(")
 _ORDER = ("Buffer A", "Buffer B", "Buffer C", "Buffer D", "Image")
 
 
@@ -74,8 +76,8 @@ class _Pass:
 
 
 def is_shadertoy(text: str) -> bool:
-    """Whether a text has the function that a Shadertoy shader is."""
-    return re.search(r"\bvoid\s+mainImage\s*\(", text) is not None and not text.lstrip().startswith(("{", "["))
+    """Whether a text has a function that a Shadertoy shader is."""
+    return _ENTRY.search(text) is not None and not text.lstrip().startswith(("{", "["))
 
 
 def is_shadertoy_export(text: str) -> bool:
@@ -88,9 +90,17 @@ def read_shadertoy(text: str, path: Path) -> ShaderEffect:
 
     Raises
     ------
+    InputError
+        For one of sound or cube maps alone, with the line of its function.
     KernelError
         For a shader that is refused, with file, line and caret.
     """
+    entries = {match[match.lastindex or 0]: match for match in _ENTRY.finditer(text)}
+    if "mainImage" not in entries:
+        name, found = next(iter(entries.items()))
+        line = text.count("\n", 0, found.start())
+        shown = text.split("\n")[line]
+        raise InputError(f"{path}:{line + 1}: {name} makes no picture, and is not read here; mainImage is\n    {shown}")
     channels = {name: _Source(None, name, "repeat") for name in CHANNELS}
     return _effect([(path.stem, text, channels)], "", path, f"{path.stem}: a Shadertoy shader", "")
 

@@ -15,6 +15,7 @@ from passgraph.language.values import ImageValue, Part
 from passgraph.language.variables import new_variable, read_variable
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.builtins import overloads
+from passgraph.shaders.glsl.elsewhere import elsewhere
 from passgraph.shaders.glsl.expressions import Expressions
 from passgraph.shaders.glsl.folding import constant, folded
 from passgraph.shaders.glsl.places import Place, read_place, write_place
@@ -55,7 +56,7 @@ class Body:
             fail(span, self.unit.missing[name])
         if found is None:
             known = "it is a function; call it" if name in self.unit.functions else "declare it before"
-            fail(span, f"{name!r} is not defined here; {known}")
+            fail(span, elsewhere(name) or f"{name!r} is not defined here; {known}")
         return found
 
     def bind(self, name: str, binding: Binding) -> None:
