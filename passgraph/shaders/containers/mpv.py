@@ -105,7 +105,7 @@ def read_mpv(text: str, path: Path) -> ShaderEffect:
             postlude=_BEHIND, rows_up=False,
         )  # fmt: skip
         shaders.append(shader)
-        passes.append(_Pass(block, hook, PixelKernel[Target].of_program(shader.program), bound))
+        passes.append(_Pass(block, hook, PixelKernel[Target].of_shader(shader), bound))
     if not passes:
         raise InputError(f"{file}: has no pass (//!HOOK)")
     parameters["output_scale"] = ShaderParameter(
