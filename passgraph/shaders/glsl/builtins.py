@@ -48,12 +48,19 @@ genUType uaddCarry(genUType x, genUType y, out genUType carry) { carry = genUTyp
 genUType usubBorrow(genUType x, genUType y, out genUType borrow) { borrow = genUType(lessThan(x, y)); return x - y; }
 """
 _SCALAR = """
-vec4 textureGather(sampler2D s, vec2 P, int c) {
-    ivec2 at = ivec2(floor(P * vec2(textureSize(s, 0)) - 0.5));
+vec4 textureGatherOffset(sampler2D s, vec2 P, ivec2 offset, int c) {
+    ivec2 at = ivec2(floor(P * vec2(textureSize(s, 0)) - 0.5)) + offset;
     return vec4(texelFetchOffset(s, at, 0, ivec2(0, 1))[c], texelFetchOffset(s, at, 0, ivec2(1, 1))[c],
                 texelFetchOffset(s, at, 0, ivec2(1, 0))[c], texelFetch(s, at, 0)[c]);
 }
+vec4 textureGatherOffset(sampler2D s, vec2 P, ivec2 offset) { return textureGatherOffset(s, P, offset, 0); }
+vec4 textureGather(sampler2D s, vec2 P, int c) { return textureGatherOffset(s, P, ivec2(0), c); }
 vec4 textureGather(sampler2D s, vec2 P) { return textureGather(s, P, 0); }
+vec4 textureGatherOffsets(sampler2D s, vec2 P, ivec2 offsets[4], int c) {
+    return vec4(textureGatherOffset(s, P, offsets[0], c).w, textureGatherOffset(s, P, offsets[1], c).w,
+                textureGatherOffset(s, P, offsets[2], c).w, textureGatherOffset(s, P, offsets[3], c).w);
+}
+vec4 textureGatherOffsets(sampler2D s, vec2 P, ivec2 offsets[4]) { return textureGatherOffsets(s, P, offsets, 0); }
 """
 
 
