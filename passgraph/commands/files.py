@@ -1,17 +1,40 @@
-"""Output files: refused before the long work, written whole or not at all."""
+"""Files on the command line: what they mean, refused before the long work, written whole or not at all."""
 
 from __future__ import annotations
 
 import os
 import secrets
+from collections.abc import Iterable
 from importlib.util import find_spec
 from pathlib import Path
 
 from passgraph.errors import InputError
+from passgraph.frames.names import Pattern, has_wildcard, is_video
 from passgraph.pictures import type_of_suffix
 
 #: Suffixes of float formats: they hold light as it is, beyond 1 too.
 FLOAT_SUFFIXES = (".exr", ".npy")
+#: Standard input or output.
+STREAM = "-"
+
+
+def is_one_picture(inputs: tuple[str, ...], output: str) -> bool:
+    """Whether one picture file goes to one."""
+    if len(inputs) != 1 or inputs[0] == STREAM or output == STREAM or is_folder(output):
+        return False
+    path = Path(inputs[0])
+    # One # may be meant as it stands, as in a#1.png.
+    numbered = Pattern.is_in(output) and ("##" in output or "%" in output)
+    if numbered or is_video(Path(output)) or is_video(path):
+        return False
+    if path.is_dir():
+        # Its pictures go into a folder or have numbers; else it is said that a picture is expected.
+        return bool(Path(output).suffix) and not Pattern.is_in(output)
+    return os.path.lexists(path) or not (Pattern.is_in(inputs[0]) or has_wildcard(inputs[0]))
+
+
+def is_folder(output: str) -> bool:
+    return output.endswith(("/", os.sep)) or (output != STREAM and Path(output).is_dir())
 
 
 def check_picture_path(path: Path) -> None:
@@ -46,6 +69,29 @@ def check_folder(path: Path) -> None:
     except OSError as error:
         raise InputError(f"{path}: cannot be made a folder ({error.strerror}); make its parent first") from error
     check_path(path / "probe")
+
+
+def check_apart(inputs: Iterable[Path], outputs: Iterable[tuple[Path, str]]) -> None:
+    """Refuse outputs that are inputs, through links too, and two of one name."""
+    read = {identity: path for path in inputs for identity in _identities(path)}
+    written: dict[object, str] = {}
+    for path, what in outputs:
+        for identity in _identities(path):
+            if identity in read:
+                raise InputError(f"{path}: would overwrite the input {read[identity]}; give the output another name")
+        name = os.path.realpath(path)
+        if name in written:
+            raise InputError(f"{path}: {written[name]} and {what} would both be written to it; run them apart")
+        written[name] = what
+
+
+def _identities(path: Path) -> list[object]:
+    """What tells that two names are one file: the path behind links, and the file itself where it is there."""
+    try:
+        status = os.stat(path)
+    except (OSError, ValueError):
+        return [os.path.realpath(path)]
+    return [os.path.realpath(path), (status.st_dev, status.st_ino)]
 
 
 def write_text(path: Path, text: str) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -26,7 +26,9 @@ from passgraph.graph.targets import Input, Target
 from passgraph.picture_decoders import scaled
 from passgraph.run.finite_checks import NonFinite
 from passgraph.run.program import Program, compile
-from passgraph.scene.hardware_depth import HardwareDepth
+
+if TYPE_CHECKING:
+    from passgraph.scene.hardware_depth import HardwareDepth
 
 
 @dataclass(frozen=True)

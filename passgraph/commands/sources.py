@@ -19,10 +19,10 @@ from passgraph.graph.outputs import named_outputs
 from passgraph.graph.targets import Input, Target, target
 from passgraph.graph.values import Value, sources_of
 from passgraph.run.admission import format_of
-from passgraph.scene.hardware_depth import HardwareDepth
 
 if TYPE_CHECKING:
     from passgraph.scene import Scene
+    from passgraph.scene.hardware_depth import HardwareDepth
 
 #: Size of rendered pictures where none is asked for.
 RENDER_SIZE = (1280, 720)

@@ -1,19 +1,18 @@
 """Machine code from LLVM text of our own, kept on disk: a second process needs no compiler."""
 
-# mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
 
 import hashlib
 import os
 import threading
 from collections.abc import Callable
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
-from typing import Any
 
 import llvmlite
-import llvmlite.binding as llvm
 
+from passgraph.backends.numpy.machine.linked import MARK, linked, loaded
+from passgraph.backends.numpy.machine.processor import told_by_linux
 from passgraph.disk_cache import recall, remember, text_digest
 from passgraph.language import borders
 
@@ -26,30 +25,22 @@ if hasattr(os, "register_at_fork"):
     )
 
 
-@lru_cache(maxsize=1)
-def _machine() -> tuple[Any, str, str]:
-    """Target machine of this processor, its name and its features."""
-    llvm.initialize_native_target()
-    llvm.initialize_native_asmprinter()
-    name, features = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
-    target = llvm.Target.from_default_triple()
-    return (
-        target.create_target_machine(cpu=name, features=features, opt=2, reloc="pic", codemodel="default"),
-        name,
-        features,
-    )
+@cache
+def _processor() -> tuple[str, frozenset[str]]:
+    """What tells this processor from others, and what it can do, without LLVM where the system says it."""
+    told = told_by_linux()
+    if told is None:
+        from passgraph.backends.numpy.machine.compiler import host
+
+        name, features = host()
+        told = name, frozenset(feature[1:] for feature in features.split(",") if feature.startswith("+"))
+    return told
 
 
 def lanes() -> int:
     """Numbers in one vector: a register's worth where there are many registers."""
     with _compiling:
-        return 16 if "+avx512f" in _machine()[2] else 8
-
-
-@lru_cache(maxsize=1)
-def _engine() -> Any:
-    empty = llvm.parse_assembly("")
-    return llvm.create_mcjit_compiler(empty, _machine()[0])
+        return 16 if "avx512f" in _processor()[1] else 8
 
 
 _loaded: dict[str, int] = {}
@@ -58,7 +49,7 @@ _loaded: dict[str, int] = {}
 def function_address(parts: tuple[str, ...], emit: Callable[[str], str], *, loops: int = 0) -> int:
     """Where the function is that ``emit(name)`` gives the LLVM text of; ``parts`` tell it from every other.
 
-    ``loops``: the level at which LLVM makes vectors of its loops, see :func:`optimised`.
+    ``loops``: the level at which LLVM makes vectors of its loops, see `compiler.optimised`.
 
     Threads take turns: what one is compiling, another that asks for it finds made.
     """
@@ -67,39 +58,27 @@ def function_address(parts: tuple[str, ...], emit: Callable[[str], str], *, loop
 
 
 def _address(parts: tuple[str, ...], emit: Callable[[str], str], loops: int) -> int:
-    _, cpu, features = _machine()
+    name, features = _processor()
     # Border rules come from the language's own text, beside the programs among the parts.
     texts = (text_digest(Path(__file__).parents[1], (".py", ".ll")), text_digest(Path(borders.__file__).parent))
-    told = (*texts, llvmlite.__version__, cpu, features, *parts)
+    told = (*texts, llvmlite.__version__, name, *sorted(features), *parts)
     key = hashlib.sha256("\0".join(told).encode()).hexdigest()[:40]
     if key not in _loaded:
         name = f"pg_{key}"
         code = recall("code", f"{name}.o")
         if code is None:
-            code = _compiled(emit(name), loops)
+            from passgraph.backends.numpy.machine.compiler import compiled
+
+            made = compiled(emit(name), loops)
+            code = linked(made, name) or made
             remember("code", f"{name}.o", code)
-        engine = _engine()
-        engine.add_object_file(llvm.ObjectFileRef.from_data(code))
-        engine.finalize_object()
-        _loaded[key] = engine.get_function_address(name)
+        _loaded[key] = _load(code, name)
     return _loaded[key]
 
 
-def _compiled(text: str, loops: int) -> bytes:
-    return bytes(_machine()[0].emit_object(optimised(text, loops=loops)))
+def _load(code: bytes, name: str) -> int:
+    if code.startswith(MARK):
+        return loaded(code)
+    from passgraph.backends.numpy.machine.compiler import load_object
 
-
-def optimised(text: str, *, loops: int = 0) -> Any:
-    """A module as it becomes machine code.
-
-    In text of kernels what is to be a vector is one already: LLVM leaves loops alone and works at its level 2.
-    Other text has loops over single numbers; where ``loops`` is not 0, it makes vectors of them at that level, 1 to 3.
-    """
-    machine = _machine()[0]
-    module = llvm.parse_assembly(text)
-    module.verify()
-    options = llvm.create_pipeline_tuning_options(speed_level=loops or 2)
-    options.loop_vectorization, options.slp_vectorization, options.loop_unrolling = loops > 0, False, False
-    builder = llvm.create_pass_builder(machine, options)
-    builder.getModulePassManager().run(module, builder)
-    return module
+    return load_object(code, name)
