@@ -22,7 +22,7 @@ from passgraph.frames.remote import connected
 from passgraph.frames.run import frames
 from passgraph.frames.video_sink import ToVideo
 from passgraph.graph.outputs import named_outputs
-from passgraph.graph.targets import Input, Target
+from passgraph.graph.targets import OPEN_SRGB, Input, Target
 from passgraph.picture_decoders import scaled
 from passgraph.run.finite_checks import NonFinite
 from passgraph.run.program import Program, compile
@@ -54,9 +54,13 @@ class FramesJob:
     given: dict[str, Any] = field(default_factory=dict)
     holds: HardwareDepth | None = None
 
-    def output(self, *, as_read: bool, as_bytes: bool) -> dict[str, Target]:
-        """The graph's first output; frames have four channels, ``as_read`` in their own type, else as float32."""
-        targets = [Input("frame", None if as_read else "rgba32f")]
+    def output(self, *, as_read: bool, as_bytes: bool, linear: bool) -> dict[str, Target]:
+        """The graph's first output; frames have four channels, ``as_read`` in their own type, else as float32.
+
+        ``linear``: what is read in 8 bits is decoded from sRGB, by the program as for one picture.
+        """
+        open_format = OPEN_SRGB if linear else None
+        targets = [Input("frame", open_format if as_read else "rgba32f")]
         if self.depth is not None:
             targets.append(as_distance(Input("depth", "r32f"), self.holds))
         made = named_outputs(effect_output(self.effect, targets, self.parameters))
@@ -106,8 +110,9 @@ def _compiled(job: FramesJob, settings: Settings, clips: list[Clip]) -> Program:
     as_bytes = finite and all(clip.sink.in_bytes(clip.source) for clip in clips)
     # Raw pixels may be gray or RGB, and effects read colours with alpha.
     as_read = not any(isinstance(clip.source, Pipe) and clip.source.raw for clip in clips)
+    outputs = job.output(as_read=as_read, as_bytes=as_bytes, linear=settings.linear)
     program = compile(
-        job.output(as_read=as_read, as_bytes=as_bytes), settings.backend, non_finite=settings.non_finite,
+        outputs, settings.backend, non_finite=settings.non_finite,
         check_finite=settings.check_finite, results="stored" if as_bytes else "float32",
     )  # fmt: skip
     try:
