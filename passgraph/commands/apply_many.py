@@ -12,9 +12,9 @@ from passgraph.commands.clips import (
     clips_of,
     depth_of,
     inputs_of,
-    rate_of,
     sources_of,
 )
+from passgraph.commands.files import rate_of
 from passgraph.commands.frames import FramesJob, RedOf, Settings, run_clips
 from passgraph.commands.sources import picture_parameters
 from passgraph.effects.registry import Effect

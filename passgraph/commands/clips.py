@@ -11,7 +11,6 @@ from pathlib import Path
 
 import click
 
-from passgraph.arguments import shown
 from passgraph.commands.files import STREAM, check_apart, check_folder, check_path, check_picture_path, is_folder
 from passgraph.errors import InputError
 from passgraph.frames.frame import Sink, Source
@@ -212,14 +211,3 @@ def depth_of(path: Path, clips: list[Clip]) -> Source:
             raise InputError(f"{text}: goes with one sequence, and there are {len(clips)} inputs; run them apart")
         return open_source(path)
     return Video(path) if is_video(path) else Still(path)
-
-
-def rate_of(text: str) -> Fraction:
-    """Frames a second: 25, 23.976, 30000/1001."""
-    try:
-        rate = Fraction(text) if len(text) < 32 else Fraction(0)
-    except (ValueError, ZeroDivisionError):
-        rate = Fraction(0)
-    if not 0 < rate <= 1000:
-        raise InputError(f"--rate {shown(text)}: expected frames a second from 0 to 1000, such as 25 or 30000/1001")
-    return rate

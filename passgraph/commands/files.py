@@ -5,9 +5,11 @@ from __future__ import annotations
 import os
 import secrets
 from collections.abc import Iterable
+from fractions import Fraction
 from importlib.util import find_spec
 from pathlib import Path
 
+from passgraph.arguments import shown
 from passgraph.errors import InputError
 from passgraph.frames.names import Pattern, has_wildcard, is_video
 from passgraph.pictures import type_of_suffix
@@ -103,3 +105,14 @@ def write_text(path: Path, text: str) -> None:
         os.replace(temporary, target)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def rate_of(text: str) -> Fraction:
+    """Frames a second: 25, 23.976, 30000/1001."""
+    try:
+        rate = Fraction(text) if len(text) < 32 else Fraction(0)
+    except (ValueError, ZeroDivisionError):
+        rate = Fraction(0)
+    if not 0 < rate <= 1000:
+        raise InputError(f"--rate {shown(text)}: expected frames a second from 0 to 1000, such as 25 or 30000/1001")
+    return rate
