@@ -9,10 +9,12 @@ from typing import Any
 
 import moderngl
 import numpy as np
+import original_mpv
 import pytest
 from beside import Case, apart, host, pictures
 from original import Original
 from original_libretro import Chain, Drawn
+from original_mpv import MpvFile
 from originals import Picture
 
 import passgraph as pg
@@ -23,11 +25,6 @@ SIZE = (48, 36)
 FRAME, OTHER = pictures(SIZE)[0], pictures(SIZE)[1]
 #: Files that other files name.
 PARTS = {"crt-beam.glsl", "crt-glass.glsl"}
-_MPV = """
-uniform sampler2D frame;
-uniform int radius;
-#define HOOKED_texOff(off) texture(frame, pg_position + vec2(off) * vec2(1, -1) / vec2(textureSize(frame, 0)))
-"""
 _SHADERTOY = """
 uniform sampler2D iChannel0, iChannel1;
 uniform int iFrame;
@@ -49,9 +46,7 @@ def glsl(context: moderngl.Context, name: str) -> list[Picture]:
 
 
 def mpv(context: moderngl.Context, name: str) -> list[Picture]:
-    hook = (FOLDER / name).read_text().partition("vec4 hook()")
-    text = f"{_MPV}{hook[1]}{hook[2]}\nvoid main() {{ gl_FragColor = hook(); }}"
-    return [Original(context).run(text, SIZE, {"frame": FRAME}, {"radius": 4})]
+    return [original_mpv.Original(context, MpvFile(FOLDER / name), SIZE, SIZE).draw(FRAME)]
 
 
 def shadertoy(context: moderngl.Context, name: str) -> list[Picture]:
