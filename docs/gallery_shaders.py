@@ -105,7 +105,7 @@ def halftone() -> list[Panel]:
     halftone = load("halftone.glsl")
     return [
         Panel(f"dots of {spacing} pixels", halftone(FRAME, spacing=float(spacing)), {"frame": coffee()})
-        for spacing in (4, 8)
+        for spacing in (6, 12)
     ]
 
 
