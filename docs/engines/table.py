@@ -31,7 +31,7 @@ from docs.engines.demo import Scene, functions, gray_and_soft, installed, played
 from passgraph.engines.attachment import Attachment
 
 ENGINES = (
-    "panda3d", "vtk", "mujoco", "blender", "ogre", "pyglet", "arcade", "moderngl_window", "pygame", "qt", "vispy",
+    "panda3d", "vtk", "mujoco", "blender", "ogre", "pyglet", "arcade", "moderngl_window", "pygame", "qt", "napari", "vispy",
     "raylib", "kivy",
 )  # fmt: skip
 SIZE = (1280, 720)
