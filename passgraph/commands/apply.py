@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,21 +11,23 @@ import click
 from passgraph.commands.files import check_apart, is_one_picture
 from passgraph.commands.named import named_effect
 from passgraph.commands.options import (
+    Decorated,
     backend_option,
     capture_option,
     check_finite_option,
     given_parameters,
     non_finite_option,
     options_beside,
-    output_option,
     profile_option,
     size_option,
 )
+from passgraph.commands.ramps import FramesOption, check_no_ramps
 from passgraph.commands.running import check_outputs, run_and_save
 from passgraph.commands.sources import RENDER_SIZE, generator_job, picture_job
 from passgraph.effects.registry import EFFECTS, Effect
 from passgraph.errors import InputError
 from passgraph.frames.frame import MOST_JOBS
+from passgraph.frames.names import Pattern, is_video
 
 if TYPE_CHECKING:
     from passgraph.scene.hardware_depth import HardwareDepth
@@ -34,6 +37,33 @@ OUTPUT = (
     "A picture (.png .jpg .tif .webp in 8 bits, .exr .npy float32), a folder, a numbered sequence (out.%04d.png), a "
     "video (.mp4 .mov .mkv .webm), or - for a stream."
 )
+OUTPUT_OF_NOTHING = (
+    "Picture to write: .png .jpg .tif .webp (8 bit), .exr .npy (float32); with --frames as many or a video."
+)
+
+
+#: More than an hour of 25 a second.
+MOST_FRAMES = 100_000
+
+
+def frames_option(of: str) -> Callable[[Decorated], Decorated]:
+    return click.option(
+        "--frames", type=click.IntRange(1, MOST_FRAMES), metavar="NUMBER",
+        help=f"Make so many frames of {of}, for what changes with time or over frames (NUMBER..NUMBER).",
+    )  # fmt: skip
+
+
+def video_options(command: Decorated) -> Decorated:
+    """How videos are written."""
+    for option in (
+        click.option(
+            "--codec-option", multiple=True, metavar="KEY=VALUE", help="Option of the encoder, such as crf=23."
+        ),
+        click.option("--codec", metavar="NAME", help="Encoder of videos, such as libx265; left out, the source's."),
+        click.option("--rate", metavar="NUMBER", help="Frames a second of a video made of pictures.  [default: 25]"),
+    ):
+        command = option(command)
+    return command
 
 
 class _Effects(click.Group):
@@ -60,6 +90,8 @@ def apply() -> None:
     Each INPUT is a picture (PNG, JPEG, TIFF, WebP, OpenEXR, npy), a folder of them, a quoted wildcard ("*.png"), a
     numbered sequence (shot.%04d.exr or shot.####.exr), a video, or - for PNG pictures on standard input.
 
+    Numbers of an effect may change over the frames: --progress 0..1 goes from 0 at the first to 1 at the last.
+
     `passgraph apply EFFECT --help` shows the effect's parameters, and `passgraph apply FILE.py --help` those of yours.
     """
 
@@ -83,9 +115,8 @@ def command_of(effect: Effect) -> click.Command:
     )  # fmt: skip
     @click.option("--resume", is_flag=True, help="Leave out what is there already, whole and newer than its input.")
     @click.option("--raw", metavar="WxH:LAYOUT@RATE", help="Streams (-) are raw pixels, such as 640x480:rgb24@25.")
-    @click.option("--rate", metavar="NUMBER", help="Frames a second of a video made of pictures.  [default: 25]")
-    @click.option("--codec", metavar="NAME", help="Encoder of videos, such as libx265; left out, the source's.")
-    @click.option("--codec-option", multiple=True, metavar="KEY=VALUE", help="Option of the encoder, such as crf=23.")
+    @video_options
+    @frames_option("one picture")
     @click.option("--sound/--no-sound", default=True, show_default=True, help="Copy a video's sound and subtitles.")
     @capture_option
     @non_finite_option
@@ -107,14 +138,12 @@ def command_of(effect: Effect) -> click.Command:
         **options: Any,
     ) -> int:
         given = given_parameters(ctx)
-        if is_one_picture(inputs, output):
+        if is_one_picture(inputs, output) and options["frames"] is None:
+            check_no_ramps(effect, given)
             if options["scheduler"] is not None:
                 raise InputError("--scheduler is for many frames; one picture is computed here: leave it out")
             return apply_to_one(effect, Path(inputs[0]), Path(output), capture, depth, depth_buffer, given, options)
-        if capture is not None:
-            raise InputError("--capture shows the passes of one picture; name one picture and one output")
-        if options["profile"]:
-            raise InputError("--profile times the passes on one picture; name one picture and one output")
+        _check_one(capture, options["profile"], "there are several frames here")
         from passgraph.commands.apply_many import apply_to_many
 
         return apply_to_many(effect, inputs, output, depth, depth_buffer, given, options)
@@ -123,7 +152,7 @@ def command_of(effect: Effect) -> click.Command:
         from passgraph.commands.depth import depth_buffer_option, depth_option
 
         command.params += [depth_option(required=True), depth_buffer_option()]
-    command.params += options_beside(command.params, effect)
+    command.params += options_beside(command.params, effect, FramesOption)
     return command
 
 
@@ -131,9 +160,11 @@ def generator_command(effect: Effect) -> click.Command:
     """The subcommand of an effect that makes its picture of parameters alone."""
 
     @click.command(effect.name, help=f"{effect.summary}  Makes its picture without another.")
-    @output_option
+    @click.option("--output", "-o", required=True, type=click.Path(path_type=Path), help=OUTPUT_OF_NOTHING)
     @backend_option
     @size_option(RENDER_SIZE)
+    @frames_option("it")
+    @video_options
     @capture_option
     @check_finite_option
     @profile_option
@@ -147,15 +178,40 @@ def generator_command(effect: Effect) -> click.Command:
         capture: Path | None,
         check_finite: bool,
         profile: bool,
-        **_: Any,
+        **options: Any,
     ) -> int:
+        given = given_parameters(ctx)
+        if options["frames"] is not None:
+            _check_one(capture, profile, "--frames makes several pictures")
+            from passgraph.commands.apply_many import apply_to_many
+
+            options |= {"backend": backend, "size": size, "check_finite": check_finite, **_OF_NOTHING}
+            return apply_to_many(effect, (), str(output), None, None, given, options)
+        check_no_ramps(effect, given)
+        if is_video(output) or Pattern.is_in(str(output)):
+            raise InputError(f"{output}: holds frames; say how many: --frames 100")
         check_outputs(output, capture)
-        job = generator_job(effect, None, size, given_parameters(ctx))
+        job = generator_job(effect, None, size, given)
         run_and_save(job, backend, output, capture, check_finite=check_finite, profile=profile)
         return 0
 
-    command.params += options_beside(command.params, effect)
+    command.params += options_beside(command.params, effect, FramesOption)
     return command
+
+
+#: What `apply_to_many` is told of an effect that reads nothing.
+_OF_NOTHING: dict[str, Any] = {
+    "raw": None, "sound": True, "linear": False, "jobs": None, "resume": False, "scheduler": None,
+    "non_finite": "error",
+}  # fmt: skip
+
+
+def _check_one(capture: Path | None, profile: bool, why: str) -> None:
+    """Refuse what is for one picture."""
+    if capture is not None:
+        raise InputError(f"--capture shows the passes of one picture, and {why}; leave out one")
+    if profile:
+        raise InputError(f"--profile times the passes on one picture, and {why}; leave out one")
 
 
 def apply_to_one(

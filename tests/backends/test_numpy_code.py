@@ -170,7 +170,7 @@ def test_a_cache_that_others_may_write_to_is_refused(tmp_path: Path, monkeypatch
     monkeypatch.setenv("PASSGRAPH_CACHE", str(tmp_path))
     monkeypatch.setattr(disk_cache, "_said", set())
     with pytest.warns(UserWarning, match=r"others may write.*chmod 700"):
-        native.function_address(("a test of its own", str(tmp_path)), returns)
+        assert native.function_code(("a test of its own", str(tmp_path)), returns).address
     assert not list((tmp_path / "code").iterdir())
 
 
