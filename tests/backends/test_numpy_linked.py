@@ -106,18 +106,18 @@ def test_what_is_no_object_file_of_this_kind_is_left_to_llvm() -> None:
 def test_kernels_are_linked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Kept on disk as they are run; an object file there is still loaded, by LLVM."""
     monkeypatch.setenv("PASSGRAPH_CACHE", str(tmp_path))
-    monkeypatch.setattr(native, "_loaded", {})
+    monkeypatch.setattr(native, "_codes", {})
 
     def emit(name: str) -> str:
         return PLAIN.replace("@entered", f"@{name}")
 
     parts = ("a test of linking", str(tmp_path))
-    first = called(native.function_address(parts, emit), 2)
+    first = called(native.function_code(parts, emit).address, 2)
     (file,) = (tmp_path / "code").iterdir()
     assert file.read_bytes()[32:].startswith(MARK)
     native.remember("code", file.name, compiled(emit(file.stem), 0))
-    native._loaded.clear()
-    assert called(native.function_address(parts, lambda _: pytest.fail("compiled anew")), 2) == first
+    native._codes.clear()
+    assert called(native.function_code(parts, lambda _: pytest.fail("compiled anew")).address, 2) == first
 
 
 def test_a_processor_is_told_by_what_decides_its_instructions(tmp_path: Path) -> None:
