@@ -52,7 +52,7 @@ MUTANTS = (
         "math.floor(high) - 1, most)",
         "numpy",
         ("language/loops and offsets within a par",),
-    ),  # fmt: skip
+    ),
     # Runs
     _plan("_earliest_first", "reversed(list(pairwise(chain)))", "pairwise(chain)"),
     _plan("Execution._begin_history", "np.asarray(resource.initial, np.float32)", "np.zeros(1, np.float32)"),
