@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, cast
+from functools import cache, partial
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,9 +29,27 @@ LANES = 1 << 16
 Builtins = Mapping[str, Callable[[], Numbers]]
 
 
+Made = TypeVar("Made")
+
+
 def given(value: NDArray[Any]) -> Callable[[], Numbers]:
     """A stage value that is known already."""
     return lambda: value
+
+
+def on_quads(of: Callable[[str], Mapping[str, Callable[[], Made]]]) -> dict[str, Callable[[], Made]]:
+    """What a draw's triangles hand in at every pixel of a quad; ``of`` says what they do at one, named by its axes.
+
+    It is asked for another pixel only where a kernel reads there.
+    """
+    at = cache(of)
+
+    def asked(axes: str, name: str) -> Made:
+        return at(axes)[name]()
+
+    own = at("")
+    beside = {ir.other_pixel(name, axes): partial(asked, axes, name) for axes in ir.OTHER_PIXELS for name in own}
+    return {**own, **beside}
 
 
 class Stage:

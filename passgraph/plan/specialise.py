@@ -8,7 +8,7 @@ from typing import cast
 from passgraph.errors import GraphError
 from passgraph.graph.targets import DrawPass, Pass, PixelPass, Target
 from passgraph.language.emitter import eliminate_dead
-from passgraph.language.ir import MIPS
+from passgraph.language.ir import MIPS, own_pixel
 from passgraph.language.lower import Facts, ImageFacts
 from passgraph.language.lower_cache import lower_once
 from passgraph.language.scalar import LoadBuiltin, LoadTexel, Output, ScalarProgram, walk
@@ -104,7 +104,8 @@ def varyings_of(fragment: ScalarProgram | None) -> tuple[str, ...]:
     """The scalars that the fragment kernel really reads, such as ``normal.0``."""
     if fragment is None:
         return ()
-    return tuple(name.removeprefix("varying.") for name, _ in fragment.builtins if name.startswith("varying."))
+    read = [own_pixel(name)[0] for name, _ in fragment.builtins]
+    return tuple(dict.fromkeys(name.removeprefix("varying.") for name in read if name.startswith("varying.")))
 
 
 def link(vertex: ScalarProgram, varyings: tuple[str, ...]) -> ScalarProgram:

@@ -73,8 +73,9 @@ class Execution:
             self._begin_history(started=True)
             self._buffers = Buffers(plan, backend, self._storage)
             chains = Chains(plan)
-            while len(self._runs) < len(plan.steps):
-                self._compile_next(chains)
+            with backend.compiling():
+                while len(self._runs) < len(plan.steps):
+                    self._compile_next(chains)
         except BaseException:
             self.release()
             raise

@@ -146,7 +146,9 @@ def _uniform(signature: Signature, node: ir.Uniform) -> None:
 
 
 def _builtin(signature: Signature, node: ir.Builtin) -> None:
-    if signature.builtins.get(node.name) != node.type:
+    name, axes = ir.own_pixel(node.name)
+    beside = axes in ir.OTHER_PIXELS and name.partition(".")[0] in ir.OF_TRIANGLE
+    if signature.builtins.get(name) != node.type or node.name != (ir.other_pixel(name, axes) if beside else name):
         raise Unfit(f"one of {', '.join(signature.builtins)}, of its type")
 
 

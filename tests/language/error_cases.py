@@ -394,14 +394,14 @@ STAGES: list[tuple[Callable[..., Any], str, str]] = [
         "a function that calls discard() is called where Python may leave it out",
     ),
     (
-        fragment,
-        VARYING + "def k(p: P, c: Image) -> float: return «c.lod(p.normal.xy)»",
-        "image.lod() takes derivatives, which a fragment kernel has not",
+        vertex,
+        VARYING + "def k(v: Vertex, c: Image) -> P: return P(vec4(«c.lod(v.uv)»), v.normal)",
+        "image.lod() takes derivatives, which a vertex kernel has not",
     ),
     (
-        fragment,
-        VARYING + "def k(p: P) -> float: return «dfdx(p.normal.x)»",
-        "dfdx() exists in pixel kernels, not in a fragment kernel",
+        vertex,
+        VARYING + "def k(v: Vertex) -> P: return P(vec4(«dfdx(v.uv.x)»), v.normal)",
+        "dfdx() exists in pixel and fragment kernels, not in a vertex kernel: a vertex has no pixels beside it",
     ),
     (
         vertex,

@@ -68,6 +68,7 @@ def test_texts_without_measure_meet_a_limit(text: str, told: str) -> None:
 _WORD = re.compile(r"\w+|\s+|[^\w\s]")
 _STRANGE = ["#define", "\n#if", "\n#endif\n", "(", ")", "{", "}", "[", "##", "0x", "1e99", "for", "uint", "a(", "?",
             ",", "mat4", "void", "struct S{", "return", "discard;", "const", "in", "/*", "//", "\\\n",
+            "layout(local_size_x = 8) in;", "shared", "image2D", "barrier();", "if (true)", "textureLod(t, p, 9.)",
             "\U0001f600"]  # fmt: skip
 
 
@@ -100,7 +101,9 @@ def survives(count: int, seed: int) -> int:
         for _ in range(chance.randrange(1, 4)):
             text = mutated(text, chance) or "x"
         try:
-            parse(text)
+            shader = parse(text)
+            if not chance.randrange(4):
+                shader.leveled(frozenset(p.name for p in shader.program.parameters))
             found += 1
         except PassgraphError:
             pass

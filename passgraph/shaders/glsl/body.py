@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from functools import partial
 
 from passgraph.language import ir
@@ -15,6 +16,7 @@ from passgraph.language.values import ImageValue, Part
 from passgraph.language.variables import new_variable, read_variable
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.builtins import overloads
+from passgraph.shaders.glsl.elsewhere import elsewhere
 from passgraph.shaders.glsl.expressions import Expressions
 from passgraph.shaders.glsl.folding import constant, folded
 from passgraph.shaders.glsl.places import Place, read_place, write_place
@@ -55,7 +57,7 @@ class Body:
             fail(span, self.unit.missing[name])
         if found is None:
             known = "it is a function; call it" if name in self.unit.functions else "declare it before"
-            fail(span, f"{name!r} is not defined here; {known}")
+            fail(span, elsewhere(name) or f"{name!r} is not defined here; {known}")
         return found
 
     def bind(self, name: str, binding: Binding) -> None:
@@ -109,8 +111,9 @@ class Body:
 
     # Variables
 
-    def declare(self, node: g.Declaration) -> None:
-        """Variables of a function, or constants and variables outside."""
+    def declare(self, node: g.Declaration, written: Collection[str] | None = None) -> None:
+        """Variables of a function, or constants and variables outside; where all names that are ever ``written`` are
+        told, others are constants if their values are known."""
         for variable in node.variables:
             type_ = self.type_of(variable.type, variable.type.span, variable.value)
             if holds_pictures(type_):
@@ -120,7 +123,9 @@ class Body:
             part = None if variable.value is None else self.expressions.initial(variable.value, type_)
             if part is not None:
                 part = fitted(part, type_, span, variable.name)
-            if "const" in node.qualifiers:
+            fixed = written is not None and variable.name not in written
+            known = fixed and isinstance(part, ir.Expr) and folded(part) is not None
+            if "const" in node.qualifiers or known:
                 if part is None:
                     fail(span, f"const {variable.name} needs a value")
                 part = part if not isinstance(part, ir.Expr) else constant(part)
