@@ -176,7 +176,8 @@ def _named(outputs: Any, path: Path) -> Graph:
 
 
 def _alone(kernel: PixelKernel[Any]) -> Graph:
-    """A kernel on inputs with the names of its images; numbers without a default are 0.5, ints 1.
+    """A kernel on inputs with the names of its images; numbers without a default are 0.5, ints 1, or what
+    lies in the middle of their ranges.
 
     What is no Const is a value of the run, which ``--set`` may give.
     """

@@ -116,6 +116,12 @@ def check_numbers(limits: Range, numbers: NDArray[np.float64], type_: Type, name
         raise InputError(f"{name} must be {limits}{unit}, got {got}")
 
 
+def bounds(limits: Range, type_: Type) -> tuple[float, float]:
+    """:func:`ends`, infinite where there is no limit: what only the type bounds is no end that anybody wrote."""
+    low, high = ends(limits, type_)
+    return -math.inf if limits.low is None else low, math.inf if limits.high is None else high
+
+
 def ends(limits: Range, type_: Type) -> tuple[float, float]:
     """The least and the largest number that a component may be; of whole numbers whole, of floats float32."""
     low = -math.inf if limits.low is None else float(limits.low)

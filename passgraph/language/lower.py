@@ -21,7 +21,7 @@ from passgraph.language.emitter import Emitter, eliminate_dead
 from passgraph.language.expand import EXPANSIONS, whole_power
 from passgraph.language.facts import Facts, Fused, ImageFacts, Shared
 from passgraph.language.library import prelude_function
-from passgraph.language.limits import ends
+from passgraph.language.limits import bounds
 from passgraph.language.lower_loops import Loops, leaves, most_work, names_assigned
 from passgraph.language.operations import OPERATIONS
 from passgraph.language.parse import parse_kernel
@@ -308,7 +308,7 @@ class Lowering:
     def _slot_entry(self, slot: s.UniformSlot, index: s.Operand, element: str) -> s.Operand:
         value = self.emitter.uniform(slot.block, index)
         if slot.range is not None and isinstance(value, s.Val) and element in ("int", "float"):
-            self.emitter.ranges[value.id] = ends(slot.range, cast(Array, slot.type))
+            self.emitter.ranges[value.id] = bounds(slot.range, cast(Array, slot.type))
         return self.emitter.op("not_equal", value, s.Lit("int", 0)) if element == "bool" else value
 
     def _constant(self, expression: ir.Uniform) -> list[ir.Number]:
