@@ -63,36 +63,6 @@ def test_a_python_function_says_them_by_any_name() -> None:
 
 
 @pytest.mark.parametrize(
-    ("type_", "message"),
-    [
-        ("Annotated[int, Range(1, 64)] = 0", "default of n must be 1 to 64, got 0"),
-        ("Annotated[vec3, Range(0, 1)] = (0, 1, 2)", "default of n must be 0 to 1, got 2"),
-        ("Annotated[int, Range(64, 1)]", "low must be below high, got 64 and 1"),
-        ("Annotated[int, Range(0.2, 0.8)]", "is int, of which no number is 0.2 to 0.8"),
-        ("Annotated[bool, Range(0, 1)]", "a range is of numbers"),
-        ("Annotated[Image, Range(0, 1)]", "a range is of numbers"),
-        ("Annotated[Array[float, 2000], Range(0, 1)]", "are not looked at one by one"),
-        ("Annotated[int, int]", "a pg.Range(low, high), and nothing else"),
-        ("Annotated[int, Range(1, n)]", "a range has written numbers and text"),
-        ("Annotated[int, Range(1, 2, low=3)]", "pg.Range takes low, high, unit, above, odd, each once"),
-        ("Annotated[int, Range(*x)]", "a range has written numbers and text"),
-        ("Annotated[int]", "a range is written Annotated[type, pg.Range(low, high)]"),
-        ("Array[Annotated[int, Range(1, 2)], 3]", "a range is of a kernel's parameter as a whole"),
-    ],
-)
-def test_what_is_no_range_is_refused_with_its_place(type_: str, message: str) -> None:
-    with pytest.raises(KernelError) as caught:
-        made(type_)
-    assert message in str(caught.value)
-    assert "^" in str(caught.value)
-
-
-def test_functions_have_none() -> None:
-    with pytest.raises(KernelError, match="f is no kernel; what its parameters may be is not looked at"):
-        pg.kernel(source="def f(n: Annotated[int, Range(1, 2)]) -> int: return n\ndef k(n: int) -> float: return f(n)")
-
-
-@pytest.mark.parametrize(
     ("type_", "good", "bad"),
     [
         ("Annotated[int, Range(1, 64, 'taps')]", (1, 64), (0, 65)),
