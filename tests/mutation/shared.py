@@ -21,8 +21,8 @@ def _composite(function: str, old: str, new: str) -> Mutant:
     return Mutant(function, old, new, "numpy", ("composites/",))
 
 
-def _long(function: str, old: str, new: str, backend: str = "numpy") -> Mutant:
-    return Mutant(function, old, new, backend, ("composites/long arrays",))
+def _long(function: str, old: str, new: str, backend: str = "numpy", where: str = "composites/long arrays") -> Mutant:
+    return Mutant(function, old, new, backend, (where,))
 
 
 def _reduce(function: str, old: str, new: str, *catchers: str) -> Mutant:
@@ -42,6 +42,7 @@ MUTANTS = (
     _long("_whole", 'e.op("bit_or", e.op("to_int", low), upper)', "upper"),
     _long("picture_of", "halves[:, 0], halves[:, 1] =", "halves[:, 1], halves[:, 0] ="),
     _long("numbers_in", "halves[:, 1] << HALF_BITS", "halves[:, 1]"),
+    _long("Buffers.bring", "self.written[resource] is not value or ", "", where="composites/long arrays that"),
     _long("Shared.finish", "(n, t) for n, t in self.buffers.items() if n in read", "(n, t) for n, t in ()"),
     _long("picked", 'not hasattr(value, "_fields")', "not hasattr(value, field)"),
     # Ranges of parameters
