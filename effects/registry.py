@@ -61,6 +61,11 @@ class Effect:
         """Whether pictures of 8 and 16 bits are decoded to linear light where nothing else is said."""
         return bool(self.function.effect.linear)  # type: ignore[attr-defined]
 
+    @property
+    def frame_time(self) -> str | None:
+        """The parameter that says how many seconds a frame lasts, where there is one."""
+        return None
+
     def parameter(self, name: str) -> Parameter:
         """One parameter by name; KeyError names what there is."""
         for parameter in self.parameters:

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import click
 
 from passgraph.commands.clips import (
+    STREAM,
     Writing,
     check_apart,
     check_clips,
     check_writing,
     clips_of,
     depth_of,
+    goes_into_folder,
     inputs_of,
     is_one_picture,
     rate_of,
@@ -22,21 +25,25 @@ from passgraph.commands.clips import (
 from passgraph.commands.frames import FramesJob, RedOf, Settings, run_clips
 from passgraph.commands.named import named_effect
 from passgraph.commands.options import (
+    Decorated,
     backend_option,
     capture_option,
     check_finite_option,
+    flag_of,
     given_parameters,
     non_finite_option,
     options_beside,
-    output_option,
     profile_option,
     size_option,
 )
+from passgraph.commands.over_frames import Changing, FramesOption, check_no_ramps
 from passgraph.commands.running import check_outputs, run_and_save
 from passgraph.commands.sources import RENDER_SIZE, generator_job, picture_job, picture_parameters
 from passgraph.effects.registry import EFFECTS, Effect
 from passgraph.errors import InputError
-from passgraph.frames.pictures import is_made
+from passgraph.frames.frame import Source
+from passgraph.frames.names import Pattern, is_video
+from passgraph.frames.pictures import Numbers, Repeated, is_made
 from passgraph.frames.pipe import Raw
 from passgraph.frames.run import MOST_JOBS
 from passgraph.scene.hardware_depth import HardwareDepth
@@ -46,6 +53,33 @@ OUTPUT = (
     "A picture (.png .jpg .tif .webp in 8 bits, .exr .npy float32), a folder, a numbered sequence (out.%04d.png), a "
     "video (.mp4 .mov .mkv .webm), or - for a stream."
 )
+OUTPUT_OF_NOTHING = (
+    "Picture to write: .png .jpg .tif .webp (8 bit), .exr .npy (float32); with --frames as many or a video."
+)
+
+
+#: More than an hour of 25 a second.
+MOST_FRAMES = 100_000
+
+
+def frames_option(of: str) -> Callable[[Decorated], Decorated]:
+    return click.option(
+        "--frames", type=click.IntRange(1, MOST_FRAMES), metavar="NUMBER",
+        help=f"Make so many frames of {of}, for what changes with time or over frames (NUMBER..NUMBER).",
+    )  # fmt: skip
+
+
+def video_options(command: Decorated) -> Decorated:
+    """How videos are written."""
+    for option in (
+        click.option(
+            "--codec-option", multiple=True, metavar="KEY=VALUE", help="Option of the encoder, such as crf=23."
+        ),
+        click.option("--codec", metavar="NAME", help="Encoder of videos, such as libx265; left out, the source's."),
+        click.option("--rate", metavar="NUMBER", help="Frames a second of a video made of pictures.  [default: 25]"),
+    ):
+        command = option(command)
+    return command
 
 
 class _Effects(click.Group):
@@ -72,6 +106,8 @@ def apply() -> None:
     Each INPUT is a picture (PNG, JPEG, TIFF, WebP, OpenEXR, npy), a folder of them, a quoted wildcard ("*.png"), a
     numbered sequence (shot.%04d.exr or shot.####.exr), a video, or - for PNG pictures on standard input.
 
+    Numbers of an effect may change over the frames: --progress 0..1 goes from 0 at the first to 1 at the last.
+
     `passgraph apply EFFECT --help` shows the effect's parameters, and `passgraph apply FILE.py --help` those of yours.
     """
 
@@ -95,9 +131,8 @@ def command_of(effect: Effect) -> click.Command:
     )  # fmt: skip
     @click.option("--resume", is_flag=True, help="Leave out what is there already, whole and newer than its input.")
     @click.option("--raw", metavar="WxH:LAYOUT@RATE", help="Streams (-) are raw pixels, such as 640x480:rgb24@25.")
-    @click.option("--rate", metavar="NUMBER", help="Frames a second of a video made of pictures.  [default: 25]")
-    @click.option("--codec", metavar="NAME", help="Encoder of videos, such as libx265; left out, the source's.")
-    @click.option("--codec-option", multiple=True, metavar="KEY=VALUE", help="Option of the encoder, such as crf=23.")
+    @video_options
+    @frames_option("one picture")
     @click.option("--sound/--no-sound", default=True, show_default=True, help="Copy a video's sound and subtitles.")
     @capture_option
     @non_finite_option
@@ -119,19 +154,17 @@ def command_of(effect: Effect) -> click.Command:
         **options: Any,
     ) -> int:
         given = given_parameters(ctx)
-        if is_one_picture(inputs, output):
+        if is_one_picture(inputs, output) and options["frames"] is None:
+            check_no_ramps(effect, given)
             if options["scheduler"] is not None:
                 raise InputError("--scheduler is for many frames; one picture is computed here: leave it out")
             return apply_to_one(effect, Path(inputs[0]), Path(output), capture, depth, depth_buffer, given, options)
-        if capture is not None:
-            raise InputError("--capture shows the passes of one picture; name one picture and one output")
-        if options["profile"]:
-            raise InputError("--profile times the passes on one picture; name one picture and one output")
+        _check_one(capture, options["profile"], "there are several frames here")
         return apply_to_many(effect, inputs, output, depth, depth_buffer, given, options)
 
     if effect.takes == "picture+depth":
         command.params += [depth_option(required=True), depth_buffer_option()]
-    command.params += options_beside(command.params, effect)
+    command.params += options_beside(command.params, effect, FramesOption)
     return command
 
 
@@ -139,9 +172,11 @@ def generator_command(effect: Effect) -> click.Command:
     """The subcommand of an effect that makes its picture of parameters alone."""
 
     @click.command(effect.name, help=f"{effect.summary}  Makes its picture without another.")
-    @output_option
+    @click.option("--output", "-o", required=True, type=click.Path(path_type=Path), help=OUTPUT_OF_NOTHING)
     @backend_option
     @size_option(RENDER_SIZE)
+    @frames_option("it")
+    @video_options
     @capture_option
     @check_finite_option
     @profile_option
@@ -155,15 +190,38 @@ def generator_command(effect: Effect) -> click.Command:
         capture: Path | None,
         check_finite: bool,
         profile: bool,
-        **_: Any,
+        **options: Any,
     ) -> int:
+        given = given_parameters(ctx)
+        if options["frames"] is not None:
+            _check_one(capture, profile, "--frames makes several pictures")
+            options |= {"backend": backend, "size": size, "check_finite": check_finite, **_OF_NOTHING}
+            return apply_to_many(effect, (), str(output), None, None, given, options)
+        check_no_ramps(effect, given)
+        if is_video(output) or Pattern.is_in(str(output)):
+            raise InputError(f"{output}: holds frames; say how many: --frames 100")
         check_outputs(output, capture)
-        job = generator_job(effect, None, size, given_parameters(ctx))
+        job = generator_job(effect, None, size, given)
         run_and_save(job, backend, output, capture, check_finite=check_finite, profile=profile)
         return 0
 
-    command.params += options_beside(command.params, effect)
+    command.params += options_beside(command.params, effect, FramesOption)
     return command
+
+
+#: What `apply_to_many` is told of an effect that reads nothing.
+_OF_NOTHING: dict[str, Any] = {
+    "raw": None, "sound": True, "linear": False, "jobs": None, "resume": False, "scheduler": None,
+    "non_finite": "error",
+}  # fmt: skip
+
+
+def _check_one(capture: Path | None, profile: bool, why: str) -> None:
+    """Refuse what is for one picture."""
+    if capture is not None:
+        raise InputError(f"--capture shows the passes of one picture, and {why}; leave out one")
+    if profile:
+        raise InputError(f"--profile times the passes on one picture, and {why}; leave out one")
 
 
 def apply_to_one(
@@ -189,21 +247,47 @@ def apply_to_many(
 ) -> int:  # fmt: skip
     """Whatever else there is."""
     writing, broken = writing_of(options), list[str]()
-    sources = list(sources_of(inputs, writing.raw, broken))
+    sources = _repeated(effect, inputs, options["frames"]) or list(sources_of(inputs, writing.raw, broken))
     if not sources:
         raise InputError(broken[0])
+    _check_further_pictures(effect, inputs, output)
     clips = clips_of(sources, output, writing)
     check_writing(writing, clips)
     depths = None if depth is None else depth_of(depth, clips)
     pictures = [path for path in given.values() if isinstance(path, Path)]
     check_clips(clips, output, [*pictures, *(inputs_of(depths) if depths else [])])
+    changing = Changing.of(effect, given)
     parameters, constants = picture_parameters(effect, given)
-    job = FramesJob(effect, parameters, None if depths is None else RedOf(depths), constants, holds)
+    depth_source = None if depths is None else RedOf(depths)
+    job = FramesJob(effect, parameters, depth_source, constants, holds, changing, options.get("size"))
     settings = Settings(
         options["backend"], options["linear"], options["jobs"], options["resume"], options["non_finite"],
         options["check_finite"], options["scheduler"],
     )  # fmt: skip
     return run_clips(job, clips, settings, broken)
+
+
+def _repeated(effect: Effect, inputs: tuple[str, ...], frames: int | None) -> list[Source]:
+    """One picture as so many frames, or as many without a picture; empty where frames are read."""
+    if frames is None:
+        return []
+    if effect.takes == "nothing":
+        return [Numbers(frames)]
+    path = Path(inputs[0])
+    if len(inputs) != 1 or inputs[0] == STREAM or not path.is_file() or is_video(path):
+        raise InputError(f"--frames {frames}: is for one picture, and {' '.join(inputs)} is none; leave it out")
+    return [Repeated(path, frames)]
+
+
+def _check_further_pictures(effect: Effect, inputs: tuple[str, ...], output: str) -> None:
+    """Tell who names two pictures for an effect of two where the second goes."""
+    further = [flag_of(parameter) for parameter in effect.parameters if parameter.type == "picture"]
+    one_file = not (goes_into_folder(output) or Pattern.is_in(output) or is_video(Path(output)) or output == STREAM)
+    if further and one_file and len(inputs) > 1:
+        raise InputError(
+            f"{output}: is one picture, and {len(inputs)} are read as frames; what {effect.name} takes beside a "
+            f"picture is an option: {inputs[0]} {further[0]} {inputs[1]}"
+        )
 
 
 def writing_of(options: dict[str, Any]) -> Writing:

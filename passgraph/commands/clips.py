@@ -24,10 +24,10 @@ from passgraph.frames.names import (
     missing_numbers,
 )
 from passgraph.frames.open import open_source
-from passgraph.frames.pictures import Pictures, Still, ToPictures
+from passgraph.frames.pictures import Pictures, Repeated, Still, ToPictures
 from passgraph.frames.pipe import Pipe, Raw, ToPipe
 from passgraph.frames.video import Video
-from passgraph.frames.video_sink import ToVideo
+from passgraph.frames.video_sink import ToVideo, rate_given
 from passgraph.pictures import type_of_suffix
 from passgraph.reading import check_regular
 
@@ -55,6 +55,11 @@ class Clip:
 
     source: Source
     sink: Sink
+
+    @property
+    def rate(self) -> Fraction | None:
+        """Frames a second; None of pictures."""
+        return self.sink.rate_for(self.source) if isinstance(self.sink, ToVideo) else rate_given(self.source)
 
 
 def is_one_picture(inputs: tuple[str, ...], output: str) -> bool:
@@ -156,11 +161,14 @@ def _sink(source: Source, output: str, writing: Writing) -> Sink:
 
 def _into_folder(source: Source, folder: Path, writing: Writing) -> Sink:
     """The same names in a folder; formats that are not written become PNG."""
+    if isinstance(source, Repeated):
+        path = folder / _written_name(source.paths[1])
+        return ToPictures(Pattern(os.fspath(path.with_name(f"{path.stem}.%04d{path.suffix}"))))
     if isinstance(source, Pictures):
         return ToPictures({number: folder / _written_name(path) for number, path in source.paths.items()})
     if isinstance(source, Video):
         return writing.video(folder / source.path.name)
-    raise InputError(f"{folder}: frames of {source.name} have no names; give a numbered sequence: -o {folder}/%04d.png")
+    raise InputError(f"{folder}: nothing names the files of {source.name}; give numbers: -o {folder}/%04d.png")
 
 
 def _written_name(path: Path) -> str:

@@ -33,6 +33,13 @@ _CODECS = {".avi": "libx264", ".mkv": "libx264", ".mp4": "libx264", ".mov": "lib
 _OWN_METADATA = ("encoder", "major_brand", "minor_version", "compatible_brands", "duration")
 
 
+def rate_given(source: Source) -> Fraction | None:
+    """Frames a second, where a source says it; of a video on average."""
+    if isinstance(source, Video):
+        return Fraction(source.rate) if source.rate else None
+    return source.raw.rate if isinstance(source, Pipe) and source.raw else None
+
+
 class ToVideo(Sink):
     """Frames to one video file, which has its name when it is whole.
 
@@ -66,11 +73,14 @@ class ToVideo(Sink):
     def name(self) -> str:
         return os.fspath(self.path)
 
+    def rate_for(self, source: Source) -> Fraction:
+        """How many frames of a source there are a second."""
+        return self.rate or rate_given(source) or RATE
+
     def begin(self, source: Source) -> None:
         self._av = import_av(self.path)
         self._video = source if isinstance(source, Video) else None
-        given = source.raw.rate if isinstance(source, Pipe) and source.raw else None
-        self._rate = self.rate or (self._video.rate if self._video else given) or RATE
+        self._rate = self.rate_for(source)
         self._sound: Sound | None = None
         self._stream: Any = None
         self._size: tuple[int, int] | None = None

@@ -16,6 +16,7 @@ from passgraph.formats import Format, float_format
 from passgraph.graph.targets import InputSpec, PixelPass, Target, TargetSpec
 from passgraph.graph.values import Derived, Value
 from passgraph.language import ir
+from passgraph.language.buffers import checked_numbers, is_buffer
 from passgraph.language.kernel import Kernel, function_source, kernel_from_text
 from passgraph.language.layout import components
 from passgraph.language.scope import FunctionSource
@@ -36,7 +37,9 @@ from passgraph.language.types import (
     element_of,
     flat_type,
     image_names,
+    is_plain,
     plain_parts,
+    sides_of,
 )
 
 if TYPE_CHECKING:
@@ -238,7 +241,7 @@ def _take_apart(
             for k, one in enumerate(value):  # type: ignore[arg-type, var-annotated]
                 images[f"{name}.{k}"] = _image(one, f"{where}, {name}.{k}")
         else:
-            components(value, type_, f"{where}, {name}")
+            _check_numbers(value, type_, f"{where}, {name}")
             values[parameter.name] = given
 
 
@@ -256,8 +259,16 @@ def _value(given: Any, type_: Type, where: str) -> object:
     if isinstance(given, (Value, Derived)):
         return given
     for name, leaf, value in leaves(given, type_, where):
-        components(value, leaf, name)
+        _check_numbers(value, leaf, name)
     return given
+
+
+def _check_numbers(value: object, type_: Type, name: str) -> None:
+    """InputError for what is no value of a plain type."""
+    if isinstance(type_, Array) and is_buffer(type_):
+        checked_numbers(value, type_, name)
+    else:
+        components(value, type_, name)
 
 
 def leaves(value: object, type_: Type, name: str) -> list[tuple[str, Type, object]]:
@@ -281,7 +292,11 @@ def _columns(value: object, type_: Array, name: str) -> list[tuple[str, Type, ob
     """The plain parts of an array: of structs, one array for each part of a struct."""
     if isinstance(type_.element, (Scalar, Vector, Matrix)):
         return [(name, type_, value)]
-    entries, flat = _entries(value, type_, name), flat_type(type_)
+    flat = flat_type(type_)
+    sides = sides_of(type_)
+    if isinstance(value, np.ndarray) and value.shape[: len(sides)] == sides and is_plain(flat):
+        return [(name, flat, value.reshape(-1, *value.shape[len(sides) :]))]  # without a list of each row
+    entries = _entries(value, type_, name)
     if not isinstance(flat.element, Struct):
         return [(name, flat, entries)]
     rows = [leaves(one, flat.element, f"{name}[{k}]") for k, one in enumerate(entries)]

@@ -31,10 +31,11 @@ from passgraph.graph.targets import (
     TargetSpec,
 )
 from passgraph.graph.values import FILLED_IN, Derived, Value
+from passgraph.language.buffers import as_held, checked_numbers, is_buffer
 from passgraph.language.kernel import Kernel
 from passgraph.language.layout import components
 from passgraph.language.symbols import UINT_MAX
-from passgraph.language.types import Scalar, Struct, Type, element_of, innermost, is_plain
+from passgraph.language.types import Array, Scalar, Struct, Type, element_of, innermost, is_plain
 from passgraph.plan.reach import passes_behind
 from passgraph.travel.arrays import array_data
 from passgraph.travel.document import number_data
@@ -258,7 +259,9 @@ def _format_name(format_: Any, where: str) -> str:
 
 
 def _numbers_data(value: object, type_: Type, where: str) -> Any:
-    """A number, or components in their order, each as its type has it."""
+    """A number, or components in their order, each as its type has it; of long arrays their bytes."""
+    if isinstance(type_, Array) and is_buffer(type_):
+        return array_data(as_held(checked_numbers(value, type_, where), type_), where)
     plain = _PLAIN[element_of(type_).name]
     flat = [number_data(plain(number)) for number in components(value, type_, where).tolist()]
     return flat[0] if isinstance(type_, Scalar) else flat

@@ -17,7 +17,7 @@ import pytest
 import passgraph as pg
 from passgraph import disk_cache
 from passgraph.backends.numpy.backend import NumpyBackend
-from passgraph.backends.numpy.machine import native
+from passgraph.backends.numpy.machine import native, objects
 from passgraph.backends.numpy.machine.workers import Workers
 from passgraph.backends.numpy.pixels.chains import alone
 from passgraph.backends.numpy.pixels.code import pixel_text
@@ -72,7 +72,7 @@ def emitted(text: str) -> str:
 
 def machine_code(text: str) -> str:
     """Assembly of a pass."""
-    return str(native._machine()[0].emit_assembly(native.optimised(emitted(text))))
+    return str(objects.machine().emit_assembly(objects.optimised(emitted(text))))
 
 
 @pytest.mark.parametrize("text", [BLUR, BRANCHES])
@@ -139,9 +139,9 @@ def test_border_and_interior_agree_with_the_reference(border: str, size: tuple[i
 SECOND = """
 import sys, numpy as np
 import passgraph as pg
-from passgraph.backends.numpy.machine import native
-compiled, before = [], native._compiled
-native._compiled = lambda *given: (compiled.append("anew"), before(*given))[1]
+from passgraph.backends.numpy.machine import objects
+compiled, before = [], objects.compiled
+objects.compiled = lambda *given: (compiled.append("anew"), before(*given))[1]
 kernel = pg.kernel(source=sys.argv[1])
 with pg.compile(kernel(pg.Input("frame")), backend="numpy") as program:
     program(frame=np.zeros((16, 16, 4), np.float32))
@@ -173,7 +173,7 @@ def test_a_cache_that_others_may_write_to_is_refused(tmp_path: Path, monkeypatch
     monkeypatch.setenv("PASSGRAPH_CACHE", str(tmp_path))
     monkeypatch.setattr(disk_cache, "_said", set())
     with pytest.warns(UserWarning, match=r"others may write.*chmod 700"):
-        native.function_address(("a test of its own", str(tmp_path)), returns)
+        assert native.function_code(("a test of its own", str(tmp_path)), returns).address
     assert not list((tmp_path / "code").iterdir())
 
 

@@ -180,6 +180,8 @@ def test_a_picture_that_is_a_parameter_goes_with_every_frame(capsys: pytest.Capt
 class Summing:
     """An effect that adds up all frames until now."""
 
+    takes = "picture"
+
     def made(self, color: pg.Target) -> pg.Target:
         spec = pg.target("sum", "rgba32f")
         return ADD(pg.previous(spec), color, into=spec)
@@ -303,7 +305,7 @@ def test_resume_does_what_is_left(capsys: pytest.CaptureFixture[str]) -> None:
         (["b/whole.mp4", "-o", "out.mp4", "--rate", "25"], "frames of a video keep their times; leave it out"),
         (["a", "-o", "out/", "--raw", "rgb24"], "--raw is for streams, and none is read or written"),
         (["a", "-o", "out/", "--raw", "wrong"], "'wrong' is not a layout of raw pixels"),
-        (["-", "-o", "out/"], "frames of standard input have no names; give a numbered sequence: -o out/%04d.png"),
+        (["-", "-o", "out/"], "nothing names the files of standard input; give numbers: -o out/%04d.png"),
         (["-", "-o", "out.#.png", "--raw", "rgb24"], "raw pixels have no size of their own"),
         (["b/video.mp4", "-o", "out.mp4"], "b/video.mp4: cannot be read as a video"),
     ],

@@ -137,6 +137,21 @@ def test_a_pass_may_read_itself_and_later_ones(tmp_path: Path) -> None:
     assert np.allclose(seen, [[0.0, 0.2], [0.2, 0.4], [0.4, 0.6]], atol=1e-3)
 
 
+@pytest.mark.parametrize("width", ["$WIDTH", "2"])
+def test_a_buffer_that_later_frames_alone_read_is_drawn(width: str, tmp_path: Path) -> None:
+    kept = [{"TARGET": name, "PERSISTENT": True} for name in ("b", "c")]
+    header = {"PASSES": [{"TARGET": "a", "WIDTH": width}, *kept, {}]}
+    body = """void main() {
+        if (PASSINDEX == 0) gl_FragColor = IMG_THIS_PIXEL(c);
+        else if (PASSINDEX == 1) gl_FragColor = IMG_THIS_PIXEL(b) + vec4(0.2);
+        else if (PASSINDEX == 2) gl_FragColor = IMG_THIS_PIXEL(b) + IMG_THIS_PIXEL(a);
+        else gl_FragColor = IMG_THIS_PIXEL(a);
+    }"""
+    with pg.compile(load_shader(written(tmp_path, header, body))(), size=(3, 2)) as program:
+        seen = [float(program()["s"][0, 0, 0]) for _ in range(4)]
+    assert np.allclose(seen, [0.0, 0.2, 0.6, 1.0], atol=3e-3)
+
+
 @pytest.mark.parametrize(("is_float", "expected"), [(False, 0.0), (True, 0.003)])
 def test_a_last_pass_keeps_what_its_own_format_holds(is_float: bool, expected: float, tmp_path: Path) -> None:
     """Hosts of ISF keep buffers of 8 bits, where a thousandth is nothing, unless the file says FLOAT."""

@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,7 @@ from passgraph.graph.targets import Target, TargetSpec, previous, target
 from passgraph.language.types import VEC4
 from passgraph.shaders.containers.clock import PRELUDE, clock_parameters, clock_uniforms
 from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, notes_of
-from passgraph.shaders.containers.pictures import handle_or_black
+from passgraph.shaders.containers.pictures import handle_or_black, shown_beside, unread
 from passgraph.shaders.glsl import Shader, parse
 
 CHANNELS = tuple(f"iChannel{i}" for i in range(4))
@@ -234,7 +234,18 @@ def _behind(text: str) -> str:
 
 
 def _built(passes: list[_Pass], given: Mapping[str, Target], values: Mapping[str, Any], into: TargetSpec) -> Target:
-    specs = [target(f"{into.name}.{one.name}", "rgba32f", scale=1.0) for one in passes[:-1]] + [into]
+    specs = [target(f"{into.name}.{one.name}", "rgba32f", scale=1.0) for one in passes[:-1]]
+    made = _drawn(passes, given, values, [*specs, into])
+    kept = unread(made[-1], made[:-1])
+    if not kept:
+        return made[-1]
+    made = _drawn(passes, given, values, [*specs, replace(into, name=f"{into.name}.{passes[-1].name}")])
+    return shown_beside(made[-1], unread(made[-1], made[:-1]), into)
+
+
+def _drawn(
+    passes: list[_Pass], given: Mapping[str, Target], values: Mapping[str, Any], specs: list[TargetSpec]
+) -> list[Target]:
     uniforms = clock_uniforms(values) | dict(values)
     made: list[Target] = []
     for number, one in enumerate(passes):
@@ -252,4 +263,4 @@ def _built(passes: list[_Pass], given: Mapping[str, Target], values: Mapping[str
             black = handle_or_black(picture)
             named[name] = black if source is None else source.reading(black)
         made.append(one.kernel(into=specs[number], **named))
-    return made[-1]
+    return made

@@ -6,6 +6,7 @@ from collections.abc import Collection
 from functools import partial
 
 from passgraph.language import ir
+from passgraph.language.buffers import check_local
 from passgraph.language.frame import MAX_CALL_DEPTH
 from passgraph.language.signature import checked_struct
 from passgraph.language.source import Span, fail
@@ -118,6 +119,7 @@ class Body:
             if holds_pictures(type_):
                 fail(variable.span, "a sampler is a uniform or a parameter")
             span = variable.span
+            check_local(type_, variable.name, span)
             part = None if variable.value is None else self.expressions.initial(variable.value, type_)
             if part is not None:
                 part = fitted(part, type_, span, variable.name)
@@ -152,7 +154,10 @@ class Body:
             fail(span, f"calls nest deeper than {MAX_CALL_DEPTH}")
         calls.append(function)
         void = function.result.name == "void" and not function.result.lengths
-        inner = Body(self.unit, function.name, None if void else self.type_of(function.result, function.result.span))
+        result = None if void else self.type_of(function.result, function.result.span)
+        if result is not None:
+            check_local(result, f"the result of {function.name}", function.result.span)
+        inner = Body(self.unit, function.name, result)
         inner.scopes = [{}]
         written = assigned_names(function.body, partial(overloads, self.unit))
         for parameter, argument in zip(function.parameters, arguments, strict=True):
@@ -173,6 +178,8 @@ class Body:
         if holds_pictures(type_):
             self.bind(parameter.name, Known(fitted(argument, type_, span, what), "a sampler"))  # type: ignore[arg-type]
             return
+        if not fixed or parameter.passed != "in":
+            check_local(type_, what, span)
         if parameter.passed == "out":
             slot = self.new_slot(parameter.name, type_, written=False)
             self.builder.clear(slot.variable)

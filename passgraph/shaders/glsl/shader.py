@@ -11,6 +11,7 @@ from pathlib import Path
 from passgraph import disk_cache
 from passgraph.errors import KernelError
 from passgraph.language import ir
+from passgraph.language.buffers import check_reads, check_sizes
 from passgraph.language.frame import KEPT
 from passgraph.language.signature import check_images
 from passgraph.language.source import Span, fail
@@ -152,7 +153,10 @@ def _program(
     uniforms = _parameters(unit, defaults)
     parameters = tuple(ir.Parameter(u.name, u.type, False, u.default, u.has_default, u.span) for u in uniforms)
     check_images(name, parameters, main.span)
-    return ir.TypedKernel(name, "pixel", parameters, unit.builder.body(), results, None, main.span), uniforms
+    check_sizes(parameters)
+    made = unit.builder.body()
+    check_reads(parameters, *made)
+    return ir.TypedKernel(name, "pixel", parameters, made, results, None, main.span), uniforms
 
 
 def _declared(tree: list[g.Outer], body: Body) -> list[tuple[str, Slot]]:
