@@ -4,8 +4,8 @@
 
 measures on the collections beside the checkout (tests/shaders/beside.py says where) and writes the marked section of
 docs/shaders.md and docs/images/shaders/.  Stages are agreement, backends, bounds (of what has other bits), speed,
-sheets and page; left out, all run.  What is measured is kept in docs/shaders.json, row by row: a run that was ended goes on
-where it was.  Figures of speed are worth what the machine is quiet: ``speed --again`` measures all of them anew.
+sheets and page; left out, all run.  What is measured is kept in docs/shaders.json, row by row: a run that was ended
+goes on where it was.  Figures of speed want a quiet machine: ``speed --again`` measures all of them anew.
 """
 
 from __future__ import annotations

@@ -4,49 +4,33 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from passgraph.commands.clips import (
-    STREAM,
-    Writing,
-    check_apart,
-    check_clips,
-    check_writing,
-    clips_of,
-    depth_of,
-    goes_into_folder,
-    inputs_of,
-    is_one_picture,
-    rate_of,
-    sources_of,
-)
-from passgraph.commands.frames import FramesJob, RedOf, Settings, run_clips
+from passgraph.commands.files import check_apart, is_one_picture
 from passgraph.commands.named import named_effect
 from passgraph.commands.options import (
     Decorated,
     backend_option,
     capture_option,
     check_finite_option,
-    flag_of,
     given_parameters,
     non_finite_option,
     options_beside,
     profile_option,
     size_option,
 )
-from passgraph.commands.over_frames import Changing, FramesOption, check_no_ramps
+from passgraph.commands.ramps import FramesOption, check_no_ramps
 from passgraph.commands.running import check_outputs, run_and_save
-from passgraph.commands.sources import RENDER_SIZE, generator_job, picture_job, picture_parameters
+from passgraph.commands.sources import RENDER_SIZE, generator_job, picture_job
 from passgraph.effects.registry import EFFECTS, Effect
 from passgraph.errors import InputError
-from passgraph.frames.frame import Source
+from passgraph.frames.frame import MOST_JOBS
 from passgraph.frames.names import Pattern, is_video
-from passgraph.frames.pictures import Numbers, Repeated, is_made
-from passgraph.frames.pipe import Raw
-from passgraph.frames.run import MOST_JOBS
-from passgraph.scene.hardware_depth import HardwareDepth
+
+if TYPE_CHECKING:
+    from passgraph.scene.hardware_depth import HardwareDepth
 
 INPUTS = "Reads each INPUT: a picture, folder, wildcard, numbered sequence, video, or - (a stream)."
 OUTPUT = (
@@ -160,9 +144,13 @@ def command_of(effect: Effect) -> click.Command:
                 raise InputError("--scheduler is for many frames; one picture is computed here: leave it out")
             return apply_to_one(effect, Path(inputs[0]), Path(output), capture, depth, depth_buffer, given, options)
         _check_one(capture, options["profile"], "there are several frames here")
+        from passgraph.commands.apply_many import apply_to_many
+
         return apply_to_many(effect, inputs, output, depth, depth_buffer, given, options)
 
     if effect.takes == "picture+depth":
+        from passgraph.commands.depth import depth_buffer_option, depth_option
+
         command.params += [depth_option(required=True), depth_buffer_option()]
     command.params += options_beside(command.params, effect, FramesOption)
     return command
@@ -195,6 +183,8 @@ def generator_command(effect: Effect) -> click.Command:
         given = given_parameters(ctx)
         if options["frames"] is not None:
             _check_one(capture, profile, "--frames makes several pictures")
+            from passgraph.commands.apply_many import apply_to_many
+
             options |= {"backend": backend, "size": size, "check_finite": check_finite, **_OF_NOTHING}
             return apply_to_many(effect, (), str(output), None, None, given, options)
         check_no_ramps(effect, given)
@@ -229,6 +219,8 @@ def apply_to_one(
     holds: HardwareDepth | None, given: dict[str, Any], options: dict[str, Any],
 ) -> int:  # fmt: skip
     """One picture file to one."""
+    from passgraph.frames.pictures import is_made
+
     check_apart([picture, *([depth] if depth else [])], [(output, str(picture))])
     check_outputs(output, capture)
     if options["resume"] and is_made(output, [picture]):
@@ -239,103 +231,3 @@ def apply_to_one(
         job, options["backend"], output, capture, options["non_finite"], options["check_finite"], options["profile"]
     )
     return 0
-
-
-def apply_to_many(
-    effect: Effect, inputs: tuple[str, ...], output: str, depth: Path | None, holds: HardwareDepth | None,
-    given: dict[str, Any], options: dict[str, Any],
-) -> int:  # fmt: skip
-    """Whatever else there is."""
-    writing, broken = writing_of(options), list[str]()
-    sources = _repeated(effect, inputs, options["frames"]) or list(sources_of(inputs, writing.raw, broken))
-    if not sources:
-        raise InputError(broken[0])
-    _check_further_pictures(effect, inputs, output)
-    clips = clips_of(sources, output, writing)
-    check_writing(writing, clips)
-    depths = None if depth is None else depth_of(depth, clips)
-    pictures = [path for path in given.values() if isinstance(path, Path)]
-    check_clips(clips, output, [*pictures, *(inputs_of(depths) if depths else [])])
-    changing = Changing.of(effect, given)
-    parameters, constants = picture_parameters(effect, given)
-    depth_source = None if depths is None else RedOf(depths)
-    job = FramesJob(effect, parameters, depth_source, constants, holds, changing, options.get("size"))
-    settings = Settings(
-        options["backend"], options["linear"], options["jobs"], options["resume"], options["non_finite"],
-        options["check_finite"], options["scheduler"],
-    )  # fmt: skip
-    return run_clips(job, clips, settings, broken)
-
-
-def _repeated(effect: Effect, inputs: tuple[str, ...], frames: int | None) -> list[Source]:
-    """One picture as so many frames, or as many without a picture; empty where frames are read."""
-    if frames is None:
-        return []
-    if effect.takes == "nothing":
-        return [Numbers(frames)]
-    path = Path(inputs[0])
-    if len(inputs) != 1 or inputs[0] == STREAM or not path.is_file() or is_video(path):
-        raise InputError(f"--frames {frames}: is for one picture, and {' '.join(inputs)} is none; leave it out")
-    return [Repeated(path, frames)]
-
-
-def _check_further_pictures(effect: Effect, inputs: tuple[str, ...], output: str) -> None:
-    """Tell who names two pictures for an effect of two where the second goes."""
-    further = [flag_of(parameter) for parameter in effect.parameters if parameter.type == "picture"]
-    one_file = not (goes_into_folder(output) or Pattern.is_in(output) or is_video(Path(output)) or output == STREAM)
-    if further and one_file and len(inputs) > 1:
-        raise InputError(
-            f"{output}: is one picture, and {len(inputs)} are read as frames; what {effect.name} takes beside a "
-            f"picture is an option: {inputs[0]} {further[0]} {inputs[1]}"
-        )
-
-
-def writing_of(options: dict[str, Any]) -> Writing:
-    """How outputs are written, from the options."""
-    raw = None if options["raw"] is None else Raw.parsed(options["raw"])
-    rate = None if options["rate"] is None else rate_of(options["rate"])
-    codec_options = {}
-    for text in options["codec_option"]:
-        key, equals, value = text.partition("=")
-        if not (key and equals):
-            raise InputError(f"--codec-option {text!r}: expected KEY=VALUE, such as crf=23")
-        codec_options[key] = value
-    return Writing(raw, rate, options["codec"], codec_options, options["sound"])
-
-
-class DepthBuffer(click.ParamType):  # type: ignore[type-arg]  # generic in newer clicks only
-    """NEAR:FAR, and ``,reversed`` or ``,orthographic`` behind it."""
-
-    name = "depth buffer"
-    words = ("reversed", "orthographic")
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> HardwareDepth:
-        if isinstance(value, HardwareDepth):
-            return value
-        planes, *words = str(value).split(",")
-        near, colon, far = planes.partition(":")
-        try:
-            if not colon or any(word not in self.words for word in words):
-                raise ValueError
-            return HardwareDepth(float(near), float(far), "reversed" in words, "orthographic" in words)
-        except (ValueError, InputError) as error:
-            why = f" ({error})" if isinstance(error, InputError) else ""
-            self.fail(
-                f"{value!r}: expected NEAR:FAR with 0 < NEAR < FAR, then ,reversed or ,orthographic where it is so, "
-                f"such as 0.1:1000 or 0.1:inf,reversed{why}",
-                param, ctx,
-            )  # fmt: skip
-
-
-def depth_buffer_option() -> click.Option:
-    return click.Option(
-        ["--depth-buffer"], type=DepthBuffer(), metavar="NEAR:FAR[,reversed][,orthographic]",
-        help="The depth is an engine's buffer, from 0 to 1 (16-bit PNG too); FAR may be inf. Left out, a distance.",
-    )  # fmt: skip
-
-
-def depth_option(required: bool) -> click.Option:
-    return click.Option(
-        ["--depth"], required=required, type=click.Path(path_type=Path),
-        help="Picture whose red is each pixel's linear depth (EXR or npy, scene units), or a sequence of them.",
-    )  # fmt: skip

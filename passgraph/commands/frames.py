@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -24,11 +24,13 @@ from passgraph.frames.remote import connected
 from passgraph.frames.run import frames
 from passgraph.frames.video_sink import ToVideo
 from passgraph.graph.outputs import named_outputs
-from passgraph.graph.targets import Input, Target
+from passgraph.graph.targets import OPEN_SRGB, Input, Target
 from passgraph.picture_decoders import scaled
 from passgraph.run.finite_checks import NonFinite
 from passgraph.run.program import Program, compile
-from passgraph.scene.hardware_depth import HardwareDepth
+
+if TYPE_CHECKING:
+    from passgraph.scene.hardware_depth import HardwareDepth
 
 
 @dataclass(frozen=True)
@@ -61,9 +63,13 @@ class FramesJob:
         """Whether its pictures are made of parameters alone."""
         return self.effect.takes == "nothing"
 
-    def output(self, *, as_read: bool, as_bytes: bool) -> dict[str, Target]:
-        """The graph's first output; frames have four channels, ``as_read`` in their own type, else as float32."""
-        targets = [] if self.makes_all else [Input("frame", None if as_read else "rgba32f")]
+    def output(self, *, as_read: bool, as_bytes: bool, linear: bool) -> dict[str, Target]:
+        """The graph's first output; frames have four channels, ``as_read`` in their own type, else as float32.
+
+        ``linear``: what is read in 8 bits is decoded from sRGB, by the program as for one picture.
+        """
+        open_format = OPEN_SRGB if linear else None
+        targets = [] if self.makes_all else [Input("frame", open_format if as_read else "rgba32f")]
         if self.depth is not None:
             targets.append(as_distance(Input("depth", "r32f"), self.holds))
 
@@ -127,8 +133,9 @@ def _compiled(job: FramesJob, settings: Settings, clips: list[Clip]) -> Program:
     as_bytes = finite and all(clip.sink.in_bytes(clip.source) for clip in clips)
     # Raw pixels may be gray or RGB, and effects read colours with alpha.
     as_read = not any(isinstance(clip.source, Pipe) and clip.source.raw for clip in clips)
+    outputs = job.output(as_read=as_read, as_bytes=as_bytes, linear=settings.linear)
     program = compile(
-        job.output(as_read=as_read, as_bytes=as_bytes), settings.backend, job.size, non_finite=settings.non_finite,
+        outputs, settings.backend, job.size, non_finite=settings.non_finite,
         check_finite=settings.check_finite, results="stored" if as_bytes else "float32",
     )  # fmt: skip
     try:

@@ -19,7 +19,7 @@ from passgraph.frames.pictures import Pictures, is_made
 from passgraph.frames.pipe import Pipe
 from passgraph.frames.sound import Sound, check_sound
 from passgraph.frames.stored import with_channels
-from passgraph.frames.video import FULL, UNSPECIFIED, Video, import_av, reason, stated
+from passgraph.frames.video import FULL, UNSPECIFIED, Conversion, Video, import_av, reason, stated
 
 #: Frames a second of pictures that do not say how many.
 RATE = Fraction(25)
@@ -78,7 +78,7 @@ class ToVideo(Sink):
         return self.rate or rate_given(source) or RATE
 
     def begin(self, source: Source) -> None:
-        self._av = import_av(self.path)
+        self._av, self._converted = import_av(self.path), Conversion()
         self._video = source if isinstance(source, Video) else None
         self._rate = self.rate_for(source)
         self._sound: Sound | None = None
@@ -151,7 +151,7 @@ class ToVideo(Sink):
         pixels = np.ascontiguousarray(with_channels(picture, 4))
         made = self._av.VideoFrame.from_numpy_buffer(pixels, "rgba64le" if deep else "rgba")
         made.colorspace, made.color_range = self._colours()
-        return made.reformat(format=self._format, threads=1)
+        return self._converted(made, self._format)
 
     def _colours(self) -> tuple[int, int]:
         assert self._size is not None

@@ -20,6 +20,7 @@ from passgraph.graph.geometry import FrozenGeometry
 from passgraph.graph.targets import (
     MAX_SIDE,
     MOST_SLOTS,
+    OPEN_SRGB,
     READING,
     Absolute,
     Blocks,
@@ -144,11 +145,13 @@ class _Graph:
         document = self.document
         record = document.record(given, where, "name", "format", "size", "static", "default")
         with document.at(where):
-            format_ = None if record["format"] is None else self._format(record["format"], f"{where}.format")
+            srgb = isinstance(record["format"], str) and record["format"] == OPEN_SRGB
+            is_open = srgb or record["format"] is None
+            format_ = None if is_open else self._format(record["format"], f"{where}.format")
             size = None if record["size"] is None else self._pixels(record["size"], f"{where}.size")
             default = None if record["default"] is None else self.arrays.picture(record["default"], f"{where}.default")
             static = document.flag(record["static"], f"{where}.static")
-            return InputSpec(document.text(record["name"], f"{where}.name"), format_, size, static, default)
+            return InputSpec(document.text(record["name"], f"{where}.name"), format_, size, static, default, srgb)
 
     def _target(self, given: object, where: str) -> TargetSpec:
         document = self.document

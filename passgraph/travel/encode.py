@@ -18,6 +18,7 @@ from passgraph.graph.draw_state import DrawState
 from passgraph.graph.geometry import ATTRIBUTE_TYPES
 from passgraph.graph.outputs import Outputs, named_outputs
 from passgraph.graph.targets import (
+    OPEN_SRGB,
     READING,
     Absolute,
     Blocks,
@@ -114,7 +115,7 @@ class _Writer:
         if id(spec) in self._numbers:
             return self._numbers[id(spec)]
         where = f"input {spec.name!r}"
-        format_ = None if spec.format is None else _format_name(spec.format, where)
+        format_ = OPEN_SRGB if spec.srgb else None if spec.format is None else _format_name(spec.format, where)
         size = None if spec.size is None else list(spec.size)
         default = None if spec.default is None else _picture_data(spec.default, where)
         data = {"name": spec.name, "format": format_, "size": size, "static": spec.static, "default": default}
