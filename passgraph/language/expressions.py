@@ -13,13 +13,14 @@ from passgraph.language.operations import OPERATIONS, called, signed
 from passgraph.language.powers import written_power
 from passgraph.language.quads import DERIVATIVES, STAGES, derivative
 from passgraph.language.scope import FunctionSource, ModuleName, number, written
-from passgraph.language.signature import MAX_ARRAY_LENGTH, resolve
+from passgraph.language.signature import resolve
 from passgraph.language.source import Span, fail
 from passgraph.language.types import (
     BOOL,
     FLOAT,
     INT,
     IVEC2,
+    MAX_ARRAY_LENGTH,
     VEC2,
     VEC4,
     Array,

@@ -339,18 +339,46 @@ def own_pixel(name: str) -> tuple[str, str]:
     return head + dot + rest, axes
 
 
+def held(node: Stmt | Expr) -> tuple[Stmt | Expr, ...]:
+    """The expressions and statements that a statement or an expression is made of."""
+    if isinstance(node, Assign):
+        return (node.value,)
+    if isinstance(node, If):
+        return (node.condition, *node.then, *node.orelse)
+    if isinstance(node, For):
+        return (node.start, node.stop, node.step, *node.body)
+    return () if isinstance(node, (Break, Continue)) else parts_of(node)
+
+
 def expressions(*roots: Stmt | Expr) -> Iterator[Expr]:
     """Every expression inside statements and expressions, each once."""
     pending: list[object] = list(roots)
     while pending:
         part = pending.pop()
-        if isinstance(part, tuple):
-            pending += part
-        elif isinstance(part, _NODES):
+        names = _CHILDREN.get(type(part))
+        if names is not None:
             if isinstance(part, _EXPRESSIONS):
                 yield part
-            pending += [getattr(part, f.name) for f in fields(part) if f.name not in ("type", "span", "values")]
+            pending += [getattr(part, name) for name in names]
+        elif isinstance(part, tuple):
+            pending += part
+
+
+def assignments(statements: tuple[Stmt, ...]) -> Iterator[Assign]:
+    """Every assignment, those inside branches and loops too."""
+    for statement in statements:
+        if isinstance(statement, Assign):
+            yield statement
+        elif isinstance(statement, If):
+            yield from assignments(statement.then)
+            yield from assignments(statement.orelse)
+        elif isinstance(statement, For):
+            yield from assignments(statement.body)
 
 
 _EXPRESSIONS: tuple[type[Expr], ...] = get_args(Expr)
-_NODES: tuple[type[Expr | Stmt], ...] = (*_EXPRESSIONS, *get_args(Stmt))
+#: Of each kind of node the fields that may hold others.
+_CHILDREN: dict[type[Any], tuple[str, ...]] = {
+    kind: tuple(part.name for part in fields(kind) if part.name not in ("type", "span", "values", "name"))
+    for kind in (*_EXPRESSIONS, *get_args(Stmt))
+}

@@ -21,6 +21,7 @@ from passgraph.verify.oracle.decisions import Bounds
 from passgraph.verify.oracle.domain import Bounded
 from passgraph.verify.oracle.interval import Interval
 from passgraph.verify.oracle.merge import State
+from passgraph.verify.oracle.pace import Pace
 from passgraph.verify.oracle.stage import StageOracle
 from passgraph.verify.oracle.watch import Watch
 
@@ -33,7 +34,7 @@ class DrawOracle:
     def __init__(
         self, made: ReferenceDrawPass, outputs: Sequence[Storage], depth: Storage | None, images: Sequence[Storage],
         geometry: Geometry, vertex: Block, fragment: Block, snapped: bool, carried: Mapping[int, Interval],
-        watch: Watch | None = None,
+        watch: Watch | None = None, pace: Pace | None = None,
     ) -> None:  # fmt: skip
         self.pass_, self.step = made, made.step
         self.geometry, self.snapped = geometry, snapped
@@ -41,7 +42,7 @@ class DrawOracle:
         self.vertex = StageOracle(made.vertex, vertex, names, images, carried)
         self.fragment: StageOracle | None = None
         if made.fragment is not None:
-            self.fragment = StageOracle(made.fragment, fragment, names, images, carried, watch)
+            self.fragment = StageOracle(made.fragment, fragment, names, images, carried, watch, pace)
         self.state = State.before(made.step, outputs, depth)
         self.names: Counter[str] = Counter()
 
