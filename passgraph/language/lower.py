@@ -9,13 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import Any, TypeGuard
+from typing import Any, TypeGuard, cast
 
 from passgraph.errors import KernelError
 from passgraph.formats import Store
-from passgraph.language import ir
+from passgraph.language import ir, lower_buffers
 from passgraph.language import scalar as s
 from passgraph.language.arrays import Arrays
+from passgraph.language.buffers import is_buffer, layout_of
 from passgraph.language.emitter import Emitter, eliminate_dead
 from passgraph.language.expand import EXPANSIONS, whole_power
 from passgraph.language.facts import Facts, Fused, ImageFacts, Shared
@@ -345,6 +346,8 @@ class Lowering:
         base_type = expression.value.type
         if isinstance(expression.value, ir.Local) and expression.value.name in self.arrays:
             return self.arrays.entry(expression.value.name, index)
+        if isinstance(expression.value, ir.Uniform) and is_buffer(base_type):
+            return self._buffer_entry(expression.value, index)
         if isinstance(index, s.Lit):
             i = min(max(int(index.value), 0), component_count(base_type) // width - 1)
             if isinstance(expression.value, ir.Table):
@@ -384,6 +387,13 @@ class Lowering:
             return [e.table(name, held, values, address) for address in addresses]
         slot = self.shared.slot(self.prefix + array.name, type_)
         return [self._slot_entry(slot, e.op("add", base, s.Lit("int", slot.offset + i)), element) for i in range(width)]
+
+    def _buffer_entry(self, array: ir.Uniform, index: s.Operand) -> list[s.Operand]:
+        """An entry of a long array; which one is meant may be known."""
+        name, type_ = self.prefix + array.name, cast(Array, array.type)
+        self.shared.buffers[name] = type_
+        self.shared.uses.setdefault(name, s.ImageUse(name, layout_of(type_).channels))
+        return lower_buffers.entry(self.emitter, array, name, index)
 
     def _held_values(self, table: ir.Table) -> tuple[ir.Number, ...]:
         """The values of a constant table as programs hold them; the same tuple at each use."""

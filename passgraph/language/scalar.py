@@ -269,6 +269,8 @@ class ScalarProgram:
     builtins: tuple[tuple[str, str], ...]  # name, scalar type
     sources: tuple[Span, ...] = field(default=(), compare=False, repr=False)
     arrays: tuple[tuple[str, str, int], ...] = ()  # name, scalar type, length
+    #: Images that hold long arrays of parameters (:mod:`.buffers`): name, Array of passgraph.language.types.
+    buffers: tuple[tuple[str, object], ...] = ()
 
     @cached_property
     def key(self) -> str:

@@ -7,9 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from passgraph.language import ir, symbols
+from passgraph.language.buffers import check_local, check_sizes
 from passgraph.language.scope import FunctionSource, ModuleName, Scope, meaning_of, number, typed_constant, written
 from passgraph.language.source import Source, Span, fail
 from passgraph.language.types import (
+    MAX_ARRAY_LENGTH,
     NAMED,
     Array,
     ImageType,
@@ -38,8 +40,8 @@ VERTEX_FIELDS: dict[str, tuple[Type, tuple[float, ...]]] = {
 }
 VERTEX = Struct("Vertex", tuple((name, type_) for name, (type_, _) in VERTEX_FIELDS.items()))
 
-#: Longest array that a kernel may declare; 4,096 floats fill the smallest uniform block that GL 3.3 promises.
-MAX_ARRAY_LENGTH = 1024
+#: Longest array that a kernel may have as a parameter.
+MAX_BUFFER_LENGTH = 1 << 24
 #: Images of a kernel, those of structs and arrays counted; devices read fewer in one pass.
 MAX_IMAGES = 128
 #: Most fields of a struct, those of structs within it counted.
@@ -123,14 +125,19 @@ def _array_type(node: ast.Subscript, scope: Scope, source: Source) -> Array:
     else:
         meaning = resolve(length_node, scope, source)
         length = meaning.value if isinstance(meaning, ir.Literal) else None
-    if not isinstance(length, int) or isinstance(length, bool) or not 1 <= length <= MAX_ARRAY_LENGTH:
+    if not isinstance(length, int) or isinstance(length, bool) or not 1 <= length <= MAX_BUFFER_LENGTH:
         fail(
             span,
-            f"array length must be a whole number from 1 to {MAX_ARRAY_LENGTH}, got {ast.unparse(length_node)}",
+            f"array length must be a whole number from 1 to {MAX_BUFFER_LENGTH}, got {ast.unparse(length_node)}",
         )
-    made = Array(element, length)
-    if longest(made) > MAX_ARRAY_LENGTH:
-        fail(span, f"{made} has {longest(made)} elements, those of arrays in it counted; at most {MAX_ARRAY_LENGTH}")
+    return checked_array(Array(element, length), span)
+
+
+def checked_array(made: Array, span: Span) -> Array:
+    """An array type that keeps to the limits."""
+    most = MAX_ARRAY_LENGTH if image_count(made) else MAX_BUFFER_LENGTH
+    if longest(made) > most:
+        fail(span, f"{made} has {longest(made)} elements, those of arrays in it counted; at most {most}")
     return made
 
 
@@ -150,11 +157,13 @@ def read_signature(function: FunctionSource) -> Signature:
     pairs += list(zip(arguments.kwonlyargs, arguments.kw_defaults, strict=True))
     parameters = tuple(_parameter(argument, default, function) for argument, default in pairs)
     check_images(function.name, parameters, source.span(node))
+    check_sizes(parameters)
     if node.returns is None:
         fail(source.span(node), f"{function.name} needs a return type, for example -> vec4")
     result, const = annotation_type(node.returns, scope, source)
     if const or image_names(result, ""):
         fail(source.span(node.returns), f"{function.name} cannot return {'Const' if const else 'an Image'}")
+    check_local(result, f"the result of {function.name}", source.span(node.returns))
     return Signature(parameters, result)
 
 

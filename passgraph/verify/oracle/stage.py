@@ -56,6 +56,7 @@ class StageOracle:
         self.bound: BoundStage = stage.bind(block, names, storages)
         self.formats = {name: storage.format for name, storage in zip(names, storages, strict=True)}
         self._whole: dict[str, Interval] = {}
+        self._uniforms: dict[str, Bounded] = {}
         #: Images of which only bounds are known: smallest and largest pixels.
         self.uncertain: dict[str, tuple[SampledImage, SampledImage]] = {}
         for name, storage in zip(names, storages, strict=True):
@@ -75,6 +76,14 @@ class StageOracle:
             nan = np.asarray(ends[0].nan.any(axis=0, keepdims=True))
             self._whole[image] = Interval(np.fmin.reduce(low, keepdims=True), np.fmax.reduce(high, keepdims=True), nan)
         return self._whole[image]
+
+    def uniform(self, expression: ir.Uniform) -> Bounded:
+        """A parameter: floats as intervals, made once."""
+        if expression.name not in self._uniforms:
+            value = self.bound.uniform(expression)
+            exact = Interval.of(value.astype(np.float32)) if value.dtype.kind == "f" else value
+            self._uniforms[expression.name] = exact
+        return self._uniforms[expression.name]
 
     def bounds(self, count: int, builtins: Builtins, pixels: Ints | None = None, first_only: bool = False) -> Bounds:
         """Of every result in every lane; who watches is told which pixel of the target each lane is.
@@ -123,8 +132,7 @@ class _Around(Surroundings[Bounded]):
         self.oracle, self.whole, self.domain = oracle, builtin, domain
 
     def uniform(self, expression: ir.Uniform) -> Bounded:
-        value = self.oracle.bound.uniform(expression)
-        return Interval.of(value.astype(np.float32)) if value.dtype.kind == "f" else value
+        return self.oracle.uniform(expression)
 
     def builtin(self, expression: ir.Builtin) -> Bounded:
         return self._builtin(expression.name)
