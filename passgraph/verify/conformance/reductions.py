@@ -18,7 +18,8 @@ GROUP = "plans"
 SIZE = (67, 11)
 #: As many texels as a power of two.
 EVEN = (64, 8)
-BINS = 9
+#: Three pixels of four bins in each quarter, none to spare; whole numbers fall into bins of each.
+BINS = 48
 
 
 def cases() -> Iterator[Case]:
