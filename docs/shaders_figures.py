@@ -200,18 +200,18 @@ class Figures:
         beside.replace(self.file)
 
     def measure(self, stage: str, again: bool = False, limit: float | None = None) -> None:
-        """Every file that has no row yet, or every file; prints how far it is."""
+        """Every file that has no row yet, or was late, or every file; prints how far it is."""
         rows = self.rows[stage]
         if again:
             rows.clear()
-        wanted = [name for name in names() if name not in rows and self._is_for(stage, name)]
+        wanted = [n for n in names() if "late" in rows.get(n, {"late": 0}) and self._is_for(stage, n)]
         seconds = STAGES[stage][1] if limit is None else limit
         begin = time.monotonic()
         with _Worker() as worker:
             for number, name in enumerate(wanted, 1):
                 rows[name] = worker.measured(stage, name, seconds)
                 self.write()
-                word = next((f": {rows[name][k]}" for k in ("late", "failed", "refused") if k in rows[name]), "")
+                word = next((f": {k}, {rows[name][k]}" for k in ("late", "failed", "refused") if k in rows[name]), "")
                 print(f"  {stage} {number}/{len(wanted)}, {time.monotonic() - begin:.0f} s, {name}{word}", flush=True)
 
     def _is_for(self, stage: str, name: str) -> bool:
@@ -239,7 +239,7 @@ class _Worker:
             self.process = None
 
     def measured(self, stage: str, name: str, seconds: float) -> dict[str, Any]:
-        """The row, or why there is none."""
+        """The row, or why there is none: "failed", or the seconds after which it was "late"."""
         if self.process is None:
             spawn = multiprocessing.get_context("spawn")
             self.pipe, far = spawn.Pipe()

@@ -133,7 +133,14 @@ _LOOKS = {"isf": ", with random values of their parameters", "transitions": ", h
 
 
 def _runs(runs: tuple[tuple[tuple[int, int], int], ...]) -> str:
-    return ", ".join(f"{w}×{h} with {'random values' if seed else 'defaults'}" for (w, h), seed in runs)
+    """By size, with how many sets of values."""
+    told = []
+    for size in dict.fromkeys(size for size, _ in runs):
+        seeds = [seed for one, seed in runs if one == size]
+        random = sum(seed != 0 for seed in seeds)
+        kinds = ["defaults"] * (0 in seeds) + ["random values" if random == 1 else f"{random} sets of random values"]
+        told.append(f"{size[0]}×{size[1]} with {' and '.join(kinds[: len(seeds)])}")
+    return ", ".join(told)
 
 
 def _worst(row: dict[str, Any], which: str) -> int:

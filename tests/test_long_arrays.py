@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import re
+import tracemalloc
 from dataclasses import replace
+from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
@@ -12,10 +15,11 @@ import pytest
 import passgraph as pg
 from passgraph.backends.base import Backend
 from passgraph.backends.registry import open_backend
-from passgraph.errors import BackendError, GraphError, InputError
+from passgraph.errors import BackendError, GraphError, InputError, KernelError
 from passgraph.language.buffers import layout_of, numbers_in, picture_of
 from passgraph.language.types import INT, NAMED, UINT, Array
 from passgraph.scene import Mesh
+from passgraph.shaders.glsl.shader import parse
 from passgraph.verify.compare import compare
 
 RNG = np.random.default_rng(5)
@@ -135,11 +139,12 @@ def test_values_change_from_run_to_run_and_nothing_is_compiled_anew(name: str, m
             assert seen.uploads == 3
             table[0] = 7.0  # the same array, written to
             assert program(table=table)["entry"][0, 0, 0] == 7.0
-            table.flags.writeable = False
+            table[0] = 8.0
+            table.flags.writeable = False  # from here on it holds what it holds now
             seen.uploads = 0
             for _ in range(3):
-                assert program(table=table)["entry"][0, 0, 0] == 7.0
-            assert seen.uploads == 0
+                assert program(table=table)["entry"][0, 0, 0] == 8.0
+            assert seen.uploads == 1
 
 
 def test_an_array_given_to_the_kernel_goes_to_the_device_once(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -331,6 +336,45 @@ def test_an_int_array_takes_no_floats() -> None:
     read = pg.kernel(source="def read(t: Array[int, 2000]) -> float: return float(t[pixel().x])")
     with pytest.raises(InputError, match="got floats"):
         read(np.zeros(2000, np.float32))
+
+
+HUGE = "Array[float, 16777216]"
+ROWS = "Array[Array[float, 4096], 4096]"
+
+
+@pytest.mark.parametrize(
+    ("text", "refused"),
+    [
+        (f"def k(t: {HUGE}) -> float: return t[pixel().x] + float(len(t))", ""),
+        (f"def k(t: {HUGE}) -> float:\n    for i in range(len(t)):\n        return t[i]\n    return 0.0", ""),
+        (f"def f(r: Array[float, 4096]) -> float: return r[3]\ndef k(t: {ROWS}) -> float: return f(t[pixel().x])", ""),
+        (f"def k(t: {ROWS}) -> float:\n    row = t[pixel().x]\n    return row[0]", "a variable would hold"),
+        (f"def k(t: {HUGE}) -> float: return 1.0 if t == t else 0.0", "== does not take"),
+        (f"def k(t: {HUGE}, u: {HUGE}) -> float: return (t if u[1] > 0.0 else u)[0]", "use if statements"),
+        (f"def k(t: {HUGE}) -> float:\n    a, b = t, t\n    return a[0]", "are read by index"),
+        (f"def k(t: {HUGE}) -> float: return [t, t][0][1]", "an array has at most 1024 elements"),
+        (f"def k(t: {HUGE}) -> float: return (t + t)[0]", "does not take"),
+        (f"def k(n: int) -> tuple[{HUGE}, float]: return n, 1.0", "would hold"),
+        ("def k(n: Array[Image, 16777216]) -> float: return 1.0", "at most 1024"),
+        ("uniform float t[16777216]; void main() { gl_FragColor = vec4(t[int(gl_FragCoord.x)]); }", ""),
+        ("struct S { float t[16777216]; }; uniform S a, b; void main() { gl_FragColor = vec4(a == b); }", "would hold"),
+        ("uniform float t[16777216], u[16777216]; uniform bool b; void main() { gl_FragColor = vec4((b ? t : u)[1]); }",
+         "by index"),
+        ("void main() { float t[16777216] = float[](1.0); gl_FragColor = vec4(t[1]); }", "would hold"),
+    ],
+)  # fmt: skip
+def test_texts_about_the_longest_arrays_take_little_memory(text: str, refused: str) -> None:
+    made: Any = parse if "void" in text else partial(pg.kernel, name="k")
+    tracemalloc.start()
+    try:
+        if refused:
+            with pytest.raises(KernelError, match=re.escape(refused)):
+                made(text) if made is parse else made(source=text)
+        else:
+            assert made(text) if made is parse else made(source=text)
+        assert tracemalloc.get_traced_memory()[1] < 16 << 20
+    finally:
+        tracemalloc.stop()
 
 
 def test_a_device_with_small_pictures_refuses_before_anything_is_made(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -200,7 +200,7 @@ def _said(parameter: KernelParameter, text: str, effect: Effect) -> Parameter:
     if kind == "bool" and not parameter.has_default:
         kind = "value"  # a flag that is left out would say no
     return Parameter(
-        parameter.name, kind, parameter.default, Range(), text,
+        parameter.name, kind, parameter.default, parameter.range or Range(), text,
         of=parameter.type if kind == "value" else None, required=not parameter.has_default,
     )  # fmt: skip
 

@@ -19,6 +19,7 @@ from passgraph.language import ir
 from passgraph.language.buffers import checked_numbers, is_buffer
 from passgraph.language.kernel import Kernel, function_source, kernel_from_text
 from passgraph.language.layout import components
+from passgraph.language.limits import check_numbers
 from passgraph.language.scope import FunctionSource
 from passgraph.language.symbols import UINT_MAX
 from passgraph.language.types import (
@@ -218,10 +219,10 @@ def split_arguments(
                 raise GraphError(
                     f"{where} is Const: it is baked when the graph is compiled and takes a number, got {given!r}"
                 )
-            components(given, parameter.type, where)
+            _check_range(given, parameter, parameter.type, where)
             constants[parameter.name] = given
         else:
-            values[parameter.name] = _value(given, parameter.type, where)
+            values[parameter.name] = _value(given, parameter, where)
     return images, values, constants
 
 
@@ -253,14 +254,23 @@ def _image(given: Any, where: str) -> Target:
     return given
 
 
-def _value(given: Any, type_: Type, where: str) -> object:
+def _value(given: Any, parameter: ir.Parameter, where: str) -> object:
+    type_ = parameter.type
     if isinstance(given, Target):
         raise GraphError(f"{where} is {type_}, got the target {given.name!r}; declare the parameter as Image")
     if isinstance(given, (Value, Derived)):
         return given
     for name, leaf, value in leaves(given, type_, where):
-        _check_numbers(value, leaf, name)
+        _check_range(value, parameter, leaf, name)
     return given
+
+
+def _check_range(value: object, parameter: ir.Parameter, type_: Type, name: str) -> None:
+    """InputError for what is no value of a plain type, or outside of the parameter's range."""
+    if parameter.range is None:
+        _check_numbers(value, type_, name)
+    else:
+        check_numbers(parameter.range, components(value, type_, name), type_, name)
 
 
 def _check_numbers(value: object, type_: Type, name: str) -> None:

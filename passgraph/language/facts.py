@@ -12,6 +12,7 @@ from passgraph.language.border_rules import BORDERS
 from passgraph.language.emitter import Emitter
 from passgraph.language.source import Span
 from passgraph.language.types import BOOL, INT, Array, Scalar, Type, component_count, element_of
+from passgraph.ranges import Range
 
 #: What a kernel may ask of an image (``image.levels``), and of which type it is.
 PROPERTIES: dict[str, Scalar] = {"is_nearest": BOOL, "is_blank": BOOL, "border": INT, "levels": INT, "slices": INT,
@@ -79,11 +80,11 @@ class Shared:
         self.sources: list[Span] = []
         self.unrolled = 0  # instructions that loops have become so far
 
-    def slot(self, name: str, type_: Type) -> s.UniformSlot:
+    def slot(self, name: str, type_: Type, range_: Range | None = None) -> s.UniformSlot:
         if name not in self.slots:
             block = "float" if element_of(type_).name == "float" else "int"
             count = component_count(type_)
-            self.slots[name] = s.UniformSlot(name, type_, block, self.counts[block], count)
+            self.slots[name] = s.UniformSlot(name, type_, block, self.counts[block], count, range_)
             self.counts[block] += count
         return self.slots[name]
 

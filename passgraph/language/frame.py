@@ -231,7 +231,10 @@ class Builder:
 
     def signature(self, function: FunctionSource) -> Signature:
         if function not in self.signatures:
-            self.signatures[function] = read_signature(function)
+            signature = self.signatures[function] = read_signature(function)
+            for parameter in signature.parameters:
+                if parameter.range is not None:
+                    fail(parameter.span, f"{function.name} is no kernel; what its parameters may be is not looked at")
         return self.signatures[function]
 
     def scope(self, function: FunctionSource) -> Scope:

@@ -14,6 +14,7 @@ from typing import Literal as OneOf
 
 from passgraph.language.source import NOWHERE, Span
 from passgraph.language.types import Array, Scalar, Type, Value, image_names
+from passgraph.ranges import Range
 
 Number: TypeAlias = bool | int | float
 #: After an image's name: the picture of its smaller levels, see :mod:`passgraph.plan.mipmaps`.
@@ -282,6 +283,8 @@ class Parameter:
     default: object = None
     has_default: bool = False
     span: Span = field(default=NOWHERE, compare=False, repr=False)
+    #: What each of its numbers may be.
+    range: Range | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,6 +21,7 @@ from passgraph.language.emitter import Emitter, eliminate_dead
 from passgraph.language.expand import EXPANSIONS, whole_power
 from passgraph.language.facts import Facts, Fused, ImageFacts, Shared
 from passgraph.language.library import prelude_function
+from passgraph.language.limits import bounds
 from passgraph.language.lower_loops import Loops, leaves, most_work, names_assigned
 from passgraph.language.operations import OPERATIONS
 from passgraph.language.parse import parse_kernel
@@ -297,11 +298,17 @@ class Lowering:
         if expression.const:
             value = self._constant(expression)
             return [s.known(expression.type, value[i]) for i in which]
-        slot = self.shared.slot(self.prefix + expression.name, expression.type)
+        slot = self._slot(expression)
         return [self._slot_entry(slot, s.Lit("int", slot.offset + i), element) for i in which]
+
+    def _slot(self, uniform: ir.Uniform) -> s.UniformSlot:
+        limits = next((p.range for p in self.program.parameters if p.name == uniform.name), None)
+        return self.shared.slot(self.prefix + uniform.name, uniform.type, limits)
 
     def _slot_entry(self, slot: s.UniformSlot, index: s.Operand, element: str) -> s.Operand:
         value = self.emitter.uniform(slot.block, index)
+        if slot.range is not None and isinstance(value, s.Val) and element in ("int", "float"):
+            self.emitter.ranges[value.id] = bounds(slot.range, cast(Array, slot.type))
         return self.emitter.op("not_equal", value, s.Lit("int", 0)) if element == "bool" else value
 
     def _constant(self, expression: ir.Uniform) -> list[ir.Number]:
@@ -385,7 +392,7 @@ class Lowering:
             name = e.table_name(held, values)
             addresses = (e.op("add", base, s.Lit("int", i)) for i in range(width))
             return [e.table(name, held, values, address) for address in addresses]
-        slot = self.shared.slot(self.prefix + array.name, type_)
+        slot = self._slot(array)
         return [self._slot_entry(slot, e.op("add", base, s.Lit("int", slot.offset + i)), element) for i in range(width)]
 
     def _buffer_entry(self, array: ir.Uniform, index: s.Operand) -> list[s.Operand]:

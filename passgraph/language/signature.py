@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import ast
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
+from passgraph.errors import InputError
 from passgraph.language import ir, symbols
+from passgraph.language import limits as limits_of
 from passgraph.language.buffers import check_local, check_sizes
+from passgraph.language.layout import components
 from passgraph.language.scope import FunctionSource, ModuleName, Scope, meaning_of, number, typed_constant, written
 from passgraph.language.source import Source, Span, fail
 from passgraph.language.types import (
@@ -77,13 +80,7 @@ def annotation_type(node: ast.expr, scope: Scope, source: Source) -> tuple[Type,
     """The type that an annotation names, and whether it is Const."""
     span = source.span(node)
     if isinstance(node, ast.Constant) and isinstance(node.value, str):
-        try:
-            inner = ast.parse(node.value, mode="eval").body
-        except (SyntaxError, ValueError, RecursionError, MemoryError):
-            fail(span, f"annotation {node.value!r} is not a type")
-        for part in ast.walk(inner):
-            ast.copy_location(part, node)
-        return annotation_type(inner, scope, source)
+        return annotation_type(_unquoted(node, source), scope, source)
     if isinstance(node, ast.Subscript):
         generic = resolve(node.value, scope, source)
         if generic is symbols.Const:
@@ -97,6 +94,8 @@ def annotation_type(node: ast.expr, scope: Scope, source: Source) -> tuple[Type,
             if any(image_names(t, "") for t in types):
                 fail(span, "a tuple cannot hold an Image")
             return TupleType(types), False
+        if generic is Annotated:
+            fail(span, "a range is of a kernel's parameter as a whole: name: Annotated[float, pg.Range(0, 1)]")
         fail(span, "only Const[T], Array[T, n] and tuple[...] take brackets")
     if isinstance(node, ast.Constant) and node.value is None:
         fail(span, "a kernel must return something; write -> vec4, -> tuple[vec4, float] or a @pg.struct")
@@ -110,6 +109,19 @@ def annotation_type(node: ast.expr, scope: Scope, source: Source) -> tuple[Type,
         span,
         f"{ast.unparse(node)} is not a type of the kernel language; it has {known}, Array, structs",
     )
+
+
+def _unquoted(node: ast.expr, source: Source) -> ast.expr:
+    """An annotation, which may be written as a string."""
+    if not (isinstance(node, ast.Constant) and isinstance(node.value, str)):
+        return node
+    try:
+        inner = ast.parse(node.value, mode="eval").body
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        fail(source.span(node), f"annotation {node.value!r} is not a type")
+    for part in ast.walk(inner):
+        ast.copy_location(part, node)
+    return inner
 
 
 def _array_type(node: ast.Subscript, scope: Scope, source: Source) -> Array:
@@ -179,15 +191,24 @@ def _parameter(argument: ast.arg, default: ast.expr | None, function: FunctionSo
     span = source.span(argument)
     if argument.annotation is None:
         fail(span, f"parameter {argument.arg!r} needs a type, for example {argument.arg}: float")
-    type_, const = annotation_type(argument.annotation, scope, source)
+    annotation = _unquoted(argument.annotation, source)
+    plain, limits = limits_of.taken_apart(annotation, lambda node: resolve(node, scope, source), source)
+    type_, const = annotation_type(plain, scope, source)
+    if limits is not None:
+        limits_of.check_type(limits, type_, argument.arg, span)
     if isinstance(type_, TupleType):
         fail(span, "a parameter cannot be a tuple; use a vector, an Array or a @pg.struct")
     if const and not isinstance(type_, (Scalar, Vector)):
         fail(span, f"Const parameters are scalars or vectors, got {type_}")
     if default is None:
-        return ir.Parameter(argument.arg, type_, const, span=span)
+        return ir.Parameter(argument.arg, type_, const, span=span, range=limits)
     value = default_value(default, type_, argument.arg, source, scope)
-    return ir.Parameter(argument.arg, type_, const, value, True, span)
+    if limits is not None:
+        try:
+            limits_of.check_numbers(limits, components(value, type_, ""), type_, f"default of {argument.arg}")
+        except InputError as error:
+            fail(source.span(default), str(error))
+    return ir.Parameter(argument.arg, type_, const, value, True, span, limits)
 
 
 def default_value(node: ast.expr, type_: Type, name: str, source: Source, scope: Scope) -> object:

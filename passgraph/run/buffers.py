@@ -24,7 +24,7 @@ class Buffers:
         self.plan, self.backend, self.storage = plan, backend, storage
         #: By resource, what the parameter has: an array, or what each run brings.
         self.given: dict[int, object] = {resource: spec.value for resource, spec in plan.buffers.items()}
-        #: By resource, the value whose numbers lie there.
+        #: By resource, the value whose numbers lie there, where it holds them as long as it is the same.
         self.written: dict[int, object] = {}
         for resource, value in self.given.items():
             if not isinstance(value, (Value, Derived)):
@@ -40,16 +40,21 @@ class Buffers:
         """
         for resource, given in self.given.items():
             value = resolve(given, values) if isinstance(given, (Value, Derived)) else given
-            same = resource in self.written and self.written[resource] is value
-            if not same or not (value is given or given.static or is_frozen(value)):  # type: ignore[attr-defined]
+            if resource not in self.written or self.written[resource] is not value or not self._stays(resource, value):
                 self._write(resource, value)
 
     def _write(self, resource: int, value: object) -> None:
         self.written.pop(resource, None)
-        spec = self.plan.buffers[resource]
+        stays, spec = self._stays(resource, value), self.plan.buffers[resource]
         picture = picture_of(picked(value, spec.fields, spec.name), spec.type, spec.name)
         self.backend.upload(self.storage(resource), picture)
-        self.written[resource] = value
+        if stays:
+            self.written[resource] = value
+
+    def _stays(self, resource: int, value: object) -> bool:
+        """Whether a value that is given again holds what it held."""
+        given = self.given[resource]
+        return not isinstance(given, (Value, Derived)) or given.static or is_frozen(value)
 
     def override(self, step: Step, key: str, value: object) -> None:
         """Another value for a parameter of a step, by its name with the prefix of a fused pass."""

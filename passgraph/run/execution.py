@@ -15,7 +15,7 @@ from passgraph.arguments import text
 from passgraph.backends.base import DevicePicture
 from passgraph.errors import GraphError, InputError
 from passgraph.graph.values import FRAME_INDEX, OUTPUT_SIZE, Derived, Value
-from passgraph.language.layout import components
+from passgraph.language.layout import in_range
 from passgraph.language.scalar import ScalarProgram
 from passgraph.plan.chains import Chains
 from passgraph.plan.data import CopyStep, DrawStep, PixelStep, Plan, Step
@@ -406,15 +406,15 @@ class Uniforms:
             key = f"{base}/{parameter}" if base else parameter
             block = self.floats if slot.block == "float" else self.ints
             place = block[slot.offset : slot.offset + slot.count]
-            entry = (key, fields, place, slot.type, f"{slot.name} of pass {step.name!r}")
+            entry = (key, fields, place, slot, f"{slot.name} of pass {step.name!r}")
             value = step.values[key]
             (self.changing if isinstance(value, (Value, Derived)) else self.constant).append(entry)
         for entry in self.constant:
             self._store(entry, step.values[entry[0]])
 
     def _store(self, entry: Any, value: object) -> None:
-        key, fields, place, type_, name = entry
-        place[:] = components(picked(value, fields, key), type_, name)
+        key, fields, place, slot, name = entry
+        place[:] = in_range(picked(value, fields, key), slot, name)
 
     def pack(self, values: dict[Any, object]) -> Block:
         """The block for this run."""

@@ -37,7 +37,7 @@ class Rooms:
         return np.asarray(lent).view(dtype).reshape(shape)
 
     def _given_back(self, memory: NDArray[np.uint8]) -> None:
-        self._free = [*self._free[1 - self._most :], memory]
+        self._free = [memory, *self._free][: self._most]
 
 
 class _Lent:

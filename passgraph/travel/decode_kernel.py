@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import hashlib
 import json
+from dataclasses import fields
 from typing import Any
 
 from passgraph.graph.targets import MOST_SLOTS
 from passgraph.language import ir
+from passgraph.language.limits import check_type
 from passgraph.language.signature import MAX_BUFFER_LENGTH, MAX_STRUCT_DEPTH, MAX_STRUCT_FIELDS
 from passgraph.language.source import NOWHERE, Span
 from passgraph.language.types import (
@@ -23,6 +25,7 @@ from passgraph.language.types import (
     longest,
     plain_parts,
 )
+from passgraph.ranges import Range
 from passgraph.travel.document import Document
 from passgraph.travel.kernel_check import Signature, Unfit, Variables, check_arrays, held
 from passgraph.travel.kernel_limits import excess, grown
@@ -132,15 +135,25 @@ class _Reader:
         document, made = self.document, dict[str, ir.Parameter]()
         for i, one in enumerate(document.items(given, f"{self.where}.parameters")):
             place = f"{self.where}.parameters[{i}]"
-            name, type_data, const, span = document.items(one, place, exactly=4)
+            ranged = isinstance(one, (list, tuple)) and len(one) > 4
+            name, type_data, const, span, *more = document.items(one, place, exactly=5 if ranged else 4)
             name, type_ = document.identifier(name, place), self._type(type_data, place)
             const = document.flag(const, place)
             if name in made:
                 document.wrong(place, "a name that no parameter has yet", name)
             if const and not isinstance(type_, (Scalar, Vector)):
                 document.wrong(place, "a scalar or vector where it is baked", type_data)
-            made[name] = ir.Parameter(name, type_, const, span=self._span(span, place))
+            limits = self._range(more[0], type_, name, f"{place}[4]") if more else None
+            made[name] = ir.Parameter(name, type_, const, span=self._span(span, place), range=limits)
         return tuple(made.values())
+
+    def _range(self, given: object, type_: Type, name: str, where: str) -> Range:
+        """What a parameter may be: low, high, unit, above, odd."""
+        parts = self.document.items(given, where, exactly=len(fields(Range)))
+        with self.document.at(where):
+            made = Range(*parts)
+            check_type(made, type_, name, NOWHERE)
+        return made
 
     def _results(self, given: object) -> tuple[ir.Result, ...]:
         document, made = self.document, list[ir.Result]()

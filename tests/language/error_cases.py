@@ -277,6 +277,62 @@ TEXTS: list[tuple[str, str]] = [
         "a variable would hold Array[float, 1025]; more than 1024",
     ),
     ("def k(c: Array[float, 1025]) -> float: return «c[1025]»", "index 1025 is outside Array[float, 1025] (0 to 1024)"),
+    (
+        "def k(n: Annotated[int, Range(1, 64)] = «0») -> float: return 1.0",
+        "default of n must be 1 to 64, got 0",
+    ),
+    (
+        "def k(n: Annotated[vec3, Range(0, 1)] = «(0, 1, 2)») -> float: return 1.0",
+        "default of n must be 0 to 1, got 2",
+    ),
+    (
+        "def k(n: Annotated[int, «Range(64, 1)»]) -> float: return 1.0",
+        "low must be below high, got 64 and 1",
+    ),
+    (
+        "def k(«n: Annotated[int, Range(0.2, 0.8)]») -> float: return 1.0",
+        "is int, of which no number is 0.2 to 0.8",
+    ),
+    (
+        "def k(«n: Annotated[bool, Range(0, 1)]») -> float: return 1.0",
+        "is bool; a range is of numbers",
+    ),
+    (
+        "def k(«n: Annotated[Image, Range(0, 1)]») -> float: return 1.0",
+        "is Image; a range is of numbers",
+    ),
+    (
+        "def k(«n: Annotated[Array[float, 2000], Range(0, 1)]») -> float: return 1.0",
+        "are not looked at one by one",
+    ),
+    (
+        "def k(n: Annotated[int, «int»]) -> float: return 1.0",
+        "a pg.Range(low, high), and nothing else",
+    ),
+    (
+        "def k(n: Annotated[int, Range(1, «n»)]) -> float: return 1.0",
+        "a range has written numbers and text",
+    ),
+    (
+        "def k(n: Annotated[int, Range(«*n»)]) -> float: return 1.0",
+        "a range has written numbers and text",
+    ),
+    (
+        "def k(n: Annotated[int, «Range(1, 2, low=3)»]) -> float: return 1.0",
+        "pg.Range takes low, high, unit, above, odd, each once",
+    ),
+    (
+        "def k(n: «Annotated[int]») -> float: return 1.0",
+        "a range is written Annotated[type, pg.Range(low, high)]",
+    ),
+    (
+        "def k(n: Array[«Annotated[int, Range(1, 2)]», 3]) -> float: return 1.0",
+        "a range is of a kernel's parameter as a whole",
+    ),
+    (
+        "def f(«n: Annotated[int, Range(1, 2)]») -> int: return n\ndef k(n: int) -> float: return float(f(n))",
+        "f is no kernel; what its parameters may be is not looked at",
+    ),
     ("def k(c: «1 + 2») -> float: return 1.0", "a name is expected here"),
     ("def k(«c: tuple[float, float]») -> float: return 1.0", "a parameter cannot be a tuple"),
     ("def k(«c: Const[mat2]») -> float: return 1.0", "Const parameters are scalars or vectors, got mat2"),
@@ -463,6 +519,10 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
     (
         lambda: kernel(source="def k(c: Array[Image, 2]) -> float: return 1.0")(3.0),
         "c must be Array[Image, 2], a list of 2, got 3.0",
+    ),
+    (
+        lambda: kernel(source="def k(n: Annotated[int, Range(1, 9, 'taps')]) -> float: return 1.0")(10),
+        "parameter 'n' must be 1 to 9 taps, got 10",
     ),
     (lambda: source_from_text("#" * 300_000), "kernel text has 300000 characters; at most 200000"),
     (lambda: source_from_text("\n#" + "a" * 20_000), "<kernel text>:2: this line has 20001 characters; at most 10000"),

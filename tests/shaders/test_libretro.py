@@ -346,3 +346,15 @@ def test_a_link_out_of_the_tree_is_refused(tmp_path) -> None:
     (folder / "one.glsl").symlink_to(tmp_path / "secret.glsl")
     with pytest.raises(InputError, match="lies outside"):
         effect(folder, _ONE)
+
+
+def test_sizes_that_share_a_declaration_are_the_players(tmp_path: Path) -> None:
+    text = shader("vec4(OutputSize / 32.0, shift + TextureSize / 16.0)")
+    apart = "uniform vec2 OutputSize; uniform vec2 InputSize; uniform vec2 TextureSize;"
+    assert apart in text
+    for together in (
+        "uniform vec2 OutputSize, InputSize, shift, TextureSize;",
+        "uniform vec2 shift, OutputSize, TextureSize;",
+    ):
+        made = effect(tmp_path, "shaders = 1\nshader0 = a.glsl", a=text.replace(apart, together))
+        assert (run(made, [picture(1, 4, 8)])[-1] == [0.5, 0.25, 0.5, 0.25]).all()

@@ -95,6 +95,11 @@ def run(color: Image, n: int, words: Array[uint, 1500], lamps: Array[Lamp, 1030]
     return total + lamps[1028].place.x
 """
 
+BROUGHT = """
+def run(color: Image, table: Array[float, 1500]) -> vec4:
+    return color[0, 0] + table[pixel().x * 70]
+"""
+
 
 def cases() -> Iterator[Case]:
     """Each kernel with what it must give."""
@@ -102,6 +107,7 @@ def cases() -> Iterator[Case]:
     yield _arrays()
     yield _images()
     yield _long()
+    yield _brought()
 
 
 def _whole() -> Picture:
@@ -197,6 +203,17 @@ def _long() -> Case:
         return np.asarray(total + places[1028, 0])
 
     return _case("long arrays", LONG, one, n=n, words=words, lamps=lamps, turns=turns, flags=flags, rows=rows)
+
+
+def _brought() -> Case:
+    """Each run brings a long array: one that nobody can write to, another such, and the same once more."""
+    picture, tables = _whole(), np.array(np.arange(3000.0).reshape(2, 1500), np.float32)
+    tables.flags.writeable = False
+    frames = tuple({"color": picture, "table": tables[k]} for k in (0, 1, 1))
+    entries = tables[1, (70 * np.arange(SIZE[0])).clip(0, 1499)]
+    exact = {"result": picture + entries[:, None]}
+    graph = partial(_graph, BROUGHT, table=pg.Value("table", pg.Array))
+    return Case(GROUP, "long arrays that runs bring", graph, SIZE, frames, exact=exact)
 
 
 def _images() -> Case:

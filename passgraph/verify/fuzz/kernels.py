@@ -48,6 +48,7 @@ PARAMETERS: dict[str, tuple[str, Any]] = {
     ),
     "curve": ("Array[float, 1500]", tuple((37 * k % 129 - 64) / 8.0 for k in range(1500))),
     "words": ("Array[int, 1100]", tuple(29 * k % 17 - 8 for k in range(1100))),
+    "taps": ("Annotated[int, Range(0, 6)]", 4),
     "reach": ("Const[int]", 3),
     "across": ("Const[bool]", True),
 }
@@ -147,7 +148,7 @@ class Writer(Expressions):
     def _loop(self, nest: int) -> None:
         self.count += 1
         index = f"i{self.count}"
-        bounds = ("1", "3", "1, 6, 2", "4, 0, -1", "70", "0", *["reach"] * self.features.reads)
+        bounds = ("1", "3", "1, 6, 2", "4, 0, -1", "70", "0", *["reach", "taps"] * self.features.reads)
         # Texels at indices are read as far as the index goes, so only short loops lend theirs.
         trips = self.pick(*bounds, "data", "data")
         if trips == "data":
