@@ -120,12 +120,15 @@ def timed(path: Path, picture: Picture, context: moderngl.Context) -> tuple[floa
 _OPENING = """{begin}
 
 `python docs/shaders_mpv.py` draws a photograph (scikit-image's `astronaut.png`) and a drawing of discs and lines with
-published files (Anime4K of bloc97, and ports from configurations of players), which are not part of the repository, here and
-with their own GLSL on OpenGL, at {sizes}. What passes write is rounded to the nearest half there
+published files (Anime4K of bloc97, and ports from configurations of players), which are not part of the repository,
+here and with their own GLSL on OpenGL, at {sizes}. What passes write is rounded to the nearest half there
 too, where llvmpipe cuts it off; a step of halves is 0.0005 below 1. Times are processor time at {first}, medians in
 turns; those of compiling have nothing kept from before. Machine: {machine}.
 
-| file | what it is | photograph: most, mean | drawing: most, mean | beyond 1/255 | numpy, original | ratio | compiled in |
+Beyond a step of 8 bits lies what hangs on last bits: the direction of edges in flat places (FSR), and gathers at the
+middle of a texel, where llvmpipe takes its neighbour at sizes that are no powers of two.
+
+| file | what it is | photograph: most, mean | drawing: most, mean | > 1/255 | numpy, original | ratio | compiled in |
 |---|---|--:|--:|--:|--:|--:|--:|
 """
 

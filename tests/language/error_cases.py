@@ -246,6 +246,7 @@ TEXTS: list[tuple[str, str]] = [
         "parameter 's' holds an Image and cannot be assigned to",
     ),
     ("def k(c: «Array[float, 0]») -> float: return 1.0", "array length must be a whole number from 1 to 1024, got 0"),
+    ("def k(c: «Array[float, Literal[0]]») -> float: return 1.0", "array length must be a whole number from 1 to 1024"),
     ("def k(c: «1 + 2») -> float: return 1.0", "a name is expected here"),
     ("def k(«c: tuple[float, float]») -> float: return 1.0", "a parameter cannot be a tuple"),
     ("def k(«c: Const[mat2]») -> float: return 1.0", "Const parameters are scalars or vectors, got mat2"),
