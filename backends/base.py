@@ -234,6 +234,10 @@ class Backend(ABC):
     def draw_pass(self, step: DrawStep) -> DrawRunner:
         """Compile a draw."""
 
+    def compiling(self) -> AbstractContextManager[None]:
+        """Around the compilation of a plan's steps: what is compiled side by side meanwhile is ready when it ends."""
+        return nullcontext()
+
     def running(self) -> AbstractContextManager[None]:
         """Around the transfers and passes of one run, between which nobody else uses the device: what they share is
         done once, and at the end what was adopted is the caller's again.  May be entered inside of itself."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import AbstractContextManager
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -103,6 +104,11 @@ class NumpyBackend(Backend):
 
     def geometry(self, mesh: Geometry) -> Geometry:
         return mesh
+
+    def compiling(self) -> AbstractContextManager[None]:
+        from passgraph.backends.numpy.machine.native import side_by_side
+
+        return side_by_side(self.workers.count)
 
     def pixel_pass(self, step: PixelStep) -> PixelRunner:
         from passgraph.backends.numpy.pixels.chains import alone

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from passgraph.commands.files import FLOAT_SUFFIXES
+from passgraph.commands.files import FLOAT_SUFFIXES, rate_of
 from passgraph.commands.options import (
     EffectCommand,
     backend_option,
@@ -25,6 +25,7 @@ from passgraph.commands.smoothing import Antialias, antialias_option, chosen, sa
 from passgraph.commands.sources import RENDER_SIZE, accepts, job_of_scene, world_job
 from passgraph.commands.turntable import check_turntable, run_turntable
 from passgraph.commands.view import VIEW_FIELDS, View, refuse_view, seen_by, view_options
+from passgraph.errors import InputError
 
 if TYPE_CHECKING:
     from passgraph.scene import Camera
@@ -41,6 +42,7 @@ class RenderCommand(EffectCommand):
 @backend_option
 @size_option(RENDER_SIZE)
 @view_options
+@click.option("--rate", metavar="NUMBER", help="Frames a second of a turntable's video.  [default: 25]")
 @antialias_option
 @output_option
 @capture_option
@@ -54,6 +56,7 @@ def render(
     effect: str,
     backend: str | None,
     size: tuple[int, int],
+    rate: str | None,
     antialias: Antialias | None,
     output: Path,
     capture: Path | None,
@@ -78,8 +81,11 @@ def render(
     display = bool(parameters.get("display", not in_floats))
     smoothing = chosen(antialias, display)
     view = View(**{name: value for name, value in rest.items() if name in VIEW_FIELDS})
+    a_second = None if rate is None else rate_of(rate)
     if view.turntable:
-        check_turntable(output, capture, profile)
+        check_turntable(output, capture, profile, a_second)
+    elif a_second is not None:
+        raise InputError("--rate is for the video of a --turntable, and this is one picture; leave it out")
     else:
         check_outputs(output, capture)
     drawn = sampled_size(smoothing, size)
@@ -97,7 +103,7 @@ def render(
     job = smoothed(job, smoothing, display)
     status = 0
     if view.turntable:
-        status = run_turntable(job, cameras, backend, output, check_finite=check_finite)
+        status = run_turntable(job, cameras, backend, output, rate=a_second, check_finite=check_finite)
     else:
         run_and_save(job, backend, output, capture, check_finite=check_finite, profile=profile)
     for line in lines:

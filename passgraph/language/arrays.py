@@ -7,12 +7,13 @@ index.  For a long one each read and write would take an instruction for each nu
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeGuard
 
 from passgraph.language import ir
 from passgraph.language import scalar as s
 from passgraph.language.emitter import Emitter
 from passgraph.language.source import Span, fail
-from passgraph.language.types import Array, component_count, held_as
+from passgraph.language.types import Array, Type, component_count, held_as
 
 #: Arrays of at most so many numbers are values.
 MAX_VALUES = 64
@@ -124,10 +125,15 @@ class _Counting:
 def _indexed(program: ir.TypedKernel) -> dict[str, Array]:
     """Variables that hold long arrays, and that an index which is no written number reaches."""
     found: dict[str, Array] = {}
+    if not any(_is_long(assigned.value.type) for assigned in ir.assignments(program.body)):
+        return found
     for part in ir.expressions(*program.body, *(result.value for result in program.results)):
         if isinstance(part, (ir.Index, ir.Insert)) and not isinstance(part.index, ir.Literal):
             array = part.value
-            long = isinstance(array.type, Array) and component_count(array.type) > MAX_VALUES
-            if isinstance(array, ir.Local) and isinstance(array.type, Array) and long:
+            if isinstance(array, ir.Local) and _is_long(array.type):
                 found[array.name] = array.type
     return found
+
+
+def _is_long(type_: Type) -> TypeGuard[Array]:
+    return isinstance(type_, Array) and component_count(type_) > MAX_VALUES

@@ -14,10 +14,15 @@ from typing import Literal as OneOf
 
 from passgraph.language.source import NOWHERE, Span
 from passgraph.language.types import Array, Scalar, Type, Value, image_names
+from passgraph.ranges import Range
 
 Number: TypeAlias = bool | int | float
 #: After an image's name: the picture of its smaller levels, see :mod:`passgraph.plan.mipmaps`.
 MIPS = ".mips"
+#: What a fragment has of its triangle and not of its place alone: of another pixel, it is the triangle's plane there.
+OF_TRIANGLE = ("varying", "fragment_depth")
+#: How the other pixels of a quad lie to a pixel: beside it, above or below, across.
+OTHER_PIXELS = ("x", "y", "xy")
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +57,10 @@ class Uniform:
 
 @dataclass(frozen=True, slots=True)
 class Builtin:
-    """What the stage hands in: ``pixel``, ``output_size``, ``vertex.position``, ``varying.normal`` …"""
+    """What the stage hands in: ``pixel``, ``output_size``, ``vertex.position``, ``varying.normal`` …
+
+    ``varying@x.normal`` is that of the pixel beside a fragment's own in its quad, see :func:`other_pixel`.
+    """
 
     type: Value
     name: str
@@ -275,6 +283,8 @@ class Parameter:
     default: object = None
     has_default: bool = False
     span: Span = field(default=NOWHERE, compare=False, repr=False)
+    #: What each of its numbers may be.
+    range: Range | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -311,18 +321,67 @@ class TypedKernel:
         return (*self.images, *(name + MIPS for name in self.images))
 
 
+def other_pixel(name: str, axes: str) -> str:
+    """What a builtin of :data:`OF_TRIANGLE` is called at the pixel of the quad that lies apart along these axes.
+
+    >>> other_pixel("varying.normal", "x"), other_pixel("fragment_depth", "xy")
+    ('varying@x.normal', 'fragment_depth@xy')
+    """
+    head, dot, rest = name.partition(".")
+    return f"{head}@{axes}{dot}{rest}" if axes else name
+
+
+def own_pixel(name: str) -> tuple[str, str]:
+    """What a builtin is called at a fragment's own pixel, and the axes along which the pixel lies that it is of.
+
+    >>> own_pixel("varying@x.normal.2"), own_pixel("pixel.0")
+    (('varying.normal.2', 'x'), ('pixel.0', ''))
+    """
+    head, dot, rest = name.partition(".")
+    head, _, axes = head.partition("@")
+    return head + dot + rest, axes
+
+
+def held(node: Stmt | Expr) -> tuple[Stmt | Expr, ...]:
+    """The expressions and statements that a statement or an expression is made of."""
+    if isinstance(node, Assign):
+        return (node.value,)
+    if isinstance(node, If):
+        return (node.condition, *node.then, *node.orelse)
+    if isinstance(node, For):
+        return (node.start, node.stop, node.step, *node.body)
+    return () if isinstance(node, (Break, Continue)) else parts_of(node)
+
+
 def expressions(*roots: Stmt | Expr) -> Iterator[Expr]:
     """Every expression inside statements and expressions, each once."""
     pending: list[object] = list(roots)
     while pending:
         part = pending.pop()
-        if isinstance(part, tuple):
-            pending += part
-        elif isinstance(part, _NODES):
+        names = _CHILDREN.get(type(part))
+        if names is not None:
             if isinstance(part, _EXPRESSIONS):
                 yield part
-            pending += [getattr(part, f.name) for f in fields(part) if f.name not in ("type", "span", "values")]
+            pending += [getattr(part, name) for name in names]
+        elif isinstance(part, tuple):
+            pending += part
+
+
+def assignments(statements: tuple[Stmt, ...]) -> Iterator[Assign]:
+    """Every assignment, those inside branches and loops too."""
+    for statement in statements:
+        if isinstance(statement, Assign):
+            yield statement
+        elif isinstance(statement, If):
+            yield from assignments(statement.then)
+            yield from assignments(statement.orelse)
+        elif isinstance(statement, For):
+            yield from assignments(statement.body)
 
 
 _EXPRESSIONS: tuple[type[Expr], ...] = get_args(Expr)
-_NODES: tuple[type[Expr | Stmt], ...] = (*_EXPRESSIONS, *get_args(Stmt))
+#: Of each kind of node the fields that may hold others.
+_CHILDREN: dict[type[Any], tuple[str, ...]] = {
+    kind: tuple(part.name for part in fields(kind) if part.name not in ("type", "span", "values", "name"))
+    for kind in (*_EXPRESSIONS, *get_args(Stmt))
+}

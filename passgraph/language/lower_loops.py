@@ -229,15 +229,7 @@ class Loops:
 
 
 def names_assigned(statements: tuple[ir.Stmt, ...]) -> set[str]:
-    names: set[str] = set()
-    for statement in statements:
-        if isinstance(statement, ir.Assign):
-            names.add(statement.name)
-        elif isinstance(statement, ir.If):
-            names |= names_assigned(statement.then) | names_assigned(statement.orelse)
-        elif isinstance(statement, ir.For):
-            names |= names_assigned(statement.body)
-    return names
+    return {assigned.name for assigned in ir.assignments(statements)}
 
 
 def _jumps(statements: tuple[ir.Stmt, ...]) -> bool:

@@ -11,7 +11,7 @@ from passgraph.language import scalar as s
 def nameless(program: s.ScalarProgram) -> s.ScalarProgram:
     """The same program, with image 0, 1 … as ``image0``, ``image1`` …, so that its key says nothing of names.
 
-    What is fused into a pass brings names that tell where in the graph it came from.
+    What kernels call their images says nothing of what they compute.
     """
     names = {use.name: f"image{number}" for number, use in enumerate(program.images)}
     sizes = {f"size.{name}.{axis}": f"size.{new}.{axis}" for name, new in names.items() for axis in (0, 1)}

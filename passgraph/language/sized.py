@@ -14,8 +14,8 @@ def loops_over_sizes(program: ir.TypedKernel) -> bool:
     if not pending:
         return False
     values: dict[str, list[ir.Expr]] = {}
-    for name, value in _assigned(program.body):
-        values.setdefault(name, []).append(value)
+    for assigned in ir.assignments(program.body):
+        values.setdefault(assigned.name, []).append(assigned.value)
     while pending:
         for part in ir.expressions(pending.pop()):
             if isinstance(part, ir.Size) or (isinstance(part, ir.Builtin) and part.name == "output_size"):
@@ -33,14 +33,3 @@ def _loops(statements: tuple[ir.Stmt, ...]) -> Iterator[ir.For]:
         elif isinstance(statement, ir.For):
             yield statement
             yield from _loops(statement.body)
-
-
-def _assigned(statements: tuple[ir.Stmt, ...]) -> Iterator[tuple[str, ir.Expr]]:
-    for statement in statements:
-        if isinstance(statement, ir.Assign):
-            yield statement.name, statement.value
-        elif isinstance(statement, ir.If):
-            yield from _assigned(statement.then)
-            yield from _assigned(statement.orelse)
-        elif isinstance(statement, ir.For):
-            yield from _assigned(statement.body)

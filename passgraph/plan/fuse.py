@@ -6,11 +6,12 @@ Fusion stops where a pass jumps, reads neighbours, changes size, is wanted as an
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from passgraph.graph.targets import InputSpec, Pass, PixelPass, Target
 from passgraph.graph.values import Derived, Value
-from passgraph.language.lower import Fused
+from passgraph.language.facts import Facts, Fused, ImageFacts
 from passgraph.language.lower_cache import lower_once
 from passgraph.language.scalar import count, trips
 from passgraph.plan.limits import Limits
@@ -55,6 +56,7 @@ def fuse(work: Work, limits: Limits) -> None:
     # Lowered once, when all that belongs inside is known.
     for consumer in grown.values():
         assert isinstance(consumer.node, PixelPass)
+        _number_anew(consumer)
         consumer.program = lower_once(consumer.node.kernel.program, consumer.facts, work.programs)
         consumer.images = {use.name: consumer.images[use.name] for use in consumer.program.images}
 
@@ -156,3 +158,52 @@ def _fuse_into(consumer: Lowered, target: Target, work: Work) -> None:
 def _prefixed(prefix: str, name: str) -> str:
     """Names that already carry the prefix of a pass fused earlier keep it."""
     return name if "/" in name else prefix + name
+
+
+def _number_anew(consumer: Lowered) -> None:
+    """Number what is fused from 0 on, in writing order: rows of passes that are alike then are one program, wherever in
+    the graph they stand, and are lowered and compiled once."""
+    made: dict[int, Facts] = {}
+    order = _inner_first(consumer.facts)
+    prefixes = {fused.prefix for facts in order for fused in _fused(facts)}
+    new = {prefix: f"p{place}/" for place, prefix in enumerate(sorted(prefixes, key=_index))}
+    for facts in order:
+        images = {name: _under(image, new, made) for name, image in facts.images.items()}
+        made[id(facts)] = replace(facts, images=images)
+    consumer.facts = made[id(consumer.facts)]
+    consumer.images = {_renamed(name, new): target for name, target in consumer.images.items()}
+    consumer.values = {_renamed(name, new): value for name, value in consumer.values.items()}
+
+
+def _inner_first(facts: Facts) -> list[Facts]:
+    """These facts and those of all that is fused inside, each once, behind those inside it; rows may be long."""
+    found: dict[int, Facts] = {}
+    pending = [facts]
+    while pending:
+        top = pending[-1]
+        inner = [fused.facts for fused in _fused(top) if id(fused.facts) not in found]
+        if inner:
+            pending += inner
+        else:
+            found[id(pending.pop())] = top
+    return list(found.values())
+
+
+def _fused(facts: Facts) -> list[Fused]:
+    return [image.fused for image in facts.images.values() if image.fused is not None]
+
+
+def _under(image: ImageFacts, prefixes: Mapping[str, str], made: Mapping[int, Facts]) -> ImageFacts:
+    if image.fused is None:
+        return image
+    fused = replace(image.fused, prefix=prefixes[image.fused.prefix], facts=made[id(image.fused.facts)])
+    return replace(image, fused=fused)
+
+
+def _renamed(name: str, prefixes: Mapping[str, str]) -> str:
+    prefix, slash, rest = name.partition("/")
+    return prefixes[prefix + slash] + rest if slash else name
+
+
+def _index(prefix: str) -> int:
+    return int(prefix[1:-1])

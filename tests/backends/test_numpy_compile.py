@@ -8,14 +8,13 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.backends.numpy.machine import native
+from passgraph.backends.numpy.machine import compiler, native
 from passgraph.backends.numpy.pixels.chains import alone
 from passgraph.backends.numpy.pixels.code import pixel_text
 from passgraph.backends.numpy.pixels.layout import Layout
 from passgraph.backends.numpy.vector import lane_body
 from passgraph.backends.numpy.vector.texels import MAX_INLINED
 from passgraph.language import scalar as s
-from passgraph.language.nameless import nameless
 from passgraph.plan.data import PixelStep
 
 SIZE = (40, 30)
@@ -49,7 +48,7 @@ def test_reads_beyond_so_many_are_calls() -> None:
     few, many = text_of(taps(MAX_INLINED)), text_of(taps(MAX_INLINED + 12))
     assert few.count(" noinline") == 0
     assert many.count(" noinline") == 12
-    lines = [str(native.optimised(text)).count("\n") for text in (text_of(taps(12)), few, many)]
+    lines = [str(compiler.optimised(text)).count("\n") for text in (text_of(taps(12)), few, many)]
     inlined, called = (lines[1] - lines[0]) / (MAX_INLINED - 12), (lines[2] - lines[1]) / 12
     assert called < 0.6 * inlined  # lines of LLVM's text a read; the function itself is among them
 
@@ -100,19 +99,29 @@ def curves(count: int) -> pg.Program:
     return pg.compile({"last": last})
 
 
+def test_code_does_not_know_the_names_of_images(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("PASSGRAPH_CACHE", str(tmp_path))
+    monkeypatch.setattr(native, "_codes", {})
+    for name in ("color", "picture"):
+        text = f"def twice({name}: Image) -> vec4: return {name}[0, 0] * 2.0 + float({name}.size.x)"
+        frame = pg.Input("frame", "rgba32f", SIZE)
+        pg.compile(pg.kernel(source=text)(frame, into=pg.target("out", "rgba32f"))).close()
+    assert len(list((tmp_path / "code").glob("*.o"))) == 1
+
+
 def test_passes_alike_are_compiled_once(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """Long ones stand alone; what was fused into each is named by its place in the graph, which code does not know."""
+    """Long ones stand alone, and their layout is found once too."""
     picture = np.random.default_rng(0).random((SIZE[1], SIZE[0], 4), np.float32)
     with curves(60) as program:
         want = program(frame=picture)["last"]
     monkeypatch.setenv("PASSGRAPH_CACHE", str(tmp_path))
-    monkeypatch.setattr(native, "_loaded", {})
+    monkeypatch.setattr(native, "_codes", {})
     monkeypatch.setattr("passgraph.plan.fuse.MAX_FUSED_INSTRUCTIONS", 120)
     monkeypatch.setattr("passgraph.plan.chains.MAX_INSTRUCTIONS", 120)
     with curves(60) as program:
         steps = program.plan.steps
         assert len(steps) > 8
-        keys = {step.program.key for step in steps if isinstance(step, PixelStep)}
-        assert len(keys) > len({nameless(step.program).key for step in steps if isinstance(step, PixelStep)})
+        layouts = {id(Layout.of(alone(step), 16)) for step in steps if isinstance(step, PixelStep)}
+        assert len(layouts) <= 3
         np.testing.assert_array_equal(program(frame=picture)["last"], want)
     assert len(list((tmp_path / "code").glob("*.o"))) <= 3

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 import passgraph as pg
 from passgraph.backends.numpy.machine.jit import llvm_text
-from passgraph.backends.numpy.machine.native import function_address
+from passgraph.backends.numpy.machine.native import Code, function_code
 from passgraph.backends.numpy.machine.numba_code import Call, NumbaCode, entry_text
 from passgraph.backends.numpy.machine.shipped import Shipped
 from passgraph.backends.numpy.raster import entries, generate
@@ -185,19 +185,18 @@ NUMBERS = PLANES + 3 * ROWS
 
 
 @cache
-def address(name: str) -> int:
+def numba_code(name: str) -> Code:
     """Of a function that is compiled from what numba writes down, as it is."""
     entry = code(name)
     text, inner = llvm_text(entry.find(), entry.pieces, entry.kinds)
-    return function_address(
+    return function_code(
         ("as numba writes it", name), lambda outer: text + entry_text(outer, inner, entry.pieces, entry.kinds)
     )
 
 
 def anew(name: str) -> Call:
     entry = code(name)
-    kind = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, *[ctypes.c_int64] * entry.pieces)
-    return Call(kind(address(name)), entry.kinds)
+    return Call(numba_code(name), entry.pieces, entry.kinds)
 
 
 class Stages:

@@ -15,8 +15,10 @@ import pytest
 import passgraph as pg
 from passgraph.backends.null import NullBackend
 from passgraph.graph.targets import Target
+from passgraph.language import lower_cache
 from passgraph.language.lower import Facts, Fused, ImageFacts, lower
 from passgraph.plan.chains import MAX_STEPS, Chains
+from passgraph.plan.data import PixelStep
 from passgraph.plan.fuse import MAX_FUSED_INSTRUCTIONS
 
 SIZE = (16, 12)
@@ -233,6 +235,29 @@ def test_fused_kernels_stay_below_a_length() -> None:
         assert sum(len(step.fused) + 1 for step in steps) == 1000  # type: ignore[union-attr]
         for step in steps:
             assert len(step.program.body) <= MAX_FUSED_INSTRUCTIONS  # type: ignore[union-attr]
+
+
+def gains(count: int) -> Target:
+    """Threes of passes that fuse, each pass with a value of its own; between them one that reads a neighbour."""
+    last = frame()
+    for number in range(count):
+        pair = [made(gain, last, float(number + k), number=f"{number}{'ab'[k]}") for k in range(2)]
+        last = made(left, made(add, *pair, number=f"{number}c"), number=number)
+    return last
+
+
+def test_rows_that_are_alike_are_lowered_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Wherever in the graph they stand: what is fused is numbered from 0 on in each."""
+    lowered: list[str] = []
+    original = lower_cache.lower
+    monkeypatch.setattr(lower_cache, "lower", lambda *given: lowered.append(given[0].name) or original(*given))
+    with plan([gains(30)]) as program:
+        steps = [step for step in program.plan.steps if isinstance(step, PixelStep) and step.fused]
+    assert len(steps) == 30
+    assert len({step.program.key for step in steps}) == 1
+    assert lowered.count("add") == 2  # by itself, and with what is fused into it
+    assert {tuple(step.values) for step in steps} == {("p0/by", "p1/by")}
+    assert [step.values["p0/by"] for step in steps] == list(map(float, range(30)))
 
 
 def test_chains_that_a_backend_is_asked_for_are_few_and_short() -> None:

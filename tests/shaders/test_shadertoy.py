@@ -120,6 +120,45 @@ def test_one_pass_alone_takes_pictures_as_channels(tmp_path: Path) -> None:
     np.testing.assert_allclose(seen, picture + np.array([5, 3, 2, 7]), atol=1e-5)
 
 
+@pytest.mark.parametrize("filter", ["nearest", "linear", "mipmap"])
+def test_channels_are_filtered_as_the_export_says(tmp_path: Path, filter: str) -> None:
+    """A buffer and a picture from outside: the one texel, four, or those of a smaller level."""
+    sampler = {"filter": filter, "wrap": "repeat"}
+    said = _first(
+        "code",
+        """void mainImage(out vec4 c, in vec2 f) {
+        vec2 p = f / iResolution.xy, q = p * 4.0 + 0.06;
+        c = vec4(texture(iChannel1, q).r, texture(iChannel0, q).r, textureLod(iChannel0, p, 8.0).r, 1.0);
+    }""",
+    )
+    first, _, second = said["Shader"]["renderpass"]
+    first["inputs"] = [
+        {"channel": 1, "ctype": "buffer", "id": "5", "sampler": sampler},
+        {"channel": 0, "ctype": "texture", "id": "7", "sampler": sampler},
+    ]
+    second["code"] = "void mainImage(out vec4 c, in vec2 f) { c = texelFetch(iChannel0, ivec2(f), 0); }"
+    second["inputs"] = [{"channel": 0, "ctype": "texture", "id": "7", "sampler": {"filter": "linear"}}]
+    effect = pg.load_shader(written(tmp_path, said))
+    given = np.random.default_rng(2).random((8, 8, 4)).astype(np.float32)
+    graph = effect(pg.Input("frame").filter("nearest"), into=pg.target("out", "rgba32f"))
+    with pg.compile(graph, backend="reference", size=(8, 8)) as program:
+        seen = np.array(program(frame=given)["out"])
+    if filter == "mipmap":  # 4 texels a pixel: means of 4x4
+        means = given.reshape(2, 4, 2, 4, 4).mean(axis=(1, 3))
+        assert np.allclose(seen[..., 2], given[..., 0].mean(), atol=1e-6)
+    texels = means if filter == "mipmap" else given
+    places = (np.mgrid[0:8, 0:8] + 0.5) / 2 + np.array([-0.06, 0.06])[:, None, None]  # rows turned: on a torus
+    v, u = (places * len(texels) - 0.5) % len(texels)
+    here, beside = (lambda at: np.floor(at).astype(int)), (lambda at: (np.floor(at).astype(int) + 1) % len(texels))
+    red, fv, fu = texels[..., 0], v % 1, u % 1
+    expected = (red[here(v), here(u)] * (1 - fv) + red[beside(v), here(u)] * fv) * (1 - fu)
+    expected += (red[here(v), beside(u)] * (1 - fv) + red[beside(v), beside(u)] * fv) * fu
+    if filter == "nearest":
+        expected = red[np.floor((v + 0.5) % 8).astype(int), np.floor((u + 0.5) % 8).astype(int)]
+    for channel in (0, 1):
+        np.testing.assert_allclose(seen[..., channel], expected, atol=1e-5)
+
+
 def _first(key: str, value: object) -> dict[str, Any]:
     said = export()
     said["Shader"]["renderpass"][0][key] = value

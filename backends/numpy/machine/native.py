@@ -1,105 +1,217 @@
 """Machine code from LLVM text of our own, kept on disk: a second process needs no compiler."""
 
-# mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
 
 import hashlib
 import os
 import threading
-from collections.abc import Callable
-from functools import lru_cache
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
+from functools import cache
 from pathlib import Path
-from typing import Any
+from queue import Empty, SimpleQueue
 
 import llvmlite
-import llvmlite.binding as llvm
 
+from passgraph.backends.numpy.machine.linked import MARK, linked, loaded
+from passgraph.backends.numpy.machine.processor import told_by_linux
 from passgraph.disk_cache import recall, remember, text_digest
 from passgraph.language import borders
 
-#: Held by whoever compiles or loads: LLVM's engine and what numba knows are one for the process, made once.
+#: Held by whoever writes text or loads code: LLVM's engine and what numba knows are one for the process, made once.
 _compiling = threading.RLock()
+#: Whoever is inside LLVM with a text holds one of them; as many threads may be.
+_places = [threading.Lock() for _ in range(16)]
+
+
+def _hold() -> None:
+    _compiling.acquire()
+    for lock in _places:
+        lock.acquire()
+
+
+def _let_go() -> None:
+    for lock in _places:
+        lock.release()
+    _compiling.release()
+
+
 if hasattr(os, "register_at_fork"):
     # A child must not begin with a lock, or half a module, of a thread that it does not have.
-    os.register_at_fork(
-        before=_compiling.acquire, after_in_parent=_compiling.release, after_in_child=_compiling.release
-    )
+    os.register_at_fork(before=_hold, after_in_parent=_let_go, after_in_child=_let_go)
 
 
-@lru_cache(maxsize=1)
-def _machine() -> tuple[Any, str, str]:
-    """Target machine of this processor, its name and its features."""
-    llvm.initialize_native_target()
-    llvm.initialize_native_asmprinter()
-    name, features = llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
-    target = llvm.Target.from_default_triple()
-    return (
-        target.create_target_machine(cpu=name, features=features, opt=2, reloc="pic", codemodel="default"),
-        name,
-        features,
-    )
+@cache
+def _processor() -> tuple[str, frozenset[str]]:
+    """What tells this processor from others, and what it can do, without LLVM where the system says it."""
+    told = told_by_linux()
+    if told is None:
+        from passgraph.backends.numpy.machine.compiler import host
+
+        name, features = host()
+        told = name, frozenset(feature[1:] for feature in features.split(",") if feature.startswith("+"))
+    return told
 
 
 def lanes() -> int:
     """Numbers in one vector: a register's worth where there are many registers."""
     with _compiling:
-        return 16 if "+avx512f" in _machine()[2] else 8
+        return 16 if "avx512f" in _processor()[1] else 8
 
 
-@lru_cache(maxsize=1)
-def _engine() -> Any:
-    empty = llvm.parse_assembly("")
-    return llvm.create_mcjit_compiler(empty, _machine()[0])
+class Code:
+    """Machine code of one function, maybe still on its way."""
+
+    def __init__(self, name: str, text: str, loops: int, made: bytes | None) -> None:
+        self.name, self._text, self._loops = name, text, loops
+        self._kept = made is not None
+        self._object = made
+        self._address: int | None = None
+        self._making = threading.Lock()
+
+    def make(self, wait: bool = True) -> None:
+        """Compile it, or wait for the thread that does; without ``wait``, leave it to that one."""
+        if self._object is not None:
+            return
+        with _place():
+            if self._making.acquire(blocking=wait):
+                try:
+                    if self._object is None:
+                        self._object = _compiled(self.name, self._text, self._loops)
+                finally:
+                    self._making.release()
+
+    @property
+    def address(self) -> int:
+        """Where the function is, once it is made and loaded."""
+        if self._address is None:
+            self.make()
+            with _compiling:
+                if self._address is None:
+                    self._load()
+        assert self._address is not None
+        return self._address
+
+    def _load(self) -> None:
+        assert self._object is not None
+        if not self._kept:
+            remember("code", f"{self.name}.o", self._object)
+        self._address = _loaded(self.name, self._object)
+        self._text, self._object = "", b""
 
 
-_loaded: dict[str, int] = {}
+def _compiled(name: str, text: str, loops: int) -> bytes:
+    from passgraph.backends.numpy.machine.compiler import compiled
+
+    made = compiled(text, loops)
+    return linked(made, name) or made
 
 
-def function_address(parts: tuple[str, ...], emit: Callable[[str], str], *, loops: int = 0) -> int:
-    """Where the function is that ``emit(name)`` gives the LLVM text of; ``parts`` tell it from every other.
+def _loaded(name: str, code: bytes) -> int:
+    if code.startswith(MARK):
+        return loaded(code)
+    from passgraph.backends.numpy.machine.compiler import load_object
 
-    ``loops``: the level at which LLVM makes vectors of its loops, see :func:`optimised`.
+    return load_object(code, name)
 
-    Threads take turns: what one is compiling, another that asks for it finds made.
+
+@contextmanager
+def _place() -> Iterator[None]:
+    lock = next((lock for lock in _places if lock.acquire(blocking=False)), None)
+    if lock is None:
+        lock = _places[0]
+        lock.acquire()
+    try:
+        yield
+    finally:
+        lock.release()
+
+
+_codes: dict[str, Code] = {}
+_local = threading.local()
+
+
+def function_code(parts: tuple[str, ...], emit: Callable[[str], str], *, loops: int = 0) -> Code:
+    """The function that ``emit(name)`` gives the LLVM text of; ``parts`` tell it from every other.
+
+    ``loops``: the level at which LLVM makes vectors of its loops, see `compiler.optimised`.
+
+    What one thread has asked for, others find.  Inside of :func:`side_by_side` code may still be on its way.
     """
     with _compiling:
-        return _address(parts, emit, loops)
+        code = _code(parts, emit, loops)
+    batch: _Batch | None = getattr(_local, "batch", None)
+    if batch is None:
+        code.make()
+    else:
+        batch.add(code)
+    return code
 
 
-def _address(parts: tuple[str, ...], emit: Callable[[str], str], loops: int) -> int:
-    _, cpu, features = _machine()
+def _code(parts: tuple[str, ...], emit: Callable[[str], str], loops: int) -> Code:
     # Border rules come from the language's own text, beside the programs among the parts.
     texts = (text_digest(Path(__file__).parents[1], (".py", ".ll")), text_digest(Path(borders.__file__).parent))
-    told = (*texts, llvmlite.__version__, cpu, features, *parts)
+    processor, features = _processor()
+    told = (*texts, llvmlite.__version__, processor, *sorted(features), *parts)
     key = hashlib.sha256("\0".join(told).encode()).hexdigest()[:40]
-    if key not in _loaded:
+    if key not in _codes:
         name = f"pg_{key}"
-        code = recall("code", f"{name}.o")
-        if code is None:
-            code = _compiled(emit(name), loops)
-            remember("code", f"{name}.o", code)
-        engine = _engine()
-        engine.add_object_file(llvm.ObjectFileRef.from_data(code))
-        engine.finalize_object()
-        _loaded[key] = engine.get_function_address(name)
-    return _loaded[key]
+        made = recall("code", f"{name}.o")
+        _codes[key] = Code(name, emit(name) if made is None else "", loops, made)
+    return _codes[key]
 
 
-def _compiled(text: str, loops: int) -> bytes:
-    return bytes(_machine()[0].emit_object(optimised(text, loops=loops)))
+@contextmanager
+def side_by_side(threads: int) -> Iterator[None]:
+    """Compile what is asked for meanwhile in so many threads, this one too; all is made and loaded when it ends."""
+    outer, _local.batch = getattr(_local, "batch", None), _Batch(threads)
+    batch: _Batch = _local.batch
+    try:
+        yield
+        batch.finish()
+    finally:
+        _local.batch = outer
+        batch.close()
 
 
-def optimised(text: str, *, loops: int = 0) -> Any:
-    """A module as it becomes machine code.
+class _Batch:
+    """Codes that one thread asks for, and the threads that compile what it has not come to yet.
 
-    In text of kernels what is to be a vector is one already: LLVM leaves loops alone and works at its level 2.
-    Other text has loops over single numbers; where ``loops`` is not 0, it makes vectors of them at that level, 1 to 3.
+    They start with the first text to compile: code that is on disk needs none.
     """
-    machine = _machine()[0]
-    module = llvm.parse_assembly(text)
-    module.verify()
-    options = llvm.create_pipeline_tuning_options(speed_level=loops or 2)
-    options.loop_vectorization, options.slp_vectorization, options.loop_unrolling = loops > 0, False, False
-    builder = llvm.create_pass_builder(machine, options)
-    builder.getModulePassManager().run(module, builder)
-    return module
+
+    def __init__(self, threads: int) -> None:
+        self.others = threads - 1
+        self.codes: list[Code] = []
+        self.queue: SimpleQueue[Code | None] = SimpleQueue()
+        self.started = 0
+
+    def add(self, code: Code) -> None:
+        self.codes.append(code)
+        if code._object is not None:
+            return
+        self.queue.put(code)
+        if self.started < self.others:
+            self.started += 1
+            threading.Thread(target=_help, args=(self.queue,), name="passgraph_compile", daemon=True).start()
+
+    def finish(self) -> None:
+        for code in self.codes:
+            code.make(wait=False)
+        for code in self.codes:
+            code.address  # noqa: B018 (waits and loads)
+
+    def close(self) -> None:
+        """Leave what nobody waits for any more."""
+        with suppress(Empty):
+            while True:
+                self.queue.get_nowait()
+        for _ in range(self.started):
+            self.queue.put(None)
+
+
+def _help(queue: SimpleQueue[Code | None]) -> None:
+    while (code := queue.get()) is not None:
+        with suppress(Exception):  # whoever needs it tries again, and raises
+            code.make(wait=False)
+        del code

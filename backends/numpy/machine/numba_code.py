@@ -10,13 +10,13 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, Sequence
-from functools import partial
+from functools import cached_property, partial
 from itertools import accumulate
 from typing import Any
 
 import numpy as np
 
-from passgraph.backends.numpy.machine.native import function_address
+from passgraph.backends.numpy.machine.native import Code, function_code
 from passgraph.backends.numpy.machine.shipped import Shipped
 
 _LLVM = {"i64": "i64", "f64": "double"}
@@ -51,11 +51,9 @@ class NumbaCode:
         self.find, self.shipped, self.level = find, shipped, level
 
     def call(self) -> Call:
-        """For one caller, compiled or loaded."""
+        """For one caller."""
         parts = ("shipped", self.name, str(self.pieces), *self.kinds)
-        address = function_address(parts, self._text, loops=self.level)
-        kind = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, *[ctypes.c_int64] * self.pieces)
-        return Call(kind(address), self.kinds)
+        return Call(function_code(parts, self._text, loops=self.level), self.pieces, self.kinds)
 
     def made(self) -> str:
         """Its text, made anew by numba."""
@@ -71,8 +69,8 @@ class NumbaCode:
 class Call:
     """A function with its context, for one caller at a time: what stays the same from frame to frame is bound once."""
 
-    def __init__(self, function: Any, kinds: Sequence[str]) -> None:
-        self.kinds = kinds
+    def __init__(self, code: Code, pieces: int, kinds: Sequence[str]) -> None:
+        self.code, self.pieces, self.kinds = code, pieces, kinds
         split = [kind.rstrip("]").split("[") for kind in kinds]
         self.arrays = [(_DTYPES[rest[0]], int(rest[1])) if len(rest) == 2 else None for rest in split]
         sizes = [1 if array is None else 1 + array[1] for array in self.arrays]
@@ -80,7 +78,12 @@ class Call:
         self.numbers = np.zeros(sum(sizes), np.int64)
         self.floats = self.numbers.view(np.float64)
         self.held: list[Any] = [None] * len(sizes)
-        self.run: Callable[..., int] = partial(function, self.numbers.ctypes.data)
+
+    @cached_property
+    def run(self) -> Callable[..., int]:
+        """A function of the numbers of a piece."""
+        kind = ctypes.CFUNCTYPE(ctypes.c_int64, ctypes.c_void_p, *[ctypes.c_int64] * self.pieces)
+        return partial(kind(self.code.address), self.numbers.ctypes.data)
 
     def bound(self, *arguments: Any) -> Callable[..., int]:
         """A function of the numbers of a piece, until others are bound; the arrays are kept alive as long."""

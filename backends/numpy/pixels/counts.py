@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
 from llvmlite import ir
 
-from passgraph.backends.numpy.machine.native import function_address, lanes
+from passgraph.backends.numpy.machine.native import function_code, lanes
 from passgraph.backends.numpy.machine.workers import Workers
 from passgraph.backends.numpy.vector.lanes import Lanes, counting
 from passgraph.backends.numpy.vector.operations import F32, I32, I64
@@ -43,7 +43,11 @@ class Counts:
 
     def __init__(self, step: PixelStep, workers: Workers) -> None:
         self.workers, (self.bins, self.rows), width = workers, step.size, lanes()
-        self.function = _CALL(function_address(("counts", str(width)), lambda name: counts_text(name, width)))
+        self.code = function_code(("counts", str(width)), lambda name: counts_text(name, width))
+
+    @cached_property
+    def function(self) -> Any:
+        return _CALL(self.code.address)
 
     def __call__(self, outputs: Sequence[Storage], images: Sequence[Storage], block: Block) -> None:
         (output,), (image,) = outputs, images

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import dataclass, field, replace
+from functools import cached_property, lru_cache
 from math import gcd
 
 from passgraph.backends.numpy.machine.memory import ROOM
-from passgraph.backends.numpy.pixels.chains import Stage
+from passgraph.backends.numpy.pixels.chains import Stage, Work
 from passgraph.backends.numpy.pixels.channels import selection, single_channel
 from passgraph.backends.numpy.pixels.near import near_images, reach
 from passgraph.backends.numpy.storage import FLOAT
@@ -219,11 +219,8 @@ class Layout:
 
     @classmethod
     def of(cls, chain: Sequence[Stage], lanes: int) -> Layout:
-        """``lanes`` are those of float32."""
-        stages = tuple(StageLayout(tuple(chain), number, lanes) for number in range(len(chain)))
-        if stages[-1].selects:
-            stages = (StageLayout(tuple(chain), 0, lanes * 32 // stages[-1].formats[0].bits),)
-        return cls(stages)
+        """``lanes`` are those of float32.  Chains that are alike share one layout: long graphs repeat a few."""
+        return _layout(tuple(replace(stage, step=_Step.of(stage.step)) for stage in chain), lanes)
 
     @property
     def fixed(self) -> list[str]:
@@ -262,7 +259,7 @@ class Layout:
         """Rows of a stage's results that are kept."""
         return self.stages[number].stage.rows + self.stages[-1].rows - 1
 
-    @property
+    @cached_property
     def parts(self) -> tuple[str, ...]:
         """What tells the code from all other."""
         told = []
@@ -273,3 +270,30 @@ class Layout:
             told.append(repr((stage.stage.margin, stage.rings)))
             told.append(repr([(held.number, held.steps) for held in (*stage.images, *stage.formats)]))
         return ("pixels", *told)
+
+
+@dataclass(frozen=True)
+class _Step:
+    """What a layout hangs on of a step, and keeps of it: not the graph behind it."""
+
+    key: str
+    builtins: tuple[tuple[str, str], ...]
+    size: tuple[int, int]
+    image_formats: tuple[Format, ...]
+    output_formats: tuple[Format, ...]
+    program: s.ScalarProgram = field(compare=False)
+    images: tuple[tuple[str, int], ...] = field(compare=False)
+
+    @classmethod
+    def of(cls, step: Work) -> _Step:
+        program = step.program
+        told = program.key, program.builtins, step.size, step.image_formats, step.output_formats
+        return cls(*told, program, step.images)
+
+
+@lru_cache(maxsize=64)
+def _layout(chain: tuple[Stage, ...], lanes: int) -> Layout:
+    stages = tuple(StageLayout(chain, number, lanes) for number in range(len(chain)))
+    if stages[-1].selects:
+        stages = (StageLayout(chain, 0, lanes * 32 // stages[-1].formats[0].bits),)
+    return Layout(stages)

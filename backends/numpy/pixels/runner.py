@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from passgraph.backends.base import Block, FloatBlock
 from passgraph.backends.numpy.machine.memory import aligned_zeros
-from passgraph.backends.numpy.machine.native import function_address, lanes
+from passgraph.backends.numpy.machine.native import function_code, lanes
 from passgraph.backends.numpy.machine.workers import Workers
 from passgraph.backends.numpy.pixels.chains import Stage, Tiling, pitch, tiling
 from passgraph.backends.numpy.pixels.layout import Layout, StageLayout
@@ -31,7 +32,7 @@ class PixelRun:
 
     def __init__(self, chain: Sequence[Stage], tiles: Tiling, layout: Layout, workers: Workers) -> None:
         self.workers = workers
-        self.function = _CALL(function_address(layout.parts, lambda name: _text(layout, name)))
+        self.code = function_code(layout.parts, lambda name: _text(layout, name))
         self.zeros = aligned_zeros(layout.zeros)
         fixed = [0, tiles.pieces, tiles.columns, tiles.width, tiles.rows, *chain[-1].step.size, self.zeros.ctypes.data]
         fixed += [pitch(stage, tiles.width) for stage in chain[:-1]]
@@ -55,6 +56,10 @@ class PixelRun:
             least = min(least, max(1, MIN_WORK_A_PIECE // max(1, work(chain[0].step.program.body))))
         tiles = tiling(chain, workers.count, least, layout.stages[-1].rows)
         return None if tiles is None else cls(chain, tiles, layout, workers)
+
+    @cached_property
+    def function(self) -> Any:
+        return _CALL(self.code.address)
 
     def __call__(
         self, outputs: Sequence[Storage], images: Sequence[Sequence[Storage]], blocks: Sequence[Block]

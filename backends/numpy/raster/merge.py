@@ -8,7 +8,7 @@ from typing import Any
 
 from llvmlite import ir
 
-from passgraph.backends.numpy.machine.native import function_address
+from passgraph.backends.numpy.machine.native import Code, function_code
 from passgraph.backends.numpy.raster.blocks import Blocks
 from passgraph.backends.numpy.raster.entries import SPAN_ROWS
 from passgraph.backends.numpy.raster.kernel import Fragments, kernel_parts
@@ -38,7 +38,7 @@ _STENCIL: dict[str, Callable[[Lanes, Any, Any], Any]] = {
 }
 
 
-def merge_address(step: DrawStep) -> int:
+def merge_code(step: DrawStep) -> Code:
     """Compile ``merge(context, spans, triangle, left, top, bottom, clear)`` for a draw.
 
     It writes one triangle's pixels in a tile, ``spans`` of the rows ``top`` to ``bottom``; or, with ``clear`` other
@@ -48,7 +48,7 @@ def merge_address(step: DrawStep) -> int:
     fixed = (step.depth is not None, state.depth_compare, state.depth_write, state.stencil, state.color_mask)
     blends = [None if program is None else program.key for program in step.blending]
     parts = ("merge", *kernel_parts(step), repr(fixed), repr(blends))
-    return function_address(parts, lambda name: _Merge(step, name).text())
+    return function_code(parts, lambda name: _Merge(step, name).text())
 
 
 def _rows(step: DrawStep) -> int:

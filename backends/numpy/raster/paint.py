@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.base import Block, clear_colour, quantised
+from passgraph.backends.numpy.machine.native import Code
 from passgraph.backends.numpy.machine.numba_code import NumbaCode
 from passgraph.backends.numpy.machine.workers import Workers
 from passgraph.backends.numpy.raster import entries
 from passgraph.backends.numpy.raster.kernel import context_names
 from passgraph.backends.numpy.raster.layout import TILE
-from passgraph.backends.numpy.raster.merge import merge_address
+from passgraph.backends.numpy.raster.merge import merge_code
 from passgraph.backends.numpy.raster.planes import plane_numbers, plane_rows
-from passgraph.backends.numpy.raster.shade import shade_address
+from passgraph.backends.numpy.raster.shade import shade_code
 from passgraph.plan.data import DrawStep
 
 if TYPE_CHECKING:
@@ -37,10 +39,10 @@ def clear_values(storage: Storage, clear: tuple[float, ...] | None) -> NDArray[n
 
 
 class Painter:
-    """What both ways share: tiles that threads take in turns, and where the kernel's code (``shade``) finds things."""
+    """What both ways share: tiles that threads take in turns, and where the kernel's code finds things."""
 
-    def __init__(self, step: DrawStep, workers: Workers, code: NumbaCode, shade: int) -> None:
-        self.step, self.workers, self.shade = step, workers, shade
+    def __init__(self, step: DrawStep, workers: Workers, code: NumbaCode, kernel: Code | None) -> None:
+        self.step, self.workers, self.kernel = step, workers, kernel
         self.calls = [code.call() for _ in range(workers.count)]
         self.width, self.height = step.size
         self.tiles_x = -(-self.width // TILE)
@@ -53,6 +55,11 @@ class Painter:
         self.clears_any = step.depth_clear is not None or self.clears
         self.every = np.arange(self.tiles_x * -(-self.height // TILE), dtype=np.int64)
         self.scratch = [self.thread_scratch() for _ in range(workers.count)]
+
+    @cached_property
+    def shade(self) -> int:
+        """Where the kernel's code is."""
+        return 0 if self.kernel is None else self.kernel.address
 
     def thread_scratch(self) -> list[Any]:
         """What the call takes of one thread's alone."""
@@ -108,11 +115,11 @@ class Deferred(Painter):
         test = entries.TESTS[step.state.depth_compare if has_depth else "always"]
         self.test = (int(has_depth), test, int(has_depth and step.state.depth_write))
         self.no_depth = [np.zeros(PIXELS, np.float32) for _ in range(workers.count)]
-        super().__init__(step, workers, entries.tiles, 0 if step.fragment is None else shade_address(step))
+        super().__init__(step, workers, entries.tiles, None if step.fragment is None else shade_code(step))
 
     def thread_scratch(self) -> list[Any]:
         """Each pixel's triangle, numbers of visible triangles, rows of numbers of each, their planes."""
-        table = np.empty(PIXELS * plane_numbers(self.step) if self.shade else 1, np.float64)
+        table = np.empty(PIXELS * plane_numbers(self.step) if self.kernel is not None else 1, np.float64)
         return [np.empty(PIXELS, np.int32), np.empty(0, np.int32), plane_rows(self.step), table]
 
     def make_room(self, longest: int) -> None:
@@ -131,7 +138,7 @@ class Ordered(Painter):
     """Triangle by triangle: tests, kernel and blending of each before the next."""
 
     def __init__(self, step: DrawStep, workers: Workers) -> None:
-        super().__init__(step, workers, entries.in_order, merge_address(step))
+        super().__init__(step, workers, entries.in_order, merge_code(step))
 
     def thread_scratch(self) -> list[Any]:
         """Spans of one triangle, and its planes."""

@@ -10,7 +10,7 @@ from typing import Any
 
 from llvmlite import ir
 
-from passgraph.backends.numpy.machine.native import function_address
+from passgraph.backends.numpy.machine.native import Code, function_code
 from passgraph.backends.numpy.raster.kernel import Fragments, kernel_parts
 from passgraph.backends.numpy.raster.layout import TILE
 from passgraph.backends.numpy.raster.planes import interpolated
@@ -29,10 +29,10 @@ def is_deferred(step: DrawStep) -> bool:
     return state.stencil is None and program.keep is None and not blends and not masks
 
 
-def shade_address(step: DrawStep) -> int:
+def shade_code(step: DrawStep) -> Code:
     """Compile ``shade(context, ids, planes, x, y, rows)`` for a draw: it writes every pixel of a tile that a triangle
     covers, and the clear colour on the others where the draw clears."""
-    return function_address(("shade", *kernel_parts(step)), lambda name: _Shade(step, name).text())
+    return function_code(("shade", *kernel_parts(step)), lambda name: _Shade(step, name).text())
 
 
 class _Shade(Fragments):

@@ -5,13 +5,14 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from llvmlite import ir
 
 from passgraph.backends.base import ATTRIBUTES, Block
-from passgraph.backends.numpy.machine.native import function_address, lanes
+from passgraph.backends.numpy.machine.native import function_code, lanes
 from passgraph.backends.numpy.raster.kernel import found_in, image_names, image_sizes
 from passgraph.backends.numpy.vector.lane_body import LaneBody
 from passgraph.backends.numpy.vector.lanes import Lanes, counting
@@ -32,8 +33,12 @@ class VertexStage:
         program = step.vertex
         parts = ("vertices", program.key, repr([n for n, _ in program.builtins]), str(len(step.varyings)))
         held = [(format_.number, format_.steps) for format_ in _image_formats(step)]
-        self.function = _CALL(function_address((*parts, repr(held), str(lanes())), lambda name: _text(step, name)))
+        self.code = function_code((*parts, repr(held), str(lanes())), lambda name: _text(step, name))
         self.context = np.zeros(len(_context_names(step)), np.int64)
+
+    @cached_property
+    def function(self) -> Any:
+        return _CALL(self.code.address)
 
     def bound(
         self, block: Block, attributes: Sequence[Any], images: Sequence[Storage], clip: Any, varyings: Any

@@ -58,7 +58,7 @@ def read_isf(text: str, path: Path) -> ShaderEffect:
         )
         for number in range(len(header.passes))
     ]  # fmt: skip
-    kernels = [PixelKernel[Target].of_program(shader.program) for shader in shaders]
+    kernels = [PixelKernel[Target].of_shader(shader) for shader in shaders]
     used = {parameter.name for kernel in kernels for parameter in kernel.parameters}
     parameters = clock_parameters(used, header.parameters) | dict(header.parameters)
     graph = _Graph(header, kernels, path)

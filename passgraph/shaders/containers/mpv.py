@@ -132,7 +132,7 @@ def read_mpv(text: str, path: Path) -> ShaderEffect:
             postlude=_BEHIND[block.components(file, 1 if hook == "LUMA" else 4)], rows_up=False,
         )  # fmt: skip
         shaders.append(shader)
-        passes.append(_Pass(block, hook, PixelKernel[Target].of_program(shader.program)))
+        passes.append(_Pass(block, hook, PixelKernel[Target].of_shader(shader)))
     if not passes:
         raise InputError(f"{file}: has no pass (//!HOOK)")
     parameters["output_scale"] = ShaderParameter(

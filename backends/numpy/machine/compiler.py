@@ -1,0 +1,89 @@
+"""LLVM: text becomes an object file for this processor; threads may do so side by side.
+
+Imported only where there is something to compile.
+"""
+
+# mypy: disable-error-code="no-untyped-call"
+from __future__ import annotations
+
+import ctypes
+import threading
+from functools import cache
+from typing import Any
+
+import llvmlite.binding as llvm
+from llvmlite.binding import ffi
+
+#: Of each thread its own: a target machine fills in what it finds out as it goes.
+_own = threading.local()
+
+
+@cache
+def host() -> tuple[str, str]:
+    """This processor's name and its features, as LLVM calls them."""
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    return llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
+
+
+def machine() -> Any:
+    """A target machine of this processor, for this thread alone."""
+    if not hasattr(_own, "machine"):
+        name, features = host()
+        target = llvm.Target.from_default_triple()
+        _own.machine = target.create_target_machine(
+            cpu=name, features=features, opt=2, reloc="pic", codemodel="default"
+        )
+    return _own.machine
+
+
+def compiled(text: str, loops: int) -> bytes:
+    """Object code of a text; see :func:`optimised`."""
+    # What is in one context no other thread looks at.
+    with llvm.create_context() as context, optimised(text, loops=loops, context=context) as module:
+        with ffi.OutputString() as error:
+            buffer = _beside_others("LLVMPY_TargetMachineEmitToMemory")(machine(), module, 1, error)
+            if not buffer:
+                raise RuntimeError(str(error))
+        try:
+            return ctypes.string_at(ffi.lib.LLVMPY_GetBufferStart(buffer), ffi.lib.LLVMPY_GetBufferSize(buffer))
+        finally:
+            ffi.lib.LLVMPY_DisposeMemoryBuffer(buffer)
+
+
+def optimised(text: str, *, loops: int = 0, context: Any = None) -> Any:
+    """A module as it becomes machine code.
+
+    In text of kernels what is to be a vector is one already: LLVM leaves loops alone and works at its level 2.
+    Other text has loops over single numbers; where ``loops`` is not 0, it makes vectors of them at that level, 1 to 3.
+    """
+    module = llvm.parse_assembly(text, context)
+    module.verify()
+    options = llvm.create_pipeline_tuning_options(speed_level=loops or 2)
+    options.loop_vectorization, options.slp_vectorization, options.loop_unrolling = loops > 0, False, False
+    builder = llvm.create_pass_builder(machine(), options)
+    run = _beside_others("LLVMPY_RunNewModulePassManager")
+    run(builder.getModulePassManager(), module, builder)
+    return module
+
+
+def _beside_others(name: str) -> Any:
+    """A function of LLVM's, without the lock by which llvmlite lets one thread at a time into any.
+
+    LLVM asks only that threads share no context and no machine.
+    """
+    function = getattr(ffi.lib, name)
+    return getattr(function, "_cfn", function)
+
+
+@cache
+def _engine() -> Any:
+    return llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine())
+
+
+def load_object(code: bytes, function: str) -> int:
+    """Where a function of an object file is, loaded by LLVM; one thread at a time."""
+    engine = _engine()
+    engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+    engine.finalize_object()
+    return int(engine.get_function_address(function))
