@@ -126,8 +126,8 @@ too, where llvmpipe cuts it off; a step of halves is 0.0005 below 1. Times are p
 turns; those of compiling have nothing kept from before. Machine: {machine}.
 
 What `adaptive-sharpen.glsl` has beyond a step of 8 bits lies in the last column and row of odd sizes, where the float64
-reference agrees with `numpy`; what FSR has are single pixels. Gathers at the middle of a texel (nnedi3's other files) take
-its neighbour on llvmpipe at sizes that are no powers of two; here they draw what the files without gathers draw.
+reference agrees with `numpy`; what FSR has are single pixels. Gathers at the middle of a texel (nnedi3's other files)
+take its neighbour on llvmpipe at sizes that are no powers of two; here they draw what the files without gathers draw.
 
 | file | what it is | photograph: most, mean | drawing: most, mean | > 1/255 | numpy, original | ratio | compiled in |
 |---|---|--:|--:|--:|--:|--:|--:|
