@@ -23,7 +23,6 @@ from passgraph.commands.progress import progress
 from passgraph.commands.running import check_outputs, run_and_save
 from passgraph.commands.smoothing import Antialias, antialias_option, chosen, sampled_size, smoothed
 from passgraph.commands.sources import RENDER_SIZE, accepts, job_of_scene, world_job
-from passgraph.commands.turntable import check_turntable, run_turntable
 from passgraph.commands.view import VIEW_FIELDS, View, refuse_view, seen_by, view_options
 
 if TYPE_CHECKING:
@@ -79,6 +78,8 @@ def render(
     smoothing = chosen(antialias, display)
     view = View(**{name: value for name, value in rest.items() if name in VIEW_FIELDS})
     if view.turntable:
+        from passgraph.commands.turntable import check_turntable
+
         check_turntable(output, capture, profile)
     else:
         check_outputs(output, capture)
@@ -97,6 +98,8 @@ def render(
     job = smoothed(job, smoothing, display)
     status = 0
     if view.turntable:
+        from passgraph.commands.turntable import run_turntable
+
         status = run_turntable(job, cameras, backend, output, check_finite=check_finite)
     else:
         run_and_save(job, backend, output, capture, check_finite=check_finite, profile=profile)
