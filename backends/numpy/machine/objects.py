@@ -69,7 +69,7 @@ def optimised(text: str, *, loops: int = 0, context: Any = None) -> Any:
     calls.add_post_order_function_attributes_pass()  # what only reads need not be called again
     run(calls, module, builder)
     simplify, run = builder.getFunctionPassManager(), _beside_others("LLVMPY_RunNewFunctionPassManager")
-    for function in module.functions:
+    for function in list(module.functions):
         if not function.is_declaration:
             run(simplify, function, builder)
     return module
