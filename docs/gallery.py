@@ -56,6 +56,7 @@ from docs.gallery_page import (
     section,
     with_picture,
 )
+from docs.gallery_shaders import SHADERS
 from passgraph.effects import (
     black_and_white,
     bloom,
@@ -423,6 +424,7 @@ ENTRIES: tuple[Entry, ...] = (
         "Dirt on what is bright, lamp or not; on spots drawn for this view; on a map of spots made once.", lenses, 2,
     ),
     *LOOKS,
+    *SHADERS,
 )  # fmt: skip
 
 

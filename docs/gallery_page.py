@@ -55,6 +55,7 @@ class Panel:
     given : inputs and values of the run
     size : (width, height) in pixels in place of the entry's
     middle : share of the width and height that is shown
+    frames : the one that is shown is so many frames after the beginning
     """
 
     label: str
@@ -62,6 +63,7 @@ class Panel:
     given: dict[str, Any] = field(default_factory=dict)
     size: tuple[int, int] | None = None
     middle: float = 1.0
+    frames: int = 1
 
 
 @dataclass(frozen=True)
@@ -149,7 +151,8 @@ def shown(panel: Panel, entry: Entry, backends: dict[str, Backend | None], timed
             with pg.compile(panel.target, backend, size) as program:
                 if timed:
                     taken[name] = milliseconds(program, panel.given)
-                else:
+                    program.reset()
+                for _ in range(panel.frames):
                     program.run(**panel.given)
                 pictures.append(program.read()[panel.target.name])
     if not pictures:

@@ -1,22 +1,20 @@
 """Published shader files beside their originals: figures of docs/shaders.md and its pictures.
 
-    python docs/shaders_page.py [STAGE ...] [--every N] [--parts FOLDER]
+    python docs/shaders_page.py [STAGE ...] [--again] [--limit SECONDS] [--figures FILE]
 
 measures on the collections beside the checkout (tests/shaders/beside.py says where) and writes the marked section of
-docs/shaders.md and docs/images/shaders/.  Stages are agreement, bounds (of what is farther), backends, speed, sheets
-and page; left out, all run.  What is measured is kept in FOLDER (out/shaders-page): stages can run by themselves.
+docs/shaders.md and docs/images/shaders/.  Stages are agreement, backends, bounds (of what has other bits), speed,
+sheets and page; left out, all run.  What is measured is kept in docs/shaders.json, row by row: a run that was ended
+goes on where it was.  Figures of speed want a quiet machine: ``speed --again`` measures all of them anew.
 """
 
 from __future__ import annotations
 
 import argparse
-import json
-import multiprocessing
 import statistics
 import sys
-import time
 from collections import Counter
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -26,187 +24,64 @@ from PIL import Image, ImageDraw
 DOCS = Path(__file__).resolve().parent
 sys.path[:0] = [str(DOCS.parent), str(DOCS.parent / "tests" / "shaders")]
 
-from beside import CLOCK, FOLDER, MISSING, SHARE, Case, against_oracle, apart, files, host, read_original
-from originals import Original
+from beside import FOLDER, MISSING, Case
 
-import passgraph as pg
 from docs.gallery_page import machine
-from passgraph.errors import PassgraphError
-from passgraph.shaders.load import load_shader
+from docs.shaders_figures import (
+    BACKEND_RUNS,
+    BESIDE,
+    BOUNDS_SIZE,
+    KINDS,
+    REPEATS,
+    RUNS,
+    SPEED_SIZE,
+    STAGES,
+    Figures,
+    Rows,
+    frames_of,
+    names,
+)  # fmt: skip
 
-PAGE, PICTURES = DOCS / "shaders.md", DOCS / "images" / "shaders"
+PAGE, FIGURES, PICTURES = DOCS / "shaders.md", DOCS / "shaders.json", DOCS / "images" / "shaders"
 BEGIN, END = "<!-- originals: written by docs/shaders_page.py -->", "<!-- end of originals -->"
-KINDS = {"isf": "ISF", "transitions": "gl-transitions"}
-#: Size and seed of the parameters (0 are the defaults) that pictures are compared at.
-RUNS = (((64, 48), 0), ((53, 31), 0), ((64, 48), 1), ((53, 31), 2))
-BOUNDS_SIZE, BOUNDS_SECONDS = (20, 14), 120
-SPEED_SIZE, REPEATS = (640, 360), 5
 TILE, COLUMNS = (112, 63), 12
 VERDICTS = ("equal", "one step", "one step but for few", "farther")
+_COLUMNS = "equal | ≤ 1 step | ≤ 1 step but for 0.1 % of pixels | farther"
 
 
-def frames_of(path: Path) -> int:
-    return 4 if read_original(path).persistent else 1
+def shown(figures: Figures) -> dict[str, list[str]]:
+    """By container the files that are read, in their order on the sheet."""
+    refused = {name for name, row in figures.rows["agreement"].items() if "refused" in row}
+    return {kind: [n for n in names() if n.startswith(f"{kind}/") and n not in refused] for kind in KINDS}
 
 
-def loaded(every: int = 1) -> Iterator[Path]:
-    """Every file that is read, or each so many."""
-    for kind in KINDS:
-        for path in files(kind)[::every]:
-            try:
-                load_shader(path)
-            except PassgraphError:
-                continue
-            print(f"  {path.name}", flush=True)
-            yield path
-
-
-def key(path: Path) -> str:
-    return f"{path.parent.name}/{path.name}"
-
-
-def agreement(_: dict[str, Any]) -> dict[str, Any]:
-    """By file: what refuses it, or the verdict, steps and share of each run."""
-    found: dict[str, Any] = {}
-    with host() as context:
-        for kind in KINDS:
-            for path in files(kind):
-                print(f"  {path.name}", flush=True)
-                try:
-                    load_shader(path)
-                except PassgraphError as error:
-                    found[key(path)] = {"refused": str(error).splitlines()[0].replace(str(path.parent) + "/", "")}
-                    continue
-                try:
-                    found[key(path)] = {"runs": [_compared(path, size, seed, context) for size, seed in RUNS]}
-                except Exception as error:  # of the driver: it has several kinds
-                    words = [line for line in str(error).splitlines() if "error" in line] or [str(error)]
-                    found[key(path)] = {"driver": words[0]}
-    return found
-
-
-def _compared(path: Path, size: tuple[int, int], seed: int, context: Any) -> list[Any]:
-    case = Case(path, size, seed, frames_of(path))
-    far = apart(case.original(context), case.ours())
-    return [far.verdict, far.steps, far.share]
-
-
-def bounds(parts: dict[str, Any]) -> dict[str, Any]:
-    """Of files that are farther somewhere: the oracle's word, at the parameters of the first such run."""
-    found = {}
-    for name, row in parts["agreement"].items():
-        far = next((run for run, said in zip(RUNS, row.get("runs", []), strict=False) if said[2] > SHARE), None)
-        if far is not None:
-            print(f"  {name}", flush=True)
-            found[name] = _in_time(_judged, FOLDER / name, far[1])
-    return found
-
-
-def _in_time(work: Callable[..., None], *arguments: Any) -> Any:
-    """What a function puts into its queue, by a process of its own; None where it takes too long or fails."""
-    spawn = multiprocessing.get_context("spawn")
-    queue = spawn.Queue()
-    process = spawn.Process(target=work, args=(queue, *arguments))
-    process.start()
-    process.join(BOUNDS_SECONDS)
-    if process.is_alive():
-        process.terminate()
-        process.join()
-        return None
-    return queue.get() if not queue.empty() else None
-
-
-def _judged(queue: Any, path: Path, seed: int) -> None:
-    with host() as context:
-        said = against_oracle(Case(path, BOUNDS_SIZE, seed, min(2, frames_of(path))), context)
-    queue.put([said.outside, said.ambiguous])
-
-
-def backends(parts: dict[str, Any]) -> dict[str, Any]:
-    """By file and backend: how far its pictures are from numpy's."""
-    found: dict[str, Any] = {}
-    for path in loaded(parts["every"]):
-        case = Case(path, (53, 31), 0, frames_of(path))
-        ours, row = case.ours(), {}
-        for name in ("gl", "opencl"):
-            try:
-                far = apart(ours, case.ours(name))
-                row[name] = [far.verdict, far.steps, far.share]
-            except PassgraphError as error:
-                row[name] = ["failed", str(error).splitlines()[0], 1.0]
-        found[key(path)] = row
-    return found
-
-
-def speed(parts: dict[str, Any]) -> dict[str, Any]:
-    """By file: milliseconds of processor time of one frame here and of the original, in turns; and of compiling."""
-    found = {}
-    with host() as context:
-        for path in loaded(parts["every"]):
-            try:
-                found[key(path)] = _timed(path, context)
-            except Exception as error:  # of the driver: it has several kinds
-                print(f"    {error}".splitlines()[0])
-    return found
-
-
-def _timed(path: Path, context: Any) -> list[float]:
-    case = Case(path, SPEED_SIZE)
-    begin = time.process_time()
-    original = Original(context, case.file, case.size, exact=False)
-    begin, theirs_compiled = time.process_time(), time.process_time() - begin
-    original.show(case.given())
-    ours, theirs = [], []
-    graph = case.graph("rgba8")
-    with pg.compile(graph, backend="numpy", size=case.size) as program:
-        compiled = time.process_time() - begin
-        given = {n: np.uint8(np.round(p * 255)) for n, p in case.given().items() if n in program.inputs}
-        for turn in range(REPEATS + 2):
-            begin = time.process_time()
-            program.run(**given)
-            program.finish()
-            between = time.process_time()
-            for _ in original.run(case.values, turn, CLOCK):
-                pass
-            context.finish()
-            if turn >= 2:
-                ours.append(between - begin)
-                theirs.append(time.process_time() - between)
-    original.release()
-    return [1e3 * v for v in (statistics.median(ours), statistics.median(theirs), compiled, theirs_compiled)]
-
-
-def sheets(_: dict[str, Any]) -> dict[str, Any]:
-    """A contact sheet of each container; by container the names in order."""
+def sheets(figures: Figures) -> None:
+    """A contact sheet of each container."""
     PICTURES.mkdir(parents=True, exist_ok=True)
-    names: dict[str, Any] = {kind: [] for kind in KINDS}
-    tiles: dict[str, list[Image.Image]] = {kind: [] for kind in KINDS}
-    for path in loaded():
-        # Defaults of filters often change nothing.
-        shown = Case(path, TILE, int(path.suffix == ".fs"), frames_of(path)).ours()[-1]
-        # Over a checkerboard, since what is transparent would look black.
-        y, x = np.mgrid[0 : TILE[1], 0 : TILE[0]]
-        board = np.where((x // 8 + y // 8) % 2, 0.55, 0.45)[:, :, None]
-        seen = np.clip(shown[:, :, :3] * shown[:, :, 3:] + board * (1 - shown[:, :, 3:]), 0, 1)
-        tile = Image.fromarray(np.uint8(np.round(np.nan_to_num(seen) * 255)))
-        draw, number = ImageDraw.Draw(tile), str(len(names[path.parent.name]) + 1)
-        draw.rectangle((0, 0, 7 * len(number) + 2, 11), (0, 0, 0))
-        draw.text((2, 0), number, (255, 255, 255))
-        names[path.parent.name].append(path.stem)
-        tiles[path.parent.name].append(tile)
-    for kind, row in tiles.items():
+    for kind, row in shown(figures).items():
         lines = -(-len(row) // COLUMNS)
         sheet = Image.new("RGB", (COLUMNS * (TILE[0] + 2), lines * (TILE[1] + 2)), (255, 255, 255))
-        for number, tile in enumerate(row):
-            sheet.paste(tile, (number % COLUMNS * (TILE[0] + 2), number // COLUMNS * (TILE[1] + 2)))
+        for number, name in enumerate(row):
+            print(f"  {name}", flush=True)
+            at = number % COLUMNS * (TILE[0] + 2), number // COLUMNS * (TILE[1] + 2)
+            sheet.paste(_tile(FOLDER / name, str(number + 1)), at)
         sheet.save(PICTURES / f"{kind}.png", optimize=True)
-    return names
 
 
-_HEADINGS = (
-    "| container | files | read | equal | ≤ 1 step | ≤ 1 step but for 0.1 % of pixels | farther, within bounds | "
-    "outside, not judged |\n|---|--:|--:|--:|--:|--:|--:|--:|"
-)
+def _tile(path: Path, number: str) -> Image.Image:
+    # Defaults of filters often change nothing.
+    drawn = Case(path, TILE, int(path.suffix == ".fs"), frames_of(path)).ours()[-1]
+    # Over a checkerboard, since what is transparent would look black.
+    y, x = np.mgrid[0 : TILE[1], 0 : TILE[0]]
+    board = np.where((x // 8 + y // 8) % 2, 0.55, 0.45)[:, :, None]
+    seen = np.clip(drawn[:, :, :3] * drawn[:, :, 3:] + board * (1 - drawn[:, :, 3:]), 0, 1)
+    tile = Image.fromarray(np.uint8(np.round(np.nan_to_num(seen) * 255)))
+    draw = ImageDraw.Draw(tile)
+    draw.rectangle((0, 0, 7 * len(number) + 2, 11), (0, 0, 0))
+    draw.text((2, 0), number, (255, 255, 255))
+    return tile
+
+
 _OPENING = """Measured by `python docs/shaders_page.py` on published files that are not part of the repository: ISF
 files of Vidvox and others, and the transitions of gl-transitions.com, both under the MIT licence, which holds for what
 their pictures show too. The originals run on OpenGL (llvmpipe) in a host of the tests' own, which
@@ -215,130 +90,173 @@ Machine: {machine}.
 
 ### How many are read, and how far they are from the original
 
-Each file at {runs} pairs of size and parameters ({sizes}); its worst counts. A step is 1/255.
+Each file at {count} pairs of size and parameters ({runs}); its worst counts. A step is 1/255. Every pixel counts.
 
-{rows}
+{driver}
 
-Farther, within bounds: with sines and their inverses computed to the last bits in the original, each value of each pass
-lies where the [oracle](conformance.md) says that rounding may take it ({bounds} pixels; passes are given the
-reference's pictures). Such files make noise of a sine's last digits, or compare what is equal but for rounding.
+Drivers are free in the last digits of sines, powers and `mod`, in how they weight texels, in what a power of a
+negative number is, and in the order in which they add and multiply. Shaders make noise of such digits, or compare what
+is equal but for them. So each original runs a second time with these *settled*: its functions and its filter are those
+of [kernels](kernels.md), written in GLSL, and it computes in the order of its text. What these functions compute is
+held against NumPy by the [conformance suite](conformance.md); all the rest of a shader is held against the driver here.
+
+{settled}
+
+Files that are farther as the driver has them, and what alone, settled, brings both together:
+
+| farther | steps | pixels | because of | settled |
+|---|--:|--:|---|---|
+{farther}
+
+Not read: {refused}.
 """
 
 
-def section(parts: dict[str, Any]) -> str:
+def section(figures: Figures) -> str:
     """The marked section of the page."""
-    said = parts["agreement"]
-    width, height = SPEED_SIZE
+    said = figures.rows["agreement"]
     opening = _OPENING.format(
-        machine=machine(), runs=len(RUNS), sizes=_runs(), bounds="×".join(map(str, BOUNDS_SIZE)),
-        rows="\n".join([_HEADINGS, *(_row(kind, parts) for kind in KINDS)]),
+        machine=machine(), count=len(RUNS), runs=_runs(RUNS),
+        driver=_table(said, "runs", "as the driver has it"), settled=_table(said, "settled", "settled"),
+        farther="\n".join(_farther(said)) or "| none | | | | |",
+        refused="; ".join(f"`{n}` ({row['refused']})" for n, row in said.items() if "refused" in row) or "none",
     )  # fmt: skip
-    lines = [BEGIN, "", opening]
-    lines += ["| farther | steps | pixels | outside of bounds | hang on decisions |", "|---|--:|--:|--:|--:|"]
-    for name, judged in parts["bounds"].items():
-        worst = max(said[name]["runs"], key=lambda run: run[2])
-        told = f"{judged[0]:.1%} | {judged[1]:.0%}" if judged else "not judged in time | "
-        lines.append(f"| `{name}` | {worst[1]:.0f} | {worst[2]:.2%} | {told} |")
-    refused = {name: row["refused"] for name, row in said.items() if "refused" in row}
-    drivers = {name: row["driver"] for name, row in said.items() if "driver" in row}
-    lines += ["", "Not read:", "", *(f"- `{name}`: {text}" for name, text in refused.items())]
-    if drivers:
-        lines += ["", "Read here, and refused by the driver:", "", *(f"- `{n}`: {t}" for n, t in drivers.items())]
-    lines += ["", "### Backends", "", *_backends(parts["backends"]), ""]
-    lines += ["### Speed", "", *_speed(parts["speed"], width, height), "", "### What they look like", ""]
-    for kind, title in KINDS.items():
-        names = " · ".join(f"{number} {name}" for number, name in enumerate(parts["sheets"][kind], 1))
-        lines += [f"![{title}](images/shaders/{kind}.png)", "", f"{title}{_LOOKS[kind]}: {names}", ""]
+    lines = [BEGIN, "", opening, "### Backends", "", *_backends(figures.rows["backends"], figures.rows["bounds"]), ""]
+    lines += ["### Speed", "", *_speed(figures.rows["speed"]), "", "### What they look like", ""]
+    for kind, row in shown(figures).items():
+        told = " · ".join(f"{number} {Path(name).stem}" for number, name in enumerate(row, 1))
+        lines += [f"![{KINDS[kind]}](images/shaders/{kind}.png)", "", f"{KINDS[kind]}{_LOOKS[kind]}: {told}", ""]
     return "\n".join([*lines, END])
 
 
 _LOOKS = {"isf": ", with random values of their parameters", "transitions": ", half-way"}
 
 
-def _runs() -> str:
-    kinds = {0: "defaults"}
-    return ", ".join(f"{w}×{h} with {kinds.get(seed, 'random values')}" for (w, h), seed in RUNS)
+def _runs(runs: tuple[tuple[tuple[int, int], int], ...]) -> str:
+    """By size, with how many sets of values."""
+    told = []
+    for size in dict.fromkeys(size for size, _ in runs):
+        seeds = [seed for one, seed in runs if one == size]
+        random = sum(seed != 0 for seed in seeds)
+        kinds = ["defaults"] * (0 in seeds) + ["random values" if random == 1 else f"{random} sets of random values"]
+        told.append(f"{size[0]}×{size[1]} with {' and '.join(kinds[: len(seeds)])}")
+    return ", ".join(told)
 
 
-def _row(kind: str, parts: dict[str, Any]) -> str:
-    rows = {name: row for name, row in parts["agreement"].items() if name.startswith(kind)}
-    worst = {n: max(VERDICTS.index(run[0]) for run in row["runs"]) for n, row in rows.items() if "runs" in row}
-    read = sum("refused" not in row for row in rows.values())
-    inside = [n for n, v in worst.items() if v == 3 and (parts["bounds"].get(n) or [1])[0] == 0]
-    counts = Counter(worst.values())
-    cells = [len(rows), f"{read} ({read / max(1, len(rows)):.1%})", counts[0], counts[1], counts[2], len(inside)]
-    return f"| {KINDS[kind]} | {' | '.join(map(str, cells))} | {counts[3] - len(inside)} |"
+def _worst(row: dict[str, Any], which: str) -> int:
+    return max(VERDICTS.index(run[0]) for run in row[which])
 
 
-def _backends(rows: dict[str, Any]) -> Iterator[str]:
-    yield f"Pictures of `gl` and `opencl` beside those of `numpy`, of {len(rows)} files at 53×31 with defaults:"
+def _table(said: Rows, which: str, title: str) -> str:
+    lines = [f"| {title} | files | read | {_COLUMNS} | not judged |", "|---|--:|--:|--:|--:|--:|--:|--:|"]
+    for kind in KINDS:
+        rows = {name: row for name, row in said.items() if name.startswith(f"{kind}/")}
+        counts = Counter(_worst(row, which) for row in rows.values() if "runs" in row)
+        read = sum("refused" not in row for row in rows.values())
+        cells = [len(rows), f"{read} ({read / max(1, len(rows)):.1%})", *(counts[v] for v in range(4))]
+        lines.append(f"| {KINDS[kind]} | {' | '.join(map(str, cells))} | {read - counts.total()} |")
+    return "\n".join(lines)
+
+
+def _farther(said: Rows) -> Iterator[str]:
+    for name, row in said.items():
+        if "runs" in row and _worst(row, "runs") == 3:
+            _, steps, share = max(row["runs"], key=lambda run: (run[2], run[1]))
+            cause = row["cause"] if " " in row["cause"] or row["cause"] == "several" else f"`{row['cause']}`"
+            yield f"| `{name}` | {steps:.0f} | {share:.2%} | {cause} | {VERDICTS[_worst(row, 'settled')]} |"
+    for name, row in said.items():
+        if "runs" not in row and "refused" not in row:
+            yield f"| `{name}` | | | {_why(row)} | |"
+
+
+def _why(row: dict[str, Any]) -> str:
+    return f"not within {row['late']:.0f} s" if "late" in row else str(row.get("failed", ""))
+
+
+def _backends(rows: Rows, bounds: Rows) -> Iterator[str]:
+    if not rows:
+        yield "Not measured."
+        return
+    yield f"Pictures of `gl` and `opencl` beside those of `numpy`, of {len(rows)} files, {_runs(BACKEND_RUNS)};"
+    yield "the worst counts. Pictures are floats; their bits are compared, then their steps of 8 bits."
     yield ""
-    yield "| backend | equal | ≤ 1 step | ≤ 1 step but for 0.1 % of pixels | farther | failed |"
-    yield "|---|--:|--:|--:|--:|--:|"
-    for name in ("gl", "opencl"):
-        counts = Counter(row[name][0] for row in rows.values())
-        yield f"| {name} | {' | '.join(str(counts[v]) for v in (*VERDICTS, 'failed'))} |"
-    other = [f"`{n}` ({b})" for n, row in rows.items() for b in row if row[b][0] in ("farther", "failed")]
+    yield f"| backend | same bits | same 8 bits | {_COLUMNS.partition(' | ')[2]} | not judged |"
+    yield "|---|--:|--:|--:|--:|--:|--:|"
+    judged = [row for row in rows.values() if "gl" in row]
+    for name in BESIDE:
+        counts = Counter("bits" if row[name][0] == 0 else row[name][1] for row in judged)
+        cells = [counts[verdict] for verdict in ("bits", *VERDICTS)]
+        yield f"| {name} | {' | '.join(map(str, cells))} | {len(rows) - len(judged)} |"
     yield ""
-    yield f"Farther or failed: {', '.join(other) or 'none'}."
+    yield "Of other bits are pictures on `gl` whose passes read texels of 8 bits: the driver makes numbers of them,"
+    yield "here often the float beside the quotient, and comparisons of equal colours turn on it. Beside the oracle's"
+    yield f"[bounds](conformance.md), at {'×'.join(map(str, BOUNDS_SIZE))} with defaults, a pass's worst:"
+    yield ""
+    yield "| of other bits | backend | pixels | steps | outside of bounds | undecided |"
+    yield "|---|---|--:|--:|--:|--:|"
+    for name, row in rows.items():
+        for backend in BESIDE:
+            if row.get(backend, [0])[0] > 0:
+                share, _, steps, _ = row[backend]
+                told = bounds.get(name, {})
+                words = f"{told[backend][0]:.1%} | {told[backend][1]:.0%}" if backend in told else f"{_why(told)} |"
+                yield f"| `{name}` | {backend} | {share:.1%} | {steps:.2g} | {words} |"
+    late = [f"`{name}` ({_why(row)})" for name, row in rows.items() if "gl" not in row]
+    if late:
+        yield f"Not judged: {', '.join(late)}."
 
 
-def _speed(rows: dict[str, list[float]], width: int, height: int) -> Iterator[str]:
-    ratios = sorted((ours / theirs, name) for name, (ours, theirs, *_) in rows.items())
+def _speed(rows: Rows) -> Iterator[str]:
+    timed = {name: row for name, row in rows.items() if "ours" in row}
+    if not timed:
+        yield "Not measured."
+        return
+    ratios = sorted((row["ours"] / row["original"], name) for name, row in timed.items())
     middle = statistics.median(ratio for ratio, _ in ratios)
     over = [(ratio, name) for ratio, name in ratios if ratio > 1.5]
+    width, height = SPEED_SIZE
     yield f"Processor time of a frame on `numpy` by that of the original on llvmpipe, {width}×{height}, medians of"
     yield f"{REPEATS} in turns, compiled before: median {middle:.2f}, {len(over)} of {len(ratios)} above 1.5."
-    compiled = statistics.median(row[2] for row in rows.values())
-    theirs = statistics.median(row[3] for row in rows.values())
-    yield f"Compiling takes {compiled:.0f} ms in the median (kept code on disk), the original's {theirs:.0f} ms."
+    compiled = statistics.median(row["compiled"] for row in timed.values())
+    theirs = statistics.median(row["original_compiled"] for row in timed.values())
+    yield f"Compiling takes {compiled:.0f} ms in the median, the original's {theirs:.0f} ms."
+    late = [f"`{name}` ({_why(row)})" for name, row in rows.items() if name not in timed]
+    yield f"Not measured: {', '.join(late) or 'none'}."
     yield ""
     yield "| slowest beside the original | numpy, ms | original, ms | ratio |"
     yield "|---|--:|--:|--:|"
     for ratio, name in reversed(ratios[-max(10, len(over)) :]):
-        yield f"| `{name}` | {rows[name][0]:.1f} | {rows[name][1]:.1f} | {ratio:.2f} |"
+        yield f"| `{name}` | {timed[name]['ours']:.1f} | {timed[name]['original']:.1f} | {ratio:.2f} |"
 
 
-def write_page(parts: dict[str, Any]) -> None:
+def write_page(figures: Figures) -> None:
     text = PAGE.read_text(encoding="utf-8")
-    if BEGIN in text:
-        before, rest = text.split(BEGIN)
-        after = rest.split(END)[1]
-    else:
-        before, after = text.rstrip() + "\n\n## Beside the originals\n\n", "\n"
-    PAGE.write_text(before + section(parts) + after, encoding="utf-8")
-
-
-STAGES: dict[str, Callable[[dict[str, Any]], dict[str, Any]]] = {
-    "agreement": agreement, "bounds": bounds, "backends": backends, "speed": speed, "sheets": sheets,
-}  # fmt: skip
+    before, rest = text.split(BEGIN)
+    PAGE.write_text(before + section(figures) + rest.split(END)[1], encoding="utf-8")
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("stages", nargs="*", metavar="STAGE", help=f"of {', '.join(STAGES)} and page; left out, all")
-    parser.add_argument(
-        "--parts", type=Path, default=DOCS.parent / "out" / "shaders-page", help="what was measured is kept there"
-    )
-    parser.add_argument("--every", type=int, default=1, metavar="N", help="of backends and speed: each Nth file alone")
+    known = [*STAGES, "sheets", "page"]
+    parser.add_argument("stages", nargs="*", metavar="STAGE", help=f"of {', '.join(known)}; left out, all")
+    parser.add_argument("--again", action="store_true", help="measure what was measured already, too")
+    parser.add_argument("--limit", type=float, metavar="SECONDS", help="that a file may take in a stage")
+    parser.add_argument("--figures", type=Path, default=FIGURES, metavar="FILE", help="where rows are kept")
     options = parser.parse_args()
+    wrong = [stage for stage in options.stages if stage not in known]
+    if wrong:
+        parser.error(f"no stage is called {wrong[0]!r}; there are {', '.join(known)}")
     if not FOLDER.is_dir():
         sys.exit(MISSING)
-    options.parts.mkdir(parents=True, exist_ok=True)
-    chosen = options.stages or [*STAGES, "page"]
-
-    def part(name: str) -> Any:
-        file = options.parts / f"{name}.json"
-        return json.loads(file.read_text(encoding="utf-8")) if file.exists() else {}
-
-    for name in chosen:
-        print(name, flush=True)
-        parts = {stage: part(stage) for stage in STAGES} | {"every": options.every}
-        if name == "page":
-            write_page(parts)
+    figures = Figures(options.figures)
+    for stage in options.stages or known:
+        print(stage, flush=True)
+        if stage == "page":
+            write_page(figures)
+        elif stage == "sheets":
+            sheets(figures)
         else:
-            made = STAGES[name](parts)
-            (options.parts / f"{name}.json").write_text(json.dumps(made, indent=1), encoding="utf-8")
+            figures.measure(stage, options.again, options.limit)
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """Every effect by its command-line name: those of this package, found by their decorator, and other packages'.
 
-Importing it loads no effect, and neither does listing: built-in ones are read as text, see `_built_in`.
+Importing it loads no effect, and neither does listing: built-in ones are read as text, see `_marked`.
 """
 
 from __future__ import annotations
@@ -61,6 +61,11 @@ class Effect:
         """Whether pictures of 8 and 16 bits are decoded to linear light where nothing else is said."""
         return bool(self.function.effect.linear)  # type: ignore[attr-defined]
 
+    @property
+    def frame_time(self) -> str | None:
+        """The parameter that says how many seconds a frame lasts, where there is one."""
+        return None
+
     def parameter(self, name: str) -> Parameter:
         """One parameter by name; KeyError names what there is."""
         for parameter in self.parameters:
@@ -85,7 +90,7 @@ class _Effects(Mapping[str, Effect]):
     """Built-in effects first, then those of other packages, which are asked for when a name is not built in."""
 
     def __getitem__(self, name: str) -> Effect:
-        return _built_in().get(name) or _others()[name]
+        return _one_built_in(name) or _others()[name]
 
     def __iter__(self) -> Iterator[str]:
         return iter({**_built_in(), **_others()})
@@ -99,24 +104,38 @@ EFFECTS: Mapping[str, Effect] = _Effects()
 
 @cache
 def _built_in() -> dict[str, Effect]:
-    """Effects of this package, by kind, then by name: functions under ``@effect("name")`` in any of its files.
-
-    Files are parsed, not imported, since importing all takes a quarter of a second; kernels are read from their
-    source too, so that it is always there.
-    """
-    root, found = Path(__file__).parent, list[Effect]()
-    for file in sorted(root.rglob("*.py")):
-        text = file.read_text(encoding="utf-8")
-        if "\n@effect(" not in text:
-            continue
-        module = ".".join(("passgraph.effects", *file.relative_to(root).with_suffix("").parts))
-        for made in (node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef)):
-            for mark in made.decorator_list:
-                if isinstance(mark, ast.Call) and isinstance(mark.func, ast.Name) and mark.func.id == "effect":
-                    name, takes, *_ = (*map(ast.literal_eval, mark.args), "picture")
-                    found.append(Effect(name, f"{module}:{made.name}", takes, summary_of(ast.get_docstring(made))))
+    """Effects of this package, by kind, then by name: functions under ``@effect("name")`` in any of its files."""
+    found = [effect for module, text in _texts() for effect in _marked(module, text)]
     order = ("picture", "picture+depth", "scene", "world2d")
     return {effect.name: effect for effect in sorted(found, key=lambda one: (order.index(one.takes), one.name))}
+
+
+@cache
+def _one_built_in(name: str) -> Effect | None:
+    """One of them, for which the files of the others are not parsed."""
+    mark = f'@effect("{name}"'
+    found = (effect for module, text in _texts() if mark in text for effect in _marked(module, text))
+    return next((effect for effect in found if effect.name == name), None)
+
+
+@cache
+def _texts() -> list[tuple[str, str]]:
+    """Modules with effects, and their texts: kernels are read from their source too, so that it is always there."""
+    root, found = Path(__file__).parent, list[tuple[str, str]]()
+    for file in sorted(root.rglob("*.py")):
+        text = file.read_text(encoding="utf-8")
+        if "\n@effect(" in text:
+            found.append((".".join(("passgraph.effects", *file.relative_to(root).with_suffix("").parts)), text))
+    return found
+
+
+def _marked(module: str, text: str) -> Iterator[Effect]:
+    """Effects of one module, which is parsed and not imported: importing all takes a quarter of a second."""
+    for made in (node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef)):
+        for mark in made.decorator_list:
+            if isinstance(mark, ast.Call) and isinstance(mark.func, ast.Name) and mark.func.id == "effect":
+                name, takes, *_ = (*map(ast.literal_eval, mark.args), "picture")
+                yield Effect(name, f"{module}:{made.name}", takes, summary_of(ast.get_docstring(made)))
 
 
 def function_named(name: str) -> Callable[..., Any] | None:

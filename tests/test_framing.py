@@ -28,7 +28,7 @@ def seen(camera, points, aspect):
     return v[:, :3] / v[:, 3:]
 
 
-@pytest.mark.parametrize("scale", [(1, 1, 1), (2, 5, 2), (9, 0.0, 4), (1e-4, 1e-4, 1e-4)], ids=str)
+@pytest.mark.parametrize("scale", [(1, 1, 1), (2, 5, 2), (9, 0.0, 4), (1e-4, 1e-4, 1e-4), (1e-9,) * 3], ids=str)
 @pytest.mark.parametrize(("azimuth", "elevation"), [(0.0, 0.0), (0.6, 0.45), (-2.0, -1.2), (4.0, pi / 2)])
 @pytest.mark.parametrize("aspect", [0.4, 16 / 9])
 def test_points_fill_the_picture_to_its_margin(scale, azimuth, elevation, aspect):

@@ -21,6 +21,7 @@ from passgraph.backends.gl.placement import ALL_PLAIN, Placement, Placements
 from passgraph.backends.printing import Listing
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS, border_program
+from passgraph.language.ir import own_pixel
 
 LETTERS = "xyzw"
 #: Beyond every picture, and as a float still an int after it was multiplied and rounded; farther offsets are brought
@@ -115,9 +116,10 @@ class GLSL(CLike):
         if head == "vertex":
             attribute, _, component = rest.partition(".")
             return f"in_{attribute}.{LETTERS[int(component)]}" if component else f"in_{attribute}"
-        if head == "varying":
-            return varying_place(self.varyings.index(rest))
-        return {"front_facing": "gl_FrontFacing", "fragment_depth": "gl_FragCoord.z"}[name]
+        name, axes = own_pixel(name)
+        if name.startswith("varying."):
+            return self._varying(self.varyings.index(name.removeprefix("varying.")), axes)
+        return self._depth(axes) if name == "fragment_depth" else {"front_facing": "gl_FrontFacing"}[name]
 
     def operation(self, op: s.Op, arguments: list[str]) -> str:
         # Compilers that assume no NaN fold x != x away; bits they leave alone.
@@ -267,6 +269,37 @@ class GLSL(CLike):
             place = f"ivec2({place}.x, pg_output_size.y - 1 - {place}.y)"
         self.declarations.setdefault("pg_pixel", f"ivec2 pg_pixel = {place};")
         return "pg_pixel"
+
+    def _varying(self, index: int, axes: str) -> str:
+        """A scalar varying, at another pixel of the quad by the planes of it over w and of 1 / w.
+
+        Derivatives are of these planes alone, and of a plane they are the same at all pixels: drivers may have coarse
+        ones, of quads of their own.
+        """
+        if not axes:
+            return varying_place(index)
+        vector = index // 4
+        over_w, step = f"pg_over_w{vector}", self._stepped("gl_FragCoord.w", axes)
+        self.declarations.setdefault(over_w, f"PRECISE vec4 {over_w} = pg_varying{vector} * gl_FragCoord.w;")
+        beside = f"pg_varying{vector}{axes}"
+        made = f"PRECISE vec4 {beside} = {self._stepped(over_w, axes)} / {step};"
+        self.declarations.setdefault(beside, made)
+        return f"{beside}.{LETTERS[index % 4]}"
+
+    def _depth(self, axes: str) -> str:
+        """As it is stored: a polygon offset brings it out of 0 to 1, where drivers leave it to shaders."""
+        name = f"pg_depth{axes}"
+        made = f"PRECISE float {name} = clamp({self._stepped('gl_FragCoord.z', axes)}, 0.0, 1.0);"
+        self.declarations.setdefault(name, made)
+        return name
+
+    def _stepped(self, plane: str, axes: str) -> str:
+        """A plane's value at another pixel of the quad, or at this one."""
+        if not axes:
+            return plane
+        ways = f"vec2 pg_way = vec2(1 - 2 * ({self._pixel()} & 1));"
+        self.declarations.setdefault("pg_way", ways)
+        return f"({' + '.join([plane, *(f'pg_way.{axis} * dFd{axis}({plane})' for axis in axes)])})"
 
     def _size(self, image: str) -> str:
         number = self.image_numbers[image]

@@ -18,11 +18,14 @@ from passgraph.backends.opencl.opencl_c import (
 )
 from passgraph.backends.opencl.storage import INT_LIMIT, ImageLayout
 from passgraph.backends.printing import Listing
+from passgraph.language.ir import OTHER_PIXELS, other_pixel, own_pixel
 from passgraph.language.scalar import ScalarProgram
 from passgraph.plan.data import DrawStep
 
 #: Ints that a triangle takes; raster.cl says which.
 TRIANGLE_INTS = 12
+#: Where the other pixels of a quad lie, and their numbers in pixels.cl.
+PIXELS = {axes: number for number, axes in enumerate(("", *OTHER_PIXELS))}
 CULL = {"none": 0, "back": 1, "front": 2}
 
 
@@ -93,6 +96,11 @@ def _setup_rows(step: DrawStep) -> dict[str, object]:
     }
 
 
+def _read(program: ScalarProgram | None) -> list[tuple[str, str]]:
+    """What a fragment kernel is handed, and at which pixel of its quad."""
+    return [] if program is None else [own_pixel(name) for name, _ in program.builtins]
+
+
 def _pixel_rows(step: DrawStep, layouts: DrawLayouts, serial: bool) -> dict[str, object]:
     width, height = step.size
     fragment = step.fragment
@@ -106,7 +114,8 @@ def _pixel_rows(step: DrawStep, layouts: DrawLayouts, serial: bool) -> dict[str,
     resources = [text.removesuffix(name) + f"pg_{name}" for text, name in zip(resources, names, strict=True)]
     return {
         "PG_DEPTH": int(layouts.depth),
-        "PG_READS_DEPTH": int(fragment is not None and any(n == "fragment_depth" for n, _ in fragment.builtins)),
+        "PG_READS_DEPTH": int(any(name == "fragment_depth" for name, _ in _read(fragment))),
+        "PG_BESIDE": sum(1 << pixel for pixel in {PIXELS[axes] for _, axes in _read(fragment)} if pixel),
         "PG_SERIAL": int(serial),
         "PG_INDEX": "int" if width * height * 4 < INT_LIMIT else "long",
         "PG_KERNEL_RESOURCES": ", ".join(resources),
@@ -185,23 +194,25 @@ def _shade(step: DrawStep, layouts: DrawLayouts) -> Listing:
         "output_size.0": str(width),
         "output_size.1": str(height),
         "front_facing": "front",
-        "fragment_depth": "depth",
-        **{f"varying.{name}": f"varying{k}" for k, name in enumerate(step.varyings)},
     }
+    for axes, pixel in PIXELS.items():
+        builtins[other_pixel("fragment_depth", axes)] = f"there[{pixel}].z"
+        builtins |= {other_pixel(f"varying.{name}", axes): f"varying{k}{axes}" for k, name in enumerate(step.varyings)}
     images = _images(program, layouts.images, "pg_image")
     printer = FragmentPrinter(program, builtins, images, prefix="pg_fragment_")
     printer.open(
-        "void pg_shade(int x, int y, float near1, float near2, float depth, bool front, "
-        "__global const float* tri, PG_RESOURCES)"
+        "void pg_shade(int x, int y, const float3* there, bool front, __global const float* tri, PG_RESOURCES)"
     )
-    printer.line("PG_INDEX at = (PG_INDEX)y * PG_WIDTH + x;")
+    printer.line("PG_INDEX at = (PG_INDEX)y * PG_WIDTH + x;\nfloat depth = there[0].z;")
     for i, layout in enumerate(layouts.outputs):
         printer.line(_place(i, layout))
     early, late = _tests(step, layouts, discards=program.keep is not None)
     printer.line(early)
-    for k in range(len(step.varyings)):
-        a, b, c = (f"tri[{8 + 3 * k + j}]" for j in range(3))
-        printer.line(f"float varying{k} = {a} + ({b} - {a}) * near1 + ({c} - {a}) * near2;")
+    for name, axes in _read(program):
+        if name.startswith("varying."):
+            k, place = step.varyings.index(name.removeprefix("varying.")), f"there[{PIXELS[axes]}]"
+            a, b, c = (f"tri[{8 + 3 * k + j}]" for j in range(3))
+            printer.line(f"float varying{k}{axes} = {a} + ({b} - {a}) * {place}.x + ({c} - {a}) * {place}.y;")
     printer.variables()
     printer.block(program.body)
     if program.keep is not None:

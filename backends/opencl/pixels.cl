@@ -1,7 +1,8 @@
 // Rules 4 to 7: which pixels of a tile a triangle of raster.cl covers, and what happens there.
 //
 // The host defines, before this text: PG_WIDTH, PG_HEIGHT, PG_TILE, PG_TILES_X, PG_INTS, PG_FLOATS, PG_DEPTH,
-// PG_READS_DEPTH, PG_SERIAL, PG_RESOURCES and PG_PASS (parameters and arguments: images, targets, depth, stencil,
+// PG_READS_DEPTH, PG_BESIDE (bit k: whether the kernel reads at pixel k of the quad: 1 beside this one, 2 above or below,
+// 3 across), PG_SERIAL, PG_RESOURCES and PG_PASS (parameters and arguments: images, targets, depth, stencil,
 // uniforms), pg_clear_pixel() and pg_shade().
 
 // An edge from a to b at a pixel centre, positive inside; less one where the edge is neither top nor left, so
@@ -20,8 +21,9 @@ long pg_lowered(int2 a, int2 b)
     return d.y < 0 || (d.y == 0 && d.x > 0) ? 0 : 1;
 }
 
-// A covered pixel: each edge is a share of the corner opposite to it.
-void pg_covered(int x, int y, long e0, long e1, long e2, int front, __global const float* tri, PG_RESOURCES)
+// Shares of the second and the third corner in perspective, and the depth: each edge is a share of the corner opposite to
+// it.
+float3 pg_place(long e0, long e1, long e2, __global const float* tri)
 {
 #if PG_DEPTH || PG_READS_DEPTH
     float u = (float)e1 * tri[6], v = (float)e2 * tri[6];
@@ -30,10 +32,29 @@ void pg_covered(int x, int y, long e0, long e1, long e2, int front, __global con
 #else
     float depth = 0.0f;
 #endif
-    // A sum of what is not negative keeps all its digits, however near to the eye one corner is.
+    // In the triangle, a sum of what is not negative: it keeps all its digits, however near to the eye one corner is.
     float near0 = (float)e0 * tri[3], near1 = (float)e1 * tri[4], near2 = (float)e2 * tri[5];
     float total = near0 + near1 + near2;
-    pg_shade(x, y, near1 / total, near2 / total, depth, front != 0, tri, PG_PASS);
+    return (float3)(near1 / total, near2 / total, depth);
+}
+
+void pg_covered(
+    int x, int y, long e0, long e1, long e2, __global const int* t, __global const float* tri, PG_RESOURCES)
+{
+    float3 there[4];
+    there[0] = pg_place(e0, e1, e2, tri);
+#if PG_BESIDE
+    long right = (x & 1) != 0 ? -256L : 256L, down = (y & 1) != 0 ? -256L : 256L;
+    for (int k = 1; k < 4; ++k) {
+        if ((PG_BESIDE >> k & 1) != 0) {
+            long dx = (k & 1) != 0 ? right : 0, dy = (k & 2) != 0 ? down : 0;
+            there[k] = pg_place(
+                e0 + dy * (t[4] - t[2]) - dx * (t[5] - t[3]), e1 + dy * (t[0] - t[4]) - dx * (t[1] - t[5]),
+                e2 + dy * (t[2] - t[0]) - dx * (t[3] - t[1]), tri);
+        }
+    }
+#endif
+    pg_shade(x, y, there, t[10] != 0, tri, PG_PASS);
 }
 
 #if PG_SERIAL
@@ -63,7 +84,7 @@ __kernel void pg_tiles(
             long f0 = e0, f1 = e1, f2 = e2;
             for (int x = x0; x <= x1; ++x, f0 -= dx0, f1 -= dx1, f2 -= dx2) {
                 if ((f0 | f1 | f2) >= 0) {
-                    pg_covered(x, y, f0 + low0, f1 + low1, f2 + low2, t[10], tri, PG_PASS);
+                    pg_covered(x, y, f0 + low0, f1 + low1, f2 + low2, t, tri, PG_PASS);
                 }
             }
         }
@@ -87,7 +108,7 @@ __kernel __attribute__((reqd_work_group_size(PG_TILE, PG_TILE, 1))) void pg_tile
         if ((e0 | e1 | e2) < 0) { continue; }
         __global const float* tri = tri_floats + (long)list[i] * PG_FLOATS;
         e0 += pg_lowered(b, c);
-        pg_covered(x, y, e0, e1 + pg_lowered(c, a), e2 + pg_lowered(a, b), t[10], tri, PG_PASS);
+        pg_covered(x, y, e0, e1 + pg_lowered(c, a), e2 + pg_lowered(a, b), t, tri, PG_PASS);
     }
 }
 #endif

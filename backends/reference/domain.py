@@ -92,6 +92,26 @@ class Domain(ABC, Generic[V, M]):
     def focus(self, mask: M) -> None:
         """Only these lanes will use what is computed from here on."""
 
+    def part(self, mask: M) -> Part[V] | None:
+        """Go on with the lanes of ``mask`` alone, where they are so few that moving them together is worth it."""
+        return None
+
+
+class Part(ABC, Generic[V]):
+    """Some of the lanes, and a domain that knows of no others until :meth:`end`."""
+
+    @abstractmethod
+    def take(self, value: V) -> V:
+        """A value of all lanes in these lanes."""
+
+    @abstractmethod
+    def put(self, new: V, old: V | None) -> V:
+        """``new`` in these lanes, ``old`` in the others; without one, what no other lane reads."""
+
+    @abstractmethod
+    def end(self) -> None:
+        """Go on with all lanes."""
+
 
 class Surroundings(ABC, Generic[V]):
     """What a stage reads from outside: parameters, stage values, pictures."""

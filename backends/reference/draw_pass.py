@@ -14,7 +14,7 @@ from passgraph.backends.reference.output_tests import last_of_each, passing
 from passgraph.backends.reference.raster_clip import Vertices, clip_triangles
 from passgraph.backends.reference.raster_cover import Fragments, cover
 from passgraph.backends.reference.raster_setup import ScreenTriangles, to_window
-from passgraph.backends.reference.stage import LANES, BoundStage, Builtins, Stage, given
+from passgraph.backends.reference.stage import LANES, BoundStage, Builtins, Stage, given, on_quads
 from passgraph.backends.reference.storage import Float32, Storage, stored
 from passgraph.graph.geometry import Geometry
 from passgraph.language.types import component_count, shape_of
@@ -150,15 +150,20 @@ class _Covered:
 
     def builtins(self) -> Builtins:
         fragments = self.fragments
-        made: dict[str, Callable[[], Numbers]] = {
+        made = {
             "pixel": lambda: np.stack([fragments.x, fragments.y], axis=1),
             "output_size": given(np.array([[self.width, self.height]], np.int64)),
             "front_facing": lambda: self.screen.front[fragments.triangle],
-            "fragment_depth": lambda: self.depth.astype(np.float64),
         }
-        for name, (columns, shape) in self.draw.varyings.items():
-            made[name] = self._varying(columns, shape)
-        return made
+        return made | on_quads(self._of_triangle)
+
+    def _of_triangle(self, axes: str = "") -> Builtins:
+        """What the triangles have at a pixel of each quad."""
+        if axes:
+            beside = self.fragments.beside(axes, self.screen)
+            return _Covered(beside, self.screen, self.vertices, self.draw)._of_triangle()
+        made = {name: self._varying(columns, shape) for name, (columns, shape) in self.draw.varyings.items()}
+        return {"fragment_depth": lambda: self.depth.astype(np.float64), **made}
 
     def _varying(self, columns: slice, shape: tuple[int, ...]) -> Callable[[], Numbers]:
         def interpolate() -> Numbers:

@@ -2,7 +2,7 @@
 
 Control flow is masks.  Both sides of an ``if`` run under theirs; a lane that breaks leaves the mask of its
 loop, one that continues leaves it until the next trip.  Expressions are pure, so computing them in lanes that
-are not active does no harm.
+are not active does no harm.  Where few lanes still go round, a domain may have them computed alone (:class:`Part`).
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Generic, NoReturn
 
-from passgraph.backends.reference.domain import Domain, M, Surroundings, V
+from passgraph.backends.reference.domain import Domain, M, Part, Surroundings, V
 from passgraph.errors import BackendError
 from passgraph.language import ir
 
@@ -21,6 +21,22 @@ class _Loop(Generic[M]):
     """The innermost loop: lanes that have left it."""
 
     broken: M
+
+
+@dataclass(frozen=True)
+class _Together(Generic[V]):
+    """Lanes that still go round, by themselves: the variables of all lanes, and what was taken of them."""
+
+    part: Part[V]
+    everywhere: dict[str, V]
+    taken: dict[str, V]
+
+    def apart(self, values: Mapping[str, V]) -> dict[str, V]:
+        """Back to all lanes, with what the variables have become."""
+        self.part.end()
+        changed = {name: value for name, value in values.items() if self.taken.get(name) is not value}
+        put = {name: self.part.put(value, self.everywhere.get(name)) for name, value in changed.items()}
+        return self.everywhere | put
 
 
 class Interpreter(Generic[V, M]):
@@ -77,6 +93,7 @@ class Interpreter(Generic[V, M]):
 
     def _for(self, statement: ir.For, active: M) -> None:
         start, stop, step = (self.value(bound) for bound in (statement.start, statement.stop, statement.step))
+        parts: list[_Together[V]] = []
         for index, over in self.domain.trips(start, stop, step):
             active = self.domain.without(active, over)
             if not self.domain.some(active):
@@ -87,6 +104,12 @@ class Interpreter(Generic[V, M]):
             active = self.domain.without(active, self.loops.pop().broken)
             if not self.domain.some(active):
                 break
+            if (part := self.domain.part(active)) is not None:
+                taken = {name: part.take(value) for name, value in self.locals.items()}
+                parts.append(_Together(part, self.locals, taken))
+                self.locals, active = dict(taken), self.domain.everywhere()
+        for together in reversed(parts):
+            self.locals = together.apart(self.locals)
 
     def _trip(self, statement: ir.For, index: V) -> None:
         self.locals[statement.name] = index

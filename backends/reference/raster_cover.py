@@ -34,6 +34,11 @@ class Fragments:
     def __len__(self) -> int:
         return len(self.triangle)
 
+    def beside(self, axes: str, triangles: ScreenTriangles) -> Fragments:
+        """Where the pixels' quads have them along these axes, whether or not the triangle covers it."""
+        x, y = self.x ^ int("x" in axes), self.y ^ int("y" in axes)
+        return Fragments(self.triangle, x, y, _weights(triangles, self.triangle, x, y))
+
     def __getitem__(self, chosen: NDArray[np.generic] | slice) -> Fragments:
         return Fragments(self.triangle[chosen], self.x[chosen], self.y[chosen], self.weights[chosen])
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from functools import cache, partial
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +16,11 @@ from passgraph.backends.reference.interpreter import Interpreter
 from passgraph.backends.reference.number_domain import Lanes, NumberDomain, Numbers, shaped
 from passgraph.backends.reference.storage import Storage
 from passgraph.language import ir
+from passgraph.language.buffers import numbers_in
 from passgraph.language.lower import Facts, ImageFacts
 from passgraph.language.scalar import ScalarProgram, UniformSlot
 from passgraph.language.scope import host_numbers
-from passgraph.language.types import component_count, shape_of
+from passgraph.language.types import Array, component_count, shape_of
 
 #: Lanes computed at once: temporaries of a wide kernel then stay in the tens of megabytes.
 LANES = 1 << 16
@@ -27,9 +29,27 @@ LANES = 1 << 16
 Builtins = Mapping[str, Callable[[], Numbers]]
 
 
+Made = TypeVar("Made")
+
+
 def given(value: NDArray[Any]) -> Callable[[], Numbers]:
     """A stage value that is known already."""
     return lambda: value
+
+
+def on_quads(of: Callable[[str], Mapping[str, Callable[[], Made]]]) -> dict[str, Callable[[], Made]]:
+    """What a draw's triangles hand in at every pixel of a quad; ``of`` says what they do at one, named by its axes.
+
+    It is asked for another pixel only where a kernel reads there.
+    """
+    at = cache(of)
+
+    def asked(axes: str, name: str) -> Made:
+        return at(axes)[name]()
+
+    own = at("")
+    beside = {ir.other_pixel(name, axes): partial(asked, axes, name) for axes in ir.OTHER_PIXELS for name in own}
+    return {**own, **beside}
 
 
 class Stage:
@@ -39,6 +59,8 @@ class Stage:
         self.program, self.facts = program, facts
         self.domain = NumberDomain()
         self.slots: dict[str, UniformSlot] = {slot.name: slot for slot in scalar.uniforms}
+        #: Parameters that are long arrays and lie in pictures.
+        self.long = {name for name, _ in scalar.buffers}
 
     def bind(self, block: Block, names: Sequence[str] = (), storages: Sequence[Storage] = ()) -> BoundStage:
         """With the parameters and pictures of one run."""
@@ -47,13 +69,17 @@ class Stage:
             for name, storage in zip(names, storages, strict=True)
             if name in self.program.pictures
         }
-        return BoundStage(self, block, images)
+        arrays = {name: storage for name, storage in zip(names, storages, strict=True) if name in self.long}
+        return BoundStage(self, block, images, arrays)
 
 
 class BoundStage:
     """A stage ready to run over lanes; values that all lanes share are read once."""
 
-    def __init__(self, stage: Stage, block: Block, images: dict[str, SampledImage]) -> None:
+    def __init__(
+        self, stage: Stage, block: Block, images: dict[str, SampledImage], arrays: Mapping[str, Storage]
+    ) -> None:
+        self.arrays = arrays
         self.program, self.images, self.domain = stage.program, images, stage.domain
         self.facts, self.slots, self.block = stage.facts, stage.slots, block
         self._uniforms: dict[str, Numbers] = {}
@@ -81,6 +107,9 @@ class BoundStage:
         return shaped(host_numbers(value, expression.type, where, parameter.span), expression.type)
 
     def _parameter(self, expression: ir.Uniform) -> Numbers:
+        if expression.name in self.arrays:
+            array = cast(Array, expression.type)
+            return shaped(numbers_in(self.arrays[expression.name].pixels, array), array)
         slot = self.slots.get(expression.name)
         if slot is None:
             # Lowering met it in no code that can run, so any value will do.

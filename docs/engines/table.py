@@ -31,8 +31,8 @@ from docs.engines.demo import Scene, functions, gray_and_soft, installed, played
 from passgraph.engines.attachment import Attachment
 
 ENGINES = (
-    "panda3d", "vtk", "mujoco", "blender", "ogre", "pyglet", "arcade", "moderngl_window", "pygame", "qt", "vispy",
-    "raylib", "kivy",
+    "panda3d", "vtk", "mujoco", "blender", "ogre", "pyglet", "arcade", "moderngl_window", "pygame", "qt", "napari",
+    "vispy", "raylib", "kivy",
 )  # fmt: skip
 SIZE = (1280, 720)
 ROUNDS, FRAMES = 6, 5

@@ -7,7 +7,7 @@ from __future__ import annotations
 from typing import Annotated, Any
 
 import passgraph as pg
-from passgraph import Const, Image, vec4
+from passgraph import Const, Image, vec2, vec4
 from passgraph.effects.checked import effect
 
 
@@ -25,50 +25,46 @@ TWENTY_FIVE = _pairs(
     "15-24 6-24 6-15 7-16 7-19 13-21 15-23 7-13 7-15 1-9 3-11 5-17 11-17 9-17 4-10 6-12 7-14 4-6 4-7 12-14 10-14 6-7 "
     "10-12 6-10 6-17 12-17 7-17 7-10 12-18 7-12 10-18 12-20 10-20 10-12"
 )
-#: As two loops, which become straight code each: one of 99 trips stays a loop over a table.
-FIRST, REST = TWENTY_FIVE[:50], TWENTY_FIVE[50:]
+#: All exchanges; and of each loop over them the first one, and the one behind its last: for 9 numbers one loop, for 25
+#: two, as loops of more than 64 trips do not become straight code.
+EXCHANGES = NINE + TWENTY_FIVE
+LOOPS = _pairs("0-19 19-69 69-118")
 
 
 @pg.function
-def middle_of_nine(color: Image, channel: int) -> float:
-    """Of one channel of 3x3 texels."""
-    held = [0.0] * 9
-    for i in range(9):
-        held[i] = color[i % 3 - 1, i // 3 - 1][channel]
-    for i in range(len(NINE)):
-        a, b = held[NINE[i].x], held[NINE[i].y]
-        held[NINE[i].x] = min(a, b)
-        held[NINE[i].y] = max(a, b)
-    return held[4]
-
-
-@pg.function
-def middle_of_twenty_five(color: Image, channel: int) -> float:
-    """Of one channel of 5x5 texels."""
+def middle_within(color: Image, channel: int, reach: int) -> float:
+    """Of one channel of the texels up to 1 or 2 away; arrays of single numbers are short enough to be values."""
+    side = 2 * reach + 1
     held = [0.0] * 25
-    for i in range(25):
-        held[i] = color[i % 5 - 2, i // 5 - 2][channel]
-    for i in range(len(FIRST)):
-        a, b = held[FIRST[i].x], held[FIRST[i].y]
-        held[FIRST[i].x] = min(a, b)
-        held[FIRST[i].y] = max(a, b)
-    for i in range(len(REST)):
-        a, b = held[REST[i].x], held[REST[i].y]
-        held[REST[i].x] = min(a, b)
-        held[REST[i].y] = max(a, b)
-    return held[12]
+    for i in range(side * side):
+        held[i] = color[i % side - reach, i // side - reach][channel]
+    for loop in range(reach - 1, 2 * reach - 1):
+        for i in range(LOOPS[loop].x, LOOPS[loop].y):
+            a, b = held[EXCHANGES[i].x], held[EXCHANGES[i].y]
+            held[EXCHANGES[i].x] = min(a, b)
+            held[EXCHANGES[i].y] = max(a, b)
+    return held[side * side // 2]
 
 
 @pg.function
 def middle(color: Image, channel: int, wide: bool) -> float:
     if wide:
-        return middle_of_twenty_five(color, channel)
-    return middle_of_nine(color, channel)
+        return middle_within(color, channel, 2)
+    return middle_within(color, channel, 1)
+
+
+@pg.kernel
+def middle_of_one(color: Image, wide: Const[bool]) -> float:
+    return middle(color, 0, wide)
+
+
+@pg.kernel
+def middles_of_two(color: Image, wide: Const[bool]) -> vec2:
+    return vec2(middle(color, 0, wide), middle(color, 1, wide))
 
 
 @pg.kernel
 def middles(color: Image, wide: Const[bool]) -> vec4:
-    """Each channel by itself: arrays of single numbers are short enough to be values."""
     return vec4(middle(color, 0, wide), middle(color, 1, wide), middle(color, 2, wide), middle(color, 3, wide))
 
 
@@ -85,7 +81,8 @@ def median(
     ----------
     color : any picture without NaN, any range; what lies beyond its edge follows the border rule of the handle
     size_px : side of the square around a pixel
-    into : where it goes; left out, float32 with the name ``name``
+    into : where it goes, of its channels the first ones; left out, four of float32 with the name ``name``.  Stored as
+        the picture is, such as r8 of an r8, nothing is converted on the way, which is quickest
     name : of the pass
 
     Every channel by itself, alpha too; exact, as no number is computed.
@@ -100,4 +97,6 @@ def median(
     ...     float(program(frame=speck)["median"].max())
     0.0
     """
-    return middles(color, size_px == 5, into=into or pg.target(name, "rgba32f"), name=name)
+    into = into or pg.target(name, "rgba32f")
+    kernel = {1: middle_of_one, 2: middles_of_two}.get(into.format.channels, middles)
+    return kernel(color, size_px == 5, into=into, name=name)

@@ -2,50 +2,68 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
-from passgraph.commands.clips import (
-    Writing,
-    check_apart,
-    check_clips,
-    check_writing,
-    clips_of,
-    depth_of,
-    inputs_of,
-    is_one_picture,
-    rate_of,
-    sources_of,
-)
-from passgraph.commands.frames import FramesJob, RedOf, Settings, run_clips
+from passgraph.commands.files import check_apart, is_one_picture
 from passgraph.commands.named import named_effect
 from passgraph.commands.options import (
+    Decorated,
     backend_option,
     capture_option,
     check_finite_option,
     given_parameters,
     non_finite_option,
     options_beside,
-    output_option,
     profile_option,
     size_option,
 )
+from passgraph.commands.ramps import FramesOption, check_no_ramps
 from passgraph.commands.running import check_outputs, run_and_save
-from passgraph.commands.sources import RENDER_SIZE, generator_job, picture_job, picture_parameters
+from passgraph.commands.sources import RENDER_SIZE, generator_job, picture_job
 from passgraph.effects.registry import EFFECTS, Effect
 from passgraph.errors import InputError
-from passgraph.frames.pictures import is_made
-from passgraph.frames.pipe import Raw
-from passgraph.frames.run import MOST_JOBS
-from passgraph.scene.hardware_depth import HardwareDepth
+from passgraph.frames.frame import MOST_JOBS
+from passgraph.frames.names import Pattern, is_video
+
+if TYPE_CHECKING:
+    from passgraph.scene.hardware_depth import HardwareDepth
 
 INPUTS = "Reads each INPUT: a picture, folder, wildcard, numbered sequence, video, or - (a stream)."
 OUTPUT = (
     "A picture (.png .jpg .tif .webp in 8 bits, .exr .npy float32), a folder, a numbered sequence (out.%04d.png), a "
     "video (.mp4 .mov .mkv .webm), or - for a stream."
 )
+OUTPUT_OF_NOTHING = (
+    "Picture to write: .png .jpg .tif .webp (8 bit), .exr .npy (float32); with --frames as many or a video."
+)
+
+
+#: More than an hour of 25 a second.
+MOST_FRAMES = 100_000
+
+
+def frames_option(of: str) -> Callable[[Decorated], Decorated]:
+    return click.option(
+        "--frames", type=click.IntRange(1, MOST_FRAMES), metavar="NUMBER",
+        help=f"Make so many frames of {of}, for what changes with time or over frames (NUMBER..NUMBER).",
+    )  # fmt: skip
+
+
+def video_options(command: Decorated) -> Decorated:
+    """How videos are written."""
+    for option in (
+        click.option(
+            "--codec-option", multiple=True, metavar="KEY=VALUE", help="Option of the encoder, such as crf=23."
+        ),
+        click.option("--codec", metavar="NAME", help="Encoder of videos, such as libx265; left out, the source's."),
+        click.option("--rate", metavar="NUMBER", help="Frames a second of a video made of pictures.  [default: 25]"),
+    ):
+        command = option(command)
+    return command
 
 
 class _Effects(click.Group):
@@ -72,6 +90,8 @@ def apply() -> None:
     Each INPUT is a picture (PNG, JPEG, TIFF, WebP, OpenEXR, npy), a folder of them, a quoted wildcard ("*.png"), a
     numbered sequence (shot.%04d.exr or shot.####.exr), a video, or - for PNG pictures on standard input.
 
+    Numbers of an effect may change over the frames: --progress 0..1 goes from 0 at the first to 1 at the last.
+
     `passgraph apply EFFECT --help` shows the effect's parameters, and `passgraph apply FILE.py --help` those of yours.
     """
 
@@ -95,9 +115,8 @@ def command_of(effect: Effect) -> click.Command:
     )  # fmt: skip
     @click.option("--resume", is_flag=True, help="Leave out what is there already, whole and newer than its input.")
     @click.option("--raw", metavar="WxH:LAYOUT@RATE", help="Streams (-) are raw pixels, such as 640x480:rgb24@25.")
-    @click.option("--rate", metavar="NUMBER", help="Frames a second of a video made of pictures.  [default: 25]")
-    @click.option("--codec", metavar="NAME", help="Encoder of videos, such as libx265; left out, the source's.")
-    @click.option("--codec-option", multiple=True, metavar="KEY=VALUE", help="Option of the encoder, such as crf=23.")
+    @video_options
+    @frames_option("one picture")
     @click.option("--sound/--no-sound", default=True, show_default=True, help="Copy a video's sound and subtitles.")
     @capture_option
     @non_finite_option
@@ -119,19 +138,21 @@ def command_of(effect: Effect) -> click.Command:
         **options: Any,
     ) -> int:
         given = given_parameters(ctx)
-        if is_one_picture(inputs, output):
+        if is_one_picture(inputs, output) and options["frames"] is None:
+            check_no_ramps(effect, given)
             if options["scheduler"] is not None:
                 raise InputError("--scheduler is for many frames; one picture is computed here: leave it out")
             return apply_to_one(effect, Path(inputs[0]), Path(output), capture, depth, depth_buffer, given, options)
-        if capture is not None:
-            raise InputError("--capture shows the passes of one picture; name one picture and one output")
-        if options["profile"]:
-            raise InputError("--profile times the passes on one picture; name one picture and one output")
+        _check_one(capture, options["profile"], "there are several frames here")
+        from passgraph.commands.apply_many import apply_to_many
+
         return apply_to_many(effect, inputs, output, depth, depth_buffer, given, options)
 
     if effect.takes == "picture+depth":
+        from passgraph.commands.depth import depth_buffer_option, depth_option
+
         command.params += [depth_option(required=True), depth_buffer_option()]
-    command.params += options_beside(command.params, effect)
+    command.params += options_beside(command.params, effect, FramesOption)
     return command
 
 
@@ -139,9 +160,11 @@ def generator_command(effect: Effect) -> click.Command:
     """The subcommand of an effect that makes its picture of parameters alone."""
 
     @click.command(effect.name, help=f"{effect.summary}  Makes its picture without another.")
-    @output_option
+    @click.option("--output", "-o", required=True, type=click.Path(path_type=Path), help=OUTPUT_OF_NOTHING)
     @backend_option
     @size_option(RENDER_SIZE)
+    @frames_option("it")
+    @video_options
     @capture_option
     @check_finite_option
     @profile_option
@@ -155,15 +178,40 @@ def generator_command(effect: Effect) -> click.Command:
         capture: Path | None,
         check_finite: bool,
         profile: bool,
-        **_: Any,
+        **options: Any,
     ) -> int:
+        given = given_parameters(ctx)
+        if options["frames"] is not None:
+            _check_one(capture, profile, "--frames makes several pictures")
+            from passgraph.commands.apply_many import apply_to_many
+
+            options |= {"backend": backend, "size": size, "check_finite": check_finite, **_OF_NOTHING}
+            return apply_to_many(effect, (), str(output), None, None, given, options)
+        check_no_ramps(effect, given)
+        if is_video(output) or Pattern.is_in(str(output)):
+            raise InputError(f"{output}: holds frames; say how many: --frames 100")
         check_outputs(output, capture)
-        job = generator_job(effect, None, size, given_parameters(ctx))
+        job = generator_job(effect, None, size, given)
         run_and_save(job, backend, output, capture, check_finite=check_finite, profile=profile)
         return 0
 
-    command.params += options_beside(command.params, effect)
+    command.params += options_beside(command.params, effect, FramesOption)
     return command
+
+
+#: What `apply_to_many` is told of an effect that reads nothing.
+_OF_NOTHING: dict[str, Any] = {
+    "raw": None, "sound": True, "linear": False, "jobs": None, "resume": False, "scheduler": None,
+    "non_finite": "error",
+}  # fmt: skip
+
+
+def _check_one(capture: Path | None, profile: bool, why: str) -> None:
+    """Refuse what is for one picture."""
+    if capture is not None:
+        raise InputError(f"--capture shows the passes of one picture, and {why}; leave out one")
+    if profile:
+        raise InputError(f"--profile times the passes on one picture, and {why}; leave out one")
 
 
 def apply_to_one(
@@ -171,6 +219,8 @@ def apply_to_one(
     holds: HardwareDepth | None, given: dict[str, Any], options: dict[str, Any],
 ) -> int:  # fmt: skip
     """One picture file to one."""
+    from passgraph.frames.pictures import is_made
+
     check_apart([picture, *([depth] if depth else [])], [(output, str(picture))])
     check_outputs(output, capture)
     if options["resume"] and is_made(output, [picture]):
@@ -181,77 +231,3 @@ def apply_to_one(
         job, options["backend"], output, capture, options["non_finite"], options["check_finite"], options["profile"]
     )
     return 0
-
-
-def apply_to_many(
-    effect: Effect, inputs: tuple[str, ...], output: str, depth: Path | None, holds: HardwareDepth | None,
-    given: dict[str, Any], options: dict[str, Any],
-) -> int:  # fmt: skip
-    """Whatever else there is."""
-    writing, broken = writing_of(options), list[str]()
-    sources = list(sources_of(inputs, writing.raw, broken))
-    if not sources:
-        raise InputError(broken[0])
-    clips = clips_of(sources, output, writing)
-    check_writing(writing, clips)
-    depths = None if depth is None else depth_of(depth, clips)
-    pictures = [path for path in given.values() if isinstance(path, Path)]
-    check_clips(clips, output, [*pictures, *(inputs_of(depths) if depths else [])])
-    parameters, constants = picture_parameters(effect, given)
-    job = FramesJob(effect, parameters, None if depths is None else RedOf(depths), constants, holds)
-    settings = Settings(
-        options["backend"], options["linear"], options["jobs"], options["resume"], options["non_finite"],
-        options["check_finite"], options["scheduler"],
-    )  # fmt: skip
-    return run_clips(job, clips, settings, broken)
-
-
-def writing_of(options: dict[str, Any]) -> Writing:
-    """How outputs are written, from the options."""
-    raw = None if options["raw"] is None else Raw.parsed(options["raw"])
-    rate = None if options["rate"] is None else rate_of(options["rate"])
-    codec_options = {}
-    for text in options["codec_option"]:
-        key, equals, value = text.partition("=")
-        if not (key and equals):
-            raise InputError(f"--codec-option {text!r}: expected KEY=VALUE, such as crf=23")
-        codec_options[key] = value
-    return Writing(raw, rate, options["codec"], codec_options, options["sound"])
-
-
-class DepthBuffer(click.ParamType):  # type: ignore[type-arg]  # generic in newer clicks only
-    """NEAR:FAR, and ``,reversed`` or ``,orthographic`` behind it."""
-
-    name = "depth buffer"
-    words = ("reversed", "orthographic")
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> HardwareDepth:
-        if isinstance(value, HardwareDepth):
-            return value
-        planes, *words = str(value).split(",")
-        near, colon, far = planes.partition(":")
-        try:
-            if not colon or any(word not in self.words for word in words):
-                raise ValueError
-            return HardwareDepth(float(near), float(far), "reversed" in words, "orthographic" in words)
-        except (ValueError, InputError) as error:
-            why = f" ({error})" if isinstance(error, InputError) else ""
-            self.fail(
-                f"{value!r}: expected NEAR:FAR with 0 < NEAR < FAR, then ,reversed or ,orthographic where it is so, "
-                f"such as 0.1:1000 or 0.1:inf,reversed{why}",
-                param, ctx,
-            )  # fmt: skip
-
-
-def depth_buffer_option() -> click.Option:
-    return click.Option(
-        ["--depth-buffer"], type=DepthBuffer(), metavar="NEAR:FAR[,reversed][,orthographic]",
-        help="The depth is an engine's buffer, from 0 to 1 (16-bit PNG too); FAR may be inf. Left out, a distance.",
-    )  # fmt: skip
-
-
-def depth_option(required: bool) -> click.Option:
-    return click.Option(
-        ["--depth"], required=required, type=click.Path(path_type=Path),
-        help="Picture whose red is each pixel's linear depth (EXR or npy, scene units), or a sequence of them.",
-    )  # fmt: skip

@@ -13,12 +13,13 @@ from passgraph.commands.given_values import SettingType, known_values, run_value
 from passgraph.commands.graph_inputs import MADE_SIZE, InputType, made_inputs, opened, read_inputs
 from passgraph.commands.options import BackendType, SizeType
 from passgraph.commands.progress import progress
-from passgraph.commands.verdicts import console, most_ambiguous_option, say_equality, say_faults
+from passgraph.commands.verdicts import console, most_ambiguous_option, most_seconds_option, say_equality, say_faults
 from passgraph.errors import InputError
 
 if TYPE_CHECKING:
     from passgraph.commands.own_file import Graph
     from passgraph.verify.conformance.case import Picture
+    from passgraph.verify.oracle.pace import Pace
     from passgraph.verify.report import Report
 
 
@@ -41,6 +42,7 @@ class Golden:
 @click.option("--size", type=SizeType(), help=f"Size of what is made. [default: {MADE_SIZE[0]}x{MADE_SIZE[1]}]")
 @click.option("--backend", "-b", "backends", multiple=True, type=BackendType(), help="Without it all that are here.")
 @most_ambiguous_option
+@most_seconds_option
 @click.option("--golden", type=click.Path(path_type=Path), metavar="FOLDER", help="Compare with what is recorded here.")
 @click.option("--record", is_flag=True, help="With --golden: write inputs and outputs there instead.")
 @click.option(
@@ -54,6 +56,7 @@ def check(
     size: tuple[int, int] | None,
     backends: tuple[str, ...],
     most_ambiguous: float,
+    most_seconds: float | None,
     golden: Path | None,
     record: bool,
     golden_steps: int,
@@ -67,6 +70,7 @@ def check(
     2 an error.
     """
     from passgraph.commands.named import named_graphs
+    from passgraph.verify.oracle.pace import Pace
 
     if record and golden is None:
         raise InputError("--record needs --golden FOLDER, where to write")
@@ -84,7 +88,8 @@ def check(
         try:
             for name, graph in graphs.items():
                 say(name)
-                run = _Run(name, graph, pictures, dict(settings), size, kept)
+                pace = Pace(most_seconds, _named(say, name))
+                run = _Run(name, graph, pictures, dict(settings), size, kept, pace)
                 well &= run.checked(devices, say, most_ambiguous)
         finally:
             for backend in devices:
@@ -97,7 +102,7 @@ class _Run:
 
     def __init__(
         self, name: str, graph: Graph, pictures: Mapping[str, Picture], settings: Mapping[str, str],
-        size: tuple[int, int] | None, golden: Golden | None,
+        size: tuple[int, int] | None, golden: Golden | None, pace: Pace,
     ) -> None:  # fmt: skip
         from passgraph.commands.golden import recorded_run
         from passgraph.verify.oracle.passes import Passes
@@ -111,7 +116,7 @@ class _Run:
             self.made = [name for name in self.inputs if name not in pictures]
         values = run_values(name, graph, self.settings)
         self.settings = {name: text for name, text in self.settings.items() if name in values}
-        self.passes = Passes(graph, size, [{**self.inputs, **values}])
+        self.passes = Passes(graph, size, [{**self.inputs, **values}], pace)
 
     def checked(self, backends: Sequence[Any], say: Callable[[str], None], most_ambiguous: float) -> bool:
         """Whether every backend passed and all is as recorded; all that is found is printed."""
@@ -119,7 +124,7 @@ class _Run:
         from passgraph.verify.compare import compared
 
         self.passes.allowed(True)  # what cannot run at all is an error, not a verdict
-        report = compared(self.passes, backends, lambda what: say(f"{self.name}: {what}"), most_ambiguous)
+        report = compared(self.passes, backends, _named(say, self.name), most_ambiguous)
         on = console()
         say_equality(on, report, self.name)
         _show(self.name, report)
@@ -136,6 +141,10 @@ class _Run:
         if all(change.allowed for change in changes):
             click.echo(f"{self.name}: as recorded")
         return report.passed and all(change.allowed for change in changes)
+
+
+def _named(say: Callable[[str], None], name: str) -> Callable[[str], None]:
+    return lambda what: say(f"{name}: {what}")
 
 
 def _show(name: str, report: Report) -> None:

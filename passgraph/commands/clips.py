@@ -11,8 +11,7 @@ from pathlib import Path
 
 import click
 
-from passgraph.arguments import shown
-from passgraph.commands.files import check_folder, check_path, check_picture_path
+from passgraph.commands.files import STREAM, check_apart, check_folder, check_path, check_picture_path, is_folder
 from passgraph.errors import InputError
 from passgraph.frames.frame import Sink, Source
 from passgraph.frames.names import (
@@ -24,15 +23,12 @@ from passgraph.frames.names import (
     missing_numbers,
 )
 from passgraph.frames.open import open_source
-from passgraph.frames.pictures import Pictures, Still, ToPictures
+from passgraph.frames.pictures import Pictures, Repeated, Still, ToPictures
 from passgraph.frames.pipe import Pipe, Raw, ToPipe
 from passgraph.frames.video import Video
-from passgraph.frames.video_sink import ToVideo
+from passgraph.frames.video_sink import ToVideo, rate_given
 from passgraph.pictures import type_of_suffix
 from passgraph.reading import check_regular
-
-#: Standard input or output.
-STREAM = "-"
 
 
 @dataclass(frozen=True)
@@ -56,20 +52,10 @@ class Clip:
     source: Source
     sink: Sink
 
-
-def is_one_picture(inputs: tuple[str, ...], output: str) -> bool:
-    """Whether one picture file goes to one."""
-    if len(inputs) != 1 or inputs[0] == STREAM or output == STREAM or _is_folder(output):
-        return False
-    path = Path(inputs[0])
-    # One # may be meant as it stands, as in a#1.png.
-    numbered = Pattern.is_in(output) and ("##" in output or "%" in output)
-    if numbered or is_video(Path(output)) or is_video(path):
-        return False
-    if path.is_dir():
-        # Its pictures go into a folder or have numbers; else it is said that a picture is expected.
-        return bool(Path(output).suffix) and not Pattern.is_in(output)
-    return os.path.lexists(path) or not (Pattern.is_in(inputs[0]) or has_wildcard(inputs[0]))
+    @property
+    def rate(self) -> Fraction | None:
+        """Frames a second; None of pictures."""
+        return self.sink.rate_for(self.source) if isinstance(self.sink, ToVideo) else rate_given(self.source)
 
 
 def sources_of(inputs: Iterable[str], raw: Raw | None, broken: list[str]) -> Iterator[Source]:
@@ -156,11 +142,14 @@ def _sink(source: Source, output: str, writing: Writing) -> Sink:
 
 def _into_folder(source: Source, folder: Path, writing: Writing) -> Sink:
     """The same names in a folder; formats that are not written become PNG."""
+    if isinstance(source, Repeated):
+        path = folder / _written_name(source.paths[1])
+        return ToPictures(Pattern(os.fspath(path.with_name(f"{path.stem}.%04d{path.suffix}"))))
     if isinstance(source, Pictures):
         return ToPictures({number: folder / _written_name(path) for number, path in source.paths.items()})
     if isinstance(source, Video):
         return writing.video(folder / source.path.name)
-    raise InputError(f"{folder}: frames of {source.name} have no names; give a numbered sequence: -o {folder}/%04d.png")
+    raise InputError(f"{folder}: nothing names the files of {source.name}; give numbers: -o {folder}/%04d.png")
 
 
 def _written_name(path: Path) -> str:
@@ -169,11 +158,7 @@ def _written_name(path: Path) -> str:
 
 def goes_into_folder(output: str) -> bool:
     """Whether an output is a folder, or becomes one: a name without a suffix."""
-    return _is_folder(output) or (not Path(output).suffix and output != STREAM and not Pattern.is_in(output))
-
-
-def _is_folder(output: str) -> bool:
-    return output.endswith(("/", os.sep)) or (output != STREAM and Path(output).is_dir())
+    return is_folder(output) or (not Path(output).suffix and output != STREAM and not Pattern.is_in(output))
 
 
 def inputs_of(source: Source) -> list[Path]:
@@ -226,29 +211,6 @@ def check_clips(clips: list[Clip], output: str, others: Iterable[Path] = ()) -> 
                 check_picture_path(suffix)
 
 
-def check_apart(inputs: Iterable[Path], outputs: Iterable[tuple[Path, str]]) -> None:
-    """Refuse outputs that are inputs, through links too, and two of one name."""
-    read = {identity: path for path in inputs for identity in _identities(path)}
-    written: dict[object, str] = {}
-    for path, what in outputs:
-        for identity in _identities(path):
-            if identity in read:
-                raise InputError(f"{path}: would overwrite the input {read[identity]}; give the output another name")
-        name = os.path.realpath(path)
-        if name in written:
-            raise InputError(f"{path}: {written[name]} and {what} would both be written to it; run them apart")
-        written[name] = what
-
-
-def _identities(path: Path) -> list[object]:
-    """What tells that two names are one file: the path behind links, and the file itself where it is there."""
-    try:
-        status = os.stat(path)
-    except (OSError, ValueError):
-        return [os.path.realpath(path)]
-    return [os.path.realpath(path), (status.st_dev, status.st_ino)]
-
-
 def depth_of(path: Path, clips: list[Clip]) -> Source:
     """One picture for all frames, or a sequence in step with them."""
     text = os.fspath(path)
@@ -257,14 +219,3 @@ def depth_of(path: Path, clips: list[Clip]) -> Source:
             raise InputError(f"{text}: goes with one sequence, and there are {len(clips)} inputs; run them apart")
         return open_source(path)
     return Video(path) if is_video(path) else Still(path)
-
-
-def rate_of(text: str) -> Fraction:
-    """Frames a second: 25, 23.976, 30000/1001."""
-    try:
-        rate = Fraction(text) if len(text) < 32 else Fraction(0)
-    except (ValueError, ZeroDivisionError):
-        rate = Fraction(0)
-    if not 0 < rate <= 1000:
-        raise InputError(f"--rate {shown(text)}: expected frames a second from 0 to 1000, such as 25 or 30000/1001")
-    return rate

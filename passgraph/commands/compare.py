@@ -17,7 +17,7 @@ from passgraph.commands.options import (
 )
 from passgraph.commands.progress import progress
 from passgraph.commands.sources import Job, generator_job, picture_job, scene_job, world_job
-from passgraph.commands.verdicts import console, most_ambiguous_option, say_equality, say_faults
+from passgraph.commands.verdicts import console, most_ambiguous_option, most_seconds_option, say_equality, say_faults
 from passgraph.effects.registry import Effect
 from passgraph.errors import InputError
 from passgraph.verify.compare import compare as compare_backends
@@ -43,6 +43,7 @@ COMPARE_SIZE = (160, 90)
 @click.option("--depth", type=click.Path(path_type=Path), help="Depth picture, for effects that take one.")
 @click.option("--linear", is_flag=True, help="Decode 8- and 16-bit pictures from sRGB to linear light first.")
 @most_ambiguous_option
+@most_seconds_option
 @click.pass_context
 def compare(
     ctx: click.Context,
@@ -53,6 +54,7 @@ def compare(
     depth: Path | None,
     linear: bool,
     most_ambiguous: float,
+    most_seconds: float | None,
     **_: Any,
 ) -> int:
     """Run an effect on every backend and hold each render target against the float64 reference.
@@ -67,8 +69,9 @@ def compare(
     with progress("reading") as say:
         job = job_of(chosen, source, size, depth, linear, given_parameters(ctx))
         report = compare_backends(
-            job.outputs, backends or None, size=job.size, progress=say, most_ambiguous=most_ambiguous, **job.given
-        )
+            job.outputs, backends or None, size=job.size, progress=say, most_ambiguous=most_ambiguous,
+            most_seconds=most_seconds, **job.given,
+        )  # fmt: skip
     show(report)
     return 0 if report.passed else 1
 

@@ -1,17 +1,42 @@
-"""Output files: refused before the long work, written whole or not at all."""
+"""Files on the command line: what they mean, refused before the long work, written whole or not at all."""
 
 from __future__ import annotations
 
 import os
 import secrets
+from collections.abc import Iterable
+from fractions import Fraction
 from importlib.util import find_spec
 from pathlib import Path
 
+from passgraph.arguments import shown
 from passgraph.errors import InputError
+from passgraph.frames.names import Pattern, has_wildcard, is_video
 from passgraph.pictures import type_of_suffix
 
 #: Suffixes of float formats: they hold light as it is, beyond 1 too.
 FLOAT_SUFFIXES = (".exr", ".npy")
+#: Standard input or output.
+STREAM = "-"
+
+
+def is_one_picture(inputs: tuple[str, ...], output: str) -> bool:
+    """Whether one picture file goes to one."""
+    if len(inputs) != 1 or inputs[0] == STREAM or output == STREAM or is_folder(output):
+        return False
+    path = Path(inputs[0])
+    # One # may be meant as it stands, as in a#1.png.
+    numbered = Pattern.is_in(output) and ("##" in output or "%" in output)
+    if numbered or is_video(Path(output)) or is_video(path):
+        return False
+    if path.is_dir():
+        # Its pictures go into a folder or have numbers; else it is said that a picture is expected.
+        return bool(Path(output).suffix) and not Pattern.is_in(output)
+    return os.path.lexists(path) or not (Pattern.is_in(inputs[0]) or has_wildcard(inputs[0]))
+
+
+def is_folder(output: str) -> bool:
+    return output.endswith(("/", os.sep)) or (output != STREAM and Path(output).is_dir())
 
 
 def check_picture_path(path: Path) -> None:
@@ -48,6 +73,29 @@ def check_folder(path: Path) -> None:
     check_path(path / "probe")
 
 
+def check_apart(inputs: Iterable[Path], outputs: Iterable[tuple[Path, str]]) -> None:
+    """Refuse outputs that are inputs, through links too, and two of one name."""
+    read = {identity: path for path in inputs for identity in _identities(path)}
+    written: dict[object, str] = {}
+    for path, what in outputs:
+        for identity in _identities(path):
+            if identity in read:
+                raise InputError(f"{path}: would overwrite the input {read[identity]}; give the output another name")
+        name = os.path.realpath(path)
+        if name in written:
+            raise InputError(f"{path}: {written[name]} and {what} would both be written to it; run them apart")
+        written[name] = what
+
+
+def _identities(path: Path) -> list[object]:
+    """What tells that two names are one file: the path behind links, and the file itself where it is there."""
+    try:
+        status = os.stat(path)
+    except (OSError, ValueError):
+        return [os.path.realpath(path)]
+    return [os.path.realpath(path), (status.st_dev, status.st_ino)]
+
+
 def write_text(path: Path, text: str) -> None:
     """A text file, whole or not at all."""
     target = Path(os.path.realpath(path))
@@ -57,3 +105,14 @@ def write_text(path: Path, text: str) -> None:
         os.replace(temporary, target)
     finally:
         temporary.unlink(missing_ok=True)
+
+
+def rate_of(text: str) -> Fraction:
+    """Frames a second: 25, 23.976, 30000/1001."""
+    try:
+        rate = Fraction(text) if len(text) < 32 else Fraction(0)
+    except (ValueError, ZeroDivisionError):
+        rate = Fraction(0)
+    if not 0 < rate <= 1000:
+        raise InputError(f"--rate {shown(text)}: expected frames a second from 0 to 1000, such as 25 or 30000/1001")
+    return rate

@@ -2,31 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from passgraph.commands.clips import Clip
 from passgraph.commands.errors import told
 from passgraph.commands.options import check_computes
+from passgraph.commands.over_frames import Changing
 from passgraph.commands.progress import frame_progress
 from passgraph.commands.sources import as_distance, effect_output, in_bytes
 from passgraph.effects.registry import Effect
 from passgraph.errors import InputError
+from passgraph.frames.flow import Values
 from passgraph.frames.frame import Frame, Outcome, Source, Stored, Summary
 from passgraph.frames.pipe import Pipe, ToPipe
 from passgraph.frames.remote import connected
 from passgraph.frames.run import frames
 from passgraph.frames.video_sink import ToVideo
 from passgraph.graph.outputs import named_outputs
-from passgraph.graph.targets import Input, Target
+from passgraph.graph.targets import OPEN_SRGB, Input, Target
 from passgraph.picture_decoders import scaled
 from passgraph.run.finite_checks import NonFinite
 from passgraph.run.program import Program, compile
-from passgraph.scene.hardware_depth import HardwareDepth
+
+if TYPE_CHECKING:
+    from passgraph.scene.hardware_depth import HardwareDepth
 
 
 @dataclass(frozen=True)
@@ -51,15 +55,40 @@ class FramesJob:
     depth: Source | None = None
     given: dict[str, Any] = field(default_factory=dict)
     holds: HardwareDepth | None = None
+    changing: Changing | None = None
+    size: tuple[int, int] | None = None  # of pictures that are made of parameters alone
 
-    def output(self, *, as_read: bool, as_bytes: bool) -> dict[str, Target]:
-        """The graph's first output; frames have four channels, ``as_read`` in their own type, else as float32."""
-        targets = [Input("frame", None if as_read else "rgba32f")]
+    @property
+    def makes_all(self) -> bool:
+        """Whether its pictures are made of parameters alone."""
+        return self.effect.takes == "nothing"
+
+    def output(self, *, as_read: bool, as_bytes: bool, linear: bool) -> dict[str, Target]:
+        """The graph's first output; frames have four channels, ``as_read`` in their own type, else as float32.
+
+        ``linear``: what is read in 8 bits is decoded from sRGB, by the program as for one picture.
+        """
+        open_format = OPEN_SRGB if linear else None
+        targets = [] if self.makes_all else [Input("frame", open_format if as_read else "rgba32f")]
         if self.depth is not None:
             targets.append(as_distance(Input("depth", "r32f"), self.holds))
-        made = named_outputs(effect_output(self.effect, targets, self.parameters))
-        first = dict(list(made.items())[:1])
+
+        def made(changing: Mapping[str, Any]) -> Any:
+            return effect_output(self.effect, targets, {**self.parameters, **changing})
+
+        outputs = named_outputs(made({}) if self.changing is None else self.changing.graph(made))
+        first = dict(list(outputs.items())[:1])
         return in_bytes(first) if as_bytes else first
+
+    def sources(self, clip: Clip) -> Source | dict[str, Source]:
+        """Where the frames of a clip come from, by input."""
+        if self.makes_all:
+            return clip.source
+        return {"frame": clip.source} if self.depth is None else {"frame": clip.source, "depth": self.depth}
+
+    def values(self, clip: Clip) -> Values:
+        """What the runs of a clip are given beside its frames."""
+        return self.given if self.changing is None else self.changing.values(clip.source, clip.rate, self.given)
 
 
 class RedOf:
@@ -104,8 +133,9 @@ def _compiled(job: FramesJob, settings: Settings, clips: list[Clip]) -> Program:
     as_bytes = finite and all(clip.sink.in_bytes(clip.source) for clip in clips)
     # Raw pixels may be gray or RGB, and effects read colours with alpha.
     as_read = not any(isinstance(clip.source, Pipe) and clip.source.raw for clip in clips)
+    outputs = job.output(as_read=as_read, as_bytes=as_bytes, linear=settings.linear)
     program = compile(
-        job.output(as_read=as_read, as_bytes=as_bytes), settings.backend, non_finite=settings.non_finite,
+        outputs, settings.backend, job.size, non_finite=settings.non_finite,
         check_finite=settings.check_finite, results="stored" if as_bytes else "float32",
     )  # fmt: skip
     try:
@@ -123,8 +153,7 @@ def _run_clip(
     if settings.resume and isinstance(clip.sink, ToVideo) and clip.sink.is_made(clip.source):
         _say(clip, f"{name}: is there already")
         return True
-    sources = {"frame": clip.source} if job.depth is None else {"frame": clip.source, "depth": job.depth}
-    done = 0
+    values, done = job.values(clip), 0
 
     def watch(outcome: Outcome) -> None:
         nonlocal done
@@ -134,7 +163,7 @@ def _run_clip(
     with frame_progress(clip.source.name, clip.source.count, complain_of) as step, _interrupted(lambda: done, clip):
         try:
             summary = frames(
-                program, sources, clip.sink, values=job.given, jobs=settings.jobs, linear=settings.linear,
+                program, job.sources(clip), clip.sink, values=values, jobs=settings.jobs, linear=settings.linear,
                 resume=settings.resume, same_size=True, watch=watch, client=client,
             )  # fmt: skip
         except InputError as error:

@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, cast
 
 from passgraph.arguments import near, shown
 from passgraph.commands.shader_files import effects_of_shader
@@ -20,8 +20,19 @@ if TYPE_CHECKING:
     from passgraph.graph.calls import PixelKernel
     from passgraph.language.ir import Parameter as KernelParameter
 
-#: From a file to what it has that pictures (or scenes) go through, by name.
-Reader: TypeAlias = Callable[[Path], Mapping[str, Effect]]
+
+@dataclass(frozen=True)
+class Reader:
+    """What is read of one kind of file.
+
+    Attributes
+    ----------
+    effects : from a file to what it has that pictures (or scenes) go through, by name
+    graphs : from a file to graphs by name; of one of them where a name is given
+    """
+
+    effects: Callable[[Path], Mapping[str, Effect]]
+    graphs: Callable[[Path, str | None], Mapping[str, Graph]]
 
 
 def named_effect(text: str) -> Effect:
@@ -42,7 +53,11 @@ def named_effect(text: str) -> Effect:
                 "files of yours: FILE.py"
             )
         return EFFECTS[text]
-    found = READERS.get(path.suffix, effects_of_text)(path)
+    return _chosen(reader_of(path).effects(path), path, name)
+
+
+def _chosen(found: Mapping[str, Effect], path: Path, name: str | None) -> Effect:
+    """The one of this name; without a name, the only one."""
     if name is not None:
         if name not in found:
             raise InputError(f"{path}: has no {shown(name)}{near(name, list(found))}; it has {_list(found)}")
@@ -111,10 +126,29 @@ def effects_of_text(path: Path) -> dict[str, Effect]:
     return {kernel.name: _of_kernel(kernel, path)} if kernel.program.images else {}
 
 
-#: What reads a file, by its suffix; any other one that is named as an effect is the text of a kernel too.
-READERS: dict[str, Reader] = {
-    ".py": effects_of_module, ".txt": effects_of_text, **dict.fromkeys(SUFFIXES, effects_of_shader),
+def _graphs_of_module_or_text(path: Path, name: str | None) -> Mapping[str, Graph]:
+    from passgraph.commands.own_file import graphs_of
+
+    return graphs_of(path, name)
+
+
+def _graphs_of_shader(path: Path, name: str | None) -> Mapping[str, Graph]:
+    from passgraph.commands.own_file import on_inputs
+
+    effect = _chosen(effects_of_shader(path), path, name)
+    return {effect.name: on_inputs(effect)}
+
+
+_TEXT = Reader(effects_of_text, _graphs_of_module_or_text)
+#: What reads a file, by its suffix; any other one that is named is the text of a kernel too.
+READERS = {
+    ".py": Reader(effects_of_module, _graphs_of_module_or_text), ".txt": _TEXT,
+    **dict.fromkeys(SUFFIXES, Reader(effects_of_shader, _graphs_of_shader)),
 }  # fmt: skip
+
+
+def reader_of(path: Path) -> Reader:
+    return READERS.get(path.suffix, _TEXT)
 
 
 # Kernels
@@ -166,7 +200,7 @@ def _said(parameter: KernelParameter, text: str, effect: Effect) -> Parameter:
     if kind == "bool" and not parameter.has_default:
         kind = "value"  # a flag that is left out would say no
     return Parameter(
-        parameter.name, kind, parameter.default, Range(), text,
+        parameter.name, kind, parameter.default, parameter.range or Range(), text,
         of=parameter.type if kind == "value" else None, required=not parameter.has_default,
     )  # fmt: skip
 
@@ -176,15 +210,11 @@ def _said(parameter: KernelParameter, text: str, effect: Effect) -> Parameter:
 
 def named_graphs(text: str) -> Mapping[str, Graph]:
     """Graphs by name, of an effect on inputs with the names of what it takes, or of a file (see `own_file`)."""
-    from passgraph.commands.own_file import graphs_of, on_inputs
+    from passgraph.commands.own_file import on_inputs
 
     path, name = file_and_name(text)
-    if path is not None and READERS.get(path.suffix) is effects_of_shader:
-        return {(effect := named_effect(text)).name: on_inputs(effect)}
-    if path is not None and name is None:
-        return graphs_of(path)
     if path is None and text not in EFFECTS and Path(text).exists():
-        return graphs_of(Path(text))
-    if path is not None and path.suffix == ".py":
-        return graphs_of(path, name)
+        path = Path(text)
+    if path is not None:
+        return reader_of(path).graphs(path, name)
     return {(effect := named_effect(text)).name: on_inputs(effect)}

@@ -146,8 +146,12 @@ def flag_of(parameter: Parameter) -> str:
 class EffectOption(click.Option):
     """An effect's parameter."""
 
+    def __init__(self, parameter: Parameter, **settings: Any) -> None:
+        super().__init__(**settings)
+        self.parameter = parameter
 
-def option_of(parameter: Parameter) -> EffectOption:
+
+def option_of(parameter: Parameter, kind: type[EffectOption] = EffectOption) -> EffectOption:
     """A parameter as an option with range, unit and default."""
     flag, settings, limits = flag_of(parameter), dict[str, Any](), parameter.range
     if parameter.type == "bool":
@@ -175,7 +179,8 @@ def option_of(parameter: Parameter) -> EffectOption:
     unit = f" ({limits.unit})" if limits.unit else ""
     if default is not None or not parameter.required:
         settings["default"] = default
-    return EffectOption([flag, parameter.name], help=text + unit, required=parameter.required, **settings)
+    settings |= {"param_decls": [flag, parameter.name], "help": text + unit, "required": parameter.required}
+    return kind(parameter, **settings)
 
 
 def _shown_default(default: object, between: str) -> str | bool:
@@ -287,15 +292,17 @@ def named_or_refused(ctx: click.Context, source: Path | None) -> Effect:
     return effect
 
 
-def options_of(effect: Effect) -> list[EffectOption]:
-    return [option_of(parameter) for parameter in effect.parameters]
+def options_of(effect: Effect, kind: type[EffectOption] = EffectOption) -> list[EffectOption]:
+    return [option_of(parameter, kind) for parameter in effect.parameters]
 
 
-def options_beside(own: Sequence[click.Parameter], effect: Effect) -> list[EffectOption]:
+def options_beside(
+    own: Sequence[click.Parameter], effect: Effect, kind: type[EffectOption] = EffectOption
+) -> list[EffectOption]:
     """Options of an effect's parameters beside a command's own; one that the command has too is the command's."""
     taken = {name for param in own for name in (*param.opts, *param.secondary_opts, param.name)}
     made = []
-    for option in options_of(effect):
+    for option in options_of(effect, kind):
         if not taken.intersection((*option.opts, *option.secondary_opts, option.name)):
             made.append(option)
         elif option.required:

@@ -6,10 +6,13 @@ import sys
 from collections.abc import Mapping
 from importlib.machinery import SourceFileLoader
 from importlib.util import module_from_spec, spec_from_file_location
+from math import isfinite
 from pathlib import Path
 from traceback import extract_tb
 from types import CodeType
 from typing import Any
+
+import numpy as np
 
 import passgraph as pg
 from passgraph.arguments import near, shown
@@ -20,8 +23,22 @@ from passgraph.errors import InputError
 from passgraph.graph.calls import PixelKernel
 from passgraph.graph.outputs import named_outputs
 from passgraph.graph.targets import TargetSpec
+from passgraph.language.ir import Parameter
 from passgraph.language.kernel import kernel_from_text
-from passgraph.language.types import Array, ImageType, Matrix, Scalar, Struct, Type, Vector, innermost
+from passgraph.language.limits import ends
+from passgraph.language.types import (
+    FLOAT,
+    Array,
+    ImageType,
+    Matrix,
+    Scalar,
+    Struct,
+    Type,
+    Vector,
+    component_count,
+    element_of,
+    innermost,
+)
 from passgraph.reading import check_regular, read_text
 
 Graph = Mapping[str, pg.Target]
@@ -159,17 +176,32 @@ def _named(outputs: Any, path: Path) -> Graph:
 
 
 def _alone(kernel: PixelKernel[Any]) -> Graph:
-    """A kernel on inputs with the names of its images; numbers without a default are 0.5, ints 1.
+    """A kernel on inputs with the names of its images; numbers without a default are 0.5, ints 1, or what
+    lies in the middle of their ranges.
 
     What is no Const is a value of the run, which ``--set`` may give.
     """
     given: dict[str, Any] = {}
     for parameter in kernel.parameters:
-        default = parameter.default if parameter.has_default else _argument(parameter.name, parameter.type)
+        default = parameter.default if parameter.has_default else _ranged(parameter)
         plain = isinstance(innermost(parameter.type), (Scalar, Vector, Matrix))
         run_value = plain and not parameter.const
         given[parameter.name] = pg.Value(parameter.name, default=default) if run_value else default
     return named_outputs(kernel(**given))
+
+
+def _ranged(parameter: Parameter) -> Any:
+    """A value that a parameter without a default may have: where it says between what, the middle of it."""
+    limits, type_ = parameter.range, parameter.type
+    if limits is None:
+        return _argument(parameter.name, type_)
+    low, high = ends(limits, type_)
+    middle = (low + high) / 2 if isfinite(low) and isfinite(high) else low if isfinite(low) else high
+    one = middle if element_of(type_) is FLOAT else int(middle)
+    if limits.odd:
+        one = 2 * (int(one) // 2) + 1
+    number = min(max(one, low), high) if isfinite(middle) else 1
+    return number if isinstance(type_, Scalar) else np.full(component_count(type_), number)
 
 
 def _argument(name: str, type_: Type) -> Any:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from passgraph.commands.files import FLOAT_SUFFIXES
+from passgraph.commands.files import FLOAT_SUFFIXES, rate_of
 from passgraph.commands.options import (
     EffectCommand,
     backend_option,
@@ -24,6 +24,7 @@ from passgraph.commands.running import check_outputs, run_and_save
 from passgraph.commands.smoothing import Antialias, antialias_option, chosen, sampled_size, smoothed
 from passgraph.commands.sources import RENDER_SIZE, accepts, job_of_scene, world_job
 from passgraph.commands.view import VIEW_FIELDS, View, refuse_view, seen_by, view_options
+from passgraph.errors import InputError
 
 if TYPE_CHECKING:
     from passgraph.scene import Camera
@@ -40,6 +41,7 @@ class RenderCommand(EffectCommand):
 @backend_option
 @size_option(RENDER_SIZE)
 @view_options
+@click.option("--rate", metavar="NUMBER", help="Frames a second of a turntable's video.  [default: 25]")
 @antialias_option
 @output_option
 @capture_option
@@ -53,6 +55,7 @@ def render(
     effect: str,
     backend: str | None,
     size: tuple[int, int],
+    rate: str | None,
     antialias: Antialias | None,
     output: Path,
     capture: Path | None,
@@ -77,10 +80,13 @@ def render(
     display = bool(parameters.get("display", not in_floats))
     smoothing = chosen(antialias, display)
     view = View(**{name: value for name, value in rest.items() if name in VIEW_FIELDS})
+    a_second = None if rate is None else rate_of(rate)
     if view.turntable:
         from passgraph.commands.turntable import check_turntable
 
-        check_turntable(output, capture, profile)
+        check_turntable(output, capture, profile, a_second)
+    elif a_second is not None:
+        raise InputError("--rate is for the video of a --turntable, and this is one picture; leave it out")
     else:
         check_outputs(output, capture)
     drawn = sampled_size(smoothing, size)
@@ -100,7 +106,7 @@ def render(
     if view.turntable:
         from passgraph.commands.turntable import run_turntable
 
-        status = run_turntable(job, cameras, backend, output, check_finite=check_finite)
+        status = run_turntable(job, cameras, backend, output, rate=a_second, check_finite=check_finite)
     else:
         run_and_save(job, backend, output, capture, check_finite=check_finite, profile=profile)
     for line in lines:

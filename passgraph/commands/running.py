@@ -38,6 +38,7 @@ def run_and_save(
     from passgraph.pictures import save
     from passgraph.plan.data import Options
     from passgraph.run.program import compile
+    from passgraph.run.room import room_of
 
     observer = None if capture is None else Capture(capture)
     options = Options() if observer is None else Options(fuse=False, alias=False)
@@ -54,19 +55,17 @@ def run_and_save(
             check_computes(type(program.backend))  # the environment may name another one than the command line
             compiled = perf_counter()
             say(f"running on {program.backend.name}")
-            if observer is None:
-                program.run(**job.given)
-            else:
-                program.run(observer, **job.given)
+            wanted = next(iter(outputs))
+            room = {wanted: room_of(program)[wanted]}
+            program.run(observer, into=room, **job.given)
             program.finish()
             ran = perf_counter()
-            picture = program.read(next(iter(outputs)))
             name = program.backend.name
             if profile:
                 say(f"timing each pass on {name}")
                 times = program.profile(**job.given)
         say(f"writing {output}")
-        array = next(iter(picture.values()))
+        array = room[wanted]
         save(output, array)
     height, width = array.shape[:2]
     looking = " (with capture)" if observer is not None else ""

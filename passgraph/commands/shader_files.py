@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 RESERVED = frozenset(
     {
         "as_stored", "at", "backend", "backends", "capture", "check_finite", "codec", "codec_option", "depth",
-        "depth_buffer", "effect", "frame", "h", "help", "inputs", "jobs", "linear", "most_ambiguous", "no_sound",
-        "non_finite", "off", "output", "pass", "profile", "rate", "raw", "resume", "scheduler", "size", "sound",
-        "source", "step", "svg",
+        "depth_buffer", "effect", "frame", "frames", "h", "help", "inputs", "jobs", "linear", "most_ambiguous",
+        "most_seconds", "no_sound", "non_finite", "off", "output", "pass", "profile", "rate", "raw", "resume",
+        "scheduler", "size", "sound", "source", "step", "svg",
     }
 )  # fmt: skip
 PREFIX = "shader_"
@@ -58,6 +58,12 @@ class ShaderFileEffect(Effect):
     @property
     def linear(self) -> bool:
         return False
+
+    @property
+    def frame_time(self) -> str | None:
+        said = self.shader.parameters
+        times = (o for o, name in self.own_names.items() if name in said and said[name].is_frame_time)
+        return next(times, None)
 
     def made(self, *taken: Any, **given: Any) -> Any:
         return self.shader(*taken, **{self.own_names[name]: value for name, value in given.items()})
@@ -97,6 +103,8 @@ def _said(name: str, parameter: ShaderParameter) -> Parameter:
     from passgraph.ranges import Range
 
     default, text = parameter.default, parameter.label
+    if parameter.is_frame_time:
+        text += "; left out, by the rate of a video"
     if parameter.choices:
         chosen = next((label for label, number in parameter.choices.items() if number == default), None)
         return Parameter(name, "choice", chosen, Range(), text, tuple(parameter.choices))

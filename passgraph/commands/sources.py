@@ -16,13 +16,13 @@ from passgraph.effects.registry import Effect
 from passgraph.errors import InputError
 from passgraph.graph.calls import kernel
 from passgraph.graph.outputs import named_outputs
-from passgraph.graph.targets import Input, Target, target
+from passgraph.graph.targets import Input, InputSpec, Target, target
 from passgraph.graph.values import Value, sources_of
 from passgraph.run.admission import format_of
-from passgraph.scene.hardware_depth import HardwareDepth
 
 if TYPE_CHECKING:
     from passgraph.scene import Scene
+    from passgraph.scene.hardware_depth import HardwareDepth
 
 #: Size of rendered pictures where none is asked for.
 RENDER_SIZE = (1280, 720)
@@ -173,16 +173,15 @@ def _load(path: Path, linear: bool) -> NDArray[np.float32]:
 
 def _load_stored(path: Path, linear: bool) -> NDArray[Any]:
     """A picture in its file's own type; what is decoded to linear light, and has no format that says so, as float32."""
-    from passgraph.pictures import load, load_stored
+    from passgraph.frames.stored import given
+    from passgraph.pictures import load_stored
 
-    picture = load_stored(path)
-    return load(path, linear=True) if linear and picture.dtype == np.uint16 else picture
+    return given(load_stored(path), InputSpec("frame", srgb=True), linear)
 
 
 def _input(name: str, picture: NDArray[Any], linear: bool = False) -> Target:
     height, width, channels = picture.shape
-    format = format_of(picture.dtype, channels).name
-    return Input(name, f"{format}_srgb" if linear and picture.dtype == np.uint8 else format, (width, height))
+    return Input(name, format_of(picture.dtype, channels, linear), (width, height))
 
 
 def _size_text(picture: NDArray[Any]) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Sequence
+from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from passgraph.scene import Camera
 
 
-def check_turntable(output: Path, capture: Path | None, profile: bool) -> None:
+def check_turntable(output: Path, capture: Path | None, profile: bool, rate: Fraction | None) -> None:
     """Refuse what cannot be written before the long work."""
     from passgraph.frames.names import Pattern, is_video
 
@@ -28,6 +29,8 @@ def check_turntable(output: Path, capture: Path | None, profile: bool) -> None:
     for flag, given in (("--capture", capture is not None), ("--profile", profile)):
         if given:
             raise InputError(f"{flag} is for one picture, and --turntable makes several; leave out one")
+    if rate is not None and not is_video(output):
+        raise InputError(f"--rate is for videos, and {text} is none; leave it out, or name one: -o turn.mp4")
     if is_video(output):
         check_path(output)
     elif Pattern.is_in(text):
@@ -39,8 +42,10 @@ def check_turntable(output: Path, capture: Path | None, profile: bool) -> None:
         )
 
 
-def run_turntable(job: Job, cameras: Sequence[Camera], backend: str | None, output: Path, *, check_finite: bool) -> int:
-    """Run a job once for each camera and write its first output; the exit status.
+def run_turntable(
+    job: Job, cameras: Sequence[Camera], backend: str | None, output: Path, *, rate: Fraction | None, check_finite: bool
+) -> int:
+    """Run a job once for each camera and write its first output; the exit status.  ``rate``: of a video.
 
     Raises
     ------
@@ -49,6 +54,7 @@ def run_turntable(job: Job, cameras: Sequence[Camera], backend: str | None, outp
     """
     from passgraph.frames.pictures import Numbers
     from passgraph.frames.run import frames
+    from passgraph.frames.video_sink import ToVideo
     from passgraph.run.program import compile
 
     if all(value.name != "camera" for value in run_values(job.outputs)):
@@ -57,7 +63,7 @@ def run_turntable(job: Job, cameras: Sequence[Camera], backend: str | None, outp
         check_computes(type(program.backend))
         with frame_progress(str(output), len(cameras), complain_of) as step:
             summary = frames(
-                program, Numbers(len(cameras)), output, watch=step,
+                program, Numbers(len(cameras)), output if rate is None else ToVideo(output, rate=rate), watch=step,
                 values=lambda number: {**job.given, "camera": cameras[number - 1]},
             )  # fmt: skip
         click.echo(summary_line(str(output), summary, program.backend.name))

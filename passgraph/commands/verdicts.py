@@ -30,6 +30,13 @@ def most_ambiguous_option(command: Decorated) -> Decorated:
     )(command)  # fmt: skip
 
 
+def most_seconds_option(command: Decorated) -> Decorated:
+    return click.option(
+        "--most-seconds", type=FiniteRange(0.0), metavar="SECONDS",
+        help="Look for bounds no longer than this; what is left then is undecided. Without it: as long as it takes.",
+    )(command)  # fmt: skip
+
+
 def console() -> Console:
     from rich.console import Console
 

@@ -8,26 +8,37 @@ from __future__ import annotations
 import sys
 from importlib import import_module
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from passgraph.frames.frame import Frame, Outcome, Sink, Source, Summary
-from passgraph.frames.names import Pattern
-from passgraph.frames.pictures import Arrays, Numbers, Pictures, Still, ToArrays, ToPictures
-from passgraph.frames.run import frames
+if TYPE_CHECKING:
+    from passgraph.frames.frame import Frame, Outcome, Sink, Source, Summary
+    from passgraph.frames.names import Pattern
+    from passgraph.frames.pictures import Arrays, Numbers, Pictures, Still, ToArrays, ToPictures
+    from passgraph.frames.pipe import Pipe, Raw, ToPipe
+    from passgraph.frames.run import frames
+    from passgraph.frames.video import Video
+    from passgraph.frames.video_sink import ToVideo
 
-_LATER = {"Pipe": "pipe", "Raw": "pipe", "ToPipe": "pipe", "ToVideo": "video_sink", "Video": "video"}
+#: Module → what this package has of it, loaded when first used: one picture needs none of it.
+_MODULES = {
+    "frame": "Frame Outcome Sink Source Summary", "names": "Pattern",
+    "pictures": "Arrays Numbers Pictures Still ToArrays ToPictures", "pipe": "Pipe Raw ToPipe", "run": "frames",
+    "video": "Video", "video_sink": "ToVideo",
+}  # fmt: skip
+_HOME = {name: module for module, names in _MODULES.items() for name in names.split()}
 
 
 def __getattr__(name: str) -> Any:
-    if name in _LATER:
-        return getattr(import_module(f"passgraph.frames.{_LATER[name]}"), name)
+    if name in _HOME:
+        return getattr(import_module(f"passgraph.frames.{_HOME[name]}"), name)
     raise AttributeError(f"module 'passgraph.frames' has no attribute {name!r}")
 
 
 class _Callable(ModuleType):
     """Python binds ``passgraph.frames`` to this module, which is the function of that name too."""
 
-    __call__ = staticmethod(frames)
+    def __call__(self, *given: Any, **named: Any) -> Any:
+        return self.frames(*given, **named)
 
 
 sys.modules[__name__].__class__ = _Callable

@@ -13,6 +13,8 @@ from passgraph.errors import InputError
 
 #: (height, width, 1 to 4), row 0 on top: uint8 or uint16, sRGB-encoded, or float32.
 Stored = NDArray[Any]
+#: Most threads that read and write frames: each holds pictures.
+MOST_JOBS = 256
 
 
 @dataclass(frozen=True, eq=False)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import cached_property
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -50,6 +51,26 @@ class Pictures:
     def __iter__(self) -> Iterator[Frame]:
         for number, path in self.paths.items():
             yield Frame(number, os.fspath(path), lambda path=path: load_stored(path))  # type: ignore[misc]
+
+
+class Repeated(Pictures):
+    """One picture file as several frames: it is read once.
+
+    >>> [frame.name for frame in Repeated("a.png", 3)]
+    ['a.png', 'a.png', 'a.png']
+    """
+
+    def __init__(self, path: str | os.PathLike[str], count: int) -> None:
+        whole = arguments.whole(count, "frames: count", 1, MOST_NUMBERS, InputError)
+        super().__init__(dict.fromkeys(range(1, whole + 1), Path(path)), os.fspath(path))
+
+    @cached_property
+    def _picture(self) -> Stored:
+        return load_stored(self.paths[1])
+
+    def __iter__(self) -> Iterator[Frame]:
+        for number in self.paths:
+            yield Frame(number, self.name, lambda: self._picture)
 
 
 class ToPictures(Sink):

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from passgraph import arguments
 from passgraph.errors import GraphError, InputError
 from passgraph.frames.flow import Run, Values, Watch
-from passgraph.frames.frame import Sink, Source, Summary
+from passgraph.frames.frame import MOST_JOBS, Sink, Source, Summary
 from passgraph.frames.pictures import Numbers
 from passgraph.run.program import Program
 
@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from distributed import Client
 
 Feed: TypeAlias = "Source | str | os.PathLike[str]"
-#: Most threads: each holds pictures.
-MOST_JOBS = 256
 #: Most threads where nothing is said: two 4K pictures in float32 for each are 2 GB.
 DEFAULT_JOBS = 8
 

@@ -12,18 +12,21 @@ from passgraph.frames.frame import Stored
 from passgraph.graph.targets import InputSpec
 from passgraph.picture_decoders import scaled
 from passgraph.quantise import quantised
-from passgraph.run.admission import GREY_CHANNELS
+from passgraph.run.admission import GREY_CHANNELS, format_of
 from passgraph.srgb import srgb_to_linear
 
 
 def given(picture: Stored, spec: InputSpec, linear: bool) -> Stored:
     """What a program is given: integers as they are, or with ``linear`` their colours decoded from sRGB.
 
+    What its input decodes itself (``"srgb"``, in 8 bits) stays as it is.
     Where its input is declared with four channels, gray and RGB pictures get them.
     """
     if picture.ndim == 3 and spec.format is not None and spec.format.channels == 4:
         picture = with_channels(picture, 4)
     if not linear or picture.dtype.kind != "u":
+        return picture
+    if spec.srgb and picture.ndim == 3 and format_of(picture.dtype, picture.shape[2], spec.srgb).srgb:
         return picture
     if picture.ndim == 2:
         one = picture[:, :, None]

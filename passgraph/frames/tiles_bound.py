@@ -99,7 +99,7 @@ def whole_plan(bound: Bound, pictures: Mapping[str, Shape]) -> Plan:
     inputs = {}
     for name, spec in bound.inputs.items():
         (height, width, channels), dtype = pictures[name]
-        inputs[name] = (spec.format or format_of(dtype, channels), (width, height))
+        inputs[name] = (spec.format or format_of(dtype, channels, spec.srgb), (width, height))
     # What runs once would hold one tile's pixels in all others.
     options = replace(bound.options, static=False)
     return build(bound.outputs, bound.size, inputs, options, bound.backend.limits, in_windows=True)

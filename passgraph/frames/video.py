@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from fractions import Fraction
@@ -37,6 +38,19 @@ def import_av(file: Path) -> Any:
     except ImportError as error:
         raise InputError(f"{file}: PyAV is not installed; run: pip install 'passgraph[video]'") from error
     return av
+
+
+class Conversion(threading.local):
+    """Frames in other pixel formats.  Each thread keeps a converter with its tables: a new one costs a 1080p frame more
+    than its pixels do."""
+
+    def __init__(self) -> None:
+        from av.video.reformatter import VideoReformatter
+
+        self._converter = VideoReformatter()
+
+    def __call__(self, frame: VideoFrame, format: str) -> VideoFrame:
+        return self._converter.reformat(frame, format=format, threads=1)
 
 
 class Video:
@@ -88,7 +102,7 @@ class Video:
         return round(float(self.duration * self.rate)) if self.duration and self.rate else None
 
     def __iter__(self) -> Iterator[Frame]:
-        number, end = 0, Fraction(0)
+        number, end, converted = 0, Fraction(0), Conversion()
         with opened(self.path) as container:
             stream = video_stream(self.path, container)
             stream.thread_type = "AUTO"
@@ -101,7 +115,7 @@ class Video:
                 if frame.pts is not None:
                     end = max(end, (frame.pts - self.start) * self.time_base)
                 metadata = {"pts": frame.pts, "time_base": self.time_base}
-                yield Frame(number, name, lambda frame=frame: self._picture(frame), metadata)  # type: ignore[misc]
+                yield Frame(number, name, lambda frame=frame: self._picture(frame, converted), metadata)  # type: ignore[misc]
         if number == 0:
             raise InputError(f"{self.path}: has no frame that can be decoded; make or copy the file again")
         self._check_end(number, end)
@@ -137,10 +151,10 @@ class Video:
                 f"{float(end + 1 / self.rate):.2f} s; the {number} frames until there are done"
             )
 
-    def _picture(self, frame: VideoFrame) -> Stored:
+    def _picture(self, frame: VideoFrame, converted: Conversion) -> Stored:
         matrix, colour_range = stated(frame.colorspace, frame.color_range, frame.format.name, frame.height)
         frame.colorspace, frame.color_range = matrix, colour_range
-        made = frame.reformat(format="rgba64le" if self.deep else "rgba", threads=1)
+        made = converted(frame, "rgba64le" if self.deep else "rgba")
         picture: Stored = made.to_ndarray()
         turns = round(frame.rotation / 90) % 4
         return np.ascontiguousarray(np.rot90(picture, turns)) if turns else picture

@@ -19,7 +19,7 @@ from passgraph.frames.pictures import Pictures, is_made
 from passgraph.frames.pipe import Pipe
 from passgraph.frames.sound import Sound, check_sound
 from passgraph.frames.stored import with_channels
-from passgraph.frames.video import FULL, UNSPECIFIED, Video, import_av, reason, stated
+from passgraph.frames.video import FULL, UNSPECIFIED, Conversion, Video, import_av, reason, stated
 
 #: Frames a second of pictures that do not say how many.
 RATE = Fraction(25)
@@ -31,6 +31,13 @@ _QUALITY = {"libx264": {"crf": "18"}, "libx265": {"crf": "20"}, "libvpx-vp9": {"
 _CODECS = {".avi": "libx264", ".mkv": "libx264", ".mp4": "libx264", ".mov": "libx264", ".m4v": "libx264"}
 #: What a file says of itself, which is not true of another.
 _OWN_METADATA = ("encoder", "major_brand", "minor_version", "compatible_brands", "duration")
+
+
+def rate_given(source: Source) -> Fraction | None:
+    """Frames a second, where a source says it; of a video on average."""
+    if isinstance(source, Video):
+        return Fraction(source.rate) if source.rate else None
+    return source.raw.rate if isinstance(source, Pipe) and source.raw else None
 
 
 class ToVideo(Sink):
@@ -66,11 +73,14 @@ class ToVideo(Sink):
     def name(self) -> str:
         return os.fspath(self.path)
 
+    def rate_for(self, source: Source) -> Fraction:
+        """How many frames of a source there are a second."""
+        return self.rate or rate_given(source) or RATE
+
     def begin(self, source: Source) -> None:
-        self._av = import_av(self.path)
+        self._av, self._converted = import_av(self.path), Conversion()
         self._video = source if isinstance(source, Video) else None
-        given = source.raw.rate if isinstance(source, Pipe) and source.raw else None
-        self._rate = self.rate or (self._video.rate if self._video else given) or RATE
+        self._rate = self.rate_for(source)
         self._sound: Sound | None = None
         self._stream: Any = None
         self._size: tuple[int, int] | None = None
@@ -141,7 +151,7 @@ class ToVideo(Sink):
         pixels = np.ascontiguousarray(with_channels(picture, 4))
         made = self._av.VideoFrame.from_numpy_buffer(pixels, "rgba64le" if deep else "rgba")
         made.colorspace, made.color_range = self._colours()
-        return made.reformat(format=self._format, threads=1)
+        return self._converted(made, self._format)
 
     def _colours(self) -> tuple[int, int]:
         assert self._size is not None

@@ -16,8 +16,10 @@ from passgraph.formats import Format, float_format
 from passgraph.graph.targets import InputSpec, PixelPass, Target, TargetSpec
 from passgraph.graph.values import Derived, Value
 from passgraph.language import ir
+from passgraph.language.buffers import checked_numbers, is_buffer
 from passgraph.language.kernel import Kernel, function_source, kernel_from_text
 from passgraph.language.layout import components
+from passgraph.language.limits import check_numbers
 from passgraph.language.scope import FunctionSource
 from passgraph.language.symbols import UINT_MAX
 from passgraph.language.types import (
@@ -36,13 +38,16 @@ from passgraph.language.types import (
     element_of,
     flat_type,
     image_names,
+    is_plain,
     plain_parts,
+    sides_of,
 )
 
 if TYPE_CHECKING:
     import networkx as nx
 
     from passgraph.language.symbols import vec2, vec3, vec4
+    from passgraph.shaders.glsl import Shader
 
 # What a kernel declares to return, and what calling it on targets gives.  For text that is not known to type checkers,
 # nor for a struct, however many fields it has.
@@ -66,6 +71,9 @@ def default_format(type_: Type) -> Format:
 class PixelKernel(Kernel, Generic[Made]):
     """A kernel that runs once a pixel.  Calling it on targets adds a pass and returns its target or targets."""
 
+    #: What it computes where these of its images have levels that it chooses from by derivatives.
+    leveled: Callable[[frozenset[str]], ir.TypedKernel] | None = None
+
     def __init__(self, function: FunctionSource, known_sizes: bool = False) -> None:
         super().__init__(function, "pixel")
         self.known_sizes = known_sizes
@@ -76,16 +84,23 @@ class PixelKernel(Kernel, Generic[Made]):
         made.known_sizes = known_sizes
         return made
 
+    @classmethod
+    def of_shader(cls, shader: Shader, known_sizes: bool = False) -> Self:
+        """A fragment shader, whose reads choose levels of those images whose handles have some."""
+        made = cls.of_program(shader.program, known_sizes)
+        made.leveled = shader.leveled
+        return made
+
     def __call__(self, *arguments: Any, into: Any = None, name: str | None = None, **named: Any) -> Made:
         """Add a pass that writes ``into``; its name, where none is given, is that of its target, or the kernel's."""
         self.check_constants()
         name = pass_name(name, into, self.name, f"kernel {self.name}: the pass's name")
         bound = bind(self, arguments, named)
         specs = _specs(into, self, name)
-        kernel = _without_alpha(self, specs)
+        images, values, constants = split_arguments(self, bound)
+        kernel = _without_alpha(_with_levels(self, images), specs)
         for spec, result in zip(specs, kernel.program.results, strict=True):
             _check_result(self.name, spec, result.type)
-        images, values, constants = split_arguments(self, bound)
         if any(spec in (t.spec for t in images.values() if not t.is_previous) for spec in specs):
             raise GraphError(
                 f"pass {name!r} reads and writes one target; write into another one, or read "
@@ -125,6 +140,16 @@ def _specs(into: Any, kernel: Kernel, name: str) -> tuple[TargetSpec, ...]:
     if len(set(specs)) != len(specs):
         raise GraphError(f"pass {name!r} writes one target twice")
     return specs
+
+
+def _with_levels(kernel: PixelKernel[Made], images: Mapping[str, Target]) -> Kernel:
+    """A kernel as it is for the images that have levels."""
+    names = frozenset(name for name, target in images.items() if target.has_levels)
+    if kernel.leveled is None or not names:
+        return kernel
+    deep = copy(kernel)
+    deep.program = kernel.leveled(names)
+    return deep
 
 
 def _without_alpha(kernel: Kernel, specs: Sequence[TargetSpec]) -> Kernel:
@@ -194,10 +219,10 @@ def split_arguments(
                 raise GraphError(
                     f"{where} is Const: it is baked when the graph is compiled and takes a number, got {given!r}"
                 )
-            components(given, parameter.type, where)
+            _check_range(given, parameter, parameter.type, where)
             constants[parameter.name] = given
         else:
-            values[parameter.name] = _value(given, parameter.type, where)
+            values[parameter.name] = _value(given, parameter, where)
     return images, values, constants
 
 
@@ -217,7 +242,7 @@ def _take_apart(
             for k, one in enumerate(value):  # type: ignore[arg-type, var-annotated]
                 images[f"{name}.{k}"] = _image(one, f"{where}, {name}.{k}")
         else:
-            components(value, type_, f"{where}, {name}")
+            _check_numbers(value, type_, f"{where}, {name}")
             values[parameter.name] = given
 
 
@@ -229,14 +254,31 @@ def _image(given: Any, where: str) -> Target:
     return given
 
 
-def _value(given: Any, type_: Type, where: str) -> object:
+def _value(given: Any, parameter: ir.Parameter, where: str) -> object:
+    type_ = parameter.type
     if isinstance(given, Target):
         raise GraphError(f"{where} is {type_}, got the target {given.name!r}; declare the parameter as Image")
     if isinstance(given, (Value, Derived)):
         return given
     for name, leaf, value in leaves(given, type_, where):
-        components(value, leaf, name)
+        _check_range(value, parameter, leaf, name)
     return given
+
+
+def _check_range(value: object, parameter: ir.Parameter, type_: Type, name: str) -> None:
+    """InputError for what is no value of a plain type, or outside of the parameter's range."""
+    if parameter.range is None:
+        _check_numbers(value, type_, name)
+    else:
+        check_numbers(parameter.range, components(value, type_, name), type_, name)
+
+
+def _check_numbers(value: object, type_: Type, name: str) -> None:
+    """InputError for what is no value of a plain type."""
+    if isinstance(type_, Array) and is_buffer(type_):
+        checked_numbers(value, type_, name)
+    else:
+        components(value, type_, name)
 
 
 def leaves(value: object, type_: Type, name: str) -> list[tuple[str, Type, object]]:
@@ -260,7 +302,11 @@ def _columns(value: object, type_: Array, name: str) -> list[tuple[str, Type, ob
     """The plain parts of an array: of structs, one array for each part of a struct."""
     if isinstance(type_.element, (Scalar, Vector, Matrix)):
         return [(name, type_, value)]
-    entries, flat = _entries(value, type_, name), flat_type(type_)
+    flat = flat_type(type_)
+    sides = sides_of(type_)
+    if isinstance(value, np.ndarray) and value.shape[: len(sides)] == sides and is_plain(flat):
+        return [(name, flat, value.reshape(-1, *value.shape[len(sides) :]))]  # without a list of each row
+    entries = _entries(value, type_, name)
     if not isinstance(flat.element, Struct):
         return [(name, flat, entries)]
     rows = [leaves(one, flat.element, f"{name}[{k}]") for k, one in enumerate(entries)]
@@ -354,7 +400,7 @@ def kernel(
     if glsl is not None:
         if definition is not None or source is not None:
             raise GraphError("a kernel is made from a function, from source=... or from glsl=..., one of the three")
-        return PixelKernel.of_program(_shader(glsl, name), known_sizes)
+        return PixelKernel.of_shader(_shader(glsl, name), known_sizes)
     if definition is None and source is None and name is None and known_sizes:
         return lambda marked: PixelKernel(_definition(marked, None, None), known_sizes)
     return PixelKernel(_definition(definition, source, name), known_sizes)
@@ -383,10 +429,10 @@ def _definition(definition: Callable[..., Any] | None, source: str | None, name:
     return function_source(definition)
 
 
-def _shader(glsl: str, name: str | None) -> ir.TypedKernel:
+def _shader(glsl: str, name: str | None) -> Shader:
     from passgraph.shaders.glsl import parse  # shaders are read by few programs
 
-    return parse(glsl, name="shader" if name is None else text(name, "the name of a kernel")).program
+    return parse(glsl, name="shader" if name is None else text(name, "the name of a kernel"))
 
 
 def graph(*outputs: Target) -> nx.DiGraph:

@@ -20,11 +20,18 @@ def _divided(a: float, b: float) -> float:
     return a / b
 
 
-#: Name → number of operands, and meaning.
+def _rest(a: float, b: float) -> float:
+    if b == 0:
+        raise GraphError("the formula of a size divides by zero")
+    return math.fmod(a, b)
+
+
+#: Name → number of operands, and meaning; comparisons come to 1 or 0.
 OPERATIONS: dict[str, tuple[int, Callable[..., float]]] = {
     "add": (2, lambda a, b: a + b), "sub": (2, lambda a, b: a - b), "mul": (2, lambda a, b: a * b),
     "div": (2, _divided), "min": (2, min), "max": (2, max), "floor": (1, math.floor), "ceil": (1, math.ceil),
-    "neg": (1, lambda a: -a), "abs": (1, abs),
+    "neg": (1, lambda a: -a), "abs": (1, abs), "rest": (2, _rest), "less": (2, lambda a, b: float(a < b)),
+    "equal": (2, lambda a, b: float(a == b)),
 }  # fmt: skip
 
 

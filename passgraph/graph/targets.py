@@ -107,15 +107,23 @@ class TargetSpec:
         return f"<target {self.name} {self.format.name}>"
 
 
+#: An input's format that is left open, where what is given in 8 bits is decoded from sRGB.
+OPEN_SRGB = "srgb"
+
+
 @dataclass(frozen=True, eq=False)
 class InputSpec:
-    """A picture that each run brings; format and size are bound at the first run where left open."""
+    """A picture that each run brings; format and size are bound at the first run where left open.
+
+    ``srgb``: of formats that are left open, what is given in 8 bits is decoded from sRGB as it is read.
+    """
 
     name: str
     format: Format | None = None
     size: tuple[int, int] | None = None
     static: bool = False
     default: object = None  # the picture of runs that bring none
+    srgb: bool = False
 
     def __post_init__(self) -> None:
         arguments.flag(self.static, f"input {arguments.text(self.name, 'the name of an input')!r}: static")
@@ -403,16 +411,20 @@ def Input(
 ) -> Target:
     """A picture that each run brings by name.
 
+    ``format`` is left out, and bound to what runs bring, or one of `passgraph.formats.FORMATS`.  ``"srgb"`` leaves it
+    open too, and colours of 8 bits are read as linear light; numbers of more bits count as they are.
+
     ``static=True`` promises that it changes rarely: passes that depend on static inputs only run once and
     again when one of them is given anew.  ``default`` is the picture of runs that bring none (a texture).
 
     >>> Input("frame")
     <<input frame>>
     """
-    made = None if format is None else format_named(format)
+    is_open = format is None or format == OPEN_SRGB
+    made = None if is_open else format_named(format)  # type: ignore[arg-type]
     name = arguments.text(name, "the name of an input")
     bound = None if size is None else checked_size(size, f"input {name!r}")
-    return Target(InputSpec(name, made, bound, static, default)).border(border)
+    return Target(InputSpec(name, made, bound, static, default, format == OPEN_SRGB)).border(border)
 
 
 def previous(spec: TargetSpec | Target, frames_ago: int = 1) -> Target:

@@ -10,10 +10,10 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, TypeAlias, cast
 
 from passgraph.language import ir
-from passgraph.language.signature import MAX_ARRAY_LENGTH
 from passgraph.language.source import Span, fail
 from passgraph.language.types import (
     INT,
+    MAX_ARRAY_LENGTH,
     Array,
     ImageType,
     Matrix,

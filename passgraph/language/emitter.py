@@ -35,7 +35,8 @@ class Emitter:
         self.ids = 0
         self.variables: dict[str, str] = {}
         self.arrays: dict[str, tuple[str, int]] = {}  # scalar type, length
-        self.ranges: dict[int, tuple[int, int]] = {}  # loop indices: inclusive
+        #: Of loops' indices, and of parameters that say what they may be: inclusive.
+        self.ranges: dict[int, tuple[float, float]] = {}
         self.tables: dict[str, tuple[str, tuple[bool | int | float, ...]]] = {}
         self.table_names: dict[int, str] = {}  # by the identity of the values, which the program keeps
         self.held_tables: dict[int, tuple[int | float, ...]] = {}  # of uints, by the identity of their values
@@ -45,7 +46,7 @@ class Emitter:
         self.made: dict[int, s.Op | s.Choose] = {}
         self.bounds = Ranges(self.made, self.ranges)
         #: Of pixels, inside their picture: idle lanes of vectors lie beyond its end, so that only trips hang on it.
-        self.places: dict[int, tuple[int, int]] = {}
+        self.places: dict[int, tuple[float, float]] = {}
         self.trip_bounds = Ranges(self.made, ChainMap(self.places, self.ranges))
 
     # Values

@@ -11,15 +11,16 @@ from passgraph.language import images, ir, symbols
 from passgraph.language.composites import array_of, each_image, entry
 from passgraph.language.operations import OPERATIONS, called, signed
 from passgraph.language.powers import written_power
-from passgraph.language.quads import DERIVATIVES, derivative
+from passgraph.language.quads import DERIVATIVES, STAGES, derivative
 from passgraph.language.scope import FunctionSource, ModuleName, number, written
-from passgraph.language.signature import MAX_ARRAY_LENGTH, resolve
+from passgraph.language.signature import resolve
 from passgraph.language.source import Span, fail
 from passgraph.language.types import (
     BOOL,
     FLOAT,
     INT,
     IVEC2,
+    MAX_ARRAY_LENGTH,
     VEC2,
     VEC4,
     Array,
@@ -311,7 +312,7 @@ class Expressions:
         if not isinstance(base, ImageValue):
             return None
         span, method = self.span(node), node.func.attr
-        if method == "lod" and self.frame.stage != "pixel":
+        if method == "lod" and self.frame.stage not in STAGES:
             fail(span, f"image.lod() takes derivatives, which a {self.frame.stage} kernel has not")
         if any(keyword.arg is None for keyword in node.keywords):
             fail(span, "the kernel language has no ** arguments")

@@ -11,7 +11,8 @@ from passgraph.language import scalar as s
 from passgraph.language.border_rules import BORDERS
 from passgraph.language.emitter import Emitter
 from passgraph.language.source import Span
-from passgraph.language.types import BOOL, INT, Scalar, Type, component_count, element_of
+from passgraph.language.types import BOOL, INT, Array, Scalar, Type, component_count, element_of
+from passgraph.ranges import Range
 
 #: What a kernel may ask of an image (``image.levels``), and of which type it is.
 PROPERTIES: dict[str, Scalar] = {"is_nearest": BOOL, "is_blank": BOOL, "border": INT, "levels": INT, "slices": INT,
@@ -73,16 +74,17 @@ class Shared:
         self.emitter = emitter
         self.slots: dict[str, s.UniformSlot] = {}
         self.uses: dict[str, s.ImageUse] = {}
+        self.buffers: dict[str, Array] = {}
         self.counts = {"float": 0, "int": 0}
         self.fused: dict[str, list[list[s.Operand]]] = {}
         self.sources: list[Span] = []
         self.unrolled = 0  # instructions that loops have become so far
 
-    def slot(self, name: str, type_: Type) -> s.UniformSlot:
+    def slot(self, name: str, type_: Type, range_: Range | None = None) -> s.UniformSlot:
         if name not in self.slots:
             block = "float" if element_of(type_).name == "float" else "int"
             count = component_count(type_)
-            self.slots[name] = s.UniformSlot(name, type_, block, self.counts[block], count)
+            self.slots[name] = s.UniformSlot(name, type_, block, self.counts[block], count, range_)
             self.counts[block] += count
         return self.slots[name]
 
@@ -113,6 +115,7 @@ class Shared:
             tuple((n, t) for n, t in self.emitter.builtins.items() if n in builtins),
             (program.source, *self.sources),
             tuple((n, t, length) for n, (t, length) in self.emitter.arrays.items() if n in arrays),
+            tuple((n, t) for n, t in self.buffers.items() if n in read),
         )
 
     def _live_use(self, use: s.ImageUse, used: list[s.Instruction]) -> s.ImageUse:

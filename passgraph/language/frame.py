@@ -8,6 +8,7 @@ from typing import cast
 
 from passgraph.language import ir
 from passgraph.language.assignments import Assignments
+from passgraph.language.buffers import check_local
 from passgraph.language.composites import Lists, alone, mapped, nth, spread
 from passgraph.language.expressions import STAGE_VALUES, Expressions
 from passgraph.language.library import library_function, written_function
@@ -221,6 +222,8 @@ class Builder:
 
     def alone(self, array: ArrayValue, span: Span) -> ArrayValue:
         """:func:`~.composites.alone`, counted as it grows."""
+        if array.first is not None:
+            check_local(array.type, "a variable", span)
         self.count_expression(span, 1 if array.first is None else _OF_ENTRY * longest(array.type))
         return alone(array, span)
 
@@ -228,7 +231,10 @@ class Builder:
 
     def signature(self, function: FunctionSource) -> Signature:
         if function not in self.signatures:
-            self.signatures[function] = read_signature(function)
+            signature = self.signatures[function] = read_signature(function)
+            for parameter in signature.parameters:
+                if parameter.range is not None:
+                    fail(parameter.span, f"{function.name} is no kernel; what its parameters may be is not looked at")
         return self.signatures[function]
 
     def scope(self, function: FunctionSource) -> Scope:

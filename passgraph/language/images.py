@@ -83,7 +83,7 @@ def read(inline: Inline, image: ImageValue, method: str, given: Mapping[str, ir.
     parameters, function, deep = METHODS[method]
     values = [given[name] for name, _ in parameters if name in given]
     if deep and len(values) == len(parameters):
-        if not _is_first(values[-1]):
+        if not is_first(values[-1]):
             return _inlined(inline, deep, [image, ImageValue(image.name + ir.MIPS), *values], span)
         values.pop()
     if method == "texel":
@@ -95,7 +95,7 @@ def read(inline: Inline, image: ImageValue, method: str, given: Mapping[str, ir.
     return _inlined(inline, function, [image, *values], span)
 
 
-def _is_first(level: ir.Expr) -> bool:
+def is_first(level: ir.Expr) -> bool:
     """Whether a level is written to be the picture itself."""
     return isinstance(level, ir.Literal) and level.value <= 0
 

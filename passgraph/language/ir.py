@@ -14,10 +14,15 @@ from typing import Literal as OneOf
 
 from passgraph.language.source import NOWHERE, Span
 from passgraph.language.types import Array, Scalar, Type, Value, image_names
+from passgraph.ranges import Range
 
 Number: TypeAlias = bool | int | float
 #: After an image's name: the picture of its smaller levels, see :mod:`passgraph.plan.mipmaps`.
 MIPS = ".mips"
+#: What a fragment has of its triangle and not of its place alone: of another pixel, it is the triangle's plane there.
+OF_TRIANGLE = ("varying", "fragment_depth")
+#: How the other pixels of a quad lie to a pixel: beside it, above or below, across.
+OTHER_PIXELS = ("x", "y", "xy")
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +57,10 @@ class Uniform:
 
 @dataclass(frozen=True, slots=True)
 class Builtin:
-    """What the stage hands in: ``pixel``, ``output_size``, ``vertex.position``, ``varying.normal`` …"""
+    """What the stage hands in: ``pixel``, ``output_size``, ``vertex.position``, ``varying.normal`` …
+
+    ``varying@x.normal`` is that of the pixel beside a fragment's own in its quad, see :func:`other_pixel`.
+    """
 
     type: Value
     name: str
@@ -275,6 +283,8 @@ class Parameter:
     default: object = None
     has_default: bool = False
     span: Span = field(default=NOWHERE, compare=False, repr=False)
+    #: What each of its numbers may be.
+    range: Range | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -309,6 +319,38 @@ class TypedKernel:
     def pictures(self) -> tuple[str, ...]:
         """Its images, and what their smaller levels are called."""
         return (*self.images, *(name + MIPS for name in self.images))
+
+
+def other_pixel(name: str, axes: str) -> str:
+    """What a builtin of :data:`OF_TRIANGLE` is called at the pixel of the quad that lies apart along these axes.
+
+    >>> other_pixel("varying.normal", "x"), other_pixel("fragment_depth", "xy")
+    ('varying@x.normal', 'fragment_depth@xy')
+    """
+    head, dot, rest = name.partition(".")
+    return f"{head}@{axes}{dot}{rest}" if axes else name
+
+
+def own_pixel(name: str) -> tuple[str, str]:
+    """What a builtin is called at a fragment's own pixel, and the axes along which the pixel lies that it is of.
+
+    >>> own_pixel("varying@x.normal.2"), own_pixel("pixel.0")
+    (('varying.normal.2', 'x'), ('pixel.0', ''))
+    """
+    head, dot, rest = name.partition(".")
+    head, _, axes = head.partition("@")
+    return head + dot + rest, axes
+
+
+def held(node: Stmt | Expr) -> tuple[Stmt | Expr, ...]:
+    """The expressions and statements that a statement or an expression is made of."""
+    if isinstance(node, Assign):
+        return (node.value,)
+    if isinstance(node, If):
+        return (node.condition, *node.then, *node.orelse)
+    if isinstance(node, For):
+        return (node.start, node.stop, node.step, *node.body)
+    return () if isinstance(node, (Break, Continue)) else parts_of(node)
 
 
 def expressions(*roots: Stmt | Expr) -> Iterator[Expr]:

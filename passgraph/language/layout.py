@@ -11,12 +11,13 @@ from numpy.typing import NDArray
 
 from passgraph.arguments import LARGEST_FLOAT, numbers, shown
 from passgraph.errors import InputError
+from passgraph.language.limits import check_numbers
 from passgraph.language.meanings import INT_MAX, INT_MIN
 from passgraph.language.symbols import CONSTANTS, UINT_MAX
 from passgraph.language.types import Matrix, Type, component_count, element_of, innermost, shape_of
 
 if TYPE_CHECKING:
-    from passgraph.language.scalar import ScalarProgram
+    from passgraph.language.scalar import ScalarProgram, UniformSlot
 
 
 #: The least and the largest number that a component holds as it is; what lies outside gets a second look.
@@ -166,5 +167,13 @@ def pack(program: ScalarProgram, values: Mapping[str, object]) -> tuple[NDArray[
     ints = np.zeros(max(1, program.int_count), np.int32)
     for slot in program.uniforms:
         block = floats if slot.block == "float" else ints
-        block[slot.offset : slot.offset + slot.count] = components(values[slot.name], slot.type, slot.name)  # type: ignore[arg-type]
+        block[slot.offset : slot.offset + slot.count] = in_range(values[slot.name], slot, slot.name)
     return floats, ints
+
+
+def in_range(value: object, slot: UniformSlot, name: str) -> NDArray[np.float64]:
+    """The components of a parameter's value, which lie in its range; InputError where one does not."""
+    found = components(value, slot.type, name)  # type: ignore[arg-type]
+    if slot.range is not None:
+        check_numbers(slot.range, found, slot.type, name)  # type: ignore[arg-type]
+    return found

@@ -53,6 +53,11 @@ def lod(image: Image, position: vec2) -> float:
     texels = position * vec2(image.size)
     return log2(max(length(dfdx(texels)), length(dfdy(texels))))
 
+def lod_along(image: Image, across: vec2, down: vec2) -> float:
+    """As lod, of a position that grows so much from pixel to pixel."""
+    size = vec2(image.size)
+    return log2(max(length(across * size), length(down * size)))
+
 def sample(image: Image, position: vec2) -> vec4:
     """By the filter of the handle."""
     if image.is_nearest:
@@ -104,35 +109,67 @@ def texel_of(image: Image, mips: Image, p: ivec2, level: int) -> vec4:
         return image.texel(p)
     return below(image, mips, p, at)
 
-def linear_of(image: Image, mips: Image, position: vec2, level: int) -> vec4:
-    """Bilinear in a level that there is."""
+def linear_of(image: Image, mips: Image, position: vec2, level: int, upward: bool) -> vec4:
+    """Bilinear in a level that there is; ``upward``, rows are counted from the bottom."""
     if level == 0:
+        if upward:
+            return sample_upward(image, position)
         return linear(image, position)
-    p = between(position, size_of(image, level))
+    return linear_below(image, mips, position, level, upward)
+
+def linear_below(image: Image, mips: Image, position: vec2, level: int, upward: bool) -> vec4:
+    """Bilinear in a level from 1 on."""
+    size = size_of(image, level)
+    p = between(position, size)
     base = floor(p)
     f = p - base
-    corner = ivec2(base)
-    above = mix(below(image, mips, corner, level), below(image, mips, corner + ivec2(1, 0), level), f.x)
-    under = mix(
-        below(image, mips, corner + ivec2(0, 1), level), below(image, mips, corner + ivec2(1, 1), level), f.x
-    )
+    corner, up = ivec2(base), ivec2(0, 1)
+    if upward:
+        corner, up = ivec2(corner.x, size.y - 1 - corner.y), ivec2(0, -1)
+    right = ivec2(1, 0)
+    above = mix(below(image, mips, corner, level), below(image, mips, corner + right, level), f.x)
+    under = mix(below(image, mips, corner + up, level), below(image, mips, corner + up + right, level), f.x)
     return mix(above, under, f.y)
 
 def sample_between(image: Image, mips: Image, position: vec2, lod: float) -> vec4:
     """By the filter of the handle between two levels, or in the nearest one."""
-    if image.levels == 1:
-        return sample(image, position)
+    return sample_beside(image, mips, position, lod, ivec2(0), False)
+
+def lod_within(image: Image, lod: float) -> float:
+    """Between which levels, or which one, a picture is read that is to be read at a level of detail."""
     # Of max() a NaN as the second argument is ignored.
     at = min(max(0.0, lod), float(image.levels - 1))
-    if image.is_nearest:
-        # Halves go to the larger level, as in OpenGL.
-        level = int(ceil(at - 0.5))
-        return texel_of(image, mips, ivec2(floor(position * vec2(size_of(image, level)))), level)
+    # Halves go to the larger level, as in OpenGL.
+    return ceil(at - 0.5) if image.is_nearest else at
+
+def sample_beside(image: Image, mips: Image, position: vec2, lod: float, offset: ivec2, upward: bool) -> vec4:
+    """As sample_between, so many texels of each level farther; ``upward``, rows are counted from the bottom."""
+    if image.levels == 1:
+        here = moved(position, image.size, offset)
+        if upward:
+            return sample_upward(image, here)
+        return sample(image, here)
+    at = lod_within(image, lod)
     base = floor(at)
     level = int(base)
-    upper = linear_of(image, mips, position, level)
-    lower = linear_of(image, mips, position, min(level + 1, image.levels - 1))
+    size = size_of(image, level)
+    here = moved(position, size, offset)
+    if image.is_nearest:
+        if upward:
+            p = ivec2(floor(clamp(here * vec2(size), -1073741824.0, 1073741824.0)))
+            return texel_of(image, mips, ivec2(p.x, size.y - 1 - p.y), level)
+        return texel_of(image, mips, ivec2(floor(here * vec2(size))), level)
+    next = min(level + 1, image.levels - 1)
+    there = moved(position, size_of(image, next), offset)
+    upper = linear_of(image, mips, here, level, upward)
+    lower = linear_below(image, mips, there, next, upward)
     return mix(upper, lower, at - base)
+
+def moved(position: vec2, size: ivec2, offset: ivec2) -> vec2:
+    """A position so many texels farther."""
+    if all(offset == ivec2(0)):
+        return position
+    return position + vec2(offset) / vec2(size)
 
 def layered(image: Image, size: ivec2, p: ivec3) -> vec4:
     """A texel of a volume, whose slices lie below one another."""
@@ -160,6 +197,12 @@ def sample3(image: Image, position: vec3) -> vec4:
 def texel_upward(image: Image, position: ivec2) -> vec4:
     """A texel whose row is counted from the bottom up, as OpenGL does."""
     return image.texel(ivec2(position.x, image.size.y - 1 - position.y))
+
+def texel_of_upward(image: Image, mips: Image, p: ivec2, level: int) -> vec4:
+    """As texel_of; in each level rows are counted from the bottom up."""
+    if image.levels == 1:
+        return texel_upward(image, p)
+    return texel_of(image, mips, ivec2(p.x, size_of(image, level).y - 1 - p.y), level)
 
 def sample_upward(image: Image, position: vec2) -> vec4:
     """As sample, with (0, 0) the bottom left corner: texels and their weights are those that OpenGL takes."""

@@ -9,17 +9,19 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import Any, TypeGuard
+from typing import Any, TypeGuard, cast
 
 from passgraph.errors import KernelError
 from passgraph.formats import Store
-from passgraph.language import ir
+from passgraph.language import ir, lower_buffers
 from passgraph.language import scalar as s
 from passgraph.language.arrays import Arrays
+from passgraph.language.buffers import is_buffer, layout_of
 from passgraph.language.emitter import Emitter, eliminate_dead
 from passgraph.language.expand import EXPANSIONS, whole_power
 from passgraph.language.facts import Facts, Fused, ImageFacts, Shared
 from passgraph.language.library import prelude_function
+from passgraph.language.limits import bounds
 from passgraph.language.lower_loops import Loops, leaves, most_work, names_assigned
 from passgraph.language.operations import OPERATIONS
 from passgraph.language.parse import parse_kernel
@@ -296,11 +298,17 @@ class Lowering:
         if expression.const:
             value = self._constant(expression)
             return [s.known(expression.type, value[i]) for i in which]
-        slot = self.shared.slot(self.prefix + expression.name, expression.type)
+        slot = self._slot(expression)
         return [self._slot_entry(slot, s.Lit("int", slot.offset + i), element) for i in which]
+
+    def _slot(self, uniform: ir.Uniform) -> s.UniformSlot:
+        limits = next((p.range for p in self.program.parameters if p.name == uniform.name), None)
+        return self.shared.slot(self.prefix + uniform.name, uniform.type, limits)
 
     def _slot_entry(self, slot: s.UniformSlot, index: s.Operand, element: str) -> s.Operand:
         value = self.emitter.uniform(slot.block, index)
+        if slot.range is not None and isinstance(value, s.Val) and element in ("int", "float"):
+            self.emitter.ranges[value.id] = bounds(slot.range, cast(Array, slot.type))
         return self.emitter.op("not_equal", value, s.Lit("int", 0)) if element == "bool" else value
 
     def _constant(self, expression: ir.Uniform) -> list[ir.Number]:
@@ -345,6 +353,8 @@ class Lowering:
         base_type = expression.value.type
         if isinstance(expression.value, ir.Local) and expression.value.name in self.arrays:
             return self.arrays.entry(expression.value.name, index)
+        if isinstance(expression.value, ir.Uniform) and is_buffer(base_type):
+            return self._buffer_entry(expression.value, index)
         if isinstance(index, s.Lit):
             i = min(max(int(index.value), 0), component_count(base_type) // width - 1)
             if isinstance(expression.value, ir.Table):
@@ -382,8 +392,15 @@ class Lowering:
             name = e.table_name(held, values)
             addresses = (e.op("add", base, s.Lit("int", i)) for i in range(width))
             return [e.table(name, held, values, address) for address in addresses]
-        slot = self.shared.slot(self.prefix + array.name, type_)
+        slot = self._slot(array)
         return [self._slot_entry(slot, e.op("add", base, s.Lit("int", slot.offset + i)), element) for i in range(width)]
+
+    def _buffer_entry(self, array: ir.Uniform, index: s.Operand) -> list[s.Operand]:
+        """An entry of a long array; which one is meant may be known."""
+        name, type_ = self.prefix + array.name, cast(Array, array.type)
+        self.shared.buffers[name] = type_
+        self.shared.uses.setdefault(name, s.ImageUse(name, layout_of(type_).channels))
+        return lower_buffers.entry(self.emitter, array, name, index)
 
     def _held_values(self, table: ir.Table) -> tuple[ir.Number, ...]:
         """The values of a constant table as programs hold them; the same tuple at each use."""

@@ -20,6 +20,7 @@ from passgraph.language.facts import Facts, ImageFacts
 from passgraph.language.lower import lower
 from passgraph.language.scope import freeze
 from passgraph.language.source import NOWHERE, Span
+from passgraph.ranges import Range
 
 #: Shorter programs take less time to lower than to read.
 MIN_INSTRUCTIONS = 16
@@ -40,7 +41,7 @@ _FIELDS: dict[type[Any], tuple[str, ...]] = {
         scalar.LoadTexel, scalar.Read, scalar.Write, scalar.ReadAt, scalar.WriteAt,
         scalar.If, scalar.For, scalar.Break, scalar.Continue,
         scalar.UniformSlot, scalar.ImageUse, scalar.Output, scalar.ScalarProgram,
-        types.Vector, types.Matrix, types.Array, Span,
+        types.Vector, types.Matrix, types.Array, Range, Span,
     )
 }  # fmt: skip
 _MAKERS: dict[tuple[str, str], Any] = {(cls.__module__, cls.__name__): cls for cls in _FIELDS}

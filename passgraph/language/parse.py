@@ -12,6 +12,7 @@ from dataclasses import replace
 
 from passgraph.errors import KernelError
 from passgraph.language import ir
+from passgraph.language.buffers import check_reads
 from passgraph.language.composites import array_part
 from passgraph.language.frame import KEPT, Builder, Frame
 from passgraph.language.scope import FunctionSource, ModuleName, Scope
@@ -95,7 +96,9 @@ def _parse(function: FunctionSource, stage: ir.Stage, builder: Builder) -> ir.Ty
     frame.run()
     keep = builder.keep_or_clear(frame.result, span)
     results = tuple(_results(frame.result))
-    return ir.TypedKernel(function.name, stage, signature.parameters, builder.body(), results, keep, span)
+    body = builder.body()
+    check_reads(signature.parameters, *body)
+    return ir.TypedKernel(function.name, stage, signature.parameters, body, results, keep, span)
 
 
 def _parameter_part(parameter: ir.Parameter, stage: ir.Stage) -> Part:

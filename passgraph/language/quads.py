@@ -3,7 +3,8 @@
 Pixels go in quads, 2x2, whose top left one has even coordinates.  A derivative is the value at the odd pixel of this
 pixel's row (or column) in its quad minus that at the even one.  A kernel says what it computes at any pixel, so what
 feeds its derivatives is written into it once more for the other pixels: its variables under other names, ``pixel()``
-and relative texels moved.  Nothing behind the parser knows of derivatives.
+and relative texels moved.  A fragment of a draw has there what its triangle's planes say, also outside of the triangle;
+backends hand it in (:func:`.ir.other_pixel`).  Nothing else behind the parser knows of derivatives.
 
 What the others compute before a derivative hangs on their own conditions.  Only the branches and loops around it they
 enter as this pixel does, from what they hold on their own, and leave as it does; what they assign there serves the
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 
 #: Functions that kernels call, and the axes along which each looks: "x" to the right, "y" down.
 DERIVATIVES = {"dfdx": "x", "dfdy": "y", "fwidth": "xy"}
+#: Stages that have pixels beside theirs.
+STAGES = ("pixel", "fragment")
 #: Statements looked at, once for each pixel: text may not make compiling endless.
 MAX_VISITS = 1_000_000
 #: A variable of a pixel: its name, and what the name ends in there.
@@ -38,11 +41,11 @@ def derivative(name: str, axes: str, value: ir.Expr, builder: Builder, span: Spa
 
     The builder's body computes it; ``name`` is what errors call it.
     """
-    if builder.stage != "pixel":
+    if builder.stage not in STAGES:
         fail(
             span,
-            f"{name}() exists in pixel kernels, not in a {builder.stage} kernel; store the value in a target and take "
-            "its derivative in a pixel kernel that reads it",
+            f"{name}() exists in pixel and fragment kernels, not in a {builder.stage} kernel: a vertex has no pixels "
+            "beside it",
         )
     if not isinstance(value.type, (Scalar, Vector)) or element_of(value.type) not in (FLOAT, INT):
         fail(span, f"{name}() takes a float or a float vector, got {value.type}")
@@ -259,6 +262,8 @@ class _Quads:
         axes = [axis for axis, bit in AXES.items() if pixel & bit]
         if isinstance(expression, ir.Builtin) and expression.name == "pixel" and axes:
             return self._pixel(axes)
+        if isinstance(expression, ir.Builtin) and expression.name.partition(".")[0] in ir.OF_TRIANGLE:
+            return replace(expression, name=ir.other_pixel(expression.name, "".join(axes)))
         if isinstance(expression, ir.Texel) and expression.relative:
             span = expression.span
             x, y = (

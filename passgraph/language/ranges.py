@@ -45,9 +45,9 @@ TRUTH = Range(0, 1)
 
 
 class Ranges:
-    """Of the values that ``made`` says how they are made; ``indices`` are those of loops, with their ends."""
+    """Of the values that ``made`` says how they are made; ``indices`` are those whose ends are known, as loops' are."""
 
-    def __init__(self, made: Mapping[int, s.Op | s.Choose], indices: Mapping[int, tuple[int, int]]) -> None:
+    def __init__(self, made: Mapping[int, s.Op | s.Choose], indices: Mapping[int, tuple[float, float]]) -> None:
         self.made, self.indices = made, indices
         self.found: dict[int, Range] = {}
 

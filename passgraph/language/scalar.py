@@ -17,6 +17,7 @@ from typing import TypeAlias
 from passgraph.language.meanings import int_of_bits
 from passgraph.language.source import NOWHERE, Span
 from passgraph.language.types import UINT, Type, element_of, held_as
+from passgraph.ranges import Range
 
 #: Part of every key: raise it when the meaning of a program or of an emitter changes.
 FORMAT_VERSION = 2
@@ -214,6 +215,7 @@ class UniformSlot:
     block: str
     offset: int
     count: int
+    range: Range | None = None  # what each entry may be
 
 
 @dataclass(frozen=True, slots=True)
@@ -269,6 +271,8 @@ class ScalarProgram:
     builtins: tuple[tuple[str, str], ...]  # name, scalar type
     sources: tuple[Span, ...] = field(default=(), compare=False, repr=False)
     arrays: tuple[tuple[str, str, int], ...] = ()  # name, scalar type, length
+    #: Images that hold long arrays of parameters (:mod:`.buffers`): name, Array of passgraph.language.types.
+    buffers: tuple[tuple[str, object], ...] = ()
 
     @cached_property
     def key(self) -> str:

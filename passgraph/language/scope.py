@@ -11,7 +11,7 @@ import types as pytypes
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, TypeAlias
+from typing import Annotated, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +40,7 @@ from passgraph.language.types import (
     element_of,
     flat_type,
 )
+from passgraph.ranges import Range
 
 #: Longest table that a kernel may capture: as long as the longest array that it may declare.
 MAX_TABLE_ENTRIES = 1024
@@ -55,6 +56,8 @@ TEXT_NAMES: dict[str, object] = {
     "Const": symbols.Const,
     "Array": symbols.Array,
     "Vertex": symbols.Vertex,
+    "Annotated": Annotated,
+    "Range": Range,
     "tuple": tuple,
     "True": True,
     "False": False,
@@ -118,7 +121,8 @@ class Scope:
             from passgraph.language.foreign import mending  # what errors say is loaded with the first
 
             ours = name in TEXT_NAMES and name != "pi"
-            mend = f"; import it: from passgraph import {name}" if ours else mending(name, self.listed())
+            home = "typing" if name == "Annotated" else "passgraph"
+            mend = f"; import it: from {home} import {name}" if ours else mending(name, self.listed())
             sees = (
                 "; a kernel sees its parameters, its own variables, functions marked @pg.function, and numbers of the "
                 "module"
@@ -207,7 +211,7 @@ def classified(value: object, path: str, scope: Scope, span: Span) -> Any:
     module, the name of a Python builtin, one of the generic markers (Const, Array, Vertex), or a constant
     expression.
     """
-    if isinstance(value, (symbols.Symbol, FunctionSource, Struct)):
+    if isinstance(value, (symbols.Symbol, FunctionSource, Struct, Range)) or value is Annotated or value is Range:
         return value
     if isinstance(value, pytypes.ModuleType):
         return ModuleName(value, path)

@@ -4,12 +4,17 @@ from __future__ import annotations
 
 import ast
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
+from passgraph.errors import InputError
 from passgraph.language import ir, symbols
+from passgraph.language import limits as limits_of
+from passgraph.language.buffers import check_local, check_sizes
+from passgraph.language.layout import components
 from passgraph.language.scope import FunctionSource, ModuleName, Scope, meaning_of, number, typed_constant, written
 from passgraph.language.source import Source, Span, fail
 from passgraph.language.types import (
+    MAX_ARRAY_LENGTH,
     NAMED,
     Array,
     ImageType,
@@ -38,8 +43,8 @@ VERTEX_FIELDS: dict[str, tuple[Type, tuple[float, ...]]] = {
 }
 VERTEX = Struct("Vertex", tuple((name, type_) for name, (type_, _) in VERTEX_FIELDS.items()))
 
-#: Longest array that a kernel may declare; 4,096 floats fill the smallest uniform block that GL 3.3 promises.
-MAX_ARRAY_LENGTH = 1024
+#: Longest array that a kernel may have as a parameter.
+MAX_BUFFER_LENGTH = 1 << 24
 #: Images of a kernel, those of structs and arrays counted; devices read fewer in one pass.
 MAX_IMAGES = 128
 #: Most fields of a struct, those of structs within it counted.
@@ -75,13 +80,7 @@ def annotation_type(node: ast.expr, scope: Scope, source: Source) -> tuple[Type,
     """The type that an annotation names, and whether it is Const."""
     span = source.span(node)
     if isinstance(node, ast.Constant) and isinstance(node.value, str):
-        try:
-            inner = ast.parse(node.value, mode="eval").body
-        except (SyntaxError, ValueError, RecursionError, MemoryError):
-            fail(span, f"annotation {node.value!r} is not a type")
-        for part in ast.walk(inner):
-            ast.copy_location(part, node)
-        return annotation_type(inner, scope, source)
+        return annotation_type(_unquoted(node, source), scope, source)
     if isinstance(node, ast.Subscript):
         generic = resolve(node.value, scope, source)
         if generic is symbols.Const:
@@ -95,6 +94,8 @@ def annotation_type(node: ast.expr, scope: Scope, source: Source) -> tuple[Type,
             if any(image_names(t, "") for t in types):
                 fail(span, "a tuple cannot hold an Image")
             return TupleType(types), False
+        if generic is Annotated:
+            fail(span, "a range is of a kernel's parameter as a whole: name: Annotated[float, pg.Range(0, 1)]")
         fail(span, "only Const[T], Array[T, n] and tuple[...] take brackets")
     if isinstance(node, ast.Constant) and node.value is None:
         fail(span, "a kernel must return something; write -> vec4, -> tuple[vec4, float] or a @pg.struct")
@@ -110,6 +111,19 @@ def annotation_type(node: ast.expr, scope: Scope, source: Source) -> tuple[Type,
     )
 
 
+def _unquoted(node: ast.expr, source: Source) -> ast.expr:
+    """An annotation, which may be written as a string."""
+    if not (isinstance(node, ast.Constant) and isinstance(node.value, str)):
+        return node
+    try:
+        inner = ast.parse(node.value, mode="eval").body
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        fail(source.span(node), f"annotation {node.value!r} is not a type")
+    for part in ast.walk(inner):
+        ast.copy_location(part, node)
+    return inner
+
+
 def _array_type(node: ast.Subscript, scope: Scope, source: Source) -> Array:
     span = source.span(node)
     if not (isinstance(node.slice, ast.Tuple) and len(node.slice.elts) == 2):
@@ -123,14 +137,19 @@ def _array_type(node: ast.Subscript, scope: Scope, source: Source) -> Array:
     else:
         meaning = resolve(length_node, scope, source)
         length = meaning.value if isinstance(meaning, ir.Literal) else None
-    if not isinstance(length, int) or isinstance(length, bool) or not 1 <= length <= MAX_ARRAY_LENGTH:
+    if not isinstance(length, int) or isinstance(length, bool) or not 1 <= length <= MAX_BUFFER_LENGTH:
         fail(
             span,
-            f"array length must be a whole number from 1 to {MAX_ARRAY_LENGTH}, got {ast.unparse(length_node)}",
+            f"array length must be a whole number from 1 to {MAX_BUFFER_LENGTH}, got {ast.unparse(length_node)}",
         )
-    made = Array(element, length)
-    if longest(made) > MAX_ARRAY_LENGTH:
-        fail(span, f"{made} has {longest(made)} elements, those of arrays in it counted; at most {MAX_ARRAY_LENGTH}")
+    return checked_array(Array(element, length), span)
+
+
+def checked_array(made: Array, span: Span) -> Array:
+    """An array type that keeps to the limits."""
+    most = MAX_ARRAY_LENGTH if image_count(made) else MAX_BUFFER_LENGTH
+    if longest(made) > most:
+        fail(span, f"{made} has {longest(made)} elements, those of arrays in it counted; at most {most}")
     return made
 
 
@@ -150,11 +169,13 @@ def read_signature(function: FunctionSource) -> Signature:
     pairs += list(zip(arguments.kwonlyargs, arguments.kw_defaults, strict=True))
     parameters = tuple(_parameter(argument, default, function) for argument, default in pairs)
     check_images(function.name, parameters, source.span(node))
+    check_sizes(parameters)
     if node.returns is None:
         fail(source.span(node), f"{function.name} needs a return type, for example -> vec4")
     result, const = annotation_type(node.returns, scope, source)
     if const or image_names(result, ""):
         fail(source.span(node.returns), f"{function.name} cannot return {'Const' if const else 'an Image'}")
+    check_local(result, f"the result of {function.name}", source.span(node.returns))
     return Signature(parameters, result)
 
 
@@ -170,15 +191,24 @@ def _parameter(argument: ast.arg, default: ast.expr | None, function: FunctionSo
     span = source.span(argument)
     if argument.annotation is None:
         fail(span, f"parameter {argument.arg!r} needs a type, for example {argument.arg}: float")
-    type_, const = annotation_type(argument.annotation, scope, source)
+    annotation = _unquoted(argument.annotation, source)
+    plain, limits = limits_of.taken_apart(annotation, lambda node: resolve(node, scope, source), source)
+    type_, const = annotation_type(plain, scope, source)
+    if limits is not None:
+        limits_of.check_type(limits, type_, argument.arg, span)
     if isinstance(type_, TupleType):
         fail(span, "a parameter cannot be a tuple; use a vector, an Array or a @pg.struct")
     if const and not isinstance(type_, (Scalar, Vector)):
         fail(span, f"Const parameters are scalars or vectors, got {type_}")
     if default is None:
-        return ir.Parameter(argument.arg, type_, const, span=span)
+        return ir.Parameter(argument.arg, type_, const, span=span, range=limits)
     value = default_value(default, type_, argument.arg, source, scope)
-    return ir.Parameter(argument.arg, type_, const, value, True, span)
+    if limits is not None:
+        try:
+            limits_of.check_numbers(limits, components(value, type_, ""), type_, f"default of {argument.arg}")
+        except InputError as error:
+            fail(source.span(default), str(error))
+    return ir.Parameter(argument.arg, type_, const, value, True, span, limits)
 
 
 def default_value(node: ast.expr, type_: Type, name: str, source: Source, scope: Scope) -> object:

@@ -100,6 +100,9 @@ VEC2, VEC3, VEC4 = (Vector(FLOAT, n) for n in (2, 3, 4))
 IVEC2, IVEC3, IVEC4 = (Vector(INT, n) for n in (2, 3, 4))
 IMAGE = ImageType()
 
+#: Entries of the longest array that is a value; longer ones are parameters, read by index (:mod:`.buffers`).
+MAX_ARRAY_LENGTH = 1024
+
 #: What an annotation or a constructor call may say, by name.
 NAMED: dict[str, Type] = {
     "bool": BOOL, "int": INT, "uint": UINT, "float": FLOAT,
@@ -136,6 +139,11 @@ def flat_type(array: Array) -> Array:
         return array
     inner = flat_type(array.element)
     return Array(inner.element, array.length * inner.length)
+
+
+def sides_of(type_: Type) -> tuple[int, ...]:
+    """How many entries arrays in arrays have, the outermost first."""
+    return (type_.length, *sides_of(type_.element)) if isinstance(type_, Array) else ()
 
 
 def is_plain(type_: Type) -> bool:

@@ -13,8 +13,9 @@ from numpy.typing import NDArray
 from passgraph.arguments import flag
 from passgraph.formats import Format
 from passgraph.graph.draw_state import DrawState
-from passgraph.graph.targets import DrawPass, PixelPass
+from passgraph.graph.targets import DrawPass, InputSpec, PixelPass
 from passgraph.graph.values import Value, sources_of
+from passgraph.language.types import Array
 
 if TYPE_CHECKING:
     from passgraph.language.facts import Facts
@@ -45,7 +46,7 @@ class Resource:
     name: str
     format: Format
     size: tuple[int, int]  # width, height
-    kind: str  # "input", "target" or "history"
+    kind: str  # "input", "buffer", "target" or "history"
     memory: int  # index into Plan.memories; several targets may share one
     persistent: bool = False  # keeps its content between runs
     #: For targets with history: the resource that holds last run's content; of that one, the run's before.
@@ -64,6 +65,18 @@ class Memory:
     @property
     def bytes(self) -> int:
         return self.format.bytes_per_pixel * self.size[0] * self.size[1]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class BufferSpec(InputSpec):
+    """The picture of a long array of a parameter (:mod:`passgraph.language.buffers`).
+
+    ``value`` is the parameter's, ``fields`` lead from it to the array.
+    """
+
+    value: object
+    fields: tuple[str, ...]
+    type: Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,6 +210,7 @@ class Plan:
     options: Options
     notes: tuple[str, ...] = ()
     static_inputs: frozenset[str] = frozenset()
+    buffers: Mapping[int, BufferSpec] = field(default_factory=dict)  # resource id → what it holds
 
     @cached_property
     def values(self) -> dict[str, Value]:

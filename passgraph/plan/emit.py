@@ -10,7 +10,7 @@ from itertools import pairwise
 from passgraph.formats import Format
 from passgraph.graph.targets import DrawPass, InputSpec, Pass, Target, TargetSpec
 from passgraph.graph.values import Derived, Value
-from passgraph.plan.data import CopyStep, DrawStep, Memory, PixelStep, Plan, Resource, Step, lifetimes
+from passgraph.plan.data import BufferSpec, CopyStep, DrawStep, Memory, PixelStep, Plan, Resource, Step, lifetimes
 from passgraph.plan.order import Copies
 from passgraph.plan.work import Work
 
@@ -27,7 +27,9 @@ class Resources:
         self.by_content: dict[Target, int] = {}
 
     def _add(self, target: Target) -> int:
-        kind = "input" if isinstance(target.spec, InputSpec) else "history" if target.is_previous else "target"
+        kind = "history" if target.is_previous else "target"
+        if isinstance(target.spec, InputSpec):
+            kind = "buffer" if isinstance(target.spec, BufferSpec) else "input"
         initial = target.spec.initial if isinstance(target.spec, TargetSpec) else ()
         format_, size = self.work.format_of(target), self.work.size_of(target)
         self.list.append(
@@ -68,10 +70,12 @@ def emit(work: Work, sequence: tuple[list[Pass], Copies]) -> Plan:
         _share_pictures(node, resources, copies, steps)
         steps.append(_step(node, work, resources))
     outputs = {name: resources.of(target) for name, target in work.outputs.items()}
-    inputs = {spec.name: resources.of(Target(spec)) for spec in work.inputs if Target(spec) in resources.by_content}
+    read = {spec: resources.of(Target(spec)) for spec in work.inputs if Target(spec) in resources.by_content}
+    buffers = {resource: spec for spec, resource in read.items() if isinstance(spec, BufferSpec)}
+    inputs = {spec.name: resource for spec, resource in read.items() if resource not in buffers}
     before = resources.histories()
     steps, static = _mark_static(steps, resources.list, set(before), work)
-    persistent = {*outputs.values(), *before, *before.values(), *inputs.values(), *_handed_on(steps, static)}
+    persistent = {*outputs.values(), *before, *before.values(), *read.values(), *_handed_on(steps, static)}
     listed = [replace(r, persistent=r.id in persistent, history=before.get(r.id)) for r in resources.list]
     listed, memories = _memories(listed, steps, work)
     return Plan(
@@ -83,7 +87,8 @@ def emit(work: Work, sequence: tuple[list[Pass], Copies]) -> Plan:
         work.size,
         work.options,
         tuple(work.notes),
-        frozenset(spec.name for spec in work.inputs if spec.static),
+        frozenset(spec.name for spec in work.inputs if spec.static and not isinstance(spec, BufferSpec)),
+        buffers,
     )
 
 

@@ -114,6 +114,7 @@ def _whole(plan: Plan, size: tuple[int, int]) -> frozenset[int]:
         for resource, static in inputs.items()
         if plan.resources[resource].size != size or (static and resource not in near)
     }
+    whole.update(plan.buffers)
     for step in plan.steps:
         if not isinstance(step, PixelStep):
             _refuse(step, "draws over the whole picture", "compute what it draws apart, and give it as an input")

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import cast
 
 from passgraph.errors import GraphError
 from passgraph.graph.targets import DrawPass, Pass, PixelPass, Target
 from passgraph.language.emitter import eliminate_dead
-from passgraph.language.ir import MIPS
+from passgraph.language.ir import MIPS, own_pixel
 from passgraph.language.lower import Facts, ImageFacts
 from passgraph.language.lower_cache import lower_once
 from passgraph.language.scalar import LoadBuiltin, LoadTexel, Output, ScalarProgram, walk
 from passgraph.language.sized import loops_over_sizes
+from passgraph.language.types import Array
 from passgraph.plan.sizes import level_sizes
 from passgraph.plan.work import Lowered, Work
 
@@ -52,12 +54,12 @@ def specialise_pass(lowered: Lowered, work: Work) -> None:
         lowered.facts = Facts(node.constants, images, stores, work.options.simplify, size)
         lowered.program = lower_once(node.kernel.program, lowered.facts, work.programs)
         _filter_apart(lowered, work)
-        lowered.images = used_images(lowered.program, read)
+        lowered.images = used_images(lowered.program, read, node, work)
         check_relative(lowered, work)
     else:
         _specialise_draw(node, lowered, images, lowered.size if sized else None, work)
         for program in (lowered.vertex, lowered.fragment):
-            lowered.images |= {} if program is None else used_images(program, read)
+            lowered.images |= {} if program is None else used_images(program, read, node, work)
 
 
 def _filter_apart(lowered: Lowered, work: Work) -> None:
@@ -102,7 +104,8 @@ def varyings_of(fragment: ScalarProgram | None) -> tuple[str, ...]:
     """The scalars that the fragment kernel really reads, such as ``normal.0``."""
     if fragment is None:
         return ()
-    return tuple(name.removeprefix("varying.") for name, _ in fragment.builtins if name.startswith("varying."))
+    read = [own_pixel(name)[0] for name, _ in fragment.builtins]
+    return tuple(dict.fromkeys(name.removeprefix("varying.") for name in read if name.startswith("varying.")))
 
 
 def link(vertex: ScalarProgram, varyings: tuple[str, ...]) -> ScalarProgram:
@@ -121,11 +124,14 @@ def link(vertex: ScalarProgram, varyings: tuple[str, ...]) -> ScalarProgram:
     made_program = replace(vertex, outputs=made, body=body, builtins=builtins)
     read = {i.image for i in walk(body) if isinstance(i, LoadTexel)}
     images = tuple(use for use in vertex.images if use.name in read or made_program.reads_size(use.name))
-    return replace(made_program, images=images)
+    names = {use.name for use in images}
+    return replace(made_program, images=images, buffers=tuple(row for row in vertex.buffers if row[0] in names))
 
 
-def used_images(program: ScalarProgram, images: dict[str, Target]) -> dict[str, Target]:
-    return {use.name: images[use.name] for use in program.images}
+def used_images(program: ScalarProgram, images: dict[str, Target], node: Pass, work: Work) -> dict[str, Target]:
+    """What a program reads, pictures of long arrays too."""
+    long = {name: work.buffer(node, name, cast(Array, type_)) for name, type_ in program.buffers}
+    return {use.name: long.get(use.name) or images[use.name] for use in program.images}
 
 
 def check_relative(lowered: Lowered, work: Work) -> None:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from passgraph.formats import Format
+from passgraph.formats import Format, float_format
 from passgraph.graph.targets import InputSpec, Pass, Target, TargetSpec
+from passgraph.language.buffers import layout_of
 from passgraph.language.lower import Facts
 from passgraph.language.scalar import ScalarProgram
-from passgraph.plan.data import Options
+from passgraph.language.types import Array
+from passgraph.plan.data import BufferSpec, Options
 
 
 @dataclass
@@ -64,6 +66,9 @@ class Work:
     makers: dict[TargetSpec, Pass] = field(default_factory=dict)
     #: Programs lowered so far, by digest: many passes of one kernel share one.
     programs: dict[str, ScalarProgram] = field(default_factory=dict)
+    #: Pictures of long arrays, by the value that a parameter has, the way from it to the array, and its type: passes
+    #: that are given one array share one.
+    buffers: dict[tuple[int, tuple[str, ...], Array], BufferSpec] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 
     def size_of(self, target: Target) -> tuple[int, int]:
@@ -73,6 +78,20 @@ class Work:
 
     def format_of(self, target: Target) -> Format:
         return self.inputs[target.spec][0] if isinstance(target.spec, InputSpec) else target.spec.format
+
+    def buffer(self, node: Pass, name: str, type_: Array) -> Target:
+        """The picture of a long array, which a pass has as a parameter or within one, by its dotted name."""
+        parameter, *fields = name.split(".")
+        value = node.values[parameter]
+        key = id(value), tuple(fields), type_  # the graph keeps the value
+        if key not in self.buffers:
+            layout = layout_of(type_)
+            format_ = float_format(layout.channels)
+            self.buffers[key] = made = BufferSpec(
+                f"{name} of {node.name}", format_, layout.size, True, value=value, fields=tuple(fields), type=type_
+            )
+            self.inputs[made] = format_, layout.size
+        return Target(self.buffers[key])
 
     def roots(self) -> list[Target]:
         """What must be computed: the outputs and what the next run reads as history."""

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from passgraph import arguments
 from passgraph.backends.base import DevicePicture
 from passgraph.errors import InputError
-from passgraph.formats import Format, as_many_channels, colour_format, float_format
+from passgraph.formats import Format, as_many_channels, colour_format, curved, float_format
 from passgraph.graph.targets import InputSpec, Target
 from passgraph.plan.data import Plan
 from passgraph.run.finite_checks import NonFinite, admitted, readers_of
@@ -25,14 +25,16 @@ GREY_CHANNELS = 3
 OVERLAP_WORK = 10_000
 
 
-def format_of(dtype: np.dtype[Any], channels: int) -> Format:
+def format_of(dtype: np.dtype[Any], channels: int, srgb: bool = False) -> Format:
     """The format that pictures of such numbers are bound to: their own, or float32 where no format holds them.
+
+    ``srgb``: the one that is decoded from sRGB, where there is such a one.
 
     >>> format_of(np.dtype(np.uint8), 4).name
     'rgba8'
     """
-    own = colour_format(dtype.str[1:], channels) if dtype.isnative else None
-    return own or float_format(channels)
+    own = (colour_format(dtype.str[1:], channels) if dtype.isnative else None) or float_format(channels)
+    return (curved(own, True) if srgb else None) or own
 
 
 def admitted_device_picture(picture: DevicePicture, spec: InputSpec) -> DevicePicture:
@@ -82,7 +84,7 @@ def bound_to(picture: Picture, spec: InputSpec) -> tuple[Format, tuple[int, int]
     if isinstance(picture, DevicePicture):
         return spec.format or picture.format, picture.size
     height, width, channels = picture.shape
-    return spec.format or format_of(picture.dtype, channels), (width, height)
+    return spec.format or format_of(picture.dtype, channels, spec.srgb), (width, height)
 
 
 class Admission:

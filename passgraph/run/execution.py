@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextlib import nullcontext
 from functools import partial
 from itertools import pairwise
@@ -15,11 +15,13 @@ from passgraph.arguments import text
 from passgraph.backends.base import DevicePicture
 from passgraph.errors import GraphError, InputError
 from passgraph.graph.values import FRAME_INDEX, OUTPUT_SIZE, Derived, Value
-from passgraph.language.layout import components
+from passgraph.language.layout import in_range
 from passgraph.language.scalar import ScalarProgram
 from passgraph.plan.chains import Chains
 from passgraph.plan.data import CopyStep, DrawStep, PixelStep, Plan, Step
 from passgraph.run.admission import Picture as Given
+from passgraph.run.buffers import Buffers
+from passgraph.run.given import picked, resolve
 from passgraph.run.lending import Lending
 
 if TYPE_CHECKING:
@@ -69,6 +71,7 @@ class Execution:
             for memory in plan.memories:
                 self.memories.append(backend.make(memory.format, memory.size))
             self._begin_history(started=True)
+            self._buffers = Buffers(plan, backend, self._storage)
             chains = Chains(plan)
             with backend.compiling():
                 while len(self._runs) < len(plan.steps):
@@ -210,6 +213,7 @@ class Execution:
                 for name, resource in self.plan.inputs.items():
                     given = pictures[name]
                     check.admit(resource, self.download(resource) if isinstance(given, DevicePicture) else given)
+            self._buffers.bring(values)
             self._move_history()
             for resource, apart in self._apart.items():
                 self.places[resource] = self.plan.resources[resource].memory if looking else apart
@@ -315,6 +319,7 @@ class Execution:
             raise GraphError(
                 f"pass {step!r} has no parameter {name!r} to set; it has {', '.join(found[0].values) or 'none'}"
             )
+        self._buffers.override(found[0], keys[0], value)
         self._overrides[found[0].name, keys[0]] = value
         self._static_seen = None
 
@@ -401,15 +406,15 @@ class Uniforms:
             key = f"{base}/{parameter}" if base else parameter
             block = self.floats if slot.block == "float" else self.ints
             place = block[slot.offset : slot.offset + slot.count]
-            entry = (key, fields, place, slot.type, f"{slot.name} of pass {step.name!r}")
+            entry = (key, fields, place, slot, f"{slot.name} of pass {step.name!r}")
             value = step.values[key]
             (self.changing if isinstance(value, (Value, Derived)) else self.constant).append(entry)
         for entry in self.constant:
             self._store(entry, step.values[entry[0]])
 
     def _store(self, entry: Any, value: object) -> None:
-        key, fields, place, type_, name = entry
-        place[:] = components(_picked(value, fields, key), type_, name)
+        key, fields, place, slot, name = entry
+        place[:] = in_range(picked(value, fields, key), slot, name)
 
     def pack(self, values: dict[Any, object]) -> Block:
         """The block for this run."""
@@ -422,25 +427,3 @@ class Uniforms:
                 if key in self.overrides:
                     self._store(entry, self.overrides[key])
         return self.block
-
-
-def _picked(value: object, fields: Sequence[str], key: str) -> object:
-    """A field of a field of a value; of a list, that of each entry."""
-    for i, field in enumerate(fields):
-        if isinstance(value, (list, tuple)) and not hasattr(value, field):
-            return [_picked(one, fields[i:], key) for one in value]
-        if not hasattr(value, field):
-            raise InputError(f"{key!r} needs a field {field!r}, which {type(value).__name__} lacks")
-        value = getattr(value, field)
-    return value
-
-
-def resolve(handle: object, values: dict[Any, object]) -> object:
-    """What a handle stands for in this run."""
-    if isinstance(handle, Value):
-        return values[handle.name]
-    assert isinstance(handle, Derived)
-    # By identity: a default inside the handle may be an array, which has no hash.
-    if id(handle) not in values:
-        values[id(handle)] = handle.function(*(values[source.name] for source in handle.sources))
-    return values[id(handle)]

@@ -21,7 +21,7 @@ from passgraph.scene.gltf_nodes import nodes_of
 from passgraph.scene.light import Light
 from passgraph.scene.load_geometry import PlacedMeshes, arrays_of
 from passgraph.scene.load_materials import MtlReader
-from passgraph.scene.matrices import Float64, sphere_of
+from passgraph.scene.matrices import MOST_RADIUS, Float64, sphere_of
 from passgraph.scene.node import Node
 from passgraph.scene.notes import Notes
 
@@ -169,7 +169,7 @@ def _nodes(loaded: Any, file: Path, reader: MtlReader, turn: Float64) -> tuple[l
 def _framed(make: type[Scene], nodes: list[Node], file: Path, notes: list[str]) -> Scene:
     boxes = np.stack([node.bounds for node in nodes])
     bounds = np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
-    if not np.isfinite(bounds).all() or sphere_of(bounds)[1] > 1e15:
+    if not np.isfinite(bounds).all() or sphere_of(bounds)[1] > MOST_RADIUS:
         raise InputError(f"{file}: its extent {bounds.tolist()} is beyond what float32 can draw; scale it down")
     made = make(tuple(nodes), Camera.framing(bounds), (default_light(),), file.name, tuple(notes))
     return made.seen_from()

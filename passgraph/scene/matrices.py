@@ -18,6 +18,8 @@ Vec3 = tuple[float, float, float]
 
 # Two unit vectors nearer to parallel than this (sine of the angle) do not span a plane safely.
 _PARALLEL_SINE = 1e-6
+#: Of a scene, and the largest: float32 holds the squares of both, and of what is a thousandth of them.
+LEAST_RADIUS, MOST_RADIUS = 1e-15, 1e15
 
 
 def floats(value: object, what: str, expected: str) -> Float64:
@@ -95,12 +97,12 @@ def corners_of(bounds: Float64) -> Float64:
 def sphere_of(bounds: Float64) -> tuple[Float64, float]:
     """Centre (3,) and radius of the sphere round a box; the radius of a point-like box is made positive.
 
-    The floor on the radius is the larger of 1e-6 units and 1e-9 of the distance from the origin: below that,
+    The floor on the radius is the larger of `LEAST_RADIUS` and 1e-9 of the distance from the origin: below that,
     float64 differences of world coordinates hold no shape.
     """
     centre = bounds.mean(axis=0)
     radius = 0.5 * float(np.linalg.norm(bounds[1] - bounds[0]))
-    return centre, max(radius, 1e-6, 1e-9 * float(np.abs(centre).max()))
+    return centre, max(radius, LEAST_RADIUS, 1e-9 * float(np.abs(centre).max()))
 
 
 def transform_points(matrix: Float64, points: ArrayLike) -> Float64:

@@ -85,7 +85,7 @@ def load_shader(path: str | os.PathLike[str]) -> ShaderEffect:
 def read_plain(text: str, path: Path) -> ShaderEffect:
     """A fragment shader by itself: its samplers are pictures, its other uniforms parameters."""
     shader = parse(text, name=name_of(path), file=str(path), folder=path.parent)
-    kernel = PixelKernel[Target].of_program(shader.program)
+    kernel = PixelKernel[Target].of_shader(shader)
     images = tuple(u.name for u in shader.uniforms if isinstance(u.type, ImageType))
     parameters = {
         u.name: ShaderParameter(u.name, u.type, u.default if u.has_default else zero_of_type(u.type))

@@ -14,6 +14,9 @@ from passgraph.arguments import numbers
 from passgraph.errors import GraphError
 from passgraph.graph.geometry import ATTRIBUTE_TYPES, FrozenGeometry
 from passgraph.graph.targets import MAX_SIDE
+from passgraph.language.buffers import number_of
+from passgraph.language.types import Array as ArrayType
+from passgraph.language.types import component_count
 from passgraph.travel.document import Document
 
 #: Bytes of the pictures and meshes that a document may hold, all together.
@@ -45,6 +48,14 @@ class Arrays:
         array = self._array(given, where, _NUMBERS, MAX_SIDE)
         if array.ndim < 2:
             self.document.wrong(f"{where}.shape", "height, width and channels", list(array.shape))
+        return array
+
+    def long(self, given: object, type_: ArrayType, where: str) -> NDArray[Any]:
+        """The components of a long array, flat."""
+        kind, count = number_of(type_), component_count(type_)
+        array = self._array(given, where, (np.dtype(kind).str[1:],), count)
+        if array.shape != (count,):
+            self.document.wrong(f"{where}.shape", f"the {count} numbers of {type_}", list(array.shape))
         return array
 
     def mesh(self, given: object, where: str) -> FrozenGeometry:

@@ -20,6 +20,7 @@ from passgraph.graph.geometry import FrozenGeometry
 from passgraph.graph.targets import (
     MAX_SIDE,
     MOST_SLOTS,
+    OPEN_SRGB,
     READING,
     Absolute,
     Blocks,
@@ -37,6 +38,7 @@ from passgraph.graph.targets import (
 )
 from passgraph.graph.values import FILLED_IN, Value
 from passgraph.language import ir
+from passgraph.language.buffers import is_buffer
 from passgraph.language.kernel import Kernel
 from passgraph.language.types import (
     Array,
@@ -46,10 +48,12 @@ from passgraph.language.types import (
     Type,
     component_count,
     element_of,
+    flat_type,
     image_names,
     innermost,
     is_plain,
     plain_parts,
+    sides_of,
 )
 from passgraph.travel.arrays import Arrays
 from passgraph.travel.decode_kernel import kernel_from_data
@@ -141,11 +145,13 @@ class _Graph:
         document = self.document
         record = document.record(given, where, "name", "format", "size", "static", "default")
         with document.at(where):
-            format_ = None if record["format"] is None else self._format(record["format"], f"{where}.format")
+            srgb = isinstance(record["format"], str) and record["format"] == OPEN_SRGB
+            is_open = srgb or record["format"] is None
+            format_ = None if is_open else self._format(record["format"], f"{where}.format")
             size = None if record["size"] is None else self._pixels(record["size"], f"{where}.size")
             default = None if record["default"] is None else self.arrays.picture(record["default"], f"{where}.default")
             static = document.flag(record["static"], f"{where}.static")
-            return InputSpec(document.text(record["name"], f"{where}.name"), format_, size, static, default)
+            return InputSpec(document.text(record["name"], f"{where}.name"), format_, size, static, default, srgb)
 
     def _target(self, given: object, where: str) -> TargetSpec:
         document = self.document
@@ -341,8 +347,10 @@ class _Graph:
         }
         return _built(type_, name, 0, numbers, images)
 
-    def _numbers(self, given: object, type_: Type, where: str) -> tuple[ir.Number, ...]:
+    def _numbers(self, given: object, type_: Type, where: str) -> Sequence[ir.Number] | NDArray[Any]:
         """Components in their order; a scalar stands alone."""
+        if isinstance(type_, Array) and is_buffer(type_):
+            return self.arrays.long(given, type_, where)
         document, element = self.document, element_of(type_)
         try:
             if isinstance(type_, Scalar):
@@ -392,12 +400,19 @@ def _by_slot(made: Target | tuple[Target, ...]) -> dict[int, Target]:
 
 
 def _built(
-    type_: Type, path: str, entry: int, numbers: Mapping[str, tuple[ir.Number, ...]], images: Mapping[str, Target]
+    type_: Type,
+    path: str,
+    entry: int,
+    numbers: Mapping[str, Sequence[ir.Number] | NDArray[Any]],
+    images: Mapping[str, Target],
 ) -> object:
     """A value as callers hand it in, from the flat arrays that hold it and its like; it is this entry of them."""
     if isinstance(type_, Struct):
         fields = {n: _built(inner, f"{path}.{n}", entry, numbers, images) for n, inner in type_.fields}
         return SimpleNamespace(**fields)
+    if isinstance(numbers.get(path), np.ndarray) and isinstance(type_, Array) and is_buffer(flat_type(type_)):
+        count = component_count(innermost(type_))
+        return np.asarray(numbers[path]).reshape(*sides_of(type_), *([count] if count > 1 else []))
     if isinstance(type_, Array) and not isinstance(type_.element, Scalar):
         first, inner = entry * type_.length, type_.element
         return [_built(inner, path, first + k, numbers, images) for k in range(type_.length)]

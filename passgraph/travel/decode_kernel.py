@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import hashlib
 import json
+from dataclasses import fields
 from typing import Any
 
 from passgraph.graph.targets import MOST_SLOTS
 from passgraph.language import ir
-from passgraph.language.signature import MAX_ARRAY_LENGTH, MAX_STRUCT_DEPTH, MAX_STRUCT_FIELDS
+from passgraph.language.limits import check_type
+from passgraph.language.signature import MAX_BUFFER_LENGTH, MAX_STRUCT_DEPTH, MAX_STRUCT_FIELDS
 from passgraph.language.source import NOWHERE, Span
 from passgraph.language.types import (
     BOOL,
@@ -23,8 +25,9 @@ from passgraph.language.types import (
     longest,
     plain_parts,
 )
+from passgraph.ranges import Range
 from passgraph.travel.document import Document
-from passgraph.travel.kernel_check import Signature, Unfit, Variables, held
+from passgraph.travel.kernel_check import Signature, Unfit, Variables, check_arrays, held
 from passgraph.travel.kernel_limits import excess, grown
 from passgraph.travel.kernel_rows import CLASSES, ROWS, STATEMENTS, parts_of
 
@@ -72,14 +75,16 @@ class _Reader:
         keep = None if record["keep"] is None else self._expression(record["keep"], f"{where}.keep")
         if keep is not None and (stage != "fragment" or keep.type != BOOL):
             document.wrong(f"{where}.keep", "null, or a bool of a fragment kernel", record["keep"])
-        self._check_body(body, [one.value for one in results] + ([] if keep is None else [keep]), record)
+        self._check_body(body, [one.value for one in results] + ([] if keep is None else [keep]), record, parameters)
         name, source = document.identifier(record["name"], f"{where}.name"), self._span(record["source"], where)
         # What the document says was counted and is finite; its text tells this kernel from every other.
         told = "data\0" + json.dumps(data, sort_keys=True)
         digest = hashlib.sha256(told.encode()).hexdigest()
         return ir.TypedKernel(name, stage, parameters, body, results, keep, source, digest)
 
-    def _check_body(self, body: tuple[Any, ...], read: list[Any], record: Any) -> None:
+    def _check_body(
+        self, body: tuple[Any, ...], read: list[Any], record: Any, parameters: tuple[ir.Parameter, ...]
+    ) -> None:
         try:
             if problem := excess(grown(self.sizes[id(part)] for part in (*body, *read))):
                 raise Unfit(f"smaller: {problem}")
@@ -87,6 +92,7 @@ class _Reader:
             known, _ = variables.block(body, set(), False)
             for one in read:
                 variables.read(one, known)
+            check_arrays(parameters, *body, *read)
         except Unfit as unfit:
             self.document.wrong(f"{self.where}.body", str(unfit), record["body"])
 
@@ -129,15 +135,25 @@ class _Reader:
         document, made = self.document, dict[str, ir.Parameter]()
         for i, one in enumerate(document.items(given, f"{self.where}.parameters")):
             place = f"{self.where}.parameters[{i}]"
-            name, type_data, const, span = document.items(one, place, exactly=4)
+            ranged = isinstance(one, (list, tuple)) and len(one) > 4
+            name, type_data, const, span, *more = document.items(one, place, exactly=5 if ranged else 4)
             name, type_ = document.identifier(name, place), self._type(type_data, place)
             const = document.flag(const, place)
             if name in made:
                 document.wrong(place, "a name that no parameter has yet", name)
             if const and not isinstance(type_, (Scalar, Vector)):
                 document.wrong(place, "a scalar or vector where it is baked", type_data)
-            made[name] = ir.Parameter(name, type_, const, span=self._span(span, place))
+            limits = self._range(more[0], type_, name, f"{place}[4]") if more else None
+            made[name] = ir.Parameter(name, type_, const, span=self._span(span, place), range=limits)
         return tuple(made.values())
+
+    def _range(self, given: object, type_: Type, name: str, where: str) -> Range:
+        """What a parameter may be: low, high, unit, above, odd."""
+        parts = self.document.items(given, where, exactly=len(fields(Range)))
+        with self.document.at(where):
+            made = Range(*parts)
+            check_type(made, type_, name, NOWHERE)
+        return made
 
     def _results(self, given: object) -> tuple[ir.Result, ...]:
         document, made = self.document, list[ir.Result]()
@@ -166,9 +182,9 @@ class _Reader:
             if depth >= MAX_STRUCT_DEPTH:
                 document.wrong(where, f"arrays and structs at most {MAX_STRUCT_DEPTH} deep", given)
             inner = self._type(element, where, depth + 1)
-            made = Array(inner, document.whole(length, where, 1, MAX_ARRAY_LENGTH))  # type: ignore[arg-type]
-            if longest(made) > MAX_ARRAY_LENGTH:
-                document.wrong(where, f"arrays of at most {MAX_ARRAY_LENGTH} elements together", given)
+            made = Array(inner, document.whole(length, where, 1, MAX_BUFFER_LENGTH))  # type: ignore[arg-type]
+            if longest(made) > MAX_BUFFER_LENGTH:
+                document.wrong(where, f"arrays of at most {MAX_BUFFER_LENGTH} elements together", given)
             return made
         if not isinstance(given, dict):
             document.wrong(where, f"a type: {', '.join(NAMED)}, [element, length] or a struct", given)

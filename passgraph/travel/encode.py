@@ -18,6 +18,7 @@ from passgraph.graph.draw_state import DrawState
 from passgraph.graph.geometry import ATTRIBUTE_TYPES
 from passgraph.graph.outputs import Outputs, named_outputs
 from passgraph.graph.targets import (
+    OPEN_SRGB,
     READING,
     Absolute,
     Blocks,
@@ -31,10 +32,11 @@ from passgraph.graph.targets import (
     TargetSpec,
 )
 from passgraph.graph.values import FILLED_IN, Derived, Value
+from passgraph.language.buffers import as_held, checked_numbers, is_buffer
 from passgraph.language.kernel import Kernel
 from passgraph.language.layout import components
 from passgraph.language.symbols import UINT_MAX
-from passgraph.language.types import Scalar, Struct, Type, element_of, innermost, is_plain
+from passgraph.language.types import Array, Scalar, Struct, Type, element_of, innermost, is_plain
 from passgraph.plan.reach import passes_behind
 from passgraph.travel.arrays import array_data
 from passgraph.travel.document import number_data
@@ -113,7 +115,7 @@ class _Writer:
         if id(spec) in self._numbers:
             return self._numbers[id(spec)]
         where = f"input {spec.name!r}"
-        format_ = None if spec.format is None else _format_name(spec.format, where)
+        format_ = OPEN_SRGB if spec.srgb else None if spec.format is None else _format_name(spec.format, where)
         size = None if spec.size is None else list(spec.size)
         default = None if spec.default is None else _picture_data(spec.default, where)
         data = {"name": spec.name, "format": format_, "size": size, "static": spec.static, "default": default}
@@ -258,7 +260,9 @@ def _format_name(format_: Any, where: str) -> str:
 
 
 def _numbers_data(value: object, type_: Type, where: str) -> Any:
-    """A number, or components in their order, each as its type has it."""
+    """A number, or components in their order, each as its type has it; of long arrays their bytes."""
+    if isinstance(type_, Array) and is_buffer(type_):
+        return array_data(as_held(checked_numbers(value, type_, where), type_), where)
     plain = _PLAIN[element_of(type_).name]
     flat = [number_data(plain(number)) for number in components(value, type_, where).tolist()]
     return flat[0] if isinstance(type_, Scalar) else flat

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import astuple
 from typing import Any
 
 from passgraph.errors import GraphError
@@ -18,7 +19,10 @@ def kernel_data(program: ir.TypedKernel, where: str) -> dict[str, Any]:
     rows = _Rows(where)
     body = rows.numbered(program.body)
     results = [[one.name, type_data(one.type), *rows.numbered([one.value])] for one in program.results]
-    parameters = [[p.name, type_data(p.type), p.const, rows.span(p.span)] for p in program.parameters]
+    parameters = [
+        [p.name, type_data(p.type), p.const, rows.span(p.span), *([] if p.range is None else [list(astuple(p.range))])]
+        for p in program.parameters
+    ]
     keep = None if program.keep is None else rows.numbered([program.keep])[0]
     source = rows.span(program.source)
     return {"name": program.name, "stage": program.stage, "parameters": parameters, "results": results, "keep": keep,

@@ -12,6 +12,7 @@ from typing import Any
 
 from passgraph.errors import PassgraphError
 from passgraph.language import ir
+from passgraph.language.buffers import check_reads, check_sizes, is_buffer
 from passgraph.language.expressions import STAGE_VALUES
 from passgraph.language.facts import PROPERTIES
 from passgraph.language.layout import FLOAT_END
@@ -26,6 +27,7 @@ from passgraph.language.types import (
     FLOAT,
     INT,
     IVEC2,
+    MAX_ARRAY_LENGTH,
     UINT,
     VEC4,
     Array,
@@ -67,6 +69,19 @@ def held(value: Any, type_: Scalar) -> ir.Number:
     return made
 
 
+def _as_unfit(check: Callable[..., None], *given: Any) -> None:
+    """A check of the parser's, whose error becomes what is expected of a row."""
+    try:
+        check(*given)
+    except PassgraphError as error:
+        raise Unfit(str(error).splitlines()[0].rpartition(": ")[2]) from None
+
+
+def check_arrays(parameters: tuple[ir.Parameter, ...], *roots: ir.Stmt | ir.Expr) -> None:
+    """Long arrays are read by index alone."""
+    _as_unfit(check_reads, parameters, *roots)
+
+
 def handed_in(stage: ir.Stage, type_: Type) -> bool:
     """Whether a parameter is what the stage hands in: the mesh's vertex, or what the vertex kernel sends."""
     return isinstance(type_, Struct) and (stage == "fragment" or (stage == "vertex" and type_.name == VERTEX.name))
@@ -79,6 +94,7 @@ class Signature:
         self.stage = stage
         if sum(image_count(p.type) for p in parameters) > MAX_IMAGES:
             raise Unfit(f"at most {MAX_IMAGES} images, those in structs and arrays too")
+        _as_unfit(check_sizes, parameters)
         self.images = {name for p in parameters for name in image_names(p.type, p.name)}
         self.uniforms: dict[str, tuple[Type, bool]] = {}
         stages = {name: type_ for name, (type_, stages) in STAGE_VALUES.items() if stage in stages and name != "uv"}
@@ -109,6 +125,8 @@ class Signature:
                 raise Unfit("an expression of expressions, not of statements")
         if not is_plain(node.type):
             raise Unfit("of a plain type")
+        if is_buffer(node.type) and not isinstance(node, ir.Uniform):
+            raise Unfit(f"an array of at most {MAX_ARRAY_LENGTH} elements; longer ones are parameters")
         _CHECKS[type(node)](self, node)
 
 
@@ -128,7 +146,9 @@ def _uniform(signature: Signature, node: ir.Uniform) -> None:
 
 
 def _builtin(signature: Signature, node: ir.Builtin) -> None:
-    if signature.builtins.get(node.name) != node.type:
+    name, axes = ir.own_pixel(node.name)
+    beside = axes in ir.OTHER_PIXELS and name.partition(".")[0] in ir.OF_TRIANGLE
+    if signature.builtins.get(name) != node.type or node.name != (ir.other_pixel(name, axes) if beside else name):
         raise Unfit(f"one of {', '.join(signature.builtins)}, of its type")
 
 

@@ -28,6 +28,7 @@ from passgraph.graph.targets import checked_size
 from passgraph.plan.data import Plan
 from passgraph.verify.kinds import other_kind, told
 from passgraph.verify.oracle.backend import Allowed, outside
+from passgraph.verify.oracle.pace import Pace
 from passgraph.verify.oracle.passes import Key, Passes, Picture
 from passgraph.verify.oracle.watch import Cause, Watch
 from passgraph.verify.report import (
@@ -49,6 +50,7 @@ def compare(
     size: tuple[int, int] | None = None,
     progress: Callable[[str], None] = lambda _: None,
     most_ambiguous: float = MOST_AMBIGUOUS,
+    most_seconds: float | None = None,
     **given: Any,
 ) -> Report:
     """Run a graph on backends and hold every target of every pass against what a conforming backend may compute.
@@ -65,9 +67,12 @@ def compare(
     size
         (width, height) of the output in pixels, as for :func:`passgraph.compile`.
     progress
-        Called with what is being done.
+        Called with what is being done, and how long the rest of a pass's bounds may take.
     most_ambiguous
         Share of a target's pixels, 0 to 1, that may hang on decisions before there is no verdict.
+    most_seconds
+        How long bounds may be looked for, all passes together; a target with pixels beyond that is undecided.  None:
+        as long as it takes, which grows with the pixels, and with what their kernels' decisions may lead to.
     **given
         Inputs and values of the run, by name.
 
@@ -81,7 +86,10 @@ def compare(
         expected = "names of backends, or open ones"
         backends = several(backends, (str, Backend), "backends of compare", expected, InputError)
     most_ambiguous = real(most_ambiguous, "most_ambiguous of compare", 0.0, 1.0, error=InputError)
-    passes = Passes(named_outputs(outputs), None if size is None else checked_size(size, "the output"), [given])
+    if most_seconds is not None:
+        most_seconds = real(most_seconds, "most_seconds of compare", 0.0, error=InputError)
+    bounded = None if size is None else checked_size(size, "the output")
+    passes = Passes(named_outputs(outputs), bounded, [given], Pace(most_seconds, progress))
     chosen = backends if backends is not None else [n for n in backend_names() if n not in ("reference", "null")]
     return compared(passes, chosen, progress, most_ambiguous)
 
@@ -232,6 +240,7 @@ def _measured(
         float(accumulated.max()),
         _rmse(accumulated),
         most_ambiguous=most_ambiguous,
+        untried=allowed.untried,
     )
 
 

@@ -41,6 +41,7 @@ class TargetReport:
     accumulated_max, accumulated_rmse : on this backend's own pictures, with errors of earlier passes
     other_kind : NaN or infinity in the place of numbers, or the reverse, which bounds allow and no decision explains
     most_ambiguous : share of pixels that may be ambiguous before there is no verdict
+    untried : pixels (of a draw: fragments) whose bounds were not found in the time that was given
     places : of the first target that is undecided: decisions with their lines of the kernel, and in how many pixels
     """
 
@@ -64,6 +65,7 @@ class TargetReport:
     accumulated_rmse: float = 0.0
     other_kind: OtherKind | None = None
     most_ambiguous: float = MOST_AMBIGUOUS
+    untried: int = 0
     places: tuple[tuple[Cause, int], ...] = ()
 
     @property
@@ -73,8 +75,12 @@ class TargetReport:
 
     @property
     def decided(self) -> bool:
-        """Whether few enough pixels are ambiguous for the verdict to mean something."""
-        return self.ambiguous <= self.most_ambiguous and self.unpromised <= max(self.most_ambiguous, MOST_UNPROMISED)
+        """Whether all was looked at, and few enough pixels are ambiguous for the verdict to mean something."""
+        return (
+            not self.untried
+            and self.ambiguous <= self.most_ambiguous
+            and self.unpromised <= max(self.most_ambiguous, MOST_UNPROMISED)
+        )
 
     @property
     def passed(self) -> bool:
@@ -97,6 +103,11 @@ class TargetReport:
         if self.decided:
             return ""
         where = f"pass {self.step}, target {self.target}"
+        if self.untried:
+            return (
+                f"{where}: time was up before the bounds of {self.untried} pixels were found; give more "
+                "(--most-seconds, most_seconds of compare), or smaller pictures"
+            )
         if self.ambiguous <= self.most_ambiguous:
             return (
                 f"{where}: operations promise nothing for what they are given at {self.unpromised:.2%} of pixels, more "

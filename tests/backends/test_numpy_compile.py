@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.backends.numpy.machine import native, objects
+from passgraph.backends.numpy.machine import compiler, native
 from passgraph.backends.numpy.pixels.chains import alone
 from passgraph.backends.numpy.pixels.code import pixel_text
 from passgraph.backends.numpy.pixels.layout import Layout
@@ -48,7 +48,7 @@ def test_reads_beyond_so_many_are_calls() -> None:
     few, many = text_of(taps(MAX_INLINED)), text_of(taps(MAX_INLINED + 12))
     assert few.count(" noinline") == 0
     assert many.count(" noinline") == 12
-    lines = [str(objects.optimised(text)).count("\n") for text in (text_of(taps(12)), few, many)]
+    lines = [str(compiler.optimised(text)).count("\n") for text in (text_of(taps(12)), few, many)]
     inlined, called = (lines[1] - lines[0]) / (MAX_INLINED - 12), (lines[2] - lines[1]) / 12
     assert called < 0.6 * inlined  # lines of LLVM's text a read; the function itself is among them
 

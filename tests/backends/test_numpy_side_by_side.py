@@ -11,7 +11,7 @@ import pytest
 
 import passgraph as pg
 from passgraph.backends.numpy.backend import NumpyBackend
-from passgraph.backends.numpy.machine import native, objects
+from passgraph.backends.numpy.machine import compiler, native
 
 SIZE = (40, 30)
 
@@ -20,7 +20,7 @@ SIZE = (40, 30)
 def compiled(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[list[tuple[str, str]]]:
     """What is compiled, nothing being known before: the text's first line and the thread."""
     made: list[tuple[str, str]] = []
-    original = objects.compiled
+    original = compiler.compiled
 
     def note(text: str, loops: int) -> bytes:
         made.append((text.splitlines()[0], threading.current_thread().name))
@@ -28,7 +28,7 @@ def compiled(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[list[t
 
     monkeypatch.setenv("PASSGRAPH_CACHE", str(tmp_path))
     monkeypatch.setattr(native, "_codes", {})
-    monkeypatch.setattr(objects, "compiled", note)
+    monkeypatch.setattr(compiler, "compiled", note)
     yield made
     assert not [thread for thread in threading.enumerate() if thread.name == "passgraph_compile" and _stays(thread)]
 
@@ -58,13 +58,13 @@ def test_each_text_is_compiled_once_and_loaded(compiled: list[tuple[str, str]]) 
 
 def test_two_texts_are_compiled_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
     """Two texts that wait for each other are compiled: one after the other they would wait for ever."""
-    both, original = threading.Barrier(2, timeout=60), objects.optimised
+    both, original = threading.Barrier(2, timeout=60), compiler.optimised
 
     def wait(*given: object, **named: object) -> object:
         both.wait()
         return original(*given, **named)  # type: ignore[arg-type]
 
-    monkeypatch.setattr(objects, "optimised", wait)
+    monkeypatch.setattr(compiler, "optimised", wait)
     with native.side_by_side(2):
         asked(0), asked(1)
 

@@ -20,6 +20,7 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 import passgraph as pg
+from passgraph.commands.sources import in_bytes
 from passgraph.effects.pictures.black_and_white import black_and_white
 from passgraph.effects.pictures.blur import gaussian_blur
 from passgraph.frames import Pattern, Pictures, ToPictures, ToVideo, Video
@@ -80,8 +81,8 @@ def through_libavfilter(source: Path, output: Path, blur: bool) -> None:
 def videos(folder: Path, frames: int, size: tuple[int, int], turns: int) -> list[Ratio]:
     source = folder / "source.mp4"
     make_video(source, frames, size)
-    blurred = gaussian_blur(pg.Input("frame", "rgba32f"), sigma_px=SIGMA_PX)
-    with pg.compile(blurred, "numpy") as program:
+    blurred = in_bytes({"blurred": gaussian_blur(pg.Input("frame"), sigma_px=SIGMA_PX)})
+    with pg.compile(blurred, "numpy", results="stored") as program:  # as `passgraph apply` does
 
         def ours() -> None:
             sink = ToVideo(folder / "ours.mp4", options=ENCODER, sound=False, rate=Fraction(30))

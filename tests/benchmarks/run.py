@@ -141,6 +141,11 @@ def video(quick: bool, _: str) -> list[Ratio]:
     return found
 
 
+def apply(quick: bool, _: str) -> list[Ratio]:
+    found: list[Ratio] = importlib.import_module("bench_apply").ratios(3 if quick else 9)
+    return found
+
+
 @dataclass(frozen=True)
 class Benchmark:
     """``needs`` maps modules to what installs them; ``apart`` says that they belong to the peers' Python."""
@@ -168,6 +173,7 @@ BENCHMARKS = {
     "stencil": Benchmark(stencil, {}),
     "tiles": Benchmark(tiles, {"tifffile": "tifffile"}),
     "video": Benchmark(video, {"av": "av"}),
+    "apply": Benchmark(apply, {"cv2": "opencv-python-headless"}),
 }
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+from fractions import Fraction
 from pathlib import Path
 from typing import Any
 
@@ -221,6 +222,12 @@ def test_what_a_file_does_not_have_is_refused(arguments: str, text: str, capsys:
             "out.png: is one picture, and --turntable makes several; give a numbered sequence (-o turn.%04d.png) or a "
             "video (-o turn.mp4)",
         ),
+        (
+            "--turntable 3 --rate 30",
+            "--rate is for videos, and out.png is none; leave it out, or name one: -o turn.mp4",
+        ),
+        ("--rate 30", "--rate is for the video of a --turntable, and this is one picture; leave it out"),
+        ("--turntable 3 --rate 0", "--rate '0': expected frames a second from 0 to 1000, such as 25 or 30000/1001"),
         ("--turntable 3 --profile", "--profile is for one picture, and --turntable makes several; leave out one"),
         ("--turntable 3 --capture steps", "--capture is for one picture, and --turntable makes several; leave out one"),
     ],
@@ -255,6 +262,9 @@ def test_a_turntable_becomes_a_video(capsys: pytest.CaptureFixture[str]) -> None
     from passgraph.frames import Video
 
     assert len(list(Video(Path("turn.mp4")))) == 3
+    assert Video(Path("turn.mp4")).rate == 25
+    assert run(["render", *SIZE, "tower.obj", "--turntable", "3", "--rate", "30000/1001", "-o", "slow.mp4"]) == 0
+    assert Video(Path("slow.mp4")).rate == Fraction(30000, 1001)
 
 
 @pytest.mark.parametrize(

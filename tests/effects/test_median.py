@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import passgraph as pg
+from passgraph.backends.numpy.pixels.channels import selection, single_channel
 from passgraph.effects import median
 from passgraph.effects.pictures.median import NINE, TWENTY_FIVE
 from passgraph.plan.build import build
@@ -53,13 +54,27 @@ def test_infinities_are_numbers() -> None:
         assert np.array_equal(program(frame=picture)["median"], numpy_median(picture, 5))
 
 
-def test_bytes_stay_bytes() -> None:
-    picture = np.random.default_rng(2).integers(0, 256, (20, 31, 3)).astype(np.uint8)
-    made = median(pg.Input("frame", "rgb8"), 5, into=pg.target("median", "rgb8"))
+@pytest.mark.parametrize("format_", ["r8", "rg8", "rgb8", "r16"])
+@pytest.mark.parametrize("size_px", [3, 5])
+def test_stored_numbers_stay_as_they_are(format_: str, size_px: int) -> None:
+    held = np.uint16 if format_ == "r16" else np.uint8
+    channels = pg.target("any", format_).format.channels
+    picture = np.random.default_rng(2).integers(0, np.iinfo(held).max, (20, 31, channels), endpoint=True).astype(held)
+    made = median(pg.Input("frame", format_), size_px, into=pg.target("median", format_))
     found = np.empty_like(picture)
     with pg.compile(made) as program:
         program(frame=picture, into={"median": found})
-    assert np.array_equal(found, numpy_median(picture, 5))
+    assert np.array_equal(found, numpy_median(picture, size_px))
+
+
+@pytest.mark.parametrize("format_", ["r8", "rgba8"])
+def test_bytes_are_compared_as_bytes(format_: str) -> None:
+    """Where a pass only chooses among stored numbers, the numpy backend decodes none: four times as many a register."""
+    color = pg.Input("frame", format_, (9, 9))
+    (step,) = build({"made": median(color, 5, into=pg.target("made", format_))}).steps
+    assert isinstance(step, PixelStep)
+    single = single_channel(step.program, (step.output_formats[0].channels,))
+    assert selection(single or step.program, step.image_formats, step.output_formats) is not None
 
 
 @pytest.mark.parametrize("size_px", [3, 5])

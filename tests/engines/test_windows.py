@@ -19,7 +19,7 @@ pytestmark = pytest.mark.engines
 #: Example → the distribution that it needs.
 ENGINES = {
     "pyglet": "pyglet", "arcade": "arcade", "moderngl_window": "moderngl-window", "pygame": "pygame-ce",
-    "qt": "PySide6", "vispy": "vispy", "kivy": "Kivy", "raylib": "raylib",
+    "qt": "PySide6", "napari": "napari", "vispy": "vispy", "kivy": "Kivy", "raylib": "raylib",
 }  # fmt: skip
 
 

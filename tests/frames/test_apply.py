@@ -115,6 +115,7 @@ def test_formats_that_are_not_written_become_png(capsys: pytest.CaptureFixture[s
 
 @pytest.mark.parametrize("name", [n for n, e in EFFECTS.items() if e.takes == "picture"])
 def test_a_sequence_gives_what_single_pictures_give(capsys: pytest.CaptureFixture[str], name: str) -> None:
+    """To the bit, of 8 bits that are decoded from sRGB too."""
     y, x = np.mgrid[0:20, 0:30] / 32
     for number, size in enumerate([(20, 30), (20, 30), (13, 17)]):
         tinted = np.dstack([x, y, 1 - x, np.ones_like(x)])[: size[0], : size[1]] * (1 - number / 8)
@@ -123,8 +124,26 @@ def test_a_sequence_gives_what_single_pictures_give(capsys: pytest.CaptureFixtur
         well(capsys, "apply", name, f"in{number}.png", "-o", f"one{number}.npy", "-b", "reference")
     well(capsys, "apply", name, "in?.png", "-o", "many%d.npy", "-b", "reference")
     for number in range(3):
-        # Single pictures are decoded to float32 first, those of sequences where they are read.
-        np.testing.assert_array_max_ulp(np.load(f"many{number + 1}.npy"), np.load(f"one{number}.npy"), maxulp=4)
+        np.testing.assert_array_equal(np.load(f"many{number + 1}.npy"), np.load(f"one{number}.npy"))
+
+
+@pytest.mark.parametrize("backend", ["numpy", "gl"])
+def test_every_byte_is_decoded_in_one_place(capsys: pytest.CaptureFixture[str], backend: str) -> None:
+    """Of pictures in 8 and in 16 bits, alone and in a row, with all that 8 bits can be."""
+    ramp = np.arange(256, dtype=np.uint8).reshape(16, 16)
+    pg.save("in0.png", np.dstack([ramp, ramp[::-1], ramp.T, np.full_like(ramp, 255)]))
+    _save_16_bits(Path("in1.png"), np.linspace(0, 65535, 256).astype(np.uint16).reshape(16, 16))
+    for number in range(2):
+        well(capsys, "apply", "vignette", f"in{number}.png", "-o", f"one{number}.npy", "-b", backend, "--linear")
+    well(capsys, "apply", "vignette", "in?.png", "-o", "many%d.npy", "-b", backend, "--linear")
+    for number in range(2):
+        np.testing.assert_array_equal(np.load(f"many{number + 1}.npy"), np.load(f"one{number}.npy"))
+
+
+def _save_16_bits(path: Path, gray: np.ndarray) -> None:
+    from PIL import Image
+
+    Image.fromarray(gray).save(path)
 
 
 def test_depth_is_one_picture_or_a_sequence(capsys: pytest.CaptureFixture[str]) -> None:
@@ -179,6 +198,8 @@ def test_a_picture_that_is_a_parameter_goes_with_every_frame(capsys: pytest.Capt
 
 class Summing:
     """An effect that adds up all frames until now."""
+
+    takes = "picture"
 
     def made(self, color: pg.Target) -> pg.Target:
         spec = pg.target("sum", "rgba32f")
@@ -303,7 +324,7 @@ def test_resume_does_what_is_left(capsys: pytest.CaptureFixture[str]) -> None:
         (["b/whole.mp4", "-o", "out.mp4", "--rate", "25"], "frames of a video keep their times; leave it out"),
         (["a", "-o", "out/", "--raw", "rgb24"], "--raw is for streams, and none is read or written"),
         (["a", "-o", "out/", "--raw", "wrong"], "'wrong' is not a layout of raw pixels"),
-        (["-", "-o", "out/"], "frames of standard input have no names; give a numbered sequence: -o out/%04d.png"),
+        (["-", "-o", "out/"], "nothing names the files of standard input; give numbers: -o out/%04d.png"),
         (["-", "-o", "out.#.png", "--raw", "rgb24"], "raw pixels have no size of their own"),
         (["b/video.mp4", "-o", "out.mp4"], "b/video.mp4: cannot be read as a video"),
     ],

@@ -235,9 +235,10 @@ TEXTS: list[tuple[str, str]] = [
     ("def k(c: «Array[float]») -> float: return 1.0", "an array is written Array[element, length]"),
     ("def k(c: «Array[tuple[float, float], 3]») -> float: return 1.0", "an array cannot hold tuples"),
     (
-        "def k(c: «Array[Array[float, 32], 33]») -> float: return 1.0",
-        "has 1056 elements, those of arrays in it counted",
+        "def k(c: «Array[Array[float, 4096], 4097]») -> float: return 1.0",
+        "has 16781312 elements, those of arrays in it counted",
     ),
+    ("def k(c: «Array[Image, 1025]») -> float: return 1.0", "has 1025 elements, those of arrays in it counted"),
     ("«def k(c: Array[Image, 129]) -> float: return 1.0»", "k takes 129 images, those in structs and arrays too"),
     ("def k(c: Array[Image, 2]) -> «Array[Image, 2]»: return c", "k cannot return an Image"),
     (
@@ -245,7 +246,93 @@ TEXTS: list[tuple[str, str]] = [
         "def k(c: Image) -> float: return «f(S(c))»",
         "parameter 's' holds an Image and cannot be assigned to",
     ),
-    ("def k(c: «Array[float, 0]») -> float: return 1.0", "array length must be a whole number from 1 to 1024, got 0"),
+    (
+        "def k(c: «Array[float, 0]») -> float: return 1.0",
+        "array length must be a whole number from 1 to 16777216, got 0",
+    ),
+    ("def k(«c: Array[mat4, 16777216]») -> float: return 1.0", "takes 1024 MiB; an array may take 256 MiB"),
+    (
+        "def k(c: int) -> «Array[float, 1025]»: return c",
+        "the result of k would hold Array[float, 1025]; more than 1024",
+    ),
+    (
+        "def k(c: Array[float, 1025]) -> float:\n    «d = c»\n    return d[0]",
+        "c has 1025 entries, which are read by index",
+    ),
+    (
+        "def k(«c: Array[float, 1025]») -> float:\n    c[0] = 1.0\n    return c[0]",
+        "c has 1025 entries, which are read by index",
+    ),
+    (
+        "def f(a: Array[float, 1025]) -> float:\n    a[0] = 1.0\n    return a[0]\n"
+        "def k(c: Array[float, 1025]) -> float: return «f(c)»",
+        "c has 1025 entries, which are read by index",
+    ),
+    (
+        "class S:\n    a: Array[float, 1025]\ndef k(c: S) -> float:\n    «d = c»\n    return d.a[0]",
+        "c.a has 1025 entries, which are read by index",
+    ),
+    (
+        "def k(c: Array[Array[float, 1025], 2], n: int) -> float:\n    «d = c[n]»\n    return d[0]",
+        "a variable would hold Array[float, 1025]; more than 1024",
+    ),
+    ("def k(c: Array[float, 1025]) -> float: return «c[1025]»", "index 1025 is outside Array[float, 1025] (0 to 1024)"),
+    (
+        "def k(n: Annotated[int, Range(1, 64)] = «0») -> float: return 1.0",
+        "default of n must be 1 to 64, got 0",
+    ),
+    (
+        "def k(n: Annotated[vec3, Range(0, 1)] = «(0, 1, 2)») -> float: return 1.0",
+        "default of n must be 0 to 1, got 2",
+    ),
+    (
+        "def k(n: Annotated[int, «Range(64, 1)»]) -> float: return 1.0",
+        "low must be below high, got 64 and 1",
+    ),
+    (
+        "def k(«n: Annotated[int, Range(0.2, 0.8)]») -> float: return 1.0",
+        "is int, of which no number is 0.2 to 0.8",
+    ),
+    (
+        "def k(«n: Annotated[bool, Range(0, 1)]») -> float: return 1.0",
+        "is bool; a range is of numbers",
+    ),
+    (
+        "def k(«n: Annotated[Image, Range(0, 1)]») -> float: return 1.0",
+        "is Image; a range is of numbers",
+    ),
+    (
+        "def k(«n: Annotated[Array[float, 2000], Range(0, 1)]») -> float: return 1.0",
+        "are not looked at one by one",
+    ),
+    (
+        "def k(n: Annotated[int, «int»]) -> float: return 1.0",
+        "a pg.Range(low, high), and nothing else",
+    ),
+    (
+        "def k(n: Annotated[int, Range(1, «n»)]) -> float: return 1.0",
+        "a range has written numbers and text",
+    ),
+    (
+        "def k(n: Annotated[int, Range(«*n»)]) -> float: return 1.0",
+        "a range has written numbers and text",
+    ),
+    (
+        "def k(n: Annotated[int, «Range(1, 2, low=3)»]) -> float: return 1.0",
+        "pg.Range takes low, high, unit, above, odd, each once",
+    ),
+    (
+        "def k(n: «Annotated[int]») -> float: return 1.0",
+        "a range is written Annotated[type, pg.Range(low, high)]",
+    ),
+    (
+        "def k(n: Array[«Annotated[int, Range(1, 2)]», 3]) -> float: return 1.0",
+        "a range is of a kernel's parameter as a whole",
+    ),
+    (
+        "def f(«n: Annotated[int, Range(1, 2)]») -> int: return n\ndef k(n: int) -> float: return float(f(n))",
+        "f is no kernel; what its parameters may be is not looked at",
+    ),
     ("def k(c: «1 + 2») -> float: return 1.0", "a name is expected here"),
     ("def k(«c: tuple[float, float]») -> float: return 1.0", "a parameter cannot be a tuple"),
     ("def k(«c: Const[mat2]») -> float: return 1.0", "Const parameters are scalars or vectors, got mat2"),
@@ -363,14 +450,14 @@ STAGES: list[tuple[Callable[..., Any], str, str]] = [
         "a function that calls discard() is called where Python may leave it out",
     ),
     (
-        fragment,
-        VARYING + "def k(p: P, c: Image) -> float: return «c.lod(p.normal.xy)»",
-        "image.lod() takes derivatives, which a fragment kernel has not",
+        vertex,
+        VARYING + "def k(v: Vertex, c: Image) -> P: return P(vec4(«c.lod(v.uv)»), v.normal)",
+        "image.lod() takes derivatives, which a vertex kernel has not",
     ),
     (
-        fragment,
-        VARYING + "def k(p: P) -> float: return «dfdx(p.normal.x)»",
-        "dfdx() exists in pixel kernels, not in a fragment kernel",
+        vertex,
+        VARYING + "def k(v: Vertex) -> P: return P(vec4(«dfdx(v.uv.x)»), v.normal)",
+        "dfdx() exists in pixel and fragment kernels, not in a vertex kernel: a vertex has no pixels beside it",
     ),
     (
         vertex,
@@ -432,6 +519,10 @@ CALLS: list[tuple[Callable[[], Any], str]] = [
     (
         lambda: kernel(source="def k(c: Array[Image, 2]) -> float: return 1.0")(3.0),
         "c must be Array[Image, 2], a list of 2, got 3.0",
+    ),
+    (
+        lambda: kernel(source="def k(n: Annotated[int, Range(1, 9, 'taps')]) -> float: return 1.0")(10),
+        "parameter 'n' must be 1 to 9 taps, got 10",
     ),
     (lambda: source_from_text("#" * 300_000), "kernel text has 300000 characters; at most 200000"),
     (lambda: source_from_text("\n#" + "a" * 20_000), "<kernel text>:2: this line has 20001 characters; at most 10000"),

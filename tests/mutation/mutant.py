@@ -21,7 +21,10 @@ WRITES_TEXT = ("pixels/code.py",)
 SHARED_WITH_ORACLE = (
     "passgraph/graph/reduction",
     "passgraph/plan/",
+    "passgraph/run/buffers.py",
     "passgraph/run/execution.py",
+    "passgraph/run/given.py",
+    "passgraph/language/buffers.py",
     "passgraph/language/composites.py",
     "passgraph/language/expand.py",
     "passgraph/language/feeding.py",

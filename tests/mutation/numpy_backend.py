@@ -61,7 +61,7 @@ MUTANTS = (
         *PICTURES,
     ),
     _n(
-        "interpolated",
+        "_Pixel._nearness",
         "b.fmul(edge, factor) for edge, factor",
         "edge for edge, factor",
         "draw states/cull none, lean",
@@ -220,14 +220,14 @@ MUTANTS = (
         ("coverage/quad", "coverage/row 0", "draw states/cull none"),
     ),
     Mutant(
-        "interpolated",
-        "zip(more, near, strict=True)",
-        "zip(more, near[::-1], strict=True)",
+        "_Pixel.value",
+        "zip(more, self.near, strict=True)",
+        "zip(more, self.near[::-1], strict=True)",
         "numpy",
         ("draw states/blend", "coverage/through the eye"),
     ),
     Mutant(
-        "interpolated",
+        "_Pixel.value",
         'z = b.select(b.fcmp_ordered(">", z, ir.Constant(F64, 1.0)), ir.Constant(F64, 1.0), z)',
         "pass",
         "numpy",

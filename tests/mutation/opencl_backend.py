@@ -75,7 +75,7 @@ MUTANTS = (
     _o("stencil_update", '"invert": f"(~{old})"', '"invert": f"(-{old})"', "draw states/stencil invert"),
     _o("stencil_update", "({old} & {keep}) | ({new}", "({new}", "draws/stencil", "draw states/stencil"),
     _o("CULL", '"back": 1, "front": 2', '"back": 2, "front": 1', "draw states/cull"),
-    _o("pg_covered", "near1 / total, near2 / total", "near1, near2", "draw states/cull none, lean"),
+    _o("pg_place", "near1 / total, near2 / total", "near1, near2", "draw states/cull none, lean"),
     _o(
         "_tests",
         "return (reject, write) if discards else",
@@ -117,7 +117,7 @@ MUTANTS = (
         "coverage/",
     ),
     _o("pg_tiles", "f1 -= dx1, f2 -= dx2) {", "f1 += dx1, f2 -= dx2) {", *SEEN),
-    _o("pg_covered", "depth = depth < 0.0f ? 0.0f : (1.0f < depth ? 1.0f : depth);", "", "draw states/polygon offset"),
+    _o("pg_place", "depth = depth < 0.0f ? 0.0f : (1.0f < depth ? 1.0f : depth);", "", "draw states/polygon offset"),
     _o(
         "pg_tiles",
         "for (int x = left; x <= right; ++x) { pg_clear_pixel",

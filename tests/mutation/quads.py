@@ -1,4 +1,4 @@
-"""Mistakes in how derivatives are written into kernels; the reference runs what comes of them too."""
+"""Mistakes in how derivatives are written into kernels, which the reference runs too, and in what draws hand in."""
 
 from __future__ import annotations
 
@@ -7,6 +7,10 @@ from tests.mutation.mutant import Mutant
 
 def _quads(function: str, old: str, new: str) -> Mutant:
     return Mutant(function, old, new, "numpy", ("derivatives/",))
+
+
+def _beside(backend: str, function: str, old: str, new: str) -> Mutant:
+    return Mutant(function, old, new, backend, ("derivatives/beside a triangle",))
 
 
 MUTANTS = (
@@ -21,4 +25,15 @@ MUTANTS = (
     _quads("_Quads._if", "live |= in_else", "pass"),
     _quads("_Quads._enter", "self._at(held, pixel, before, live)", "held"),
     _quads("Feeding._needed", "both = (pixel, pixel ^ AXES[self.derivatives[node]]) if", "both = (pixel,) if"),
+    _quads("_Quads._moved", 'ir.other_pixel(expression.name, "".join(axes))', "expression.name"),
+    _beside("numpy", "interpolated", "if axis in axes else at", "if axis not in axes else at"),
+    _beside("gl", "GLSL._stepped", "1 - 2 *", "2 * "),
+    _beside("gl", "GLSL._varying", "= pg_varying{vector} * gl_FragCoord.w;", "= pg_varying{vector};"),
+    _beside("gl", "GLSL._varying", 'self._stepped("gl_FragCoord.w", axes)', '"gl_FragCoord.w"'),
+    _beside("gl", "GLSL._depth", "self._stepped('gl_FragCoord.z', axes)", "'gl_FragCoord.z'"),
+    _beside("opencl", "pg_covered", "(x & 1) != 0 ? -256L : 256L", "(x & 1) != 0 ? 256L : -256L"),
+    _beside("opencl", "pg_covered", "(k & 2) != 0 ? down", "(k & 1) != 0 ? down"),
+    _beside("opencl", "pg_covered", "e1 + dy * (t[0] - t[4])", "e1 + dy * (t[4] - t[0])"),
+    _beside("opencl", "_shade", "{a}) * {place}.y", "{a}) * there[0].y"),
+    _beside("opencl", "_pixel_rows", "if pixel)", "if pixel == 1)"),
 )

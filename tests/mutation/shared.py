@@ -21,6 +21,10 @@ def _composite(function: str, old: str, new: str) -> Mutant:
     return Mutant(function, old, new, "numpy", ("composites/",))
 
 
+def _long(function: str, old: str, new: str, backend: str = "numpy", where: str = "composites/long arrays") -> Mutant:
+    return Mutant(function, old, new, backend, (where,))
+
+
 def _reduce(function: str, old: str, new: str, *catchers: str) -> Mutant:
     return Mutant(function, old, new, "gl", catchers or ("plans/sums", "plans/a histogram", "plans/less last"))
 
@@ -29,6 +33,27 @@ def _reduce(function: str, old: str, new: str, *catchers: str) -> Mutant:
 _FLOATS = '"add": "({0} + {1})", "sub": "({0} - {1})", "mul": "({0} * {1})", "div"'
 
 MUTANTS = (
+    # Long arrays
+    _long("entry", 's.Lit("int", type_.length - 1)', 's.Lit("int", type_.length - 2)'),
+    _long("entry", 'e.op("max", index, s.Lit("int", 0))', 'e.op("max", index, s.Lit("int", 1))'),
+    _long("entry", 's.Lit("int", WIDTH - 1)', 's.Lit("int", WIDTH // 2 - 1)'),
+    _long("entry", 's.Lit("int", WIDTH_BITS)', 's.Lit("int", WIDTH_BITS + 1)', "gl"),
+    _long("entry", 'e.op("add", first, s.Lit("int", k))', "first"),
+    _long("_whole", 'e.op("bit_or", e.op("to_int", low), upper)', "upper"),
+    _long("picture_of", "halves[:, 0], halves[:, 1] =", "halves[:, 1], halves[:, 0] ="),
+    _long("numbers_in", "halves[:, 1] << HALF_BITS", "halves[:, 1]"),
+    _long("Buffers.bring", "self.written[resource] is not value or ", "", where="composites/long arrays that"),
+    _long("Shared.finish", "(n, t) for n, t in self.buffers.items() if n in read", "(n, t) for n, t in ()"),
+    _long("picked", 'not hasattr(value, "_fields")', "not hasattr(value, field)"),
+    # Ranges of parameters
+    Mutant("ends", "max(first, least)", "max(first + 1, least)", "numpy", ("language/loops and offsets within a par",)),
+    Mutant(
+        "ends",
+        "math.floor(high), most)",
+        "math.floor(high) - 1, most)",
+        "numpy",
+        ("language/loops and offsets within a par",),
+    ),
     # Runs
     _plan("_earliest_first", "reversed(list(pairwise(chain)))", "pairwise(chain)"),
     _plan("Execution._begin_history", "np.asarray(resource.initial, np.float32)", "np.zeros(1, np.float32)"),
@@ -214,8 +239,8 @@ MUTANTS = (
     _plan("lifetimes", "spans[resource] = (first, index)", "spans[resource] = (first, first)"),
     _plan(
         "emit",
-        "*outputs.values(), *before, *before.values(), *inputs.values(),",
-        "*outputs.values(), *inputs.values(),",
+        "*outputs.values(), *before, *before.values(), *read.values(),",
+        "*outputs.values(), *read.values(),",
     ),
     _plan(
         "_handed_on",

@@ -51,8 +51,8 @@ def arity(name: str) -> int:
 def allowed(name: str, arguments: list[Interval]) -> Interval:
     """What the row may give, whatever its decisions."""
 
-    def run(lanes: NDArray[np.int64], track: Track) -> tuple[list[Interval], None]:
-        made = IntervalDomain(track).apply(name, [a.take(lanes) for a in arguments])
+    def run(track: Track) -> tuple[list[Interval], None]:
+        made = IntervalDomain(track).apply(name, [a.take(track.lanes) for a in arguments])
         assert isinstance(made, Interval)
         return [made.map(lambda x: x.reshape(-1, 1))], None
 

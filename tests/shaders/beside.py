@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cache
@@ -14,10 +14,7 @@ import numpy as np
 from originals import Asked, Clock, File, IsfFile, Original, Picture, Size, TransitionFile
 
 import passgraph as pg
-from passgraph.plan.reach import inputs_behind
 from passgraph.shaders.load import load_shader
-from passgraph.verify.oracle.backend import outside
-from passgraph.verify.oracle.passes import Passes
 
 #: Collections of published shaders; checkouts of users have none.
 FOLDER = Path(__file__).resolve().parents[3] / "shared" / "shaders"
@@ -112,9 +109,9 @@ class Case:
         imported = getattr(self.file, "imported", {})
         return here | {name: _four(pg.load(path)) for name, path in imported.items()}
 
-    def original(self, context: moderngl.Context) -> list[Picture]:
-        """The picture of each frame, as the file's host shows it."""
-        run = Original(context, self.file, self.size)
+    def original(self, context: moderngl.Context, settled: Collection[str] | None = None) -> list[Picture]:
+        """The picture of each frame, as the file's host shows it; with functions ``settled``, as kernels have them."""
+        run = Original(context, self.file, self.size, settled=settled)
         try:
             run.show(self.given())
             # Shown are 8 bits, whatever the last pass draws into.
@@ -123,17 +120,17 @@ class Case:
         finally:
             run.release()
 
-    def graph(self, format: str = "rgba32f") -> pg.Target:
-        """The same as passgraph has it, of pictures in a format."""
+    def graph(self, format: str = "rgba32f", shown: str = "rgba8") -> pg.Target:
+        """The same as passgraph has it, of pictures in a format, drawn in another."""
         effect = load_shader(self.path)
         clock = {"time": CLOCK.time, "time_step": CLOCK.step, "date": CLOCK.date}
         own = {name: value for name, value in clock.items() if name in effect.parameters}
         own |= {name: value for name, value in self.values.items() if name in effect.parameters}
         images = {name: pg.Input(name, format, self.size) for name in effect.images}
-        return effect(*images.values(), into=pg.target("shown", "rgba8", scale=1.0), **own)
+        return effect(*images.values(), into=pg.target("shown", shown, scale=1.0), **own)
 
-    def ours(self, backend: str = "numpy") -> list[Picture]:
-        with pg.compile(self.graph(), backend=backend, size=self.size) as program:
+    def ours(self, backend: str = "numpy", shown: str = "rgba8") -> list[Picture]:
+        with pg.compile(self.graph(shown=shown), backend=backend, size=self.size) as program:
             given = {name: picture for name, picture in self.given().items() if name in program.inputs}
             return [np.asarray(program(**given)["shown"]) for _ in range(self.frames)]
 
@@ -170,54 +167,3 @@ def apart(these: list[Picture], those: list[Picture]) -> Apart:
     differences = [np.abs(a - b).max(axis=2) * 255 for a, b in zip(these, those, strict=True)]
     whole = np.nan_to_num(np.stack(differences), nan=255.0)
     return Apart(round(float(whole.max()), 3), float((whole > STEPS).mean()))
-
-
-@dataclass(frozen=True)
-class Allowed:
-    """The original against the oracle, over all passes, each fed with the reference's pictures.
-
-    ``outside``: the largest share of pixels of a pass that no conforming backend may have; ``ambiguous``: the largest
-    share that hang on decisions.
-    """
-
-    outside: float
-    ambiguous: float
-    worst: str = ""
-
-
-def against_oracle(case: Case, context: moderngl.Context) -> Allowed:
-    """Whether the original's passes, with precise sines, lie within what the oracle allows and one step of 8 bits."""
-    given = case.given()
-    graph = {"shown": case.graph()}
-    passes = Passes(
-        graph,
-        case.size,
-        [{name: given[name] for name in inputs_behind(list(graph.values())) if name in given}] * case.frames,
-    )
-    expected, allowed = passes.allowed(True)
-    run = Original(context, case.file, case.size, precise=True)
-    found = Allowed(0.0, 0.0)
-    try:
-        run.show(given)
-        for frame in range(case.frames):
-            here = {key: picture for key, picture in expected.items() if key[0] == frame}
-            keys = dict(enumerate(sorted(here)))
-            drawn = run.draw(case.values, frame, CLOCK, {n: here[key] for n, key in keys.items()})
-            drawn[-1] = np.clip(np.nan_to_num(drawn[-1]), 0.0, 1.0)  # shown are 8 bits
-            for number, picture in enumerate(drawn):
-                if number not in keys:
-                    continue
-                bounds = allowed[keys[number]]
-                step = 1.001 / 255
-                lo, hi = bounds.values.lo - step, bounds.values.hi + step
-                wrong = (outside(picture, type(bounds.values)(lo, hi, bounds.values.nan))).any(axis=2)
-                share = float((wrong & ~bounds.ambiguous).mean())
-                if share > found.outside or bounds.ambiguous.mean() > found.ambiguous:
-                    found = Allowed(
-                        max(share, found.outside),
-                        max(float(bounds.ambiguous.mean()), found.ambiguous),
-                        f"frame {frame}, pass {number}" if share > found.outside else found.worst,
-                    )
-    finally:
-        run.release()
-    return found

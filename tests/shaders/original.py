@@ -22,6 +22,13 @@ out vec4 shown_color;
 uniform vec2 pg_output_size;
 #define pg_position (gl_FragCoord.xy / pg_output_size)
 """
+#: By whether there are smaller levels, and whether the nearest texel is taken: how to read smaller, and larger.
+_FILTERS = {
+    (False, False): (moderngl.LINEAR, moderngl.LINEAR),
+    (False, True): (moderngl.NEAREST, moderngl.NEAREST),
+    (True, False): (moderngl.LINEAR_MIPMAP_LINEAR, moderngl.LINEAR),
+    (True, True): (moderngl.NEAREST_MIPMAP_NEAREST, moderngl.NEAREST),
+}
 
 
 class Original:
@@ -33,17 +40,19 @@ class Original:
 
     def run(
         self, text: str, size: tuple[int, int], pictures: Mapping[str, Picture], values: Mapping[str, Any],
-        head: str = HEAD,
+        head: str = HEAD, *, levels: bool = False, nearest: bool = False, repeat: bool = False,
     ) -> Picture:  # fmt: skip
-        """The picture (h, w, 4) that a shader draws, row 0 on top, as pictures are given."""
+        """The picture (h, w, 4) that a shader draws, row 0 on top, as pictures are given; ``levels``, with mip maps."""
         context = self.context
         program = context.program(vertex_shader=_QUAD, fragment_shader=head + text)
         textures = []
         for unit, (name, picture) in enumerate(pictures.items()):
             height, width = picture.shape[:2]
             texture = context.texture((width, height), 4, np.ascontiguousarray(picture[::-1]).tobytes(), dtype="f4")
-            texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
-            texture.repeat_x = texture.repeat_y = False
+            if levels:
+                texture.build_mipmaps()
+            texture.filter = _FILTERS[levels, nearest]
+            texture.repeat_x = texture.repeat_y = repeat
             texture.use(unit)
             textures.append(texture)
             if name in program:

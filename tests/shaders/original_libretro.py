@@ -35,6 +35,7 @@ class Drawn:
     format: str = "rgba8"
     alias: str = ""
     frame_count_mod: int = 0
+    mipmaps: bool = False
 
 
 @dataclass
@@ -43,7 +44,7 @@ class Chain:
 
     context: moderngl.Context
     passes: Sequence[Drawn]
-    textures: Mapping[str, tuple[Picture, bool, str]] = field(default_factory=dict)
+    textures: Mapping[str, tuple[Picture, bool, str, bool]] = field(default_factory=dict)
     feedback: int | None = None
     values: Mapping[str, float] = field(default_factory=dict)
 
@@ -57,14 +58,17 @@ class Chain:
         self.frames: list[moderngl.Texture] = []
         self.fed: moderngl.Texture | None = None
 
-    def texture(self, picture: Picture, linear: bool, wrap: str) -> moderngl.Texture:
+    def texture(self, picture: Picture, linear: bool, wrap: str, mipmaps: bool = False) -> moderngl.Texture:
         size = (picture.shape[1], picture.shape[0])
-        return self.read_as(
-            self.context.texture(size, 4, np.ascontiguousarray(picture).tobytes(), dtype="f4"), linear, wrap
-        )
+        made = self.context.texture(size, 4, np.ascontiguousarray(picture).tobytes(), dtype="f4")
+        return self.read_as(made, linear, wrap, mipmaps)
 
-    def read_as(self, texture: moderngl.Texture, linear: bool, wrap: str) -> moderngl.Texture:
+    def read_as(self, texture: moderngl.Texture, linear: bool, wrap: str, mipmaps: bool = False) -> moderngl.Texture:
         texture.filter = (moderngl.LINEAR, moderngl.LINEAR) if linear else (moderngl.NEAREST, moderngl.NEAREST)
+        if mipmaps:
+            texture.build_mipmaps()
+            smaller = moderngl.LINEAR_MIPMAP_LINEAR if linear else moderngl.NEAREST_MIPMAP_NEAREST
+            texture.filter = (smaller, texture.filter[1])
         if wrap == "zero":
             sampler = self.context.sampler(border_color=_BORDER, filter=texture.filter)
             texture.extra = sampler
@@ -76,8 +80,8 @@ class Chain:
         first = self.passes[0]
         black = np.zeros_like(picture)
         while len(self.frames) < 8:
-            self.frames.append(self.texture(black, first.linear, first.wrap))
-        self.frames = [self.texture(picture, first.linear, first.wrap), *self.frames[:7]]
+            self.frames.append(self.texture(black, first.linear, first.wrap, first.mipmaps))
+        self.frames = [self.texture(picture, first.linear, first.wrap, first.mipmaps), *self.frames[:7]]
         made = [self.frames[0]]
         for at, (one, program) in enumerate(zip(self.passes, self.programs, strict=True), 1):
             reader = self.passes[at] if at < len(self.passes) else Drawn("", (1, 1))
@@ -95,7 +99,7 @@ class Chain:
                     np.zeros((*again.size[::-1], 4), np.float32), False, "zero"
                 )
             self.draw(one, program, named, target, number)
-            made.append(self.read_as(target, reader.linear, reader.wrap))
+            made.append(self.read_as(target, reader.linear, reader.wrap, reader.mipmaps))
         if self.feedback is not None:
             self.fed = made[self.feedback + 1]
         size = self.passes[-1].size
@@ -112,12 +116,15 @@ class Chain:
         self, one: Drawn, program: Any, named: Mapping[str, moderngl.Texture], target: moderngl.Texture, number: int
     ) -> None:
         pictures = {f"{name}Texture": texture for name, texture in named.items()} | self.held
-        for unit, (name, texture) in enumerate((n, t) for n, t in pictures.items() if n in program):
+        first = pictures.pop("Texture")  # on the first unit, which samplers read that nobody sets
+        read = [("Texture", first), *((name, texture) for name, texture in pictures.items() if name in program)]
+        for unit, (name, texture) in enumerate(read):
             self.context.clear_samplers(unit, unit + 1)
             texture.use(unit)
             if texture.extra is not None:
                 texture.extra.use(unit)
-            program[name].value = unit
+            if name in program:
+                program[name].value = unit
         values: dict[str, Any] = {**self.values, "MVPMatrix": _MATRIX, "OutputSize": one.size, "FrameDirection": 1}
         values["FrameCount"] = number % one.frame_count_mod if one.frame_count_mod else number
         for name, texture in named.items():

@@ -8,13 +8,14 @@ from __future__ import annotations
 import json
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import moderngl
 import numpy as np
+from defined import definitions
 from numpy.typing import NDArray
 
 Picture = NDArray[np.float32]
@@ -25,37 +26,6 @@ _COMMON = "#version 420\n#define texture2D texture\n"
 _QUAD = _COMMON + "in vec2 host_corner;\n"
 _PLACED = "gl_Position = vec4(host_corner * 2.0 - 1.0, 0.0, 1.0);"
 _TRANSITION_VERTEX = f"{_QUAD}out vec2 host_uv; void main() {{ {_PLACED} host_uv = host_corner; }}"
-#: Trigonometry to the last bits: a driver's may be off by 2**-11, and shaders make noise of its last digits.  The
-#: constants are Cody and Waite's three parts of pi (Cephes, sinf.c), the polynomial is Taylor's; inverses are the
-#: driver's, with a step of Newton's.
-_TRIGONOMETRY = """
-float host_odd(float j, float h, float x) {
-    float r = ((x - h * 3.140625) - h * 9.67502593994140625e-4) - h * 1.5099579909783764e-7, z = r * r;
-    float p = -1.0 / 6.0 + z * (1.0 / 120.0 + z * (-1.0 / 5040.0 + z * (1.0 / 362880.0 - z / 39916800.0)));
-    return (1.0 - 2.0 * mod(j, 2.0)) * (r + r * z * p);
-}
-float host_sin(float x) { float j = floor(x * 0.31830988618 + 0.5); return host_odd(j, j, x); }
-float host_cos(float x) { float j = floor(x * 0.31830988618 + 1.0); return host_odd(j, j - 0.5, x); }
-float host_acos(float x) {
-    float a = acos(x), s = host_sin(a);
-    return s == 0.0 ? a : a + (host_cos(a) - x) / s;
-}
-float host_asin(float x) {
-    float a = asin(x), c = host_cos(a);
-    return c == 0.0 ? a : a - (host_sin(a) - x) / c;
-}
-float host_atan(float y, float x) {
-    float a = atan(y, x), s = host_sin(a), c = host_cos(a), size = x * c + y * s;
-    return size == 0.0 ? a : a + (y * c - x * s) / size;
-}
-float host_atan(float y) { return host_atan(y, 1.0); }
-"""
-_FUNCTIONS = ("sin", "cos", "acos", "asin", "atan")
-for _name in _FUNCTIONS:
-    for _size in (2, 3, 4):
-        _parts = ", ".join(f"host_{_name}(v.{part})" for part in "xyzw"[:_size])
-        _TRIGONOMETRY += f"vec{_size} host_{_name}(vec{_size} v) {{ return vec{_size}({_parts}); }}\n"
-_TRIGONOMETRY += "".join(f"#define {name} host_{name}\n" for name in _FUNCTIONS)
 #: Interpolation and division leave a last bit to the driver, on which comparisons with the middle of a picture hang.
 _CENTRES = "uniform sampler2D host_places;\n#define {} (texelFetch(host_places, ivec2(gl_FragCoord.xy), 0).xy)\n"
 _TRANSITION = """
@@ -223,17 +193,24 @@ class Original:
     """One file in an OpenGL context, for pictures of one size.
 
     ``exact``: buffers of 8 bits are read as floats that hold the same numbers, since llvmpipe filters pictures of
-    8 bits with weights of 8 bits.  Without, they are read as hosts read them; for measuring.  ``precise``: sine,
-    cosine and their inverses are right to the last bits.
+    8 bits with weights of 8 bits.  Without, they are read as hosts read them; for measuring.  ``settled``: functions
+    of GLSL that are computed as kernels define them (defined.py), every sum and product in the order of the text.
     """
 
     def __init__(
-        self, context: moderngl.Context, file: File, size: Size, *, exact: bool = True, precise: bool = False
+        self,
+        context: moderngl.Context,
+        file: File,
+        size: Size,
+        *,
+        exact: bool = True,
+        settled: Collection[str] | None = None,
     ) -> None:
         self.context, self.file, self.size, self.exact = context, file, size, exact
         vertex, fragment = file.sources(exact)
-        if precise:
-            fragment = fragment.replace(_COMMON, _COMMON + _TRIGONOMETRY, 1)
+        if settled is not None:
+            vertex, fragment = (text.replace(_COMMON, _COMMON + definitions(settled), 1) for text in (vertex, fragment))
+            fragment = fragment.replace("out vec4 host_color", "precise out vec4 host_color", 1)
         self.program = context.program(vertex_shader=vertex, fragment_shader=fragment)
         corners = np.array([0, 0, 1, 0, 0, 1, 1, 1], np.float32)
         self.quad = context.vertex_array(self.program, [(context.buffer(corners.tobytes()), "2f", "host_corner")])
@@ -253,18 +230,9 @@ class Original:
             return _smooth(self.context.texture((width, height), 4, upward.tobytes(), dtype="f4"))
         return _smooth(self.context.texture((width, height), 4, np.uint8(np.round(upward * 255)).tobytes()))
 
-    def draw(
-        self, values: Mapping[str, Any], frame: int = 0, clock: Clock = Clock(),
-        fed: Mapping[int, Picture] | None = None,
-    ) -> list[Picture]:  # fmt: skip
-        """What each pass of a frame drew; with ``fed``, later passes read those pictures in the place of a pass's."""
-        drawn = []
-        for number in self.run(values, frame, clock):
-            buffer = self.last
-            drawn.append(buffer.read())
-            if fed is not None and number in fed:
-                buffer.write(fed[number])
-        return drawn
+    def draw(self, values: Mapping[str, Any], frame: int = 0, clock: Clock = Clock()) -> list[Picture]:
+        """What each pass of a frame drew."""
+        return [self.last.read() for _ in self.run(values, frame, clock)]
 
     def run(self, values: Mapping[str, Any], frame: int = 0, clock: Clock = Clock()) -> Any:
         """Draw a frame; yields the number of each pass when it is drawn."""
@@ -363,10 +331,6 @@ class _Buffer:
 
     def read(self) -> Picture:
         return self._raw()[::-1].copy()
-
-    def write(self, picture: Picture) -> None:
-        """What is read from now on; of exact buffers."""
-        self.shown.write(np.ascontiguousarray(picture[::-1], np.float32).tobytes())
 
     def release(self) -> None:
         for owned in (*self.frames.values(), self.drawn, self.shown):

@@ -137,6 +137,21 @@ def test_a_pass_may_read_itself_and_later_ones(tmp_path: Path) -> None:
     assert np.allclose(seen, [[0.0, 0.2], [0.2, 0.4], [0.4, 0.6]], atol=1e-3)
 
 
+@pytest.mark.parametrize("width", ["$WIDTH", "2"])
+def test_a_buffer_that_later_frames_alone_read_is_drawn(width: str, tmp_path: Path) -> None:
+    kept = [{"TARGET": name, "PERSISTENT": True} for name in ("b", "c")]
+    header = {"PASSES": [{"TARGET": "a", "WIDTH": width}, *kept, {}]}
+    body = """void main() {
+        if (PASSINDEX == 0) gl_FragColor = IMG_THIS_PIXEL(c);
+        else if (PASSINDEX == 1) gl_FragColor = IMG_THIS_PIXEL(b) + vec4(0.2);
+        else if (PASSINDEX == 2) gl_FragColor = IMG_THIS_PIXEL(b) + IMG_THIS_PIXEL(a);
+        else gl_FragColor = IMG_THIS_PIXEL(a);
+    }"""
+    with pg.compile(load_shader(written(tmp_path, header, body))(), size=(3, 2)) as program:
+        seen = [float(program()["s"][0, 0, 0]) for _ in range(4)]
+    assert np.allclose(seen, [0.0, 0.2, 0.6, 1.0], atol=3e-3)
+
+
 @pytest.mark.parametrize(("is_float", "expected"), [(False, 0.0), (True, 0.003)])
 def test_a_last_pass_keeps_what_its_own_format_holds(is_float: bool, expected: float, tmp_path: Path) -> None:
     """Hosts of ISF keep buffers of 8 bits, where a thousandth is nothing, unless the file says FLOAT."""
@@ -211,6 +226,44 @@ def test_mutated_files_become_graphs_or_errors(tmp_path: Path) -> None:
         except pg.PassgraphError:
             pass
     assert 10 < made < 150
+
+
+_STAGE = "which are not read here: a fragment shader gives its own pixel a colour"
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "line", "told"),
+    [
+        ("a.hook", "//!HOOK LUMA\n//!BIND HOOKED\n//!COMPUTE 32 8\nvoid hook() {}", 3, "a compute shader (//!COMPUTE)"),
+        ("a.hook", "//!HOOK MAIN\n//!BIND HOOKED\n\nvec4 hook() { barrier(); return vec4(0); }", 4,
+         f"barrier belongs to compute shaders, {_STAGE}"),
+        ("a.glsl", "#version 430\nlayout(local_size_x = 8, local_size_y = 8) in;\nvoid main() {}", 2,
+         f"local_size_x belongs to compute shaders, {_STAGE}"),
+        ("a.glsl", "\n\nlayout(rgba8) uniform writeonly image2D shown;\n" + BODY, 3, "image2D belongs to compute"),
+        ("a.glsl", "shared float kept[8];\n" + BODY, 1, "shared belongs to compute"),
+        ("a.glsl", "void main() {\n  int i = gl_WorkGroupID.x;\n}", 2, "gl_WorkGroupID belongs to compute"),
+        ("a.glsl", "void main() {\n  imageStore(shown, 1, 2);\n}", 2, "'shown' is not defined here"),
+        ("a.glsl", "uniform atomic_uint count;\n" + BODY, 1, "atomic_uint belongs to compute"),
+        ("a.glsl", "void main() {\n  EmitVertex();\n}", 2, "EmitVertex belongs to geometry shaders"),
+        ("a.glsl", "void main() {\n  gl_Position = vec4(0);\n}", 2, "gl_Position belongs to vertex shaders"),
+        ("s.fs", "/*{}*/\nlayout(local_size_x = 8) in;\n" + BODY, 2, "local_size_x belongs to compute"),
+        ("a.glsl", "\nvec2 mainSound(int i, float t) { return vec2(0); }", 2, "mainSound makes no picture"),
+        ("a.glsl", "void mainCubemap(out vec4 c, vec2 f, vec3 o, vec3 d) {}", 1, "mainCubemap makes no picture"),
+    ],
+)  # fmt: skip
+def test_what_belongs_to_other_stages_is_refused_with_its_line(
+    tmp_path: Path, name: str, text: str, line: int, told: str
+) -> None:
+    (tmp_path / name).write_text(text)
+    with pytest.raises(pg.PassgraphError) as raised:
+        load_shader(tmp_path / name)
+    assert str(raised.value).startswith(f"{tmp_path / name}:{line}: {told}")
+    assert text.split("\n")[line - 1].strip() in str(raised.value)
+
+
+def test_a_variable_may_be_called_as_another_stage_calls_something() -> None:
+    pg.kernel(glsl="float shared = 1.0, barrier = 2.0; void main() { gl_FragColor = vec4(shared + barrier); }")
+    pg.kernel(glsl="float imageLoad(float x) { return x; } void main() { gl_FragColor = vec4(imageLoad(1.0)); }")
 
 
 def test_a_vertex_shader_that_moves_the_picture_is_refused_with_its_line(tmp_path: Path) -> None:

@@ -158,8 +158,8 @@ def test_outputs_of_old_shaders_are_numbered() -> None:
         ("void main() {\nfloat a;\ngl_FragColor = vec4(a); }", 3, "a has no value here; it is 0"),
         ("in vec2 here;\nvoid main() { gl_FragColor = here.xyxy; }", 1, "input here is the position"),
         ("uniform int n; void main() {\nfor (int i = 0; i < n; i++) gl_FragColor += 1.0; }", 2, "1024 trips at most"),
-        ("float f()\n{ if (true) return 1.; }\nvoid main() { gl_FragColor = vec4(f()); }", 2, "may end without"),
-        ("uniform sampler2D t; void main() {\ngl_FragColor = texture2D(t, vec2(0), 1.0); }", 2, "first level"),
+        ("uniform bool b; float f()\n{ if (b) return 1.; } void main() { gl_FragColor = vec4(f()); }", 2, "may end"),
+        ("uniform sampler2D t; void main() {\ngl_FragColor = texture2D(t, vec2(0), 1.0); }", 2, "smaller level"),
         ("\nprecision mediump float; void main() { gl_FragColor = vec4(1); }", 2, "32 bits here"),
         ("void main() {\ngl_FragColor = vec4(fract(sin(gl_FragCoord.x) * 43758.5)); }", 2, "noise amplifies"),
     ],
@@ -169,6 +169,29 @@ def test_reliances_are_noted(text: str, line: int, told: str) -> None:
     assert [note.span.line for note in notes] == [line]
     assert told in notes[0].text
     assert str(notes[0]).startswith(f"<shader>:{line}: ")
+
+
+@pytest.mark.parametrize(
+    ("outside", "inside", "value"),
+    [
+        # Constants, and variables that nobody writes, switch between variants.
+        ("float mode = 2.0;", "if (mode < 1.0) r = gone(); else r = 1.0;", 1),
+        ("const int n = 3;", "r = n > 4 ? gone() : n > 2 ? 5.0 : gone();", 5),
+        ("bool on = true; float f() { if (on) return 2.0; else { return gone(); } }", "r = f();", 2),
+        ("bool on = true; float f() { if (on) return 2.0; return gone(); }", "r = f();", 2),
+        ("bool on = true;", "for (int i = 0; i < 4; i++) { if (!on) break; r += 1.0; }", 4),
+        # The side that is left out still says of which type both are.
+        ("", "r = (true ? 1 : 2.0) / 2;", 0.5),
+        ("", "r = (true ? 1 : 2) / 2;", 0),
+        # Somebody writes these.
+        ("float mode = 2.0; void f() { mode = 0.5; }", "f(); r = mode < 1.0 ? 1.0 : 2.0;", 1),
+        ("int n = 2; void f(out int m) { m = 7; }", "f(n); if (n > 2) r = n;", 7),
+        ("vec2 v = vec2(1, 2);", "v.y++; r = v.y > 2.5 ? v.y : 0.0;", 3),
+    ],
+)
+def test_what_constants_rule_out_is_not_read(outside: str, inside: str, value: float) -> None:
+    text = f"{outside} void main() {{ float r = 0.0; {inside} gl_FragColor = vec4(r); }}"
+    assert run(parse(text), (1, 1), {})[0, 0, 0] == value
 
 
 def test_what_gives_no_reason_is_not_noted() -> None:

@@ -118,6 +118,40 @@ def test_passes_keep_what_their_formats_keep(tmp_path, context, format_: str) ->
     assert (found[..., :3].max() > 1.0) == (format_ == "rgba32f")
 
 
+@pytest.mark.parametrize("linear", [False, True])
+def test_passes_and_textures_have_the_levels_that_presets_ask_for(tmp_path, context, linear: bool) -> None:
+    """The frame, what a pass made, and a texture, all by names too; no level where none is asked for."""
+    frame, lut, said = picture(6, 8, 16), picture(7, 16, 16), str(linear).lower()
+    pg.save(tmp_path / "lut.png", lut)
+    more = "uniform sampler2D LUT, OLD, OrigTexture;"
+    reads = """0.4 * same(TEX0.xy * 3.1) + 0.3 * texture(LUT, TEX0.xy * 3.1, 0.5) + 0.2 * texture(OLD, TEX0.xy * 3.1)
+        + 0.1 * textureLod(OrigTexture, TEX0.xy, 2.5)"""
+    texts = {"one": shader("same(TEX0.xy * 2.3)"), "two": shader(reads, more)}
+    preset = f"""
+        shaders = 2
+        shader0 = one.glsl
+        shader1 = two.glsl
+        mipmap_input0 = true
+        mipmap_input1 = true
+        filter_linear0 = {said}
+        filter_linear1 = {said}
+        float_framebuffer0 = true
+        textures = "LUT;OLD"
+        LUT = lut.png
+        LUT_mipmap = true
+        LUT_linear = {said}
+        OLD = lut.png
+        OLD_linear = {said}
+    """
+    found = run(effect(tmp_path, preset, **texts), [frame], 1.0)[0]
+    drawn = [Drawn(text, (16, 8), linear, format="rgba32f", mipmaps=True) for text in texts.values()]
+    textures = {name: (lut, linear, "zero", name == "LUT") for name in ("LUT", "OLD")}
+    expected = Chain(context, drawn, textures, values={"GAIN": 1.0}).frame(frame, 0)
+    assert np.abs(found - expected).max() < (0.03 if linear else 1e-5)
+    without = run(effect(tmp_path, preset.replace("mipmap", "no_mipmap"), **texts), [frame], 1.0)[0]
+    assert np.abs(found - without).max() > 0.1
+
+
 def test_earlier_frames_are_those_of_earlier_runs(tmp_path) -> None:
     more = "uniform sampler2D PrevTexture; uniform sampler2D Prev6Texture;"
     text = shader("vec4(texture(PrevTexture, TEX0.xy).x, texture(Prev6Texture, TEX0.xy).x, same(TEX0.xy).x, 1.0)", more)
@@ -142,6 +176,36 @@ def test_feedback_is_what_a_pass_made_in_the_run_before(tmp_path) -> None:
     for frame, shown in zip(frames, found, strict=True):
         held = 0.5 * frame + 0.5 * held
         assert np.abs(shown - held).max() < 1e-6
+
+
+def test_a_tube_that_glows_on_does_so_as_the_original_does(tmp_path, context) -> None:
+    """Feedback of a pass, frames before, and the mean brightness of a picture from its last level, over six frames."""
+    glow = shader(
+        "max(same(TEX0.xy), 0.7 * texture(FeedbackTexture, TEX0.xy)) + 0.1 * texture(Prev1Texture, TEX0.xy)",
+        "uniform sampler2D FeedbackTexture, Prev1Texture;",
+    )
+    tube = shader(
+        """same(TEX0.xy + 0.03 * sin(9.0 * TEX0.yx)) * (0.7 + 0.3 * sin(6.2832 * TEX0.y * OutputSize.y / 3.0))
+           / (0.5 + textureLod(Texture, vec2(0.5), 9.0).g)"""
+    )
+    preset = """
+        shaders = 2
+        shader0 = glow.glsl
+        float_framebuffer0 = true
+        feedback_pass = 0
+        shader1 = tube.glsl
+        filter_linear1 = true
+        mipmap_input1 = true
+        wrap_mode1 = clamp_to_edge
+    """
+    frames = [np.roll(picture(9, 8, 16), 3 * step, axis=1) * (step < 3) for step in range(6)]
+    found = run(effect(tmp_path, preset, glow=glow, tube=tube), frames)
+    drawn = (Drawn(glow, (16, 8), format="rgba32f"), Drawn(tube, (32, 16), True, "clamp", mipmaps=True))
+    chain = Chain(context, drawn, feedback=0, values={"GAIN": 1.0})
+    for number, (shown, frame) in enumerate(zip(found, frames, strict=True)):
+        expected = chain.frame(np.ascontiguousarray(frame, np.float32), number)
+        assert np.abs(shown - expected).max() < 0.02, number
+    assert found[-1].max() > 0.1, "nothing glows"
 
 
 def test_passes_textures_and_frames_have_their_names(tmp_path) -> None:
@@ -187,6 +251,17 @@ def test_frames_are_counted_up_to_the_modulus(tmp_path) -> None:
     texts = {"one": shader("vec4(float(FrameCount), float(FrameDirection), 0.0, 1.0)")}
     made = effect(tmp_path, "shaders = 1\nshader0 = one.glsl\nframe_count_mod0 = 3.0", **texts)
     assert [shown[0, 0, 0] for shown in run(made, [picture(1)] * 5)] == [0, 1, 2, 0, 1]
+
+
+def test_a_preset_may_lack_what_the_player_does_without(tmp_path) -> None:
+    """The last quotation mark, and an end to digits."""
+    pg.save(tmp_path / "lut.png", np.ones((1, 1, 3), np.float32))
+    more = "uniform sampler2D LUT;"
+    preset = (
+        'shaders = 1_\nshader0 = "one.glsl\nscale_type0 = absolute\nscale0 = 5.0\ntextures = "LUT;\nLUT = \'lut.png'
+    )
+    made = effect(tmp_path, preset, one=shader("texture(LUT, TEX0.xy)", more))
+    assert run(made, [picture(1)], 1.0)[0].tolist() == np.ones((5, 5, 4)).tolist()
 
 
 def test_a_preset_goes_before_what_it_refers_to(tmp_path) -> None:
@@ -271,3 +346,15 @@ def test_a_link_out_of_the_tree_is_refused(tmp_path) -> None:
     (folder / "one.glsl").symlink_to(tmp_path / "secret.glsl")
     with pytest.raises(InputError, match="lies outside"):
         effect(folder, _ONE)
+
+
+def test_sizes_that_share_a_declaration_are_the_players(tmp_path: Path) -> None:
+    text = shader("vec4(OutputSize / 32.0, shift + TextureSize / 16.0)")
+    apart = "uniform vec2 OutputSize; uniform vec2 InputSize; uniform vec2 TextureSize;"
+    assert apart in text
+    for together in (
+        "uniform vec2 OutputSize, InputSize, shift, TextureSize;",
+        "uniform vec2 shift, OutputSize, TextureSize;",
+    ):
+        made = effect(tmp_path, "shaders = 1\nshader0 = a.glsl", a=text.replace(apart, together))
+        assert (run(made, [picture(1, 4, 8)])[-1] == [0.5, 0.25, 0.5, 0.25]).all()

@@ -6,11 +6,14 @@ from pathlib import Path
 from typing import Any
 
 import cv2
+import moderngl
 import numpy as np
 import pytest
+from original_mpv import MpvFile, Original
 
 import passgraph as pg
-from passgraph.shaders.containers.mpv_header import holds, rpn_formula
+from passgraph.graph.formulas import evaluated
+from passgraph.shaders.containers.mpv_header import holds, rpn_formula, side_formula
 
 BACKENDS = ["reference", "numpy", "gl", "opencl"]
 SIZES: dict[str, Any] = {"MAIN": ("width", "height"), "OUTPUT": (("mul", "width", 2.0), ("mul", "height", 2.0))}
@@ -106,3 +109,71 @@ def test_conditions_in_postfix_form(text: str, expected: bool) -> None:
 
 def test_sizes_in_postfix_form() -> None:
     assert rpn_formula("MAIN.w 2 / 1 +", SIZES, "here") == ("add", ("div", "width", 2.0), 1.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [("MAIN.w 2 /", 7), ("MAIN.w 2 / 0.25 -", 6), ("OUTPUT.w MAIN.w 2 * < 5 * OUTPUT.w MAIN.w 2 * = 9 * +", 9),
+     ("MAIN.w 5 %", 3), ("twice MAIN.w *", 26)],
+)  # fmt: skip
+def test_sides_compare_and_are_rounded(text: str, expected: int) -> None:
+    assert evaluated(side_formula(text, SIZES, "here", {"twice": 2.0}), (13, 17)) == expected
+
+
+#: Every way in which a pass may differ from a plain one: half the size of odd sides, fewer components, a gather, places
+#: that passes move and that a later one puts back, sizes, curves, a parameter in a condition.
+FIELD = """//!PARAM strength
+//!TYPE float
+//!MINIMUM 0
+//!MAXIMUM 1
+0.75
+
+//!HOOK {0}
+//!BIND HOOKED
+//!SAVE HALF
+//!WIDTH HOOKED.w 2 /
+//!HEIGHT HOOKED.h 2 /
+//!COMPONENTS 2
+vec4 hook() { return HOOKED_texOff(vec2(0.5, -1.0)).xxxx + 0.125 + float(HOOKED_size.y) * vec4(0.01); }
+
+//!HOOK {0}
+//!BIND HOOKED
+//!BIND HALF
+//!WIDTH OUTPUT.w HOOKED.w 2 * > OUTPUT.w * HOOKED.w 2 * +
+//!HEIGHT HOOKED.h
+//!WHEN strength 0.5 >
+//!OFFSET -0.5 0.25
+vec4 hook() {
+    vec4 near = HOOKED_gather(HOOKED_pos, 0) + HALF_tex(HALF_pos) * strength;
+#if defined(HOOKED_raw) && __VERSION__ >= 400
+    near.y += textureGatherOffset(HOOKED_raw, HOOKED_pos, ivec2(-2, 1), 0).z;
+#endif
+    return vec4(near.xyz / 3.0, 1.0);
+}
+
+//!HOOK {0}
+//!BIND HOOKED
+//!WHEN strength 0.5 <
+vec4 hook() { return vec4(0.0); }
+
+//!HOOK {0}
+//!BIND HOOKED
+//!WIDTH HOOKED.w 2 /
+//!OFFSET {1}
+vec4 hook() {
+    vec4 c = linearize(HOOKED_tex(HOOKED_pos - 0.25 * tex_offset * HOOKED_pt));
+    return delinearize(c * 0.5) + vec4(input_size / target_size * 0.1, 0.0, 0.0);
+}
+"""
+
+
+@pytest.mark.parametrize(("hook", "offset"), [("MAIN", "0.25 0"), ("MAIN", "ALIGN"), ("LUMA", "0 -1")])
+@pytest.mark.parametrize("backend", ["numpy", "gl"])
+def test_passes_draw_what_the_original_draws(tmp_path: Path, hook: str, offset: str, backend: str) -> None:
+    seen = made(tmp_path, FIELD.replace("{0}", hook).replace("{1}", offset), backend)
+    context = moderngl.create_context(standalone=True, require=430, backend="egl")
+    expected = Original(context, MpvFile(tmp_path / "chain.glsl"), (17, 13), (34, 26)).draw(FRAME)
+    context.release()
+    assert seen.shape == expected.shape == (13, 17, 4)
+    assert np.ptp(expected[:, :, 0]) > 0.1, "a plain picture shows nothing"
+    np.testing.assert_allclose(seen, expected, atol=1e-3)

@@ -6,8 +6,10 @@ import json
 from pathlib import Path
 from typing import Any
 
+import moderngl
 import numpy as np
 import pytest
+from original_shadertoy import Drawn, Original
 
 import passgraph as pg
 
@@ -61,6 +63,47 @@ def test_a_buffer_reads_its_own_last_frame(tmp_path: Path, backend: str) -> None
             alive = (around == 3) | ((around == 2) & alive)
 
 
+#: Heights and speeds of waves: each buffer reads both, and the picture the heights alone.
+HEIGHTS = """void mainImage(out vec4 c, in vec2 f) {
+    ivec2 p = ivec2(f);
+    c = iFrame == 0 ? vec4(0.0) : vec4(texelFetch(iChannel0, p, 0).r + 0.5 * texelFetch(iChannel1, p, 0).r);
+}"""
+SPEEDS = """void mainImage(out vec4 c, in vec2 f) {
+    vec2 at = f / iChannelResolution[0].xy, step = 1.0 / iChannelResolution[0].xy;
+    float around = 0.0, away = length(f - iMouse.xy);
+    for (int i = 0; i < 4; i++) around += texture(iChannel0, at + (i < 2 ? step.x : step.y) * NEXT[i]).r;
+    float speed = texture(iChannel1, at).r + 0.2 * (around - 4.0 * texture(iChannel0, at).r);
+    c = vec4(speed + 0.01 * iTime * exp(-away * away / 20.0));
+}"""
+WAVES = "void mainImage(out vec4 c, in vec2 f) { c = texture(iChannel0, f / iResolution.xy).rrrr * 5.0 + 0.5; }"
+NEXT = "const vec2 NEXT[4] = vec2[](vec2(1, 0), vec2(-1, 0), vec2(0, 1), vec2(0, -1));"
+
+
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_buffers_that_feed_each_other_draw_what_the_original_draws(tmp_path: Path, backend: str) -> None:
+    sampler = {"filter": "linear", "wrap": "clamp"}
+    both = [{"channel": i, "ctype": "buffer", "id": key, "sampler": sampler} for i, key in enumerate("57")]
+    passes = [
+        {"name": "Image", "type": "image", "code": WAVES, "inputs": both[:1], "outputs": []},
+        {"name": "Buffer A", "type": "buffer", "code": HEIGHTS, "inputs": both, "outputs": [{"id": "5"}]},
+        {"name": "Buffer B", "type": "buffer", "code": SPEEDS, "inputs": both, "outputs": [{"id": "7"}]},
+        {"name": "Common", "type": "common", "code": NEXT, "inputs": [], "outputs": []},
+    ]
+    effect = pg.load_shader(written(tmp_path, {"Shader": {"renderpass": passes}}))
+    size, mouse, seen = (15, 11), (4.0, 7.5, 4.0, 7.5), []
+    graph = effect(into=pg.target("out", "rgba32f"), time=0.5, time_step=0.25, iMouse=mouse)
+    with pg.compile(graph, backend=backend, size=size) as program:
+        seen = [program()["out"] for _ in range(12)]
+    context = moderngl.create_context(standalone=True, require=430, backend="egl")
+    channels = {0: "A", 1: "B"}
+    drawn = [Drawn("A", HEIGHTS, channels), Drawn("B", SPEEDS, channels), Drawn("Image", WAVES, {0: "A"})]
+    original = Original(context, drawn, NEXT, size)
+    expected = [original.frame(number, 0.5 + number * 0.25, 0.25, mouse) for number in range(12)]
+    context.release()
+    assert np.ptp(expected[-1][:, :, 0]) > 0.1, "a plain picture shows nothing"
+    np.testing.assert_allclose(seen, expected, atol=2e-6)
+
+
 def test_one_pass_alone_takes_pictures_as_channels(tmp_path: Path) -> None:
     file = tmp_path / "two.glsl"
     file.write_text(
@@ -75,6 +118,45 @@ def test_one_pass_alone_takes_pictures_as_channels(tmp_path: Path) -> None:
     with pg.compile(graph) as program:
         seen = program(a=picture, b=other)["o"]
     np.testing.assert_allclose(seen, picture + np.array([5, 3, 2, 7]), atol=1e-5)
+
+
+@pytest.mark.parametrize("filter", ["nearest", "linear", "mipmap"])
+def test_channels_are_filtered_as_the_export_says(tmp_path: Path, filter: str) -> None:
+    """A buffer and a picture from outside: the one texel, four, or those of a smaller level."""
+    sampler = {"filter": filter, "wrap": "repeat"}
+    said = _first(
+        "code",
+        """void mainImage(out vec4 c, in vec2 f) {
+        vec2 p = f / iResolution.xy, q = p * 4.0 + 0.06;
+        c = vec4(texture(iChannel1, q).r, texture(iChannel0, q).r, textureLod(iChannel0, p, 8.0).r, 1.0);
+    }""",
+    )
+    first, _, second = said["Shader"]["renderpass"]
+    first["inputs"] = [
+        {"channel": 1, "ctype": "buffer", "id": "5", "sampler": sampler},
+        {"channel": 0, "ctype": "texture", "id": "7", "sampler": sampler},
+    ]
+    second["code"] = "void mainImage(out vec4 c, in vec2 f) { c = texelFetch(iChannel0, ivec2(f), 0); }"
+    second["inputs"] = [{"channel": 0, "ctype": "texture", "id": "7", "sampler": {"filter": "linear"}}]
+    effect = pg.load_shader(written(tmp_path, said))
+    given = np.random.default_rng(2).random((8, 8, 4)).astype(np.float32)
+    graph = effect(pg.Input("frame").filter("nearest"), into=pg.target("out", "rgba32f"))
+    with pg.compile(graph, backend="reference", size=(8, 8)) as program:
+        seen = np.array(program(frame=given)["out"])
+    if filter == "mipmap":  # 4 texels a pixel: means of 4x4
+        means = given.reshape(2, 4, 2, 4, 4).mean(axis=(1, 3))
+        assert np.allclose(seen[..., 2], given[..., 0].mean(), atol=1e-6)
+    texels = means if filter == "mipmap" else given
+    places = (np.mgrid[0:8, 0:8] + 0.5) / 2 + np.array([-0.06, 0.06])[:, None, None]  # rows turned: on a torus
+    v, u = (places * len(texels) - 0.5) % len(texels)
+    here, beside = (lambda at: np.floor(at).astype(int)), (lambda at: (np.floor(at).astype(int) + 1) % len(texels))
+    red, fv, fu = texels[..., 0], v % 1, u % 1
+    expected = (red[here(v), here(u)] * (1 - fv) + red[beside(v), here(u)] * fv) * (1 - fu)
+    expected += (red[here(v), beside(u)] * (1 - fv) + red[beside(v), beside(u)] * fv) * fu
+    if filter == "nearest":
+        expected = red[np.floor((v + 0.5) % 8).astype(int), np.floor((u + 0.5) % 8).astype(int)]
+    for channel in (0, 1):
+        np.testing.assert_allclose(seen[..., channel], expected, atol=1e-5)
 
 
 def _first(key: str, value: object) -> dict[str, Any]:

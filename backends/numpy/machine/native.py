@@ -1,6 +1,5 @@
 """Machine code from LLVM text of our own, kept on disk: a second process needs no compiler."""
 
-# mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
 
 import hashlib
@@ -8,15 +7,14 @@ import os
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from functools import lru_cache
+from functools import cache
 from pathlib import Path
 from queue import Empty, SimpleQueue
-from typing import Any
 
 import llvmlite
-import llvmlite.binding as llvm
 
-from passgraph.backends.numpy.machine import objects
+from passgraph.backends.numpy.machine.linked import MARK, linked, loaded
+from passgraph.backends.numpy.machine.processor import told_by_linux
 from passgraph.disk_cache import recall, remember, text_digest
 from passgraph.language import borders
 
@@ -43,15 +41,22 @@ if hasattr(os, "register_at_fork"):
     os.register_at_fork(before=_hold, after_in_parent=_let_go, after_in_child=_let_go)
 
 
+@cache
+def _processor() -> tuple[str, frozenset[str]]:
+    """What tells this processor from others, and what it can do, without LLVM where the system says it."""
+    told = told_by_linux()
+    if told is None:
+        from passgraph.backends.numpy.machine.compiler import host
+
+        name, features = host()
+        told = name, frozenset(feature[1:] for feature in features.split(",") if feature.startswith("+"))
+    return told
+
+
 def lanes() -> int:
     """Numbers in one vector: a register's worth where there are many registers."""
     with _compiling:
-        return 16 if "+avx512f" in objects.processor()[1] else 8
-
-
-@lru_cache(maxsize=1)
-def _engine() -> Any:
-    return llvm.create_mcjit_compiler(llvm.parse_assembly(""), objects.machine())
+        return 16 if "avx512f" in _processor()[1] else 8
 
 
 class Code:
@@ -72,7 +77,7 @@ class Code:
             if self._making.acquire(blocking=wait):
                 try:
                     if self._object is None:
-                        self._object = objects.compiled(self._text, self._loops)
+                        self._object = _compiled(self.name, self._text, self._loops)
                 finally:
                     self._making.release()
 
@@ -91,11 +96,23 @@ class Code:
         assert self._object is not None
         if not self._kept:
             remember("code", f"{self.name}.o", self._object)
-        engine = _engine()
-        engine.add_object_file(llvm.ObjectFileRef.from_data(self._object))
-        engine.finalize_object()
-        self._address = engine.get_function_address(self.name)
+        self._address = _loaded(self.name, self._object)
         self._text, self._object = "", b""
+
+
+def _compiled(name: str, text: str, loops: int) -> bytes:
+    from passgraph.backends.numpy.machine.compiler import compiled
+
+    made = compiled(text, loops)
+    return linked(made, name) or made
+
+
+def _loaded(name: str, code: bytes) -> int:
+    if code.startswith(MARK):
+        return loaded(code)
+    from passgraph.backends.numpy.machine.compiler import load_object
+
+    return load_object(code, name)
 
 
 @contextmanager
@@ -117,7 +134,7 @@ _local = threading.local()
 def function_code(parts: tuple[str, ...], emit: Callable[[str], str], *, loops: int = 0) -> Code:
     """The function that ``emit(name)`` gives the LLVM text of; ``parts`` tell it from every other.
 
-    ``loops``: the level at which LLVM makes vectors of its loops, see :func:`~.objects.optimised`.
+    ``loops``: the level at which LLVM makes vectors of its loops, see `compiler.optimised`.
 
     What one thread has asked for, others find.  Inside of :func:`side_by_side` code may still be on its way.
     """
@@ -134,7 +151,8 @@ def function_code(parts: tuple[str, ...], emit: Callable[[str], str], *, loops: 
 def _code(parts: tuple[str, ...], emit: Callable[[str], str], loops: int) -> Code:
     # Border rules come from the language's own text, beside the programs among the parts.
     texts = (text_digest(Path(__file__).parents[1], (".py", ".ll")), text_digest(Path(borders.__file__).parent))
-    told = (*texts, llvmlite.__version__, *objects.processor(), *parts)
+    processor, features = _processor()
+    told = (*texts, llvmlite.__version__, processor, *sorted(features), *parts)
     key = hashlib.sha256("\0".join(told).encode()).hexdigest()[:40]
     if key not in _codes:
         name = f"pg_{key}"

@@ -9,7 +9,7 @@ from typing import Any
 from llvmlite import ir
 
 from passgraph.backends.numpy.machine.native import lanes
-from passgraph.backends.numpy.raster.layout import is_varying
+from passgraph.backends.numpy.raster.layout import is_of_triangle
 from passgraph.backends.numpy.vector.lane_body import LaneBody
 from passgraph.backends.numpy.vector.lanes import Lanes
 from passgraph.backends.numpy.vector.operations import F32, I32, I64
@@ -79,7 +79,7 @@ class Fragments:
         self.memory: dict[str, Any] = {}
         builtins = [] if self.program is None else [name for name, _ in self.program.builtins]
         #: Builtins that depend on the triangle.
-        self.interpolated = [n for n in builtins if is_varying(n) or n in ("front_facing", "fragment_depth")]
+        self.interpolated = [name for name in builtins if is_of_triangle(name)]
         #: Of each target.
         self.channels = [] if self.program is None else [len(output.values) for output in self.program.outputs]
 

@@ -22,7 +22,7 @@ uniform vec4 pg_date;
 _SET_BY = {"pg_start": "time", "pg_step": "time_step", "pg_date": "date"}
 _PARAMETERS = {
     "time": ShaderParameter("time", FLOAT, 0.0, label="seconds at frame 0"),
-    "time_step": ShaderParameter("time_step", FLOAT, 1 / 30, label="seconds from frame to frame"),
+    "time_step": ShaderParameter("time_step", FLOAT, 1 / 30, label="seconds from frame to frame", is_frame_time=True),
     "date": ShaderParameter("date", VEC4, (2000.0, 1.0, 1.0, 0.0), label="year, month, day, seconds of the day"),
 }
 

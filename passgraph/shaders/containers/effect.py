@@ -31,6 +31,7 @@ class ShaderParameter:
     low, high : ends of its range, one number each or one for each component; None where the file says none
     label : for people; empty where the file has none
     choices : of an int, label → number
+    is_frame_time : whether it says how many seconds a frame lasts, so that who knows their rate can set it
     """
 
     name: str
@@ -40,6 +41,7 @@ class ShaderParameter:
     high: Any = None
     label: str = ""
     choices: Mapping[str, int] = field(default_factory=dict)
+    is_frame_time: bool = False
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,7 +15,7 @@ from passgraph.shaders.containers.clock import PRELUDE, clock_parameters, clock_
 from passgraph.shaders.containers.effect import ShaderEffect, name_of, notes_of
 from passgraph.shaders.containers.isf_header import IsfHeader, read_header
 from passgraph.shaders.containers.isf_vertex import vertex_prelude
-from passgraph.shaders.containers.pictures import handle_or_black, imported
+from passgraph.shaders.containers.pictures import handle_or_black, imported, shown_beside, unread
 from passgraph.shaders.containers.text import shader_text
 from passgraph.shaders.glsl import parse
 
@@ -58,7 +58,7 @@ def read_isf(text: str, path: Path) -> ShaderEffect:
         )
         for number in range(len(header.passes))
     ]  # fmt: skip
-    kernels = [PixelKernel[Target].of_program(shader.program) for shader in shaders]
+    kernels = [PixelKernel[Target].of_shader(shader) for shader in shaders]
     used = {parameter.name for kernel in kernels for parameter in kernel.parameters}
     parameters = clock_parameters(used, header.parameters) | dict(header.parameters)
     graph = _Graph(header, kernels, path)
@@ -88,11 +88,32 @@ class _Graph:
 
     def built(self, pictures: Mapping[str, Target], values: Mapping[str, Any], into: TargetSpec) -> Target:
         specs = self._specs(values, into)
+        made = self._drawn(pictures, values, specs)
+        kept = unread(made[-1], made[:-1])
+        if not kept:
+            return self._shown(made[-1], into)
+        inner = replace(into, name=f"{into.name}.shown")
+        if specs[-1] is into:
+            made = self._drawn(pictures, values, [*specs[:-1], inner])
+        return shown_beside(self._shown(made[-1], inner), unread(made[-1], made[:-1]), into)
+
+    def _shown(self, made: Target, into: TargetSpec) -> Target:
+        """What the last pass drew, in the caller's target."""
+        if made.spec is into:
+            return made
+        read = ".sample(uv())" if isinstance(made.spec.size, Computed) else "[0, 0]"
+        text = f"def shown(buffer: Image) -> vec4: return buffer{read}"
+        return PixelKernel[Target](kernel_from_text(text))(buffer=made, into=into)
+
+    def _drawn(
+        self, pictures: Mapping[str, Target], values: Mapping[str, Any], specs: list[TargetSpec]
+    ) -> list[Target]:
+        """What each pass draws."""
         last = {one.target: spec for one, spec in zip(self.header.passes, specs, strict=True) if one.target}
         persistent = {one.target for one in self.header.passes if one.target and one.persistent}
         uniforms = dict(values) | clock_uniforms(values, self.header.parameters)
         held: dict[str, Target] = {}
-        made: Target | None = None
+        drawn: list[Target] = []
         for one, spec, kernel in zip(self.header.passes, specs, self.kernels, strict=True):
             given: dict[str, Any] = {}
             for parameter in kernel.parameters:
@@ -105,15 +126,10 @@ class _Graph:
                     given[name] = previous(last[name])
                 else:
                     given[name] = handle_or_black(pictures.get(name) or self.imported.get(name))
-            made = kernel(into=spec, **given)
+            drawn.append(kernel(into=spec, **given))
             if one.target:
-                held[one.target] = made
-        assert made is not None  # a header has at least one pass
-        if specs[-1] is into:
-            return made
-        read = ".sample(uv())" if isinstance(specs[-1].size, Computed) else "[0, 0]"
-        text = f"def shown(buffer: Image) -> vec4: return buffer{read}"
-        return PixelKernel[Target](kernel_from_text(text))(buffer=made, into=into)
+                held[one.target] = drawn[-1]
+        return drawn
 
     def _specs(self, values: Mapping[str, Any], into: TargetSpec) -> list[TargetSpec]:
         """A target for each pass; the last one's is the caller's, unless it draws into a buffer that is kept."""

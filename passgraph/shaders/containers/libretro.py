@@ -20,7 +20,7 @@ from passgraph.graph.targets import Computed, Target, TargetSpec, previous, targ
 from passgraph.graph.values import FRAME_INDEX
 from passgraph.language.types import FLOAT, ImageType
 from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, notes_of, zero_of_type
-from passgraph.shaders.containers.libretro_preset import Preset, PresetPass, read_preset
+from passgraph.shaders.containers.libretro_preset import Preset, PresetPass, PresetTexture, read_preset
 from passgraph.shaders.containers.libretro_shader import is_libretro, read_shader, shader_parameters
 from passgraph.shaders.containers.pictures import loaded
 from passgraph.shaders.containers.text import shader_text
@@ -75,10 +75,10 @@ def _effect(preset: Preset, texts: dict[Path, str], path: Path) -> ShaderEffect:
         for name, found in shader_parameters(text, str(told.shader)).items():
             parameters.setdefault(name, replace(found, default=preset.overrides.get(name, found.default)))
         shader = read_shader(text, told.shader, f"{name_of(path)}.{number}", [*names, *_EARLIER, "Feedback"])
-        steps.append(_Step(told, shader, PixelKernel[Target].of_program(shader.program), names))
+        steps.append(_Step(told, shader, PixelKernel[Target].of_shader(shader), names))
     parameters["output_scale"] = ShaderParameter("output_scale", FLOAT, 4.0, 0.0625, 16.0, "viewport by the frame")
     textures = {
-        name: loaded(f"{file}:{name}", one.path, f"texture {name!r} of {file}").border(one.border).filter(one.filter)
+        name: _read_as(loaded(f"{file}:{name}", one.path, f"texture {name!r} of {file}"), one)
         for name, one in preset.textures.items()
     }
     notes = notes_of(step.shader for step in steps)
@@ -105,7 +105,7 @@ def _built(
     specs = _specs(steps, values["output_scale"], into, file)
     frame = pictures["frame"]
     if any(f"{name}Texture" in _samplers(step) for name in _EARLIER for step in steps):
-        copy = PixelKernel[Target].of_program(parse(_COPIED, name="frame", rows_up=False).program)
+        copy = PixelKernel[Target].of_shader(parse(_COPIED, name="frame", rows_up=False))
         frame = copy(
             t=frame, into=TargetSpec(f"{into.name}.frame", format_named("rgba32f"), Computed("width", "height"))
         )
@@ -150,10 +150,11 @@ def _samplers(step: _Step) -> list[str]:
     return [p.name for p in step.kernel.parameters if isinstance(p.type, ImageType)]
 
 
-def _read_as(picture: Target, reader: PresetPass | None) -> Target:
+def _read_as(picture: Target, reader: PresetPass | PresetTexture | None) -> Target:
     """A pass says how the picture that it starts from is read, by later ones too."""
     told = reader or PresetPass(Path())
-    return picture.border(told.border).filter(told.filter)
+    read = picture.border(told.border).filter(told.filter)
+    return read.mipmaps() if told.mipmaps else read
 
 
 def _specs(steps: list[_Step], scale: Any, into: TargetSpec, file: str) -> list[TargetSpec]:

@@ -26,7 +26,8 @@ _BORDERS = {
 _SCALES = ("source", "viewport", "absolute")
 _TRUTH = {"true": True, "1": True, "false": False, "0": False}
 _NAME = re.compile(r"[A-Za-z_]\w{0,63}")
-_ENTRY = re.compile(r"""\s*([A-Za-z_]\w*)\s*=\s*(?:"([^"]*)"|'([^']*)'|(.*))""")
+#: The last quotation mark may be missing.
+_ENTRY = re.compile(r"""\s*([A-Za-z_]\w*)\s*=\s*(?:"([^"]*)"?|'([^']*)'?|(.*))""")
 _REFERENCE = re.compile(r"""\s*#reference\s+(?:"([^"]+)"|(\S+))""")
 Read = TypeVar("Read")
 
@@ -74,6 +75,7 @@ class PresetTexture:
     path: Path
     filter: str
     border: str
+    mipmaps: bool
 
 
 @dataclass(frozen=True)
@@ -101,7 +103,7 @@ def read_preset(text: str, path: Path) -> Preset:
     """
     values = _Values(path, {})
     values.read(text, path, ())
-    count = values.number("shaders", int, None, 1, MAX_PASSES)
+    count = values.number("shaders", _whole, None, 1, MAX_PASSES)
     passes = tuple(_pass(values, i) for i in range(count))
     names = [name.strip() for name in values.text("textures", "").split(";") if name.strip()]
     if len(names) > MAX_TEXTURES:
@@ -218,10 +220,11 @@ def _sides(values: _Values, i: int) -> tuple[Side, Side] | None:
 
 
 def _whole(text: str) -> int:
-    """A whole number, which presets write as 800.0 too."""
-    if not float(text).is_integer():
+    """A whole number, which presets write as 800.0 and as 1_ too: the player stops where digits end."""
+    match = re.fullmatch(r"\s*([+-]?\d{1,9})(?:\.0*)?_?\s*", text)
+    if match is None:
         raise ValueError
-    return int(float(text))
+    return int(match[1])
 
 
 def _texture(values: _Values, name: str) -> PresetTexture:
@@ -229,4 +232,5 @@ def _texture(values: _Values, name: str) -> PresetTexture:
         raise InputError(f"{values.path}: textures are names, got {name!r}")
     linear = values.one_of(f"{name}_linear", _TRUTH, "false")
     border = values.one_of(f"{name}_wrap_mode", _BORDERS, "clamp_to_border")
-    return PresetTexture(values.path_of(name), "linear" if linear else "nearest", border)
+    mipmaps = values.one_of(f"{name}_mipmap", _TRUTH, "false")
+    return PresetTexture(values.path_of(name), "linear" if linear else "nearest", border, mipmaps)

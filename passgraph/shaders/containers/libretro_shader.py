@@ -29,10 +29,9 @@ _HALVES = re.compile(r"^[ \t]*#[ \t]*(?:el)?if.*\b(VERTEX|FRAGMENT)\b", re.MULTI
 _PARAMETER = re.compile(
     r'^[ \t]*#pragma[ \t]+parameter[ \t]+(\w+)[ \t]+"([^"\n]*)"[ \t]+(\S+)(?:[ \t]+(\S+)[ \t]+(\S+))?', re.MULTILINE
 )
-#: What the player sets for each pass, and which variables of a prelude are here.
-_SET = re.compile(
-    r"\buniform\s+(?:\w+\s+)??(?:(?P<size>vec2)\s+(?P<name>\w*(?:TextureSize|InputSize)|OutputSize)|mat4\s+MVPMatrix)\s*;"
-)
+#: Where what the player sets for each pass may be declared, and which variables of a prelude are here.
+_SET = re.compile(r"\buniform\s+(?:\w+\s+)??(?:vec2\s+(?P<names>\w+(?:\s*,\s*\w+)*)|mat4\s+MVPMatrix)\s*;")
+_SIZE = re.compile(r"\w*(?:TextureSize|InputSize)|OutputSize")
 _SAMPLER_OF = re.compile(r"(\w*?)(?:TextureSize|InputSize)")
 #: Clip space from positions, both with (0, 0) and (1, 1) at corners of the picture.
 _MATRIX = (
@@ -87,15 +86,14 @@ def read_shader(text: str, path: Path, name: str, pictures: Iterable[str]) -> Sh
     """
     file, known = str(path), {f"{picture}Texture" for picture in pictures}
     sizes: dict[str, str] = {}
-    for match in _SET.finditer(text):
-        own = _SAMPLER_OF.fullmatch(match["name"] or "")
+    for size in (size for match in _SET.finditer(text) for size in _sizes(match)):
+        own = _SAMPLER_OF.fullmatch(size)
         if own is not None:
             sampler = f"{own[1]}Texture"
             if sampler not in known:
-                raise InputError(f"{file}: {match['name']} is the size of no picture that this pass has")
-            sizes[match["name"]] = sampler
-    # Spaces in their place, so that everything keeps its line and column.
-    plain = _SET.sub(lambda match: re.sub(r"\S", " ", match[0]), text)
+                raise InputError(f"{file}: {size} is the size of no picture that this pass has")
+            sizes[size] = sampler
+    plain = _SET.sub(_without, text)
     tokens, _ = preprocessed([(plain, file)], {**_DEFINES, "VERTEX": "1"}, path.parent)
     declared = ["vec2 OutputSize = pg_output_size;", _MATRIX]
     declared += [f"uniform sampler2D {sampler};" for sampler in sorted(set(sizes.values()))]
@@ -108,6 +106,21 @@ def read_shader(text: str, path: Path, name: str, pictures: Iterable[str]) -> Sh
         )  # fmt: skip
     except KernelError as error:  # lines of the prelude are those of the text
         raise KernelError(str(error).replace("<prelude>", f"{file}, vertex half")) from None
+
+
+def _sizes(declared: re.Match[str]) -> list[str]:
+    """Names of a declaration that are sizes of pictures."""
+    return [name for name in re.findall(r"\w+", declared["names"] or "") if _SIZE.fullmatch(name)]
+
+
+def _without(declared: re.Match[str]) -> str:
+    """A declaration without what the player sets: spaces in its place, so that all else keeps its line and column."""
+    text, names = declared[0], _sizes(declared)
+    if len(names) == len(re.findall(r"\w+", declared["names"] or "")):
+        return re.sub(r"\S", " ", text)
+    for name in names:
+        text = re.sub(rf"\b{name}\s*,|,\s*{name}\b", lambda found: re.sub(r"\S", " ", found[0]), text, count=1)
+    return text
 
 
 def _vertex_half(tokens: list[Token], file: str) -> str:

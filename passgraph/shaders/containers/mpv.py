@@ -1,61 +1,78 @@
 """mpv user shaders: passes that hook into a player's chain (mpv's manual, option glsl-shaders).
 
-Rows count from the top.  The picture is MAIN, and NATIVE, RGB, LINEAR, OUTPUT and their like are the same here; LUMA is
-its luma (Rec. 709), and its colours join again behind the passes, scaled bilinearly.
+Rows count from the top.  The picture is MAIN, and NATIVE, RGB, LINEAR, OUTPUT and their like are the same here, each as
+the passes at earlier stages leave it; LUMA is its luma (Rec. 709), and its colours join again behind the passes, scaled
+bilinearly.  What passes write holds half floats.  Colours are those of sRGB.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from passgraph.errors import InputError
 from passgraph.graph.calls import PixelKernel
-from passgraph.graph.formulas import Formula
+from passgraph.graph.formulas import Formula, evaluated
 from passgraph.graph.targets import Computed, Target, TargetSpec, target
 from passgraph.language.types import BOOL, FLOAT, INT, Type
 from passgraph.shaders.containers.clock import PRELUDE, clock_uniforms
 from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, notes_of
-from passgraph.shaders.containers.mpv_header import MpvBlock, holds, read_blocks, rpn_formula
+from passgraph.shaders.containers.mpv_header import NOMINAL, MpvBlock, holds, read_blocks, side_formula
 from passgraph.shaders.glsl import Shader, parse
 
-#: Stages at which the picture is the picture.
-_PICTURE = ("MAIN", "MAINPRESUB", "NATIVE", "NATIVE_CROPPED", "RGB", "LINEAR", "SIGMOID", "PREKERNEL", "POSTKERNEL",
-            "SCALED", "OUTPUT")  # fmt: skip
-#: What keeps its size, whatever passes do.
-_FIXED = ("NATIVE", "NATIVE_CROPPED", "OUTPUT")
+#: Stages at which the picture is the picture, in the order in which a player comes by.
+_STAGES = ("RGB", "NATIVE", "MAINPRESUB", "MAIN", "LINEAR", "SIGMOID", "PREKERNEL", "POSTKERNEL", "SCALED", "OUTPUT")
 _TYPES: dict[str, Type] = {"float": FLOAT, "int": INT, "bool": BOOL, "DYNAMIC float": FLOAT, "CONSTANT float": FLOAT}
 _BOUND = """
-uniform sampler2D {0}_raw;
-#define {0}_pos pg_position
+uniform sampler2D pg_of_{0};
+#define {0}_raw pg_of_{0}
+#define {0}_pos {1}
 #define {0}_size vec2(textureSize({0}_raw, 0))
+#define {0}_rot mat2(1.0)
+#define {0}_off vec2(0.0)
 #define {0}_pt (1.0 / {0}_size)
 #define {0}_mul 1.0
-#define {0}_map(id) pg_position
+#define {0}_map(id) {1}
 #define {0}_tex(pos) texture2D({0}_raw, pos)
 #define {0}_texOff(off) texture2D({0}_raw, {0}_pos + {0}_pt * vec2(off))
 #define {0}_gather(pos, c) textureGather({0}_raw, pos, c)
 """
-_COMMON = f"""{PRELUDE}
+_COMMON = f"""#version 450
+{PRELUDE}
+uniform sampler2D pg_frame_before, pg_frame_now;
+uniform vec2 pg_offset;
+uniform float pg_scale;
 #define frame pg_frame
 #define random 0.5
-#define input_size pg_output_size
-#define target_size pg_output_size
-#define tex_offset vec2(0.0)
-#define linearize(c) (c)
-#define delinearize(c) (c)
+#define input_size vec2(textureSize(pg_frame_now, 0))
+#define target_size floor(pg_scale * vec2(textureSize(pg_frame_before, 0)) + 0.5)
+#define tex_offset pg_offset
+vec4 linearize(vec4 c) {{
+    vec3 steep = pow((max(c.rgb, 0.0) + 0.055) / 1.055, vec3(2.4));
+    return vec4(mix(c.rgb / 12.92, steep, step(0.04045, c.rgb)), c.a);
+}}
+vec4 delinearize(vec4 c) {{
+    vec3 steep = 1.055 * pow(max(c.rgb, 0.0), vec3(1.0 / 2.4)) - 0.055;
+    return vec4(mix(c.rgb * 12.92, steep, step(0.0031308, c.rgb)), c.a);
+}}
 """
-_BEHIND = "void pg_main() { gl_FragColor = hook(); }"
+#: By number of components what is kept of a result.
+_BEHIND = {
+    count: f"void pg_main() {{ gl_FragColor = {kept}; }}"
+    for count, kept in ((1, "vec4(hook().x, vec2(0.0), 1.0)"), (2, "vec4(hook().xy, 0.0, 1.0)"),
+                        (3, "vec4(hook().xyz, 1.0)"), (4, "hook()"))
+}  # fmt: skip
 _LUMA = """uniform sampler2D t;
-void main() { gl_FragColor = vec4(dot(texture2D(t, pg_position).rgb, vec3(.2126, .7152, .0722))); }"""
-_COPIED = "uniform sampler2D t; void main() { gl_FragColor = texture2D(t, pg_position); }"
-_JOINED = """uniform sampler2D t; uniform sampler2D luma;
+void main() { gl_FragColor = vec4(dot(texture2D(t, pg_position).rgb, vec3(.2126, .7152, .0722)), 0.0, 0.0, 1.0); }"""
+_COPIED = """uniform sampler2D t; uniform vec2 pg_offset;
+void main() { gl_FragColor = texture2D(t, pg_position + pg_offset / vec2(textureSize(t, 0))); }"""
+_JOINED = """uniform sampler2D t, luma; uniform vec2 pg_offset;
 void main() {
     vec4 c = texture2D(t, pg_position);
-    float y = texture2D(luma, pg_position).x;
+    float y = texture2D(luma, pg_position + pg_offset / vec2(textureSize(luma, 0))).x;
     gl_FragColor = vec4(c.rgb + (y - dot(c.rgb, vec3(.2126, .7152, .0722))), c.a);
 }"""
 
@@ -67,15 +84,21 @@ class _Pass:
     block: MpvBlock
     hook: str
     kernel: PixelKernel[Target]
-    bound: tuple[str, ...]
 
 
 @dataclass
 class _Chain:
-    """Textures by name while the graph is made: what they hold, and how large they are."""
+    """Textures by name while the graph is made: what they hold, how large they are, and by how many of their texels
+    passes have moved them (``//!OFFSET``)."""
 
     held: dict[str, Target]
     sizes: dict[str, tuple[Formula, Formula]]
+    output: tuple[Formula, Formula]
+    offsets: dict[str, tuple[float, float]]
+
+    def keep(self, names: Iterable[str], made: Target, size: tuple[Formula, Formula]) -> None:
+        for name in names:
+            self.held[name], self.sizes[name] = made, size
 
 
 def read_mpv(text: str, path: Path) -> ShaderEffect:
@@ -97,15 +120,17 @@ def read_mpv(text: str, path: Path) -> ShaderEffect:
     for number, block in enumerate(b for b in blocks if "HOOK" in b.said):
         hook = _hook_of(block, file)
         # The texture that is hooked has its own name too.
-        hooked = [name for name in block.all("HOOK") if re.search(rf"\b{name}_", block.code)]
-        bound = tuple(dict.fromkeys((*block.all("BIND"), "HOOKED", *hooked)))
-        prelude = _COMMON + uniforms + "".join(_BOUND.format(name) for name in bound)
+        hooked = {"HOOKED", *(name for name in block.all("HOOK") if re.search(rf"\b{name}_", block.code))}
+        prelude = _COMMON + uniforms
+        for name in sorted({*block.all("BIND"), *hooked}):
+            moved = block.is_aligned and name in hooked
+            prelude += _BOUND.format(name, f"(pg_position + pg_offset * {name}_pt)" if moved else "pg_position")
         shader = parse(
             block.code, name=f"{name_of(path)}{number or ''}", file=file, entry="pg_main", prelude=prelude,
-            postlude=_BEHIND, rows_up=False,
+            postlude=_BEHIND[block.components(file, 1 if hook == "LUMA" else 4)], rows_up=False,
         )  # fmt: skip
         shaders.append(shader)
-        passes.append(_Pass(block, hook, PixelKernel[Target].of_program(shader.program), bound))
+        passes.append(_Pass(block, hook, PixelKernel[Target].of_shader(shader)))
     if not passes:
         raise InputError(f"{file}: has no pass (//!HOOK)")
     parameters["output_scale"] = ShaderParameter(
@@ -115,8 +140,12 @@ def read_mpv(text: str, path: Path) -> ShaderEffect:
     def build(pictures: Mapping[str, Target], values: Mapping[str, Any], into: TargetSpec) -> Target:
         return _built(passes, pictures["frame"], values, into, file)
 
+    words = {word for one in passes for text in one.block.expressions() for word in text.split()}
+    constants = frozenset({"output_scale", *(parameters.keys() & words)})
     summary = next((b.first("DESC") for b in blocks if "DESC" in b.said), f"{path.stem}: an mpv user shader")
-    return ShaderEffect(name_of(path), "mpv", summary, "", ("frame",), parameters, notes_of(shaders), file, build)
+    return ShaderEffect(
+        name_of(path), "mpv", summary, "", ("frame",), parameters, notes_of(shaders), file, build, constants
+    )
 
 
 def _built(passes: list[_Pass], frame: Target, values: Mapping[str, Any], into: TargetSpec, file: str) -> Target:
@@ -124,57 +153,71 @@ def _built(passes: list[_Pass], frame: Target, values: Mapping[str, Any], into: 
     if not isinstance(scale, (int, float)):
         raise InputError(f"{file}: output_scale must be a number that is known when the graph is made")
     whole: tuple[Formula, Formula] = ("width", "height")
-    output: tuple[Formula, Formula] = (("mul", "width", float(scale)), ("mul", "height", float(scale)))
-    chain = _Chain({"MAIN": frame}, dict.fromkeys(_PICTURE, whole) | {"OUTPUT": output})
-    if any(one.hook == "LUMA" for one in passes):
-        chain.held["LUMA"] = _kernel("luma", _LUMA)(t=frame, into=_spec(f"{into.name}.luma", whole))
-        chain.sizes["LUMA"] = whole
-    uniforms = clock_uniforms(values) | dict(values)
+    output: tuple[Formula, Formula] = (_scaled("width", float(scale)), _scaled("height", float(scale)))
+    chain = _Chain({}, {}, output, dict.fromkeys(("MAIN", "LUMA"), (0.0, 0.0)))
+    chain.keep(_STAGES, frame, whole)
+    has_luma = any(one.hook == "LUMA" for one in passes)
+    if has_luma:
+        chain.keep(["LUMA"], _kernel("luma", _LUMA)(t=frame, into=_spec(f"{into.name}.luma", whole, "rgba32f")), whole)
+    uniforms = clock_uniforms(values) | dict(values) | {"pg_scale": float(scale)}
     for number, one in enumerate(passes):
-        _add_pass(one, chain, uniforms, f"{into.name}.{number}", file)
-    last = chain.held["MAIN"]
-    named = {"t": last, "luma": chain.held["LUMA"]} if "LUMA" in chain.held else {"t": last}
-    size = chain.sizes["LUMA" if "LUMA" in chain.held else "MAIN"]
-    text = _JOINED if "luma" in named else _COPIED
-    return _kernel("joined", text)(into=replace(into, size=Computed(*size)), **cast("dict[str, Any]", named))
+        _add_pass(one, chain, frame, uniforms, f"{into.name}.{number}", file)
+    shown: dict[str, Any] = {"t": chain.held["OUTPUT"]}
+    if has_luma:
+        shown["luma"] = chain.held["LUMA"]
+    own = "LUMA" if has_luma else "OUTPUT"
+    joined = _kernel("joined", _JOINED if has_luma else _COPIED)
+    offset = chain.offsets["LUMA" if has_luma else "MAIN"]
+    return joined(into=replace(into, size=Computed(*chain.sizes[own])), pg_offset=offset, **shown)
 
 
-def _add_pass(one: _Pass, chain: _Chain, uniforms: Mapping[str, Any], name: str, file: str) -> None:
+def _scaled(side: str, scale: float) -> Formula:
+    return "floor", ("add", ("mul", side, scale), 0.5)
+
+
+def _add_pass(one: _Pass, chain: _Chain, frame: Target, uniforms: Mapping[str, Any], name: str, file: str) -> None:
     """One block: where its condition holds, its pass, and what it replaces or saves."""
     where = f"{file}:{one.block.line}"
-    sizes = chain.sizes | {"HOOKED": chain.sizes[one.hook]}
-    if any(not holds(text, sizes, f"{where}: WHEN") for text in one.block.all("WHEN")):
+    hooked = chain.sizes[one.hook]
+    sizes = chain.sizes | {"HOOKED": hooked, "OUTPUT": chain.output, "NATIVE_CROPPED": chain.sizes["OUTPUT"]}
+    if any(not holds(text, sizes, f"{where}: WHEN", uniforms) for text in one.block.all("WHEN")):
         return
-    size = tuple(
-        rpn_formula(one.block.first(side, f"HOOKED.{side[0].lower()}"), sizes, f"{where}: {side}")
+    width, height = (
+        side_formula(one.block.first(side, f"HOOKED.{side[0].lower()}"), sizes, f"{where}: {side}", uniforms)
         for side in ("WIDTH", "HEIGHT")
     )
+    moved = "LUMA" if one.hook == "LUMA" else "MAIN"
+    known = {**uniforms, **{f"pg_of_{texture}": held for texture, held in chain.held.items()}}
+    known |= {"pg_of_HOOKED": chain.held[one.hook], "pg_offset": chain.offsets[moved]}
+    known |= {"pg_frame_before": frame, "pg_frame_now": chain.held["OUTPUT"]}
     given: dict[str, Any] = {}
     for parameter in one.kernel.parameters:
-        own = parameter.name.removesuffix("_raw")
-        texture = one.hook if own == "HOOKED" else "MAIN" if own in _PICTURE else own
-        if parameter.name in uniforms:
-            given[parameter.name] = uniforms[parameter.name]
-        elif texture in chain.held:
-            given[parameter.name] = chain.held[texture]
-        else:
+        if parameter.name not in known:
+            own = parameter.name.removeprefix("pg_of_")
             raise InputError(f"{where}: //!BIND {own}: no pass before has saved it")
-    made = one.kernel(into=_spec(name, (size[0], size[1])), **given)
+        given[parameter.name] = known[parameter.name]
+    made = one.kernel(into=_spec(name, (width, height)), **given)
     saved = one.block.first("SAVE", one.hook)
-    saved = "MAIN" if saved in _PICTURE else saved
-    chain.held[saved], chain.sizes[saved] = made, (size[0], size[1])
-    if saved == "MAIN":
-        chain.sizes |= dict.fromkeys((name for name in _PICTURE if name not in _FIXED), (size[0], size[1]))
+    if saved != one.hook:
+        chain.keep([saved], made, (width, height))
+        return
+    chain.keep(["LUMA"] if saved == "LUMA" else _STAGES[_STAGES.index(saved) :], made, (width, height))
+    grown = [
+        evaluated(new, NOMINAL) / evaluated(old, NOMINAL) for new, old in zip((width, height), hooked, strict=True)
+    ]
+    own_offset, before = one.block.offset(file), chain.offsets[moved]
+    x, y = (said + factor * t for said, factor, t in zip(own_offset, grown, before, strict=True))
+    chain.offsets[moved] = (0.0, 0.0) if one.block.is_aligned else (x, y)
 
 
 def _hook_of(block: MpvBlock, file: str) -> str:
     hooks = block.all("HOOK")
-    known = next((hook for hook in hooks if hook in _PICTURE or hook == "LUMA"), None)
+    known = next((hook for hook in hooks if hook in _STAGES or hook == "LUMA"), None)
     if known is None:
         raise InputError(
             f"{file}:{block.line}: //!HOOK {' '.join(hooks)} is not read here; a picture has MAIN, its like, and LUMA"
         )
-    return "LUMA" if known == "LUMA" else "MAIN"
+    return known
 
 
 def _parameter(block: MpvBlock, file: str) -> ShaderParameter:
@@ -199,8 +242,8 @@ def _number(text: str, where: str) -> float | None:
         raise InputError(f"{where} must be a number, got {text!r}") from None
 
 
-def _spec(name: str, size: tuple[Formula, Formula]) -> TargetSpec:
-    return replace(target(name, "rgba16f"), size=Computed(*size))
+def _spec(name: str, size: tuple[Formula, Formula], format: str = "rgba16f") -> TargetSpec:
+    return replace(target(name, format), size=Computed(*size))
 
 
 def _kernel(name: str, text: str) -> PixelKernel[Target]:

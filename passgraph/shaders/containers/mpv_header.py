@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import TypeAlias
 
-from passgraph.errors import InputError
+from passgraph.errors import GraphError, InputError
 from passgraph.graph.formulas import Formula, evaluated
 
 MAX_BLOCKS = 256
@@ -15,7 +17,9 @@ _KNOWN = frozenset(["HOOK", "BIND", "SAVE", "DESC", "WIDTH", "HEIGHT", "WHEN", "
                     "MINIMUM", "MAXIMUM"])  # fmt: skip
 _REFUSED = {"COMPUTE": "a compute shader", "TEXTURE": "a texture within the file", "STORAGE": "a storage buffer",
             "BUFFER": "a buffer", "VAR": "a variable of a buffer"}  # fmt: skip
-_SIGNS = {"+": "add", "-": "sub", "*": "mul", "/": "div"}
+_SIGNS = {"+": "add", "-": "sub", "*": "mul", "/": "div", "%": "rest", "<": "less", ">": "less", "=": "equal"}
+#: Width and height by the name of a texture.
+Sizes: TypeAlias = Mapping[str, tuple[Formula, Formula]]
 #: Sizes of textures in the conditions of ``WHEN`` are compared for a frame of this size: all but ratios is a guess.
 NOMINAL = (1920, 1080)
 
@@ -33,6 +37,32 @@ class MpvBlock:
 
     def all(self, name: str) -> list[str]:
         return [value for value, _ in self.said.get(name, [])]
+
+    @property
+    def is_aligned(self) -> bool:
+        """Whether what passes before have moved is put back by this one."""
+        return self.first("OFFSET") == "ALIGN"
+
+    def offset(self, file: str) -> tuple[float, float]:
+        """Texels of its result by which the pass moves the picture."""
+        if self.is_aligned or "OFFSET" not in self.said:
+            return 0.0, 0.0
+        text, line = self.said["OFFSET"][0]
+        found = re.fullmatch(r"([-+]?\d*\.?\d+)\s+([-+]?\d*\.?\d+)", text)
+        if found is None:
+            raise InputError(f"{file}:{line}: //!OFFSET is two numbers of texels or ALIGN, got {text!r}")
+        return float(found[1]), float(found[2])
+
+    def components(self, file: str, otherwise: int) -> int:
+        """How many components of its result count."""
+        text, line = self.said.get("COMPONENTS", [(str(otherwise), self.line)])[0]
+        if text not in ("1", "2", "3", "4"):
+            raise InputError(f"{file}:{line}: //!COMPONENTS is 1 to 4, got {text!r}")
+        return int(text)
+
+    def expressions(self) -> list[str]:
+        """What it says in postfix form."""
+        return [text for name in ("WIDTH", "HEIGHT", "WHEN") for text in self.all(name)]
 
 
 def is_mpv(text: str) -> bool:
@@ -80,63 +110,69 @@ def _close(blocks: list[MpvBlock], code: list[str]) -> None:
         blocks[-1] = MpvBlock(blocks[-1].line, blocks[-1].said, "\n".join(code))
 
 
-def rpn_formula(text: str, sizes: dict[str, tuple[Formula, Formula]], where: str) -> Formula:
-    """A size in postfix form, ``HOOKED.w 2 *``, as a formula of the frame's.
+def rpn_formula(text: str, sizes: Sizes, where: str, values: Mapping[str, object] = {}) -> Formula:
+    """What is written in postfix form, ``HOOKED.w 2 *``, as a formula of the frame's size; parameters have values.
 
     >>> rpn_formula("MAIN.w 2 *", {"MAIN": ("width", "height")}, "WIDTH")
     ('mul', 'width', 2.0)
     """
     stack: list[Formula] = []
     for word in text.split():
-        if word in _SIGNS:
-            if len(stack) < 2:
-                raise InputError(f"{where}: {text!r} has too few operands for {word}")
-            other = stack.pop()
-            stack.append((_SIGNS[word], stack.pop(), other))
+        count = 1 if word == "!" else 2 if word in _SIGNS else 0
+        if len(stack) < count:
+            raise InputError(f"{where}: {text!r} has too few operands for {word}")
+        if count == 1:
+            stack.append(("equal", stack.pop(), 0.0))
+        elif count == 2:
+            b, a = stack.pop(), stack.pop()
+            stack.append(("less", b, a) if word == ">" else (_SIGNS[word], a, b))
         else:
-            stack.append(_operand(word, sizes, text, where))
+            stack.append(_operand(word, sizes, values, text, where))
     if len(stack) != 1:
-        raise InputError(f"{where}: {text!r} is no size in postfix form, such as HOOKED.w 2 *")
+        raise InputError(f"{where}: {text!r} is no size or condition in postfix form, such as HOOKED.w 2 *")
     return stack[0]
 
 
-def holds(text: str, sizes: dict[str, tuple[Formula, Formula]], where: str) -> bool:
-    """Whether a condition holds for a frame of :data:`NOMINAL` size."""
-    stack: list[float] = []
-    for word in text.split():
-        if word == "!":
-            if not stack:
-                raise InputError(f"{where}: {text!r} has too few operands for !")
-            stack.append(float(not stack.pop()))
-        elif word in _SIGNS or word in ("<", ">", "=", "%"):
-            if len(stack) < 2:
-                raise InputError(f"{where}: {text!r} has too few operands for {word}")
-            b, a = stack.pop(), stack.pop()
-            stack.append(_worked_out(word, a, b))
-        else:
-            stack.append(evaluated(_operand(word, sizes, text, where), NOMINAL))
-    if len(stack) != 1:
-        raise InputError(f"{where}: {text!r} is no condition in postfix form, such as OUTPUT.w MAIN.w >")
-    return stack[0] != 0
+def side_formula(text: str, sizes: Sizes, where: str, values: Mapping[str, object] = {}) -> Formula:
+    """A side in pixels: what is written, rounded to the nearest as mpv does.
+
+    >>> side_formula("MAIN.w 2 /", {"MAIN": ("width", "height")}, "WIDTH")
+    ('floor', ('add', ('div', 'width', 2.0), 0.5))
+    """
+    side = rpn_formula(text, sizes, where, values)
+    return side if _is_whole(side) else ("floor", ("add", side, 0.5))
 
 
-def _worked_out(sign: str, a: float, b: float) -> float:
-    if sign in _SIGNS:
-        return evaluated((_SIGNS[sign], a, b), NOMINAL)
-    if sign == "%":
-        return a % b if b else 0.0
-    return float({"<": a < b, ">": a > b, "=": a == b}[sign])
+def _is_whole(formula: Formula) -> bool:
+    if isinstance(formula, tuple):
+        kept = formula[0] in ("add", "sub", "mul")
+        return formula[0] == "floor" or (kept and all(_is_whole(part) for part in formula[1:]))
+    return isinstance(formula, str) or float(formula).is_integer()
 
 
-def _operand(word: str, sizes: dict[str, tuple[Formula, Formula]], text: str, where: str) -> Formula:
+def holds(text: str, sizes: Sizes, where: str, values: Mapping[str, object] = {}) -> bool:
+    """Whether a condition holds for a frame of :data:`NOMINAL` size; one that divides by zero does not."""
+    condition = rpn_formula(text, sizes, where, values)
+    try:
+        return evaluated(condition, NOMINAL) != 0
+    except GraphError:
+        return False
+
+
+def _operand(word: str, sizes: Sizes, values: Mapping[str, object], text: str, where: str) -> Formula:
     name, dot, side = word.partition(".")
     if dot and name in sizes and side in ("w", "width", "h", "height"):
         return sizes[name][0 if side.startswith("w") else 1]
+    if word in values:
+        value = values[word]
+        if not isinstance(value, (int, float)):
+            raise InputError(f"{where}: {text!r} has {word}, which must be a number known when the graph is made")
+        return float(value)
     try:
         number = float(word)
     except ValueError:
         number = float("nan")
     if not abs(number) < 1e9:
-        known = ", ".join(f"{one}.w" for one in sizes)
-        raise InputError(f"{where}: {text!r} has {word!r}; a size has numbers, + - * / and {known} and their .h")
+        known = ", ".join([*(f"{one}.w" for one in sizes), *values])
+        raise InputError(f"{where}: {text!r} has {word!r}; there are numbers, {' '.join(_SIGNS)} ! and {known}")
     return number

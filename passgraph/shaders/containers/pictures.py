@@ -2,17 +2,48 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from passgraph.errors import InputError
-from passgraph.graph.targets import Input, Target
+from passgraph.graph.calls import PixelKernel
+from passgraph.graph.targets import Input, Target, TargetSpec
+from passgraph.language.kernel import kernel_from_text
+from passgraph.plan.reach import passes_behind
 from passgraph.reading import check_regular
 
 #: Most bytes of a picture that a shader brings.
 MAX_BYTES = 64 << 20
+
+
+#: The second picture is not read: its pass is behind the result all the same.
+_SHOWN = PixelKernel[Target](kernel_from_text("def shown(shown: Image, kept: Image) -> vec4: return shown[0, 0]"))
+
+
+def unread(shown: Target, made: Iterable[Target]) -> list[Target]:
+    """Those of some buffers whose passes do not lie behind what is shown, although it reads their earlier frames, or
+    buffers that do."""
+    made, found = list(made), list[Target]()
+    while True:
+        behind = passes_behind([shown, *found])
+        needed = {handle.spec for one in behind for handle in one.reads if handle.is_previous}
+        needed -= {spec for one in behind for spec in one.writes}
+        more = [one for one in made if one.spec in needed]
+        if not more:
+            return found
+        found += more
+
+
+def shown_beside(shown: Target, kept: list[Target], into: TargetSpec) -> Target:
+    """What is shown, in a target whose graph draws some buffers too."""
+    *before, last = kept
+    for number, one in enumerate(before):
+        shown = _SHOWN(shown=shown, kept=one, into=replace(into, name=f"{into.name}.with.{number}"))
+    return _SHOWN(shown=shown, kept=last, into=into)
 
 
 def handle_or_black(picture: Target | None) -> Target:

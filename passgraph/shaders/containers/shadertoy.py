@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,7 @@ from passgraph.graph.targets import Target, TargetSpec, previous, target
 from passgraph.language.types import VEC4
 from passgraph.shaders.containers.clock import PRELUDE, clock_parameters, clock_uniforms
 from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, notes_of
-from passgraph.shaders.containers.pictures import handle_or_black
+from passgraph.shaders.containers.pictures import handle_or_black, shown_beside, unread
 from passgraph.shaders.glsl import Shader, parse
 
 CHANNELS = tuple(f"iChannel{i}" for i in range(4))
@@ -40,18 +40,32 @@ float iChannelTime[4];
 vec3 iChannelResolution[4];
 """
 _BORDERS = {"clamp": "clamp", "repeat": "repeat"}
+#: How a channel is filtered, and whether it has smaller levels.
+_FILTERS = {"nearest": ("nearest", False), "linear": ("linear", False), "mipmap": ("linear", True)}
 #: Kinds of inputs that are pictures from outside; of the others a reason why not.
 _OUTSIDE = ("texture", "image", "video", "webcam", "music", "musicstream", "mic", "keyboard")
+#: What passes begin at; only pictures are read.
+_ENTRY = re.compile(r"\b(?:void\s+(mainImage|mainCubemap|mainVR)|vec2\s+(mainSound))\s*\(")
 _ORDER = ("Buffer A", "Buffer B", "Buffer C", "Buffer D", "Image")
 
 
 @dataclass(frozen=True)
 class _Source:
-    """What a channel reads: a buffer (by the number of its pass) or a picture from outside, and its border."""
+    """What a channel reads: a buffer (by the number of its pass) or a picture from outside, and how; without a filter
+    as the handle says."""
 
     buffer: int | None
     picture: str
     border: str
+    filter: str | None = None
+
+    def reading(self, picture: Target) -> Target:
+        """The picture as the channel reads it."""
+        if self.filter is None:
+            return picture.border(self.border)
+        rule, levels = _FILTERS[self.filter]
+        read = picture.border(self.border).filter(rule)
+        return read.mipmaps() if levels else read
 
 
 @dataclass(frozen=True)
@@ -62,8 +76,8 @@ class _Pass:
 
 
 def is_shadertoy(text: str) -> bool:
-    """Whether a text has the function that a Shadertoy shader is."""
-    return re.search(r"\bvoid\s+mainImage\s*\(", text) is not None and not text.lstrip().startswith(("{", "["))
+    """Whether a text has a function that a Shadertoy shader is."""
+    return _ENTRY.search(text) is not None and not text.lstrip().startswith(("{", "["))
 
 
 def is_shadertoy_export(text: str) -> bool:
@@ -76,9 +90,17 @@ def read_shadertoy(text: str, path: Path) -> ShaderEffect:
 
     Raises
     ------
+    InputError
+        For one of sound or cube maps alone, with the line of its function.
     KernelError
         For a shader that is refused, with file, line and caret.
     """
+    entries = {match[match.lastindex or 0]: match for match in _ENTRY.finditer(text)}
+    if "mainImage" not in entries:
+        name, found = next(iter(entries.items()))
+        line = text.count("\n", 0, found.start())
+        shown = text.split("\n")[line]
+        raise InputError(f"{path}:{line + 1}: {name} makes no picture, and is not read here; mainImage is\n    {shown}")
     channels = {name: _Source(None, name, "repeat") for name in CHANNELS}
     return _effect([(path.stem, text, channels)], "", path, f"{path.stem}: a Shadertoy shader", "")
 
@@ -147,12 +169,14 @@ def _channels(one: Mapping[str, Any], buffers: Mapping[str, int], file: str) -> 
         name, key = CHANNELS[channel], str(given.get("id", ""))
         sampler = given.get("sampler") if isinstance(given.get("sampler"), dict) else {}
         border = _BORDERS.get(str(sampler.get("wrap", "clamp")), "clamp")
+        said = str(sampler.get("filter", "linear"))
+        filter = said if said in _FILTERS else "linear"
         if kind == "buffer":
             if key not in buffers:
                 raise InputError(f"{where}: {name} reads a buffer that no pass writes")
-            found[name] = _Source(buffers[key], "", border)
+            found[name] = _Source(buffers[key], "", border, filter)
         elif kind in _OUTSIDE:
-            found[name] = _Source(None, f"picture_{key or channel}", border)
+            found[name] = _Source(None, f"picture_{key or channel}", border, filter)
         else:
             raise InputError(f"{where}: {name} is a {kind}, which is not read here")
     return found
@@ -170,7 +194,7 @@ def _effect(
             else str(path), entry="pg_main", prelude=_BEFORE + common + "\n", postlude=_behind(code + common),
         )  # fmt: skip
         shaders.append(shader)
-        passes.append(_Pass(name, PixelKernel[Target].of_program(shader.program), channels))
+        passes.append(_Pass(name, PixelKernel[Target].of_shader(shader), channels))
     used = {parameter.name for one in passes for parameter in one.kernel.parameters}
     pictures = dict.fromkeys(
         one.channels[channel].picture
@@ -210,7 +234,18 @@ def _behind(text: str) -> str:
 
 
 def _built(passes: list[_Pass], given: Mapping[str, Target], values: Mapping[str, Any], into: TargetSpec) -> Target:
-    specs = [target(f"{into.name}.{one.name}", "rgba32f", scale=1.0) for one in passes[:-1]] + [into]
+    specs = [target(f"{into.name}.{one.name}", "rgba32f", scale=1.0) for one in passes[:-1]]
+    made = _drawn(passes, given, values, [*specs, into])
+    kept = unread(made[-1], made[:-1])
+    if not kept:
+        return made[-1]
+    made = _drawn(passes, given, values, [*specs, replace(into, name=f"{into.name}.{passes[-1].name}")])
+    return shown_beside(made[-1], unread(made[-1], made[:-1]), into)
+
+
+def _drawn(
+    passes: list[_Pass], given: Mapping[str, Target], values: Mapping[str, Any], specs: list[TargetSpec]
+) -> list[Target]:
     uniforms = clock_uniforms(values) | dict(values)
     made: list[Target] = []
     for number, one in enumerate(passes):
@@ -225,7 +260,7 @@ def _built(passes: list[_Pass], given: Mapping[str, Target], values: Mapping[str
                 picture = given.get(source.picture) if source is not None else None
             else:
                 picture = made[source.buffer] if source.buffer < number else previous(specs[source.buffer])
-            border = source.border if source is not None else "clamp"
-            named[name] = handle_or_black(picture).border(border)
+            black = handle_or_black(picture)
+            named[name] = black if source is None else source.reading(black)
         made.append(one.kernel(into=specs[number], **named))
-    return made[-1]
+    return made

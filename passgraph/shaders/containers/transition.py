@@ -48,7 +48,7 @@ def read_transition(text: str, path: Path) -> ShaderEffect:
     shader = parse(
         told, name=name_of(path), file=str(path), entry="pg_main", prelude=_BEFORE, postlude=_BEHIND, values=_VALUES
     )
-    kernel: PixelKernel[Target] = PixelKernel.of_program(shader.program)
+    kernel: PixelKernel[Target] = PixelKernel.of_shader(shader)
     used = {parameter.name for parameter in kernel.parameters}
     others = tuple(
         u.name for u in shader.uniforms if isinstance(u.type, ImageType) and u.name not in _PICTURES.values()

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from functools import partial
 
 from passgraph.language import ir
+from passgraph.language.buffers import check_local
 from passgraph.language.frame import MAX_CALL_DEPTH
 from passgraph.language.signature import checked_struct
 from passgraph.language.source import Span, fail
@@ -14,6 +16,7 @@ from passgraph.language.values import ImageValue, Part
 from passgraph.language.variables import new_variable, read_variable
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.builtins import overloads
+from passgraph.shaders.glsl.elsewhere import elsewhere
 from passgraph.shaders.glsl.expressions import Expressions
 from passgraph.shaders.glsl.folding import constant, folded
 from passgraph.shaders.glsl.places import Place, read_place, write_place
@@ -54,7 +57,7 @@ class Body:
             fail(span, self.unit.missing[name])
         if found is None:
             known = "it is a function; call it" if name in self.unit.functions else "declare it before"
-            fail(span, f"{name!r} is not defined here; {known}")
+            fail(span, elsewhere(name) or f"{name!r} is not defined here; {known}")
         return found
 
     def bind(self, name: str, binding: Binding) -> None:
@@ -108,17 +111,21 @@ class Body:
 
     # Variables
 
-    def declare(self, node: g.Declaration) -> None:
-        """Variables of a function, or constants and variables outside."""
+    def declare(self, node: g.Declaration, written: Collection[str] | None = None) -> None:
+        """Variables of a function, or constants and variables outside; where all names that are ever ``written`` are
+        told, others are constants if their values are known."""
         for variable in node.variables:
             type_ = self.type_of(variable.type, variable.type.span, variable.value)
             if holds_pictures(type_):
                 fail(variable.span, "a sampler is a uniform or a parameter")
             span = variable.span
+            check_local(type_, variable.name, span)
             part = None if variable.value is None else self.expressions.initial(variable.value, type_)
             if part is not None:
                 part = fitted(part, type_, span, variable.name)
-            if "const" in node.qualifiers:
+            fixed = written is not None and variable.name not in written
+            known = fixed and isinstance(part, ir.Expr) and folded(part) is not None
+            if "const" in node.qualifiers or known:
                 if part is None:
                     fail(span, f"const {variable.name} needs a value")
                 part = part if not isinstance(part, ir.Expr) else constant(part)
@@ -147,7 +154,10 @@ class Body:
             fail(span, f"calls nest deeper than {MAX_CALL_DEPTH}")
         calls.append(function)
         void = function.result.name == "void" and not function.result.lengths
-        inner = Body(self.unit, function.name, None if void else self.type_of(function.result, function.result.span))
+        result = None if void else self.type_of(function.result, function.result.span)
+        if result is not None:
+            check_local(result, f"the result of {function.name}", function.result.span)
+        inner = Body(self.unit, function.name, result)
         inner.scopes = [{}]
         written = assigned_names(function.body, partial(overloads, self.unit))
         for parameter, argument in zip(function.parameters, arguments, strict=True):
@@ -168,6 +178,8 @@ class Body:
         if holds_pictures(type_):
             self.bind(parameter.name, Known(fitted(argument, type_, span, what), "a sampler"))  # type: ignore[arg-type]
             return
+        if not fixed or parameter.passed != "in":
+            check_local(type_, what, span)
         if parameter.passed == "out":
             slot = self.new_slot(parameter.name, type_, written=False)
             self.builder.clear(slot.variable)

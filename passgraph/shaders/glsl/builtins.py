@@ -15,6 +15,7 @@ from passgraph.language.typing_rules import apply
 from passgraph.language.values import Part, TupleValue, construct, convert, index_into, select
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.derivatives import DERIVATIVES
+from passgraph.shaders.glsl.folding import folded
 from passgraph.shaders.glsl.images import READS
 from passgraph.shaders.glsl.operators import plain
 from passgraph.shaders.glsl.parse import Parser
@@ -28,7 +29,7 @@ _WORD = re.compile(r"\w+")
 _SAME = (
     "radians", "degrees", "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh",
     "atanh", "pow", "exp", "log", "exp2", "log2", "sqrt", "inversesqrt", "abs", "sign", "floor", "ceil", "trunc",
-    "round", "fract", "mod", "min", "max", "clamp", "step", "smoothstep", "fma", "ldexp", "isnan", "isinf", "length",
+    "round", "fract", "mod", "step", "smoothstep", "fma", "ldexp", "isnan", "isinf", "length",
     "distance", "dot", "cross", "normalize", "faceforward", "reflect", "refract", "transpose", "determinant",
     "inverse", "any", "all",
 )  # fmt: skip
@@ -48,12 +49,20 @@ genUType uaddCarry(genUType x, genUType y, out genUType carry) { carry = genUTyp
 genUType usubBorrow(genUType x, genUType y, out genUType borrow) { borrow = genUType(lessThan(x, y)); return x - y; }
 """
 _SCALAR = """
-vec4 textureGather(sampler2D s, vec2 P, int c) {
-    ivec2 at = ivec2(floor(P * vec2(textureSize(s, 0)) - 0.5));
+vec4 textureGatherOffset(sampler2D s, vec2 P, ivec2 offset, int c) {
+    // Devices round places to 1/256 texel; the middle of a texel, where many gather, is a whole number here.
+    ivec2 at = ivec2(floor(P * vec2(textureSize(s, 0)) - 0.498046875)) + offset;
     return vec4(texelFetchOffset(s, at, 0, ivec2(0, 1))[c], texelFetchOffset(s, at, 0, ivec2(1, 1))[c],
                 texelFetchOffset(s, at, 0, ivec2(1, 0))[c], texelFetch(s, at, 0)[c]);
 }
+vec4 textureGatherOffset(sampler2D s, vec2 P, ivec2 offset) { return textureGatherOffset(s, P, offset, 0); }
+vec4 textureGather(sampler2D s, vec2 P, int c) { return textureGatherOffset(s, P, ivec2(0), c); }
 vec4 textureGather(sampler2D s, vec2 P) { return textureGather(s, P, 0); }
+vec4 textureGatherOffsets(sampler2D s, vec2 P, ivec2 offsets[4], int c) {
+    return vec4(textureGatherOffset(s, P, offsets[0], c).w, textureGatherOffset(s, P, offsets[1], c).w,
+                textureGatherOffset(s, P, offsets[2], c).w, textureGatherOffset(s, P, offsets[3], c).w);
+}
+vec4 textureGatherOffsets(sampler2D s, vec2 P, ivec2 offsets[4]) { return textureGatherOffsets(s, P, offsets, 0); }
 """
 
 
@@ -120,6 +129,23 @@ def _called(name: str, unit: Unit, parts: list[Part], span: Span) -> Part:
     return _row(called(name, len(parts)), unit, parts, span)
 
 
+def _limited(name: str, unit: Unit, parts: list[Part], span: Span) -> Part:
+    """``min`` and ``max``: by a number that is known, NaN comes to that number, as devices have it."""
+    if len(parts) == 2 and _is_known(parts[1]) and not _is_known(parts[0]):
+        parts = [parts[1], parts[0]]
+    return _called(name, unit, parts, span)
+
+
+def _clamped(unit: Unit, parts: list[Part], span: Span) -> Part:
+    if len(parts) == 3 and _is_known(parts[1]):
+        return _limited("min", unit, [_limited("max", unit, parts[:2], span), parts[2]], span)
+    return _called("clamp", unit, parts, span)
+
+
+def _is_known(part: Part) -> bool:
+    return isinstance(part, ir.Expr) and folded(part) is not None
+
+
 def _mix(unit: Unit, parts: list[Part], span: Span) -> Part:
     """Between two values, or one of the two by bools."""
     if len(parts) == 3:
@@ -166,6 +192,9 @@ _PACKS = ("Unorm4x8", "Snorm4x8", "Unorm2x16", "Snorm2x16", "Half2x16")
 BUILTINS: dict[str, Native] = {
     **{name: partial(_called, name) for name in _SAME},
     **{name: partial(_row, row) for name, row in _OTHERWISE.items()},
+    "min": partial(_limited, "min"),
+    "max": partial(_limited, "max"),
+    "clamp": _clamped,
     "mix": _mix,
     "equal": partial(_compared, "equal"),
     "notEqual": partial(_compared, "not_equal"),

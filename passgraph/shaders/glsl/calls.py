@@ -13,6 +13,7 @@ from passgraph.language.types import INT, Array, Matrix, Scalar, Struct, Type, V
 from passgraph.language.values import ImageChoice, Part, StructValue, construct, part_type, swizzle
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.builtins import BUILTINS, overloads
+from passgraph.shaders.glsl.elsewhere import elsewhere
 from passgraph.shaders.glsl.folding import settled
 from passgraph.shaders.glsl.operators import plain
 from passgraph.shaders.glsl.places import Place, place_of, read_place
@@ -74,7 +75,7 @@ class Calls:
         if functions:
             counts = sorted({len(f.parameters) for f in functions})
             fail(span, f"{node.name} takes {' or '.join(map(str, counts))} arguments, got {len(node.arguments)}")
-        fail(span, f"there is no function {node.name!r}")
+        fail(span, elsewhere(node.name) or f"there is no function {node.name!r}")
 
     def _arguments(self, node: g.Call, candidates: list[g.Function]) -> list[Part | Place]:
         """Values, and places where a function may write to."""

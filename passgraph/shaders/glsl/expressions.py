@@ -16,6 +16,7 @@ from passgraph.language.types import (
     UINT,
     Array,
     Matrix,
+    Scalar,
     Struct,
     Type,
     Vector,
@@ -27,6 +28,7 @@ from passgraph.language.values import COMPOSITE, ImageValue, Part, TupleValue, c
 from passgraph.language.variables import new_variable, read_variable
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.calls import Calls
+from passgraph.shaders.glsl.folding import constant
 from passgraph.shaders.glsl.operators import arithmetic, negated, plain
 from passgraph.shaders.glsl.places import part_at, place_of, read_place, write_place
 from passgraph.shaders.glsl.typing import as_int, whole_numbers_alike
@@ -77,7 +79,7 @@ class Expressions:
         value = self.value(node)
         if value.type != BOOL:
             fail(node.span, f"a condition must be bool, got {value.type}; compare it with something")
-        return value
+        return constant(value)
 
     def index(self, node: g.Expr) -> ir.Expr:
         return widen(as_int(self.value(node), node.span), INT, node.span, "an index")
@@ -153,7 +155,10 @@ class Expressions:
 
     def _choice(self, node: g.Choice) -> Part:
         span, unit, builder = node.span, self.body.unit, self.body.builder
-        condition = builder.name_it(self.condition(node.condition), span, keep_locals=False)
+        condition = self.condition(node.condition)
+        if isinstance(condition, ir.Literal):
+            return self._chosen(node.then, node.orelse) if condition.value else self._chosen(node.orelse, node.then)
+        condition = builder.name_it(condition, span, keep_locals=False)
         then_block, then = unit.captured(lambda: self.part(node.then), span)
         else_block, orelse = unit.captured(lambda: self.part(node.orelse), span)
         if not isinstance(then, COMPOSITE) and not isinstance(orelse, COMPOSITE):
@@ -171,6 +176,17 @@ class Expressions:
         ]
         builder.emit(ir.If(condition, then_block + stores[0], else_block + stores[1], span))
         return read_variable(result, span)
+
+    def _chosen(self, node: g.Expr, other: g.Expr) -> Part:
+        """The side of ``? :`` that a constant chooses.  The other is not read, but for the type that both have: shaders
+        switch between large variants so."""
+        taken = self.part(node)
+        if isinstance(taken, COMPOSITE) or not isinstance(taken.type, (Scalar, Vector)):
+            return taken
+        if element_of(taken.type) not in (INT, UINT):
+            return taken  # nothing that the other may be would change it
+        _, unused = self.body.unit.captured(lambda: self.value(other), node.span)
+        return unify(*whole_numbers_alike(taken, unused, node.span), node.span, "both sides of ? :")[0]
 
     def _sequence(self, node: g.Sequence) -> Part | None:
         found: Part | None = None

@@ -7,16 +7,19 @@ of video count from the top; their shaders are read without a turn.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from functools import partial
 
 from passgraph.language import ir
 from passgraph.language.frame import inlined
+from passgraph.language.images import attribute, is_first
 from passgraph.language.library import library_function
 from passgraph.language.source import Span, fail
 from passgraph.language.types import BOOL, FLOAT, INT, IVEC2, VEC2, VEC3, VEC4, Type
 from passgraph.language.typing_rules import apply, widen
 from passgraph.language.values import ImageValue, Part, part_type
 from passgraph.shaders.glsl.operators import plain
+from passgraph.shaders.glsl.typing import as_int
 from passgraph.shaders.glsl.unit import Native, NativeValue, Unit
 
 
@@ -33,40 +36,69 @@ def _position(parts: list[Part], type_: Type, span: Span) -> ir.Expr:
     return widen(value, type_, span, "where to read")
 
 
-def _inlined(unit: Unit, name: str, arguments: list[Part], span: Span) -> Part:
-    return inlined(unit.builder, library_function(name), (arguments, {}), span)
+def _inlined(unit: Unit, name: str, arguments: Sequence[Part], span: Span) -> Part:
+    return inlined(unit.builder, library_function(name), (list(arguments), {}), span)
 
 
-def _texture(unit: Unit, parts: list[Part], span: Span, *, last: str = "") -> Part:
-    """A filtered read; ``last`` names what the third argument is."""
+#: How a filtered read chooses a level → how many arguments say so, and what they are.
+_CHOSEN = {"itself": (0, ""), "level": (1, ", a level"), "derivatives": (2, ", two derivatives")}
+
+
+def _sampled(
+    unit: Unit, parts: list[Part], span: Span, *, by: str = "itself", projected: bool = False, beside: bool = False
+) -> Part:
+    """A filtered read; ``by`` says what chooses the level, ``beside`` that an offset in texels follows."""
     image = _image(parts, span)
-    if len(parts) > 3:
-        fail(span, f"a read of a picture takes at most 3 arguments, got {len(parts)}")
-    if len(parts) == 3:
-        unit.note(span, f"shaders read the first level of a picture: the {last or 'bias'} does not count")
-    if len(parts) > 1 and getattr(parts[1], "type", None) == VEC3:
+    count, said = _CHOSEN[by]
+    behind, most = list(parts[2:]), count + beside + (by == "itself")
+    if not count + beside <= len(behind) <= most:
+        takes = f"a sampler, a position{said}{', an offset' * beside}{', perhaps a bias' * (by == 'itself')}"
+        fail(span, f"this read takes {takes}; got {len(parts)} arguments")
+    if not projected and len(parts) > 1 and getattr(parts[1], "type", None) == VEC3:
         # Rows of a volume are counted as they are stored, as those of a colour table are.
         return _inlined(unit, "sample3", [image, _position(parts, VEC3, span)], span)
-    return _inlined(unit, unit.turned("sample"), [image, _position(parts, VEC2, span)], span)
+    position = _divided(unit, parts, span) if projected else _position(parts, VEC2, span)
+    position = unit.builder.name_it(position, span)
+    lod = _lod(unit, image, position, by, [*behind[:count], *behind[count + beside :]], span)
+    if lod is None and not beside:
+        return _inlined(unit, unit.turned("sample"), [image, position], span)
+    offset: ir.Expr = ir.Construct(IVEC2, (ir.Literal(INT, 0, span),) * 2, span)
+    if beside:
+        offset = widen(plain(behind[count], span, "an offset"), IVEC2, span, "an offset")
+    given = [position, lod or ir.Literal(FLOAT, 0.0, span), offset, ir.Literal(BOOL, unit.rows_up, span)]
+    return _inlined(unit, "sample_beside", [image, ImageValue(image.name + ir.MIPS), *given], span)
 
 
-def _graded(unit: Unit, parts: list[Part], span: Span) -> Part:
-    """A filtered read whose derivatives would choose a level."""
-    if len(parts) != 4:
-        fail(span, f"it takes a sampler, a position and two derivatives, got {len(parts)} arguments")
-    return _texture(unit, parts[:3], span, last="pair of derivatives")
+def _lod(unit: Unit, image: ImageValue, position: ir.Expr, by: str, said: list[Part], span: Span) -> ir.Expr | None:
+    """The level that a read asks for; None for the first."""
+    wanted = VEC2 if by == "derivatives" else FLOAT
+    what = {"itself": "a bias", "level": "a level", "derivatives": "a derivative"}[by]
+    given = [widen(plain(part, span, what), wanted, span, what) for part in said]
+    if (by == "level" and is_first(given[0])) or (by == "itself" and not given and image.name not in unit.leveled):
+        return None
+    unit.note(span, _LEVELS)
+    if by == "level":
+        return given[0]
+    if by == "derivatives":
+        return plain(_inlined(unit, "lod_along", [image, *given], span), span, "a level")
+    if image.name not in unit.leveled:
+        return None
+    made = plain(_inlined(unit, "lod", [image, position], span), span, "a level")
+    return apply("add", [made, *given], span) if given else made
 
 
-def _projected(unit: Unit, parts: list[Part], span: Span) -> Part:
-    """A read at ``p.xy / p.z`` or ``p.xy / p.w``."""
-    image = _image(parts, span)
+#: What a user has to do for a shader that wants smaller levels.
+_LEVELS = "this may read a smaller level: a picture has some where its handle is one with mipmaps()"
+
+
+def _divided(unit: Unit, parts: list[Part], span: Span) -> ir.Expr:
+    """The position of a projected read, ``p.xy / p.z`` or ``p.xy / p.w``."""
     at = plain(parts[1], span, "where to read") if len(parts) > 1 else None
     if at is None or at.type not in (VEC3, VEC4):
         fail(span, "a projected read takes a vec3 or a vec4")
     at = unit.builder.name_it(at, span)
     divisor = ir.Swizzle(FLOAT, at, (2 if at.type == VEC3 else 3,), span)
-    position = apply("div", [ir.Swizzle(VEC2, at, (0, 1), span), divisor], span)
-    return _texture(unit, [image, position, *parts[2:]], span)
+    return apply("div", [ir.Swizzle(VEC2, at, (0, 1), span), divisor], span)
 
 
 def _of_texels(unit: Unit, parts: list[Part], span: Span) -> Part:
@@ -77,19 +109,22 @@ def _of_texels(unit: Unit, parts: list[Part], span: Span) -> Part:
     return _inlined(unit, unit.turned("sample"), [image, position], span)
 
 
-def _offset(unit: Unit, parts: list[Part], span: Span) -> Part:
-    """A filtered read so many texels farther."""
-    image = _image(parts, span)
-    if len(parts) < 3:
-        fail(span, "the offset is missing")
-    size = apply("to_float", [ir.Size(IVEC2, image.name, span)], span)
-    offset = widen(plain(parts[-1], span, "an offset"), IVEC2, span, "an offset")
-    moved = apply("div", [apply("to_float", [offset], span), size], span)
-    return _texture(unit, [image, apply("add", [_position(parts, VEC2, span), moved], span)], span)
+def _level_of(unit: Unit, part: Part, span: Span) -> ir.Expr | None:
+    """A whole number that says which level; None for the first."""
+    level = widen(as_int(plain(part, span, "a level"), span), INT, span, "a level")
+    if is_first(level):
+        return None
+    unit.note(span, _LEVELS)
+    return level
 
 
 def _fetched(unit: Unit, parts: list[Part], span: Span) -> Part:
-    return _inlined(unit, unit.turned("texel"), [_image(parts, span), _position(parts, IVEC2, span)], span)
+    image, position = _image(parts, span), _position(parts, IVEC2, span)
+    level = _level_of(unit, parts[2], span) if len(parts) > 2 else None
+    if level is None:
+        return _inlined(unit, unit.turned("texel"), [image, position], span)
+    given = [image, ImageValue(image.name + ir.MIPS), position, level]
+    return _inlined(unit, unit.turned("texel_of"), given, span)
 
 
 def _fetched_beside(unit: Unit, parts: list[Part], span: Span) -> Part:
@@ -97,30 +132,53 @@ def _fetched_beside(unit: Unit, parts: list[Part], span: Span) -> Part:
         fail(span, "texelFetchOffset() takes a sampler, a texel, a level and an offset")
     offset = widen(plain(parts[3], span, "an offset"), IVEC2, span, "an offset")
     moved = apply("add", [_position(parts, IVEC2, span), offset], span)
-    return _fetched(unit, [parts[0], moved], span)
+    return _fetched(unit, [parts[0], moved, parts[2]], span)
 
 
 def _size(unit: Unit, parts: list[Part], span: Span) -> Part:
-    return ir.Size(IVEC2, _image(parts, span).name, span)
+    image = _image(parts, span)
+    level = _level_of(unit, parts[1], span) if len(parts) > 1 else None
+    return ir.Size(IVEC2, image.name, span) if level is None else _inlined(unit, "size_of", [image, level], span)
 
 
 def _levels(unit: Unit, parts: list[Part], span: Span) -> Part:
-    _image(parts, span)
-    return ir.Literal(INT, 1, span)
+    return attribute(_image(parts, span), "levels", span)
+
+
+def _asked(unit: Unit, parts: list[Part], span: Span) -> Part:
+    """``textureQueryLod``: the level that a read there chooses, and the one that it asks for."""
+    image = _image(parts, span)
+    lod = unit.builder.name_it(
+        plain(_inlined(unit, "lod", [image, _position(parts, VEC2, span)], span), span, "a level"), span
+    )
+    unit.note(span, _LEVELS)
+    chosen = plain(_inlined(unit, "lod_within", [image, lod], span), span, "a level")
+    return ir.Construct(VEC2, (chosen, lod), span)
+
+
+def _reads() -> Iterator[tuple[str, Native]]:
+    """Filtered reads by all the names that GLSL has for them."""
+    older = {"level": ("LodEXT",), "derivatives": ("GradEXT", "GradARB")}
+    for projection in ("", "Proj"):
+        for by, word in {"itself": "", "level": "Lod", "derivatives": "Grad"}.items():
+            plainly = partial(_sampled, by=by, projected=bool(projection))
+            yield f"texture{projection}{word}", plainly
+            yield f"texture{projection}{word}Offset", partial(plainly, beside=True)
+            for ending in (word, *older.get(by, ())):
+                yield f"texture2D{projection}{ending}", plainly
+    yield "texture3D", _sampled
 
 
 READS: dict[str, Native] = {
-    **dict.fromkeys(("texture", "texture2D", "texture3D"), _texture),
-    **dict.fromkeys(("textureLod", "texture2DLod", "texture2DLodEXT"), partial(_texture, last="level")),
-    **dict.fromkeys(("textureGrad", "texture2DGradEXT", "texture2DGradARB"), _graded),
-    **dict.fromkeys(("textureProj", "texture2DProj"), _projected),
+    **dict(_reads()),
     **dict.fromkeys(("texture2DRect", "textureRect"), _of_texels),
-    **dict.fromkeys(("textureOffset", "textureLodOffset"), _offset),
     "texelFetch": _fetched,
     "texelFetch2DRect": _fetched,
     "texelFetchOffset": _fetched_beside,
     **dict.fromkeys(("textureSize", "textureSize2D"), _size),
     "textureQueryLevels": _levels,
+    "textureQueryLod": _asked,
+    "textureQueryLOD": _asked,
 }  # fmt: skip
 
 

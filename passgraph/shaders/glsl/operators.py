@@ -3,11 +3,22 @@
 from __future__ import annotations
 
 from passgraph.language import ir
+from passgraph.language.buffers import check_local
 from passgraph.language.composites import entry, plain_value
 from passgraph.language.source import Span, fail
 from passgraph.language.types import BOOL, FLOAT, INT, UINT, Array, Matrix, Scalar, Vector, element_of
 from passgraph.language.typing_rules import apply, binary, unify
-from passgraph.language.values import COMPOSITE, ArrayValue, Namer, Part, StructValue, convert, index_into, part_type
+from passgraph.language.values import (
+    COMPOSITE,
+    ArrayValue,
+    Namer,
+    Part,
+    StructValue,
+    convert,
+    index_into,
+    part_type,
+    type_of,
+)
 from passgraph.shaders.glsl.typing import as_int, whole_numbers_alike
 
 _ORDERED = {"<": "less", ">": "greater", "<=": "less_equal", ">=": "greater_equal"}
@@ -80,6 +91,7 @@ def negated(sign: str, value: ir.Expr, span: Span, named: Namer) -> ir.Expr:
 
 def equal(left: Part, right: Part, span: Span, named: Namer) -> ir.Expr:
     """Whether all parts of two values are equal."""
+    check_local(type_of(left), "a side of ==", span)
     if isinstance(left, StructValue) and isinstance(right, StructValue) and left.struct == right.struct:
         links = [equal(left.fields[name], right.fields[name], span, named) for name in left.fields]
         return _all(links, span)

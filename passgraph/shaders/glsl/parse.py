@@ -6,6 +6,7 @@ from typing import Literal
 
 from passgraph.language.source import Span, fail
 from passgraph.shaders.glsl import syntax as g
+from passgraph.shaders.glsl.elsewhere import elsewhere
 from passgraph.shaders.glsl.parse_expressions import ExpressionParser
 from passgraph.shaders.glsl.tokens import Token
 
@@ -66,6 +67,7 @@ class Parser(ExpressionParser):
             if self.at("layout"):
                 layout |= self._layout()
             else:
+                self._check_stage()
                 found.add(self.take().text)
         return frozenset(found), layout
 
@@ -80,6 +82,7 @@ class Parser(ExpressionParser):
         self.expect("(")
         found: dict[str, int] = {}
         while not self.skip(")"):
+            self._check_stage()
             name = self.name("the name of a layout").text
             found[name] = 0
             if self.skip("="):
@@ -91,6 +94,12 @@ class Parser(ExpressionParser):
                 self.expect(",")
         return found
 
+    def _check_stage(self) -> None:
+        """Refuse a word of another stage."""
+        reason = elsewhere(self.here.text)
+        if reason is not None:
+            fail(self.here.span, reason)
+
     def _type(self, structs: list[g.Outer]) -> g.TypeName:
         """A type; a struct that is declared on the way goes to ``structs``."""
         if self.at("struct"):
@@ -98,6 +107,7 @@ class Parser(ExpressionParser):
             structs.append(struct)
             return g.TypeName(struct.span, struct.name, self.lengths())
         if self.here.text not in self.types:
+            self._check_stage()
             self.unexpected("a type")
         token = self.take()
         return g.TypeName(token.span, token.text, self.lengths())

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
 from passgraph.language import ir, variables
 from passgraph.language.composites import entry
 from passgraph.language.source import Span, fail
-from passgraph.language.types import INT, Array, Vector, is_plain
+from passgraph.language.types import INT, Array, Scalar, Vector, is_plain
 from passgraph.language.typing_rules import widen
 from passgraph.language.values import (
     COMPOSITE,
@@ -79,6 +80,9 @@ def part_at(part: Part, step: str | ir.Expr, span: Span, named: Namer) -> Part:
         base = plain(part, span, f"what .{step} is read from")
         if isinstance(base.type, Vector):
             return swizzle(base, step, span)
+        if isinstance(base.type, Scalar) and re.fullmatch("x{1,4}|r{1,4}|s{1,4}", step):
+            same = (named(base, span),) * len(step)
+            return same[0] if len(step) == 1 else ir.Construct(Vector(base.type, len(step)), same, span)
         fail(span, f"{part_type(part)} has no field {step!r}")
     if isinstance(part, ArrayValue):
         return entry(part, step, span, named)

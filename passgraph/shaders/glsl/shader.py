@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field, replace
+from functools import cache, partial
 from pathlib import Path
 
 from passgraph import disk_cache
 from passgraph.errors import KernelError
 from passgraph.language import ir
+from passgraph.language.buffers import check_reads, check_sizes
 from passgraph.language.frame import KEPT
 from passgraph.language.signature import check_images
 from passgraph.language.source import Span, fail
@@ -25,12 +27,14 @@ from passgraph.language.values import Part
 from passgraph.language.variables import Place, Variable
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.body import Body
+from passgraph.shaders.glsl.builtins import overloads
 from passgraph.shaders.glsl.images import STAGE
 from passgraph.shaders.glsl.parse import Parser
 from passgraph.shaders.glsl.preprocess import preprocessed
 from passgraph.shaders.glsl.typing import type_of_part
 from passgraph.shaders.glsl.uniforms import declare_inputs, declare_interface, declare_uniforms
 from passgraph.shaders.glsl.unit import Native, NativeValue, Note, Slot, Uniform, Unit, holds_pictures
+from passgraph.shaders.glsl.walk import assigned_names
 
 #: Files that errors in the texts of a container name.
 PRELUDE, POSTLUDE = "<prelude>", "<postlude>"
@@ -47,6 +51,7 @@ class Shader:
     notes : reliances on what drivers do differently, each with its line
     version : what ``#version`` said; 0 without one
     extensions : names of ``#extension``
+    leveled : its representation where these of its pictures have smaller levels, which derivatives then choose from
     """
 
     program: ir.TypedKernel
@@ -54,6 +59,7 @@ class Shader:
     notes: tuple[Note, ...]
     version: int = 0
     extensions: tuple[str, ...] = ()
+    leveled: Callable[[frozenset[str]], ir.TypedKernel] = field(kw_only=True, repr=False, compare=False)
 
 
 def parse(
@@ -70,6 +76,7 @@ def parse(
     natives: Mapping[str, Native] | None = None,
     values: Mapping[str, NativeValue] | None = None,
     rows_up: bool = True,
+    levels: Collection[str] = (),
 ) -> Shader:
     """The kernel that a fragment shader is.
 
@@ -86,6 +93,7 @@ def parse(
     defaults : values of uniforms that the text gives none
     natives, values : functions and values of a container, as typed expressions
     rows_up : whether the shader counts rows of pictures from the bottom, as OpenGL does; else from the top
+    levels : pictures whose smaller levels ``texture`` chooses from by derivatives; those of handles with ``mipmaps()``
 
     Raises
     ------
@@ -98,7 +106,7 @@ def parse(
     >>> [f"{p.name}: {p.type}" for p in shader.program.parameters]
     ['t: Image']
     """
-    unit = Unit(dict(natives or {}), {**STAGE, **(values or {})}, rows_up)
+    unit = Unit(dict(natives or {}), {**STAGE, **(values or {})}, rows_up, frozenset(levels))
     pieces = [(prelude, PRELUDE), (text, file), (postlude, POSTLUDE)]
     try:
         tokens, reader = preprocessed(pieces, defines or {}, None if folder is None else Path(folder))
@@ -108,11 +116,20 @@ def parse(
     except RecursionError:
         raise KernelError(f"{file}: the shader nests too deeply") from None
     if not natives and not values:
-        said = repr((pieces, name, entry, rows_up, sorted((defines or {}).items()), sorted(reader.included.items())))
+        said = repr((pieces, name, entry, rows_up, sorted(levels), sorted((defines or {}).items()),
+                     sorted(reader.included.items())))  # fmt: skip
         own = disk_cache.text_digest(Path(__file__).parent)
         program = replace(program, digest=hashlib.sha256(f"{own}{said}".encode(errors="surrogatepass")).hexdigest())
     notes = tuple(sorted(unit.notes.values(), key=lambda note: (note.span.file, note.span.line)))
-    return Shader(program, uniforms, notes, reader.version, tuple(reader.extensions))
+
+    @cache
+    def leveled(names: frozenset[str]) -> ir.TypedKernel:
+        return parse(
+            text, name=name, file=file, entry=entry, prelude=prelude, postlude=postlude, defines=defines,
+            folder=folder, defaults=defaults, natives=natives, values=values, rows_up=rows_up, levels=names,
+        ).program  # fmt: skip
+
+    return Shader(program, uniforms, notes, reader.version, tuple(reader.extensions), leveled=leveled)
 
 
 def _program(
@@ -136,7 +153,10 @@ def _program(
     uniforms = _parameters(unit, defaults)
     parameters = tuple(ir.Parameter(u.name, u.type, False, u.default, u.has_default, u.span) for u in uniforms)
     check_images(name, parameters, main.span)
-    return ir.TypedKernel(name, "pixel", parameters, unit.builder.body(), results, None, main.span), uniforms
+    check_sizes(parameters)
+    made = unit.builder.body()
+    check_reads(parameters, *made)
+    return ir.TypedKernel(name, "pixel", parameters, made, results, None, main.span), uniforms
 
 
 def _declared(tree: list[g.Outer], body: Body) -> list[tuple[str, Slot]]:
@@ -149,6 +169,7 @@ def _declared(tree: list[g.Outer], body: Body) -> list[tuple[str, Slot]]:
     depth = body.new_slot("gl_FragDepth", FLOAT, written=True)
     body.builder.clear(depth.variable)
     body.bind("gl_FragDepth", depth)  # written to nobody: a pass over a picture has no depth
+    written = assigned_names(tuple(tree), partial(overloads, body.unit))
     for node in tree:
         if isinstance(node, g.Struct):
             body.declare_struct(node)
@@ -160,7 +181,7 @@ def _declared(tree: list[g.Outer], body: Body) -> list[tuple[str, Slot]]:
             elif node.qualifiers & {"in", "varying", "attribute"}:
                 declare_inputs(body, node)
             else:
-                body.declare(node)
+                body.declare(node, None if "out" in node.qualifiers else written)
                 if "out" in node.qualifiers:
                     for variable in node.variables:
                         output = body.unit.names[variable.name]

@@ -81,6 +81,11 @@ class Statements:
         """A branch: whether every path leaves the function, and whether ``rest`` has become part of it."""
         unit, span = self.body.unit, node.condition.span
         condition = self.body.expressions.condition(node.condition)
+        if isinstance(condition, ir.Literal):
+            # What never runs is not read: shaders switch between large variants by constants.
+            taken = node.then if condition.value else node.orelse
+            done = taken is not None and self.block([taken])
+            return done, done
         then, then_done = unit.captured(lambda: self.block([node.then]), span)
         takes_rest = then_done and node.orelse is None
         otherwise = [] if node.orelse is None else [node.orelse]

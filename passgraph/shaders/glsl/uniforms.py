@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from passgraph.language import ir
+from passgraph.language.buffers import check_local
 from passgraph.language.parse import parameter_value
 from passgraph.language.signature import host_value
 from passgraph.language.source import Span, fail
@@ -26,6 +27,7 @@ def declare_uniforms(body: Body, node: g.Declaration) -> None:
         type_ = body.type_of(variable.type, variable.type.span, variable.value)
         uniform = Uniform(variable.name, type_, variable.span)
         if variable.value is not None:
+            check_local(type_, f"what {variable.name} is set to", variable.span)
             part = fitted(body.expressions.initial(variable.value, type_), type_, variable.span, variable.name)
             uniform = Uniform(variable.name, type_, variable.span, _host(part, variable.span), True)
         _declare(body, uniform)

@@ -8,9 +8,9 @@ from typing import TypeAlias, TypeVar
 
 from passgraph.language import ir
 from passgraph.language.frame import Builder
-from passgraph.language.signature import MAX_ARRAY_LENGTH
+from passgraph.language.signature import MAX_BUFFER_LENGTH, checked_array
 from passgraph.language.source import Span, fail
-from passgraph.language.types import IMAGE, NAMED, Array, ImageType, Struct, TupleType, Type, image_names, longest
+from passgraph.language.types import IMAGE, NAMED, Array, ImageType, Struct, TupleType, Type, image_names
 from passgraph.language.values import Part
 from passgraph.language.variables import Place, Variable
 from passgraph.shaders.glsl import syntax as g
@@ -79,6 +79,7 @@ class Unit:
     natives: Mapping[str, Native]
     values: Mapping[str, NativeValue]
     rows_up: bool = True  # whether the shader counts rows from the bottom
+    leveled: frozenset[str] = frozenset()  # pictures with smaller levels, which derivatives choose from
     builder: Builder = field(default_factory=lambda: Builder("pixel"))
     functions: dict[str, list[g.Function]] = field(default_factory=dict)
     structs: dict[str, Struct] = field(default_factory=dict)
@@ -149,12 +150,9 @@ class Unit:
     def array_type(self, element: Type, length: ir.Number | None, span: Span) -> Type:
         """An array of so many elements."""
         assert not isinstance(element, TupleType)
-        if not isinstance(length, int) or isinstance(length, bool) or not 1 <= length <= MAX_ARRAY_LENGTH:
-            fail(span, f"the length of an array is a known whole number from 1 to {MAX_ARRAY_LENGTH}")
-        made = Array(element, length)
-        if longest(made) > MAX_ARRAY_LENGTH:
-            fail(span, f"arrays in arrays hold at most {MAX_ARRAY_LENGTH} elements together, got {longest(made)}")
-        return made
+        if not isinstance(length, int) or isinstance(length, bool) or not 1 <= length <= MAX_BUFFER_LENGTH:
+            fail(span, f"the length of an array is a known whole number from 1 to {MAX_BUFFER_LENGTH}")
+        return checked_array(Array(element, length), span)
 
 
 def holds_pictures(type_: Type) -> bool:

@@ -76,11 +76,38 @@ def run(color: Image, images: Array[Image, 3], layers: Array[Layer, 2]) -> vec4:
 """
 
 
+LONG = """
+class Lamp:
+    place: vec3
+    count: int
+
+def at(words: Array[uint, 1500], i: int) -> uint:
+    return words[i]
+
+def run(color: Image, n: int, words: Array[uint, 1500], lamps: Array[Lamp, 1030], turns: Array[mat3x2, 2100],
+        flags: Array[bvec3, 1100], rows: Array[Array[float, 64], 64]) -> vec4:
+    p, c = pixel() - 2, color[0, 0]
+    i = p.y * output_size().x + p.x
+    word = at(words, i * 4)
+    total = vec4(float(word & 0xFFFF), float(word >> 16), rows[p.y][p.x], float(lamps[i * n].count))
+    for k in range(3):
+        total.xy += turns[i * 5 + k] * c.xyz if flags[i * 3 + k].z else vec2(lamps[1029 - k].place.y)
+    return total + lamps[1028].place.x
+"""
+
+BROUGHT = """
+def run(color: Image, table: Array[float, 1500]) -> vec4:
+    return color[0, 0] + table[pixel().x * 70]
+"""
+
+
 def cases() -> Iterator[Case]:
     """Each kernel with what it must give."""
     yield _oblong()
     yield _arrays()
     yield _images()
+    yield _long()
+    yield _brought()
 
 
 def _whole() -> Picture:
@@ -152,6 +179,41 @@ def _arrays() -> Case:
         return [total, row[_end(x, 3)] * 10 + row[2], third, last]
 
     return _case("arrays of structs and of arrays", ARRAYS, one, lamps=lamps, grid=grid.tolist(), n=n)
+
+
+def _long() -> Case:
+    """Arrays of more than 1,024 entries, read before their beginnings and behind their ends; words of any bits."""
+    rng = np.random.default_rng(17)
+    words = rng.integers(0, 1 << 32, 1500, np.uint32)
+    places, counts = rng.integers(-9, 9, (1030, 3)), rng.integers(-(1 << 23), 1 << 23, 1030)
+    turns, flags = rng.integers(-4, 5, (2100, 2, 3)).astype(float), rng.random((1100, 3)) > 0.5
+    rows, n = rng.integers(0, 99, (64, 64)).astype(float), 3
+    lamps = [SimpleNamespace(place=place, count=count) for place, count in zip(places, counts.tolist(), strict=True)]
+
+    def one(c: NDArray[Any], x: int, y: int) -> NDArray[Any]:
+        x, y = x - 2, y - 2
+        i = y * SIZE[0] + x
+        word = int(words[_end(i * 4, 1500)])
+        total = np.array(
+            [word & 0xFFFF, word >> 16, rows[_end(y, 64), _end(x, 64)], counts[_end(i * n, 1030)]], np.float64
+        )
+        for k in range(3):
+            turned = turns[_end(i * 5 + k, 2100)] @ c[:3]
+            total[:2] += turned if flags[_end(i * 3 + k, 1100), 2] else places[1029 - k, 1]
+        return np.asarray(total + places[1028, 0])
+
+    return _case("long arrays", LONG, one, n=n, words=words, lamps=lamps, turns=turns, flags=flags, rows=rows)
+
+
+def _brought() -> Case:
+    """Each run brings a long array: one that nobody can write to, another such, and the same once more."""
+    picture, tables = _whole(), np.array(np.arange(3000.0).reshape(2, 1500), np.float32)
+    tables.flags.writeable = False
+    frames = tuple({"color": picture, "table": tables[k]} for k in (0, 1, 1))
+    entries = tables[1, (70 * np.arange(SIZE[0])).clip(0, 1499)]
+    exact = {"result": picture + entries[:, None]}
+    graph = partial(_graph, BROUGHT, table=pg.Value("table", pg.Array))
+    return Case(GROUP, "long arrays that runs bring", graph, SIZE, frames, exact=exact)
 
 
 def _images() -> Case:

@@ -36,6 +36,15 @@ def run(c: Image, n: int) -> vec4:
         d = d * 3.0 + float(i)
     return vec4(a, b, d, float(n))
 """,
+    "loops and offsets within a parameter's range": """
+def run(c: Image, n: Annotated[int, Range(-4, 7, "trips")]) -> vec4:
+    a, b = 0.0, 0.0
+    for i in range(n):
+        a = a * 2.0 + c[i, n].x
+    for i in range(n, 8, 2):
+        b += c[0, i - n].y * float(i)
+    return vec4(a, b, c[n, -n].z, float(n))
+""",
     "loops inside loops": """
 def run(c: Image, n: int) -> vec4:
     p = c[0, 0]

@@ -32,8 +32,16 @@ def steps(corner: Corner) -> vec4:
             break
         total += corner.color * 0.25
     return total
+
+def slopes(corner: Corner) -> vec4:
+    c = corner.color
+    v = vec4(dfdx(c.r), dfdy(c.g), fwidth(c.b * c.a), dfdx(dfdy(c.a * c.r)))
+    if c.r + dfdx(c.g) < 0.75:
+        w = c * c.g if c.b < 0.5 else vec4(fragment_depth())
+        v += dfdx(w) - dfdy(w.yzwx)
+    return v + float(pixel().x % 2) * dfdy(fragment_depth())
 """
-VERTEX, FRAGMENT = ("place", "lean", "moved"), ("paint", "holes", "facing", "steps")
+VERTEX, FRAGMENT = ("place", "lean", "moved"), ("paint", "holes", "facing", "steps", "slopes")
 #: By how much vertices are moved, in parts that float32 and halves have.
 _PARTS = (np.random.default_rng(8).integers(0, 65, (13, 17, 4)) / 64).astype(np.float32)
 WAVES = Input("waves", "rgba16f", default=_PARTS).border("repeat")

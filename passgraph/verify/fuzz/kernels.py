@@ -46,6 +46,9 @@ PARAMETERS: dict[str, tuple[str, Any]] = {
             {"share": -2.5, "toward": (1.5, 0.75, -0.25), "map": "d"},
         ),
     ),
+    "curve": ("Array[float, 1500]", tuple((37 * k % 129 - 64) / 8.0 for k in range(1500))),
+    "words": ("Array[int, 1100]", tuple(29 * k % 17 - 8 for k in range(1100))),
+    "taps": ("Annotated[int, Range(0, 6)]", 4),
     "reach": ("Const[int]", 3),
     "across": ("Const[bool]", True),
 }
@@ -67,9 +70,9 @@ class Writer(Expressions):
             "array": ["a", "TABLE", "rows[n]"],
         }  # fmt: skip
         if features.reads:
-            more = {"float": ["gain", "pair.scale", "lamps[n].share"], "int": ["whole", "reach"], "uint": ["seed"],
-                    "vec3": ["toward", "pair.shift", "lamps[n].toward"],
-                    "mat3": ["turn"], "array": ["weights", "grid[n]"], "bool": ["across"]}  # fmt: skip
+            more = {"float": ["gain", "pair.scale", "lamps[n].share"], "int": ["whole", "reach", "words[n]"],
+                    "uint": ["seed"], "vec3": ["toward", "pair.shift", "lamps[n].toward"],
+                    "mat3": ["turn"], "array": ["weights", "grid[n]", "curve"], "bool": ["across"]}  # fmt: skip
             self.names = {type_: [*self.names.get(type_, []), *more.get(type_, [])] for type_ in {**self.names, **more}}
         self.written = {"float": ["x", "y"], "vec2": ["u"], "vec3": ["v"], "vec4": ["p"], "mat3": ["m"]}
 
@@ -145,7 +148,7 @@ class Writer(Expressions):
     def _loop(self, nest: int) -> None:
         self.count += 1
         index = f"i{self.count}"
-        bounds = ("1", "3", "1, 6, 2", "4, 0, -1", "70", "0", *["reach"] * self.features.reads)
+        bounds = ("1", "3", "1, 6, 2", "4, 0, -1", "70", "0", *["reach", "taps"] * self.features.reads)
         # Texels at indices are read as far as the index goes, so only short loops lend theirs.
         trips = self.pick(*bounds, "data", "data")
         if trips == "data":

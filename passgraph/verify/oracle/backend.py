@@ -18,6 +18,7 @@ from passgraph.graph.geometry import Geometry
 from passgraph.plan.data import DrawStep, PixelStep, Step
 from passgraph.verify.oracle.draw import DrawOracle, Ints
 from passgraph.verify.oracle.interval import Interval, Lanes
+from passgraph.verify.oracle.pace import Pace
 from passgraph.verify.oracle.stage import StageOracle, stored
 from passgraph.verify.oracle.watch import Watch
 
@@ -33,12 +34,14 @@ class Allowed:
         an operation promises nothing for what it is given
     unpromised : (height, width), those of them that are so for the second reason only
     names : the operations that straddled, and in how many pixels
+    untried : of how many pixels (of a draw: fragments) nothing is said because time was up
     """
 
     values: Interval
     ambiguous: Lanes
     unpromised: Lanes
     names: Counter[str]
+    untried: int = 0
 
     @classmethod
     def exactly(cls, picture: FloatBlock) -> Allowed:
@@ -59,14 +62,21 @@ class OracleBackend(ReferenceBackend):
         from it.
     watches
         Take notes of their steps; given any, bounds of other steps are not looked for.
+    pace
+        How long it may take, and who is told.
     """
 
     name: ClassVar[str] = "oracle"
 
     def __init__(
-        self, snapped: bool = True, known: Mapping[int, list[Allowed]] | None = None, watches: Sequence[Watch] = ()
+        self,
+        snapped: bool = True,
+        known: Mapping[int, list[Allowed]] | None = None,
+        watches: Sequence[Watch] = (),
+        pace: Pace | None = None,
     ) -> None:
         super().__init__()
+        self.pace = pace or Pace()
         self.snapped = snapped
         self.watches = {id(watch.step): watch for watch in watches}
         self.known = known or {}
@@ -111,18 +121,22 @@ class _PixelPass(ReferencePixelPass):
     def _allowed(self, outputs: Sequence[Storage], images: Sequence[Storage], block: Block) -> list[Allowed]:
         width, height = self.step.size
         names, watch = [name for name, _ in self.step.images], self.oracle.watches.get(id(self.step))
-        stage = StageOracle(self.stage, block, names, images, self.oracle.carried, watch)
+        stage = StageOracle(self.stage, block, names, images, self.oracle.carried, watch, self.oracle.pace)
+        self.oracle.pace.begin(self.step.name)
         y, x = np.divmod(np.arange(width * height), width)
         bounds = stage.bounds(
             width * height,
             {"pixel": lambda: np.stack([x, y], axis=1), "output_size": lambda: np.array([[width, height]], np.int64)},
+            first_only=watch is not None,
         )
+        untried = self.oracle.pace.end()
         return [
             Allowed(
                 stored(output.format, values).map(lambda v: v.reshape(height, width, -1)),
                 bounds.ambiguous.reshape(height, width),
                 bounds.unpromised.reshape(height, width),
                 bounds.names,
+                untried,
             )
             for output, values in zip(outputs, bounds.outputs, strict=True)
         ]
@@ -148,12 +162,14 @@ class _DrawPass(ReferenceDrawPass):
         """What the draw may leave, from what its targets hold before it."""
         draw = DrawOracle(
             self, outputs, depth, images, geometry, vertex, fragment, self.oracle.snapped, self.oracle.carried,
-            self.oracle.watches.get(id(self.step)),
+            self.oracle.watches.get(id(self.step)), self.oracle.pace,
         )  # fmt: skip
         if depth is not None and self.step.depth_clear is None and id(depth) in self.oracle.carried:
             draw.state.depth = self.oracle.carried[id(depth)].map(np.copy)
             draw.state.stencil = self.oracle.stencils[id(depth)]
+        self.oracle.pace.begin(self.step.name)
         state = draw.run()
+        untried = self.oracle.pace.end()
         if depth is not None and state.depth is not None and state.stencil is not None:
             self.oracle.carried[id(depth)] = state.depth.map(np.copy)
             self.oracle.stencils[id(depth)] = state.stencil
@@ -164,7 +180,8 @@ class _DrawPass(ReferenceDrawPass):
         ambiguous = state.ambiguous.reshape(height, width)
         unpromised = ambiguous & ~state.turned.reshape(height, width)
         self.oracle.found[id(self.step)] = [
-            Allowed(v.map(lambda x: x.reshape(height, width, -1)), ambiguous, unpromised, draw.names) for v in values
+            Allowed(v.map(lambda x: x.reshape(height, width, -1)), ambiguous, unpromised, draw.names, untried)
+            for v in values
         ]
 
 

@@ -33,6 +33,14 @@ WINDOW_ULP = 5.5
 #: 2.5), 1/w (2.5), the products of both and with the value (1 each), two sums (1 each), the last quotient (2.5)
 #: and half a unit of the reference's own rounding: 12.
 INTERPOLATION_ULP = 12.0
+#: The same at a pixel that the triangle need not cover, where weights of either sign are of any size together (g): what
+#: is added up loses by g, and what is divided by it by g again.  Half units: an edge as float32 (1), 1/w (5) and their
+#: product (1), twice in their sum (2), are 9 g of the sum; the quotient has 12 + 9 g then (5 for itself), differences
+#: of corners and products with them 2 more.  Corners are no more than twice the largest apart, so these are units:
+#: g (14 + 9 g), with 2 g + 1 of the last two sums and half of the reference's own rounding.
+ANYWHERE_ULP = (1.5, 16.0, 9.0)
+#: How often a driver's plane counts there: from a fragment on by the difference between two.
+STEPPED = 3.0
 #: ULP that a corner made by clipping loses, relative to the two shares that it is the sum of, where backends clip
 #: as rule 1 says: a distance and the sum of both (0.5 each), the quotient (2.5), the product (0.5) and the sum
 #: (0.5), and as much again for a plane that cuts it a second time.
@@ -212,12 +220,23 @@ class Fragments:
     surely: Lanes
     weights: Float64  # (n, 3) barycentric
     off: Float64  # (n, 3), how far they may be off
+    anywhere: bool = False  # pixels beside those that triangles may cover: weights may be of any size and sign
 
     def __len__(self) -> int:
         return len(self.triangle)
 
     def take(self, chosen: NDArray[np.generic]) -> Fragments:
         return Fragments(*(getattr(self, n)[chosen] for n in ("triangle", "x", "y", "surely", "weights", "off")))
+
+    def beside(self, axes: str, found: Triangles) -> Fragments:
+        """Where the pixels' quads have them along these axes, whether or not the triangle covers it."""
+        x, y = self.x ^ int("x" in axes), self.y ^ int("y" in axes)
+        edges, errors = np.empty((3, len(x))), np.empty((3, len(x)))
+        right, down, off = _corners(found, self.triangle, x, y)
+        for k in range(3):
+            edges[k], errors[k] = _edge(right, down, off, k)
+        weights, weights_off = _weights(found, self.triangle, edges.T, errors.T)
+        return Fragments(self.triangle, x, y, self.surely, weights, weights_off, anywhere=True)
 
 
 def cover(found: Triangles, size: tuple[int, int]) -> Iterator[Fragments]:
@@ -239,21 +258,14 @@ def _pixels(position: Float64, reach: Float64, limit: int) -> tuple[Ints, Ints]:
 
 
 def _inside(found: Triangles, owner: Ints, column: Ints, row: Ints) -> Fragments:
-    # Column by column: what most pixels of a box need first is to be found outside.
-    right, down, off = (
-        (found.x.T[:, owner] - (column + 0.5)),
-        (found.y.T[:, owner] - (row + 0.5)),
-        found.off.T[:, owner],
-    )
-    away = np.abs(right) + np.abs(down)
-    area, area_off, sliver = found.area[owner], found.area_off[owner], found.sliver[owner]
+    right, down, off = _corners(found, owner, column, row)
+    area, sliver = found.area[owner], found.sliver[owner]
     turn = np.where(area < 0, -1.0, 1.0)
     edges, errors = np.empty((3, len(owner))), np.empty((3, len(owner)))
     surely, perhaps, behind = ~sliver, np.ones(len(owner), np.bool_), sliver.copy()
     for k in range(3):
         a, b = (k + 1) % 3, (k + 2) % 3
-        edges[k] = right[a] * down[b] - right[b] * down[a]
-        errors[k] = off[a] * away[b] + off[b] * away[a] + 4.0 * off[a] * off[b]
+        edges[k], errors[k] = _edge(right, down, off, k)
         turned = edges[k] * turn
         # Rule 4: a centre on an edge is inside at top and left edges only, as wound so that the area is positive.
         dx, dy = (right[b] - right[a]) * turn, (down[b] - down[a]) * turn
@@ -264,12 +276,33 @@ def _inside(found: Triangles, owner: Ints, column: Ints, row: Ints) -> Fragments
         perhaps &= turned >= -errors[k]
         behind &= -turned >= -errors[k]
     kept = np.flatnonzero(perhaps | behind)
-    area, area_off, edges, errors = area[kept], area_off[kept], edges.T[kept], errors.T[kept]
+    weights, weights_off = _weights(found, owner[kept], edges.T[kept], errors.T[kept])
+    return Fragments(owner[kept], column[kept], row[kept], surely[kept], weights, weights_off)
+
+
+def _corners(found: Triangles, owner: Ints, column: Ints, row: Ints) -> tuple[Float64, Float64, Float64]:
+    """How far right and down of a pixel's centre the corners of its triangle lie, and how far off: (3, n) each.
+
+    Column by column: what most pixels of a box need first is to be found outside.
+    """
+    return found.x.T[:, owner] - (column + 0.5), found.y.T[:, owner] - (row + 0.5), found.off.T[:, owner]
+
+
+def _edge(right: Float64, down: Float64, off: Float64, k: int) -> tuple[Float64, Float64]:
+    """The edge opposite to a corner, at pixels, and how far it may be off."""
+    a, b = (k + 1) % 3, (k + 2) % 3
+    away_a, away_b = (np.abs(right[i]) + np.abs(down[i]) for i in (a, b))
+    return right[a] * down[b] - right[b] * down[a], off[a] * away_b + off[b] * away_a + 4.0 * off[a] * off[b]
+
+
+def _weights(found: Triangles, owner: Ints, edges: Float64, errors: Float64) -> tuple[Float64, Float64]:
+    """Barycentric weights (n, 3) of edges, and how far they may be off."""
+    area, area_off = found.area[owner], found.area_off[owner]
     with np.errstate(all="ignore"):
         weights = edges / area[:, None]
         weights_off = (errors + np.abs(weights) * area_off[:, None]) / (np.abs(area) - area_off)[:, None]
-    weights_off[sliver[kept]] = np.inf
-    return Fragments(owner[kept], column[kept], row[kept], surely[kept], weights, weights_off)
+    weights_off[found.sliver[owner]] = np.inf
+    return weights, weights_off
 
 
 def depth_of(found: Triangles, fragments: Fragments) -> Interval:
@@ -280,8 +313,8 @@ def depth_of(found: Triangles, fragments: Fragments) -> Interval:
     off = (
         _spread(fragments.off, depth, middle)
         + _shared(fragments.weights, fragments.off, found.depth_off[at])
-        + INTERPOLATION_ULP * ULP * np.abs(depth).max(axis=1)
-        + _plane_off(found, found.depth)[at]
+        + _rounding(fragments, np.abs(fragments.weights).sum(axis=1)) * np.abs(depth).max(axis=1)
+        + _plane_off(found, found.depth, fragments)[at]
     )
     low, high = middle - off + found.offset.lo[at], middle + off + found.offset.hi[at]
     strange = ~np.isfinite(low + high)
@@ -301,9 +334,17 @@ def _shared(weights: Float64, weights_off: Float64, corners_off: Float64) -> Flo
     return np.asarray(np.einsum("nk->n", np.where(corners_off > 0, shares * corners_off, 0.0)))
 
 
-def _plane_off(found: Triangles, corners: Float64) -> Float64:
+def _rounding(fragments: Fragments, size: Float64) -> Float64:
+    """What interpolation loses, relative to the largest corner; ``size`` (n,) is that of all weights together."""
+    if not fragments.anywhere:
+        return np.asarray(INTERPOLATION_ULP * ULP)
+    return (ANYWHERE_ULP[0] + ANYWHERE_ULP[1] * size + ANYWHERE_ULP[2] * size * size) * ULP
+
+
+def _plane_off(found: Triangles, corners: Float64, fragments: Fragments) -> Float64:
     """What evaluating the plane through a value's corners (m, 3) loses; (m,)."""
-    return PLANE_UNITS * (OWN_UNIT if found.snapped else DRIVER_UNIT) * _plane_size(found, corners)
+    times = STEPPED if fragments.anywhere and not found.snapped else 1.0
+    return times * PLANE_UNITS * (OWN_UNIT if found.snapped else DRIVER_UNIT) * _plane_size(found, corners)
 
 
 def _plane_size(found: Triangles, corners: Float64) -> Float64:
@@ -326,7 +367,8 @@ def varying_of(found: Triangles, fragments: Fragments, columns: slice) -> Interv
     total = over_w.sum(axis=1)
     weights = over_w / total[:, None]
     total_off = _spread(fragments.off, inverse_w, total) + _shared(fragments.weights, fragments.off, inverse_w_off)
-    plane_off = _plane_off(found, found.inverse_w)[at]
+    plane_off = _plane_off(found, found.inverse_w, fragments)[at]
+    size = np.abs(weights).sum(axis=1)
     room = np.abs(total) - total_off
     own = fragments.off * np.abs(inverse_w) + np.abs(fragments.weights) * inverse_w_off
     off = (own + np.abs(weights) * total_off[:, None]) / np.where(room > 0, room, 0.0)[:, None]
@@ -337,11 +379,12 @@ def varying_of(found: Triangles, fragments: Fragments, columns: slice) -> Interv
     parts: list[Float64] = []
     for c in range(corners.shape[2]):
         spread = _spread(off, corners[:, :, c], made[:, c])
-        rounding = INTERPOLATION_ULP * ULP * np.abs(corners[:, :, c]).max(axis=1)
+        rounding = _rounding(fragments, size) * np.abs(corners[:, :, c]).max(axis=1)
         parts.append(spread + _shared(weights, off, corners_off[:, :, c]) + rounding)
         if not found.snapped:
             # Planes of v/w and 1/w: what rounds there is large near the eye and where planes are steep.
-            planes = _plane_off(found, vertices[:, :, c] * found.inverse_w)[at] + np.abs(made[:, c]) * plane_off
+            over_w_off = _plane_off(found, vertices[:, :, c] * found.inverse_w, fragments)[at]
+            planes = over_w_off + np.abs(made[:, c]) * plane_off
             parts[-1] += planes / np.where(room > 0, room, np.nan)
     error = np.stack(parts, axis=1) if parts else np.zeros_like(made)
     strange = ~np.isfinite(made + error)

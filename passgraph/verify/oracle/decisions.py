@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.verify.oracle.interval import Interval
+from passgraph.verify.oracle.pace import BATCH, Pace, batches
 
 Ints = NDArray[np.int64]
 Lanes = NDArray[np.bool_]
@@ -33,8 +34,6 @@ MAX_PATHS = 64
 MAX_DECISIONS = 256
 #: Ways of turning many decisions at once that are tried on lanes that are bounded to first order.
 JOINT_PATHS = 8
-#: Lanes run at once.
-BATCH = 1 << 15
 
 
 @dataclass
@@ -42,6 +41,7 @@ class Track:
     """The choices of the lanes of one run: those that are forced, then the first one wherever a decision straddles."""
 
     forced: Choices  # (lanes, depth): 0 the first way, 1 the other; -1 after the end
+    lanes: Ints  # which lanes of the stage these are; one may be here several times, on several paths
     active: Lanes = field(init=False)
     met: Ints = field(init=False)
     taken: list[tuple[Ints, Ints, Choices]] = field(default_factory=list)
@@ -86,6 +86,18 @@ class Track:
             other[lanes, component] = choice == 1
         return other.reshape(count, *shape)
 
+    def part(self, rows: Ints) -> Track:
+        """Some of the lanes, with what they have met so far."""
+        part = Track(self.forced[rows], self.lanes[rows], names=self.names)
+        part.met = self.met[rows]
+        part.wide, part.vague, part.lost = (marks[rows] for marks in (self.wide, self.vague, self.lost))
+        return part
+
+    def rejoin(self, part: Track, rows: Ints) -> None:
+        """What a part has met since."""
+        self.taken += [(rows[lanes], at, choice) for lanes, at, choice in part.taken]
+        self.met[rows], self.wide[rows], self.vague[rows], self.lost[rows] = part.met, part.wide, part.vague, part.lost
+
     def path(self) -> Choices:
         """Every choice that was made, (lanes, most decisions)."""
         made = np.full((len(self.forced), int(self.met.max(initial=0))), -1, np.int8)
@@ -115,8 +127,8 @@ class Bounds:
     names: Counter[str]
 
 
-#: Runs some lanes along forced choices: results and which lanes are kept (None: all).
-Run = Callable[[Ints, Track], tuple[list[Interval], Lanes | None]]
+#: Runs lanes along forced choices: results and which lanes are kept (None: all).
+Run = Callable[[Track], tuple[list[Interval], Lanes | None]]
 
 
 @dataclass(frozen=True)
@@ -135,6 +147,8 @@ class Frontier:
 
     @classmethod
     def joined(cls, parts: list[Frontier]) -> Frontier:
+        if not parts:
+            return cls(np.zeros(0, np.int64), np.zeros((0, 0), np.int8), np.zeros(0, np.int64))
         depth = max(p.prefixes.shape[1] for p in parts)
         padded = [np.pad(p.prefixes, ((0, 0), (0, depth - p.prefixes.shape[1])), constant_values=-1) for p in parts]
         return cls(
@@ -142,29 +156,35 @@ class Frontier:
         )
 
 
-def explore(run: Run, count: int, components: list[int]) -> Bounds:
-    """All paths of ``count`` lanes."""
-    search = _Search(count, components)
-    for first in range(0, count, BATCH):
-        lanes = np.arange(first, min(first + BATCH, count))
+def explore(run: Run, count: int, components: list[int], pace: Pace | None = None, first_only: bool = False) -> Bounds:
+    """All paths of ``count`` lanes, as far as the pace allows; or the first of each, for who watches."""
+    pace = pace or Pace()
+    search, done = _Search(run, count, components, pace), 0
+    for lanes in batches(count):
+        pace.batch()
         frontier = Frontier(lanes, np.zeros((len(lanes), 0), np.int8), np.full(len(lanes), -1))
         level = 0
-        while len(frontier):
+        while len(frontier) and not pace.over:
             parts = [frontier.part(slice(i, i + BATCH)) for i in range(0, len(frontier), BATCH)]
-            frontier = Frontier.joined([search.step(run, part, level) for part in parts])
+            following = [search.step(part, level) for part in parts]
+            frontier = Frontier.joined([] if first_only else following)
             level += 1
+        search.give_up(frontier.lanes)
         search.end_batch()
         doubtful = lanes[search.first_order[lanes] & ~search.lost[lanes]]
-        for i in range(0, len(doubtful), BATCH):
-            for way in range(JOINT_PATHS):
-                search.try_jointly(run, doubtful[i : i + BATCH], way)
+        for i in range(0, 0 if first_only else len(doubtful), BATCH):
+            search.try_all_ways(doubtful[i : i + BATCH])
+        done += len(lanes)
+        if not pace.over:
+            pace.tell(done, count)
     return search.result()
 
 
 class _Search:
     """What is known of each lane so far."""
 
-    def __init__(self, count: int, components: list[int]) -> None:
+    def __init__(self, run: Run, count: int, components: list[int], pace: Pace) -> None:
+        self.run, self.pace = run, pace
         shapes = [(count, c) for c in components]
         self.lo, self.hi = ([np.full(s, np.nan) for s in shapes] for _ in range(2))
         self.nan = [np.zeros(s, np.bool_) for s in shapes]
@@ -182,13 +202,25 @@ class _Search:
         self.vague, self.lost = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
         #: Results that turned out not to be sums over decisions.
         self.unbounded = [np.zeros(count, np.bool_) for _ in components]
+        self.untried = np.zeros(count, np.bool_)
         self.discards = False
         self.names: Counter[str] = Counter()
 
-    def step(self, run: Run, frontier: Frontier, level: int) -> Frontier:
+    def _timed(self, track: Track) -> tuple[list[Interval], Lanes | None]:
+        start = self.pace.clock()
+        made = self.run(track)
+        self.pace.ran(len(track.lanes), self.pace.clock() - start)
+        return made
+
+    def give_up(self, lanes: Ints) -> None:
+        """Of what there is no time for nothing is said."""
+        self.untried[lanes] = self.lost[lanes] = True
+        self.surely[lanes] = False
+
+    def step(self, frontier: Frontier, level: int) -> Frontier:
         """Run some paths, note what comes out, and give the paths that follow from them."""
-        lanes, track = frontier.lanes, Track(frontier.prefixes)
-        results, keep = run(lanes, track)
+        lanes, track = frontier.lanes, Track(frontier.prefixes, frontier.lanes)
+        results, keep = self._timed(track)
         if level == 0:
             self.names.update(track.names)
         np.logical_or.at(self.vague, lanes, track.vague | track.wide)
@@ -249,11 +281,18 @@ class _Search:
         lo = np.fmin(self.lo[i][lanes], self.root_lo[i][lanes] + self.total_down[i][lanes])
         return lo, np.fmax(self.hi[i][lanes], self.root_hi[i][lanes] + self.total_up[i][lanes])
 
-    def try_jointly(self, run: Run, lanes: Ints, way: int) -> None:
+    def try_all_ways(self, lanes: Ints) -> None:
+        for way in range(JOINT_PATHS):
+            if self.pace.over:
+                self.give_up(lanes)
+                return
+            self.try_jointly(lanes, way)
+
+    def try_jointly(self, lanes: Ints, way: int) -> None:
         """Turn every decision at once, then random halves of them, and give up lanes that leave their bounds."""
         choices = np.random.default_rng(way).integers(0, 2, (1, MAX_DECISIONS)) if way else np.ones((1, MAX_DECISIONS))
-        track = Track(np.repeat(choices, len(lanes), axis=0).astype(np.int8))
-        results, keep = run(lanes, track)
+        track = Track(np.repeat(choices, len(lanes), axis=0).astype(np.int8), lanes)
+        results, keep = self._timed(track)
         if keep is not None:
             self.surely[lanes] &= keep
             self.perhaps[lanes] |= keep
@@ -279,5 +318,6 @@ class _Search:
             outputs.append(Interval(np.where(lost, -np.inf, lo), np.where(lost, np.inf, hi), self.nan[i] | lost))
             # Where anything goes, nothing was checked.
             unpromised |= ((outputs[i].lo == -np.inf) & (outputs[i].hi == np.inf)).any(axis=1)
+        self.pace.untried += int(self.untried.sum())
         surely = self.surely & ~(self.lost & self.discards)
         return Bounds(outputs, surely, self.perhaps | self.lost, turned | unpromised, unpromised & ~turned, self.names)

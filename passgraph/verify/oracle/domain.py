@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.reference.domain import Domain
+from passgraph.backends.reference.domain import Domain, Part
 from passgraph.backends.reference.number_domain import KINDS, NumberDomain, Numbers, shaped
 from passgraph.language import expand, ir
 from passgraph.language import scalar as s
@@ -38,6 +38,8 @@ _WHOLE = {"floor": np.floor, "ceil": np.ceil, "trunc": np.trunc, "round": np.rin
 #: ULP that t * t * (3 - 2 * t) loses: three roundings (3 - 2t, and two products), each one ULP of its own
 #: result in any rounding mode, which is at most two of the last one's.
 HERMITE_ULP = 6.0
+#: Lanes that still go round a loop are computed by themselves where they are one in so many or fewer.
+WORTH_MOVING = 2
 #: Where rests of divisions are exact: docs/kernels.md.
 MOD_QUOTIENT, MOD_DIVISOR = 2.0**20, 2.0**-100
 
@@ -47,6 +49,7 @@ class IntervalDomain(Domain[Bounded, Lanes]):
 
     def __init__(self, track: Track) -> None:
         self.track = track
+        self.parts: list[_Part] = []
         self.numbers = NumberDomain()
 
     def constant(self, type_: Type, numbers: Sequence[ir.Number]) -> Bounded:
@@ -64,7 +67,11 @@ class IntervalDomain(Domain[Bounded, Lanes]):
     def trips(self, start: Bounded, stop: Bounded, step: Bounded) -> Iterator[tuple[Bounded, Lanes]]:
         bounds = [bound for bound in (start, stop, step) if not isinstance(bound, Interval)]
         self._hangs_on(bounds)
-        return self.numbers.trips(*bounds)
+        depth = len(self.parts)
+        for index, over in self.numbers.trips(*bounds):
+            for part in self.parts[depth:]:
+                index, over = part.picked(index), part.picked(over)
+            yield index, over
 
     def apply(self, operation: str, arguments: Sequence[Bounded]) -> Bounded:
         row = OPERATIONS[operation]
@@ -372,6 +379,47 @@ class IntervalDomain(Domain[Bounded, Lanes]):
 
     def focus(self, mask: Lanes) -> None:
         self.track.active = np.broadcast_to(mask, self.track.active.shape)
+
+    def part(self, mask: Lanes) -> Part[Bounded] | None:
+        rows = np.flatnonzero(mask)
+        if len(mask) == 1 or WORTH_MOVING * len(rows) > len(mask):
+            return None
+        self.parts.append(_Part(self, rows))
+        return self.parts[-1]
+
+
+class _Part(Part[Bounded]):
+    """Some of the lanes of a track."""
+
+    def __init__(self, domain: IntervalDomain, rows: NDArray[np.int64]) -> None:
+        self.domain, self.rows, self.all = domain, rows, domain.track
+        domain.track = self.all.part(rows)
+
+    def take(self, value: Bounded) -> Bounded:
+        return _map(value, self.picked)
+
+    def picked(self, value: NDArray[Any]) -> NDArray[Any]:
+        return value if len(value) == 1 else value[self.rows]
+
+    def put(self, new: Bounded, old: Bounded | None) -> Bounded:
+        if isinstance(new, Interval) or isinstance(old, Interval):
+            of = new if old is None else old
+            lo, hi, nan = (
+                self._put(getattr(_interval(new), name), getattr(_interval(of), name)) for name in ("lo", "hi", "nan")
+            )
+            return Interval(lo, hi, nan)
+        return self._put(new, new if old is None else old)
+
+    def _put(self, new: NDArray[Any], old: NDArray[Any]) -> NDArray[Any]:
+        shape = len(self.all.lanes), *old.shape[1:]
+        whole = np.broadcast_to(old, shape).copy() if len(old) in (1, shape[0]) else np.zeros(shape, old.dtype)
+        whole[self.rows] = new
+        return whole
+
+    def end(self) -> None:
+        self.domain.parts.pop()
+        self.all.rejoin(self.domain.track, self.rows)
+        self.domain.track = self.all
 
 
 class _Emitter:

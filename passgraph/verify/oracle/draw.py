@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from passgraph.backends.base import Block, vertex_builtins
 from passgraph.backends.reference.draw_pass import ReferenceDrawPass
 from passgraph.backends.reference.output_tests import layers
+from passgraph.backends.reference.stage import on_quads
 from passgraph.backends.reference.storage import Storage
 from passgraph.graph.geometry import Geometry
 from passgraph.plan.data import DrawStep
@@ -20,6 +21,7 @@ from passgraph.verify.oracle.decisions import Bounds
 from passgraph.verify.oracle.domain import Bounded
 from passgraph.verify.oracle.interval import Interval
 from passgraph.verify.oracle.merge import State
+from passgraph.verify.oracle.pace import Pace
 from passgraph.verify.oracle.stage import StageOracle
 from passgraph.verify.oracle.watch import Watch
 
@@ -32,7 +34,7 @@ class DrawOracle:
     def __init__(
         self, made: ReferenceDrawPass, outputs: Sequence[Storage], depth: Storage | None, images: Sequence[Storage],
         geometry: Geometry, vertex: Block, fragment: Block, snapped: bool, carried: Mapping[int, Interval],
-        watch: Watch | None = None,
+        watch: Watch | None = None, pace: Pace | None = None,
     ) -> None:  # fmt: skip
         self.pass_, self.step = made, made.step
         self.geometry, self.snapped = geometry, snapped
@@ -40,7 +42,7 @@ class DrawOracle:
         self.vertex = StageOracle(made.vertex, vertex, names, images, carried)
         self.fragment: StageOracle | None = None
         if made.fragment is not None:
-            self.fragment = StageOracle(made.fragment, fragment, names, images, carried, watch)
+            self.fragment = StageOracle(made.fragment, fragment, names, images, carried, watch, pace)
         self.state = State.before(made.step, outputs, depth)
         self.names: Counter[str] = Counter()
 
@@ -81,6 +83,8 @@ class DrawOracle:
             turned = unpromised = np.zeros(len(layer), np.bool_)
             if self.fragment is not None:
                 possible = self.state.may_pass(at, here)
+                if not len(possible):
+                    continue
                 there, at, here = there.take(possible), at[possible], here.take(possible)
                 shaded = self._shade(found, there, here)
                 surely, perhaps, colours = there.surely & shaded.surely, shaded.perhaps, shaded.outputs
@@ -96,10 +100,17 @@ class DrawOracle:
             "pixel": lambda: np.stack([fragments.x, fragments.y], axis=1),
             "output_size": lambda: np.array([[width, height]], np.int64),
             "front_facing": lambda: found.area[fragments.triangle] < 0,
-            "fragment_depth": lambda: depth,
         }
-        for name, (columns, shape) in self.pass_.varyings.items():
-            builtins[name] = partial(_varying, found, fragments, columns, shape)
+
+        def of_triangle(axes: str) -> dict[str, Callable[[], Bounded]]:
+            there = fragments.beside(axes, found) if axes else fragments
+            made: dict[str, Callable[[], Bounded]] = {
+                name: partial(_varying, found, there, columns, shape)
+                for name, (columns, shape) in self.pass_.varyings.items()
+            }
+            return {"fragment_depth": lambda: depth_of(found, there) if axes else depth, **made}
+
+        builtins |= on_quads(of_triangle)
         bounds = self.fragment.bounds(len(fragments), builtins, fragments.y * width + fragments.x)
         sliver = found.sliver[fragments.triangle]
         outputs = [

@@ -22,6 +22,8 @@ ULP = 2.0**-23
 FLOAT_MAX = float(np.finfo(np.float32).max)
 #: Below this a backend may flush to zero, what it reads and what it makes.
 SMALLEST_NORMAL = 2.0**-126
+#: How many numbers of one sign are too small to be normal.
+DENORMALS = np.uint32((1 << 23) - 1)
 #: Beyond this divisor OpenGL promises nothing of a quotient: its reciprocal may be flushed.
 LARGEST_DIVISOR = 2.0**126
 
@@ -126,7 +128,7 @@ def rounded(lo: Float64, hi: Float64, nan: Lanes, ulp: float, absolute: float = 
     if ulp > 1.0 or absolute > 0.0:
         lo = lo - np.nan_to_num(ulp * spacing(lo) + absolute, nan=0.0)
         hi = hi + np.nan_to_num(ulp * spacing(hi) + absolute, nan=0.0)
-    return flushed(Interval(_down(lo), _up(hi), nan))
+    return Interval(_outward(lo, -1), _outward(hi, 1), nan)
 
 
 def spacing(number: Float64) -> Float64:
@@ -136,21 +138,32 @@ def spacing(number: Float64) -> Float64:
     return np.where(np.isfinite(number), unit, 0.0)
 
 
-def _down(x: Float64) -> Float64:
+def _outward(x: Float64, side: int) -> Float64:
+    """The next float32 down (side -1) or up (1) of what is none, and 0 where that way a denormal may have become it."""
     nearest = x.astype(np.float32)
-    return np.where(nearest > x, np.nextafter(nearest, np.float32(-np.inf)), nearest).astype(np.float64)
-
-
-def _up(x: Float64) -> Float64:
-    nearest = x.astype(np.float32)
-    return np.where(nearest < x, np.nextafter(nearest, np.float32(np.inf)), nearest).astype(np.float64)
+    past = (nearest > x) if side < 0 else (nearest < x)
+    bits = nearest.view(np.int32)
+    # Neighbours of a float32 have neighbouring bits, that grow away from 0; what rounds to a zero keeps its sign.
+    bits += ((bits >> 31) | 1) * (past * np.int32(side))
+    first = np.uint32(1 if side < 0 else 0x80000001)  # the smallest number beyond 0 on the inner side
+    tiny = bits.view(np.uint32) - first < DENORMALS
+    if tiny.any():
+        nearest = np.where(tiny, np.float32(0.0), nearest)
+    return nearest.astype(np.float64)
 
 
 # Arithmetic
 
 
+def _all_finite(lo: Float64, hi: Float64) -> bool:
+    """Whether nothing infinite or NaN went into sums or products, of which none overflows float64."""
+    return bool(np.isfinite(lo.sum() + hi.sum()))
+
+
 def add(a: Interval, b: Interval, ulp: float = 0.5) -> Interval:
     lo, hi = a.lo + b.lo, a.hi + b.hi
+    if _all_finite(lo, hi):
+        return rounded(lo, hi, a.nan | b.nan, ulp)
     cancel = ((a.hi == np.inf) & (b.lo == -np.inf)) | ((a.lo == -np.inf) & (b.hi == np.inf))
     # Of a NaN at one end only, numbers may still be left beside it.
     one = np.isnan(lo) != np.isnan(hi)
@@ -168,6 +181,10 @@ def sub(a: Interval, b: Interval, ulp: float = 0.5) -> Interval:
 
 def mul(a: Interval, b: Interval, ulp: float = 0.5) -> Interval:
     products = (a.lo * b.lo, a.lo * b.hi, a.hi * b.lo, a.hi * b.hi)
+    first, last = products[:2], products[2:]
+    lo, hi = np.minimum(np.minimum(*first), np.minimum(*last)), np.maximum(np.maximum(*first), np.maximum(*last))
+    if _all_finite(lo, hi):
+        return rounded(lo, hi, a.nan | b.nan, ulp)
     lo, hi = products[0], products[0]
     for product in products[1:]:
         lo, hi = np.fmin(lo, product), np.fmax(hi, product)

@@ -196,7 +196,7 @@ def blended(format_: Format, blend: Blend, source: Interval, old: Interval) -> I
     """Both (n, channels): the blend's own kernel, and what hardware may do otherwise."""
     program = blend_kernel(blend, format_)
     # Nothing in it is decided, so that there is one path.
-    domain = IntervalDomain(Track(np.empty((len(source), 0), np.int8)))
+    domain = IntervalDomain(Track(np.empty((len(source), 0), np.int8), np.arange(len(source))))
     around = StageValues[Bounded]({"source": source.map(filled), "destination": old.map(filled)})
     (result,) = Interpreter(program, domain, around).run()[0].values()
     assert isinstance(result, Interval)

@@ -20,6 +20,7 @@ from passgraph.plan.reach import inputs_behind
 from passgraph.run.admission import admitted_picture, bound_to
 from passgraph.run.execution import Execution
 from passgraph.verify.oracle.backend import Allowed, OracleBackend
+from passgraph.verify.oracle.pace import Pace
 from passgraph.verify.oracle.watch import Watch
 
 Picture: TypeAlias = NDArray[np.float32]
@@ -41,6 +42,8 @@ class Passes:
         (width, height) of the output, pixels; None where every target says its own.
     frames
         Inputs and values of each run, by name.
+    pace
+        How long bounds may be looked for, and who is told.
 
     Raises
     ------
@@ -49,8 +52,13 @@ class Passes:
     """
 
     def __init__(
-        self, outputs: Mapping[str, Target], size: tuple[int, int] | None, frames: Sequence[Mapping[str, Any]]
+        self,
+        outputs: Mapping[str, Target],
+        size: tuple[int, int] | None,
+        frames: Sequence[Mapping[str, Any]],
+        pace: Pace | None = None,
     ) -> None:
+        self.pace = pace or Pace()
         specs = inputs_behind(list(outputs.values()))
         bound: dict[str, tuple[Format, tuple[int, int]]] = {}
         #: Of each run, pictures by input and values by name.
@@ -101,7 +109,7 @@ class Passes:
         """The reference's pictures, and what backends may write that snap corners as documented, or need not."""
         snaps = snaps or not any(isinstance(step, DrawStep) for step in self.plan.steps)
         if snaps not in self.found:
-            oracle = OracleBackend(snaps, self._known)
+            oracle = OracleBackend(snaps, self._known, pace=self.pace)
             expected: dict[Key, Picture] = {}
             allowed: dict[Key, Allowed] = {}
             for written in self.written(oracle):

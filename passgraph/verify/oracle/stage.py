@@ -22,6 +22,7 @@ from passgraph.verify.oracle.decisions import Bounds, Ints, Lanes, Track, explor
 from passgraph.verify.oracle.domain import Bounded, IntervalDomain
 from passgraph.verify.oracle.functions import increasing
 from passgraph.verify.oracle.interval import Interval
+from passgraph.verify.oracle.pace import Pace
 from passgraph.verify.oracle.watch import Watch, WatchedInterpreter
 
 #: Stage value → its value in all lanes, (lanes or 1, …), asked only where the kernel reads it.
@@ -49,11 +50,13 @@ class StageOracle:
         storages: Sequence[Storage] = (),
         carried: Mapping[int, Interval] | None = None,
         watch: Watch | None = None,
+        pace: Pace | None = None,
     ) -> None:
-        self.watch = watch
+        self.watch, self.pace = watch, pace
         self.bound: BoundStage = stage.bind(block, names, storages)
         self.formats = {name: storage.format for name, storage in zip(names, storages, strict=True)}
         self._whole: dict[str, Interval] = {}
+        self._uniforms: dict[str, Bounded] = {}
         #: Images of which only bounds are known: smallest and largest pixels.
         self.uncertain: dict[str, tuple[SampledImage, SampledImage]] = {}
         for name, storage in zip(names, storages, strict=True):
@@ -74,8 +77,19 @@ class StageOracle:
             self._whole[image] = Interval(np.fmin.reduce(low, keepdims=True), np.fmax.reduce(high, keepdims=True), nan)
         return self._whole[image]
 
-    def bounds(self, count: int, builtins: Builtins, pixels: Ints | None = None) -> Bounds:
-        """Of every result in every lane; who watches is told which pixel of the target each lane is."""
+    def uniform(self, expression: ir.Uniform) -> Bounded:
+        """A parameter: floats as intervals, made once."""
+        if expression.name not in self._uniforms:
+            value = self.bound.uniform(expression)
+            exact = Interval.of(value.astype(np.float32)) if value.dtype.kind == "f" else value
+            self._uniforms[expression.name] = exact
+        return self._uniforms[expression.name]
+
+    def bounds(self, count: int, builtins: Builtins, pixels: Ints | None = None, first_only: bool = False) -> Bounds:
+        """Of every result in every lane; who watches is told which pixel of the target each lane is.
+
+        ``first_only``: of the first path of each, which is what a watch sees.
+        """
         pixels = np.arange(count) if pixels is None else pixels
         made: dict[str, Bounded] = {}
 
@@ -87,24 +101,24 @@ class StageOracle:
         program = self.bound.program
         sizes = [component_count(result.type) for result in program.results]
 
-        def run(lanes: Ints, track: Track) -> tuple[list[Interval], Lanes | None]:
+        def run(track: Track) -> tuple[list[Interval], Lanes | None]:
             domain = IntervalDomain(track)
-            around = _Around(self, builtin, lanes, track)
+            around = _Around(self, builtin, domain)
             interpreter: Interpreter[Bounded, Lanes] = Interpreter(program, domain, around)
             if self.watch is not None and track.forced.shape[1] == 0:  # the first path of each lane
-                interpreter = WatchedInterpreter(program, domain, around, self.watch, pixels[lanes])
+                interpreter = WatchedInterpreter(program, domain, around, self.watch, pixels)
             values, keep = interpreter.run()
             results = []
             for result, size in zip(program.results, sizes, strict=True):
                 value = values[result.name]
                 value = value if isinstance(value, Interval) else Interval.point(value)
-                results.append(_in_lanes(value, len(lanes), size))
+                results.append(_in_lanes(value, len(track.lanes), size))
             # A verdict that all lanes share hangs on none of them.
             always = keep is None or (len(keep) == 1 and bool(np.asarray(keep)[0]))
-            return results, None if always else np.broadcast_to(np.asarray(keep), (len(lanes),))
+            return results, None if always else np.broadcast_to(np.asarray(keep), (len(track.lanes),))
 
         with np.errstate(all="ignore"):
-            return explore(run, count, sizes)
+            return explore(run, count, sizes, self.pace, first_only)
 
 
 def _in_lanes(value: Interval, count: int, components: int) -> Interval:
@@ -114,12 +128,11 @@ def _in_lanes(value: Interval, count: int, components: int) -> Interval:
 class _Around(Surroundings[Bounded]):
     """What some of the lanes see."""
 
-    def __init__(self, oracle: StageOracle, builtin: Callable[[str], Bounded], lanes: Ints, track: Track) -> None:
-        self.oracle, self.whole, self.lanes, self.track = oracle, builtin, lanes, track
+    def __init__(self, oracle: StageOracle, builtin: Callable[[str], Bounded], domain: IntervalDomain) -> None:
+        self.oracle, self.whole, self.domain = oracle, builtin, domain
 
     def uniform(self, expression: ir.Uniform) -> Bounded:
-        value = self.oracle.bound.uniform(expression)
-        return Interval.of(value.astype(np.float32)) if value.dtype.kind == "f" else value
+        return self.oracle.uniform(expression)
 
     def builtin(self, expression: ir.Builtin) -> Bounded:
         return self._builtin(expression.name)
@@ -128,7 +141,8 @@ class _Around(Surroundings[Bounded]):
         value = self.whole(name)
         if len(value) == 1:
             return value
-        return value.map(lambda x: x[self.lanes]) if isinstance(value, Interval) else value[self.lanes]
+        lanes = self.domain.track.lanes
+        return value.take(lanes) if isinstance(value, Interval) else value[lanes]
 
     def texel(self, image: str, x: Bounded, y: Bounded, relative: bool) -> Bounded:
         assert not isinstance(x, Interval)
@@ -138,7 +152,8 @@ class _Around(Surroundings[Bounded]):
             assert not isinstance(pixel, Interval)
             x, y = x + pixel[:, 0], y + pixel[:, 1]
         read = self._read(image, x, y)
-        return iv.where(self.track.vague[:, None], self.oracle.whole(image), read) if self.track.vague.any() else read
+        vague = self.domain.track.vague
+        return iv.where(vague[:, None], self.oracle.whole(image), read) if vague.any() else read
 
     def _read(self, image: str, x: Numbers, y: Numbers) -> Interval:
         if image in self.oracle.uncertain:

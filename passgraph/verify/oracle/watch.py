@@ -60,13 +60,17 @@ class Watch:
 
 
 class WatchedInterpreter(Interpreter[Bounded, Lanes]):
-    """Notes what each operation does; ``pixels`` says where the lanes are."""
+    """Notes what each operation does; ``pixels`` says where the lanes of the stage are."""
 
     def __init__(
         self, program: ir.TypedKernel, domain: IntervalDomain, around: Surroundings[Bounded], watch: Watch, pixels: Ints
     ) -> None:
         super().__init__(program, domain, around)
-        self.track, self.watch, self.pixels = domain.track, watch, pixels
+        self.bounded, self.watch, self.pixels = domain, watch, pixels
+
+    @property
+    def track(self) -> Track:
+        return self.bounded.track
 
     def value(self, expression: ir.Expr) -> Bounded:
         if not isinstance(expression, ir.Apply):
@@ -89,10 +93,10 @@ class WatchedInterpreter(Interpreter[Bounded, Lanes]):
         for argument in arguments:
             if isinstance(argument, Interval):
                 fresh = fresh & ~_special(argument)
-        lanes = np.flatnonzero(np.broadcast_to(fresh, self.pixels.shape) & self.track.active)
+        lanes = np.flatnonzero(np.broadcast_to(fresh, self.track.lanes.shape) & self.track.active)
         if len(lanes):
             found = self.watch.opened.setdefault(Cause(expression.operation, expression.span), [])
-            found.append(self.pixels[lanes])
+            found.append(self.pixels[self.track.lanes[lanes]])
 
 
 def _doubt(track: Track) -> int:

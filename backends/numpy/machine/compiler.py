@@ -1,11 +1,14 @@
-"""LLVM text into machine code of this processor; threads may do so side by side."""
+"""LLVM: text becomes an object file for this processor; threads may do so side by side.
+
+Imported only where there is something to compile.
+"""
 
 # mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
 
 import ctypes
 import threading
-from functools import lru_cache
+from functools import cache
 from typing import Any
 
 import llvmlite.binding as llvm
@@ -15,9 +18,9 @@ from llvmlite.binding import ffi
 _own = threading.local()
 
 
-@lru_cache(maxsize=1)
-def processor() -> tuple[str, str]:
-    """Its name and its features, as LLVM tells them."""
+@cache
+def host() -> tuple[str, str]:
+    """This processor's name and its features, as LLVM calls them."""
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
     return llvm.get_host_cpu_name(), llvm.get_host_cpu_features().flatten()
@@ -26,7 +29,7 @@ def processor() -> tuple[str, str]:
 def machine() -> Any:
     """A target machine of this processor, for this thread alone."""
     if not hasattr(_own, "machine"):
-        name, features = processor()
+        name, features = host()
         target = llvm.Target.from_default_triple()
         _own.machine = target.create_target_machine(
             cpu=name, features=features, opt=2, reloc="pic", codemodel="default"
@@ -82,3 +85,16 @@ def _beside_others(name: str) -> Any:
     """
     function = getattr(ffi.lib, name)
     return getattr(function, "_cfn", function)
+
+
+@cache
+def _engine() -> Any:
+    return llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine())
+
+
+def load_object(code: bytes, function: str) -> int:
+    """Where a function of an object file is, loaded by LLVM; one thread at a time."""
+    engine = _engine()
+    engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+    engine.finalize_object()
+    return int(engine.get_function_address(function))

@@ -1,0 +1,93 @@
+"""``passgraph apply`` on more than one picture file: what is read and written, and the run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from passgraph.commands.clips import (
+    Writing,
+    check_clips,
+    check_writing,
+    clips_of,
+    depth_of,
+    goes_into_folder,
+    inputs_of,
+    sources_of,
+)
+from passgraph.commands.files import STREAM, rate_of
+from passgraph.commands.frames import FramesJob, RedOf, Settings, run_clips
+from passgraph.commands.options import flag_of
+from passgraph.commands.over_frames import Changing
+from passgraph.commands.sources import picture_parameters
+from passgraph.effects.registry import Effect
+from passgraph.errors import InputError
+from passgraph.frames.frame import Source
+from passgraph.frames.names import Pattern, is_video
+from passgraph.frames.pictures import Numbers, Repeated
+from passgraph.frames.pipe import Raw
+
+if TYPE_CHECKING:
+    from passgraph.scene.hardware_depth import HardwareDepth
+
+
+def apply_to_many(
+    effect: Effect, inputs: tuple[str, ...], output: str, depth: Path | None, holds: HardwareDepth | None,
+    given: dict[str, Any], options: dict[str, Any],
+) -> int:  # fmt: skip
+    """Whatever is not one picture file to one."""
+    writing, broken = writing_of(options), list[str]()
+    sources = _repeated(effect, inputs, options["frames"]) or list(sources_of(inputs, writing.raw, broken))
+    if not sources:
+        raise InputError(broken[0])
+    _check_further_pictures(effect, inputs, output)
+    clips = clips_of(sources, output, writing)
+    check_writing(writing, clips)
+    depths = None if depth is None else depth_of(depth, clips)
+    pictures = [path for path in given.values() if isinstance(path, Path)]
+    check_clips(clips, output, [*pictures, *(inputs_of(depths) if depths else [])])
+    changing = Changing.of(effect, given)
+    parameters, constants = picture_parameters(effect, given)
+    depth_source = None if depths is None else RedOf(depths)
+    job = FramesJob(effect, parameters, depth_source, constants, holds, changing, options.get("size"))
+    settings = Settings(
+        options["backend"], options["linear"], options["jobs"], options["resume"], options["non_finite"],
+        options["check_finite"], options["scheduler"],
+    )  # fmt: skip
+    return run_clips(job, clips, settings, broken)
+
+
+def _repeated(effect: Effect, inputs: tuple[str, ...], frames: int | None) -> list[Source]:
+    """One picture as so many frames, or as many without a picture; empty where frames are read."""
+    if frames is None:
+        return []
+    if effect.takes == "nothing":
+        return [Numbers(frames)]
+    path = Path(inputs[0])
+    if len(inputs) != 1 or inputs[0] == STREAM or not path.is_file() or is_video(path):
+        raise InputError(f"--frames {frames}: is for one picture, and {' '.join(inputs)} is none; leave it out")
+    return [Repeated(path, frames)]
+
+
+def _check_further_pictures(effect: Effect, inputs: tuple[str, ...], output: str) -> None:
+    """Tell who names two pictures for an effect of two where the second goes."""
+    further = [flag_of(parameter) for parameter in effect.parameters if parameter.type == "picture"]
+    one_file = not (goes_into_folder(output) or Pattern.is_in(output) or is_video(Path(output)) or output == STREAM)
+    if further and one_file and len(inputs) > 1:
+        raise InputError(
+            f"{output}: is one picture, and {len(inputs)} are read as frames; what {effect.name} takes beside a "
+            f"picture is an option: {inputs[0]} {further[0]} {inputs[1]}"
+        )
+
+
+def writing_of(options: dict[str, Any]) -> Writing:
+    """How outputs are written, from the options."""
+    raw = None if options["raw"] is None else Raw.parsed(options["raw"])
+    rate = None if options["rate"] is None else rate_of(options["rate"])
+    codec_options = {}
+    for text in options["codec_option"]:
+        key, equals, value = text.partition("=")
+        if not (key and equals):
+            raise InputError(f"--codec-option {text!r}: expected KEY=VALUE, such as crf=23")
+        codec_options[key] = value
+    return Writing(raw, rate, options["codec"], codec_options, options["sound"])

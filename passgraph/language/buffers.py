@@ -1,0 +1,174 @@
+"""Long arrays of parameters: kernels read them from memory of their own, entry by entry.
+
+A block of parameters holds a few thousand numbers.  A longer array lies in a picture of float32, whose rows of
+:data:`WIDTH` texels follow one another.  A whole number is two numbers there, its lower and its upper 16 bits: each is
+a float that every device hands on as it is, while the bits of an int taken for a float's may be a NaN or denormal.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.language import ir
+from passgraph.language.layout import components, in_order
+from passgraph.language.source import Span, fail
+from passgraph.language.types import (
+    MAX_ARRAY_LENGTH,
+    Array,
+    Matrix,
+    Type,
+    component_count,
+    element_of,
+    held_as,
+    is_plain,
+    plain_parts,
+)
+
+#: Bytes that a long array may take.
+MAX_BUFFER_BYTES = 1 << 28
+#: Texels of a row: as many as every device takes along a side, and a power of two, so that places need no division.
+WIDTH_BITS = 11
+WIDTH = 1 << WIDTH_BITS
+#: A whole number's bits in each of its two numbers.
+HALF_BITS = 16
+#: What components are as NumPy has them.
+_NUMBERS: dict[str, type[np.generic]] = {
+    "float": np.float32, "int": np.int32, "uint": np.uint32, "bool": np.bool_
+}  # fmt: skip
+
+
+def is_buffer(type_: Type) -> bool:
+    """Whether a value of a parameter, or a plain part of it, is such an array."""
+    return isinstance(type_, Array) and is_plain(type_) and type_.length > MAX_ARRAY_LENGTH
+
+
+def buffers_in(type_: Type, name: str) -> Iterator[tuple[str, Array]]:
+    """The long arrays in a type, by dotted names."""
+    for path, part in plain_parts(type_, name):
+        if is_buffer(part):
+            yield path, cast(Array, part)
+
+
+@dataclass(frozen=True, slots=True)
+class Layout:
+    """How an array lies in its picture: ``texels`` for each entry, and width and height."""
+
+    channels: int
+    texels: int
+    size: tuple[int, int]
+
+
+def layout_of(type_: Array) -> Layout:
+    """The layout of an array.
+
+    >>> from passgraph.language.types import INT, VEC3
+    >>> layout_of(Array(VEC3, 5000)), layout_of(Array(INT, 1500)).channels
+    (Layout(channels=3, texels=1, size=(2048, 3)), 2)
+    """
+    entry = cast(Type, type_.element)
+    count = component_count(entry)
+    if held_as(type_) == "int":
+        count *= 2
+        channels = 4 if count % 4 == 0 else 2
+    else:
+        channels = entry.rows if isinstance(entry, Matrix) else count
+    texels = count // channels
+    total = type_.length * texels
+    width = min(total, WIDTH)
+    return Layout(channels, texels, (width, -(-total // width)))
+
+
+def check_sizes(parameters: tuple[ir.Parameter, ...]) -> None:
+    """Refuse arrays that take too much memory."""
+    for parameter in parameters:
+        for name, type_ in buffers_in(parameter.type, parameter.name):
+            layout = layout_of(type_)
+            bytes_ = 4 * layout.channels * layout.texels * type_.length
+            if bytes_ > MAX_BUFFER_BYTES:
+                fail(
+                    parameter.span,
+                    f"{name} of type {type_} takes {bytes_ / 2**20:.0f} MiB; an array may take "
+                    f"{MAX_BUFFER_BYTES >> 20} MiB",
+                )
+
+
+def check_local(type_: Type, what: str, span: Span) -> None:
+    """Refuse a variable or a result that would hold a long array."""
+    for _, long in buffers_in(type_, ""):
+        fail(span, f"{what} would hold {long}; more than {MAX_ARRAY_LENGTH} elements are a parameter, read by index")
+
+
+def check_reads(parameters: tuple[ir.Parameter, ...], *roots: ir.Stmt | ir.Expr) -> None:
+    """Refuse whatever takes a long array as one value: it is there entry by entry."""
+    long = any(True for parameter in parameters for _ in buffers_in(parameter.type, parameter.name))
+    pending: list[ir.Stmt | ir.Expr] = list(roots) if long else []
+    while pending:
+        node = pending.pop()
+        for part in ir.held(node):
+            indexed = isinstance(node, ir.Index) and part is node.value
+            if isinstance(part, ir.Uniform) and is_buffer(part.type) and not indexed:
+                fail(
+                    node.span,
+                    f"{part.name} has {cast(Array, part.type).length} entries, which are read by index; an array of "
+                    f"more than {MAX_ARRAY_LENGTH} is not copied, assigned to or compared",
+                )
+            pending.append(part)
+
+
+# Values of the host
+
+
+def checked_numbers(value: object, type_: Array, name: str) -> NDArray[Any]:
+    """A host value in component order, flat: as it is where it holds such numbers, else as float64.
+
+    Raises
+    ------
+    InputError
+        When shape, kind or range do not fit, naming the parameter.
+    """
+    flat = in_order(value, type_) if isinstance(value, np.ndarray) and value.dtype == number_of(type_) else None
+    return components(value, type_, name) if flat is None else flat
+
+
+def number_of(type_: Array) -> type[np.generic]:
+    """What a component is as NumPy has it."""
+    return _NUMBERS[element_of(type_).name]
+
+
+def as_held(flat: NDArray[Any], type_: Array) -> NDArray[Any]:
+    """What :func:`checked_numbers` gives, of that type: uints are the ints with their bits before."""
+    kind = number_of(type_)
+    return flat.astype(np.int64).astype(kind) if held_as(type_) == "int" else flat.astype(kind)
+
+
+def picture_of(value: object, type_: Array, name: str) -> NDArray[np.float32]:
+    """The picture, (height, width, channels), that holds an array; it may be the value's own memory."""
+    layout, flat = layout_of(type_), checked_numbers(value, type_, name)
+    if held_as(type_) == "int":
+        bits = flat.astype(np.int64, copy=False)
+        halves = np.empty((len(bits), 2), np.float32)
+        halves[:, 0], halves[:, 1] = bits & (1 << HALF_BITS) - 1, bits >> HALF_BITS & (1 << HALF_BITS) - 1
+        flat = halves.reshape(-1)
+    width, height = layout.size
+    room = width * height * layout.channels
+    if len(flat) < room:
+        padded = np.zeros(room, np.float32)
+        with np.errstate(over="ignore"):  # what rounds to infinity was refused
+            padded[: len(flat)] = flat
+        flat = padded
+    return np.ascontiguousarray(flat, np.float32).reshape(height, width, layout.channels)
+
+
+def numbers_in(picture: NDArray[np.float32], type_: Array) -> NDArray[Any]:
+    """The components that such a picture holds: float32, int32 (of uints too) or bool."""
+    layout = layout_of(type_)
+    flat = picture.reshape(-1)[: type_.length * layout.texels * layout.channels]
+    if held_as(type_) != "int":
+        return flat if held_as(type_) == "float" else flat != 0.0
+    halves = flat.reshape(-1, 2).astype(np.uint32)
+    return (halves[:, 0] | halves[:, 1] << HALF_BITS).view(np.int32)

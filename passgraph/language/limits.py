@@ -1,0 +1,134 @@
+"""What a parameter may be: ``Annotated[T, pg.Range(...)]`` of a signature, as text, as a check and as bounds."""
+
+from __future__ import annotations
+
+import ast
+import math
+from collections.abc import Callable
+from typing import Annotated
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.errors import GraphError, InputError
+from passgraph.language.meanings import INT_MAX, INT_MIN
+from passgraph.language.source import Source, Span, fail
+from passgraph.language.symbols import UINT_MAX
+from passgraph.language.types import (
+    BOOL,
+    FLOAT,
+    MAX_ARRAY_LENGTH,
+    UINT,
+    Array,
+    Matrix,
+    Scalar,
+    Type,
+    Vector,
+    element_of,
+    innermost,
+    longest,
+)
+from passgraph.ranges import Range
+
+#: What a name, dotted or not, stands for.
+Resolve = Callable[[ast.expr], object]
+
+_NAMES = ("low", "high", "unit", "above", "odd")
+
+
+def taken_apart(node: ast.expr, resolve: Resolve, source: Source) -> tuple[ast.expr, Range | None]:
+    """An annotation without its range, and the range."""
+    if not isinstance(node, ast.Subscript) or not isinstance(node.value, (ast.Name, ast.Attribute)):
+        return node, None
+    if resolve(node.value) is not Annotated:
+        return node, None
+    parts = node.slice.elts if isinstance(node.slice, ast.Tuple) else []
+    if len(parts) != 2:
+        fail(source.span(node), "a range is written Annotated[type, pg.Range(low, high)]")
+    return parts[0], _range(parts[1], resolve, source)
+
+
+def _range(node: ast.expr, resolve: Resolve, source: Source) -> Range:
+    span = source.span(node)
+    meaning = resolve(node.func if isinstance(node, ast.Call) else node)
+    if isinstance(meaning, Range) and not isinstance(node, ast.Call):
+        return meaning
+    if meaning is not Range or not isinstance(node, ast.Call):
+        fail(span, "beside its type a parameter has a pg.Range(low, high), and nothing else")
+    given = dict(zip(_NAMES, node.args, strict=False))
+    given |= {keyword.arg: keyword.value for keyword in node.keywords if keyword.arg is not None}
+    if len(given) < len(node.args) + len(node.keywords) or not given.keys() <= set(_NAMES):
+        fail(span, f"pg.Range takes {', '.join(_NAMES)}, each once")
+    values = {name: _constant(value, source) for name, value in given.items()}
+    try:
+        return Range(**values)  # type: ignore[arg-type]
+    except GraphError as error:
+        fail(span, str(error))
+
+
+def _constant(node: ast.expr, source: Source) -> object:
+    """A number, text, or True, False, None."""
+    negative = isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub)
+    inner = node.operand if isinstance(node, ast.UnaryOp) and negative else node
+    if not isinstance(inner, ast.Constant) or (negative and type(inner.value) not in (int, float)):
+        fail(source.span(node), "a range has written numbers and text")
+    return -inner.value if negative else inner.value  # type: ignore[operator]
+
+
+def check_type(limits: Range, type_: Type, name: str, span: Span) -> None:
+    """Ranges are of numbers."""
+    of = innermost(type_)
+    if not isinstance(of, (Scalar, Vector, Matrix)) or element_of(of) is BOOL:
+        fail(span, f"parameter {name!r} is {type_}; a range is of numbers, vectors and matrices of them, and arrays")
+    if isinstance(type_, Array) and longest(type_) > MAX_ARRAY_LENGTH:
+        fail(span, f"parameter {name!r} is {type_}; entries of an array as long are not looked at one by one")
+    low, high = ends(limits, type_)
+    if low > high:
+        fail(span, f"parameter {name!r} is {type_}, of which no number is {limits}")
+
+
+def check_numbers(limits: Range, numbers: NDArray[np.float64], type_: Type, name: str) -> None:
+    """Refuse a value outside.
+
+    ``numbers`` are components as :func:`~.layout.components` gives them.  Floats are looked at as the float32 that they
+    become, and so are the limits.
+
+    Raises
+    ------
+    InputError
+        Naming the parameter, its range and the first number outside.
+    """
+    low, high = ends(limits, type_)
+    if element_of(type_) is FLOAT:
+        with np.errstate(over="ignore"):
+            held: NDArray[np.float64] = numbers.astype(np.float32).astype(np.float64)
+    else:
+        held = np.where(numbers < 0, numbers + 2.0**32, numbers) if element_of(type_) is UINT else numbers
+    inside = (held >= low) & (held <= high)
+    if limits.above and limits.low is not None:
+        inside &= held > low if element_of(type_) is FLOAT else inside
+    if limits.odd:
+        inside &= held % 2 == 1
+    if not inside.all():
+        unit = f" {limits.unit}" if limits.unit else ""
+        outside = float(held[~inside][0])
+        got = f"{outside:.0f}" if element_of(type_) is not FLOAT and math.isfinite(outside) else f"{outside:.9g}"
+        raise InputError(f"{name} must be {limits}{unit}, got {got}")
+
+
+def bounds(limits: Range, type_: Type) -> tuple[float, float]:
+    """:func:`ends`, infinite where there is no limit: what only the type bounds is no end that anybody wrote."""
+    low, high = ends(limits, type_)
+    return -math.inf if limits.low is None else low, math.inf if limits.high is None else high
+
+
+def ends(limits: Range, type_: Type) -> tuple[float, float]:
+    """The least and the largest number that a component may be; of whole numbers whole, of floats float32."""
+    low = -math.inf if limits.low is None else float(limits.low)
+    high = math.inf if limits.high is None else float(limits.high)
+    if element_of(type_) is FLOAT:
+        with np.errstate(over="ignore"):
+            return float(np.float32(low)), float(np.float32(high))
+    least, most = (0, UINT_MAX) if element_of(type_) is UINT else (INT_MIN, INT_MAX)
+    first = low if not math.isfinite(low) else math.floor(low) + 1 if limits.above else math.ceil(low)
+    return max(first, least), min(high if not math.isfinite(high) else math.floor(high), most)

@@ -1,0 +1,218 @@
+"""What bounds take: it grows with the pixels and no faster, is told in advance, and ends where the user says.
+
+Kernels are those whose pixels take many ways: branches inside of branches, loops that a pixel leaves when its own
+numbers say so.  Work is counted in numbers that operations were applied to, which nothing else on the machine moves.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import passgraph as pg
+from passgraph.verify.compare import compare
+from passgraph.verify.oracle import decisions, domain
+from passgraph.verify.oracle.backend import Allowed
+from passgraph.verify.oracle.domain import IntervalDomain
+from passgraph.verify.oracle.pace import SAMPLE, Pace, batches
+from passgraph.verify.oracle.passes import Passes
+
+#: Of loops in tests that are no slow ones.
+TRIPS = 28
+#: Eight branches inside of each other, each on a number that rounding may put on either side.
+NESTED = "\n".join(f"{'    ' * (depth + 1)}x = x / 0.3 * 0.3\n{'    ' * (depth + 1)}if x > c.b:" for depth in range(8))
+KERNELS = {
+    "nested": f"""
+def nested(color: Image) -> vec4:
+    c = color[0, 0]
+    x = c.b
+{NESTED}
+                                    x = x + c.g
+    return vec4(x)
+""",
+    "mandelbrot": """
+def mandelbrot(color: Image) -> vec4:
+    p = (vec2(pixel()) + 0.5) / vec2(output_size())
+    c = vec2(p.x * 3.0 - 2.1, p.y * 2.4 - 1.2) + color[0, 0].xy * 0.0
+    z = vec2(0.0)
+    n = 0.0
+    for i in range(TRIPS):
+        z = vec2(z.x * z.x - z.y * z.y, 2.0 * z.x * z.y) + c
+        if dot(z, z) > 4.0:
+            break
+        n = n + 1.0
+    return vec4(n / 64.0, z, 1.0)
+""",
+    "march": """
+def field(p: vec3) -> float:
+    ball = length(p - vec3(0.0, 0.1, 0.0)) - 0.6
+    return min(min(ball, length(p - vec3(0.7, -0.2, 0.4)) - 0.35), p.y + 0.6)
+
+def march(color: Image) -> vec4:
+    p = (vec2(pixel()) + 0.5) / vec2(output_size()) * 2.0 - 1.0 + color[0, 0].xy * 0.0
+    d = normalize(vec3(p.x * 1.5, 0.0 - p.y, 1.6))
+    t = 0.0
+    for i in range(TRIPS):
+        s = field(vec3(0.0, 0.2, -2.5) + d * t)
+        if s < 0.001:
+            break
+        t = t + s
+        if t > 20.0:
+            break
+    return vec4(t)
+""",
+}
+
+
+def bounds(name: str, width: int, height: int, pace: Pace | None = None, trips: int = TRIPS) -> Allowed:
+    y, x = np.mgrid[:height, :width]
+    colour = np.stack([np.sin(x * 9 / width), np.cos(y * 11 / height), x * y % 8 / 8, x * 0.0], axis=2)
+    kernel = pg.kernel(source=KERNELS[name].replace("TRIPS", str(trips)), name=name)
+    run = Passes({"out": kernel(pg.Input("color"))}, None, [{"color": colour.astype(np.float32)}], pace)
+    (only,) = run.allowed(True)[1].values()
+    return only
+
+
+@pytest.fixture
+def applied(monkeypatch: pytest.MonkeyPatch) -> list[int]:
+    """Numbers that operations were applied to so far."""
+    count, plain = [0], IntervalDomain.apply
+
+    def counted(self: IntervalDomain, operation: str, arguments: list[domain.Bounded]) -> domain.Bounded:
+        count[0] += max(len(argument) for argument in arguments)
+        return plain(self, operation, arguments)
+
+    monkeypatch.setattr(IntervalDomain, "apply", counted)
+    return count
+
+
+@pytest.mark.parametrize(
+    ("sizes", "trips"),
+    [
+        (((32, 24), (64, 48)), TRIPS),
+        pytest.param(((96, 64), (192, 128), (384, 256)), 64, marks=pytest.mark.slow),
+    ],
+    ids=["small", "large"],
+)
+@pytest.mark.parametrize("name", KERNELS)
+def test_work_grows_with_the_pixels(
+    name: str, sizes: tuple[tuple[int, int], ...], trips: int, applied: list[int]
+) -> None:
+    each = []
+    for width, height in sizes:
+        applied[0] = 0
+        bounds(name, width, height, trips=trips)
+        each.append(applied[0] / (width * height))
+    assert max(each) < 1.2 * min(each)
+
+
+@pytest.mark.parametrize("name", KERNELS)
+def test_lanes_that_still_go_round_by_themselves_change_no_bound(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    alone = bounds(name, 40, 24)
+    monkeypatch.setattr(domain, "WORTH_MOVING", np.inf)
+    together = bounds(name, 40, 24)
+    for part in ("lo", "hi", "nan"):
+        np.testing.assert_array_equal(getattr(alone.values, part), getattr(together.values, part))
+    np.testing.assert_array_equal(alone.ambiguous, together.ambiguous)
+    assert alone.names == together.names
+    assert name == "nested" or alone.ambiguous.any()
+
+
+def test_lanes_that_have_left_a_loop_cost_nothing(applied: list[int], monkeypatch: pytest.MonkeyPatch) -> None:
+    bounds("march", 48, 32)
+    alone, applied[0] = applied[0], 0
+    monkeypatch.setattr(domain, "WORTH_MOVING", np.inf)
+    bounds("march", 48, 32)
+    assert alone < 0.8 * applied[0]
+
+
+def test_bounds_do_not_hang_on_batches(monkeypatch: pytest.MonkeyPatch) -> None:
+    whole = bounds("nested", 96, 64)
+    monkeypatch.setattr(decisions, "batches", lambda count: iter([np.arange(count)]))
+    at_once = bounds("nested", 96, 64)
+    np.testing.assert_array_equal(whole.values.lo, at_once.values.lo)
+    np.testing.assert_array_equal(whole.values.hi, at_once.values.hi)
+
+
+@pytest.mark.parametrize("count", [0, 1, 4 * SAMPLE, 4 * SAMPLE + 1, 100_000])
+def test_every_lane_is_in_one_batch(count: int) -> None:
+    every = np.concatenate([np.zeros(0, np.int64), *batches(count)])
+    assert np.array_equal(np.sort(every), np.arange(count))
+
+
+class Clock:
+    """A second goes by each time it is asked."""
+
+    def __init__(self) -> None:
+        self.now = 0.0
+
+    def __call__(self) -> float:
+        self.now += 1.0
+        return self.now
+
+
+def test_what_the_time_does_not_suffice_for_is_said_and_is_no_pass() -> None:
+    found = bounds("nested", 96, 64, Pace(9.0, clock=Clock()))
+    left = ~np.isfinite(found.values.lo[..., 0])
+    assert found.untried == left.sum() > 0
+    assert (found.ambiguous >= left).all()
+    assert not left.all()
+    whole = bounds("nested", 96, 64)
+    for part in ("lo", "hi", "nan"):
+        np.testing.assert_array_equal(getattr(found.values, part)[~left], getattr(whole.values, part)[~left])
+
+
+def test_no_time_at_all_decides_nothing() -> None:
+    kernel = pg.kernel(source="def one(color: Image) -> vec4: return color[0, 0]")
+    given = {"color": np.ones((3, 5, 4), np.float32)}
+    report = compare(kernel(pg.Input("color")), ["reference"], most_seconds=0.0, most_ambiguous=1.0, **given)
+    target = report.backends[0].targets[0]
+    assert (target.untried, target.within_bounds, report.passed) == (15, True, False)
+    assert "time was up before the bounds of 15 pixels were found" in report.backends[0].faults[0]
+    with pytest.raises(pg.InputError, match=r"most_seconds of compare must be a finite number, 0 or more, got -1"):
+        compare(kernel(pg.Input("color")), ["reference"], most_seconds=-1, **given)
+
+
+def test_fragments_have_their_share_of_the_time() -> None:
+    text = """
+class Corner:
+    position: vec4
+
+def place(vertex: Vertex) -> Corner:
+    return Corner(vec4(vertex.position, 1.0))
+
+def paint(corner: Corner) -> vec4:
+    return vec4(1.0)
+"""
+    from passgraph.scene import Mesh
+
+    corners = [[-1, -1, 0.5], [3, -1, 0.5], [-1, 3, 0.5]]
+    mesh = Mesh.make(positions=corners, triangles=[[0, 1, 2]])
+    place, paint = (pg.vertex(source=text, name="place"), pg.fragment(source=text, name="paint"))
+    drawn = pg.draw(mesh, vertex=place, fragment=paint, into=pg.target("color", "rgba8"))
+    report = compare(drawn, ["reference"], size=(6, 4), most_seconds=0.0)
+    assert report.backends[0].targets[0].untried == 24
+    assert not report.passed
+    assert compare(drawn, ["reference"], size=(6, 4)).passed
+
+
+def test_the_rest_is_estimated_from_the_sample() -> None:
+    said: list[str] = []
+    pace = Pace(say=said.append, clock=Clock())
+    pace.begin("blur")
+    pace.batch()
+    for rows in (1000, 500, 250):  # 0.01 s at any rate and 1 ms a row
+        pace.ran(rows, 0.01 + rows / 1000)
+    assert pace.rest_s(1000, 5000) == pytest.approx(1.5 * (4 * 1.75 + 3 * 0.01))
+    pace.tell(1000, 5000)
+    assert said == ["bounds of blur: 20% done, up to 11 s more"]
+    pace.most_seconds = 5.0
+    pace.tell(1000, 5000)
+    assert said[1].startswith("bounds of blur: 20% done, up to 11 s more, 3 s are left")
+
+
+def test_who_waits_is_told() -> None:
+    said: list[str] = []
+    bounds("march", 96, 64, Pace(say=said.append))
+    (line,) = said
+    assert line.startswith("bounds of march: 17% done, up to ")
