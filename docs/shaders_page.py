@@ -221,7 +221,8 @@ def _speed(rows: Rows) -> Iterator[str]:
     theirs = statistics.median(row["original_compiled"] for row in timed.values())
     yield f"Compiling takes {compiled:.0f} ms in the median, the original's {theirs:.0f} ms."
     late = [f"`{name}` ({_why(row)})" for name, row in rows.items() if name not in timed]
-    yield f"Not measured: {', '.join(late) or 'none'}."
+    if late:
+        yield f"Not measured: {', '.join(late)}."
     yield ""
     yield "| slowest beside the original | numpy, ms | original, ms | ratio |"
     yield "|---|--:|--:|--:|"

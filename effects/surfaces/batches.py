@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -10,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph.effects.surfaces.mip_maps import full_size, texel_density
 
 Float64 = NDArray[np.float64]
 #: A part smaller than this share of the scene keeps a mesh of its own: float32 positions relative to a common
@@ -20,10 +18,7 @@ SMALLEST_PART = 1e-4
 
 @dataclass(frozen=True, eq=False)
 class Batch:
-    """Triangles that one draw can take: their material, and where the mesh's origin lies in the world.
-
-    Tangents of textured ones are as long as a scene unit has texels (see `texel_density`).
-    """
+    """Triangles that one draw can take: their material, and where the mesh's origin lies in the world."""
 
     mesh: pg.Mesh
     material: pg.Material
@@ -72,24 +67,8 @@ def _batch(nodes: list[pg.Node]) -> Batch:
     material = nodes[0].material
     origin = bounds_of(nodes).mean(axis=0)
     mesh = merged(nodes, origin)
-    return Batch(_measured(mesh, material) if is_textured(material) else mesh, material, origin, nodes[0].receives)
-
-
-def _measured(mesh: pg.Mesh, material: pg.Material) -> pg.Mesh:
-    """With tangents as long as a scene unit there has texels, which tells kernels the level of mip maps."""
-    mesh = mesh.with_tangents()
-    tangents = mesh.tangents.copy()
-    # a tangent of no length would have no direction
-    tangents[:, :3] *= np.maximum(texel_density(mesh, texels_of(material)), 1e-6)[:, None]
-    tangents.setflags(write=False)
-    return dataclasses.replace(mesh, tangents=tangents)
-
-
-def texels_of(material: pg.Material) -> tuple[int, int]:
-    """Width and height of the texture that density is counted in."""
-    maps = (material.base_color_texture, material.normal_texture, material.height_texture)
-    texture = next(texture for texture in maps if texture is not None)
-    return full_size(texture.size)
+    leans = material.normal_texture is not None or material.height_texture is not None
+    return Batch(mesh.with_tangents() if leans else mesh, material, origin, nodes[0].receives)
 
 
 def merged(nodes: Iterable[pg.Node], origin: Float64) -> pg.Mesh:

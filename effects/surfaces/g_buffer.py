@@ -17,7 +17,6 @@ from passgraph import (
     floor,
     front_facing,
     ivec2,
-    length,
     mat3,
     mat4,
     normalize,
@@ -25,9 +24,9 @@ from passgraph import (
     vec3,
     vec4,
 )
-from passgraph.effects.surfaces.batches import Batch, batches, is_textured, texels_of
+from passgraph.effects.surfaces.batches import Batch, batches, is_textured
 from passgraph.effects.surfaces.geometry import pack_normal
-from passgraph.effects.surfaces.mip_maps import Use, full_size, level_of, mipped, pixel_extent
+from passgraph.effects.surfaces.mip_maps import Use, level_at, mipped
 from passgraph.effects.surfaces.textures import TextureInputs
 from passgraph.effects.surfaces.views import View
 
@@ -123,25 +122,23 @@ def textured(
     surface: Surface, base_map: Image, normal_map: Image, height_map: Image, height_scale: float,
     base_levels: Image, base_size: vec2, base_count: Const[int], base_wrap: Const[int],
     normal_levels: Image, normal_size: vec2, normal_count: Const[int], normal_wrap: Const[int],
-    normal_finer: Const[float],
-    has_base: Const[bool], has_normals: Const[bool], has_heights: Const[bool], pixel: vec2,
+    has_base: Const[bool], has_normals: Const[bool], has_heights: Const[bool], in_perspective: bool,
     double_sided: Const[bool], receives: Const[float], masked: Const[bool], cutoff: float,
 ) -> tuple[vec4, vec4, float]:  # fmt: skip
     """A surface with any of base colour, normal and height map."""
     n = sided(surface.normal, double_sided)
     at = surface.uv
     if has_heights:
-        at = parallax(height_map, surface, n, height_scale, pixel.x > 0.0)
+        at = parallax(height_map, surface, n, height_scale, in_perspective)
     color = surface.color
-    texels = length(surface.tangent.xyz) * pixel_extent(surface.view, n, pixel)
     if has_base:
-        level = level_of(texels)
+        level = level_at(surface.uv, base_size)
         color = color * mipped(base_map, base_levels, base_size, base_count, base_wrap, at, level)
     if masked and color.a < cutoff:
         discard()
     shown = n
     if has_normals:
-        level = level_of(texels * normal_finer)
+        level = level_at(surface.uv, normal_size)
         texel = mipped(normal_map, normal_levels, normal_size, normal_count, normal_wrap, at, level).xyz
         shown = bent(texel * 2.0 - 1.0, surface, n)
     return vec4(color.rgb, receives), vec4(pack_normal(shown), pack_normal(n)), -surface.view.z
@@ -156,11 +153,10 @@ def tinted(surface: Surface) -> vec4:
 @pg.fragment
 def tinted_textured(
     surface: Surface, base_map: Image, base_levels: Image, base_size: vec2, base_count: Const[int],
-    base_wrap: Const[int], pixel: vec2,
+    base_wrap: Const[int],
 ) -> vec4:  # fmt: skip
     """A translucent surface with a base colour map."""
-    extent = pixel_extent(surface.view, normalize(surface.normal), pixel)
-    level = level_of(length(surface.tangent.xyz) * extent)
+    level = level_at(surface.uv, base_size)
     return surface.color * mipped(base_map, base_levels, base_size, base_count, base_wrap, surface.uv, level)
 
 
@@ -227,10 +223,9 @@ def _draw(
         values |= {key: inputs.get(key, any_input) for key in maps}
         values |= {f"has_{word}": f"{key}" in inputs for word, key in
                    (("base", "base_map"), ("normals", "normal_map"), ("heights", "height_map"))}  # fmt: skip
-        values |= {"height_scale": material.height_scale, "pixel": view.pixel()}
+        values |= {"height_scale": material.height_scale, "in_perspective": view.in_perspective()}
         values |= _levels("base", material.base_color_texture, "base color", textures, any_input)
         values |= _levels("normal", material.normal_texture, "normals", textures, any_input)
-        values["normal_finer"] = _finer(material)
     made: tuple[pg.Target, ...] = pg.draw(
         batch.mesh, vertex=place, fragment=textured if is_textured(material) else plain, into=into,
         depth=depth, cull="none" if material.double_sided else "back",
@@ -248,14 +243,6 @@ def _levels(
     return {f"{word}_{name}": value for name, value in textures.levels(texture, use).items()}
 
 
-def _finer(material: pg.Material) -> float:
-    """Texels of the normal map to one of the texture that density is counted in."""
-    if material.normal_texture is None:
-        return 1.0
-    own, counted = full_size(material.normal_texture.size), texels_of(material)
-    return max(own[0] / counted[0], own[1] / counted[1])
-
-
 def _draw_translucent(
     batch: Batch,
     view: View,
@@ -267,7 +254,7 @@ def _draw_translucent(
     values: dict[str, object] = dict(_matrices(batch, view))
     texture = batch.material.base_color_texture
     if texture is not None:
-        values |= {"base_map": textures.of(texture, "base color"), "pixel": view.pixel()}
+        values["base_map"] = textures.of(texture, "base color")
         values |= _levels("base", texture, "base color", textures, values["base_map"])
     made: pg.Target = pg.draw(
         batch.mesh, vertex=place, fragment=tinted if texture is None else tinted_textured, into=color,

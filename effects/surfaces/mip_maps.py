@@ -1,4 +1,4 @@
-"""Textures in smaller sizes, so that far ones do not alias: made once on the host, chosen by the size of a pixel.
+"""Textures in smaller sizes, so that far ones do not alias: made once on the host, chosen by derivatives.
 
 All levels below the texture itself lie above one another in one picture, each with a border of one texel that holds
 what lies beyond its edge, so that a bilinear look at it stays inside.
@@ -16,15 +16,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph import Image, clamp, dot, floor, fract, length, log2, mix, vec2, vec3, vec4
+from passgraph import Image, clamp, dfdx, dfdy, floor, fract, length, log2, mix, vec2, vec4
 from passgraph.scene.material import Wrap
 
 Use = Literal["base color", "normals", "height"]
 #: As the kernel knows them, and what numpy calls a border of that kind.
 WRAPS: tuple[Wrap, ...] = ("repeat", "clamp", "mirror")
 _PADS: dict[Wrap, Any] = {"repeat": "wrap", "clamp": "edge", "mirror": "symmetric"}
-#: A surface is treated as seen no flatter than this (cosine).
-FLATTEST = 0.01
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,7 +89,8 @@ def _spread(values: NDArray[np.float32], use: Use) -> NDArray[np.float32]:
         unit = values[:, :, :3] / np.maximum(long, np.float32(1e-6))
         return np.concatenate([unit * np.float32(0.5) + np.float32(0.5), np.ones_like(long)], axis=2)
     alpha = values[:, :, 3:]
-    return np.concatenate([values[:, :, :3] / np.maximum(alpha, np.float32(1e-6)), alpha], axis=2)
+    color = np.asarray(values[:, :, :3] / np.maximum(alpha, np.float32(1e-6)), np.float32)
+    return np.concatenate([color, alpha], axis=2)
 
 
 def _resized(values: NDArray[np.float32], count: int, axis: int) -> NDArray[np.float32]:
@@ -112,50 +111,12 @@ def _resized(values: NDArray[np.float32], count: int, axis: int) -> NDArray[np.f
     return total
 
 
-def texel_density(mesh: pg.Mesh, size: tuple[int, int]) -> NDArray[np.float64]:
-    """For each vertex, the most texels that a scene unit of its triangles takes in any direction, (n,).
-
-    >>> square = pg.Mesh.make([[0, 0, 0], [2, 0, 0], [0, 2, 0]], [[0, 1, 2]], uvs=[[0, 0], [1, 0], [0, 1]])
-    >>> texel_density(square, (64, 32)).tolist()
-    [32.0, 32.0, 32.0]
-    """
-    a, b, c = mesh.positions.astype(np.float64)[mesh.triangles].transpose(1, 0, 2)
-    at = mesh.uvs.astype(np.float64) * np.array(size)
-    ta, tb, tc = at[mesh.triangles].transpose(1, 0, 2)
-    sides, moves = np.stack([b - a, c - a], axis=2), np.stack([tb - ta, tc - ta], axis=2)
-    metric = sides.transpose(0, 2, 1) @ sides
-    area = metric[:, 0, 0] * metric[:, 1, 1] - metric[:, 0, 1] ** 2
-    solid = area > 1e-12 * np.maximum(metric[:, 0, 0], metric[:, 1, 1]) ** 2
-    metric[~solid] = np.eye(2)
-    # the longest texel step of a unit step on the surface: the root of the largest eigenvalue
-    stretch = moves @ np.linalg.inv(metric) @ moves.transpose(0, 2, 1)
-    half = 0.5 * (stretch[:, 0, 0] + stretch[:, 1, 1])
-    apart = np.hypot(0.5 * (stretch[:, 0, 0] - stretch[:, 1, 1]), stretch[:, 0, 1])
-    density = np.where(solid, np.sqrt(half + apart), 0.0)
-    found = np.zeros(mesh.vertex_count)
-    np.maximum.at(found, mesh.triangles, density[:, None])
-    return found
-
-
 @pg.function
-def pixel_extent(view: vec3, n: vec3, pixel: vec2) -> float:
-    """How far a pixel reaches on a surface with this normal, scene units: the longer of its steps right and down.
-
-    ``view`` is the place in the camera's frame, ``pixel`` a pixel's height there: for each unit of distance along the
-    view axis, and what it has without; one of them is 0.
-    """
-    ray = view / -view.z if pixel.x > 0.0 else vec3(0.0, 0.0, -1.0)
-    lean = dot(n, ray)
-    slope = vec2(n.x, n.y) / (max(lean, FLATTEST) if lean > 0.0 else min(lean, -FLATTEST))
-    right = vec3(1.0, 0.0, 0.0) - ray * slope.x
-    down = vec3(0.0, 1.0, 0.0) - ray * slope.y
-    return (pixel.y - view.z * pixel.x) * max(length(right), length(down))
-
-
-@pg.function
-def level_of(texels: float) -> float:
-    """The level on which so many texels of the texture are one; below 0 where it is magnified."""
-    return log2(max(texels, 1e-6))
+def level_at(uv: vec2, size: vec2) -> float:
+    """The level on which a pixel's longer step is one texel of a texture of that size; below 0 where it is magnified,
+    and where the next pixel's ray meets no point of the surface's plane."""
+    texels = uv * size
+    return log2(max(1e-6, max(length(dfdx(texels)), length(dfdy(texels)))))
 
 
 @pg.function

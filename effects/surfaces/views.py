@@ -74,14 +74,9 @@ class View:
         """How places in the picture and distances become positions: a `ViewFrame`."""
         return self.derived(view_frame)
 
-    def pixel(self) -> pg.Derived:
-        """Height of a pixel, scene units: for each unit of distance along the view axis, and what it has without."""
-
-        def height(camera: pg.Camera, size: tuple[int, int]) -> tuple[float, float]:
-            step = 2.0 * camera.window(size[0] / size[1]).half[1] / size[1]
-            return (0.0, step) if camera.orthographic else (step, 0.0)
-
-        return pg.combine(height, self.camera, pg.OUTPUT_SIZE)
+    def in_perspective(self) -> Any:
+        """Whether lines of sight spread."""
+        return self.derived(lambda camera: not camera.orthographic)
 
     def up(self) -> Any:
         """World +y in the camera's frame."""

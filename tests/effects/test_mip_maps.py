@@ -10,9 +10,8 @@ import pytest
 
 import passgraph as pg
 from passgraph import Const, Image, pixel, vec2, vec4
-from passgraph.effects.surfaces.batches import batches
 from passgraph.effects.surfaces.g_buffer import g_buffer
-from passgraph.effects.surfaces.mip_maps import WRAPS, mipped, mips_of, texel_density
+from passgraph.effects.surfaces.mip_maps import WRAPS, mipped, mips_of
 from passgraph.effects.surfaces.textures import TextureInputs
 from passgraph.effects.surfaces.views import View
 from tests.agreement import assert_within_bounds
@@ -177,19 +176,3 @@ def test_a_level_wraps_as_the_texture_does(wrap: Any, level: float) -> None:
 
     expected = on(lower) + (held - lower) * (on(min(lower + 1, 3)) - on(lower))
     assert np.abs(shown - expected).max() < 1e-4
-
-
-def test_density_is_the_largest_stretch_from_surface_to_texels() -> None:
-    points, uvs = noise().normal(size=(30, 3)) * 4, noise().normal(size=(30, 2))
-    triangles = np.arange(30).reshape(-1, 3)
-    found = texel_density(pg.Mesh.make(points, triangles, uvs=uvs), (64, 16))
-    for triangle in triangles:
-        _, local = np.linalg.qr(np.diff(points[triangle], axis=0).T)
-        moves = np.diff(uvs[triangle] * [64, 16], axis=0)
-        stretch = np.linalg.svd(moves.T @ np.linalg.inv(local), compute_uv=False)[0]
-        assert found[triangle] == pytest.approx(stretch, rel=1e-3)
-
-
-def test_tangents_of_textured_meshes_are_as_long_as_a_unit_has_texels() -> None:
-    (batch,) = batches(floor_scene())
-    assert np.linalg.norm(batch.mesh.tangents[:, :3], axis=1) == pytest.approx(TILES * 64 / (2 * HALF))

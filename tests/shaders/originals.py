@@ -112,7 +112,8 @@ class IsfFile:
 
     def sources(self, exact: bool) -> tuple[str, str]:
         """Vertex and fragment shader as OpenGL takes them; ``exact``: places are computed, not interpolated."""
-        place = _CENTRES.format("isf_FragNormCoord") if exact else "in vec2 isf_FragNormCoord;\n"
+        moved = "gl_Position" in self.vertex  # then places are what the vertex shader hands on
+        place = _CENTRES.format("isf_FragNormCoord") if exact and not moved else "in vec2 isf_FragNormCoord;\n"
         buffers = [one["TARGET"] for one in self.header.get("PASSES", []) if one.get("TARGET")]
         names = dict.fromkeys([*self.images, *self.imported, *buffers])
         declared = "".join(f"uniform sampler2D {name}; uniform vec4 _{name}_imgRect;\n" for name in names)

@@ -264,16 +264,3 @@ def test_what_belongs_to_other_stages_is_refused_with_its_line(
 def test_a_variable_may_be_called_as_another_stage_calls_something() -> None:
     pg.kernel(glsl="float shared = 1.0, barrier = 2.0; void main() { gl_FragColor = vec4(shared + barrier); }")
     pg.kernel(glsl="float imageLoad(float x) { return x; } void main() { gl_FragColor = vec4(imageLoad(1.0)); }")
-
-
-def test_a_vertex_shader_that_moves_the_picture_is_refused_with_its_line(tmp_path: Path) -> None:
-    file = written(tmp_path, WHOLE)
-    file.with_suffix(".vs").write_text(
-        "/* gl_Position is\n  not this one */\nvoid main() {\n\tisf_vertShaderInit();\n\tgl_Position.x += 0.5;\n}\n"
-    )
-    with pytest.raises(pg.InputError) as raised:
-        load_shader(file)
-    assert str(raised.value).endswith(
-        f"s.vs:5: the vertex shader moves the picture (gl_Position), which is not read here\n"
-        f"     gl_Position.x += 0.5;\n     {'^' * 11}"
-    )

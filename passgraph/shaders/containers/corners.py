@@ -1,6 +1,7 @@
 """What a vertex shader hands to fragments: computed at the picture's corners and interpolated.
 
-The picture is the strip of two triangles that hosts draw: (0, 0), (1, 0), (0, 1), (1, 1).
+The picture is the strip of two triangles that hosts draw: (0, 0), (1, 0), (0, 1), (1, 1).  Each pixel finds the one
+that it lies in by itself, so that a vertex shader that moves the picture needs no mesh.
 """
 
 from __future__ import annotations
@@ -26,22 +27,55 @@ class Varying:
         return [f"[{i}]" for i in range(self.count)] if self.count else [""]
 
 
-def interpolated(found: Sequence[Varying], at: str = "pg_position") -> list[str]:
+#: The shares that a triangle's corners have in a pixel; false where it shows none of it.  What lies behind the eye
+#: needs no cutting so (Olano and Greer, "Triangle Scan Conversion using 2D Homogeneous Coordinates", 1997).  Of the
+#: pixels on its edges it has those where it begins, on the left and where rows begin: two neighbours share none.
+WITHIN = """bool pg_within(vec4 a, vec4 b, vec4 c, out vec3 share) {
+  vec3 at = vec3(pg_position * 2.0 - 1.0, 1.0);
+  vec3 first = cross(b.xyw, c.xyw), second = cross(c.xyw, a.xyw), third = cross(a.xyw, b.xyw);
+  float whole = dot(a.xyw, first);
+  share = vec3(dot(first, at), dot(second, at), dot(third, at)) / whole;
+  vec3 right = vec3(first.x, second.x, third.x) / whole, on = vec3(first.y, second.y, third.y) / whole;
+  bool inside = whole != 0.0 && share.x + share.y + share.z > 0.0;
+  for (int i = 0; i < 3; i++)
+    inside = inside && (share[i] > 0.0 || (share[i] == 0.0 && (right[i] > 0.0 || (right[i] == 0.0 && on[i] > 0.0))));
+  share /= share.x + share.y + share.z;
+  return inside && abs(dot(vec3(a.z, b.z, c.z), share)) <= dot(vec3(a.w, b.w, c.w), share);
+}"""
+#: Corners of both triangles; the second is drawn over the first.
+_TRIANGLES = ((0, 1, 2), (3, 2, 1))
+
+
+def interpolated(found: Sequence[Varying], moved: bool) -> list[str]:
     """GLSL that runs ``pg_vertex()``, which reads ``pg_corner`` and writes ``pg_v_name``, and sets each ``name`` to
-    what it is where ``at`` says."""
+    what it is at this pixel.
+
+    Where the corners are ``moved``, to ``pg_v_gl_Position`` in clip space, nothing is drawn beside the two triangles.
+    """
     lines = []
     for corner, place in enumerate(_CORNERS):
         lines.append(f"  pg_corner = vec2({place}); pg_vertex();")
+        lines += [f"  vec4 pg_moved_{corner} = pg_v_gl_Position;"] if moved else []
         for one in found:
             for i, element in enumerate(one.places):
                 lines.append(f"  {one.type} pg_{one.name}_{i}_{corner} = pg_v_{one.name}{element};")
-    lines += [f"  vec2 pg_at = {at};", "  if (pg_at.x + pg_at.y < 1.0) {"]
-    for name, weights in (("first", (0, 1, 2)), ("second", (3, 2, 1))):
-        if name == "second":
-            lines += ["  } else {", "    pg_at = 1.0 - pg_at;"]
-        here, right, up = weights
-        for one in found:
-            for i, element in enumerate(one.places):
-                a, b, c = (f"pg_{one.name}_{i}_{corner}" for corner in (here, right, up))
-                lines.append(f"    {one.name}{element} = {a} + ({b} - {a}) * pg_at.x + ({c} - {a}) * pg_at.y;")
-    return [*lines, "  }"]
+    lines += ["  vec3 pg_share;"]
+    first, second = (
+        f"pg_within({', '.join(f'pg_moved_{corner}' for corner in triangle)}, pg_share)" for triangle in _TRIANGLES
+    )
+    if moved:
+        lines += [f"  if ({second}) {{", *_mixed(found, _TRIANGLES[1])]
+        lines += [f"  }} else if ({first}) {{", *_mixed(found, _TRIANGLES[0]), "  } else discard;"]
+        return lines
+    lines += ["  pg_share.yz = pg_position;", "  if (pg_share.y + pg_share.z < 1.0) {", *_mixed(found, _TRIANGLES[0])]
+    return [*lines, "  } else {", "    pg_share.yz = 1.0 - pg_share.yz;", *_mixed(found, _TRIANGLES[1]), "  }"]
+
+
+def _mixed(found: Sequence[Varying], triangle: tuple[int, int, int]) -> list[str]:
+    """What is handed on, by the shares of a triangle's second and third corner."""
+    lines = []
+    for one in found:
+        for i, element in enumerate(one.places):
+            a, b, c = (f"pg_{one.name}_{i}_{corner}" for corner in triangle)
+            lines.append(f"    {one.name}{element} = {a} + ({b} - {a}) * pg_share.y + ({c} - {a}) * pg_share.z;")
+    return lines

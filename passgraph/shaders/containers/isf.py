@@ -28,10 +28,12 @@ _BEFORE = f"""{PRELUDE}
 #define IMG_SIZE(image) vec2(textureSize(image, 0))
 #define IMG_NORM_PIXEL(image, at) texture2D(image, at)
 #define IMG_PIXEL(image, at) texture2D(image, (at) / IMG_SIZE(image))
-#define IMG_THIS_NORM_PIXEL(image) texture2D(image, pg_position)
-#define IMG_THIS_PIXEL(image) texture2D(image, pg_position)
+#define IMG_THIS_NORM_PIXEL(image) texture2D(image, isf_FragNormCoord)
+#define IMG_THIS_PIXEL(image) texture2D(image, isf_FragNormCoord)
 """
-_WHERE = "#define isf_FragNormCoord pg_position\n#define vv_FragNormCoord pg_position\n"
+_WHERE = "".join(
+    f"#ifndef {name}_FragNormCoord\n#define {name}_FragNormCoord pg_position\n#endif\n" for name in ("isf", "vv")
+)
 
 
 def read_isf(text: str, path: Path) -> ShaderEffect:

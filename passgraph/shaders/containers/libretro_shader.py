@@ -9,13 +9,15 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 
 from passgraph.errors import InputError, KernelError
 from passgraph.language.source import Span, fail
 from passgraph.language.types import FLOAT
-from passgraph.shaders.containers.corners import MAX_VARYINGS, Varying, interpolated
+from passgraph.shaders.containers.corners import MAX_VARYINGS, WITHIN, Varying, interpolated
 from passgraph.shaders.containers.effect import ShaderParameter
 from passgraph.shaders.glsl import Shader, parse
 from passgraph.shaders.glsl import syntax as g
@@ -42,13 +44,6 @@ _STAYS = {
     "MVPMatrix*VertexCoord",
     "+".join(f"VertexCoord.{axis}*MVPMatrix[{i}]" for i, axis in enumerate("xyzw")),
 }
-#: Where in the quad a pixel lies, from clip space at three of its corners; outside of it nothing is drawn.
-_MOVED = """vec2 pg_moved(vec4 a, vec4 b, vec4 c) {
-  vec2 o = a.xy / a.w * 0.5 + 0.5, x = b.xy / b.w * 0.5 + 0.5 - o, y = c.xy / c.w * 0.5 + 0.5 - o, q = pg_position - o;
-  vec2 at = vec2(q.x * y.y - q.y * y.x, x.x * q.y - x.y * q.x) / (x.x * y.y - x.y * y.x);
-  if (!(at.x >= 0.0 && at.y >= 0.0 && at.x < 1.0 && at.y < 1.0)) discard;
-  return at;
-}"""
 _HANDED, _GIVEN = frozenset(["varying", "out"]), frozenset(["attribute", "in"])
 _LAYERS = _HANDED | _GIVEN | {"flat", "smooth", "noperspective", "centroid", "invariant"}
 _END = Token("end", "", Span("", 1, 0, 0))
@@ -99,13 +94,18 @@ def read_shader(text: str, path: Path, name: str, pictures: Iterable[str]) -> Sh
     declared += [f"uniform sampler2D {sampler};" for sampler in sorted(set(sizes.values()))]
     declared += [f"vec2 {size} = vec2(textureSize({sampler}, 0));" for size, sampler in sizes.items()]
     prelude = f"{' '.join(declared)} {_vertex_half(tokens, file)}"
-    try:
-        return parse(
-            plain, name=name, file=file, prelude=prelude, defines={**_DEFINES, "FRAGMENT": "1"}, folder=path.parent,
-            rows_up=False,
-        )  # fmt: skip
-    except KernelError as error:  # lines of the prelude are those of the text
-        raise KernelError(str(error).replace("<prelude>", f"{file}, vertex half")) from None
+
+    @cache
+    def read(levels: frozenset[str]) -> Shader:
+        try:
+            return parse(
+                plain, name=name, file=file, prelude=prelude, defines={**_DEFINES, "FRAGMENT": "1"},
+                folder=path.parent, rows_up=False, levels=levels,
+            )  # fmt: skip
+        except KernelError as error:  # lines of the prelude are those of the text
+            raise KernelError(str(error).replace("<prelude>", f"{file}, vertex half")) from None
+
+    return replace(read(frozenset()), leveled=lambda names: read(names).program)
 
 
 def _sizes(declared: re.Match[str]) -> list[str]:
@@ -140,16 +140,13 @@ def _vertex_half(tokens: list[Token], file: str) -> str:
                 given += node.variables
     if sum(max(1, one.count) for one in handed) > MAX_VARYINGS:
         raise InputError(f"{file}: the vertex half hands on more than {MAX_VARYINGS} values")
-    at = "pg_position"
-    if not _stays(tokens):
-        handed.append(Varying("vec4", "gl_Position", 0))
-        at = "pg_moved(pg_gl_Position_0_0, pg_gl_Position_0_1, pg_gl_Position_0_2)"
     lines = ["vec2 pg_corner; vec4 pg_v_gl_Position; float pg_v_gl_PointSize;", _text(_renamed([*tokens, _END], names))]
     lines += [f"{one.type} {one.name}{f'[{one.count}]' if one.count else ''};" for one in handed]
     corners = "".join(f"pg_v_{one.name} = {_corner_value(one)}; " for one in given)
     lines += [f"void pg_vertex() {{ {corners}pg_v_main(); }}"]
     # A variable whose value is computed before anything of the fragment half, whose globals may ask for it.
-    lines += [_MOVED, "float pg_run() {", *interpolated(handed, at), "  return 0.0; }", "float pg_done = pg_run();"]
+    run = interpolated(handed, moved=not _stays(tokens))
+    lines += [WITHIN, "float pg_run() {", *run, "  return 0.0; }", "float pg_done = pg_run();"]
     return "\n".join(lines)
 
 

@@ -232,9 +232,9 @@ class Fragments:
         """Where the pixels' quads have them along these axes, whether or not the triangle covers it."""
         x, y = self.x ^ int("x" in axes), self.y ^ int("y" in axes)
         edges, errors = np.empty((3, len(x))), np.empty((3, len(x)))
-        right, down, off = _corners(found, self.triangle, x, y)
+        corners = _corners(found, self.triangle, x, y)
         for k in range(3):
-            edges[k], errors[k] = _edge(right, down, off, k)
+            edges[k], errors[k] = _edge(*corners, k)
         weights, weights_off = _weights(found, self.triangle, edges.T, errors.T)
         return Fragments(self.triangle, x, y, self.surely, weights, weights_off, anywhere=True)
 
@@ -258,14 +258,14 @@ def _pixels(position: Float64, reach: Float64, limit: int) -> tuple[Ints, Ints]:
 
 
 def _inside(found: Triangles, owner: Ints, column: Ints, row: Ints) -> Fragments:
-    right, down, off = _corners(found, owner, column, row)
+    right, down, away, off = _corners(found, owner, column, row)
     area, sliver = found.area[owner], found.sliver[owner]
     turn = np.where(area < 0, -1.0, 1.0)
     edges, errors = np.empty((3, len(owner))), np.empty((3, len(owner)))
     surely, perhaps, behind = ~sliver, np.ones(len(owner), np.bool_), sliver.copy()
     for k in range(3):
         a, b = (k + 1) % 3, (k + 2) % 3
-        edges[k], errors[k] = _edge(right, down, off, k)
+        edges[k], errors[k] = _edge(right, down, away, off, k)
         turned = edges[k] * turn
         # Rule 4: a centre on an edge is inside at top and left edges only, as wound so that the area is positive.
         dx, dy = (right[b] - right[a]) * turn, (down[b] - down[a]) * turn
@@ -280,19 +280,20 @@ def _inside(found: Triangles, owner: Ints, column: Ints, row: Ints) -> Fragments
     return Fragments(owner[kept], column[kept], row[kept], surely[kept], weights, weights_off)
 
 
-def _corners(found: Triangles, owner: Ints, column: Ints, row: Ints) -> tuple[Float64, Float64, Float64]:
-    """How far right and down of a pixel's centre the corners of its triangle lie, and how far off: (3, n) each.
+def _corners(found: Triangles, owner: Ints, column: Ints, row: Ints) -> tuple[Float64, Float64, Float64, Float64]:
+    """How far right, down and in all from a pixel's centre the corners of its triangle lie, and how far off: (3, n).
 
     Column by column: what most pixels of a box need first is to be found outside.
     """
-    return found.x.T[:, owner] - (column + 0.5), found.y.T[:, owner] - (row + 0.5), found.off.T[:, owner]
+    right, down = found.x.T[:, owner] - (column + 0.5), found.y.T[:, owner] - (row + 0.5)
+    return right, down, np.abs(right) + np.abs(down), found.off.T[:, owner]
 
 
-def _edge(right: Float64, down: Float64, off: Float64, k: int) -> tuple[Float64, Float64]:
+def _edge(right: Float64, down: Float64, away: Float64, off: Float64, k: int) -> tuple[Float64, Float64]:
     """The edge opposite to a corner, at pixels, and how far it may be off."""
     a, b = (k + 1) % 3, (k + 2) % 3
-    away_a, away_b = (np.abs(right[i]) + np.abs(down[i]) for i in (a, b))
-    return right[a] * down[b] - right[b] * down[a], off[a] * away_b + off[b] * away_a + 4.0 * off[a] * off[b]
+    error = off[a] * away[b] + off[b] * away[a] + 4.0 * off[a] * off[b]
+    return right[a] * down[b] - right[b] * down[a], error
 
 
 def _weights(found: Triangles, owner: Ints, edges: Float64, errors: Float64) -> tuple[Float64, Float64]:
