@@ -16,6 +16,7 @@ from llvmlite import ir
 
 from passgraph.backends.numpy.machine.native import function_code, lanes
 from passgraph.backends.numpy.machine.workers import Workers
+from passgraph.backends.numpy.vector.constants import zeros
 from passgraph.backends.numpy.vector.lanes import Lanes, counting
 from passgraph.backends.numpy.vector.operations import F32, I32, I64
 from passgraph.backends.numpy.vector.stored import element
@@ -96,7 +97,7 @@ def counts_text(name: str, width: int) -> str:
         with counting(b, _long(0), b.add(bins, _long(1)), _long(width)) as entry:
             for table in range(TABLES):
                 place = _place(b, tables, b.add(entry, _long(table * ROOM)), I32)
-                b.plain.store(ir.Constant(b.vector(I32), None), place, align=4)
+                b.plain.store(zeros(b.vector(I32)), place, align=4)
         with b.if_then(b.icmp_signed("<", y, down)):  # below the picture nothing is counted
             _row(b, _place(b, source, b.mul(y, pitch), element(HELD)), across, bins, tables)
         row = b.mul(b.mul(y, output_pitch), _long(4))
