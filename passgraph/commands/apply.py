@@ -85,7 +85,8 @@ class _Effects(click.Group):
 @click.command(cls=_Effects, subcommand_metavar="EFFECT|FILE[:NAME] INPUT... -o OUTPUT [OPTIONS]")
 def apply() -> None:
     """Apply EFFECT to pictures, sequences and videos; or an effect or kernel of FILE.py, a file of yours (it is run);
-    or a shader file (.fs of ISF, .glsl of gl-transitions, .frag), which is only parsed.
+    or a shader file (ISF .fs, gl-transitions and Shadertoy .glsl, exports .json, mpv .hook, libretro .glslp, .frag),
+    which is only parsed.
 
     Each INPUT is a picture (PNG, JPEG, TIFF, WebP, OpenEXR, npy), a folder of them, a quoted wildcard ("*.png"), a
     numbered sequence (shot.%04d.exr or shot.####.exr), a video, or - for PNG pictures on standard input.
