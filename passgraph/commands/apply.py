@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from passgraph.commands.files import check_apart, is_one_picture
+from passgraph.commands.files import check_apart, check_no_video, is_one_picture
 from passgraph.commands.named import named_effect
 from passgraph.commands.options import (
     Decorated,
@@ -191,6 +191,7 @@ def generator_command(effect: Effect) -> click.Command:
         check_no_ramps(effect, given)
         if is_video(output) or Pattern.is_in(str(output)):
             raise InputError(f"{output}: holds frames; say how many: --frames 100")
+        check_no_video(options["rate"], options["codec"], options["codec_option"])
         check_outputs(output, capture)
         job = generator_job(effect, None, size, given)
         run_and_save(job, backend, output, capture, check_finite=check_finite, profile=profile)
@@ -223,6 +224,7 @@ def apply_to_one(
     from passgraph.frames.pictures import is_made
 
     check_apart([picture, *([depth] if depth else [])], [(output, str(picture))])
+    check_no_video(options["rate"], options["codec"], options["codec_option"])
     check_outputs(output, capture)
     if options["resume"] and is_made(output, [picture]):
         click.echo(f"{output}: is there already")
