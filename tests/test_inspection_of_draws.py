@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import passgraph as pg
+from passgraph.backends.reference import raster_cover
 from passgraph.backends.reference.traced_draw import KEPT_ENDS, KEPT_RUNS
 from passgraph.effects.surfaces.marks import instances, points
 
@@ -275,6 +276,23 @@ def test_many_triangles_are_told_in_part() -> None:
     assert f"\n  … {count - 2 * KEPT_ENDS} more\n" in str(found)
     found = looked(drawn(mesh), 1, 1)
     assert found.drawn.visible.order == 0 and fates(found)[1:] == [(at, "depth") for at in ends[1:]]
+
+
+def test_batches_of_fragments_go_on_where_others_ended(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = drawn(layers(*np.linspace(0.5, -0.5, 20)))
+    whole = looked(made, 4, 3)
+    monkeypatch.setattr(raster_cover, "BATCH", 70)  # fragments; a triangle has 30
+    parts = looked(made, 4, 3)
+    assert str(parts) == str(whole) and parts.drawn == whole.drawn and whole.drawn.covering == 20
+
+
+def test_backs_are_told_from_fronts() -> None:
+    mesh = layers(0.0, -0.5)
+    turned = pg.Mesh.make(mesh.positions, [[0, 1, 2], [3, 5, 4]], uvs=mesh.uvs)
+    found = looked(drawn(turned), 0, 0)
+    assert [each.front for each in found.drawn.fragments] == [True, False]
+    assert [corner.vertex for corner in found.drawn.visible.corners] == [3, 5, 4]
+    assert "  triangle 1, back, depth 0.25: passes" in str(found)
 
 
 def test_what_is_not_there_is_said() -> None:
