@@ -58,9 +58,10 @@ class ReferenceDrawPass:
         bound = None if self.fragment is None else self.fragment.bind(fragment, names, images)
         with np.errstate(all="ignore"):
             vertices = self._vertices(self.vertex.bind(vertex, names, images), geometry)
-            clipped, triangles, of = clip_triangles(vertices, np.asarray(geometry.triangles, np.int64).reshape(-1, 3))
+            whole = np.asarray(geometry.triangles, np.int64).reshape(-1, 3)
+            clipped, triangles, sources = clip_triangles(vertices, whole)
             screen = to_window(clipped, triangles, self.step.size, self.step.state)
-            screen = replace(screen, source=of[screen.source])
+            screen = replace(screen, source=sources[screen.source])
             for fragments in self._fragments(screen):
                 self._merge(Covered(fragments, screen, clipped, self), bound, outputs, depth)
 

@@ -60,8 +60,8 @@ class Fragment:
     depth : 0 (near) to 1 (far), float32, with polygon offset
     fate : "discarded", "stencil" or "depth" (the test that it fails), or "passed"
     held : the depth it was tested against; None where there is no depth target and where it is discarded
-    corners : of the triangle in the mesh; told where ``lines`` are
-    lines : what the fragment kernel does; None where that is not told
+    corners : of the triangle in the mesh; empty where the fragment is not told
+    lines : what the fragment kernel does; None where that is not told, or the draw has none
     """
 
     order: int
@@ -83,7 +83,8 @@ class Drawn:
     triangles : how many the mesh has
     covering : how many of them cover the pixel
     fragments : of these, in the order in which they are drawn, the first and the last `KEPT_ENDS` and those told
-    told : fragments with their lines, at most `KEPT_RUNS`: the last that passes, those before it, discarded ones
+    told : fragments with corners and lines, at most `KEPT_RUNS`: the last that passes, those before it, backwards,
+        then discarded ones
     state : tests and blending of the draw
     """
 
