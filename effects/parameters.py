@@ -169,8 +169,9 @@ class _Kind:
         called = next((note.name for note in notes if isinstance(note, Called)), None)
         choices = tuple(one for one in plain if isinstance(one, type) and issubclass(one, Choice))
         for one in plain:
-            if choices or (type_ := _type_of(one)) is not None:
-                return cls(one, None if choices else type_, limit, called, choices)
+            type_ = None if choices else _type_of(one)
+            if choices or type_ is not None:
+                return cls(one, type_, limit, called, choices)
         return cls(hint, None, limit, called)
 
 

@@ -23,12 +23,15 @@ README = next(re.finditer(r"```python\n(.*?)```", (root / "README.md").read_text
 EXAMPLE = re.sub(r"weights: vec3 = \(", "weights: vec3 = vec3(", README)
 STARRED = EXAMPLE.replace("from passgraph import Const, Image, dot, vec3, vec4", "from passgraph import *")
 KNOWN = """
-from typing import assert_type
+from typing import Literal, assert_type
 from passgraph import *
 
 @kernel
-def known(c: Image, v: vec2, n: ivec3) -> vec4:
+def known(c: Image, v: vec2, n: ivec3, w: Array[float, Literal[3]]) -> vec4:
     p = c[0, 0]
+    assert_type(w[0], float)
+    assert_type(len(w), int)
+    assert_type(abs(v), vec2)
     assert_type(p, vec4)
     assert_type(p.rgb, vec3)
     assert_type(p.r, float)

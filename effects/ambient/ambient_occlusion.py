@@ -200,7 +200,7 @@ def ambient_occlusion_passes(
     display: bool = True,
 ) -> AmbientOcclusion:
     """`ambient_occlusion` with every target on the way; parameters as there."""
-    light = (ambient,) * 3 if isinstance(ambient, (int, float)) else ambient
+    light = (ambient, ambient, ambient) if isinstance(ambient, (int, float)) else ambient
     shaded = soft_shadow_passes(scene, ambient=light, display=False)
     camera = pg.Value("camera", pg.Camera, default=scene.camera)
     found = occlusion(

@@ -1,6 +1,6 @@
 """Shadows of moving things: one or two sprites a thing, of which only place, angle and scale change."""
 
-# mypy: disable-error-code="no-any-return,type-arg,valid-type,index"
+# mypy: disable-error-code="no-any-return,valid-type"
 # Values of the kernel language are Any to Python's type checkers.
 from __future__ import annotations
 
@@ -178,7 +178,7 @@ def sprite_table(
 @lru_cache(maxsize=16)
 def _placed(rows: int) -> Any:
     @pg.vertex
-    def placed(vertex: pg.Vertex, clip: vec4, table: Array[vec4, rows]) -> Spot:
+    def placed(vertex: pg.Vertex, clip: vec4, table: Array[vec4, rows]) -> Spot:  # pyright: ignore[reportInvalidTypeForm]
         first = min(2 * int(vertex.position.z + 0.5), rows - 2)
         axes = table[first + 1]
         pivot = table[first]

@@ -184,7 +184,7 @@ def _reach(window: Window, light: Light2D, outlines: Outlines, size: tuple[int, 
     around = 0.5 * side * float(np.hypot(wide, high))
     ways = np.hypot(x[None, :] - light.position[0], y[:, None] - light.position[1])
     tile = np.flatnonzero(ways.reshape(-1) < light.radius + around)
-    middles = np.column_stack([x[tile % columns], y[tile // columns]])
+    middles = np.asarray(np.column_stack([x[tile % columns], y[tile // columns]]), np.float64)
     near = np.flatnonzero(distance_to_edges(light.position, outlines.edges) < light.radius)
     return _Reach(tile, middles, around, near)
 

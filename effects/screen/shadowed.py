@@ -104,7 +104,7 @@ def shadowed(
     lighting = Lighting(
         casters, view, seen, lights, TextureInputs(), thrown, map_size, 0, notes, chosen, False, width
     )  # fmt: skip
-    sums = lighting.sums((ambient,) * 3 if isinstance(ambient, (int, float)) else ambient)
+    sums = lighting.sums((ambient, ambient, ambient) if isinstance(ambient, (int, float)) else ambient)
     share = shares(*sums, depth, into=pg.target(f"{name} shares", "rgba16f", like=depth), name="shares of light")
     blurred = blurred_shadows(share, seen, view, chosen, width, notes)
     made: pg.Target = take_shares(color, blurred, into=into or pg.target(name, "rgba32f"), name=name)

@@ -1,6 +1,6 @@
 """The blur of the five passes: 15 taps, every other texel, as printed at the time and as it was meant."""
 
-# mypy: disable-error-code="no-any-return,type-arg,valid-type,index"
+# mypy: disable-error-code="no-any-return"
 # Values of the kernel language are Any to Python's type checkers.
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def tap_weights(kernel: BlurKernel = "normalised") -> tuple[float, ...]:
 
 
 @pg.kernel
-def blur_with(mask: Image, weights: Array[float, 15], dx: Const[int], dy: Const[int]) -> float:
+def blur_with(mask: Image, weights: Array[float, Literal[15]], dx: Const[int], dy: Const[int]) -> float:
     """Weights from the host."""
     total = mask[0, 0].r * weights[0]
     for pair in range(PAIRS):

@@ -100,7 +100,7 @@ def soft_shadow_passes(
     lighting = Lighting(
         scene, view, seen, lights, textures, casters, map_size, map_blur_px, notes, chosen, fit == "view", width
     )
-    free, shadowed = lighting.sums((ambient,) * 3 if isinstance(ambient, (int, float)) else ambient)
+    free, shadowed = lighting.sums((ambient, ambient, ambient) if isinstance(ambient, (int, float)) else ambient)
     wide = hdr_format == "rgb32f"
     if not lighting.maps:
         made = (lit_rgb if wide else lit)(

@@ -89,7 +89,8 @@ def _spread(values: NDArray[np.float32], use: Use) -> NDArray[np.float32]:
         unit = values[:, :, :3] / np.maximum(long, np.float32(1e-6))
         return np.concatenate([unit * np.float32(0.5) + np.float32(0.5), np.ones_like(long)], axis=2)
     alpha = values[:, :, 3:]
-    return np.concatenate([values[:, :, :3] / np.maximum(alpha, np.float32(1e-6)), alpha], axis=2)
+    color = np.asarray(values[:, :, :3] / np.maximum(alpha, np.float32(1e-6)), np.float32)
+    return np.concatenate([color, alpha], axis=2)
 
 
 def _resized(values: NDArray[np.float32], count: int, axis: int) -> NDArray[np.float32]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from passgraph.commands.files import check_apart, is_one_picture
+from passgraph.commands.files import check_apart, check_no_video, is_one_picture
 from passgraph.commands.named import named_effect
 from passgraph.commands.options import (
     Decorated,
@@ -85,7 +85,8 @@ class _Effects(click.Group):
 @click.command(cls=_Effects, subcommand_metavar="EFFECT|FILE[:NAME] INPUT... -o OUTPUT [OPTIONS]")
 def apply() -> None:
     """Apply EFFECT to pictures, sequences and videos; or an effect or kernel of FILE.py, a file of yours (it is run);
-    or a shader file (.fs of ISF, .glsl of gl-transitions, .frag), which is only parsed.
+    or a shader file (ISF .fs, gl-transitions and Shadertoy .glsl, exports .json, mpv .hook, libretro .glslp, .frag),
+    which is only parsed.
 
     Each INPUT is a picture (PNG, JPEG, TIFF, WebP, OpenEXR, npy), a folder of them, a quoted wildcard ("*.png"), a
     numbered sequence (shot.%04d.exr or shot.####.exr), a video, or - for PNG pictures on standard input.
@@ -190,6 +191,7 @@ def generator_command(effect: Effect) -> click.Command:
         check_no_ramps(effect, given)
         if is_video(output) or Pattern.is_in(str(output)):
             raise InputError(f"{output}: holds frames; say how many: --frames 100")
+        check_no_video(options["rate"], options["codec"], options["codec_option"])
         check_outputs(output, capture)
         job = generator_job(effect, None, size, given)
         run_and_save(job, backend, output, capture, check_finite=check_finite, profile=profile)
@@ -222,6 +224,7 @@ def apply_to_one(
     from passgraph.frames.pictures import is_made
 
     check_apart([picture, *([depth] if depth else [])], [(output, str(picture))])
+    check_no_video(options["rate"], options["codec"], options["codec_option"])
     check_outputs(output, capture)
     if options["resume"] and is_made(output, [picture]):
         click.echo(f"{output}: is there already")

@@ -11,7 +11,15 @@ from pathlib import Path
 
 import click
 
-from passgraph.commands.files import STREAM, check_apart, check_folder, check_path, check_picture_path, is_folder
+from passgraph.commands.files import (
+    STREAM,
+    check_apart,
+    check_folder,
+    check_no_video,
+    check_path,
+    check_picture_path,
+    is_folder,
+)
 from passgraph.errors import InputError
 from passgraph.frames.frame import Sink, Source
 from passgraph.frames.names import (
@@ -185,8 +193,8 @@ def outputs_of(clip: Clip) -> list[tuple[Path, str]]:
 def check_writing(writing: Writing, clips: list[Clip]) -> None:
     """Refuse options that nothing here is for."""
     videos = [clip for clip in clips if isinstance(clip.sink, ToVideo)]
-    if not videos and (writing.rate or writing.codec or writing.codec_options):
-        raise InputError("--rate, --codec and --codec-option are for videos, and none is written; name one: -o out.mp4")
+    if not videos:
+        check_no_video(writing.rate, writing.codec, writing.codec_options)
     if writing.rate and any(isinstance(clip.source, Video) for clip in videos):
         raise InputError("--rate is for videos made of pictures; frames of a video keep their times; leave it out")
     if writing.raw and not any(isinstance(clip.source, Pipe) or isinstance(clip.sink, ToPipe) for clip in clips):

@@ -64,6 +64,12 @@ def check_path(path: Path) -> None:
         raise InputError(f"{path}: cannot be written ({reason}); check the folder's permissions") from error
 
 
+def check_no_video(*options: object) -> None:
+    """Refuse options of videos where none is written."""
+    if any(options):
+        raise InputError("--rate, --codec and --codec-option are for videos, and none is written; name one: -o out.mp4")
+
+
 def check_folder(path: Path) -> None:
     """Make a folder for files, or raise InputError."""
     try:

@@ -23,7 +23,6 @@ from passgraph.commands.progress import progress
 from passgraph.commands.running import check_outputs, run_and_save
 from passgraph.commands.smoothing import Antialias, antialias_option, chosen, sampled_size, smoothed
 from passgraph.commands.sources import RENDER_SIZE, accepts, job_of_scene, world_job
-from passgraph.commands.turntable import check_turntable, run_turntable
 from passgraph.commands.view import VIEW_FIELDS, View, refuse_view, seen_by, view_options
 from passgraph.errors import InputError
 
@@ -83,6 +82,8 @@ def render(
     view = View(**{name: value for name, value in rest.items() if name in VIEW_FIELDS})
     a_second = None if rate is None else rate_of(rate)
     if view.turntable:
+        from passgraph.commands.turntable import check_turntable
+
         check_turntable(output, capture, profile, a_second)
     elif a_second is not None:
         raise InputError("--rate is for the video of a --turntable, and this is one picture; leave it out")
@@ -103,6 +104,8 @@ def render(
     job = smoothed(job, smoothing, display)
     status = 0
     if view.turntable:
+        from passgraph.commands.turntable import run_turntable
+
         status = run_turntable(job, cameras, backend, output, rate=a_second, check_finite=check_finite)
     else:
         run_and_save(job, backend, output, capture, check_finite=check_finite, profile=profile)

@@ -173,10 +173,12 @@ def histogram(
     # last run's content lends no size by itself
     spec = target(f"{made.name} bins", "r16f", like=image)
     numbered: Target = kernels.bin_of(image, *ends, bins, number, into=spec, name=spec.name)
-    rows = TargetSpec(f"{made.name} rows", format_named("r32f"), Blocks(image, MAX_SIDE, 1, bins))
-    counted: Target = kernels.count_bins(numbered.border("zero"), into=rows, name=rows.name)
-    top = _tree(counted, _HOW["sum"], "y", 0, made.name)
-    return kernels.reduced_one(top, into=made, name=name)
+    across = Blocks(image, MAX_SIDE, 1, -(-bins // 16))
+    rows = tuple(TargetSpec(f"{made.name} rows {part}", format_named("rgba32f"), across) for part in range(1, 5))
+    counted: tuple[Target, ...] = kernels.count_bins(numbered.border("zero"), into=rows, name=f"{made.name} rows")
+    tops = [_tree(part, _HOW["sum"], "y", 0, part.name) for part in counted]
+    line = TargetSpec(f"{made.name} in line", format_named("r32f"), Blocks(image, MAX_SIDE, MAX_SIDE, bins))
+    return kernels.reduced_one(kernels.count_of_bin(*tops, into=line, name=line.name), into=made, name=name)
 
 
 def _tree(image: Target, how: int, axis: str | None, channel: int, name: str) -> Target:

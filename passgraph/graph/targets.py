@@ -420,11 +420,12 @@ def Input(
     >>> Input("frame")
     <<input frame>>
     """
-    is_open = format is None or format == OPEN_SRGB
+    srgb = arguments.among(format, (OPEN_SRGB,))
+    is_open = format is None or srgb
     made = None if is_open else format_named(format)  # type: ignore[arg-type]
     name = arguments.text(name, "the name of an input")
     bound = None if size is None else checked_size(size, f"input {name!r}")
-    return Target(InputSpec(name, made, bound, static, default, format == OPEN_SRGB)).border(border)
+    return Target(InputSpec(name, made, bound, static, default, srgb)).border(border)
 
 
 def previous(spec: TargetSpec | Target, frames_ago: int = 1) -> Target:

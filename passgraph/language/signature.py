@@ -132,6 +132,8 @@ def _array_type(node: ast.Subscript, scope: Scope, source: Source) -> Array:
     if isinstance(element, TupleType):
         fail(span, "an array cannot hold tuples; use a @pg.struct")
     length_node = node.slice.elts[1]
+    if isinstance(length_node, ast.Subscript) and ast.unparse(length_node.value).split(".")[-1] == "Literal":
+        length_node = length_node.slice  # as type checkers want numbers
     if isinstance(length_node, ast.Constant):
         length: object = length_node.value
     else:

@@ -17,6 +17,7 @@ from passgraph.errors import PassgraphError
 UINT_MAX = 2**32 - 1
 
 T = TypeVar("T")
+N = TypeVar("N")
 
 if TYPE_CHECKING:
     uint = int  # to Python's type checkers a uint is an int
@@ -77,6 +78,7 @@ class _Constant(tuple[Any, ...]):
         def __truediv__(self, other: Any) -> Self: ...
         def __rtruediv__(self, other: Any) -> Self: ...
         def __neg__(self) -> Self: ...
+        def __abs__(self) -> Self: ...
         def __floordiv__(self, other: Any) -> Self: ...
         def __mod__(self, other: Any) -> Self: ...
         def __pow__(self, other: Any) -> Self: ...
@@ -373,8 +375,13 @@ else:
         """A parameter that is baked into the kernel when the graph is compiled: ``taps: Const[int]``."""
 
 
-class Array(Generic[T]):
-    """A fixed-size array parameter: ``weights: Array[float, 15]``."""
+class Array(Generic[T, N]):
+    """A fixed-size array parameter: ``weights: Array[float, 15]``, to type checkers ``Array[float, Literal[15]]``."""
+
+    if TYPE_CHECKING:
+
+        def __getitem__(self, index: Any) -> T: ...
+        def __len__(self) -> int: ...
 
     def __class_getitem__(cls, item: Any) -> Any:
         return cls

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 
 
 class Buffers:
-    """The pictures of a plan's long arrays."""
+    """The pictures of a plan's long arrays; ``storages`` has each by its resource."""
 
-    def __init__(self, plan: Plan, backend: Backend, storage: Callable[[int], Any]) -> None:
-        self.plan, self.backend, self.storage = plan, backend, storage
+    def __init__(self, plan: Plan, backend: Backend, storages: Mapping[int, Any]) -> None:
+        self.plan, self.backend, self.storages = plan, backend, storages
         #: By resource, what the parameter has: an array, or what each run brings.
         self.given: dict[int, object] = {resource: spec.value for resource, spec in plan.buffers.items()}
         #: By resource, the value whose numbers lie there, where it holds them as long as it is the same.
@@ -47,7 +47,7 @@ class Buffers:
         self.written.pop(resource, None)
         stays, spec = self._stays(resource, value), self.plan.buffers[resource]
         picture = picture_of(picked(value, spec.fields, spec.name), spec.type, spec.name)
-        self.backend.upload(self.storage(resource), picture)
+        self.backend.upload(self.storages[resource], picture)
         if stays:
             self.written[resource] = value
 

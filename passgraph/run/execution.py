@@ -71,7 +71,8 @@ class Execution:
             for memory in plan.memories:
                 self.memories.append(backend.make(memory.format, memory.size))
             self._begin_history(started=True)
-            self._buffers = Buffers(plan, backend, self._storage)
+            # Nothing moves them, and they know nothing of this: a program that nobody has is gone at once.
+            self._buffers = Buffers(plan, backend, {resource: self._storage(resource) for resource in plan.buffers})
             chains = Chains(plan)
             with backend.compiling():
                 while len(self._runs) < len(plan.steps):

@@ -125,3 +125,12 @@ def test_passes_alike_are_compiled_once(monkeypatch: pytest.MonkeyPatch, tmp_pat
         assert len(layouts) <= 3
         np.testing.assert_array_equal(program(frame=picture)["last"], want)
     assert len(list((tmp_path / "code").glob("*.o"))) <= 3
+
+
+def test_constant_vectors_are_short_and_results_are_woven_once() -> None:
+    """Whole vectors of a row and the one that its end cuts store the same numbers."""
+    text = text_of(curves(1))
+    assert "undef" not in text
+    assert text.count("<64 x i32> <i32 0, i32 16, i32 32, i32 48,") == 1  # channels side by side
+    assert text.count('call void @"llvm.masked.store') == 1
+    assert len(text) < 20_000

@@ -121,6 +121,8 @@ def test_a_time_that_is_given_stays() -> None:
         (("fade.glsl", "black.png", "--frames", "0", "-o", "f.%d.png"), "0 is not in the range"),
         (("fade.glsl", "black.png", "white.png", "--frames", "2", "-o", "f.%d.png"), "--frames 2: is for one picture"),
         (("fade.glsl", "black.png", "white.png", "-o", "f.png"), "is an option: black.png --to white.png"),
+        (("levels.fs", "-o", "f.png", "--rate", "8"), "are for videos, and none is written"),
+        (("fade.glsl", "black.png", "-o", "f.png", "--codec", "ffv1"), "are for videos, and none is written"),
         (("levels.fs", "-o", "f.mp4"), "say how many: --frames 100"),
         (("levels.fs", "--level", "0..1", "-o", "f.png"), "--level 0..1: changes over frames"),
         (("levels.fs", "--frames", "2", "--profile", "-o", "f.%d.png"), "--profile times the passes on one picture"),

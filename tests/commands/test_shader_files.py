@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import click
@@ -38,6 +39,7 @@ void main() {
 GENERATOR = (
     '/*{"INPUTS": [{"NAME": "level", "TYPE": "float", "DEFAULT": 0.25}]}*/ void main() { gl_FragColor = vec4(level); }'
 )
+IMAGE = "void mainImage(out vec4 color, in vec2 place) { color = vec4(0.0, 1.0, 0.0, 1.0); }"
 FADE = """uniform float depth; // = 0.0
 vec4 transition(vec2 p) { return mix(getFromColor(p), getToColor(p), progress) + depth; }"""
 
@@ -157,3 +159,14 @@ def test_names_that_clash_with_each_other_are_told_apart() -> None:
     names = [parameter.name for parameter in effect.parameters]
     assert names == ["loud", "shader_no_loud", "shader_size", "shader_shader_size", "shader_help"]
     assert run(["apply", "clash.fs", "--size", "2x2", "--shader-shader-size", "--no-loud", "-o", "out.png"]) == 0
+
+
+def test_an_export_of_shadertoy_is_a_shader_where_an_effect_is_asked_for(capsys: pytest.CaptureFixture[str]) -> None:
+    """Flat worlds are JSON too, so that a file alone is not taken for an effect."""
+    passes = [{"type": "image", "name": "Image", "inputs": [], "outputs": [], "code": IMAGE}]
+    Path("toy.json").write_text(json.dumps({"info": {"name": "toy"}, "renderpass": passes}))
+    assert run(["apply", "toy.json", "-o", "out.png", "--size", "4x3", "-b", "reference"]) == 0
+    assert pg.load("out.png")[0, 0].tolist() == [0.0, 1.0, 0.0, 1.0]
+    assert run(["plan", "-e", "toy.json"]) == 0
+    capsys.readouterr()
+    assert run(["plan", "toy.json"]) == 2 and "--effect" in capsys.readouterr().err

@@ -165,6 +165,17 @@ def test_floats_are_counted_as_by_numpy(bins: int) -> None:
     assert np.array_equal(counts, np.histogram(picture[np.isfinite(picture)], bins, (low, high))[0])
 
 
+def test_last_runs_counts_can_be_read() -> None:
+    """The target is the very one that was given."""
+    spec = pg.target("counts", "r32f")
+    add = pg.kernel(source="def add(a: Image, b: Image) -> float: return a[0, 0].r + b[0, 0].r")
+    counts = pg.histogram(pg.Input("frame", "r8"), 5, channel=0, into=spec)
+    both = add(counts, pg.previous(spec), into=pg.target("both", "r32f"))
+    with pg.compile(both) as program:
+        made = [program(frame=np.full((2, 3), level, np.uint8))["both"][0, :, 0].tolist() for level in (0, 255)]
+    assert made == [[6, 0, 0, 0, 0], [6, 0, 0, 0, 6]]
+
+
 def test_luma_is_weighted() -> None:
     picture = np.zeros((1, 4, 3), np.float32)
     picture[0, 1:] = np.eye(3)
@@ -173,8 +184,8 @@ def test_luma_is_weighted() -> None:
     assert np.flatnonzero(counts).tolist() == [0, 7, 21, 71]
 
 
-def numbers_of_bins() -> tuple[pg.Target, Picture]:
-    """The counting alone, on a picture that anybody may have written."""
+def numbers_of_bins() -> tuple[tuple[pg.Target, ...], Picture]:
+    """The counting alone, of 48 bins, on a picture that anybody may have written."""
     from passgraph.graph.reduction_kernels import count_bins
 
     random = np.random.default_rng(4)
@@ -182,16 +193,19 @@ def numbers_of_bins() -> tuple[pg.Target, Picture]:
     wild = np.array([np.nan, np.inf, -np.inf, 65504, -65504, 2049, 0.5, 1.5, 33, 34, 6e-8, -0.0], np.float16)
     picture.reshape(-1)[random.permutation(picture.size)[: 9 * wild.size]] = np.tile(wild, 9)
     handle = pg.Input("numbers", "r16f").border("zero")
-    return count_bins(handle, into=pg.target("counts", "r32f", (33, 23))), picture
+    quarters = tuple(pg.target(f"quarter {part}", "rgba32f", (3, 23)) for part in range(4))
+    return count_bins(handle, into=quarters), picture
 
 
 def test_counting_is_the_kernel_whatever_a_picture_holds() -> None:
     """What the numpy backend does in the kernel's place, against the kernel; rows beyond the picture count nothing."""
     counts, picture = numbers_of_bins()
-    expected = [[(row == number).sum() for number in range(1, 34)] for row in picture] + [[0] * 33] * 2
+    expected = [[(row == number).sum() for number in range(1, 49)] for row in picture] + [[0] * 48] * 2
     for options in (pg.Options(), pg.Options(simplify=False)):
         with pg.compile(counts, options=options, non_finite="keep") as program:
-            assert program(numbers=picture[..., None])["counts"][..., 0].tolist() == expected, options
+            made = program(numbers=picture[..., None])
+            rows = np.concatenate([made[quarter.name].reshape(23, 12) for quarter in counts], axis=1)
+            assert rows.tolist() == expected, options
 
 
 def test_the_counting_of_a_histogram_is_known() -> None:
@@ -199,7 +213,7 @@ def test_the_counting_of_a_histogram_is_known() -> None:
     made = pg.histogram(pg.Input("frame", "rgb8", (64, 48)), 16)
     with NumpyBackend() as backend:
         steps = [step for step in build({"made": made}).steps if isinstance(step, PixelStep)]
-        assert [counts_of(step, backend.workers) is not None for step in steps] == [False, True, False, False, False]
+        assert [step.name for step in steps if counts_of(step, backend.workers) is not None] == ["frame.histogram rows"]
 
 
 # Around them

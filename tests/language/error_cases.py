@@ -247,6 +247,10 @@ TEXTS: list[tuple[str, str]] = [
         "parameter 's' holds an Image and cannot be assigned to",
     ),
     (
+        "def k(c: «Array[float, Literal[0]]») -> float: return 1.0",
+        "array length must be a whole number from 1 to 16777216, got 0",
+    ),
+    (
         "def k(c: «Array[float, 0]») -> float: return 1.0",
         "array length must be a whole number from 1 to 16777216, got 0",
     ),

@@ -447,7 +447,11 @@ MUTANTS = (
     _reduce("per_texel", "float(size.x // made.x) * float(size.y // made.y)", "float(size.x // made.x)"),
     _reduce("bin_of", "number >= low and number <= high", "number <= high"),
     _reduce("bin_of", "min(place, bins - 1) + 1", "place + 1"),
-    _reduce("count_bins", "pixel().x + 1", "pixel().x"),
+    _reduce("count_bins", "4 * pixel().x", "3 * pixel().x"),
+    _reduce("count_bins", "2.0 * quarter", "quarter"),
+    _reduce("counted", "number == wanted.w", "number == wanted.z"),
+    _reduce("count_of_bin", "pixel().x % quarter", "pixel().x"),
+    _reduce("count_of_bin", "place == 1", "place == 3"),
     _reduce("_taken", "-(-size[0] // declared.width)", "(size[0] // declared.width)"),
     # Loops, match and discard: Python is the truth, which the reference may not share
     Mutant("Loops._index", '"greater_equal", count', '"greater", count', "numpy", ("language/bounds from data",)),

@@ -6,6 +6,8 @@ numbers say so.  Work is counted in numbers that operations were applied to, whi
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
 
@@ -128,10 +130,25 @@ def test_lanes_that_have_left_a_loop_cost_nothing(applied: list[int], monkeypatc
 
 def test_bounds_do_not_hang_on_batches(monkeypatch: pytest.MonkeyPatch) -> None:
     whole = bounds("nested", 96, 64)
-    monkeypatch.setattr(decisions, "batches", lambda count: iter([np.arange(count)]))
-    at_once = bounds("nested", 96, 64)
-    np.testing.assert_array_equal(whole.values.lo, at_once.values.lo)
-    np.testing.assert_array_equal(whole.values.hi, at_once.values.hi)
+    monkeypatch.setattr(decisions, "batches", lambda count: np.array_split(np.arange(count), -(-count // 300)))
+    monkeypatch.setattr(decisions, "BATCH", 300)
+    in_small_ones = bounds("nested", 96, 64)
+    for part in ("lo", "hi", "nan"):
+        np.testing.assert_array_equal(getattr(whole.values, part), getattr(in_small_ones.values, part))
+
+
+def test_ways_of_one_lane_are_tried_together(monkeypatch: pytest.MonkeyPatch) -> None:
+    """How many ways are tried of a lane hangs on those that were, which must not hang on where a batch ends."""
+    monkeypatch.setattr(decisions, "BATCH", 100)
+    random = np.random.default_rng(3)
+    lanes = np.repeat(np.arange(60), random.integers(1, 30, 60))
+    lanes = np.concatenate([lanes, np.full(150, 60), [61]])  # one has more than a batch takes
+    frontier = decisions.Frontier(lanes, np.zeros((len(lanes), 2), np.int8), np.arange(len(lanes)))
+    parts = list(frontier.parts())
+    assert np.array_equal(np.concatenate([part.origins for part in parts]), np.arange(len(lanes)))
+    assert all(before.lanes[-1] != after.lanes[0] for before, after in itertools.pairwise(parts))
+    assert all(len(part) <= 100 or len(set(part.lanes)) == 1 for part in parts)
+    assert len(parts) < 2 * len(lanes) / 100 + 2
 
 
 @pytest.mark.parametrize("count", [0, 1, 4 * SAMPLE, 4 * SAMPLE + 1, 100_000])
@@ -200,10 +217,10 @@ def test_the_rest_is_estimated_from_the_sample() -> None:
     said: list[str] = []
     pace = Pace(say=said.append, clock=Clock())
     pace.begin("blur")
-    pace.batch()
+    pace.batch(1000)
     for rows in (1000, 500, 250):  # 0.01 s at any rate and 1 ms a row
         pace.ran(rows, 0.01 + rows / 1000)
-    assert pace.rest_s(1000, 5000) == pytest.approx(1.5 * (4 * 1.75 + 3 * 0.01))
+    assert pace.rest_s(4000) == pytest.approx(1.5 * (4 * 1.75 + 3 * 0.01))
     pace.tell(1000, 5000)
     assert said == ["bounds of blur: 20% done, up to 11 s more"]
     pace.most_seconds = 5.0

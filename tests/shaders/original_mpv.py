@@ -157,7 +157,7 @@ class Original:
 
     def draw(self, picture: Picture) -> Picture:
         """What the player has before it scales to the window: (h, w, 4)."""
-        shown = self.run({"MAIN": self.texture(picture), **self._planes(picture)})
+        shown = self.run({"MAIN": self.texture(picture), **self.planes(picture)})
         if not any("LUMA" in one.said["HOOK"] for one in self.file.passes):
             return self._put_back(shown["MAIN"], "MAIN", shown["MAIN"].size)
         luma = self._put_back(shown["LUMA"], "LUMA", shown["LUMA"].size)[:, :, :1]
@@ -167,8 +167,11 @@ class Original:
         green = (luma - _LUMA[0] * red - _LUMA[2] * blue) / _LUMA[1]
         return np.concatenate([red, green, blue, chroma[:, :, 3:]], 2).astype(np.float32)
 
-    def _planes(self, picture: Picture) -> dict[str, moderngl.Texture]:
-        luma = picture[:, :, :3] @ _LUMA
+    def planes(self, picture: Picture) -> dict[str, moderngl.Texture]:
+        """Luma and colours of a picture, as the player has them of a video."""
+        # In float32 and in this order, as shaders have it: some decide by the last bits of flat places.
+        parts = picture[:, :, :3] * np.float32(_LUMA)
+        luma = parts[:, :, 0] + parts[:, :, 1] + parts[:, :, 2]
         v, u = (picture[:, :, 0] - luma) / 1.5748, (picture[:, :, 2] - luma) / 1.8556
         zero, one = np.zeros_like(luma), np.ones_like(luma)
         return {

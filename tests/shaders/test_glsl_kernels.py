@@ -75,6 +75,34 @@ def test_a_shader_travels() -> None:
         np.testing.assert_array_equal(one, other)
 
 
+def test_gathers_at_the_middle_of_a_texel_take_it() -> None:
+    """As devices do, which round places to 1/256 texel."""
+    shader = parse(
+        "uniform sampler2D t; void main() { gl_FragColor = textureGather(t, gl_FragCoord.xy / vec2(53, 31)).wwww; }"
+    )
+    frame = picture(53, 31)
+    np.testing.assert_array_equal(run(shader, (53, 31), {"t": frame})[:, :, 0], frame[:, :, 0])
+
+
+@pytest.mark.parametrize("backend", ["reference", "numpy", "gl", "opencl"])
+def test_not_a_number_is_its_limit_where_that_is_known(backend: str) -> None:
+    text = """uniform float zero;
+    void main() {
+        vec2 v = vec2(zero / zero, 0.5);
+        gl_FragColor = vec4(max(v.x, 0.25), min(v, 0.125).x, clamp(v, 0.375, 1.0).x, clamp(v, vec2(0), v.yy).y);
+    }"""
+    graph = pg.kernel(glsl=text, name="limits")(zero=0.0, into=pg.target("out", "rgba32f"))
+    with pg.compile(graph, backend=backend, size=(1, 1)) as program:
+        assert program()["out"][0, 0].tolist() == [0.25, 0.125, 0.375, 0.5]
+
+
+def test_numbers_have_swizzles() -> None:
+    text = "uniform int n; void main() { float x = 0.25; gl_FragColor = vec4(x.xx, x.r, 0) + vec4(n.sss, x.x); }"
+    graph = pg.kernel(glsl=text, name="same")(n=2, into=pg.target("out", "rgba32f"))
+    with pg.compile(graph, size=(1, 1)) as program:
+        assert program()["out"][0, 0].tolist() == [2.25, 2.25, 2.25, 0.25]
+
+
 def test_one_kernel_comes_from_one_text() -> None:
     with pytest.raises(pg.GraphError, match="one of the three"):
         pg.kernel(glsl="void main() {}", source="x")  # type: ignore[call-overload]

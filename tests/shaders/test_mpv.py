@@ -146,7 +146,9 @@ vec4 hook() { return HOOKED_texOff(vec2(0.5, -1.0)).xxxx + 0.125 + float(HOOKED_
 vec4 hook() {
     vec4 near = HOOKED_gather(HOOKED_pos, 0) + HALF_tex(HALF_pos) * strength;
 #if defined(HOOKED_raw) && __VERSION__ >= 400
+    const ivec2 around[4] = ivec2[4](ivec2(1, 0), ivec2(-1, 1), ivec2(0), ivec2(2, -1));
     near.y += textureGatherOffset(HOOKED_raw, HOOKED_pos, ivec2(-2, 1), 0).z;
+    near.xz -= textureGatherOffsets(HOOKED_raw, HOOKED_pos + 0.25 * HOOKED_pt, around, 0).yw * vec2(0.5, 0.25);
 #endif
     return vec4(near.xyz / 3.0, 1.0);
 }

@@ -16,10 +16,11 @@ from typing import Any
 from llvmlite import ir
 
 from passgraph.backends.numpy.pixels.layout import Layout, StageLayout, View
+from passgraph.backends.numpy.vector.constants import blank, lanes_of
 from passgraph.backends.numpy.vector.lane_body import LaneBody
 from passgraph.backends.numpy.vector.lanes import Lanes, border, counting
 from passgraph.backends.numpy.vector.operations import BOOL, F32, I32, I64
-from passgraph.backends.numpy.vector.stored import decoded, element, store
+from passgraph.backends.numpy.vector.stored import decoded, element, woven
 from passgraph.backends.numpy.vector.texels import neighbours
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS
@@ -256,20 +257,36 @@ class StageRows:
             turns = [(row, b.add(first, number(vector * b.lanes)))
                      for row in range(stage.rows) for vector in range(stage.vectors)]  # fmt: skip
             body = Choosing if stage.selects else PixelBody
-            results = [body(self, y, row, at).stored() for row, at in turns]
+            results = [
+                (at, *stored)
+                for row, at in turns
+                for stored in self._stored(b.add(y, number(row)), at, body(self, y, row, at).stored())
+            ]
             full, part, behind = (b.append_basic_block(name) for name in ("full", "part", "stored"))
             b.cbranch(b.icmp_signed("<=", b.add(first, number(step)), last), full, part)
             for block, masked in ((full, False), (part, True)):
                 b.position_at_end(block)
-                for (row, at), values in zip(turns, results, strict=True):
-                    self._store(b.add(y, number(row)), at, values, last if masked else None)
+                for at, values, pointer, align in results:
+                    if masked:
+                        b.store_masked(values, pointer, self._before(last, at, values), align)
+                    else:
+                        b.plain.store(values, pointer, align=align)
                 b.branch(behind)
             b.position_at_end(behind)
 
-    def _store(self, y: Any, at: Any, values: Sequence[Any], last: Any) -> None:
-        """A vector of results; with ``last`` only what lies before it."""
+    def _before(self, last: Any, at: Any, values: Any) -> Any:
+        """Which numbers of a vector of results, the first of them of pixel ``at``, lie before pixel ``last``."""
+        b, count = self.b, values.type.count
+        rest = b.mul(b.sub(last, at), number(count // b.lanes))
+        rest = smaller(b, larger(b, rest, number(0)), number(count))
+        numbers = lanes_of(range(count))
+        first = b.plain.insert_element(blank(numbers.type), b.trunc(rest, I32), ir.Constant(I32, 0))
+        spread = b.plain.shuffle_vector(first, blank(numbers.type), lanes_of([0] * count))
+        return b.plain.icmp_signed("<", numbers, spread)
+
+    def _stored(self, y: Any, at: Any, values: Sequence[Any]) -> Iterator[tuple[Any, Any, int]]:
+        """Of each target a vector of results in the order of memory, where it goes and how that is aligned."""
         b, stage, begin = self.b, self.stage, 0
-        mask = None if last is None else b.icmp_signed("<", b.add(at, b.counting(I64)), last)
         counts = (1,) if stage.alike > 1 else stage.channels
         for slot, count in enumerate(counts):
             held = stage.outputs[slot]
@@ -283,7 +300,7 @@ class StageRows:
             pointer = b.gep(target, [place], True, source_etype=element(held))
             parts = [b.spread(value) for value in values[begin : begin + count]]
             begin += count
-            store(b, parts, pointer, held, mask)
+            yield woven(b, parts, held), pointer, held.bits // 8
 
 
 class PixelBody(LaneBody):

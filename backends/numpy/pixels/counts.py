@@ -16,6 +16,7 @@ from llvmlite import ir
 
 from passgraph.backends.numpy.machine.native import function_code, lanes
 from passgraph.backends.numpy.machine.workers import Workers
+from passgraph.backends.numpy.vector.constants import zeros
 from passgraph.backends.numpy.vector.lanes import Lanes, counting
 from passgraph.backends.numpy.vector.operations import F32, I32, I64
 from passgraph.backends.numpy.vector.stored import element
@@ -28,21 +29,23 @@ if TYPE_CHECKING:
     from passgraph.backends.numpy.storage import Storage
     from passgraph.plan.data import PixelStep
 
-HELD = FORMATS["r16f"]
+#: Of the picture that is read, and of the four that are written: four bins a pixel, a quarter of all bins a picture.
+HELD, MADE = FORMATS["r16f"], FORMATS["rgba32f"]
 #: Numbers side by side are often equal: added in several tables by turns, none waits for the one before.
 TABLES = 4
 #: Entries of a table, with room for a vector behind the last bin.
 ROOM = MOST_BINS + 32
 #: Texels in one piece of work.
 PIECE = 65_536
-_CALL = ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 9)
+_CALL = ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 12)
 
 
 class Counts:
     """The pass at work."""
 
     def __init__(self, step: PixelStep, workers: Workers) -> None:
-        self.workers, (self.bins, self.rows), width = workers, step.size, lanes()
+        self.workers, (across, self.rows), width = workers, step.size, lanes()
+        self.quarter = 4 * across
         self.code = function_code(("counts", str(width)), lambda name: counts_text(name, width))
 
     @cached_property
@@ -50,13 +53,13 @@ class Counts:
         return _CALL(self.code.address)
 
     def __call__(self, outputs: Sequence[Storage], images: Sequence[Storage], block: Block) -> None:
-        (output,), (image,) = outputs, images
+        (image,), addresses = images, [output.address for output in outputs]
         each = max(1, PIECE // image.size[0])
 
         def piece(number: int) -> None:
             first = number * each
             end = min(first + each, self.rows)
-            self.function(*image.by_rows, output.address, output.pitch, self.bins, first, end)
+            self.function(*image.by_rows, *addresses, outputs[0].pitch, self.quarter, first, end)
 
         self.workers.each(piece, -(-self.rows // each))
 
@@ -64,7 +67,7 @@ class Counts:
 def counts_of(step: PixelStep, workers: Workers) -> Counts | None:
     """What runs the step, where it is the counting of a histogram."""
     formats = (*step.image_formats, *step.output_formats)
-    if formats != (HELD, FORMATS["r32f"]) or step.size[0] > MOST_BINS:
+    if formats != (HELD, *[MADE] * 4) or 16 * step.size[0] > MOST_BINS:
         return None
     return Counts(step, workers) if nameless(step.program).key == _known() else None
 
@@ -76,27 +79,31 @@ def _known() -> str:
     from passgraph.language.facts import Facts, ImageFacts
     from passgraph.language.lower_cache import lower_once
 
-    facts = Facts({}, {"numbers": ImageFacts(HELD.channels, "zero", HELD.decode)}, (FORMATS["r32f"].store,))
+    facts = Facts({}, {"numbers": ImageFacts(HELD.channels, "zero", HELD.decode)}, (MADE.store,) * 4)
     return nameless(lower_once(count_bins.program, facts)).key
 
 
 def counts_text(name: str, width: int) -> str:
-    """A module with ``counts(picture…, output…, bins, first, end)``: these rows, each to a row of output."""
+    """A module with ``counts(picture…, outputs…, quarter, first, end)``: these rows, each to a row of the outputs."""
     module = ir.Module(name)
-    function = ir.Function(module, ir.FunctionType(ir.VoidType(), [I64] * 9), name)
+    function = ir.Function(module, ir.FunctionType(ir.VoidType(), [I64] * 12), name)
     b = Lanes(ir.IRBuilder(function.append_basic_block("entry")), width)
-    picture, across, down, pitch, output, output_pitch, bins, first, end = function.args
+    picture, across, down, pitch, *outputs, output_pitch, quarter, first, end = function.args
+    bins = b.mul(quarter, _long(4))
     tables = b.alloca(I32, _long(TABLES * ROOM))
     tables.type = ir.PointerType()  # to single numbers and to vectors
-    source, made = (b.inttoptr(address, ir.PointerType()) for address in (picture, output))
+    source, *made = (b.inttoptr(address, ir.PointerType()) for address in (picture, *outputs))
     with counting(b, first, end, _long(1)) as y:
         with counting(b, _long(0), b.add(bins, _long(1)), _long(width)) as entry:
             for table in range(TABLES):
                 place = _place(b, tables, b.add(entry, _long(table * ROOM)), I32)
-                b.plain.store(ir.Constant(b.vector(I32), None), place, align=4)
+                b.plain.store(zeros(b.vector(I32)), place, align=4)
         with b.if_then(b.icmp_signed("<", y, down)):  # below the picture nothing is counted
             _row(b, _place(b, source, b.mul(y, pitch), element(HELD)), across, bins, tables)
-        _sums(b, tables, _place(b, made, b.mul(y, output_pitch), F32), bins)
+        row = b.mul(b.mul(y, output_pitch), _long(4))
+        for part, target in enumerate(made):
+            mine = _place(b, tables, b.mul(quarter, _long(part)), I32)
+            _sums(b, mine, _place(b, target, row, F32), quarter)
     b.ret_void()
     return str(module)
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from llvmlite import ir
 
+from passgraph.backends.numpy.vector.constants import blank, lanes_of, zeros
 from passgraph.backends.numpy.vector.lanes import Lanes
 from passgraph.backends.numpy.vector.operations import I32
 from passgraph.backends.numpy.vector.stored import decoded, element, rounded
@@ -32,7 +33,7 @@ class Blocks:
         return self._numbers([lane % self.rows for lane in range(self.builder.lanes)])
 
     def _numbers(self, numbers: list[int]) -> Any:
-        return ir.Constant(self.builder.vector(I32), numbers)
+        return lanes_of(numbers)
 
     def spread(self, values: Any) -> Any:
         """A vector with one value a row, in each row's lanes."""
@@ -66,7 +67,7 @@ class Blocks:
         b = self.builder
         bits = [b.sext(mask, I32) for mask in masks]
         for place, values, mask in zip(places, self._by_rows(parts), self._by_rows(bits), strict=True):
-            written = b.plain.icmp_signed("<", mask, ir.Constant(mask.type, None))
+            written = b.plain.icmp_signed("<", mask, zeros(mask.type))
             b.store_masked(values, place, written, align)
 
     def _by_rows(self, parts: list[Any]) -> list[Any]:
@@ -74,8 +75,7 @@ class Blocks:
         b, channels = self.builder, len(parts)
         if self.rows == channels == 4:
             return transposed(b, parts)
-        blank = ir.Constant(parts[0].type, ir.Undefined)
-        whole = joined(b, [*parts, *[blank] * ((1 << (channels - 1).bit_length()) - channels)])
+        whole = joined(b, [*parts, *[blank(parts[0].type)] * ((1 << (channels - 1).bit_length()) - channels)])
         return [
             picked(
                 b, whole,

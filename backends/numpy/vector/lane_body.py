@@ -11,6 +11,7 @@ from typing import Any
 
 from llvmlite import ir
 
+from passgraph.backends.numpy.vector.constants import zeros
 from passgraph.backends.numpy.vector.lanes import Lanes, border, is_vector, offset_within
 from passgraph.backends.numpy.vector.operations import BOOL, F32, HELD, I8, I32, I64, TYPES, constant, emit_operation
 from passgraph.backends.numpy.vector.stored import decoded, element, rounded
@@ -67,7 +68,7 @@ class LaneBody:
         b = self.builder
         with b.goto_entry_block():
             slot = b.alloca(b.vector(kind))
-        b.store(ir.Constant(b.vector(kind), None), slot)
+        b.store(zeros(b.vector(kind)), slot)
         return slot
 
     def _array(self, kind: Any, length: int) -> Any:

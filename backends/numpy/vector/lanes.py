@@ -15,6 +15,7 @@ from typing import Any
 
 from llvmlite import ir
 
+from passgraph.backends.numpy.vector.constants import blank, lanes_of, same
 from passgraph.backends.numpy.vector.operations import BOOL, I32
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS, border_program
@@ -28,16 +29,6 @@ _COMPARES = ("icmp_signed", "icmp_unsigned", "fcmp_ordered", "fcmp_unordered")
 
 def is_vector(value: Any) -> bool:
     return isinstance(value.type, ir.VectorType)
-
-
-class _Same(ir.Constant):  # type: ignore[misc]
-    """A number in every lane of a constant, written down once: in long kernels most of the text is numbers."""
-
-    def __init__(self, kind: Any, value: Any) -> None:
-        self.type, self.constant = kind, value
-
-    def _get_reference(self) -> str:
-        return f"splat ({self.constant})"
 
 
 class Lanes:
@@ -111,14 +102,14 @@ class Lanes:
             return value
         kind = self.vector(value.type)
         if type(value) is ir.Constant:
-            return _Same(kind, value)
-        blank = ir.Constant(kind, ir.Undefined)
-        first = self.plain.insert_element(blank, value, ir.Constant(I32, 0))
-        return self.plain.shuffle_vector(first, blank, ir.Constant(ir.VectorType(I32, self.lanes), [0] * self.lanes))
+            return same(kind, value)
+        nothing = blank(kind)
+        first = self.plain.insert_element(nothing, value, ir.Constant(I32, 0))
+        return self.plain.shuffle_vector(first, nothing, lanes_of([0] * self.lanes))
 
     def counting(self, kind: Any) -> Any:
         """0, 1, 2 … lane by lane."""
-        return ir.Constant(self.vector(kind), list(range(self.lanes)))
+        return lanes_of(range(self.lanes), kind.width)
 
     def any(self, mask: Any) -> Any:
         """Whether some lane is set."""
@@ -178,14 +169,13 @@ class Lanes:
         if count == 1:
             return parts[0]
         room = 1 << (count - 1).bit_length()
-        rows = [*parts, *[ir.Constant(parts[0].type, ir.Undefined)] * (room - count)]
+        rows = [*parts, *[blank(parts[0].type)] * (room - count)]
         while len(rows) > 1:
             length = rows[0].type.count
-            order = ir.Constant(ir.VectorType(I32, 2 * length), list(range(2 * length)))
+            order = lanes_of(range(2 * length))
             rows = [b.shuffle_vector(x, y, order) for x, y in zip(rows[::2], rows[1::2], strict=True)]
         woven = [part * n + lane for lane in range(n) for part in range(count)]
-        order = ir.Constant(ir.VectorType(I32, len(woven)), woven)
-        return b.shuffle_vector(rows[0], ir.Constant(rows[0].type, ir.Undefined), order)
+        return b.shuffle_vector(rows[0], blank(rows[0].type), lanes_of(woven))
 
 
 def _parts(name: str, kinds: list[Any]) -> list[Any]:

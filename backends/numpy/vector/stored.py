@@ -91,11 +91,8 @@ def woven(b: Lanes, numbers: Sequence[Any], held: Format) -> Any:
     return made
 
 
-def store(b: Lanes, numbers: Sequence[Any], pointer: Any, held: Format, mask: Any = None) -> None:
-    """Pixels one behind another, a vector of numbers a channel; where there is a mask, only those in it."""
+def store(b: Lanes, numbers: Sequence[Any], pointer: Any, held: Format, mask: Any) -> None:
+    """Pixels one behind another, a vector of numbers a channel; only those in the mask."""
     values = woven(b, numbers, held)
-    if mask is None:
-        b.plain.store(values, pointer, align=held.bits // 8)
-    else:
-        masks = b.interleaved([mask] * (values.type.count // b.lanes))
-        b.store_masked(values, pointer, masks, held.bits // 8)
+    masks = b.interleaved([mask] * (values.type.count // b.lanes))
+    b.store_masked(values, pointer, masks, held.bits // 8)

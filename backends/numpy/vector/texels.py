@@ -10,6 +10,7 @@ from typing import Any
 from llvmlite import ir
 
 from passgraph.backends.numpy.storage import FLOAT
+from passgraph.backends.numpy.vector.constants import blank, lanes_of
 from passgraph.backends.numpy.vector.lanes import Lanes
 from passgraph.backends.numpy.vector.operations import F32, I32, I64
 from passgraph.backends.numpy.vector.stored import decoded, element, split
@@ -60,7 +61,7 @@ def scattered(
         function.linkage = "internal"
         function.attributes.add("noinline" if rarely else "alwaysinline")
         inner = Lanes(ir.IRBuilder(function.append_basic_block("entry")), b.lanes)
-        packed = ir.Constant(made, ir.Undefined)
+        packed = blank(made)
         where, which = function.args
         put_together = _floats if held.number == FLOAT.number else partial(_words, held)
         for place, value in enumerate(put_together(inner, where, which, channels, wanted)):
@@ -101,7 +102,7 @@ def _words(held: Format, b: Lanes, picture: Any, pixels: Any, channels: int, wan
 
 
 def _lane_by_lane(b: Lanes, places: Sequence[Any], kind: Any, align: int) -> Any:
-    vector = ir.Constant(b.vector(kind), ir.Undefined)
+    vector = blank(b.vector(kind))
     for lane, place in enumerate(places):
         vector = b.insert_element(vector, b.load(place, typ=kind, align=align), ir.Constant(I32, lane))
     return vector
@@ -130,7 +131,7 @@ def transposed(b: Lanes, rows: list[Any]) -> list[Any]:
 
     def mixed(x: Any, y: Any, order: Sequence[int]) -> Any:
         places = [(four + place % 4) + (count if place >= 4 else 0) for four in range(0, count, 4) for place in order]
-        return b.shuffle_vector(x, y, ir.Constant(ir.VectorType(I32, count), places))
+        return b.shuffle_vector(x, y, lanes_of(places))
 
     low, high = (0, 4, 1, 5), (2, 6, 3, 7)
     first, second = (0, 1, 4, 5), (2, 3, 6, 7)
@@ -142,7 +143,7 @@ def joined(b: Lanes, parts: list[Any]) -> Any:
     """Vectors one behind another; as many as a power of two."""
     while len(parts) > 1:
         length = 2 * parts[0].type.count
-        order = ir.Constant(ir.VectorType(I32, length), list(range(length)))
+        order = lanes_of(range(length))
         parts = [b.shuffle_vector(x, y, order) for x, y in zip(parts[::2], parts[1::2], strict=True)]
     return parts[0]
 
@@ -151,5 +152,4 @@ def picked(b: Lanes, vector: Any, places: Sequence[int]) -> Any:
     """Those numbers of a vector."""
     if list(places) == list(range(vector.type.count)):
         return vector
-    order = ir.Constant(ir.VectorType(I32, len(places)), list(places))
-    return b.shuffle_vector(vector, ir.Constant(vector.type, ir.Undefined), order)
+    return b.shuffle_vector(vector, blank(vector.type), lanes_of(places))

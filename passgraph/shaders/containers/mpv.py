@@ -65,16 +65,18 @@ _BEHIND = {
     for count, kept in ((1, "vec4(hook().x, vec2(0.0), 1.0)"), (2, "vec4(hook().xy, 0.0, 1.0)"),
                         (3, "vec4(hook().xyz, 1.0)"), (4, "hook()"))
 }  # fmt: skip
-_LUMA = """uniform sampler2D t;
-void main() { gl_FragColor = vec4(dot(texture2D(t, pg_position).rgb, vec3(.2126, .7152, .0722)), 0.0, 0.0, 1.0); }"""
-_COPIED = """uniform sampler2D t; uniform vec2 pg_offset;
-void main() { gl_FragColor = texture2D(t, pg_position + pg_offset / vec2(textureSize(t, 0))); }"""
-_JOINED = """uniform sampler2D t, luma; uniform vec2 pg_offset;
-void main() {
-    vec4 c = texture2D(t, pg_position);
-    float y = texture2D(luma, pg_position + pg_offset / vec2(textureSize(luma, 0))).x;
-    gl_FragColor = vec4(c.rgb + (y - dot(c.rgb, vec3(.2126, .7152, .0722))), c.a);
-}"""
+#: How to read a picture: this pixel where it is as large as the result, else this place, or where passes have put it.
+_HERE = "texelFetch({0}, ivec2(gl_FragCoord.xy), 0)"
+_SCALED = "texture2D({0}, pg_position)"
+_MOVED = "texture2D({0}, pg_position + pg_offset / vec2(textureSize({0}, 0)))"
+_LUMA = f"""uniform sampler2D t;
+void main() {{ gl_FragColor = vec4(dot({_HERE.format("t")}.rgb, vec3(.2126, .7152, .0722)), 0.0, 0.0, 1.0); }}"""
+_COPIED = "uniform sampler2D t; void main() {{ gl_FragColor = {0}; }}"
+_JOINED = """uniform sampler2D t, luma;
+void main() {{
+    vec4 c = {1};
+    gl_FragColor = vec4(c.rgb + ({0}.x - dot(c.rgb, vec3(.2126, .7152, .0722))), c.a);
+}}"""
 
 
 @dataclass(frozen=True)
@@ -162,13 +164,17 @@ def _built(passes: list[_Pass], frame: Target, values: Mapping[str, Any], into: 
     uniforms = clock_uniforms(values) | dict(values) | {"pg_scale": float(scale)}
     for number, one in enumerate(passes):
         _add_pass(one, chain, frame, uniforms, f"{into.name}.{number}", file)
+    own = "LUMA" if has_luma else "OUTPUT"
+    size, offset = chain.sizes[own], chain.offsets["LUMA" if has_luma else "MAIN"]
     shown: dict[str, Any] = {"t": chain.held["OUTPUT"]}
+    read = _HERE if offset == (0.0, 0.0) else _MOVED
+    text = _COPIED.format(read.format("t"))
     if has_luma:
         shown["luma"] = chain.held["LUMA"]
-    own = "LUMA" if has_luma else "OUTPUT"
-    joined = _kernel("joined", _JOINED if has_luma else _COPIED)
-    offset = chain.offsets["LUMA" if has_luma else "MAIN"]
-    return joined(into=replace(into, size=Computed(*chain.sizes[own])), pg_offset=offset, **shown)
+        text = _JOINED.format(read.format("luma"), (_HERE if size == chain.sizes["OUTPUT"] else _SCALED).format("t"))
+    if read is _MOVED:
+        shown["pg_offset"], text = offset, f"uniform vec2 pg_offset; {text}"
+    return _kernel("joined", text)(into=replace(into, size=Computed(*size)), **shown)
 
 
 def _scaled(side: str, scale: float) -> Formula:

@@ -18,7 +18,8 @@ GROUP = "plans"
 SIZE = (67, 11)
 #: As many texels as a power of two.
 EVEN = (64, 8)
-BINS = 9
+#: Three pixels of four bins in each quarter, none to spare; whole numbers fall into bins of each.
+BINS = 48
 
 
 def cases() -> Iterator[Case]:
@@ -32,7 +33,7 @@ def cases() -> Iterator[Case]:
     green = picture[..., 1]
     place = divmod(int(green.argmax()), SIZE[0])[::-1]
     yield Case(GROUP, "the first place of many", placed, SIZE, frames, exact={"place": np.array([[place]], np.float64)})
-    counts = np.histogram(picture[..., 2], BINS, (0.5, 6))[0]
+    counts = np.histogram(picture[..., 2], BINS, (0.05, 6))[0]
     yield Case(GROUP, "a histogram", counted, SIZE, frames, exact={"counts": counts[None, :, None]})
     last, now = whole(8, EVEN), whole(9, EVEN)
     above = now - last.mean((0, 1), np.float64)
@@ -56,7 +57,7 @@ def placed() -> Mapping[str, pg.Target]:
 
 def counted() -> Mapping[str, pg.Target]:
     """Numbers below and above the ends are in no bin."""
-    return {"counts": pg.histogram(pg.Input("frame", "rgba32f"), BINS, channel=2, low=0.5, high=6.0)}
+    return {"counts": pg.histogram(pg.Input("frame", "rgba32f"), BINS, channel=2, low=0.05, high=6.0)}
 
 
 def levelled() -> Mapping[str, pg.Target]:

@@ -15,7 +15,7 @@ once leads out of that bound, nothing is said of the lane.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -142,7 +142,17 @@ class Frontier:
     def __len__(self) -> int:
         return len(self.lanes)
 
-    def part(self, chosen: slice) -> Frontier:
+    def parts(self) -> Iterator[Frontier]:
+        """So many at once, those of one lane together: what is tried of it hangs on no other lane."""
+        ends = np.append(np.flatnonzero(np.diff(self.lanes)) + 1, len(self))
+        first = 0
+        while first < len(self):
+            most = max(int(np.searchsorted(ends, first + BATCH, side="right")) - 1, 0)
+            last = int(ends[most]) if ends[most] > first else int(ends[np.searchsorted(ends, first, side="right")])
+            yield self._part(slice(first, last))
+            first = last
+
+    def _part(self, chosen: slice) -> Frontier:
         return Frontier(self.lanes[chosen], self.prefixes[chosen], self.origins[chosen])
 
     @classmethod
@@ -161,12 +171,11 @@ def explore(run: Run, count: int, components: list[int], pace: Pace | None = Non
     pace = pace or Pace()
     search, done = _Search(run, count, components, pace), 0
     for lanes in batches(count):
-        pace.batch()
+        pace.batch(len(lanes))
         frontier = Frontier(lanes, np.zeros((len(lanes), 0), np.int8), np.full(len(lanes), -1))
         level = 0
         while len(frontier) and not pace.over:
-            parts = [frontier.part(slice(i, i + BATCH)) for i in range(0, len(frontier), BATCH)]
-            following = [search.step(part, level) for part in parts]
+            following = [search.step(part, level) for part in frontier.parts()]
             frontier = Frontier.joined([] if first_only else following)
             level += 1
         search.give_up(frontier.lanes)

@@ -49,7 +49,6 @@ class Pace:
 
     Attributes
     ----------
-    rows : lanes that were run so far, once for each of their paths
     untried : lanes of the present pass of which time was left for no bounds, or not for all of their paths
     """
 
@@ -60,9 +59,9 @@ class Pace:
         clock: Callable[[], float] = time.monotonic,
     ) -> None:
         self.most_seconds, self.say, self.clock = most_seconds, say, clock
-        self.rows = self.untried = 0
+        self.untried = 0
         self._what, self._spent, self._since = "", 0.0, clock()
-        #: Of the present pass, each run's rows and seconds, and where each batch began.
+        #: Of the present pass, each run's rows and seconds, and the lanes of each batch.
         self._runs: list[tuple[int, float]] = []
         self._batches: list[int] = []
 
@@ -87,23 +86,23 @@ class Pace:
     def over(self) -> bool:
         return self.left_s <= 0.0
 
-    def batch(self) -> None:
-        """A batch begins."""
-        self._batches.append(len(self._runs))
+    def batch(self, lanes: int) -> None:
+        """A batch of so many lanes begins."""
+        self._batches.append(lanes)
 
     def ran(self, rows: int, seconds: float) -> None:
-        self.rows += rows
+        """Some lanes of the batch were run along a path of each, or along several."""
         self._runs.append((rows, seconds))
 
     def tell(self, done: int, count: int) -> None:
-        """So many lanes of all are through."""
+        """So many lanes of all that were asked for are through."""
         if done < count:
-            rest_s = self.rest_s(done, count)
+            rest_s = self.rest_s(count - done)
             limit = f", {max(self.left_s, 0.0):.0f} s are left" if rest_s > self.left_s else ""
             self.say(f"bounds of {self._what}: {done / count:.0%} done, up to {told_s(rest_s)} more{limit}")
 
-    def rest_s(self, done: int, count: int) -> float:
-        """An upper estimate of what the rest of the pass takes.
+    def rest_s(self, lanes: int) -> float:
+        """An upper estimate of what more lanes of the pass take.
 
         A run takes some time at any rate, and some more for each of its rows; the rest has as many rows a lane, and
         its batches as many runs, as what is done.
@@ -115,9 +114,8 @@ class Pace:
             slope = float(np.cov(rows, seconds, bias=True)[0, 1] / rows.var())
             if 0.0 < slope < for_each:
                 for_each, at_any_rate = slope, float(seconds.mean() - slope * rows.mean())
-        parts = -(-(count - done) // BATCH)
-        runs = parts * len(rows) / len(self._batches)
-        return MARGIN * (for_each * float(rows.sum()) / done * (count - done) + at_any_rate * runs)
+        runs = -(-lanes // BATCH) * len(rows) / len(self._batches)
+        return MARGIN * (for_each * float(rows.sum()) / sum(self._batches) * lanes + at_any_rate * runs)
 
 
 def told_s(seconds: float) -> str:
