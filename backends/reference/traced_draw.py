@@ -17,7 +17,7 @@ from passgraph.backends.reference.raster_cover import Fragments
 from passgraph.backends.reference.raster_setup import ScreenTriangles
 from passgraph.backends.reference.stage import BoundStage
 from passgraph.backends.reference.storage import Storage
-from passgraph.backends.reference.traced import Event, Traced, plain
+from passgraph.backends.reference.traced import Event, plain, traced
 from passgraph.graph.draw_state import DrawState
 from passgraph.plan.data import DrawStep
 
@@ -205,12 +205,6 @@ class TracedDraw(ReferenceDrawPass):
             inputs[name] = plain(value)
             return value
 
-        traces: list[Traced] = []
-
-        def traced(*parts: Any) -> Traced:
-            traces.append(Traced(*parts))
-            return traces[0]
-
         builtins = {name: partial(read, name, make) for name, make in covered.builtins().items()}
-        results, _ = bound.run(1, builtins, traced)
-        return Lines(inputs, traces[0].events, tuple(map(plain, results)))
+        events, results = traced(bound, builtins)
+        return Lines(inputs, events, tuple(map(plain, results)))

@@ -14,7 +14,7 @@ from passgraph.backends.base import Block
 from passgraph.backends.reference import ReferenceBackend
 from passgraph.backends.reference.stage import Stage, given
 from passgraph.backends.reference.storage import Storage, stored
-from passgraph.backends.reference.traced import Traced, plain
+from passgraph.backends.reference.traced import plain, traced
 from passgraph.backends.reference.traced_draw import TracedDraw
 from passgraph.errors import GraphError, InputError
 from passgraph.graph.geometry import Geometry
@@ -101,18 +101,12 @@ class _Looking(ReferenceBackend):
         program = step.source.kernel.program
         stage = Stage(program, step.program, step.facts)
         bound = stage.bind(block, [name for name, _ in step.images], images)
-        traces: list[Traced] = []
-
-        def make(*parts: Any) -> Traced:
-            traces.append(Traced(*parts))
-            return traces[0]
-
         here = {"pixel": given(np.array([[x, y]])), "output_size": given(np.array([step.size], np.int64))}
-        results, _ = bound.run(1, here, make)
+        events, results = traced(bound, here)
         names = [self.plan.resources[resource].name for resource in step.outputs]
         self.found = Inspection(
             step.name, program.name, f"{program.source.file}:{program.source.line}", (x, y), step.size,
-            {name: plain(value) for name, value in bound.read.items()}, traces[0].events,
+            {name: plain(value) for name, value in bound.read.items()}, events,
             {name: plain(value) for name, value in zip(names, results, strict=True)},
             {
                 name: _held(output, value)
