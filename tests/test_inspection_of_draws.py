@@ -256,6 +256,17 @@ def test_a_draw_over_another_starts_from_what_it_left() -> None:
     assert below.step == "made" and below.stored == beside.stored
 
 
+def test_passes_of_one_name_have_numbers() -> None:
+    made = drawn(layers(0.0), name="draw")
+    for depth in (-0.25, -0.5):
+        made = drawn(layers(depth), into=made, depth=made.depth, name="draw")
+    with pg.compile(made, "reference") as program:
+        held = [program.inspect(1, 2, name).stored["depth"] for name in ("draw 1", "draw 2", "draw 3", "draw", None)]
+        assert held == [0.5, 0.375, 0.25, 0.25, 0.25]
+        with pytest.raises(pg.GraphError, match=r"there is no pass 'draw 4'.*; there are draw 1, draw 2, draw 3"):
+            program.inspect(1, 2, "draw 4")
+
+
 def test_a_draw_of_depth_alone_has_no_lines() -> None:
     made = pg.draw(
         layers(0.0, 0.5), vertex=pg.vertex(source=TEXT, name="place"), depth=pg.target("depth", "depth32f", SIZE)

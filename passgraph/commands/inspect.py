@@ -31,7 +31,12 @@ class PixelType(click.ParamType[tuple[int, int]]):
 @click.argument("source", metavar="[SCENE_OR_PICTURE]", required=False, type=click.Path(path_type=Path))
 @effect_option("What is looked into")
 @click.option("--at", required=True, type=PixelType(), help="The pixel: column and row, 0,0 at the top left.")
-@click.option("--pass", "step", metavar="NAME", help="A pass or a draw, as `passgraph plan` names it.  [default: last]")
+@click.option(
+    "--pass",
+    "step",
+    metavar="NAME",
+    help="A pass or a draw, as `passgraph plan` names it; NAME 2 is the second of that name.  [default: last]",
+)
 @size_option(RENDER_SIZE)
 @click.option("--depth", type=click.Path(path_type=Path), help="Depth picture, for effects that take one.")
 @click.option("--linear", is_flag=True, help="Decode 8- and 16-bit pictures from sRGB to linear light first.")

@@ -66,15 +66,25 @@ def inspected(known: Known, name: str | None, x: int, y: int) -> Inspection:
 
 
 def _step(plan: Plan, name: str | None) -> PixelStep | DrawStep:
-    """The pass of this name; the last one where none is given."""
-    steps = {step.name: step for step in plan.steps if isinstance(step, (PixelStep, DrawStep))}
+    """The pass of this name; the last one where none is given, or several have it and no number is behind it."""
+    steps = [step for step in plan.steps if isinstance(step, (PixelStep, DrawStep))]
+    if not steps:
+        raise GraphError("inspect looks into passes, and this graph has none")
+    named: dict[str, list[PixelStep | DrawStep]] = {}
+    for step in steps:
+        named.setdefault(step.name, []).append(step)
+    numbered = {
+        f"{of} {number}" if len(several) > 1 else of: step
+        for of, several in named.items()
+        for number, step in enumerate(several, 1)
+    }
     if name is None:
-        if not steps:
-            raise GraphError("inspect looks into passes, and this graph has none")
-        return list(steps.values())[-1]
-    if name not in steps:
-        raise GraphError(f"there is no pass {shown(name)}{near(str(name), steps)}; there are {', '.join(steps)}")
-    return steps[name]
+        return steps[-1]
+    if name in named:
+        return named[name][-1]
+    if name not in numbered:
+        raise GraphError(f"there is no pass {shown(name)}{near(str(name), numbered)}; there are {', '.join(numbered)}")
+    return numbered[name]
 
 
 class _Looking(ReferenceBackend):

@@ -299,7 +299,8 @@ class Program:
         x, y
             The pixel, from 0 at the left and on top.
         step
-            The name of a pass; left out, the last one.
+            The name of a pass; left out, the last one.  Of passes of one name it is the last, or by a number behind it
+            (``"draw 1"``) the first, second …
         given
             Pictures and values by name, as for a call.
 
