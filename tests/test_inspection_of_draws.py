@@ -11,6 +11,7 @@ import pytest
 import passgraph as pg
 from passgraph.backends.reference import raster_cover
 from passgraph.backends.reference.traced_draw import KEPT_ENDS, KEPT_RUNS
+from passgraph.commands.entry import run
 from passgraph.effects.surfaces.marks import instances, points
 
 TEXT = """
@@ -314,3 +315,13 @@ def test_what_is_not_there_is_said() -> None:
         looked(drawn(layers(0.0)), 6, 0)
     behind_and_nowhere = np.repeat([[-3.0, 0], [-1, 0], [0, 0]], 3, axis=0)  # w is -2, 0 and 1
     assert fates(looked(drawn(layers(0.0, 0.0, 0.0, uvs=behind_and_nowhere)), 0, 0)) == [(2, "passed")]
+
+
+def test_the_command_shows_a_draw(capsys: pytest.CaptureFixture[str]) -> None:
+    told = ["inspect", "-e", "soft-shadow", "--size", "16x9", "--at", "1,8", "--pass", "surfaces: floor"]
+    assert run(told) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].startswith("pass surfaces: floor at (1, 8) of 16x9: kernel textured, ")
+    assert "1 of 2 triangles covers the pixel, in this order:" in lines
+    assert sum(line.startswith("  vertex ") for line in lines) == 3
+    assert any(line.startswith("base_color holds (") for line in lines)
