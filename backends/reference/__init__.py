@@ -2,7 +2,8 @@
 
 It is the meaning that other backends are held to.  In reading order: ``domain`` and ``interpreter`` (the
 walker), ``number_domain`` (float64), ``images`` and ``stage`` (what a kernel sees), ``pixel_pass``; then
-``draw_pass`` with ``raster_clip``, ``raster_setup``, ``raster_cover``, ``output_tests`` and ``output_merge``.
+``draw_pass`` with ``raster_clip``, ``raster_setup``, ``raster_cover``, ``output_tests`` and ``output_merge``;
+``traced`` and ``traced_draw`` tell what a kernel and a draw do at one pixel.
 """
 
 from __future__ import annotations

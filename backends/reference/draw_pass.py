@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -57,10 +58,12 @@ class ReferenceDrawPass:
         bound = None if self.fragment is None else self.fragment.bind(fragment, names, images)
         with np.errstate(all="ignore"):
             vertices = self._vertices(self.vertex.bind(vertex, names, images), geometry)
-            clipped, triangles = clip_triangles(vertices, np.asarray(geometry.triangles, np.int64).reshape(-1, 3))
+            whole = np.asarray(geometry.triangles, np.int64).reshape(-1, 3)
+            clipped, triangles, sources = clip_triangles(vertices, whole)
             screen = to_window(clipped, triangles, self.step.size, self.step.state)
-            for fragments in cover(screen, self.step.size):
-                self._merge(_Covered(fragments, screen, clipped, self), bound, outputs, depth)
+            screen = replace(screen, source=sources[screen.source])
+            for fragments in self._fragments(screen):
+                self._merge(Covered(fragments, screen, clipped, self), bound, outputs, depth)
 
     def _clear(self, outputs: Sequence[Storage], depth: Storage | None) -> None:
         for output, clear in zip(outputs, self.step.clears, strict=True):
@@ -88,8 +91,15 @@ class ReferenceDrawPass:
             parts.append(np.concatenate(rows, axis=1).astype(np.float32).astype(np.float64))
         return Vertices(np.concatenate(parts))
 
+    def _fragments(self, screen: ScreenTriangles) -> Iterator[Fragments]:
+        return cover(screen, self.step.size)
+
+    def _tested(self, covered: Covered, depth: Storage | None) -> NDArray[np.bool_]:
+        """Which fragments pass stencil and depth, which are updated."""
+        return passing(depth, self.step.state, covered.pixel, covered.depth)
+
     def _merge(
-        self, covered: _Covered, bound: BoundStage | None, outputs: Sequence[Storage], depth: Storage | None
+        self, covered: Covered, bound: BoundStage | None, outputs: Sequence[Storage], depth: Storage | None
     ) -> None:
         """One batch of fragments through kernel, tests and output.
 
@@ -101,7 +111,7 @@ class ReferenceDrawPass:
             colours, keep = covered.shade(bound)
             kept = np.flatnonzero(keep)
             covered, colours = covered.take(kept), [c[kept] for c in colours]
-        passed = np.flatnonzero(passing(depth, state, covered.pixel, covered.depth))
+        passed = np.flatnonzero(self._tested(covered, depth))
         if bound is None or not outputs:
             return
         blends = state.blend or (None,) * len(outputs)
@@ -116,7 +126,7 @@ class ReferenceDrawPass:
             write(output, covered.pixel[chosen], values[chosen], mask, blend)
 
 
-class _Covered:
+class Covered:
     """Fragments with what the rules derive from their place in the triangle."""
 
     def __init__(
@@ -131,8 +141,8 @@ class _Covered:
         over_w = weights * screen.inverse_w[owner]
         self.perspective = over_w / over_w.sum(axis=1, keepdims=True)
 
-    def take(self, chosen: Ints | slice) -> _Covered:
-        return _Covered(self.fragments[chosen], self.screen, self.vertices, self.draw)
+    def take(self, chosen: Ints | slice) -> Covered:
+        return Covered(self.fragments[chosen], self.screen, self.vertices, self.draw)
 
     def shade(self, bound: BoundStage) -> tuple[list[Float64], NDArray[np.bool_]]:
         """The fragment kernel's results (n, channels), and which fragments it keeps."""
@@ -161,7 +171,7 @@ class _Covered:
         """What the triangles have at a pixel of each quad."""
         if axes:
             beside = self.fragments.beside(axes, self.screen)
-            return _Covered(beside, self.screen, self.vertices, self.draw)._of_triangle()
+            return Covered(beside, self.screen, self.vertices, self.draw)._of_triangle()
         made = {name: self._varying(columns, shape) for name, (columns, shape) in self.draw.varyings.items()}
         return {"fragment_depth": lambda: self.depth.astype(np.float64), **made}
 

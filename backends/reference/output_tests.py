@@ -80,9 +80,14 @@ def passing(storage: Storage | None, state: DrawState, pixel: Ints, depth: Float
     return passed
 
 
+def allows(stencil: Stencil, held: Bytes) -> Lanes:
+    """Whether the stencil test lets fragments pass where these bytes are held."""
+    return COMPARE[stencil.compare](np.int64(stencil.reference & stencil.read_mask), held & stencil.read_mask)
+
+
 def _stencil_test(stencil: Stencil, stencils: NDArray[np.uint8], at: Ints, nearer: Lanes) -> Lanes:
     old = stencils[at].astype(np.int64)
-    allowed = COMPARE[stencil.compare](np.int64(stencil.reference & stencil.read_mask), old & stencil.read_mask)
+    allowed = allows(stencil, old)
     fail, depth_fail, both = (
         OPERATIONS[operation](old, stencil.reference)
         for operation in (stencil.fail, stencil.depth_fail, stencil.passed)

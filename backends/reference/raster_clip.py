@@ -36,8 +36,8 @@ def distances(clip: Float64) -> Float64:
     return np.stack([z + w, w - z, wide + x, wide - x, wide + y, wide - y], axis=-1)
 
 
-def clip_triangles(vertices: Vertices, triangles: Ints) -> tuple[Vertices, Ints]:
-    """Triangles (m, 3) cut down to what lies inside all planes, in the order of submission.
+def clip_triangles(vertices: Vertices, triangles: Ints) -> tuple[Vertices, Ints, Ints]:
+    """Triangles (m, 3) cut down to what lies inside all planes, in the order of submission, and which each is of.
 
     Corners that cutting makes are added behind the vertices.  A triangle with a position that is not finite
     is dropped.
@@ -59,8 +59,9 @@ def clip_triangles(vertices: Vertices, triangles: Ints) -> tuple[Vertices, Ints]
         parts.append(fans + count)
         sources.append(batch[owners])
         count += len(rows[-1])
-    order = np.argsort(np.concatenate(sources), kind="stable")
-    return Vertices(np.concatenate(rows)), np.concatenate(parts)[order]
+    owner = np.concatenate(sources)
+    order = np.argsort(owner, kind="stable")
+    return Vertices(np.concatenate(rows)), np.concatenate(parts)[order], owner[order]
 
 
 def _clip_polygons(polygons: Float64) -> tuple[Float64, Ints]:

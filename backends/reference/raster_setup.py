@@ -33,6 +33,7 @@ class ScreenTriangles:
     area: Ints  # twice the area, in (1/256 pixel)²
     front: NDArray[np.bool_]
     offset: Float64  # what polygon offset adds to the depth
+    source: Ints  # which of the triangles that came in each is
 
     def __len__(self) -> int:
         return len(self.area)
@@ -67,7 +68,7 @@ def to_window(vertices: Vertices, triangles: Ints, size: tuple[int, int], state:
 
     made = ScreenTriangles(
         wound(triangles), wound(x), wound(y), wound(depth[at]), wound(inverse_w[at]),  # type: ignore[arg-type]
-        np.abs(area[kept]), front[kept], np.zeros(len(kept)),
+        np.abs(area[kept]), front[kept], np.zeros(len(kept)), kept,
     )  # fmt: skip
     if state.polygon_offset == (0.0, 0.0):
         return made

@@ -11,6 +11,7 @@ import numpy as np
 from passgraph.backends.reference.domain import Surroundings
 from passgraph.backends.reference.interpreter import Interpreter
 from passgraph.backends.reference.number_domain import Lanes, NumberDomain, Numbers
+from passgraph.backends.reference.stage import BoundStage, Builtins
 from passgraph.language import ir
 from passgraph.language.library import LIBRARY
 from passgraph.language.source import Span
@@ -100,6 +101,18 @@ class Traced(Interpreter[Numbers, Lanes]):
         if len(loop.trips) > 2 * KEPT_TRIPS:
             del loop.trips[KEPT_TRIPS]
         self._open.append(events)
+
+
+def traced(bound: BoundStage, builtins: Builtins) -> tuple[list[Event], list[Numbers]]:
+    """One lane of a stage: what happened in it, and its results."""
+    made: list[Traced] = []
+
+    def make(*parts: Any) -> Traced:
+        made.append(Traced(*parts))
+        return made[0]
+
+    results, _ = bound.run(1, builtins, make)
+    return made[0].events, results
 
 
 def _of_returns(condition: ir.Expr) -> bool:

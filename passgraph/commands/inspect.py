@@ -32,7 +32,10 @@ class PixelType(click.ParamType[tuple[int, int]]):
 @effect_option("What is looked into")
 @click.option("--at", required=True, type=PixelType(), help="The pixel: column and row, 0,0 at the top left.")
 @click.option(
-    "--pass", "step", metavar="NAME", help="A full-screen pass, as `passgraph plan` names it.  [default: last]"
+    "--pass",
+    "step",
+    metavar="NAME",
+    help="A pass or a draw, as `passgraph plan` names it; NAME 2 is the second of that name.  [default: last]",
 )
 @size_option(RENDER_SIZE)
 @click.option("--depth", type=click.Path(path_type=Path), help="Depth picture, for effects that take one.")
@@ -51,8 +54,12 @@ def inspect(
 ) -> None:
     """Show every value of every line of a kernel at one pixel, in float64, by the reference.
 
-    Branches are shown with whether they hold, loops with their first and last trips.  Passes before the one that is
-    looked into run on the reference too, which takes its time on large pictures.  Pictures keep their own size.
+    Branches are shown with whether they hold, loops with their first and last trips.  Of a draw: which triangles cover
+    the pixel, in order, with their depths and which tests they pass; then the fragment kernel's lines for the visible
+    one and a few others, with what the vertex kernel gave for their corners.
+
+    Passes before the one that is looked into run on the reference too, which takes its time on large pictures.
+    Pictures keep their own size.
     """
     from passgraph.run.program import compile
 

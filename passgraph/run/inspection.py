@@ -4,27 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-import numpy as np
+from passgraph.backends.reference.traced import Branch, Event, Loop, Taken
+from passgraph.backends.reference.traced_draw import Drawn, Fragment
 
-from passgraph.arguments import near, shown, whole
-from passgraph.backends.base import Block
-from passgraph.backends.reference import ReferenceBackend
-from passgraph.backends.reference.stage import Stage, given
-from passgraph.backends.reference.storage import Storage, stored
-from passgraph.backends.reference.traced import Branch, Event, Loop, Taken, Traced, plain
-from passgraph.errors import GraphError, InputError
-from passgraph.plan.build import build
-from passgraph.plan.data import DrawStep, Options, PixelStep, Plan, Step
-from passgraph.run.execution import Execution
-
-if TYPE_CHECKING:
-    from passgraph.formats import Format
-    from passgraph.graph.targets import Target
-
-#: Every pass as it is written, each target in memory of its own.
-OPTIONS = Options(fuse=False, alias=False, static=False)
 #: Columns in which source stands before values.
 _SOURCE_COLUMNS = 56
 #: Arrays longer than this are shown in part.
@@ -44,6 +28,35 @@ class Inspection:
     events : in the order in which they happened, see `passgraph.backends.reference.traced`
     results : what the kernel returns, by target
     stored : what of that the target's format holds
+    drawn : of a draw, which triangles cover the pixel and what becomes of each; None for a full-screen pass
+
+    Of a draw, parameters, events and results are those of the fragment that is visible, the last that passes its tests
+    (the last that is blended in); empty where there is none.  ``stored`` is what the targets hold once all is drawn:
+    the depth and stencil targets too, the latter as ``depth (stencil)``.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import passgraph as pg
+    >>> text = '''class Corner:
+    ...     position: vec4
+    ...     height: float
+    ...
+    ... def place(v: Vertex) -> Corner: return Corner(vec4(v.position, 1.0), v.position.y)
+    ... def shade(c: Corner) -> float: return c.height * 0.5'''
+    >>> corners = np.array([[-1, -1, 0.5], [3, -1, 0.5], [-1, 3, 0.5], [-1, -1, 0], [3, -1, 0], [-1, 3, 0]], np.float32)
+    >>> made = pg.draw(
+    ...     pg.Mesh.make(corners, [[0, 1, 2], [3, 4, 5]]), vertex=pg.vertex(source=text, name="place"),
+    ...     fragment=pg.fragment(source=text, name="shade"), into=pg.target("made", "r32f"),
+    ...     depth=pg.target("depth", "depth32f"),
+    ... )
+    >>> with pg.compile(made, size=(4, 4)) as program:
+    ...     found = program.inspect(0, 3)
+    >>> [(each.triangle, each.depth, each.fate) for each in found.drawn.fragments], found.results
+    ([(0, 0.75, 'passed'), (1, 0.5, 'passed')], {'made': -0.375})
+    >>> seen = found.drawn.visible
+    >>> [corner.values["height"] for corner in seen.corners], seen.lines.inputs  # print(found) shows all
+    ([-1.0, -1.0, 3.0], {'varying.height': -0.75})
     """
 
     step: str
@@ -55,6 +68,7 @@ class Inspection:
     events: Sequence[Event]
     results: Mapping[str, Any]
     stored: Mapping[str, Any]
+    drawn: Drawn | None = None
 
     def values(self, name: str) -> list[Any]:
         """Every value that a variable took, in order; of loops those of the trips that are kept."""
@@ -64,6 +78,8 @@ class Inspection:
         x, y = self.pixel
         lines = [f"pass {self.step} at ({x}, {y}) of {self.size[0]}x{self.size[1]}: kernel {self.kernel}, {self.file}"]
         lines += [f"  {name} = {_text(value)}" for name, value in self.parameters.items()]
+        if self.drawn is not None:
+            return "\n".join([*lines, *_of_draw(self.drawn, list(self.stored)), *_holds(self.stored)])
         lines += _lines(self.events)
         for name, value in self.results.items():
             held = self.stored[name]
@@ -117,115 +133,51 @@ def _text(value: Any) -> str:
     return f"{value:.9g}" if isinstance(value, float) else str(value)
 
 
-# Finding out
+# Draws
 
 
-@dataclass(frozen=True)
-class Known:
-    """What a program knows of a run: its graph, and what is given."""
-
-    outputs: Mapping[str, Target]
-    size: tuple[int, int] | None
-    bound: Mapping[str, tuple[Format, tuple[int, int]]]
-    pictures: Mapping[str, Any]
-    values: Mapping[str, Any]
-    overrides: Mapping[tuple[str, str], object]
-
-
-def inspected(known: Known, name: str | None, x: int, y: int) -> Inspection:
-    """What `passgraph.Program.inspect` does."""
-    for given_name, picture in known.pictures.items():
-        if not isinstance(picture, np.ndarray):
-            raise InputError(f"input {given_name!r} is on the device, and the reference inspects; give an array")
-    plan = build(dict(known.outputs), known.size, dict(known.bound), OPTIONS)
-    step = _step(plan, name)
-    width, height = step.size
-    x = whole(x, f"inspect: x, in pass {step.name!r}", 0, width - 1)
-    y = whole(y, f"inspect: y, in pass {step.name!r}", 0, height - 1)
-    backend = _Looking(plan, step, (x, y))
-    execution = Execution(plan, backend)
-    try:
-        for (pass_name, parameter), value in known.overrides.items():
-            execution.override(pass_name, parameter, value)
-        execution.run(dict(known.pictures), dict(known.values), None)
-    finally:
-        execution.release()
-    assert backend.found is not None
-    return backend.found
+def _of_draw(drawn: Drawn, names: Sequence[str]) -> list[str]:
+    if not drawn.covering:
+        return [f"none of {drawn.triangles} triangles covers the pixel"]
+    covers = "covers" if drawn.covering == 1 else "cover"
+    made = [f"{drawn.covering} of {drawn.triangles} triangles {covers} the pixel, in this order:"]
+    last = -1
+    for fragment in drawn.fragments:
+        if fragment.order > last + 1:
+            made.append(f"  … {fragment.order - last - 1} more")
+        last = fragment.order
+        side = "front" if fragment.front else "back"
+        made.append(f"  triangle {fragment.triangle}, {side}, depth {_text(fragment.depth)}: {_fate(fragment, drawn)}")
+    for fragment in drawn.told:
+        made += _told(fragment, names)
+    return made
 
 
-def _step(plan: Plan, name: str | None) -> PixelStep:
-    """The pass of this name; the last one where none is given."""
-    steps = {step.name: step for step in plan.steps if not isinstance(step, DrawStep) and isinstance(step, PixelStep)}
-    draws = {step.name for step in plan.steps if isinstance(step, DrawStep)}
-    if name is None:
-        if not steps:
-            raise GraphError("inspect looks into full-screen passes, and this graph has none")
-        return list(steps.values())[-1]
-    if name in draws:
-        raise GraphError(f"pass {name!r} draws triangles; inspect looks into full-screen passes: {', '.join(steps)}")
-    if name not in steps:
-        raise GraphError(f"there is no pass {shown(name)}{near(str(name), steps)}; there are {', '.join(steps)}")
-    return steps[name]
+def _fate(fragment: Fragment, drawn: Drawn) -> str:
+    against = "" if fragment.held is None else f" ({drawn.state.depth_compare} against {_text(fragment.held)})"
+    if fragment.fate == "discarded":
+        return "discarded"
+    if fragment.fate == "stencil":
+        return "fails the stencil test"
+    if fragment.fate == "depth":
+        return f"fails the depth test{against}"
+    if any(drawn.state.blend):
+        return f"passes{against}, blended"
+    return f"passes{against}{', visible' if fragment is drawn.visible else ', drawn over'}"
 
 
-class _Looking(ReferenceBackend):
-    """The reference up to one pass, of which it computes one pixel; what that does not need is left out."""
-
-    def __init__(self, plan: Plan, wanted: PixelStep, pixel: tuple[int, int]) -> None:
-        super().__init__()
-        self.plan, self.wanted, self.pixel = plan, wanted, pixel
-        self.found: Inspection | None = None
-        self._needed = _behind(plan, wanted)
-
-    def pixel_pass(self, step: PixelStep) -> Any:
-        if step is self.wanted:
-            return self._look
-        return super().pixel_pass(step) if id(step) in self._needed else _nothing
-
-    def draw_pass(self, step: DrawStep) -> Any:
-        return super().draw_pass(step) if id(step) in self._needed else _nothing
-
-    def _look(self, outputs: Sequence[Storage], images: Sequence[Storage], block: Block) -> None:
-        step, (x, y) = self.wanted, self.pixel
-        program = step.source.kernel.program
-        stage = Stage(program, step.program, step.facts)
-        bound = stage.bind(block, [name for name, _ in step.images], images)
-        traces: list[Traced] = []
-
-        def make(*parts: Any) -> Traced:
-            traces.append(Traced(*parts))
-            return traces[0]
-
-        here = {"pixel": given(np.array([[x, y]])), "output_size": given(np.array([step.size], np.int64))}
-        results, _ = bound.run(1, here, make)
-        names = [self.plan.resources[resource].name for resource in step.outputs]
-        self.found = Inspection(
-            step.name, program.name, f"{program.source.file}:{program.source.line}", (x, y), step.size,
-            {name: plain(value) for name, value in bound.read.items()}, traces[0].events,
-            {name: plain(value) for name, value in zip(names, results, strict=True)},
-            {
-                name: _held(output, value)
-                for name, output, value in zip(names, outputs, results, strict=True)
-            },
-        )  # fmt: skip
+def _told(fragment: Fragment, names: Sequence[str]) -> list[str]:
+    made = [f"triangle {fragment.triangle}:"]
+    for corner in fragment.corners:
+        values = ", ".join(f"{name} = {_text(value)}" for name, value in corner.values.items())
+        made.append(f"  vertex {corner.vertex}: {values}")
+    if fragment.lines is not None:
+        made += [f"  {name} = {_text(value)}" for name, value in fragment.lines.inputs.items()]
+        made += _lines(fragment.lines.events)
+        if fragment.fate == "passed":
+            made += [f"{name} = {_text(v)}" for name, v in zip(names, fragment.lines.results, strict=False)]
+    return made
 
 
-def _held(output: Storage, value: Any) -> Any:
-    row = plain(stored(output.format, value.reshape(1, -1)))
-    return row[0] if value.ndim == 1 else row
-
-
-def _nothing(*_: Any) -> None:
-    """A pass that nobody asked for."""
-
-
-def _behind(plan: Plan, wanted: Step) -> set[int]:
-    """Steps whose results a step reads, by identity."""
-    needed, resources = set[int](), set(wanted.reads)
-    before = plan.steps[: plan.steps.index(wanted)]
-    for step in reversed(before):
-        if resources.intersection(step.writes):
-            needed.add(id(step))
-            resources.update(step.reads)
-    return needed
+def _holds(stored: Mapping[str, Any]) -> list[str]:
+    return [f"{name} holds {_text(value)}" for name, value in stored.items()]

@@ -290,26 +290,30 @@ class Program:
     def inspect(self, x: int, y: int, step: str | None = None, /, **given: Any) -> Inspection:
         """Every value of every line of a pass's kernel at one pixel, in float64, by the reference.
 
-        What the pass reads is computed by the reference too, as in a first run.
+        What the pass reads is computed by the reference too, as in a first run.  Of a draw it is the fragment kernel,
+        for the fragment that is visible and a few others; which triangles cover the pixel and what becomes of each
+        stands before it, with what the vertex kernel gave for their corners.
 
         Parameters
         ----------
         x, y
             The pixel, from 0 at the left and on top.
         step
-            The name of a full-screen pass; left out, the last one.
+            The name of a pass; left out, the last one.  Of passes of one name it is the last, or by a number behind it
+            (``"draw 1"``) the first, second …
         given
             Pictures and values by name, as for a call.
 
         Returns
         -------
         Inspection
-            Printed, each line of the source with what its variable takes; branches; a loop's trips.
+            Printed, each line of the source with what its variable takes; branches; a loop's trips.  Its docstring
+            has an example of a draw.
 
         Raises
         ------
         GraphError
-            For a pass that is not there or draws triangles, and a pixel outside of it.
+            For a pass that is not there, and a pixel outside of it.
         InputError
             As for a call.
 
@@ -324,7 +328,7 @@ class Program:
         >>> found.parameters, found.results  # print(found) shows the lines between them
         ({'gain': 2.0}, {'double': (0.5, 0.5, 0.5, 0.5)})
         """
-        from passgraph.run.inspection import Known, inspected
+        from passgraph.run.looking import Known, inspected
 
         with self._alone("inspected"):
             pictures = self._admission.pictures(given, self.backend.picture_of)

@@ -107,7 +107,7 @@ def test_no_polygon_has_more_corners_than_planes_can_make() -> None:
     random = np.random.default_rng(5)
     corners = random.uniform(-1, 1, (60_000, 4)) * np.where(random.random((60_000, 1)) < 0.3, 1e16, 1.0)
     rows = corners.astype(np.float32).astype(np.float64)
-    vertices, triangles = clip_triangles(Vertices(rows), np.arange(len(rows)).reshape(-1, 3))
+    vertices, triangles, _ = clip_triangles(Vertices(rows), np.arange(len(rows)).reshape(-1, 3))
     assert np.isfinite(vertices.rows).all()
     assert len(triangles) > 10_000
 

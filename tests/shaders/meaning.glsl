@@ -590,3 +590,39 @@ a[n % 2][1] += 10.0;
 float b[3] = a[1];
 a[0] = b;
 o = vec4(a[0][1], b[2], a[1][n % 3], a.length() + a[0].length());
+
+//// a condition keeps an argument from being an index that is outside
+ivec3 whole(vec3 c) { return ivec3(c); }
+float chosen(vec3 c, int k) { ivec3 d = whole(c); return float(k == 3 ? 40 : d[k]); }
+float linked(vec3 c, int k) { bool far = k > 2 || c[k] > 2.5; return k < 3 && c[k] > 1.5 || far ? 1.0 : 0.0; }
+float either(vec3 c, int k) { if (c.x > 3.0 || k == 3) return c.y; return c[k]; }
+float switched(vec3 c, int k) {
+    switch (k) {
+        case 3: return 7.0;
+        default: return c[k];
+    }
+}
+float named(vec3 c, int k) { bool inside = k >= 0 && k < 3; return inside ? c[k] + c[2 - k] : c.z; }
+// main
+vec3 c = vec3(p, 0.25);
+o.x = chosen(c, 3) + 100.0 * chosen(c, 1);
+o.y = linked(c, 3) + 2.0 * linked(c, 1) + 4.0 * linked(c, 0);
+o.z = either(c, 3) + 10.0 * switched(c, 3) + 100.0 * switched(c, 2);
+o.w = named(c, 3) + named(c, -1) + 10.0 * named(c, 0);
+
+//// a condition keeps an argument from being written outside
+struct Both { vec3 v; float a[3]; mat2 m; };
+Both put(Both b, int k, float x) {
+    bool inside = k >= 0 && k < 3;
+    if (inside) {
+        b.v[k] = x;
+        b.v.zyx[0] += 1.0;
+        b.a[k] += x;
+    }
+    if (inside && k < 2) b.m[k][1 - k] = x;
+    return b;
+}
+// main
+Both b = Both(vec3(p, 1), float[3](p.y, 2.0, p.x), mat2(p, 3, 4));
+b = put(put(put(put(b, 3, 5.0), -1, 6.0), 1, 7.0), 2, p.x);
+o = vec4(b.v + vec3(b.a[0], b.a[1], b.a[2]) * 100.0, b.m[0][1] + 10.0 * b.m[1][0]);

@@ -30,7 +30,7 @@ from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.calls import Calls
 from passgraph.shaders.glsl.folding import constant
 from passgraph.shaders.glsl.operators import arithmetic, negated, plain
-from passgraph.shaders.glsl.places import part_at, place_of, read_place, write_place
+from passgraph.shaders.glsl.places import part_at, perhaps, place_of, read_place, write_place
 from passgraph.shaders.glsl.typing import as_int, whole_numbers_alike
 
 if TYPE_CHECKING:
@@ -126,7 +126,8 @@ class Expressions:
         if output is not None:
             return read_variable(output.variable, node.span)
         base, index = self.body.unit.ordered([lambda: self.part(node.base), lambda: self.index(node.index)], node.span)
-        return part_at(base, plain(index, node.span, "an index"), node.span, self.body.builder.name_it)
+        index = perhaps(self.body, plain(index, node.span, "an index"), node.index, type_of(base))
+        return part_at(base, index, node.span, self.body.builder.name_it)
 
     # Operators
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, TypeAlias
 from passgraph.language import ir, variables
 from passgraph.language.composites import entry
 from passgraph.language.source import Span, fail
-from passgraph.language.types import INT, Array, Scalar, Vector, is_plain
+from passgraph.language.types import INT, Array, Matrix, Scalar, Struct, Type, Vector, is_plain
 from passgraph.language.typing_rules import widen
 from passgraph.language.values import (
     COMPOSITE,
@@ -27,6 +27,7 @@ from passgraph.language.variables import read_variable
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.operators import plain
 from passgraph.shaders.glsl.unit import Slot
+from passgraph.shaders.glsl.walk import walked
 
 if TYPE_CHECKING:
     from passgraph.shaders.glsl.body import Body
@@ -57,9 +58,48 @@ def place_of(body: Body, node: g.Expr) -> Place:
         if output is not None:
             return Place(output, (), node.span)
         base = place_of(body, node.base)
-        index = body.expressions.index(node.index)
+        index = perhaps(body, body.expressions.index(node.index), node.index, _type_at(base))
         return Place(base.slot, (*base.way, body.builder.name_it(index, node.span, keep_locals=False)), node.span)
     fail(node.span, "this cannot be assigned to")
+
+
+def _type_at(place: Place) -> Type | None:
+    """The type of what lies there; None where the way leads nowhere."""
+    type_: Type | None = place.slot.variable.type
+    for step in place.way:
+        if isinstance(step, str):
+            if isinstance(type_, Vector):
+                type_ = Vector(type_.element, len(step)) if len(step) > 1 else None
+            else:
+                type_ = dict(type_.fields).get(step) if isinstance(type_, Struct) else None
+        else:
+            type_ = _elements(type_)[1]
+    return type_
+
+
+def _elements(type_: Type | None) -> tuple[int, Type | None]:
+    """How many elements [] chooses from, and their type."""
+    if isinstance(type_, Array):
+        return type_.length, type_.element
+    if isinstance(type_, Matrix):
+        return type_.columns, type_.column
+    return (type_.size, type_.element) if isinstance(type_, Vector) else (0, None)
+
+
+def perhaps(body: Body, index: ir.Expr, node: g.Expr, type_: Type | None) -> ir.Expr:
+    """An index of a value of this type that is outside of it, as one that is known when it runs: not refused.
+
+    Only where names stand for it, as parameters do for a call's constants, and a condition may rule it out: such code
+    is right, and no driver refuses it.
+    """
+    builder, (count, _) = body.builder, _elements(type_)
+    if not isinstance(index, ir.Literal) or 0 <= index.value < count or len(builder.blocks) == 1:
+        return index
+    if not any(isinstance(part, g.Name) for part in walked(node)):
+        return index
+    name = builder.fresh("i")
+    builder.emit(ir.Assign(name, index, node.span))
+    return ir.Local(INT, name, node.span)
 
 
 def read_place(body: Body, place: Place) -> Part:

@@ -143,7 +143,7 @@ def _clipped(vertices: Corners, indices: Ints, snapped: bool) -> tuple[Corners, 
     columns, count = vertices.values.shape[1], len(vertices.values)
     sizes = np.abs(vertices.values)
     beside = [vertices.values, vertices.errors, sizes, _largest_near(sizes, indices)]
-    both, corners = clip_triangles(Vertices(np.concatenate(beside, axis=1)), indices)
+    both, corners, _ = clip_triangles(Vertices(np.concatenate(beside, axis=1)), indices)
     values, errors, shares, largest = (both.rows[:, k * columns : (k + 1) * columns] for k in range(4))
     errors = errors.copy()
     lost = SHARES_ULP * ULP * shares + FLUSHED * largest if snapped else CLIP_ULP * ULP * largest
