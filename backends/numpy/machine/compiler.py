@@ -72,6 +72,8 @@ def optimised(text: str, *, loops: int = 0, context: Any = None) -> Any:
     calls.add_post_order_function_attributes_pass()  # what only reads need not be called again
     run(calls, module, builder)
     simplify, run = builder.getFunctionPassManager(), _beside_others("LLVMPY_RunNewFunctionPassManager")
+    # Of what level 2 has more, the one thing that kernels run faster by: what is computed twice, across branches.
+    simplify.add_new_gvn_pass()
     for function in list(module.functions):
         if not function.is_declaration:
             run(simplify, function, builder)
