@@ -39,6 +39,7 @@ void main() {
 GENERATOR = (
     '/*{"INPUTS": [{"NAME": "level", "TYPE": "float", "DEFAULT": 0.25}]}*/ void main() { gl_FragColor = vec4(level); }'
 )
+SHADERS = Path(__file__).parents[2] / "docs" / "shaders"
 IMAGE = "void mainImage(out vec4 color, in vec2 place) { color = vec4(0.0, 1.0, 0.0, 1.0); }"
 FADE = """uniform float depth; // = 0.0
 vec4 transition(vec2 p) { return mix(getFromColor(p), getToColor(p), progress) + depth; }"""
@@ -159,6 +160,14 @@ def test_names_that_clash_with_each_other_are_told_apart() -> None:
     names = [parameter.name for parameter in effect.parameters]
     assert names == ["loud", "shader_no_loud", "shader_size", "shader_shader_size", "shader_help"]
     assert run(["apply", "clash.fs", "--size", "2x2", "--shader-shader-size", "--no-loud", "-o", "out.png"]) == 0
+
+
+def test_a_preset_of_libretro_is_a_graph_too(capsys: pytest.CaptureFixture[str]) -> None:
+    """Its passes' sizes come from a parameter, which no run may bring."""
+    preset = SHADERS / "crt.glslp"
+    assert run(["plan", "-e", str(preset), "gray.png"]) == 0
+    assert run(["check", str(preset), "-b", "reference"]) == 0
+    assert "crt" in capsys.readouterr().out
 
 
 def test_an_export_of_shadertoy_is_a_shader_where_an_effect_is_asked_for(capsys: pytest.CaptureFixture[str]) -> None:

@@ -28,6 +28,8 @@ from passgraph.shaders.glsl import Shader, parse
 
 #: Earlier frames by the samplers that hold them, → how many runs ago.
 _EARLIER = {"Prev": 1} | {f"Prev{i}": i + 1 for i in range(1, 7)}
+#: Sizes of passes come from it.
+_CONSTANTS = frozenset({"output_scale"})
 _COPIED = "uniform sampler2D t; void main() { gl_FragColor = texelFetch(t, ivec2(gl_FragCoord.xy), 0); }"
 
 
@@ -84,7 +86,7 @@ def _effect(preset: Preset, texts: dict[Path, str], path: Path) -> ShaderEffect:
     notes = notes_of(step.shader for step in steps)
     build = partial(_built, preset, steps, textures, file)
     summary = f"{path.stem}: a libretro chain of {len(steps)} pass{'es' if len(steps) > 1 else ''}"
-    return ShaderEffect(name_of(path), "libretro", summary, "", ("frame",), parameters, notes, file, build)
+    return ShaderEffect(name_of(path), "libretro", summary, "", ("frame",), parameters, notes, file, build, _CONSTANTS)
 
 
 def _pictures_of(preset: Preset, number: int) -> dict[str, int]:
