@@ -64,12 +64,13 @@ class Stage:
 
     def bind(self, block: Block, names: Sequence[str] = (), storages: Sequence[Storage] = ()) -> BoundStage:
         """With the parameters and pictures of one run."""
+        given = dict(zip(names, storages, strict=True))
         images = {
             name: SampledImage(storage.pixels, self.facts.images.get(name, ImageFacts()))
-            for name, storage in zip(names, storages, strict=True)
+            for name, storage in given.items()
             if name in self.program.pictures
         }
-        arrays = {name: storage for name, storage in zip(names, storages, strict=True) if name in self.long}
+        arrays = {name: storage for name, storage in given.items() if name in self.long}
         return BoundStage(self, block, images, arrays)
 
 

@@ -43,11 +43,11 @@ class Changing:
 
     def graph(self, make: Callable[[Mapping[str, Any]], Any]) -> Any:
         """What ``make`` makes with values in the place of what changes."""
-        if not self.ramps:
-            return make(self.handles())
         try:
             return make(self.handles())
         except (GraphError, InputError) as error:
+            if not self.ramps:
+                raise
             flags = " ".join(flag_of(self.effect.parameter(name)) for name in self.ramps)
             raise InputError(
                 f"{flags}: cannot change over frames, since {self.effect.name} makes its passes for one value; give one"

@@ -56,7 +56,7 @@ def run_and_save(
             compiled = perf_counter()
             say(f"running on {program.backend.name}")
             wanted = next(iter(outputs))
-            room = {wanted: room_of(program)[wanted]}
+            room = room_of(program, [wanted])
             program.run(observer, into=room, **job.given)
             program.finish()
             ran = perf_counter()

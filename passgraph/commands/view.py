@@ -18,14 +18,13 @@ from passgraph.scene import Camera, Light, Scene
 from passgraph.scene.camera import DEFAULT_AZIMUTH_RAD, DEFAULT_ELEVATION_RAD, DEFAULT_FOV_RAD
 from passgraph.scene.ground import seeing_ground
 from passgraph.scene.light import exposed
+from passgraph.scene.matrices import MOST_RADIUS
 
 Decorated = TypeVar("Decorated", bound=Callable[..., Any])
 Ground = Literal["auto", "none", "plane"]
 Color = tuple[float, float, float]
 #: Angles of view, in degrees, that a picture can have and a model can fill.
 FOV = (0.1, 170.0)
-#: Longest distance, scene units: float32 draws nothing beyond, as in files.
-MOST = 1e15
 
 
 @dataclass(frozen=True)
@@ -78,7 +77,7 @@ def view_options(command: Decorated) -> Decorated:
             "in the scene fills the picture; a scene with a camera of its own shows that]",
         ),
         click.option(
-            "--distance", type=FiniteRange(0.0, MOST, min_open=True), metavar="LENGTH",
+            "--distance", type=FiniteRange(0.0, MOST_RADIUS, min_open=True), metavar="LENGTH",
             help="From the camera to the middle, scene units.  [default: as near as all is in the picture]",
         ),
         click.option(

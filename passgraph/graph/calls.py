@@ -18,8 +18,7 @@ from passgraph.graph.values import Derived, Value
 from passgraph.language import ir
 from passgraph.language.buffers import checked_numbers, is_buffer
 from passgraph.language.kernel import Kernel, function_source, kernel_from_text
-from passgraph.language.layout import components
-from passgraph.language.limits import check_numbers
+from passgraph.language.layout import components, in_range
 from passgraph.language.scope import FunctionSource
 from passgraph.language.symbols import UINT_MAX
 from passgraph.language.types import (
@@ -270,7 +269,7 @@ def _check_range(value: object, parameter: ir.Parameter, type_: Type, name: str)
     if parameter.range is None:
         _check_numbers(value, type_, name)
     else:
-        check_numbers(parameter.range, components(value, type_, name), type_, name)
+        in_range(value, type_, parameter.range, name)
 
 
 def _check_numbers(value: object, type_: Type, name: str) -> None:

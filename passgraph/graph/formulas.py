@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable
 from typing import TypeAlias
 
@@ -14,24 +15,21 @@ Formula: TypeAlias = "float | str | tuple[Formula | str, ...]"
 MAX_DEPTH = 32
 
 
-def _divided(a: float, b: float) -> float:
-    if b == 0:
-        raise GraphError("the formula of a size divides by zero")
-    return a / b
+def _divided(divide: Callable[[float, float], float]) -> Callable[[float, float], float]:
+    def checked(a: float, b: float) -> float:
+        if b == 0:
+            raise GraphError("the formula of a size divides by zero")
+        return divide(a, b)
 
-
-def _rest(a: float, b: float) -> float:
-    if b == 0:
-        raise GraphError("the formula of a size divides by zero")
-    return math.fmod(a, b)
+    return checked
 
 
 #: Name → number of operands, and meaning; comparisons come to 1 or 0.
 OPERATIONS: dict[str, tuple[int, Callable[..., float]]] = {
     "add": (2, lambda a, b: a + b), "sub": (2, lambda a, b: a - b), "mul": (2, lambda a, b: a * b),
-    "div": (2, _divided), "min": (2, min), "max": (2, max), "floor": (1, math.floor), "ceil": (1, math.ceil),
-    "neg": (1, lambda a: -a), "abs": (1, abs), "rest": (2, _rest), "less": (2, lambda a, b: float(a < b)),
-    "equal": (2, lambda a, b: float(a == b)),
+    "div": (2, _divided(operator.truediv)), "min": (2, min), "max": (2, max),
+    "floor": (1, math.floor), "ceil": (1, math.ceil), "neg": (1, lambda a: -a), "abs": (1, abs),
+    "rest": (2, _divided(math.fmod)), "less": (2, lambda a, b: float(a < b)), "equal": (2, lambda a, b: float(a == b)),
 }  # fmt: skip
 
 

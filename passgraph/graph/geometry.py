@@ -49,7 +49,7 @@ def frozen(geometry: Geometry) -> Geometry:
     True
     """
     arrays = {name: getattr(geometry, name, None) for name in ATTRIBUTE_TYPES}
-    if _is_frozen(geometry) and all(array is None or _is_fixed(array) for array in arrays.values()):
+    if _is_frozen(geometry) and all(array is None or is_fixed(array) for array in arrays.values()):
         return geometry
     copies: dict[str, Any] = {}
     for name, array in arrays.items():
@@ -64,8 +64,14 @@ def _is_frozen(geometry: object) -> bool:
     return is_dataclass(geometry) and bool(getattr(geometry, "__dataclass_params__").frozen)  # noqa: B009
 
 
-def _is_fixed(array: object) -> bool:
-    """Whether neither an array nor the memory that it looks at can be written to."""
+def is_fixed(array: object) -> bool:
+    """Whether neither an array nor the memory that it looks at can be written to.
+
+    >>> array = np.zeros(3)
+    >>> array.flags.writeable = False
+    >>> is_fixed(array), is_fixed(array[1:]), is_fixed(np.zeros(3))
+    (True, True, False)
+    """
     while isinstance(array, np.ndarray):
         if array.flags.writeable:
             return False

@@ -67,6 +67,25 @@ class Fused:
     output: int
 
 
+def fused_in(facts: Facts) -> list[Fused]:
+    """What is computed inside a kernel in the place of its images."""
+    return [image.fused for image in facts.images.values() if image.fused is not None]
+
+
+def inner_first(facts: Facts) -> list[Facts]:
+    """These facts and those of all that is fused inside, each once, behind those inside it; rows may be long."""
+    found: dict[int, Facts] = {}
+    pending = [facts]
+    while pending:
+        top = pending[-1]
+        inner = [fused.facts for fused in fused_in(top) if id(fused.facts) not in found]
+        if inner:
+            pending += inner
+        else:
+            found[id(pending.pop())] = top
+    return list(found.values())
+
+
 class Shared:
     """What a kernel and everything fused into it have in common."""
 
@@ -80,7 +99,7 @@ class Shared:
         self.sources: list[Span] = []
         self.unrolled = 0  # instructions that loops have become so far
 
-    def slot(self, name: str, type_: Type, range_: Range | None = None) -> s.UniformSlot:
+    def slot(self, name: str, type_: Type, range_: Range | None) -> s.UniformSlot:
         if name not in self.slots:
             block = "float" if element_of(type_).name == "float" else "int"
             count = component_count(type_)

@@ -321,6 +321,11 @@ class TypedKernel:
         return (*self.images, *(name + MIPS for name in self.images))
 
 
+def of_triangle(name: str) -> bool:
+    """Whether a builtin is one of :data:`OF_TRIANGLE`."""
+    return name.partition(".")[0] in OF_TRIANGLE
+
+
 def other_pixel(name: str, axes: str) -> str:
     """What a builtin of :data:`OF_TRIANGLE` is called at the pixel of the quad that lies apart along these axes.
 

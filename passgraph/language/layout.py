@@ -17,7 +17,8 @@ from passgraph.language.symbols import CONSTANTS, UINT_MAX
 from passgraph.language.types import Matrix, Type, component_count, element_of, innermost, shape_of
 
 if TYPE_CHECKING:
-    from passgraph.language.scalar import ScalarProgram, UniformSlot
+    from passgraph.language.scalar import ScalarProgram
+    from passgraph.ranges import Range
 
 
 #: The least and the largest number that a component holds as it is; what lies outside gets a second look.
@@ -167,13 +168,14 @@ def pack(program: ScalarProgram, values: Mapping[str, object]) -> tuple[NDArray[
     ints = np.zeros(max(1, program.int_count), np.int32)
     for slot in program.uniforms:
         block = floats if slot.block == "float" else ints
-        block[slot.offset : slot.offset + slot.count] = in_range(values[slot.name], slot, slot.name)
+        found = in_range(values[slot.name], slot.type, slot.range, slot.name)  # type: ignore[arg-type]
+        block[slot.offset : slot.offset + slot.count] = found
     return floats, ints
 
 
-def in_range(value: object, slot: UniformSlot, name: str) -> NDArray[np.float64]:
+def in_range(value: object, type_: Type, limits: Range | None, name: str) -> NDArray[np.float64]:
     """The components of a parameter's value, which lie in its range; InputError where one does not."""
-    found = components(value, slot.type, name)  # type: ignore[arg-type]
-    if slot.range is not None:
-        check_numbers(slot.range, found, slot.type, name)  # type: ignore[arg-type]
+    found = components(value, type_, name)
+    if limits is not None:
+        check_numbers(limits, found, type_, name)
     return found

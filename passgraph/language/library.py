@@ -157,7 +157,7 @@ def sample_beside(image: Image, mips: Image, position: vec2, lod: float, offset:
     if image.is_nearest:
         if upward:
             p = ivec2(floor(clamp(here * vec2(size), -1073741824.0, 1073741824.0)))
-            return texel_of(image, mips, ivec2(p.x, size.y - 1 - p.y), level)
+            return texel_of_upward(image, mips, p, level)
         return texel_of(image, mips, ivec2(floor(here * vec2(size))), level)
     next = min(level + 1, image.levels - 1)
     there = moved(position, size_of(image, next), offset)

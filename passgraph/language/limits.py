@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import math
 from collections.abc import Callable
+from functools import cache
 from typing import Annotated
 
 import numpy as np
@@ -105,8 +106,8 @@ def check_numbers(limits: Range, numbers: NDArray[np.float64], type_: Type, name
     else:
         held = np.where(numbers < 0, numbers + 2.0**32, numbers) if element_of(type_) is UINT else numbers
     inside = (held >= low) & (held <= high)
-    if limits.above and limits.low is not None:
-        inside &= held > low if element_of(type_) is FLOAT else inside
+    if limits.above and limits.low is not None and element_of(type_) is FLOAT:
+        inside &= held > low
     if limits.odd:
         inside &= held % 2 == 1
     if not inside.all():
@@ -122,6 +123,7 @@ def bounds(limits: Range, type_: Type) -> tuple[float, float]:
     return -math.inf if limits.low is None else low, math.inf if limits.high is None else high
 
 
+@cache
 def ends(limits: Range, type_: Type) -> tuple[float, float]:
     """The least and the largest number that a component may be; of whole numbers whole, of floats float32."""
     low = -math.inf if limits.low is None else float(limits.low)

@@ -94,6 +94,7 @@ class Lowering:
         self.program, self.facts, self.shared, self.prefix = program, facts, shared, prefix
         self.emitter = shared.emitter
         self.arguments = arguments or {}
+        self.limits = {parameter.name: parameter.range for parameter in program.parameters}
         self.locals: dict[str, list[s.Operand]] = {}
         self.arrays = Arrays(shared.emitter, program)
         self.loops = Loops(self)
@@ -302,8 +303,7 @@ class Lowering:
         return [self._slot_entry(slot, s.Lit("int", slot.offset + i), element) for i in which]
 
     def _slot(self, uniform: ir.Uniform) -> s.UniformSlot:
-        limits = next((p.range for p in self.program.parameters if p.name == uniform.name), None)
-        return self.shared.slot(self.prefix + uniform.name, uniform.type, limits)
+        return self.shared.slot(self.prefix + uniform.name, uniform.type, self.limits.get(uniform.name))
 
     def _slot_entry(self, slot: s.UniformSlot, index: s.Operand, element: str) -> s.Operand:
         value = self.emitter.uniform(slot.block, index)

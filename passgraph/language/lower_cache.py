@@ -16,7 +16,7 @@ from typing import Any
 
 from passgraph import disk_cache
 from passgraph.language import ir, scalar, types
-from passgraph.language.facts import Facts, ImageFacts
+from passgraph.language.facts import Facts, ImageFacts, inner_first
 from passgraph.language.lower import lower
 from passgraph.language.scope import freeze
 from passgraph.language.source import NOWHERE, Span
@@ -87,15 +87,8 @@ def _facts_told(facts: Facts) -> str:
     at every level, and a producer that is read through two parameters told twice at each.
     """
     told: dict[int, str] = {}
-    pending = [facts]
-    while pending:
-        top = pending[-1]
-        inner = [image.fused.facts for image in top.images.values() if image.fused is not None]
-        untold = [each for each in inner if id(each) not in told]
-        if untold:
-            pending += untold
-        else:
-            told[id(pending.pop())] = _digest(top, told)
+    for each in inner_first(facts):
+        told[id(each)] = _digest(each, told)
     return told[id(facts)]
 
 

@@ -10,7 +10,7 @@ from passgraph.errors import InputError
 from passgraph.language import ir, symbols
 from passgraph.language import limits as limits_of
 from passgraph.language.buffers import check_local, check_sizes
-from passgraph.language.layout import components
+from passgraph.language.layout import in_range
 from passgraph.language.scope import FunctionSource, ModuleName, Scope, meaning_of, number, typed_constant, written
 from passgraph.language.source import Source, Span, fail
 from passgraph.language.types import (
@@ -207,7 +207,7 @@ def _parameter(argument: ast.arg, default: ast.expr | None, function: FunctionSo
     value = default_value(default, type_, argument.arg, source, scope)
     if limits is not None:
         try:
-            limits_of.check_numbers(limits, components(value, type_, ""), type_, f"default of {argument.arg}")
+            in_range(value, type_, limits, f"default of {argument.arg}")
         except InputError as error:
             fail(source.span(default), str(error))
     return ir.Parameter(argument.arg, type_, const, value, True, span, limits)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 from passgraph.graph.targets import InputSpec, Pass, PixelPass, Target
 from passgraph.graph.values import Derived, Value
-from passgraph.language.facts import Facts, Fused, ImageFacts
+from passgraph.language.facts import Facts, Fused, ImageFacts, fused_in, inner_first
 from passgraph.language.lower_cache import lower_once
 from passgraph.language.scalar import count, trips
 from passgraph.plan.limits import Limits
@@ -164,8 +164,8 @@ def _number_anew(consumer: Lowered) -> None:
     """Number what is fused from 0 on, in writing order: rows of passes that are alike then are one program, wherever in
     the graph they stand, and are lowered and compiled once."""
     made: dict[int, Facts] = {}
-    order = _inner_first(consumer.facts)
-    prefixes = {fused.prefix for facts in order for fused in _fused(facts)}
+    order = inner_first(consumer.facts)
+    prefixes = {fused.prefix for facts in order for fused in fused_in(facts)}
     new = {prefix: f"p{place}/" for place, prefix in enumerate(sorted(prefixes, key=_index))}
     for facts in order:
         images = {name: _under(image, new, made) for name, image in facts.images.items()}
@@ -173,24 +173,6 @@ def _number_anew(consumer: Lowered) -> None:
     consumer.facts = made[id(consumer.facts)]
     consumer.images = {_renamed(name, new): target for name, target in consumer.images.items()}
     consumer.values = {_renamed(name, new): value for name, value in consumer.values.items()}
-
-
-def _inner_first(facts: Facts) -> list[Facts]:
-    """These facts and those of all that is fused inside, each once, behind those inside it; rows may be long."""
-    found: dict[int, Facts] = {}
-    pending = [facts]
-    while pending:
-        top = pending[-1]
-        inner = [fused.facts for fused in _fused(top) if id(fused.facts) not in found]
-        if inner:
-            pending += inner
-        else:
-            found[id(pending.pop())] = top
-    return list(found.values())
-
-
-def _fused(facts: Facts) -> list[Fused]:
-    return [image.fused for image in facts.images.values() if image.fused is not None]
 
 
 def _under(image: ImageFacts, prefixes: Mapping[str, str], made: Mapping[int, Facts]) -> ImageFacts:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from passgraph.errors import GraphError
+from passgraph.graph.geometry import is_fixed
 from passgraph.graph.values import Derived, Value
 from passgraph.language.buffers import picture_of
 from passgraph.plan.data import DrawStep, PixelStep, Plan, Step
@@ -54,7 +55,9 @@ class Buffers:
     def _stays(self, resource: int, value: object) -> bool:
         """Whether a value that is given again holds what it held."""
         given = self.given[resource]
-        return not isinstance(given, (Value, Derived)) or given.static or is_frozen(value)
+        if not isinstance(given, (Value, Derived)) or given.static:
+            return True
+        return isinstance(value, np.ndarray) and is_fixed(value)
 
     def override(self, step: Step, key: str, value: object) -> None:
         """Another value for a parameter of a step, by its name with the prefix of a fused pass."""
@@ -78,19 +81,3 @@ class Buffers:
         if not isinstance(step, (PixelStep, DrawStep)):
             return []
         return [(resource, name.partition(".")[0]) for name, resource in step.images if resource in self.plan.buffers]
-
-
-def is_frozen(value: object) -> bool:
-    """Whether it is an array that nobody can write to, so that it holds what it held.
-
-    >>> array = np.zeros(3)
-    >>> array.flags.writeable = False
-    >>> is_frozen(array), is_frozen(array[1:]), is_frozen(np.zeros(3)), is_frozen([0.0])
-    (True, True, False, False)
-    """
-    owner = value
-    while isinstance(owner, np.ndarray):
-        if owner.flags.writeable:
-            return False
-        owner = owner.base
-    return isinstance(value, np.ndarray) and (owner is None or isinstance(owner, bytes))

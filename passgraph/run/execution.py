@@ -415,7 +415,7 @@ class Uniforms:
 
     def _store(self, entry: Any, value: object) -> None:
         key, fields, place, slot, name = entry
-        place[:] = in_range(picked(value, fields, key), slot, name)
+        place[:] = in_range(picked(value, fields, key), slot.type, slot.range, name)
 
     def pack(self, values: dict[Any, object]) -> Block:
         """The block for this run."""

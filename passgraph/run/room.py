@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import weakref
+from collections.abc import Iterable, Mapping
 from math import prod
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
+    from passgraph.plan.data import Plan
     from passgraph.run.program import Program
+
+#: Shape and type of an array.
+Kind: TypeAlias = "tuple[tuple[int, int, int], np.dtype[Any]]"
 
 
 class Rooms:
@@ -23,10 +28,14 @@ class Rooms:
     def __init__(self, program: Program, most: int = 4) -> None:
         self._program, self._most = program, most
         self._free: list[NDArray[np.uint8]] = []
+        self._plan: Plan | None = None
+        self._kinds: Mapping[str, Kind] = {}
 
     def room(self) -> dict[str, NDArray[Any]]:
         """As `room_of`, for the sizes of the program's last run."""
-        return {name: self._array(*kind) for name, kind in _kinds(self._program).items()}
+        if self._plan is not self._program.plan:
+            self._plan, self._kinds = self._program.plan, _kinds(self._program)
+        return {name: self._array(*kind) for name, kind in self._kinds.items()}
 
     def _array(self, shape: tuple[int, ...], dtype: np.dtype[Any]) -> NDArray[Any]:
         needed = prod(shape) * dtype.itemsize
@@ -47,10 +56,10 @@ class _Lent:
         self.__array_interface__ = memory.__array_interface__
 
 
-def room_of(program: Program) -> dict[str, NDArray[Any]]:
+def room_of(program: Program, names: Iterable[str] | None = None) -> dict[str, NDArray[Any]]:
     """New arrays by output name, of the sizes and in the types of the program's results: what ``into=`` takes.
 
-    Runs that are given the same ones again allocate nothing of a picture's size.
+    Of ``names``, else of all.  Runs that are given the same ones again allocate nothing of a picture's size.
 
     >>> import passgraph as pg
     >>> dim = pg.kernel(source="def dim(color: Image) -> vec4: return color[0, 0] * 0.5")
@@ -61,10 +70,11 @@ def room_of(program: Program) -> dict[str, NDArray[Any]]:
     >>> made["dimmed"] is room["dimmed"], room["dimmed"][0, 0].tolist()
     (True, [50, 50, 50, 50])
     """
-    return {name: np.empty(*kind) for name, kind in _kinds(program).items()}
+    kinds = _kinds(program)
+    return {name: np.empty(*kinds[name]) for name in (kinds if names is None else names)}
 
 
-def _kinds(program: Program) -> dict[str, tuple[tuple[int, int, int], np.dtype[Any]]]:
+def _kinds(program: Program) -> dict[str, Kind]:
     """Shape and type of each result."""
     plan, stored = program.plan, program.settings()["results"] == "stored"
     made = {name: plan.resources[resource] for name, resource in plan.outputs.items()}

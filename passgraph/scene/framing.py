@@ -28,15 +28,6 @@ class Aim(NamedTuple):
     up: Vec3
 
 
-class Place(NamedTuple):
-    """Where a camera stands, and the depths that it must hold."""
-
-    eye: Float64
-    target: Float64
-    near: float
-    far: float
-
-
 def aim_of(azimuth_rad: float, elevation_rad: float) -> Aim:
     """Azimuth 0 looks from +z; it grows toward +x, to the right of who stands there.  Elevation counts from level.
 

@@ -71,10 +71,13 @@ class Scene:
         """The world box round all nodes, (2, 3) float64: minimum, maximum."""
         return self._bounds.copy()
 
+    @cached_property
+    def _floors(self) -> tuple[Node, ...]:
+        return floors_of(self)
+
     def points(self) -> Float64:
         """All vertices in the world, (n, 3) float64, but those of floors where something stands on them."""
-        floors = floors_of(self)
-        standing = [node for node in self.nodes if node not in floors] or self.nodes
+        standing = [node for node in self.nodes if node not in self._floors] or self.nodes
         return np.concatenate([transform_points(node.transform, node.mesh.positions) for node in standing])
 
     def seen_from(
@@ -96,7 +99,7 @@ class Scene:
         camera = Camera.orbit(
             points, azimuth_rad, elevation_rad, distance=distance, aspect=aspect, vertical_fov_rad=vertical_fov_rad
         )
-        return self.with_(camera=_holding(camera, floors_of(self)))
+        return self.with_(camera=_holding(camera, self._floors))
 
     def turntable(
         self,
@@ -120,13 +123,13 @@ class Scene:
         [0.0, 0.0, 0.0, 0.0]
         """
         arguments.whole(count, "turntable: count", 1, MOST_VIEWS, InputError)
-        points, floors = self.points(), floors_of(self)
+        points = self.points()
         middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
         swept = ways_round(points, middle)
         first = Camera.orbit(
             swept, azimuth_rad, elevation_rad, distance=distance, aspect=aspect, vertical_fov_rad=vertical_fov_rad
         )
-        return [_holding(first.turned(middle, 2.0 * pi * step / count), floors) for step in range(count)]
+        return [_holding(first.turned(middle, 2.0 * pi * step / count), self._floors) for step in range(count)]
 
     def has_floor(self) -> bool:
         """Whether something under the scene shows its shadows; see `passgraph.scene.ground.has_floor`."""

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from passgraph.arguments import among
 from passgraph.errors import InputError
 from passgraph.formats import Format, format_named
 from passgraph.graph.calls import PixelKernel
@@ -145,7 +146,7 @@ class _Graph:
         document = self.document
         record = document.record(given, where, "name", "format", "size", "static", "default")
         with document.at(where):
-            srgb = isinstance(record["format"], str) and record["format"] == OPEN_SRGB
+            srgb = among(record["format"], (OPEN_SRGB,))
             is_open = srgb or record["format"] is None
             format_ = None if is_open else self._format(record["format"], f"{where}.format")
             size = None if record["size"] is None else self._pixels(record["size"], f"{where}.size")

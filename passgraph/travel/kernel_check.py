@@ -147,7 +147,7 @@ def _uniform(signature: Signature, node: ir.Uniform) -> None:
 
 def _builtin(signature: Signature, node: ir.Builtin) -> None:
     name, axes = ir.own_pixel(node.name)
-    beside = axes in ir.OTHER_PIXELS and name.partition(".")[0] in ir.OF_TRIANGLE
+    beside = axes in ir.OTHER_PIXELS and ir.of_triangle(name)
     if signature.builtins.get(name) != node.type or node.name != (ir.other_pixel(name, axes) if beside else name):
         raise Unfit(f"one of {', '.join(signature.builtins)}, of its type")
 

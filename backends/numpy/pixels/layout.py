@@ -282,13 +282,12 @@ class _Step:
     image_formats: tuple[Format, ...]
     output_formats: tuple[Format, ...]
     program: s.ScalarProgram = field(compare=False)
-    images: tuple[tuple[str, int], ...] = field(compare=False)
 
     @classmethod
     def of(cls, step: Work) -> _Step:
         program = step.program
         told = program.key, program.builtins, step.size, step.image_formats, step.output_formats
-        return cls(*told, program, step.images)
+        return cls(*told, program)
 
 
 @lru_cache(maxsize=64)

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from passgraph.language.ir import own_pixel
+from passgraph.language.ir import of_triangle, own_pixel
 
 
 def is_of_triangle(name: str) -> bool:
     """Whether a builtin of a fragment hangs on its triangle."""
-    return own_pixel(name)[0].startswith("varying.") or own_pixel(name)[0] in ("front_facing", "fragment_depth")
+    return name == "front_facing" or of_triangle(own_pixel(name)[0])
 
 
 #: Rows of a triangle's numbers, three each.  Planes are the value on column 0 of the first corner's row, and the change
