@@ -22,6 +22,7 @@ from passgraph.effects.registry import EFFECTS
 from passgraph.frames import Pattern, ToPictures
 from passgraph.frames.open import open_source
 from tests.frames.made import ADD, grays, picture, sequence, value, video
+from tests.picture_files import png_16
 
 GRAY = ["apply", "black-and-white", "-b", "reference"]
 TINY = ["apply", "gaussian-blur", "--sigma-px", "0", "-b", "reference"]
@@ -132,18 +133,12 @@ def test_every_byte_is_decoded_in_one_place(capsys: pytest.CaptureFixture[str], 
     """Of pictures in 8 and in 16 bits, alone and in a row, with all that 8 bits can be."""
     ramp = np.arange(256, dtype=np.uint8).reshape(16, 16)
     pg.save("in0.png", np.dstack([ramp, ramp[::-1], ramp.T, np.full_like(ramp, 255)]))
-    _save_16_bits(Path("in1.png"), np.linspace(0, 65535, 256).astype(np.uint16).reshape(16, 16))
+    Path("in1.png").write_bytes(png_16(np.linspace(0, 65535, 256).astype(np.uint16).reshape(16, 16, 1), 0))
     for number in range(2):
         well(capsys, "apply", "vignette", f"in{number}.png", "-o", f"one{number}.npy", "-b", backend, "--linear")
     well(capsys, "apply", "vignette", "in?.png", "-o", "many%d.npy", "-b", backend, "--linear")
     for number in range(2):
         np.testing.assert_array_equal(np.load(f"many{number + 1}.npy"), np.load(f"one{number}.npy"))
-
-
-def _save_16_bits(path: Path, gray: np.ndarray) -> None:
-    from PIL import Image
-
-    Image.fromarray(gray).save(path)
 
 
 def test_depth_is_one_picture_or_a_sequence(capsys: pytest.CaptureFixture[str]) -> None:
@@ -172,9 +167,7 @@ def test_depth_may_be_an_engines_buffer(capsys: pytest.CaptureFixture[str]) -> N
     held = np.rint(holds.depth(np.linspace(0.6, 8.0, 24).reshape(4, 6)) * 65535.0)
     np.save("distance.npy", holds.distance(held / 65535.0).astype(np.float32))
     np.save("held.npy", (held / 65535.0).astype(np.float32))
-    from PIL import Image
-
-    Image.fromarray(held.astype(np.uint16)).save("held.png")
+    Path("held.png").write_bytes(png_16(held.astype(np.uint16)[..., None], 0))
     buffer = ["--depth-buffer", "0.5:inf,reversed"]
     well(capsys, *fog, "a/in.0001.png", "-o", "plain.npy", "--depth", "distance.npy")
     for name in ("held.npy", "held.png"):
