@@ -12,11 +12,12 @@ import pytest
 
 import passgraph as pg
 from passgraph.backends.reference import ReferenceBackend
-from passgraph.commands.entry import COMMANDS, run
+from passgraph.commands.entry import COMMANDS
 from passgraph.effects import fxaa
 from passgraph.effects.registry import EFFECTS
 from passgraph.errors import DeviceMissingError
 from passgraph.srgb import linear_to_srgb, srgb_to_linear
+from tests.commands.told import Outcome, refused
 
 root = Path(__file__).resolve().parents[2]
 SMALL = ["--size", "48x27", "--map-size", "32"]
@@ -32,31 +33,11 @@ def in_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-class Outcome:
-    def __init__(self, arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-        capsys.readouterr()
-        self.status = run(arguments)
-        self.out, self.err = capsys.readouterr()
-
-
 def well(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
     outcome = Outcome(list(arguments), capsys)
     assert outcome.status == 0, outcome.err
     assert outcome.err == ""
     return outcome.out
-
-
-def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
-    """The one line on stderr; nothing is printed or left behind."""
-    before = sorted(Path.cwd().rglob("*"))
-    outcome = Outcome(list(arguments), capsys)
-    assert outcome.status == 2
-    assert outcome.out == ""
-    assert outcome.err.count("\n") == 1
-    assert outcome.err.startswith("passgraph: error: ")
-    assert "Traceback" not in outcome.err
-    assert sorted(Path.cwd().rglob("*")) == before
-    return outcome.err
 
 
 # render
