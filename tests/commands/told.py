@@ -12,17 +12,17 @@ from passgraph.commands.entry import run
 class Outcome:
     """The status of a command line, and what it printed."""
 
-    def __init__(self, arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    def __init__(self, capsys: pytest.CaptureFixture[str], *arguments: str) -> None:
         capsys.readouterr()
-        self.status = run(arguments)
+        self.status = run(list(arguments))
         self.out, self.err = capsys.readouterr()
 
 
 def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
     """The one line on stderr; nothing is printed or left behind."""
     before = sorted(Path.cwd().rglob("*"))
-    outcome = Outcome(list(arguments), capsys)
-    assert outcome.status == 2
+    outcome = Outcome(capsys, *arguments)
+    assert outcome.status == 2, outcome.err
     assert outcome.out == ""
     assert outcome.err.count("\n") == 1
     assert outcome.err.startswith("passgraph: error: ")

@@ -16,11 +16,11 @@ import pytest
 
 import passgraph as pg
 from passgraph.commands.clips import Clip
-from passgraph.commands.entry import run
 from passgraph.commands.frames import FramesJob, Settings, run_clips
 from passgraph.effects.registry import EFFECTS
 from passgraph.frames import Pattern, ToPictures
 from passgraph.frames.open import open_source
+from tests.commands.told import Outcome, refused
 from tests.frames.made import ADD, grays, picture, sequence, value, video
 from tests.picture_files import png_16
 
@@ -34,25 +34,10 @@ def in_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("PASSGRAPH_TRACEBACK", raising=False)
 
 
-class Outcome:
-    def __init__(self, capsys: pytest.CaptureFixture[str], *arguments: str) -> None:
-        capsys.readouterr()
-        self.status = run(list(arguments))
-        self.out, self.err = capsys.readouterr()
-
-
 def well(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
     outcome = Outcome(capsys, *arguments)
     assert (outcome.status, outcome.err) == (0, "")
     return outcome.out
-
-
-def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
-    before = sorted(Path.cwd().rglob("*"))
-    outcome = Outcome(capsys, *arguments)
-    assert (outcome.status, outcome.out, outcome.err.count("\n")) == (2, "", 1), outcome.err
-    assert sorted(Path.cwd().rglob("*")) == before
-    return outcome.err
 
 
 def names(folder: str) -> list[str]:
