@@ -11,6 +11,10 @@ import pytest
 
 from passgraph.errors import InputError
 
+_rng = np.random.default_rng(1)
+#: Random pictures (7, 5, channels) of bytes, by how many channels they have.
+bytes_of = {channels: _rng.integers(0, 256, (7, 5, channels), dtype=np.uint8) for channels in (1, 2, 3, 4)}
+
 
 def refused(expected: str, call: Any, *arguments: Any, **options: Any) -> str:
     """The one line of the InputError that the call raises, which must match `expected`."""

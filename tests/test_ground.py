@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from passgraph.scene import Camera, Mesh, Node, Scene
+from passgraph.scene import Camera, Mesh, Node, Scene, merge
 from passgraph.scene.ground import BELOW, floors_of
 from passgraph.scene.matrices import scaling, sphere_of, translation
 from passgraph.scene.shipped import ball, box, cylinder
@@ -72,8 +72,6 @@ def test_what_is_a_floor(name):
 
 def test_a_floor_that_is_part_of_a_mesh_counts():
     """And one that covers a part of the scene several times counts once."""
-    from passgraph.scene import merge
-
     one = merge([(CUBE.mesh, CUBE.transform), (FLOOR.mesh, FLOOR.transform)])
     assert scene(Node(one)).has_floor()
     patch, far = translation((-3, 0, 0)) @ scaling((2, 1, 5)), placed(box(1.0), (4.5, 0, 0))

@@ -17,10 +17,9 @@ from PIL import Image
 from passgraph import pictures
 from passgraph.pictures import load, save
 from passgraph.srgb import linear_to_srgb, srgb_to_linear
-from tests.picture_files import png_16, refused
+from tests.picture_files import bytes_of, png_16, refused
 
 rng = np.random.default_rng(1)
-bytes_of = {channels: rng.integers(0, 256, (7, 5, channels), dtype=np.uint8) for channels in (1, 2, 3, 4)}
 
 
 def rgba_of(picture: np.ndarray[Any, Any]) -> np.ndarray[Any, Any]:

@@ -16,10 +16,9 @@ from PIL import Image
 
 from passgraph.errors import InputError
 from passgraph.pictures import load, save
-from tests.picture_files import png, png_16, refused
+from tests.picture_files import bytes_of, png, png_16, refused
 
 rng = np.random.default_rng(1)
-bytes_of = {channels: rng.integers(0, 256, (7, 5, channels), dtype=np.uint8) for channels in (1, 2, 3, 4)}
 
 
 # Refusals on reading

@@ -12,11 +12,12 @@ import pytest
 
 import passgraph as pg
 from passgraph.backends.reference import ReferenceBackend
-from passgraph.commands.entry import COMMANDS, run
+from passgraph.commands.entry import COMMANDS
 from passgraph.effects import fxaa
 from passgraph.effects.registry import EFFECTS
 from passgraph.errors import DeviceMissingError
 from passgraph.srgb import linear_to_srgb, srgb_to_linear
+from tests.commands.told import Outcome, refused
 
 root = Path(__file__).resolve().parents[2]
 SMALL = ["--size", "48x27", "--map-size", "32"]
@@ -32,31 +33,11 @@ def in_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-class Outcome:
-    def __init__(self, arguments: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-        capsys.readouterr()
-        self.status = run(arguments)
-        self.out, self.err = capsys.readouterr()
-
-
 def well(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
-    outcome = Outcome(list(arguments), capsys)
+    outcome = Outcome(capsys, *arguments)
     assert outcome.status == 0, outcome.err
     assert outcome.err == ""
     return outcome.out
-
-
-def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
-    """The one line on stderr; nothing is printed or left behind."""
-    before = sorted(Path.cwd().rglob("*"))
-    outcome = Outcome(list(arguments), capsys)
-    assert outcome.status == 2
-    assert outcome.out == ""
-    assert outcome.err.count("\n") == 1
-    assert outcome.err.startswith("passgraph: error: ")
-    assert "Traceback" not in outcome.err
-    assert sorted(Path.cwd().rglob("*")) == before
-    return outcome.err
 
 
 # render
@@ -228,7 +209,7 @@ def test_compare_ends_with_one_where_a_backend_diverges(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("passgraph.verify.compare.open_backend", lambda name: Wrong())
-    outcome = Outcome(["compare", "in.png", "-e", "black-and-white", "-b", "gl"], capsys)
+    outcome = Outcome(capsys, "compare", "in.png", "-e", "black-and-white", "-b", "gl")
     assert outcome.status == 1
     assert "gl: diverges first in pass black_and_white, target black_and_white: outside its bounds at" in outcome.out
     assert "worst at column" in outcome.out
@@ -239,7 +220,7 @@ def test_compare_lists_what_is_missing(capsys: pytest.CaptureFixture[str], monke
         raise DeviceMissingError("no OpenGL; run:\n    apt-get install libegl1")
 
     monkeypatch.setattr("passgraph.verify.compare.open_backend", gone)
-    outcome = Outcome(["compare", "in.png", "-e", "black-and-white"], capsys)
+    outcome = Outcome(capsys, "compare", "in.png", "-e", "black-and-white")
     assert outcome.status == 1
     assert "gl: missing: no OpenGL; run: apt-get install libegl1" in outcome.out
     assert "no backend is here to be compared; see: passgraph backends" in outcome.out
@@ -317,7 +298,9 @@ def test_version(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_without_a_command_the_help_is_shown(capsys: pytest.CaptureFixture[str]) -> None:
-    outcome = Outcome([], capsys)
+    outcome = Outcome(
+        capsys,
+    )
     assert outcome.status == 2
     assert "Usage: passgraph" in outcome.err
 
@@ -417,7 +400,7 @@ def test_a_failure_leaves_the_old_file(capsys: pytest.CaptureFixture[str], monke
         raise OSError(28, "No space left on device", "out.png")
 
     monkeypatch.setattr("passgraph.pictures.os.replace", full)
-    outcome = Outcome([*BLUR, "-b", "reference"], capsys)
+    outcome = Outcome(capsys, *BLUR, "-b", "reference")
     assert outcome.status == 2
     assert "No space left on device" in outcome.err
     assert Path("out.png").read_bytes() == b"precious"
@@ -459,7 +442,7 @@ def test_what_is_raised_inside(
         raise raised
 
     monkeypatch.setattr("passgraph.commands.apply.run_and_save", fail)
-    outcome = Outcome(BLUR, capsys)
+    outcome = Outcome(capsys, *BLUR)
     assert outcome.status == status
     assert text in outcome.err
     assert outcome.err.strip().count("\n") == 0

@@ -11,6 +11,7 @@ import pytest
 import passgraph as pg
 from passgraph.commands.entry import run
 from passgraph.frames import Video
+from tests.commands.told import refused
 from tests.frames.made import video
 
 FADE = "vec4 transition(vec2 p) { return mix(getFromColor(p), getToColor(p), progress); }"
@@ -38,14 +39,6 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 def done(*arguments: str) -> None:
     assert run(["apply", *arguments, "-b", "reference"]) == 0
-
-
-def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
-    capsys.readouterr()
-    before = sorted(Path.cwd().rglob("*"))
-    assert run(["apply", *arguments, "-b", "reference"]) == 2
-    assert sorted(Path.cwd().rglob("*")) == before
-    return capsys.readouterr().err
 
 
 def reds(pattern: str, count: int) -> list[int]:
@@ -134,18 +127,16 @@ def test_a_time_that_is_given_stays() -> None:
 def test_what_cannot_change_is_refused(
     capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...], says: str
 ) -> None:
-    assert says in refused(capsys, *arguments)
+    assert says in refused(capsys, "apply", *arguments, "-b", "reference")
 
 
 def test_a_stream_has_no_last_frame(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> None:
     with Path("black.png").open("rb") as stream:
         monkeypatch.setattr("sys.stdin", type("Stream", (), {"buffer": stream})())
         assert "does not say how many there are" in refused(
-            capsys, "fade.glsl", "-", "--progress", "0..1", "-o", "f.%d.png"
+            capsys, "apply", "fade.glsl", "-", "--progress", "0..1", "-o", "f.%d.png", "-b", "reference"
         )
 
 
 def test_other_commands_take_one_value(capsys: pytest.CaptureFixture[str]) -> None:
-    capsys.readouterr()
-    assert run(["compare", "fade.glsl", "black.png", "--progress", "0..1"]) == 2
-    assert "'0..1' is not a valid float" in capsys.readouterr().err
+    assert "'0..1' is not a valid float" in refused(capsys, "compare", "fade.glsl", "black.png", "--progress", "0..1")

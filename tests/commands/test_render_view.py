@@ -13,6 +13,7 @@ import pytest
 
 import passgraph as pg
 from passgraph.commands.entry import run
+from tests.commands.told import refused
 
 SIZE = ["--size", "64x36", "--map-size", "128", "--antialias", "none", "-b", "numpy"]
 #: A tower of 1 × 6 × 1 on y = 0, whose front (+z) is red, and whose other sides are not.
@@ -42,15 +43,6 @@ def render(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[str, An
     capsys.readouterr()
     assert run(["render", *SIZE, *arguments, "-o", "out.png"]) == 0, capsys.readouterr().err
     return capsys.readouterr().out, pg.load("out.png")[..., :3]
-
-
-def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
-    capsys.readouterr()
-    assert run(["render", *SIZE, *arguments]) == 2
-    out, err = capsys.readouterr()
-    assert out == ""
-    assert err.count("\n") == 1
-    return err.removeprefix("passgraph: error: ").rstrip()
 
 
 def red(picture: Any) -> Any:
@@ -201,7 +193,8 @@ def test_the_cameras_and_lights_of_a_file_are_chosen_by_name_or_number(capsys: p
     ],
 )  # fmt: skip
 def test_what_a_file_does_not_have_is_refused(arguments: str, text: str, capsys: pytest.CaptureFixture[str]) -> None:
-    assert refused(capsys, own_file(), *arguments.split(), "-o", "out.png") == text
+    line = refused(capsys, "render", *SIZE, own_file(), *arguments.split(), "-o", "out.png")
+    assert line == f"passgraph: error: {text}\n"
 
 
 @pytest.mark.parametrize(
@@ -233,10 +226,9 @@ def test_what_a_file_does_not_have_is_refused(arguments: str, text: str, capsys:
     ],
 )
 def test_what_cannot_be_shown_is_refused(arguments: str, text: str, capsys: pytest.CaptureFixture[str]) -> None:
-    capsys.readouterr()
     common = SIZE if "light2d" not in arguments else ["--size", "64x36"]
-    assert run(["render", *common, *arguments.split(), "-o", "out.png"]) == 2
-    assert capsys.readouterr().err.startswith(f"passgraph: error: {text}")
+    line = refused(capsys, "render", *common, *arguments.split(), "-o", "out.png")
+    assert line.startswith(f"passgraph: error: {text}")
 
 
 def test_a_turntable_writes_numbered_pictures_that_are_those_of_its_cameras(capsys: pytest.CaptureFixture[str]) -> None:
@@ -280,4 +272,5 @@ def test_one_triangle_without_normals_fills_the_picture(rows: str, capsys: pytes
 def test_an_empty_mesh_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     Path("none.obj").write_text("v 0 0 0\n")
     text = "none.obj: holds only points or lines; expected at least one triangle in its scene"
-    assert refused(capsys, "none.obj", "-o", "out.png") == text
+    line = refused(capsys, "render", *SIZE, "none.obj", "-o", "out.png")
+    assert line == f"passgraph: error: {text}\n"

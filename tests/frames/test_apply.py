@@ -16,12 +16,13 @@ import pytest
 
 import passgraph as pg
 from passgraph.commands.clips import Clip
-from passgraph.commands.entry import run
 from passgraph.commands.frames import FramesJob, Settings, run_clips
 from passgraph.effects.registry import EFFECTS
 from passgraph.frames import Pattern, ToPictures
 from passgraph.frames.open import open_source
+from tests.commands.told import Outcome, refused
 from tests.frames.made import ADD, grays, picture, sequence, value, video
+from tests.picture_files import png_16
 
 GRAY = ["apply", "black-and-white", "-b", "reference"]
 TINY = ["apply", "gaussian-blur", "--sigma-px", "0", "-b", "reference"]
@@ -33,25 +34,10 @@ def in_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("PASSGRAPH_TRACEBACK", raising=False)
 
 
-class Outcome:
-    def __init__(self, capsys: pytest.CaptureFixture[str], *arguments: str) -> None:
-        capsys.readouterr()
-        self.status = run(list(arguments))
-        self.out, self.err = capsys.readouterr()
-
-
 def well(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
     outcome = Outcome(capsys, *arguments)
     assert (outcome.status, outcome.err) == (0, "")
     return outcome.out
-
-
-def refused(capsys: pytest.CaptureFixture[str], *arguments: str) -> str:
-    before = sorted(Path.cwd().rglob("*"))
-    outcome = Outcome(capsys, *arguments)
-    assert (outcome.status, outcome.out, outcome.err.count("\n")) == (2, "", 1), outcome.err
-    assert sorted(Path.cwd().rglob("*")) == before
-    return outcome.err
 
 
 def names(folder: str) -> list[str]:
@@ -132,18 +118,12 @@ def test_every_byte_is_decoded_in_one_place(capsys: pytest.CaptureFixture[str], 
     """Of pictures in 8 and in 16 bits, alone and in a row, with all that 8 bits can be."""
     ramp = np.arange(256, dtype=np.uint8).reshape(16, 16)
     pg.save("in0.png", np.dstack([ramp, ramp[::-1], ramp.T, np.full_like(ramp, 255)]))
-    _save_16_bits(Path("in1.png"), np.linspace(0, 65535, 256).astype(np.uint16).reshape(16, 16))
+    Path("in1.png").write_bytes(png_16(np.linspace(0, 65535, 256).astype(np.uint16).reshape(16, 16, 1), 0))
     for number in range(2):
         well(capsys, "apply", "vignette", f"in{number}.png", "-o", f"one{number}.npy", "-b", backend, "--linear")
     well(capsys, "apply", "vignette", "in?.png", "-o", "many%d.npy", "-b", backend, "--linear")
     for number in range(2):
         np.testing.assert_array_equal(np.load(f"many{number + 1}.npy"), np.load(f"one{number}.npy"))
-
-
-def _save_16_bits(path: Path, gray: np.ndarray) -> None:
-    from PIL import Image
-
-    Image.fromarray(gray).save(path)
 
 
 def test_depth_is_one_picture_or_a_sequence(capsys: pytest.CaptureFixture[str]) -> None:
@@ -172,9 +152,7 @@ def test_depth_may_be_an_engines_buffer(capsys: pytest.CaptureFixture[str]) -> N
     held = np.rint(holds.depth(np.linspace(0.6, 8.0, 24).reshape(4, 6)) * 65535.0)
     np.save("distance.npy", holds.distance(held / 65535.0).astype(np.float32))
     np.save("held.npy", (held / 65535.0).astype(np.float32))
-    from PIL import Image
-
-    Image.fromarray(held.astype(np.uint16)).save("held.png")
+    Path("held.png").write_bytes(png_16(held.astype(np.uint16)[..., None], 0))
     buffer = ["--depth-buffer", "0.5:inf,reversed"]
     well(capsys, *fog, "a/in.0001.png", "-o", "plain.npy", "--depth", "distance.npy")
     for name in ("held.npy", "held.png"):

@@ -7,6 +7,7 @@ numbers say so.  Work is counted in numbers that operations were applied to, whi
 from __future__ import annotations
 
 import itertools
+from typing import Any
 
 import numpy as np
 import pytest
@@ -75,6 +76,12 @@ def bounds(name: str, width: int, height: int, pace: Pace | None = None, trips: 
     return only
 
 
+def assert_same(these: Allowed, those: Allowed, *, lanes: Any = ...) -> None:
+    """The same bounds, of all lanes or of some."""
+    for part in ("lo", "hi", "nan"):
+        np.testing.assert_array_equal(getattr(these.values, part)[lanes], getattr(those.values, part)[lanes])
+
+
 @pytest.fixture
 def applied(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """Numbers that operations were applied to so far."""
@@ -113,8 +120,7 @@ def test_lanes_that_still_go_round_by_themselves_change_no_bound(name: str, monk
     alone = bounds(name, 40, 24)
     monkeypatch.setattr(domain, "WORTH_MOVING", np.inf)
     together = bounds(name, 40, 24)
-    for part in ("lo", "hi", "nan"):
-        np.testing.assert_array_equal(getattr(alone.values, part), getattr(together.values, part))
+    assert_same(alone, together)
     np.testing.assert_array_equal(alone.ambiguous, together.ambiguous)
     assert alone.names == together.names
     assert name == "nested" or alone.ambiguous.any()
@@ -133,8 +139,7 @@ def test_bounds_do_not_hang_on_batches(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(decisions, "batches", lambda count: np.array_split(np.arange(count), -(-count // 300)))
     monkeypatch.setattr(decisions, "BATCH", 300)
     in_small_ones = bounds("nested", 96, 64)
-    for part in ("lo", "hi", "nan"):
-        np.testing.assert_array_equal(getattr(whole.values, part), getattr(in_small_ones.values, part))
+    assert_same(whole, in_small_ones)
 
 
 def test_ways_of_one_lane_are_tried_together(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -174,9 +179,7 @@ def test_what_the_time_does_not_suffice_for_is_said_and_is_no_pass() -> None:
     assert found.untried == left.sum() > 0
     assert (found.ambiguous >= left).all()
     assert not left.all()
-    whole = bounds("nested", 96, 64)
-    for part in ("lo", "hi", "nan"):
-        np.testing.assert_array_equal(getattr(found.values, part)[~left], getattr(whole.values, part)[~left])
+    assert_same(found, bounds("nested", 96, 64), lanes=~left)
 
 
 def test_no_time_at_all_decides_nothing() -> None:
@@ -201,10 +204,8 @@ def place(vertex: Vertex) -> Corner:
 def paint(corner: Corner) -> vec4:
     return vec4(1.0)
 """
-    from passgraph.scene import Mesh
-
     corners = [[-1, -1, 0.5], [3, -1, 0.5], [-1, 3, 0.5]]
-    mesh = Mesh.make(positions=corners, triangles=[[0, 1, 2]])
+    mesh = pg.Mesh.make(positions=corners, triangles=[[0, 1, 2]])
     place, paint = (pg.vertex(source=text, name="place"), pg.fragment(source=text, name="paint"))
     drawn = pg.draw(mesh, vertex=place, fragment=paint, into=pg.target("color", "rgba8"))
     report = compare(drawn, ["reference"], size=(6, 4), most_seconds=0.0)

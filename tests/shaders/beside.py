@@ -35,7 +35,7 @@ def read_original(path: Path) -> File:
 
 @contextmanager
 def host() -> Iterator[moderngl.Context]:
-    context = moderngl.create_context(standalone=True, require=420, backend="egl")
+    context = moderngl.create_context(standalone=True, require=430, backend="egl")
     try:
         yield context
     finally:

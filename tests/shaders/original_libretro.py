@@ -33,8 +33,6 @@ class Drawn:
     linear: bool = False
     wrap: str = "zero"
     format: str = "rgba8"
-    alias: str = ""
-    frame_count_mod: int = 0
     mipmaps: bool = False
 
 
@@ -91,8 +89,6 @@ class Chain:
             named |= {f"Prev{i}": self.frames[i + 1] for i in range(1, 7)}
             for i in range(1, at):
                 named |= {f"Pass{i}": made[i], f"PassPrev{at - i}": made[i]}
-                if self.passes[i - 1].alias:
-                    named[self.passes[i - 1].alias] = made[i]
             if self.feedback is not None:
                 again = self.passes[self.feedback]
                 named["Feedback"] = self.fed or self.texture(
@@ -125,8 +121,9 @@ class Chain:
                 texture.extra.use(unit)
             if name in program:
                 program[name].value = unit
-        values: dict[str, Any] = {**self.values, "MVPMatrix": _MATRIX, "OutputSize": one.size, "FrameDirection": 1}
-        values["FrameCount"] = number % one.frame_count_mod if one.frame_count_mod else number
+        values: dict[str, Any] = {
+            **self.values, "MVPMatrix": _MATRIX, "OutputSize": one.size, "FrameDirection": 1, "FrameCount": number,
+        }  # fmt: skip
         for name, texture in named.items():
             values |= {f"{name}TextureSize": texture.size, f"{name}InputSize": texture.size}
         for name, value in values.items():

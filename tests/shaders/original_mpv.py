@@ -17,6 +17,7 @@ from typing import Any, TypeAlias
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
+from textures import places, smooth
 
 Picture = NDArray[np.float32]
 Size = tuple[int, int]
@@ -59,10 +60,10 @@ _BIND = """uniform sampler2D host_of_{0};
 #define {0}_gather(pos, c) ({0}_mul * vec4(textureGather({0}_raw, pos, c)))
 #define {0}_texOff(off) {0}_tex({0}_pos + {0}_pt * vec2(off))
 """
-#: In the order in which the player comes by; all before SCALED see the picture before it is scaled.
 _MOVED = (
     _HEAD + "uniform sampler2D t; void main() { host_color = texture(t, host_pos + tex_offset / textureSize(t, 0)); }"
 )
+#: In the order in which the player comes by; all before SCALED see the picture before it is scaled.
 _STAGES = ("LUMA", "RGB", "NATIVE", "MAINPRESUB", "MAIN", "LINEAR", "SIGMOID", "PREKERNEL", "POSTKERNEL", "SCALED",
            "OUTPUT")  # fmt: skip
 _GL_INT = 0x1404
@@ -153,7 +154,7 @@ class Original:
         """A picture (h, w, 4), row 0 on top, held as float32."""
         height, width, channels = picture.shape
         data = np.ascontiguousarray(picture, np.float32).tobytes()
-        return _smooth(self.context.texture((width, height), channels, data, dtype="f4"))
+        return smooth(self.context.texture((width, height), channels, data, dtype="f4"))
 
     def draw(self, picture: Picture) -> Picture:
         """What the player has before it scales to the window: (h, w, 4)."""
@@ -219,7 +220,7 @@ class Original:
         )
         target = self.kept.get(key)
         if target is None or target.size != size:
-            target = self.kept[key] = _smooth(self.context.texture((size[0], size[1]), 4, dtype="f2"))
+            target = self.kept[key] = smooth(self.context.texture((size[0], size[1]), 4, dtype="f2"))
         own = "LUMA" if stage == "LUMA" else "MAIN"
         values = {"tex_offset": self.offsets[own], "input_size": held["MAIN"].size}
         wide = self.context.texture((size[0], size[1]), 4, dtype="f4") if self.exact else target
@@ -271,18 +272,9 @@ class Original:
         array.render(moderngl.TRIANGLE_STRIP)
 
     def _places(self, size: Size) -> moderngl.Texture:
-        """Where the centre of each pixel lies, from (0, 0) to (1, 1), in float32."""
         if size not in self.places:
-            x, y = ((np.arange(side, dtype=np.float32) + np.float32(0.5)) / np.float32(side) for side in size)
-            whole = np.stack(np.broadcast_arrays(x[None, :], y[:, None]), -1)
-            self.places[size] = self.context.texture(size, 2, np.ascontiguousarray(whole).tobytes(), dtype="f4")
+            self.places[size] = places(self.context, size)
         return self.places[size]
-
-
-def _smooth(texture: moderngl.Texture) -> moderngl.Texture:
-    texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
-    texture.repeat_x = texture.repeat_y = False
-    return texture
 
 
 def _read(texture: moderngl.Texture) -> Picture:

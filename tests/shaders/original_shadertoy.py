@@ -13,6 +13,7 @@ from typing import Any
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
+from textures import smooth
 
 Picture = NDArray[np.float32]
 Size = tuple[int, int]
@@ -54,10 +55,7 @@ class Original:
         self.held = {one.name: self._texture(size) for one in passes}
 
     def _texture(self, size: Size) -> moderngl.Texture:
-        made = self.context.texture(size, 4, bytes(16 * size[0] * size[1]), dtype="f4")
-        made.filter = (moderngl.LINEAR, moderngl.LINEAR)
-        made.repeat_x = made.repeat_y = False
-        return made
+        return smooth(self.context.texture(size, 4, bytes(16 * size[0] * size[1]), dtype="f4"))
 
     def frame(self, number: int, seconds: float, step: float, mouse: tuple[float, ...]) -> Picture:
         """The picture of a frame, row 0 on top."""

@@ -17,6 +17,7 @@ import moderngl
 import numpy as np
 from defined import definitions
 from numpy.typing import NDArray
+from textures import places, smooth
 
 Picture = NDArray[np.float32]
 Size = tuple[int, int]
@@ -228,8 +229,8 @@ class Original:
         height, width = picture.shape[:2]
         upward = np.ascontiguousarray(picture[::-1], np.float32)
         if self.exact:
-            return _smooth(self.context.texture((width, height), 4, upward.tobytes(), dtype="f4"))
-        return _smooth(self.context.texture((width, height), 4, np.uint8(np.round(upward * 255)).tobytes()))
+            return smooth(self.context.texture((width, height), 4, upward.tobytes(), dtype="f4"))
+        return smooth(self.context.texture((width, height), 4, np.uint8(np.round(upward * 255)).tobytes()))
 
     def draw(self, values: Mapping[str, Any], frame: int = 0, clock: Clock = Clock()) -> list[Picture]:
         """What each pass of a frame drew."""
@@ -281,11 +282,8 @@ class Original:
                 unit += 1
 
     def _places(self, size: Size) -> moderngl.Texture:
-        """Where the centre of each pixel lies, from (0, 0) at the bottom left to (1, 1), in float32."""
         if size not in self.places:
-            x, y = ((np.arange(side, dtype=np.float32) + np.float32(0.5)) / np.float32(side) for side in size)
-            whole = np.stack(np.broadcast_arrays(x[None, :], y[:, None]), -1)
-            self.places[size] = self.context.texture(size, 2, np.ascontiguousarray(whole).tobytes(), dtype="f4")
+            self.places[size] = places(self.context, size)
         return self.places[size]
 
     def _read(self, name: str) -> moderngl.Texture:
@@ -305,11 +303,11 @@ class _Buffer:
         self.size, self.exact, kind = size, exact, "f4" if is_float else "f1"
         self.kind = kind
         self.shown = (
-            _smooth(context.texture(size, 4, bytes(size[0] * size[1] * 16), dtype="f4"))
+            smooth(context.texture(size, 4, bytes(size[0] * size[1] * 16), dtype="f4"))
             if exact
-            else (_smooth(context.texture(size, 4, bytes(size[0] * size[1] * (16 if is_float else 4)), dtype=kind)))
+            else (smooth(context.texture(size, 4, bytes(size[0] * size[1] * (16 if is_float else 4)), dtype=kind)))
         )
-        self.drawn = _smooth(context.texture(size, 4, dtype=kind))
+        self.drawn = smooth(context.texture(size, 4, dtype=kind))
         self.frames = {id(t): context.framebuffer([t]) for t in ((self.drawn,) if exact else (self.drawn, self.shown))}
 
     def begin(self) -> None:
@@ -336,9 +334,3 @@ class _Buffer:
     def release(self) -> None:
         for owned in (*self.frames.values(), self.drawn, self.shown):
             owned.release()
-
-
-def _smooth(texture: moderngl.Texture) -> moderngl.Texture:
-    texture.filter = (moderngl.LINEAR, moderngl.LINEAR)
-    texture.repeat_x = texture.repeat_y = False
-    return texture

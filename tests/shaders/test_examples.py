@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +11,7 @@ import moderngl
 import numpy as np
 import original_mpv
 import pytest
-from beside import Case, apart, host, pictures
+from beside import Case, apart, pictures
 from original import Original
 from original_libretro import Chain, Drawn
 from original_mpv import MpvFile
@@ -22,7 +22,7 @@ import passgraph as pg
 FOLDER = Path(__file__).resolve().parents[2] / "docs" / "shaders"
 BACKENDS = ("numpy", "gl", "opencl")
 SIZE = (48, 36)
-FRAME, OTHER = pictures(SIZE)[0], pictures(SIZE)[1]
+FRAME = pictures(SIZE)[0]
 #: Files that other files name.
 PARTS = {"crt-beam.glsl", "crt-glass.glsl"}
 _SHADERTOY = """
@@ -30,12 +30,6 @@ uniform sampler2D iChannel0, iChannel1;
 uniform int iFrame;
 #define iResolution vec3(pg_output_size, 1.0)
 """
-
-
-@pytest.fixture(scope="module")
-def context() -> Iterator[moderngl.Context]:
-    with host() as made:
-        yield made
 
 
 def glsl(context: moderngl.Context, name: str) -> list[Picture]:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import moderngl
 import numpy as np
 import pytest
 from original_libretro import Chain, Drawn, Picture
@@ -42,13 +41,6 @@ void main() { FragColor = GAIN * (%s); }
 #endif
 """
 _MIXED = "0.5 * same(TEX0.xy) + 0.25 * same(near[0]) + 0.25 * same(near[1])"
-
-
-@pytest.fixture(scope="module")
-def context():  # type: ignore[no-untyped-def]
-    made = moderngl.create_context(standalone=True, require=330, backend="egl")
-    yield made
-    made.release()
 
 
 def picture(seed: int, height: int = 6, width: int = 9) -> Picture:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import moderngl
 import numpy as np
 import pytest
-from beside import host
 from originals import IsfFile, Original, Picture
 
 import passgraph as pg
@@ -58,12 +56,6 @@ QUADS: dict[str, Any] = {
     "a line": [(-0.9, -0.9, 0, 1), (0.9, 0.9, 0, 1), (-0.9, -0.9, 0, 1), (0.9, 0.9, 0, 1)],
     "nowhere": [(np.nan, 0, 0, 1), (0.9, np.inf, 0, 1), (0, 0, 0, 0), (0.9, 0.9, 0, -1)],
 }
-
-
-@pytest.fixture(scope="module")
-def context() -> Iterator[moderngl.Context]:
-    with host() as made:
-        yield made
 
 
 @pytest.fixture

@@ -171,11 +171,11 @@ vec4 hook() {
 
 @pytest.mark.parametrize(("hook", "offset"), [("MAIN", "0.25 0"), ("MAIN", "ALIGN"), ("LUMA", "0 -1")])
 @pytest.mark.parametrize("backend", ["numpy", "gl"])
-def test_passes_draw_what_the_original_draws(tmp_path: Path, hook: str, offset: str, backend: str) -> None:
+def test_passes_draw_what_the_original_draws(
+    tmp_path: Path, context: moderngl.Context, hook: str, offset: str, backend: str
+) -> None:
     seen = made(tmp_path, FIELD.replace("{0}", hook).replace("{1}", offset), backend)
-    context = moderngl.create_context(standalone=True, require=430, backend="egl")
     expected = Original(context, MpvFile(tmp_path / "chain.glsl"), (17, 13), (34, 26)).draw(FRAME)
-    context.release()
     assert seen.shape == expected.shape == (13, 17, 4)
     assert np.ptp(expected[:, :, 0]) > 0.1, "a plain picture shows nothing"
     np.testing.assert_allclose(seen, expected, atol=1e-3)

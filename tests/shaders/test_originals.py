@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import moderngl
 import pytest
-from beside import FOLDER, MISSING, STEPS, Case, apart, files, host, read_original, values_of
+from beside import FOLDER, MISSING, STEPS, Case, apart, files, read_original, values_of
 from defined import used
 from originals import IsfFile, TransitionFile
 
@@ -40,12 +38,6 @@ SETTLED = {
     "isf/VHS Glitch.fs": ("dot", 2),
     "transitions/BookFlip.glsl": ("texture", 0),
 }
-
-
-@pytest.fixture(scope="module")
-def context() -> Iterator[moderngl.Context]:
-    with host() as made:
-        yield made
 
 
 @pytest.mark.parametrize("name", CHOSEN)

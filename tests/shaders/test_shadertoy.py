@@ -80,7 +80,9 @@ NEXT = "const vec2 NEXT[4] = vec2[](vec2(1, 0), vec2(-1, 0), vec2(0, 1), vec2(0,
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
-def test_buffers_that_feed_each_other_draw_what_the_original_draws(tmp_path: Path, backend: str) -> None:
+def test_buffers_that_feed_each_other_draw_what_the_original_draws(
+    tmp_path: Path, context: moderngl.Context, backend: str
+) -> None:
     sampler = {"filter": "linear", "wrap": "clamp"}
     both = [{"channel": i, "ctype": "buffer", "id": key, "sampler": sampler} for i, key in enumerate("57")]
     passes = [
@@ -94,12 +96,10 @@ def test_buffers_that_feed_each_other_draw_what_the_original_draws(tmp_path: Pat
     graph = effect(into=pg.target("out", "rgba32f"), time=0.5, time_step=0.25, iMouse=mouse)
     with pg.compile(graph, backend=backend, size=size) as program:
         seen = [program()["out"] for _ in range(12)]
-    context = moderngl.create_context(standalone=True, require=430, backend="egl")
     channels = {0: "A", 1: "B"}
     drawn = [Drawn("A", HEIGHTS, channels), Drawn("B", SPEEDS, channels), Drawn("Image", WAVES, {0: "A"})]
     original = Original(context, drawn, NEXT, size)
     expected = [original.frame(number, 0.5 + number * 0.25, 0.25, mouse) for number in range(12)]
-    context.release()
     assert np.ptp(expected[-1][:, :, 0]) > 0.1, "a plain picture shows nothing"
     np.testing.assert_allclose(seen, expected, atol=2e-6)
 
