@@ -13,7 +13,7 @@ from passgraph.errors import InputError
 from passgraph.graph.calls import PixelKernel
 from passgraph.graph.targets import Input, Target, TargetSpec
 from passgraph.language.kernel import kernel_from_text
-from passgraph.plan.reach import passes_behind
+from passgraph.plan.reach import inputs_of, passes_behind
 from passgraph.reading import check_regular
 
 #: Most bytes of a picture that a shader brings.
@@ -38,8 +38,14 @@ def unread(shown: Target, made: Iterable[Target]) -> list[Target]:
         found += more
 
 
+def read_behind(shown: Target) -> set[object]:
+    """What the passes behind a target read, and what lends them its size."""
+    passes = passes_behind([shown])
+    return {*inputs_of(passes).values(), *(handle.spec for one in passes for handle in one.reads)}
+
+
 def shown_beside(shown: Target, kept: list[Target], into: TargetSpec) -> Target:
-    """What is shown, in a target whose graph draws some buffers too."""
+    """What is shown, in a target whose graph draws some buffers too, or takes some pictures."""
     *before, last = kept
     for number, one in enumerate(before):
         shown = _SHOWN(shown=shown, kept=one, into=replace(into, name=f"{into.name}.with.{number}"))
