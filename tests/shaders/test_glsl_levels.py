@@ -211,7 +211,7 @@ def test_a_trilinear_read_is_short_in_the_representation() -> None:
         return sum(map(nodes, parts)) + sum(1 for value in values for _ in ir.expressions(value))
 
     read = "o += textureLod(t, pg_position, 1.5);"
-    counts = [nodes(parse(f"uniform sampler2D t; void main() {{ vec4 o = vec4(0); {read * n} gl_FragColor = o; }}").program.body)
-              for n in (0, 1, 3)]  # fmt: skip
+    head = "uniform sampler2D t; void main() { vec4 o = vec4(0);"
+    counts = [nodes(parse(f"{head} {read * n} gl_FragColor = o; }}").program.body) for n in (0, 1, 3)]
     assert counts[1] - counts[0] < 1300
     assert counts[2] - counts[1] == 2 * (counts[1] - counts[0])
