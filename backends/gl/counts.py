@@ -22,8 +22,8 @@ from passgraph.plan.known import Counting
 if TYPE_CHECKING:
     from passgraph.backends.gl.backend import GLBackend
 
-#: Invocations that go through a row together: a warp.  llvmpipe takes as long with any number from 16 to 64.
-GROUP = 32
+#: Invocations that go through a row together: half a warp, for more of which llvmpipe takes a fifth longer.
+GROUP = 16
 
 SHADER = """#version 430 core
 layout(local_size_x = GROUP) in;

@@ -7,7 +7,7 @@ from __future__ import annotations
 from passgraph.graph.calls import kernel
 from passgraph.graph.targets import MAX_SIDE
 from passgraph.language.kernel import function, struct
-from passgraph.language.primitives import isnan
+from passgraph.language.primitives import floor, isnan
 from passgraph.language.symbols import Const, Image, ivec2, output_size, pixel, vec2, vec3, vec4
 from passgraph.language.vectors import dot
 
@@ -166,8 +166,8 @@ def reduced_place(top: Image) -> vec2:
 def bin_of(image: Image, low: float, high: float, bins: Const[int], channel: Const[int]) -> float:
     """The number of a texel's bin, from 1; 0 for what is in none."""
     number = of_channel(image[0, 0], channel)
-    place = int((number - low) * (float(bins) / (high - low)))
-    return float(max(min(place, bins - 1), 0) + 1) if number >= low and number <= high else 0.0
+    place = floor((number - low) * (float(bins) / (high - low)))
+    return min(place, float(bins - 1)) + 1.0 if number >= low and number <= high else 0.0
 
 
 @struct

@@ -22,7 +22,7 @@ _BLOCKS: dict[str | None, tuple[int, tuple[int, int], int]] = {
     "x": (1, (64, 1), 3),
     "y": (2, (1, 64), 3),
 }
-#: Most bins of a histogram: half floats hold their numbers exactly.
+#: Most bins of a histogram: of so many a table lies in the memory that a work-group or a core has near.
 MOST_BINS = 2048
 
 
@@ -171,7 +171,7 @@ def histogram(
     made = _declared(into, name, f"{image.name}.histogram", "r32f", "pg.histogram")
     name = _named(name, made)
     # last run's content lends no size by itself
-    spec = target(f"{made.name} bins", "r16f", like=image)
+    spec = target(f"{made.name} bins", "r32f", like=image)
     numbered: Target = kernels.bin_of(image, *ends, bins, number, into=spec, name=spec.name)
     rows = f"{made.name} rows"
     into_rows = _quarters(rows, Blocks(image, MAX_SIDE, 1, -(-bins // 16)))

@@ -12,6 +12,7 @@ from functools import cache
 from typing import Any, TypeGuard, cast
 
 from passgraph.errors import KernelError
+from passgraph.formats import Store
 from passgraph.language import ir, lower_buffers
 from passgraph.language import scalar as s
 from passgraph.language.arrays import Arrays
@@ -22,7 +23,6 @@ from passgraph.language.facts import Facts, Fused, ImageFacts, Shared
 from passgraph.language.library import prelude_function
 from passgraph.language.limits import bounds
 from passgraph.language.lower_loops import Loops, leaves, most_work, names_assigned
-from passgraph.language.lower_stored import stored
 from passgraph.language.operations import OPERATIONS
 from passgraph.language.parse import parse_kernel
 from passgraph.language.scope import host_numbers
@@ -134,10 +134,18 @@ class Lowering:
             pairs = [(value, value) for value in self.value(result.value)]
             if i < len(self.facts.stores):
                 colour, alpha = self.facts.stores[i]
-                pairs = [stored(self, value, alpha if c == 3 else colour) for c, (value, _) in enumerate(pairs)]
+                pairs = [self._stored(value, alpha if c == 3 else colour) for c, (value, _) in enumerate(pairs)]
             values, unrounded = zip(*pairs, strict=True)
             outputs.append(s.Output(result.name, values, unrounded))
         return outputs
+
+    def _stored(self, value: s.Operand, functions: tuple[Store, ...]) -> tuple[s.Operand, s.Operand]:
+        """A channel as it is stored, and before the last function, which rounds."""
+        unrounded = value
+        for function, *numbers in functions:
+            unrounded = value
+            value = self.prelude(str(function), [value, *(s.Lit("float", float(number)) for number in numbers)])
+        return value, unrounded
 
     # Statements
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from passgraph.plan.data import PixelStep
 
 #: Of the picture that is counted, and of the four that are written.
-COUNTED, COUNTS = FORMATS["r16f"], FORMATS["rgba32f"]
+COUNTED, COUNTS = FORMATS["r32f"], FORMATS["rgba32f"]
 
 
 @dataclass(frozen=True, slots=True)

@@ -89,10 +89,10 @@ def counted_alone() -> tuple[tuple[pg.Target, ...], Picture, list[list[int]]]:
     """The counting by itself, of 48 bins, on a picture that anybody may have written, and what it means: rows beyond
     the picture count nothing."""
     random = np.random.default_rng(4)
-    picture = random.integers(-3, 52, (21, 177)).astype(np.float16)
-    wild = np.array([np.nan, np.inf, -np.inf, 65504, -65504, 2049, 0.5, 1.5, 48.03, 49, 6e-8, -0.0], np.float16)
+    picture = random.integers(-3, 52, (21, 177)).astype(np.float32)
+    wild = np.array([np.nan, np.inf, -np.inf, 3e38, -3e38, 4294967297, 0.5, 1.5, 48.01, 49, 1e-30, -0.0], np.float32)
     picture.reshape(-1)[random.permutation(picture.size)[: 9 * wild.size]] = np.tile(wild, 9)
-    handle = pg.Input("numbers", "r16f").border("zero")
+    handle = pg.Input("numbers", "r32f").border("zero")
     quarters = tuple(pg.target(f"quarter {part}", "rgba32f", (3, 23)) for part in range(4))
     expected = [[int((row == number).sum()) for number in range(1, 49)] for row in picture] + [[0] * 48] * 2
     return count_bins(handle, into=quarters), picture, expected
@@ -137,24 +137,13 @@ def test_it_is_told_which_way_counts(device: Backend) -> None:
     assert (way is None) == (device.name == "gl" and not device.context.dispatches)  # type: ignore[attr-defined]
 
 
-def test_numbers_that_16_bits_hold_are_not_rounded() -> None:
-    """Of what is surely whole and small nothing is left to be rounded; of others it is."""
-    rounds = {
-        "float(clamp(int(a[0, 0].r), -2047, 2047))": False,
-        "float(clamp(int(a[0, 0].r), 0, 2048))": False,
-        "float(clamp(int(a[0, 0].r), 0, 2049))": True,
-        "3.0 if a[0, 0].r > 0.5 else -7.0": False,
-        "3.0 if a[0, 0].r > 0.5 else 2049.0": True,
-        "3.0 if a[0, 0].r > 0.5 else 0.1": True,
-        "a[0, 0].r": True,
-    }
-    for text, expected in rounds.items():
-        kernel = pg.kernel(source=f"def whole(a: Image) -> float: return {text}")
-        frame = pg.Input("frame", "r32f", (2, 2))
-        (step,) = build({"out": kernel(frame, into=pg.target("out", "r16f"))}).steps
-        assert isinstance(step, PixelStep)
-        (output,) = step.program.outputs
-        assert (output.values != output.unrounded) == expected, text
+def test_a_count_beyond_what_floats_hold_is_near() -> None:
+    """An odd number of texels above 2^24, all of them in one bin."""
+    width, height = 16_383, 1_025
+    with pg.compile(pg.histogram(pg.Input("frame", "r8"), 4, channel=0)) as program:
+        counts = program(frame=np.full((height, width), 255, np.uint8))["frame.histogram"][0, :, 0].astype(np.float64)
+    assert counts[:3].tolist() == [0, 0, 0]
+    assert 0 < abs(counts[3] - width * height) <= 2.0**-20 * width * height
 
 
 def test_luma_is_weighted() -> None:

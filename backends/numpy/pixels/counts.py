@@ -95,17 +95,17 @@ def _row(b: Lanes, row: Any, across: Any, bins: Any, tables: Any) -> None:
     kind, turns = element(COUNTED), b.lanes
     whole = b.sub(across, b.srem(across, _long(turns)))
     with counting(b, _long(0), whole, _long(turns)) as x:
-        loaded = b.load(_place(b, row, x, kind), typ=b.vector(kind), align=2)
+        loaded = b.load(_place(b, row, x, kind), typ=b.vector(kind), align=4)
         numbers = _bins(b, loaded, bins)
         for lane in range(turns):
             _add(b, tables, b.extract_element(numbers, ir.Constant(I32, lane)), lane % TABLES)
     with counting(b, whole, across, _long(1)) as x:
-        _add(b, tables, _bins(b, b.load(_place(b, row, x, kind), typ=kind, align=2), bins), 0)
+        _add(b, tables, _bins(b, b.load(_place(b, row, x, kind), typ=kind, align=4), bins), 0)
 
 
 def _bins(b: Lanes, loaded: Any, bins: Any) -> Any:
     """The numbers as ints; 0 for what is no bin's."""
-    value = b.fpext(loaded, F32)
+    value = loaded
     one, most = ir.Constant(F32, 1.0), b.sitofp(bins, F32)
     inside = b.and_(b.fcmp_ordered(">=", value, one), b.fcmp_ordered("<=", value, most))
     near = b.fptosi(b.select(inside, value, ir.Constant(F32, 0.0)), I32)

@@ -66,17 +66,17 @@ def counted() -> Mapping[str, pg.Target]:
     return {"counts": pg.histogram(pg.Input("frame", "rgba32f"), BINS, channel=2, low=0.05, high=6.0)}
 
 
-def wild_numbers() -> NDArray[np.float16]:
+def wild_numbers() -> NDArray[np.float32]:
     """Numbers of bins, some often in a row, and others: below and above them, fractions."""
     random = np.random.default_rng(11)
-    numbers = random.integers(-2, BINS + 3, (SIZE[1], SIZE[0], 1)).astype(np.float16)
+    numbers = random.integers(-2, BINS + 3, (SIZE[1], SIZE[0], 1)).astype(np.float32)
     numbers[::3, ::2] = BINS
     numbers[1::3, 5:] = 1
-    numbers[:, 3::7] += np.float16(0.5)
+    numbers[:, 3::7] += np.float32(0.5)
     return numbers
 
 
-def quarters_of(numbers: NDArray[np.float16]) -> NDArray[np.float64]:
+def quarters_of(numbers: NDArray[np.float32]) -> NDArray[np.float64]:
     """How often each bin's number stands in each row, as four pictures; rows below the picture count nothing."""
     counts = np.zeros((ROWS[1], BINS))
     counts[: SIZE[1]] = (numbers == np.arange(1, BINS + 1)).sum(1)
@@ -88,7 +88,7 @@ def counted_rows() -> Mapping[str, pg.Target]:
     from passgraph.graph.reduction_kernels import count_bins
 
     into = tuple(pg.target(f"quarter {k}", "rgba32f", ROWS) for k in range(4))
-    made: tuple[pg.Target, ...] = count_bins(pg.Input("numbers", "r16f", SIZE).border("zero"), into=into)
+    made: tuple[pg.Target, ...] = count_bins(pg.Input("numbers", "r32f", SIZE).border("zero"), into=into)
     return {target.name: target for target in made}
 
 
