@@ -45,7 +45,6 @@ from passgraph.language.types import (
 )
 from passgraph.language.typing_rules import apply
 from passgraph.language.values import index_into
-from passgraph.travel.kernel_rows import STATEMENTS, parts_of
 
 _HELD: dict[str, type[Any]] = {"bool": bool, "int": int, "uint": int, "float": float}
 
@@ -120,8 +119,8 @@ class Signature:
 
     def check(self, node: Any) -> None:
         """An expression whose parts are right, and no statements."""
-        for part in parts_of(node):
-            if isinstance(part, STATEMENTS):
+        for part in ir.parts_of(node):
+            if isinstance(part, ir.STATEMENTS):
                 raise Unfit("an expression of expressions, not of statements")
         if not is_plain(node.type):
             raise Unfit("of a plain type")
@@ -263,7 +262,7 @@ class Variables:
             raise Unfit(f"blocks at most {MAX_BLOCKS} deep")
         left = False
         for statement in statements:
-            if not isinstance(statement, STATEMENTS):
+            if not isinstance(statement, ir.STATEMENTS):
                 raise Unfit("blocks of statements")
             if isinstance(statement, ir.Assign):
                 self._assign(statement, known)
@@ -319,4 +318,4 @@ class Variables:
             seen.add(id(node))
             if isinstance(node, ir.Local) and (node.name not in known or self.types[node.name] != node.type):
                 raise Unfit(f"variable {node.name!r} with a value of type {node.type} before it is read")
-            pending += parts_of(node)
+            pending += ir.parts_of(node)
