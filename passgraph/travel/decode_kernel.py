@@ -10,7 +10,7 @@ from typing import Any
 from passgraph.graph.targets import MOST_SLOTS
 from passgraph.language import ir
 from passgraph.language.limits import check_type
-from passgraph.language.signature import MAX_BUFFER_LENGTH, MAX_STRUCT_DEPTH, MAX_STRUCT_FIELDS
+from passgraph.language.signature import MAX_BUFFER_LENGTH, MAX_STRUCT_DEPTH, MAX_STRUCT_FIELDS, checked_array
 from passgraph.language.source import NOWHERE, Span
 from passgraph.language.types import (
     BOOL,
@@ -22,12 +22,11 @@ from passgraph.language.types import (
     Type,
     Vector,
     element_of,
-    longest,
     plain_parts,
 )
 from passgraph.ranges import Range
 from passgraph.travel.document import Document
-from passgraph.travel.kernel_check import Signature, Unfit, Variables, check_arrays, held
+from passgraph.travel.kernel_check import Signature, Unfit, Variables, as_unfit, check_arrays, held
 from passgraph.travel.kernel_limits import excess, grown
 from passgraph.travel.kernel_rows import CLASSES, ROWS
 
@@ -183,8 +182,10 @@ class _Reader:
                 document.wrong(where, f"arrays and structs at most {MAX_STRUCT_DEPTH} deep", given)
             inner = self._type(element, where, depth + 1)
             made = Array(inner, document.whole(length, where, 1, MAX_BUFFER_LENGTH))  # type: ignore[arg-type]
-            if longest(made) > MAX_BUFFER_LENGTH:
-                document.wrong(where, f"arrays of at most {MAX_BUFFER_LENGTH} elements together", given)
+            try:
+                as_unfit(checked_array, made, NOWHERE)
+            except Unfit as unfit:
+                document.wrong(where, str(unfit), given)
             return made
         if not isinstance(given, dict):
             document.wrong(where, f"a type: {', '.join(NAMED)}, [element, length] or a struct", given)

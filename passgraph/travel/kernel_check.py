@@ -18,7 +18,7 @@ from passgraph.language.facts import PROPERTIES
 from passgraph.language.layout import FLOAT_END
 from passgraph.language.meanings import INT_MAX, INT_MIN
 from passgraph.language.operations import OPERATIONS
-from passgraph.language.signature import MAX_IMAGES, VERTEX
+from passgraph.language.signature import VERTEX, check_images
 from passgraph.language.source import NOWHERE
 from passgraph.language.statements import MAX_BLOCKS
 from passgraph.language.symbols import UINT_MAX
@@ -38,7 +38,6 @@ from passgraph.language.types import (
     Vector,
     component_count,
     element_of,
-    image_count,
     image_names,
     is_plain,
     plain_parts,
@@ -68,17 +67,18 @@ def held(value: Any, type_: Scalar) -> ir.Number:
     return made
 
 
-def _as_unfit(check: Callable[..., None], *given: Any) -> None:
-    """A check of the parser's, whose error becomes what is expected of a row."""
+def as_unfit(check: Callable[..., object], *given: Any) -> None:
+    """A check of the parser's, whose error becomes what is expected."""
     try:
         check(*given)
     except PassgraphError as error:
-        raise Unfit(str(error).splitlines()[0].rpartition(": ")[2]) from None
+        told = str(error).splitlines()[0].removeprefix(f"{NOWHERE.file}:{NOWHERE.line}: ")
+        raise Unfit(f"within the language's limits: {told}") from None
 
 
 def check_arrays(parameters: tuple[ir.Parameter, ...], *roots: ir.Stmt | ir.Expr) -> None:
     """Long arrays are read by index alone."""
-    _as_unfit(check_reads, parameters, *roots)
+    as_unfit(check_reads, parameters, *roots)
 
 
 def handed_in(stage: ir.Stage, type_: Type) -> bool:
@@ -91,9 +91,8 @@ class Signature:
 
     def __init__(self, stage: ir.Stage, parameters: tuple[ir.Parameter, ...]) -> None:
         self.stage = stage
-        if sum(image_count(p.type) for p in parameters) > MAX_IMAGES:
-            raise Unfit(f"at most {MAX_IMAGES} images, those in structs and arrays too")
-        _as_unfit(check_sizes, parameters)
+        as_unfit(check_images, "a kernel", parameters, NOWHERE)
+        as_unfit(check_sizes, parameters)
         self.images = {name for p in parameters for name in image_names(p.type, p.name)}
         self.uniforms: dict[str, tuple[Type, bool]] = {}
         stages = {name: type_ for name, (type_, stages) in STAGE_VALUES.items() if stage in stages and name != "uv"}
