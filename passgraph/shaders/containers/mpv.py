@@ -21,6 +21,7 @@ from passgraph.language.types import BOOL, FLOAT, INT, Type
 from passgraph.shaders.containers.clock import PRELUDE, clock_uniforms
 from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, notes_of
 from passgraph.shaders.containers.mpv_header import NOMINAL, MpvBlock, holds, read_blocks, side_formula
+from passgraph.shaders.containers.pictures import small_kernel
 from passgraph.shaders.glsl import Shader, parse
 
 #: Stages at which the picture is the picture, in the order in which a player comes by.
@@ -151,17 +152,16 @@ def read_mpv(text: str, path: Path) -> ShaderEffect:
 
 
 def _built(passes: list[_Pass], frame: Target, values: Mapping[str, Any], into: TargetSpec, file: str) -> Target:
-    scale = values["output_scale"]
-    if not isinstance(scale, (int, float)):
-        raise InputError(f"{file}: output_scale must be a number that is known when the graph is made")
+    scale = float(values["output_scale"])
     whole: tuple[Formula, Formula] = ("width", "height")
-    output: tuple[Formula, Formula] = (_scaled("width", float(scale)), _scaled("height", float(scale)))
+    output: tuple[Formula, Formula] = (_scaled("width", scale), _scaled("height", scale))
     chain = _Chain({}, {}, output, dict.fromkeys(("MAIN", "LUMA"), (0.0, 0.0)))
     chain.keep(_STAGES, frame, whole)
     has_luma = any(one.hook == "LUMA" for one in passes)
     if has_luma:
-        chain.keep(["LUMA"], _kernel("luma", _LUMA)(t=frame, into=_spec(f"{into.name}.luma", whole, "rgba32f")), whole)
-    uniforms = clock_uniforms(values) | dict(values) | {"pg_scale": float(scale)}
+        luma = small_kernel("luma", _LUMA)(t=frame, into=_spec(f"{into.name}.luma", whole, "rgba32f"))
+        chain.keep(["LUMA"], luma, whole)
+    uniforms = clock_uniforms(values) | dict(values) | {"pg_scale": scale}
     for number, one in enumerate(passes):
         _add_pass(one, chain, frame, uniforms, f"{into.name}.{number}", file)
     own = "LUMA" if has_luma else "OUTPUT"
@@ -174,7 +174,7 @@ def _built(passes: list[_Pass], frame: Target, values: Mapping[str, Any], into: 
         text = _JOINED.format(read.format("luma"), (_HERE if size == chain.sizes["OUTPUT"] else _SCALED).format("t"))
     if read is _MOVED:
         shown["pg_offset"], text = offset, f"uniform vec2 pg_offset; {text}"
-    return _kernel("joined", text)(into=replace(into, size=Computed(*size)), **shown)
+    return small_kernel("joined", text)(into=replace(into, size=Computed(*size)), **shown)
 
 
 def _scaled(side: str, scale: float) -> Formula:
@@ -186,10 +186,11 @@ def _add_pass(one: _Pass, chain: _Chain, frame: Target, uniforms: Mapping[str, A
     where = f"{file}:{one.block.line}"
     hooked = chain.sizes[one.hook]
     sizes = chain.sizes | {"HOOKED": hooked, "OUTPUT": chain.output, "NATIVE_CROPPED": chain.sizes["OUTPUT"]}
-    if any(not holds(text, sizes, f"{where}: WHEN", uniforms) for text in one.block.all("WHEN")):
+    numbers = {word: float(value) for word, value in uniforms.items() if isinstance(value, (int, float))}
+    if any(not holds(text, sizes, f"{where}: WHEN", numbers) for text in one.block.all("WHEN")):
         return
     width, height = (
-        side_formula(one.block.first(side, f"HOOKED.{side[0].lower()}"), sizes, f"{where}: {side}", uniforms)
+        side_formula(one.block.first(side, f"HOOKED.{side[0].lower()}"), sizes, f"{where}: {side}", numbers)
         for side in ("WIDTH", "HEIGHT")
     )
     moved = "LUMA" if one.hook == "LUMA" else "MAIN"
@@ -250,7 +251,3 @@ def _number(text: str, where: str) -> float | None:
 
 def _spec(name: str, size: tuple[Formula, Formula], format: str = "rgba16f") -> TargetSpec:
     return replace(target(name, format), size=Computed(*size))
-
-
-def _kernel(name: str, text: str) -> PixelKernel[Target]:
-    return PixelKernel[Target].of_program(parse(text, name=name, rows_up=False).program)
