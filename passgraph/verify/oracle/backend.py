@@ -167,9 +167,7 @@ class _DrawPass(ReferenceDrawPass):
         if depth is not None and self.step.depth_clear is None and id(depth) in self.oracle.carried:
             draw.state.depth = self.oracle.carried[id(depth)].map(np.copy)
             draw.state.stencil = self.oracle.stencils[id(depth)]
-        self.oracle.pace.begin(self.step.name)
         state = draw.run()
-        untried = self.oracle.pace.end()
         if depth is not None and state.depth is not None and state.stencil is not None:
             self.oracle.carried[id(depth)] = state.depth.map(np.copy)
             self.oracle.stencils[id(depth)] = state.stencil
@@ -180,7 +178,7 @@ class _DrawPass(ReferenceDrawPass):
         ambiguous = state.ambiguous.reshape(height, width)
         unpromised = ambiguous & ~state.turned.reshape(height, width)
         self.oracle.found[id(self.step)] = [
-            Allowed(v.map(lambda x: x.reshape(height, width, -1)), ambiguous, unpromised, draw.names, untried)
+            Allowed(v.map(lambda x: x.reshape(height, width, -1)), ambiguous, unpromised, draw.names, draw.untried)
             for v in values
         ]
 

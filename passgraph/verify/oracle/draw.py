@@ -29,7 +29,8 @@ Ints = NDArray[np.int64]
 
 
 class DrawOracle:
-    """One draw of one run; ``state`` ends up with what its targets may hold."""
+    """One draw of one run: ``state`` ends up with what its targets may hold, ``untried`` with the number of fragments
+    of which time left nothing to say."""
 
     def __init__(
         self, made: ReferenceDrawPass, outputs: Sequence[Storage], depth: Storage | None, images: Sequence[Storage],
@@ -39,20 +40,31 @@ class DrawOracle:
         self.pass_, self.step = made, made.step
         self.geometry, self.snapped = geometry, snapped
         names = [name for name, _ in made.step.images]
-        self.vertex = StageOracle(made.vertex, vertex, names, images, carried)
+        self.pace, self.untried = pace or Pace(), 0
+        self.vertex = StageOracle(made.vertex, vertex, names, images, carried, pace=self.pace)
         self.fragment: StageOracle | None = None
         if made.fragment is not None:
-            self.fragment = StageOracle(made.fragment, fragment, names, images, carried, watch, pace)
+            self.fragment = StageOracle(made.fragment, fragment, names, images, carried, watch, self.pace)
         self.state = State.before(made.step, outputs, depth)
         self.names: Counter[str] = Counter()
 
     def run(self) -> State:
         step: DrawStep = self.step
+        self.pace.begin(f"{step.name}, vertices")
+        with np.errstate(all="ignore"):
+            vertices = self._vertices()
+        if self.pace.end():
+            # Any pixel may be covered where corners may be anywhere.
+            self.state.forget()
+            self.untried = step.size[0] * step.size[1]
+            return self.state
+        self.pace.begin(step.name)
         with np.errstate(all="ignore"):
             indices = np.asarray(self.geometry.triangles, np.int64).reshape(-1, 3)
-            found = triangles(self._vertices(), indices, step.size, step.state, self.snapped)
+            found = triangles(vertices, indices, step.size, step.state, self.snapped)
             for fragments in cover(found, step.size):
                 self._merge(found, fragments)
+        self.untried = self.pace.end()
         return self.state
 
     def _vertices(self) -> Corners:

@@ -83,6 +83,16 @@ class State:
                 stencils = held.copy(), held.copy()
         return cls(step, colours, depths, stencils, *(np.zeros(count, np.bool_) for _ in range(2)))
 
+    def forget(self) -> None:
+        """Nothing is known: each pixel may hold anything."""
+        for layer in self.colours:
+            layer.values = Interval.anything(layer.values.lo.shape)
+        if self.depth is not None:
+            self.depth = Interval.anything(self.depth.lo.shape)
+        if self.stencil is not None:
+            self.stencil = np.zeros_like(self.stencil[0]), np.full_like(self.stencil[1], 255)
+        self.turned[:] = True
+
     def may_pass(self, at: Ints, depth: Interval) -> Ints:
         """Fragments that the depth and stencil tests need not drop; dropped ones may still change the stencil."""
         if self.depth is None or self.stencil is not None:

@@ -62,15 +62,17 @@ class Watch:
 class WatchedInterpreter(Interpreter[Bounded, Lanes]):
     """Notes what each operation does; ``pixels`` says where the lanes of the stage are."""
 
+    domain: IntervalDomain
+
     def __init__(
         self, program: ir.TypedKernel, domain: IntervalDomain, around: Surroundings[Bounded], watch: Watch, pixels: Ints
     ) -> None:
         super().__init__(program, domain, around)
-        self.bounded, self.watch, self.pixels = domain, watch, pixels
+        self.watch, self.pixels = watch, pixels
 
     @property
     def track(self) -> Track:
-        return self.bounded.track
+        return self.domain.track
 
     def value(self, expression: ir.Expr) -> Bounded:
         if not isinstance(expression, ir.Apply):
