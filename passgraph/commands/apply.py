@@ -22,7 +22,7 @@ from passgraph.commands.options import (
     size_option,
 )
 from passgraph.commands.ramps import FramesOption, check_no_ramps
-from passgraph.commands.running import check_outputs, run_and_save
+from passgraph.commands.running import check_one_picture, check_outputs, run_and_save
 from passgraph.commands.sources import RENDER_SIZE, generator_job, picture_job
 from passgraph.effects.registry import EFFECTS, Effect
 from passgraph.errors import InputError
@@ -144,10 +144,20 @@ def command_of(effect: Effect) -> click.Command:
             if options["scheduler"] is not None:
                 raise InputError("--scheduler is for many frames; one picture is computed here: leave it out")
             return apply_to_one(effect, Path(inputs[0]), Path(output), capture, depth, depth_buffer, given, options)
-        _check_one(capture, options["profile"], "there are several frames here")
-        from passgraph.commands.apply_many import apply_to_many
+        check_one_picture(capture, options["profile"], "there are several frames here")
+        from passgraph.commands.apply_many import apply_to_many, writing_of
+        from passgraph.commands.frames import Settings
 
-        return apply_to_many(effect, inputs, output, depth, depth_buffer, given, options)
+        writing = writing_of(
+            options["rate"], options["codec"], options["codec_option"], options["raw"], options["sound"]
+        )
+        settings = Settings(
+            options["backend"], options["linear"], options["jobs"], options["resume"], options["non_finite"],
+            options["check_finite"], options["scheduler"],
+        )  # fmt: skip
+        return apply_to_many(
+            effect, inputs, output, given, writing, settings, frames=options["frames"], depth=depth, holds=depth_buffer
+        )
 
     if effect.takes == "picture+depth":
         from passgraph.commands.depth import depth_buffer_option, depth_option
@@ -183,11 +193,13 @@ def generator_command(effect: Effect) -> click.Command:
     ) -> int:
         given = given_parameters(ctx)
         if options["frames"] is not None:
-            _check_one(capture, profile, "--frames makes several pictures")
-            from passgraph.commands.apply_many import apply_to_many
+            check_one_picture(capture, profile, "--frames makes several pictures")
+            from passgraph.commands.apply_many import apply_to_many, writing_of
+            from passgraph.commands.frames import Settings
 
-            options |= {"backend": backend, "size": size, "check_finite": check_finite, **_OF_NOTHING}
-            return apply_to_many(effect, (), str(output), None, None, given, options)
+            writing = writing_of(options["rate"], options["codec"], options["codec_option"])
+            settings = Settings(backend, check_finite=check_finite)
+            return apply_to_many(effect, (), str(output), given, writing, settings, frames=options["frames"], size=size)
         check_no_ramps(effect, given)
         if is_video(output) or Pattern.is_in(str(output)):
             raise InputError(f"{output}: holds frames; say how many: --frames 100")
@@ -199,21 +211,6 @@ def generator_command(effect: Effect) -> click.Command:
 
     command.params += options_beside(command.params, effect, FramesOption)
     return command
-
-
-#: What `apply_to_many` is told of an effect that reads nothing.
-_OF_NOTHING: dict[str, Any] = {
-    "raw": None, "sound": True, "linear": False, "jobs": None, "resume": False, "scheduler": None,
-    "non_finite": "error",
-}  # fmt: skip
-
-
-def _check_one(capture: Path | None, profile: bool, why: str) -> None:
-    """Refuse what is for one picture."""
-    if capture is not None:
-        raise InputError(f"--capture shows the passes of one picture, and {why}; leave out one")
-    if profile:
-        raise InputError(f"--profile times the passes on one picture, and {why}; leave out one")
 
 
 def apply_to_one(

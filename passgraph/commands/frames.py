@@ -38,9 +38,9 @@ class Settings:
     """How the frames are run."""
 
     backend: str | None
-    linear: bool
-    jobs: int | None
-    resume: bool
+    linear: bool = False
+    jobs: int | None = None
+    resume: bool = False
     non_finite: NonFinite = "error"
     check_finite: bool = False
     scheduler: str | None = None

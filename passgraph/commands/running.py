@@ -12,7 +12,16 @@ from passgraph.commands.files import FLOAT_SUFFIXES, check_folder, check_picture
 from passgraph.commands.options import check_computes
 from passgraph.commands.progress import progress
 from passgraph.commands.sources import Job, in_bytes
+from passgraph.errors import InputError
 from passgraph.run.finite_checks import NonFinite
+
+
+def check_one_picture(capture: Path | None, profile: bool, why: str) -> None:
+    """Refuse what shows one picture alone; ``why`` there are several."""
+    if capture is not None:
+        raise InputError(f"--capture shows the passes of one picture, and {why}; leave out one")
+    if profile:
+        raise InputError(f"--profile times the passes on one picture, and {why}; leave out one")
 
 
 def check_outputs(output: Path, capture: Path | None) -> None:
