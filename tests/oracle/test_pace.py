@@ -17,6 +17,7 @@ from passgraph.verify.compare import compare
 from passgraph.verify.oracle import decisions, domain
 from passgraph.verify.oracle.backend import Allowed
 from passgraph.verify.oracle.domain import IntervalDomain
+from passgraph.verify.oracle.interval import Bounded
 from passgraph.verify.oracle.pace import SAMPLE, Pace, batches
 from passgraph.verify.oracle.passes import Passes
 
@@ -87,7 +88,7 @@ def applied(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """Numbers that operations were applied to so far."""
     count, plain = [0], IntervalDomain.apply
 
-    def counted(self: IntervalDomain, operation: str, arguments: list[domain.Bounded]) -> domain.Bounded:
+    def counted(self: IntervalDomain, operation: str, arguments: list[Bounded]) -> Bounded:
         count[0] += max(len(argument) for argument in arguments)
         return plain(self, operation, arguments)
 

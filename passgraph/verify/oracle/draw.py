@@ -18,8 +18,7 @@ from passgraph.graph.geometry import Geometry
 from passgraph.plan.data import DrawStep
 from passgraph.verify.oracle.coverage import Corners, Fragments, Triangles, cover, depth_of, triangles, varying_of
 from passgraph.verify.oracle.decisions import Bounds
-from passgraph.verify.oracle.domain import Bounded
-from passgraph.verify.oracle.interval import Interval
+from passgraph.verify.oracle.interval import Bounded, Interval
 from passgraph.verify.oracle.merge import State
 from passgraph.verify.oracle.pace import Pace
 from passgraph.verify.oracle.stage import StageOracle

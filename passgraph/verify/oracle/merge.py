@@ -18,8 +18,8 @@ from passgraph.plan.blending import blend_kernel
 from passgraph.plan.data import DrawStep
 from passgraph.verify.oracle import interval as iv
 from passgraph.verify.oracle.decisions import Track
-from passgraph.verify.oracle.domain import Bounded, IntervalDomain
-from passgraph.verify.oracle.interval import Interval, Lanes
+from passgraph.verify.oracle.domain import IntervalDomain
+from passgraph.verify.oracle.interval import Bounded, Interval, Lanes
 from passgraph.verify.oracle.stage import stored
 
 Ints = NDArray[np.int64]

@@ -19,9 +19,9 @@ from passgraph.language.lower import ImageFacts
 from passgraph.language.types import component_count
 from passgraph.verify.oracle import interval as iv
 from passgraph.verify.oracle.decisions import Bounds, Ints, Lanes, Track, explore
-from passgraph.verify.oracle.domain import Bounded, IntervalDomain
+from passgraph.verify.oracle.domain import IntervalDomain
 from passgraph.verify.oracle.functions import increasing
-from passgraph.verify.oracle.interval import Interval
+from passgraph.verify.oracle.interval import Bounded, Interval
 from passgraph.verify.oracle.pace import Pace
 from passgraph.verify.oracle.watch import Watch, WatchedInterpreter
 

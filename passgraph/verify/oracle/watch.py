@@ -19,8 +19,8 @@ from passgraph.language import ir
 from passgraph.language.source import NOWHERE, Span
 from passgraph.plan.data import Step
 from passgraph.verify.oracle.decisions import Track
-from passgraph.verify.oracle.domain import Bounded, IntervalDomain
-from passgraph.verify.oracle.interval import Interval, Lanes
+from passgraph.verify.oracle.domain import IntervalDomain
+from passgraph.verify.oracle.interval import Bounded, Interval, Lanes
 
 Ints = NDArray[np.int64]
 
