@@ -46,7 +46,7 @@ def run_and_save(
     """
     from passgraph.pictures import save
     from passgraph.plan.data import Options
-    from passgraph.run.program import compile
+    from passgraph.run.compile import compile
     from passgraph.run.room import room_of
 
     observer = None if capture is None else Capture(capture)

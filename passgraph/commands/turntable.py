@@ -54,7 +54,7 @@ def run_turntable(
     from passgraph.frames.pictures import Numbers
     from passgraph.frames.run import frames
     from passgraph.frames.video_sink import ToVideo
-    from passgraph.run.program import compile
+    from passgraph.run.compile import compile
 
     if all(value.name != "camera" for value in run_values(job.outputs)):
         raise InputError("--turntable: this effect takes no camera with each run, so that it cannot go round the scene")

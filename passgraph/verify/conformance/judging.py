@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from passgraph.backends.base import Backend
 from passgraph.formats import Format
-from passgraph.run.program import compile
+from passgraph.run.compile import compile
 from passgraph.verify.compare import distance
 from passgraph.verify.conformance.case import Case, Picture
 from passgraph.verify.oracle.backend import Allowed, outside

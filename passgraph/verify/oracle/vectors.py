@@ -1,4 +1,4 @@
-"""Vectors and matrices over intervals: as :mod:`passgraph.language.expand` takes them apart, some bounded more closely."""
+"""Vectors and matrices over intervals: as :mod:`passgraph.language.expand` takes them apart, some bounded closer."""
 
 from __future__ import annotations
 
