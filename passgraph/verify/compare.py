@@ -27,7 +27,7 @@ from passgraph.graph.outputs import Outputs, named_outputs
 from passgraph.graph.targets import checked_size
 from passgraph.plan.data import Plan
 from passgraph.verify.kinds import other_kind, told
-from passgraph.verify.oracle.backend import Allowed, outside
+from passgraph.verify.oracle.backend import Allowed
 from passgraph.verify.oracle.pace import Pace
 from passgraph.verify.oracle.passes import Key, Passes, Picture
 from passgraph.verify.oracle.watch import Cause, Watch
@@ -216,7 +216,7 @@ def _measured(
 ) -> TargetReport:
     step, resource = plan.steps[key[1]], plan.resources[key[2]]
     apart = distance(got, reference)
-    beyond = outside(got, allowed.values)
+    beyond = allowed.values.without(got)
     score = np.where(beyond, apart, -1.0) if beyond.any() else apart
     row, column, channel = (int(i) for i in np.unravel_index(np.argmax(score), score.shape))
     accumulated = distance(whole, reference)

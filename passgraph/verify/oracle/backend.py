@@ -19,7 +19,8 @@ from passgraph.plan.data import DrawStep, PixelStep, Step
 from passgraph.verify.oracle.draw import DrawOracle, Ints
 from passgraph.verify.oracle.interval import Interval, Lanes
 from passgraph.verify.oracle.pace import Pace
-from passgraph.verify.oracle.stage import StageOracle, stored
+from passgraph.verify.oracle.stage import StageOracle
+from passgraph.verify.oracle.storage import stored
 from passgraph.verify.oracle.watch import Watch
 
 
@@ -181,10 +182,3 @@ class _DrawPass(ReferenceDrawPass):
             Allowed(v.map(lambda x: x.reshape(height, width, -1)), ambiguous, unpromised, draw.names, draw.untried)
             for v in values
         ]
-
-
-def outside(picture: FloatBlock, allowed: Interval) -> Lanes:
-    """Which values of a picture no conforming backend may have written."""
-    got = picture.astype(np.float64)
-    inside = (got >= allowed.lo) & (got <= allowed.hi)
-    return np.asarray(np.where(np.isnan(got), ~allowed.nan, ~inside))

@@ -55,6 +55,12 @@ class Interval:
         """No statement at all."""
         return cls(np.full(shape, -np.inf), np.full(shape, np.inf), np.ones(shape, np.bool_))
 
+    def without(self, numbers: NDArray[Any]) -> Lanes:
+        """Which of some numbers it does not hold."""
+        exact = numbers.astype(np.float64)
+        inside = (exact >= self.lo) & (exact <= self.hi)
+        return np.asarray(np.where(np.isnan(exact), ~self.nan, ~inside))
+
     def map(self, function: Callable[[NDArray[Any]], NDArray[Any]]) -> Interval:
         """The same rearrangement of all three arrays."""
         return Interval(function(self.lo), function(self.hi), function(self.nan))

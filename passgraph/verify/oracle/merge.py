@@ -20,7 +20,7 @@ from passgraph.verify.oracle import interval as iv
 from passgraph.verify.oracle.decisions import Track
 from passgraph.verify.oracle.domain import IntervalDomain
 from passgraph.verify.oracle.interval import Bounded, Interval, Lanes
-from passgraph.verify.oracle.stage import stored
+from passgraph.verify.oracle.storage import stored
 
 Ints = NDArray[np.int64]
 
