@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import Any
+from typing import Any, TypeAlias
 
 from passgraph.errors import KernelError
 from passgraph.formats import Store
@@ -76,6 +76,10 @@ def _check_size(program: s.ScalarProgram, span: Span, most: int) -> None:
         fail(span, f"{program.name} takes {steps} instructions a pixel, loops run; at most {most}")
     if numbers > MAX_TABLE_NUMBERS:
         fail(span, f"the constant tables of {program.name} hold {numbers} numbers; at most {MAX_TABLE_NUMBERS}")
+
+
+#: What a branch does, and its variables after it.
+Branch: TypeAlias = tuple[list[s.Instruction], dict[str, list[s.Operand]]]
 
 
 class Lowering:
@@ -180,7 +184,7 @@ class Lowering:
             self.emitter.push(s.Write(variable, self.locals[name][i]))
         self.emitter.push(s.Break() if isinstance(statement, ir.Break) else s.Continue())
 
-    def _branch(self, statements: tuple[ir.Stmt, ...]) -> tuple[list[s.Instruction], dict[str, list[s.Operand]]]:
+    def _branch(self, statements: tuple[ir.Stmt, ...]) -> Branch:
         before = dict(self.locals)
         self.emitter.begin()
         self.block(statements)
@@ -206,6 +210,11 @@ class Lowering:
                 a, b = _both(name, after_then, after_else)
                 self.locals[name] = [e.choose(condition, x, y) for x, y in zip(a, b, strict=True)]
             return
+        self._push_if(condition, (then, after_then), (orelse, after_else), names)
+
+    def _push_if(self, condition: s.Operand, one: Branch, other: Branch, names: list[str]) -> None:
+        """An ``if`` that stays, and what variables are after it."""
+        e, (then, after_then), (orelse, after_else) = self.emitter, one, other
         left_then, left_else = leaves(then), leaves(orelse)
         merged: dict[str, list[s.Operand]] = {}
         reads: list[tuple[str, int, str]] = []
