@@ -28,7 +28,8 @@ from passgraph.language.kernel import Kernel, kernel_from_text
 from passgraph.plan.build import build
 from passgraph.plan.data import DrawStep, Options, Plan
 from passgraph.verify.conformance.meshes import Soup
-from passgraph.verify.oracle.backend import Allowed, OracleBackend
+from passgraph.verify.oracle.allowed import Allowed
+from passgraph.verify.oracle.backend import OracleBackend
 from tests.hostile.guard import guarded, guarded_copy
 
 Float32 = NDArray[np.float32]

@@ -13,7 +13,7 @@ from conforming import Conforming
 import passgraph as pg
 from passgraph.errors import PassgraphError
 from passgraph.verify.compare import compare
-from passgraph.verify.oracle.backend import Allowed
+from passgraph.verify.oracle.allowed import Allowed
 from passgraph.verify.oracle.passes import Passes
 
 #: Bodies over p, the texel; a third of the texels lies on steps of 1/8, where decisions straddle.

@@ -15,7 +15,7 @@ import pytest
 import passgraph as pg
 from passgraph.verify.compare import compare
 from passgraph.verify.oracle import decisions, domain
-from passgraph.verify.oracle.backend import Allowed
+from passgraph.verify.oracle.allowed import Allowed
 from passgraph.verify.oracle.domain import IntervalDomain
 from passgraph.verify.oracle.interval import Bounded
 from passgraph.verify.oracle.pace import SAMPLE, Pace, batches

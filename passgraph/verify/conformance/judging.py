@@ -20,7 +20,7 @@ from passgraph.formats import Format
 from passgraph.run.compile import compile
 from passgraph.verify.compare import distance
 from passgraph.verify.conformance.case import Case, Picture
-from passgraph.verify.oracle.backend import Allowed
+from passgraph.verify.oracle.allowed import Allowed
 from passgraph.verify.oracle.passes import Passes
 
 Outcome = Literal["passed", "diverged", "vacuous", "failed"]

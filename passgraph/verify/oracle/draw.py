@@ -16,6 +16,7 @@ from passgraph.backends.reference.stage import on_quads
 from passgraph.backends.reference.storage import Storage
 from passgraph.graph.geometry import Geometry
 from passgraph.plan.data import DrawStep
+from passgraph.verify.oracle.allowed import Allowed
 from passgraph.verify.oracle.coverage import Corners, Fragments, Triangles, cover, depth_of, triangles, varying_of
 from passgraph.verify.oracle.decisions import Bounds
 from passgraph.verify.oracle.interval import Bounded, Interval
@@ -47,7 +48,21 @@ class DrawOracle:
         self.state = State.before(made.step, outputs, depth)
         self.names: Counter[str] = Counter()
 
-    def run(self) -> State:
+    def run(self) -> list[Allowed]:
+        """What each of its targets may hold, colours first."""
+        self._draw()
+        state, (width, height) = self.state, self.step.size
+        values = [layer.values for layer in state.colours]
+        if state.depth is not None:
+            values.append(state.depth.map(lambda x: x[:, None]))
+        ambiguous = state.ambiguous.reshape(height, width)
+        unpromised = ambiguous & ~state.turned.reshape(height, width)
+        return [
+            Allowed(v.map(lambda x: x.reshape(height, width, -1)), ambiguous, unpromised, self.names, self.untried)
+            for v in values
+        ]
+
+    def _draw(self) -> None:
         step: DrawStep = self.step
         self.pace.begin(f"{step.name}, vertices")
         with np.errstate(all="ignore"):
@@ -56,7 +71,7 @@ class DrawOracle:
             # Any pixel may be covered where corners may be anywhere.
             self.state.forget()
             self.untried = step.size[0] * step.size[1]
-            return self.state
+            return
         self.pace.begin(step.name)
         with np.errstate(all="ignore"):
             indices = np.asarray(self.geometry.triangles, np.int64).reshape(-1, 3)
@@ -64,7 +79,6 @@ class DrawOracle:
             for fragments in cover(found, step.size):
                 self._merge(found, fragments)
         self.untried = self.pace.end()
-        return self.state
 
     def _vertices(self) -> Corners:
         """Middle and half width of every column; rows as the reference has them: position, then all results."""
