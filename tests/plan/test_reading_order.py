@@ -95,7 +95,7 @@ def test_comparing_is_read_file_by_file(kind: str) -> None:
     frame = pg.Input("frame", "rgba32f", (8, 4))
     mesh = pg.Mesh.make([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], [[0, 1, 2]])
     stages = {"vertex": pg.vertex(source=STAGES, name="place"), "fragment": pg.fragment(source=STAGES, name="paint")}
-    color, depth = pg.target("color", like=frame), pg.target("depth", "depth32f", like=frame)
+    color, depth = pg.target("color", "rgba32f"), pg.target("depth", "depth32f")
     outputs = zoom(frame, 0.5) if kind == "pass" else pg.draw(mesh, into=color, depth=depth, **stages)
     picture = np.random.default_rng(1).random((4, 8, 4)).astype(np.float32)
 
