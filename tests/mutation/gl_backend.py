@@ -183,4 +183,10 @@ MUTANTS = (
         "gl",
         ("effects/soft-shadow",),
     ),
+    _g("SHADER", "number <= float(bins)", "number < float(bins)", "plans/a histogram", "plans/counts of"),
+    _g("SHADER", " && float(entry) == number", "", "plans/counts of wild"),
+    _g("SHADER", "x < size.x && y < size.y", "x < size.x", "plans/counts of wild"),
+    _g("SHADER", "atomicAdd(table[entry], 1u);", "table[entry] += 1u;", "plans/a histogram", "plans/counts of"),
+    _g("SHADER", "4 * at / QUARTER", "0", "plans/a histogram"),
+    _g("CountRun.__call__", "gl.MemoryBarrier(g.ALL_BARRIERS)", "pass", harmless="llvmpipe orders what shaders write"),
 )
