@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -11,6 +10,7 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from passgraph.effects.registry import Effect
+from passgraph.records import dataclass
 
 if TYPE_CHECKING:
     from passgraph.commands.own_file import Graph

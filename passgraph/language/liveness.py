@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 from passgraph.language import scalar as s
+from passgraph.records import dataclass
 
 
 @dataclass(eq=False)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +11,7 @@ import numpy as np
 
 from passgraph.backends.base import OVERWRITTEN, READ, DevicePicture, Use
 from passgraph.plan.data import DrawStep, Plan
+from passgraph.records import dataclass
 from passgraph.run.admission import Picture
 
 if TYPE_CHECKING:
