@@ -9,6 +9,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
@@ -24,7 +25,6 @@ from passgraph.graph.geometry import Geometry
 from passgraph.language.borders import border_place as border_place
 from passgraph.plan.data import DrawStep, PixelStep
 from passgraph.plan.limits import Limits
-from passgraph.records import dataclass
 from passgraph.srgb import linear_to_srgb
 
 IntBlock = NDArray[np.int32]

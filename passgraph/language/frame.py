@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import cast
 
 from passgraph.language import ir
@@ -41,7 +41,6 @@ from passgraph.language.values import (
     part_type,
 )
 from passgraph.language.variables import Place, Variable, new_variable, read_variable, zero_of
-from passgraph.records import dataclass
 
 #: Calls inside calls; deeper is almost surely recursion through a chain.
 MAX_CALL_DEPTH = 32

@@ -8,14 +8,13 @@ into the scalar program that the other backends print.  Spans never take part in
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import field, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, TypeAlias, get_args
 from typing import Literal as OneOf
 
 from passgraph.language.source import NOWHERE, Span
 from passgraph.language.types import Array, Scalar, Type, Value, image_names
 from passgraph.ranges import Range
-from passgraph.records import dataclass
 
 Number: TypeAlias = bool | int | float
 #: After an image's name: the picture of its smaller levels, see :mod:`passgraph.plan.mipmaps`.

@@ -8,10 +8,10 @@ that a kernel may capture.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Generic, Self, TypeVar
 
 from passgraph.errors import PassgraphError
-from passgraph.records import dataclass
 
 #: The largest uint: 32 bits.
 UINT_MAX = 2**32 - 1

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import TypeAlias, cast
 
 from passgraph.language import ir
@@ -31,7 +32,6 @@ from passgraph.language.types import (
     shape_of,
 )
 from passgraph.language.typing_rules import apply, unify, widen
-from passgraph.records import dataclass
 
 
 @dataclass(frozen=True)

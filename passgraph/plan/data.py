@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -16,7 +16,6 @@ from passgraph.graph.draw_state import DrawState
 from passgraph.graph.targets import DrawPass, InputSpec, PixelPass
 from passgraph.graph.values import Value, sources_of
 from passgraph.language.types import Array
-from passgraph.records import dataclass
 
 if TYPE_CHECKING:
     from passgraph.language.facts import Facts

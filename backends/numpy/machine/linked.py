@@ -10,10 +10,9 @@ from __future__ import annotations
 import ctypes
 import mmap
 import struct
+from dataclasses import dataclass
 from functools import cache
 from typing import Any, ClassVar
-
-from passgraph.records import dataclass
 
 #: Begins what is linked; the format's number is its last byte.
 MARK = b"passgraph code 1"
