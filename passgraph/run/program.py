@@ -13,7 +13,7 @@ from passgraph.errors import GraphError
 from passgraph.formats import Format
 from passgraph.graph.targets import InputSpec, Target
 from passgraph.graph.values import FRAME_INDEX, sources_of
-from passgraph.plan.data import Options, Plan
+from passgraph.plan.data import Options, PixelStep, Plan
 from passgraph.plan.reach import inputs_behind, passes_behind
 from passgraph.run.admission import Admission, bound_to, given_room
 from passgraph.run.finite_checks import NonFinite, PassCheck
@@ -116,6 +116,9 @@ class Program:
     def explain(self) -> str:
         """What runs in which order and why, and how the arrays of the last run came in and went out."""
         lines = [self.plan.explain()]
+        known = (step for step in self.plan.steps if isinstance(step, PixelStep) and step.known is not None)
+        ways = ((step.name, self.backend.own_way(step)) for step in known)
+        lines += [f"- {name} is done in a way of this device: {way}" for name, way in ways if way is not None]
         if self.backend.about:
             lines.append(f"- runs in {self.backend.about}")
         if self._execution is not None:
