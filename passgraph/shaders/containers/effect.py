@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -12,6 +12,7 @@ from passgraph.errors import InputError
 from passgraph.graph.targets import Target, TargetSpec, target
 from passgraph.graph.values import Derived, Value
 from passgraph.language.types import Type, component_count, element_of
+from passgraph.shaders.containers.pictures import read_behind, shown_beside
 from passgraph.shaders.glsl import Shader
 from passgraph.shaders.glsl.unit import Note
 
@@ -110,7 +111,14 @@ class ShaderEffect:
                     f"{self.file}: parameter {name!r}, which sizes of passes come from, must be a number that is known "
                     f"when the graph is made, got {got}"
                 )
-        return self.build(named, values, target(self.name, "rgba16f", scale=1.0) if into is None else into)
+        written = target(self.name, "rgba16f", scale=1.0) if into is None else into
+        made = self.build(named, values, written)
+        frame = named.get(self.images[0]) if self.images else None
+        if frame is None or frame.spec in read_behind(made):
+            return made
+        # A shader that never reads its picture is as large as that all the same.
+        made = self.build(named, values, replace(written, name=f"{written.name}.drawn"))
+        return shown_beside(made, [frame], replace(written, size=None))
 
 
 def checked(effect: ShaderEffect, name: str, value: Any) -> Any:

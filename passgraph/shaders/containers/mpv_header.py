@@ -14,9 +14,8 @@ MAX_BLOCKS = 256
 _DIRECTIVE = re.compile(r"^//!\s*([A-Z]+)\b[ \t]*(.*?)[ \t]*$")
 #: What a block may say; those that are refused, with the reason.
 _KNOWN = frozenset(["HOOK", "BIND", "SAVE", "DESC", "WIDTH", "HEIGHT", "WHEN", "OFFSET", "COMPONENTS", "PARAM", "TYPE",
-                    "MINIMUM", "MAXIMUM"])  # fmt: skip
-_REFUSED = {"COMPUTE": "a compute shader", "TEXTURE": "a texture within the file", "STORAGE": "a storage buffer",
-            "BUFFER": "a buffer", "VAR": "a variable of a buffer"}  # fmt: skip
+                    "MINIMUM", "MAXIMUM", "TEXTURE", "SIZE", "FORMAT", "FILTER", "BORDER", "STORAGE"])  # fmt: skip
+_REFUSED = {"COMPUTE": "a compute shader", "BUFFER": "a buffer", "VAR": "a variable of a buffer"}
 _SIGNS = {"+": "add", "-": "sub", "*": "mul", "/": "div", "%": "rest", "<": "less", ">": "less", "=": "equal"}
 #: Width and height by the name of a texture.
 Sizes: TypeAlias = Mapping[str, tuple[Formula, Formula]]

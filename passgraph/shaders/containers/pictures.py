@@ -14,7 +14,7 @@ from passgraph.errors import InputError
 from passgraph.graph.calls import PixelKernel
 from passgraph.graph.targets import Input, Target, TargetSpec
 from passgraph.language.kernel import kernel_from_text
-from passgraph.plan.reach import passes_behind
+from passgraph.plan.reach import inputs_of, passes_behind
 from passgraph.reading import check_regular
 from passgraph.shaders.glsl import parse
 
@@ -42,10 +42,7 @@ def shown_with_kept(draw: Callable[[TargetSpec], list[Target]], inner: str, into
     if not _unread(shown, made):
         return shown
     *made, shown = draw(replace(into, name=inner))
-    *before, last = _unread(shown, made)
-    for number, kept in enumerate(before):
-        shown = _SHOWN(shown=shown, kept=kept, into=replace(into, name=f"{into.name}.with.{number}"))
-    return _SHOWN(shown=shown, kept=last, into=into)
+    return shown_beside(shown, _unread(shown, made), into)
 
 
 def _unread(shown: Target, made: Iterable[Target]) -> list[Target]:
@@ -60,6 +57,20 @@ def _unread(shown: Target, made: Iterable[Target]) -> list[Target]:
         if not more:
             return found
         found += more
+
+
+def read_behind(shown: Target) -> set[object]:
+    """What the passes behind a target read, and what lends them its size."""
+    passes = passes_behind([shown])
+    return {*inputs_of(passes).values(), *(handle.spec for one in passes for handle in one.reads)}
+
+
+def shown_beside(shown: Target, kept: list[Target], into: TargetSpec) -> Target:
+    """What is shown, in a target whose graph draws some buffers too, or takes some pictures."""
+    *before, last = kept
+    for number, one in enumerate(before):
+        shown = _SHOWN(shown=shown, kept=one, into=replace(into, name=f"{into.name}.with.{number}"))
+    return _SHOWN(shown=shown, kept=last, into=into)
 
 
 def handle_or_black(picture: Target | None) -> Target:
