@@ -212,7 +212,7 @@ def encode_with_pillow(file: Path, pixels: NDArray[np.uint8], kind: str) -> byte
         if pixels[..., -1].min() < 255:
             raise InputError(f"{file}: JPEG has no transparency; save as .png, or pass picture[..., :{channels - 1}]")
         pixels = pixels if channels == 4 else np.ascontiguousarray(pixels[..., :-1])
-    buffer = io.BytesIO()
+    buffer = _Named(kind)
     if kind == "JPEG" and channels == 4:
         # Pixels of which Pillow leaves out the fourth number by itself.
         image = pillow.frombuffer("RGBX", pixels.shape[1::-1], pixels, "raw", "RGBX", 0, 1)
@@ -221,13 +221,21 @@ def encode_with_pillow(file: Path, pixels: NDArray[np.uint8], kind: str) -> byte
     if kind == "WEBP" and channels < 3:
         image = image.convert("RGB" if channels == 1 else "RGBA")
     try:
-        image.save(buffer, kind, **_options.get(kind, {}))
+        image.save(buffer, **_options.get(kind, {}))
     except (OSError, ValueError, struct.error, MemoryError) as error:
         size = f"{image.width}×{image.height}"
         raise InputError(
             f"{file}: {kind} cannot hold {size} pixels ({_reason(error)}); save as .png or .exr"
         ) from error
     return buffer.getvalue()
+
+
+class _Named(io.BytesIO):
+    """Bytes of a file with the suffix of its kind: by that Pillow loads what writes it, by a kind five formats."""
+
+    def __init__(self, kind: str) -> None:
+        super().__init__()
+        self.name = f"picture.{kind.lower()}"
 
 
 def _encode_exr(openexr: Any, temporary: Path, values: NDArray[np.float32]) -> None:
