@@ -47,7 +47,7 @@ class ShaderParameter:
 
 @dataclass(frozen=True, eq=False)
 class ShaderEffect:
-    """What `passgraph.shaders.load_shader` makes of a file.
+    """What `passgraph.load_shader` makes of a file.
 
     Call it with a picture (a target or input) for each of ``images``, in order or by name, and with parameters by
     name: numbers, or `passgraph.Value` handles for what changes from run to run.  Pictures that are left out, behind
@@ -82,7 +82,8 @@ class ShaderEffect:
         Raises
         ------
         passgraph.InputError
-            For a picture too many, a parameter that there is not, and a value out of its range or of another shape.
+            For a picture too many, a parameter that there is not, a value out of its range or of another shape, and
+            one of ``constants`` that runs bring.
         """
         if len(pictures) > len(self.images):
             takes = ", ".join(self.images) or "none"
@@ -103,6 +104,13 @@ class ShaderEffect:
                 known = ", ".join(self.parameters) or "none"
                 raise InputError(f"{self.file}: there is no parameter {name!r}{near}; there are {known}")
             values[name] = value if isinstance(value, (Value, Derived)) else checked(self, name, value)
+        for name in sorted(self.constants & values.keys()):
+            if not isinstance(values[name], (int, float)):
+                got = arguments.shown(values[name])
+                raise InputError(
+                    f"{self.file}: parameter {name!r}, which sizes of passes come from, must be a number that is known "
+                    f"when the graph is made, got {got}"
+                )
         written = target(self.name, "rgba16f", scale=1.0) if into is None else into
         made = self.build(named, values, written)
         frame = named.get(self.images[0]) if self.images else None

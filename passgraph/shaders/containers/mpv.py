@@ -23,6 +23,7 @@ from passgraph.shaders.containers.clock import PRELUDE, clock_uniforms
 from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, notes_of
 from passgraph.shaders.containers.mpv_header import NOMINAL, MpvBlock, holds, read_blocks, side_formula
 from passgraph.shaders.containers.mpv_textures import read_texture
+from passgraph.shaders.containers.pictures import small_kernel
 from passgraph.shaders.glsl import Shader, parse
 
 #: Planes of a video, which come first, and how many components each has.
@@ -197,25 +198,20 @@ def _built(
     passes: list[_Pass], textures: Mapping[str, Target], frame: Target, values: Mapping[str, Any], into: TargetSpec,
     file: str,
 ) -> Target:  # fmt: skip
-    scales = []
-    for name in ("output_scale", "chroma_scale"):
-        scale = values.get(name, 1.0)
-        if not isinstance(scale, (int, float)):
-            raise InputError(f"{file}: {name} must be a number that is known when the graph is made")
-        scales.append(float(scale))
-    output, reduced = ((_scaled("width", scale), _scaled("height", scale)) for scale in scales)
+    scale, of_chroma = (float(values.get(name, 1.0)) for name in ("output_scale", "chroma_scale"))
+    output, reduced = ((_scaled("width", by), _scaled("height", by)) for by in (scale, of_chroma))
     chain = _Chain(dict(textures), {}, output)
     whole: tuple[Formula, Formula] = ("width", "height")
     chain.show("MAIN", _STAGES[0], frame, whole)
     of_planes = [one for one in passes if one.hook in _PLANES]
     of_colors = any(one.hook == "CHROMA" for one in of_planes)
-    uniforms = clock_uniforms(values) | dict(values) | {"pg_scale": scales[0]}
+    uniforms = clock_uniforms(values) | dict(values) | {"pg_scale": scale}
     if of_planes:
-        luma = _kernel("luma", _LUMA)(t=frame, into=_spec(f"{into.name}.luma", whole, "rgba32f"))
+        luma = small_kernel("luma", _LUMA)(t=frame, into=_spec(f"{into.name}.luma", whole, "rgba32f"))
         chain.show("LUMA", "LUMA", luma, whole)
     if of_colors:
-        size, read = (whole, _HERE) if scales[1] == 1.0 else (reduced, _SCALED)
-        kernel = _kernel("chroma", _CHROMA.format(read.format("t")))
+        size, read = (whole, _HERE) if of_chroma == 1.0 else (reduced, _SCALED)
+        kernel = small_kernel("chroma", _CHROMA.format(read.format("t")))
         chain.show("CHROMA", "CHROMA", kernel(t=frame, into=_spec(f"{into.name}.chroma", size, "rgba32f")), size)
     for number, one in enumerate(passes):
         if number == len(of_planes) > 0:
@@ -226,7 +222,7 @@ def _built(
         return _joined(chain, replace(into, size=Computed(*chain.shown["LUMA"][1])), of_colors)
     made, size = chain.shown["MAIN"]
     said, text = _reader(chain, "MAIN", size)
-    return _kernel("shown", said + _COPIED.format(text.format("t")))(
+    return small_kernel("shown", said + _COPIED.format(text.format("t")))(
         t=made, into=replace(into, size=Computed(*size)), **_moved_by(chain, ["MAIN"])
     )
 
@@ -239,7 +235,7 @@ def _joined(chain: _Chain, into: TargetSpec, of_colors: bool) -> Target:
     text = (_JOINED_OF_THREE if of_colors else _JOINED).format(*(text.format(n) for n, (_, text) in readers.items()))
     given: dict[str, Any] = {name: chain.shown[own][0] for name, own in named.items()}
     said = "".join(said for said, _ in readers.values())
-    return _kernel("joined", said + text)(into=into, **given, **_moved_by(chain, named.values()))
+    return small_kernel("joined", said + text)(into=into, **given, **_moved_by(chain, named.values()))
 
 
 def _reader(chain: _Chain, own: str, size: tuple[Formula, Formula]) -> tuple[str, str]:
@@ -265,10 +261,11 @@ def _add_pass(
     own = one.hook if one.hook in _PLANES else "MAIN"
     hooked, before = chain.shown[own]
     sizes = chain.sizes | {"HOOKED": before, "OUTPUT": chain.output, "NATIVE_CROPPED": chain.sizes["OUTPUT"]}
-    if any(not holds(text, sizes, f"{where}: WHEN", uniforms) for text in one.block.all("WHEN")):
+    numbers = {word: float(value) for word, value in uniforms.items() if isinstance(value, (int, float))}
+    if any(not holds(text, sizes, f"{where}: WHEN", numbers) for text in one.block.all("WHEN")):
         return
     width, height = (
-        side_formula(one.block.first(side, f"HOOKED.{side[0].lower()}"), sizes, f"{where}: {side}", uniforms)
+        side_formula(one.block.first(side, f"HOOKED.{side[0].lower()}"), sizes, f"{where}: {side}", numbers)
         for side in ("WIDTH", "HEIGHT")
     )
     known = {**uniforms, **chain.held, **{f"pg_of_{texture}": held for texture, held in chain.held.items()}}
@@ -336,7 +333,3 @@ def _number(text: str, where: str) -> float | None:
 
 def _spec(name: str, size: tuple[Formula, Formula], format: str = "rgba16f") -> TargetSpec:
     return replace(target(name, format), size=Computed(*size))
-
-
-def _kernel(name: str, text: str) -> PixelKernel[Target]:
-    return PixelKernel[Target].of_program(parse(text, name=name, rows_up=False).program)

@@ -115,7 +115,7 @@ def _close(blocks: list[MpvBlock], code: list[str]) -> None:
         blocks[-1] = MpvBlock(blocks[-1].line, blocks[-1].said, "\n".join(code))
 
 
-def rpn_formula(text: str, sizes: Sizes, where: str, values: Mapping[str, object] = {}) -> Formula:
+def rpn_formula(text: str, sizes: Sizes, where: str, values: Mapping[str, float] = {}) -> Formula:
     """What is written in postfix form, ``HOOKED.w 2 *``, as a formula of the frame's size; parameters have values.
 
     >>> rpn_formula("MAIN.w 2 *", {"MAIN": ("width", "height")}, "WIDTH")
@@ -138,7 +138,7 @@ def rpn_formula(text: str, sizes: Sizes, where: str, values: Mapping[str, object
     return stack[0]
 
 
-def side_formula(text: str, sizes: Sizes, where: str, values: Mapping[str, object] = {}) -> Formula:
+def side_formula(text: str, sizes: Sizes, where: str, values: Mapping[str, float] = {}) -> Formula:
     """A side in pixels: what is written, rounded to the nearest as mpv does.
 
     >>> side_formula("MAIN.w 2 /", {"MAIN": ("width", "height")}, "WIDTH")
@@ -155,7 +155,7 @@ def _is_whole(formula: Formula) -> bool:
     return isinstance(formula, str) or float(formula).is_integer()
 
 
-def holds(text: str, sizes: Sizes, where: str, values: Mapping[str, object] = {}) -> bool:
+def holds(text: str, sizes: Sizes, where: str, values: Mapping[str, float] = {}) -> bool:
     """Whether a condition holds for a frame of :data:`NOMINAL` size; one that divides by zero does not."""
     condition = rpn_formula(text, sizes, where, values)
     try:
@@ -164,15 +164,12 @@ def holds(text: str, sizes: Sizes, where: str, values: Mapping[str, object] = {}
         return False
 
 
-def _operand(word: str, sizes: Sizes, values: Mapping[str, object], text: str, where: str) -> Formula:
+def _operand(word: str, sizes: Sizes, values: Mapping[str, float], text: str, where: str) -> Formula:
     name, dot, side = word.partition(".")
     if dot and name in sizes and side in ("w", "width", "h", "height"):
         return sizes[name][0 if side.startswith("w") else 1]
     if word in values:
-        value = values[word]
-        if not isinstance(value, (int, float)):
-            raise InputError(f"{where}: {text!r} has {word}, which must be a number known when the graph is made")
-        return float(value)
+        return values[word]
     try:
         number = float(word)
     except ValueError:

@@ -81,6 +81,7 @@ class Unit:
     values: Mapping[str, NativeValue]
     rows_up: bool = True  # whether the shader counts rows from the bottom
     leveled: frozenset[str] = frozenset()  # pictures with smaller levels, which derivatives choose from
+    around: frozenset[str] = frozenset()  # what is called the container's text: its uniforms count where they are used
     builder: Builder = field(default_factory=lambda: Builder("pixel"))
     functions: dict[str, list[g.Function]] = field(default_factory=dict)
     structs: dict[str, Struct] = field(default_factory=dict)
