@@ -98,7 +98,8 @@ MUTANTS = (
         'value = b.select(b.icmp_signed("==", inner, x), value, value)',
         *PICTURES,
     ),
-    _n("StageRows._decode", "b.add(start, i), 1", "i, 1", "pictures/rgba8 70x66", "pictures/r8 70x66"),
+    _n("StageRows._fill", "[b.add(first, i)]", "[i]", "pictures/rgba8 70x66", "pictures/r8 70x66"),
+    _n("StageRows._point", "((number(0), before), (there, count))", "((number(0), before),)", *PICTURES),
     _n(
         "rounded",
         'value = b.select(b.fcmp_ordered("<", one, value), one, value)',
