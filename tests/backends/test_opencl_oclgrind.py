@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import os
-import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from tests.conftest import expected_devices
+from tests.conftest import oclgrind
 
 pytestmark = pytest.mark.opencl
 ROOT = Path(__file__).resolve().parents[2]
@@ -57,14 +56,9 @@ def test_random_kernels_and_draws_stay_inside_and_do_not_race(tmp_path: Path) ->
 
 def assert_clean(arguments: list[str], tmp_path: Path) -> None:
     """Python ends well under the simulator, which has nothing to say."""
-    oclgrind = shutil.which("oclgrind")
-    if oclgrind is None:
-        if "opencl" in expected_devices():
-            pytest.fail("oclgrind is expected where OpenCL is: apt-get install oclgrind", pytrace=False)
-        pytest.skip("oclgrind is not here: apt-get install oclgrind")
     log = tmp_path / "oclgrind.log"
     result = subprocess.run(
-        [oclgrind, "--data-races", "--log", str(log), sys.executable, *arguments],
+        [*oclgrind(log), sys.executable, *arguments],
         cwd=ROOT,
         env={**os.environ, "PYTHONPATH": str(ROOT), "PYTEST_ADDOPTS": ""},
         capture_output=True,
