@@ -21,6 +21,8 @@ from passgraph.errors import PassgraphError
 
 #: Backends that are held against the reference.
 DEVICES = ("gl", "opencl", "numpy")
+#: The same for what numpy shows as well, and PoCL would compile dozens of programs for.
+SLOW_ON_OPENCL = ("gl", pytest.param("opencl", marks=pytest.mark.slow), "numpy")
 
 
 def expected_devices() -> set[str]:

@@ -15,7 +15,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from error_cases import BODIES, CALLS, HEAD, HELPER, STAGES, STRUCT, TEXTS
+from error_calls import CALLS
+from error_cases import BODIES, HEAD, HELPER, STAGES, STRUCT, TEXTS
 
 import passgraph.language.source as source_module
 from passgraph.errors import KernelError, PassgraphError
