@@ -9,6 +9,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol, Self
 
 import numpy as np
@@ -24,7 +25,6 @@ from passgraph.graph.geometry import Geometry
 from passgraph.language.borders import border_place as border_place
 from passgraph.plan.data import DrawStep, PixelStep
 from passgraph.plan.limits import Limits
-from passgraph.records import dataclass
 from passgraph.srgb import linear_to_srgb
 
 IntBlock = NDArray[np.int32]
@@ -224,6 +224,11 @@ class Backend(ABC):
     @abstractmethod
     def pixel_pass(self, step: PixelStep) -> PixelRunner:
         """Compile a pixel pass."""
+
+    def own_way(self, step: PixelStep) -> str | None:
+        """How this device does what a step is known to do (`PixelStep.known`) in a way of its own, in a few words for
+        ``explain()``; the results must be the same bits.  None where it runs the step's program."""
+        return None
 
     def pixel_chain(self, steps: Sequence[PixelStep]) -> ChainRunner | None:
         """Compile consecutive pixel passes of one size as one; what lies between them is read by them alone, and the

@@ -5,11 +5,11 @@ from __future__ import annotations
 import functools
 import inspect
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any, Literal, ParamSpec, TypeVar, get_args, get_type_hints
 
 from passgraph.arguments import flag, one_of, text
 from passgraph.effects.annotations import check, check_fields
-from passgraph.records import dataclass
 
 P = ParamSpec("P")
 R = TypeVar("R")

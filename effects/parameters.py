@@ -6,6 +6,7 @@ import dataclasses
 import inspect
 import re
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from types import NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
@@ -13,7 +14,6 @@ import passgraph as pg
 from passgraph.effects.annotations import words_of
 from passgraph.effects.checked import Choice
 from passgraph.language.types import Type
-from passgraph.records import dataclass
 
 ParameterType = Literal["float", "int", "bool", "choice", "rgb", "picture", "value"]
 #: One entry of a docstring's list of parameters: names, a colon, and what they are.

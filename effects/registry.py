@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import ast
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from functools import cache, cached_property
 from importlib import import_module
 from pathlib import Path
@@ -14,7 +15,6 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from passgraph.arguments import among, shown
 from passgraph.errors import GraphError, UnknownNameError
-from passgraph.records import dataclass
 
 if TYPE_CHECKING:
     from passgraph.effects.checked import Takes

@@ -7,12 +7,12 @@ backend and a value read back is the value that the reference computes.
 from __future__ import annotations
 
 import difflib
+from dataclasses import dataclass
 from functools import cache
 from typing import TypeAlias
 
 from passgraph.arguments import among, shown
 from passgraph.errors import GraphError
-from passgraph.records import dataclass
 
 #: A prelude function that a value passes through before it is stored, and the numbers that it takes behind the value.
 Store: TypeAlias = tuple[str | float, ...]

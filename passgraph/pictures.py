@@ -250,15 +250,26 @@ def _write_new(temporary: Path, data: bytes) -> None:
         stream.write(data)
 
 
+def place_of(file: Path) -> Path:
+    """Where a file of this name is written: through a symbolic link, so that the link stays one.
+
+    Raises
+    ------
+    InputError
+        For a directory, and a folder that is not there.
+    """
+    target = Path(os.path.realpath(file))
+    if target.is_dir():
+        raise InputError(f"{file}: is a directory; expected the name of a file")
+    if not target.parent.is_dir():
+        raise InputError(f"{file}: the folder {target.parent} does not exist; make it first")
+    return target
+
+
 def _write(file: Path, write_to: Callable[[Path], None]) -> None:
     """Calls `write_to` with a new name in the same folder, then gives that file its name in one step."""
     try:
-        # Through a symbolic link, so that the link stays one.
-        target = Path(os.path.realpath(file))
-        if target.is_dir():
-            raise InputError(f"{file}: is a directory; expected the name of a file")
-        if not target.parent.is_dir():
-            raise InputError(f"{file}: the folder {target.parent} does not exist; make it first")
+        target = place_of(file)
         temporary = target.with_name(f".passgraph-{secrets.token_hex(6)}{target.suffix}")
         try:
             write_to(temporary)

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from passgraph.arguments import flag, is_number, real, shown, string
 from passgraph.errors import GraphError
-from passgraph.records import dataclass
 
 
 @dataclass(frozen=True, slots=True)

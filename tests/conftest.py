@@ -7,8 +7,11 @@ not skip.
 from __future__ import annotations
 
 import os
+import shutil
 from collections.abc import Iterator
 from functools import lru_cache
+from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -18,10 +21,23 @@ from passgraph.errors import PassgraphError
 
 #: Backends that are held against the reference.
 DEVICES = ("gl", "opencl", "numpy")
+#: The same for what numpy shows as well, and PoCL would compile dozens of programs for.
+SLOW_ON_OPENCL = ("gl", pytest.param("opencl", marks=pytest.mark.slow), "numpy")
 
 
 def expected_devices() -> set[str]:
     return {name.strip() for name in os.environ.get("PASSGRAPH_EXPECT", "").split(",") if name.strip()}
+
+
+def oclgrind(log: Path) -> tuple[str, ...]:
+    """What stands before a command so that its OpenCL kernels run in a simulator, which writes into ``log`` which of
+    them read or write outside of their buffers, or race."""
+    found = shutil.which("oclgrind")
+    if found is None:
+        if "opencl" in expected_devices():
+            pytest.fail("oclgrind is expected where OpenCL is: apt-get install oclgrind", pytrace=False)
+        pytest.skip("oclgrind is not here: apt-get install oclgrind")
+    return found, "--data-races", "--log", str(log)
 
 
 @lru_cache
@@ -32,8 +48,22 @@ def why_missing(name: str) -> str:
     except PassgraphError as error:
         return str(error)
     if any(not device.missing for device in devices):
+        if name == "opencl":
+            _hold_opencl()
         return ""
     return devices[0].missing if devices else "it lists no device"
+
+
+@lru_cache
+def _hold_opencl() -> Any:
+    """A context that nobody uses, for as long as the tests run.
+
+    With its last context PoCL drops the library of functions that programs are linked with: each test that opens a
+    backend of its own would wait 0.4 s while it is read again.
+    """
+    import pyopencl
+
+    return pyopencl.create_some_context(interactive=False)
 
 
 def require(name: str) -> None:

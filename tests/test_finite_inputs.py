@@ -14,6 +14,7 @@ from passgraph.backends.base import Backend
 from passgraph.commands.entry import run
 from passgraph.effects import gaussian_blur, planar, soft_shadow
 from passgraph.run.finite_checks import HALF_OVERFLOW, LARGEST_FLOAT, LARGEST_HALF, find
+from tests.conftest import SLOW_ON_OPENCL
 from tests.effects.scenes import Picture, cube, floor, from_above, sun
 
 copy = pg.kernel(source="def copy(color: Image) -> vec4: return color[0, 0]")
@@ -226,6 +227,7 @@ def test_history_that_spreads_is_not_blamed_in_the_next_run() -> None:
     assert np.isnan(shown[7, 11, 1])
 
 
+@pytest.mark.parametrize("backend_name", SLOW_ON_OPENCL)
 @pytest.mark.parametrize("effect", [soft_shadow, planar])
 def test_whole_effects_make_none(effect: Any, backend: Backend) -> None:
     camera = pg.Camera((3, 3, 5), (0, 0.5, 0), vertical_fov_rad=0.6)

@@ -60,6 +60,7 @@ OPTIONAL = {
     "BlendFuncSeparatei(uuuuu)  BlendEquationSeparatei(uuu)": Where(
         (4, 0), (3, 2), {"GL_ARB_draw_buffers_blend": "ARB", **_INDEXED}
     ),
+    "BindImageTexture(uuibiuu)  DispatchCompute(uuu)  MemoryBarrier(u)": Where((4, 3)),
     "GetFloati_v(uup)  ViewportIndexedf(uffff)": Where(
         (4, 1), None, {"GL_ARB_viewport_array": "", "GL_OES_viewport_array": "OES", "GL_NV_viewport_array": "NV"}
     ),
@@ -86,13 +87,9 @@ PIXEL_PACK_BUFFER, PIXEL_UNPACK_BUFFER = 0x88EB, 0x88EC
 FLOAT, UNSIGNED_INT, TRIANGLES, NEAREST, LINEAR = 0x1406, 0x1405, 0x0004, 0x2600, 0x2601
 SRGB_DECODE, SKIP_DECODE = 0x8A48, 0x8A4A
 FRONT, BACK, FRONT_AND_BACK, FILL, CLOCKWISE = 0x404, 0x405, 0x408, 0x1B02, 0x900
-VERTEX_SHADER, FRAGMENT_SHADER, COMPILE_STATUS, LINK_STATUS, INFO_LOG_LENGTH = (
-    0x8B31,
-    0x8B30,
-    0x8B81,
-    0x8B82,
-    0x8B84,
-)
+VERTEX_SHADER, FRAGMENT_SHADER, COMPUTE_SHADER = 0x8B31, 0x8B30, 0x91B9
+COMPILE_STATUS, LINK_STATUS, INFO_LOG_LENGTH = 0x8B81, 0x8B82, 0x8B84
+WRITE_ONLY, RGBA32F, ALL_BARRIERS = 0x88B9, 0x8814, 0xFFFFFFFF
 VENDOR, RENDERER, VERSION = 0x1F00, 0x1F01, 0x1F02
 MAX_TEXTURE_SIZE, MAX_DRAW_BUFFERS, MAX_TEXTURE_UNITS = 0x0D33, 0x8824, 0x8872
 MAX_VIEWPORT, MAX_COLOUR_ATTACHMENTS = 0x0D3A, 0x8CDF
@@ -158,6 +155,12 @@ class Functions:
         """A fact of a level of the bound texture."""
         value = ctypes.c_int(0)
         self.GetTexLevelParameteriv(target, level, what, ctypes.byref(value))
+        return value.value
+
+    def texture_parameter(self, target: int, what: int, missing: int) -> int:
+        """A parameter of the bound texture; ``missing`` where this version has no such."""
+        value = ctypes.c_int(missing)
+        self.GetTexParameteriv(target, what, ctypes.byref(value))
         return value.value
 
     def renderbuffer(self, what: int) -> int:

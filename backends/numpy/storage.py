@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -10,7 +11,6 @@ from numpy.typing import NDArray
 
 from passgraph.backends.numpy.machine.memory import ROOM, aligned_zeros, rest_of_page
 from passgraph.formats import FORMATS, Format
-from passgraph.records import dataclass
 
 #: What lies between the passes of a chain, and what a depth buffer holds.
 FLOAT = FORMATS["r32f"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
@@ -11,7 +12,6 @@ from passgraph.arguments import near, shown
 from passgraph.commands.shader_files import effects_of_shader
 from passgraph.effects.registry import EFFECTS, Effect, summary_of
 from passgraph.errors import InputError
-from passgraph.records import dataclass
 from passgraph.shaders import EXPORT_SUFFIX, SUFFIXES
 
 if TYPE_CHECKING:

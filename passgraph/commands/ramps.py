@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import click
@@ -12,7 +13,6 @@ from passgraph.commands.options import EffectOption, flag_of
 from passgraph.effects.registry import Effect
 from passgraph.errors import InputError
 from passgraph.language.types import BOOL, element_of
-from passgraph.records import dataclass
 
 #: Between the first and the last value of a ramp.
 TO = ".."

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
@@ -10,7 +11,6 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 
 from passgraph.effects.registry import Effect
-from passgraph.records import dataclass
 
 if TYPE_CHECKING:
     from passgraph.commands.own_file import Graph

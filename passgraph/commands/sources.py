@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Iterator
-from dataclasses import field
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -18,7 +18,6 @@ from passgraph.graph.calls import kernel
 from passgraph.graph.outputs import named_outputs
 from passgraph.graph.targets import Input, InputSpec, Target, target
 from passgraph.graph.values import Value, sources_of
-from passgraph.records import dataclass
 from passgraph.run.admission import format_of
 
 if TYPE_CHECKING:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.errors import InputError
-from passgraph.records import dataclass
 
 #: (height, width, 1 to 4), row 0 on top: uint8 or uint16, sRGB-encoded, or float32.
 Stored = NDArray[Any]

@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Iterable
+from dataclasses import dataclass
 from functools import cached_property
 from glob import glob
 from pathlib import Path
 
 from passgraph.errors import InputError
-from passgraph.records import dataclass
 
 #: Files of a folder that are read as pictures: what `passgraph.load` reads.
 PICTURE_SUFFIXES = (

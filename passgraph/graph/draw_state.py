@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from types import NoneType
 
 from passgraph import arguments
 from passgraph.arguments import one_of
 from passgraph.errors import GraphError
-from passgraph.records import dataclass
 
 COMPARE = ("never", "less", "equal", "less_equal", "greater", "not_equal", "greater_equal", "always")
 STENCIL_OPERATIONS = (

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import is_dataclass
+from dataclasses import dataclass, is_dataclass
 from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-
-from passgraph.records import dataclass
 
 
 class Geometry(Protocol):

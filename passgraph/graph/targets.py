@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import TypeAlias
 
 import numpy as np
@@ -17,7 +17,6 @@ from passgraph.graph.formulas import Formula, check_formula
 from passgraph.graph.geometry import Geometry
 from passgraph.language.border_rules import BORDERS
 from passgraph.language.kernel import Kernel
-from passgraph.records import dataclass
 
 #: Largest side of a target, in pixels: what GL 3.3 hardware offers in practice.
 MAX_SIDE = 1 << 15

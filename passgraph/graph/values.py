@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any, get_origin
 
 from passgraph import arguments
 from passgraph.errors import GraphError
-from passgraph.records import dataclass
 
 
 @dataclass(frozen=True)

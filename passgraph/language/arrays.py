@@ -6,6 +6,7 @@ index.  For a long one each read and write would take an instruction for each nu
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TypeGuard
 
 from passgraph.language import ir
@@ -13,7 +14,6 @@ from passgraph.language import scalar as s
 from passgraph.language.emitter import Emitter
 from passgraph.language.source import Span, fail
 from passgraph.language.types import Array, Type, component_count, held_as
-from passgraph.records import dataclass
 
 #: Arrays of at most so many numbers are values.
 MAX_VALUES = 64

@@ -8,6 +8,7 @@ a float that every device hands on as it is, while the bits of an int taken for 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import Any, cast
 
 import numpy as np
@@ -27,7 +28,6 @@ from passgraph.language.types import (
     is_plain,
     plain_parts,
 )
-from passgraph.records import dataclass
 
 #: Bytes that a long array may take.
 MAX_BUFFER_BYTES = 1 << 28
@@ -109,7 +109,7 @@ def check_reads(parameters: tuple[ir.Parameter, ...], *roots: ir.Stmt | ir.Expr)
     pending: list[ir.Stmt | ir.Expr] = list(roots) if long else []
     while pending:
         node = pending.pop()
-        for part in ir.held(node):
+        for part in ir.parts_of(node):
             indexed = isinstance(node, ir.Index) and part is node.value
             if isinstance(part, ir.Uniform) and is_buffer(part.type) and not indexed:
                 fail(

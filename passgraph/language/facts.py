@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 
 from passgraph.formats import Store
 from passgraph.language import ir
@@ -13,7 +13,6 @@ from passgraph.language.emitter import Emitter
 from passgraph.language.source import Span
 from passgraph.language.types import BOOL, INT, Array, Scalar, Type, component_count, element_of
 from passgraph.ranges import Range
-from passgraph.records import dataclass
 
 #: What a kernel may ask of an image (``image.levels``), and of which type it is.
 PROPERTIES: dict[str, Scalar] = {"is_nearest": BOOL, "is_blank": BOOL, "border": INT, "levels": INT, "slices": INT,

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 
 from passgraph.language import scalar as s
-from passgraph.records import dataclass
 
 
 @dataclass(eq=False)

@@ -7,6 +7,7 @@ is left where the trips that the data ask for are over.
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from passgraph.language import ir
@@ -14,7 +15,6 @@ from passgraph.language import scalar as s
 from passgraph.language.facts import Facts
 from passgraph.language.meanings import INT_MAX
 from passgraph.language.source import fail
-from passgraph.records import dataclass
 
 if TYPE_CHECKING:
     from passgraph.language.lower import Lowering

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Literal, TypeAlias
 
 from passgraph.language.domains import ANY, Domain
 from passgraph.language.meanings import Values
 from passgraph.language.symbols import Symbol
-from passgraph.records import dataclass
 
 Kind: TypeAlias = Literal["primitive", "prelude", "expanded"]
 Range: TypeAlias = tuple[float, float]

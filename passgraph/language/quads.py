@@ -14,7 +14,7 @@ derivatives inside.  So a derivative of a derivative is one too.
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from passgraph.language import ir
@@ -22,7 +22,6 @@ from passgraph.language.feeding import AXES, Feeding, names
 from passgraph.language.source import Span, fail
 from passgraph.language.types import FLOAT, INT, IVEC2, Scalar, Vector, element_of, with_element
 from passgraph.language.typing_rules import apply, widen
-from passgraph.records import dataclass
 
 if TYPE_CHECKING:
     from passgraph.language.frame import Builder

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Iterator
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TypeAlias
 
@@ -18,7 +18,6 @@ from passgraph.language.meanings import int_of_bits
 from passgraph.language.source import NOWHERE, Span
 from passgraph.language.types import UINT, Type, element_of, held_as
 from passgraph.ranges import Range
-from passgraph.records import dataclass
 
 #: Part of every key: raise it when the meaning of a program or of an emitter changes.
 FORMAT_VERSION = 2

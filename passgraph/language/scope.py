@@ -9,7 +9,7 @@ import enum
 import math
 import types as pytypes
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Annotated, Any, TypeAlias
 
@@ -41,7 +41,6 @@ from passgraph.language.types import (
     flat_type,
 )
 from passgraph.ranges import Range
-from passgraph.records import dataclass
 
 #: Longest table that a kernel may capture: as long as the longest array that it may declare.
 MAX_TABLE_ENTRIES = 1024

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from dataclasses import dataclass
 from typing import Annotated, Any
 
 from passgraph.errors import InputError
@@ -30,7 +31,6 @@ from passgraph.language.types import (
     longest,
     plain_parts,
 )
-from passgraph.records import dataclass
 
 #: What a mesh can hand to a vertex kernel, with the value where the mesh has none.
 VERTEX_FIELDS: dict[str, tuple[Type, tuple[float, ...]]] = {

@@ -10,11 +10,11 @@ import types as pytypes
 import unicodedata
 import warnings
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from typing import NoReturn
 
 from passgraph.errors import KernelError, PassgraphError
-from passgraph.records import dataclass
 
 #: Longest kernel text taken from a stranger, in characters; the longest kernel of our own has about 5,000.
 MAX_SOURCE_CHARACTERS = 200_000

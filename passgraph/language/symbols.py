@@ -8,10 +8,10 @@ that a kernel may capture.
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Generic, Self, TypeVar
 
 from passgraph.errors import PassgraphError
-from passgraph.records import dataclass
 
 #: The largest uint: 32 bits.
 UINT_MAX = 2**32 - 1
@@ -356,7 +356,8 @@ class Image:
 
 
 class Vertex:
-    """One vertex of a mesh, as a vertex kernel sees it (object space; see :data:`VERTEX_FIELDS`)."""
+    """One vertex of a mesh, as a vertex kernel sees it, in object space; what a mesh without an attribute has instead
+    says :data:`passgraph.language.signature.VERTEX_FIELDS`."""
 
     if TYPE_CHECKING:
         position: vec3

@@ -7,10 +7,8 @@ exist only in source: the parser takes them apart (:func:`plain_parts`), so noth
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import TypeAlias
-
-from passgraph.records import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import cast
 
 from passgraph.language import ir
@@ -24,7 +24,6 @@ from passgraph.language.types import (
 )
 from passgraph.language.typing_rules import apply
 from passgraph.language.values import Part, StructValue, TupleValue
-from passgraph.records import dataclass
 
 
 @dataclass

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -16,11 +16,11 @@ from passgraph.graph.draw_state import DrawState
 from passgraph.graph.targets import DrawPass, InputSpec, PixelPass
 from passgraph.graph.values import Value, sources_of
 from passgraph.language.types import Array
-from passgraph.records import dataclass
 
 if TYPE_CHECKING:
     from passgraph.language.facts import Facts
     from passgraph.language.scalar import ScalarProgram
+    from passgraph.plan.known import Counting
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +96,13 @@ class PixelStep:
     facts: Facts
     fused: tuple[str, ...] = ()  # names of passes computed inside this one
     static: bool = False
+
+    @property
+    def known(self) -> Counting | None:
+        """What its program is known to do, see :mod:`passgraph.plan.known`: a device may do it in a way of its own."""
+        from passgraph.plan.known import known_work
+
+        return known_work(self)
 
     @property
     def work(self) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from heapq import heappop, heappush
 from itertools import pairwise
 
@@ -13,7 +13,6 @@ from passgraph.graph.values import Derived, Value
 from passgraph.plan.data import BufferSpec, CopyStep, DrawStep, Memory, PixelStep, Plan, Resource, Step, lifetimes
 from passgraph.plan.order import Copies
 from passgraph.plan.work import Work
-from passgraph.records import dataclass
 
 #: Notes name so many targets that share one memory.
 MAX_NAMED = 16

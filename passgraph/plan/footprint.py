@@ -8,6 +8,7 @@ of the results needs.
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from functools import cache
 from typing import NamedTuple, NoReturn
 
@@ -19,7 +20,6 @@ from passgraph.graph.targets import Blocks
 from passgraph.language import scalar as s
 from passgraph.language.borders import border_place
 from passgraph.plan.data import PixelStep, Plan, Resource, Step
-from passgraph.records import dataclass
 
 
 class Halo(NamedTuple):

@@ -7,7 +7,7 @@ Fusion stops where a pass jumps, reads neighbours, changes size, is wanted as an
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from passgraph.graph.targets import InputSpec, Pass, PixelPass, Target
 from passgraph.graph.values import Derived, Value
@@ -16,7 +16,6 @@ from passgraph.language.lower_cache import lower_once
 from passgraph.language.scalar import count, trips
 from passgraph.plan.limits import Limits
 from passgraph.plan.work import Lowered, Work
-from passgraph.records import dataclass
 
 #: A fused program longer than this stays two passes: compile time grows faster than what is saved.  Numbers that are
 #: alive at once leave the registers long before, and a driver takes about a second for a kernel of this length.

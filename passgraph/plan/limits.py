@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 
 from passgraph.errors import BackendError
 from passgraph.language.scalar import ScalarProgram, trips
 from passgraph.plan.data import DrawStep, PixelStep, Plan, Resource, Step
-from passgraph.records import dataclass
 
 #: Where a device has no limit of its own.
 NONE = 1 << 62

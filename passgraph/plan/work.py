@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import field
+from dataclasses import dataclass, field
 
 from passgraph.formats import Format, float_format
 from passgraph.graph.targets import InputSpec, Pass, Target, TargetSpec
@@ -11,7 +11,6 @@ from passgraph.language.lower import Facts
 from passgraph.language.scalar import ScalarProgram
 from passgraph.language.types import Array
 from passgraph.plan.data import BufferSpec, Options
-from passgraph.records import dataclass
 
 
 @dataclass

@@ -6,6 +6,7 @@ One such value in a picture blackens all that a blur reaches, and stays for good
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from typing import Any, Literal, TypeAlias, cast, get_args
 
 import numpy as np
@@ -16,7 +17,6 @@ from passgraph.errors import GraphError, InputError
 from passgraph.formats import Format
 from passgraph.graph.targets import Target
 from passgraph.plan.data import Plan, Step
-from passgraph.records import dataclass
 
 Picture: TypeAlias = NDArray[np.float32]
 NonFinite: TypeAlias = Literal["error", "replace", "keep"]

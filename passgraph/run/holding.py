@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from passgraph.errors import GraphError
-from passgraph.records import dataclass
 
 if TYPE_CHECKING:
     from passgraph.backends.base import Backend

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from passgraph.backends.base import OVERWRITTEN, READ, DevicePicture, Use
 from passgraph.plan.data import DrawStep, Plan
-from passgraph.records import dataclass
 from passgraph.run.admission import Picture
 
 if TYPE_CHECKING:

@@ -53,11 +53,29 @@ define double @entered(i64 %n) {
   ret double %sum
 }
 """
-OUTSIDE = """
+#: What LLVM calls by itself, one of them twice.
+LIBRARY = """
 declare double @exp2(double)
+declare double @log2(double)
+declare void @llvm.memset.p0.i64(ptr, i8, i64, i1)
 define double @entered(i64 %n) {
+  %room = alloca [4096 x double]
+  call void @llvm.memset.p0.i64(ptr %room, i8 0, i64 32768, i1 0)
+  %at = getelementptr double, ptr %room, i64 %n
+  %zero = load volatile double, ptr %at
   %x = sitofp i64 %n to double
   %y = call double @exp2(double %x)
+  %z = call double @log2(double %y)
+  %w = call double @exp2(double %z)
+  %sum = fadd double %w, %zero
+  ret double %sum
+}
+"""
+OUTSIDE = """
+declare double @j0(double)
+define double @entered(i64 %n) {
+  %x = sitofp i64 %n to double
+  %y = call double @j0(double %x)
   ret double %y
 }
 """
@@ -90,7 +108,16 @@ def test_linked_code_computes_what_llvm_loads() -> None:
         assert called(loaded(image), *range(8)) == by_llvm
 
 
-@pytest.mark.parametrize("text", [OUTSIDE, WRITTEN], ids=["calls the C library", "writes to itself"])
+@linux
+def test_the_c_librarys_functions_are_reached_from_anywhere() -> None:
+    """By a jump with an address of 64 bits: in a large process the library may lie farther off than a call reaches."""
+    image = linked(compiled(LIBRARY, 0), "entered")
+    assert image is not None and image.count(b"memset") == image.count(b"exp2") == 1
+    for _ in range(2):
+        assert called(loaded(image), *range(8)) == [2.0**n for n in range(8)]
+
+
+@pytest.mark.parametrize("text", [OUTSIDE, WRITTEN], ids=["calls another function", "writes to itself"])
 def test_what_needs_more_than_its_own_text_is_left_to_llvm(text: str) -> None:
     assert linked(compiled(text, 0), "entered") is None
 

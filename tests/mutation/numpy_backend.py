@@ -98,8 +98,9 @@ MUTANTS = (
         'value = b.select(b.icmp_signed("==", inner, x), value, value)',
         *PICTURES,
     ),
-    _n("StageRows._fill", "[b.add(first, i)]", "[i]", "pictures/rgba8 70x66", "pictures/r8 70x66"),
-    _n("StageRows._point", "((number(0), before), (there, count))", "((number(0), before),)", *PICTURES),
+    _n("StageRows._take", "b.add(start, i)", "i", "pictures/rgba8 70x66", "pictures/r8 70x66"),
+    _n("StageRows._take_beyond", "b.sub(first, start)", "number(0)", *PICTURES),
+    _n("StageRows._take_beyond", "(last, end)", "(last, last)", *PICTURES),
     _n(
         "rounded",
         'value = b.select(b.fcmp_ordered("<", one, value), one, value)',

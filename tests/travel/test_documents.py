@@ -52,10 +52,10 @@ def sweep(seeds: range) -> list[str]:
 
 
 def test_spoiled_documents_are_refused_or_run() -> None:
-    found = sweep(range(150))
+    found = sweep(range(60))
     # The sweep would show nothing if it met one end only.
-    assert found.count("refused") > 100
-    assert found.count("ran") > 2
+    assert found.count("refused") > 40
+    assert "ran" in found
 
 
 @pytest.mark.slow
@@ -67,7 +67,7 @@ def test_spoiled_documents_take_little_memory() -> None:
     ways = places(DATA)
     tracemalloc.start()
     try:
-        for seed in range(40):
+        for seed in range(20):
             document = spoiled(DATA, ways, random.Random(seed))
             tracemalloc.reset_peak()
             before = tracemalloc.get_traced_memory()[0]
@@ -163,6 +163,22 @@ def test_statements_that_no_parser_makes_are_refused(what: str) -> None:
     rows, body = BROKEN[what]
     with pytest.raises(pg.InputError, match=r"graph data, kernels\[0\].body: must be "):
         pg.from_data(kernel(rows, body=body))
+
+
+@pytest.mark.parametrize(
+    ("type_", "told"),
+    [
+        (
+            [["float", 1 << 12], 1 << 13],
+            r"parameters\[1\]: must be within the language's limits: .* has 33554432 elements, those of arrays in it",
+        ),
+        (["Image", 1025], r"parameters\[1\]: must be .* has 1025 elements, .* at most 1024"),
+        (["Image", 1000], r"parameters: must be within the language's limits: a kernel takes 1001 images"),
+    ],
+)
+def test_signatures_keep_to_the_limits_of_text(type_: Any, told: str) -> None:
+    with pytest.raises(pg.InputError, match=r"graph data, kernels\[0\]\." + told):
+        pg.from_data(kernel([], parameters=[["a", "Image", False, None], ["b", type_, False, None]]))
 
 
 @pytest.mark.parametrize("stage", ["vertex", "fragment"])

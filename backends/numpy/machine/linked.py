@@ -1,8 +1,9 @@
 """Machine code as one run of bytes that works wherever it lies: linked when it is compiled, loaded without LLVM.
 
-LLVM makes an object file: sections, and places in them that hold distances to others.  The functions of this backend
-call nothing outside their own module, so that once its sections lie side by side every such distance is known.  What is
-not of this kind (a function of the C library, another processor or file format) stays an object for LLVM to load.
+LLVM makes an object file: sections, and places in them that hold distances to others.  Once its sections lie side by
+side every such distance is known, and a function of the C library (the few that LLVM calls by itself, as ``memset``) is
+reached by a jump of its own behind them.  What is not of this kind (another processor or file format) stays an object
+for LLVM to load.
 """
 
 from __future__ import annotations
@@ -10,14 +11,21 @@ from __future__ import annotations
 import ctypes
 import mmap
 import struct
+from dataclasses import dataclass
 from functools import cache
 from typing import Any, ClassVar
 
-from passgraph.records import dataclass
-
 #: Begins what is linked; the format's number is its last byte.
-MARK = b"passgraph code 1"
-_ENTRY = struct.Struct("<Q")
+MARK = b"passgraph code 2"
+#: Where it is entered, where its jumps begin, and how many bytes the names of their functions take, which come next.
+_HEAD = struct.Struct("<QQQ")
+#: ``jmp *[rip]``, before the address that it jumps to: set where the code is loaded, since each process has another.
+_JUMP = struct.Struct("<6sQ2x")
+_JUMP_BEHIND = bytes.fromhex("ff2500000000")
+#: What every C library has of what LLVM calls by itself.
+_OUTSIDE = frozenset(
+    {"memset", "memcpy", "memmove", *(f"{name}{kind}" for name in ("exp2", "log2") for kind in ("", "f"))}
+)
 
 # System V ABI, chapter 4 "Object files", and its AMD64 supplement.
 _ELF_64_LITTLE = b"\x7fELF\x02\x01"
@@ -61,6 +69,7 @@ def linked(code: bytes, function: str) -> bytes | None:
         image += bytes(-len(image) % max(section.alignment, 1))
         places[number] = len(image)
         image += code[section.offset : section.offset + section.size]
+    jumps, outside = len(image) + -len(image) % _JUMP.size, dict[str, int]()
     table = next(section for section in sections if section.kind == _SYMBOLS)
     symbols = list(struct.iter_unpack("<IBBHQQ", code[table.offset : table.offset + table.size]))
     for section in sections:
@@ -68,14 +77,20 @@ def linked(code: bytes, function: str) -> bytes | None:
             continue
         start = places[section.info]
         for offset, what, added in struct.iter_unpack("<QQq", code[section.offset : section.offset + section.size]):
-            _, _, _, home, value, _ = symbols[what >> 32]
-            if what & 0xFFFFFFFF not in _DISTANCES or home not in places:
+            named, _, _, home, value, _ = symbols[what >> 32]
+            if what & 0xFFFFFFFF not in _DISTANCES:
                 return None
-            place = start + offset
-            struct.pack_into("<i", image, place, places[home] + value + added - place)
+            if home in places:
+                to = places[home] + value
+            elif (name := _text(code, sections[table.link], named).decode()) in _OUTSIDE:
+                to = jumps + _JUMP.size * outside.setdefault(name, len(outside))
+            else:
+                return None
+            struct.pack_into("<i", image, start + offset, to + added - (start + offset))
     for name, _, _, home, value, _ in symbols:
         if home in places and _text(code, sections[table.link], name) == function.encode():
-            return MARK + _ENTRY.pack(places[home] + value) + image
+            called = " ".join(outside).encode()
+            return MARK + _HEAD.pack(places[home] + value, jumps, len(called)) + called + image
     return None
 
 
@@ -91,18 +106,27 @@ def loaded(code: bytes) -> int:
     OSError
         Where the system gives no memory for code.
     """
-    entry: int = _ENTRY.unpack_from(code, len(MARK))[0]
-    image = code[len(MARK) + _ENTRY.size :]
-    system = _system()
+    entry, jumps, named = _HEAD.unpack_from(code, len(MARK))
+    names = len(MARK) + _HEAD.size
+    image, system = bytearray(code[names + named :]), _system()
+    image += bytes(jumps - len(image) if named else 0)
+    for name in code[names : names + named].decode().split():
+        image += _JUMP.pack(_JUMP_BEHIND, _address(name))
     readable, private = mmap.PROT_READ | mmap.PROT_WRITE, mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS
     address: int | None = system.mmap(None, len(image), readable, private, -1, 0)
     if address is None or address == ctypes.c_void_p(-1).value:
         raise OSError(ctypes.get_errno(), "no memory for code")
-    ctypes.memmove(address, image, len(image))
+    ctypes.memmove(address, bytes(image), len(image))
     # Never both written and run.
     if system.mprotect(address, len(image), mmap.PROT_READ | mmap.PROT_EXEC):
         raise OSError(ctypes.get_errno(), "memory for code cannot be run")
-    return address + entry
+    return address + int(entry)
+
+
+def _address(name: str) -> int:
+    address = ctypes.cast(getattr(_system(), name), ctypes.c_void_p).value
+    assert address is not None
+    return address
 
 
 @cache

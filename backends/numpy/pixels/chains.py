@@ -8,6 +8,7 @@ rectangle is computed again, so every piece stands alone and the values are the 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Protocol
 
 from passgraph.backends.numpy.pixels.near import near_images, reach
@@ -16,7 +17,6 @@ from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS
 from passgraph.plan.data import PixelStep
 from passgraph.plan.footprint import Halo
-from passgraph.records import dataclass
 
 #: Rings of one thread take at most this, half of the level-2 cache of common cores; rows that the last stage makes at
 #: once come on top.

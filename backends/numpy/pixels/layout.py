@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
 from math import gcd
 
@@ -18,7 +18,6 @@ from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS
 from passgraph.language.nameless import nameless
 from passgraph.plan.footprint import Halo
-from passgraph.records import dataclass
 
 #: Instructions that one turn of the loop may have where it makes several rows or vectors at once.
 MAX_AT_ONCE = 400

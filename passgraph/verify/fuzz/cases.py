@@ -20,7 +20,7 @@ from passgraph.errors import InputError
 from passgraph.graph.calls import kernel
 from passgraph.graph.targets import Input, Target, target
 from passgraph.reading import read_text
-from passgraph.run.program import compile as compile_graph
+from passgraph.run.compile import compile as compile_graph
 from passgraph.verify.compare import compare
 from passgraph.verify.fuzz.kernels import PARAMETERS
 from passgraph.verify.fuzz.pictures import SIDE, Picture, values
@@ -91,7 +91,7 @@ def pictures_of(case: Case) -> dict[str, Picture]:
 def output_of(case: Case, text: str) -> Target:
     """The pass of a kernel case, with ``text`` for its kernel."""
     made = kernel(source=text, name="k")
-    # Cases that were kept before there were filters say nothing of them.
+    # A case that says nothing of a filter is read linearly.
     read = {name: Input(name).border(case["border"]).filter(case.get("filter", "linear")) for name in ("c", "d", "e")}
     inputs = {"c": read["c"], "d": read["d"].mipmaps(), "e": read["e"].slices(SLICES)}
     given: dict[str, Any] = {}
