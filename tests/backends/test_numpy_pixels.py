@@ -254,3 +254,14 @@ def test_numbers_that_are_passed_on_are_what_they_were(name: str) -> None:
         made = program(c=picture)["made"]
     assert np.array_equal(made[..., : min(3, channels)], picture[..., :3])
     assert channels < 4 or not made[..., 3].any()
+
+
+def test_numbers_that_are_passed_on_to_another_format_are_converted() -> None:
+    same = pg.kernel(source="def same(c: Image) -> vec4: return c[0, 0]")
+    bytes_ = np.arange(256, dtype=np.uint8).reshape(-1, 16, 4)
+    for picture, name, expected in (
+        (bytes_, "rgba16", bytes_.astype(np.uint16) * 257),
+        (bytes_.astype(np.uint16) * 257, "rgba8", bytes_),
+    ):
+        with pg.compile(same(pg.Input("c"), into=pg.target("made", name)), "numpy", results="stored") as program:
+            assert np.array_equal(program(c=picture)["made"], expected)
