@@ -225,6 +225,11 @@ class Backend(ABC):
     def pixel_pass(self, step: PixelStep) -> PixelRunner:
         """Compile a pixel pass."""
 
+    def own_way(self, step: PixelStep) -> str | None:
+        """How this device does what a step is known to do (`PixelStep.known`) in a way of its own, in a few words for
+        ``explain()``; the results must be the same bits.  None where it runs the step's program."""
+        return None
+
     def pixel_chain(self, steps: Sequence[PixelStep]) -> ChainRunner | None:
         """Compile consecutive pixel passes of one size as one; what lies between them is read by them alone, and the
         results must be the same bits.  None where that brings nothing: they then run one by one."""

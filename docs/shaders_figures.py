@@ -23,7 +23,7 @@ DOCS = Path(__file__).resolve().parent
 sys.path[:0] = [str(DOCS.parent), str(DOCS.parent / "tests" / "shaders")]
 
 import moderngl
-from beside import CLOCK, FOLDER, Apart, Case, apart, files, host, read_original
+from beside import CLOCK, FOLDER, Apart, Case, apart, files, read_original
 from defined import used
 from originals import Original, Picture
 
@@ -33,6 +33,7 @@ from passgraph.plan.reach import inputs_behind
 from passgraph.shaders.load import load_shader
 from passgraph.verify.compare import compare
 from passgraph.verify.report import other_bits
+from tests.offscreen import offscreen
 
 KINDS = {"isf": "ISF", "transitions": "gl-transitions"}
 #: Size and seed of the parameters (0 are the defaults) that pictures are compared at.
@@ -258,7 +259,7 @@ class _Worker:
 
 
 def _work(pipe: Any) -> None:
-    with host() as context:
+    with offscreen(430) as context:
         while True:
             try:
                 stage, name = pipe.recv()

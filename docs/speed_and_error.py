@@ -28,7 +28,7 @@ from passgraph.bench.scenes import SCENES, scene_named
 from passgraph.bench.tables import as_markdown, processor, truth_line
 from passgraph.bench.timing import frame_times
 from passgraph.pictures import save
-from passgraph.run.program import compile
+from passgraph.run.compile import compile
 
 PAGE, PICTURES = root / "docs" / "speed-and-error.md", root / "docs" / "images" / "speed-and-error"
 REPORT = root / "out" / "speed-and-error"

@@ -34,7 +34,8 @@ from passgraph.language.vectors import *  # noqa: F403
 from passgraph.language.whole_numbers import *  # noqa: F403
 from passgraph.plan.data import Options
 from passgraph.ranges import Range
-from passgraph.run.program import Program, compile
+from passgraph.run.compile import compile
+from passgraph.run.program import Program
 from passgraph.run.result import Result
 
 if TYPE_CHECKING:

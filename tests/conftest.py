@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from functools import lru_cache
+from typing import Any
 
 import pytest
 
@@ -32,8 +33,22 @@ def why_missing(name: str) -> str:
     except PassgraphError as error:
         return str(error)
     if any(not device.missing for device in devices):
+        if name == "opencl":
+            _hold_opencl()
         return ""
     return devices[0].missing if devices else "it lists no device"
+
+
+@lru_cache
+def _hold_opencl() -> Any:
+    """A context that nobody uses, for as long as the tests run.
+
+    With its last context PoCL drops the library of functions that programs are linked with: each test that opens a
+    backend of its own would wait 0.4 s while it is read again.
+    """
+    import pyopencl
+
+    return pyopencl.create_some_context(interactive=False)
 
 
 def require(name: str) -> None:

@@ -248,7 +248,19 @@ class GLBackend(Backend):
     def pixel_pass(self, step: PixelStep) -> PixelRun:
         with self.context as gl:
             gl.drain()
+            if self._counts(step):
+                from passgraph.backends.gl.counts import CountRun
+
+                return CountRun(self, step)
             return PixelRun(self, step)
+
+    def own_way(self, step: PixelStep) -> str | None:
+        return "each texel adds atomically to its bin in a table of its row" if self._counts(step) else None
+
+    def _counts(self, step: PixelStep) -> bool:
+        """Whether a compute shader counts bins: where there are such, and what they bind is in nobody's way."""
+        gl = self.context.gl
+        return gl.DispatchCompute is not None and self.context.dispatches and step.known is not None
 
     def draw_pass(self, step: DrawStep) -> DrawRun:
         with self.context as gl:

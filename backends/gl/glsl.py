@@ -27,6 +27,9 @@ LETTERS = "xyzw"
 #: Beyond every picture, and as a float still an int after it was multiplied and rounded; farther offsets are brought
 #: nearer first: with the number of a pixel they could leave 32 bits.
 FARTHEST_TEXEL = 1 << 30
+#: ``pg_near_mod`` is exact up to here: the quotient as a float is off by less than one.  ``pg_nearer`` brings every int
+#: there, to less than b + 1024 from 0, and to the same place in a period of b.
+NEAR = 1 << 20
 #: Blocks up to this length are arrays of scalars, which llvmpipe reads faster (a 15-tap blur takes 8 % less).
 #: Drivers may spend four components on each, so longer ones are arrays of vectors.
 LONGEST_SCALAR_BLOCK = 256
@@ -122,6 +125,8 @@ class GLSL(CLike):
         return self._depth(axes) if name == "fragment_depth" else {"front_facing": "gl_FrontFacing"}[name]
 
     def operation(self, op: s.Op, arguments: list[str]) -> str:
+        if self.program.stage == "border" and op.operation == "int_mod":
+            return f"pg_near_mod({', '.join(arguments)})"
         # Compilers that assume no NaN fold x != x away; bits they leave alone.
         if op.on == "float" and op.operation in ("equal", "not_equal") and arguments[0] == arguments[1]:
             return f"{'!' if op.operation == 'equal' else ''}pg_isnan({arguments[0]})"
@@ -189,11 +194,13 @@ class GLSL(CLike):
         if known is not None:
             known = min(max(known, -FARTHEST_TEXEL), FARTHEST_TEXEL)
         count = f"{self._size(load.image)}.{axis}"
-        use = self.program.image(load.image)
-        if load.relative and max(map(abs, use.x if axis == "x" else use.y)) > FARTHEST_TEXEL:
-            known, text = None, self._within(load.border, text, count)
+        use, rule = self.program.image(load.image), BORDERS[load.border]
+        reach = max(map(abs, use.x if axis == "x" else use.y))
+        if rule.periodic and (not load.relative or reach > NEAR):
+            known, text = None, f"pg_nearer({text}, 2 * {count})"
+        elif load.relative and reach > FARTHEST_TEXEL:
+            known, text = None, f"clamp({text}, -2 * {count}, 2 * {count})"
         whole = f"{self._pixel()}.{axis} + {text}" if load.relative else text
-        rule = BORDERS[load.border]
         if not rule.is_nearest:
             return self._centre(load.image, axis, f"float(pg_border_{load.border}({whole}, {count}))"), []
         # Drivers make an int of the place before they clamp it; what is too large for one comes out at the other edge.
@@ -225,12 +232,6 @@ class GLSL(CLike):
         if lies.is_part:
             inside = f"({inside} + float({self._region(image)}.{axis}))"
         return f"{inside} * {self._width(image)}.{axis}"
-
-    @staticmethod
-    def _within(border: str, offset: str, count: str) -> str:
-        """An offset that leads to the same texel and whose sum with a pixel stays within int."""
-        far = f"2 * {count}"
-        return f"pg_int_mod({offset}, {far})" if BORDERS[border].periodic else f"clamp({offset}, -{far}, {far})"
 
     def _here(self, image: str) -> str:
         """The centre of this pixel in texture coordinates of an image that is as large as the target."""

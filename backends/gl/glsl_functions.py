@@ -35,4 +35,19 @@ int pg_to_int(float x)
 """,
     "pg_floor_divide": FLOOR_DIVIDE,
     "pg_int_mod": INT_MOD,
+    # Of border rules, which have a size for b: devices divide ints one by one, and floats side by side.
+    "pg_nearer": """
+int pg_nearer(int a, int b)
+{
+    return a - int(float(a) * (1.0 / float(b))) * b;
+}
+""",
+    "pg_near_mod": """
+int pg_near_mod(int a, int b)
+{
+    int r = pg_nearer(a, b);
+    r = r < 0 ? r + b : r;
+    return r < b ? r : r - b;
+}
+""",
 }

@@ -202,6 +202,7 @@ class GuardedContext(HostContext):
     """Entered where the host's context is current; its state is put aside for as long."""
 
     about = "the host's context, whose state is read before and set again behind"
+    dispatches = False
 
     def __init__(self, turn: Turn | None = None) -> None:
         super().__init__(turn)

@@ -99,6 +99,13 @@ class Programs:
             self.made[key] = self._link(Listing(self.dialect.fullscreen, (NOWHERE,)), fragment, (program,))
         return self.made[key]
 
+    def compute(self, text: str, program: ScalarProgram) -> LinkedProgram:
+        """A compute shader that does what a pixel pass's program does, with its images."""
+        key = (text, program.key, (), ALL_PLAIN)
+        if key not in self.made:
+            self.made[key] = self._linked({g.COMPUTE_SHADER: Listing(text, (NOWHERE,))}, (program,))
+        return self.made[key]
+
     def draw(
         self,
         vertex: ScalarProgram,
@@ -118,12 +125,15 @@ class Programs:
         return self.made[key]
 
     def _link(self, vertex: Listing, fragment: Listing, programs: tuple[ScalarProgram, ...]) -> LinkedProgram:
+        return self._linked({g.VERTEX_SHADER: vertex, g.FRAGMENT_SHADER: fragment}, programs)
+
+    def _linked(self, stages: dict[int, Listing], programs: tuple[ScalarProgram, ...]) -> LinkedProgram:
         gl = self.objects.gl
         shaders: list[int] = []
         name = gl.CreateProgram()
         self.objects.alive.add(("Program", name))
         try:
-            for kind, listing in ((g.VERTEX_SHADER, vertex), (g.FRAGMENT_SHADER, fragment)):
+            for kind, listing in stages.items():
                 shaders.append(self._compile(kind, listing, programs[-1].name))
                 gl.AttachShader(name, shaders[-1])
             gl.LinkProgram(name)

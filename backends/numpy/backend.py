@@ -112,15 +112,17 @@ class NumpyBackend(Backend):
 
     def pixel_pass(self, step: PixelStep) -> PixelRunner:
         from passgraph.backends.numpy.pixels.chains import alone
-        from passgraph.backends.numpy.pixels.counts import counts_of
+        from passgraph.backends.numpy.pixels.counts import Counts
         from passgraph.backends.numpy.pixels.runner import PixelRun
 
-        counts = counts_of(step, self.workers)
-        if counts is not None:
-            return counts
+        if step.known is not None:
+            return Counts(step, self.workers)
         run = PixelRun.made(alone(step), self.workers)
         assert run is not None
         return lambda outputs, images, block: run(outputs, (images,), (block,))
+
+    def own_way(self, step: PixelStep) -> str | None:
+        return None if step.known is None else "each texel adds to its bin in a table of its row"
 
     def pixel_chain(self, steps: Sequence[PixelStep]) -> ChainRunner | None:
         from passgraph.backends.numpy.pixels.chains import stages

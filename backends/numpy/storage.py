@@ -39,16 +39,13 @@ class Storage:
 
     def __post_init__(self) -> None:
         #: Where the top left pixel is, for machine code.
-        self.address: int = self.numbers.ctypes.data
+        self.address: int = self.numbers.__array_interface__["data"][0]
         #: Pixels from row to row; negative where rows lie from the bottom up.
         self.pitch: int = self.size[0]
         if self.size[1] > 1:
             self.pitch = self.numbers.strides[0] // (self.format.channels * self.numbers.itemsize)
-
-    @cached_property
-    def by_rows(self) -> tuple[int, ...]:
-        """What machine code knows that reads along rows: beginning, width, height, pixels from row to row."""
-        return (self.address, *self.size, self.pitch)
+        #: What machine code knows that reads along rows: beginning, width, height, pixels from row to row.
+        self.by_rows: tuple[int, ...] = (self.address, *self.size, self.pitch)
 
     @property
     def _last(self) -> int:
@@ -58,7 +55,7 @@ class Storage:
     @cached_property
     def last_row(self) -> tuple[int, int]:
         """That row's number, and where a copy is behind which may be read; -1: none is needed."""
-        if self.is_ours:
+        if self.is_ours or self._room_behind >= ROOM * self.numbers.itemsize:
             return -1, self.address
         row = self.numbers[self._last].reshape(-1)
         self._copy_of_last = aligned_zeros(row.size, row.dtype)
@@ -68,9 +65,16 @@ class Storage:
     @cached_property
     def anywhere(self) -> tuple[int, ...]:
         """The same as :attr:`by_rows` for code that reads texels one by one, a few numbers at once."""
-        row = self.numbers[self._last]
-        room = rest_of_page(row.ctypes.data + row.nbytes)
-        return self.by_rows if self.is_ours or room >= TOGETHER * self.numbers.itemsize else self._own.by_rows
+        enough = self.is_ours or self._room_behind >= TOGETHER * self.numbers.itemsize
+        return self.by_rows if enough else self._own.by_rows
+
+    @property
+    def _room_behind(self) -> int:
+        """Bytes behind somebody's last row that may be read, since the processor lets no page be read in part."""
+        width, _ = self.size
+        item = self.numbers.itemsize
+        pixel = self.format.channels * item
+        return rest_of_page(self.address + (self._last * self.pitch + width) * pixel)
 
     @cached_property
     def _own(self) -> Storage:

@@ -214,7 +214,18 @@ class OpenCLBackend(Backend):
         from passgraph.backends.opencl.pixel import PixelPassRunner
 
         self.check_open()
+        if step.known is not None:
+            from passgraph.backends.opencl.counts import CountsRunner
+
+            return CountsRunner(self, step)
         return PixelPassRunner(self, step)
+
+    def own_way(self, step: PixelStep) -> str | None:
+        if step.known is None:
+            return None
+        if self.is_cpu:
+            return "each texel adds to its bin in a table of its row"
+        return "each texel adds atomically to its bin in a table of its row, in the memory of a work-group"
 
     def draw_pass(self, step: DrawStep) -> DrawRunner:
         from passgraph.backends.opencl.raster import DrawPassRunner

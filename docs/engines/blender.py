@@ -1,6 +1,6 @@
 """Ambient occlusion on a view of Blender's, drawn off screen with its depth buffer and camera.
 
-    python docs/engines/blender.py        # Python 3.13, with bpy
+    python docs/engines/blender.py        # with bpy, in the Python that it is made for
 
 writes docs/images/engines/bpy.png.
 """
@@ -22,6 +22,18 @@ from passgraph.engines import blender as adapter
 from passgraph.engines.blender import ViewAttachment
 
 
+def open_gpu(bpy: Any, gpu: Any) -> None:
+    """A context without a window."""
+    if hasattr(gpu, "init"):
+        gpu.init()
+        return
+    # Where scripts cannot ask for one, a picture that is rendered makes one, which stays current.
+    render = bpy.context.scene.render
+    render.engine = "BLENDER_WORKBENCH"
+    render.resolution_x = render.resolution_y = 8
+    bpy.ops.render.render()
+
+
 class Scene:
     """Monkeys on a floor in the solid view, seen by a camera that goes round them."""
 
@@ -33,8 +45,9 @@ class Scene:
         import bpy
         import gpu
 
-        gpu.init()  # a context without a window
+        open_gpu(bpy, gpu)
         self.bpy, self.gpu = bpy, gpu
+        bpy.context.preferences.system.viewport_aa = "OFF"  # a view is drawn eight times for each picture otherwise
         self.attached: ViewAttachment | None = None
         self.calls: list[Callable[[], object]] = []
         screen = bpy.context.window_manager.windows[0].screen

@@ -2,6 +2,12 @@
 
 All levels below the texture itself lie above one another in one picture, each with a border of one texel that holds
 what lies beyond its edge, so that a bilinear look at it stays inside.
+
+`passgraph.plan.mipmaps` makes levels of pictures that a run computes, on the device, as OpenGL does: each side halved
+as it is, each channel by itself, read with the handle's border.  A material's texture is there before any run, and its
+levels must say more than OpenGL's: colours count by their alpha, normals stay unit vectors, and the border repeats or
+mirrors one texture among others that a kernel takes alike.  Sides are powers of two, so that all levels are whole
+shares of one picture and a kernel needs its size and count alone.
 Source: L. Williams, "Pyramidal Parametrics", 1983.
 """
 

@@ -20,7 +20,8 @@ from passgraph.bench.truth import Float32, Mask, Truth, truth_of
 from passgraph.effects.shadows.shadow_choice import Hard
 from passgraph.errors import DeviceMissingError, PassgraphError
 from passgraph.graph.targets import Target
-from passgraph.run.program import Program, compile
+from passgraph.run.compile import compile
+from passgraph.run.program import Program
 from passgraph.scene import Scene
 
 #: The truth is traced with more rays until its own error is so many times below the best method's.

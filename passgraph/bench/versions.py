@@ -17,7 +17,8 @@ from passgraph.bench.timing import FrameTime, times_in_turn
 from passgraph.errors import InputError
 from passgraph.graph.targets import Target
 from passgraph.plan.data import Options
-from passgraph.run.program import Program, compile
+from passgraph.run.compile import compile
+from passgraph.run.program import Program
 
 Picture = NDArray[np.float32]
 

@@ -22,7 +22,7 @@ from passgraph.commands.options import (
     size_option,
 )
 from passgraph.commands.ramps import FramesOption, check_no_ramps
-from passgraph.commands.running import check_outputs, run_and_save
+from passgraph.commands.running import check_one_picture, check_outputs, run_and_save
 from passgraph.commands.sources import RENDER_SIZE, generator_job, picture_job
 from passgraph.effects.registry import EFFECTS, Effect
 from passgraph.errors import InputError
@@ -128,26 +128,8 @@ def command_of(effect: Effect) -> click.Command:
         help="Decode 8- and 16-bit pictures from sRGB to linear light first.",
     )  # fmt: skip
     @click.pass_context
-    def command(
-        ctx: click.Context,
-        /,
-        inputs: tuple[str, ...],
-        output: str,
-        capture: Path | None,
-        depth: Path | None = None,
-        depth_buffer: HardwareDepth | None = None,
-        **options: Any,
-    ) -> int:
-        given = given_parameters(ctx)
-        if is_one_picture(inputs, output) and options["frames"] is None:
-            check_no_ramps(effect, given)
-            if options["scheduler"] is not None:
-                raise InputError("--scheduler is for many frames; one picture is computed here: leave it out")
-            return apply_to_one(effect, Path(inputs[0]), Path(output), capture, depth, depth_buffer, given, options)
-        _check_one(capture, options["profile"], "there are several frames here")
-        from passgraph.commands.apply_many import apply_to_many
-
-        return apply_to_many(effect, inputs, output, depth, depth_buffer, given, options)
+    def command(ctx: click.Context, /, **options: Any) -> int:
+        return apply_effect(effect, given_parameters(ctx), **options)
 
     if effect.takes == "picture+depth":
         from passgraph.commands.depth import depth_buffer_option, depth_option
@@ -155,6 +137,30 @@ def command_of(effect: Effect) -> click.Command:
         command.params += [depth_option(required=True), depth_buffer_option()]
     command.params += options_beside(command.params, effect, FramesOption)
     return command
+
+
+def apply_effect(
+    effect: Effect, given: dict[str, Any], /, inputs: tuple[str, ...], output: str, capture: Path | None,
+    depth: Path | None = None, depth_buffer: HardwareDepth | None = None, **options: Any,
+) -> int:  # fmt: skip
+    """One picture or many through an effect that reads them; ``given`` are its parameters."""
+    if is_one_picture(inputs, output) and options["frames"] is None:
+        check_no_ramps(effect, given)
+        if options["scheduler"] is not None:
+            raise InputError("--scheduler is for many frames; one picture is computed here: leave it out")
+        return apply_to_one(effect, Path(inputs[0]), Path(output), capture, depth, depth_buffer, given, options)
+    check_one_picture(capture, options["profile"], "there are several frames here")
+    from passgraph.commands.apply_many import apply_to_many, writing_of
+    from passgraph.commands.frames import Settings
+
+    writing = writing_of(options["rate"], options["codec"], options["codec_option"], options["raw"], options["sound"])
+    settings = Settings(
+        options["backend"], options["linear"], options["jobs"], options["resume"], options["non_finite"],
+        options["check_finite"], options["scheduler"],
+    )  # fmt: skip
+    return apply_to_many(
+        effect, inputs, output, given, writing, settings, frames=options["frames"], depth=depth, holds=depth_buffer
+    )
 
 
 def generator_command(effect: Effect) -> click.Command:
@@ -170,50 +176,34 @@ def generator_command(effect: Effect) -> click.Command:
     @check_finite_option
     @profile_option
     @click.pass_context
-    def command(
-        ctx: click.Context,
-        /,
-        output: Path,
-        backend: str | None,
-        size: tuple[int, int],
-        capture: Path | None,
-        check_finite: bool,
-        profile: bool,
-        **options: Any,
-    ) -> int:
-        given = given_parameters(ctx)
-        if options["frames"] is not None:
-            _check_one(capture, profile, "--frames makes several pictures")
-            from passgraph.commands.apply_many import apply_to_many
-
-            options |= {"backend": backend, "size": size, "check_finite": check_finite, **_OF_NOTHING}
-            return apply_to_many(effect, (), str(output), None, None, given, options)
-        check_no_ramps(effect, given)
-        if is_video(output) or Pattern.is_in(str(output)):
-            raise InputError(f"{output}: holds frames; say how many: --frames 100")
-        check_no_video(options["rate"], options["codec"], options["codec_option"])
-        check_outputs(output, capture)
-        job = generator_job(effect, None, size, given)
-        run_and_save(job, backend, output, capture, check_finite=check_finite, profile=profile)
-        return 0
+    def command(ctx: click.Context, /, **options: Any) -> int:
+        return generate(effect, given_parameters(ctx), **options)
 
     command.params += options_beside(command.params, effect, FramesOption)
     return command
 
 
-#: What `apply_to_many` is told of an effect that reads nothing.
-_OF_NOTHING: dict[str, Any] = {
-    "raw": None, "sound": True, "linear": False, "jobs": None, "resume": False, "scheduler": None,
-    "non_finite": "error",
-}  # fmt: skip
+def generate(
+    effect: Effect, given: dict[str, Any], /, output: Path, backend: str | None, size: tuple[int, int],
+    capture: Path | None, check_finite: bool, profile: bool, **options: Any,
+) -> int:  # fmt: skip
+    """One picture or many of an effect that reads none; ``given`` are its parameters."""
+    if options["frames"] is not None:
+        check_one_picture(capture, profile, "--frames makes several pictures")
+        from passgraph.commands.apply_many import apply_to_many, writing_of
+        from passgraph.commands.frames import Settings
 
-
-def _check_one(capture: Path | None, profile: bool, why: str) -> None:
-    """Refuse what is for one picture."""
-    if capture is not None:
-        raise InputError(f"--capture shows the passes of one picture, and {why}; leave out one")
-    if profile:
-        raise InputError(f"--profile times the passes on one picture, and {why}; leave out one")
+        writing = writing_of(options["rate"], options["codec"], options["codec_option"])
+        settings = Settings(backend, check_finite=check_finite)
+        return apply_to_many(effect, (), str(output), given, writing, settings, frames=options["frames"], size=size)
+    check_no_ramps(effect, given)
+    if is_video(output) or Pattern.is_in(str(output)):
+        raise InputError(f"{output}: holds frames; say how many: --frames 100")
+    check_no_video(options["rate"], options["codec"], options["codec_option"])
+    check_outputs(output, capture)
+    job = generator_job(effect, None, size, given)
+    run_and_save(job, backend, output, capture, check_finite=check_finite, profile=profile)
+    return 0
 
 
 def apply_to_one(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -32,12 +33,13 @@ if TYPE_CHECKING:
 
 
 def apply_to_many(
-    effect: Effect, inputs: tuple[str, ...], output: str, depth: Path | None, holds: HardwareDepth | None,
-    given: dict[str, Any], options: dict[str, Any],
+    effect: Effect, inputs: tuple[str, ...], output: str, given: dict[str, Any], writing: Writing, settings: Settings,
+    *, frames: int | None, size: tuple[int, int] | None = None, depth: Path | None = None,
+    holds: HardwareDepth | None = None,
 ) -> int:  # fmt: skip
-    """Whatever is not one picture file to one."""
-    writing, broken = writing_of(options), list[str]()
-    sources = _repeated(effect, inputs, options["frames"]) or list(sources_of(inputs, writing.raw, broken))
+    """Whatever is not one picture file to one; ``size`` of pictures that are made of parameters alone."""
+    broken: list[str] = []
+    sources = _repeated(effect, inputs, frames) or list(sources_of(inputs, writing.raw, broken))
     if not sources:
         raise InputError(broken[0])
     _check_further_pictures(effect, inputs, output)
@@ -49,11 +51,7 @@ def apply_to_many(
     changing = Changing.of(effect, given)
     parameters, constants = picture_parameters(effect, given)
     depth_source = None if depths is None else RedOf(depths)
-    job = FramesJob(effect, parameters, depth_source, constants, holds, changing, options.get("size"))
-    settings = Settings(
-        options["backend"], options["linear"], options["jobs"], options["resume"], options["non_finite"],
-        options["check_finite"], options["scheduler"],
-    )  # fmt: skip
+    job = FramesJob(effect, parameters, depth_source, constants, holds, changing, size)
     return run_clips(job, clips, settings, broken)
 
 
@@ -80,14 +78,16 @@ def _check_further_pictures(effect: Effect, inputs: tuple[str, ...], output: str
         )
 
 
-def writing_of(options: dict[str, Any]) -> Writing:
-    """How outputs are written, from the options."""
-    raw = None if options["raw"] is None else Raw.parsed(options["raw"])
-    rate = None if options["rate"] is None else rate_of(options["rate"])
+def writing_of(
+    rate: str | None, codec: str | None, codec_option: Sequence[str], raw: str | None = None, sound: bool = True
+) -> Writing:
+    """How outputs are written, from the options of these names."""
+    layout = None if raw is None else Raw.parsed(raw)
+    a_second = None if rate is None else rate_of(rate)
     codec_options = {}
-    for text in options["codec_option"]:
+    for text in codec_option:
         key, equals, value = text.partition("=")
         if not (key and equals):
             raise InputError(f"--codec-option {text!r}: expected KEY=VALUE, such as crf=23")
         codec_options[key] = value
-    return Writing(raw, rate, options["codec"], codec_options, options["sound"])
+    return Writing(layout, a_second, codec, codec_options, sound)

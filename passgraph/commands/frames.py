@@ -26,8 +26,9 @@ from passgraph.frames.video_sink import ToVideo
 from passgraph.graph.outputs import named_outputs
 from passgraph.graph.targets import OPEN_SRGB, Input, Target
 from passgraph.picture_decoders import scaled
+from passgraph.run.compile import compile
 from passgraph.run.finite_checks import NonFinite
-from passgraph.run.program import Program, compile
+from passgraph.run.program import Program
 
 if TYPE_CHECKING:
     from passgraph.scene.hardware_depth import HardwareDepth
@@ -38,9 +39,9 @@ class Settings:
     """How the frames are run."""
 
     backend: str | None
-    linear: bool
-    jobs: int | None
-    resume: bool
+    linear: bool = False
+    jobs: int | None = None
+    resume: bool = False
     non_finite: NonFinite = "error"
     check_finite: bool = False
     scheduler: str | None = None

@@ -61,7 +61,7 @@ def inspect(
     Passes before the one that is looked into run on the reference too, which takes its time on large pictures.
     Pictures keep their own size.
     """
-    from passgraph.run.program import compile
+    from passgraph.run.compile import compile
 
     chosen = named_or_refused(ctx, source)
     with progress("reading") as say:

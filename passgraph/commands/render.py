@@ -22,12 +22,12 @@ from passgraph.commands.options import (
 from passgraph.commands.progress import progress
 from passgraph.commands.running import check_outputs, run_and_save
 from passgraph.commands.smoothing import Antialias, antialias_option, chosen, sampled_size, smoothed
-from passgraph.commands.sources import RENDER_SIZE, accepts, job_of_scene, world_job
-from passgraph.commands.view import VIEW_FIELDS, View, refuse_view, seen_by, view_options
+from passgraph.commands.sources import RENDER_SIZE, Job, accepts, job_of_scene, world_job
+from passgraph.commands.view import VIEW_FIELDS, Seen, View, refuse_view, seen_by, view_options
 from passgraph.errors import InputError
 
 if TYPE_CHECKING:
-    from passgraph.scene import Camera
+    from passgraph.effects.registry import Effect
 
 
 class RenderCommand(EffectCommand):
@@ -89,26 +89,30 @@ def render(
         raise InputError("--rate is for the video of a --turntable, and this is one picture; leave it out")
     else:
         check_outputs(output, capture)
-    drawn = sampled_size(smoothing, size)
-    cameras: tuple[Camera, ...] = ()
-    lines: tuple[str, ...] = ()
     with progress("reading the scene"):
-        if renderer.takes == "world2d":
-            refuse_view(view, renderer.name)
-            # a world's targets say how large they are: the output is all that takes the size asked for
-            job = replace(world_job(renderer, scene, drawn, parameters), size=size)
-        else:
-            seen = seen_by(view, scene, size)
-            cameras, lines = seen.cameras, seen.lines
-            job = job_of_scene(renderer, seen.scene, drawn, parameters)
+        job, seen = _job_of(renderer, scene, view, size, sampled_size(smoothing, size), parameters)
     job = smoothed(job, smoothing, display)
     status = 0
     if view.turntable:
         from passgraph.commands.turntable import run_turntable
 
+        cameras = () if seen is None else seen.cameras
         status = run_turntable(job, cameras, backend, output, rate=a_second, check_finite=check_finite)
     else:
         run_and_save(job, backend, output, capture, check_finite=check_finite, profile=profile)
-    for line in lines:
+    for line in () if seen is None else seen.lines:
         click.echo(line)
     return status
+
+
+def _job_of(
+    renderer: Effect, scene: Path | None, view: View, size: tuple[int, int], drawn: tuple[int, int],
+    parameters: dict[str, Any],
+) -> tuple[Job, Seen | None]:  # fmt: skip
+    """What is rendered, and how its scene is looked at; a flat world is looked at in one way."""
+    if renderer.takes == "world2d":
+        refuse_view(view, renderer.name)
+        # a world's targets say how large they are: the output is all that takes the size asked for
+        return replace(world_job(renderer, scene, drawn, parameters), size=size), None
+    seen = seen_by(view, scene, size)
+    return job_of_scene(renderer, seen.scene, drawn, parameters), seen

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from time import perf_counter
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -12,7 +14,21 @@ from passgraph.commands.files import FLOAT_SUFFIXES, check_folder, check_picture
 from passgraph.commands.options import check_computes
 from passgraph.commands.progress import progress
 from passgraph.commands.sources import Job, in_bytes
+from passgraph.errors import InputError
 from passgraph.run.finite_checks import NonFinite
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from passgraph.run.program import Program
+
+
+def check_one_picture(capture: Path | None, profile: bool, why: str) -> None:
+    """Refuse what shows one picture alone; ``why`` there are several."""
+    if capture is not None:
+        raise InputError(f"--capture shows the passes of one picture, and {why}; leave out one")
+    if profile:
+        raise InputError(f"--profile times the passes on one picture, and {why}; leave out one")
 
 
 def check_outputs(output: Path, capture: Path | None) -> None:
@@ -37,8 +53,7 @@ def run_and_save(
     """
     from passgraph.pictures import save
     from passgraph.plan.data import Options
-    from passgraph.run.program import compile
-    from passgraph.run.room import room_of
+    from passgraph.run.compile import compile
 
     observer = None if capture is None else Capture(capture)
     options = Options() if observer is None else Options(fuse=False, alias=False)
@@ -54,18 +69,13 @@ def run_and_save(
         with made as program:
             check_computes(type(program.backend))  # the environment may name another one than the command line
             compiled = perf_counter()
-            say(f"running on {program.backend.name}")
-            wanted = next(iter(outputs))
-            room = room_of(program, [wanted])
-            program.run(observer, into=room, **job.given)
-            program.finish()
+            array = _output_of(program, next(iter(outputs)), job, observer, say)
             ran = perf_counter()
             name = program.backend.name
             if profile:
                 say(f"timing each pass on {name}")
                 times = program.profile(**job.given)
         say(f"writing {output}")
-        array = room[wanted]
         save(output, array)
     height, width = array.shape[:2]
     looking = " (with capture)" if observer is not None else ""
@@ -76,6 +86,19 @@ def run_and_save(
         observer.report()
     if profile:
         click.echo(str(times))
+
+
+def _output_of(
+    program: Program, wanted: str, job: Job, observer: Capture | None, say: Callable[[str], None]
+) -> NDArray[Any]:
+    """One output of a run, once the device is done."""
+    from passgraph.run.room import room_of
+
+    say(f"running on {program.backend.name}")
+    room = room_of(program, [wanted])
+    program.run(observer, into=room, **job.given)
+    program.finish()
+    return room[wanted]
 
 
 def _time(seconds: float) -> str:

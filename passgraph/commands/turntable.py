@@ -14,6 +14,7 @@ from passgraph.commands.files import check_path, check_picture_path
 from passgraph.commands.frames import complain_of, summary_line
 from passgraph.commands.options import check_computes
 from passgraph.commands.progress import frame_progress
+from passgraph.commands.running import check_one_picture
 from passgraph.commands.sources import Job, run_values
 from passgraph.errors import InputError
 
@@ -26,9 +27,7 @@ def check_turntable(output: Path, capture: Path | None, profile: bool, rate: Fra
     from passgraph.frames.names import Pattern, is_video
 
     text = os.fspath(output)
-    for flag, given in (("--capture", capture is not None), ("--profile", profile)):
-        if given:
-            raise InputError(f"{flag} is for one picture, and --turntable makes several; leave out one")
+    check_one_picture(capture, profile, "--turntable makes several")
     if rate is not None and not is_video(output):
         raise InputError(f"--rate is for videos, and {text} is none; leave it out, or name one: -o turn.mp4")
     if is_video(output):
@@ -55,7 +54,7 @@ def run_turntable(
     from passgraph.frames.pictures import Numbers
     from passgraph.frames.run import frames
     from passgraph.frames.video_sink import ToVideo
-    from passgraph.run.program import compile
+    from passgraph.run.compile import compile
 
     if all(value.name != "camera" for value in run_values(job.outputs)):
         raise InputError("--turntable: this effect takes no camera with each run, so that it cannot go round the scene")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
-from math import fmod, radians
+from math import degrees, fmod, radians
 from pathlib import Path
 from typing import Any, Literal, TypeVar
 
@@ -16,12 +16,14 @@ from passgraph.commands.sources import load_scene
 from passgraph.errors import InputError
 from passgraph.scene import Camera, Light, Scene
 from passgraph.scene.camera import DEFAULT_AZIMUTH_RAD, DEFAULT_ELEVATION_RAD, DEFAULT_FOV_RAD
-from passgraph.scene.ground import seeing_ground
+from passgraph.scene.ground import lacks_ground, seeing_ground
 from passgraph.scene.light import exposed
 from passgraph.scene.matrices import MOST_RADIUS
 
 Decorated = TypeVar("Decorated", bound=Callable[..., Any])
 Ground = Literal["auto", "none", "plane"]
+#: Whether there is to be a floor; None where the scene says.
+_GROUNDS: dict[Ground, bool | None] = {"auto": None, "none": False, "plane": True}
 Color = tuple[float, float, float]
 #: Angles of view, in degrees, that a picture can have and a model can fill.
 FOV = (0.1, 170.0)
@@ -73,8 +75,9 @@ def view_options(command: Decorated) -> Decorated:
         click.option("--azimuth", **numbers, help="Where the camera stands: 0 in front (+z), 90 on the right (+x)."),
         click.option(
             "--elevation", type=FiniteRange(-90.0, 90.0), metavar="DEG",
-            help="How high it stands: 0 level, 90 straight above.  [default: 33 and 26 degrees, from which what stands "
-            "in the scene fills the picture; a scene with a camera of its own shows that]",
+            help=f"How high it stands: 0 level, 90 straight above.  [default: {degrees(DEFAULT_AZIMUTH_RAD):.0f} and "
+            f"{degrees(DEFAULT_ELEVATION_RAD):.0f} degrees, from which what stands in the scene fills the picture; a "
+            "scene with a camera of its own shows that]",
         ),
         click.option(
             "--distance", type=FiniteRange(0.0, MOST_RADIUS, min_open=True), metavar="LENGTH",
@@ -85,7 +88,8 @@ def view_options(command: Decorated) -> Decorated:
             help="Show things this many times as large, by the lens.",
         ),
         click.option(
-            "--fov", type=FiniteRange(*FOV), metavar="DEG", help="Vertical angle of view.  [default: 40]",
+            "--fov", type=FiniteRange(*FOV), metavar="DEG",
+            help=f"Vertical angle of view.  [default: {degrees(DEFAULT_FOV_RAD):.0f}]",
         ),
         click.option("--camera", metavar="NAME|NUMBER", help="Which of the scene's own cameras.  [default: its first]"),
         click.option(
@@ -105,7 +109,7 @@ def view_options(command: Decorated) -> Decorated:
             "--light-color", type=FiniteRange(0.0), nargs=3, metavar="R G B", help="Linear; 1 1 1 is white."
         ),
         click.option(
-            "--ground", type=click.Choice(["auto", "none", "plane"]),
+            "--ground", type=click.Choice(list(_GROUNDS)),
             help="A floor under the lowest vertex: auto where the scene has nothing like one.  [default: auto]",
         ),
         click.option(
@@ -133,7 +137,7 @@ def seen_by(view: View, path: Path | None, size: tuple[int, int]) -> Seen:
     scene = load_scene(path, up=view.up, ground=False)
     cameras, lines = _cameras(scene, view, size[0] / size[1])
     scene = scene.with_(camera=cameras[0], lights=_lights(scene, view))
-    if view.ground == "plane" or (view.ground != "none" and not scene.has_floor()):
+    if lacks_ground(scene, _GROUNDS[view.ground or "auto"]):
         scene = scene.with_ground()
         cameras = [seeing_ground(camera, scene.nodes[-1].bounds) for camera in cameras]
         lines.append(f"ground: a plane at y = {scene.nodes[-1].bounds[0, 1]:.6g}; --ground none leaves it out")
@@ -156,13 +160,13 @@ def _cameras(scene: Scene, view: View, aspect: float) -> tuple[list[Camera], lis
         return [_own(scene.cameras[at].camera, view)], [
             f"camera: {_listed(own[:1])} of {len(own)}; --camera NAME or NUMBER chooses"
         ] if told else []
-    placed: dict[str, Any] = {
-        "azimuth_rad": DEFAULT_AZIMUTH_RAD if view.azimuth is None else _turn(view.azimuth),
-        "elevation_rad": DEFAULT_ELEVATION_RAD if view.elevation is None else radians(view.elevation),
-        "vertical_fov_rad": DEFAULT_FOV_RAD if view.fov is None else radians(view.fov),
-        "distance": view.distance,
-        "aspect": aspect,
-    }
+    placed: dict[str, Any] = {"distance": view.distance, "aspect": aspect}
+    if view.azimuth is not None:
+        placed["azimuth_rad"] = _turn(view.azimuth)
+    if view.elevation is not None:
+        placed["elevation_rad"] = radians(view.elevation)
+    if view.fov is not None:
+        placed["vertical_fov_rad"] = radians(view.fov)
     made = scene.turntable(view.turntable, **placed) if view.turntable else [scene.seen_from(**placed).camera]
     return [camera.zoomed(view.zoom or 1.0) for camera in made], []
 

@@ -20,7 +20,8 @@ from passgraph.frames.frame import Stored
 from passgraph.frames.stored import given, stored
 from passgraph.pictures import load_stored, save
 from passgraph.plan.data import Options
-from passgraph.run.program import Program, compile
+from passgraph.run.compile import compile
+from passgraph.run.program import Program
 from passgraph.travel import from_data
 
 #: What workers know their programs by.

@@ -19,8 +19,8 @@ from passgraph.language import ir
 from passgraph.language.buffers import checked_numbers, is_buffer
 from passgraph.language.kernel import Kernel, function_source, kernel_from_text
 from passgraph.language.layout import components, in_range
+from passgraph.language.meanings import uint_of_bits
 from passgraph.language.scope import FunctionSource
-from passgraph.language.symbols import UINT_MAX
 from passgraph.language.types import (
     FLOAT,
     UINT,
@@ -326,7 +326,7 @@ def _in_a_row(given: Any, type_: Type, name: str) -> list[Any]:
     if element is not FLOAT:
         numbers = numbers.astype(np.int64)
     if element is UINT:
-        numbers &= UINT_MAX  # from the ints with the same bits
+        numbers = uint_of_bits(numbers)
     return list(numbers) if isinstance(entry, Scalar) else list(numbers.reshape(type_.length, -1))
 
 

@@ -84,8 +84,7 @@ def draw(
     specs, loads = _outputs(into, where)
     depth_spec, depth_load = _output(depth, where) if depth is not None else (None, None)
     _check_outputs(specs, depth_spec, fragment, stencil, where)
-    blends = _blends(blend, specs, where)
-    masks = _masks(color_mask, specs, where)
+    blends, masks = _blends(blend, specs, where), _masks(color_mask, specs, where)
     try:
         state = DrawState(cull, depth_compare, depth_write, stencil, blends, masks, polygon_offset, clear_stencil)
     except GraphError as error:
@@ -98,18 +97,7 @@ def draw(
         if image.spec in written and not image.is_previous:
             raise GraphError(f"{where} reads and writes target {image.name!r}; write into another one")
     made = DrawPass(
-        called,
-        kept,
-        vertex,
-        fragment,
-        images,
-        bound,
-        constants,
-        specs,
-        loads,
-        depth_spec,
-        depth_load,
-        state,
+        called, kept, vertex, fragment, images, bound, constants, specs, loads, depth_spec, depth_load, state
     )
     handles = tuple(Target(spec, made, slot) for slot, spec in enumerate(specs))
     if not handles:

@@ -7,7 +7,7 @@ from __future__ import annotations
 from passgraph.graph.calls import kernel
 from passgraph.graph.targets import MAX_SIDE
 from passgraph.language.kernel import function, struct
-from passgraph.language.primitives import isnan
+from passgraph.language.primitives import floor, isnan
 from passgraph.language.symbols import Const, Image, ivec2, output_size, pixel, vec2, vec3, vec4
 from passgraph.language.vectors import dot
 
@@ -94,10 +94,8 @@ def eight(image: Image, at: ivec2, step: ivec2, how: int, channel: int, first: b
     return joined(left, right, how)
 
 
-@kernel
-def reduce_level(
-    image: Image, how: Const[int], over: Const[int], channel: Const[int] = 0, first: Const[bool] = False
-) -> vec4:
+@function
+def level(image: Image, how: int, over: int, channel: int, first: bool) -> vec4:
     """A pixel for each 64 texels, 8x8 of them or 64 in a row or a column: eights by pairs, one after another."""
     step, next_line, block = ivec2(1, 0), ivec2(0, 1), ivec2(SIDE, SIDE)
     if over == ROWS:
@@ -112,6 +110,13 @@ def reduce_level(
             break
         total = joined(total, eight(image, at, step, how, channel, first), how)
     return total
+
+
+@kernel
+def reduce_level(
+    image: Image, how: Const[int], over: Const[int], channel: Const[int] = 0, first: Const[bool] = False
+) -> vec4:
+    return level(image, how, over, channel, first)
 
 
 @kernel
@@ -161,8 +166,8 @@ def reduced_place(top: Image) -> vec2:
 def bin_of(image: Image, low: float, high: float, bins: Const[int], channel: Const[int]) -> float:
     """The number of a texel's bin, from 1; 0 for what is in none."""
     number = of_channel(image[0, 0], channel)
-    place = int((number - low) * (float(bins) / (high - low)))
-    return float(min(place, bins - 1) + 1) if number >= low and number <= high else 0.0
+    place = floor((number - low) * (float(bins) / (high - low)))
+    return min(place, float(bins - 1)) + 1.0 if number >= low and number <= high else 0.0
 
 
 @struct
@@ -206,6 +211,17 @@ def count_bins(numbers: Image) -> Counts:
             third += counted(number, wanted + 2.0 * quarter)
             fourth += counted(number, wanted + 3.0 * quarter)
     return Counts(first, second, third, fourth)
+
+
+@kernel
+def sum_counts(first: Image, second: Image, third: Image, fourth: Image) -> Counts:
+    """A row for each 64 rows of all four."""
+    return Counts(
+        level(first, SUM, COLUMNS, 0, False),
+        level(second, SUM, COLUMNS, 0, False),
+        level(third, SUM, COLUMNS, 0, False),
+        level(fourth, SUM, COLUMNS, 0, False),
+    )
 
 
 @kernel

@@ -22,7 +22,7 @@ _BLOCKS: dict[str | None, tuple[int, tuple[int, int], int]] = {
     "x": (1, (64, 1), 3),
     "y": (2, (1, 64), 3),
 }
-#: Most bins of a histogram: half floats hold their numbers exactly.
+#: Most bins of a histogram: of so many a table lies in the memory that a work-group or a core has near.
 MOST_BINS = 2048
 
 
@@ -171,14 +171,23 @@ def histogram(
     made = _declared(into, name, f"{image.name}.histogram", "r32f", "pg.histogram")
     name = _named(name, made)
     # last run's content lends no size by itself
-    spec = target(f"{made.name} bins", "r16f", like=image)
+    spec = target(f"{made.name} bins", "r32f", like=image)
     numbered: Target = kernels.bin_of(image, *ends, bins, number, into=spec, name=spec.name)
-    across = Blocks(image, MAX_SIDE, 1, -(-bins // 16))
-    rows = tuple(TargetSpec(f"{made.name} rows {part}", format_named("rgba32f"), across) for part in range(1, 5))
-    counted: tuple[Target, ...] = kernels.count_bins(numbered.border("zero"), into=rows, name=f"{made.name} rows")
-    tops = [_tree(part, _HOW["sum"], "y", 0, part.name) for part in counted]
+    rows = f"{made.name} rows"
+    into_rows = _quarters(rows, Blocks(image, MAX_SIDE, 1, -(-bins // 16)))
+    tops: tuple[Target, ...] = kernels.count_bins(numbered.border("zero"), into=into_rows, name=rows)
+    _, (width, height), levels = _BLOCKS["y"]
+    for level in range(1, levels + 1):
+        below = [part.border("clamp") for part in tops]
+        fewer = _quarters(f"{rows} {level}", Blocks(below[0], width, height))
+        tops = kernels.sum_counts(*below, into=fewer, name=f"{rows} {level}")
     line = TargetSpec(f"{made.name} in line", format_named("r32f"), Blocks(image, MAX_SIDE, MAX_SIDE, bins))
     return kernels.reduced_one(kernels.count_of_bin(*tops, into=line, name=line.name), into=made, name=name)
+
+
+def _quarters(name: str, size: Blocks) -> tuple[TargetSpec, ...]:
+    """Four pictures of counts, each of a quarter of all bins."""
+    return tuple(TargetSpec(f"{name}, quarter {part}", format_named("rgba32f"), size) for part in range(1, 5))
 
 
 def _tree(image: Target, how: int, axis: str | None, channel: int, name: str) -> Target:

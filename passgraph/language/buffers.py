@@ -109,7 +109,7 @@ def check_reads(parameters: tuple[ir.Parameter, ...], *roots: ir.Stmt | ir.Expr)
     pending: list[ir.Stmt | ir.Expr] = list(roots) if long else []
     while pending:
         node = pending.pop()
-        for part in ir.held(node):
+        for part in ir.parts_of(node):
             indexed = isinstance(node, ir.Index) and part is node.value
             if isinstance(part, ir.Uniform) and is_buffer(part.type) and not indexed:
                 fail(

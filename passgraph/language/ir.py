@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field, fields, replace
-from typing import Any, TypeAlias, get_args
+from typing import Any, TypeAlias, get_args, overload
 from typing import Literal as OneOf
 
 from passgraph.language.source import NOWHERE, Span
@@ -199,26 +199,6 @@ Expr: TypeAlias = (
     | Size
 )
 
-#: Class of an expression → its fields that hold an expression or several.
-_PARTS: dict[type[Any], tuple[str, ...]] = {
-    cls: tuple(f.name for f in fields(cls) if f.type in ("Expr", "tuple[Expr, ...]")) for cls in get_args(Expr)
-}
-
-
-def parts_of(expression: Expr) -> tuple[Expr, ...]:
-    """The expressions that an expression is made of."""
-    held = (getattr(expression, name) for name in _PARTS[type(expression)])
-    return tuple(part for value in held for part in (value if isinstance(value, tuple) else (value,)))
-
-
-def with_parts(expression: Expr, change: Callable[[Expr], Expr]) -> Expr:
-    """The same expression of changed parts; itself where it has none."""
-    made: dict[str, Any] = {}
-    for name in _PARTS[type(expression)]:
-        held = getattr(expression, name)
-        made[name] = tuple(change(part) for part in held) if isinstance(held, tuple) else change(held)
-    return replace(expression, **made) if made else expression
-
 
 @dataclass(frozen=True, slots=True)
 class Assign:
@@ -269,6 +249,35 @@ class Continue:
 
 
 Stmt: TypeAlias = Assign | If | For | Break | Continue
+
+#: The classes of expressions, and those of statements.
+EXPRESSIONS: tuple[type[Expr], ...] = get_args(Expr)
+STATEMENTS: tuple[type[Stmt], ...] = get_args(Stmt)
+#: Class of a node → its fields that hold a node or several.
+_PARTS: dict[type[Any], tuple[str, ...]] = {
+    cls: tuple(f.name for f in fields(cls) if f.type in ("Expr", "tuple[Expr, ...]", "tuple[Stmt, ...]"))
+    for cls in (*EXPRESSIONS, *STATEMENTS)
+}
+
+
+@overload
+def parts_of(node: Expr) -> tuple[Expr, ...]: ...
+@overload
+def parts_of(node: Stmt | Expr) -> tuple[Stmt | Expr, ...]: ...
+def parts_of(node: Stmt | Expr) -> tuple[Stmt | Expr, ...]:
+    """The expressions and statements that an expression or a statement is made of, in the order of its fields."""
+    held = (getattr(node, name) for name in _PARTS[type(node)])
+    return tuple(part for value in held for part in (value if isinstance(value, tuple) else (value,)))
+
+
+def with_parts(expression: Expr, change: Callable[[Expr], Expr]) -> Expr:
+    """The same expression of changed parts; itself where it has none."""
+    made: dict[str, Any] = {}
+    for name in _PARTS[type(expression)]:
+        held = getattr(expression, name)
+        made[name] = tuple(change(part) for part in held) if isinstance(held, tuple) else change(held)
+    return replace(expression, **made) if made else expression
+
 
 Stage: TypeAlias = OneOf["pixel", "vertex", "fragment", "blend", "border", "function"]
 
@@ -347,29 +356,14 @@ def own_pixel(name: str) -> tuple[str, str]:
     return head + dot + rest, axes
 
 
-def held(node: Stmt | Expr) -> tuple[Stmt | Expr, ...]:
-    """The expressions and statements that a statement or an expression is made of."""
-    if isinstance(node, Assign):
-        return (node.value,)
-    if isinstance(node, If):
-        return (node.condition, *node.then, *node.orelse)
-    if isinstance(node, For):
-        return (node.start, node.stop, node.step, *node.body)
-    return () if isinstance(node, (Break, Continue)) else parts_of(node)
-
-
 def expressions(*roots: Stmt | Expr) -> Iterator[Expr]:
     """Every expression inside statements and expressions, each once."""
-    pending: list[object] = list(roots)
+    pending = list(roots)
     while pending:
         part = pending.pop()
-        names = _CHILDREN.get(type(part))
-        if names is not None:
-            if isinstance(part, _EXPRESSIONS):
-                yield part
-            pending += [getattr(part, name) for name in names]
-        elif isinstance(part, tuple):
-            pending += part
+        if isinstance(part, EXPRESSIONS):
+            yield part
+        pending += parts_of(part)
 
 
 def assignments(statements: tuple[Stmt, ...]) -> Iterator[Assign]:
@@ -382,11 +376,3 @@ def assignments(statements: tuple[Stmt, ...]) -> Iterator[Assign]:
             yield from assignments(statement.orelse)
         elif isinstance(statement, For):
             yield from assignments(statement.body)
-
-
-_EXPRESSIONS: tuple[type[Expr], ...] = get_args(Expr)
-#: Of each kind of node the fields that may hold others.
-_CHILDREN: dict[type[Any], tuple[str, ...]] = {
-    kind: tuple(part.name for part in fields(kind) if part.name not in ("type", "span", "values", "name"))
-    for kind in (*_EXPRESSIONS, *get_args(Stmt))
-}

@@ -87,7 +87,7 @@ _COMPARES: dict[str, Callable[[Any, Any], Any]] = {
     "less": np.less, "less_equal": np.less_equal, "greater": np.greater, "greater_equal": np.greater_equal,
     "equal": np.equal, "not_equal": np.not_equal,
 }  # fmt: skip
-_MIRRORED = {"less": "greater", "less_equal": "greater_equal", "greater": "less", "greater_equal": "less_equal"}
+MIRRORED = {"less": "greater", "less_equal": "greater_equal", "greater": "less", "greater_equal": "less_equal"}
 _STEPS = {"add": np.add, "sub": np.subtract, "mul": np.multiply, "div": np.divide}
 
 
@@ -110,7 +110,7 @@ def count_trips(counter: str, first: ir.Expr, condition: ir.Expr, following: ir.
     (name, bound, bound_first), (step_name, step, step_first) = compared, stepped
     if step_first and step_name not in ("add", "mul"):
         return None
-    name = _MIRRORED.get(name, name) if bound_first else name
+    name = MIRRORED.get(name, name) if bound_first else name
     if name not in _COMPARES or step_name not in _STEPS or (first.type is INT and step_name == "div"):
         return None
     values = _values(first.type is FLOAT, start, _STEPS[step_name], step)

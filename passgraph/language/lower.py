@@ -9,25 +9,23 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
-from typing import Any, TypeGuard, cast
+from typing import Any, TypeAlias
 
 from passgraph.errors import KernelError
 from passgraph.formats import Store
-from passgraph.language import ir, lower_buffers
+from passgraph.language import ir
 from passgraph.language import scalar as s
 from passgraph.language.arrays import Arrays
-from passgraph.language.buffers import is_buffer, layout_of
 from passgraph.language.emitter import Emitter, eliminate_dead
 from passgraph.language.expand import EXPANSIONS, whole_power
 from passgraph.language.facts import Facts, Fused, ImageFacts, Shared
 from passgraph.language.library import prelude_function
-from passgraph.language.limits import bounds
+from passgraph.language.lower_elements import Elements
 from passgraph.language.lower_loops import Loops, leaves, most_work, names_assigned
 from passgraph.language.operations import OPERATIONS
 from passgraph.language.parse import parse_kernel
-from passgraph.language.scope import host_numbers
 from passgraph.language.source import NOWHERE, Span, fail
-from passgraph.language.types import UINT, Array, Scalar, component_count, element_of, held_as
+from passgraph.language.types import Scalar, component_count, element_of
 
 #: Instructions of a program; drivers' compilers take a minute for twice as many, and gigabytes.
 MAX_INSTRUCTIONS = 20_000
@@ -80,6 +78,10 @@ def _check_size(program: s.ScalarProgram, span: Span, most: int) -> None:
         fail(span, f"the constant tables of {program.name} hold {numbers} numbers; at most {MAX_TABLE_NUMBERS}")
 
 
+#: What a branch does, and its variables after it.
+Branch: TypeAlias = tuple[list[s.Instruction], dict[str, list[s.Operand]]]
+
+
 class Lowering:
     """One kernel (or one fused producer, or one prelude function) on its way into the emitter."""
 
@@ -94,10 +96,9 @@ class Lowering:
         self.program, self.facts, self.shared, self.prefix = program, facts, shared, prefix
         self.emitter = shared.emitter
         self.arguments = arguments or {}
-        self.limits = {parameter.name: parameter.range for parameter in program.parameters}
         self.locals: dict[str, list[s.Operand]] = {}
         self.arrays = Arrays(shared.emitter, program)
-        self.loops = Loops(self)
+        self.loops, self.elements = Loops(self), Elements(self)
 
     def run(self) -> None:
         # Producers come first: what is computed inside a branch or loop would not be there after it.  A stack of
@@ -183,7 +184,7 @@ class Lowering:
             self.emitter.push(s.Write(variable, self.locals[name][i]))
         self.emitter.push(s.Break() if isinstance(statement, ir.Break) else s.Continue())
 
-    def _branch(self, statements: tuple[ir.Stmt, ...]) -> tuple[list[s.Instruction], dict[str, list[s.Operand]]]:
+    def _branch(self, statements: tuple[ir.Stmt, ...]) -> Branch:
         before = dict(self.locals)
         self.emitter.begin()
         self.block(statements)
@@ -209,6 +210,11 @@ class Lowering:
                 a, b = _both(name, after_then, after_else)
                 self.locals[name] = [e.choose(condition, x, y) for x, y in zip(a, b, strict=True)]
             return
+        self._push_if(condition, (then, after_then), (orelse, after_else), names)
+
+    def _push_if(self, condition: s.Operand, one: Branch, other: Branch, names: list[str]) -> None:
+        """An ``if`` that stays, and what variables are after it."""
+        e, (then, after_then), (orelse, after_else) = self.emitter, one, other
         left_then, left_else = leaves(then), leaves(orelse)
         merged: dict[str, list[s.Operand]] = {}
         reads: list[tuple[str, int, str]] = []
@@ -288,36 +294,6 @@ class Lowering:
                 self.emitter.places[value.id] = (0, count - 1)
         return values
 
-    def _uniform(self, expression: ir.Uniform) -> list[s.Operand]:
-        return self._uniform_entries(expression, range(component_count(expression.type)))
-
-    def _uniform_entries(self, expression: ir.Uniform, which: range) -> list[s.Operand]:
-        """Those components of a parameter: nothing is loaded for the others."""
-        if expression.name in self.arguments:
-            return [self.arguments[expression.name][i] for i in which]
-        element = element_of(expression.type).name
-        if expression.const:
-            value = self._constant(expression)
-            return [s.known(expression.type, value[i]) for i in which]
-        slot = self._slot(expression)
-        return [self._slot_entry(slot, s.Lit("int", slot.offset + i), element) for i in which]
-
-    def _slot(self, uniform: ir.Uniform) -> s.UniformSlot:
-        return self.shared.slot(self.prefix + uniform.name, uniform.type, self.limits.get(uniform.name))
-
-    def _slot_entry(self, slot: s.UniformSlot, index: s.Operand, element: str) -> s.Operand:
-        value = self.emitter.uniform(slot.block, index)
-        if slot.range is not None and isinstance(value, s.Val) and element in ("int", "float"):
-            self.emitter.ranges[value.id] = bounds(slot.range, cast(Array, slot.type))
-        return self.emitter.op("not_equal", value, s.Lit("int", 0)) if element == "bool" else value
-
-    def _constant(self, expression: ir.Uniform) -> list[ir.Number]:
-        parameter = next(p for p in self.program.parameters if p.name == expression.name)
-        if expression.name not in self.facts.constants and not parameter.has_default:
-            fail(parameter.span, f"Const parameter {expression.name!r} of {self.program.name} has no value")
-        value = self.facts.constants.get(expression.name, parameter.default)
-        return host_numbers(value, expression.type, f"{self.program.name}({expression.name})", parameter.span)
-
     def _apply(self, expression: ir.Apply) -> list[s.Operand]:
         row = OPERATIONS[expression.operation]
         arguments = [self.value(a) for a in expression.arguments]
@@ -346,85 +322,6 @@ class Lowering:
         inner = Lowering(program, Facts(simplify=self.facts.simplify), self.shared, "", bound)
         inner.run()
         return inner.value(program.results[0].value)[0]
-
-    def _index(self, expression: ir.Index) -> list[s.Operand]:
-        index = self.value(expression.index)[0]
-        width = component_count(expression.type)
-        base_type = expression.value.type
-        if isinstance(expression.value, ir.Local) and expression.value.name in self.arrays:
-            return self.arrays.entry(expression.value.name, index)
-        if isinstance(expression.value, ir.Uniform) and is_buffer(base_type):
-            return self._buffer_entry(expression.value, index)
-        if isinstance(index, s.Lit):
-            i = min(max(int(index.value), 0), component_count(base_type) // width - 1)
-            if isinstance(expression.value, ir.Table):
-                numbers = expression.value.values[i * width : (i + 1) * width]
-                return [s.known(base_type, v) for v in numbers]
-            if isinstance(expression.value, ir.Uniform):
-                return self._uniform_entries(expression.value, range(i * width, (i + 1) * width))
-            return self.value(expression.value)[i * width : (i + 1) * width]
-        if self._is_addressable(expression.value):
-            return self._indexed_load(expression.value, index, width)
-        parts = self.value(expression.value)
-        count = len(parts) // width
-        result = parts[:width]
-        for i in range(1, count):
-            here = self.emitter.op("greater_equal", index, s.Lit("int", i))
-            entry = parts[i * width : (i + 1) * width]
-            result = [self.emitter.choose(here, a, b) for a, b in zip(entry, result, strict=True)]
-        return result
-
-    def _is_addressable(self, array: ir.Expr) -> TypeGuard[ir.Uniform | ir.Table]:
-        """Whether an array lies in memory; others exist as values only."""
-        if isinstance(array, ir.Uniform) and isinstance(array.type, Array):
-            return array.name not in self.arguments
-        return isinstance(array, ir.Table)
-
-    def _indexed_load(self, array: ir.Uniform | ir.Table, index: s.Operand, width: int) -> list[s.Operand]:
-        """A uniform array or constant table is read by address instead of chosen from."""
-        e, type_ = self.emitter, array.type
-        low, high = s.Lit("int", 0), s.Lit("int", component_count(type_) // width - 1)
-        clamped = e.op("min", e.op("max", index, low), high)
-        base = e.op("mul", clamped, s.Lit("int", width))
-        element = element_of(type_).name
-        if isinstance(array, ir.Table):
-            held, values = held_as(type_), self._held_values(array)
-            name = e.table_name(held, values)
-            addresses = (e.op("add", base, s.Lit("int", i)) for i in range(width))
-            return [e.table(name, held, values, address) for address in addresses]
-        slot = self._slot(array)
-        return [self._slot_entry(slot, e.op("add", base, s.Lit("int", slot.offset + i)), element) for i in range(width)]
-
-    def _buffer_entry(self, array: ir.Uniform, index: s.Operand) -> list[s.Operand]:
-        """An entry of a long array; which one is meant may be known."""
-        name, type_ = self.prefix + array.name, cast(Array, array.type)
-        self.shared.buffers[name] = type_
-        self.shared.uses.setdefault(name, s.ImageUse(name, layout_of(type_).channels))
-        return lower_buffers.entry(self.emitter, array, name, index)
-
-    def _held_values(self, table: ir.Table) -> tuple[ir.Number, ...]:
-        """The values of a constant table as programs hold them; the same tuple at each use."""
-        if element_of(table.type) is not UINT:
-            return table.values
-        held = self.emitter.held_tables
-        if id(table.values) not in held:
-            held[id(table.values)] = tuple(s.known(table.type, v).value for v in table.values)
-        return held[id(table.values)]
-
-    def _insert(self, expression: ir.Insert) -> list[s.Operand]:
-        parts = list(self.value(expression.value))
-        index = self.value(expression.index)[0]
-        element = self.value(expression.element)
-        width = len(element)
-        for i in range(len(parts) // width):
-            if isinstance(index, s.Lit):
-                if i == index.value:
-                    parts[i * width : (i + 1) * width] = element
-                continue
-            here = self.emitter.op("equal", index, s.Lit("int", i))
-            for k in range(width):
-                parts[i * width + k] = self.emitter.choose(here, element[k], parts[i * width + k])
-        return parts
 
     # Images
 
@@ -473,9 +370,10 @@ class Lowering:
 #: How each kind of expression becomes values.
 _VALUES: dict[type[ir.Expr], Callable[[Lowering, Any], list[s.Operand]]] = {
     ir.Literal: Lowering._literal, ir.Local: Lowering._local, ir.Table: Lowering._table,
-    ir.Uniform: Lowering._uniform, ir.Builtin: Lowering._builtin, ir.Apply: Lowering._apply,
-    ir.Select: Lowering._select, ir.Swizzle: Lowering._swizzle, ir.Construct: Lowering._construct,
-    ir.Index: Lowering._index, ir.Insert: Lowering._insert, ir.Texel: Lowering._texel, ir.Size: Lowering._size,
+    ir.Uniform: lambda here, uniform: here.elements.parameter(uniform), ir.Builtin: Lowering._builtin,
+    ir.Apply: Lowering._apply, ir.Select: Lowering._select, ir.Swizzle: Lowering._swizzle,
+    ir.Construct: Lowering._construct, ir.Index: lambda here, index: here.elements.index(index),
+    ir.Insert: lambda here, insert: here.elements.insert(insert), ir.Texel: Lowering._texel, ir.Size: Lowering._size,
     ir.Property: Lowering._property, ir.Filtered: Lowering._filtered,
 }  # fmt: skip
 

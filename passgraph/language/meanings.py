@@ -37,6 +37,11 @@ def int_of_bits(number: int) -> int:
     return number if number <= INT_MAX else number - 2**32
 
 
+def uint_of_bits(number: int) -> int:
+    """The uint with the bits of a whole number from -2147483648 to 4294967295."""
+    return number & UINT_MAX
+
+
 def wrapped(values: Values) -> Values:
     return wrap32(values) if is_int(values) else np.asarray(values)
 

@@ -7,7 +7,7 @@ itself, never by the branch that it stands in.  Where nothing but its type bound
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -58,7 +58,7 @@ class Ranges:
     def of(self, value: s.Operand, depth: int = 0) -> Range:
         """What an int, float or bool (0 or 1) lies between."""
         if isinstance(value, s.Lit):
-            return _written(float(value.value)) if value.type == "float" else Range(value.value, value.value)
+            return of_number(float(value.value)) if value.type == "float" else Range(value.value, value.value)
         if value.id in self.indices:
             return Range(*self.indices[value.id])
         if value.id not in self.found:
@@ -71,10 +71,8 @@ class Ranges:
 
     def _made(self, made: s.Op | s.Choose, depth: int) -> Range | None:
         if isinstance(made, s.Choose):
-            return _union(self.of(made.then, depth), self.of(made.orelse, depth))
-        rules = _FLOATS if made.on == "float" else _INTS
-        rule = rules.get(made.operation)
-        return None if rule is None else rule(*(self.of(a, depth) for a in made.arguments))
+            return union(self.of(made.then, depth), self.of(made.orelse, depth))
+        return of_operation(made.operation, made.on == "float", [self.of(a, depth) for a in made.arguments])
 
     # Differences: what both sides have in common, a pixel's place say, falls out.
 
@@ -146,7 +144,8 @@ def _told(low: int, high: int) -> Range:
     return Range(low if low > INT_MIN else -math.inf, high if high < INT_MAX else math.inf)
 
 
-def _union(a: Range, b: Range) -> Range:
+def union(a: Range, b: Range) -> Range:
+    """What either may be."""
     return Range(min(a.low, b.low), max(a.high, b.high), a.nan or b.nan)
 
 
@@ -247,7 +246,7 @@ _INTS: dict[str, Callable[..., Range | None]] = {
 # Floats.  NaN as the first argument of min and max stays; as the second the first is the result.
 
 
-def _written(number: float) -> Range:
+def of_number(number: float) -> Range:
     """A number of the text, as the float32 that it becomes, which is 0 where a device drops the smallest."""
     with np.errstate(over="ignore", under="ignore"):
         exact = float(np.float32(number))
@@ -307,3 +306,9 @@ _FLOATS: dict[str, Callable[..., Range | None]] = {
     "floor": _whole(math.floor), "ceil": _whole(math.ceil), "trunc": _whole(math.trunc), "round": _whole(round),
     "to_int": _to_int,
 }  # fmt: skip
+
+
+def of_operation(name: str, of_floats: bool, operands: Sequence[Range]) -> Range | None:
+    """What an operation on ints or floats gives; None where nothing is known of it."""
+    rule = (_FLOATS if of_floats else _INTS).get(name)
+    return None if rule is None else rule(*operands)

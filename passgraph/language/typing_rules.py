@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from passgraph.language import ir
+from passgraph.language.meanings import uint_of_bits
 from passgraph.language.operations import OPERATIONS, Operation, signed
 from passgraph.language.source import Span, fail
 from passgraph.language.symbols import UINT_MAX
@@ -59,7 +60,7 @@ def _as_uint(value: ir.Literal, what: str) -> ir.Literal:
     number = int(value.value)
     if number < 0 and not value.bits:
         fail(value.span, f"{what} must be uint, from 0 to {UINT_MAX}, got {number}; write uint({number}) for its bits")
-    return ir.Literal(UINT, number & UINT_MAX, value.span)
+    return ir.Literal(UINT, uint_of_bits(number), value.span)
 
 
 def _widen_array(value: ir.Expr, type_: Array, span: Span, what: str) -> ir.Expr | None:

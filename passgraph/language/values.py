@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from typing import TypeAlias, cast
 
 from passgraph.language import ir
-from passgraph.language.meanings import int_of_bits
+from passgraph.language.meanings import int_of_bits, uint_of_bits
 from passgraph.language.source import Span, fail
-from passgraph.language.symbols import UINT_MAX
 from passgraph.language.types import (
     BOOL,
     FLOAT,
@@ -209,7 +208,7 @@ def convert(value: ir.Expr, element: Scalar, span: Span) -> ir.Expr:
         return ir.Literal(FLOAT, float(value.value), span)
     if isinstance(value, ir.Literal) and {given, element} == {INT, UINT}:
         number = int(value.value)
-        return ir.Literal(element, number & UINT_MAX if element is UINT else int_of_bits(number), span)
+        return ir.Literal(element, uint_of_bits(number) if element is UINT else int_of_bits(number), span)
     if element is UINT:
         whole = convert(value, INT, span) if given is BOOL else value
         return apply("uint_from_float" if given is FLOAT else "uint_from_int", [whole], span)
@@ -316,6 +315,6 @@ def check_clamp(arguments: list[ir.Expr], span: Span) -> None:
         bounds = [a for a in arguments[1:] if isinstance(a, ir.Literal)]
         first = arguments[0].type
         of_uints = isinstance(first, (Scalar, Vector)) and element_of(first) is UINT
-        values = [int(a.value) & UINT_MAX if of_uints and a.bits else a.value for a in bounds]
+        values = [uint_of_bits(int(a.value)) if of_uints and a.bits else a.value for a in bounds]
         if len(values) == 2 and values[0] > values[1]:
             fail(span, f"clamp() has its bounds the wrong way round: {values[0]} > {values[1]}")

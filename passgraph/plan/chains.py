@@ -60,7 +60,9 @@ class Chains:
 
     def _alike(self, start: int, number: int) -> bool:
         first, step = self.plan.steps[start], self.plan.steps[number]
-        return isinstance(step, PixelStep) and step.size == first.size and step.static == first.static
+        if not isinstance(step, PixelStep) or step.known is not None:  # which devices do in ways of their own
+            return False
+        return step.size == first.size and step.static == first.static
 
 
 def _length(step: Step) -> int:

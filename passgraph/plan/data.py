@@ -20,6 +20,7 @@ from passgraph.language.types import Array
 if TYPE_CHECKING:
     from passgraph.language.facts import Facts
     from passgraph.language.scalar import ScalarProgram
+    from passgraph.plan.known import Counting
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +96,13 @@ class PixelStep:
     facts: Facts
     fused: tuple[str, ...] = ()  # names of passes computed inside this one
     static: bool = False
+
+    @property
+    def known(self) -> Counting | None:
+        """What its program is known to do, see :mod:`passgraph.plan.known`: a device may do it in a way of its own."""
+        from passgraph.plan.known import known_work
+
+        return known_work(self)
 
     @property
     def work(self) -> str:

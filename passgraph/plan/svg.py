@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterator
 from html import escape
 from typing import TYPE_CHECKING
 
@@ -20,48 +21,54 @@ ALONE = "#999999"
 
 def svg(plan: Plan) -> str:
     """The drawing as SVG text; pictures that share memory have one colour, others are grey."""
-    spans = plan.lifetimes
     top_px = TITLE_PX + LETTER_PX * max((len(r.name) for r in plan.resources), default=0)
-    uses = Counter(r.memory for r in plan.resources)
-    shared = [memory for memory, count in uses.items() if count > 1]
     width = LEFT_PX + COLUMN_PX * len(plan.resources) + top_px
     height = top_px + ROW_PX * (len(plan.steps) + 1)
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {width} {height}" width="{width}" height="{height}" '
         'font-family="sans-serif" font-size="12">',
         f'<rect width="{width}" height="{height}" fill="white"/>',
+        *_columns(plan, top_px),
+        *_rows(plan, top_px, width),
+        '<text x="12" y="20" fill="#555">● writes ○ reads, bar: lifetime, one colour: one memory '
+        f"({len(plan.memories)})</text>",
     ]
+    return "\n".join([*parts, "</svg>"])
+
+
+def _middle(column: int) -> int:
+    return LEFT_PX + column * COLUMN_PX + COLUMN_PX // 2
+
+
+def _columns(plan: Plan, top_px: int) -> Iterator[str]:
+    """A bar for each picture, and its name above."""
+    spans, uses = plan.lifetimes, Counter(r.memory for r in plan.resources)
+    shared = [memory for memory, count in uses.items() if count > 1]
     for column, resource in enumerate(plan.resources):
-        x = LEFT_PX + column * COLUMN_PX + COLUMN_PX // 2
+        x, memory = _middle(column), resource.memory
         first, last = spans[resource.id]
         top, bottom = top_px + first * ROW_PX, top_px + min(last + 1, len(plan.steps)) * ROW_PX
-        memory = resource.memory
         colour = COLOURS[shared.index(memory) % len(COLOURS)] if memory in shared else ALONE
-        title = (
-            f"{resource.name}: {resource.format.name} {resource.size[0]}x{resource.size[1]}, memory {resource.memory}"
-        )
-        parts.append(
+        title = f"{resource.name}: {resource.format.name} {resource.size[0]}x{resource.size[1]}, memory {memory}"
+        yield (
             f'<rect x="{x - 9}" y="{top + 3}" width="18" height="{bottom - top - 6}" rx="6" '
             f'fill="{colour}" fill-opacity="0.5">'
             f"<title>{escape(title)}</title></rect>"
         )
-        parts.append(
+        yield (
             f'<text x="{x}" y="{top_px - 8}" transform="rotate({LABEL_DEGREES} {x} {top_px - 8})">'
             f"{escape(resource.name)}</text>"
         )
+
+
+def _rows(plan: Plan, top_px: int, width: int) -> Iterator[str]:
+    """The name of each step, and dots at what it reads and writes."""
     for row, step in enumerate(plan.steps):
         y = top_px + row * ROW_PX + ROW_PX // 2
         note = " (runs once)" if step.static else ""
-        parts.append(f'<text x="12" y="{y + 4}">{row + 1}. {escape(step.name)}{note}</text>')
-        parts.append(f'<line x1="12" x2="{width - 12}" y1="{y + 17}" y2="{y + 17}" stroke="#ddd"/>')
+        yield f'<text x="12" y="{y + 4}">{row + 1}. {escape(step.name)}{note}</text>'
+        yield f'<line x1="12" x2="{width - 12}" y1="{y + 17}" y2="{y + 17}" stroke="#ddd"/>'
         for resource_id in step.reads:
-            x = LEFT_PX + resource_id * COLUMN_PX + COLUMN_PX // 2
-            parts.append(f'<circle cx="{x}" cy="{y}" r="5" fill="white" stroke="black"/>')
+            yield f'<circle cx="{_middle(resource_id)}" cy="{y}" r="5" fill="white" stroke="black"/>'
         for resource_id in step.writes:
-            x = LEFT_PX + resource_id * COLUMN_PX + COLUMN_PX // 2
-            parts.append(f'<circle cx="{x}" cy="{y}" r="5" fill="black"/>')
-    parts.append(
-        '<text x="12" y="20" fill="#555">● writes ○ reads, bar: lifetime, one colour: one memory '
-        f"({len(plan.memories)})</text>"
-    )
-    return "\n".join([*parts, "</svg>"])
+            yield f'<circle cx="{_middle(resource_id)}" cy="{y}" r="5" fill="black"/>'

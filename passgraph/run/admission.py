@@ -23,6 +23,7 @@ Picture: TypeAlias = "NDArray[Any] | DevicePicture"
 GREY_CHANNELS = 3
 #: Steps that finding shared memory may take: enough for pictures side by side in one array.
 OVERLAP_WORK = 10_000
+_FLOAT32 = np.dtype(np.float32)
 
 
 def format_of(dtype: np.dtype[Any], channels: int, srgb: bool = False) -> Format:
@@ -197,22 +198,27 @@ def _check_device_room(name: str, picture: DevicePicture, size: tuple[int, int])
 
 
 def _room(array: Any, format_: Format, size: tuple[int, int], what: str) -> NDArray[Any]:
-    number, (width, height) = np.dtype(format_.number), size
-    types = "float32" if number == np.float32 else f"{number} or float32"
-    expected = f"an array ({height}, {width}, {format_.channels}) of {types}, as target format {format_.name} says"
     if not isinstance(array, np.ndarray):
+        expected = _expected_room(format_, size)
         given, array = array, arguments.numbers(array, what, f"be {expected}")
         if array.flags.owndata:  # a list: what is written into the array would not be in it
             raise InputError(f"{what} takes {expected}, got {arguments.shown(given)}, which is no memory to write into")
     shaped = array[:, :, None] if array.ndim == 2 else array
-    if shaped.shape != (height, width, format_.channels) or array.dtype not in (number, np.dtype(np.float32)):
-        raise InputError(f"{what} takes {expected}, got {array.shape} of {array.dtype}")
+    fits = array.dtype == _FLOAT32 or array.dtype == np.dtype(format_.number)
+    if shaped.shape != (size[1], size[0], format_.channels) or not fits:
+        raise InputError(f"{what} takes {_expected_room(format_, size)}, got {array.shape} of {array.dtype}")
     if not array.flags.writeable:
         raise InputError(f"{what} is read-only; give an array that may be written, such as a copy of it")
     if _overlaps_itself(shaped):
         raise InputError(f"{what} has pixels that share memory (strides {array.strides}); give a plain array")
     made: NDArray[Any] = shaped
     return made
+
+
+def _expected_room(format_: Format, size: tuple[int, int]) -> str:
+    number, (width, height) = np.dtype(format_.number), size
+    types = "float32" if number == _FLOAT32 else f"{number} or float32"
+    return f"an array ({height}, {width}, {format_.channels}) of {types}, as target format {format_.name} says"
 
 
 def _overlaps_itself(array: NDArray[Any]) -> bool:

@@ -7,8 +7,6 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from passgraph.backends.base import OVERWRITTEN, READ, DevicePicture, Use
 from passgraph.plan.data import DrawStep, Plan
 from passgraph.run.admission import Picture
@@ -24,19 +22,24 @@ class Lending:
     ----------
     storages : those that the backend made of such arrays, by the place of the memory that they stand for
     room : where the caller wants results of the last run, by resource
-    transfers : how each array of the last run came in or went out, in words
     """
 
     def __init__(self, plan: Plan, backend: Backend) -> None:
         self.plan, self.backend = plan, backend
         self.storages: dict[int, Any] = {}
         self.room: dict[int, Picture] = {}
-        self.transfers: dict[str, str] = {}
+        #: How each array of the last run came in or went out: in words, and what tells of its layout.
+        self._transfers: dict[str, tuple[str, tuple[object, ...]]] = {}
+
+    @property
+    def transfers(self) -> dict[str, str]:
+        """How each array of the last run came in or went out, in words, which few runs are asked for."""
+        return {what: f"{how} {_in_words(layout)}" for what, (how, layout) in self._transfers.items()}
 
     def begin(self, room: Mapping[int, Picture]) -> None:
         """Another run begins: what the one before was lent is the caller's alone."""
         self.storages.clear()
-        self.transfers.clear()
+        self._transfers.clear()
         self.room = dict(room)
 
     def takes(self, name: str, resource: int, place: int, picture: Picture) -> bool:
@@ -49,7 +52,7 @@ class Lending:
             how = f"moved to {format_.name}"
         elif isinstance(picture, DevicePicture) and not picture.is_in(storage):
             how = f"copied on the device{', since a result is written there,' if use.is_overwritten else ''}"
-        self.transfers[f"input {name!r}"] = f"{how} from {_layout(picture)}"
+        self._transfers[f"input {name!r}"] = f"{how} from", _layout(picture)
         if storage is not None:
             self.storages[place] = storage
         return storage is not None
@@ -84,7 +87,7 @@ class Lending:
             if moved:
                 self.backend.download_into(memories[places[resource]], array, self.plan.resources[resource].format)
             how = "moved into" if moved else "written in place in"
-            self.transfers[f"output {names[resource]!r}"] = f"{how} {_layout(array)}"
+            self._transfers[f"output {names[resource]!r}"] = how, _layout(array)
         for resource in self._read_only:
             self.storages.pop(places[resource], None)
 
@@ -133,7 +136,13 @@ class _PlaceUse:
     first_written: int
 
 
-def _layout(array: Picture) -> str:
-    if isinstance(array, DevicePicture):
-        return str(array)
-    return f"{np.dtype(array.dtype)} {array.shape}, strides {array.strides}"
+def _layout(array: Picture) -> tuple[object, ...]:
+    """What `_in_words` tells of; nothing of the array itself is kept."""
+    return (str(array),) if isinstance(array, DevicePicture) else (array.dtype, array.shape, array.strides)
+
+
+def _in_words(layout: tuple[object, ...]) -> str:
+    if len(layout) == 1:
+        return str(layout[0])
+    dtype, shape, strides = layout
+    return f"{dtype} {shape}, strides {strides}"

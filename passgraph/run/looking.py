@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -12,10 +12,10 @@ import numpy as np
 from passgraph.arguments import near, shown, whole
 from passgraph.backends.base import Block
 from passgraph.backends.reference import ReferenceBackend
-from passgraph.backends.reference.stage import Stage, given
+from passgraph.backends.reference.stage import BoundStage, Stage, given
 from passgraph.backends.reference.storage import Storage, stored
-from passgraph.backends.reference.traced import plain, traced
-from passgraph.backends.reference.traced_draw import TracedDraw
+from passgraph.backends.reference.traced import Event, plain, traced
+from passgraph.backends.reference.traced_draw import Drawn, TracedDraw
 from passgraph.errors import GraphError, InputError
 from passgraph.graph.geometry import Geometry
 from passgraph.plan.build import build
@@ -26,6 +26,7 @@ from passgraph.run.inspection import Inspection
 if TYPE_CHECKING:
     from passgraph.formats import Format
     from passgraph.graph.targets import Target
+    from passgraph.language.ir import TypedKernel
 
 #: Every pass as it is written, each target in memory of its own.
 OPTIONS = Options(fuse=False, alias=False, static=False)
@@ -113,16 +114,8 @@ class _Looking(ReferenceBackend):
         bound = stage.bind(block, [name for name, _ in step.images], images)
         here = {"pixel": given(np.array([[x, y]])), "output_size": given(np.array([step.size], np.int64))}
         events, results = traced(bound, here)
-        names = [self.plan.resources[resource].name for resource in step.outputs]
-        self.found = Inspection(
-            step.name, program.name, f"{program.source.file}:{program.source.line}", (x, y), step.size,
-            {name: plain(value) for name, value in bound.read.items()}, events,
-            {name: plain(value) for name, value in zip(names, results, strict=True)},
-            {
-                name: _held(output, value)
-                for name, output, value in zip(names, outputs, results, strict=True)
-            },
-        )  # fmt: skip
+        holds = map(_held, outputs, results)
+        self._tell(step, program, bound, events, map(plain, results), dict(zip(self._names(step), holds, strict=True)))
 
     def _look_at_draw(
         self,
@@ -139,20 +132,35 @@ class _Looking(ReferenceBackend):
         draw(outputs, depth, images, geometry, vertex, fragment)
         drawn = draw.drawn()
         program = (step.source.vertex if step.source.fragment is None else step.source.fragment).program
-        names = [self.plan.resources[resource].name for resource in step.outputs]
-        holds = {name: _pixel(output.pixels[y, x]) for name, output in zip(names, outputs, strict=True)}
+        holds = {name: _pixel(output.pixels[y, x]) for name, output in zip(self._names(step), outputs, strict=True)}
         if depth is not None and step.depth is not None:
             name = self.plan.resources[step.depth].name
             holds[name] = float(depth.pixels[y, x, 0])
             if depth.stencil is not None:
                 holds[f"{name} (stencil)"] = int(depth.stencil[y, x])
         lines = None if drawn.visible is None else drawn.visible.lines
+        events, results = ((), None) if lines is None else (lines.events, lines.results)
+        self._tell(step, program, draw.bound, events, results, holds, drawn)
+
+    def _names(self, step: PixelStep | DrawStep) -> list[str]:
+        """Of the targets that it writes, in order."""
+        return [self.plan.resources[resource].name for resource in step.outputs]
+
+    def _tell(
+        self,
+        step: PixelStep | DrawStep,
+        kernel: TypedKernel,
+        bound: BoundStage | None,
+        events: Sequence[Event],
+        results: Iterable[Any] | None,
+        holds: Mapping[str, Any],
+        drawn: Drawn | None = None,
+    ) -> None:
+        """What was seen: of a draw without a visible fragment no stage, events nor results."""
         self.found = Inspection(
-            step.name, program.name, f"{program.source.file}:{program.source.line}", (x, y), step.size,
-            {} if draw.bound is None else {name: plain(value) for name, value in draw.bound.read.items()},
-            () if lines is None else lines.events,
-            {} if lines is None else dict(zip(names, lines.results, strict=True)),
-            holds, drawn,
+            step.name, kernel.name, f"{kernel.source.file}:{kernel.source.line}", self.pixel, step.size,
+            {} if bound is None else {name: plain(value) for name, value in bound.read.items()}, events,
+            {} if results is None else dict(zip(self._names(step), results, strict=True)), holds, drawn,
         )  # fmt: skip
 
 

@@ -6,18 +6,17 @@ import weakref
 from collections.abc import Mapping
 from dataclasses import asdict, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, cast, get_args
+from typing import TYPE_CHECKING, Any
 
 from passgraph import arguments
-from passgraph.errors import BackendError, GraphError
+from passgraph.errors import GraphError
 from passgraph.formats import Format
-from passgraph.graph.outputs import Outputs, named_outputs
-from passgraph.graph.targets import InputSpec, Target, checked_size
+from passgraph.graph.targets import InputSpec, Target
 from passgraph.graph.values import FRAME_INDEX, sources_of
-from passgraph.plan.data import Options, Plan
+from passgraph.plan.data import Options, PixelStep, Plan
 from passgraph.plan.reach import inputs_behind, passes_behind
 from passgraph.run.admission import Admission, bound_to, given_room
-from passgraph.run.finite_checks import NonFinite, PassCheck, checked_choice
+from passgraph.run.finite_checks import NonFinite, PassCheck
 from passgraph.run.holding import Alone, Held
 from passgraph.run.result import Into, Observer, Result, Results
 
@@ -29,7 +28,7 @@ if TYPE_CHECKING:
 
 
 class Program:
-    """What :func:`compile` returns.  Call it with inputs and values by name.
+    """What :func:`passgraph.compile` returns.  Call it with inputs and values by name.
 
     It owns its pictures and compiled passes until :meth:`close` (it is a context manager too).
 
@@ -117,6 +116,9 @@ class Program:
     def explain(self) -> str:
         """What runs in which order and why, and how the arrays of the last run came in and went out."""
         lines = [self.plan.explain()]
+        known = (step for step in self.plan.steps if isinstance(step, PixelStep) and step.known is not None)
+        ways = ((step.name, self.backend.own_way(step)) for step in known)
+        lines += [f"- {name} is done in a way of this device: {way}" for name, way in ways if way is not None]
         if self.backend.about:
             lines.append(f"- runs in {self.backend.about}")
         if self._execution is not None:
@@ -320,10 +322,9 @@ class Program:
         Examples
         --------
         >>> import numpy as np
-        >>> from passgraph.graph.calls import kernel
-        >>> from passgraph.graph.targets import Input
-        >>> double = kernel(source="def double(color: Image, gain: float = 2.0) -> vec4: return color[0, 0] * gain")
-        >>> with compile(double(Input("frame"))) as program:
+        >>> import passgraph as pg
+        >>> double = pg.kernel(source="def double(color: Image, gain: float = 2.0) -> vec4: return color[0, 0] * gain")
+        >>> with pg.compile(double(pg.Input("frame"))) as program:
         ...     found = program.inspect(0, 0, frame=np.full((1, 1, 4), 0.25, np.float32))
         >>> found.parameters, found.results  # print(found) shows the lines between them
         ({'gain': 2.0}, {'double': (0.5, 0.5, 0.5, 0.5)})
@@ -361,9 +362,9 @@ class Program:
         Examples
         --------
         >>> import numpy as np
+        >>> import passgraph as pg
         >>> from passgraph.effects.pictures.blur import gaussian_blur
-        >>> from passgraph.graph.targets import Input
-        >>> with compile(gaussian_blur(Input("frame"))) as program:
+        >>> with pg.compile(gaussian_blur(pg.Input("frame"))) as program:
         ...     profile = program.profile(3, frame=np.zeros((9, 16, 4), np.float32))
         >>> [each.passes for each in profile.passes], profile.runs
         ([('gaussian_blur_x', 'gaussian_blur_y')], 3)
@@ -421,84 +422,3 @@ class Program:
 
     def __exit__(self, *_: object) -> None:
         self.close()
-
-
-def compile(
-    outputs: Outputs,
-    backend: str | Backend | None = None,
-    size: tuple[int, int] | None = None,
-    options: Options | None = None,
-    *,
-    non_finite: NonFinite = "error",
-    check_finite: bool = False,
-    results: Results = "float32",
-) -> Program:
-    """Plan the graph behind some targets and make it ready to run.
-
-    Parameters
-    ----------
-    outputs
-        One target, several, or ``{name: target}``; results are read by target name or by the given name.
-    backend
-        ``"numpy"`` (default), ``"gl"``, ``"opencl"``, ``"opencl:1"``, ``"reference"``, or an open backend, which
-        then stays yours to close.
-    size
-        (width, height) of the output in pixels; left out, the size of the first input.  Targets that are declared
-        with a size, or take that of an input, keep it; where no output would have the size asked for, or a fraction
-        of it, it is refused.
-    options
-        Optimisations to switch off.
-    non_finite
-        What becomes of NaN and infinity in an input: ``"error"`` refuses the picture with an ``InputError`` that
-        names the pixel and the passes that read it; ``"replace"`` makes NaN 0 and infinity the largest number that
-        the input's format holds; ``"keep"`` lets passes read them.  Static inputs are looked through once, those
-        in 8 and 16 bits never.
-    check_finite
-        Look at what every pass wrote, and raise a ``GraphError`` that names the first pass and pixel where a value
-        that is not finite came from finite ones.  Slow: every target is read back, and no passes are fused.
-    results
-        ``"float32"``: values, 0 to 1 for formats of whole steps; ``"stored"``: what the target itself holds, such as
-        uint8 for ``rgba8``.
-
-    Raises
-    ------
-    GraphError, KernelError
-        For what does not fit; with inputs whose size is open, at the first run.
-    BackendError
-        For a pass that needs more images, parameters or targets, or a larger picture, than the device takes.
-    DeviceMissingError
-        Where the backend's driver is missing, with the command that installs it.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from passgraph.graph.calls import kernel
-    >>> from passgraph.graph.targets import Input
-    >>> invert = kernel(source="def invert(color: Image) -> vec4: return vec4(1.0 - color[0, 0].rgb, 1.0)")
-    >>> with compile(invert(Input("frame")), backend="reference") as program:
-    ...     program(frame=np.zeros((2, 3, 4), np.float32))["invert"].shape
-    (2, 3, 4)
-    """
-    from passgraph.backends.base import Backend
-    from passgraph.backends.registry import open_backend
-
-    named = named_outputs(outputs)
-    bound = None if size is None else checked_size(size, "the output")
-    choice = checked_choice(non_finite)
-    checking = arguments.flag(check_finite, "check_finite")
-    if options is None:
-        options = Options()
-    arguments.instance(options, Options, "options", "pg.Options(...)")
-    owns = backend is None or isinstance(backend, str)
-    expected = "a name such as 'gl' or an open backend"
-    opened = open_backend(backend) if owns else arguments.instance(backend, Backend, "backend", expected, BackendError)  # type: ignore[arg-type]
-    typed = cast("Results", arguments.one_of(results, "results", get_args(Results)))
-    program = Program(named, opened, owns, bound, options, choice, checking, typed)
-    try:
-        if all(spec.size and spec.format for spec in program.inputs.values()):
-            program._bound = {n: (s.format, s.size) for n, s in program.inputs.items()}  # type: ignore[misc]
-            assert program.plan is not None
-    except BaseException:
-        program.close()
-        raise
-    return program

@@ -119,6 +119,11 @@ def _covered(parts: Sequence[Float64], low: Float64, high: Float64) -> float:
     return float(np.minimum(share, 1.0).mean())
 
 
+def lacks_ground(scene: Scene, wanted: bool | None) -> bool:
+    """Whether a floor is to be laid: what is wanted, or where nothing is said (None), under what has none."""
+    return not has_floor(scene) if wanted is None else wanted
+
+
 def with_ground(scene: Scene) -> Scene:
     """The scene with a plain floor under its lowest vertex, as far as its camera sees to the horizon.
 

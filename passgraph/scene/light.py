@@ -126,8 +126,10 @@ class Light:
         inner = outer * 2.0 / 3.0 if cone_inner_rad is None else cone_inner_rad
         return cls("spot", place, along, tint, intensity, radius, inner, outer, name)
 
-    def reaching(self, place: ArrayLike) -> float:
+    def reaching(self, place: ArrayLike, nearest: float = 1e-9) -> float:
         """How bright a white surface at ``place`` shows that faces the light, whatever its colour and cone.
+
+        A lamp that is closer than ``nearest``, above 0 and in scene units, counts as that far away.
 
         >>> Light.point((0, 2, 0), intensity=8.0).reaching((0, 0, 0))
         2.0
@@ -135,7 +137,7 @@ class Light:
         if self.kind == "directional":
             return self.intensity
         away = float(np.linalg.norm(np.subtract(vec3(place, f"light {self.name!r}: place"), self.position)))
-        return self.intensity / max(away, 1e-9) ** 2
+        return self.intensity / max(away, nearest) ** 2
 
     def around(self, centre: ArrayLike, azimuth_rad: float | None = None, elevation_rad: float | None = None) -> Light:
         """The light from another direction, seen from ``centre``; angles that are left out stay.
@@ -239,9 +241,5 @@ def exposed(lights: Sequence[Light], bounds: Float64) -> list[Light]:
     """
     middle = bounds.mean(axis=0)
     nearest = max(float(np.linalg.norm(bounds[1] - bounds[0])) / 50.0, 1e-9)
-    total = sum(min(light.reaching(middle), _at(light, nearest)) for light in lights)
+    total = sum(light.reaching(middle, nearest) for light in lights)
     return [replace(light, intensity=light.intensity / (total if total > 0.0 else 1.0)) for light in lights]
-
-
-def _at(light: Light, distance: float) -> float:
-    return light.intensity if light.kind == "directional" else light.intensity / distance**2

@@ -18,6 +18,7 @@ from passgraph.scene.camera import Camera
 from passgraph.scene.files import MAX_FILE_BYTES, FolderReader, as_utf8, checked_path, read_model
 from passgraph.scene.gltf_data import GltfData
 from passgraph.scene.gltf_nodes import nodes_of
+from passgraph.scene.ground import lacks_ground
 from passgraph.scene.light import Light
 from passgraph.scene.load_geometry import PlacedMeshes, arrays_of
 from passgraph.scene.load_materials import MtlReader
@@ -97,7 +98,7 @@ def _load(make: type[Scene], file: Path, ground: bool | None, up: Literal["y", "
     lines += [f"{sentence}; left out" for sentence in folder.refused]
     scene = _framed(make, nodes, file, notes.lines() + lines)
     scene = _with_own_view(scene, header, file, turn) if is_gltf else scene
-    if ground or (ground is None and not scene.has_floor()):
+    if lacks_ground(scene, ground):
         scene = scene.with_ground()
     return scene
 

@@ -10,7 +10,7 @@ from typing import Any
 from passgraph.graph.targets import MOST_SLOTS
 from passgraph.language import ir
 from passgraph.language.limits import check_type
-from passgraph.language.signature import MAX_BUFFER_LENGTH, MAX_STRUCT_DEPTH, MAX_STRUCT_FIELDS
+from passgraph.language.signature import MAX_BUFFER_LENGTH, MAX_STRUCT_DEPTH, MAX_STRUCT_FIELDS, checked_array
 from passgraph.language.source import NOWHERE, Span
 from passgraph.language.types import (
     BOOL,
@@ -22,14 +22,13 @@ from passgraph.language.types import (
     Type,
     Vector,
     element_of,
-    longest,
     plain_parts,
 )
 from passgraph.ranges import Range
 from passgraph.travel.document import Document
-from passgraph.travel.kernel_check import Signature, Unfit, Variables, check_arrays, held
+from passgraph.travel.kernel_check import Signature, Unfit, Variables, as_unfit, check_arrays, held
 from passgraph.travel.kernel_limits import excess, grown
-from passgraph.travel.kernel_rows import CLASSES, ROWS, STATEMENTS, parts_of
+from passgraph.travel.kernel_rows import CLASSES, ROWS
 
 #: Largest line or column of a kernel's text.
 _FARTHEST = 1 << 31
@@ -167,7 +166,7 @@ class _Reader:
                 document.wrong(place, "a result's name: empty, a number or a name as Python has them", name)
             value = document.index(number, place, self.rows, "rows")
             fits = isinstance(type_, (Scalar, Vector)) and element_of(type_).name == "float"
-            if isinstance(value, STATEMENTS) or not fits or value.type != type_:
+            if isinstance(value, ir.STATEMENTS) or not fits or value.type != type_:
                 document.wrong(place, "a float or a float vector, and an expression of that type", type_data)
             made.append(ir.Result(name, type_, value))  # type: ignore[arg-type]
         return tuple(made)
@@ -183,8 +182,10 @@ class _Reader:
                 document.wrong(where, f"arrays and structs at most {MAX_STRUCT_DEPTH} deep", given)
             inner = self._type(element, where, depth + 1)
             made = Array(inner, document.whole(length, where, 1, MAX_BUFFER_LENGTH))  # type: ignore[arg-type]
-            if longest(made) > MAX_BUFFER_LENGTH:
-                document.wrong(where, f"arrays of at most {MAX_BUFFER_LENGTH} elements together", given)
+            try:
+                as_unfit(checked_array, made, NOWHERE)
+            except Unfit as unfit:
+                document.wrong(where, str(unfit), given)
             return made
         if not isinstance(given, dict):
             document.wrong(where, f"a type: {', '.join(NAMED)}, [element, length] or a struct", given)
@@ -218,9 +219,9 @@ class _Reader:
             if cls in (ir.Literal, ir.Table):
                 made[1] = self._held(*made)
             node = cls(*made, self._span(row[-1], where))
-            if not isinstance(node, STATEMENTS):
+            if not isinstance(node, ir.STATEMENTS):
                 self.signature.check(node)
-            size = grown(self.sizes[id(part)] for part in parts_of(node))
+            size = grown(self.sizes[id(part)] for part in ir.parts_of(node))
             if problem := excess(size):
                 raise Unfit(f"smaller: {problem}")
         except Unfit as unfit:
@@ -258,7 +259,7 @@ class _Reader:
 
     def _expression(self, given: object, where: str) -> Any:
         found = self.document.index(given, where, self.rows, "rows")
-        if isinstance(found, STATEMENTS):
+        if isinstance(found, ir.STATEMENTS):
             self.document.wrong(where, "the number of an expression", given)
         return found
 

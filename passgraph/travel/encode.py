@@ -35,7 +35,7 @@ from passgraph.graph.values import FILLED_IN, Derived, Value
 from passgraph.language.buffers import as_held, checked_numbers, is_buffer
 from passgraph.language.kernel import Kernel
 from passgraph.language.layout import components
-from passgraph.language.symbols import UINT_MAX
+from passgraph.language.meanings import uint_of_bits
 from passgraph.language.types import Array, Scalar, Struct, Type, element_of, innermost, is_plain
 from passgraph.plan.reach import passes_behind
 from passgraph.travel.arrays import array_data
@@ -49,7 +49,7 @@ _TYPE_NAMES = {type_: name for name, type_ in VALUE_TYPES.items()}
 _PLAIN: dict[str, Callable[[float], bool | int | float]] = {
     "bool": bool,
     "int": int,
-    "uint": lambda number: int(number) & UINT_MAX,
+    "uint": lambda number: uint_of_bits(int(number)),
     "float": float,
 }
 

@@ -11,7 +11,7 @@ from passgraph.language import ir
 from passgraph.language.source import NOWHERE, Span
 from passgraph.travel.document import number_data
 from passgraph.travel.kernel_limits import excess, grown
-from passgraph.travel.kernel_rows import ROWS, parts_of, type_data
+from passgraph.travel.kernel_rows import ROWS, type_data
 
 
 def kernel_data(program: ir.TypedKernel, where: str) -> dict[str, Any]:
@@ -46,7 +46,7 @@ class _Rows:
         pending = [root]
         while pending:
             node = pending[-1]
-            missing = [part for part in parts_of(node) if id(part) not in self._known]
+            missing = [part for part in ir.parts_of(node) if id(part) not in self._known]
             if id(node) in self._known or not missing:
                 pending.pop()
                 self._write(node)
@@ -57,7 +57,7 @@ class _Rows:
     def _write(self, node: Any) -> None:
         if id(node) in self._known:
             return
-        size = grown(self._sizes[id(part)] for part in parts_of(node))
+        size = grown(self._sizes[id(part)] for part in ir.parts_of(node))
         if problem := excess(size):
             raise GraphError(f"{self.where}: its kernel is too large to travel: {problem}; make it shorter")
         fields = [self._field(getattr(node, name), kind) for name, kind in ROWS[type(node)].items()]

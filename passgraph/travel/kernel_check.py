@@ -18,7 +18,7 @@ from passgraph.language.facts import PROPERTIES
 from passgraph.language.layout import FLOAT_END
 from passgraph.language.meanings import INT_MAX, INT_MIN
 from passgraph.language.operations import OPERATIONS
-from passgraph.language.signature import MAX_IMAGES, VERTEX
+from passgraph.language.signature import VERTEX, check_images
 from passgraph.language.source import NOWHERE
 from passgraph.language.statements import MAX_BLOCKS
 from passgraph.language.symbols import UINT_MAX
@@ -38,14 +38,12 @@ from passgraph.language.types import (
     Vector,
     component_count,
     element_of,
-    image_count,
     image_names,
     is_plain,
     plain_parts,
 )
 from passgraph.language.typing_rules import apply
 from passgraph.language.values import index_into
-from passgraph.travel.kernel_rows import STATEMENTS, parts_of
 
 _HELD: dict[str, type[Any]] = {"bool": bool, "int": int, "uint": int, "float": float}
 
@@ -69,17 +67,18 @@ def held(value: Any, type_: Scalar) -> ir.Number:
     return made
 
 
-def _as_unfit(check: Callable[..., None], *given: Any) -> None:
-    """A check of the parser's, whose error becomes what is expected of a row."""
+def as_unfit(check: Callable[..., object], *given: Any) -> None:
+    """A check of the parser's, whose error becomes what is expected."""
     try:
         check(*given)
     except PassgraphError as error:
-        raise Unfit(str(error).splitlines()[0].rpartition(": ")[2]) from None
+        told = str(error).splitlines()[0].removeprefix(f"{NOWHERE.file}:{NOWHERE.line}: ")
+        raise Unfit(f"within the language's limits: {told}") from None
 
 
 def check_arrays(parameters: tuple[ir.Parameter, ...], *roots: ir.Stmt | ir.Expr) -> None:
     """Long arrays are read by index alone."""
-    _as_unfit(check_reads, parameters, *roots)
+    as_unfit(check_reads, parameters, *roots)
 
 
 def handed_in(stage: ir.Stage, type_: Type) -> bool:
@@ -92,9 +91,8 @@ class Signature:
 
     def __init__(self, stage: ir.Stage, parameters: tuple[ir.Parameter, ...]) -> None:
         self.stage = stage
-        if sum(image_count(p.type) for p in parameters) > MAX_IMAGES:
-            raise Unfit(f"at most {MAX_IMAGES} images, those in structs and arrays too")
-        _as_unfit(check_sizes, parameters)
+        as_unfit(check_images, "a kernel", parameters, NOWHERE)
+        as_unfit(check_sizes, parameters)
         self.images = {name for p in parameters for name in image_names(p.type, p.name)}
         self.uniforms: dict[str, tuple[Type, bool]] = {}
         stages = {name: type_ for name, (type_, stages) in STAGE_VALUES.items() if stage in stages and name != "uv"}
@@ -120,8 +118,8 @@ class Signature:
 
     def check(self, node: Any) -> None:
         """An expression whose parts are right, and no statements."""
-        for part in parts_of(node):
-            if isinstance(part, STATEMENTS):
+        for part in ir.parts_of(node):
+            if isinstance(part, ir.STATEMENTS):
                 raise Unfit("an expression of expressions, not of statements")
         if not is_plain(node.type):
             raise Unfit("of a plain type")
@@ -263,7 +261,7 @@ class Variables:
             raise Unfit(f"blocks at most {MAX_BLOCKS} deep")
         left = False
         for statement in statements:
-            if not isinstance(statement, STATEMENTS):
+            if not isinstance(statement, ir.STATEMENTS):
                 raise Unfit("blocks of statements")
             if isinstance(statement, ir.Assign):
                 self._assign(statement, known)
@@ -319,4 +317,4 @@ class Variables:
             seen.add(id(node))
             if isinstance(node, ir.Local) and (node.name not in known or self.types[node.name] != node.type):
                 raise Unfit(f"variable {node.name!r} with a value of type {node.type} before it is read")
-            pending += parts_of(node)
+            pending += ir.parts_of(node)

@@ -2,38 +2,35 @@
 
 from __future__ import annotations
 
+from dataclasses import fields
 from typing import Any
 
 from passgraph.language import ir
 from passgraph.language.types import Array, Struct, Type
 
-#: Class → field → what it holds: a ``type``, a ``number`` or ``numbers``, a ``text``, a ``flag``, ``places`` of
-#: components, or by its number a ``row`` before this one, or ``rows``.  Each has a span beside.
+#: How a field is annotated → what it holds: a ``type``, a ``number`` or ``numbers``, a ``text``, a ``flag``, ``places``
+#: of components, or by its number a ``row`` before this one, or ``rows``.
+_KINDS = {
+    "Value": "type",
+    "Scalar": "type",
+    "Array": "type",
+    "Value | Array": "type",
+    "Number": "number",
+    "tuple[Number, ...]": "numbers",
+    "str": "text",
+    "bool": "flag",
+    "tuple[int, ...]": "places",
+    "Expr": "row",
+    "tuple[Expr, ...]": "rows",
+    "tuple[Stmt, ...]": "rows",
+}
+#: Class → field → what it holds, for all that tells a node from another.  Each row has a span beside.
 ROWS: dict[type[Any], dict[str, str]] = {
-    ir.Literal: {"type": "type", "value": "number"},
-    ir.Table: {"type": "type", "values": "numbers"},
-    ir.Uniform: {"type": "type", "name": "text", "const": "flag"},
-    ir.Builtin: {"type": "type", "name": "text"},
-    ir.Local: {"type": "type", "name": "text"},
-    ir.Apply: {"type": "type", "operation": "text", "arguments": "rows"},
-    ir.Select: {"type": "type", "condition": "row", "then": "row", "orelse": "row"},
-    ir.Swizzle: {"type": "type", "value": "row", "components": "places"},
-    ir.Construct: {"type": "type", "arguments": "rows"},
-    ir.Index: {"type": "type", "value": "row", "index": "row"},
-    ir.Insert: {"type": "type", "value": "row", "index": "row", "element": "row"},
-    ir.Texel: {"type": "type", "image": "text", "x": "row", "y": "row", "relative": "flag"},
-    ir.Filtered: {"type": "type", "image": "text", "x": "row", "y": "row", "value": "row", "slack": "row"},
-    ir.Property: {"type": "type", "image": "text", "name": "text"},
-    ir.Size: {"type": "type", "image": "text"},
-    ir.Assign: {"name": "text", "value": "row"},
-    ir.If: {"condition": "row", "then": "rows", "orelse": "rows"},
-    ir.For: {"name": "text", "start": "row", "stop": "row", "step": "row", "body": "rows"},
-    ir.Break: {},
-    ir.Continue: {},
+    cls: {field.name: _KINDS[str(field.type)] for field in fields(cls) if field.compare}
+    for cls in (*ir.EXPRESSIONS, *ir.STATEMENTS)
 }
 #: The same by the name that a row begins with.
 CLASSES: dict[str, type[Any]] = {cls.__name__.lower(): cls for cls in ROWS}
-STATEMENTS = (ir.Assign, ir.If, ir.For, ir.Break, ir.Continue)
 
 
 def type_data(type_: Type) -> Any:
@@ -48,14 +45,3 @@ def type_data(type_: Type) -> Any:
     if isinstance(type_, Struct):
         return {"struct": type_.name, "fields": [[name, type_data(inner)] for name, inner in type_.fields]}
     return str(type_)
-
-
-def parts_of(node: Any) -> list[Any]:
-    """The rows that a row refers to, in the order of its fields."""
-    found: list[Any] = []
-    for name, kind in ROWS[type(node)].items():
-        if kind == "row":
-            found.append(getattr(node, name))
-        elif kind == "rows":
-            found += getattr(node, name)
-    return found

@@ -26,8 +26,8 @@ from passgraph.errors import DeviceMissingError, InputError, PassgraphError
 from passgraph.graph.outputs import Outputs, named_outputs
 from passgraph.graph.targets import checked_size
 from passgraph.plan.data import Plan
-from passgraph.verify.kinds import other_kind, told
-from passgraph.verify.oracle.backend import Allowed, outside
+from passgraph.verify.kinds import other_kinds, told
+from passgraph.verify.oracle.allowed import Allowed
 from passgraph.verify.oracle.pace import Pace
 from passgraph.verify.oracle.passes import Key, Passes, Picture
 from passgraph.verify.oracle.watch import Cause, Watch
@@ -176,8 +176,7 @@ class _Comparison:
             key: _measured(plan, key, judged[key], expected[key], allowed[key], whole[key], self.most_ambiguous)
             for key in expected
         }
-        found = {key: other_kind(judged[key], expected[key], allowed[key]) for key in expected}
-        other = {key: pixels for key, pixels in found.items() if pixels.any()}
+        other = other_kinds(judged, expected, allowed)
         undecided = [key for key, target in made.items() if not target.decided][:1]
         watches = self._watches_of(snaps, {key[1] for key in (*other, *undecided)})
         for key, pixels in other.items():
@@ -216,7 +215,7 @@ def _measured(
 ) -> TargetReport:
     step, resource = plan.steps[key[1]], plan.resources[key[2]]
     apart = distance(got, reference)
-    beyond = outside(got, allowed.values)
+    beyond = allowed.values.without(got)
     score = np.where(beyond, apart, -1.0) if beyond.any() else apart
     row, column, channel = (int(i) for i in np.unravel_index(np.argmax(score), score.shape))
     accumulated = distance(whole, reference)

@@ -8,6 +8,7 @@ its cases give operations such numbers on purpose, to see that nothing worse com
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +16,7 @@ from numpy.typing import NDArray
 
 from passgraph.language.operations import OPERATIONS
 from passgraph.plan.data import CopyStep, Plan
-from passgraph.verify.oracle.backend import Allowed
+from passgraph.verify.oracle.allowed import Allowed
 from passgraph.verify.oracle.passes import Key, Passes, Picture
 from passgraph.verify.oracle.watch import Cause, Watch
 
@@ -103,8 +104,16 @@ def _reason(operation: str) -> str:
     return "may leave the range of float32"
 
 
-def other_kind(got: Picture, expected: Picture, allowed: Allowed) -> NDArray[np.bool_]:
-    """Pixels (height, width) of another kind than the reference's where no decision is to blame."""
+def other_kinds(
+    judged: Mapping[Key, Picture], expected: Mapping[Key, Picture], allowed: Mapping[Key, Allowed]
+) -> dict[Key, NDArray[np.bool_]]:
+    """Of targets that have such: pixels (height, width) of another kind than the reference's where no decision is to
+    blame."""
+    found = {key: _other_kind(judged[key], picture, allowed[key]) for key, picture in expected.items()}
+    return {key: pixels for key, pixels in found.items() if pixels.any()}
+
+
+def _other_kind(got: Picture, expected: Picture, allowed: Allowed) -> NDArray[np.bool_]:
     same = (np.isnan(got) == np.isnan(expected)) & (np.isinf(got) == np.isinf(expected))
     turned = allowed.ambiguous & ~allowed.unpromised
     return np.asarray(~same.all(axis=2) & ~turned)

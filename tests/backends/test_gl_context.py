@@ -16,6 +16,7 @@ from passgraph.backends.gl.glsl import GLSL
 from passgraph.errors import BackendError, DeviceMissingError
 from passgraph.formats import FORMATS
 from passgraph.language import scalar as s
+from tests.offscreen import offscreen
 
 pytestmark = pytest.mark.gl
 
@@ -101,15 +102,14 @@ def test_closing_twice_is_allowed() -> None:
 
 
 def test_another_context_stays_current_and_unharmed() -> None:
-    other = moderngl.create_context(standalone=True, backend="egl")
-    texture = other.texture((2, 2), 4, np.arange(16, dtype=np.float32).tobytes(), dtype="f4")
-    with pg.compile(doubled(), backend="gl") as program:
-        program(color=np.ones((2, 2, 4), np.float32))
+    with offscreen() as other:
+        texture = other.texture((2, 2), 4, np.arange(16, dtype=np.float32).tobytes(), dtype="f4")
+        with pg.compile(doubled(), backend="gl") as program:
+            program(color=np.ones((2, 2, 4), np.float32))
+            assert np.frombuffer(texture.read(), np.float32).tolist() == list(range(16))
         assert np.frombuffer(texture.read(), np.float32).tolist() == list(range(16))
-    assert np.frombuffer(texture.read(), np.float32).tolist() == list(range(16))
-    assert other.error == "GL_NO_ERROR"
-    assert moderngl.get_context() is other
-    other.release()
+        assert other.error == "GL_NO_ERROR"
+        assert moderngl.get_context() is other
 
 
 def test_equal_kernels_share_a_program() -> None:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import passgraph as pg
+from tests.offscreen import offscreen
 
 pytestmark = pytest.mark.gl
 SIZE = (7, 5)
@@ -17,9 +18,8 @@ SHIFT = "def shift(c: Image) -> vec4: return vec4(c[1, 0].rgb, 1.0)"
 
 @pytest.fixture
 def context() -> Iterator[moderngl.Context]:
-    made = moderngl.create_context(standalone=True, require=330, backend="egl")
-    yield made
-    made.release()
+    with offscreen() as made:
+        yield made
 
 
 def ran(host: pg.gl.Host) -> tuple[str, str]:

@@ -7,6 +7,7 @@ import pytest
 
 import passgraph as pg
 from passgraph import Image, vec4
+from passgraph.language.borders import border_place
 from passgraph.verify.compare import compare
 
 pytestmark = pytest.mark.gl
@@ -37,6 +38,38 @@ def output(source: str, border: str, **kernel: object) -> pg.Target:
 @pytest.mark.parametrize("offset", ["-1, 0", "1, 0", "0, -2", "0, 3", "-20, 15", "40, -31"])
 def test_offsets_follow_the_border_rule(border: str, offset: str) -> None:
     check(f"def one(color: Image) -> vec4: return color[{offset}]", border=border)
+
+
+#: Ends of int, multiples of what the sizes below divide, places whose nearest float is in another period.
+FAR = (-(2**31), 2**31 - 1, -(2**31) + 7, 2**31 - 64, 2**24 + 1, -(2**24) - 1, 3 * 2**21 - 1, 25_200_000, -1_000_001, 0)
+
+
+@pytest.mark.parametrize("border", ["repeat", "mirror"])
+@pytest.mark.parametrize("size", [1, 2, 3, 41, 256, 1001, 8191])
+def test_any_int_finds_its_texel_by_a_periodic_rule(border: str, size: int) -> None:
+    """Against exact integers; the places go through all periods of int.  41 · (1 / 41) is less than 1 in float32."""
+    source = """def one(color: Image, base: Array[int, 10], step: int) -> float:
+    p = pixel()
+    return color.texel(ivec2(base[p.y % 10] + (p.x - 512) * step, 0)).r + color.texel(ivec2(0, base[p.y % 10])).g"""
+    columns = np.zeros((1, size, 4), np.float32)
+    columns[0, :, 0] = np.arange(size)
+    for step in (1, 4_099_999):
+        made = pg.kernel(source=source)(
+            pg.Input("color").border(border), list(FAR), step, into=pg.target("out", "r32f", size=(1024, 10))
+        )
+        with pg.compile(made, backend="gl") as program:
+            got = program(color=columns)["out"][..., 0]
+        at = np.array(FAR, np.int64)[:, None] + (np.arange(1024) - 512) * step
+        at = (at + 2**31) % 2**32 - 2**31
+        np.testing.assert_array_equal(got, border_place(border, at, size))
+
+
+@pytest.mark.parametrize("border", ["repeat", "mirror"])
+@pytest.mark.parametrize("offset", [3, 2**20, 2**20 + 1, 2**30 + 5, -(2**31) + 1])
+def test_any_offset_finds_its_texel_by_a_periodic_rule(border: str, offset: int) -> None:
+    columns = np.arange(23, dtype=np.float32).reshape(1, 23)
+    got = run(f"def one(color: Image) -> float: return color[{offset}, {offset}].r", "gl", columns, border)[..., 0]
+    np.testing.assert_array_equal(got[0], border_place(border, np.arange(23) + offset, 23))
 
 
 @pytest.mark.parametrize("border", ["clamp", "zero", "repeat", "mirror"])

@@ -147,3 +147,20 @@ def test_constant_vectors_are_short_and_results_are_woven_once() -> None:
     assert text.count("<64 x i32> <i32 0, i32 16, i32 32, i32 48,") == 1  # channels side by side
     assert "llvm.masked.store" not in text
     assert len(text) < 15_000
+
+
+def test_text_that_llvm_refuses_is_an_error_and_ends_before_its_context(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A module that outlives its context ends the process when it is freed."""
+    text = "define void @f(i32 %x) {\n br label %b\nb:\n %y = phi i32 [ %x, %c ]\n ret void\nc:\n br label %b\n}\n"
+    parse, made = compiler.llvm.parse_assembly, []
+
+    def noted(*arguments: object) -> object:
+        made.append(parse(*arguments))
+        return made[-1]
+
+    monkeypatch.setattr(compiler.llvm, "parse_assembly", noted)
+    with pytest.raises(RuntimeError, match="PHINode should have one entry for each predecessor"):
+        compiler.compiled(text, 0)
+    left = [module.detach() for module in made if not module.closed]  # so that the test ends, where it fails
+    assert len(made) == 1
+    assert not left

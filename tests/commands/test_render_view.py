@@ -221,8 +221,11 @@ def test_what_a_file_does_not_have_is_refused(arguments: str, text: str, capsys:
         ),
         ("--rate 30", "--rate is for the video of a --turntable, and this is one picture; leave it out"),
         ("--turntable 3 --rate 0", "--rate '0': expected frames a second from 0 to 1000, such as 25 or 30000/1001"),
-        ("--turntable 3 --profile", "--profile is for one picture, and --turntable makes several; leave out one"),
-        ("--turntable 3 --capture steps", "--capture is for one picture, and --turntable makes several; leave out one"),
+        ("--turntable 3 --profile", "--profile times the passes on one picture, and --turntable makes several; leave"),
+        (
+            "--turntable 3 --capture steps",
+            "--capture shows the passes of one picture, and --turntable makes several; leave",
+        ),
     ],
 )
 def test_what_cannot_be_shown_is_refused(arguments: str, text: str, capsys: pytest.CaptureFixture[str]) -> None:

@@ -20,7 +20,7 @@ from passgraph.plan.data import DrawStep, PixelStep
 from passgraph.verify.conformance import Case, SuiteReport, cases, judge, run
 from passgraph.verify.conformance.judging import told
 from passgraph.verify.conformance.page import html_of, json_of
-from passgraph.verify.oracle.backend import Allowed
+from passgraph.verify.oracle.allowed import Allowed
 from passgraph.verify.oracle.interval import Interval
 
 Mistake = Callable[[Any, list[Storage], Any], None]

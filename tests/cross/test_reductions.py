@@ -1,4 +1,4 @@
-"""Reductions and histograms against NumPy, in float64 and whole numbers."""
+"""Reductions against NumPy, in float64 and whole numbers."""
 
 from __future__ import annotations
 
@@ -10,10 +10,6 @@ import pytest
 from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph.backends.numpy.backend import NumpyBackend
-from passgraph.backends.numpy.pixels.counts import counts_of
-from passgraph.plan.build import build
-from passgraph.plan.data import PixelStep
 from passgraph.srgb import srgb_to_linear
 
 Picture = NDArray[Any]
@@ -134,86 +130,6 @@ def test_a_kernel_reads_what_is_reduced() -> None:
     assert np.allclose(first["kept"], expected, rtol=1e-6)
     assert (first["late"] == 0).all()
     assert np.allclose(second["late"], expected.sum((0, 1)), rtol=1e-6)
-
-
-# Histograms
-
-
-@pytest.mark.parametrize("size", [(1, 1), (16384, 1), (3, 150), (130, 65)], ids=str)
-def test_bytes_are_counted_as_by_bincount(size: tuple[int, int]) -> None:
-    picture = np.random.default_rng(1).integers(0, 256, (size[1], size[0], 3)).astype(np.uint8)
-    with pg.compile(pg.histogram(pg.Input("frame", "rgb8"), channel=2, name="counts")) as program:
-        counts = program(frame=picture)["counts"]
-    assert counts.shape == (1, 256, 1)
-    assert np.array_equal(counts[0, :, 0], np.bincount(picture[..., 2].ravel(), minlength=256))
-
-
-@pytest.mark.parametrize("bins", [1, 7, 2048])
-def test_floats_are_counted_as_by_numpy(bins: int) -> None:
-    """Ends, beyond them and NaN; numbers lie in the middle of bins, so that no rounding moves one."""
-    random = np.random.default_rng(2)
-    low, high = -1.5, 2.5
-    picture = (random.integers(-bins // 4 - 1, bins + 2, (40, 33, 1)) + 0.5) * ((high - low) / bins) + low
-    picture.reshape(-1)[:6] = low, high, np.nan, np.inf, -np.inf, np.nextafter(high, 9)
-    picture = picture.astype(np.float32)
-    picture[1, 0] = np.nextafter(np.float32(high), np.float32(9))
-    low_value = pg.Value("low", float)
-    with pg.compile(
-        pg.histogram(pg.Input("f", "r32f"), bins, channel=0, low=low_value, high=high), non_finite="keep"
-    ) as program:
-        counts = program(f=picture, low=low)["f.histogram"][0, :, 0]
-    assert np.array_equal(counts, np.histogram(picture[np.isfinite(picture)], bins, (low, high))[0])
-
-
-def test_last_runs_counts_can_be_read() -> None:
-    """The target is the very one that was given."""
-    spec = pg.target("counts", "r32f")
-    add = pg.kernel(source="def add(a: Image, b: Image) -> float: return a[0, 0].r + b[0, 0].r")
-    counts = pg.histogram(pg.Input("frame", "r8"), 5, channel=0, into=spec)
-    both = add(counts, pg.previous(spec), into=pg.target("both", "r32f"))
-    with pg.compile(both) as program:
-        made = [program(frame=np.full((2, 3), level, np.uint8))["both"][0, :, 0].tolist() for level in (0, 255)]
-    assert made == [[6, 0, 0, 0, 0], [6, 0, 0, 0, 6]]
-
-
-def test_luma_is_weighted() -> None:
-    picture = np.zeros((1, 4, 3), np.float32)
-    picture[0, 1:] = np.eye(3)
-    with pg.compile(pg.histogram(pg.Input("frame", "rgb32f"), 100)) as program:
-        counts = program(frame=picture)["frame.histogram"][0, :, 0]
-    assert np.flatnonzero(counts).tolist() == [0, 7, 21, 71]
-
-
-def numbers_of_bins() -> tuple[tuple[pg.Target, ...], Picture]:
-    """The counting alone, of 48 bins, on a picture that anybody may have written."""
-    from passgraph.graph.reduction_kernels import count_bins
-
-    random = np.random.default_rng(4)
-    picture = random.integers(-3, 40, (21, 77)).astype(np.float16)
-    wild = np.array([np.nan, np.inf, -np.inf, 65504, -65504, 2049, 0.5, 1.5, 33, 34, 6e-8, -0.0], np.float16)
-    picture.reshape(-1)[random.permutation(picture.size)[: 9 * wild.size]] = np.tile(wild, 9)
-    handle = pg.Input("numbers", "r16f").border("zero")
-    quarters = tuple(pg.target(f"quarter {part}", "rgba32f", (3, 23)) for part in range(4))
-    return count_bins(handle, into=quarters), picture
-
-
-def test_counting_is_the_kernel_whatever_a_picture_holds() -> None:
-    """What the numpy backend does in the kernel's place, against the kernel; rows beyond the picture count nothing."""
-    counts, picture = numbers_of_bins()
-    expected = [[(row == number).sum() for number in range(1, 49)] for row in picture] + [[0] * 48] * 2
-    for options in (pg.Options(), pg.Options(simplify=False)):
-        with pg.compile(counts, options=options, non_finite="keep") as program:
-            made = program(numbers=picture[..., None])
-            rows = np.concatenate([made[quarter.name].reshape(23, 12) for quarter in counts], axis=1)
-            assert rows.tolist() == expected, options
-
-
-def test_the_counting_of_a_histogram_is_known() -> None:
-    """Its program is told by its key: one that changed on the way would be slow, and right."""
-    made = pg.histogram(pg.Input("frame", "rgb8", (64, 48)), 16)
-    with NumpyBackend() as backend:
-        steps = [step for step in build({"made": made}).steps if isinstance(step, PixelStep)]
-        assert [step.name for step in steps if counts_of(step, backend.workers) is not None] == ["frame.histogram rows"]
 
 
 # Around them

@@ -42,12 +42,11 @@ def quick(request: pytest.FixtureRequest) -> Iterator[Backend]:
 
 @pytest.fixture(scope="module")
 def glsl() -> Iterator[Any]:
-    import moderngl
-
     require("gl")
-    made = moderngl.create_context(standalone=True, require=400, backend="egl")
-    yield made
-    made.release()
+    from tests.offscreen import offscreen
+
+    with offscreen(400) as made:
+        yield made
 
 
 def picture(width: int, height: int) -> Floats:

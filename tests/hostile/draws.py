@@ -28,7 +28,8 @@ from passgraph.language.kernel import Kernel, kernel_from_text
 from passgraph.plan.build import build
 from passgraph.plan.data import DrawStep, Options, Plan
 from passgraph.verify.conformance.meshes import Soup
-from passgraph.verify.oracle.backend import Allowed, OracleBackend, outside
+from passgraph.verify.oracle.allowed import Allowed
+from passgraph.verify.oracle.backend import OracleBackend
 from tests.hostile.guard import guarded, guarded_copy
 
 Float32 = NDArray[np.float32]
@@ -234,7 +235,7 @@ class Drawn:
             return ""
         allowed: list[Allowed] = self.oracle.found[id(self.step)]
         for name, got, bounds in zip(self.step.writes, written[0], allowed, strict=True):
-            beyond = outside(got, bounds.values)
+            beyond = bounds.values.without(got)
             if beyond.any():
                 row, column, channel = (int(i) for i in np.argwhere(beyond)[0])
                 low, high = (float(x[row, column, channel]) for x in (bounds.values.lo, bounds.values.hi))

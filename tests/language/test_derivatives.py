@@ -20,6 +20,7 @@ from passgraph.verify.compare import compare
 from passgraph.verify.fuzz.cases import inputs_of, output_of
 from passgraph.verify.fuzz.expressions import Features
 from passgraph.verify.fuzz.kernels import kernel_texts
+from tests.offscreen import offscreen
 
 Picture = NDArray[Any]
 PADS = {"clamp": "edge", "zero": "constant", "repeat": "wrap", "mirror": "symmetric"}
@@ -113,7 +114,7 @@ PLAIN = "dFdx(v)"
 def drawn(shader: str, given: Picture) -> Picture:
     """A fragment shader over a picture, row 0 first, as quads lie."""
     height, width = given.shape[:2]
-    with moderngl.create_context(standalone=True, backend="egl") as context:  # type: ignore[call-arg]
+    with offscreen() as context:
         corners = (
             "#version 450\nvoid main() { gl_Position = vec4(gl_VertexID % 2 * 4 - 1, gl_VertexID / 2 * 4 - 1, 0, 1); }"
         )

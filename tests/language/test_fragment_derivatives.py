@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph.verify.compare import compare
 from tests.conftest import DEVICES, require
+from tests.offscreen import offscreen
 
 Numbers = NDArray[Any]
 KERNELS = """
@@ -142,7 +143,7 @@ def test_the_level_of_detail_is_that_of_the_plane(backend: str) -> None:
 def test_shaders_of_opengl_have_the_same() -> None:
     """Of the driver's own varyings and their fine derivatives, written in GLSL 4.50; row 0 of both is the top one."""
     mesh = floor()
-    with moderngl.create_context(standalone=True, backend="egl") as context:  # type: ignore[call-arg]
+    with offscreen() as context:
         program = context.program(
             vertex_shader="""#version 450
             layout(location = 0) in vec3 at; layout(location = 1) in vec2 given; uniform mat4 camera; out vec2 uv;

@@ -326,10 +326,10 @@ void main() {
 @pytest.fixture(scope="module")
 def glsl() -> Iterator[Any]:
     require("gl")
-    moderngl = pytest.importorskip("moderngl")
-    context = moderngl.create_context(standalone=True, require=430, backend="egl")
-    yield context
-    context.release()
+    from tests.offscreen import offscreen
+
+    with offscreen(430) as context:
+        yield context
 
 
 @pytest.mark.parametrize("form", GLSL_FORMS)

@@ -217,4 +217,9 @@ MUTANTS = (
         "opencl",
         ("draw states/draw into rgba8_srgb",),
     ),
+    _o("pg_bin", "number <= (float)BINS", "number < (float)BINS", "plans/a histogram", "plans/counts of"),
+    _o("pg_bin", "(float)near == number ? near : 0", "near", "plans/counts of wild"),
+    _o("pg_counts", "min(PIECE, WIDTH - x)", "PIECE", "plans/a histogram"),
+    _o("pg_counts", "x < WIDTH && y < HEIGHT; x += PIECE", "x < WIDTH; x += PIECE", "plans/counts of wild"),
+    _o("pg_counts", "tables[3][entries[i + 3]] += 1;", "tables[3][entries[i + 2]] += 1;", "plans/a histogram"),
 )

@@ -446,7 +446,7 @@ MUTANTS = (
     _reduce("reduce_level", "ivec2(SIDE, 0), ivec2(SIDE * SIDE, 1)", "ivec2(SIDE, 0), ivec2(SIDE, 1)"),
     _reduce("per_texel", "float(size.x // made.x) * float(size.y // made.y)", "float(size.x // made.x)"),
     _reduce("bin_of", "number >= low and number <= high", "number <= high"),
-    _reduce("bin_of", "min(place, bins - 1) + 1", "place + 1"),
+    _reduce("bin_of", "min(place, float(bins - 1)) + 1.0", "place + 1.0"),
     _reduce("count_bins", "4 * pixel().x", "3 * pixel().x"),
     _reduce("count_bins", "2.0 * quarter", "quarter"),
     _reduce("counted", "number == wanted.w", "number == wanted.z"),

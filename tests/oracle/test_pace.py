@@ -15,8 +15,9 @@ import pytest
 import passgraph as pg
 from passgraph.verify.compare import compare
 from passgraph.verify.oracle import decisions, domain
-from passgraph.verify.oracle.backend import Allowed
+from passgraph.verify.oracle.allowed import Allowed
 from passgraph.verify.oracle.domain import IntervalDomain
+from passgraph.verify.oracle.interval import Bounded
 from passgraph.verify.oracle.pace import SAMPLE, Pace, batches
 from passgraph.verify.oracle.passes import Passes
 
@@ -87,7 +88,7 @@ def applied(monkeypatch: pytest.MonkeyPatch) -> list[int]:
     """Numbers that operations were applied to so far."""
     count, plain = [0], IntervalDomain.apply
 
-    def counted(self: IntervalDomain, operation: str, arguments: list[domain.Bounded]) -> domain.Bounded:
+    def counted(self: IntervalDomain, operation: str, arguments: list[Bounded]) -> Bounded:
         count[0] += max(len(argument) for argument in arguments)
         return plain(self, operation, arguments)
 
@@ -212,6 +213,37 @@ def paint(corner: Corner) -> vec4:
     assert report.backends[0].targets[0].untried == 24
     assert not report.passed
     assert compare(drawn, ["reference"], size=(6, 4)).passed
+
+
+def test_vertices_have_their_share_of_the_time() -> None:
+    """Of a corner in one quarter of the picture nothing is known, so that nothing is known of the other three."""
+    text = """
+class Corner:
+    position: vec4
+
+def place(vertex: Vertex) -> Corner:
+    return Corner(vec4(vertex.position * 0.5 - 0.5, 1.0))
+
+def paint(corner: Corner) -> vec4:
+    return vec4(1.0)
+"""
+    corners = np.random.default_rng(5).uniform(-1.0, 1.0, (3 * 5000, 3)).astype(np.float32)
+    mesh = pg.Mesh.make(positions=corners, triangles=np.arange(3 * 5000).reshape(-1, 3))
+    place, paint = (pg.vertex(source=text, name="place"), pg.fragment(source=text, name="paint"))
+    drawn = pg.draw(mesh, vertex=place, fragment=paint, into=pg.target("color", "rgba8"))
+
+    def allowed(pace: Pace) -> Allowed:
+        (only,) = Passes({"out": drawn}, (6, 4), [{}], pace).allowed(True)[1].values()
+        return only
+
+    said: list[str] = []
+    whole = allowed(Pace(say=said.append))
+    assert said[0].startswith("bounds of color, vertices: 7% done, up to ")
+    assert np.isfinite(whole.values.lo).all()
+    assert (whole.values.hi[:, 3:] == 0).all()
+    left = allowed(Pace(5.0, clock=Clock()))
+    assert (left.untried, left.ambiguous.all(), left.unpromised.any()) == (24, True, False)
+    assert np.isneginf(left.values.lo).all()
 
 
 def test_the_rest_is_estimated_from_the_sample() -> None:

@@ -1,4 +1,5 @@
-"""A reader who follows the outputs through ``plan.build`` call by call meets each file once."""
+"""A reader who follows the outputs through ``plan.build``, or a pass through ``compare``, call by call, meets each file
+once."""
 
 from __future__ import annotations
 
@@ -7,8 +8,12 @@ from collections.abc import Callable
 from pathlib import Path
 from types import FrameType
 
+import numpy as np
+import pytest
+
 import passgraph as pg
 from passgraph.plan.build import build
+from passgraph.verify.compare import compare
 
 root = Path(pg.__file__).resolve().parent
 #: Files of nouns, read before: calls into them are answers, not steps of the way.
@@ -18,6 +23,15 @@ NOUNS = {
 }  # fmt: skip
 #: Sorting is asked for twice, and the files of passes and of inputs too.
 MOST = 6
+#: Of the way of a pass through ``compare``: what bounds, targets, time and verdicts are.
+ORACLES_NOUNS = {
+    "verify/report.py",
+    *(f"verify/oracle/{name}.py" for name in (
+        "allowed", "domain", "functions", "interval", "merge", "pace", "storage", "vectors",
+    )),
+}  # fmt: skip
+#: A graph is made, run and asked about in one file; a stage is made and then bounded, of a draw two, over and over.
+MOST_OF_COMPARE = {"pass": 3, "draw": 6}
 half = pg.kernel(source="def half(color: Image, other: Image) -> vec4: return color[0, 0] * 0.5 + other[1, 0]")
 zoom = pg.kernel(source="def zoom(color: Image, by: float) -> vec4: return color.sample(uv()) * by")
 STAGES = """
@@ -74,6 +88,25 @@ def left_and_entered_again(follow: Callable[[], object]) -> set[tuple[str, str]]
     finally:
         sys.setprofile(before)
     return found
+
+
+@pytest.mark.parametrize("kind", MOST_OF_COMPARE)
+def test_comparing_is_read_file_by_file(kind: str) -> None:
+    frame = pg.Input("frame", "rgba32f", (8, 4))
+    mesh = pg.Mesh.make([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], [[0, 1, 2]])
+    stages = {"vertex": pg.vertex(source=STAGES, name="place"), "fragment": pg.fragment(source=STAGES, name="paint")}
+    color, depth = pg.target("color", "rgba32f"), pg.target("depth", "depth32f")
+    outputs = zoom(frame, 0.5) if kind == "pass" else pg.draw(mesh, into=color, depth=depth, **stages)
+    picture = np.random.default_rng(1).random((4, 8, 4)).astype(np.float32)
+
+    def follow() -> None:
+        compare(outputs, ["numpy"], **({"frame": picture} if kind == "pass" else {"size": (8, 4)}))
+
+    follow()  # what is loaded and lowered once
+    entered = left_and_entered_again(follow)
+    found = [way for way in entered if way[1].startswith("verify/") and way[1] not in ORACLES_NOUNS]
+    assert ("verify/compare.py", "verify/oracle/backend.py") not in found
+    assert len(found) <= MOST_OF_COMPARE[kind], sorted(found)
 
 
 def test_planning_is_read_file_by_file() -> None:

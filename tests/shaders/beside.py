@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
@@ -31,15 +30,6 @@ def files(kind: str) -> list[Path]:
 
 def read_original(path: Path) -> File:
     return IsfFile(path) if path.suffix == ".fs" else TransitionFile(path)
-
-
-@contextmanager
-def host() -> Iterator[moderngl.Context]:
-    context = moderngl.create_context(standalone=True, require=430, backend="egl")
-    try:
-        yield context
-    finally:
-        context.release()
 
 
 @cache

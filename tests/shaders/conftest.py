@@ -18,7 +18,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 @pytest.fixture(scope="module")
 def context() -> Iterator[moderngl.Context]:
     """OpenGL for the originals, once a module."""
-    from beside import host  # here, since moderngl need not be installed
+    from tests.offscreen import offscreen  # here, since moderngl need not be installed
 
-    with host() as made:
+    with offscreen(430) as made:
         yield made

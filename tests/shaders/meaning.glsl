@@ -626,3 +626,49 @@ Both put(Both b, int k, float x) {
 Both b = Both(vec3(p, 1), float[3](p.y, 2.0, p.x), mat2(p, 3, 4));
 b = put(put(put(put(b, 3, 5.0), -1, 6.0), 1, 7.0), 2, p.x);
 o = vec4(b.v + vec3(b.a[0], b.a[1], b.a[2]) * 100.0, b.m[0][1] + 10.0 * b.m[1][0]);
+
+//// loops count by components of a vector
+// main
+vec3 r;
+vec4 s = vec4(0);
+for (r.z = 0.0; r.z < 2.0; r.z++)
+    for (r.x = -3.0; r.x <= 3.0; r.x++)
+        for (r.y = -3.0; r.y <= 3.0; r.y += 1.5)
+            for (s.z = 2.0; s.z > 0.0; --s.z)
+                s.xyw += vec3(r.x * p.x, r.y * r.y, r.z);
+o = s + vec4(0, 0, r.x, r.y);
+
+//// loops have bounds that counters around them make
+#define SKIP(z, c) ((z.c += 1.0), (z.c += float(z == vec3(0))))
+// main
+vec3 r = vec3(0), q;
+for (r.x = -3.0; r.x <= 3.0; r.x++)
+    for (r.y = -abs(abs(r.x) - 3.0); r.y <= abs(abs(r.x) - 3.0); SKIP(r, y))
+        for (q.y = -2.0; q.y <= 0.0; q.y++)
+            for (q.x = -abs(abs(q.y) - 2.0); q.x <= abs(abs(q.y) - 2.0) * float(q.y != 0.0); q.x++)
+                o += vec4(1.0, r.y * p.x, r.x * q.x, q.y);
+
+//// loops have bounds of ints that counters around them make
+// main
+for (int i = 0; i < 7; i++)
+    for (int j = i; j >= 0 && j > i - n; j -= 2)
+        for (int k = max(i, j) - 3; k < min(i + j, 5); k++)
+            o += vec4(1, i, j, k);
+
+//// counters that bodies, conditions and steps of other parts change
+struct Counters {
+    int x, r;
+};
+// main
+ivec2 c;
+for (c.x = 0; c.x < 6; c.x++) {
+    o.x += 1.0;
+    if (c.x == n) c.rg += ivec2(2, 1);
+}
+for (int i = 0; i-- < 5 && o.y < 9.0; i += 2) o.y++;
+for (int i = 0, j = 9; i < j; i++, j--) o.z++;
+Counters b = Counters(0, 0);
+for (b.x = 0; b.x < 4; b.x++) {
+    b.r++;
+    o.w += float(b.r);
+}

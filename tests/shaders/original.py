@@ -10,6 +10,8 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from tests.offscreen import offscreen
+
 Picture = NDArray[np.float32]
 
 _QUAD = "#version 330\nin vec2 corner; void main() { gl_Position = vec4(corner, 0.0, 1.0); }"
@@ -44,6 +46,7 @@ class Original:
     ) -> Picture:  # fmt: skip
         """The picture (h, w, 4) that a shader draws, row 0 on top, as pictures are given; ``levels``, with mip maps."""
         context = self.context
+        context.__enter__()  # whichever is current, this one stays so
         program = context.program(vertex_shader=_QUAD, fragment_shader=head + text)
         textures = []
         for unit, (name, picture) in enumerate(pictures.items()):
@@ -75,8 +78,5 @@ class Original:
 @contextmanager
 def original() -> Iterator[Original]:
     """A context, for as long as it is needed."""
-    context = moderngl.create_context(standalone=True, require=330, backend="egl")
-    try:
+    with offscreen() as context:
         yield Original(context)
-    finally:
-        context.release()

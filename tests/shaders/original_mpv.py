@@ -64,10 +64,11 @@ _MOVED = (
     _HEAD + "uniform sampler2D t; void main() { host_color = texture(t, host_pos + tex_offset / textureSize(t, 0)); }"
 )
 #: In the order in which the player comes by; all before SCALED see the picture before it is scaled.
-_STAGES = ("LUMA", "RGB", "NATIVE", "MAINPRESUB", "MAIN", "LINEAR", "SIGMOID", "PREKERNEL", "POSTKERNEL", "SCALED",
-           "OUTPUT")  # fmt: skip
+_STAGES = ("LUMA", "CHROMA", "RGB", "NATIVE", "MAINPRESUB", "MAIN", "LINEAR", "SIGMOID", "PREKERNEL", "POSTKERNEL",
+           "SCALED", "OUTPUT")  # fmt: skip
 _GL_INT = 0x1404
 _Program: TypeAlias = "tuple[moderngl.Program, moderngl.VertexArray]"
+_PLANES = {"LUMA": 1, "CHROMA": 2}
 #: Rec. 709.
 _LUMA = np.array([0.2126, 0.7152, 0.0722], np.float64)
 
@@ -100,6 +101,7 @@ class MpvFile:
                 blocks[-1].code += line + "\n"
             in_head = found is not None
         self.passes = [block for block in blocks if "HOOK" in block.said]
+        self.textures = {block.first("TEXTURE"): block for block in blocks if "TEXTURE" in block.said}
         self.parameters = {block.first("PARAM"): block for block in blocks if "PARAM" in block.said}
 
     def defaults(self) -> dict[str, float]:
@@ -147,7 +149,9 @@ class Original:
         self.programs: dict[tuple[int, str], _Program] = {}
         self.kept: dict[tuple[int, str], moderngl.Texture] = {}
         self.places: dict[Size, moderngl.Texture] = {}
-        self.offsets = {"MAIN": (0.0, 0.0), "LUMA": (0.0, 0.0)}
+        self.offsets = {"MAIN": (0.0, 0.0), "LUMA": (0.0, 0.0), "CHROMA": (0.0, 0.0)}
+        self.tables = {name: self._table(block) for name, block in file.textures.items()}
+        self.has_planes = any(set(one.said["HOOK"]) & set(_PLANES) for one in file.passes)
         self.moved = self._program(_MOVED)
 
     def texture(self, picture: Picture) -> moderngl.Texture:
@@ -156,28 +160,45 @@ class Original:
         data = np.ascontiguousarray(picture, np.float32).tobytes()
         return smooth(self.context.texture((width, height), channels, data, dtype="f4"))
 
+    def _table(self, block: Block) -> Any:
+        """A texture that the file brings: floats of 32 bits, or bytes."""
+        sides, kind = tuple(map(int, block.first("SIZE").split())), block.first("FORMAT")
+        channels, data = len(kind.rstrip("0123456789f")), bytes.fromhex("".join(block.code.split()))
+        if kind.endswith("16f"):
+            data = np.frombuffer(data, "<f4").astype(np.float16).tobytes()
+        dtype = {"8": "f1", "16f": "f2", "32f": "f4"}[kind.lstrip("rgba")]
+        make: Any = self.context.texture if len(sides) == 2 else self.context.texture3d
+        made = make(sides, channels, data, alignment=1, dtype=dtype)
+        is_near, repeats = block.first("FILTER") == "NEAREST", block.first("BORDER") == "REPEAT"
+        made.filter = (moderngl.NEAREST, moderngl.NEAREST) if is_near else (moderngl.LINEAR, moderngl.LINEAR)
+        made.repeat_x = made.repeat_y = repeats
+        return made
+
     def draw(self, picture: Picture) -> Picture:
         """What the player has before it scales to the window: (h, w, 4)."""
         shown = self.run({"MAIN": self.texture(picture), **self.planes(picture)})
-        if not any("LUMA" in one.said["HOOK"] for one in self.file.passes):
-            return self._put_back(shown["MAIN"], "MAIN", shown["MAIN"].size)
-        luma = self._put_back(shown["LUMA"], "LUMA", shown["LUMA"].size)[:, :, :1]
-        chroma = self._put_back(shown["CHROMA"], "CHROMA", shown["LUMA"].size)
-        # Rec. 709: V = (R - Y) / 1.5748, U = (B - Y) / 1.8556.
-        red, blue = luma + 1.5748 * chroma[:, :, 1:2], luma + 1.8556 * chroma[:, :, :1]
+        return self._put_back(shown["MAIN"], "MAIN", shown["MAIN"].size)
+
+    def _joined(self, held: Mapping[str, moderngl.Texture]) -> moderngl.Texture:
+        """The picture that planes are, as the player makes it of a video's."""
+        luma = self._put_back(held["LUMA"], "LUMA", held["LUMA"].size)[:, :, :1]
+        chroma = self._put_back(held["CHROMA"], "CHROMA", held["LUMA"].size)
+        # Rec. 709: V = (R - Y) / 1.5748, U = (B - Y) / 1.8556, and 0.5 where there is none.
+        red, blue = luma + 1.5748 * (chroma[:, :, 1:2] - 0.5), luma + 1.8556 * (chroma[:, :, :1] - 0.5)
         green = (luma - _LUMA[0] * red - _LUMA[2] * blue) / _LUMA[1]
-        return np.concatenate([red, green, blue, chroma[:, :, 3:]], 2).astype(np.float32)
+        alpha = self._put_back(held["MAIN"], "MAIN", held["LUMA"].size)[:, :, 3:]
+        return self.texture(np.concatenate([red, green, blue, alpha], 2).astype(np.float32))
 
     def planes(self, picture: Picture) -> dict[str, moderngl.Texture]:
         """Luma and colours of a picture, as the player has them of a video."""
         # In float32 and in this order, as shaders have it: some decide by the last bits of flat places.
         parts = picture[:, :, :3] * np.float32(_LUMA)
         luma = parts[:, :, 0] + parts[:, :, 1] + parts[:, :, 2]
-        v, u = (picture[:, :, 0] - luma) / 1.5748, (picture[:, :, 2] - luma) / 1.8556
+        v, u = (picture[:, :, 0] - luma) / 1.5748 + 0.5, (picture[:, :, 2] - luma) / 1.8556 + 0.5
         zero, one = np.zeros_like(luma), np.ones_like(luma)
         return {
             "LUMA": self.texture(np.stack([luma, zero, zero, one], 2).astype(np.float32)),
-            "CHROMA": self.texture(np.stack([u, v, zero, picture[:, :, 3]], 2).astype(np.float32)),
+            "CHROMA": self.texture(np.stack([u, v, zero, one], 2).astype(np.float32)),
         }
 
     def _put_back(self, texture: moderngl.Texture, own: str, size: Size) -> Picture:
@@ -190,12 +211,16 @@ class Original:
         """Every pass by its stage; what is held behind the last one."""
         self.offsets = dict.fromkeys(self.offsets, (0.0, 0.0))
         for stage in _STAGES:
-            own = "LUMA" if stage == "LUMA" else "MAIN"
+            own = stage if stage in _PLANES else "MAIN"
             held = held | {stage: held[own]}
             for number, block in enumerate(self.file.passes):
-                if stage in block.said["HOOK"]:
+                hooks = block.said["HOOK"]
+                # What hooks planes is not run for the picture again.
+                if stage in hooks and (stage in _PLANES or not set(hooks) & set(_PLANES)):
                     self._pass(number, block, stage, held)
             held[own] = held[stage]
+            if stage == "CHROMA" and self.has_planes:
+                held["MAIN"] = self._joined(held)
         return held
 
     def _pass(self, number: int, block: Block, stage: str, held: dict[str, moderngl.Texture]) -> None:
@@ -204,12 +229,13 @@ class Original:
         sizes["NATIVE_CROPPED"] = held["MAIN"].size
         if not all(postfix(text, sizes, self.values) for text in block.said.get("WHEN", [])):
             return
-        given = {name: hooked if name == "HOOKED" else held.get(name) for name in block.said.get("BIND", [])}
+        bound = [name for name in block.said.get("BIND", []) if name not in self.tables]
+        given = {name: hooked if name == "HOOKED" else held.get(name) for name in bound}
         if None in given.values():
             return
         if "HOOKED" in given:
             given[stage] = hooked
-        components = int(block.first("COMPONENTS") or (1 if stage == "LUMA" else 4))
+        components = int(block.first("COMPONENTS") or _PLANES.get(stage, 4))
         key = (number, stage)
         if key not in self.programs:
             self.programs[key] = self._compiled(block, stage, list(given), components)
@@ -221,10 +247,11 @@ class Original:
         target = self.kept.get(key)
         if target is None or target.size != size:
             target = self.kept[key] = smooth(self.context.texture((size[0], size[1]), 4, dtype="f2"))
-        own = "LUMA" if stage == "LUMA" else "MAIN"
+        own = stage if stage in _PLANES else "MAIN"
         values = {"tex_offset": self.offsets[own], "input_size": held["MAIN"].size}
         wide = self.context.texture((size[0], size[1]), 4, dtype="f4") if self.exact else target
         textures = {f"host_of_{name}": texture for name, texture in given.items()}
+        textures |= {name: table for name, table in self.tables.items() if name in block.said.get("BIND", [])}
         self._render(self.programs[key], wide, textures, values)
         if self.exact:
             target.write(np.frombuffer(wide.read(), np.float32).astype(np.float16).tobytes())
@@ -244,6 +271,8 @@ class Original:
         for name in bound:
             is_moved = block.first("OFFSET") == "ALIGN" and name in ("HOOKED", stage)
             text += _BIND.format(name, f"(host_pos + tex_offset * {name}_pt)" if is_moved else "host_pos")
+        for name in (name for name in self.tables if name in block.said.get("BIND", [])):
+            text += f"uniform sampler{self.file.textures[name].first('SIZE').count(' ') + 1}D {name};\n"
         text += block.code
         unused = "".join(f"host_color.{'rgba'[i]} = {int(i == 3)}.0; " for i in range(components, 4))
         text += f"\nvoid main() {{ host_color = hook(); {unused}}}"

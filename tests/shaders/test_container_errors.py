@@ -264,3 +264,29 @@ def test_what_belongs_to_other_stages_is_refused_with_its_line(
 def test_a_variable_may_be_called_as_another_stage_calls_something() -> None:
     pg.kernel(glsl="float shared = 1.0, barrier = 2.0; void main() { gl_FragColor = vec4(shared + barrier); }")
     pg.kernel(glsl="float imageLoad(float x) { return x; } void main() { gl_FragColor = vec4(imageLoad(1.0)); }")
+
+
+_HALVES = "#if defined(VERTEX)\nvoid main() {}\n#elif defined(FRAGMENT)\n" + BODY + "\n#endif\n"
+_SIZED = (
+    '/*{"INPUTS": [{"NAME": "share", "TYPE": "%s"}], "PASSES": [{"TARGET": "a", "WIDTH": "$WIDTH * $share"}, {}]}*/\n'
+)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "parameter", "given"),
+    [
+        ("a.fs", _SIZED % "float" + BODY, "share", pg.Value("share", float)),
+        ("a.fs", _SIZED % "point2D" + BODY, "share", (0.5, 0.5)),
+        ("a.hook", "//!HOOK MAIN\nvec4 hook() { return vec4(0.5); }", "output_scale", pg.Value("scale", float)),
+        ("a.glsl", _HALVES, "output_scale", pg.Value("scale", float)),
+    ],
+)
+def test_sizes_come_from_numbers_and_not_from_runs(
+    tmp_path: Path, name: str, text: str, parameter: str, given: Any
+) -> None:
+    (tmp_path / name).write_text(text)
+    shader = load_shader(tmp_path / name)
+    pictures = [pg.Input(name) for name in shader.images]
+    assert shader.constants >= {parameter}
+    with pytest.raises(pg.InputError, match=f"a.*: parameter '{parameter}', which sizes of passes come from, must be"):
+        shader(*pictures, **{parameter: given})

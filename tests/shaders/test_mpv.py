@@ -84,7 +84,7 @@ def test_parameters_have_their_ranges(tmp_path: Path) -> None:
     ("text", "said"),
     [
         ("//!HOOK MAIN\n//!COMPUTE 8 8\nvoid hook() {}", r":2: a compute shader \(//!COMPUTE\) is not read here"),
-        ("//!HOOK CHROMA\n//!BIND HOOKED\nvec4 hook() { return vec4(0.0); }", ":1: //!HOOK CHROMA is not read here"),
+        ("//!HOOK ALPHA\n//!BIND HOOKED\nvec4 hook() { return vec4(0.0); }", ":1: //!HOOK ALPHA is not read here"),
         ("//!HOOK MAIN\n//!NONSENSE 1\nvec4 hook() { return vec4(0.0); }", ":2: //!NONSENSE is no directive"),
         ("//!HOOK MAIN\n//!BIND NEVER\nvec4 hook() { return NEVER_tex(NEVER_pos); }", "no pass before has saved it"),
         ("//!HOOK MAIN\n//!WIDTH 2 *\nvec4 hook() { return vec4(0.0); }", "too few operands"),
@@ -169,7 +169,16 @@ vec4 hook() {
 """
 
 
-@pytest.mark.parametrize(("hook", "offset"), [("MAIN", "0.25 0"), ("MAIN", "ALIGN"), ("LUMA", "0 -1")])
+@pytest.mark.parametrize(
+    ("hook", "offset"),
+    [
+        ("MAIN", "0.25 0"),
+        ("MAIN", "ALIGN"),
+        ("LUMA", "0 -1"),
+        ("CHROMA", "0.5 0"),
+        ("LUMA\n//!HOOK CHROMA\n//!HOOK RGB", "0 0.5"),
+    ],
+)
 @pytest.mark.parametrize("backend", ["numpy", "gl"])
 def test_passes_draw_what_the_original_draws(
     tmp_path: Path, context: moderngl.Context, hook: str, offset: str, backend: str
@@ -179,3 +188,112 @@ def test_passes_draw_what_the_original_draws(
     assert seen.shape == expected.shape == (13, 17, 4)
     assert np.ptp(expected[:, :, 0]) > 0.1, "a plain picture shows nothing"
     np.testing.assert_allclose(seen, expected, atol=1e-3)
+
+
+#: Planes, each with what the other has become, and the picture that they make behind them.
+PLANES = """//!HOOK LUMA
+//!BIND HOOKED
+//!SAVE SMALL
+//!WIDTH HOOKED.w 2 /
+//!HEIGHT HOOKED.h 2 /
+vec4 hook() { return HOOKED_tex(HOOKED_pos) * 0.5; }
+
+//!HOOK CHROMA
+//!HOOK LUMA
+//!HOOK RGB
+//!BIND HOOKED
+#ifdef LUMA_raw
+vec4 hook() { return LUMA_texOff(vec2(1.0, 0.0)); }
+#else
+vec4 hook() { return HOOKED_tex(HOOKED_pos).yxzw; }
+#endif
+
+//!HOOK MAIN
+//!BIND MAIN
+//!BIND SMALL
+vec4 hook() { return vec4(MAIN_tex(MAIN_pos).bgr + SMALL_tex(SMALL_pos).x, 0.25); }
+
+//!HOOK CHROMA
+//!BIND HOOKED
+//!BIND LUMA
+//!WIDTH LUMA.w 2 *
+vec4 hook() { return vec4(HOOKED_tex(HOOKED_pos).xy * 0.5 + LUMA_tex(LUMA_pos).x * 0.25, 7.0, 7.0); }
+"""
+
+
+def test_planes_are_changed_one_after_another_and_joined_before_the_picture(
+    tmp_path: Path, context: moderngl.Context
+) -> None:
+    seen = made(tmp_path, PLANES)
+    expected = Original(context, MpvFile(tmp_path / "chain.glsl"), (17, 13), (34, 26)).draw(FRAME)
+    np.testing.assert_allclose(seen, expected, atol=2e-3)
+
+
+def test_half_the_chroma_is_the_mean_of_four_pixels(tmp_path: Path) -> None:
+    text = "//!HOOK CHROMA\n//!BIND HOOKED\nvec4 hook() { return vec4(vec2(HOOKED_size) / 256.0, 0.0, 0.0); }"
+    half = made(tmp_path, text, chroma_scale=0.5)
+    luma = FRAME[:, :, :3] @ np.array([0.2126, 0.7152, 0.0722], np.float32)
+    np.testing.assert_allclose(half[:, :, 2] - luma, (9 / 256 - 0.5) * 1.8556, atol=2e-3)
+    np.testing.assert_allclose(half[:, :, 0] - luma, (7 / 256 - 0.5) * 1.5748, atol=2e-3)
+    frame = np.float32(np.random.default_rng(5).random((12, 16, 4)))
+    (tmp_path / "same.glsl").write_text(text.replace("vec2(HOOKED_size) / 256.0", "HOOKED_tex(HOOKED_pos).xy"))
+    graph = pg.load_shader(tmp_path / "same.glsl")(
+        pg.Input("frame"), into=pg.target("out", "rgba32f"), chroma_scale=0.5
+    )
+    with pg.compile(graph) as program:
+        seen = program(frame=frame)["out"]
+    y = frame[:, :, :3] @ np.array([0.2126, 0.7152, 0.0722], np.float32)
+    small = (frame[:, :, 2] - y).reshape(6, 2, 8, 2).mean((1, 3))
+    expected = y + cv2.resize(small, (16, 12), interpolation=cv2.INTER_LINEAR)
+    np.testing.assert_allclose(seen[:, :, 2], expected, atol=2e-3)
+
+
+def hexadecimal(values: np.ndarray[Any, Any]) -> str:
+    return values.tobytes().hex()
+
+
+TABLE = np.random.default_rng(9).random((5, 6, 4)).astype(np.float32)
+TEXTURES = {
+    "rgba16f": ("6 5", hexadecimal(TABLE), "texture(TABLE, {0})"),
+    "rgba32f": ("6 5", hexadecimal(TABLE), "texture(TABLE, {0}) + texelFetch(TABLE, ivec2(5, 4), 0)"),
+    "r8": ("7 3", hexadecimal(np.arange(21, dtype=np.uint8) * 12), "vec4(texture(TABLE, {0}).x)"),
+    "rg32f": ("3 2 4", hexadecimal(np.arange(48, dtype=np.float32) / 48), "texture(TABLE, vec3({0}, 0.3)).xyxy"),
+}
+
+
+@pytest.mark.parametrize("format", TEXTURES)
+@pytest.mark.parametrize("said", ["//!FILTER NEAREST\n", "//!BORDER REPEAT\n"])
+def test_textures_within_a_file_are_read_as_the_original_reads_them(
+    tmp_path: Path, context: moderngl.Context, format: str, said: str
+) -> None:
+    size, digits, read = TEXTURES[format]
+    if len(size.split()) == 3 and "NEAREST" not in said:
+        said = "//!FILTER LINEAR\n"
+    text = f"//!TEXTURE TABLE\n//!SIZE {size}\n//!FORMAT {format}\n{said}{digits[:64]}\n{digits[64:].upper()}\n\n"
+    place = "HOOKED_pos * 1.7 - 0.3"
+    text += f"//!HOOK MAIN\n//!BIND HOOKED\n//!BIND TABLE\nvec4 hook() {{ return {read.format(place)}; }}\n"
+    seen = made(tmp_path, text)
+    expected = Original(context, MpvFile(tmp_path / "chain.glsl"), (17, 13), (34, 26)).draw(FRAME)
+    np.testing.assert_allclose(seen, expected, atol=6e-3)
+
+
+@pytest.mark.parametrize(
+    ("head", "said"),
+    [
+        ("//!SIZE 99999 99999\n//!FORMAT rgba32f\n00", r":1: //!TEXTURE T: SIZE has sides from 1 to 16384"),
+        ("//!SIZE 16384 16384\n//!FORMAT rgba32f\n00", r"at most 4194304 texels"),
+        ("//!SIZE 2048 2048\n//!FORMAT rgba32f\n00", r"ask for 134217728 hexadecimal digits, got 2"),
+        ("//!SIZE 0 4\n//!FORMAT r8\n", "SIZE has sides from 1"),
+        ("//!SIZE 4\n//!FORMAT r8\n00000000", "SIZE is width and height, and the depth of a volume, got '4'"),
+        ("//!SIZE -1 1\n//!FORMAT r8\n00", "SIZE is width and height"),
+        ("//!FORMAT r8\n00", "SIZE is width and height"),
+        ("//!SIZE 1 1\n//!FORMAT rgba8ui\n00000000", "FORMAT is such as rgba16f"),
+        ("//!SIZE 1 1\n//!FORMAT r8\n0g", "must be hexadecimal digits"),
+        ("//!SIZE 1 1\n//!FORMAT r8\n//!FILTER CUBIC\n00", "FILTER is one of LINEAR, NEAREST, got 'CUBIC'"),
+        ("//!SIZE 1 1\n//!FORMAT r8\n//!STORAGE\n00", r"that passes write \(//!STORAGE\) is not read here"),
+    ],
+)
+def test_textures_that_are_wrong_are_told_before_memory_is_asked_for(tmp_path: Path, head: str, said: str) -> None:
+    text = f"//!TEXTURE T\n{head}\n//!HOOK MAIN\n//!BIND T\nvec4 hook() {{ return texture(T, vec2(0.5)); }}\n"
+    with pytest.raises(pg.InputError, match=said):
+        made(tmp_path, text)

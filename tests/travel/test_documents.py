@@ -165,6 +165,22 @@ def test_statements_that_no_parser_makes_are_refused(what: str) -> None:
         pg.from_data(kernel(rows, body=body))
 
 
+@pytest.mark.parametrize(
+    ("type_", "told"),
+    [
+        (
+            [["float", 1 << 12], 1 << 13],
+            r"parameters\[1\]: must be within the language's limits: .* has 33554432 elements, those of arrays in it",
+        ),
+        (["Image", 1025], r"parameters\[1\]: must be .* has 1025 elements, .* at most 1024"),
+        (["Image", 1000], r"parameters: must be within the language's limits: a kernel takes 1001 images"),
+    ],
+)
+def test_signatures_keep_to_the_limits_of_text(type_: Any, told: str) -> None:
+    with pytest.raises(pg.InputError, match=r"graph data, kernels\[0\]\." + told):
+        pg.from_data(kernel([], parameters=[["a", "Image", False, None], ["b", type_, False, None]]))
+
+
 @pytest.mark.parametrize("stage", ["vertex", "fragment"])
 def test_only_pixel_kernels_read_beside_their_pixel(stage: str) -> None:
     document = copy.deepcopy(DATA)

@@ -59,6 +59,15 @@ def optimised(text: str, *, loops: int = 0, context: Any = None) -> Any:
     Other text has loops over single numbers; where ``loops`` is not 0, it makes vectors of them at that level, 1 to 3.
     """
     module = llvm.parse_assembly(text, context)
+    try:
+        _optimise(module, loops)
+    except BaseException:
+        module.close()  # before its context is: LLVM looks into it
+        raise
+    return module
+
+
+def _optimise(module: Any, loops: int) -> None:
     module.verify()
     options = llvm.create_pipeline_tuning_options(speed_level=loops or 1)
     options.loop_vectorization, options.slp_vectorization, options.loop_unrolling = loops > 0, False, False
@@ -66,7 +75,7 @@ def optimised(text: str, *, loops: int = 0, context: Any = None) -> Any:
     run = _beside_others("LLVMPY_RunNewModulePassManager")
     if loops:
         run(builder.getModulePassManager(), module, builder)
-        return module
+        return
     if len(_defined(module)) > 1:
         calls = llvm.create_new_module_pass_manager()
         calls.add_always_inliner_pass()
@@ -77,7 +86,6 @@ def optimised(text: str, *, loops: int = 0, context: Any = None) -> Any:
     simplify.add_new_gvn_pass()
     for function in _defined(module):
         run(simplify, function, builder)
-    return module
 
 
 def _defined(module: Any) -> list[Any]:

@@ -64,7 +64,6 @@ class Code:
 
     def __init__(self, name: str, text: str, loops: int, made: bytes | None) -> None:
         self.name, self._text, self._loops = name, text, loops
-        self._kept = made is not None
         self._object = made
         self._address: int | None = None
         self._making = threading.Lock()
@@ -77,7 +76,9 @@ class Code:
             if self._making.acquire(blocking=wait):
                 try:
                     if self._object is None:
-                        self._object = _compiled(self.name, self._text, self._loops)
+                        made = _compiled(self.name, self._text, self._loops)
+                        remember("code", f"{self.name}.o", made)
+                        self._object = made
                 finally:
                     self._making.release()
 
@@ -94,8 +95,6 @@ class Code:
 
     def _load(self) -> None:
         assert self._object is not None
-        if not self._kept:
-            remember("code", f"{self.name}.o", self._object)
         self._address = _loaded(self.name, self._object)
         self._text, self._object = "", b""
 

@@ -24,7 +24,6 @@ from passgraph.backends.numpy.pixels.layout import Layout, StageLayout, View
 from passgraph.backends.numpy.vector.lanes import Lanes, border, counting
 from passgraph.backends.numpy.vector.operations import F32, I32, I64
 from passgraph.backends.numpy.vector.stored import decoded, element
-from passgraph.backends.numpy.vector.texels import neighbours
 from passgraph.language.borders import BORDERS
 
 
@@ -229,19 +228,33 @@ class StageRows:
             with b.if_else(is_middle) as (inside, beyond):
                 with inside:
                     if view.decodes:
-                        self._decode(view, row, b.mul(start, channels), b.mul(count, channels), strip)
+                        self._fill(view, row, start, count, strip)
                         b.store(shifted, place)
                 with beyond:
-                    with counting(b, number(0), count, number(1)) as i:
-                        self._copy(view, row, b.add(start, i), strip, i)
+                    # What lies in the row comes by vectors, the last of which may reach too far; then what does not.
+                    width = self.memory["width"]
+                    before = smaller(b, count, larger(b, number(0), b.sub(number(0), start)))
+                    there = smaller(b, count, larger(b, before, b.sub(width, start)))
+                    first = b.gep(strip, [b.mul(before, channels)], True, source_etype=kind)
+                    self._fill(view, row, b.add(start, before), b.sub(there, before), first)
+                    for outside, back in ((number(0), before), (there, count)):
+                        with counting(b, outside, back, number(1)) as i:
+                            self._copy(view, row, b.add(start, i), strip, i)
                     b.store(shifted, place)
 
-    def _decode(self, view: View, row: Any, start: Any, count: Any, strip: Any) -> None:
-        """Numbers of a row into a strip as float32."""
-        b = self.b
-        with counting(b, number(0), count, number(b.lanes)) as i:
-            (values,) = neighbours(b, row, b.add(start, i), 1, (0,), view.held)
-            b.plain.store(values, b.gep(strip, [i], True, source_etype=F32), align=4)
+    def _fill(self, view: View, row: Any, start: Any, count: Any, strip: Any) -> None:
+        """Pixels of a row into a strip, as float32 where they are decoded; a vector's rest is written behind them."""
+        b, channels, held, read = self.b, number(view.channels), element(view.held), element(view.read)
+        first = b.mul(start, channels)
+        with counting(b, number(0), b.mul(count, channels), number(b.lanes)) as i:
+            place = b.gep(row, [b.add(first, i)], True, source_etype=held)
+            if view.decodes:
+                ahead = b.intrinsic("llvm.prefetch.p0", ir.VoidType(), [POINTER, I32, I32, I32])
+                there = b.gep(place, [number(self.stage.segment * view.channels)], source_etype=held)
+                b.plain.call(ahead, [there, ir.Constant(I32, 0), ir.Constant(I32, 3), ir.Constant(I32, 1)])
+            values = b.load(place, typ=b.vector(held), align=view.held.bits // 8)
+            values = decoded(b, values, view.held) if view.decodes else values
+            b.plain.store(values, b.gep(strip, [i], True, source_etype=read), align=view.read.bits // 8)
 
     def _copy(self, view: View, row: Any, x: Any, strip: Any, i: Any) -> None:
         """One texel into a strip, by the border rule."""

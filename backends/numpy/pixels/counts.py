@@ -1,15 +1,11 @@
-"""Histograms by counting: the one pixel pass whose program is known, and run in another way with the same results.
-
-A pixel of that pass asks of thousands of texels whether they are its own; here every texel adds to its bin.  Whoever
-wrote such a program, pictures may hold anything: what is no bin's number is not counted.
-"""
+"""Bins of rows, counted (:class:`passgraph.plan.known.Counting`): each texel adds to its bin in a table."""
 
 # mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from llvmlite import ir
@@ -20,17 +16,14 @@ from passgraph.backends.numpy.vector.constants import zeros
 from passgraph.backends.numpy.vector.lanes import Lanes, counting
 from passgraph.backends.numpy.vector.operations import F32, I32, I64
 from passgraph.backends.numpy.vector.stored import element
-from passgraph.formats import FORMATS
 from passgraph.graph.reductions import MOST_BINS
-from passgraph.language.nameless import nameless
+from passgraph.plan.known import COUNTED
 
 if TYPE_CHECKING:
     from passgraph.backends.base import Block
     from passgraph.backends.numpy.storage import Storage
     from passgraph.plan.data import PixelStep
 
-#: Of the picture that is read, and of the four that are written: four bins a pixel, a quarter of all bins a picture.
-HELD, MADE = FORMATS["r16f"], FORMATS["rgba32f"]
 #: Numbers side by side are often equal: added in several tables by turns, none waits for the one before.
 TABLES = 4
 #: Entries of a table, with room for a vector behind the last bin.
@@ -44,8 +37,8 @@ class Counts:
     """The pass at work."""
 
     def __init__(self, step: PixelStep, workers: Workers) -> None:
-        self.workers, (across, self.rows), width = workers, step.size, lanes()
-        self.quarter = 4 * across
+        assert step.known is not None
+        self.workers, self.rows, self.quarter, width = workers, step.size[1], step.known.quarter, lanes()
         self.code = function_code(("counts", str(width)), lambda name: counts_text(name, width))
 
     @cached_property
@@ -64,25 +57,6 @@ class Counts:
         self.workers.each(piece, -(-self.rows // each))
 
 
-def counts_of(step: PixelStep, workers: Workers) -> Counts | None:
-    """What runs the step, where it is the counting of a histogram."""
-    formats = (*step.image_formats, *step.output_formats)
-    if formats != (HELD, *[MADE] * 4) or 16 * step.size[0] > MOST_BINS:
-        return None
-    return Counts(step, workers) if nameless(step.program).key == _known() else None
-
-
-@lru_cache(maxsize=1)
-def _known() -> str:
-    """What tells the program from all others."""
-    from passgraph.graph.reduction_kernels import count_bins
-    from passgraph.language.facts import Facts, ImageFacts
-    from passgraph.language.lower_cache import lower_once
-
-    facts = Facts({}, {"numbers": ImageFacts(HELD.channels, "zero", HELD.decode)}, (MADE.store,) * 4)
-    return nameless(lower_once(count_bins.program, facts)).key
-
-
 def counts_text(name: str, width: int) -> str:
     """A module with ``counts(picture…, outputs…, quarter, first, end)``: these rows, each to a row of the outputs."""
     module = ir.Module(name)
@@ -99,7 +73,7 @@ def counts_text(name: str, width: int) -> str:
                 place = _place(b, tables, b.add(entry, _long(table * ROOM)), I32)
                 b.plain.store(zeros(b.vector(I32)), place, align=4)
         with b.if_then(b.icmp_signed("<", y, down)):  # below the picture nothing is counted
-            _row(b, _place(b, source, b.mul(y, pitch), element(HELD)), across, bins, tables)
+            _row(b, _place(b, source, b.mul(y, pitch), element(COUNTED)), across, bins, tables)
         row = b.mul(b.mul(y, output_pitch), _long(4))
         for part, target in enumerate(made):
             mine = _place(b, tables, b.mul(quarter, _long(part)), I32)
@@ -118,20 +92,20 @@ def _place(b: Lanes, pointer: Any, index: Any, kind: Any) -> Any:
 
 def _row(b: Lanes, row: Any, across: Any, bins: Any, tables: Any) -> None:
     """A row's numbers into the tables: vectors of them, then the rest one by one."""
-    kind, turns = element(HELD), b.lanes
+    kind, turns = element(COUNTED), b.lanes
     whole = b.sub(across, b.srem(across, _long(turns)))
     with counting(b, _long(0), whole, _long(turns)) as x:
-        loaded = b.load(_place(b, row, x, kind), typ=b.vector(kind), align=2)
+        loaded = b.load(_place(b, row, x, kind), typ=b.vector(kind), align=4)
         numbers = _bins(b, loaded, bins)
         for lane in range(turns):
             _add(b, tables, b.extract_element(numbers, ir.Constant(I32, lane)), lane % TABLES)
     with counting(b, whole, across, _long(1)) as x:
-        _add(b, tables, _bins(b, b.load(_place(b, row, x, kind), typ=kind, align=2), bins), 0)
+        _add(b, tables, _bins(b, b.load(_place(b, row, x, kind), typ=kind, align=4), bins), 0)
 
 
 def _bins(b: Lanes, loaded: Any, bins: Any) -> Any:
     """The numbers as ints; 0 for what is no bin's."""
-    value = b.fpext(loaded, F32)
+    value = loaded
     one, most = ir.Constant(F32, 1.0), b.sitofp(bins, F32)
     inside = b.and_(b.fcmp_ordered(">=", value, one), b.fcmp_ordered("<=", value, most))
     near = b.fptosi(b.select(inside, value, ir.Constant(F32, 0.0)), I32)

@@ -17,6 +17,7 @@ from llvmlite import ir
 
 from passgraph.backends.numpy.vector.constants import blank, lanes_of, same
 from passgraph.backends.numpy.vector.operations import BOOL, I32
+from passgraph.formats import Format
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS, border_program
 
@@ -37,7 +38,10 @@ class Lanes:
     def __init__(self, builder: Any, lanes: int) -> None:
         self.plain, self.lanes = builder, lanes
         self.reads = 0  # of scattered texels so far
-        self._spread: dict[Any, Any] = {}  # what is known where the function begins, in every lane
+        #: What is known where the function begins, in every lane.
+        self._spread: dict[Any, Any] = {}
+        #: Of numbers decoded from whole ones these, and their format: stored there again they are what they were.
+        self.undecoded: dict[Any, tuple[Any, Format]] = {}
 
     def __getattr__(self, name: str) -> Any:
         """Arithmetic, casts and comparisons on either kind of value; all else is the builder's own."""

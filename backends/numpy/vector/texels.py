@@ -13,7 +13,7 @@ from passgraph.backends.numpy.storage import FLOAT
 from passgraph.backends.numpy.vector.constants import blank, lanes_of
 from passgraph.backends.numpy.vector.lanes import Lanes
 from passgraph.backends.numpy.vector.operations import F32, I32, I64
-from passgraph.backends.numpy.vector.stored import decoded, element, split
+from passgraph.backends.numpy.vector.stored import decoded, element, in_threes, split
 from passgraph.formats import Format
 
 #: Channels of pixels that are one word where they fit.
@@ -30,8 +30,26 @@ def neighbours(b: Lanes, row: Any, place: Any, channels: int, wanted: Sequence[i
     if held.steps and channels in WORDS and channels * held.bits <= 32:
         words = b.load(pointer, typ=b.vector(ir.IntType(channels * held.bits)), align=held.bits // 8)
         return [decoded(b, number, held) for number in split(b, words, held, wanted)]
+    if in_threes(b, channels, held):
+        return [decoded(b, number, held) for number in split(b, _threes(b, pointer, held), held, wanted)]
     loaded = b.load(pointer, typ=ir.VectorType(kind, count), align=held.bits // 8)
     return [decoded(b, picked(b, loaded, range(channel, count, channels)), held) for channel in wanted]
+
+
+def _threes(b: Lanes, pointer: Any, held: Format) -> Any:
+    """Pixels of three numbers as words that have room for four; in the highest is whatever follows.
+
+    Loads of 16 bytes begin 12 apart, so that what goes from one place to another stays within each.
+    """
+    byte, bits = ir.IntType(8), 4 * held.bits
+    loads = [
+        b.load(b.gep(pointer, [ir.Constant(I64, first)], True, source_etype=byte), typ=ir.VectorType(byte, 16), align=1)
+        for first in range(0, b.lanes * bits // 32 * 3, 12)
+    ]
+    pixel = held.bits // 8
+    order = [3 * pixel * word + place for word in range(128 // bits) for place in range(4 * pixel)]
+    places = [16 * load + place for load in range(len(loads)) for place in order]
+    return b.plain.bitcast(picked(b, joined(b, loads), places), b.vector(ir.IntType(bits)))
 
 
 def scattered(

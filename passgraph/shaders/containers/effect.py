@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -12,6 +12,7 @@ from passgraph.errors import InputError
 from passgraph.graph.targets import Target, TargetSpec, target
 from passgraph.graph.values import Derived, Value
 from passgraph.language.types import Type, component_count, element_of
+from passgraph.shaders.containers.pictures import read_behind, shown_beside
 from passgraph.shaders.glsl import Shader
 from passgraph.shaders.glsl.unit import Note
 
@@ -81,7 +82,8 @@ class ShaderEffect:
         Raises
         ------
         passgraph.InputError
-            For a picture too many, a parameter that there is not, and a value out of its range or of another shape.
+            For a picture too many, a parameter that there is not, a value out of its range or of another shape, and
+            one of ``constants`` that runs bring.
         """
         if len(pictures) > len(self.images):
             takes = ", ".join(self.images) or "none"
@@ -102,7 +104,21 @@ class ShaderEffect:
                 known = ", ".join(self.parameters) or "none"
                 raise InputError(f"{self.file}: there is no parameter {name!r}{near}; there are {known}")
             values[name] = value if isinstance(value, (Value, Derived)) else checked(self, name, value)
-        return self.build(named, values, target(self.name, "rgba16f", scale=1.0) if into is None else into)
+        for name in sorted(self.constants & values.keys()):
+            if not isinstance(values[name], (int, float)):
+                got = arguments.shown(values[name])
+                raise InputError(
+                    f"{self.file}: parameter {name!r}, which sizes of passes come from, must be a number that is known "
+                    f"when the graph is made, got {got}"
+                )
+        written = target(self.name, "rgba16f", scale=1.0) if into is None else into
+        made = self.build(named, values, written)
+        frame = named.get(self.images[0]) if self.images else None
+        if frame is None or frame.spec in read_behind(made):
+            return made
+        # A shader that never reads its picture is as large as that all the same.
+        made = self.build(named, values, replace(written, name=f"{written.name}.drawn"))
+        return shown_beside(made, [frame], replace(written, size=None))
 
 
 def checked(effect: ShaderEffect, name: str, value: Any) -> Any:

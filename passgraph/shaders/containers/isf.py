@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from passgraph.shaders.containers.clock import PRELUDE, clock_parameters, clock_
 from passgraph.shaders.containers.effect import ShaderEffect, name_of, notes_of
 from passgraph.shaders.containers.isf_header import IsfHeader, read_header
 from passgraph.shaders.containers.isf_vertex import vertex_prelude
-from passgraph.shaders.containers.pictures import handle_or_black, imported, shown_beside, unread
+from passgraph.shaders.containers.pictures import handle_or_black, imported, shown_with_kept
 from passgraph.shaders.containers.text import shader_text
 from passgraph.shaders.glsl import parse
 
@@ -81,6 +82,13 @@ def _declared(header: IsfHeader) -> str:
     return "\n".join(lines) + "\n"
 
 
+@cache
+def _showing(scaled: bool) -> PixelKernel[Target]:
+    """What shows a buffer that has a size of its own, or is as large as the output."""
+    read = ".sample(uv())" if scaled else "[0, 0]"
+    return PixelKernel[Target](kernel_from_text(f"def shown(buffer: Image) -> vec4: return buffer{read}"))
+
+
 class _Graph:
     """The passes of a file, ready to be called."""
 
@@ -90,22 +98,14 @@ class _Graph:
 
     def built(self, pictures: Mapping[str, Target], values: Mapping[str, Any], into: TargetSpec) -> Target:
         specs = self._specs(values, into)
-        made = self._drawn(pictures, values, specs)
-        kept = unread(made[-1], made[:-1])
-        if not kept:
-            return self._shown(made[-1], into)
-        inner = replace(into, name=f"{into.name}.shown")
-        if specs[-1] is into:
-            made = self._drawn(pictures, values, [*specs[:-1], inner])
-        return shown_beside(self._shown(made[-1], inner), unread(made[-1], made[:-1]), into)
 
-    def _shown(self, made: Target, into: TargetSpec) -> Target:
-        """What the last pass drew, in the caller's target."""
-        if made.spec is into:
-            return made
-        read = ".sample(uv())" if isinstance(made.spec.size, Computed) else "[0, 0]"
-        text = f"def shown(buffer: Image) -> vec4: return buffer{read}"
-        return PixelKernel[Target](kernel_from_text(text))(buffer=made, into=into)
+        def draw(shown: TargetSpec) -> list[Target]:
+            if specs[-1] is into:
+                return self._drawn(pictures, values, [*specs[:-1], shown])
+            drawn = self._drawn(pictures, values, specs)
+            return [*drawn, _showing(isinstance(specs[-1].size, Computed))(buffer=drawn[-1], into=shown)]
+
+        return shown_with_kept(draw, f"{into.name}.shown", into)
 
     def _drawn(
         self, pictures: Mapping[str, Target], values: Mapping[str, Any], specs: list[TargetSpec]

@@ -63,6 +63,4 @@ def _named(name: str, values: Mapping[str, Any], text: str, where: str) -> Formu
         return _SIDES[name]
     if name not in values:
         raise InputError(f"{where}: {text!r} has ${name}, which is no parameter; there are $WIDTH and $HEIGHT")
-    if not isinstance(values[name], (int, float)):
-        raise InputError(f"{where}: {text!r} has ${name}, which must be a number that is known when the graph is made")
     return float(values[name])

@@ -22,9 +22,9 @@ from passgraph.language.types import FLOAT, ImageType
 from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, notes_of, zero_of_type
 from passgraph.shaders.containers.libretro_preset import Preset, PresetPass, PresetTexture, read_preset
 from passgraph.shaders.containers.libretro_shader import is_libretro, read_shader, shader_parameters
-from passgraph.shaders.containers.pictures import loaded
+from passgraph.shaders.containers.pictures import loaded, small_kernel
 from passgraph.shaders.containers.text import shader_text
-from passgraph.shaders.glsl import Shader, parse
+from passgraph.shaders.glsl import Shader
 
 #: Earlier frames by the samplers that hold them, → how many runs ago.
 _EARLIER = {"Prev": 1} | {f"Prev{i}": i + 1 for i in range(1, 7)}
@@ -84,7 +84,7 @@ def _effect(preset: Preset, texts: dict[Path, str], path: Path) -> ShaderEffect:
         for name, one in preset.textures.items()
     }
     notes = notes_of(step.shader for step in steps)
-    build = partial(_built, preset, steps, textures, file)
+    build = partial(_built, preset, steps, textures)
     summary = f"{path.stem}: a libretro chain of {len(steps)} pass{'es' if len(steps) > 1 else ''}"
     return ShaderEffect(name_of(path), "libretro", summary, "", ("frame",), parameters, notes, file, build, _CONSTANTS)
 
@@ -100,14 +100,14 @@ def _pictures_of(preset: Preset, number: int) -> dict[str, int]:
 
 
 def _built(
-    preset: Preset, steps: list[_Step], textures: Mapping[str, Target], file: str,
+    preset: Preset, steps: list[_Step], textures: Mapping[str, Target],
     pictures: Mapping[str, Target], values: Mapping[str, Any], into: TargetSpec,
 ) -> Target:  # fmt: skip
     """The graph of a preset's passes."""
-    specs = _specs(steps, values["output_scale"], into, file)
+    specs = _specs(steps, float(values["output_scale"]), into)
     frame = pictures["frame"]
     if any(f"{name}Texture" in _samplers(step) for name in _EARLIER for step in steps):
-        copy = PixelKernel[Target].of_shader(parse(_COPIED, name="frame", rows_up=False))
+        copy = small_kernel("frame", _COPIED)
         frame = copy(
             t=frame, into=TargetSpec(f"{into.name}.frame", format_named("rgba32f"), Computed("width", "height"))
         )
@@ -159,11 +159,9 @@ def _read_as(picture: Target, reader: PresetPass | PresetTexture | None) -> Targ
     return read.mipmaps() if told.mipmaps else read
 
 
-def _specs(steps: list[_Step], scale: Any, into: TargetSpec, file: str) -> list[TargetSpec]:
+def _specs(steps: list[_Step], scale: float, into: TargetSpec) -> list[TargetSpec]:
     """A target for each pass; the last one's has the caller's name and format."""
-    if not isinstance(scale, (int, float)):
-        raise InputError(f"{file}: output_scale must be a number that is known when the graph is made")
-    viewport: tuple[Formula, Formula] = (("mul", "width", float(scale)), ("mul", "height", float(scale)))
+    viewport: tuple[Formula, Formula] = (("mul", "width", scale), ("mul", "height", scale))
     size: tuple[Formula, Formula] = ("width", "height")
     specs = []
     for number, step in enumerate(steps, 1):

@@ -9,12 +9,10 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
-from functools import cache
 from itertools import pairwise
 from pathlib import Path
 
-from passgraph.errors import InputError, KernelError
+from passgraph.errors import InputError
 from passgraph.language.source import Span, fail
 from passgraph.language.types import FLOAT
 from passgraph.shaders.containers.corners import MAX_VARYINGS, WITHIN, Varying, interpolated
@@ -94,18 +92,10 @@ def read_shader(text: str, path: Path, name: str, pictures: Iterable[str]) -> Sh
     declared += [f"uniform sampler2D {sampler};" for sampler in sorted(set(sizes.values()))]
     declared += [f"vec2 {size} = vec2(textureSize({sampler}, 0));" for size, sampler in sizes.items()]
     prelude = f"{' '.join(declared)} {_vertex_half(tokens, file)}"
-
-    @cache
-    def read(levels: frozenset[str]) -> Shader:
-        try:
-            return parse(
-                plain, name=name, file=file, prelude=prelude, defines={**_DEFINES, "FRAGMENT": "1"},
-                folder=path.parent, rows_up=False, levels=levels,
-            )  # fmt: skip
-        except KernelError as error:  # lines of the prelude are those of the text
-            raise KernelError(str(error).replace("<prelude>", f"{file}, vertex half")) from None
-
-    return replace(read(frozenset()), leveled=lambda names: read(names).program)
+    return parse(
+        plain, name=name, file=file, prelude=prelude, prelude_file=f"{file}, vertex half",
+        defines={**_DEFINES, "FRAGMENT": "1"}, folder=path.parent, rows_up=False,
+    )  # fmt: skip
 
 
 def _sizes(declared: re.Match[str]) -> list[str]:

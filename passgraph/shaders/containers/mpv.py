@@ -1,15 +1,15 @@
 """mpv user shaders: passes that hook into a player's chain (mpv's manual, option glsl-shaders).
 
 Rows count from the top.  The picture is MAIN, and NATIVE, RGB, LINEAR, OUTPUT and their like are the same here, each as
-the passes at earlier stages leave it; LUMA is its luma (Rec. 709), and its colours join again behind the passes, scaled
-bilinearly.  What passes write holds half floats.  Colours are those of sRGB.
+the passes at earlier stages leave it.  Where a file hooks LUMA or CHROMA, it sees a video's planes first: luma and the
+two differences of colour, Rec. 709, from 0 to 1.  They join again behind their passes, scaled bilinearly to the size of
+the luma.  What passes write holds half floats.  Colours are those of sRGB.
 """
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -21,10 +21,15 @@ from passgraph.language.types import BOOL, FLOAT, INT, Type
 from passgraph.shaders.containers.clock import PRELUDE, clock_uniforms
 from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, notes_of
 from passgraph.shaders.containers.mpv_header import NOMINAL, MpvBlock, holds, read_blocks, side_formula
+from passgraph.shaders.containers.mpv_textures import read_texture
+from passgraph.shaders.containers.pictures import small_kernel
 from passgraph.shaders.glsl import Shader, parse
 
+#: Planes of a video, which come first, and how many components each has.
+_PLANES = {"LUMA": 1, "CHROMA": 2}
 #: Stages at which the picture is the picture, in the order in which a player comes by.
 _STAGES = ("RGB", "NATIVE", "MAINPRESUB", "MAIN", "LINEAR", "SIGMOID", "PREKERNEL", "POSTKERNEL", "SCALED", "OUTPUT")
+_ORDER = (*_PLANES, *_STAGES)
 _TYPES: dict[str, Type] = {"float": FLOAT, "int": INT, "bool": BOOL, "DYNAMIC float": FLOAT, "CONSTANT float": FLOAT}
 _BOUND = """
 uniform sampler2D pg_of_{0};
@@ -69,19 +74,34 @@ _BEHIND = {
 _HERE = "texelFetch({0}, ivec2(gl_FragCoord.xy), 0)"
 _SCALED = "texture2D({0}, pg_position)"
 _MOVED = "texture2D({0}, pg_position + pg_offset / vec2(textureSize({0}, 0)))"
+_WEIGHTS = "vec3(.2126, .7152, .0722)"
 _LUMA = f"""uniform sampler2D t;
-void main() {{ gl_FragColor = vec4(dot({_HERE.format("t")}.rgb, vec3(.2126, .7152, .0722)), 0.0, 0.0, 1.0); }}"""
+void main() {{ gl_FragColor = vec4(dot({_HERE.format("t")}.rgb, {_WEIGHTS}), 0.0, 0.0, 1.0); }}"""
+#: Differences to the luma of blue and red, by as much as these may be, none at 0.5 (ITU-R BT.709, full range).
+_CHROMA = f"""uniform sampler2D t;
+void main() {{{{
+    vec4 c = {{0}};
+    vec2 apart = c.br - dot(c.rgb, {_WEIGHTS});
+    gl_FragColor = vec4(apart / vec2(1.8556, 1.5748) + 0.5, 0.0, 1.0);
+}}}}"""
 _COPIED = "uniform sampler2D t; void main() {{ gl_FragColor = {0}; }}"
-_JOINED = """uniform sampler2D t, luma;
+_JOINED = f"""uniform sampler2D t, luma;
+void main() {{{{
+    vec4 c = {{1}};
+    gl_FragColor = vec4(c.rgb + ({{0}}.x - dot(c.rgb, {_WEIGHTS})), c.a);
+}}}}"""
+_JOINED_OF_THREE = """uniform sampler2D t, luma, chroma;
 void main() {{
-    vec4 c = {1};
-    gl_FragColor = vec4(c.rgb + ({0}.x - dot(c.rgb, vec3(.2126, .7152, .0722))), c.a);
+    float y = {0}.x;
+    vec2 apart = ({2}.xy - 0.5) * vec2(1.8556, 1.5748);
+    float red = y + apart.y, blue = y + apart.x;
+    gl_FragColor = vec4(red, (y - 0.2126 * red - 0.0722 * blue) / 0.7152, blue, {1}.a);
 }}"""
 
 
 @dataclass(frozen=True)
 class _Pass:
-    """One block that is a pass, with its kernel."""
+    """One block at one of its hooks, with its kernel."""
 
     block: MpvBlock
     hook: str
@@ -90,17 +110,24 @@ class _Pass:
 
 @dataclass
 class _Chain:
-    """Textures by name while the graph is made: what they hold, how large they are, and by how many of their texels
-    passes have moved them (``//!OFFSET``)."""
+    """Textures by name while the graph is made: what they hold, how large they are, and of the planes and the picture
+    (``MAIN``) by how many of their texels passes have moved them (``//!OFFSET``)."""
 
     held: dict[str, Target]
     sizes: dict[str, tuple[Formula, Formula]]
     output: tuple[Formula, Formula]
-    offsets: dict[str, tuple[float, float]]
+    shown: dict[str, tuple[Target, tuple[Formula, Formula]]] = field(default_factory=dict)
+    offsets: dict[str, tuple[float, float]] = field(default_factory=dict)
 
     def keep(self, names: Iterable[str], made: Target, size: tuple[Formula, Formula]) -> None:
         for name in names:
             self.held[name], self.sizes[name] = made, size
+
+    def show(self, own: str, hook: str, made: Target, size: tuple[Formula, Formula]) -> None:
+        """What a plane, or the picture from a stage on, is now."""
+        self.keep([own] if own in _PLANES else _STAGES[_STAGES.index(hook) :], made, size)
+        self.shown[own] = made, size
+        self.offsets.setdefault(own, (0.0, 0.0))
 
 
 def read_mpv(text: str, path: Path) -> ShaderEffect:
@@ -117,111 +144,159 @@ def read_mpv(text: str, path: Path) -> ShaderEffect:
     blocks = read_blocks(text, file)
     parameters = {one.name: one for one in (_parameter(b, file) for b in blocks if "PARAM" in b.said)}
     uniforms = "".join(f"uniform {one.type} {one.name};\n" for one in parameters.values())
+    textures = {b.first("TEXTURE"): read_texture(b, file) for b in blocks if "TEXTURE" in b.said}
     passes: list[_Pass] = []
     shaders: list[Shader] = []
     for number, block in enumerate(b for b in blocks if "HOOK" in b.said):
-        hook = _hook_of(block, file)
-        # The texture that is hooked has its own name too.
-        hooked = {"HOOKED", *(name for name in block.all("HOOK") if re.search(rf"\b{name}_", block.code))}
-        prelude = _COMMON + uniforms
-        for name in sorted({*block.all("BIND"), *hooked}):
-            moved = block.is_aligned and name in hooked
-            prelude += _BOUND.format(name, f"(pg_position + pg_offset * {name}_pt)" if moved else "pg_position")
-        shader = parse(
-            block.code, name=f"{name_of(path)}{number or ''}", file=file, entry="pg_main", prelude=prelude,
-            postlude=_BEHIND[block.components(file, 1 if hook == "LUMA" else 4)], rows_up=False,
-        )  # fmt: skip
-        shaders.append(shader)
-        passes.append(_Pass(block, hook, PixelKernel[Target].of_shader(shader)))
+        for hook in _hooks_of(block, file):
+            shader = parse(
+                block.code, name=f"{name_of(path)}{number or ''}", file=file, entry="pg_main",
+                prelude=_COMMON + uniforms + _bound(block, hook, textures),
+                postlude=_BEHIND[block.components(file, _PLANES.get(hook, 4))], rows_up=False,
+            )  # fmt: skip
+            shaders.append(shader)
+            passes.append(_Pass(block, hook, PixelKernel[Target].of_shader(shader)))
+    passes.sort(key=lambda one: _ORDER.index(one.hook))
     if not passes:
         raise InputError(f"{file}: has no pass (//!HOOK)")
     parameters["output_scale"] = ShaderParameter(
         "output_scale", FLOAT, 2.0, 0.0625, 16.0, "OUTPUT by the frame, for conditions (//!WHEN)"
     )
 
+    if any(one.hook == "CHROMA" for one in passes):
+        parameters["chroma_scale"] = ShaderParameter(
+            "chroma_scale", FLOAT, 1.0, 0.25, 1.0, "CHROMA by the frame: 0.5 as in most videos, for its hooks"
+        )
+
     def build(pictures: Mapping[str, Target], values: Mapping[str, Any], into: TargetSpec) -> Target:
-        return _built(passes, pictures["frame"], values, into, file)
+        return _built(passes, textures, pictures["frame"], values, into, file)
 
     words = {word for one in passes for text in one.block.expressions() for word in text.split()}
-    constants = frozenset({"output_scale", *(parameters.keys() & words)})
+    constants = frozenset(parameters.keys() & {"output_scale", "chroma_scale", *words})
     summary = next((b.first("DESC") for b in blocks if "DESC" in b.said), f"{path.stem}: an mpv user shader")
     return ShaderEffect(
         name_of(path), "mpv", summary, "", ("frame",), parameters, notes_of(shaders), file, build, constants
     )
 
 
-def _built(passes: list[_Pass], frame: Target, values: Mapping[str, Any], into: TargetSpec, file: str) -> Target:
-    scale = values["output_scale"]
-    if not isinstance(scale, (int, float)):
-        raise InputError(f"{file}: output_scale must be a number that is known when the graph is made")
+def _bound(block: MpvBlock, hook: str, textures: Mapping[str, Target]) -> str:
+    """Declarations of the textures that a pass reads: what is hooked has its own name too."""
+    made = ""
+    for name in sorted({*block.all("BIND"), "HOOKED", hook}):
+        if name in textures:
+            made += f"uniform sampler{3 if textures[name].slice_count > 1 else 2}D {name};\n"
+        else:
+            moved = block.is_aligned and name in ("HOOKED", hook)
+            made += _BOUND.format(name, f"(pg_position + pg_offset * {name}_pt)" if moved else "pg_position")
+    return made
+
+
+def _built(
+    passes: list[_Pass], textures: Mapping[str, Target], frame: Target, values: Mapping[str, Any], into: TargetSpec,
+    file: str,
+) -> Target:  # fmt: skip
+    scale, of_chroma = (float(values.get(name, 1.0)) for name in ("output_scale", "chroma_scale"))
+    output, reduced = ((_scaled("width", by), _scaled("height", by)) for by in (scale, of_chroma))
+    chain = _Chain(dict(textures), {}, output)
     whole: tuple[Formula, Formula] = ("width", "height")
-    output: tuple[Formula, Formula] = (_scaled("width", float(scale)), _scaled("height", float(scale)))
-    chain = _Chain({}, {}, output, dict.fromkeys(("MAIN", "LUMA"), (0.0, 0.0)))
-    chain.keep(_STAGES, frame, whole)
-    has_luma = any(one.hook == "LUMA" for one in passes)
-    if has_luma:
-        chain.keep(["LUMA"], _kernel("luma", _LUMA)(t=frame, into=_spec(f"{into.name}.luma", whole, "rgba32f")), whole)
-    uniforms = clock_uniforms(values) | dict(values) | {"pg_scale": float(scale)}
+    chain.show("MAIN", _STAGES[0], frame, whole)
+    of_planes = [one for one in passes if one.hook in _PLANES]
+    of_colors = any(one.hook == "CHROMA" for one in of_planes)
+    uniforms = clock_uniforms(values) | dict(values) | {"pg_scale": scale}
+    if of_planes:
+        luma = small_kernel("luma", _LUMA)(t=frame, into=_spec(f"{into.name}.luma", whole, "rgba32f"))
+        chain.show("LUMA", "LUMA", luma, whole)
+    if of_colors:
+        size, read = (whole, _HERE) if of_chroma == 1.0 else (reduced, _SCALED)
+        kernel = small_kernel("chroma", _CHROMA.format(read.format("t")))
+        chain.show("CHROMA", "CHROMA", kernel(t=frame, into=_spec(f"{into.name}.chroma", size, "rgba32f")), size)
     for number, one in enumerate(passes):
+        if number == len(of_planes) > 0:
+            size = chain.shown["LUMA"][1]
+            chain.show("MAIN", _STAGES[0], _joined(chain, _spec(f"{into.name}.joined", size), of_colors), size)
         _add_pass(one, chain, frame, uniforms, f"{into.name}.{number}", file)
-    own = "LUMA" if has_luma else "OUTPUT"
-    size, offset = chain.sizes[own], chain.offsets["LUMA" if has_luma else "MAIN"]
-    shown: dict[str, Any] = {"t": chain.held["OUTPUT"]}
-    read = _HERE if offset == (0.0, 0.0) else _MOVED
-    text = _COPIED.format(read.format("t"))
-    if has_luma:
-        shown["luma"] = chain.held["LUMA"]
-        text = _JOINED.format(read.format("luma"), (_HERE if size == chain.sizes["OUTPUT"] else _SCALED).format("t"))
-    if read is _MOVED:
-        shown["pg_offset"], text = offset, f"uniform vec2 pg_offset; {text}"
-    return _kernel("joined", text)(into=replace(into, size=Computed(*size)), **shown)
+    if len(of_planes) == len(passes):
+        return _joined(chain, replace(into, size=Computed(*chain.shown["LUMA"][1])), of_colors)
+    made, size = chain.shown["MAIN"]
+    said, text = _reader(chain, "MAIN", size)
+    return small_kernel("shown", said + _COPIED.format(text.format("t")))(
+        t=made, into=replace(into, size=Computed(*size)), **_moved_by(chain, ["MAIN"])
+    )
+
+
+def _joined(chain: _Chain, into: TargetSpec, of_colors: bool) -> Target:
+    """The picture that the planes are, as large as the luma."""
+    size = chain.shown["LUMA"][1]
+    named = {"luma": "LUMA", "t": "MAIN", **({"chroma": "CHROMA"} if of_colors else {})}
+    readers = {name: _reader(chain, own, size) for name, own in named.items()}
+    text = (_JOINED_OF_THREE if of_colors else _JOINED).format(*(text.format(n) for n, (_, text) in readers.items()))
+    given: dict[str, Any] = {name: chain.shown[own][0] for name, own in named.items()}
+    said = "".join(said for said, _ in readers.values())
+    return small_kernel("joined", said + text)(into=into, **given, **_moved_by(chain, named.values()))
+
+
+def _reader(chain: _Chain, own: str, size: tuple[Formula, Formula]) -> tuple[str, str]:
+    """How a plane or the picture is read where the result has some size, and what has to be declared for it."""
+    if chain.offsets[own] != (0.0, 0.0):
+        return f"uniform vec2 pg_moved_{own};\n", _MOVED.replace("pg_offset", f"pg_moved_{own}")
+    return "", _HERE if chain.shown[own][1] == size else _SCALED
+
+
+def _moved_by(chain: _Chain, owns: Iterable[str]) -> dict[str, Any]:
+    return {f"pg_moved_{own}": chain.offsets[own] for own in owns if chain.offsets[own] != (0.0, 0.0)}
 
 
 def _scaled(side: str, scale: float) -> Formula:
     return "floor", ("add", ("mul", side, scale), 0.5)
 
 
-def _add_pass(one: _Pass, chain: _Chain, frame: Target, uniforms: Mapping[str, Any], name: str, file: str) -> None:
+def _add_pass(
+    one: _Pass, chain: _Chain, frame: Target, uniforms: Mapping[str, Any], target_name: str, file: str
+) -> None:
     """One block: where its condition holds, its pass, and what it replaces or saves."""
     where = f"{file}:{one.block.line}"
-    hooked = chain.sizes[one.hook]
-    sizes = chain.sizes | {"HOOKED": hooked, "OUTPUT": chain.output, "NATIVE_CROPPED": chain.sizes["OUTPUT"]}
-    if any(not holds(text, sizes, f"{where}: WHEN", uniforms) for text in one.block.all("WHEN")):
+    own = one.hook if one.hook in _PLANES else "MAIN"
+    hooked, before = chain.shown[own]
+    sizes = chain.sizes | {"HOOKED": before, "OUTPUT": chain.output, "NATIVE_CROPPED": chain.sizes["OUTPUT"]}
+    numbers = {word: float(value) for word, value in uniforms.items() if isinstance(value, (int, float))}
+    if any(not holds(text, sizes, f"{where}: WHEN", numbers) for text in one.block.all("WHEN")):
         return
     width, height = (
-        side_formula(one.block.first(side, f"HOOKED.{side[0].lower()}"), sizes, f"{where}: {side}", uniforms)
+        side_formula(one.block.first(side, f"HOOKED.{side[0].lower()}"), sizes, f"{where}: {side}", numbers)
         for side in ("WIDTH", "HEIGHT")
     )
-    moved = "LUMA" if one.hook == "LUMA" else "MAIN"
-    known = {**uniforms, **{f"pg_of_{texture}": held for texture, held in chain.held.items()}}
-    known |= {"pg_of_HOOKED": chain.held[one.hook], "pg_offset": chain.offsets[moved]}
+    known = {**uniforms, **chain.held, **{f"pg_of_{texture}": held for texture, held in chain.held.items()}}
+    known |= {"pg_of_HOOKED": hooked, f"pg_of_{one.hook}": hooked, "pg_offset": chain.offsets[own]}
     known |= {"pg_frame_before": frame, "pg_frame_now": chain.held["OUTPUT"]}
     given: dict[str, Any] = {}
     for parameter in one.kernel.parameters:
         if parameter.name not in known:
-            own = parameter.name.removeprefix("pg_of_")
-            raise InputError(f"{where}: //!BIND {own}: no pass before has saved it")
+            name = parameter.name.removeprefix("pg_of_")
+            raise InputError(f"{where}: //!BIND {name}: no pass before has saved it")
         given[parameter.name] = known[parameter.name]
-    made = one.kernel(into=_spec(name, (width, height)), **given)
+    made = one.kernel(into=_spec(target_name, (width, height)), **given)
     saved = one.block.first("SAVE", one.hook)
     if saved != one.hook:
         chain.keep([saved], made, (width, height))
         return
-    chain.keep(["LUMA"] if saved == "LUMA" else _STAGES[_STAGES.index(saved) :], made, (width, height))
+    chain.show(own, one.hook, made, (width, height))
     grown = [
-        evaluated(new, NOMINAL) / evaluated(old, NOMINAL) for new, old in zip((width, height), hooked, strict=True)
+        evaluated(new, NOMINAL) / evaluated(old, NOMINAL) for new, old in zip((width, height), before, strict=True)
     ]
-    own_offset, before = one.block.offset(file), chain.offsets[moved]
-    x, y = (said + factor * t for said, factor, t in zip(own_offset, grown, before, strict=True))
-    chain.offsets[moved] = (0.0, 0.0) if one.block.is_aligned else (x, y)
+    moved = zip(one.block.offset(file), grown, chain.offsets[own], strict=True)
+    x, y = (said + factor * t for said, factor, t in moved)
+    chain.offsets[own] = (0.0, 0.0) if one.block.is_aligned else (x, y)
 
 
-def _hook_of(block: MpvBlock, file: str) -> str:
-    hooks = block.all("HOOK")
-    known = next((hook for hook in hooks if hook in _STAGES or hook == "LUMA"), None)
-    if known is None:
+def _hooks_of(block: MpvBlock, file: str) -> list[str]:
+    """Where a block runs.  A video with planes has no RGB of its own, which blocks hook beside them for other files."""
+    hooks = list(dict.fromkeys(block.all("HOOK")))
+    planes = [hook for hook in hooks if hook in _PLANES]
+    known = planes or [hook for hook in hooks if hook in _STAGES][:1]
+    if not known:
+        read = ", ".join(_PLANES)
         raise InputError(
-            f"{file}:{block.line}: //!HOOK {' '.join(hooks)} is not read here; a picture has MAIN, its like, and LUMA"
+            f"{file}:{block.line}: //!HOOK {' '.join(hooks)} is not read here; a picture has MAIN, its like, and {read}"
         )
     return known
 
@@ -250,7 +325,3 @@ def _number(text: str, where: str) -> float | None:
 
 def _spec(name: str, size: tuple[Formula, Formula], format: str = "rgba16f") -> TargetSpec:
     return replace(target(name, format), size=Computed(*size))
-
-
-def _kernel(name: str, text: str) -> PixelKernel[Target]:
-    return PixelKernel[Target].of_program(parse(text, name=name, rows_up=False).program)

@@ -14,9 +14,8 @@ MAX_BLOCKS = 256
 _DIRECTIVE = re.compile(r"^//!\s*([A-Z]+)\b[ \t]*(.*?)[ \t]*$")
 #: What a block may say; those that are refused, with the reason.
 _KNOWN = frozenset(["HOOK", "BIND", "SAVE", "DESC", "WIDTH", "HEIGHT", "WHEN", "OFFSET", "COMPONENTS", "PARAM", "TYPE",
-                    "MINIMUM", "MAXIMUM"])  # fmt: skip
-_REFUSED = {"COMPUTE": "a compute shader", "TEXTURE": "a texture within the file", "STORAGE": "a storage buffer",
-            "BUFFER": "a buffer", "VAR": "a variable of a buffer"}  # fmt: skip
+                    "MINIMUM", "MAXIMUM", "TEXTURE", "SIZE", "FORMAT", "FILTER", "BORDER", "STORAGE"])  # fmt: skip
+_REFUSED = {"COMPUTE": "a compute shader", "BUFFER": "a buffer", "VAR": "a variable of a buffer"}
 _SIGNS = {"+": "add", "-": "sub", "*": "mul", "/": "div", "%": "rest", "<": "less", ">": "less", "=": "equal"}
 #: Width and height by the name of a texture.
 Sizes: TypeAlias = Mapping[str, tuple[Formula, Formula]]
@@ -110,7 +109,7 @@ def _close(blocks: list[MpvBlock], code: list[str]) -> None:
         blocks[-1] = MpvBlock(blocks[-1].line, blocks[-1].said, "\n".join(code))
 
 
-def rpn_formula(text: str, sizes: Sizes, where: str, values: Mapping[str, object] = {}) -> Formula:
+def rpn_formula(text: str, sizes: Sizes, where: str, values: Mapping[str, float] = {}) -> Formula:
     """What is written in postfix form, ``HOOKED.w 2 *``, as a formula of the frame's size; parameters have values.
 
     >>> rpn_formula("MAIN.w 2 *", {"MAIN": ("width", "height")}, "WIDTH")
@@ -133,7 +132,7 @@ def rpn_formula(text: str, sizes: Sizes, where: str, values: Mapping[str, object
     return stack[0]
 
 
-def side_formula(text: str, sizes: Sizes, where: str, values: Mapping[str, object] = {}) -> Formula:
+def side_formula(text: str, sizes: Sizes, where: str, values: Mapping[str, float] = {}) -> Formula:
     """A side in pixels: what is written, rounded to the nearest as mpv does.
 
     >>> side_formula("MAIN.w 2 /", {"MAIN": ("width", "height")}, "WIDTH")
@@ -150,7 +149,7 @@ def _is_whole(formula: Formula) -> bool:
     return isinstance(formula, str) or float(formula).is_integer()
 
 
-def holds(text: str, sizes: Sizes, where: str, values: Mapping[str, object] = {}) -> bool:
+def holds(text: str, sizes: Sizes, where: str, values: Mapping[str, float] = {}) -> bool:
     """Whether a condition holds for a frame of :data:`NOMINAL` size; one that divides by zero does not."""
     condition = rpn_formula(text, sizes, where, values)
     try:
@@ -159,15 +158,12 @@ def holds(text: str, sizes: Sizes, where: str, values: Mapping[str, object] = {}
         return False
 
 
-def _operand(word: str, sizes: Sizes, values: Mapping[str, object], text: str, where: str) -> Formula:
+def _operand(word: str, sizes: Sizes, values: Mapping[str, float], text: str, where: str) -> Formula:
     name, dot, side = word.partition(".")
     if dot and name in sizes and side in ("w", "width", "h", "height"):
         return sizes[name][0 if side.startswith("w") else 1]
     if word in values:
-        value = values[word]
-        if not isinstance(value, (int, float)):
-            raise InputError(f"{where}: {text!r} has {word}, which must be a number known when the graph is made")
-        return float(value)
+        return values[word]
     try:
         number = float(word)
     except ValueError:

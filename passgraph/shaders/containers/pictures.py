@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +14,9 @@ from passgraph.errors import InputError
 from passgraph.graph.calls import PixelKernel
 from passgraph.graph.targets import Input, Target, TargetSpec
 from passgraph.language.kernel import kernel_from_text
-from passgraph.plan.reach import passes_behind
+from passgraph.plan.reach import inputs_of, passes_behind
 from passgraph.reading import check_regular
+from passgraph.shaders.glsl import parse
 
 #: Most bytes of a picture that a shader brings.
 MAX_BYTES = 64 << 20
@@ -24,7 +26,26 @@ MAX_BYTES = 64 << 20
 _SHOWN = PixelKernel[Target](kernel_from_text("def shown(shown: Image, kept: Image) -> vec4: return shown[0, 0]"))
 
 
-def unread(shown: Target, made: Iterable[Target]) -> list[Target]:
+@cache
+def small_kernel(name: str, text: str) -> PixelKernel[Target]:
+    """A kernel that a container needs beside its shaders, in GLSL that counts rows from the top; parsed once."""
+    return PixelKernel[Target].of_program(parse(text, name=name, rows_up=False).program)
+
+
+def shown_with_kept(draw: Callable[[TargetSpec], list[Target]], inner: str, into: TargetSpec) -> Target:
+    """The last of what is drawn, in ``into``, from a graph that draws the buffers too whose earlier frames it reads.
+
+    ``draw`` draws all passes, the last into a given target: into ``into``, or where that has to show more than its
+    own pass reads, into one of the name ``inner``.
+    """
+    *made, shown = draw(into)
+    if not _unread(shown, made):
+        return shown
+    *made, shown = draw(replace(into, name=inner))
+    return shown_beside(shown, _unread(shown, made), into)
+
+
+def _unread(shown: Target, made: Iterable[Target]) -> list[Target]:
     """Those of some buffers whose passes do not lie behind what is shown, although it reads their earlier frames, or
     buffers that do."""
     made, found = list(made), list[Target]()
@@ -38,8 +59,14 @@ def unread(shown: Target, made: Iterable[Target]) -> list[Target]:
         found += more
 
 
+def read_behind(shown: Target) -> set[object]:
+    """What the passes behind a target read, and what lends them its size."""
+    passes = passes_behind([shown])
+    return {*inputs_of(passes).values(), *(handle.spec for one in passes for handle in one.reads)}
+
+
 def shown_beside(shown: Target, kept: list[Target], into: TargetSpec) -> Target:
-    """What is shown, in a target whose graph draws some buffers too."""
+    """What is shown, in a target whose graph draws some buffers too, or takes some pictures."""
     *before, last = kept
     for number, one in enumerate(before):
         shown = _SHOWN(shown=shown, kept=one, into=replace(into, name=f"{into.name}.with.{number}"))

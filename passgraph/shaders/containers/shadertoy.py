@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +20,7 @@ from passgraph.graph.targets import Target, TargetSpec, previous, target
 from passgraph.language.types import VEC4
 from passgraph.shaders.containers.clock import PRELUDE, clock_parameters, clock_uniforms
 from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, notes_of
-from passgraph.shaders.containers.pictures import handle_or_black, shown_beside, unread
+from passgraph.shaders.containers.pictures import handle_or_black, shown_with_kept
 from passgraph.shaders.glsl import Shader, parse
 
 CHANNELS = tuple(f"iChannel{i}" for i in range(4))
@@ -235,12 +235,9 @@ def _behind(text: str) -> str:
 
 def _built(passes: list[_Pass], given: Mapping[str, Target], values: Mapping[str, Any], into: TargetSpec) -> Target:
     specs = [target(f"{into.name}.{one.name}", "rgba32f", scale=1.0) for one in passes[:-1]]
-    made = _drawn(passes, given, values, [*specs, into])
-    kept = unread(made[-1], made[:-1])
-    if not kept:
-        return made[-1]
-    made = _drawn(passes, given, values, [*specs, replace(into, name=f"{into.name}.{passes[-1].name}")])
-    return shown_beside(made[-1], unread(made[-1], made[:-1]), into)
+    return shown_with_kept(
+        lambda last: _drawn(passes, given, values, [*specs, last]), f"{into.name}.{passes[-1].name}", into
+    )
 
 
 def _drawn(

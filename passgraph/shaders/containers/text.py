@@ -6,8 +6,8 @@ from pathlib import Path
 
 from passgraph.reading import read_bytes
 
-#: Of one file.
-MAX_BYTES = 1 << 20
+#: Of one file; textures of mpv lie within.
+MAX_BYTES = 4 << 20
 
 
 def shader_text(path: Path, what: str) -> str:

@@ -4,18 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import replace
-from functools import partial
 from typing import TYPE_CHECKING
 
 from passgraph.language import ir
-from passgraph.language.looping import bounded_loop, count_trips
+from passgraph.language.looping import bounded_loop
 from passgraph.language.operations import OPERATIONS
+from passgraph.language.source import fail
 from passgraph.language.types import component_count
 from passgraph.shaders.glsl import syntax as g
-from passgraph.shaders.glsl.builtins import overloads
-from passgraph.shaders.glsl.folding import constant, folded
-from passgraph.shaders.glsl.walk import assigned_names, walked
+from passgraph.shaders.glsl.counting import counted
+from passgraph.shaders.glsl.folding import folded
 
 if TYPE_CHECKING:
     from passgraph.shaders.glsl.body import Body
@@ -23,6 +21,8 @@ if TYPE_CHECKING:
 
 #: Trips of a loop whose end is not known, if what it does in a trip is short.
 MAX_OPEN = 1024
+#: Fewer trips than these are refused: what so nested a loop draws would be wrong.
+MIN_OPEN = 16
 #: Trips of nested loops together, as :mod:`passgraph.language.lower` allows.
 _MAX_TOGETHER = 1 << 16
 #: Instructions that all open loops of a shader may take together, half of what a pixel may; each gets a quarter of what
@@ -37,11 +37,14 @@ def emit_loop(body: Body, node: g.Loop) -> None:
     body.scopes.append({})
     if node.start is not None:
         body.statements.start(node.start)
-    counted, around = _counted(body, node), unit.trips
+    count, around, outer = counted(body, node), unit.trips, unit.counters
+    if count is not None and not count.exact and count.trips > min(MAX_OPEN, _MAX_TOGETHER // around):
+        count = None
     # How many trips an open loop makes is decided behind its body; loops within may need as many as itself.
-    unit.trips = around * max(1, math.isqrt(_MAX_TOGETHER // around) if counted is None else counted)
+    unit.trips = around * max(1, math.isqrt(_MAX_TOGETHER // around) if count is None else count.trips)
+    unit.counters = outer if count is None else {**outer, **count.within}
     block = body.statements.inside(node, [node.body])
-    unit.trips = around
+    unit.trips, unit.counters = around, outer
 
     def test() -> ir.Expr:
         assert node.condition is not None
@@ -51,12 +54,16 @@ def emit_loop(body: Body, node: g.Loop) -> None:
         assert node.update is not None
         body.expressions.effect(node.update)
 
-    most = _open_trips(body.unit, block) if counted is None else counted
-    if counted is None:
+    if count is None:
+        most = _open_trips(body.unit, block)
+        if most < MIN_OPEN:
+            left = f"the end of this loop is not known here, and too few trips ({most}) are left for it"
+            fail(span, f"{left}; give it and the loops around it ends that constants tell")
         unit.note(span, f"the end of this loop is not known here: it makes {most} trips at most")
-    elif not isinstance(node.start, g.Declaration):
-        most += 1  # to the end, where the counter is read by what follows
-    tested = node.condition is not None and (counted is None or most > counted)
+    else:
+        # To the end, where the counter is read by what follows.
+        most = count.trips + (not isinstance(node.start, g.Declaration))
+    tested = node.condition is not None and (count is None or not count.exact or most > count.trips)
     bounded_loop(
         builder,
         most,
@@ -121,32 +128,3 @@ def _cost(value: ir.Expr) -> int:
         elif isinstance(part, (ir.Select, ir.Texel, ir.Insert, ir.Index)):
             total += component_count(part.type)
     return total
-
-
-def _counted(body: Body, node: g.Loop) -> int | None:
-    """How many trips a loop makes by its counter; None where that needs more than constants."""
-    if node.condition is None or node.update is None or node.late:
-        return None
-    functions = partial(overloads, body.unit)
-    names = assigned_names(node.update, functions)
-    if names & assigned_names(node.body, functions) or names & set(body.unit.names):
-        return None
-    if any(isinstance(one, g.Call) and one.name in body.unit.functions for one in walked(node.update)):
-        return None  # functions may change variables outside of them
-    before = body.builder.blocks[-1]
-    first = before[-1] if before else None
-    tested, condition = body.unit.captured(partial(body.expressions.condition, node.condition), node.span)
-    updated, _ = body.unit.captured(partial(body.expressions.effect, node.update), node.span)
-    following = updated[0] if len(updated) == 1 else None
-    if tested or not isinstance(first, ir.Assign) or not isinstance(following, ir.Assign):
-        return None
-    if first.name != following.name:
-        return None
-    return count_trips(first.name, constant(first.value), _settled(condition), _settled(following.value))
-
-
-def _settled(value: ir.Expr) -> ir.Expr:
-    """An operation whose operands are written out where they are known."""
-    if not isinstance(value, ir.Apply):
-        return value
-    return replace(value, arguments=tuple(map(constant, value.arguments)))

@@ -8,6 +8,7 @@ from typing import Any, NoReturn, TypeVar
 
 import numpy as np
 
+from passgraph.language.meanings import int_of_bits
 from passgraph.language.source import MAX_NESTING, Span, fail
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.tokens import Token
@@ -227,7 +228,7 @@ class ExpressionParser:
                 fail(token.span, f"{token.text} does not fit 32 bits")
             if text.endswith("u"):
                 return self.made(g.Number, token.span, "uint", value)
-            return self.made(g.Number, token.span, "int", value if value < 1 << 31 else value - (1 << 32))
+            return self.made(g.Number, token.span, "int", int_of_bits(value))
         with np.errstate(over="ignore"):
             single = float(np.float32(text.rstrip("lf")))
         if math.isinf(single):

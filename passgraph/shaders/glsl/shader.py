@@ -69,6 +69,7 @@ def parse(
     file: str = "<shader>",
     entry: str = "main",
     prelude: str = "",
+    prelude_file: str = PRELUDE,
     postlude: str = "",
     defines: Mapping[str, str] | None = None,
     folder: str | Path | None = None,
@@ -88,6 +89,7 @@ def parse(
     entry : the function to run; it is void and writes outputs, or gives the one output
     prelude, postlude : GLSL before and after the text, such as what a container declares; uniforms there become
         parameters where they are used
+    prelude_file : what errors call the prelude
     defines : macros, by name
     folder : where ``#include`` may read
     defaults : values of uniforms that the text gives none
@@ -106,8 +108,9 @@ def parse(
     >>> [f"{p.name}: {p.type}" for p in shader.program.parameters]
     ['t: Image']
     """
-    unit = Unit(dict(natives or {}), {**STAGE, **(values or {})}, rows_up, frozenset(levels))
-    pieces = [(prelude, PRELUDE), (text, file), (postlude, POSTLUDE)]
+    around = frozenset([prelude_file, POSTLUDE])
+    unit = Unit(dict(natives or {}), {**STAGE, **(values or {})}, rows_up, frozenset(levels), around)
+    pieces = [(prelude, prelude_file), (text, file), (postlude, POSTLUDE)]
     try:
         tokens, reader = preprocessed(pieces, defines or {}, None if folder is None else Path(folder))
         for token in [t for t in tokens if t.text in ("lowp", "mediump")][:1]:
@@ -125,8 +128,9 @@ def parse(
     @cache
     def leveled(names: frozenset[str]) -> ir.TypedKernel:
         return parse(
-            text, name=name, file=file, entry=entry, prelude=prelude, postlude=postlude, defines=defines,
-            folder=folder, defaults=defaults, natives=natives, values=values, rows_up=rows_up, levels=names,
+            text, name=name, file=file, entry=entry, prelude=prelude, prelude_file=prelude_file, postlude=postlude,
+            defines=defines, folder=folder, defaults=defaults, natives=natives, values=values, rows_up=rows_up,
+            levels=names,
         ).program  # fmt: skip
 
     return Shader(program, uniforms, notes, reader.version, tuple(reader.extensions), leveled=leveled)
@@ -225,7 +229,7 @@ def _results(outputs: list[tuple[str, Variable]], span: Span) -> tuple[ir.Result
 
 def _parameters(unit: Unit, defaults: Mapping[str, object]) -> tuple[Uniform, ...]:
     """Samplers first, then the others as they stand in the text; those of a prelude where they are used."""
-    found = [u for u in unit.uniforms.values() if u.span.file not in (PRELUDE, POSTLUDE) or u.name in unit.used]
+    found = [u for u in unit.uniforms.values() if u.span.file not in unit.around or u.name in unit.used]
     found = [
         replace(u, default=defaults[u.name], has_default=True) if u.name in defaults and not u.has_default else u
         for u in found

@@ -8,6 +8,7 @@ from typing import TypeAlias, TypeVar
 
 from passgraph.language import ir
 from passgraph.language.frame import Builder
+from passgraph.language.ranges import Range
 from passgraph.language.signature import MAX_BUFFER_LENGTH, checked_array
 from passgraph.language.source import Span, fail
 from passgraph.language.types import IMAGE, NAMED, Array, ImageType, Struct, TupleType, Type, image_names
@@ -80,6 +81,7 @@ class Unit:
     values: Mapping[str, NativeValue]
     rows_up: bool = True  # whether the shader counts rows from the bottom
     leveled: frozenset[str] = frozenset()  # pictures with smaller levels, which derivatives choose from
+    around: frozenset[str] = frozenset()  # what is called the container's text: its uniforms count where they are used
     builder: Builder = field(default_factory=lambda: Builder("pixel"))
     functions: dict[str, list[g.Function]] = field(default_factory=dict)
     structs: dict[str, Struct] = field(default_factory=dict)
@@ -91,6 +93,8 @@ class Unit:
     leaving: dict[g.Statement, bool] = field(default_factory=dict)  # statements that may leave their function
     work: int = 0  # instructions that open loops may take
     trips: int = 1  # of the loops around together
+    #: Between what the counters of the loops around lie, by their names in the representation and their components.
+    counters: dict[tuple[str, int], Range] = field(default_factory=dict)
     #: The oldest variable written since the last look, by the count of names when it was made.
     oldest_write: int = _NEVER
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from typing import TypeAlias
 
 from passgraph.shaders.glsl import syntax as g
 
@@ -37,9 +38,19 @@ def _inner(node: g.Statement) -> tuple[g.Statement, ...]:
     return sum((case.statements for case in node.cases), ()) if isinstance(node, g.Switch) else ()
 
 
+#: A name, and the component of it that is meant: None for all.
+NamePart: TypeAlias = tuple[str, int | None]
+_LETTERS = {letter: i for letters in ("xyzw", "rgba", "stpq") for i, letter in enumerate(letters)}
+
+
 def assigned_names(node: object, overloads: Callable[[str], Sequence[g.Function]]) -> frozenset[str]:
     """Names that a part of the tree may assign to, whatever they stand for; calls may where parameters are out."""
-    found: set[str] = set()
+    return frozenset(name for name, _ in assigned_parts(node, overloads))
+
+
+def assigned_parts(node: object, overloads: Callable[[str], Sequence[g.Function]]) -> frozenset[NamePart]:
+    """Names that a part of the tree may assign to, with the component where one of a vector is written."""
+    found: set[NamePart] = set()
     for one in walked(node):
         targets: list[g.Expr] = []
         if isinstance(one, (g.Assignment, g.Step)):
@@ -49,8 +60,16 @@ def assigned_names(node: object, overloads: Callable[[str], Sequence[g.Function]
                 pairs = zip(one.arguments, function.parameters, strict=False)
                 targets += [argument for argument, parameter in pairs if parameter.passed != "in"]
         for target in targets:
+            components: set[int | None] = {None}
             while isinstance(target, (g.Member, g.Subscript)):
+                # A field that is called as components are counts as those of its struct.
+                components = {_LETTERS.get(c) for c in target.name} if isinstance(target, g.Member) else {None}
                 target = target.base
             if isinstance(target, g.Name):
-                found.add(target.name)
+                found |= {(target.name, one) for one in components}
     return frozenset(found)
+
+
+def overlap(these: frozenset[NamePart], those: frozenset[NamePart]) -> bool:
+    """Whether two sets of parts have something in common."""
+    return any(a == b and (i is None or j is None or i == j) for a, i in these for b, j in those)

@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from passgraph.backends.base import Backend
 from passgraph.formats import Format
-from passgraph.run.program import compile
+from passgraph.run.compile import compile
 from passgraph.verify.compare import distance
 from passgraph.verify.conformance.case import Case, Picture
-from passgraph.verify.oracle.backend import Allowed, outside
+from passgraph.verify.oracle.allowed import Allowed
 from passgraph.verify.oracle.passes import Passes
 
 Outcome = Literal["passed", "diverged", "vacuous", "failed"]
@@ -148,7 +148,7 @@ class Judge:
             for key, got in written.items():
                 frame, step, target = key[0], plan.steps[key[1]], plan.resources[key[2]]
                 bounds = allowed[key]
-                beyond = outside(got, bounds.values)
+                beyond = bounds.values.without(got)
                 share = float(beyond.any(axis=2).mean())
                 figures = share, float(bounds.ambiguous.mean()), float(told(bounds, target.format).mean())
                 known = target.name in self.case.exact

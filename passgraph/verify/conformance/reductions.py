@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 
 import numpy as np
+from numpy.typing import NDArray
 
 import passgraph as pg
 from passgraph.verify.conformance.case import Case
@@ -20,6 +21,8 @@ SIZE = (67, 11)
 EVEN = (64, 8)
 #: Three pixels of four bins in each quarter, none to spare; whole numbers fall into bins of each.
 BINS = 48
+#: Of what is counted row by row: those pixels, and two rows that no row of the picture stands behind.
+ROWS = (3, SIZE[1] + 2)
 
 
 def cases() -> Iterator[Case]:
@@ -35,6 +38,9 @@ def cases() -> Iterator[Case]:
     yield Case(GROUP, "the first place of many", placed, SIZE, frames, exact={"place": np.array([[place]], np.float64)})
     counts = np.histogram(picture[..., 2], BINS, (0.05, 6))[0]
     yield Case(GROUP, "a histogram", counted, SIZE, frames, exact={"counts": counts[None, :, None]})
+    numbers = wild_numbers()
+    exact = {f"quarter {k}": quarter for k, quarter in enumerate(quarters_of(numbers))}
+    yield Case(GROUP, "counts of wild numbers", counted_rows, ROWS, ({"numbers": numbers},), exact=exact, quick=False)
     last, now = whole(8, EVEN), whole(9, EVEN)
     above = now - last.mean((0, 1), np.float64)
     yield Case(GROUP, "less last frame's mean", levelled, EVEN, ({"frame": last}, {"frame": now}), exact={"out": above})
@@ -58,6 +64,32 @@ def placed() -> Mapping[str, pg.Target]:
 def counted() -> Mapping[str, pg.Target]:
     """Numbers below and above the ends are in no bin."""
     return {"counts": pg.histogram(pg.Input("frame", "rgba32f"), BINS, channel=2, low=0.05, high=6.0)}
+
+
+def wild_numbers() -> NDArray[np.float32]:
+    """Numbers of bins, some often in a row, and others: below and above them, fractions."""
+    random = np.random.default_rng(11)
+    numbers = random.integers(-2, BINS + 3, (SIZE[1], SIZE[0], 1)).astype(np.float32)
+    numbers[::3, ::2] = BINS
+    numbers[1::3, 5:] = 1
+    numbers[:, 3::7] += np.float32(0.5)
+    return numbers
+
+
+def quarters_of(numbers: NDArray[np.float32]) -> NDArray[np.float64]:
+    """How often each bin's number stands in each row, as four pictures; rows below the picture count nothing."""
+    counts = np.zeros((ROWS[1], BINS))
+    counts[: SIZE[1]] = (numbers == np.arange(1, BINS + 1)).sum(1)
+    return counts.reshape(ROWS[1], 4, ROWS[0], 4).swapaxes(0, 1)
+
+
+def counted_rows() -> Mapping[str, pg.Target]:
+    """The counting by itself, of a picture that is not a histogram's own."""
+    from passgraph.graph.reduction_kernels import count_bins
+
+    into = tuple(pg.target(f"quarter {k}", "rgba32f", ROWS) for k in range(4))
+    made: tuple[pg.Target, ...] = count_bins(pg.Input("numbers", "r32f", SIZE).border("zero"), into=into)
+    return {target.name: target for target in made}
 
 
 def levelled() -> Mapping[str, pg.Target]:

@@ -20,7 +20,7 @@ from passgraph.errors import InputError
 from passgraph.graph.calls import kernel
 from passgraph.graph.targets import Input, Target, target
 from passgraph.reading import read_text
-from passgraph.run.program import compile as compile_graph
+from passgraph.run.compile import compile as compile_graph
 from passgraph.verify.compare import compare
 from passgraph.verify.fuzz.kernels import PARAMETERS
 from passgraph.verify.fuzz.pictures import SIDE, Picture, values

@@ -23,7 +23,7 @@ from passgraph.graph.values import Value
 from passgraph.language.borders import BORDERS
 from passgraph.language.kernel import Kernel, kernel_from_text
 from passgraph.plan.data import Options
-from passgraph.run.program import compile as compile_graph
+from passgraph.run.compile import compile as compile_graph
 from passgraph.scene.mesh import Mesh
 from passgraph.verify.fuzz.cases import EXACT, Case, Tally, judged, same_bits
 from passgraph.verify.fuzz.pictures import Picture, unit

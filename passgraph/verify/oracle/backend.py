@@ -2,52 +2,25 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
-from passgraph.backends.base import Block, FloatBlock
+from passgraph.backends.base import Block
 from passgraph.backends.reference import ReferenceBackend
 from passgraph.backends.reference.draw_pass import ReferenceDrawPass
 from passgraph.backends.reference.pixel_pass import ReferencePixelPass
 from passgraph.backends.reference.storage import Storage
 from passgraph.graph.geometry import Geometry
 from passgraph.plan.data import DrawStep, PixelStep, Step
+from passgraph.verify.oracle.allowed import Allowed
 from passgraph.verify.oracle.draw import DrawOracle, Ints
-from passgraph.verify.oracle.interval import Interval, Lanes
+from passgraph.verify.oracle.interval import Interval
 from passgraph.verify.oracle.pace import Pace
-from passgraph.verify.oracle.stage import StageOracle, stored
+from passgraph.verify.oracle.stage import StageOracle
+from passgraph.verify.oracle.storage import stored
 from passgraph.verify.oracle.watch import Watch
-
-
-@dataclass(frozen=True, eq=False)
-class Allowed:
-    """What one target may hold after a step.
-
-    Attributes
-    ----------
-    values : (height, width, channels), intervals of stored values
-    ambiguous : (height, width), pixels where a decision may fall either way and the outcomes lie apart, or where
-        an operation promises nothing for what it is given
-    unpromised : (height, width), those of them that are so for the second reason only
-    names : the operations that straddled, and in how many pixels
-    untried : of how many pixels (of a draw: fragments) nothing is said because time was up
-    """
-
-    values: Interval
-    ambiguous: Lanes
-    unpromised: Lanes
-    names: Counter[str]
-    untried: int = 0
-
-    @classmethod
-    def exactly(cls, picture: FloatBlock) -> Allowed:
-        """This and nothing else: of bits that are only moved."""
-        nowhere = np.zeros(picture.shape[:2], np.bool_)
-        return cls(Interval.point(picture), nowhere, nowhere, Counter())
 
 
 class OracleBackend(ReferenceBackend):
@@ -167,26 +140,8 @@ class _DrawPass(ReferenceDrawPass):
         if depth is not None and self.step.depth_clear is None and id(depth) in self.oracle.carried:
             draw.state.depth = self.oracle.carried[id(depth)].map(np.copy)
             draw.state.stencil = self.oracle.stencils[id(depth)]
-        self.oracle.pace.begin(self.step.name)
-        state = draw.run()
-        untried = self.oracle.pace.end()
+        self.oracle.found[id(self.step)] = draw.run()
+        state = draw.state
         if depth is not None and state.depth is not None and state.stencil is not None:
             self.oracle.carried[id(depth)] = state.depth.map(np.copy)
             self.oracle.stencils[id(depth)] = state.stencil
-        width, height = self.step.size
-        values = [layer.values for layer in state.colours]
-        if state.depth is not None:
-            values.append(state.depth.map(lambda x: x[:, None]))
-        ambiguous = state.ambiguous.reshape(height, width)
-        unpromised = ambiguous & ~state.turned.reshape(height, width)
-        self.oracle.found[id(self.step)] = [
-            Allowed(v.map(lambda x: x.reshape(height, width, -1)), ambiguous, unpromised, draw.names, untried)
-            for v in values
-        ]
-
-
-def outside(picture: FloatBlock, allowed: Interval) -> Lanes:
-    """Which values of a picture no conforming backend may have written."""
-    got = picture.astype(np.float64)
-    inside = (got >= allowed.lo) & (got <= allowed.hi)
-    return np.asarray(np.where(np.isnan(got), ~allowed.nan, ~inside))

@@ -147,13 +147,11 @@ class Frontier:
         ends = np.append(np.flatnonzero(np.diff(self.lanes)) + 1, len(self))
         first = 0
         while first < len(self):
-            most = max(int(np.searchsorted(ends, first + BATCH, side="right")) - 1, 0)
-            last = int(ends[most]) if ends[most] > first else int(ends[np.searchsorted(ends, first, side="right")])
-            yield self._part(slice(first, last))
+            # the last end that is near enough, or the next where one lane has more
+            following, beyond = np.searchsorted(ends, [first, first + BATCH], side="right")
+            last = int(ends[max(following, beyond - 1)])
+            yield Frontier(self.lanes[first:last], self.prefixes[first:last], self.origins[first:last])
             first = last
-
-    def _part(self, chosen: slice) -> Frontier:
-        return Frontier(self.lanes[chosen], self.prefixes[chosen], self.origins[chosen])
 
     @classmethod
     def joined(cls, parts: list[Frontier]) -> Frontier:

@@ -7,25 +7,23 @@ it, so control flow, indices and texel positions stay exact.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any, TypeAlias
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.reference.domain import Domain, Part
-from passgraph.backends.reference.number_domain import KINDS, NumberDomain, Numbers, shaped
-from passgraph.language import expand, ir
-from passgraph.language import scalar as s
+from passgraph.backends.reference.number_domain import NumberDomain, Numbers, shaped
+from passgraph.language import ir
 from passgraph.language.meanings import BELOW_ONE, INT_MAX, INT_MIN
 from passgraph.language.operations import OPERATIONS
 from passgraph.language.symbols import UINT_MAX
-from passgraph.language.types import Array, Matrix, Scalar, Type, Value, Vector, element_of, shape_of
+from passgraph.language.types import Array, Type, Value, element_of, shape_of
 from passgraph.verify.oracle import interval as iv
+from passgraph.verify.oracle import vectors
 from passgraph.verify.oracle.decisions import Track
 from passgraph.verify.oracle.functions import FUNCTIONS
-from passgraph.verify.oracle.interval import FLOAT_MAX, Interval, Lanes
-
-Bounded: TypeAlias = Interval | Numbers
+from passgraph.verify.oracle.interval import FLOAT_MAX, Bounded, Interval, Lanes, as_interval, mapped
 
 _PLUS_OR_MINUS: dict[str, Callable[..., Interval]] = {"add": iv.add, "sub": iv.sub, "mul": iv.mul}
 _SIMPLE: dict[str, Callable[..., Interval]] = {
@@ -76,7 +74,7 @@ class IntervalDomain(Domain[Bounded, Lanes]):
     def apply(self, operation: str, arguments: Sequence[Bounded]) -> Bounded:
         row = OPERATIONS[operation]
         if row.kind == "expanded":
-            return self._expanded(operation, arguments)
+            return vectors.expanded(self, operation, arguments)
         numbers = [a for a in arguments if not isinstance(a, Interval)]
         if len(numbers) == len(arguments):
             exact = self.numbers.apply(operation, numbers)
@@ -88,8 +86,8 @@ class IntervalDomain(Domain[Bounded, Lanes]):
             return iv.rounded(exact, exact, np.isnan(exact), row.ulp)
         self._hangs_on(numbers)
         if operation == "mul" and arguments[0] is arguments[1]:
-            return iv.square(_interval(arguments[0]))
-        return self._float(operation, _spread([_interval(a) for a in arguments]))
+            return iv.square(as_interval(arguments[0]))
+        return self._float(operation, _spread([as_interval(a) for a in arguments]))
 
     def _hangs_on(self, numbers: Sequence[Numbers]) -> None:
         """Nothing is known of a lane where more than which texel is read hangs on an int that may be any."""
@@ -241,87 +239,17 @@ class IntervalDomain(Domain[Bounded, Lanes]):
         exact = t.exact & ((t.lo == 0) | (t.lo == 1))
         return iv.where(exact, t, made)
 
-    # Vectors and matrices: as :mod:`passgraph.language.expand` takes them apart, on intervals.
-
-    def _expanded(self, operation: str, arguments: Sequence[Bounded]) -> Bounded:
-        if operation == "normalize":
-            return self._normalize(_interval(arguments[0]))
-        if operation == "length":
-            return self._length(_interval(arguments[0]))
-        if operation == "distance":
-            return self._length(iv.sub(_interval(arguments[0]), _interval(arguments[1])))
-        if operation == "inverse":
-            return self._inverse(_interval(arguments[0]))
-        types = [_type_of(a) for a in arguments]
-        taken = {id(a): _components(a) for a in arguments}  # the same components of the same vector: squares
-        parts = [taken[id(a)] for a in arguments]
-        emitter = _Emitter(self)
-        results = expand.EXPANSIONS[operation](emitter, parts, types)  # type: ignore[arg-type]
-        shape = _shape_after(operation, arguments)
-        made = [emitter.value(r) for r in results]
-        if not isinstance(made[0], Interval):
-            bools = np.stack(np.broadcast_arrays(*made), axis=-1)  # type: ignore[arg-type]
-            return np.asarray(bools.reshape(len(bools), *shape))
-        stacked = _stack([_interval(m) for m in made])
-        return stacked.map(lambda x: x.reshape(len(x), *shape))
-
-    # Vectors and columns are brought near 1 by a power of two and back: whichever it is, no rounding changes but where
-    # something would overflow or vanish.
-
-    def _length(self, v: Interval) -> Interval:
-        power = _power_of(v.magnitude.max(axis=1))
-        near = [_times(v.map(lambda x, i=i: x[:, i]), power) for i in range(v.shape[1])]  # type: ignore[misc]
-        total = iv.square(near[0])
-        for part in near[1:]:
-            total = iv.add(total, iv.square(part))
-        made = _times(iv.sqrt(total), 1.0 / power)
-        return iv.rounded(made.lo, made.hi, made.nan, 0.5)
-
-    def _inverse(self, m: Interval) -> Interval:
-        power = _power_of(m.magnitude.max(axis=2))  # of each column
-        near = _times(m, power[:, :, None])
-        size = m.shape[1]
-        emitter = _Emitter(self)
-        cells = expand.plain_inverse(emitter, expand.columns(_components(near), size))  # type: ignore[arg-type]
-        made = _stack([_interval(emitter.value(cell)) for cell in cells]).map(lambda x: x.reshape(len(x), size, size))
-        made = _times(made, power[:, None, :])
-        return iv.rounded(made.lo, made.hi, made.nan, 0.5)
-
-    def _normalize(self, v: Interval) -> Interval:
-        """v / |v| component by component: with s the other components' squares, x / √(x² + s) rises with x."""
-        v = _times(v, _power_of(v.magnitude.max(axis=1))[:, None])
-        parts = [v.map(lambda x, i=i: x[:, i]) for i in range(v.shape[1])]  # type: ignore[misc]
-        squares = [iv.square(p) for p in parts]
-        total = squares[0]
-        for other in squares[1:]:
-            total = iv.add(total, other)
-        length = iv.sqrt(total)
-        results = []
-        for i, p in enumerate(parts):
-            rest_lo = np.sum([q.lo for j, q in enumerate(squares) if j != i], axis=0)
-            rest_hi = np.sum([q.hi for j, q in enumerate(squares) if j != i], axis=0)
-            candidates = [_unit(x, rest) for x in (p.lo, p.hi) for rest in (rest_lo, rest_hi)]
-            lo, hi = np.min(candidates, axis=0), np.max(candidates, axis=0)
-            # The sum of n squares loses n ULP, its root half of that and 3; each may be two of the quotient's, which
-            # loses 2.5 itself.
-            results.append(iv.rounded(lo, hi, p.nan | length.nan, 2.0 * (0.5 * len(parts) + 3.0) + 2.5))
-        made = _stack(results)
-        zero = self._equal(length, Interval.point(np.zeros_like(length.lo)))[:, None]
-        made = iv.where(zero, Interval.point(np.zeros_like(made.lo)), made)
-        strange = ~np.isfinite(v.magnitude.max(axis=1))[:, None]
-        return iv.where(strange, Interval.anything(made.shape), made)
-
     def select(self, condition: Bounded, then: Bounded, orelse: Bounded) -> Bounded:
         assert not isinstance(condition, Interval)
         return self.merge(condition, then, orelse)
 
     def swizzle(self, value: Bounded, components: tuple[int, ...]) -> Bounded:
-        return _map(value, lambda x: x[:, components[0]] if len(components) == 1 else x[:, list(components)])
+        return mapped(value, lambda x: x[:, components[0]] if len(components) == 1 else x[:, list(components)])
 
     def construct(self, type_: Value | Array, parts: Sequence[Bounded]) -> Bounded:
         if element_of(type_).name != "float":
             return self.numbers.construct(type_, parts)  # type: ignore[arg-type]
-        intervals = [_interval(p) for p in parts]
+        intervals = [as_interval(p) for p in parts]
         arrays = [
             self.numbers_of([getattr(p, name) for p in intervals], shape_of(type_)) for name in ("lo", "hi", "nan")
         ]
@@ -336,13 +264,13 @@ class IntervalDomain(Domain[Bounded, Lanes]):
     def index(self, value: Bounded, index: Bounded) -> Bounded:
         assert not isinstance(index, Interval)
         self._hangs_on([index])
-        return _map(value, lambda x: self.numbers.index(x, index))
+        return mapped(value, lambda x: self.numbers.index(x, index))
 
     def insert(self, value: Bounded, index: Bounded, element: Bounded) -> Bounded:
         assert not isinstance(index, Interval)
         self._hangs_on([index])
         if isinstance(value, Interval):
-            new = _interval(element)
+            new = as_interval(element)
             lo, hi, nan = (
                 self.numbers.insert(getattr(value, name), index, getattr(new, name)) for name in ("lo", "hi", "nan")
             )
@@ -372,7 +300,7 @@ class IntervalDomain(Domain[Bounded, Lanes]):
 
     def merge(self, mask: Lanes, new: Bounded, old: Bounded) -> Bounded:
         if isinstance(new, Interval) or isinstance(old, Interval):
-            new, old = _interval(new), _interval(old)
+            new, old = as_interval(new), as_interval(old)
             mask = mask.reshape(mask.shape + (1,) * (new.ndim - mask.ndim))
             return new if mask.all() else iv.where(mask, new, old)
         return self.numbers.merge(mask, new, old)
@@ -396,17 +324,15 @@ class _Part(Part[Bounded]):
         domain.track = self.all.part(rows)
 
     def take(self, value: Bounded) -> Bounded:
-        return _map(value, self.picked)
+        return mapped(value, self.picked)
 
     def picked(self, value: NDArray[Any]) -> NDArray[Any]:
         return value if len(value) == 1 else value[self.rows]
 
     def put(self, new: Bounded, old: Bounded | None) -> Bounded:
         if isinstance(new, Interval) or isinstance(old, Interval):
-            of = new if old is None else old
-            lo, hi, nan = (
-                self._put(getattr(_interval(new), name), getattr(_interval(of), name)) for name in ("lo", "hi", "nan")
-            )
+            bound, before = as_interval(new), as_interval(new if old is None else old)
+            lo, hi, nan = (self._put(getattr(bound, name), getattr(before, name)) for name in ("lo", "hi", "nan"))
             return Interval(lo, hi, nan)
         return self._put(new, new if old is None else old)
 
@@ -422,82 +348,7 @@ class _Part(Part[Bounded]):
         self.domain.track = self.all
 
 
-class _Emitter:
-    """Stands in for the emitter of scalar code: computes instead."""
-
-    def __init__(self, domain: IntervalDomain) -> None:
-        self.domain = domain
-
-    def value(self, operand: Any) -> Bounded:
-        return self.domain.constant(Scalar("float"), (operand.value,)) if isinstance(operand, s.Lit) else operand
-
-    def op(self, name: str, *operands: Any) -> Bounded:
-        if name == "mul" and operands[0] is operands[1] and isinstance(operands[0], Interval):
-            return iv.square(operands[0])
-        return self.domain.apply(name, [self.value(o) for o in operands])
-
-    def choose(self, condition: Any, then: Any, orelse: Any) -> Bounded:
-        return self.domain.select(condition, self.value(then), self.value(orelse))
-
-
-def _power_of(size: NDArray[np.float64]) -> NDArray[np.float64]:
-    """The power of two that brings a size to [1/2, 1); 1 for 0 and what is not finite."""
-    return np.where(np.isfinite(size) & (size > 0), np.ldexp(1.0, -np.frexp(size)[1]), 1.0)
-
-
-def _times(a: Interval, power: NDArray[np.float64]) -> Interval:
-    """Exact: no bound leaves the range of float64."""
-    return a.both(lambda end: end * power)
-
-
-def _unit(x: NDArray[np.float64], rest: NDArray[np.float64]) -> NDArray[np.float64]:
-    length = np.sqrt(x * x + rest)
-    return np.where(length > 0, x / np.where(length > 0, length, 1.0), 0.0)
-
-
-def _interval(value: Bounded) -> Interval:
-    return value if isinstance(value, Interval) else Interval.point(value)
-
-
-def _map(value: Bounded, function: Callable[[NDArray[Any]], NDArray[Any]]) -> Bounded:
-    return value.map(function) if isinstance(value, Interval) else function(value)
-
-
 def _spread(values: list[Interval]) -> list[Interval]:
     """Scalars with an axis for components where others are vectors."""
     depth = max(v.ndim for v in values)
     return [v.map(lambda x: x.reshape(x.shape + (1,) * (depth - x.ndim))) for v in values]
-
-
-def _components(value: Bounded) -> list[Any]:
-    """Components in order (columns of a matrix one behind the other), each (lanes,)."""
-    flat = _map(value, lambda x: x.reshape(len(x), -1))
-    count = flat.shape[1]
-    return [_map(flat, lambda x, i=i: x[:, i]) for i in range(count)]  # type: ignore[misc]
-
-
-def _stack(parts: list[Interval]) -> Interval:
-    lo, hi, nan = (np.stack(np.broadcast_arrays(*(getattr(p, n) for p in parts)), axis=-1) for n in ("lo", "hi", "nan"))
-    return Interval(lo, hi, nan)
-
-
-def _type_of(value: Bounded) -> Type:
-    kind = "float" if isinstance(value, Interval) else {np.dtype(v): k for k, v in KINDS.items()}[value.dtype]
-    element = Scalar(kind)
-    if value.ndim == 1:
-        return element
-    return Vector(element, value.shape[1]) if value.ndim == 2 else Matrix(*value.shape[1:])
-
-
-def _shape_after(operation: str, arguments: Sequence[Bounded]) -> tuple[int, ...]:
-    first = arguments[0].shape[1:]
-    if OPERATIONS[operation].result in ("f", "b"):
-        return ()
-    if operation == "outer":
-        return (*arguments[1].shape[1:], *first)
-    if operation == "matmul":
-        last = arguments[1].shape[1:]
-        if len(first) == len(last) == 2:
-            return (last[0], first[1])
-        return first[1:] if len(first) == 2 else last[:1]
-    return first[::-1] if operation == "transpose" else first

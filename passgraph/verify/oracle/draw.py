@@ -16,10 +16,10 @@ from passgraph.backends.reference.stage import on_quads
 from passgraph.backends.reference.storage import Storage
 from passgraph.graph.geometry import Geometry
 from passgraph.plan.data import DrawStep
+from passgraph.verify.oracle.allowed import Allowed
 from passgraph.verify.oracle.coverage import Corners, Fragments, Triangles, cover, depth_of, triangles, varying_of
 from passgraph.verify.oracle.decisions import Bounds
-from passgraph.verify.oracle.domain import Bounded
-from passgraph.verify.oracle.interval import Interval
+from passgraph.verify.oracle.interval import Bounded, Interval
 from passgraph.verify.oracle.merge import State
 from passgraph.verify.oracle.pace import Pace
 from passgraph.verify.oracle.stage import StageOracle
@@ -29,7 +29,8 @@ Ints = NDArray[np.int64]
 
 
 class DrawOracle:
-    """One draw of one run; ``state`` ends up with what its targets may hold."""
+    """One draw of one run: ``state`` ends up with what its targets may hold, ``untried`` with the number of fragments
+    of which time left nothing to say."""
 
     def __init__(
         self, made: ReferenceDrawPass, outputs: Sequence[Storage], depth: Storage | None, images: Sequence[Storage],
@@ -39,21 +40,45 @@ class DrawOracle:
         self.pass_, self.step = made, made.step
         self.geometry, self.snapped = geometry, snapped
         names = [name for name, _ in made.step.images]
-        self.vertex = StageOracle(made.vertex, vertex, names, images, carried)
+        self.pace, self.untried = pace or Pace(), 0
+        self.vertex = StageOracle(made.vertex, vertex, names, images, carried, pace=self.pace)
         self.fragment: StageOracle | None = None
         if made.fragment is not None:
-            self.fragment = StageOracle(made.fragment, fragment, names, images, carried, watch, pace)
+            self.fragment = StageOracle(made.fragment, fragment, names, images, carried, watch, self.pace)
         self.state = State.before(made.step, outputs, depth)
         self.names: Counter[str] = Counter()
 
-    def run(self) -> State:
+    def run(self) -> list[Allowed]:
+        """What each of its targets may hold, colours first."""
+        self._draw()
+        state, (width, height) = self.state, self.step.size
+        values = [layer.values for layer in state.colours]
+        if state.depth is not None:
+            values.append(state.depth.map(lambda x: x[:, None]))
+        ambiguous = state.ambiguous.reshape(height, width)
+        unpromised = ambiguous & ~state.turned.reshape(height, width)
+        return [
+            Allowed(v.map(lambda x: x.reshape(height, width, -1)), ambiguous, unpromised, self.names, self.untried)
+            for v in values
+        ]
+
+    def _draw(self) -> None:
         step: DrawStep = self.step
+        self.pace.begin(f"{step.name}, vertices")
+        with np.errstate(all="ignore"):
+            vertices = self._vertices()
+        if self.pace.end():
+            # Any pixel may be covered where corners may be anywhere.
+            self.state.forget()
+            self.untried = step.size[0] * step.size[1]
+            return
+        self.pace.begin(step.name)
         with np.errstate(all="ignore"):
             indices = np.asarray(self.geometry.triangles, np.int64).reshape(-1, 3)
-            found = triangles(self._vertices(), indices, step.size, step.state, self.snapped)
+            found = triangles(vertices, indices, step.size, step.state, self.snapped)
             for fragments in cover(found, step.size):
                 self._merge(found, fragments)
-        return self.state
+        self.untried = self.pace.end()
 
     def _vertices(self) -> Corners:
         """Middle and half width of every column; rows as the reference has them: position, then all results."""

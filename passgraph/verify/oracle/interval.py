@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -55,6 +55,12 @@ class Interval:
         """No statement at all."""
         return cls(np.full(shape, -np.inf), np.full(shape, np.inf), np.ones(shape, np.bool_))
 
+    def without(self, numbers: NDArray[Any]) -> Lanes:
+        """Which of some numbers it does not hold."""
+        exact = numbers.astype(np.float64)
+        inside = (exact >= self.lo) & (exact <= self.hi)
+        return np.asarray(np.where(np.isnan(exact), ~self.nan, ~inside))
+
     def map(self, function: Callable[[NDArray[Any]], NDArray[Any]]) -> Interval:
         """The same rearrangement of all three arrays."""
         return Interval(function(self.lo), function(self.hi), function(self.nan))
@@ -96,6 +102,20 @@ class Interval:
     def magnitude(self) -> Float64:
         """The largest absolute value."""
         return np.asarray(np.maximum(np.abs(self.lo), np.abs(self.hi)))
+
+
+#: What the oracle computes with: intervals for floats, plain numbers for ints and bools.
+Bounded: TypeAlias = Interval | NDArray[Any]
+
+
+def as_interval(value: Bounded) -> Interval:
+    """Numbers that are known exactly as an interval."""
+    return value if isinstance(value, Interval) else Interval.point(value)
+
+
+def mapped(value: Bounded, function: Callable[[NDArray[Any]], NDArray[Any]]) -> Bounded:
+    """The same rearrangement of all arrays."""
+    return value.map(function) if isinstance(value, Interval) else function(value)
 
 
 def flushed(a: Interval) -> Interval:

@@ -18,9 +18,9 @@ from passgraph.plan.blending import blend_kernel
 from passgraph.plan.data import DrawStep
 from passgraph.verify.oracle import interval as iv
 from passgraph.verify.oracle.decisions import Track
-from passgraph.verify.oracle.domain import Bounded, IntervalDomain
-from passgraph.verify.oracle.interval import Interval, Lanes
-from passgraph.verify.oracle.stage import stored
+from passgraph.verify.oracle.domain import IntervalDomain
+from passgraph.verify.oracle.interval import Bounded, Interval, Lanes
+from passgraph.verify.oracle.storage import stored
 
 Ints = NDArray[np.int64]
 
@@ -82,6 +82,16 @@ class State:
                 held = held if step.depth_clear is None else np.full(count, state.clear_stencil, np.int64)
                 stencils = held.copy(), held.copy()
         return cls(step, colours, depths, stencils, *(np.zeros(count, np.bool_) for _ in range(2)))
+
+    def forget(self) -> None:
+        """Nothing is known: each pixel may hold anything."""
+        for layer in self.colours:
+            layer.values = Interval.anything(layer.values.lo.shape)
+        if self.depth is not None:
+            self.depth = Interval.anything(self.depth.lo.shape)
+        if self.stencil is not None:
+            self.stencil = np.zeros_like(self.stencil[0]), np.full_like(self.stencil[1], 255)
+        self.turned[:] = True
 
     def may_pass(self, at: Ints, depth: Interval) -> Ints:
         """Fragments that the depth and stencil tests need not drop; dropped ones may still change the stencil."""

@@ -19,7 +19,8 @@ from passgraph.plan.limits import Limits
 from passgraph.plan.reach import inputs_behind
 from passgraph.run.admission import admitted_picture, bound_to
 from passgraph.run.execution import Execution
-from passgraph.verify.oracle.backend import Allowed, OracleBackend
+from passgraph.verify.oracle.allowed import Allowed
+from passgraph.verify.oracle.backend import OracleBackend
 from passgraph.verify.oracle.pace import Pace
 from passgraph.verify.oracle.watch import Watch
 

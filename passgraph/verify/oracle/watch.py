@@ -19,8 +19,8 @@ from passgraph.language import ir
 from passgraph.language.source import NOWHERE, Span
 from passgraph.plan.data import Step
 from passgraph.verify.oracle.decisions import Track
-from passgraph.verify.oracle.domain import Bounded, IntervalDomain
-from passgraph.verify.oracle.interval import Interval, Lanes
+from passgraph.verify.oracle.domain import IntervalDomain
+from passgraph.verify.oracle.interval import Bounded, Interval, Lanes
 
 Ints = NDArray[np.int64]
 
@@ -62,15 +62,17 @@ class Watch:
 class WatchedInterpreter(Interpreter[Bounded, Lanes]):
     """Notes what each operation does; ``pixels`` says where the lanes of the stage are."""
 
+    domain: IntervalDomain
+
     def __init__(
         self, program: ir.TypedKernel, domain: IntervalDomain, around: Surroundings[Bounded], watch: Watch, pixels: Ints
     ) -> None:
         super().__init__(program, domain, around)
-        self.bounded, self.watch, self.pixels = domain, watch, pixels
+        self.watch, self.pixels = watch, pixels
 
     @property
     def track(self) -> Track:
-        return self.bounded.track
+        return self.domain.track
 
     def value(self, expression: ir.Expr) -> Bounded:
         if not isinstance(expression, ir.Apply):

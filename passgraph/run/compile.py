@@ -1,0 +1,98 @@
+"""From targets to a program: the graph behind them, checked and planned, on a backend that is opened for it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, cast, get_args
+
+from passgraph import arguments
+from passgraph.errors import BackendError
+from passgraph.graph.outputs import Outputs, named_outputs
+from passgraph.graph.targets import checked_size
+from passgraph.plan.data import Options
+from passgraph.run.finite_checks import NonFinite, checked_choice
+from passgraph.run.program import Program
+from passgraph.run.result import Results
+
+if TYPE_CHECKING:
+    from passgraph.backends.base import Backend
+
+
+def compile(
+    outputs: Outputs,
+    backend: str | Backend | None = None,
+    size: tuple[int, int] | None = None,
+    options: Options | None = None,
+    *,
+    non_finite: NonFinite = "error",
+    check_finite: bool = False,
+    results: Results = "float32",
+) -> Program:
+    """Plan the graph behind some targets and make it ready to run.
+
+    Parameters
+    ----------
+    outputs
+        One target, several, or ``{name: target}``; results are read by target name or by the given name.
+    backend
+        ``"numpy"`` (default), ``"gl"``, ``"opencl"``, ``"opencl:1"``, ``"reference"``, or an open backend, which
+        then stays yours to close.
+    size
+        (width, height) of the output in pixels; left out, the size of the first input.  Targets that are declared
+        with a size, or take that of an input, keep it; where no output would have the size asked for, or a fraction
+        of it, it is refused.
+    options
+        Optimisations to switch off.
+    non_finite
+        What becomes of NaN and infinity in an input: ``"error"`` refuses the picture with an ``InputError`` that
+        names the pixel and the passes that read it; ``"replace"`` makes NaN 0 and infinity the largest number that
+        the input's format holds; ``"keep"`` lets passes read them.  Static inputs are looked through once, those
+        in 8 and 16 bits never.
+    check_finite
+        Look at what every pass wrote, and raise a ``GraphError`` that names the first pass and pixel where a value
+        that is not finite came from finite ones.  Slow: every target is read back, and no passes are fused.
+    results
+        ``"float32"``: values, 0 to 1 for formats of whole steps; ``"stored"``: what the target itself holds, such as
+        uint8 for ``rgba8``.
+
+    Raises
+    ------
+    GraphError, KernelError
+        For what does not fit; with inputs whose size is open, at the first run.
+    BackendError
+        For a pass that needs more images, parameters or targets, or a larger picture, than the device takes.
+    DeviceMissingError
+        Where the backend's driver is missing, with the command that installs it.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from passgraph.graph.calls import kernel
+    >>> from passgraph.graph.targets import Input
+    >>> invert = kernel(source="def invert(color: Image) -> vec4: return vec4(1.0 - color[0, 0].rgb, 1.0)")
+    >>> with compile(invert(Input("frame")), backend="reference") as program:
+    ...     program(frame=np.zeros((2, 3, 4), np.float32))["invert"].shape
+    (2, 3, 4)
+    """
+    from passgraph.backends.base import Backend
+    from passgraph.backends.registry import open_backend
+
+    named = named_outputs(outputs)
+    bound = None if size is None else checked_size(size, "the output")
+    choice = checked_choice(non_finite)
+    checking = arguments.flag(check_finite, "check_finite")
+    if options is None:
+        options = Options()
+    arguments.instance(options, Options, "options", "pg.Options(...)")
+    owns = backend is None or isinstance(backend, str)
+    expected = "a name such as 'gl' or an open backend"
+    opened = open_backend(backend) if owns else arguments.instance(backend, Backend, "backend", expected, BackendError)  # type: ignore[arg-type]
+    typed = cast("Results", arguments.one_of(results, "results", get_args(Results)))
+    program = Program(named, opened, owns, bound, options, choice, checking, typed)
+    try:
+        if all(spec.size and spec.format for spec in program.inputs.values()):
+            program._bound = {n: (s.format, s.size) for n, s in program.inputs.items()}  # type: ignore[misc]
+            assert program.plan is not None
+    except BaseException:
+        program.close()
+        raise
+    return program

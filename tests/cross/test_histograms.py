@@ -1,0 +1,154 @@
+"""Histograms against NumPy, and counting in every way that a backend has against what the counting program means."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import passgraph as pg
+from passgraph.backends.base import Backend
+from passgraph.backends.registry import open_backend
+from passgraph.graph.reduction_kernels import count_bins
+from passgraph.plan.build import build
+from passgraph.plan.data import PixelStep
+from tests.conftest import require
+
+Picture = NDArray[Any]
+#: Backends, and ways that the machine of these tests does not take by itself: work-groups of OpenCL on graphics
+#: processors, and OpenGL before 4.3.
+WAYS = ("numpy", "opencl", "gl", "opencl in groups", "gl without compute shaders")
+
+
+@pytest.fixture(params=WAYS, scope="module")
+def device(request: pytest.FixtureRequest) -> Iterator[Backend]:
+    name, _, way = request.param.partition(" ")
+    require(name)
+    with open_backend(name) as opened:
+        if way == "in groups":
+            opened.is_cpu = False  # type: ignore[attr-defined]
+        elif way:
+            opened.context.dispatches = False  # type: ignore[attr-defined]
+        yield opened
+
+
+@pytest.mark.parametrize("size", [(1, 1), (16384, 1), (3, 150), (130, 65)], ids=str)
+def test_bytes_are_counted_as_by_bincount(device: Backend, size: tuple[int, int]) -> None:
+    picture = np.random.default_rng(1).integers(0, 256, (size[1], size[0], 3)).astype(np.uint8)
+    with pg.compile(pg.histogram(pg.Input("frame", "rgb8"), channel=2, name="counts"), backend=device) as program:
+        counts = program(frame=picture)["counts"]
+    assert counts.shape == (1, 256, 1)
+    assert np.array_equal(counts[0, :, 0], np.bincount(picture[..., 2].ravel(), minlength=256))
+
+
+@pytest.mark.parametrize("bins", [1, 7, 2048])
+def test_floats_are_counted_as_by_numpy(device: Backend, bins: int) -> None:
+    """Ends, beyond them and NaN; numbers lie in the middle of bins, so that no rounding moves one."""
+    random = np.random.default_rng(2)
+    low, high = -1.5, 2.5
+    picture = (random.integers(-bins // 4 - 1, bins + 2, (40, 33, 1)) + 0.5) * ((high - low) / bins) + low
+    picture.reshape(-1)[:6] = low, high, np.nan, np.inf, -np.inf, np.nextafter(high, 9)
+    picture = picture.astype(np.float32)
+    picture[1, 0] = np.nextafter(np.float32(high), np.float32(9))
+    made = pg.histogram(pg.Input("f", "r32f"), bins, channel=0, low=pg.Value("low", float), high=high)
+    with pg.compile(made, backend=device, non_finite="keep") as program:
+        counts = program(f=picture, low=low)["f.histogram"][0, :, 0]
+    assert np.array_equal(counts, np.histogram(picture[np.isfinite(picture)], bins, (low, high))[0])
+
+
+@pytest.mark.parametrize(("format_", "kind"), [("rgba8", np.uint8), ("rgba16f", np.float16), ("rgba32f", np.float32)])
+def test_each_channel_of_each_format_is_counted(device: Backend, format_: str, kind: type) -> None:
+    """Steps of an eighth, which all of these hold near enough to stay in their bins."""
+    levels = np.random.default_rng(6).integers(0, 8, (19, 45, 4))
+    values = (levels + 0.5) / 8
+    picture = np.round(values * 255).astype(kind) if kind is np.uint8 else values.astype(kind)
+    frame = pg.Input("frame", format_)
+    outputs = [pg.histogram(frame, 8, channel=channel, name=f"counts {channel}") for channel in (0, 1, 2, 3)]
+    with pg.compile(outputs, backend=device) as program:
+        result = program(frame=picture)
+    for channel in range(4):
+        expected = np.bincount(levels[..., channel].ravel(), minlength=8)
+        assert np.array_equal(result[f"counts {channel}"][0, :, 0], expected), channel
+
+
+def test_counts_go_from_frame_to_frame(device: Backend) -> None:
+    """Tables begin at nothing in each run, pictures that are bound anew are counted, and the target is that given."""
+    spec = pg.target("counts", "r32f")
+    add = pg.kernel(source="def add(a: Image, b: Image) -> float: return a[0, 0].r + b[0, 0].r")
+    counts = pg.histogram(pg.Input("frame", "r8"), 5, channel=0, into=spec)
+    both = add(counts, pg.previous(spec), into=pg.target("both", "r32f"))
+    with pg.compile(both, backend=device) as program:
+        made = [program(frame=np.full((2, 3), level, np.uint8))["both"][0, :, 0].tolist() for level in (0, 255, 128)]
+    assert made == [[6, 0, 0, 0, 0], [6, 0, 0, 0, 6], [0, 0, 6, 0, 6]]
+
+
+def counted_alone() -> tuple[tuple[pg.Target, ...], Picture, list[list[int]]]:
+    """The counting by itself, of 48 bins, on a picture that anybody may have written, and what it means: rows beyond
+    the picture count nothing."""
+    random = np.random.default_rng(4)
+    picture = random.integers(-3, 52, (21, 177)).astype(np.float32)
+    wild = np.array([np.nan, np.inf, -np.inf, 3e38, -3e38, 4294967297, 0.5, 1.5, 48.01, 49, 1e-30, -0.0], np.float32)
+    picture.reshape(-1)[random.permutation(picture.size)[: 9 * wild.size]] = np.tile(wild, 9)
+    handle = pg.Input("numbers", "r32f").border("zero")
+    quarters = tuple(pg.target(f"quarter {part}", "rgba32f", (3, 23)) for part in range(4))
+    expected = [[int((row == number).sum()) for number in range(1, 49)] for row in picture] + [[0] * 48] * 2
+    return count_bins(handle, into=quarters), picture, expected
+
+
+@pytest.mark.parametrize("options", [pg.Options(), pg.Options(simplify=False)], ids=["known", "as it is written"])
+def test_counting_is_the_kernel_whatever_a_picture_holds(device: Backend, options: pg.Options) -> None:
+    counts, picture, expected = counted_alone()
+    with pg.compile(counts, backend=device, options=options, non_finite="keep") as program:
+        made = program(numbers=picture[..., None])
+        known = [step.known is not None for step in program.plan.steps if isinstance(step, PixelStep)]
+    rows = np.concatenate([made[quarter.name].reshape(23, 12) for quarter in counts], axis=1)
+    assert rows.tolist() == expected
+    assert known == [options.simplify]
+
+
+def test_the_reference_counts_by_the_kernel() -> None:
+    """What the oracle judges by, against NumPy."""
+    counts, picture, expected = counted_alone()
+    with pg.compile(counts, backend="reference", non_finite="keep") as program:
+        made = program(numbers=picture[..., None])
+    assert np.concatenate([made[q.name].reshape(23, 12) for q in counts], axis=1).tolist() == expected
+
+
+def test_the_counting_of_a_histogram_is_known() -> None:
+    """Its program is told by its key: one that changed on the way would be slow, and right."""
+    made = pg.histogram(pg.Input("frame", "rgb8", (64, 48)), 16)
+    there = pg.from_data(pg.to_data({"made": made}))
+    for outputs in ({"made": made}, there):
+        steps = [step for step in build(outputs).steps if isinstance(step, PixelStep)]
+        assert [step.name for step in steps if step.known is not None] == ["frame.histogram rows"]
+        assert [step.known.bins for step in steps if step.known is not None] == [16]
+
+
+def test_it_is_told_which_way_counts(device: Backend) -> None:
+    made = pg.histogram(pg.Input("frame", "r8", (8, 8)), name="counts")
+    with pg.compile(made, backend=device) as program:
+        lines = [line for line in program.explain().splitlines() if "in a way of this device" in line]
+        (step,) = [s for s in program.plan.steps if isinstance(s, PixelStep) and s.known is not None]
+    way = device.own_way(step)
+    assert lines == ([] if way is None else [f"- counts rows is done in a way of this device: {way}"])
+    assert (way is None) == (device.name == "gl" and not device.context.dispatches)  # type: ignore[attr-defined]
+
+
+def test_a_count_beyond_what_floats_hold_is_near() -> None:
+    """An odd number of texels above 2^24, all of them in one bin."""
+    width, height = 16_383, 1_025
+    with pg.compile(pg.histogram(pg.Input("frame", "r8"), 4, channel=0)) as program:
+        counts = program(frame=np.full((height, width), 255, np.uint8))["frame.histogram"][0, :, 0].astype(np.float64)
+    assert counts[:3].tolist() == [0, 0, 0]
+    assert 0 < abs(counts[3] - width * height) <= 2.0**-20 * width * height
+
+
+def test_luma_is_weighted() -> None:
+    picture = np.zeros((1, 4, 3), np.float32)
+    picture[0, 1:] = np.eye(3)
+    with pg.compile(pg.histogram(pg.Input("frame", "rgb32f"), 100)) as program:
+        counts = program(frame=picture)["frame.histogram"][0, :, 0]
+    assert np.flatnonzero(counts).tolist() == [0, 7, 21, 71]
