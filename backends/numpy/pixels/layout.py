@@ -264,7 +264,7 @@ class Layout:
 
     @property
     def fixed(self) -> list[str]:
-        """Names of the first entries of the context, which the pieces decide: the rest are addresses and sizes."""
+        """Names of the first entries of the context, the same at each run: what the pieces decide, where bodies are."""
         pitches = [f"pitch{stage.number}" for stage in self.stages[:-1]]
         bodies = [f"body{stage.number}" for stage in self.stages]
         return ["counter", "count", "columns", "tile", "band", "width", "height", "zeros", *pitches, *bodies]

@@ -72,10 +72,10 @@ class LaneBody:
 
     def _is_steady(self, i: s.Instruction) -> bool:
         """Whether an instruction of a straight program gives one number for all pixels, found before their loop."""
-        if isinstance(i, s.LoadTexel):
+        if isinstance(i, (s.LoadTexel, s.LoadBuiltin)):
             return False
         entry = self.builder.function.entry_basic_block
-        return not isinstance(i, s.LoadBuiltin) and all(
+        return all(
             isinstance(operand, s.Lit) or getattr(self.values[operand.id], "parent", None) is entry
             for operand in s.operands_of(i)
         )
