@@ -14,6 +14,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from importlib import import_module
 from math import prod
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -40,6 +41,8 @@ _STORED = {"1": 1, "L": 1, "P": 1, "I;16": 2, "I;16L": 2, "I;16B": 2, "I;16N": 2
 #: their copies for WebP and GIF, and for TIFF another image, which it is turned into, and a strip as large as it.
 _HELD_BESIDE = {"JPEG": 6, "WEBP": 16, "GIF": 8, "TIFF": 8}
 _PIXELS_AT_ONCE = 1 << 16
+#: What files begin with of which Pillow has a module of that name.
+_SIGNATURES = {b"\x89PNG\r\n\x1a\n": "Png", b"\xff\xd8\xff": "Jpeg"}
 
 
 def decode(file: Path, data: bytes, max_bytes: int, *, as_stored: bool = False) -> tuple[Stored, bool]:
@@ -77,12 +80,27 @@ def open_picture(data: bytes, where: str) -> ImageFile:
 
     try:
         with without_pillow_limit():
-            return pillow.open(io.BytesIO(data), formats=PILLOW_FORMATS)
+            return _opened_by_its_own(data) or pillow.open(io.BytesIO(data), formats=PILLOW_FORMATS)
     except (UnidentifiedImageError, struct.error) as error:
         raise InputError(
             f"{where}: not a picture that can be read, or corrupt; expected {EXPECTED},"
             f" got {len(data)} bytes that begin with {data[:8]!r}"
         ) from error
+
+
+def _opened_by_its_own(data: bytes) -> ImageFile | None:
+    """A PNG or JPEG by Pillow's module for it alone: `PIL.Image.open` would load those of five formats first."""
+    from PIL import Image as pillow
+
+    kind = next((kind for signature, kind in _SIGNATURES.items() if data.startswith(signature)), None)
+    if kind is None:
+        return None
+    import_module(f"PIL.{kind}ImagePlugin")
+    factory, _ = pillow.OPEN[kind.upper()]
+    try:
+        return factory(io.BytesIO(data), "")
+    except (SyntaxError, IndexError, TypeError, struct.error):  # as `PIL.Image.open`, which then says what is wrong
+        return None
 
 
 _pillow_lock = threading.Lock()
@@ -128,10 +146,13 @@ def _decode_with_pillow(file: Path, data: bytes, max_bytes: int, as_stored: bool
     _check_size(file, image.width, image.height, _held(image, is_wide) + len(data), max_bytes)
     _check_mode(file, image, stored, is_wide)
     with without_pillow_limit():
+        whole = _loaded_in_place(image) if as_stored and not is_wide else None
         image.load()
         other = _low_bytes(file, data, image) if is_wide else None
     # Asked after decoding: Pillow turns TIFF pictures itself and then removes the tag.
     turn, back = _turns.get(image.getexif().get(0x0112, 1), (_as_it_is, _as_it_is))
+    if whole is not None:
+        return np.ascontiguousarray(turn(whole)), True
     width, height = image.size
     wide = is_wide or image.mode.startswith("I;16")
     dtype = np.float32 if image.mode == "F" or not as_stored else np.uint16 if wide else np.uint8
@@ -141,6 +162,24 @@ def _decode_with_pillow(file: Path, data: bytes, max_bytes: int, as_stored: bool
         values = _piece(image.crop(box), None if other is None else other.crop(box))
         _put(upside[box[1] : box[3], box[0] : box[2]], values if as_stored else scaled(values))
     return picture, image.mode != "F"
+
+
+def _loaded_in_place(image: ImageFile) -> Stored | None:
+    """A PNG or JPEG of 8 bits decoded into memory of ours; None where Pillow must have its own.
+
+    Pillow's pixels of RGB and RGBA are four bytes, as the result's are, so that nothing need be copied.  And memory of
+    an array's comes from the system in large pages: making small ones ready took as long as decoding.
+    """
+    from PIL import Image as pillow
+
+    if image.format not in ("PNG", "JPEG") or image.mode not in ("RGB", "RGBA") or "transparency" in image.info:
+        return None
+    picture = np.empty((image.height, image.width, 4), np.uint8)
+    layout = "RGBA" if image.mode == "RGBA" else "RGBX"
+    ours = pillow.frombuffer(layout, image.size, picture, "raw", layout, 0, 1).im
+    image.im = ours
+    image.load()
+    return picture if image.im is ours else None  # it may have made memory of its own
 
 
 def _held(image: ImageFile, is_wide: bool) -> int:

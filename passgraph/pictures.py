@@ -212,7 +212,7 @@ def encode_with_pillow(file: Path, pixels: NDArray[np.uint8], kind: str) -> byte
         if pixels[..., -1].min() < 255:
             raise InputError(f"{file}: JPEG has no transparency; save as .png, or pass picture[..., :{channels - 1}]")
         pixels = pixels if channels == 4 else np.ascontiguousarray(pixels[..., :-1])
-    buffer = io.BytesIO()
+    buffer = _Named(kind)
     if kind == "JPEG" and channels == 4:
         # Pixels of which Pillow leaves out the fourth number by itself.
         image = pillow.frombuffer("RGBX", pixels.shape[1::-1], pixels, "raw", "RGBX", 0, 1)
@@ -221,13 +221,21 @@ def encode_with_pillow(file: Path, pixels: NDArray[np.uint8], kind: str) -> byte
     if kind == "WEBP" and channels < 3:
         image = image.convert("RGB" if channels == 1 else "RGBA")
     try:
-        image.save(buffer, kind, **_options.get(kind, {}))
+        image.save(buffer, **_options.get(kind, {}))
     except (OSError, ValueError, struct.error, MemoryError) as error:
         size = f"{image.width}×{image.height}"
         raise InputError(
             f"{file}: {kind} cannot hold {size} pixels ({_reason(error)}); save as .png or .exr"
         ) from error
     return buffer.getvalue()
+
+
+class _Named(io.BytesIO):
+    """Bytes of a file with the suffix of its kind: by that Pillow loads what writes it, by a kind five formats."""
+
+    def __init__(self, kind: str) -> None:
+        super().__init__()
+        self.name = f"picture.{kind.lower()}"
 
 
 def _encode_exr(openexr: Any, temporary: Path, values: NDArray[np.float32]) -> None:
@@ -242,15 +250,26 @@ def _write_new(temporary: Path, data: bytes) -> None:
         stream.write(data)
 
 
+def place_of(file: Path) -> Path:
+    """Where a file of this name is written: through a symbolic link, so that the link stays one.
+
+    Raises
+    ------
+    InputError
+        For a directory, and a folder that is not there.
+    """
+    target = Path(os.path.realpath(file))
+    if target.is_dir():
+        raise InputError(f"{file}: is a directory; expected the name of a file")
+    if not target.parent.is_dir():
+        raise InputError(f"{file}: the folder {target.parent} does not exist; make it first")
+    return target
+
+
 def _write(file: Path, write_to: Callable[[Path], None]) -> None:
     """Calls `write_to` with a new name in the same folder, then gives that file its name in one step."""
     try:
-        # Through a symbolic link, so that the link stays one.
-        target = Path(os.path.realpath(file))
-        if target.is_dir():
-            raise InputError(f"{file}: is a directory; expected the name of a file")
-        if not target.parent.is_dir():
-            raise InputError(f"{file}: the folder {target.parent} does not exist; make it first")
+        target = place_of(file)
         temporary = target.with_name(f".passgraph-{secrets.token_hex(6)}{target.suffix}")
         try:
             write_to(temporary)

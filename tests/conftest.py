@@ -7,8 +7,10 @@ not skip.
 from __future__ import annotations
 
 import os
+import shutil
 from collections.abc import Iterator
 from functools import lru_cache
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -19,10 +21,23 @@ from passgraph.errors import PassgraphError
 
 #: Backends that are held against the reference.
 DEVICES = ("gl", "opencl", "numpy")
+#: The same for what numpy shows as well, and PoCL would compile dozens of programs for.
+SLOW_ON_OPENCL = ("gl", pytest.param("opencl", marks=pytest.mark.slow), "numpy")
 
 
 def expected_devices() -> set[str]:
     return {name.strip() for name in os.environ.get("PASSGRAPH_EXPECT", "").split(",") if name.strip()}
+
+
+def oclgrind(log: Path) -> tuple[str, ...]:
+    """What stands before a command so that its OpenCL kernels run in a simulator, which writes into ``log`` which of
+    them read or write outside of their buffers, or race."""
+    found = shutil.which("oclgrind")
+    if found is None:
+        if "opencl" in expected_devices():
+            pytest.fail("oclgrind is expected where OpenCL is: apt-get install oclgrind", pytrace=False)
+        pytest.skip("oclgrind is not here: apt-get install oclgrind")
+    return found, "--data-races", "--log", str(log)
 
 
 @lru_cache

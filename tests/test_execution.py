@@ -11,6 +11,7 @@ from passgraph.backends.base import Backend
 from passgraph.backends.null import NullBackend
 from passgraph.backends.registry import open_backend
 from passgraph.errors import BackendError
+from tests.corners import placed
 
 copy = pg.kernel(source="def copy(color: Image) -> vec4: return color[0, 0]")
 left = pg.kernel(source="def left(color: Image) -> vec4: return color[-1, 0]")
@@ -278,16 +279,10 @@ def test_closing_a_program_gives_its_meshes_back(backend: Backend) -> None:
     from passgraph.backends.opencl import OpenCLBackend
     from passgraph.scene import Mesh
 
-    source = """
-class Corner:
-    position: vec4
-
-def place(vertex: Vertex) -> Corner:
-    return Corner(vec4(vertex.position, 1.0))
-
+    source = placed("""
 def paint(corner: Corner) -> vec4:
     return vec4(1.0)
-"""
+""")
     place, paint = pg.vertex(source=source, name="place"), pg.fragment(source=source, name="paint")
 
     def alive() -> object:

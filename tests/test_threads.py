@@ -22,6 +22,7 @@ from passgraph.backends.registry import backend_class, open_backend
 from passgraph.backends.turn import Turn
 from passgraph.errors import BackendError, GraphError
 from tests.conftest import require
+from tests.corners import placed
 
 #: Backends that a forked process can go on using.
 SURVIVING = ("numpy", "reference")
@@ -32,16 +33,10 @@ SIZE = (24, 16)
 HANGS_S = 240
 TIMES = pg.kernel(source="def times(c: Image, by: float) -> vec4: return c[0, 0] * by")
 MOVED = pg.kernel(source="def moved(c: Image, by: float) -> vec4: return c[-1, 0] + by")
-STAGES = """
-class Corner:
-    position: vec4
-
-def place(vertex: Vertex) -> Corner:
-    return Corner(vec4(vertex.position, 1.0))
-
+STAGES = placed("""
 def paint(corner: Corner, level: float) -> vec4:
     return vec4(level)
-"""
+""")
 PLACE, PAINT = pg.vertex(source=STAGES, name="place"), pg.fragment(source=STAGES, name="paint")
 COVERING = [[-1.0, -1.0, 0.0], [3.0, -1.0, 0.0], [-1.0, 3.0, 0.0]]
 

@@ -16,8 +16,9 @@ from passgraph.arguments import shown
 from passgraph.backends.registry import open_backend
 from passgraph.language import functions, primitives, symbols, vectors
 from tests import wrong_sweep
-from tests.wrong_sweep import Call, frame, kernel, values
+from tests.wrong_sweep import Call
 from tests.wrong_uses import USES
+from tests.wrong_values import frame, kernel, values
 
 #: Longest text that an error of an argument may have: two values of `arguments.MOST_SHOWN`, and what was expected.
 LONGEST = 600

@@ -14,7 +14,8 @@ from passgraph import effects
 from passgraph.effects.registry import EFFECTS, effect_named
 from passgraph.scene import Camera, Light, Material, Mesh, Node, Scene, Texture
 from passgraph.verify.compare import compare
-from tests.wrong_sweep import CALLS, FRAME, frame, kernel, small_scene, triangle
+from tests.wrong_sweep import CALLS
+from tests.wrong_values import FRAME, frame, kernel, small_scene, triangle
 
 #: The package; `passgraph.effects` has an effect of this name too.
 light2d = import_module("passgraph.effects.light2d")

@@ -87,6 +87,11 @@ class Capabilities:
         return FRAMEBUFFER_SRGB not in self.off
 
     @property
+    def has_layers(self) -> bool:
+        """Whether a framebuffer can draw into all layers of a texture at once."""
+        return self.version >= (3, 2)
+
+    @property
     def skips_decoding(self) -> bool:
         """Whether the numbers of an sRGB texture can be read as they are."""
         return "GL_EXT_texture_sRGB_decode" in self.extensions

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl import state as fixed
 from passgraph.backends.gl.capabilities import FRAMEBUFFER_SRGB
-from passgraph.backends.gl.foreign import Facts, size_now
+from passgraph.backends.gl.foreign import Facts, told_now
 from passgraph.backends.gl.functions import Functions
 from passgraph.backends.gl.placement import PLAIN, Placement
 from passgraph.backends.gl.surfaces import bind_surface, in_words, unbind_surface
@@ -74,7 +74,7 @@ class Copies:
         facts = picture.facts
         surface = facts.surface
         plain = surface.kind == "texture" and surface.target == g.TEXTURE_2D and surface.layer <= 0
-        return plain and not facts.samples and surface.level == facts.base
+        return plain and not facts.samples and surface.level == facts.base and not facts.is_changed
 
     def _is_decoded(self, picture: HostPicture) -> bool:
         """Whether passes would read linear values of what is sRGB-encoded, whatever they ask for."""
@@ -86,7 +86,7 @@ class Copies:
         Raises
         ------
         BackendError, InputError
-            Where it is gone, or has another size than when it was asked for.
+            Where it is gone, or has another size or format than when it was asked for.
         """
         with self.host.context:
             self.check_same(picture)
@@ -114,20 +114,26 @@ class Copies:
         return replace(own, format=decoded.format)
 
     def check_same(self, picture: HostPicture) -> None:
-        """Raise InputError where it is gone, or has another size than when it was asked for."""
+        """Raise InputError where it is gone, or has another size or format than when it was asked for."""
         facts = picture.facts
         surface = facts.surface
         if surface.kind == "window":
             return
         with self.host.context as gl:
-            now = size_now(gl, facts)
+            now = told_now(gl, facts)
             gl.drain()
-        if now != facts.size:
-            what = "is gone, and had" if now is None else f"has {now[0]}x{now[1]} pixels now, and had"
-            raise InputError(
-                f"{in_words(surface)} {what} {facts.size[0]}x{facts.size[1]} when it was asked for; ask the host anew "
-                "in each frame: it is cheap"
-            )
+        if now == facts.told:
+            return
+        had = f"{facts.size[0]}x{facts.size[1]}"
+        if now is None:
+            what = f"is gone, and had {had}"
+        elif now[:2] != facts.size:
+            what = f"has {now[0]}x{now[1]} pixels now, and had {had}"
+        else:
+            what = "has another format or number of samples now than"
+        raise InputError(
+            f"{in_words(surface)} {what} when it was asked for; ask the host anew in each frame: it is cheap"
+        )
 
     def _copied(self, picture: HostPicture, format_: Format) -> Texture:
         """By one blit, with its rows as they are; several samples a pixel become one."""

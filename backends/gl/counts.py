@@ -1,8 +1,8 @@
 """Bins of rows, counted (:class:`passgraph.plan.known.Counting`) by compute shaders, where a context has them.
 
 A group of invocations goes through a row; each texel adds atomically to the entry of its bin in the group's table.
-Where there are none, before OpenGL 4.3 and on OpenGL ES (whose shaders write no textures that may be drawn into as
-ours are), and for pictures in a host's layout, the step's program counts.
+Where there are none, before OpenGL 4.3 and on OpenGL ES (whose shaders write textures of another kind than ours), and
+for what a host has adopted or lays out otherwise, the step's program counts.
 """
 
 from __future__ import annotations
@@ -76,7 +76,8 @@ class CountRun(PixelRun):
 
     def __call__(self, outputs: Sequence[Texture], images: Sequence[Texture], block: Block) -> None:
         backend = self.backend
-        if placements_of(outputs, images) is not ALL_PLAIN:
+        of_host = any(output.surface is not None for output in outputs)
+        if of_host or placements_of(outputs, images) is not ALL_PLAIN:
             return super().__call__(outputs, images, block)
         if not backend.in_run:
             with backend.running():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
 from dataclasses import dataclass, replace
 
 from passgraph.backends.gl import functions as g
@@ -24,7 +23,10 @@ _TEXTURE, _RENDERBUFFER = 0x1702, 0x8D41
 _COMPONENTS, _DEPTH_SIZE = (0x8212, 0x8213, 0x8214, 0x8215), 0x8216
 _COMPONENT_TYPE, _ENCODING, _SRGB = 0x8211, 0x8210, 0x8C40
 _UNORM, _FLOAT, _INTEGERS = 0x8C17, 0x1406, (0x1404, 0x1405)
-_DRAW_BUFFER, _DRAW_BINDING = 0x8825, 0x8CA6
+_DRAW_BUFFER, _DRAW_BINDING, _HAS_ALL_LAYERS = 0x8825, 0x8CA6, 0x8DA7
+_WITH_LAYERS = {0x8C1A: "an array", 0x806F: "a volume", 0x8513: "a cube map"}
+#: What a sampler makes of a texel: parameter → where it gets the numbers that are held.
+_UNCHANGED = {0x8E42: 0x1903, 0x8E43: 0x1904, 0x8E44: 0x1905, 0x8E45: 0x1906, 0x90EA: 0x1902}
 _RENDERBUFFER_FACTS = {"width": 0x8D42, "height": 0x8D43, "internal": 0x8D44, "samples": 0x8CAB}
 _TEXTURE_FACTS = {"width": 0x1000, "height": 0x1001, "internal": 0x1003, "samples": 0x9106}
 #: What does not say how many bits a channel has: a window's buffers, and what applications ask for by kind alone.
@@ -40,32 +42,46 @@ _SIZED: dict[tuple[int, ...], int] = {
 _SIZED_DEPTHS = {(16, 0): 0x81A5, (24, 0): 0x81A6, (24, 8): 0x88F0, (32, 0): 0x81A7, (32, 8): 0x8CAD}
 
 
+class EmptyPictureError(BackendError):
+    """A picture of a host's has no pixels at the moment."""
+
+
 @dataclass(frozen=True)
 class Facts:
     """One surface of a host.
 
     Attributes
     ----------
-    size : (width, height) of all of it, pixels
+    told : its width, height, internal format and samples, as OpenGL says them
     format : what a kernel reads it as
     internal : what a texture of the same numbers is made as
-    samples : a pixel; 0 where there is no multisampling
     stored : in words
     stores_srgb : whether OpenGL itself knows the numbers to be encoded by the sRGB curve
     bound_as, level_target, base : of a texture: as what it is bound, what its levels are asked by, and its base level
+    is_changed : whether what samples it gets other numbers than it holds: other channels, or stencil for depth
     """
 
     surface: Surface
-    size: tuple[int, int]
+    told: tuple[int, int, int, int]
     format: Format
     internal: int
-    samples: int
     stored: str
     is_depth: bool
     stores_srgb: bool = False
     bound_as: int = g.TEXTURE_2D
     level_target: int = g.TEXTURE_2D
     base: int = 0
+    is_changed: bool = False
+
+    @property
+    def size(self) -> tuple[int, int]:
+        """(width, height) of all of it, pixels."""
+        return self.told[:2]
+
+    @property
+    def samples(self) -> int:
+        """A pixel; 0 where there is no multisampling."""
+        return self.told[3]
 
 
 def texture_surface(gl: Functions, name: int) -> Surface:
@@ -76,17 +92,22 @@ def texture_surface(gl: Functions, name: int) -> Surface:
     BackendError
         Where there is none of this name.
     """
-    if gl.IsTexture(name):
+    exists = gl.IsTexture(name)
+    if exists:
         for target in (g.TEXTURE_2D, *g.OTHER_TEXTURES):
             gl.drain()
             gl.ActiveTexture(g.TEXTURE0)
             gl.BindTexture(target, name)
             if gl.GetError() == g.NO_ERROR:
-                level = ctypes.c_int(0)
-                gl.GetTexParameteriv(target, 0x813C, ctypes.byref(level))  # the base level
+                base = gl.texture_parameter(target, 0x813C, 0)
                 gl.BindTexture(target, 0)
                 gl.drain()
-                return Surface("texture", name, target, level.value)
+                return Surface("texture", name, target, base)
+    if exists:
+        raise BackendError(
+            f"gl: texture {name} is of a kind that no pass reads or writes; give one of two dimensions, with one "
+            "sample or several, a rectangle, or a framebuffer with one picture of an array, a volume or a cube map"
+        )
     raise BackendError(
         f"gl: there is no texture {name} in the host's context; give the name that OpenGL has for it, of a texture "
         "that has been bound once and was not deleted"
@@ -113,6 +134,11 @@ def attached(gl: Functions, depth: bool) -> Surface | None:
     if kind != _TEXTURE:
         return None
     name, level = gl.attachment(point, _NAME), gl.attachment(point, _LEVEL)
+    if gl.has.has_layers and gl.attachment(point, _HAS_ALL_LAYERS):
+        raise BackendError(
+            f"gl: the framebuffer draws into all layers of texture {name} at once; give one that a single layer is "
+            "attached to"
+        )
     face, layer = gl.attachment(point, _FACE), gl.attachment(point, _LAYER)
     return Surface("texture", name, face or g.TEXTURE_2D, level, layer)
 
@@ -122,40 +148,53 @@ def facts_of(gl: Functions, surface: Surface, scratch: int, size: tuple[int, int
 
     Raises
     ------
+    EmptyPictureError
+        For what has no pixels.
     BackendError
-        For what is gone, for what no kernel can read (integers), and where neither OpenGL nor the caller tells its
-        size.
+        For what is gone, for what no kernel can read (integers, stencil), and where neither OpenGL nor the caller tells
+        its size.
     """
-    whole, level_target = surface, g.TEXTURE_2D
+    whole, level_target, is_changed = surface, g.TEXTURE_2D, False
     if surface.kind == "texture":
         whole = texture_surface(gl, surface.name)
         if not surface.target:  # asked for by name alone
+            if whole.target in _WITH_LAYERS:
+                raise BackendError(
+                    f"gl: texture {surface.name} is {_WITH_LAYERS[whole.target]}; give a framebuffer that one of its "
+                    "pictures is attached to"
+                )
             surface = whole
         is_face = surface.target in range(0x8515, 0x851B)
         surface = replace(surface, target=surface.target if is_face else whole.target)
         level_target = surface.target
         found = _of_level(gl, surface, whole.target, level_target) or _told(surface, size)
+        is_changed = _is_changed(gl, surface, whole.target)
     elif surface.kind == "renderbuffer":
         if not gl.IsRenderbuffer(surface.name):
             raise BackendError(f"gl: there is no renderbuffer {surface.name} in the host's context")
         found = _of_renderbuffer(gl, surface)
     else:
         found = _told(surface, size)
+    if not all(_size(found)):
+        raise EmptyPictureError(
+            f"gl: {in_words(surface)} has no pixels, as of a window that is minimised, or of a texture that was not "
+            "filled; leave such a frame out"
+        )
     made = _with_components(gl, surface, scratch, found)
-    return replace(made, bound_as=whole.target, level_target=level_target, base=whole.level)
+    return replace(made, bound_as=whole.target, level_target=level_target, base=whole.level, is_changed=is_changed)
 
 
-def size_now(gl: Functions, facts: Facts) -> tuple[int, int] | None:
-    """Of a texture or renderbuffer, the size that it has now, where OpenGL tells it; None where it is gone."""
+def told_now(gl: Functions, facts: Facts) -> tuple[int, int, int, int] | None:
+    """See `Facts.told`: of a texture or renderbuffer as it is now, where OpenGL tells it; None where it is gone."""
     surface = facts.surface
     is_texture = surface.kind == "texture"
     if not (gl.IsTexture if is_texture else gl.IsRenderbuffer)(surface.name):
         return None
     if not is_texture:
-        return _size(_of_renderbuffer(gl, surface))
+        return _all_told(_of_renderbuffer(gl, surface))
     gl.ActiveTexture(g.TEXTURE0)
     found = _of_level(gl, surface, facts.bound_as, facts.level_target)
-    return _size(found) if found else facts.size
+    return _all_told(found) if found else facts.told
 
 
 def _of_level(gl: Functions, surface: Surface, bound_as: int, level_target: int) -> dict[str, int]:
@@ -166,6 +205,15 @@ def _of_level(gl: Functions, surface: Surface, bound_as: int, level_target: int)
     found = {k: gl.level(level_target, surface.level, what) for k, what in _TEXTURE_FACTS.items()}
     gl.BindTexture(bound_as, 0)
     return found
+
+
+def _is_changed(gl: Functions, surface: Surface, bound_as: int) -> bool:
+    gl.ActiveTexture(g.TEXTURE0)
+    gl.BindTexture(bound_as, surface.name)
+    found = {what: gl.texture_parameter(bound_as, what, unchanged) for what, unchanged in _UNCHANGED.items()}
+    gl.BindTexture(bound_as, 0)
+    gl.drain()  # what a version lacks
+    return found != _UNCHANGED
 
 
 def _of_renderbuffer(gl: Functions, surface: Surface) -> dict[str, int]:
@@ -195,20 +243,22 @@ def _with_components(gl: Functions, surface: Surface, scratch: int, found: dict[
         if internal in _UNSIZED:
             stencil = gl.attachment(0x1802, 0x8217) if surface.kind == "window" else 8 * (internal == 0x84F9)
             internal = _SIZED_DEPTHS.get((depth, stencil), 0x81A6)
-        made = Facts(surface, _size(found), float_format(1), internal, found["samples"], f"depth of {depth} bits", True)
+        made = Facts(surface, _all_told(found), float_format(1), internal, f"depth of {depth} bits", True)
         unbind_surface(gl, g.FRAMEBUFFER, surface, points)
         return made
     kind = gl.attachment(colour_point, _COMPONENT_TYPE)
     srgb = gl.attachment(colour_point, _ENCODING) == _SRGB and components[0] == 8
     unbind_surface(gl, g.FRAMEBUFFER, surface, points)
     stored = f"{'/'.join(map(str, components))} bits{' float' if kind == _FLOAT else ''}{' sRGB' if srgb else ''}"
+    if not any(components):
+        raise BackendError(f"gl: {in_words(surface)} holds no colours and no depth, so that no kernel reads it")
     if kind in _INTEGERS:
         raise BackendError(f"gl: {in_words(surface)} holds whole numbers ({stored}), which no kernel reads")
     format_ = _format(components, kind, srgb)
     internal = found["internal"]
     if internal in _UNSIZED:
         internal = _sized(components, format_, gl.has.is_es and srgb)
-    return Facts(surface, _size(found), format_, internal, found["samples"], stored, False, srgb)
+    return Facts(surface, _all_told(found), format_, internal, stored, False, srgb)
 
 
 def _sized(components: tuple[int, ...], format_: Format, encoded: bool) -> int:
@@ -223,6 +273,10 @@ def _sized(components: tuple[int, ...], format_: Format, encoded: bool) -> int:
 
 def _size(found: dict[str, int]) -> tuple[int, int]:
     return found["width"], found["height"]
+
+
+def _all_told(found: dict[str, int]) -> tuple[int, int, int, int]:
+    return *_size(found), found["internal"], found["samples"]
 
 
 def _format(components: tuple[int, ...], kind: int, srgb: bool) -> Format:

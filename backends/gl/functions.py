@@ -157,6 +157,12 @@ class Functions:
         self.GetTexLevelParameteriv(target, level, what, ctypes.byref(value))
         return value.value
 
+    def texture_parameter(self, target: int, what: int, missing: int) -> int:
+        """A parameter of the bound texture; ``missing`` where this version has no such."""
+        value = ctypes.c_int(missing)
+        self.GetTexParameteriv(target, what, ctypes.byref(value))
+        return value.value
+
     def renderbuffer(self, what: int) -> int:
         """A fact of the bound renderbuffer."""
         value = ctypes.c_int(0)

@@ -197,7 +197,7 @@ class Host(GLBackend):
         Raises
         ------
         BackendError
-            For what is not there, or has nothing attached.
+            For what is not there, has nothing attached, or has no pixels.
         """
         check_asked(name, region, size, origin, srgb)
         self.context.check_current()

@@ -41,8 +41,6 @@ from passgraph.effects.surfaces.geometry import (
 )
 
 PI = pi
-#: Rows and columns of the noise pattern.  `passgraph.effects.ambient.occlusion_filter` averages exactly one pattern.
-PATTERN = 4
 #: Normals that are interpolated over a triangle may turn away from the eye where the triangle does not: below
 #: this cosine with the line of sight they are taken to be wrong …
 SMALLEST_COSINE = 0.002

@@ -174,11 +174,6 @@ def outlines_of(walls: Iterable[Wall]) -> Outlines:
     return Outlines(np.concatenate(edges), np.concatenate(numbers), np.concatenate(sides))
 
 
-def edges_near(walls: Iterable[Wall], light: Light2D) -> Float64:
-    """The edges (n, 4) as x, y, x, y that are near enough to stand in a light's way."""
-    return in_reach(all_edges(walls), light)
-
-
 def in_reach(edges: Float64, light: Light2D) -> Float64:
     """Those of the edges (n, 4) that are near enough to stand in a light's way."""
     return edges[distance_to_edges(light.position, edges) < light.radius]

@@ -14,9 +14,6 @@ from passgraph.errors import InputError
 from passgraph.graph.targets import Target, target
 from passgraph.scene import Scene
 
-#: Texels along each side of shadow maps.
-MAP_SIZES = (512, 1024, 2048)
-
 
 @dataclass(frozen=True)
 class Made:

@@ -12,7 +12,7 @@ from pathlib import Path
 from passgraph.arguments import shown
 from passgraph.errors import InputError
 from passgraph.frames.names import Pattern, has_wildcard, is_video
-from passgraph.pictures import type_of_suffix
+from passgraph.pictures import place_of, type_of_suffix
 
 #: Suffixes of float formats: they hold light as it is, beyond 1 too.
 FLOAT_SUFFIXES = (".exr", ".npy")
@@ -50,12 +50,7 @@ def check_picture_path(path: Path) -> None:
 
 def check_path(path: Path) -> None:
     """Raise InputError where no file of this name can be made; a file is made and removed to find out."""
-    target = Path(os.path.realpath(path))
-    if target.is_dir():
-        raise InputError(f"{path}: is a directory; expected the name of a file")
-    if not target.parent.is_dir():
-        raise InputError(f"{path}: the folder {target.parent} does not exist; make it first")
-    probe = target.with_name(f".passgraph-{secrets.token_hex(6)}")
+    probe = place_of(path).with_name(f".passgraph-{secrets.token_hex(6)}")
     try:
         probe.touch(exist_ok=False)
         probe.unlink()

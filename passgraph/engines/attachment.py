@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import inspect
 import logging
+import threading
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -22,6 +23,7 @@ import passgraph as pg
 from passgraph import arguments
 from passgraph.backends.gl import Host, HostFramebuffer, HostPicture
 from passgraph.backends.gl.canary import OtherContextError
+from passgraph.backends.gl.foreign import EmptyPictureError
 from passgraph.backends.gl.host import Isolation
 from passgraph.effects.pictures.decoded import as_it_is
 from passgraph.effects.surfaces.engine_depth import distances
@@ -117,6 +119,8 @@ class _Facts:
     size: tuple[int, int]
     frame: Format
     depth: Format | None
+    #: Stands for the parameters that the effect's graph is made of.
+    structure: object = None
 
 
 class Attachment:
@@ -126,6 +130,9 @@ class Attachment:
     the view axis in scene units, "r32f", 0 where nothing is drawn) and ``camera`` (a run value, `passgraph.Camera`).
     What it returns is written over the frame.  Effects that say that they take linear light
     (`passgraph.effects.checked.effect`) get frames of 8 bits decoded from sRGB.
+
+    ``set``, ``enabled`` and ``close`` may be used in any thread, also while a frame is drawn.  Frames without pixels,
+    of windows that are minimised, are left out.
 
     An effect that fails is switched off, with one line in the log "passgraph.engines"; the engine's loop goes on,
     with its frame as it was.
@@ -152,9 +159,12 @@ class Attachment:
         isolation : how the engine's state is left alone, see `passgraph.backends.gl.Host.current`
         """
         self.engine, self.effect = engine, arguments.function(effect, f"{engine}: the effect", pg.InputError)
+        _check_takes_frames(engine, effect)
         self.error: BaseException | None = None
         self._frame, self._camera, self._engine_camera = frame, camera, engine_camera
         self._enabled, self._closed = True, False
+        self._setting, self._running, self._is_drawing = threading.RLock(), threading.RLock(), False
+        self._structure = object()
         self._isolation = isolation
         self._detach: list[Callable[[], object]] = []
         self._host: Host | None = None
@@ -201,6 +211,10 @@ class Attachment:
         GraphError, KernelError
             What the effect raises; the values stay as they were.
         """
+        with self._setting:
+            self._set(values)
+
+    def _set(self, values: Mapping[str, object]) -> None:
         given = {**self._given, **values}
         target = self._graph(_Facts((0, 0), FORMATS["rgba8"], None), given, bound=False)
         known = {source.name for made in passes_behind([target]) for source in sources_of(made.values)}
@@ -208,9 +222,11 @@ class Attachment:
             if name not in known | self._names:
                 have = ", ".join(sorted((known | self._names) - {*_PER_FRAME, _HOLDS, "into", "name"})) or "none"
                 raise pg.InputError(f"{self.engine}: the effect has no value {name!r}; it has {have}")
-        if any(name in self._names - self._by_handle and given[name] is not self._given.get(name) for name in values):
-            self._facts = None
+        planned = self._names - self._by_handle
+        is_other = any(name in planned and given[name] is not self._given.get(name) for name in values)
         self._given = given
+        if is_other:
+            self._structure = object()  # behind the values: who sees it plans with them
 
     def on_close(self, detach: Callable[[], object]) -> None:
         """What takes the hook out of the engine; for adapters."""
@@ -223,7 +239,9 @@ class Attachment:
         self._closed = True
         for detach in reversed(self._detach):
             detach()
-        self._drop()
+        with self._running:
+            if not self._is_drawing:  # else the frame that is drawn does it
+                self._drop()
 
     def __enter__(self) -> Attachment:
         return self
@@ -235,20 +253,32 @@ class Attachment:
 
     def draw(self, *_: object) -> None:
         """Run the effect on the frame; called in the engine's hook, with its context current.  It never raises."""
-        if not self.enabled:
-            return
-        try:
+        with self._running:
+            if not self.enabled or self._is_drawing:
+                return
+            self._is_drawing = True
             try:
-                self._draw()
-            except OtherContextError:
-                self._drop()  # the engine has made a new context
-                self._draw()
-        except Exception as error:
-            self.error, self._enabled = error, False
-            LOG.error(
-                "%s: the effect failed and is switched off; the engine's frames are as without it: %s",
-                self.engine, error, exc_info=not isinstance(error, pg.PassgraphError),
-            )  # fmt: skip
+                self._draw_again()
+            except EmptyPictureError:
+                pass
+            except Exception as error:
+                self.error, self._enabled = error, False
+                LOG.error(
+                    "%s: the effect failed and is switched off; the engine's frames are as without it: %s",
+                    self.engine, error, exc_info=not isinstance(error, pg.PassgraphError),
+                )  # fmt: skip
+            finally:
+                self._is_drawing = False
+                if self._closed:
+                    self._drop()
+
+    def _draw_again(self) -> None:
+        """In a context that the engine has made anew, if need be."""
+        try:
+            self._draw()
+        except OtherContextError:
+            self._drop()
+            self._draw()
 
     def _draw(self) -> None:
         if self._host is None:
@@ -260,7 +290,7 @@ class Attachment:
         depth = seen.depth if "depth" in self._takes else None
         if "depth" in self._takes and depth is None:
             raise pg.InputError(f"{self.engine}: the effect takes depth, and the frame has none")
-        facts = _Facts(frame.size, frame.format, None if depth is None else depth.format)
+        facts = _Facts(frame.size, frame.format, None if depth is None else depth.format, self._structure)
         if facts != self._facts:
             self._plan(facts)
         program = self._program
@@ -325,6 +355,16 @@ class Attachment:
                 program.close()
         if host is not None:
             host.close()
+
+
+def _check_takes_frames(engine: str, effect: Effect) -> None:
+    """Raise InputError for effects of the library's that draw scenes or worlds of their own."""
+    mark = getattr(effect, "effect", None)
+    if mark is not None and not mark.takes.startswith("picture"):
+        raise pg.InputError(
+            f"{engine}: {mark.name} draws a {mark.takes} of passgraph's, and an engine has frames; attach an effect on "
+            'frames, listed at "What attach takes" in docs/engines.md, such as passgraph.effects.occluded'
+        )
 
 
 def _is_encoded(target: pg.Target) -> bool:

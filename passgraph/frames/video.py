@@ -7,6 +7,7 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from fractions import Fraction
+from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -28,6 +29,9 @@ BT709, BT601, UNSPECIFIED = 1, 6, 2
 _FORMATS = "mov,matroska,avi,mpegts,mpeg,mpegvideo,h264,hevc,ivf,ogg,asf,flv,mxf,nut"
 #: Numbers of libavutil's AVColorRange: 16 to 235, and 0 to 255.
 LIMITED, FULL = 1, 2
+#: Those that libavfilter converts between, by its names.
+_MATRICES = {1: "bt709", 4: "fcc", 5: "bt470bg", 6: "smpte170m", 7: "smpte240m", 9: "bt2020nc"}
+_RANGES = {LIMITED: "tv", FULL: "pc"}
 #: A file may not make libav read other ones.
 OPENING = {"format_whitelist": _FORMATS, "protocol_whitelist": "file"}
 
@@ -41,16 +45,53 @@ def import_av(file: Path) -> Any:
 
 
 class Conversion(threading.local):
-    """Frames in other pixel formats.  Each thread keeps a converter with its tables: a new one costs a 1080p frame more
-    than its pixels do."""
+    """Frames in other pixel formats, of the same matrix and range.
+
+    Each thread keeps what converts, with its tables: a new one costs a 1080p frame more than its pixels do.  Where
+    libavfilter can do it, it does, since its frames come from a pool: no memory that the system has to make ready, page
+    by page, for each frame, and rows with room behind them, without which swscale leaves out the last pixels of some.
+    """
 
     def __init__(self) -> None:
         from av.video.reformatter import VideoReformatter
 
         self._converter = VideoReformatter()
+        self._pools: dict[tuple[object, ...], Any] = {}
 
     def __call__(self, frame: VideoFrame, format: str) -> VideoFrame:
-        return self._converter.reformat(frame, format=format, threads=1)
+        matrix, colour_range = int(frame.colorspace), int(frame.color_range)
+        if matrix not in _MATRICES or colour_range not in _RANGES:
+            return self._converter.reformat(frame, format=format, threads=1)
+        key = frame.width, frame.height, frame.format.name, format, matrix, colour_range
+        if key not in self._pools:
+            self._pools = {key: _pool(*key)}  # one at a time: a video has one size
+        graph = self._pools[key]
+        frame.pts, pts = 0, frame.pts
+        graph.push(frame)
+        frame.pts = pts
+        made: VideoFrame = graph.pull()
+        made.pts, made.colorspace, made.color_range = pts, matrix, colour_range
+        return made
+
+
+def _pool(width: int, height: int, source: str, target: str, matrix: int, colour_range: int) -> Any:
+    """A graph of libavfilter's that converts frames."""
+    from av.filter import Graph
+
+    graph = Graph()
+    graph.threads = 1
+    given = f"video_size={width}x{height}:pix_fmt={source}:time_base=1/1"
+    if not source.startswith("rgb"):
+        given += f":colorspace={matrix}:range={colour_range}"
+    options = f"interl=-1:flags=bilinear:out_color_matrix={_MATRICES[matrix]}:out_range={_RANGES[colour_range]}"
+    parts = [
+        graph.add("buffer", given), graph.add("scale", options), graph.add("format", f"pix_fmts={target}"),
+        graph.add("buffersink"),
+    ]  # fmt: skip
+    for one, other in pairwise(parts):
+        one.link_to(other)
+    graph.configure()
+    return graph
 
 
 class Video:

@@ -282,7 +282,7 @@ def _check_numbers(value: object, type_: Type, name: str) -> None:
 
 def leaves(value: object, type_: Type, name: str) -> list[tuple[str, Type, object]]:
     """A parameter's plain parts and images: itself, the fields of a struct, read from attributes, or arrays of what
-    each entry of an array has, in the order of :func:`~.types.plain_parts`."""
+    each entry of an array has, in the order of :func:`passgraph.language.types.plain_parts`."""
     if isinstance(type_, Array):
         return _columns(value, type_, name)
     if not isinstance(type_, Struct):

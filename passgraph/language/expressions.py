@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, cast
 
 from passgraph.language import images, ir, symbols
 from passgraph.language.composites import array_of, each_image, entry
+from passgraph.language.folding import decided
 from passgraph.language.operations import OPERATIONS, called, signed
 from passgraph.language.powers import written_power
 from passgraph.language.quads import DERIVATIVES, STAGES, derivative
@@ -21,6 +22,7 @@ from passgraph.language.types import (
     INT,
     IVEC2,
     MAX_ARRAY_LENGTH,
+    UINT,
     VEC2,
     VEC4,
     Array,
@@ -31,7 +33,7 @@ from passgraph.language.types import (
     Vector,
     is_plain,
 )
-from passgraph.language.typing_rules import apply, binary, widen
+from passgraph.language.typing_rules import apply, binary, unify, widen
 from passgraph.language.values import (
     COMPOSITE,
     ArrayValue,
@@ -215,8 +217,10 @@ class Expressions:
         return apply(_row(node.op, 1), [value], span)
 
     def _bool(self, node: ast.BoolOp) -> ir.Expr:
-        result = self.condition(node.values[0])
+        result = decided(self.condition(node.values[0]))
         for part in node.values[1:]:
+            if isinstance(result, ir.Literal) and result.value == isinstance(node.op, ast.Or):
+                return result
             with self._perhaps(part):
                 result = apply(_row(node.op, 2), [result, self.condition(part)], self.span(node))
         return result
@@ -244,12 +248,22 @@ class Expressions:
 
     def _choice(self, node: ast.IfExp) -> Part:
         span = self.span(node)
-        condition = self.condition(node.test)
+        condition = decided(self.condition(node.test))
+        if isinstance(condition, ir.Literal):
+            return self._chosen(*((node.body, node.orelse) if condition.value else (node.orelse, node.body)))
         with self._perhaps(node):
             then, orelse = self.part(node.body), self.part(node.orelse)
         if isinstance(then, StructValue):
             condition = self.frame.name_it(condition, span)
         return choose(condition, then, orelse, span)
+
+    def _chosen(self, node: ast.expr, other: ast.expr) -> Part:
+        """The side that a constant chooses.  The other is not read, but for the type that whole numbers take of it."""
+        taken, span = self.part(node), self.span(node)
+        if isinstance(taken, COMPOSITE) or taken.type not in (INT, UINT):
+            return taken
+        unused = self.frame.builder.tried(lambda: self.value(other))
+        return taken if unused is None else unify(taken, unused, span, "both sides of a conditional")[0]
 
     @contextmanager
     def _perhaps(self, node: ast.expr) -> Iterator[None]:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import cast
+from typing import TypeVar, cast
 
+from passgraph.errors import KernelError
 from passgraph.language import ir
 from passgraph.language.assignments import Assignments
 from passgraph.language.buffers import check_local
 from passgraph.language.composites import Lists, alone, mapped, nth, spread
 from passgraph.language.expressions import STAGE_VALUES, Expressions
+from passgraph.language.folding import settled
 from passgraph.language.library import library_function, written_function
 from passgraph.language.quads import expanded
 from passgraph.language.scope import FunctionSource, Scope, typed_constant
@@ -42,6 +44,7 @@ from passgraph.language.values import (
 )
 from passgraph.language.variables import Place, Variable, new_variable, read_variable, zero_of
 
+T = TypeVar("T")
 #: Calls inside calls; deeper is almost surely recursion through a chain.
 MAX_CALL_DEPTH = 32
 #: Statements after inlining; more than this is a runaway, not a kernel.
@@ -100,6 +103,18 @@ class Builder:
         self.blocks.append([])
         emit()
         return tuple(self.blocks.pop())
+
+    def tried(self, compute: Callable[[], T]) -> T | None:
+        """What a computation gives, of which nothing is kept that it emits; None where it is refused."""
+        blocks, calls, discards = len(self.blocks), len(self.calls), self.discards
+        self.blocks.append([])
+        try:
+            return compute()
+        except KernelError:
+            return None
+        finally:
+            del self.blocks[blocks:], self.calls[calls:]
+            self.discards = discards
 
     def discard(self, span: Span) -> None:
         """What this pixel or fragment computes is dropped, whatever follows; the caller leaves its body."""
@@ -316,7 +331,8 @@ class Frame:
             self.assigned.add(name)
             self.store(variable, part, span, name)
         else:
-            self.parts[name] = self.name_part(part, span) if self.in_function else part
+            known = settled(part) if self.in_function else part
+            self.parts[name] = self.name_part(known, span) if self.in_function else part
 
     def run(self) -> None:
         """The body, with its result in ``self.result`` at the end."""

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING
 
 from passgraph.language import ir, symbols
+from passgraph.language.folding import decided
 from passgraph.language.matching import always_matches, branches
 from passgraph.language.signature import resolve
 from passgraph.language.source import NOWHERE, Span, fail
@@ -115,7 +116,10 @@ class Statements:
         through both returns.  None: what follows is still to be parsed."""
         frame, span = self.frame, self.span(node.test)
         self._here = span
-        condition = frame.expressions.condition(node.test)
+        condition = decided(frame.expressions.condition(node.test))
+        if isinstance(condition, ir.Literal):
+            # What never runs is not read.
+            return self.block([*(node.body if condition.value else node.orelse), *pending[position:]])
         then_returns, else_returns = self._always_returns(node.body), self._always_returns(node.orelse)
         # What follows a branch that returned belongs to the other branch alone.
         then_nodes = [*node.body, *pending[position:]] if else_returns and not then_returns else node.body

@@ -356,7 +356,8 @@ class Image:
 
 
 class Vertex:
-    """One vertex of a mesh, as a vertex kernel sees it (object space; see :data:`VERTEX_FIELDS`)."""
+    """One vertex of a mesh, as a vertex kernel sees it, in object space; what a mesh without an attribute has instead
+    says :data:`passgraph.language.signature.VERTEX_FIELDS`."""
 
     if TYPE_CHECKING:
         position: vec3

@@ -65,7 +65,7 @@ from passgraph.travel.value_types import VALUE_TYPES
 
 
 def from_data(data: object) -> dict[str, Target]:
-    """The targets that :func:`to_data` was given, by name, for :func:`passgraph.compile`.
+    """The targets that :func:`passgraph.to_data` was given, by name, for :func:`passgraph.compile`.
 
     The data may come from strangers: they are parsed and checked, never executed, and a kernel in them may do what a
     kernel of text may do and nothing else.

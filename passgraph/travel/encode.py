@@ -67,7 +67,7 @@ def to_data(outputs: Outputs) -> dict[str, Any]:
     Returns
     -------
     dict
-        Objects, lists, texts, numbers, true, false and null; :func:`from_data` reads it.
+        Objects, lists, texts, numbers, true, false and null; :func:`passgraph.from_data` reads it.
 
     Raises
     ------

@@ -14,20 +14,15 @@ import passgraph as pg
 from passgraph.backends.gl import GLBackend
 from passgraph.graph.draw_state import Blend, Stencil
 from tests.backends.test_uploads import CountedFunctions
+from tests.corners import placed
 
 pytestmark = pytest.mark.gl
 
 SIZE, SMALL = (24, 16), (12, 10)
-KERNELS = """
-class Corner:
-    position: vec4
-
-def place(vertex: Vertex) -> Corner:
-    return Corner(vec4(vertex.position, 1.0))
-
+KERNELS = placed("""
 def paint(corner: Corner) -> vec4:
     return vec4(0.25, 0.5, 0.75, 0.5)
-"""
+""")
 PLACE, PAINT = (pg.vertex(source=KERNELS, name="place"), pg.fragment(source=KERNELS, name="paint"))
 HALF = pg.kernel(source="def half(c: Image) -> vec4: return c[-3, 1] * 0.5")
 SUM = pg.kernel(source="def sum(c: Image, d: Image) -> vec4: return c[0, 0] + d.texel(ivec2(3, 2))")

@@ -25,6 +25,7 @@ from passgraph.backends.numpy.machine.numba_code import Call, NumbaCode, entry_t
 from passgraph.backends.numpy.machine.shipped import Shipped
 from passgraph.backends.numpy.raster import entries, generate
 from passgraph.backends.numpy.raster.layout import PLANES, TILE, VARYINGS
+from tests.corners import placed
 
 NAMES = [code.name for code in entries.FIXED]
 
@@ -112,16 +113,10 @@ with pg.compile([at_once, in_order], "numpy", size=(20, 10)) as program:
     found = program()
 print(*(found[name].any() for name in found))
 """
-KERNELS = """
-class Corner:
-    position: vec4
-
-def place(vertex: Vertex) -> Corner:
-    return Corner(vec4(vertex.position, 1.0))
-
+KERNELS = placed("""
 def white(corner: Corner) -> vec4:
     return vec4(1.0)
-"""
+""")
 
 
 def test_a_first_process_draws_without_numba(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -243,3 +243,35 @@ def test_texels_side_by_side_meet_the_edges(size: tuple[int, int], border: str) 
     total = ((steps[0] + steps[1]) + steps[2]) + (steps[3] + steps[4])
     expected = [np.where(where[..., 0] > -40, total, np.float32(0)), texel(2, 1), texel(3, 1), texel(2, -3)]
     np.testing.assert_array_equal(found, np.stack(expected, 2))
+
+
+@pytest.mark.parametrize("number", [np.uint8, np.uint16])
+def test_pixels_of_three_whole_numbers_are_moved_exactly(number: type) -> None:
+    """Every width of a vector's rest, to the bit: channels change places, and nothing beside them is written."""
+    turned = pg.kernel(source="def turned(c: Image) -> vec3: return vec3(c[0, 0].b, c[0, 0].r, c[-1, 0].g)")
+    name = f"rgb{8 * np.dtype(number).itemsize}"
+    most = np.iinfo(number).max
+    for width in [*range(1, 68), 200]:
+        picture = np.random.default_rng(width).integers(0, most + 1, (3, width, 3)).astype(number)
+        room = np.full((3, width + 200, 3), 7, number)
+        with pg.compile(turned(pg.Input("c"), into=pg.target("made", name)), backend="numpy") as program:
+            program(c=picture, into={"made": room[:, :width]})
+        before = np.concatenate([picture[:, :1], picture[:, :-1]], 1)
+        assert np.array_equal(room[:, :width], np.stack([picture[..., 2], picture[..., 0], before[..., 1]], -1))
+        assert (room[:, width:] == 7).all()
+
+
+@pytest.mark.parametrize("name", ["r8", "rgba8", "rgb8", "r16", "rgba16"])
+def test_numbers_that_are_passed_on_are_what_they_were(name: str) -> None:
+    """All that a format holds, beside one channel that is computed."""
+    passed = pg.kernel(source="def passed(c: Image) -> vec4: return vec4(c[0, 0].rgb, c[0, 0].a * 0.0)")
+    channels, bits = len(name.rstrip("0123456789")), int(name.lstrip("rgba"))
+    numbers = np.arange(1 << bits, dtype=np.uint8 if bits == 8 else np.uint16).reshape(-1, 16, 1)
+    picture = np.repeat(numbers, channels, axis=2)
+    kind = {1: "float", 3: "vec3", 4: "vec4"}[channels]
+    same = pg.kernel(source=f"def same(c: Image) -> {kind}: return c[0, 0].{'rgba'[:channels]}")
+    kernel = passed if channels == 4 else same
+    with pg.compile(kernel(pg.Input("c"), into=pg.target("made", name)), backend="numpy", results="stored") as program:
+        made = program(c=picture)["made"]
+    assert np.array_equal(made[..., : min(3, channels)], picture[..., :3])
+    assert channels < 4 or not made[..., 3].any()

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import os
-import shutil
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 
-from tests.conftest import expected_devices
+from tests.conftest import oclgrind
 
 pytestmark = pytest.mark.opencl
 ROOT = Path(__file__).resolve().parents[2]
@@ -34,19 +33,20 @@ with open_backend("opencl") as backend:
 """
 
 
-@pytest.mark.parametrize(
-    ("file", "chosen"),
-    [
-        ("pixels", "border_rule and (130 or size0) or halves or pythons or breaks"),
-        ("draws", "shared_edges or near_plane or guard"),
-        ("outputs", "stencil_counts or several or discarded or blending"),
-        ("tiles", "work_groups or images"),
-    ],
-)
-def test_kernels_stay_inside_their_buffers_and_do_not_race(file: str, chosen: str, tmp_path: Path) -> None:
+#: File → which of its tests are run there.
+CHOSEN = {
+    "test_opencl_pixels": "border_rule and (130 or size0) or halves or pythons or breaks",
+    "test_opencl_draws": "shared_edges or near_plane or guard",
+    "test_opencl_outputs": "stencil_counts or several or discarded or blending",
+    "test_opencl_tiles": "work_groups or images",
+}
+
+
+def test_kernels_stay_inside_their_buffers_and_do_not_race(tmp_path: Path) -> None:
     """The tests of those files pass there too, and the simulator has nothing to say."""
-    tests = ["-m", "pytest", "-q", "-p", "no:cacheprovider", "-k", chosen, f"tests/backends/test_opencl_{file}.py"]
-    assert_clean(tests, tmp_path)
+    chosen = " or ".join(f"({file} and ({words}))" for file, words in CHOSEN.items())
+    files = [f"tests/backends/{file}.py" for file in CHOSEN]
+    assert_clean(["-m", "pytest", "-q", "-n", "0", "-p", "no:cacheprovider", "-k", chosen, *files], tmp_path)
 
 
 def test_random_kernels_and_draws_stay_inside_and_do_not_race(tmp_path: Path) -> None:
@@ -54,16 +54,17 @@ def test_random_kernels_and_draws_stay_inside_and_do_not_race(tmp_path: Path) ->
     assert_clean(["-c", RANDOM], tmp_path)
 
 
+def test_counting_stays_inside_and_does_not_race(tmp_path: Path) -> None:
+    """By one work-item a row or by groups, of what is no bin's number too."""
+    chosen = ["-k", "whatever and opencl and known", "tests/cross/test_histograms.py"]
+    assert_clean(["-m", "pytest", "-q", "-p", "no:cacheprovider", *chosen], tmp_path)
+
+
 def assert_clean(arguments: list[str], tmp_path: Path) -> None:
     """Python ends well under the simulator, which has nothing to say."""
-    oclgrind = shutil.which("oclgrind")
-    if oclgrind is None:
-        if "opencl" in expected_devices():
-            pytest.fail("oclgrind is expected where OpenCL is: apt-get install oclgrind", pytrace=False)
-        pytest.skip("oclgrind is not here: apt-get install oclgrind")
     log = tmp_path / "oclgrind.log"
     result = subprocess.run(
-        [oclgrind, "--data-races", "--log", str(log), sys.executable, *arguments],
+        [*oclgrind(log), sys.executable, *arguments],
         cwd=ROOT,
         env={**os.environ, "PYTHONPATH": str(ROOT), "PYTEST_ADDOPTS": ""},
         capture_output=True,

@@ -16,7 +16,8 @@ from passgraph.scene.teapot import teapot_mesh
 from tests.conftest import require
 
 pytestmark = pytest.mark.opencl
-SIZE = (150, 100)
+#: Several tiles of either way, the last ones cut.
+SIZE = (100, 70)
 #: A camera in front of the teapot, so near that parts of it are behind the eye; the sky shows.
 NEAR = np.array([[2, 0, 0, 3], [0, 3, 0, -8], [0, 0, -1.02, 1.3], [0, 0, -1, 1.5]])
 
@@ -47,7 +48,7 @@ def device() -> Iterator[OpenCLBackend]:
 def teapot(device: OpenCLBackend, blend: Any = None) -> bytes:
     """Bits of colour and depth of a teapot that several planes cut."""
     drawn = pg.draw(
-        teapot_mesh(6), vertex=place, fragment=shaded, into=pg.target("color", "rgba16f", SIZE),
+        teapot_mesh(4), vertex=place, fragment=shaded, into=pg.target("color", "rgba16f", SIZE),
         depth=pg.target("depth", "depth32f", SIZE), values={"matrix": NEAR}, blend=blend,
         depth_compare="always" if blend else "less",
     )  # fmt: skip

@@ -19,19 +19,14 @@ from passgraph.errors import InputError
 from passgraph.formats import FORMATS
 from tests.backends.test_uploads import CountedFunctions
 from tests.conftest import require
+from tests.corners import placed
 
 SIZE = (67, 33)
 COPY = pg.kernel(source="def copy(picture: Image) -> vec4: return picture[0, 0]")
-PLACES = """
-class Corner:
-    position: vec4
-
-def place(vertex: Vertex) -> Corner:
-    return Corner(vec4(vertex.position, 1.0))
-
+PLACES = placed("""
 def paint(corner: Corner, picture: Image) -> vec4:
     return picture.texel(pixel())
-"""
+""")
 
 
 def picture(seed: int = 1) -> Any:

@@ -158,6 +158,7 @@ class Benchmark:
 BENCHMARKS = {
     "cpu": Benchmark(cpu_table, {"halide": "halide", "cv2": "opencv-python-headless"}),
     "arrays": Benchmark(arrays, {"cv2": "opencv-python-headless"}),
+    "counts": Benchmark(by_hand("bench_counts"), {"cv2": "opencv-python-headless"}),
     "raster": Benchmark(raster, {}),
     "soft_shadow": Benchmark(soft_shadow, {}),
     "compile": Benchmark(compiling, {}),

@@ -17,6 +17,7 @@ from passgraph.backends.base import Backend, numbers_of, values_of
 from passgraph.backends.registry import open_backend
 from passgraph.formats import FORMATS, Format
 from tests.conftest import DEVICES, require
+from tests.corners import placed
 from tests.outside_backend.passgraph_plainpy import PlainBackend
 
 Array = NDArray[Any]
@@ -250,16 +251,10 @@ def test_one_array_may_be_several_inputs(device: Backend) -> None:
             np.testing.assert_array_equal(got, one * np.float32(0.25) + other * np.float32(0.5))
 
 
-KERNELS = """
-class Corner:
-    position: vec4
-
-def place(vertex: Vertex) -> Corner:
-    return Corner(vec4(vertex.position, 1.0))
-
+KERNELS = placed("""
 def paint(corner: Corner, picture: Image) -> vec4:
     return picture.texel(pixel())
-"""
+""")
 FRAME = pg.Input("frame")
 PLACE, PAINT = (pg.vertex(source=KERNELS, name="place"), pg.fragment(source=KERNELS, name="paint"))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -10,6 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 import passgraph as pg
+from passgraph.backends.base import Backend
 from passgraph.srgb import srgb_to_linear
 
 Picture = NDArray[Any]
@@ -67,6 +69,35 @@ def test_a_sum_is_within_its_bound() -> None:
     for axis, made in ((axis, made) for (_, axis), made in reduced(picture, *(("sum", axis) for axis in AXES)).items()):
         bound = 50 * 2.0**-24 * abs(exact).sum(AXES[axis], keepdims=True)
         assert (abs(made - exact.sum(AXES[axis], keepdims=True)) <= bound).all(), axis
+
+
+def hard_sums() -> dict[str, Picture]:
+    """What sums in float32 one after another lose: noise on a large constant, and numbers that nearly cancel."""
+    random = np.random.default_rng(12)
+    noise = random.random((301, 517), np.float32)
+    apart = (random.standard_normal(301 * 517 - 1) * 10.0 ** random.integers(-8, 8, 301 * 517 - 1)).astype(np.float32)
+    half = np.concatenate([apart[: len(apart) // 2], -apart[: len(apart) // 2], [np.float32(1e-3)]])
+    return {
+        "noise on a constant": np.float32(4096) + noise,
+        "one small among many": np.where(noise > noise.max() * 0.999999, np.float32(1e7), np.float32(1e-3)),
+        "cancelling": random.permutation(half).reshape(301, 517),
+    }
+
+
+@pytest.mark.parametrize("case", hard_sums())
+def test_hard_sums_are_near_exact_ones(backend: Backend, case: str) -> None:
+    """Against sums that are rounded once; and every backend rounds alike."""
+    picture = hard_sums()[case]
+    with pg.compile(pg.reduce(pg.Input("frame", "r32f"), "sum"), backend=backend) as program:
+        made = float(program(frame=picture[..., None])["frame.sum"][0, 0, 0])
+    with pg.compile(pg.reduce(pg.Input("frame", "r32f"), "sum"), backend="numpy") as program:
+        assert made == float(program(frame=picture[..., None])["frame.sum"][0, 0, 0])
+    numbers = picture.ravel().tolist()
+    error, magnitudes = abs(made - math.fsum(numbers)), math.fsum(map(abs, numbers))
+    assert error <= 50 * 2.0**-24 * magnitudes
+    one_by_one = np.cumsum(picture.ravel(), dtype=np.float32)[-1]
+    # Trees lose a tenth of what a sum one after another does, or nothing to speak of.
+    assert error <= max(0.1 * abs(float(one_by_one) - math.fsum(numbers)), 2.0**-24 * magnitudes)
 
 
 def test_nan_is_neither_least_nor_largest() -> None:

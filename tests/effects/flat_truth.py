@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from passgraph.effects.light2d import Light2D, Wall, Window
-from passgraph.effects.light2d.world import edges_near
+from passgraph.effects.light2d.world import all_edges, in_reach
 from tests.effects.scenes import Float64
 
 RAYS = 401
@@ -53,7 +53,7 @@ def _seen(light: Light2D, walls: Sequence[Wall], at: Float64, rays: int) -> Floa
     ray_x, ray_y = np.cos(angle), np.sin(angle)
     reach = far * np.cos(off) - np.sqrt(np.maximum(light.size**2 - (far * np.sin(off)) ** 2, 0))
     free = np.ones(angle.shape, bool)
-    for ax, ay, bx, by in edges_near(walls, light):
+    for ax, ay, bx, by in in_reach(all_edges(walls), light):
         a, d = np.array([ax, ay]) - at, np.array([bx - ax, by - ay])
         # on the ray at t / across, on the edge at s / across; of both the sign that makes across positive
         across = ray_x * d[1] - ray_y * d[0]

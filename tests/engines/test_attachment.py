@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 import logging
+import os
+import threading
 from collections.abc import Iterator
 from typing import Any
 
@@ -11,11 +14,14 @@ import numpy as np
 import pytest
 
 import passgraph as pg
+import passgraph.effects
 from docs.engines.demo import inverse, inverse_of
 from docs.engines.play import count_objects
+from passgraph.backends.gl.textures import Surface
 from passgraph.effects.checked import effect
 from passgraph.engines.attachment import Attachment, Seen, View, imported
 from tests.conftest import require
+from tests.engines.harmless import root
 
 pytestmark = pytest.mark.gl
 SIZE = (9, 6)
@@ -187,6 +193,35 @@ def test_what_is_no_error_of_ours_is_caught_too(engine: Engine, caplog: pytest.L
         np.testing.assert_array_equal(engine.picture(), engine.drawn)
 
 
+FRAMES = "What it returns is written over the frame."
+library = {name: getattr(passgraph.effects, name) for name in passgraph.effects.__all__}
+
+
+@pytest.mark.parametrize("name", [name for name, value in library.items() if hasattr(value, "effect")])
+def test_effects_of_the_library_take_frames_or_say_that_they_take_none(engine: Engine, name: str) -> None:
+    """Those that the page for engines lists do."""
+    listed = (root / "docs" / "engines.md").read_text().split(FRAMES)[1].split("One of your own")[0]
+    if library[name].effect.takes.startswith("picture"):
+        assert f"`{name}`" in listed or name == "depth_aware_blur"  # which takes a mask
+        with attach(library[name], camera=CAMERA) as attached:
+            if name in ("depth_of_field", "occluded", "vignette"):  # by depth, and camera, and neither
+                attached.draw()
+            assert attached.error is None
+    else:
+        assert f"`{name}`" not in listed
+        with pytest.raises(pg.InputError, match=r"engine: .* of passgraph's, and an engine has frames"):
+            attach(library[name])
+
+
+def test_the_effect_of_the_page_for_engines(engine: Engine) -> None:
+    tinted = pg.kernel(source="def tinted(c: Image, tint: vec3) -> vec4: return vec4(c[0, 0].rgb * tint, c[0, 0].a)")
+    with attach(lambda frame: tinted(frame, pg.Value("tint", pg.vec3)), tint=(1.0, 0.5, 0.25)) as attached:
+        engine.color.write(bytes([200, 200, 200, 255] * (SIZE[0] * SIZE[1])))
+        attached.draw()
+        assert attached.error is None
+        assert engine.picture()[0, 0].tolist() == [200, 100, 50, 255]
+
+
 @effect("halved-light", linear=True)
 def halved_light(frame: pg.Target) -> pg.Target:
     """Half the light."""
@@ -231,3 +266,146 @@ def test_views_are_made_anew_where_matrices_change() -> None:
 def test_an_engine_that_is_not_installed_is_named() -> None:
     with pytest.raises(pg.DeviceMissingError, match=r"no-such-engine is not installed.*pip install no-such-engine"):
         imported("no_such_engine", "no-such-engine")
+
+
+brighter = pg.kernel(source="def brighter(c: Image) -> vec4: return vec4(min(2.0 * c[0, 0].rgb, vec3(1.0)), 1.0)")
+
+
+def doubled(frame: pg.Target) -> pg.Target:
+    return brighter(frame, into=pg.target("brighter", "rgba8"))
+
+
+def doubled_of(picture: Any) -> Any:
+    return np.minimum(2 * picture.astype(int), 255).astype(np.uint8)
+
+
+@pytest.mark.parametrize("isolations", [("sibling", "guard"), ("guard", "sibling"), ("sibling", "sibling")])
+@pytest.mark.parametrize("order", [1, -1])
+def test_two_effects_on_one_frame_run_in_the_order_of_their_hooks(
+    engine: Engine, isolations: tuple[str, str], order: int
+) -> None:
+    kinds = [(inverse, inverse_of), (doubled, doubled_of)][::order]
+    before, wanted = count_objects(), engine.drawn[..., :3]
+    both = [attach(kind, isolation=isolation) for (kind, _), isolation in zip(kinds, isolations, strict=True)]
+    for attached, (_, of) in zip(both, kinds, strict=True):
+        attached.draw()
+        assert attached.error is None
+        wanted = of(wanted)
+    np.testing.assert_array_equal(engine.picture()[..., :3], wanted)
+    for attached in both:
+        attached.close()
+    assert count_objects() == before
+
+
+def test_an_effect_that_is_closed_while_it_runs_ends_with_its_frame(engine: Engine) -> None:
+    def camera() -> pg.Camera:
+        attached.draw()  # a frame that is drawn within the frame goes without
+        attached.close()
+        return CAMERA
+
+    before = count_objects()
+    attached = attach(by_distance, camera=camera, reach=9.0)
+    engine.clear(0.0, depth=0.5)
+    attached.draw()
+    assert attached.error is None
+    assert engine.picture()[0, 0].tolist() == [51, 51, 51, 255]
+    assert count_objects() == before
+    engine.clear(0.0, depth=0.5)
+    attached.draw()
+    assert engine.picture()[0, 0, 0] == 0
+
+
+def test_a_minimised_window_s_frames_are_left_out(engine: Engine) -> None:
+    class Minimised:
+        """What a window is while it has no pixels."""
+
+        size = SIZE
+
+        def frame(self, host: Any) -> Any:
+            if self.size == (0, 0):
+                return host._picture(Surface("window"), self.size, None, "bottom", False)
+            return host.framebuffer(srgb=False)
+
+    window = Minimised()
+    with Attachment("engine", inverse, {}, frame=window.frame) as attached:
+        attached.draw()
+        once = engine.picture()
+        window.size = (0, 0)
+        attached.draw()
+        np.testing.assert_array_equal(engine.picture(), once)
+        assert attached.enabled and attached.error is None
+        window.size = SIZE
+        attached.draw()
+        np.testing.assert_array_equal(engine.picture()[..., :3], inverse_of(once[..., :3]))
+
+
+def filled(frame: pg.Target, level: int) -> pg.Target:
+    kernel = pg.kernel(source="def filled(c: Image, by: float) -> vec4: return 0.0 * c[0, 0] + vec4(by)")
+    return kernel(frame, level / 255, into=pg.target("filled", "rgba8"))
+
+
+@pytest.mark.parametrize("done", ["set", "close"])
+def test_another_thread_may_set_or_close_while_a_frame_is_planned(engine: Engine, done: str) -> None:
+    planning, is_set = threading.Event(), threading.Event()
+
+    def told(frame: pg.Target, level: int = 1) -> pg.Target:
+        if threading.current_thread() is drawing and started:
+            planning.set()
+            is_set.wait(10.0 if done == "set" else 0.1)  # closing waits for the frame
+        return filled(frame, level)
+
+    def other() -> None:
+        planning.wait(10.0)
+        if done == "set":
+            attached.set(level=77)
+        else:
+            attached.close()
+        is_set.set()
+
+    before, drawing, started = count_objects(), threading.current_thread(), False
+    attached = attach(told, level=9)
+    thread = threading.Thread(target=other)
+    thread.start()
+    started = True
+    attached.draw()
+    assert engine.picture()[0, 0, 0] == 9
+    thread.join()
+    attached.draw()
+    assert attached.error is None
+    assert engine.picture()[0, 0, 0] == (77 if done == "set" else 9)
+    attached.close()
+    assert count_objects() == before
+
+
+@pytest.mark.parametrize("isolation", ["sibling", "guard"])
+def test_attaching_and_closing_keeps_nothing(engine: Engine, isolation: str) -> None:
+    def some(count: int) -> tuple[list[int], int, int]:
+        for _ in range(count):
+            with attach(inverse, isolation=isolation) as attached:
+                attached.draw()
+                assert attached.error is None
+        gc.collect()
+        return count_objects(), len(os.listdir("/proc/self/fd")), threading.active_count()
+
+    before = some(2)
+    assert some(20) == before
+
+
+def test_an_effect_that_fails_in_a_later_frame_leaves_it_and_may_be_tried_again(engine: Engine) -> None:
+    seen: list[pg.Camera] = []
+
+    def camera() -> pg.Camera:
+        seen.append(CAMERA)
+        if len(seen) == 3:
+            raise RuntimeError("the third")
+        return CAMERA
+
+    with attach(by_distance, camera=camera, reach=9.0) as attached:
+        for changed in (True, True, False, False):
+            engine.clear(0.0, depth=0.5)
+            attached.draw()
+            assert (engine.picture()[0, 0, 0] == 51) == changed
+        assert str(attached.error) == "the third"
+        attached.enabled = True
+        attached.draw()
+        assert attached.error is None and engine.picture()[0, 0, 0] == 51

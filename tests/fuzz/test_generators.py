@@ -59,7 +59,7 @@ WORDS = {
 def test_kernels_use_the_whole_language_and_are_taken() -> None:
     found: Counter[str] = Counter()
 
-    @MANY
+    @settings(MANY, max_examples=50)
     @given(kernel_texts(Features(wild=False)), kernel_texts(Features(wild=True)))
     def collect(tame: str, wild: str) -> None:
         for text in (tame, wild):
@@ -68,7 +68,7 @@ def test_kernels_use_the_whole_language_and_are_taken() -> None:
             found.update(word for word in WORDS if word in text)
 
     wanted = {*OPERATIONS, *WORDS}
-    for round_ in range(8):
+    for round_ in range(24):
         if wanted - set(found):
             seed(round_)(collect)()
     assert wanted - set(found) == set()

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
 import sys
 from collections.abc import Iterator
 from fractions import Fraction
@@ -19,7 +18,7 @@ from passgraph.backends.registry import open_backend
 from passgraph.graph.draw_state import Blend
 from passgraph.verify.conformance.meshes import Soup
 from passgraph.verify.oracle.coverage import INTERPOLATION_ULP, ULP
-from tests.conftest import expected_devices, require
+from tests.conftest import oclgrind, require
 from tests.hostile.draws import SIMULATED_SECONDS, Drawn, Setup, case_of, run
 
 SIZE = (16, 12)
@@ -205,14 +204,8 @@ def test_hostile_draws(backend: str, count: int) -> None:
 
 
 def test_hostile_draws_stay_inside_their_buffers_on_opencl(tmp_path: Path) -> None:
-    oclgrind = shutil.which("oclgrind")
-    if oclgrind is None:
-        if "opencl" in expected_devices():
-            pytest.fail("oclgrind is expected where OpenCL is: apt-get install oclgrind", pytrace=False)
-        pytest.skip("oclgrind is not here: apt-get install oclgrind")
     log = tmp_path / "oclgrind.log"
-    before = (oclgrind, "--data-races", "--log", str(log))
-    assert run("opencl", 500, 18, 6, before=before, seconds=SIMULATED_SECONDS, judged=False) == ""
+    assert run("opencl", 500, 18, 6, before=oclgrind(log), seconds=SIMULATED_SECONDS, judged=False) == ""
     assert log.read_text() == ""
 
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import shutil
 import signal
 import sys
 from pathlib import Path
 
 import pytest
 
-from tests.conftest import expected_devices
+from tests.conftest import oclgrind
 from tests.hostile import kernels
 
 
@@ -41,12 +40,8 @@ def test_hostile_kernels_end_on_opencl() -> None:
 @pytest.mark.opencl
 def test_hostile_kernels_stay_inside_their_buffers(tmp_path: Path) -> None:
     """The simulator interprets every instruction, and has nothing to say."""
-    oclgrind = shutil.which("oclgrind")
-    if oclgrind is None:
-        assert "opencl" not in expected_devices(), "oclgrind is expected where OpenCL is: apt-get install oclgrind"
-        pytest.skip("oclgrind is not here: apt-get install oclgrind")
     log = tmp_path / "oclgrind.log"
-    tally = kernels.run(range(60, 70), "opencl", runs=1, wrapper=(oclgrind, "--data-races", "--log", str(log)))
+    tally = kernels.run(range(60, 70), "opencl", runs=1, wrapper=oclgrind(log))
     assert_held(tally, 20)
     assert log.read_text() == ""
 

@@ -9,11 +9,14 @@ import sys
 import textwrap
 import types
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 import pytest
-from error_cases import BODIES, CALLS, HEAD, HELPER, STAGES, STRUCT, TEXTS
+from error_calls import CALLS
+from error_cases import BODIES, HEAD, HELPER, STAGES, STRUCT, TEXTS
 
 import passgraph.language.source as source_module
 from passgraph.errors import KernelError, PassgraphError
@@ -52,6 +55,30 @@ def texts() -> Iterator[tuple[Callable[..., Any], str, str]]:
     yield from STAGES
 
 
+@dataclass(frozen=True)
+class Told:
+    """An error's text, and the file and line of ours that raised it."""
+
+    message: str
+    site: tuple[str, int]
+
+    @classmethod
+    def of(cls, action: Callable[[], Any]) -> Told:
+        error = raised(action)
+        return cls(str(error), site_of(error))
+
+
+@cache
+def of_text(stage: Callable[..., Any], marked: str) -> Told:
+    """Of a text of the tables; two tests ask for each."""
+    return Told.of(lambda: compile_text(stage, unmarked(marked)[0]))
+
+
+@cache
+def of_call(action: Callable[[], Any]) -> Told:
+    return Told.of(action)
+
+
 def unmarked(marked: str) -> tuple[str, int, int, int]:
     """The text, and the line (from 1), column and end that «…» marked."""
     before = marked[: marked.index("«")]
@@ -64,7 +91,7 @@ def unmarked(marked: str) -> tuple[str, int, int, int]:
 @pytest.mark.parametrize(("stage", "marked", "words"), [pytest.param(*t, id=t[2][:40]) for t in texts()])
 def test_text_errors_say_what_and_point_where(stage: Callable[..., Any], marked: str, words: str) -> None:
     text, line, column, end = unmarked(marked)
-    message = str(raised(lambda: compile_text(stage, text)))
+    message = of_text(stage, marked).message
     first, shown, caret = message.split("\n")
     assert any(part in first for part in words.split("|"))
     assert first.startswith(f"<kernel text>:{line}: ")
@@ -82,7 +109,7 @@ def test_text_errors_say_what_and_point_where(stage: Callable[..., Any], marked:
 
 @pytest.mark.parametrize(("action", "words"), [pytest.param(*c, id=c[1][:40]) for c in CALLS])
 def test_other_errors_say_what_and_how_to_mend_it(action: Callable[[], Any], words: str) -> None:
-    message = str(raised(action))
+    message = of_call(action).message
     assert any(part in message for part in words.split("|"))
 
 
@@ -122,11 +149,8 @@ def site_of(error: PassgraphError) -> tuple[str, int]:
 
 def test_every_error_is_provoked_by_a_case() -> None:
     """A new error without a case fails here."""
-    hit = {
-        site_of(raised(lambda stage=stage, text=text: compile_text(stage, unmarked(text)[0])))
-        for stage, text, _ in texts()
-    }
-    hit |= {site_of(raised(action)) for action, _ in CALLS}
+    hit = {of_text(stage, marked).site for stage, marked, _ in texts()}
+    hit |= {of_call(action).site for action, _ in CALLS}
     # These have tests of their own below.
     alone = {"captured", "is not here any more", "is a plain dataclass", "cannot be found", "program.source.point_at"}
     # A fail() of its own is what all others go through.

@@ -160,13 +160,13 @@ def half(a: uint) -> uint:
 
 def k(c: Image) -> float:
     u = uint(7)
-    u = u * 2 + (3 if c[0, 0].x > 0.0 else 4) if False else u + 0xFFFFFFFF
+    u = u * 2 + (3 if c[0, 0].x > 0.0 else 4) if c[0, 0].y > 9.0 else u + 0xFFFFFFFF
     u += 1
     return float(half(0xFFFFFFFE)) + float(u) + float([1, u][1])
 """
     with pytest.raises(KernelError, match="do not mix"):  # a choice of two written ints is an int
         pg.kernel(source=text)
-    made = pg.kernel(source=text.replace("u * 2 + (3 if c[0, 0].x > 0.0 else 4) if False else ", ""))
+    made = pg.kernel(source=text.replace("u * 2 + (3 if c[0, 0].x > 0.0 else 4) if c[0, 0].y > 9.0 else ", ""))
     (literal,) = {i for output in made_program(made).outputs for i in output.values}
     assert isinstance(literal, s.Lit) and literal.value == float(np.float32(2147483647.0 + 14.0))
 

@@ -98,7 +98,9 @@ MUTANTS = (
         'value = b.select(b.icmp_signed("==", inner, x), value, value)',
         *PICTURES,
     ),
-    _n("StageRows._decode", "b.add(start, i), 1", "i, 1", "pictures/rgba8 70x66", "pictures/r8 70x66"),
+    _n("StageRows._take", "b.add(start, i)", "i", "pictures/rgba8 70x66", "pictures/r8 70x66"),
+    _n("StageRows._take_beyond", "b.sub(first, start)", "number(0)", *PICTURES),
+    _n("StageRows._take_beyond", "(last, end)", "(last, last)", *PICTURES),
     _n(
         "rounded",
         'value = b.select(b.fcmp_ordered("<", one, value), one, value)',

@@ -443,7 +443,7 @@ MUTANTS = (
     _reduce("joined", "return a + b", "return a - b"),
     _reduce("joined", "b.x == a.x and b.z < a.z", "b.x == a.x", "plans/the first place"),
     _reduce("at_place", "at.x < image.size.x and at.y < image.size.y", "at.x < image.size.x"),
-    _reduce("reduce_level", "ivec2(SIDE, 0), ivec2(SIDE * SIDE, 1)", "ivec2(SIDE, 0), ivec2(SIDE, 1)"),
+    _reduce("level", "ivec2(SIDE, 0), ivec2(SIDE * SIDE, 1)", "ivec2(SIDE, 0), ivec2(SIDE, 1)"),
     _reduce("per_texel", "float(size.x // made.x) * float(size.y // made.y)", "float(size.x // made.x)"),
     _reduce("bin_of", "number >= low and number <= high", "number <= high"),
     _reduce("bin_of", "min(place, float(bins - 1)) + 1.0", "place + 1.0"),

@@ -20,6 +20,7 @@ from passgraph.verify.oracle.domain import IntervalDomain
 from passgraph.verify.oracle.interval import Bounded
 from passgraph.verify.oracle.pace import SAMPLE, Pace, batches
 from passgraph.verify.oracle.passes import Passes
+from tests.corners import placed
 
 #: Of loops in tests that are no slow ones.
 TRIPS = 28
@@ -195,16 +196,10 @@ def test_no_time_at_all_decides_nothing() -> None:
 
 
 def test_fragments_have_their_share_of_the_time() -> None:
-    text = """
-class Corner:
-    position: vec4
-
-def place(vertex: Vertex) -> Corner:
-    return Corner(vec4(vertex.position, 1.0))
-
+    text = placed("""
 def paint(corner: Corner) -> vec4:
     return vec4(1.0)
-"""
+""")
     corners = [[-1, -1, 0.5], [3, -1, 0.5], [-1, 3, 0.5]]
     mesh = pg.Mesh.make(positions=corners, triangles=[[0, 1, 2]])
     place, paint = (pg.vertex(source=text, name="place"), pg.fragment(source=text, name="paint"))

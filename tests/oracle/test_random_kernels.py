@@ -18,7 +18,7 @@ from passgraph.verify.fuzz.search import batch, strategies
     ("kind", "count"),
     [
         ("kernels", 15),
-        ("graphs", 4),
+        ("graphs", 2),
         pytest.param("kernels", 60, marks=pytest.mark.slow),
         pytest.param("graphs", 12, marks=pytest.mark.slow),
     ],

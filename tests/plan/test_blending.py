@@ -17,6 +17,7 @@ from passgraph.graph.draw_state import BLENDS, EQUATIONS, FACTORS, Blend
 from passgraph.language import scalar as s
 from passgraph.plan.blending import blend_program
 from passgraph.plan.data import DrawStep
+from tests.corners import placed
 from tests.outside_backend.passgraph_plainpy import Run
 
 Pixels = NDArray[np.float32]
@@ -94,16 +95,10 @@ def test_nan_counts_as_0_in_fractions() -> None:
 
 
 def test_a_step_tells_how_each_target_is_blended() -> None:
-    kernels = """
-class Corner:
-    position: vec4
-
-def place(vertex: Vertex) -> Corner:
-    return Corner(vec4(vertex.position, 1.0))
-
+    kernels = placed("""
 def paint(corner: Corner) -> tuple[vec4, float]:
     return vec4(1.0), 0.5
-"""
+""")
     place, paint = pg.vertex(source=kernels, name="place"), pg.fragment(source=kernels, name="paint")
     mesh = pg.Mesh.make(positions=[[-1, -1, 0], [3, -1, 0], [-1, 3, 0]], triangles=[[0, 1, 2]])
     into = (pg.target("a", "rgba8"), pg.target("b", "r32f"))

@@ -20,6 +20,7 @@ from passgraph.language.lower import Facts, Fused, ImageFacts, lower
 from passgraph.plan.chains import MAX_STEPS, Chains
 from passgraph.plan.data import PixelStep
 from passgraph.plan.fuse import MAX_FUSED_INSTRUCTIONS
+from tests.corners import placed
 
 SIZE = (16, 12)
 half = pg.kernel(source="def half(color: Image) -> vec4: return color[0, 0] * 0.5")
@@ -27,16 +28,10 @@ gain = pg.kernel(source="def gain(color: Image, by: float) -> vec4: return sqrt(
 add = pg.kernel(source="def add(a: Image, b: Image) -> vec4: return a[0, 0] + b[0, 0]")
 left = pg.kernel(source="def left(color: Image) -> vec4: return color[-1, 0]")
 zoom = pg.kernel(source="def zoom(color: Image) -> vec4: return color.sample(uv())")
-CORNER = """
-class Corner:
-    position: vec4
-
-def place(vertex: Vertex) -> Corner:
-    return Corner(vec4(vertex.position, 1.0))
-
+CORNER = placed("""
 def paint(corner: Corner) -> vec4:
     return vec4(0.5)
-"""
+""")
 STAGES: dict[str, Any] = {
     "vertex": pg.vertex(source=CORNER, name="place"),
     "fragment": pg.fragment(source=CORNER, name="paint"),

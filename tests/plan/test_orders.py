@@ -15,6 +15,7 @@ from passgraph.effects import Vsm, soft_shadow
 from passgraph.graph.targets import Target, TargetSpec
 from passgraph.plan.build import build
 from passgraph.plan.data import Options
+from tests.corners import placed
 
 SCRIPT = """
 import sys
@@ -88,16 +89,10 @@ def test_lights_follow_each_other() -> None:
     assert ordered.bytes < 0.8 * written.bytes
 
 
-MARK = """
-class Corner:
-    position: vec4
-
-def place(vertex: Vertex) -> Corner:
-    return Corner(vec4(vertex.position, 1.0))
-
+MARK = placed("""
 def paint(corner: Corner) -> vec4:
     return vec4(0.5)
-"""
+""")
 
 
 @pytest.mark.parametrize("ordered", [True, False])

@@ -17,6 +17,7 @@ from passgraph.backends.registry import open_backend
 from passgraph.plan.data import Resource, Step, lifetimes
 from passgraph.verify.fuzz.cases import EXACT
 from passgraph.verify.fuzz.graphs import OPTIMISATIONS, different, graphs, grown, plannable, run_thrice
+from tests.conftest import SLOW_ON_OPENCL, require
 from tests.plan.orders import apart, shuffled
 
 BOUNDED = settings(
@@ -60,10 +61,12 @@ def assert_no_pictures_overlap(case: dict[str, Any]) -> None:
             assert set(made.outputs.values()) <= written
 
 
+@pytest.mark.parametrize("backend_name", SLOW_ON_OPENCL)
 @settings(BOUNDED, max_examples=5)
 @given(case=graphs())
 def test_each_optimisation_off_equals_on(backend_name: str, case: dict[str, Any]) -> None:
     """Where compilers contract nothing; on OpenGL all that leaves the kernels as they are."""
+    require(backend_name)
     outputs = grown(case)
     if not plannable(outputs):
         return

@@ -14,6 +14,7 @@ import pytest
 import passgraph as pg
 from passgraph.plan.build import build
 from passgraph.verify.compare import compare
+from tests.corners import placed
 
 root = Path(pg.__file__).resolve().parent
 #: Files of nouns, read before: calls into them are answers, not steps of the way.
@@ -34,16 +35,10 @@ ORACLES_NOUNS = {
 MOST_OF_COMPARE = {"pass": 3, "draw": 6}
 half = pg.kernel(source="def half(color: Image, other: Image) -> vec4: return color[0, 0] * 0.5 + other[1, 0]")
 zoom = pg.kernel(source="def zoom(color: Image, by: float) -> vec4: return color.sample(uv()) * by")
-STAGES = """
-class Corner:
-    position: vec4
-
-def place(vertex: Vertex) -> Corner:
-    return Corner(vec4(vertex.position, 1.0))
-
+STAGES = placed("""
 def paint(corner: Corner) -> vec4:
     return vec4(0.5)
-"""
+""")
 
 
 def rich() -> dict[str, pg.Target]:

@@ -33,7 +33,7 @@ _TAIL = "\nvoid main() { host_color = vec4(0.0); mainImage(host_color, gl_FragCo
 
 @dataclass(frozen=True)
 class Drawn:
-    """A pass: its name, its text, and by channel the buffer that it reads."""
+    """A pass: its name, its text, and by channel the buffer or picture that it reads."""
 
     name: str
     text: str
@@ -41,10 +41,17 @@ class Drawn:
 
 
 class Original:
-    """Passes in the order in which they are drawn, the picture last; buffers are kept from frame to frame."""
+    """Passes in the order in which they are drawn, the picture last; buffers are kept from frame to frame.
 
-    def __init__(self, context: moderngl.Context, passes: Sequence[Drawn], common: str, size: Size) -> None:
+    ``pictures`` come from outside, as large as the output and with row 0 on top.
+    """
+
+    def __init__(
+        self, context: moderngl.Context, passes: Sequence[Drawn], common: str, size: Size,
+        pictures: Mapping[str, Picture] = {},
+    ) -> None:  # fmt: skip
         self.context, self.passes, self.size = context, passes, size
+        context.__enter__()  # whichever is current, this one stays so
         corners = np.array([-1, -1, 1, -1, -1, 1, 1, 1], np.float32)
         quad = context.buffer(corners.tobytes())
         self.arrays = []
@@ -52,10 +59,12 @@ class Original:
             text = _HEAD + common + "\n" + one.text + _TAIL
             program = context.program(vertex_shader=_VERTEX, fragment_shader=text)
             self.arrays.append(context.vertex_array(program, [(quad, "2f", "host_corner")]))
-        self.held = {one.name: self._texture(size) for one in passes}
+        empty = np.zeros((size[1], size[0], 4), np.float32)
+        self.held = {one.name: self._texture(empty) for one in passes}
+        self.held |= {name: self._texture(picture) for name, picture in pictures.items()}
 
-    def _texture(self, size: Size) -> moderngl.Texture:
-        return smooth(self.context.texture(size, 4, bytes(16 * size[0] * size[1]), dtype="f4"))
+    def _texture(self, picture: Picture) -> moderngl.Texture:
+        return smooth(self.context.texture(self.size, 4, np.ascontiguousarray(picture[::-1]).tobytes(), dtype="f4"))
 
     def frame(self, number: int, seconds: float, step: float, mouse: tuple[float, ...]) -> Picture:
         """The picture of a frame, row 0 on top."""
@@ -64,7 +73,7 @@ class Original:
             "iFrame": number, "iMouse": mouse, "iChannelResolution": [(*self.size, 1.0)] * 4,
         }  # fmt: skip
         for one, array in zip(self.passes, self.arrays, strict=True):
-            target = self._texture(self.size)
+            target = smooth(self.context.texture(self.size, 4, dtype="f4"))
             program: Any = array.program
             for channel, name in one.channels.items():
                 if f"iChannel{channel}" in program:

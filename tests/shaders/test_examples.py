@@ -10,6 +10,7 @@ from typing import Any
 import moderngl
 import numpy as np
 import original_mpv
+import original_shadertoy
 import pytest
 from beside import Case, apart, pictures
 from original import Original
@@ -25,11 +26,6 @@ SIZE = (48, 36)
 FRAME = pictures(SIZE)[0]
 #: Files that other files name.
 PARTS = {"crt-beam.glsl", "crt-glass.glsl"}
-_SHADERTOY = """
-uniform sampler2D iChannel0, iChannel1;
-uniform int iFrame;
-#define iResolution vec3(pg_output_size, 1.0)
-"""
 
 
 def glsl(context: moderngl.Context, name: str) -> list[Picture]:
@@ -46,15 +42,10 @@ def mpv(context: moderngl.Context, name: str) -> list[Picture]:
 def shadertoy(context: moderngl.Context, name: str) -> list[Picture]:
     """Frames of a buffer that reads itself, and of the picture made of it."""
     passes = {one["name"]: one["code"] for one in json.loads((FOLDER / name).read_text())["Shader"]["renderpass"]}
-    water, image = (
-        f"{_SHADERTOY}{passes['Common']}{passes[part]}\nvoid main() {{ mainImage(gl_FragColor, gl_FragCoord.xy); }}"
-        for part in ("Buffer A", "Image")
-    )
-    run, state, drawn = Original(context).run, np.zeros_like(FRAME), []
-    for frame in range(6):
-        state = run(water, SIZE, {"iChannel0": state}, {"iFrame": frame})
-        drawn.append(run(image, SIZE, {"iChannel0": state, "iChannel1": FRAME}, {}))
-    return drawn
+    water = original_shadertoy.Drawn("water", passes["Buffer A"], {0: "water"})
+    image = original_shadertoy.Drawn("image", passes["Image"], {0: "water", 1: "picture"})
+    run = original_shadertoy.Original(context, [water, image], passes["Common"], SIZE, {"picture": FRAME})
+    return [run.frame(frame, frame / 60.0, 1.0 / 60.0, (0.0,) * 4) for frame in range(6)]
 
 
 def libretro(context: moderngl.Context, name: str) -> list[Picture]:

@@ -70,6 +70,18 @@ def test_counters_that_tell_no_end_leave_a_note(loop: str) -> None:
     assert [note.text for note in shader.notes if "the end of this loop is not known here" in note.text]
 
 
+def test_bounds_are_variables_that_the_loop_leaves_alone() -> None:
+    ends = "float low = ceil(-0.5 * 7.0 - vec2(0.0))[1], high = floor(0.5 * 7.0 - vec2(0.0))[0];"
+    assert 7 <= trips(f"{ends} for (float k = low; k <= high; k++) s++;")[0] <= 9
+    for change in ("high = 20.0;", "{ low++; high += low; }"):
+        text = (
+            f"void main() {{ float s = 0.0; {ends} for (float k = low; k <= high; k++) {{ s++; if (s < 4.0) {change} }}"
+        )
+        shader = parse(f"{text} gl_FragColor = vec4(s); }}")
+        assert any("the end of this loop" in note.text for note in shader.notes)
+        assert run(shader, (1, 1), {})[0, 0, 0] > 9.0 or "low" in change
+
+
 def test_a_loop_that_too_few_trips_are_left_for_is_refused_with_its_line() -> None:
     text = "uniform float t;\nvoid main() {\n  float s = 0.0;\n" + "  while (s < t)\n" * 5 + "  s++;\n}"
     with pytest.raises(

@@ -52,10 +52,10 @@ def sweep(seeds: range) -> list[str]:
 
 
 def test_spoiled_documents_are_refused_or_run() -> None:
-    found = sweep(range(150))
+    found = sweep(range(60))
     # The sweep would show nothing if it met one end only.
-    assert found.count("refused") > 100
-    assert found.count("ran") > 2
+    assert found.count("refused") > 40
+    assert "ran" in found
 
 
 @pytest.mark.slow
@@ -67,7 +67,7 @@ def test_spoiled_documents_take_little_memory() -> None:
     ways = places(DATA)
     tracemalloc.start()
     try:
-        for seed in range(40):
+        for seed in range(20):
             document = spoiled(DATA, ways, random.Random(seed))
             tracemalloc.reset_peak()
             before = tracemalloc.get_traced_memory()[0]

@@ -228,33 +228,37 @@ class StageRows:
             with b.if_else(is_middle) as (inside, beyond):
                 with inside:
                     if view.decodes:
-                        self._fill(view, row, start, count, strip)
+                        self._take(view, row, b.mul(start, channels), b.mul(count, channels), strip)
                         b.store(shifted, place)
                 with beyond:
-                    # What lies in the row comes by vectors, the last of which may reach too far; then what does not.
-                    width = self.memory["width"]
-                    before = smaller(b, count, larger(b, number(0), b.sub(number(0), start)))
-                    there = smaller(b, count, larger(b, before, b.sub(width, start)))
-                    first = b.gep(strip, [b.mul(before, channels)], True, source_etype=kind)
-                    self._fill(view, row, b.add(start, before), b.sub(there, before), first)
-                    for outside, back in ((number(0), before), (there, count)):
-                        with counting(b, outside, back, number(1)) as i:
-                            self._copy(view, row, b.add(start, i), strip, i)
+                    self._take_beyond(view, row, start, b.add(start, count), strip)
                     b.store(shifted, place)
 
-    def _fill(self, view: View, row: Any, start: Any, count: Any, strip: Any) -> None:
-        """Pixels of a row into a strip, as float32 where they are decoded; a vector's rest is written behind them."""
-        b, channels, held, read = self.b, number(view.channels), element(view.held), element(view.read)
-        first = b.mul(start, channels)
-        with counting(b, number(0), b.mul(count, channels), number(b.lanes)) as i:
-            place = b.gep(row, [b.add(first, i)], True, source_etype=held)
+    def _take(self, view: View, row: Any, start: Any, count: Any, strip: Any) -> None:
+        """Numbers of a row into a strip, as float32 where it holds these; up to a vector more than ``count``."""
+        b, held, read = self.b, element(view.held), element(view.read)
+        with counting(b, number(0), count, number(b.lanes)) as i:
+            place = b.gep(row, [b.add(start, i)], True, source_etype=held)
             if view.decodes:
+                # The next part of the row is on its way while the body runs over this one.
                 ahead = b.intrinsic("llvm.prefetch.p0", ir.VoidType(), [POINTER, I32, I32, I32])
                 there = b.gep(place, [number(self.stage.segment * view.channels)], source_etype=held)
                 b.plain.call(ahead, [there, ir.Constant(I32, 0), ir.Constant(I32, 3), ir.Constant(I32, 1)])
             values = b.load(place, typ=b.vector(held), align=view.held.bits // 8)
             values = decoded(b, values, view.held) if view.decodes else values
             b.plain.store(values, b.gep(strip, [i], True, source_etype=read), align=view.read.bits // 8)
+
+    def _take_beyond(self, view: View, row: Any, start: Any, end: Any, strip: Any) -> None:
+        """Texels of columns ``start`` to ``end`` into a strip: those of the row, then the others by the border rule."""
+        b, channels = self.b, number(view.channels)
+        first = smaller(b, larger(b, start, number(0)), end)
+        last = larger(b, first, smaller(b, end, self.memory["width"]))
+        begin = b.mul(b.sub(first, start), channels)
+        inside = b.gep(strip, [begin], True, source_etype=element(view.read))
+        self._take(view, row, b.mul(first, channels), b.mul(b.sub(last, first), channels), inside)
+        for one, other in ((start, first), (last, end)):
+            with counting(b, one, other, number(1)) as x:
+                self._copy(view, row, x, strip, b.sub(x, start))
 
     def _copy(self, view: View, row: Any, x: Any, strip: Any, i: Any) -> None:
         """One texel into a strip, by the border rule."""

@@ -47,7 +47,7 @@ class ShaderParameter:
 
 @dataclass(frozen=True, eq=False)
 class ShaderEffect:
-    """What `passgraph.shaders.load_shader` makes of a file.
+    """What `passgraph.load_shader` makes of a file.
 
     Call it with a picture (a target or input) for each of ``images``, in order or by name, and with parameters by
     name: numbers, or `passgraph.Value` handles for what changes from run to run.  Pictures that are left out, behind

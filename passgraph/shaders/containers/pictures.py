@@ -1,4 +1,4 @@
-"""Pictures that a container names, and what stands in where there is none."""
+"""Pictures that a container names or keeps: files, what stands in where there is none, and small passes over them."""
 
 from __future__ import annotations
 

@@ -7,6 +7,7 @@ from functools import partial
 
 from passgraph.language import ir
 from passgraph.language.buffers import check_local
+from passgraph.language.folding import constant, folded
 from passgraph.language.frame import MAX_CALL_DEPTH
 from passgraph.language.signature import checked_struct
 from passgraph.language.source import Span, fail
@@ -18,7 +19,6 @@ from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.builtins import overloads
 from passgraph.shaders.glsl.elsewhere import elsewhere
 from passgraph.shaders.glsl.expressions import Expressions
-from passgraph.shaders.glsl.folding import constant, folded
 from passgraph.shaders.glsl.places import Place, read_place, write_place
 from passgraph.shaders.glsl.statements import Statements
 from passgraph.shaders.glsl.typing import fitted

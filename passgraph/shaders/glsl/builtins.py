@@ -6,6 +6,7 @@ import re
 from functools import cache, partial
 
 from passgraph.language import ir
+from passgraph.language.folding import folded
 from passgraph.language.frame import inlined
 from passgraph.language.library import written_function
 from passgraph.language.operations import OPERATIONS, called
@@ -15,7 +16,6 @@ from passgraph.language.typing_rules import apply
 from passgraph.language.values import Part, TupleValue, construct, convert, index_into, select
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.derivatives import DERIVATIVES
-from passgraph.shaders.glsl.folding import folded
 from passgraph.shaders.glsl.images import READS
 from passgraph.shaders.glsl.operators import plain
 from passgraph.shaders.glsl.parse import Parser

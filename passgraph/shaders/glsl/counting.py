@@ -13,14 +13,15 @@ from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
 from passgraph.language import ir
+from passgraph.language.folding import constant
 from passgraph.language.looping import MAX_COUNTED, MIRRORED, count_trips
 from passgraph.language.meanings import INT_MAX
 from passgraph.language.ranges import ANY_FLOAT, TRUTH, Range, of_number, of_operation
-from passgraph.language.types import BOOL, FLOAT, INT, UINT, Array, Matrix, component_count, element_of
+from passgraph.language.types import BOOL, FLOAT, INT, UINT, Array, Matrix, Vector, component_count, element_of
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.builtins import overloads
-from passgraph.shaders.glsl.folding import constant
-from passgraph.shaders.glsl.walk import assigned_parts, overlap, walked
+from passgraph.shaders.glsl.unit import Slot
+from passgraph.shaders.glsl.walk import assigned_names, assigned_parts, overlap, walked
 
 if TYPE_CHECKING:
     from passgraph.shaders.glsl.body import Body
@@ -56,10 +57,18 @@ def counted(body: Body, node: g.Loop) -> Count | None:
     tests, condition = body.unit.captured(partial(body.expressions.condition, node.condition), node.span)
     updates, _ = body.unit.captured(partial(body.expressions.effect, node.update), node.span)
     exact = None if tests else _exactly(before, condition, updates)
-    bounded = _bounded(body.unit.counters, before, (*tests, ir.Assign("", condition)), updates)
+    bounded = _bounded(body.unit.counters, before, (*tests, ir.Assign("", condition)), updates, _fixed(body, node))
     if exact is not None:
         return Count(exact, True, bounded.within if bounded else {})
     return bounded
+
+
+def _fixed(body: Body, node: g.Loop) -> frozenset[str]:
+    """Variables in a loop's condition that the loop leaves alone, by their names in the representation."""
+    changed = assigned_names(node, partial(overloads, body.unit)) | set(body.unit.names)
+    names = {one.name for one in walked(node.condition) if isinstance(one, g.Name)} - changed
+    slots = [body.find(name) for name in names]
+    return frozenset(slot.variable.name for slot in slots if isinstance(slot, Slot))
 
 
 def _exactly(before: Sequence[ir.Stmt], condition: ir.Expr, updates: Sequence[ir.Stmt]) -> int | None:
@@ -118,6 +127,8 @@ class _Amounts:
         if isinstance(value, ir.Swizzle):
             whole = self.of(value.value)
             return [whole[i] for i in value.components]
+        if isinstance(value, ir.Index) and isinstance(value.index, ir.Literal) and isinstance(value.value.type, Vector):
+            return [self.of(value.value)[int(value.index.value)]]
         if isinstance(value, ir.Construct):
             return [amount for part in value.arguments for amount in self.of(part)]
         if isinstance(value, ir.Apply):
@@ -155,8 +166,9 @@ def _combined(operation: str, of_floats: bool, parts: Sequence[_Amount]) -> _Amo
 
 
 def _bounded(
-    known: Mapping[Component, Range], before: Sequence[ir.Stmt], tests: Sequence[ir.Stmt], updates: Sequence[ir.Stmt]
-) -> Count | None:
+    known: Mapping[Component, Range], before: Sequence[ir.Stmt], tests: Sequence[ir.Stmt], updates: Sequence[ir.Stmt],
+    fixed: frozenset[str],
+) -> Count | None:  # fmt: skip
     """The most trips by a counter that steps grow, or shrink, and that the condition holds below, or above, a bound."""
     start = _Amounts(known)
     straight = next((i for i, one in enumerate(reversed(before)) if not isinstance(one, ir.Assign)), len(before))
@@ -167,6 +179,7 @@ def _bounded(
         for i, first in enumerate(start.held[update.name]):
             counter = (update.name, i)
             after, tested = _Amounts(known, counter), _Amounts(known, counter)
+            tested.held |= {name: held for name, held in start.held.items() if name in fixed}
             if not after.run(updates) or not tested.run(tests[:-1]) or len(after.held[update.name]) <= i:
                 continue
             step, last = after.held[update.name][i], tests[-1]

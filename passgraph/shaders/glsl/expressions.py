@@ -8,6 +8,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from passgraph.language import ir
+from passgraph.language.folding import constant
 from passgraph.language.source import fail
 from passgraph.language.types import (
     BOOL,
@@ -28,7 +29,6 @@ from passgraph.language.values import COMPOSITE, ImageValue, Part, TupleValue, c
 from passgraph.language.variables import new_variable, read_variable
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.calls import Calls
-from passgraph.shaders.glsl.folding import constant
 from passgraph.shaders.glsl.operators import arithmetic, negated, plain
 from passgraph.shaders.glsl.places import part_at, perhaps, place_of, read_place, write_place
 from passgraph.shaders.glsl.typing import as_int, whole_numbers_alike

@@ -7,13 +7,13 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from passgraph.language import ir
+from passgraph.language.folding import folded
 from passgraph.language.looping import bounded_loop
 from passgraph.language.operations import OPERATIONS
 from passgraph.language.source import fail
 from passgraph.language.types import component_count
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.counting import counted
-from passgraph.shaders.glsl.folding import folded
 
 if TYPE_CHECKING:
     from passgraph.shaders.glsl.body import Body

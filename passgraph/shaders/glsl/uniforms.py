@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING
 
 from passgraph.language import ir
 from passgraph.language.buffers import check_local
+from passgraph.language.folding import constant
 from passgraph.language.parse import parameter_value
 from passgraph.language.signature import host_value
 from passgraph.language.source import Span, fail
 from passgraph.language.types import VEC2, Struct
 from passgraph.language.values import COMPOSITE, Part, StructValue
 from passgraph.shaders.glsl import syntax as g
-from passgraph.shaders.glsl.folding import constant
 from passgraph.shaders.glsl.images import position
 from passgraph.shaders.glsl.typing import fitted
 from passgraph.shaders.glsl.unit import Known, Slot, Uniform

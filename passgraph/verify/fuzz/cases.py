@@ -91,7 +91,7 @@ def pictures_of(case: Case) -> dict[str, Picture]:
 def output_of(case: Case, text: str) -> Target:
     """The pass of a kernel case, with ``text`` for its kernel."""
     made = kernel(source=text, name="k")
-    # Cases that were kept before there were filters say nothing of them.
+    # A case that says nothing of a filter is read linearly.
     read = {name: Input(name).border(case["border"]).filter(case.get("filter", "linear")) for name in ("c", "d", "e")}
     inputs = {"c": read["c"], "d": read["d"].mipmaps(), "e": read["e"].slices(SLICES)}
     given: dict[str, Any] = {}

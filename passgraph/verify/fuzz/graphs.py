@@ -17,7 +17,7 @@ from passgraph.errors import GraphError
 from passgraph.formats import format_named
 from passgraph.graph.calls import kernel
 from passgraph.graph.drawing import draw
-from passgraph.graph.reductions import reduce
+from passgraph.graph.reductions import histogram, reduce
 from passgraph.graph.targets import Input, Target, TargetSpec, previous, target
 from passgraph.graph.values import Value
 from passgraph.language.borders import BORDERS
@@ -32,7 +32,9 @@ SIZES = ((12, 9), (6, 5))
 #: Small enough for a random graph, and of every kind: float, half, unorm of 8 and 16 bits, encoded.
 FORMATS = ("rgba32f", "rgba16f", "rgba8", "rgba16", "rgba8_srgb")
 OPTIMISATIONS = ("cull", "fuse", "order", "alias", "static", "simplify")
-OPERATIONS = ("copy", "left", "add", "gain", "curve", "either", "pair", "zoom", "draw", "history", "blur", "reduce")
+OPERATIONS = (
+    "copy", "left", "add", "gain", "curve", "either", "pair", "zoom", "draw", "history", "blur", "reduce", "histogram",
+)  # fmt: skip
 
 PIXEL_KERNELS = {
     "copy": "def copy(color: Image) -> vec4: return color[0, 0]",
@@ -102,8 +104,8 @@ class Growing:
                 self.keep(one, size_a)
         elif operation == "history":
             self._history(a, b, size_a, format_, flag, named)
-        elif operation == "reduce":
-            self._reduce(a, size_a, format_, flag, border, named)
+        elif operation in ("reduce", "histogram"):
+            self._reduce(operation, a, size_a, format_, flag, border, named)
         elif operation == "draw":
             self._draw(a, b, size_a, format_, flag, named)
         else:
@@ -117,11 +119,16 @@ class Growing:
         last = previous(a if a.made_by is not None else into, 2 if flag else 1)
         self.keep(self.kernels["add"](b, last, into=into, **named), size)
 
-    def _reduce(self, a: Target, size: int, format_: str, flag: bool, border: str, named: dict[str, Any]) -> None:
-        """To one texel, or one a row; the border rule says where others are read."""
+    def _reduce(
+        self, operation: str, a: Target, size: int, format_: str, flag: bool, border: str, named: dict[str, Any]
+    ) -> None:
+        """To one texel, one a row or one a bin; the border rule says where others are read."""
         into = self.spec(size, format_)
         name = f"{into.name} top"
-        top = reduce(a, "max", name=name) if flag else reduce(a, "mean", axis="x", name=name)
+        if operation == "histogram":
+            top = histogram(a, 17 if flag else 3, channel=1 if flag else "luma", low=0.125, high=0.75, name=name)
+        else:
+            top = reduce(a, "max", name=name) if flag else reduce(a, "mean", axis="x", name=name)
         self.keep(self.kernels["level"](a, top.border(border), into=into, **named), size)
 
     def _draw(self, a: Target, b: Target, size: int, format_: str, flag: bool, named: dict[str, Any]) -> None:

@@ -1,5 +1,7 @@
 """What a conforming backend may compute, pixel by pixel: the reference over intervals.
 
 In reading order: ``interval`` (arithmetic), ``functions`` (the rest of the operations table), ``decisions`` (what
-rounding may turn, tried both ways), ``domain`` (for the reference's interpreter), ``stage``, ``backend``.
+rounding may turn, tried both ways), ``vectors`` and ``domain`` (for the reference's interpreter), ``storage`` (what
+formats do), ``stage``; ``coverage``, ``merge`` and ``draw`` (draws); ``allowed``, ``backend``, ``passes`` (a graph);
+beside them ``pace`` (how long it takes) and ``watch`` (why bounds are as they are).
 """

@@ -6,7 +6,7 @@ by where they rise and fall.  Jumps (floor, comparisons) are not here: see :mod:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -191,8 +191,3 @@ def increasing(function: Callable[[NDArray[Any]], NDArray[Any]], a: Interval, ul
     lo, hi = function(a.lo), function(a.hi)
     slack = ulp * 2.0**-23
     return flushed(Interval(lo - slack * (np.abs(lo) + scale), hi + slack * (np.abs(hi) + scale), a.nan))
-
-
-def broadcast(arguments: Sequence[Interval]) -> list[Interval]:
-    shape = np.broadcast_shapes(*(a.shape for a in arguments))
-    return [a.map(lambda x: np.broadcast_to(x, shape)) for a in arguments]

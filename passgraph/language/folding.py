@@ -1,4 +1,4 @@
-"""Values that are known while a shader is read: lengths of arrays, labels, ends of loops."""
+"""Values that are known while a text is read: lengths of arrays, labels, ends of loops, branches that never run."""
 
 from __future__ import annotations
 
@@ -49,11 +49,13 @@ def _applied(value: ir.Apply) -> Numbers | None:
     if isinstance(value.type, Matrix) or any(isinstance(part.type, (Matrix, Array)) for part in value.arguments):
         return None
     arguments = [folded(part) for part in value.arguments]
-    arrays = []
+    arrays: list[NDArray[Any]] = []
     for part, numbers in zip(value.arguments, arguments, strict=True):
         if numbers is None:
             return None
         array: NDArray[Any] = np.array(numbers, _DTYPES[_element(part.type)])
+        if array.dtype.kind == "f":
+            array = array.astype(np.float32).astype(np.float64)
         # References of vectors take a batch on the first axis; a scalar is a batch of one.
         arrays.append(array[None] if row.kind == "expanded" and isinstance(part.type, Vector) else array)
     with np.errstate(all="ignore"):
@@ -73,6 +75,13 @@ def settled(part: Part) -> Part:
     Floats stay as they are, since what computes them rounds as it runs.
     """
     return constant(part) if isinstance(part, ir.Apply) and _element(part.type) != FLOAT.name else part
+
+
+def decided(condition: ir.Expr) -> ir.Expr:
+    """A condition written out where whole numbers and bools alone decide it: what it rules out need not be read."""
+    parts = ir.expressions(condition)
+    is_whole = all(isinstance(p.type, (Scalar, Vector)) and _element(p.type) != FLOAT.name for p in parts)
+    return constant(condition) if is_whole else condition
 
 
 def constant(value: ir.Expr) -> ir.Expr:
