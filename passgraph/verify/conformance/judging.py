@@ -167,10 +167,10 @@ class Judge:
                 return "vacuous", (
                     f"{where}: {target.ambiguous:.2%} of the pixels are ambiguous, above {self.case.most_ambiguous:.2%}"
                 )
-            if target.told < self.case.least_told:
-                return "vacuous", (
-                    f"{where}: of {target.told:.1%} of the values something is known, below {self.case.least_told:.1%}"
-                )
+            least = self.case.told_less.get(target.target, self.case.least_told)
+            if target.told < least:
+                told_of = f"of {target.told:.1%} of the values something is known, below {least:.1%}"
+                return "vacuous", f"{where}: {told_of}"
         return "passed", ""
 
     def _inexact(self, backend: Backend) -> Divergence | None:
