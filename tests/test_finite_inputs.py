@@ -276,3 +276,35 @@ def test_the_command_names_the_pass_that_makes_one(capsys: pytest.CaptureFixture
     status, message = _apply(capsys, tmp_path, np.full((4, 4, 4), 3e38, np.float32), "--check-finite")
     assert status == 2
     assert "pass 'gaussian_blur_x' makes values that are not finite in target 'gaussian_blur_x'" in message
+
+
+HALVES = np.arange(1 << 16, dtype=np.uint16).view(np.float16)
+
+
+@pytest.mark.parametrize("turned", [False, True])
+def test_every_half_is_told_finite_or_not(turned: bool) -> None:
+    """One number beside zeros, each of all there are: NumPy's word for it, in any layout."""
+    picture = np.zeros((2, 3, 4), np.float16)[:, ::-1] if turned else np.zeros((2, 3, 4), np.float16)
+    with np.errstate(invalid="ignore"):
+        finite = np.isfinite(HALVES)
+    for value, expected in zip(HALVES[:: 1 if turned else 5], finite[:: 1 if turned else 5], strict=True):
+        picture[1, 2, 3] = value
+        found = find(picture)
+        assert (found is None) == bool(expected)
+        assert found is None or (found.row, found.column, found.channel) == (1, 2, 3)
+
+
+@pytest.mark.parametrize("dtype", [np.float16, np.float32])
+def test_pictures_are_looked_through_without_a_copy(dtype: type) -> None:
+    """Whatever their strides: rows apart, upside down."""
+    whole = np.ones((300, 500, 4), dtype)
+    for picture in (whole, whole[:, :400], whole[::-1], whole[:, ::-1]):
+        tracemalloc.start()
+        assert find(picture) is None
+        most = tracemalloc.get_traced_memory()[1]
+        tracemalloc.stop()
+        assert most < whole.nbytes // 2
+        bad = picture.copy()
+        bad[299, 3, 1] = np.inf
+        found = find(bad[::-1])
+        assert found is not None and (found.row, found.column, found.channel, found.count) == (0, 3, 1, 1)

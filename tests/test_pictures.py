@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import os
 import struct
+import subprocess
+import sys
 import zlib
 from pathlib import Path
 from typing import Any
@@ -12,10 +14,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from PIL import Image
+from PIL import Image, ImageFile, ImageOps
 
 from passgraph import pictures
-from passgraph.pictures import load, save
+from passgraph.pictures import load, load_stored, save
 from passgraph.srgb import linear_to_srgb, srgb_to_linear
 from tests.picture_files import bytes_of, png_16, refused
 
@@ -275,3 +277,55 @@ def test_missing_openexr_says_what_to_install(tmp_path: Path, monkeypatch: pytes
         tmp_path / "a.exr",
         *arguments,
     )
+
+
+@pytest.mark.parametrize("turn", [1, 3, 6])
+@pytest.mark.parametrize(
+    ("mode", "kind", "how"),
+    [
+        ("RGB", "PNG", {}), ("RGBA", "PNG", {}), ("L", "PNG", {}), ("P", "PNG", {}),
+        ("RGB", "PNG", {"transparency": (1, 2, 3)}), ("RGB", "JPEG", {}), ("RGB", "JPEG", {"progressive": True}),
+        ("L", "JPEG", {}),
+    ],
+)  # fmt: skip
+def test_files_decode_as_by_pillow_alone(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, mode: str, kind: str, how: dict[str, Any], turn: int
+) -> None:
+    """In memory of ours or, where Pillow makes its own after all, copied from there: the same bytes."""
+    image = Image.fromarray(rng.integers(0, 256, (37, 53, 4), np.uint8)).convert(mode)
+    exif = Image.Exif()
+    exif[0x0112] = turn
+    image.save(tmp_path / "a", kind, exif=exif, **how)
+    with Image.open(tmp_path / "a") as opened:
+        expected = np.asarray(ImageOps.exif_transpose(opened).convert("RGBA"))
+    assert np.array_equal(load_stored(tmp_path / "a"), expected)
+
+    def own(self: ImageFile.ImageFile) -> None:
+        self.im = Image.core.new(self.mode, self.size)
+        before(self)
+
+    before = ImageFile.ImageFile.load_prepare
+    monkeypatch.setattr(ImageFile.ImageFile, "load_prepare", own)
+    assert np.array_equal(load_stored(tmp_path / "a"), expected)
+
+
+@pytest.mark.parametrize("kind", ["png", "jpg"])
+def test_colours_are_decoded_into_the_array_that_is_returned(tmp_path: Path, kind: str) -> None:
+    """Pillow is kept from making memory of its own, and needs none."""
+    save(tmp_path / f"a.{kind}", np.full((600, 800, 3), 77, np.uint8))
+    load_stored(tmp_path / f"a.{kind}")
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(ImageFile.ImageFile, "load_prepare", lambda self: None)  # where Pillow makes its own memory
+        assert load_stored(tmp_path / f"a.{kind}")[1, 1].tolist() == [77, 77, 77, 255]
+
+
+def test_one_format_is_loaded_for_one_file(tmp_path: Path) -> None:
+    """In a process of its own, whose Pillow nobody has used."""
+    save(tmp_path / "a.png", bytes_of[3])
+    code = (
+        f"import sys; from passgraph.pictures import load, save; save({str(tmp_path / 'b.png')!r}, "
+        f"load({str(tmp_path / 'a.png')!r})); print([n for n in ('Bmp', 'Gif', 'Jpeg') "
+        "if f'PIL.{n}ImagePlugin' in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"

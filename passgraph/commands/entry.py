@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import io
 import os
 import sys
@@ -18,6 +19,8 @@ from passgraph.errors import InputError, PassgraphError
 
 #: Set, an unforeseen error shows its traceback.
 TRACEBACK_VARIABLE = "PASSGRAPH_TRACEBACK"
+#: Objects that are made before Python looks for garbage in rings: of those that a command loads none is any.
+GARBAGE_AFTER = 100_000
 #: What the process ends with, in every command.
 STATUS = {
     0: "done; where something is compared, all is within bounds and as recorded",
@@ -80,6 +83,7 @@ def group() -> None:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and exit."""
+    gc.set_threshold(GARBAGE_AFTER, *gc.get_threshold()[1:])
     sys.exit(run(None if arguments is None else list(arguments)))
 
 

@@ -159,6 +159,7 @@ class Attachment:
         isolation : how the engine's state is left alone, see `passgraph.backends.gl.Host.current`
         """
         self.engine, self.effect = engine, arguments.function(effect, f"{engine}: the effect", pg.InputError)
+        _check_takes_frames(engine, effect)
         self.error: BaseException | None = None
         self._frame, self._camera, self._engine_camera = frame, camera, engine_camera
         self._enabled, self._closed = True, False
@@ -354,6 +355,16 @@ class Attachment:
                 program.close()
         if host is not None:
             host.close()
+
+
+def _check_takes_frames(engine: str, effect: Effect) -> None:
+    """Raise InputError for effects of the library's that draw scenes or worlds of their own."""
+    mark = getattr(effect, "effect", None)
+    if mark is not None and not mark.takes.startswith("picture"):
+        raise pg.InputError(
+            f"{engine}: {mark.name} draws a {mark.takes} of passgraph's, and an engine has frames; attach an effect on "
+            'frames, listed at "What attach takes" in docs/engines.md, such as passgraph.effects.occluded'
+        )
 
 
 def _is_encoded(target: pg.Target) -> bool:

@@ -48,8 +48,8 @@ class Conversion(threading.local):
     """Frames in other pixel formats, of the same matrix and range.
 
     Each thread keeps what converts, with its tables: a new one costs a 1080p frame more than its pixels do.  Where
-    libavfilter can do it, it does, since its frames come from a pool: the same bits, and no memory that the system has
-    to make ready, page by page, for each frame.
+    libavfilter can do it, it does, since its frames come from a pool: no memory that the system has to make ready, page
+    by page, for each frame, and rows with room behind them, without which swscale leaves out the last pixels of some.
     """
 
     def __init__(self) -> None:
@@ -60,7 +60,7 @@ class Conversion(threading.local):
 
     def __call__(self, frame: VideoFrame, format: str) -> VideoFrame:
         matrix, colour_range = int(frame.colorspace), int(frame.color_range)
-        if matrix not in _MATRICES or colour_range not in _RANGES or frame.interlaced_frame:
+        if matrix not in _MATRICES or colour_range not in _RANGES:
             return self._converter.reformat(frame, format=format, threads=1)
         key = frame.width, frame.height, frame.format.name, format, matrix, colour_range
         if key not in self._pools:
@@ -83,7 +83,7 @@ def _pool(width: int, height: int, source: str, target: str, matrix: int, colour
     given = f"video_size={width}x{height}:pix_fmt={source}:time_base=1/1"
     if not source.startswith("rgb"):
         given += f":colorspace={matrix}:range={colour_range}"
-    options = f"flags=bilinear:out_color_matrix={_MATRICES[matrix]}:out_range={_RANGES[colour_range]}"
+    options = f"interl=-1:flags=bilinear:out_color_matrix={_MATRICES[matrix]}:out_range={_RANGES[colour_range]}"
     parts = [
         graph.add("buffer", given), graph.add("scale", options), graph.add("format", f"pix_fmts={target}"),
         graph.add("buffersink"),

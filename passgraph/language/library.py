@@ -109,16 +109,8 @@ def texel_of(image: Image, mips: Image, p: ivec2, level: int) -> vec4:
         return image.texel(p)
     return below(image, mips, p, at)
 
-def linear_of(image: Image, mips: Image, position: vec2, level: int, upward: bool) -> vec4:
-    """Bilinear in a level that there is; ``upward``, rows are counted from the bottom."""
-    if level == 0:
-        if upward:
-            return sample_upward(image, position)
-        return linear(image, position)
-    return linear_below(image, mips, position, level, upward)
-
-def linear_below(image: Image, mips: Image, position: vec2, level: int, upward: bool) -> vec4:
-    """Bilinear in a level from 1 on."""
+def linear_of(image: Image, mips: Image, position: vec2, level: int, lowest: int, upward: bool) -> vec4:
+    """Bilinear in a level that there is, from a ``lowest`` one on; ``upward``, rows are counted from the bottom."""
     size = size_of(image, level)
     p = between(position, size)
     base = floor(p)
@@ -126,10 +118,14 @@ def linear_below(image: Image, mips: Image, position: vec2, level: int, upward: 
     corner, up = ivec2(base), ivec2(0, 1)
     if upward:
         corner, up = ivec2(corner.x, size.y - 1 - corner.y), ivec2(0, -1)
-    right = ivec2(1, 0)
-    above = mix(below(image, mips, corner, level), below(image, mips, corner + right, level), f.x)
-    under = mix(below(image, mips, corner + up, level), below(image, mips, corner + up + right, level), f.x)
-    return mix(above, under, f.y)
+    a, b, c, d = vec4(0), vec4(0), vec4(0), vec4(0)
+    if lowest == 0 and level == 0:
+        for i in range(4):
+            a, b, c, d = b, c, d, image.texel(corner + up * (i // 2) + ivec2(i % 2, 0))
+    else:
+        for i in range(4):
+            a, b, c, d = b, c, d, below(image, mips, corner + up * (i // 2) + ivec2(i % 2, 0), level)
+    return mix(mix(a, b, f.x), mix(c, d, f.x), f.y)
 
 def sample_between(image: Image, mips: Image, position: vec2, lod: float) -> vec4:
     """By the filter of the handle between two levels, or in the nearest one."""
@@ -151,18 +147,19 @@ def sample_beside(image: Image, mips: Image, position: vec2, lod: float, offset:
         return sample(image, here)
     at = lod_within(image, lod)
     base = floor(at)
-    level = int(base)
-    size = size_of(image, level)
-    here = moved(position, size, offset)
     if image.is_nearest:
-        if upward:
-            p = ivec2(floor(clamp(here * vec2(size), -1073741824.0, 1073741824.0)))
-            return texel_of_upward(image, mips, p, level)
-        return texel_of(image, mips, ivec2(floor(here * vec2(size))), level)
-    next = min(level + 1, image.levels - 1)
-    there = moved(position, size_of(image, next), offset)
-    upper = linear_of(image, mips, here, level, upward)
-    lower = linear_below(image, mips, there, next, upward)
+        level = int(base)
+        size = size_of(image, level)
+        texels = moved(position, size, offset) * vec2(size)
+        # Farther out the row counted from the top would not fit into an int.
+        p = ivec2(floor(clamp(texels, -1073741824.0, 1073741824.0) if upward else texels))
+        return texel_of(image, mips, ivec2(p.x, size.y - 1 - p.y) if upward else p, level)
+    # A loop of two trips, so that a read is half as long while it is not unrolled.
+    upper, lower = vec4(0), vec4(0)
+    for k in range(2):
+        level = min(int(base) + k, image.levels - 1)
+        here = moved(position, size_of(image, level), offset)
+        upper, lower = lower, linear_of(image, mips, here, level, k, upward)
     return mix(upper, lower, at - base)
 
 def moved(position: vec2, size: ivec2, offset: ivec2) -> vec2:

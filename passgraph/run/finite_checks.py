@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Literal, TypeAlias, cast, get_args
+from typing import Any, Literal, TypeAlias, cast, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +24,10 @@ CHOICES: tuple[NonFinite, ...] = get_args(NonFinite)
 #: From here on float16 rounds to infinity (halfway between its largest number and 2¹⁶); below, to `LARGEST_HALF`.
 HALF_OVERFLOW = 65520.0
 LARGEST_HALF = 65504.0
+#: The bits of a half that is infinite; those of NaN are larger.
+HALF_INFINITY = 0x7C00
+#: Of pictures whose rows lie apart so many numbers are looked at together.
+NUMBERS_AT_ONCE = 1 << 16
 LARGEST_FLOAT = float(np.finfo(np.float32).max)
 #: Texts name this many passes that read an input.
 NAMED = 4
@@ -64,19 +68,37 @@ def find(picture: Picture, format: Format | None = None) -> Found | None:
     >>> find(np.array([[[1.0, 2.0], [np.inf, np.nan]]], np.float32))
     Found(count=2, total=4, column=1, row=0, channel=0, value=inf)
     """
-    # sums of squares of halves would overflow
-    values = np.ascontiguousarray(picture if picture.dtype == np.float32 else picture.astype(np.float32)).reshape(-1)
     half = _is_half(format)
+    if picture.dtype == np.float16:
+        if _are_finite_halves(picture):
+            return None
     # The sum of squares cannot be below the largest of them, so one pass over memory clears nearly every picture.
-    with np.errstate(over="ignore", invalid="ignore"):
-        squares = float(np.dot(values, values))
-    if squares < (HALF_OVERFLOW**2 if half else np.inf):
+    elif _squares(picture) < (HALF_OVERFLOW**2 if half else np.inf):
         return None
     bad = ~(np.abs(picture) < HALF_OVERFLOW) if half else ~np.isfinite(picture)
     if not bad.any():
         return None
     row, column, channel = (int(i) for i in np.unravel_index(np.argmax(bad), bad.shape))
     return Found(int(bad.sum()), bad.size, column, row, channel, float(picture[row, column, channel]))
+
+
+def _squares(picture: NDArray[np.floating]) -> float:
+    """The sum of squares; what does not lie together is copied a few rows at a time."""
+    together = picture.flags.c_contiguous and picture.dtype == np.float32
+    rows = len(picture) if together else max(1, NUMBERS_AT_ONCE // max(1, picture[:1].size))
+    total = 0.0
+    with np.errstate(over="ignore", invalid="ignore"):
+        for first in range(0, len(picture), rows):
+            part = picture[first : first + rows]
+            values = np.ascontiguousarray(part if together else part.astype(np.float32)).reshape(-1)
+            total += float(np.dot(values, values))
+    return total
+
+
+def _are_finite_halves(picture: NDArray[Any]) -> bool:
+    """By their bits, in which larger numbers of one sign are larger: as ints the positive ones, as uints the others."""
+    largest, lowest = picture.view(np.int16).max(), picture.view(np.uint16).max()
+    return bool(largest < HALF_INFINITY and lowest < HALF_INFINITY + 0x8000)
 
 
 def admitted(picture: Picture, name: str, format: Format | None, choice: NonFinite, readers: Iterable[str]) -> Picture:

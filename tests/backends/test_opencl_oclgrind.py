@@ -54,6 +54,12 @@ def test_random_kernels_and_draws_stay_inside_and_do_not_race(tmp_path: Path) ->
     assert_clean(["-c", RANDOM], tmp_path)
 
 
+def test_counting_stays_inside_and_does_not_race(tmp_path: Path) -> None:
+    """By one work-item a row or by groups, of what is no bin's number too."""
+    chosen = ["-k", "whatever and opencl and known", "tests/cross/test_histograms.py"]
+    assert_clean(["-m", "pytest", "-q", "-p", "no:cacheprovider", *chosen], tmp_path)
+
+
 def assert_clean(arguments: list[str], tmp_path: Path) -> None:
     """Python ends well under the simulator, which has nothing to say."""
     log = tmp_path / "oclgrind.log"

@@ -14,12 +14,14 @@ import numpy as np
 import pytest
 
 import passgraph as pg
+import passgraph.effects
 from docs.engines.demo import inverse, inverse_of
 from docs.engines.play import count_objects
 from passgraph.backends.gl.textures import Surface
 from passgraph.effects.checked import effect
 from passgraph.engines.attachment import Attachment, Seen, View, imported
 from tests.conftest import require
+from tests.engines.harmless import root
 
 pytestmark = pytest.mark.gl
 SIZE = (9, 6)
@@ -189,6 +191,35 @@ def test_what_is_no_error_of_ours_is_caught_too(engine: Engine, caplog: pytest.L
         assert isinstance(attached.error, ZeroDivisionError)
         assert caplog.records[0].exc_info is not None  # where it came from
         np.testing.assert_array_equal(engine.picture(), engine.drawn)
+
+
+FRAMES = "What it returns is written over the frame."
+library = {name: getattr(passgraph.effects, name) for name in passgraph.effects.__all__}
+
+
+@pytest.mark.parametrize("name", [name for name, value in library.items() if hasattr(value, "effect")])
+def test_effects_of_the_library_take_frames_or_say_that_they_take_none(engine: Engine, name: str) -> None:
+    """Those that the page for engines lists do."""
+    listed = (root / "docs" / "engines.md").read_text().split(FRAMES)[1].split("One of your own")[0]
+    if library[name].effect.takes.startswith("picture"):
+        assert f"`{name}`" in listed or name == "depth_aware_blur"  # which takes a mask
+        with attach(library[name], camera=CAMERA) as attached:
+            if name in ("depth_of_field", "occluded", "vignette"):  # by depth, and camera, and neither
+                attached.draw()
+            assert attached.error is None
+    else:
+        assert f"`{name}`" not in listed
+        with pytest.raises(pg.InputError, match=r"engine: .* of passgraph's, and an engine has frames"):
+            attach(library[name])
+
+
+def test_the_effect_of_the_page_for_engines(engine: Engine) -> None:
+    tinted = pg.kernel(source="def tinted(c: Image, tint: vec3) -> vec4: return vec4(c[0, 0].rgb * tint, c[0, 0].a)")
+    with attach(lambda frame: tinted(frame, pg.Value("tint", pg.vec3)), tint=(1.0, 0.5, 0.25)) as attached:
+        engine.color.write(bytes([200, 200, 200, 255] * (SIZE[0] * SIZE[1])))
+        attached.draw()
+        assert attached.error is None
+        assert engine.picture()[0, 0].tolist() == [200, 100, 50, 255]
 
 
 @effect("halved-light", linear=True)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from fractions import Fraction
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ import pytest
 import passgraph as pg
 from passgraph.errors import InputError
 from passgraph.frames import Arrays, Outcome, ToArrays, ToVideo, Video
+from passgraph.frames.video import Conversion
 from tests.frames.made import INVERT, SCALED, grays, inverted, picture, sequence, summed, value, video
 
 av: Any = pytest.importorskip("av")
@@ -392,3 +394,58 @@ def test_without_pyav_the_cure_is_named(tmp_path: Path, monkeypatch: pytest.Monk
     with inverted() as program, pytest.raises(InputError, match=r"PyAV is not installed; run: pip install"):
         pg.frames(program, Arrays([picture(1)]), tmp_path / "a.mp4")
     assert INVERT is not None
+
+
+def in_fields(frame: Any) -> Any:
+    """The same frame, said to be interlaced."""
+    graph = av.filter.Graph()
+    size = f"video_size={frame.width}x{frame.height}:pix_fmt={frame.format.name}:time_base=1/1"
+    parts = graph.add("buffer", size), graph.add("setfield", "tff"), graph.add("buffersink")
+    for one, other in pairwise(parts):
+        one.link_to(other)
+    graph.configure()
+    graph.push(frame)
+    made = graph.pull()
+    made.colorspace, made.color_range = frame.colorspace, frame.color_range
+    assert made.interlaced_frame
+    return made
+
+
+@pytest.mark.parametrize("interlaced", [False, True])
+@pytest.mark.parametrize("format", ["yuv420p", "yuv422p", "yuv444p", "yuvj420p", "yuv420p10le"])
+def test_pooled_conversions_give_the_bits_of_plain_ones(format: str, interlaced: bool) -> None:
+    """There and back, for every matrix and range."""
+    size = 64, 48
+    plain, pooled = av.video.reformatter.VideoReformatter(), Conversion()
+    wide = "rgba64le" if format.endswith("10le") else "rgba"
+    number = np.uint16 if wide == "rgba64le" else np.uint8
+    pixels = np.random.default_rng(0).integers(0, np.iinfo(number).max, (size[1], size[0], 4)).astype(number)
+
+    def both(frame: Any, wanted: str) -> Any:
+        one, other = plain.reformat(frame, format=wanted, threads=1), pooled(frame, wanted)
+        assert (other.colorspace, other.color_range, other.pts) == (matrix, colour_range, 11)
+        # Rows may have room behind them, which is nobody's.
+        item = np.dtype(number).itemsize * (4 if wanted == wide else 1)
+        for a, b in zip(one.planes, other.planes, strict=True):
+            first, second = (np.frombuffer(p, np.uint8).reshape(p.height, p.line_size) for p in (a, b))
+            assert np.array_equal(first[:, : a.width * item], second[:, : a.width * item])
+        return other
+
+    for matrix in (1, 4, 5, 6, 7, 9):
+        for colour_range in (1, 2):
+            frame = av.VideoFrame.from_ndarray(pixels, wide)
+            frame.colorspace, frame.color_range, frame.pts = matrix, colour_range, 11
+            frame = in_fields(frame) if interlaced else frame
+            both(both(frame, format), wide)
+            assert frame.pts == 11
+
+
+@pytest.mark.parametrize("width", [34, 66, 98, 100, 130])
+def test_every_column_of_a_narrow_video_is_read(tmp_path: Path, width: int) -> None:
+    """Widths that are no multiple of what swscale writes at once."""
+    flat = [np.full((34, width, 4), (200, 100, 50, 255), np.uint8)] * 2
+    assert copied(Arrays(flat), tmp_path / "a.mp4").whole
+    for frame in Video(tmp_path / "a.mp4"):
+        made = frame.read()
+        assert (made[..., 3] == 255).all()
+        assert np.abs(made[..., :3].astype(int) - (200, 100, 50)).max() <= 3

@@ -672,3 +672,64 @@ for (b.x = 0; b.x < 4; b.x++) {
     b.r++;
     o.w += float(b.r);
 }
+
+//// swizzles and entries are out parameters, whose indices are computed once
+int count = 0;
+int next() {
+    return count++;
+}
+void f(out vec2 a, inout float b) {
+    a = vec2(b, 2.0 * b);
+    b += 1.0;
+}
+void grow(inout float a) {
+    a += 10.0;
+}
+// main
+vec4 v = vec4(1, 2, 3, 4);
+f(v.zx, v.w);
+float a[4] = float[4](1.0, 2.0, 3.0, 4.0);
+grow(a[next()]);
+a[next()] *= 5.0;
+--a[next() + n % 2];
+o = v + vec4(a[0], a[1] + float(count), a[2], a[3]);
+
+//// arrays of arrays are read and written 4.30
+// main
+float a[2][3];
+for (int i = 0; i < 2; i++)
+    for (int j = 0; j < 3; j++)
+        a[i][j] = float(i * 3 + j) * p.x;
+float b[3] = a[1];
+a[n % 2][n % 3] += 5.0;
+vec2 c[2][2] = vec2[2][2](vec2[2](p, p.yx), vec2[2](p * 2.0, p * 3.0));
+c[n % 2][1].y = 7.0;
+o = vec4(a[0][1], b[1] + c[1][1].y, c[0][1].x, float(a.length() * 10 + a[0].length()));
+
+//// a switch in a loop continues and falls through
+// main
+for (int i = 0; i < 10; i++) {
+    if (i == n)
+        continue;
+    switch (i) {
+        case 3:
+            continue;
+        default:
+            o.z += 1.0;
+        case 5:
+            break;
+        case 7:
+            o.y += 1.0;
+    }
+    if (i > 7)
+        break;
+    o.x += float(i);
+}
+
+//// ints wrap, and shifts and quotients of negative ones
+// main
+int a = 2147483647;
+a += n;
+int b = -5 - n;
+uint u = 4294967295u + uint(n);
+o = vec4(a >> 16, (b >> 1) + (b << 2), b / 2 + 7 / b, float(u / 7u) + float((uint(n) - 5u) >> 20));

@@ -11,6 +11,7 @@ from agreement_glsl import Picture
 from original import HEAD, Original, original
 
 import passgraph as pg
+from passgraph.language import ir
 from passgraph.shaders.glsl import parse
 
 BACKENDS = ["reference", "numpy", "gl", "opencl"]
@@ -199,3 +200,18 @@ def test_wrong_reads_are_told(read: str, told: str) -> None:
 )  # fmt: skip
 def test_what_may_read_smaller_levels_is_noted(read: str, count: int) -> None:
     assert [note.span.line for note in parse(text(read)).notes] == [1] * count
+
+
+def test_a_trilinear_read_is_short_in_the_representation() -> None:
+    """A read is a fixed number of nodes, so that kernels with many stay within limits and documents small."""
+
+    def nodes(block: Any) -> int:
+        parts = [getattr(one, name, ()) for one in block for name in ("then", "orelse", "body")]
+        values = [one.value for one in block if isinstance(one, ir.Assign)]
+        return sum(map(nodes, parts)) + sum(1 for value in values for _ in ir.expressions(value))
+
+    read = "o += textureLod(t, pg_position, 1.5);"
+    head = "uniform sampler2D t; void main() { vec4 o = vec4(0);"
+    counts = [nodes(parse(f"{head} {read * n} gl_FragColor = o; }}").program.body) for n in (0, 1, 3)]
+    assert counts[1] - counts[0] < 1300
+    assert counts[2] - counts[1] == 2 * (counts[1] - counts[0])

@@ -85,6 +85,12 @@ def test_parameters_have_their_ranges(tmp_path: Path) -> None:
     [
         ("//!HOOK MAIN\n//!COMPUTE 8 8\nvoid hook() {}", r":2: a compute shader \(//!COMPUTE\) is not read here"),
         ("//!HOOK ALPHA\n//!BIND HOOKED\nvec4 hook() { return vec4(0.0); }", ":1: //!HOOK ALPHA is not read here"),
+        ("//!HOOK MAIN\n//!BIND HOOKED; void x\nvec4 hook() { return vec4(0.0); }", ":2: //!BIND is a name"),
+        ("//!HOOK MAIN\n//!SAVE\nvec4 hook() { return vec4(0.0); }", ":2: //!SAVE is a name that shaders can write"),
+        ("//!PARAM 1x\n0\n//!HOOK MAIN\nvec4 hook() { return vec4(0.0); }", ":1: //!PARAM is a name"),
+        ("//!PARAM frame\n0\n//!HOOK MAIN\nvec4 hook() { return vec4(0.0); }", "frame is a value of the player's"),
+        ("//!PARAM k\n//!TYPE int\nnan\n//!HOOK MAIN\nvec4 hook() { return vec4(k); }", "must be a number, got 'nan'"),
+        ("//!PARAM k\n1e999\n//!HOOK MAIN\nvec4 hook() { return vec4(k); }", "must be a number, got '1e999'"),
         ("//!HOOK MAIN\n//!NONSENSE 1\nvec4 hook() { return vec4(0.0); }", ":2: //!NONSENSE is no directive"),
         ("//!HOOK MAIN\n//!BIND NEVER\nvec4 hook() { return NEVER_tex(NEVER_pos); }", "no pass before has saved it"),
         ("//!HOOK MAIN\n//!WIDTH 2 *\nvec4 hook() { return vec4(0.0); }", "too few operands"),

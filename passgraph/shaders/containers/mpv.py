@@ -8,6 +8,7 @@ the luma.  What passes write holds half floats.  Colours are those of sRGB.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -64,6 +65,8 @@ vec4 delinearize(vec4 c) {{
     return vec4(mix(c.rgb * 12.92, steep, step(0.0031308, c.rgb)), c.a);
 }}
 """
+#: What the player tells shaders.
+_OWN = ("frame", "random", "input_size", "target_size", "tex_offset")
 #: By number of components what is kept of a result.
 _BEHIND = {
     count: f"void pg_main() {{ gl_FragColor = {kept}; }}"
@@ -307,6 +310,8 @@ def _parameter(block: MpvBlock, file: str) -> ShaderParameter:
     if type_ is None:
         raise InputError(f"{where}: TYPE {block.first('TYPE')} is not read here; there are {', '.join(_TYPES)}")
     low, high = (_number(block.first(side), f"{where}: {side}") for side in ("MINIMUM", "MAXIMUM"))
+    if block.first("PARAM") in _OWN:
+        raise InputError(f"{where}: {block.first('PARAM')} is a value of the player's; give the parameter another name")
     default = _number(block.code.strip() or "0", where)
     assert default is not None
     return ShaderParameter(
@@ -318,9 +323,12 @@ def _number(text: str, where: str) -> float | None:
     if not text:
         return None
     try:
-        return float(text)
+        number = float(text)
     except ValueError:
-        raise InputError(f"{where} must be a number, got {text!r}") from None
+        number = math.nan
+    if not math.isfinite(number):
+        raise InputError(f"{where} must be a number, got {text!r}")
+    return number
 
 
 def _spec(name: str, size: tuple[Formula, Formula], format: str = "rgba16f") -> TargetSpec:

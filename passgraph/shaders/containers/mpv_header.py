@@ -16,6 +16,8 @@ _DIRECTIVE = re.compile(r"^//!\s*([A-Z]+)\b[ \t]*(.*?)[ \t]*$")
 _KNOWN = frozenset(["HOOK", "BIND", "SAVE", "DESC", "WIDTH", "HEIGHT", "WHEN", "OFFSET", "COMPONENTS", "PARAM", "TYPE",
                     "MINIMUM", "MAXIMUM", "TEXTURE", "SIZE", "FORMAT", "FILTER", "BORDER", "STORAGE"])  # fmt: skip
 _REFUSED = {"COMPUTE": "a compute shader", "BUFFER": "a buffer", "VAR": "a variable of a buffer"}
+#: Directives that name a texture or a parameter.
+_NAMES = frozenset(["HOOK", "BIND", "SAVE", "PARAM", "TEXTURE"])
 _SIGNS = {"+": "add", "-": "sub", "*": "mul", "/": "div", "%": "rest", "<": "less", ">": "less", "=": "equal"}
 #: Width and height by the name of a texture.
 Sizes: TypeAlias = Mapping[str, tuple[Formula, Formula]]
@@ -95,6 +97,10 @@ def read_blocks(text: str, file: str) -> list[MpvBlock]:
                 raise InputError(f"{file}:{number}: {_REFUSED[name]} (//!{name}) is not read here\n    {line}")
             if name not in _KNOWN:
                 raise InputError(f"{file}:{number}: //!{name} is no directive of mpv's\n    {line}")
+            if name in _NAMES and re.fullmatch(r"(?!gl_|pg_)[A-Za-z_]\w*", value) is None:
+                raise InputError(
+                    f"{file}:{number}: //!{name} is a name that shaders can write, got {value!r}\n    {line}"
+                )
             blocks[-1].said.setdefault(name, []).append((value, number))
             code = [""] * number
         else:

@@ -32,8 +32,6 @@ def read_texture(block: MpvBlock, file: str) -> Target:
     """
     name = block.first("TEXTURE")
     where = f"{file}:{block.line}: //!TEXTURE {name}"
-    if not re.fullmatch(r"[A-Za-z]\w*", name):
-        raise InputError(f"{where}: a texture needs a name that shaders can write")
     if "STORAGE" in block.said:
         raise InputError(f"{where}: a texture that passes write (//!STORAGE) is not read here")
     sides = block.first("SIZE").split()
