@@ -10,15 +10,23 @@ import pytest
 from conforming import Conforming
 
 from passgraph.backends.reference import ReferenceBackend
-from passgraph.verify.fuzz.cases import Tally
+from passgraph.verify.fuzz.cases import Case, Tally
 from passgraph.verify.fuzz.search import batch, strategies
+
+
+def counts_nothing(case: Case) -> bool:
+    """Whether no pass goes through all texels of a picture, which the evaluator does in Python, one after the other.
+
+    A histogram has whole numbers, that nothing rounds.
+    """
+    return all(step[0] != "histogram" for step in case.get("steps", ()))
 
 
 @pytest.mark.parametrize(
     ("kind", "count"),
     [
         ("kernels", 15),
-        ("graphs", 2),
+        ("graphs", 6),
         pytest.param("kernels", 60, marks=pytest.mark.slow),
         pytest.param("graphs", 12, marks=pytest.mark.slow),
     ],
@@ -26,7 +34,8 @@ from passgraph.verify.fuzz.search import batch, strategies
 def test_what_the_standards_allow_lies_inside(kind: str, count: int) -> None:
     tally = Tally()
     # Rounding to nearest: the bounds of polynomials count on it.
-    failure = batch(strategies()[kind], [ReferenceBackend(), Conforming(7, directed=False)], 7, tally, count)
+    made = strategies()[kind].filter(counts_nothing)
+    failure = batch(made, [ReferenceBackend(), Conforming(7, directed=False)], 7, tally, count)
     assert failure is None, f"{failure.why}\n{failure.case}"
     print(tally)
     assert tally.verdicts["conforming"] >= count // 2
