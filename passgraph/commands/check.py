@@ -100,7 +100,7 @@ def check(
                 passed = run.checked(devices, say, most_ambiguous)
                 if passed and kept is None:
                     tries = Tries(ends, pictures, run.settings, size, devices, most_ambiguous)
-                    passed = tries.passed(name, graph, run.passes, say)
+                    passed = tries.passed(name, graph, pace, say)
                 well &= passed
         finally:
             for backend in devices:

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from passgraph.commands.own_file import Graph
     from passgraph.language.ir import Parameter
     from passgraph.verify.conformance.case import Picture
+    from passgraph.verify.oracle.pace import Pace
     from passgraph.verify.oracle.passes import Passes
 
 #: Runs with a value at an end, beside the one with defaults.
@@ -114,11 +115,8 @@ class Tries:
         self.most, self.pictures, self.settings, self.size = most, pictures, settings, size
         self.devices, self.most_ambiguous = devices, most_ambiguous
 
-    def passed(self, name: str, graph: Graph, default: Passes, say: Callable[[str], None]) -> bool:
-        """Whether a graph passes with each; what was tried is printed, and each fault with the value that brings it.
-
-        ``default``: the graph with defaults, which passed.
-        """
+    def passed(self, name: str, graph: Graph, pace: Pace, say: Callable[[str], None]) -> bool:
+        """Whether a graph passes with each; what was tried is printed, and each fault with the value that brings it."""
         ends = range_ends(graph, self.settings)
         tried, left = ends[: self.most], ends[self.most :]
         if not ends or not self.most:
@@ -126,39 +124,41 @@ class Tries:
         well = True
         for end in tried:
             say(f"{name}: {end}")
-            well &= self._passes(f"{name} with {end}", graph, end, default, say)
+            well &= self._passes(f"{name} with {end}", graph, end, pace, say)
         click.echo(f"{name}: tried {_told(tried)}{_left(left)}")
         return well
 
-    def _passes(self, title: str, graph: Graph, end: End, default: Passes, say: Callable[[str], None]) -> bool:
+    def _passes(self, title: str, graph: Graph, end: End, pace: Pace, say: Callable[[str], None]) -> bool:
         from passgraph.verify.compare import compared
         from passgraph.verify.oracle.passes import Passes
 
         size, inputs = made_inputs(graph, self.pictures, self.size, SMALL_SIZE)
-        values = run_values(title, graph, self.settings) | {end.name: end.value}
+        given = {**inputs, **run_values(title, graph, self.settings)}
         try:
-            passes = Passes(graph, size, [{**inputs, **values}], default.pace)
+            passes = Passes(graph, size, [{**given, end.name: end.value}], pace)
             passes.allowed(True)
         except PassgraphError as error:
             click.echo(f"{title}: {error}")
             return False
         report = compared(passes, self.devices, lambda what: say(f"{title}: {what}"), self.most_ambiguous)
         say_faults(console(), report, title, [name for name in inputs if name not in self.pictures])
-        lost = _lost(passes, default)
+        lost = _lost(passes, lambda: Passes(graph, size, [given], pace))
         if lost:
             click.echo(f"{title}: {lost}")
         return report.passed and not lost
 
 
-def _lost(passes: Passes, default: Passes) -> str:
+def _lost(passes: Passes, default: Callable[[], Passes]) -> str:
     """The first target in which the reference itself makes NaN, though none with the defaults; empty where none does.
 
     Of backends nothing is to be said then: NaN is what they ought to make.
     """
     from passgraph.verify.kinds import told
 
-    whole = {key for key, picture in default.allowed(True)[0].items() if not np.isnan(picture).any()}
     expected, _ = passes.allowed(True)
+    if not any(np.isnan(picture).any() for picture in expected.values()):
+        return ""
+    whole = {key for key, picture in default().allowed(True)[0].items() if not np.isnan(picture).any()}
     for key, picture in expected.items():
         lost: NDArray[np.bool_] = np.asarray(np.isnan(picture).any(axis=2))
         if key in whole and lost.any():
