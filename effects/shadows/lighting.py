@@ -108,14 +108,15 @@ class Lighting:
         taps: int, kind: int, face: int, name: str,
     ) -> tuple[pg.Target, pg.Target]:  # fmt: skip
         """Both sums with one light, looked up in half the size where its shadow is soft."""
-        common, seen_by = (self.seen.normals, self.seen.depth), self.view.frame()
+        common, seen_by, rises = (self.seen.normals, self.seen.depth), self.view.frame(), self.seen.rises
         penumbrae = find_penumbrae(taps)(
             *common, map_, nearest, frame, seen_by, kind, face,
             into=pg.target(f"penumbrae of {name}", "rg16f", like=self.seen.depth, scale=0.5),
         )  # fmt: skip
         made: tuple[pg.Target, pg.Target] = add_light_with_penumbrae(
-            free, shadowed, *common, map_, penumbrae, frame, seen_by, kind, face, into=_pair(name), name=name
-        )
+            free, shadowed, *common, self.seen.depth if rises is None else rises, map_, penumbrae, frame, seen_by,
+            kind, face, rises is not None, into=_pair(name), name=name,
+        )  # fmt: skip
         return made
 
     def _view(self, light: pg.Value, face: int) -> MapView:

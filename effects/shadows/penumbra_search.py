@@ -10,9 +10,10 @@ from math import cos, pi, sin
 from typing import Any
 
 import passgraph as pg
-from passgraph import Const, Image, dot, floor, ivec2, length, mix, output_size, smoothstep, uv, vec2, vec3
+from passgraph import Const, Image, dot, floor, ivec2, length, mix, normalize, output_size, smoothstep, uv, vec2, vec3
 from passgraph.effects.shadows.nearest_casters import search_reach
 from passgraph.effects.shadows.shadow_filters import (
+    DEPTH_SLACK_TEXELS,
     Receiver,
     beside,
     caster_at,
@@ -25,7 +26,15 @@ from passgraph.effects.shadows.shadow_filters import (
 )
 from passgraph.effects.shadows.shadow_light import SCREEN_ROUNDING, light_at, on_face
 from passgraph.effects.shadows.shadow_map import NOTHING
-from passgraph.effects.surfaces.geometry import ViewFrame, flat_place, half_extent, plane_terms, spread, unpack_normal
+from passgraph.effects.surfaces.geometry import (
+    ViewFrame,
+    across_plane,
+    flat_place,
+    half_extent,
+    plane_terms,
+    spread,
+    unpack_normal,
+)
 from passgraph.effects.surfaces.views import LightFrame
 
 #: Half widths of penumbrae, in pixels, up to which full size decides, and from which half the size does: the small
@@ -36,7 +45,8 @@ COMPARED = 2
 #: Comparisons of each pixel in full size: enough for a penumbra of SHARP_PX.
 FEW = 5
 FEW_PLACES: Any = vogel_disc(FEW)
-#: A caster nearer to the receiver than DEPTH_SLACK_TEXELS counts from so many texels on where all comparisons find one.
+#: In full size casters count from so many texels before the receiver on where it lies behind the plane of the foremost,
+#: or where all comparisons find one; else from DEPTH_SLACK_TEXELS on, as what meets in a hollow edge is no caster.
 NEAR_SLACK_TEXELS = 0.5
 #: How far a pixel of the small picture may lie off the plane of one that it is blended into.
 SAME_PLANE_PX = 2.0
@@ -204,40 +214,74 @@ def find_penumbrae(taps: int) -> Any:
 
 
 @pg.function
-def before_limit(map: Image, receiver: Receiver, offset: vec2, kind: int, face: int) -> float:
-    """By how much a texel's caster, ``offset`` scene units beside, lies before what it has to; negative where it does
-    not, or beyond the map's border."""
-    texel = floor(receiver.place + beside(receiver, offset))
-    limit = limit_at(receiver, texel + 0.5 - receiver.place, kind)
+def own_plane(frame: ViewFrame, flat: vec2, far: float, slope: vec2, smooth: vec3, toward: vec3) -> vec3:
+    """The normal of the triangle's plane where that faces the light and the smooth normal, which decides, does too."""
+    plane = normalize(across_plane(frame, flat, far, slope))
+    return plane if dot(plane, toward) > 0.0 and dot(smooth, toward) > 0.0 else smooth
+
+
+@pg.struct
+class Found:
+    """A texel of the map, and what lies there."""
+
+    texel: ivec2
+    away: vec2  # of its centre from the receiver's place, in texels
+    depth: float  # of the caster; NOTHING beyond the map's border
+    before: float  # by how much that lies before the receiver's plane and cone, scene units
+
+
+@pg.function
+def found_at(map: Image, receiver: Receiver, offset: vec2, kind: int, face: int) -> Found:
+    """The caster ``offset`` scene units beside a receiver."""
+    place = floor(receiver.place + beside(receiver, offset))
+    texel, away = ivec2(place), place + 0.5 - receiver.place
+    limit = limit_at(receiver, away, kind)
     size = vec2(map.size)
-    inside = face >= 0 or (texel.x >= 0.0 and texel.y >= 0.0 and texel.x < size.x and texel.y < size.y)
-    return limit - map.texel(ivec2(texel)).r if inside else -NOTHING
+    inside = face >= 0 or (place.x >= 0.0 and place.y >= 0.0 and place.x < size.x and place.y < size.y)
+    depth = map.texel(texel).r if inside else NOTHING
+    return Found(texel, away, depth, limit + receiver.slack - depth)
+
+
+@pg.function
+def behind_plane(map: Image, receiver: Receiver, caster: Found) -> bool:
+    """Whether a receiver lies behind the plane of a caster, which the texels beyond it show.
+
+    In a hollow edge the plane of the one surface ends on the other, and all of that lies before it.
+    """
+    onward = ivec2(1 if caster.away.x > 0.0 else -1, 1 if caster.away.y > 0.0 else -1)
+    across = map.texel(caster.texel + ivec2(onward.x, 0)).r - caster.depth
+    along = map.texel(caster.texel + ivec2(0, onward.y)).r - caster.depth
+    return receiver.depth > caster.depth - dot(vec2(across, along), abs(caster.away))
 
 
 @pg.function
 def sharp_share(map: Image, receiver: Receiver, reach: float, soft: bool, kind: int, face: int) -> float:
     """The mean of FEW comparisons over a disc; of the first alone where it is lit and nothing is near.
 
-    Where two surfaces meet, some of the places see the receiver's own surface; where none of them does, a caster that
-    nearly touches the receiver is one.
+    Where two surfaces meet, some of the places see the receiver's own surface, and it lies before the plane of the
+    other; else a caster that nearly touches the receiver is one.
     """
-    near = NEAR_SLACK_TEXELS * receiver.texel - receiver.slack
-    before = before_limit(map, receiver, FEW_PLACES[0] * reach, kind, face)
-    lit = 0.0 if before > 0.0 else 1.0
-    least = before
-    if soft or before > near:
+    near = receiver.slack - (DEPTH_SLACK_TEXELS - NEAR_SLACK_TEXELS) * receiver.texel
+    first = found_at(map, receiver, FEW_PLACES[0] * reach, kind, face)
+    nearest = first
+    lit = 0.0 if first.before > receiver.slack else 1.0
+    lit_near = 0.0 if first.before > near else 1.0
+    if soft or first.before > near:
         for i in range(1, FEW):
-            before = before_limit(map, receiver, FEW_PLACES[i] * reach, kind, face)
-            lit += 0.0 if before > 0.0 else 1.0
-            least = min(least, before)
-        lit = 0.0 if least > near else mean_of(lit, FEW)
+            found = found_at(map, receiver, FEW_PLACES[i] * reach, kind, face)
+            lit += 0.0 if found.before > receiver.slack else 1.0
+            lit_near += 0.0 if found.before > near else 1.0
+            if found.before > nearest.before:
+                nearest = found
+        touched = lit_near <= 0.0 or behind_plane(map, receiver, nearest)
+        lit = mean_of(lit_near if touched else lit, FEW)
     return lit
 
 
 @pg.kernel
 def add_light_with_penumbrae(
-    free: Image, shadowed: Image, normals: Image, depth: Image, map: Image, penumbrae: Image,
-    light: LightFrame, frame: ViewFrame, kind: Const[int], face: Const[int],
+    free: Image, shadowed: Image, normals: Image, depth: Image, rises: Image, map: Image, penumbrae: Image,
+    light: LightFrame, frame: ViewFrame, kind: Const[int], face: Const[int], has_rises: Const[bool],
 ) -> tuple[vec3, vec3]:  # fmt: skip
     """Adds one light to both sums, as `passgraph.effects.shadows.shadow_light.add_shadowed_light` does.
 
@@ -255,6 +299,8 @@ def add_light_with_penumbrae(
         more = vec3(0.0)
     aside = step_aside(output_size(), frame)
     pixel_width = -aside.y * spread(frame, far)
+    if has_rises:
+        n = own_plane(frame, flat, far, rises[0, 0].rg / abs(aside), n, toward_light(light, position, kind))
     # the height of a neighbour over this pixel's plane
     terms = plane_terms(frame, n, flat)
     level = terms.x * spread(frame, far) + terms.y * far

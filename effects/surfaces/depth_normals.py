@@ -5,8 +5,15 @@
 from __future__ import annotations
 
 import passgraph as pg
-from passgraph import Image, output_size, uv, vec2, vec3, vec4
-from passgraph.effects.surfaces.geometry import ViewFrame, flat_place, linear_on_planes, pack_normal, pixel_step
+from passgraph import Image, output_size, uv, vec2, vec4
+from passgraph.effects.surfaces.geometry import (
+    ViewFrame,
+    across_plane,
+    flat_place,
+    linear_on_planes,
+    pack_normal,
+    pixel_step,
+)
 from passgraph.effects.surfaces.views import View
 
 #: Of a neighbour that shows no surface: it fits no plane.
@@ -54,7 +61,6 @@ def normals_of_depth(depth: Image, frame: ViewFrame) -> vec4:
     far = depth[0, 0].r
     if far <= 0.0:
         return vec4(0.0)
-    step = pixel_step(frame, output_size(), 1.0)
     rounding = ROUNDING * abs(linear_on_planes(frame, far))
     right = slope_of(
         line_through(frame, far, depth[1, 0].r, depth[2, 0].r),
@@ -66,11 +72,9 @@ def normals_of_depth(depth: Image, frame: ViewFrame) -> vec4:
         line_through(frame, far, depth[0, 1].r, depth[0, 2].r),
         rounding,
     )
-    slope = vec2(right, up) / step
-    flat = flat_place(frame, uv())
+    slope = vec2(right, up) / pixel_step(frame, output_size(), 1.0)
     # packing takes any length
-    steep = linear_on_planes(frame, far) - slope.x * flat.x - slope.y * flat.y
-    packed = pack_normal(vec3(-slope, steep) if frame.perspective else vec3(slope, 1.0))
+    packed = pack_normal(across_plane(frame, flat_place(frame, uv()), far, slope))
     return vec4(packed, packed)
 
 

@@ -12,6 +12,8 @@ from passgraph import (
     Image,
     clamp,
     cross,
+    dfdx,
+    dfdy,
     discard,
     dot,
     floor,
@@ -106,15 +108,32 @@ def bent(texel: vec3, surface: Surface, n: vec3) -> vec3:
     return normalize(t * texel.x + cross(n, t) * (surface.tangent.w * texel.y) + n * texel.z)
 
 
+@pg.function
+def rise_of(view: vec3, in_perspective: bool) -> vec2:
+    """How the triangle's plane rises, see `GBuffer.rises`."""
+    linear = -1.0 / view.z if in_perspective else -view.z
+    return vec2(dfdx(linear), -dfdy(linear))
+
+
 @pg.fragment
 def plain(
-    surface: Surface, double_sided: Const[bool], receives: Const[float], masked: Const[bool], cutoff: float
-) -> tuple[vec4, vec4, float]:
+    surface: Surface,
+    double_sided: Const[bool],
+    receives: Const[float],
+    masked: Const[bool],
+    cutoff: float,
+    in_perspective: bool,
+) -> tuple[vec4, vec4, float, vec2]:
     """A surface without textures: colour, normals, distance along the view axis."""
     if masked and surface.color.a < cutoff:
         discard()
     packed = pack_normal(sided(surface.normal, double_sided))
-    return vec4(surface.color.rgb, receives), vec4(packed, packed), -surface.view.z
+    return (
+        vec4(surface.color.rgb, receives),
+        vec4(packed, packed),
+        -surface.view.z,
+        rise_of(surface.view, in_perspective),
+    )
 
 
 @pg.fragment
@@ -124,7 +143,7 @@ def textured(
     normal_levels: Image, normal_size: vec2, normal_count: Const[int], normal_wrap: Const[int],
     has_base: Const[bool], has_normals: Const[bool], has_heights: Const[bool], in_perspective: bool,
     double_sided: Const[bool], receives: Const[float], masked: Const[bool], cutoff: float,
-) -> tuple[vec4, vec4, float]:  # fmt: skip
+) -> tuple[vec4, vec4, float, vec2]:  # fmt: skip
     """A surface with any of base colour, normal and height map."""
     n = sided(surface.normal, double_sided)
     at = surface.uv
@@ -141,7 +160,12 @@ def textured(
         level = level_at(surface.uv, normal_size)
         texel = mipped(normal_map, normal_levels, normal_size, normal_count, normal_wrap, at, level).xyz
         shown = bent(texel * 2.0 - 1.0, surface, n)
-    return vec4(color.rgb, receives), vec4(pack_normal(shown), pack_normal(n)), -surface.view.z
+    return (
+        vec4(color.rgb, receives),
+        vec4(pack_normal(shown), pack_normal(n)),
+        -surface.view.z,
+        rise_of(surface.view, in_perspective),
+    )
 
 
 @pg.fragment
@@ -169,11 +193,14 @@ class GBuffer:
     color : rgba16f, linear base colour, translucent surfaces mixed in; alpha is 1 where shadows are received
     normals : rgba16f, packed: the normal after normal maps (red, green) and that of the surface (blue, alpha)
     depth : r32f, distance along the view axis in scene units; 0 where there is no surface
+    rises : rg32f, how much `passgraph.effects.surfaces.geometry.linear_on_planes` of the depth grows on the plane of
+        the pixel's triangle to the next pixel, to the right and upwards; None where only a depth is known
     """
 
     color: pg.Target
     normals: pg.Target
     depth: pg.Target
+    rises: pg.Target | None = None
 
 
 def g_buffer(scene: pg.Scene, view: View, textures: TextureInputs, background: tuple[float, float, float]) -> GBuffer:
@@ -182,6 +209,7 @@ def g_buffer(scene: pg.Scene, view: View, textures: TextureInputs, background: t
         pg.target("base_color", "rgba16f", scale=1.0, clear=(*background, 0.0)),
         pg.target("normals", "rgba16f", scale=1.0),
         pg.target("depth", "r32f", scale=1.0),
+        pg.target("rises", "rg32f", scale=1.0),
     )
     depth: pg.Target | pg.TargetSpec = pg.target("depth_test", "depth32f", scale=1.0)
     listed = batches(scene)
@@ -194,9 +222,10 @@ def g_buffer(scene: pg.Scene, view: View, textures: TextureInputs, background: t
     color = into[0]
     for batch in listed[len(opaque) :]:
         color = _draw_translucent(batch, view, textures, color, depth)
-    _, normals, linear = into
+    _, normals, linear, rises = into
     assert isinstance(color, pg.Target) and isinstance(normals, pg.Target) and isinstance(linear, pg.Target)
-    return GBuffer(color, normals, linear)
+    assert isinstance(rises, pg.Target)
+    return GBuffer(color, normals, linear, rises)
 
 
 def _matrices(batch: Batch, view: View) -> dict[str, pg.Derived]:
@@ -210,7 +239,8 @@ def _draw(
     material = batch.material
     values: dict[str, object] = {
         "double_sided": material.double_sided, "receives": float(batch.receives),
-        "masked": material.alpha_mode == "mask", "cutoff": material.alpha_cutoff, **_matrices(batch, view),
+        "masked": material.alpha_mode == "mask", "cutoff": material.alpha_cutoff,
+        "in_perspective": view.in_perspective(), **_matrices(batch, view),
     }  # fmt: skip
     if is_textured(material):
         maps: dict[str, tuple[pg.Texture | None, Use]] = {
@@ -223,7 +253,7 @@ def _draw(
         values |= {key: inputs.get(key, any_input) for key in maps}
         values |= {f"has_{word}": f"{key}" in inputs for word, key in
                    (("base", "base_map"), ("normals", "normal_map"), ("heights", "height_map"))}  # fmt: skip
-        values |= {"height_scale": material.height_scale, "in_perspective": view.in_perspective()}
+        values |= {"height_scale": material.height_scale}
         values |= _levels("base", material.base_color_texture, "base color", textures, any_input)
         values |= _levels("normal", material.normal_texture, "normals", textures, any_input)
     made: tuple[pg.Target, ...] = pg.draw(

@@ -99,6 +99,14 @@ def pack_normal(n: vec3) -> vec2:
 
 
 @pg.function
+def across_plane(frame: ViewFrame, flat: vec2, distance: float, slope: vec2) -> vec3:
+    """A normal, toward the eye, of any length, of a plane on which `linear_on_planes` grows by ``slope`` for each unit
+    of a `flat_place`."""
+    steep = linear_on_planes(frame, distance) - dot(slope, flat)
+    return vec3(-slope, steep) if frame.perspective else vec3(slope, 1.0)
+
+
+@pg.function
 def unpack_normal(p: vec2) -> vec3:
     """The unit vector behind `pack_normal`."""
     z = 1.0 - abs(p.x) - abs(p.y)

@@ -4,9 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
+from passgraph.backends.gl import Host, HostFramebuffer
 from passgraph.backends.gl.host import Isolation
 from passgraph.engines.attachment import Attachment, Effect
 from passgraph.engines.hooks import check_has, hook
+from passgraph.errors import InputError
+
+#: ``pygame.OPENGL``
+_OPENGL = 0x2
 
 
 def attach(
@@ -27,14 +32,29 @@ def attach(
     Raises
     ------
     InputError
-        For what has no ``flip``, and for values that the effect does not take.
+        For what has no ``flip``, a display without ``pygame.OPENGL``, and for values that the effect does not take.
 
     >>> attached = attach(pygame.display, gaussian_blur, radius_px=4)    # doctest: +SKIP
     """
     check_has(display, "pygame", "the module pygame.display", "flip", "quit", "set_mode")
-    made = Attachment(
-        "pygame", effect, values, frame=lambda host: host.framebuffer(0, srgb=False), camera=camera, isolation=isolation
-    )
+    _check_has_opengl(display)
+
+    def frame(host: Host) -> HostFramebuffer:
+        _check_has_opengl(display)
+        return host.framebuffer(0, srgb=False)
+
+    made = Attachment("pygame", effect, values, frame=frame, camera=camera, isolation=isolation)
     made.on_close(hook(display, "flip", before=made.draw))
     made.on_close(hook(display, "quit", before=made.close))
     return made
+
+
+def _check_has_opengl(display: Any) -> None:
+    """Frames that pygame makes of surfaces are sent to the window behind ``flip``, where no effect sees them."""
+    surface = display.get_surface()
+    if surface is not None and not surface.get_flags() & _OPENGL:
+        raise InputError(
+            "pygame: the display has no OpenGL; call pygame.display.set_mode(size, pygame.OPENGL | pygame.DOUBLEBUF), "
+            "and draw with OpenGL. Where surfaces are drawn, run a program on them: "
+            "program(frame=pygame.surfarray.array3d(surface).swapaxes(0, 1))"
+        )

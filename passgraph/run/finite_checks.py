@@ -89,7 +89,8 @@ def _squares(picture: NDArray[np.floating]) -> float:
     total = 0.0
     with np.errstate(over="ignore", invalid="ignore"):
         for first in range(0, len(picture), rows):
-            values = np.ascontiguousarray(picture[first : first + rows], np.float32).reshape(-1)
+            part = picture[first : first + rows]
+            values = np.ascontiguousarray(part if together else part.astype(np.float32)).reshape(-1)
             total += float(np.dot(values, values))
     return total
 

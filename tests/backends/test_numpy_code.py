@@ -19,6 +19,7 @@ from passgraph import disk_cache
 from passgraph.backends.numpy.backend import NumpyBackend
 from passgraph.backends.numpy.machine import compiler, native
 from passgraph.backends.numpy.machine.workers import Workers
+from passgraph.backends.numpy.pixels.body import body_text
 from passgraph.backends.numpy.pixels.chains import alone
 from passgraph.backends.numpy.pixels.code import pixel_text
 from passgraph.backends.numpy.pixels.layout import Layout
@@ -66,13 +67,15 @@ def pixel_step(text: str) -> PixelStep:
 
 
 def emitted(text: str) -> str:
-    """LLVM text of a pass as this backend writes it."""
-    return pixel_text(Layout.of(alone(pixel_step(text)), native.lanes()), "pieces")
+    """LLVM text of a pass as this backend writes it: its body, and what is around."""
+    layout = Layout.of(alone(pixel_step(text)), native.lanes())
+    return body_text(layout.stages[0], "body") + pixel_text(layout, "pieces")
 
 
 def machine_code(text: str) -> str:
-    """Assembly of a pass."""
-    return str(compiler.machine().emit_assembly(compiler.optimised(emitted(text))))
+    """Assembly of a pass's body."""
+    layout = Layout.of(alone(pixel_step(text)), native.lanes())
+    return str(compiler.machine().emit_assembly(compiler.optimised(body_text(layout.stages[0], "body"))))
 
 
 @pytest.mark.parametrize("text", [BLUR, BRANCHES])

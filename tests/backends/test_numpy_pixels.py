@@ -104,6 +104,27 @@ def test_several_rows_at_once_end_with_the_picture(height: int, channels: int) -
     np.testing.assert_array_equal(found, above + below + picture)
 
 
+@pytest.mark.parametrize("width", [1, 5, 16, 21])
+def test_several_targets_of_rows_shorter_than_a_turn(width: int) -> None:
+    """Several rows and formats at once, into memory of the caller's: what lies beside it stays as it was."""
+    results = "max(c[0, -1], c[0, 1]), c[0, -1].r * 0.5 + c[1, 1].g"
+    kernel = pg.kernel(source=f"def two(c: Image) -> tuple[vec4, float]: return {results}")
+    stored = np.random.default_rng(9).integers(0, 256, (10, width, 4)).astype(np.uint8)
+    targets = pg.target("most", "rgba8"), pg.target("sum", "r32f")
+    made = kernel(pg.Input("frame", "rgba8", (width, 10)), into=targets)
+    outer = [np.full((10, width + 150, 4), 7, np.uint8), np.full((10, width + 150, 1), 7, np.float32)]
+    wanted = [array.copy() for array in outer]
+    around = np.pad(stored, ((1, 1), (0, 1), (0, 0)), "edge")
+    values = np.divide(around, np.float32(255), dtype=np.float32)
+    wanted[0][:, 3 : 3 + width] = np.maximum(around[:-2, :-1], around[2:, :-1])
+    wanted[1][:, 3 : 3 + width] = values[:-2, :-1, :1] * np.float32(0.5) + values[2:, 1:, 1:2]
+    inner = {name: array[:, 3 : 3 + width] for name, array in zip(("most", "sum"), outer, strict=True)}
+    with pg.compile(made, "numpy:1") as program:
+        program(frame=stored, into=inner)
+    for found, expected in zip(outer, wanted, strict=True):
+        np.testing.assert_array_equal(found, expected)
+
+
 LEAVING = pg.kernel(
     source="""
 def leaving(c: Image) -> vec4:
@@ -254,3 +275,14 @@ def test_numbers_that_are_passed_on_are_what_they_were(name: str) -> None:
         made = program(c=picture)["made"]
     assert np.array_equal(made[..., : min(3, channels)], picture[..., :3])
     assert channels < 4 or not made[..., 3].any()
+
+
+def test_numbers_that_are_passed_on_to_another_format_are_converted() -> None:
+    same = pg.kernel(source="def same(c: Image) -> vec4: return c[0, 0]")
+    bytes_ = np.arange(256, dtype=np.uint8).reshape(-1, 16, 4)
+    for picture, name, expected in (
+        (bytes_, "rgba16", bytes_.astype(np.uint16) * 257),
+        (bytes_.astype(np.uint16) * 257, "rgba8", bytes_),
+    ):
+        with pg.compile(same(pg.Input("c"), into=pg.target("made", name)), "numpy", results="stored") as program:
+            assert np.array_equal(program(c=picture)["made"], expected)

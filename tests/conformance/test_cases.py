@@ -15,17 +15,33 @@ from tests.conformance.choice import CASES, first_of_each
 FIRST = {case.id for case in first_of_each()}
 
 
+def is_quick_effect(case: Case) -> bool:
+    return case.group == "effects" and case.quick and case.id not in FIRST
+
+
+def assert_all_conform(case: Case, backends: list[Backend]) -> None:
+    faults = [str(verdict) for verdict in judge(case, backends) if verdict.outcome != "passed"]
+    assert not faults, "\n".join(faults)
+
+
 @pytest.mark.parametrize(
     "case",
     [
         pytest.param(case, id=case.id, marks=() if case.quick else pytest.mark.slow)
         for case in CASES
-        if case.id not in FIRST
+        if case.id not in FIRST and not is_quick_effect(case)
     ],
 )
 def test_every_backend_conforms(case: Case, backends: list[Backend]) -> None:
-    faults = [str(verdict) for verdict in judge(case, backends) if verdict.outcome != "passed"]
-    assert not faults, "\n".join(faults)
+    assert_all_conform(case, backends)
+
+
+@pytest.mark.parametrize("on_opencl", [False, pytest.param(True, marks=pytest.mark.slow)], ids=["others", "opencl"])
+@pytest.mark.parametrize("case", list(filter(is_quick_effect, CASES)), ids=lambda case: case.id)
+def test_every_backend_conforms_in_effects(case: Case, backends: list[Backend], on_opencl: bool) -> None:
+    """PoCL compiles their many programs for seconds; what these are made of is in the other groups, and each effect's
+    first case in test_first_cases.py, on OpenCL too."""
+    assert_all_conform(case, [backend for backend in backends if (backend.name == "opencl") == on_opencl])
 
 
 def test_names_are_unique() -> None:

@@ -51,8 +51,12 @@ def test_it_is_as_soft_as_the_light_makes_it(lights: str, backend_name: str) -> 
     assert ours < 0.6 * rmse(lights, backend_name, filter=Hard())
 
 
+#: Models of small triangles with smooth normals, of which much stands within a texel or two of the next: RMSE at most.
+TOUCHING = {"samurai": 0.06, "bunny": 0.02}
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("name", ["shipped", "samurai", "slab", "room", "wide", "chequer"])
+@pytest.mark.parametrize("name", ["shipped", "samurai", "slab", "room", "wide", "chequer", "bunny"])
 def test_it_is_at_most_a_tenth_worse_than_pcss_with_32_taps(name: str, backend_name: str) -> None:
     """In pictures of 640 × 360; where penumbrae are a few pixels wide the small picture catches too little of them."""
     pytest.importorskip("skimage")
@@ -65,13 +69,17 @@ def test_it_is_at_most_a_tenth_worse_than_pcss_with_32_taps(name: str, backend_n
     made, size = scene_named(name), (640, 360)
     traced = truth_of(made, size, 64)
     # what turns from the light by its shading normal is dark in every method, and would drown where they differ
-    unshadowed = passes_of(made, 64, filter=Hard()).unshadowed
-    counts = traced.counts & (render(unshadowed, size=size, backend=backend_name)[unshadowed.name].max(axis=2) > 0.0)
+    passes = passes_of(made, 64, filter=Hard())
+    unshadowed, depth = (
+        render(seen, size=size, backend=backend_name)[seen.name] for seen in (passes.unshadowed, passes.depth)
+    )
+    counts = traced.counts & (unshadowed[:, :, :3].max(axis=2) > 0.0) & traced.same_surface(depth[:, :, 0])
     errors = []
     for method in ("penumbra-16", "pcss-32"):
         target = METHODS[method].make(made, 1024).share
         share = render(target, size=size, backend=backend_name)[target.name][:, :, 0]
         errors.append(float(np.sqrt(np.mean((share - traced.share)[counts] ** 2))))
+    assert errors[0] <= TOUCHING.get(name, 1.0)
     # both have the truth's own noise in them, which brings them closer together and swaps nothing
     assert errors[0] <= 1.1 * errors[1]
 

@@ -93,3 +93,17 @@ def test_an_effect_that_cannot_be_made_hooks_nothing() -> None:
         import_module("passgraph.engines.moderngl_window").attach(window, black_and_white, strength=1.0)
     assert window.swap_buffers is print
     assert window.destroy is print
+
+
+def test_a_display_of_surfaces_has_no_frame_for_effects() -> None:
+    display = SimpleNamespace(
+        flip=lambda: None, quit=lambda: None, set_mode=lambda: None,
+        get_surface=lambda: SimpleNamespace(get_flags=lambda: 0x10),
+    )  # fmt: skip
+    attach = import_module("passgraph.engines.pygame").attach
+    with pytest.raises(pg.InputError, match=r"pygame: the display has no OpenGL; call .*pygame\.OPENGL"):
+        attach(display, black_and_white)
+    display.get_surface = lambda: SimpleNamespace(get_flags=lambda: 0x12)
+    attach(display, black_and_white).close()
+    display.get_surface = lambda: None  # before set_mode
+    attach(display, black_and_white).close()

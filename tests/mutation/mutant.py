@@ -16,7 +16,7 @@ from tests.mutation.places import PARTS, ROOT, Place, places, sources
 
 #: Generated code is kept under its text and its programs, so these may share a cache of compiled code; mistakes in what
 #: compiles the text may not, as the cache would show the code of another mutant.
-WRITES_TEXT = ("pixels/code.py",)
+WRITES_TEXT = ("pixels/code.py", "pixels/body.py")
 #: What the reference runs through too (beginnings of paths): for mistakes in it, what the oracle allows is found anew.
 SHARED_WITH_ORACLE = (
     "passgraph/graph/reduction",

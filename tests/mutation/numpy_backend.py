@@ -109,7 +109,9 @@ MUTANTS = (
         "language/",
     ),
     _n("StageRows._cuts", 'b.sub(self.memory["width"], number(right))', 'self.memory["width"]', *PICTURES),
-    _n("StageRows._cuts", "larger(b, number(0), b.sub(number(left), self.first))", "number(0)", *PICTURES),
+    _n("StageRows._cuts", "larger(b, self.first, number(left))", "self.first", *PICTURES),
+    _n("StageRows._short", "times(b, b.sub(last, begin), count), number(1)", "number(1), number(1)", *PICTURES),
+    _n("Stretch.emit", "number(stage.turn))\n    entry", "number(stage.turn + 1))\n    entry", *PICTURES),
     _n(
         "StageRows._point",
         "[b.mul(start, number(-view.channels))]",
@@ -118,8 +120,8 @@ MUTANTS = (
     ),
     _n(
         "PixelBody.texel",
-        "b.add(y, number(view.up + self.row))",
-        "b.add(y, number(view.up))",
+        "view.up + self.row + int(i.y.value)",
+        "view.up + int(i.y.value)",
         "pictures/",
         "effects/gaussian",
     ),

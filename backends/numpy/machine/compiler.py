@@ -76,16 +76,21 @@ def _optimise(module: Any, loops: int) -> None:
     if loops:
         run(builder.getModulePassManager(), module, builder)
         return
-    calls = llvm.create_new_module_pass_manager()
-    calls.add_always_inliner_pass()
-    calls.add_post_order_function_attributes_pass()  # what only reads need not be called again
-    run(calls, module, builder)
+    if len(_defined(module)) > 1:
+        calls = llvm.create_new_module_pass_manager()
+        calls.add_always_inliner_pass()
+        calls.add_post_order_function_attributes_pass()  # what only reads need not be called again
+        run(calls, module, builder)
     simplify, run = builder.getFunctionPassManager(), _beside_others("LLVMPY_RunNewFunctionPassManager")
     # Of what level 2 has more, the one thing that kernels run faster by: what is computed twice, across branches.
     simplify.add_new_gvn_pass()
-    for function in list(module.functions):
-        if not function.is_declaration:
-            run(simplify, function, builder)
+    for function in _defined(module):
+        run(simplify, function, builder)
+
+
+def _defined(module: Any) -> list[Any]:
+    """Functions that a module has now: inlined ones are gone."""
+    return [function for function in module.functions if not function.is_declaration]
 
 
 def _beside_others(name: str) -> Any:

@@ -1,31 +1,30 @@
-"""LLVM text of pixel passes: pieces of the target, their rows, and along each row vectors of pixels.
+"""LLVM text of what is around the bodies of pixel passes: pieces of the target, and their rows.
 
 A pass is a chain of one (see chains.py).  Threads take pieces by a shared counter until none is left.
 Relative reads go through tables of rows, one row for each of the reach above and below, with the border rule for rows
-applied.  Along a row the kernel's body never looks at the border: at the two ends of a row the table leads to strips,
-copies of the few texels there with the rule applied, so that one body serves the whole row.
+applied.  Along a row the kernel's body (body.py) never looks at the border: at the two ends of a row the table leads to
+strips, copies of the few texels there with the rule applied, so that one body serves the whole row.
+
+A body is a function of its own that is called for each stretch of a row: passes of the same shape, whatever they
+compute, share what is here.
 """
 
 # mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
 from llvmlite import ir
 
+from passgraph.backends.numpy.pixels.body import BODY, POINTER, number, times
+from passgraph.backends.numpy.pixels.frame import IMAGE
 from passgraph.backends.numpy.pixels.layout import Layout, StageLayout, View
-from passgraph.backends.numpy.vector.constants import blank, lanes_of
-from passgraph.backends.numpy.vector.lane_body import LaneBody
 from passgraph.backends.numpy.vector.lanes import Lanes, border, counting
-from passgraph.backends.numpy.vector.operations import BOOL, F32, I32, I64
-from passgraph.backends.numpy.vector.stored import decoded, element, woven
-from passgraph.backends.numpy.vector.texels import neighbours
-from passgraph.language import scalar as s
+from passgraph.backends.numpy.vector.operations import F32, I32, I64
+from passgraph.backends.numpy.vector.stored import decoded, element
 from passgraph.language.borders import BORDERS
-
-POINTER = ir.PointerType()
 
 
 def pixel_text(layout: Layout, name: str) -> str:
@@ -37,7 +36,7 @@ def pixel_text(layout: Layout, name: str) -> str:
     for block, names in zip(function.args, ([*layout.fixed, *layout.bound], layout.own), strict=True):
         for place, entry in enumerate(names):
             loaded = b.load_at(block, number(place), I64, steady=True)
-            memory[entry] = loaded if is_size(entry) else b.inttoptr(loaded, POINTER)
+            memory[entry] = loaded if is_size(entry) else b.inttoptr(loaded, _kind(entry))
     _pieces(b, function.args[0], layout, memory)
     b.ret_void()
     return str(module)
@@ -48,8 +47,8 @@ def is_size(name: str) -> bool:
     return name in numbers or name.startswith("pitch") or name.endswith(("_w", "_h", "_p", "_last"))
 
 
-def number(value: int) -> Any:
-    return ir.Constant(I64, value)
+def _kind(name: str) -> Any:
+    return ir.PointerType(BODY) if name.startswith("body") else POINTER
 
 
 def smaller(b: Lanes, x: Any, y: Any) -> Any:
@@ -90,25 +89,28 @@ class StageRows:
 
     def __init__(self, b: Lanes, layout: Layout, stage: StageLayout, memory: dict[str, Any]) -> None:
         self.b, self.layout, self.stage, self.memory = b, layout, stage, memory
-        self.body_memory = self._body_memory()
+        self.frame = stage.frame
         with b.goto_entry_block():
             self.behind = b.alloca(I64)
-            #: For each view its rows, and what is read along the part of a row at work: them, or strips.
-            self.rows = [b.alloca(POINTER, number(view.rows)) for view in stage.views]
-            self.parts = [b.alloca(POINTER, number(view.rows)) for view in stage.views]
+            self.entries = b.alloca(I64, number(self.frame.count))
+            self.entries.type = POINTER  # to entries of either kind
+            #: Rows of each view that is read across; of others what the body reads is them.
+            self.rows = [b.alloca(POINTER, number(view.rows)) if view.across else None for view in stage.views]
+        self.turns: dict[int, Any] = {}
+        self._begin_frame()
 
-    def _body_memory(self) -> dict[str, Any]:
-        """What the kernel's body finds by name: sizes are int32 there."""
+    def _begin_frame(self) -> None:
+        """What stays the same from row to row."""
         b, memory, n = self.b, self.memory, self.stage.number
-        found = {"floats": memory[f"floats{n}"], "ints": memory[f"ints{n}"]}
+        found = {name: memory[name] for name in ("width", "height")}
+        found |= {name: memory[f"{name}{n}"] for name in ("floats", "ints")}
         for image in range(len(self.stage.program.images)):
-            ring = image in self.stage.rings
-            found[f"im{image}_w"] = b.trunc(memory["width"] if ring else memory[f"im{n}_{image}_w"], I32)
-            found[f"im{image}_h"] = b.trunc(memory["height"] if ring else memory[f"im{n}_{image}_h"], I32)
-            if not ring:
-                found[f"im{image}"] = memory[f"im{n}_{image}"]
-                found[f"im{image}_p"] = b.trunc(memory[f"im{n}_{image}_p"], I32)
-        return found
+            if image in self.stage.rings:
+                found |= {f"im{image}_w": memory["width"], f"im{image}_h": memory["height"]}
+            else:
+                found |= {f"im{image}{end}": memory[f"im{n}_{image}{end}"] for end in IMAGE}
+        for name, value in found.items():
+            b.store(value, self._entry(self.frame.places[name]))
 
     def begin(self, x0: Any, y0: Any) -> None:
         """The columns and the first row that this stage makes for a piece."""
@@ -137,14 +139,15 @@ class StageRows:
     def row(self, y: Any) -> None:
         """Row ``y``, and the next ones where several are made at once, from the first to the last column."""
         b, stage = self.b, self.stage
-        for view, table in zip(stage.views, self.rows, strict=True):
+        for at, view in enumerate(stage.views):
             with self._each(view.rows) as k:
-                b.store(self._row(view, b.add(b.sub(y, number(view.up)), k)), self._entry(table, k))
+                b.store(self._row(view, b.add(b.sub(y, number(view.up)), k)), self._row_entry(at, k))
+        for slot in range(len(stage.channels)):
+            for row in range(stage.rows):
+                b.store(self._target(slot, b.add(y, number(row))), self._entry(self.frame.target(slot, row)))
         if not (stage.reach.left or stage.reach.right):
-            self.tables = self.rows
             self._stretch(y, self.first, self.end)
             return
-        self.tables = self.parts
         cut, rest = self._cuts()
         # Parts of a row: what reads beyond its beginning, the middle (maybe in segments), what reads beyond its end.
         segment = number(stage.segment) if stage.segment else b.sub(rest, cut)
@@ -156,20 +159,17 @@ class StageRows:
             begin = b.select(is_first, self.first, b.select(is_last, rest, middle))
             end = b.select(is_first, cut, b.select(is_last, self.end, smaller(b, rest, b.add(middle, segment))))
             with b.if_then(b.icmp_signed("<", begin, end)):
-                for at in range(len(stage.views)):
+                for at in (at for at, view in enumerate(stage.views) if view.across):
                     self._point(at, begin, end, b.not_(b.or_(is_first, is_last)))
                 self._stretch(y, begin, end)
 
     def _cuts(self) -> tuple[Any, Any]:
-        """Columns between which no read leads out of a row; whole vectors there where something is cut off."""
-        b, (left, right, _, _), unit = self.b, self.stage.reach, number(self.stage.pixels)
-        short = larger(b, number(0), b.sub(number(left), self.first))
-        short = b.mul(b.sdiv(b.add(short, b.sub(unit, number(1))), unit), unit)
-        cut = smaller(b, b.add(self.first, short), self.end)
-        free = b.sub(self.memory["width"], number(right))
-        whole = b.mul(b.sdiv(larger(b, number(0), b.sub(free, cut)), unit), unit)
-        rest = b.select(b.icmp_signed("<=", self.end, free), self.end, b.add(cut, whole))
-        return cut, larger(b, cut, rest)
+        """Columns between which no read leads out of a row; a narrow row is all beginning."""
+        b, (left, right, _, _) = self.b, self.stage.reach
+        is_narrow = b.icmp_signed("<=", b.sub(self.end, self.first), number(self.stage.narrow))
+        cut = smaller(b, larger(b, self.first, number(left)), self.end)
+        rest = smaller(b, self.end, larger(b, cut, b.sub(self.memory["width"], number(right))))
+        return b.select(is_narrow, self.end, cut), b.select(is_narrow, self.end, rest)
 
     @contextmanager
     def _each(self, count: int) -> Iterator[Any]:
@@ -179,8 +179,17 @@ class StageRows:
         with counting(self.b, number(0), number(count), number(1)) as k:
             yield k
 
-    def _entry(self, table: Any, k: Any) -> Any:
-        return self.b.gep(table, [k], True, source_etype=POINTER)
+    def _entry(self, place: int, k: Any = None) -> Any:
+        """Where an entry of the frame is, or the ``k``-th behind it."""
+        at = number(place) if k is None else self.b.add(number(place), k)
+        return self.b.gep(self.entries, [at], True, source_etype=POINTER)
+
+    def _row_entry(self, at: int, k: Any) -> Any:
+        """Where the address of a view's row is kept."""
+        own = self.rows[at]
+        if own is None:
+            return self._entry(self.frame.view(at), k)
+        return self.b.gep(own, [k], True, source_etype=POINTER)
 
     def _row(self, view: View, y: Any) -> Any:
         """Where a row of an image begins, by the border rule; a row of zeros where there is none."""
@@ -209,11 +218,9 @@ class StageRows:
         count = b.add(b.sub(end, begin), number(left + right))
         start, channels = b.sub(begin, number(left)), number(view.channels)
         with self._each(view.rows) as k:
-            row = b.load(self._entry(self.rows[at], k), typ=POINTER)
-            place = self._entry(self.parts[at], k)
+            row = b.load(self._row_entry(at, k), typ=POINTER)
+            place = self._entry(self.frame.view(at), k)
             b.store(row, place)
-            if not view.across:
-                return
             kind = element(view.read)
             offset = b.mul(b.add(b.mul(k, channels), number(view.strips)), number(stage.strip_pixels))
             strip = b.gep(self.memory["scratch"], [offset], True, source_etype=F32)
@@ -266,122 +273,60 @@ class StageRows:
             place = b.add(b.mul(i, channels), number(channel))
             b.plain.store(value, b.gep(strip, [place], True, source_etype=kind), align=view.read.bits // 8)
 
+    def _target(self, slot: int, y: Any) -> Any:
+        """Where a row of results would have column 0."""
+        b, stage, channels = self.b, self.stage, self.stage.channels[slot]
+        if stage.last:
+            target, first = self.memory[f"out{slot}"], b.mul(y, self.memory[f"out{slot}_p"])
+        else:
+            target = self.memory[f"ring{stage.number}_{slot}"]
+            kept = b.srem(y, number(self.layout.ring_rows(stage.number)))
+            first = b.sub(b.mul(kept, self.memory[f"pitch{stage.number}"]), self.first)
+        kind = element(stage.outputs[slot])
+        return b.gep(target, [b.mul(first, number(channels))], False, source_etype=kind)
+
     def _stretch(self, y: Any, begin: Any, end: Any) -> None:
-        """The body over columns from ``begin`` to ``end``: by pixels, or by single numbers where channels are alike."""
+        """The body over columns from ``begin`` to ``end``."""
         b, stage = self.b, self.stage
-        unit, step = number(stage.alike), b.lanes * stage.vectors
-        last = b.mul(end, unit)
-        with counting(b, b.mul(begin, unit), last, number(step)) as first:
-            turns = [(row, b.add(first, number(vector * b.lanes)))
-                     for row in range(stage.rows) for vector in range(stage.vectors)]  # fmt: skip
-            body = Choosing if stage.selects else PixelBody
-            results = [
-                (at, *stored)
-                for row, at in turns
-                for stored in self._stored(b.add(y, number(row)), at, body(self, y, row, at).stored())
-            ]
-            full, part, behind = (b.append_basic_block(name) for name in ("full", "part", "stored"))
-            b.cbranch(b.icmp_signed("<=", b.add(first, number(step)), last), full, part)
-            for block, masked in ((full, False), (part, True)):
-                b.position_at_end(block)
-                for at, values, pointer, align in results:
-                    if masked:
-                        b.store_masked(values, pointer, self._before(last, at, values), align)
-                    else:
-                        b.plain.store(values, pointer, align=align)
-                b.branch(behind)
-            b.position_at_end(behind)
+        begin, last = times(b, begin, stage.alike), times(b, end, stage.alike)
+        is_short = b.icmp_signed("<", b.sub(last, begin), number(stage.turn))
+        with b.if_else(is_short) as (short, long):
+            with short:
+                self._short(y, begin, last)
+            with long:
+                self._call(y, begin, last)
 
-    def _before(self, last: Any, at: Any, values: Any) -> Any:
-        """Which numbers of a vector of results, the first of them of pixel ``at``, lie before pixel ``last``."""
-        b, count = self.b, values.type.count
-        rest = b.mul(b.sub(last, at), number(count // b.lanes))
-        rest = smaller(b, larger(b, rest, number(0)), number(count))
-        numbers = lanes_of(range(count))
-        first = b.plain.insert_element(blank(numbers.type), b.trunc(rest, I32), ir.Constant(I32, 0))
-        spread = b.plain.shuffle_vector(first, blank(numbers.type), lanes_of([0] * count))
-        return b.plain.icmp_signed("<", numbers, spread)
+    def _call(self, y: Any, begin: Any, last: Any) -> None:
+        self.b.plain.call(self.memory[f"body{self.stage.number}"], [self.entries, y, begin, last])
 
-    def _stored(self, y: Any, at: Any, values: Sequence[Any]) -> Iterator[tuple[Any, Any, int]]:
-        """Of each target a vector of results in the order of memory, where it goes and how that is aligned."""
-        b, stage, begin = self.b, self.stage, 0
-        counts = (1,) if stage.alike > 1 else stage.channels
-        for slot, count in enumerate(counts):
-            held = stage.outputs[slot]
-            if stage.last:
-                target, first = self.memory[f"out{slot}"], b.mul(y, self.memory[f"out{slot}_p"])
-            else:
-                target = self.memory[f"ring{stage.number}_{slot}"]
-                kept = b.srem(y, number(self.layout.ring_rows(stage.number)))
-                first = b.sub(b.mul(kept, self.memory[f"pitch{stage.number}"]), self.first)
-            place = b.mul(b.add(b.mul(first, number(stage.alike)), at), number(count))
-            pointer = b.gep(target, [place], True, source_etype=element(held))
-            parts = [b.spread(value) for value in values[begin : begin + count]]
-            begin += count
-            yield woven(b, parts, held), pointer, held.bits // 8
+    def _short(self, y: Any, begin: Any, last: Any) -> None:
+        """Less than the body makes in a turn: it goes to memory of our own, and what is wanted of it from there."""
+        b, stage = self.b, self.stage
+        for slot, count in enumerate(stage.counts):
+            kind = element(stage.outputs[slot])
+            with self._each(stage.rows) as row:
+                made = self._turn_of(slot, row)
+                shifted = b.gep(made, [b.mul(begin, number(-count))], False, source_etype=kind)
+                b.store(shifted, self._entry(self.frame.target(slot), row))
+        self._call(y, begin, b.add(begin, number(stage.turn)))
+        for slot, count in enumerate(stage.counts):
+            kind, align = element(stage.outputs[slot]), stage.outputs[slot].bits // 8
+            with self._each(stage.rows) as row:
+                made, target = self._turn_of(slot, row), self._target(slot, b.add(y, row))
+                b.store(target, self._entry(self.frame.target(slot), row))
+                target = b.gep(target, [times(b, begin, count)], True, source_etype=kind)
+                with counting(b, number(0), times(b, b.sub(last, begin), count), number(1)) as i:
+                    b.plain.store(b.load_at(made, i, kind), b.gep(target, [i], True, source_etype=kind), align=align)
 
+    def _turn_of(self, slot: int, row: Any) -> Any:
+        """Memory for what a turn makes of a row."""
+        b, stage = self.b, self.stage
+        if slot not in self.turns:
+            with b.goto_entry_block():
+                self.turns[slot] = b.alloca(element(stage.outputs[slot]), number(self._numbers(slot) * stage.rows))
+                self.turns[slot].type = POINTER
+        kind = element(stage.outputs[slot])
+        return b.gep(self.turns[slot], [b.mul(row, number(self._numbers(slot)))], True, source_etype=kind)
 
-class PixelBody(LaneBody):
-    """The kernel on consecutive pixels of a row, or on consecutive numbers of it where channels are alike."""
-
-    def __init__(self, place: StageRows, y: Any, row: int, at: Any) -> None:
-        b, stage = place.b, place.stage
-        self.place, self.row, self.at = place, row, at
-        x, y = b.add(b.trunc(at, I32), b.counting(I32)), b.add(b.trunc(y, I32), ir.Constant(I32, row))
-        width, height = (b.trunc(place.memory[name], I32) for name in ("width", "height"))
-        given = {"pixel.0": x, "pixel.1": y, "output_size.0": width, "output_size.1": height}
-        for image, use in enumerate(stage.program.images):
-            given |= {f"size.{use.name}.{axis}": place.body_memory[f"im{image}_{'wh'[axis]}"] for axis in range(2)}
-        super().__init__(stage.program, b, given, place.body_memory, b.spread(ir.Constant(BOOL, 1)), stage.images)
-        self.views = {(view.image, view.border): number for number, view in enumerate(stage.views)}
-
-    def stored(self) -> list[Any]:
-        """Emit everything; the outputs' numbers as they are stored."""
-        self.block(self.program.body)
-        b, stage = self.builder, self.place.stage
-        found = []
-        for output, meant, held in zip(self.program.outputs, stage.formats, stage.outputs, strict=True):
-            numbers = self.rounded(output, meant)
-            found += numbers if held is meant else [decoded(b, b.spread(number), meant) for number in numbers]
-        return found
-
-    def texel(self, i: s.LoadTexel) -> None:
-        at = self.views.get((self.numbers[i.image], i.border)) if i.relative else None
-        if at is None:
-            super().texel(i)
-            return
-        b, place = self.builder, self.place
-        view, unit = place.stage.views[at], place.stage.alike
-        x, y = (b.sext(self.operand(part), I64) for part in (i.x, i.y))
-        row = b.load(place._entry(place.tables[at], b.add(y, number(view.up + self.row))), typ=POINTER)
-        wanted = [channel for channel, value in enumerate(i.to) if value is not None]
-        first = b.add(self.at, b.mul(x, number(unit)) if unit > 1 else x)
-        self.keep(i, self.loaded(row, first, view, wanted))
-
-    def loaded(self, row: Any, first: Any, view: View, wanted: Sequence[int]) -> list[Any]:
-        """Channels of the pixels from number ``first`` of a row on, or the numbers themselves."""
-        if self.place.stage.alike > 1:
-            return neighbours(self.builder, row, first, 1, (0,), view.read) * len(wanted)
-        place = self.builder.mul(first, number(view.channels))
-        return neighbours(self.builder, row, place, view.channels, wanted, view.read)
-
-
-class Choosing(PixelBody):
-    """The kernel on consecutive numbers as they are stored: unsigned ones, which it only chooses among."""
-
-    def stored(self) -> list[Any]:
-        self.block(self.program.body)
-        return [self.operand(value) for value in self.program.outputs[0].values]
-
-    def emit(self, i: s.Instruction) -> None:
-        if not isinstance(i, s.Op):
-            super().emit(i)
-            return
-        x, y = (self.operand(part) for part in i.arguments)
-        b, sign = self.builder, "<" if i.operation == "min" else ">"
-        self.values[i.to.id] = b.select(b.icmp_unsigned(sign, x, y), x, y)
-
-    def loaded(self, row: Any, first: Any, view: View, wanted: Sequence[int]) -> list[Any]:
-        b, kind = self.builder, element(view.held)
-        pointer = b.gep(row, [first], True, source_etype=kind)
-        return [b.load(pointer, typ=b.vector(kind), align=view.held.bits // 8)] * len(wanted)
+    def _numbers(self, slot: int) -> int:
+        return self.stage.turn * self.stage.counts[slot]

@@ -6,11 +6,11 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property, lru_cache
-from math import gcd
 
 from passgraph.backends.numpy.machine.memory import ROOM
 from passgraph.backends.numpy.pixels.chains import Stage, Work
 from passgraph.backends.numpy.pixels.channels import selection, single_channel
+from passgraph.backends.numpy.pixels.frame import Frame
 from passgraph.backends.numpy.pixels.near import near_images, reach
 from passgraph.backends.numpy.storage import FLOAT
 from passgraph.formats import Format
@@ -27,6 +27,8 @@ MAX_ROWS, MAX_ROWS_OF_PIXELS = 8, 4
 MAX_VECTORS = 3
 #: Numbers of a row that are decoded at once: they stay in the level-1 cache.
 SEGMENT = 2048
+#: Columns of a row between its ends at least.
+NARROW = 16
 #: So often may a body read an image whose numbers it decodes itself.
 MAX_READS = 3
 #: What the context says of an image: where it begins, its width and height, pixels from row to row, the number of the
@@ -164,24 +166,22 @@ class StageLayout:
         return min(most, self._fitting) if self._flat and self.rows == 1 and left + right else 1
 
     @property
-    def pixels(self) -> int:
-        """Columns after which a pixel begins a vector again: rows are cut at multiples of it."""
-        numbers = self.lanes * self.vectors
-        return numbers // gcd(numbers, self.alike)
+    def narrow(self) -> int:
+        """Columns of a row at most that is not cut: its ends would be most of it."""
+        left, right, _, _ = self.reach
+        return left + right + NARROW
 
     @property
     def strip_pixels(self) -> int:
-        """Pixels of one row of a strip: the most that are cut off a row's end, what they reach, a vector's rest."""
+        """Pixels of one row of a strip: the most that are made of it at once, what they reach, a turn's rest."""
         left, right, _, _ = self.reach
-        unit = self.pixels
-        cut = max(-(-left // unit) * unit, unit + right)
-        return max(cut, self.segment) + left + right + self.lanes * self.vectors
+        return max(self.narrow, self.segment) + left + right + self.turn
 
     @cached_property
     def segment(self) -> int:
         """Pixels of a row that are decoded at once, for many reads of each; 0 where every read decodes for itself."""
         decoding = [view.channels for view in self.views if view.decodes]
-        return -(-SEGMENT // (max(decoding) * self.pixels)) * self.pixels if decoding else 0
+        return -(-SEGMENT // (max(decoding) * self.turn)) * self.turn if decoding else 0
 
     @cached_property
     def views(self) -> tuple[View, ...]:
@@ -204,11 +204,51 @@ class StageLayout:
         loads = (i for i in s.walk(self.program.body) if isinstance(i, s.LoadTexel))
         return Counter((numbers[i.image], i.border) for i in loads if i.relative and i.image in near)
 
+    @cached_property
+    def frame(self) -> Frame:
+        return Frame(self)
+
+    @property
+    def turn(self) -> int:
+        """How far along a row one turn of the loop goes, in pixels, or in channels where these are alike."""
+        return self.lanes * self.vectors
+
+    @property
+    def counts(self) -> tuple[int, ...]:
+        """Of each target, the numbers of memory that belong to one of those."""
+        return (1,) if self.alike > 1 else self.channels
+
+    @property
+    def _turn(self) -> tuple[object, ...]:
+        """What one turn of the loop along a row makes."""
+        return self.alike, self.rows, self.vectors, self.lanes, self.selects, self.channels
+
+    @cached_property
+    def shape(self) -> tuple[object, ...]:
+        """What tells the code around the body from that around others."""
+        views = [(*_held(v.held), v.image, v.border, v.channels, v.up, v.rows, v.across, v.decodes) for v in self.views]
+        held = [_held(output) for output in self.outputs]
+        around = self.stage.margin, self.stage.rings, len(self.program.images)
+        return (*self._turn, *self.reach, *around, tuple(views), tuple(held))
+
+    @cached_property
+    def parts(self) -> tuple[str, ...]:
+        """What tells the body from all other."""
+        program = nameless(self.program)
+        held = [_held(format_) for format_ in (*self.images, *self.formats, *self.outputs)]
+        views = [(v.image, v.border, v.rows, v.decodes) for v in self.views]
+        builtins = [name for name, _ in program.builtins]
+        return "body", program.key, repr((builtins, self._turn, held, views))
+
     @property
     def scratch(self) -> int:
         """Numbers that all strips take."""
         ends = [(v.strips + v.rows * v.channels) * self.strip_pixels for v in self.views if v.across]
         return max(ends, default=0)
+
+
+def _held(format_: Format) -> tuple[str, int]:
+    return format_.number, format_.steps
 
 
 @dataclass(frozen=True)
@@ -224,9 +264,10 @@ class Layout:
 
     @property
     def fixed(self) -> list[str]:
-        """Names of the first entries of the context, which the pieces decide: the rest are addresses and sizes."""
+        """Names of the first entries of the context, the same at each run: what the pieces decide, where bodies are."""
         pitches = [f"pitch{stage.number}" for stage in self.stages[:-1]]
-        return ["counter", "count", "columns", "tile", "band", "width", "height", "zeros", *pitches]
+        bodies = [f"body{stage.number}" for stage in self.stages]
+        return ["counter", "count", "columns", "tile", "band", "width", "height", "zeros", *pitches, *bodies]
 
     @property
     def bound(self) -> list[str]:
@@ -261,15 +302,8 @@ class Layout:
 
     @cached_property
     def parts(self) -> tuple[str, ...]:
-        """What tells the code from all other."""
-        told = []
-        for stage in self.stages:
-            program = nameless(stage.program)
-            told += [program.key, repr([name for name, _ in program.builtins])]
-            told.append(repr((stage.alike, stage.rows, stage.vectors, stage.lanes, stage.selects)))
-            told.append(repr((stage.stage.margin, stage.rings)))
-            told.append(repr([(held.number, held.steps) for held in (*stage.images, *stage.formats)]))
-        return ("pixels", *told)
+        """What tells the code around the bodies from all other: no program."""
+        return ("pixels", *(repr(stage.shape) for stage in self.stages))
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
-from functools import cached_property
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -33,9 +33,10 @@ class PixelRun:
     def __init__(self, chain: Sequence[Stage], tiles: Tiling, layout: Layout, workers: Workers) -> None:
         self.workers = workers
         self.code = function_code(layout.parts, lambda name: _text(layout, name))
+        self.bodies = [function_code(stage.parts, partial(_body_text, stage)) for stage in layout.stages]
         self.zeros = aligned_zeros(layout.zeros)
         fixed = [0, tiles.pieces, tiles.columns, tiles.width, tiles.rows, *chain[-1].step.size, self.zeros.ctypes.data]
-        fixed += [pitch(stage, tiles.width) for stage in chain[:-1]]
+        fixed += [pitch(stage, tiles.width) for stage in chain[:-1]] + [0] * len(chain)
         self.context = np.zeros(len(fixed) + len(layout.bound), np.int64)
         self.context[: len(fixed)] = fixed
         self.begin = len(fixed)
@@ -59,6 +60,8 @@ class PixelRun:
 
     @cached_property
     def function(self) -> Any:
+        """What makes pieces; it finds the bodies in the context."""
+        self.context[self.begin - len(self.bodies) : self.begin] = [body.address for body in self.bodies]
         return _CALL(self.code.address)
 
     def __call__(
@@ -104,6 +107,12 @@ def _text(layout: Layout, name: str) -> str:
     from passgraph.backends.numpy.pixels.code import pixel_text
 
     return pixel_text(layout, name)
+
+
+def _body_text(stage: StageLayout, name: str) -> str:
+    from passgraph.backends.numpy.pixels.body import body_text
+
+    return body_text(stage, name)
 
 
 def _places(stage: StageLayout) -> list[tuple[int, bool]]:

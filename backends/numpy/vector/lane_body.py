@@ -40,8 +40,11 @@ class LaneBody:
         self.windows = windows_of(program)
         self.slots = {name: self._slot(TYPES[kind]) for name, kind in program.variables}
         self.arrays = {name: self._array(HELD[kind], length) for name, kind, length in program.arrays}
-        self.mask = self._slot(BOOL)  # lanes at work
-        builder.store(mask, self.mask)
+        self.straight = is_straight(program)
+        self.all, self.mask = mask, None  # lanes at work, first and later
+        if not self.straight:
+            self.mask = self._slot(BOOL)
+            builder.store(mask, self.mask)
         self.breaks: list[Any] = []  # lanes that are still in each loop around
         self.masked = False  # whether some lanes may be idle here that will work again
 
@@ -61,7 +64,21 @@ class LaneBody:
         for instruction in instructions:
             if self.builder.block.is_terminated:
                 return
-            self.emit(instruction)
+            if self.straight and self._is_steady(instruction):
+                with self.builder.goto_entry_block():
+                    self.emit(instruction)
+            else:
+                self.emit(instruction)
+
+    def _is_steady(self, i: s.Instruction) -> bool:
+        """Whether an instruction of a straight program gives one number for all pixels, found before their loop."""
+        if isinstance(i, (s.LoadTexel, s.LoadBuiltin)):
+            return False
+        entry = self.builder.function.entry_basic_block
+        return all(
+            isinstance(operand, s.Lit) or getattr(self.values[operand.id], "parent", None) is entry
+            for operand in s.operands_of(i)
+        )
 
     def _slot(self, kind: Any) -> Any:
         """A variable with a value in each lane.  It begins with 0: idle lanes too compute with what they hold."""
@@ -85,7 +102,7 @@ class LaneBody:
         return self.builder.load(slot, typ=self.builder.vector(kind))
 
     def _at_work(self) -> Any:
-        return self._read_slot(self.mask, BOOL)
+        return self.all if self.mask is None else self._read_slot(self.mask, BOOL)
 
     def emit(self, i: s.Instruction) -> None:
         b = self.builder
@@ -321,6 +338,11 @@ class LaneBody:
         b.branch(check)
         b.position_at_end(behind)
         b.store(before, self.mask)
+
+
+def is_straight(program: s.ScalarProgram) -> bool:
+    """Whether all instructions of a program run once, one after another, and what they name is never written again."""
+    return not program.variables and not program.arrays and not any(isinstance(i, (s.If, s.For)) for i in program.body)
 
 
 def _leaves(body: tuple[s.Instruction, ...]) -> bool:

@@ -38,6 +38,8 @@ class Lanes:
     def __init__(self, builder: Any, lanes: int) -> None:
         self.plain, self.lanes = builder, lanes
         self.reads = 0  # of scattered texels so far
+        #: What is known where the function begins, in every lane.
+        self._spread: dict[Any, Any] = {}
         #: Of numbers decoded from whole ones these, and their format: stored there again they are what they were.
         self.undecoded: dict[Any, tuple[Any, Format]] = {}
 
@@ -55,6 +57,15 @@ class Lanes:
             return method
         setattr(self, name, made)
         return made
+
+    @contextmanager
+    def goto_entry_block(self) -> Iterator[None]:
+        """What is emitted inside stands where the function begins."""
+        if self.plain.block is self.plain.function.entry_basic_block:
+            yield  # where this is inside another one: behind what that one has emitted
+        else:
+            with self.plain.goto_entry_block():
+                yield
 
     def _together(self, method: Any, x: Any, y: Any, **options: Any) -> Any:
         return method(*self.alike(x, y), **options)
@@ -106,6 +117,16 @@ class Lanes:
         kind = self.vector(value.type)
         if type(value) is ir.Constant:
             return same(kind, value)
+        entry = self.plain.function.entry_basic_block
+        if getattr(value, "parent", None) is not entry or self.plain.block is entry:
+            return self._in_every_lane(value, kind)
+        # Once for all loops.
+        if value not in self._spread:
+            with self.goto_entry_block():
+                self._spread[value] = self._in_every_lane(value, kind)
+        return self._spread[value]
+
+    def _in_every_lane(self, value: Any, kind: Any) -> Any:
         nothing = blank(kind)
         first = self.plain.insert_element(nothing, value, ir.Constant(I32, 0))
         return self.plain.shuffle_vector(first, nothing, lanes_of([0] * self.lanes))

@@ -1,0 +1,211 @@
+"""LLVM text of the bodies of pixel passes: a kernel over a stretch of a row, vectors of pixels side by side.
+
+Where rows begin, and what their ends hold, is found around them (code.py) and handed over in a frame (frame.py).
+"""
+
+# mypy: disable-error-code="no-untyped-call"
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from llvmlite import ir
+
+from passgraph.backends.numpy.pixels.frame import Frame
+from passgraph.backends.numpy.pixels.layout import StageLayout, View
+from passgraph.backends.numpy.vector.lane_body import LaneBody
+from passgraph.backends.numpy.vector.lanes import Lanes
+from passgraph.backends.numpy.vector.operations import BOOL, I32, I64
+from passgraph.backends.numpy.vector.stored import decoded, element, woven
+from passgraph.backends.numpy.vector.texels import neighbours
+from passgraph.language import scalar as s
+
+POINTER = ir.PointerType()
+#: A frame, the number of the (first) row, and from which number of it to which.
+BODY = ir.FunctionType(ir.VoidType(), [POINTER, I64, I64, I64])
+
+
+def number(value: int) -> Any:
+    return ir.Constant(I64, value)
+
+
+def times(b: Lanes, value: Any, count: int) -> Any:
+    return value if count == 1 else b.mul(value, number(count))
+
+
+def body_text(stage: StageLayout, name: str) -> str:
+    """A module with the function :data:`BODY` of a stage."""
+    module = ir.Module(name)
+    function = ir.Function(module, BODY, name)
+    # Nothing writes to the frame meanwhile.
+    function.args[0].add_attribute("noalias")
+    b = Lanes(ir.IRBuilder(function.append_basic_block("entry")), stage.lanes)
+    Stretch(b, stage, function.args[0]).emit(*function.args[1:])
+    b.ret_void()
+    return str(module)
+
+
+class Entries(dict[str, Any]):
+    """A frame's entries by name, each loaded where the function begins once it is asked for; sizes as int32."""
+
+    def __init__(self, b: Lanes, frame: Frame, address: Any) -> None:
+        super().__init__()
+        self.b, self.frame, self.address = b, frame, address
+        self._rows: dict[int, Any] = {}
+
+    def __missing__(self, name: str) -> Any:
+        place = self.frame.places[name]
+        if name in ("floats", "ints") or name.endswith(tuple("0123456789")):
+            made = self.row(place)
+        else:
+            with self.b.goto_entry_block():
+                made = self.b.trunc(self._load(place, I64), I32)
+        self[name] = made
+        return made
+
+    def row(self, place: int) -> Any:
+        """The address in an entry."""
+        if place not in self._rows:
+            with self.b.goto_entry_block():
+                self._rows[place] = self._load(place, POINTER)
+        return self._rows[place]
+
+    def row_at(self, place: Any) -> Any:
+        """The address in an entry whose place is found out at work."""
+        return self.b.load(self.b.gep(self.address, [place], True, source_etype=I64), typ=POINTER)
+
+    def _load(self, place: int, kind: Any) -> Any:
+        return self.b.load(self.b.gep(self.address, [number(place)], True, source_etype=I64), typ=kind)
+
+
+class Stretch:
+    """Emits the loop along a row."""
+
+    def __init__(self, b: Lanes, stage: StageLayout, frame: Any) -> None:
+        self.b, self.stage = b, stage
+        self.entries = Entries(b, stage.frame, frame)
+
+    def emit(self, y: Any, begin: Any, last: Any) -> None:
+        """From number ``begin`` of the row to ``last``: a turn's worth at least.
+
+        Numbers are pixels, or channels of pixels where these are alike.  The last turn ends where the row does, so that
+        there is no turn that stores in part: numbers that it shares with the one before come out the same.
+        """
+        b, stage = self.b, self.stage
+        final = b.sub(last, number(stage.turn))
+        entry, turn, behind = b.block, b.append_basic_block("turn"), b.append_basic_block("behind")
+        b.position_at_end(turn)
+        first = b.phi(I64)
+        results = [
+            stored
+            for row in range(stage.rows)
+            for vector in range(stage.vectors)
+            for at in [b.add(first, number(vector * b.lanes)) if vector else first]
+            for stored in self._stored(row, at, self._body(self, y, row, at).stored())
+        ]
+        for values, pointer, align in results:
+            b.plain.store(values, pointer, align=align)
+        after = b.add(first, number(stage.turn))
+        after = b.select(b.icmp_signed("<", after, final), after, final)
+        b.cbranch(b.icmp_signed("<", first, final), turn, behind)
+        first.add_incoming(begin, entry)
+        first.add_incoming(after, b.block)
+        b.position_at_end(entry)
+        b.branch(turn)
+        b.position_at_end(behind)
+
+    @property
+    def _body(self) -> type[PixelBody]:
+        return Choosing if self.stage.selects else PixelBody
+
+    def _stored(self, row: int, at: Any, values: Sequence[Any]) -> Iterator[tuple[Any, Any, int]]:
+        """Of each target a vector of results in the order of memory, where it goes and how that is aligned."""
+        b, stage, begin = self.b, self.stage, 0
+        for slot, count in enumerate(stage.counts):
+            held = stage.outputs[slot]
+            target = self.entries.row(stage.frame.target(slot, row))
+            pointer = b.gep(target, [times(b, at, count)], True, source_etype=element(held))
+            parts = [b.spread(value) for value in values[begin : begin + count]]
+            begin += count
+            yield woven(b, parts, held), pointer, held.bits // 8
+
+
+class PixelBody(LaneBody):
+    """The kernel on consecutive pixels of a row, or on consecutive numbers of it where channels are alike."""
+
+    def __init__(self, place: Stretch, y: Any, row: int, at: Any) -> None:
+        b, stage, entries = place.b, place.stage, place.entries
+        self.place, self.row, self.at = place, row, at
+        sizes = {f"output_size.{axis}": name for axis, name in enumerate(("width", "height"))}
+        for image, use in enumerate(stage.program.images):
+            sizes |= {f"size.{use.name}.{axis}": f"im{image}_{'wh'[axis]}" for axis in range(2)}
+        read = {name for name, _ in stage.program.builtins}
+        given = {name: entries[place] for name, place in sizes.items() if name in read}
+        apart = any(use.relative and use not in stage.near for use in stage.program.images)
+        if apart or read & {"pixel.0", "pixel.1"}:
+            given["pixel.0"] = b.add(b.trunc(at, I32), b.counting(I32))
+            given["pixel.1"] = b.add(b.trunc(y, I32), ir.Constant(I32, row))
+        super().__init__(stage.program, b, given, entries, b.spread(ir.Constant(BOOL, 1)), stage.images)
+        self.views = {(view.image, view.border): number for number, view in enumerate(stage.views)}
+
+    def stored(self) -> list[Any]:
+        """Emit everything; the outputs' numbers as they are stored."""
+        self.block(self.program.body)
+        b, stage = self.builder, self.place.stage
+        found = []
+        for output, meant, held in zip(self.program.outputs, stage.formats, stage.outputs, strict=True):
+            numbers = self.rounded(output, meant)
+            found += numbers if held is meant else [decoded(b, b.spread(number), meant) for number in numbers]
+        return found
+
+    def texel(self, i: s.LoadTexel) -> None:
+        at = self.views.get((self.numbers[i.image], i.border)) if i.relative else None
+        if at is None:
+            super().texel(i)
+            return
+        b, stage, entries = self.builder, self.place.stage, self.place.entries
+        view, unit = stage.views[at], stage.alike
+        if isinstance(i.y, s.Lit):
+            row = entries.row(stage.frame.view(at, view.up + self.row + int(i.y.value)))
+        else:
+            row = entries.row_at(
+                b.add(b.sext(self.operand(i.y), I64), number(stage.frame.view(at, view.up + self.row)))
+            )
+        wanted = [channel for channel, value in enumerate(i.to) if value is not None]
+        self.keep(i, self.loaded(row, self._beside(i.x, unit), view, wanted))
+
+    def _beside(self, x: s.Operand, unit: int) -> Any:
+        """The number of the pixel, or of the number, so many columns away."""
+        b = self.builder
+        if isinstance(x, s.Lit):
+            return b.add(self.at, number(int(x.value) * unit)) if x.value else self.at
+        away = b.sext(self.operand(x), I64)
+        return b.add(self.at, times(b, away, unit))
+
+    def loaded(self, row: Any, first: Any, view: View, wanted: Sequence[int]) -> list[Any]:
+        """Channels of the pixels from number ``first`` of a row on, or the numbers themselves."""
+        if self.place.stage.alike > 1:
+            return neighbours(self.builder, row, first, 1, (0,), view.read) * len(wanted)
+        place = times(self.builder, first, view.channels)
+        return neighbours(self.builder, row, place, view.channels, wanted, view.read)
+
+
+class Choosing(PixelBody):
+    """The kernel on consecutive numbers as they are stored: unsigned ones, which it only chooses among."""
+
+    def stored(self) -> list[Any]:
+        self.block(self.program.body)
+        return [self.operand(value) for value in self.program.outputs[0].values]
+
+    def emit(self, i: s.Instruction) -> None:
+        if not isinstance(i, s.Op):
+            super().emit(i)
+            return
+        x, y = (self.operand(part) for part in i.arguments)
+        b, sign = self.builder, "<" if i.operation == "min" else ">"
+        self.values[i.to.id] = b.select(b.icmp_unsigned(sign, x, y), x, y)
+
+    def loaded(self, row: Any, first: Any, view: View, wanted: Sequence[int]) -> list[Any]:
+        b, kind = self.builder, element(view.held)
+        pointer = b.gep(row, [first], True, source_etype=kind)
+        return [b.load(pointer, typ=b.vector(kind), align=view.held.bits // 8)] * len(wanted)
