@@ -13,6 +13,7 @@ from passgraph.commands.given_values import SettingType, known_values, run_value
 from passgraph.commands.graph_inputs import MADE_SIZE, InputType, made_inputs, opened, read_inputs
 from passgraph.commands.options import BackendType, SizeType
 from passgraph.commands.progress import progress
+from passgraph.commands.range_ends import MOST_ENDS, Tries
 from passgraph.commands.verdicts import console, most_ambiguous_option, most_seconds_option, say_equality, say_faults
 from passgraph.errors import InputError
 
@@ -43,6 +44,10 @@ class Golden:
 @click.option("--backend", "-b", "backends", multiple=True, type=BackendType(), help="Without it all that are here.")
 @most_ambiguous_option
 @most_seconds_option
+@click.option(
+    "--ends", type=click.IntRange(0, 1 << 10), default=MOST_ENDS, show_default=True, metavar="N",
+    help="Runs more of a graph at most, each with one value at an end of its range; 0: none.",
+)  # fmt: skip
 @click.option("--golden", type=click.Path(path_type=Path), metavar="FOLDER", help="Compare with what is recorded here.")
 @click.option("--record", is_flag=True, help="With --golden: write inputs and outputs there instead.")
 @click.option(
@@ -57,6 +62,7 @@ def check(
     backends: tuple[str, ...],
     most_ambiguous: float,
     most_seconds: float | None,
+    ends: int,
     golden: Path | None,
     record: bool,
     golden_steps: int,
@@ -66,8 +72,9 @@ def check(
     Of a module its ``outputs`` are checked (a target, several, or a mapping), else its targets, else its effects on
     pictures, else each of its kernels.  Said first is whether backends made the same bits; then whether each is within
     what rounding allows, with no NaN or infinity in the place of numbers; where rounding may turn too many decisions
-    for a verdict, it is undecided.  Exit status: 0 all passed and as recorded, 1 something differs or is undecided,
-    2 an error.
+    for a verdict, it is undecided.  What passes is run again with values at the ends of their ranges.
+
+    Exit status: 0 all passed and as recorded, 1 something differs or is undecided, 2 an error.
     """
     from passgraph.commands.named import named_graphs
     from passgraph.verify.oracle.pace import Pace
@@ -90,7 +97,11 @@ def check(
                 say(name)
                 pace = Pace(most_seconds, _named(say, name))
                 run = _Run(name, graph, pictures, dict(settings), size, kept, pace)
-                well &= run.checked(devices, say, most_ambiguous)
+                passed = run.checked(devices, say, most_ambiguous)
+                if passed and kept is None:
+                    tries = Tries(ends, pictures, run.settings, size, devices, most_ambiguous)
+                    passed = tries.passed(name, graph, pace, say)
+                well &= passed
         finally:
             for backend in devices:
                 backend.close()

@@ -17,6 +17,7 @@ from passgraph.language.types import BOOL, FLOAT, INT, UINT, Array, Matrix, Scal
 
 if TYPE_CHECKING:
     from passgraph.commands.own_file import Graph
+    from passgraph.language.ir import Parameter
 
 _BOOLS = {"true": True, "yes": True, "on": True, "1": True, "false": False, "no": False, "off": False, "0": False}
 #: Types that can be written on a command line, by name.
@@ -66,13 +67,30 @@ def _own_type(value: Value) -> Type | None:
 
 
 def _parameter_type(node: Pass, name: str) -> Type | None:
-    kernels = (node.kernel,) if isinstance(node, PixelPass) else (node.vertex, node.fragment)
-    for kernel in kernels:
-        for parameter in () if kernel is None else kernel.parameters:
-            if parameter.name == name.rpartition("/")[2]:
-                plain = isinstance(innermost(parameter.type), (Scalar, Vector, Matrix))
-                return parameter.type if plain else None
+    for parameter in _parameters(node, name):
+        plain = isinstance(innermost(parameter.type), (Scalar, Vector, Matrix))
+        return parameter.type if plain else None
     return None
+
+
+def _parameters(node: Pass, name: str) -> list[Parameter]:
+    """Those of this name of a pass's kernels."""
+    kernels = (node.kernel,) if isinstance(node, PixelPass) else (node.vertex, node.fragment)
+    own = name.rpartition("/")[2]
+    return [p for kernel in kernels if kernel is not None for p in kernel.parameters if p.name == own]
+
+
+def takers(graph: Graph, value: Value) -> list[Parameter]:
+    """The kernels' parameters that a run's value itself is given to, not one derived from it."""
+    from passgraph.plan.reach import passes_behind
+
+    given = [
+        (node, name)
+        for node in passes_behind(list(graph.values()))
+        for name, one in node.values.items()
+        if isinstance(one, Value) and one.name == value.name
+    ]
+    return [parameter for node, name in given for parameter in _parameters(node, name)]
 
 
 def known_values(graphs: Mapping[str, Graph], settings: Sequence[tuple[str, str]]) -> None:

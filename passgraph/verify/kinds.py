@@ -60,25 +60,34 @@ class OtherKind:
 
     def __str__(self) -> str:
         column, row = self.pixel
-        given = "".join(f", given {name} = {numbers(values)}" for name, values in self.reads)
         return (
             f"NaN or infinity where the reference has numbers, or the reverse, at {self.share:.3%} of pixels, such as "
-            f"column {column}, row {row}: {numbers(self.got)} where the reference has {numbers(self.expected)}{given}. "
-            f"{self.why}"
+            f"column {column}, row {row}: {numbers(self.got)} where the reference has {numbers(self.expected)}"
+            f"{self.given}. {self.why}"
         )
+
+    @property
+    def given(self) -> str:
+        """What the pass reads there, in words; empty where it reads nothing."""
+        return "".join(f", given {name} = {numbers(values)}" for name, values in self.reads)
 
     @property
     def why(self) -> str:
         """Why bounds allow both, and how to mend it in the kernel."""
+        return f"The bounds allow both, since {self.cause}"
+
+    @property
+    def cause(self) -> str:
+        """Where in the kernel it comes from, and how to mend it there."""
         if not self.causes:
             return (
-                "The bounds allow both, since what is stored may lie beyond the largest number of the format; "
+                "what is stored may lie beyond the largest number of the format; "
                 f"mend the kernel: {SMALLER}, or a format that holds more"
             )
         causes = list({str(cause): cause for cause in self.causes}.values())[:MOST_CAUSES]
         mends = dict.fromkeys(MENDS.get(cause.operation, SMALLER) for cause in causes)
         reasons = " and ".join(f"{cause} {_reason(cause.operation)}" for cause in causes)
-        return f"The bounds allow both, since {reasons}; mend the kernel there, such as: {', or '.join(mends)}"
+        return f"{reasons}; mend the kernel there, such as: {', or '.join(mends)}"
 
 
 def numbers(values: tuple[float, ...]) -> str:

@@ -277,3 +277,20 @@ def test_an_empty_mesh_is_refused(capsys: pytest.CaptureFixture[str]) -> None:
     text = "none.obj: holds only points or lines; expected at least one triangle in its scene"
     line = refused(capsys, "render", *SIZE, "none.obj", "-o", "out.png")
     assert line == f"passgraph: error: {text}\n"
+
+
+# How large a model is
+
+
+@pytest.mark.parametrize("backend", ["numpy", "gl"])
+def test_a_model_of_any_scale_makes_the_same_picture(capsys: pytest.CaptureFixture[str], backend: str) -> None:
+    """Nothing on the way from the file to the picture may have a length of its own."""
+    head, *others = [row for row in Path("tower.obj").read_text().splitlines() if not row.startswith("v ")]
+    pictures = []
+    for scale in (1.0, 1e-10, 1e10):
+        rows = [f"v {' '.join(repr(float(x) * scale) for x in corner)}" for corner in CORNERS]
+        Path("scaled.obj").write_text("\n".join([head, *rows, *others]) + "\n")
+        pictures.append(render(capsys, "scaled.obj", "-b", backend)[1])
+    assert red(pictures[0]).mean() > 0.03
+    for picture in pictures[1:]:
+        np.testing.assert_allclose(picture, pictures[0], atol=2 / 255)

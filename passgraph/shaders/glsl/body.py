@@ -35,6 +35,8 @@ class Body:
     def __init__(self, unit: Unit, name: str = "shader", result: Type | None = None) -> None:
         self.unit, self.builder, self.name, self.result_type = unit, unit.builder, name, result
         self.scopes: list[dict[str, Binding]] = []
+        #: How many scopes there are in the head of a function or loop whose block is one scope with it.
+        self.heads: set[int] = set()
         self.expressions, self.statements = Expressions(self), Statements(self)
         self.result = None if result is None else new_variable(result, self.builder.fresh(f"{name}.result"))
         self.exit = Exit(self.builder, name)
@@ -83,6 +85,12 @@ class Body:
         assert isinstance(found, Slot)
         return found
 
+    def _check_new(self, name: str, span: Span) -> None:
+        """Refuse a name that its scope has: that of a block, with the parameters or the counter in the head of it."""
+        head = self.scopes[-2] if len(self.scopes) - 1 in self.heads else {}
+        if self.scopes and (name in self.scopes[-1] or name in head):
+            fail(span, f"{name} is declared already in this scope; give it another name, or assign to it")
+
     # Types
 
     def type_of(self, written: g.TypeName, span: Span, value: g.Expr | None = None) -> Type:
@@ -120,6 +128,7 @@ class Body:
                 fail(variable.span, "a sampler is a uniform or a parameter")
             span = variable.span
             check_local(type_, variable.name, span)
+            self._check_new(variable.name, span)
             part = None if variable.value is None else self.expressions.initial(variable.value, type_)
             if part is not None:
                 part = fitted(part, type_, span, variable.name)
@@ -158,7 +167,7 @@ class Body:
         if result is not None:
             check_local(result, f"the result of {function.name}", function.result.span)
         inner = Body(self.unit, function.name, result)
-        inner.scopes = [{}]
+        inner.scopes, inner.heads = [{}], {1}
         written = assigned_names(function.body, partial(overloads, self.unit))
         for parameter, argument in zip(function.parameters, arguments, strict=True):
             inner.take(parameter, argument, span, fixed=parameter.name not in written)

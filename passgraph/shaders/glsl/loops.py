@@ -43,7 +43,9 @@ def emit_loop(body: Body, node: g.Loop) -> None:
     # How many trips an open loop makes is decided behind its body; loops within may need as many as itself.
     unit.trips = around * max(1, math.isqrt(_MAX_TOGETHER // around) if count is None else count.trips)
     unit.counters = outer if count is None else {**outer, **count.within}
+    body.heads.add(len(body.scopes))
     block = body.statements.inside(node, [node.body])
+    body.heads.remove(len(body.scopes))
     unit.trips, unit.counters = around, outer
 
     def test() -> ir.Expr:
