@@ -22,7 +22,6 @@ from passgraph.backends.steps import values_of as values_of
 from passgraph.backends.turn import Turn, turn_of
 from passgraph.formats import Format
 from passgraph.graph.geometry import Geometry
-from passgraph.language.borders import border_place as border_place
 from passgraph.plan.data import DrawStep, PixelStep
 from passgraph.plan.limits import Limits
 from passgraph.srgb import linear_to_srgb

@@ -18,9 +18,9 @@ from passgraph.graph.values import FRAME_INDEX, OUTPUT_SIZE
 from passgraph.plan.build import build
 from passgraph.plan.data import Options, Plan
 from passgraph.plan.footprint import Footprint
-from passgraph.plan.limits import check
 from passgraph.plan.reach import inputs_behind
 from passgraph.plan.window import WINDOW, window_plan
+from passgraph.plan.within_limits import check
 from passgraph.run.admission import admitted_picture, format_of
 from passgraph.run.execution import Execution
 from passgraph.run.finite_checks import NonFinite, checked_choice

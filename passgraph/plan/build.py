@@ -15,9 +15,10 @@ from passgraph.plan.cull import cull
 from passgraph.plan.data import Options, Plan
 from passgraph.plan.emit import emit
 from passgraph.plan.fuse import fuse
-from passgraph.plan.limits import Limits, check
+from passgraph.plan.limits import Limits
 from passgraph.plan.order import order
 from passgraph.plan.specialise import specialise
+from passgraph.plan.within_limits import check
 
 
 def build(

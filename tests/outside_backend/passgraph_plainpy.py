@@ -19,6 +19,7 @@ from passgraph.formats import Format
 from passgraph.graph.draw_state import DrawState
 from passgraph.graph.geometry import Geometry
 from passgraph.language import scalar as s
+from passgraph.language.borders import border_place
 from passgraph.plan.data import DrawStep, PixelStep
 
 Lanes = NDArray[Any]  # one value a lane, or one for all: (n,) or (1,)
@@ -170,7 +171,7 @@ class Run:
         x, y = self.get(i.x).astype(np.int64), self.get(i.y).astype(np.int64)
         if i.relative:
             x, y = x + self.builtins["pixel.0"], y + self.builtins["pixel.1"]
-        texels = pixels[base.border_place(i.border, y, height), base.border_place(i.border, x, width)]
+        texels = pixels[border_place(i.border, y, height), border_place(i.border, x, width)]
         if i.border == "zero":
             texels = np.where(((x >= 0) & (x < width) & (y >= 0) & (y < height))[:, None], texels, np.float32(0))
         for channel, value in enumerate(i.to):
