@@ -343,18 +343,18 @@ MUTANTS = (
     ),
     # Reads by place
     *(
-        Mutant(function, old, new, "numpy", ("pictures/linear, levels", "pictures/nearest, levels"))
-        for function, old, new in (
+        Mutant("_LIBRARY", old, new, "numpy", ("pictures/nearest, three times as large",))
+        for old, new in (
             (
-                "_LIBRARY",
                 "image.texel(ivec2(floor(position * vec2(image.size))))",
                 "image.texel(ivec2(round(position * vec2(image.size))))",
             ),
-            (
-                "_LIBRARY",
-                "if image.is_nearest:\n        return nearest(",
-                "if image.is_blank:\n        return nearest(",
-            ),
+            ("if image.is_nearest:\n        return nearest(", "if image.is_blank:\n        return nearest("),
+        )
+    ),
+    *(
+        Mutant(function, old, new, "numpy", ("pictures/linear, levels", "pictures/nearest, levels"))
+        for function, old, new in (
             ("_LIBRARY", "below[channel], beside_below[channel]", "beside_below[channel], below[channel]"),
             ("_LIBRARY", "return mix(upper, lower, at - base)", "return mix(lower, upper, at - base)"),
             ("_LIBRARY", "at + ivec2(0, first)", "at + ivec2(0, first + 1)"),

@@ -35,6 +35,11 @@ RESIZED = """
 def resized(color: Image) -> vec4:
     return color.sample(uv())
 """
+#: Texels by place, by name and by the filter of the handle.
+ENLARGED = """
+def enlarged(color: Image, filtered: Image) -> tuple[vec4, vec4]:
+    return color.nearest(uv()), filtered.sample(uv())
+"""
 #: Places where an int ends, in texels and as fractions of the picture.
 FAR = """
 def far(color: Image) -> tuple[vec4, vec4, vec4]:
@@ -81,9 +86,23 @@ def cases() -> Iterator[Case]:
         if not form.srgb:
             frame = {"frame": values((7, 5), form.channels)}
             yield Case(GROUP, f"{form.name} brought from the host", partial(brought, form), (7, 5), (frame,))
+    small = values((5, 4))
+    threefold = small.repeat(3, axis=0).repeat(3, axis=1)
+    yield Case(
+        GROUP, "nearest, three times as large", enlarged, (15, 12), ({"frame": small},),
+        exact={"by name": threefold, "by filter": threefold},
+    )  # fmt: skip
     for size in SIZES:
         frame = {"frame": values((33, 18), 4)}
         yield Case(GROUP, f"33x18 resized to {size[0]}x{size[1]}", resized, size, (frame,))
+
+
+def enlarged() -> Mapping[str, pg.Target]:
+    """Each texel three times in either direction."""
+    frame = pg.Input("frame", size=(5, 4))
+    specs = tuple(pg.target(name, "rgba32f", size=(15, 12)) for name in ("by name", "by filter"))
+    by_name, by_filter = pg.kernel(source=ENLARGED)(frame, frame.filter("nearest"), into=specs)
+    return {"by name": by_name, "by filter": by_filter}
 
 
 def through(form: Format, border: str) -> Mapping[str, pg.Target]:
