@@ -70,7 +70,7 @@ class PlainBackend(base.Backend):
             named = dict(zip((name for name, _ in step.images), images, strict=True))
             for rows in np.array_split(np.arange(height), 1 + width * height // BATCH):
                 y, x = np.repeat(rows, width), np.tile(np.arange(width), len(rows))
-                builtins = stage_values(x, y, step.size, named)
+                builtins = stage_values(step.size, named) | {"pixel.0": x, "pixel.1": y}
                 results = Run(step.program, len(x), block, builtins, named).outputs
                 for output, values in zip(outputs, results, strict=True):
                     output.pixels[y, x] = values  # quantised by the program
@@ -199,10 +199,10 @@ class Run:
         self.active = before
 
 
-def stage_values(x: Lanes, y: Lanes, size: tuple[int, int], images: Mapping[str, Picture]) -> dict[str, Any]:
-    """What pixels and fragments know; ``builtins`` of a program names them."""
+def stage_values(size: tuple[int, int], images: Mapping[str, Picture]) -> dict[str, Any]:
+    """What every stage knows; ``builtins`` of a program names them."""
     sizes = {f"size.{name}.{k}": image.pixels.shape[1 - k] for name, image in images.items() for k in (0, 1)}
-    return {"pixel.0": x, "pixel.1": y, "output_size.0": size[0], "output_size.1": size[1], **sizes}
+    return {"output_size.0": size[0], "output_size.1": size[1], **sizes}
 
 
 # Draws: numbers are the rules of docs/rasterisation.md
@@ -220,23 +220,31 @@ def draw(
     if depth is not None and step.depth_clear is not None:
         depth.pixels[...] = step.depth_clear
         depth.stencil[...] = step.state.clear_stencil
-    given = {name: base.vertex_attribute(geometry, name) for name in base.ATTRIBUTES}
-    builtins = {f"vertex.{name}.{k}": column for name, a in given.items() for k, column in enumerate(a.T)}
-    sent = Run(step.vertex, len(geometry.positions), vertex, builtins, {}).outputs
+    given = [(name, base.vertex_attribute(geometry, name).T) for name in base.ATTRIBUTES]
+    builtins = {f"vertex.{name}.{k}": column for name, columns in given for k, column in enumerate(columns)}
+    builtins["vertex.instance"] = builtins["vertex.instance.0"]  # one number, which has no component
+    named = dict(zip((name for name, _ in step.images), images, strict=True))  # one name, one picture, in both programs
+    stage = stage_values(step.size, named)
+    sent = Run(step.vertex, len(geometry.positions), vertex, builtins | stage, named).outputs
     corners = np.concatenate(sent, axis=1)[np.asarray(geometry.triangles)].astype(np.float64)
     with np.errstate(all="ignore"):
         parts = [part for three in corners for part in covered(three, step)]
         if parts:
-            x, y, z, front, varyings = (np.concatenate(column) for column in zip(*parts, strict=True))
-            named = dict(zip((name for name, _ in step.images), images, strict=True))
-            builtins = stage_values(x, y, step.size, named) | {"front_facing": front, "fragment_depth": z}
-            builtins |= {f"varying.{name}": varyings[:, k] for k, name in enumerate(step.varyings)}
+            x, y, front, quads = (np.concatenate(column) for column in zip(*parts, strict=True))
+            z = quads[:, 0, 0]
+            builtins = stage | {"pixel.0": x, "pixel.1": y, "front_facing": front}
+            for k, beside in enumerate(QUAD):
+                builtins[f"fragment_depth{beside}"] = quads[:, k, 0]
+                varyings = zip(step.varyings, quads[:, k, 1:].T, strict=True)
+                builtins |= {f"varying{beside}.{name}": column for name, column in varyings}
             made = step.fragment and Run(step.fragment, len(x), fragment, builtins, named)
             keep, colours = (made.keep, made.outputs) if made else (np.ones(len(x), np.bool_), [])
             merge(step, keep, y * step.size[0] + x, z, colours, outputs, depth)
 
 
 EMPTY = base.Block(np.zeros(0, np.float32), np.zeros(0, np.int32))
+#: What the names of values have at the pixels of a quad, from a fragment's own.
+QUAD = ("", "@x", "@y", "@xy")
 
 
 def merge(
@@ -296,23 +304,30 @@ def covered(polygon: Lanes, step: DrawStep) -> Iterator[tuple[Lanes, ...]]:
 
 
 def triangle(at: Lanes, corners: Lanes, area: int, front: bool, step: DrawStep) -> tuple[Lanes, ...]:
-    """4 and 5: x, y, depth, whether it is a front, and varyings of the covered centres."""
+    """4, 5 and 8: x, y, whether it is a front, and depth and varyings, of the covered centres' quads each."""
     low = np.maximum((at.min(axis=0) + 127) // 256, 0)
     high = np.maximum(np.minimum((at.max(axis=0) - 128) // 256 + 1, step.size), low)
     y, x = (axis.ravel() for axis in np.mgrid[low[1] : high[1], low[0] : high[0]])
     start, along = np.roll(at, -1, axis=0), np.roll(at, -2, axis=0) - np.roll(at, -1, axis=0)  # opposite each corner
     dx, dy = along.T
-    edges = dx * (256 * y[:, None] + 128 - start[:, 1]) - dy * (256 * x[:, None] + 128 - start[:, 0])
-    hit = (edges >= np.where((dy < 0) | ((dy == 0) & (dx > 0)), 0, 1)).all(axis=1)
-    weights, w = edges[hit] / area, corners[:, 3]
+
+    def edges(x: Lanes, y: Lanes) -> Lanes:
+        values: Lanes = dx * (256 * y[:, None] + 128 - start[:, 1]) - dy * (256 * x[:, None] + 128 - start[:, 0])
+        return values
+
+    hit = (edges(x, y) >= np.where((dy < 0) | ((dy == 0) & (dx > 0)), 0, 1)).all(axis=1)
+    x, y, w = x[hit], y[hit], corners[:, 3]
     depths = corners[:, 2] / w * 0.5 + 0.5
     slope = max(abs((depths * dy).sum()), abs((depths * dx).sum())) * 256 / area
     exponent = np.frexp(max(abs(depths).max(), 2.0**-126))[1] - 1
     factor, units = step.state.polygon_offset
-    depth = (weights * depths).sum(axis=1) + factor * slope + units * 2.0 ** (exponent - 23.0)
-    varyings = (weights / w) @ corners[:, 4:] / (weights / w).sum(axis=1, keepdims=True)
-    z = np.clip(depth, 0, 1).astype(np.float32)
-    return x[hit], y[hit], z, np.full(len(z), front), varyings.astype(np.float32)
+    offset, quad = factor * slope + units * 2.0 ** (exponent - 23.0), []
+    for beside in QUAD:
+        weights = edges(x ^ ("x" in beside), y ^ ("y" in beside)) / area
+        depth = np.clip((weights * depths).sum(axis=1) + offset, 0, 1)
+        varyings = (weights / w) @ corners[:, 4:] / (weights / w).sum(axis=1, keepdims=True)
+        quad.append(np.column_stack([depth, varyings]).astype(np.float32))
+    return x, y, np.full(len(x), front), np.stack(quad, axis=1)
 
 
 COMPARE: dict[str, Callable[[Any, Any], Lanes]] = {
