@@ -90,27 +90,25 @@ def texture_surface(gl: Functions, name: int) -> Surface:
     Raises
     ------
     BackendError
-        Where there is none of this name.
+        Where there is none of this name, or none that passes could use.
     """
-    exists = gl.IsTexture(name)
-    if exists:
-        for target in (g.TEXTURE_2D, *g.OTHER_TEXTURES):
-            gl.drain()
-            gl.ActiveTexture(g.TEXTURE0)
-            gl.BindTexture(target, name)
-            if gl.GetError() == g.NO_ERROR:
-                base = gl.texture_parameter(target, 0x813C, 0)
-                gl.BindTexture(target, 0)
-                gl.drain()
-                return Surface("texture", name, target, base)
-    if exists:
+    if not gl.IsTexture(name):
         raise BackendError(
-            f"gl: texture {name} is of a kind that no pass reads or writes; give one of two dimensions, with one "
-            "sample or several, a rectangle, or a framebuffer with one picture of an array, a volume or a cube map"
+            f"gl: there is no texture {name} in the host's context; give the name that OpenGL has for it, of a texture "
+            "that has been bound once and was not deleted"
         )
+    for target in (g.TEXTURE_2D, *g.OTHER_TEXTURES):
+        gl.drain()
+        gl.ActiveTexture(g.TEXTURE0)
+        gl.BindTexture(target, name)
+        if gl.GetError() == g.NO_ERROR:
+            base = gl.texture_parameter(target, 0x813C, 0)
+            gl.BindTexture(target, 0)
+            gl.drain()
+            return Surface("texture", name, target, base)
     raise BackendError(
-        f"gl: there is no texture {name} in the host's context; give the name that OpenGL has for it, of a texture "
-        "that has been bound once and was not deleted"
+        f"gl: texture {name} is of a kind that no pass reads or writes; give one of two dimensions, with one "
+        "sample or several, a rectangle, or a framebuffer with one picture of an array, a volume or a cube map"
     )
 
 

@@ -73,27 +73,29 @@ def range_ends(graph: Graph, settings: Mapping[str, str]) -> list[End]:
 
 
 def _numbers(ranged: Sequence[Parameter]) -> list[float | int]:
-    """The ends of what all of a value's parameters allow."""
+    """The ends of what all of a value's parameters allow, but those that one of them refuses."""
     if not ranged:
         return []
     limits = [_ends(parameter) for parameter in ranged]
     low, high = max(low for low, _ in limits), min(high for _, high in limits)
-    numbers = [number for number in dict.fromkeys((low, high)) if math.isfinite(number) and low <= number <= high]
-    return numbers if element_of(ranged[0].type) is FLOAT else [int(number) for number in numbers]
+    ranges = [parameter.range for parameter in ranged if parameter.range is not None]
+    if any(range_.odd for range_ in ranges):
+        low = low if math.isinf(low) else 2 * (math.ceil(low) // 2) + 1
+        high = high if math.isinf(high) else 2 * ((math.floor(high) - 1) // 2) + 1
+    taken = [number for number in dict.fromkeys((low, high)) if all(number in range_ for range_ in ranges)]
+    is_float = element_of(ranged[0].type) is FLOAT
+    return [number if is_float else int(number) for number in taken if math.isfinite(number)]
 
 
 def _ends(parameter: Parameter) -> tuple[float, float]:
     """The least and the largest number as they are written, infinite where there is none."""
     limits, type_ = parameter.range, parameter.type
     assert limits is not None
-    low, high = bounds(limits, type_)
-    if element_of(type_) is FLOAT:  # 0.3 is looked at as the float32 that it becomes, and told as 0.3
-        low = -math.inf if limits.low is None or limits.above else float(limits.low)
-        high = math.inf if limits.high is None else float(limits.high)
-    if limits.odd:
-        low = low if math.isinf(low) else 2 * (math.ceil(low) // 2) + 1
-        high = high if math.isinf(high) else 2 * ((math.floor(high) - 1) // 2) + 1
-    return low, high
+    if element_of(type_) is not FLOAT:
+        return bounds(limits, type_)
+    # 0.3 is looked at as the float32 that it becomes, and told as 0.3
+    low = -math.inf if limits.low is None else float(limits.low)
+    return low, math.inf if limits.high is None else float(limits.high)
 
 
 def _is(default: object, number: float) -> bool:

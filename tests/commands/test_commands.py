@@ -298,9 +298,7 @@ def test_version(capsys: pytest.CaptureFixture[str]) -> None:
 
 
 def test_without_a_command_the_help_is_shown(capsys: pytest.CaptureFixture[str]) -> None:
-    outcome = Outcome(
-        capsys,
-    )
+    outcome = Outcome(capsys)
     assert outcome.status == 2
     assert "Usage: passgraph" in outcome.err
 

@@ -138,3 +138,22 @@ def test_ends_are_numbers_that_the_parameter_takes() -> None:
     for end in found:  # none of them is refused by its own range
         with pg.compile(dict(graph), backend="reference", size=(1, 1)) as program:
             program.run(**{end.name: end.value})
+
+
+def test_ends_of_a_value_are_numbers_that_all_of_its_parameters_take() -> None:
+    """Odd ones in one and from an even one on in another; above 0 in one and from -1 on in another."""
+    text = """
+@pg.kernel
+def first(taps: Annotated[int, Range(1, 9, odd=True)], gain: Annotated[float, Range(0, 2, above=True)]) -> vec4:
+    return vec4(gain * float(taps))
+
+@pg.kernel
+def second(taps: Annotated[int, Range(2, 8)], gain: Annotated[float, Range(-1, 3)]) -> vec4:
+    return vec4(gain * float(taps))
+
+taps, gain = pg.Value("taps", default=5), pg.Value("gain", default=1.0)
+outputs = first(taps, gain), second(taps, gain)
+"""
+    Path("own.py").write_text(HEAD + text)
+    (graph,) = graphs_of(Path("own.py")).values()
+    assert [str(end) for end in range_ends(graph, {})] == ["taps = 3", "taps = 7", "gain = 2"]

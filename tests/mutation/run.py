@@ -48,17 +48,17 @@ def file_of(mutant: Mutant) -> str:
 def judged(mutants: list[Mutant], folder: Path, workers: int, *, named: bool = False) -> Iterator[tuple[Mutant, Fate]]:
     """Each with its fate, in order; a tree for each worker.
 
-    Cases that do not pass without a mistake are left out; with ``named`` all pass, and only those that a mutant names
-    are run; so it is for mutants that are said to be harmless.
+    Cases that do not pass without a mistake are left out.  With ``named`` only those that a mutant names are run; so it
+    is for mutants that are said to be harmless.
     """
     trees: SimpleQueue[Tree] = SimpleQueue()
     for number in range(workers):
-        trees.put(Tree(folder / str(number)))
+        trees.put(Tree(folder / str(number), folder / "bounds"))
     accepted: dict[str, list[str]] = {}
     tree = trees.get()
-    for backend in () if named else dict.fromkeys(mutant.backend for mutant in mutants):
+    for backend in dict.fromkeys(mutant.backend for mutant in mutants):
         needed = {name for mutant in mutants if mutant.backend == backend for name in mutant.catchers}
-        accepted[backend] = tree.passing(backend, tuple(sorted(needed)))
+        accepted[backend] = tree.passing(backend, tuple(sorted(needed)), everything=not named)
         print(f"{backend}: {len(accepted[backend])} cases pass without a mistake", file=sys.stderr, flush=True)
     trees.put(tree)
 
@@ -66,7 +66,7 @@ def judged(mutants: list[Mutant], folder: Path, workers: int, *, named: bool = F
         tree = trees.get()
         try:
             everything = not (named or mutant.harmless)
-            return mutant, tree.judge(mutant, accepted.get(mutant.backend, []), everything=everything)
+            return mutant, tree.judge(mutant, accepted[mutant.backend], everything=everything)
         except ValueError as error:
             return mutant, Fate("", STALE, str(error), 0)
         finally:
@@ -115,7 +115,7 @@ def main() -> int:
     parser.add_argument("--file", default="", help="only files whose path contains this")
     parser.add_argument("--json", type=Path, help="write every fate; those of mistakes that are not run stay")
     parser.add_argument("--missing", action="store_true", help="only mistakes without a fate in that file")
-    parser.add_argument("--named", action="store_true", help="only cases that a mistake names; all pass without one")
+    parser.add_argument("--named", action="store_true", help="only cases that a mistake names")
     parser.add_argument("--workers", type=int, default=2)
     options = parser.parse_args()
     record = Record(options.json)

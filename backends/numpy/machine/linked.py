@@ -16,9 +16,9 @@ from functools import cache
 from typing import Any, ClassVar
 
 #: Begins what is linked; the format's number is its last byte.
-MARK = b"passgraph code 2"
-#: Where it is entered, where its jumps begin, and how many bytes the names of their functions take, which come next.
-_HEAD = struct.Struct("<QQQ")
+MARK = b"passgraph code 3"
+#: Where it is entered, and how many bytes the names take of the functions that it jumps to, which come next.
+_HEAD = struct.Struct("<QQ")
 #: ``jmp *[rip]``, before the address that it jumps to: set where the code is loaded, since each process has another.
 _JUMP = struct.Struct("<6sQ2x")
 _JUMP_BEHIND = bytes.fromhex("ff2500000000")
@@ -69,7 +69,8 @@ def linked(code: bytes, function: str) -> bytes | None:
         image += bytes(-len(image) % max(section.alignment, 1))
         places[number] = len(image)
         image += code[section.offset : section.offset + section.size]
-    jumps, outside = len(image) + -len(image) % _JUMP.size, dict[str, int]()
+    image += bytes(-len(image) % _JUMP.size)
+    jumps, outside = len(image), dict[str, int]()
     table = next(section for section in sections if section.kind == _SYMBOLS)
     symbols = list(struct.iter_unpack("<IBBHQQ", code[table.offset : table.offset + table.size]))
     for section in sections:
@@ -90,7 +91,7 @@ def linked(code: bytes, function: str) -> bytes | None:
     for name, _, _, home, value, _ in symbols:
         if home in places and _text(code, sections[table.link], name) == function.encode():
             called = " ".join(outside).encode()
-            return MARK + _HEAD.pack(places[home] + value, jumps, len(called)) + called + image
+            return MARK + _HEAD.pack(places[home] + value, len(called)) + called + image
     return None
 
 
@@ -106,10 +107,9 @@ def loaded(code: bytes) -> int:
     OSError
         Where the system gives no memory for code.
     """
-    entry, jumps, named = _HEAD.unpack_from(code, len(MARK))
+    entry, named = _HEAD.unpack_from(code, len(MARK))
     names = len(MARK) + _HEAD.size
     image, system = bytearray(code[names + named :]), _system()
-    image += bytes(jumps - len(image) if named else 0)
     for name in code[names : names + named].decode().split():
         image += _JUMP.pack(_JUMP_BEHIND, _address(name))
     readable, private = mmap.PROT_READ | mmap.PROT_WRITE, mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS

@@ -103,9 +103,8 @@ def _row(b: Lanes, row: Any, across: Any, bins: Any, tables: Any) -> None:
         _add(b, tables, _bins(b, b.load(_place(b, row, x, kind), typ=kind, align=4), bins), 0)
 
 
-def _bins(b: Lanes, loaded: Any, bins: Any) -> Any:
+def _bins(b: Lanes, value: Any, bins: Any) -> Any:
     """The numbers as ints; 0 for what is no bin's."""
-    value = loaded
     one, most = ir.Constant(F32, 1.0), b.sitofp(bins, F32)
     inside = b.and_(b.fcmp_ordered(">=", value, one), b.fcmp_ordered("<=", value, most))
     near = b.fptosi(b.select(inside, value, ir.Constant(F32, 0.0)), I32)
