@@ -33,8 +33,13 @@ class Feeding:
         self.holding: set[int] = set()
         self.leaving: set[int] = set()
         self._hangs: dict[Node, set[Node]] = {}
+        self._varying: set[Node] = set(derivatives)  # what differs from pixel to pixel by itself
+        self._indices: dict[int, str] = {}  # of loops
         self._block(body, 0, 0)
         self.needed = self._needed()
+        #: Variables that all pixels have in common: what computes them asks for no pixel, and stands in no block that
+        #: pixels run by themselves.
+        self.common = self._common()
         self.pixels = tuple(sorted({0, *(pixel for _, pixel in self.needed)}))
 
     def _block(self, statements: Iterable[ir.Stmt], around: int, loop: int) -> frozenset[str]:
@@ -44,6 +49,8 @@ class Feeding:
                 assigned.add(statement.name)
                 self.types[statement.name] = statement.value.type
                 self._hang(statement.name, around, *names(statement.value))
+                if _asks_for_pixels(statement.value):
+                    self._varying.add(statement.name)
                 if statement.name in self.derivatives:
                     self.holding.add(around)
             elif isinstance(statement, (ir.If, ir.For)):
@@ -56,6 +63,8 @@ class Feeding:
     def _inside(self, statement: ir.If | ir.For, around: int, loop: int) -> frozenset[str]:
         here = id(statement)
         self._hang(here, around, *(name for part in _decides(statement) for name in names(part)))
+        if any(map(_asks_for_pixels, _decides(statement))):
+            self._varying.add(here)
         if isinstance(statement, ir.If):
             made = self._block(statement.then, here, loop) | self._block(statement.orelse, here, loop)
             if here in self.leaving:
@@ -63,6 +72,7 @@ class Feeding:
         else:
             self.types[statement.name] = statement.start.type
             self._hang(statement.name, here)
+            self._indices[here] = statement.name
             made = self._block(statement.body, here, here)
             self.leaving.discard(here)  # what it holds leaves it, and nothing around it
             live: set[str] = set()
@@ -107,6 +117,44 @@ class Feeding:
             both = (pixel, pixel ^ AXES[self.derivatives[node]]) if node in self.derivatives else (pixel,)  # type: ignore[index]
             pending += [(other, p) for other in self._hangs.get(node, ()) for p in both]
         return frozenset((node, pixel) for node, pixel in found if isinstance(node, str))
+
+    def _common(self) -> frozenset[str]:
+        users: dict[Node, list[Node]] = {}
+        for node, others in self._hangs.items():
+            for other in others:
+                users.setdefault(other, []).append(node)
+        own: set[Node] = set()
+        pending = list(self._varying)
+        while pending:
+            node = pending.pop()
+            if node not in own:
+                own.add(node)
+                pending += users.get(node, ())
+        # A pixel runs a block of its own after another has: what that one assigned there is not what it began with.
+        blocks = [(made | {self._indices.get(block, "")}) - {""} for block, made in self.assigned.items()]
+        before = -1
+        while before != len(own):
+            before = len(own)
+            for made in blocks:
+                if not own.isdisjoint(made):
+                    own |= made
+        return frozenset(name for name in self.types if name not in own)
+
+
+def _asks_for_pixels(expression: ir.Expr) -> bool:
+    """Whether an expression may differ from pixel to pixel although what it reads of variables does not."""
+    pending: list[Any] = [expression]
+    seen: set[int] = set()
+    while pending:
+        node = pending.pop()
+        if id(node) not in seen:
+            seen.add(id(node))
+            if isinstance(node, ir.Builtin) and node.name != "output_size":
+                return True
+            if isinstance(node, ir.Texel) and node.relative:
+                return True
+            pending += ir.parts_of(node)
+    return False
 
 
 def _decides(statement: ir.If | ir.For) -> tuple[ir.Expr, ...]:

@@ -208,7 +208,7 @@ class _Quads:
             (other, world.ends[p])
             for other in feeding.exposed[id(statement)]
             for p in world.pixels
-            if world.ends[p] and (other, p) in feeding.needed
+            if world.ends[p] and (other, p) in feeding.needed and other not in feeding.common
         }
         after = frozenset(live | handed)
         at_start = set(after)
@@ -244,14 +244,15 @@ class _Quads:
         """An expression at a pixel of the quad; what it reads there is live."""
         if not end:
             return expression
-        live.update((name, end) for name in names(expression))
+        common = self.feeding.common
+        live.update((name, end) for name in names(expression) - common)
         made: dict[int, ir.Expr] = {}
 
         def moved(part: ir.Expr) -> ir.Expr:
             if id(part) not in made:
                 self.builder.count_expression(part.span)
                 if isinstance(part, ir.Local):
-                    made[id(part)] = replace(part, name=part.name + end)
+                    made[id(part)] = part if part.name in common else replace(part, name=part.name + end)
                 else:
                     made[id(part)] = self._moved(ir.with_parts(part, moved), pixel)
             return made[id(part)]
