@@ -167,6 +167,7 @@ def generator_command(effect: Effect) -> click.Command:
     """The subcommand of an effect that makes its picture of parameters alone."""
 
     @click.command(effect.name, help=f"{effect.summary}  Makes its picture without another.")
+    @click.argument("inputs", metavar="", nargs=-1, type=click.Path())
     @click.option("--output", "-o", required=True, type=click.Path(path_type=Path), help=OUTPUT_OF_NOTHING)
     @backend_option
     @size_option(RENDER_SIZE)
@@ -184,10 +185,15 @@ def generator_command(effect: Effect) -> click.Command:
 
 
 def generate(
-    effect: Effect, given: dict[str, Any], /, output: Path, backend: str | None, size: tuple[int, int],
-    capture: Path | None, check_finite: bool, profile: bool, **options: Any,
+    effect: Effect, given: dict[str, Any], /, inputs: tuple[str, ...], output: Path, backend: str | None,
+    size: tuple[int, int], capture: Path | None, check_finite: bool, profile: bool, **options: Any,
 ) -> int:  # fmt: skip
     """One picture or many of an effect that reads none; ``given`` are its parameters."""
+    if inputs:
+        raise InputError(
+            f"{inputs[0]}: {effect.name} reads no picture, it makes its own; leave that out, and say how large: "
+            f"--size {size[0]}x{size[1]}"
+        )
     if options["frames"] is not None:
         check_one_picture(capture, profile, "--frames makes several pictures")
         from passgraph.commands.apply_many import apply_to_many, writing_of
