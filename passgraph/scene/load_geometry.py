@@ -86,7 +86,7 @@ def mesh_of(arrays: Arrays, name: str, flat: bool, warnings: list[str]) -> tuple
         warnings.append(f"mesh {name!r}: none of its {len(triangles)} triangles has an area; nothing of it is seen")
     if normals is not None:
         smooth = smooth_normals(local, triangles, weld=True)
-        shown = _mended(np.asarray(normals, dtype=np.float64), smooth, name, warnings)
+        shown: NDArray[Any] = _mended(np.asarray(normals, dtype=np.float64), smooth, name, warnings)
     elif flat:
         shown = smooth_normals(local, triangles)
     else:

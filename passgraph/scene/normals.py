@@ -46,9 +46,7 @@ def smooth_normals(positions: Float, triangles: Int, *, weld: bool = False) -> N
     True
     """
     face, angle = _corners(positions, triangles)
-    group = np.arange(len(positions))
-    if weld:
-        group = _places(positions)
+    group = _places(positions) if weld else np.arange(len(positions))
     return _summed(group[triangles], face, angle, int(group.max()) + 1)[group].astype(np.float32)
 
 
