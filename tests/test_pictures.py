@@ -10,6 +10,7 @@ import zlib
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 import tifffile
@@ -190,6 +191,37 @@ def test_tiff_of_many_floats_is_what_was_written(tmp_path: Path, dtype: Any, pla
     assert np.array_equal(load(tmp_path / "f.tif"), rgba_of(floats))
     stored = load_stored(tmp_path / "f.tif")
     assert stored.dtype == (np.uint16 if numbers is None else np.float32)
+
+
+@pytest.mark.parametrize("suffix", [".png", ".tif"])
+@pytest.mark.parametrize("channels", [1, 2, 3, 4])
+@pytest.mark.parametrize("size", [(1, 1), (3, 1), (1, 4), (300, 7)])
+def test_16_bits_are_what_others_read(tmp_path: Path, suffix: str, channels: int, size: tuple[int, int]) -> None:
+    """By OpenCV's decoders, and tifffile where OpenCV has none."""
+    pixels = rng.integers(0, 65536, (*size, channels)).astype(np.uint16)
+    file = tmp_path / f"a{suffix}"
+    save(file, pixels)
+    if suffix == ".tif":
+        with tifffile.TiffFile(file) as tiff:
+            assert len(tiff.pages) == 1
+            read = tiff.asarray()
+    else:
+        read = cv2.imread(os.fspath(file), cv2.IMREAD_UNCHANGED)
+        order = {1: [0], 2: [0, 3], 3: [2, 1, 0], 4: [2, 1, 0, 3]}[channels]  # OpenCV has gray with alpha as BGRA
+        read = read.reshape(*size, -1)[..., order]
+    assert read.dtype == np.uint16
+    assert np.array_equal(read.reshape(pixels.shape), pixels)
+    if channels != 2 or suffix == ".tif":  # of PNG, gray with alpha of 16 bits is not read here
+        assert np.array_equal(load(file), rgba_of(pixels.astype(np.float32) / np.float32(65535)))
+
+
+def test_16_bits_in_other_formats(tmp_path: Path) -> None:
+    pixels = rng.integers(0, 65536, (4, 5, 3)).astype(np.uint16)
+    refused("holds 8 bits a channel; 16 bits go into .png and .tif", save, tmp_path / "a.jpg", pixels)
+    refused("holds 8 bits a channel", save, tmp_path / "a.webp", pixels)
+    refused("uint16 with linear=True", save, tmp_path / "a.png", pixels, linear=True)
+    save(tmp_path / "a.npy", pixels)
+    assert np.array_equal(load(tmp_path / "a.npy")[..., :3], pixels / np.float32(65535))
 
 
 def test_float_tiff_is_turned_and_made_straight_and_keeps_nan(tmp_path: Path) -> None:
