@@ -410,9 +410,12 @@ def test_absurd_counts_are_refused_before_allocation(tmp_path):
 def test_truncated_files_are_refused(tmp_path, suffix):
     path = tmp_path / f"m.{suffix}"
     trimesh.creation.icosphere(subdivisions=2).export(path)
-    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
-    with pytest.raises(InputError, match="truncated"):
+    whole = path.read_bytes()
+    path.write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(InputError, match="truncated") as caught:
         Scene.load(path)
+    if suffix == "stl":
+        assert f"truncated, 320 triangles take {len(whole)} bytes and {len(whole) // 2} are there" in str(caught.value)
 
 
 @pytest.mark.parametrize(
