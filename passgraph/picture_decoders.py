@@ -33,6 +33,8 @@ Stored = NDArray[Any]  # (h, w, 4) uint8, uint16 or float32
 
 #: What Pillow is let to open. Some of its other formats start programs (EPS runs Ghostscript), none is promised.
 PILLOW_FORMATS = ("PNG", "JPEG", "TIFF", "WEBP", "BMP", "GIF", "TGA")
+#: Those of which a file may hold several pictures.
+_MANY = ("TIFF", "WEBP", "GIF")
 EXPECTED = "PNG, JPEG, TIFF, WebP, BMP, GIF, TGA, OpenEXR or npy"
 #: Of the result, four float32.
 BYTES_A_PIXEL = 16
@@ -89,6 +91,17 @@ def open_picture(data: bytes, where: str) -> ImageFile:
             f"{where}: not a picture that can be read, or corrupt; expected {EXPECTED},"
             f" got {len(data)} bytes that begin with {data[:8]!r}"
         ) from error
+
+
+def holds_several(file: Path) -> bool:
+    """Whether a GIF, TIFF or WebP file has pictures behind the first; False of what cannot be read."""
+    from PIL import Image as pillow
+
+    try:
+        with without_pillow_limit(), pillow.open(file, formats=_MANY) as image:
+            return bool(getattr(image, "is_animated", False))
+    except Exception:  # decoders meet broken bytes with errors of every kind, told when the picture is read
+        return False
 
 
 def _is_known_to_pillow(data: bytes) -> bool:

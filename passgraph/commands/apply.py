@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from passgraph.commands.files import check_apart, check_no_video, is_one_picture
+from passgraph.commands.files import check_apart, check_no_video, is_one_picture, tell_of_several
 from passgraph.commands.named import named_effect
 from passgraph.commands.options import (
     Decorated,
@@ -236,6 +236,7 @@ def apply_to_one(
     if options["resume"] and is_made(output, [picture]):
         click.echo(f"{output}: is there already")
         return 0
+    tell_of_several([picture])
     job = picture_job(effect, picture, depth, options["linear"], given, holds)
     run_and_save(
         job, options["backend"], output, capture, options["non_finite"], options["check_finite"], options["profile"],

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import passgraph as pg
 from passgraph.commands.clips import Clip
@@ -56,6 +57,21 @@ def test_every_way_to_name_pictures(capsys: pytest.CaptureFixture[str], inputs: 
     assert out.startswith("out: 3 frames 6x4 by reference in ")
     assert names("out") == [f"in.000{n}.png" for n in (2, 3, 4)]
     assert [value(Path("out", name)) for name in names("out")] == [20, 30, 40]
+
+
+def test_pictures_behind_the_first_of_a_file_are_told(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("in").mkdir()
+    stack = [Image.fromarray(np.full((4, 6, 3), 40 * n, np.uint8)) for n in (1, 2, 3)]
+    for name in ("a.gif", "b.tif", "c.webp"):
+        stack[0].save(Path("in", name), save_all=True, append_images=stack[1:])
+    stack[0].save("in/d.tif")
+    Path("in/e.tif").write_bytes(b"II*\0")
+    told = "passgraph: warning: in/{}: holds several pictures{}; the first is read\n"
+    one = Outcome(capsys, *TINY, "in/b.tif", "-o", "one.png")
+    assert (one.status, one.err) == (0, told.format("b.tif", ""))
+    assert value(Path("one.png")) == 40
+    assert Outcome(capsys, *TINY, "in", "-o", "out/").err.startswith(told.format("a.gif", ", and so do 2 others"))
+    assert well(capsys, *TINY, "in/d.tif", "-o", "two.png")
 
 
 def test_16_bits_stay_16_bits_where_it_is_said(capsys: pytest.CaptureFixture[str]) -> None:
