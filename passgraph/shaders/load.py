@@ -90,6 +90,11 @@ def read_plain(text: str, path: Path) -> ShaderEffect:
     """A fragment shader by itself: its samplers are pictures, its other uniforms parameters."""
     shader = parse(text, name=name_of(path), file=str(path), folder=path.parent)
     kernel = PixelKernel[Target].of_shader(shader)
+    if len(shader.program.results) > 1:
+        raise InputError(
+            f"{path}: has {len(shader.program.results)} outputs, and an effect makes one picture; leave one output, or "
+            "write all of them with pg.kernel(glsl=...), which takes as many targets: into=(pg.target(...), ...)"
+        )
     images = tuple(u.name for u in shader.uniforms if isinstance(u.type, ImageType))
     parameters = {
         u.name: ShaderParameter(u.name, u.type, u.default if u.has_default else zero_of_type(u.type))

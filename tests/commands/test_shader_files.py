@@ -108,6 +108,15 @@ def test_other_shaders_are_told_by_what_they_are(name: str, told: str, capsys: p
         pg.load_shader(name)
 
 
+def test_a_shader_of_several_outputs_says_what_takes_them(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("two.frag").write_text(
+        "#version 330\nlayout(location = 0) out vec4 a;\nlayout(location = 1) out vec4 b;\n"
+        "void main() { a = vec4(0.0); b = vec4(1.0); }"
+    )
+    assert run(["apply", "two.frag", "-o", "out.png"]) == 2
+    assert "two.frag: has 2 outputs, and an effect makes one picture; leave one output, or" in capsys.readouterr().err
+
+
 def test_endings_in_capitals_are_the_same() -> None:
     Path("LEVEL.FS").write_text(GENERATOR)
     assert applied("LEVEL.FS", "--size", "4x4")[:3] == [64, 64, 64]

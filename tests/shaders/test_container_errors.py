@@ -290,3 +290,22 @@ def test_sizes_come_from_numbers_and_not_from_runs(
     assert shader.constants >= {parameter}
     with pytest.raises(pg.InputError, match=f"a.*: parameter '{parameter}', which sizes of passes come from, must be"):
         shader(*pictures, **{parameter: given})
+
+
+def test_a_transition_says_defaults_behind_declarations_and_within_them(tmp_path: Path) -> None:
+    """Both ways stand in what gl-transitions publishes."""
+    file = tmp_path / "a.glsl"
+    file.write_text(
+        "uniform float soft; // = 0.25\n"
+        "uniform ivec2 least/* = ivec2(20) */; // so many squares\n"
+        "uniform int steps /* = 50 */; // 0 for none\n"
+        "uniform vec3 rim /* of each square */;\n"
+        "vec4 transition(vec2 uv) { return vec4(rim * soft, float(steps + least.x)) + progress * getToColor(uv); }\n"
+    )
+    said = {name: np.ravel(one.default).tolist() for name, one in load_shader(file).parameters.items()}
+    assert said == {"progress": [0.5], "soft": [0.25], "least": [20, 20], "steps": [50], "rim": [0, 0, 0]}
+    file.write_text("uniform float k /* = nowhere */;\nvec4 transition(vec2 uv) { return vec4(k); }")
+    with pytest.raises(pg.KernelError) as caught:
+        load_shader(file)
+    assert str(caught.value).splitlines()[0].startswith(f"{file}:1: 'nowhere' is not defined")
+    assert str(caught.value).splitlines()[2].index("^") == 4 + len("uniform float k /* = ")
