@@ -140,6 +140,19 @@ def test_passes_alike_are_compiled_once(monkeypatch: pytest.MonkeyPatch, tmp_pat
     assert len(list((tmp_path / "code").glob("*.o"))) <= 4
 
 
+@pytest.mark.parametrize("format_", ["rgba16f", "rgba8", "rgba16"])
+def test_what_the_language_says_of_rounding_is_not_compiled(format_: str) -> None:
+    """Of halves it is longer than most kernels; stores round by themselves, and nothing of it would be used."""
+    kernel = pg.kernel(source="def k(c: Image) -> vec4: return c[0, 0] * 0.3 + c[1, 1].yxwz")
+    lengths = []
+    for stored in ("rgba32f", format_):
+        with pg.compile(kernel(pg.Input("frame", "rgba32f", SIZE), into=pg.target("out", stored))) as program:
+            step = step_of(program)
+        lengths.append((s.count(Layout.of(alone(step), 16).stages[0].program.body), s.count(step.program.body)))
+    (exact, said_exact), (made, said) = lengths
+    assert made == exact == said_exact < said
+
+
 def test_constant_vectors_are_short_and_results_are_woven_once() -> None:
     """Nothing is stored in part: the last turn of a row ends where the row does."""
     text = text_of(curves(1))
