@@ -3,14 +3,13 @@
 Where rows begin, and what their ends hold, is found around them (code.py) and handed over in a frame (frame.py).
 """
 
-# mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from llvmlite import ir
-
+from passgraph.backends.numpy.machine import ir
+from passgraph.backends.numpy.machine.builder import IRBuilder
 from passgraph.backends.numpy.pixels.frame import Frame
 from passgraph.backends.numpy.pixels.layout import StageLayout, View
 from passgraph.backends.numpy.vector.lane_body import LaneBody
@@ -39,7 +38,7 @@ def body_text(stage: StageLayout, name: str) -> str:
     function = ir.Function(module, BODY, name)
     # Nothing writes to the frame meanwhile.
     function.args[0].add_attribute("noalias")
-    b = Lanes(ir.IRBuilder(function.append_basic_block("entry")), stage.lanes)
+    b = Lanes(IRBuilder(function), stage.lanes)
     Stretch(b, stage, function.args[0]).emit(*function.args[1:])
     b.ret_void()
     return str(module)

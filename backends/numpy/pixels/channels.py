@@ -22,7 +22,7 @@ Numbering: TypeAlias = dict[tuple[object, ...], int]
 
 
 def before_rounding(program: s.ScalarProgram) -> s.ScalarProgram:
-    """The program up to what is rounded to the targets' formats: machine code rounds as it stores (vector/stored.py)."""
+    """The program up to what is rounded to the targets' formats: machine code rounds as it stores."""
     outputs = tuple(replace(output, values=output.unrounded) for output in program.outputs)
     body = eliminate_dead(program.body, [value for output in outputs for value in output.values])
     return replace(program, body=body, outputs=outputs)

@@ -3,14 +3,12 @@
 LLVM's own vectoriser gives up on loops and branches inside a loop over pixels; here it need not find anything out.
 """
 
-# mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Any
 
-from llvmlite import ir
-
+from passgraph.backends.numpy.machine import ir
 from passgraph.backends.numpy.vector.constants import zeros
 from passgraph.backends.numpy.vector.lanes import Lanes, border, is_vector, offset_within
 from passgraph.backends.numpy.vector.operations import BOOL, F32, HELD, I8, I32, I64, TYPES, constant, emit_operation
@@ -184,9 +182,7 @@ class LaneBody:
             kind, values = next((kind, values) for name, kind, values in self.program.tables if name == i.table)
             entries = [constant(s.Lit(kind, value)) for value in values]
             array = ir.Constant(ir.ArrayType(TYPES[kind], len(values)), entries)
-            held = ir.GlobalVariable(b.module, array.type, b.module.get_unique_name("table"))
-            held.linkage, held.global_constant, held.initializer = "internal", True, array
-            self.tables[i.table] = held
+            self.tables[i.table] = ir.GlobalVariable(b.module, array)
         return self._entry(self.tables[i.table], self.operand(i.index), TYPES[i.to.type])
 
     def texel(self, i: s.LoadTexel) -> None:
@@ -222,7 +218,7 @@ class LaneBody:
             b.icmp_signed(">=", x, least), b.icmp_signed("<", x, b.sub(width, ir.Constant(I32, max(0, high))))
         )
         together, apart, behind = (b.append_basic_block(name) for name in ("together", "apart", "behind"))
-        b.cbranch(b.all(b.or_(inside, b.not_(self._at_work()))), together, apart).set_weights([1000, 1])
+        b.cbranch(b.all(b.or_(inside, b.not_(self._at_work()))), together, apart, (1000, 1))
         b.position_at_end(together)
         start = b.add(b.select(inside, x, least), ir.Constant(I32, low))
         held = self.held[number]
