@@ -14,7 +14,7 @@ from passgraph.backends.numpy.pixels.frame import Frame
 from passgraph.backends.numpy.pixels.layout import StageLayout, View
 from passgraph.backends.numpy.vector.lane_body import LaneBody
 from passgraph.backends.numpy.vector.lanes import Lanes
-from passgraph.backends.numpy.vector.operations import BOOL, I32, I64
+from passgraph.backends.numpy.vector.operations import BOOL, F32, I32, I64
 from passgraph.backends.numpy.vector.stored import decoded, element, woven
 from passgraph.backends.numpy.vector.texels import neighbours
 from passgraph.language import scalar as s
@@ -54,7 +54,7 @@ class Entries(dict[str, Any]):
 
     def __missing__(self, name: str) -> Any:
         place = self.frame.places[name]
-        if name in ("floats", "ints") or name.endswith(tuple("0123456789")):
+        if name in ("floats", "ints", "literals") or name.endswith(tuple("0123456789")):
             made = self.row(place)
         else:
             with self.b.goto_entry_block():
@@ -83,6 +83,11 @@ class Stretch:
     def __init__(self, b: Lanes, stage: StageLayout, frame: Any) -> None:
         self.b, self.stage = b, stage
         self.entries = Entries(b, stage.frame, frame)
+        #: By their values' numbers.
+        self.literals: dict[int, Any] = {}
+        if stage.as_data and stage.literals:
+            for place in range(len(stage.literals[1])):
+                self.literals[-1 - place] = b.load_at(self.entries["literals"], number(place), F32, steady=True)
 
     def emit(self, y: Any, begin: Any, last: Any) -> None:
         """From number ``begin`` of the row to ``last``: a turn's worth at least.
@@ -145,6 +150,7 @@ class PixelBody(LaneBody):
             given["pixel.0"] = b.add(b.trunc(at, I32), b.counting(I32))
             given["pixel.1"] = b.add(b.trunc(y, I32), ir.Constant(I32, row))
         super().__init__(stage.program, b, given, entries, b.spread(ir.Constant(BOOL, 1)), stage.images)
+        self.values |= place.literals
         self.views = {(view.image, view.border): number for number, view in enumerate(stage.views)}
 
     def stored(self) -> list[Any]:

@@ -11,6 +11,7 @@ from passgraph.backends.numpy.machine.memory import ROOM
 from passgraph.backends.numpy.pixels.chains import Stage, Work
 from passgraph.backends.numpy.pixels.channels import before_rounding, selection, single_channel
 from passgraph.backends.numpy.pixels.frame import Frame
+from passgraph.backends.numpy.pixels.literals import with_literals_apart
 from passgraph.backends.numpy.pixels.near import near_images, reach
 from passgraph.backends.numpy.storage import FLOAT
 from passgraph.formats import Format
@@ -63,6 +64,7 @@ class StageLayout:
     chain: tuple[Stage, ...]
     number: int
     lanes: int
+    as_data: bool = False  # whether the body finds its float literals in memory, see literals.py
 
     @property
     def stage(self) -> Stage:
@@ -108,8 +110,17 @@ class StageLayout:
         return self._selection is not None
 
     @property
-    def program(self) -> s.ScalarProgram:
+    def _exact(self) -> s.ScalarProgram:
         return self._selection or self._single or self._whole
+
+    @cached_property
+    def literals(self) -> tuple[s.ScalarProgram, tuple[float, ...]] | None:
+        """The program without its float literals, and these; None where they stay."""
+        return with_literals_apart(self._exact)
+
+    @property
+    def program(self) -> s.ScalarProgram:
+        return self.literals[0] if self.as_data and self.literals else self._exact
 
     @cached_property
     def reach(self) -> Halo:
@@ -118,7 +129,7 @@ class StageLayout:
     @cached_property
     def near(self) -> tuple[s.ImageUse, ...]:
         """Images that relative reads find in windows."""
-        return near_images(self.program)
+        return near_images(self._exact)
 
     @property
     def images(self) -> tuple[Format, ...]:
@@ -270,8 +281,8 @@ class Layout:
     def fixed(self) -> list[str]:
         """Names of the first entries of the context, the same at each run: what the pieces decide, where bodies are."""
         pitches = [f"pitch{stage.number}" for stage in self.stages[:-1]]
-        bodies = [f"body{stage.number}" for stage in self.stages]
-        return ["counter", "count", "columns", "tile", "band", "width", "height", "zeros", *pitches, *bodies]
+        own = [f"{what}{stage.number}" for what in ("literals", "body") for stage in self.stages]
+        return ["counter", "count", "columns", "tile", "band", "width", "height", "zeros", *pitches, *own]
 
     @property
     def bound(self) -> list[str]:

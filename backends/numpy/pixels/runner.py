@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Any
 
@@ -11,10 +12,11 @@ import numpy as np
 
 from passgraph.backends.base import Block, FloatBlock
 from passgraph.backends.numpy.machine.memory import aligned_zeros
-from passgraph.backends.numpy.machine.native import function_code, lanes
+from passgraph.backends.numpy.machine.native import function_code, lanes, place_among
 from passgraph.backends.numpy.machine.workers import Workers
 from passgraph.backends.numpy.pixels.chains import Stage, Tiling, pitch, tiling
 from passgraph.backends.numpy.pixels.layout import Layout, StageLayout
+from passgraph.backends.numpy.pixels.literals import MAX_IN_CODE
 from passgraph.language.scalar import work
 
 if TYPE_CHECKING:
@@ -33,10 +35,13 @@ class PixelRun:
     def __init__(self, chain: Sequence[Stage], tiles: Tiling, layout: Layout, workers: Workers) -> None:
         self.workers = workers
         self.code = function_code(layout.parts, lambda name: _text(layout, name))
-        self.bodies = [function_code(stage.parts, partial(_body_text, stage)) for stage in layout.stages]
+        stages = [_shared(stage) for stage in layout.stages]
+        self.bodies = [function_code(stage.parts, partial(_body_text, stage)) for stage in stages]
+        self.literals = [np.array(stage.literals[1] if stage.literals else (), np.float32) for stage in stages]
         self.zeros = aligned_zeros(layout.zeros)
         fixed = [0, tiles.pieces, tiles.columns, tiles.width, tiles.rows, *chain[-1].step.size, self.zeros.ctypes.data]
-        fixed += [pitch(stage, tiles.width) for stage in chain[:-1]] + [0] * len(chain)
+        fixed += [pitch(stage, tiles.width) for stage in chain[:-1]]
+        fixed += [literals.ctypes.data for literals in self.literals] + [0] * len(chain)
         self.context = np.zeros(len(fixed) + len(layout.bound), np.int64)
         self.context[: len(fixed)] = fixed
         self.begin = len(fixed)
@@ -100,6 +105,14 @@ class _Own:
         self.arrays.append(aligned_zeros(layout.scratch))
         self.entries = np.array([array.ctypes.data for array in self.arrays], np.int64)
         self.address = self.entries.ctypes.data
+
+
+def _shared(stage: StageLayout) -> StageLayout:
+    """The stage with its literals as data where the plan has many like it."""
+    apart = replace(stage, as_data=True)
+    if stage.literals is None or place_among(apart.parts, stage.literals[1]) < MAX_IN_CODE:
+        return stage
+    return apart
 
 
 def _text(layout: Layout, name: str) -> str:

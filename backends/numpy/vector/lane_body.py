@@ -38,7 +38,7 @@ class LaneBody:
         self.windows = windows_of(program)
         self.slots = {name: self._slot(TYPES[kind]) for name, kind in program.variables}
         self.arrays = {name: self._array(HELD[kind], length) for name, kind, length in program.arrays}
-        self.straight = is_straight(program)
+        self.straight = s.is_straight(program)
         self.all, self.mask = mask, None  # lanes at work, first and later
         if not self.straight:
             self.mask = self._slot(BOOL)
@@ -334,11 +334,6 @@ class LaneBody:
         b.branch(check)
         b.position_at_end(behind)
         b.store(before, self.mask)
-
-
-def is_straight(program: s.ScalarProgram) -> bool:
-    """Whether all instructions of a program run once, one after another, and what they name is never written again."""
-    return not program.variables and not program.arrays and not any(isinstance(i, (s.If, s.For)) for i in program.body)
 
 
 def _leaves(body: tuple[s.Instruction, ...]) -> bool:
