@@ -202,7 +202,7 @@ def test_numbers_that_llvm_has_rules_for_stay_in_code() -> None:
         program_of("def k(c: Image) -> vec4: return (c[0, 0] * 0.1 - 0.5) / 8.0 + c[0, 0] * 1e30 + 3.0 * c[1, 0] * 0.1")
     )
     assert found is not None
-    program, numbers = found
+    program, numbers = found.program, found.literals
     assert numbers == pytest.approx((0.1, 1e30))
     assert {x.value for i in program.body for x in s.operands_of(i) if isinstance(x, s.Lit) and x.type == "float"} == {
         0.5,

@@ -11,7 +11,6 @@ from passgraph.backends.numpy.machine.memory import ROOM
 from passgraph.backends.numpy.pixels.chains import Stage, Work
 from passgraph.backends.numpy.pixels.channels import before_rounding, selection, single_channel
 from passgraph.backends.numpy.pixels.frame import Frame
-from passgraph.backends.numpy.pixels.literals import with_literals_apart
 from passgraph.backends.numpy.pixels.near import near_images, reach
 from passgraph.backends.numpy.storage import FLOAT
 from passgraph.formats import Format
@@ -64,7 +63,6 @@ class StageLayout:
     chain: tuple[Stage, ...]
     number: int
     lanes: int
-    as_data: bool = False  # whether the body finds its float literals in memory, see literals.py
 
     @property
     def stage(self) -> Stage:
@@ -110,17 +108,8 @@ class StageLayout:
         return self._selection is not None
 
     @property
-    def _exact(self) -> s.ScalarProgram:
-        return self._selection or self._single or self._whole
-
-    @cached_property
-    def literals(self) -> tuple[s.ScalarProgram, tuple[float, ...]] | None:
-        """The program without its float literals, and these; None where they stay."""
-        return with_literals_apart(self._exact)
-
-    @property
     def program(self) -> s.ScalarProgram:
-        return self.literals[0] if self.as_data and self.literals else self._exact
+        return self._selection or self._single or self._whole
 
     @cached_property
     def reach(self) -> Halo:
@@ -129,7 +118,7 @@ class StageLayout:
     @cached_property
     def near(self) -> tuple[s.ImageUse, ...]:
         """Images that relative reads find in windows."""
-        return near_images(self._exact)
+        return near_images(self.program)
 
     @property
     def images(self) -> tuple[Format, ...]:
@@ -246,10 +235,9 @@ class StageLayout:
         around = self.stage.margin, self.stage.rings, len(self.program.images)
         return (*self._turn, *self.reach, *around, tuple(views), tuple(held))
 
-    @cached_property
-    def parts(self) -> tuple[str, ...]:
-        """What tells the body from all other."""
-        program = nameless(self.program)
+    def parts(self, program: s.ScalarProgram) -> tuple[str, ...]:
+        """What tells the body of this program, the stage's own or one of its numbers apart, from all other."""
+        program = nameless(program)
         held = [_held(format_) for format_ in (*self.images, *self.formats, *self.outputs)]
         views = [(v.image, v.border, v.rows, v.decodes) for v in self.views]
         builtins = [name for name, _ in program.builtins]

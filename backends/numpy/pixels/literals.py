@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from passgraph.language import scalar as s
 
@@ -20,9 +20,16 @@ SHORT_BITS = 6
 MAX_IN_CODE = 8
 
 
-def with_literals_apart(program: s.ScalarProgram) -> tuple[s.ScalarProgram, tuple[float, ...]] | None:
-    """A straight program that has values -1, -2 … for its float literals, and these in order; None where that is not
-    for it: it has none, or too many, or branches.
+@dataclass(frozen=True)
+class Apart:
+    """A program that has values -1, -2 … for its float literals, and these in order."""
+
+    program: s.ScalarProgram
+    literals: tuple[float, ...]
+
+
+def with_literals_apart(program: s.ScalarProgram) -> Apart | None:
+    """None for what is not straight, has no such literals, or too many.
 
     Numbers that are few bits long stay: 0, 1 and powers of two are what LLVM has rules for, and all kernels have them.
     """
@@ -50,7 +57,7 @@ def with_literals_apart(program: s.ScalarProgram) -> tuple[s.ScalarProgram, tupl
     outputs = tuple(replace(o, values=apart(o.values), unrounded=apart(o.unrounded)) for o in program.outputs)
     if not 0 < len(found) <= MAX_LITERALS:
         return None
-    return replace(program, body=tuple(body), outputs=outputs), tuple(found)
+    return Apart(replace(program, body=tuple(body), outputs=outputs), tuple(found))
 
 
 def _is_own(x: s.Lit) -> bool:
