@@ -1,6 +1,5 @@
 """Bins of rows, counted (:class:`passgraph.plan.known.Counting`): each texel adds to its bin in a table."""
 
-# mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
 
 import ctypes
@@ -8,8 +7,8 @@ from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from llvmlite import ir
-
+from passgraph.backends.numpy.machine import ir
+from passgraph.backends.numpy.machine.builder import IRBuilder
 from passgraph.backends.numpy.machine.native import function_code, lanes
 from passgraph.backends.numpy.machine.workers import Workers
 from passgraph.backends.numpy.vector.constants import zeros
@@ -61,11 +60,10 @@ def counts_text(name: str, width: int) -> str:
     """A module with ``counts(picture…, outputs…, quarter, first, end)``: these rows, each to a row of the outputs."""
     module = ir.Module(name)
     function = ir.Function(module, ir.FunctionType(ir.VoidType(), [I64] * 12), name)
-    b = Lanes(ir.IRBuilder(function.append_basic_block("entry")), width)
+    b = Lanes(IRBuilder(function), width)
     picture, across, down, pitch, *outputs, output_pitch, quarter, first, end = function.args
     bins = b.mul(quarter, _long(4))
     tables = b.alloca(I32, _long(TABLES * ROOM))
-    tables.type = ir.PointerType()  # to single numbers and to vectors
     source, *made = (b.inttoptr(address, ir.PointerType()) for address in (picture, *outputs))
     with counting(b, first, end, _long(1)) as y:
         with counting(b, _long(0), b.add(bins, _long(1)), _long(width)) as entry:
