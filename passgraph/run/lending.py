@@ -20,6 +20,10 @@ if TYPE_CHECKING:
     from passgraph.backends.base import Backend
 
 
+#: Bytes of a result from which on passes write it where its caller will have it.
+WORTH_MAKING = 1 << 13
+
+
 class Lending:
     """What the caller lends to one run after another.
 
@@ -55,10 +59,10 @@ class Lending:
         self.made.clear()
         self._handed_out.clear()
         self.room = dict(room)
-        for resource in self._plain_results - room.keys() if results else ():
-            format_ = self.plan.resources[resource].format
-            if results == "stored" or np.dtype(format_.number) == np.float32:
-                self.made[resource] = self.array(resource, np.dtype(format_.number))
+        for resource in self._worth_making if results else ():
+            number = self.plan.resources[resource].format.number
+            if resource not in room and (results == "stored" or number == "f4"):
+                self.made[resource] = self.array(resource, np.dtype(number))
 
     def array(self, resource: int, dtype: np.dtype[Any]) -> NDArray[Any]:
         """An array of a result's size, which is the caller's from then on."""
@@ -162,6 +166,12 @@ class Lending:
         static = {r for step in plan.steps if step.static for r in step.writes}
         plain = (plan.resources[r] for r in plan.outputs.values() if r not in static)
         return {made.id for made in plain if made.kind == "target" and made.history is None}
+
+    @cached_property
+    def _worth_making(self) -> list[int]:
+        """Plain results that take longer to be moved than to be lent memory."""
+        memories = ((r, self.plan.memories[self.plan.resources[r].memory]) for r in self._plain_results)
+        return [resource for resource, memory in memories if memory.bytes >= WORTH_MAKING]
 
 
 @dataclass(frozen=True)
