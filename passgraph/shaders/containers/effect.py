@@ -118,7 +118,8 @@ class ShaderEffect:
             return made
         # A shader that never reads its picture is as large as that all the same.
         made = self.build(named, values, replace(written, name=f"{written.name}.drawn"))
-        return shown_beside(made, [frame], replace(written, size=None))
+        # Some containers say themselves how large the result is.
+        return shown_beside(made, [frame], written if made.spec.size == written.size else replace(written, size=None))
 
 
 def checked(effect: ShaderEffect, name: str, value: Any) -> Any:
