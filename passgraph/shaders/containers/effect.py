@@ -76,7 +76,14 @@ class ShaderEffect:
     build: Build = field(repr=False)
     constants: frozenset[str] = frozenset()
 
-    def __call__(self, *pictures: Target, into: TargetSpec | None = None, **given: Any) -> Target:
+    def __post_init__(self) -> None:
+        if "into" in (*self.images, *self.parameters):
+            raise InputError(
+                f"{self.file}: calls a parameter or picture 'into', as effects call the target that they draw into; "
+                "give it another name"
+            )
+
+    def __call__(self, /, *pictures: Target, into: TargetSpec | None = None, **given: Any) -> Target:
         """The graph of the shader's passes.
 
         Raises
