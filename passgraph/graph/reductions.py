@@ -55,7 +55,8 @@ def reduce(
         ``"x"`` along each row, which gives 1 x height pixels; ``"y"`` along each column, width x 1; left out, both:
         1 x 1.
     channel
-        For ``"arg_min"`` and ``"arg_max"``: 0 to 3 (the default is 0) or ``"luma"``, Rec. 709 weights.
+        For ``"arg_min"`` and ``"arg_max"``: 0 to 3 (the default is 0) or ``"luma"``: Rec. 709 weights; the first
+        of formats with one or two.
     into
         Where it goes, without a size; left out, a float32 target.  With fewer channels than four, the first ones.
     name
@@ -98,7 +99,7 @@ def reduce(
             f"pg.reduce: channel is for 'arg_min' and 'arg_max', and {how!r} gives every channel; leave it out, and "
             "read the one that you need"
         )
-    number = _channel_number(0 if channel is None else channel, "pg.reduce: channel")
+    number = _channel_number(0 if channel is None else channel, image, "pg.reduce: channel")
     made = _declared(into, name, f"{image.name}.{how}", "rg32f" if place else "rgba32f", f"pg.reduce {how!r}")
     name = _named(name, made)
     top = _tree(image, _HOW[how], axis, number, made.name)
@@ -134,7 +135,7 @@ def histogram(
     bins
         1 to 2048.
     channel
-        0 to 3, or ``"luma"``: Rec. 709 weights on red, green and blue.
+        0 to 3, or ``"luma"``: Rec. 709 weights on red, green and blue; the first of formats with one or two.
     low, high
         The ends, ``low`` below ``high`` by 1e-34 at least; numbers or run values.  With 256 bins from 0 to 1, an 8-bit
         channel has a bin for each of its numbers.
@@ -167,7 +168,7 @@ def histogram(
 
     _check_picture(image, "pg.histogram")
     arguments.whole(bins, "pg.histogram: bins", 1, MOST_BINS)
-    number = _channel_number(channel, "pg.histogram: channel")
+    number = _channel_number(channel, image, "pg.histogram: channel")
     ends = _end(low, "low"), _end(high, "high")
     if not isinstance(low, (Value, Derived)) and not isinstance(high, (Value, Derived)):
         _check_width(low, high)
@@ -211,10 +212,11 @@ def _check_picture(image: object, what: str) -> None:
     arguments.instance(image, Target, f"{what}: image", "a target that a pass returned, or pg.Input(...)")
 
 
-def _channel_number(channel: object, what: str) -> int:
-    """As the kernels take it; ``"luma"`` is the one behind the channels."""
+def _channel_number(channel: object, image: Target, what: str) -> int:
+    """As the kernels take it; ``"luma"`` is the one behind the channels, and the first where there are one or two."""
     if arguments.among(channel, ("luma",)):
-        return 4
+        stored = image.spec.format
+        return 0 if stored is not None and stored.channels < 3 else 4
     if isinstance(channel, bool) or not isinstance(channel, (int, np.integer)) or channel not in range(4):
         raise GraphError(f"{what} must be 0, 1, 2, 3 or 'luma', got {arguments.shown(channel)}")
     return int(channel)

@@ -175,6 +175,20 @@ def test_a_count_beyond_what_floats_hold_is_near() -> None:
     assert 0 < abs(counts[3] - width * height) <= 2.0**-20 * width * height
 
 
+@pytest.mark.parametrize("format_", ["r8", "rg16f", "r32f"])
+def test_luma_of_one_or_two_channels_is_the_first(format_: str) -> None:
+    """A target that a kernel wrote a brightness into is counted as bright as it is."""
+    levels = np.random.default_rng(7).integers(0, 8, (9, 11, 4))
+    first = pg.kernel(source="def first(c: Image) -> float: return c[0, 0].r")
+    both = pg.kernel(source="def both(c: Image) -> vec2: return c[0, 0].rg")
+    made = (both if format_ == "rg16f" else first)(pg.Input("frame", "rgba8"), into=pg.target("light", format_))
+    with pg.compile([pg.histogram(made, 8), pg.reduce(made, "arg_max", channel="luma")]) as program:
+        result = program(frame=np.round((levels + 0.5) / 8 * 255).astype(np.uint8))
+    assert np.array_equal(result["light.histogram"][0, :, 0], np.bincount(levels[..., 0].ravel(), minlength=8))
+    row, column = np.unravel_index(levels[..., 0].argmax(), (9, 11))
+    assert result["light.arg_max"][0, 0].tolist() == [column, row]
+
+
 def test_luma_is_weighted() -> None:
     picture = np.zeros((1, 4, 3), np.float32)
     picture[0, 1:] = np.eye(3)
