@@ -44,6 +44,8 @@ _STORED = {"1": 1, "L": 1, "P": 1, "I;16": 2, "I;16L": 2, "I;16B": 2, "I;16N": 2
 #: their copies for WebP and GIF, and for TIFF another image, which it is turned into, and a strip as large as it.
 _HELD_BESIDE = {"JPEG": 6, "WEBP": 16, "GIF": 8, "TIFF": 8}
 _PIXELS_AT_ONCE = 1 << 16
+#: Opaque, as the bytes red, green, blue and alpha.
+_BLACK = 0xFF000000
 #: What files begin with of which Pillow has a module of that name.
 _SIGNATURES = {b"\x89PNG\r\n\x1a\n": "Png", b"\xff\xd8\xff": "Jpeg"}
 
@@ -199,8 +201,11 @@ def _loaded_in_place(image: ImageFile) -> Stored | None:
 
     if image.format not in ("PNG", "JPEG") or image.mode not in ("RGB", "RGBA") or "transparency" in image.info:
         return None
-    picture = np.empty((image.height, image.width, 4), np.uint8)
-    layout = "RGBA" if image.mode == "RGBA" else "RGBX"
+    if not image.tile:  # a file without pixels, which Pillow refuses only where there is no memory yet
+        return None
+    layout, unsaid = ("RGBA", 0) if image.mode == "RGBA" else ("RGBX", _BLACK)
+    # Files may end before their last row.
+    picture = np.full((image.height, image.width, 1), unsaid, "<u4").view(np.uint8)
     ours = pillow.frombuffer(layout, image.size, picture, "raw", layout, 0, 1).im
     image.im = ours
     image.load()

@@ -22,6 +22,9 @@ _BLOCKS: dict[str | None, tuple[int, tuple[int, int], int]] = {
     "x": (1, (64, 1), 3),
     "y": (2, (1, 64), 3),
 }
+#: From the lower end of a histogram to the upper one: float32 holds that, and what a number is multiplied by for its
+#: bin, of as many bins as there may be.
+_WIDTHS = (1e-34, 3.4e38)
 #: Most bins of a histogram: of so many a table lies in the memory that a work-group or a core has near.
 MOST_BINS = 2048
 
@@ -134,8 +137,8 @@ def histogram(
     channel
         0 to 3, or ``"luma"``: Rec. 709 weights on red, green and blue; the first of formats with one or two.
     low, high
-        The ends, ``low`` below ``high``; numbers or run values.  With 256 bins from 0 to 1, an 8-bit channel has a bin
-        for each of its numbers.
+        The ends, ``low`` below ``high`` by 1e-34 at least; numbers or run values.  With 256 bins from 0 to 1, an 8-bit
+        channel has a bin for each of its numbers.
     into
         Where it goes, with one channel and without a size; left out, an r32f target.
     name
@@ -166,9 +169,9 @@ def histogram(
     _check_picture(image, "pg.histogram")
     arguments.whole(bins, "pg.histogram: bins", 1, MOST_BINS)
     number = _channel_number(channel, image, "pg.histogram: channel")
-    ends = [_end(low, "low"), _end(high, "high")]
-    if not any(isinstance(end, (Value, Derived)) for end in ends) and not ends[0] < ends[1]:  # type: ignore[operator]
-        raise GraphError(f"pg.histogram: low must be below high, got {low!r} and {high!r}")
+    ends = _end(low, "low"), _end(high, "high")
+    if not isinstance(low, (Value, Derived)) and not isinstance(high, (Value, Derived)):
+        _check_width(low, high)
     made = _declared(into, name, f"{image.name}.histogram", "r32f", "pg.histogram")
     name = _named(name, made)
     # last run's content lends no size by itself
@@ -217,6 +220,17 @@ def _channel_number(channel: object, image: Target, what: str) -> int:
     if isinstance(channel, bool) or not isinstance(channel, (int, np.integer)) or channel not in range(4):
         raise GraphError(f"{what} must be 0, 1, 2, 3 or 'luma', got {arguments.shown(channel)}")
     return int(channel)
+
+
+def _check_width(low: float, high: float) -> None:
+    if not low < high:
+        raise GraphError(f"pg.histogram: low must be below high, got {low!r} and {high!r}")
+    width = float(np.float32(high)) - float(np.float32(low))
+    if not _WIDTHS[0] <= width <= _WIDTHS[1]:
+        raise GraphError(
+            f"pg.histogram: low and high must lie from {_WIDTHS[0]:g} to {_WIDTHS[1]:g} apart as float32, got {low!r} "
+            f"and {high!r}"
+        )
 
 
 def _end(value: object, what: str) -> object:
