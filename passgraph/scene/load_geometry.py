@@ -151,7 +151,8 @@ def _check(positions: Float64, triangles: NDArray[Any], name: str) -> None:
 
 def _has_area(positions: Float64, triangles: NDArray[Any]) -> bool:
     """Whether one of the triangles has, in units of the whole."""
-    a, b, c = (positions[triangles[:, k]] / max(float(np.ptp(positions, axis=0).max()), 1e-300) for k in range(3))
+    extent = max(float(np.ptp(positions, axis=0).max()), 1e-300)
+    a, b, c = (positions[triangles[:, k]] / extent for k in range(3))
     return bool((np.abs(np.cross(b - a, c - a)) > 0.0).any())
 
 

@@ -9,7 +9,6 @@ NOT_READ = {
     ".slangp": ("a preset of libretro's Slang shaders", "most have a .glslp beside them, which is read"),
     ".slang": ("a Slang shader", "libretro's mostly have a .glsl beside them, which is read; else give its GLSL"),
     ".gdshader": ("a shader of Godot", "write its fragment() as GLSL: uniforms, in vec2 UV, out vec4 COLOR and main()"),
-    ".shader": ("a shader of an engine", "give its fragment shader as GLSL in a file of its own"),
     ".vert": ("a vertex shader", "give the fragment shader that goes with it (.frag)"),
     ".vs": ("a vertex shader", "give the fragment shader that goes with it (.fs), which finds it where it is ISF"),
     ".comp": ("a compute shader", "write it as a fragment shader, which gives its own pixel a colour"),

@@ -346,7 +346,7 @@ def test_a_transition_says_defaults_behind_declarations_and_within_them(tmp_path
     file.write_text(
         "uniform float soft; // = 0.25\n"
         "uniform ivec2 least/* = ivec2(20) */; // so many squares\n"
-        "uniform int steps /* = 50 */; // 0 for none\n"
+        "uniform int steps /* = 5 * 10 */; // 0 for none\n"
         "uniform vec3 rim /* of each square */;\n"
         "vec4 transition(vec2 uv) { return vec4(rim * soft, float(steps + least.x)) + progress * getToColor(uv); }\n"
     )

@@ -26,7 +26,7 @@ _BEHIND = "void pg_main() { gl_FragColor = transition(pg_position); }"
 #: ``uniform float size; // = 0.1`` says a default behind its end, and may say more behind another one.
 _DEFAULT = re.compile(r"^(\s*uniform\s[^;/]*);(\s*)//(\s*=[^;\n]*)(?:;[ \t]*(?://.*)?)?$", re.MULTILINE)
 #: ``uniform int steps /* = 50 */;`` says it before its end.
-_DEFAULT_WITHIN = re.compile(r"^(\s*uniform\s[^;/]*)/\*(\s*=[^*;\n]*)\*/([ \t]*;)", re.MULTILINE)
+_DEFAULT_WITHIN = re.compile(r"^(\s*uniform\s[^;/]*)/\*(\s*=(?:(?!\*/)[^;\n])*)\*/([ \t]*;)", re.MULTILINE)
 #: A shader may have a variable of this name, so that it is no macro.
 _VALUES = {"ratio": aspect}
 _PICTURES = {"from": "pg_from", "to": "pg_to"}
