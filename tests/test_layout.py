@@ -21,6 +21,7 @@ package = root / "passgraph"
 IMPORT_OF_NUMPY = 1.4
 
 
+@cache
 def modules() -> dict[str, Path]:
     """Every module by its installed name, found through the symbolic links."""
     found: dict[str, Path] = {}
@@ -34,6 +35,7 @@ def modules() -> dict[str, Path]:
     return found
 
 
+@cache
 def packages() -> set[str]:
     return {name for name, path in modules().items() if path.name == "__init__.py"}
 
