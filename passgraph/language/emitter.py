@@ -9,11 +9,12 @@ from typing import cast
 
 import numpy as np
 
+from passgraph.errors import KernelLengthError
 from passgraph.language import scalar as s
 from passgraph.language.liveness import eliminate_dead
 from passgraph.language.operations import OPERATIONS
 from passgraph.language.ranges import Ranges
-from passgraph.language.source import NOWHERE, Span, fail
+from passgraph.language.source import NOWHERE, Span
 
 #: Branches at most this long become selections, which vectorise; longer ones stay branches.
 MAX_SELECTED_INSTRUCTIONS = 12
@@ -58,7 +59,8 @@ class Emitter:
         """Counts work, so that no text makes compiling endless."""
         self.steps += 1
         if self.steps > MAX_STEPS:
-            fail(self.span, f"the kernel takes more than {MAX_STEPS} steps to compile; make loops shorter")
+            message = f"the kernel takes more than {MAX_STEPS} steps to compile; make loops shorter"
+            raise KernelLengthError(self.span.point_at(message))
 
     def fresh(self, type_: str) -> s.Val:
         self.ids += 1
