@@ -62,12 +62,9 @@ def _kernel(
     builtins = {"pixel.0": "x", "pixel.1": "y", "output_size.0": str(width), "output_size.1": str(height)}
     named = {image: (f"image{i}", layout) for i, (image, layout) in enumerate(images)}
     printer = OpenCLPrinter(program, builtins, named, inner=inner, prefix=f"{name}_")
-    parameters = [f"__global const {element(layout.format)}* restrict {n}" for n, layout in named.values()]
-    parameters += [f"__global {element(o.format)}* restrict out{i}" for i, o in enumerate(outputs)]
-    parameters += ["PG_UNIFORMS float* restrict floats", "PG_UNIFORMS int* restrict ints", "int4 cut"]
     if on_cpu:
         printer.functions()
-    printer.open(f"__kernel void {name}({', '.join(parameters)})")
+    printer.open(f"__kernel void {name}({parameters([layout for _, layout in images], outputs)})")
     if inner and on_cpu:
         # cut: columns of the first and the last run, which overlaps: some pixels twice cost less than one more kernel.
         printer.line("int y = (int)get_global_id(1);")
@@ -88,6 +85,13 @@ def _kernel(
     if inner and on_cpu:
         printer.line("}")
     return printer.close()
+
+
+def parameters(images: Sequence[ImageLayout], outputs: Sequence[ImageLayout]) -> str:
+    """What kernels of a pixel pass take: ``image0`` and so on, ``out0`` and so on, and what `Launch` gives each."""
+    found = [f"__global const {element(layout.format)}* restrict image{i}" for i, layout in enumerate(images)]
+    found += [f"__global {element(layout.format)}* restrict out{i}" for i, layout in enumerate(outputs)]
+    return ", ".join([*found, "PG_UNIFORMS float* restrict floats", "PG_UNIFORMS int* restrict ints", "int4 cut"])
 
 
 def inner_block(program: ScalarProgram, size: tuple[int, int], group: int) -> tuple[int, int, int, int]:

@@ -359,6 +359,11 @@ def breaks(body: Iterable[Instruction]) -> bool:
     return any(isinstance(i, Break) or (isinstance(i, If) and (breaks(i.then) or breaks(i.orelse))) for i in body)
 
 
+def is_straight(program: ScalarProgram) -> bool:
+    """Whether all instructions run once, one after another, and what they name is never written again."""
+    return not program.variables and not program.arrays and not any(isinstance(i, (If, For)) for i in program.body)
+
+
 def results_of(instruction: Instruction) -> tuple[Val, ...]:
     """The values that an instruction defines."""
     if isinstance(instruction, (Op, Choose, LoadUniform, LoadTable, LoadBuiltin, Read, ReadAt)):

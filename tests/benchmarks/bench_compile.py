@@ -17,18 +17,18 @@ import sys
 import tempfile
 from pathlib import Path
 
-PRIME = """
-import passgraph as pg
-text = '''
-class Corner:
-    position: vec4
+sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-def place(vertex: Vertex) -> Corner:
-    return Corner(vec4(vertex.position, 1.0))
+from tests.corners import placed
 
+KERNELS = placed("""
 def paint(corner: Corner) -> vec4:
     return vec4(1.0)
-'''
+""")
+PRIME = """
+import sys
+import passgraph as pg
+text = sys.argv[1]
 mesh = pg.Mesh.make([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], [[0, 1, 2]])
 place, paint = pg.vertex(source=text, name="place"), pg.fragment(source=text, name="paint")
 with pg.compile(pg.draw(mesh, vertex=place, fragment=paint, into=pg.target("out")), size=(8, 8)) as program:
@@ -77,7 +77,7 @@ def measure(script: str, backend: str, file: str | None) -> tuple[float, float, 
         first = float(run(script, arguments, cache))
     cold, warm = [], []
     with tempfile.TemporaryDirectory() as primed:
-        run(PRIME, [], primed)
+        run(PRIME, [KERNELS], primed)
         for _ in range(ROUNDS):
             with tempfile.TemporaryDirectory() as folder:
                 cache = shutil.copytree(primed, f"{folder}/cache")

@@ -1,14 +1,13 @@
 """Calls in machine code: one function for all that compute the same of vectors."""
 
-# mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
 from typing import Any
 
-from llvmlite import ir
-
+from passgraph.backends.numpy.machine import ir
+from passgraph.backends.numpy.machine.builder import IRBuilder
 from passgraph.backends.numpy.vector.constants import blank
 from passgraph.backends.numpy.vector.lanes import Lanes
 from passgraph.backends.numpy.vector.operations import TYPES, constant, emit_operation
@@ -32,7 +31,7 @@ def _function(b: Lanes, name: str, call: Call) -> Any:
     function = ir.Function(b.module, ir.FunctionType(made, [b.vector(TYPES[v.type]) for v in call.given]), name)
     function.linkage = "internal"
     function.attributes.add("noinline")
-    inner = Lanes(ir.IRBuilder(function.append_basic_block("entry")), b.lanes)
+    inner = Lanes(IRBuilder(function), b.lanes)
     values = dict(zip((value.id for value in call.given), function.args, strict=True))
     for i in call.instructions:
         parts = [constant(x) if isinstance(x, s.Lit) else values[x.id] for x in s.operands_of(i)]

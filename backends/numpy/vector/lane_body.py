@@ -3,14 +3,12 @@
 LLVM's own vectoriser gives up on loops and branches inside a loop over pixels; here it need not find anything out.
 """
 
-# mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Any
 
-from llvmlite import ir
-
+from passgraph.backends.numpy.machine import ir
 from passgraph.backends.numpy.vector.called import called
 from passgraph.backends.numpy.vector.constants import zeros
 from passgraph.backends.numpy.vector.lanes import Lanes, border, is_vector, offset_within
@@ -44,7 +42,7 @@ class LaneBody:
         self.called: set[int] = set()  # values that are inside functions
         self.slots = {name: self._slot(TYPES[kind]) for name, kind in program.variables}
         self.arrays = {name: self._array(HELD[kind], length) for name, kind, length in program.arrays}
-        self.straight = is_straight(program)
+        self.straight = s.is_straight(program)
         self.all, self.mask = mask, None  # lanes at work, first and later
         if not self.straight:
             self.mask = self._slot(BOOL)
@@ -201,9 +199,7 @@ class LaneBody:
             kind, values = next((kind, values) for name, kind, values in self.program.tables if name == i.table)
             entries = [constant(s.Lit(kind, value)) for value in values]
             array = ir.Constant(ir.ArrayType(TYPES[kind], len(values)), entries)
-            held = ir.GlobalVariable(b.module, array.type, b.module.get_unique_name("table"))
-            held.linkage, held.global_constant, held.initializer = "internal", True, array
-            self.tables[i.table] = held
+            self.tables[i.table] = ir.GlobalVariable(b.module, array)
         return self._entry(self.tables[i.table], self.operand(i.index), TYPES[i.to.type])
 
     def texel(self, i: s.LoadTexel) -> None:
@@ -239,7 +235,7 @@ class LaneBody:
             b.icmp_signed(">=", x, least), b.icmp_signed("<", x, b.sub(width, ir.Constant(I32, max(0, high))))
         )
         together, apart, behind = (b.append_basic_block(name) for name in ("together", "apart", "behind"))
-        b.cbranch(b.all(b.or_(inside, b.not_(self._at_work()))), together, apart).set_weights([1000, 1])
+        b.cbranch(b.all(b.or_(inside, b.not_(self._at_work()))), together, apart, (1000, 1))
         b.position_at_end(together)
         start = b.add(b.select(inside, x, least), ir.Constant(I32, low))
         held = self.held[number]
@@ -355,11 +351,6 @@ class LaneBody:
         b.branch(check)
         b.position_at_end(behind)
         b.store(before, self.mask)
-
-
-def is_straight(program: s.ScalarProgram) -> bool:
-    """Whether all instructions of a program run once, one after another, and what they name is never written again."""
-    return not program.variables and not program.arrays and not any(isinstance(i, (s.If, s.For)) for i in program.body)
 
 
 def _leaves(body: tuple[s.Instruction, ...]) -> bool:

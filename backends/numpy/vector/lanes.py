@@ -5,7 +5,6 @@ it is spread.  So the emitters of single operations (operations.py) serve both, 
 more.
 """
 
-# mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
@@ -13,8 +12,7 @@ from contextlib import contextmanager
 from functools import partial
 from typing import Any
 
-from llvmlite import ir
-
+from passgraph.backends.numpy.machine import ir
 from passgraph.backends.numpy.vector.constants import blank, lanes_of, same
 from passgraph.backends.numpy.vector.operations import BOOL, I32
 from passgraph.formats import Format
@@ -157,15 +155,10 @@ class Lanes:
         ``steady``: nothing writes there meanwhile, so that LLVM may load once for many uses.
         """
         if not is_vector(index):
-            loaded = self.plain.load(
-                self.plain.gep(pointer, [index], True, source_etype=kind), typ=kind, align=_size(kind)
-            )
-            if steady:
-                loaded.set_metadata("invariant.load", self.plain.module.add_metadata([]))
-            return loaded
+            place = self.plain.gep(pointer, [index], True, source_etype=kind)
+            return self.plain.load(place, typ=kind, align=_size(kind), steady=steady)
         vector, pointers = self.vector(kind), self.vector(ir.PointerType())
         places = self.plain.gep(pointer, [index], True, source_etype=kind)
-        places.type = pointers
         name = f"llvm.masked.gather.v{self.lanes}{_LETTERS[str(kind)]}.v{self.lanes}p0"
         gather = self.intrinsic(name, vector, [pointers, I32, self.vector(BOOL), vector])
         which = self.spread(ir.Constant(BOOL, 1) if mask is None else mask)
@@ -184,7 +177,6 @@ class Lanes:
         """``pointer[index] = value`` in the lanes of the mask."""
         vector, pointers = self.vector(kind), self.vector(ir.PointerType())
         places = self.plain.gep(pointer, [index], True, source_etype=kind)
-        places.type = pointers
         name = f"llvm.masked.scatter.v{self.lanes}{_LETTERS[str(kind)]}.v{self.lanes}p0"
         scatter = self.intrinsic(name, ir.VoidType(), [vector, pointers, I32, self.vector(BOOL)])
         self.plain.call(scatter, [self.spread(value), places, ir.Constant(I32, _size(kind)), mask])
