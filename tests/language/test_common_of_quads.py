@@ -50,8 +50,9 @@ def test_what_no_pixel_changes_is_computed_once() -> None:
     np.testing.assert_allclose(shown(body), np.full(SIZE[::-1], common()), rtol=1e-5)
 
 
-def test_what_hangs_on_a_pixel_in_its_conditions_is_its_own() -> None:
-    body = BRANCH.replace("turn > 0.5", "x > 2.5") + "    return dfdx(k)\n"
+@pytest.mark.parametrize("place", ["x", "float(pixel().x)"])
+def test_what_hangs_on_a_pixel_in_its_conditions_is_its_own(place: str) -> None:
+    body = BRANCH.replace("turn > 0.5", f"{place} > 2.5") + "    return dfdx(k)\n"
     assert sines(body) == 2
     want = np.float64([0, 0, common() - 1, common() - 1, 0, 0, 0])
     np.testing.assert_allclose(shown(body), np.tile(want, (5, 1)), atol=1e-5)
