@@ -7,7 +7,7 @@ footprints.  A kernel whose image is *fused* has that image's kernel computed in
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any, TypeAlias
 
@@ -25,7 +25,8 @@ from passgraph.language.lower_loops import Loops, leaves, most_work, names_assig
 from passgraph.language.operations import OPERATIONS
 from passgraph.language.parse import parse_kernel
 from passgraph.language.source import NOWHERE, Span, fail
-from passgraph.language.types import Scalar, component_count, element_of
+from passgraph.language.steps import Steps
+from passgraph.language.types import Scalar, component_count, element_of, held_as
 
 #: Instructions of a program; drivers' compilers take a minute for twice as many, and gigabytes.
 MAX_INSTRUCTIONS = 20_000
@@ -317,11 +318,11 @@ class Lowering:
             power = whole_power(self.emitter, *arguments)
             if power is not None:
                 return power
-        program = _prelude_program(name)
-        bound = {p.name: [a] for p, a in zip(program.parameters, arguments, strict=True)}
-        inner = Lowering(program, Facts(simplify=self.facts.simplify), self.shared, "", bound)
-        inner.run()
-        return inner.value(program.results[0].value)[0]
+        if self.emitter.simplify and not isinstance(arguments[0], s.Lit):
+            steps = _prelude_steps(name)
+            if steps is not None:
+                return steps.repeated(self.emitter, arguments)
+        return _inlined(_prelude_program(name), arguments, self.shared, self.facts.simplify)
 
     # Images
 
@@ -385,6 +386,26 @@ _OF_NUMBERS = frozenset(row.name for row in OPERATIONS.values() if row.kind == "
 @cache
 def _prelude_program(name: str) -> ir.TypedKernel:
     return parse_kernel(prelude_function(name), "function")
+
+
+def _inlined(
+    program: ir.TypedKernel, arguments: Sequence[s.Operand], shared: Shared, simplify: bool = True
+) -> s.Operand:
+    """The result of a function of the prelude."""
+    bound = {p.name: [a] for p, a in zip(program.parameters, arguments, strict=True)}
+    inner = Lowering(program, Facts(simplify=simplify), shared, "", bound)
+    inner.run()
+    return inner.value(program.results[0].value)[0]
+
+
+@cache
+def _prelude_steps(name: str) -> Steps | None:
+    """None for what branches, loops or reads memory: that hangs on what it is given."""
+    program, shared = _prelude_program(name), Shared(Emitter())
+    result = _inlined(program, [shared.emitter.fresh(held_as(p.type)) for p in program.parameters], shared)
+    body = tuple(i for i in shared.emitter.blocks[0] if isinstance(i, (s.Op, s.Choose)))
+    straight = all(isinstance(statement, ir.Assign) for statement in program.body)
+    return Steps(body, result) if straight and len(body) == len(shared.emitter.blocks[0]) else None
 
 
 def _both(
