@@ -79,8 +79,9 @@ def _check_further_pictures(effect: Effect, inputs: tuple[str, ...], output: str
 
 
 def writing_of(
-    rate: str | None, codec: str | None, codec_option: Sequence[str], raw: str | None = None, sound: bool = True
-) -> Writing:
+    rate: str | None, codec: str | None, codec_option: Sequence[str], bits: str, raw: str | None = None,
+    sound: bool = True,
+) -> Writing:  # fmt: skip
     """How outputs are written, from the options of these names."""
     layout = None if raw is None else Raw.parsed(raw)
     a_second = None if rate is None else rate_of(rate)
@@ -90,4 +91,4 @@ def writing_of(
         if not (key and equals):
             raise InputError(f"--codec-option {text!r}: expected KEY=VALUE, such as crf=23")
         codec_options[key] = value
-    return Writing(layout, a_second, codec, codec_options, sound)
+    return Writing(layout, a_second, codec, codec_options, sound, int(bits))

@@ -17,6 +17,8 @@ from passgraph.language.source import NOWHERE, Span, fail
 
 #: Branches at most this long become selections, which vectorise; longer ones stay branches.
 MAX_SELECTED_INSTRUCTIONS = 12
+#: Functions of the prelude that make at least so many values are told apart in the program: :attr:`Emitter.calls`.
+MIN_CALL = 12
 #: Expressions lowered and instructions made for one kernel, loops unrolled.
 MAX_STEPS = 200_000
 _RESULT = {
@@ -41,6 +43,7 @@ class Emitter:
         self.table_names: dict[int, str] = {}  # by the identity of the values, which the program keeps
         self.held_tables: dict[int, tuple[int | float, ...]] = {}  # of uints, by the identity of their values
         self.builtins: dict[str, str] = {}
+        self.calls: list[tuple[int, int]] = []  # of long functions of the prelude: first and last value
         self.steps = 0
         self.span = NOWHERE  # of the statement being lowered, for errors
         self.made: dict[int, s.Op | s.Choose] = {}
@@ -66,6 +69,12 @@ class Emitter:
         for bounds in (self.bounds, self.trip_bounds):
             bounds.forget(self.ids)
         return s.Val(type_, self.ids)
+
+    def back_to(self, ids: int) -> None:
+        """Give the numbers of values behind this one anew: what they were is dropped."""
+        self.ids = ids
+        while self.calls and self.calls[-1][1] > ids:
+            self.calls.pop()
 
     def push(self, instruction: s.Instruction) -> None:
         self.step()

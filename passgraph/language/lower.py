@@ -16,7 +16,7 @@ from passgraph.formats import Store
 from passgraph.language import ir
 from passgraph.language import scalar as s
 from passgraph.language.arrays import Arrays
-from passgraph.language.emitter import Emitter, eliminate_dead
+from passgraph.language.emitter import MIN_CALL, Emitter, eliminate_dead
 from passgraph.language.expand import EXPANSIONS, whole_power
 from passgraph.language.facts import Facts, Fused, ImageFacts, Shared
 from passgraph.language.library import prelude_function
@@ -320,8 +320,12 @@ class Lowering:
         program = _prelude_program(name)
         bound = {p.name: [a] for p, a in zip(program.parameters, arguments, strict=True)}
         inner = Lowering(program, Facts(simplify=self.facts.simplify), self.shared, "", bound)
+        e, before = self.emitter, self.emitter.ids
         inner.run()
-        return inner.value(program.results[0].value)[0]
+        result = inner.value(program.results[0].value)[0]
+        if not self.arguments and e.ids - before >= MIN_CALL:  # calls inside a call are part of it
+            e.calls.append((before + 1, e.ids))
+        return result
 
     # Images
 

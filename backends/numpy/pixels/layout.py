@@ -9,7 +9,7 @@ from functools import cached_property, lru_cache
 
 from passgraph.backends.numpy.machine.memory import ROOM
 from passgraph.backends.numpy.pixels.chains import Stage, Work
-from passgraph.backends.numpy.pixels.channels import selection, single_channel
+from passgraph.backends.numpy.pixels.channels import before_rounding, selection, single_channel
 from passgraph.backends.numpy.pixels.frame import Frame
 from passgraph.backends.numpy.pixels.near import near_images, reach
 from passgraph.backends.numpy.storage import FLOAT
@@ -81,8 +81,12 @@ class StageLayout:
         return self.stage.channels
 
     @cached_property
+    def _whole(self) -> s.ScalarProgram:
+        return before_rounding(self.stage.step.program)
+
+    @cached_property
     def _single(self) -> s.ScalarProgram | None:
-        program = self.stage.step.program
+        program = self._whole
         # Texels that are read one by one are found by the numbers of pixels, not of channels.
         windows = all(use in near_images(program) for use in program.images if use.relative)
         return single_channel(program, self.channels) if windows else None
@@ -94,7 +98,7 @@ class StageLayout:
 
     @cached_property
     def _selection(self) -> s.ScalarProgram | None:
-        program = self._single or self.stage.step.program
+        program = self._single or self._whole
         flat = self._single is not None or {*self.channels, *(use.channels for use in program.images)} == {1}
         windows = len(near_images(program)) == len(program.images)
         if not flat or not windows or len(self.chain) > 1:
@@ -109,7 +113,7 @@ class StageLayout:
 
     @property
     def program(self) -> s.ScalarProgram:
-        return self._selection or self._single or self.stage.step.program
+        return self._selection or self._single or self._whole
 
     @cached_property
     def reach(self) -> Halo:
@@ -248,10 +252,9 @@ class StageLayout:
         around = self.stage.margin, self.stage.rings, len(self.program.images)
         return (*self._turn, *self.reach, *around, tuple(views), tuple(held))
 
-    @cached_property
-    def parts(self) -> tuple[str, ...]:
-        """What tells the body from all other."""
-        program = nameless(self.program)
+    def parts(self, program: s.ScalarProgram) -> tuple[str, ...]:
+        """What tells the body of this program, the stage's own or one of its numbers apart, from all other."""
+        program = nameless(program)
         held = [_held(format_) for format_ in (*self.images, *self.formats, *self.outputs)]
         views = [(v.image, v.border, v.rows, v.decodes) for v in self.views]
         builtins = [name for name, _ in program.builtins]
@@ -283,8 +286,8 @@ class Layout:
     def fixed(self) -> list[str]:
         """Names of the first entries of the context, the same at each run: what the pieces decide, where bodies are."""
         pitches = [f"pitch{stage.number}" for stage in self.stages[:-1]]
-        bodies = [f"body{stage.number}" for stage in self.stages]
-        return ["counter", "count", "columns", "tile", "band", "width", "height", "zeros", *pitches, *bodies]
+        own = [f"{what}{stage.number}" for what in ("literals", "body") for stage in self.stages]
+        return ["counter", "count", "columns", "tile", "band", "width", "height", "zeros", *pitches, *own]
 
     @property
     def bound(self) -> list[str]:
