@@ -35,7 +35,7 @@ class Emitter:
         self.simplify = simplify
         self.blocks: list[list[s.Instruction]] = [[]]
         self.known: list[dict[tuple[object, ...], object]] = [{}]
-        self.ids = 0
+        self.ids = self.highest = 0
         self.variables: dict[str, str] = {}
         self.arrays: dict[str, tuple[str, int]] = {}  # scalar type, length
         #: Of loops' indices, and of parameters that say what they may be: inclusive.
@@ -64,12 +64,10 @@ class Emitter:
 
     def fresh(self, type_: str) -> s.Val:
         self.ids += 1
-        # A loop whose unrolling was given up hands its numbers back: nothing may be known of them any more.
-        self.made.pop(self.ids, None)
-        self.ranges.pop(self.ids, None)
-        self.places.pop(self.ids, None)
-        for bounds in (self.bounds, self.trip_bounds):
-            bounds.forget(self.ids)
+        if self.ids > self.highest:
+            self.highest = self.ids
+        else:
+            self._forget(self.ids)
         return s.Val(type_, self.ids)
 
     def back_to(self, ids: int) -> None:
@@ -77,6 +75,14 @@ class Emitter:
         self.ids = ids
         while self.calls and self.calls[-1][1] > ids:
             self.calls.pop()
+
+    def _forget(self, number: int) -> None:
+        """A loop whose unrolling was given up hands its numbers back: nothing may be known of them any more."""
+        self.made.pop(number, None)
+        self.ranges.pop(number, None)
+        self.places.pop(number, None)
+        for bounds in (self.bounds, self.trip_bounds):
+            bounds.forget(number)
 
     def push(self, instruction: s.Instruction) -> None:
         self.step()
@@ -100,9 +106,12 @@ class Emitter:
             folded = self._fold(name, result, arguments)
             if folded is not None:
                 return folded
+        told = tuple([repr(a) for a in arguments])
         if self.simplify and name in COMMUTATIVE:
-            arguments = tuple(sorted(arguments, key=lambda a: (isinstance(a, s.Lit), repr(a))))
-        key = (name, on, *map(repr, arguments))
+            one, other = arguments
+            if (isinstance(one, s.Lit), told[0]) > (isinstance(other, s.Lit), told[1]):
+                arguments, told = (other, one), told[::-1]
+        key = (name, on, *told)
         shared = self._shared(key)
         if shared is not None:
             return cast(s.Operand, shared)

@@ -38,7 +38,9 @@ class _Liveness:
 
     def _scan(self, body: Sequence[s.Instruction], block: _Block | None, loop: _Block | None) -> None:
         for instruction in body:
-            if isinstance(instruction, s.If):
+            if isinstance(instruction, (s.Op, s.Choose)):  # first, since most are
+                self.definitions[instruction.to.id] = (instruction, block)
+            elif isinstance(instruction, s.If):
                 inner = _Block(block, instruction.condition)
                 self._scan(instruction.then, inner, loop)
                 self._scan(instruction.orelse, inner, loop)
@@ -92,7 +94,10 @@ def eliminate_dead(body: Sequence[s.Instruction], roots: Sequence[s.Operand]) ->
 def _sweep(body: Sequence[s.Instruction], live: _Liveness) -> list[s.Instruction]:
     kept: list[s.Instruction] = []
     for instruction in body:
-        if isinstance(instruction, s.If):
+        if isinstance(instruction, (s.Op, s.Choose)):
+            if instruction.to.id in live.needed:
+                kept.append(instruction)
+        elif isinstance(instruction, s.If):
             then, orelse = _sweep(instruction.then, live), _sweep(instruction.orelse, live)
             if then or orelse:
                 kept.append(replace(instruction, then=tuple(then), orelse=tuple(orelse)))

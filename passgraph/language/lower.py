@@ -7,7 +7,7 @@ footprints.  A kernel whose image is *fused* has that image's kernel computed in
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache
 from typing import Any, TypeAlias
 
@@ -28,7 +28,8 @@ from passgraph.language.lower_loops import Loops, leaves, most_work, names_assig
 from passgraph.language.operations import OPERATIONS
 from passgraph.language.parse import parse_kernel
 from passgraph.language.source import NOWHERE, Span, fail
-from passgraph.language.types import Scalar, component_count, element_of
+from passgraph.language.steps import Steps
+from passgraph.language.types import Scalar, component_count, element_of, held_as
 
 #: Instructions of a program; drivers' compilers take a minute for twice as many, and gigabytes.
 MAX_INSTRUCTIONS = 20_000
@@ -330,12 +331,12 @@ class Lowering:
             power = whole_power(self.emitter, *arguments)
             if power is not None:
                 return power
-        program = _prelude_program(name)
-        bound = {p.name: [a] for p, a in zip(program.parameters, arguments, strict=True)}
-        inner = Lowering(program, Facts(simplify=self.facts.simplify), self.shared, "", bound)
         e, before = self.emitter, self.emitter.ids
-        inner.run()
-        result = inner.value(program.results[0].value)[0]
+        steps = _prelude_steps(name) if e.simplify and not isinstance(arguments[0], s.Lit) else None
+        if steps is not None:
+            result = steps.repeated(e, arguments)
+        else:
+            result = _inlined(_prelude_program(name), arguments, self.shared, self.facts.simplify)
         if not self.arguments and e.ids - before >= MIN_CALL:  # calls inside a call are part of it
             e.calls.append((before + 1, e.ids))
         return result
@@ -416,13 +417,30 @@ def _prelude_program(name: str) -> ir.TypedKernel:
 @cache
 def _decoded_steps(function: str) -> tuple[float, ...]:
     """What a function of the prelude makes of the 256 steps of a channel: the bits that it computes."""
-    shared, program = Shared(Emitter()), _prelude_program(function)
-    step = shared.emitter.builtin("step", "float")
-    lowering = Lowering(program, Facts(), shared, "", {program.parameters[0].name: [step]})
-    lowering.run()
-    (result,) = lowering.value(program.results[0].value)
+    shared = Shared(Emitter())
+    result = _inlined(_prelude_program(function), [shared.emitter.builtin("step", "float")], shared)
     steps = np.arange(256, dtype=np.float32) / np.float32(255)
     return tuple(computed(shared.emitter.blocks[0], {"step": steps}, result).tolist())
+
+
+def _inlined(
+    program: ir.TypedKernel, arguments: Sequence[s.Operand], shared: Shared, simplify: bool = True
+) -> s.Operand:
+    """The result of a function of the prelude."""
+    bound = {p.name: [a] for p, a in zip(program.parameters, arguments, strict=True)}
+    inner = Lowering(program, Facts(simplify=simplify), shared, "", bound)
+    inner.run()
+    return inner.value(program.results[0].value)[0]
+
+
+@cache
+def _prelude_steps(name: str) -> Steps | None:
+    """None for what branches, loops or reads memory: that hangs on what it is given."""
+    program, shared = _prelude_program(name), Shared(Emitter())
+    result = _inlined(program, [shared.emitter.fresh(held_as(p.type)) for p in program.parameters], shared)
+    body = tuple(i for i in shared.emitter.blocks[0] if isinstance(i, (s.Op, s.Choose)))
+    straight = all(isinstance(statement, ir.Assign) for statement in program.body)
+    return Steps(body, result) if straight and len(body) == len(shared.emitter.blocks[0]) else None
 
 
 def _both(

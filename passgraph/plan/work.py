@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from passgraph.formats import Format, float_format
-from passgraph.graph.targets import DrawPass, InputSpec, Pass, Target, TargetSpec
+from passgraph.graph.targets import InputSpec, Pass, Target, TargetSpec
 from passgraph.language.buffers import layout_of
 from passgraph.language.lower import Facts
 from passgraph.language.scalar import ScalarProgram
@@ -30,8 +30,8 @@ class Lowered:
     images: dict[str, Target] = field(default_factory=dict)
     values: dict[str, object] = field(default_factory=dict)
     fused: tuple[str, ...] = ()
-    #: A draw without colour targets that nobody reads, and which of the pass's targets are left.
-    trimmed: DrawPass | None = None
+    #: The pass without targets that nobody reads, and which of its targets are left.
+    trimmed: Pass | None = None
     slots: tuple[int, ...] = ()
 
     def __post_init__(self) -> None:

@@ -125,8 +125,8 @@ def test_each_function_is_printed_once_and_called_from_everywhere() -> None:
         (step,) = program.plan.steps
     assert isinstance(step, PixelStep)
     text = body_text(Layout.of(alone(step), 16).stages[0], "body")
-    assert len(re.findall(r"^define internal .*@\"call_", text, re.MULTILINE)) == 2
-    assert len(re.findall(r" = call .*@\"call_", text)) == 40 + 3
+    assert len(re.findall(r"^define internal .*@call_", text, re.MULTILINE)) == 2
+    assert len(re.findall(r" = call .*@call_", text)) == 40 + 3
     layout = ImageLayout(format_named("rgba32f"), (64, 48))
     printer = OpenCLPrinter(step.program, {"pixel.0": "x"}, {"color": ("image0", layout)}, inner=True, prefix="f_")
     printer.functions()

@@ -1,4 +1,4 @@
-"""Targets of draws that nobody reads are not there: their memory, their attachment, and what only they need."""
+"""Targets of passes that nobody reads are not there: their memory, their attachment, and what only they need."""
 
 from __future__ import annotations
 
@@ -111,6 +111,44 @@ def test_a_kernel_that_discards_stays_where_depth_alone_is_read() -> None:
     first, over = draws(planned("depth"))
     assert first.fragment is None and not first.outputs
     assert over.fragment is not None and len(over.outputs) == 1
+
+
+def test_content_that_is_drawn_over_where_nobody_looks_goes_with_its_draw() -> None:
+    """The first draw has nothing else that anybody reads."""
+    kernels = KERNELS.split("def holed")[0]
+    two = kernels.replace("tuple[vec4, vec4, float]", "tuple[vec4, vec4]").replace(", dfdx(corner.height)", "")
+    one = two.replace("tuple[vec4, vec4]", "vec4").replace("return vec4(corner.place, 1.0, 0.5), ", "return ")
+    told = {"vertex": PUT, "picture": FRAME, "shift": 0.0}
+    first = pg.draw(MESH, fragment=pg.fragment(source=one, name="paint"), into=pg.target("seen"), name="first", **told)
+    paint = pg.fragment(source=two, name="paint")
+    color, _ = pg.draw(MESH, fragment=paint, into=(pg.target("color"), first), name="second", **told)
+    plan = build({"color": color})
+    assert [step.name for step in plan.steps] == ["second"] and written(plan) == [["color"]]
+    assert len(draws(build({"color": color}, options=Options(cull=False)))) == 2
+
+
+@pytest.mark.parametrize("fuse", [True, False])
+@pytest.mark.parametrize("wanted", [0, 1, 2])
+def test_results_of_pixel_passes_go_too(wanted: int, fuse: bool) -> None:
+    """And with them the passes that they alone read; fused, a pass gives the result that is left."""
+    source = """
+def three(color: Image, other: Image, last: Image) -> tuple[vec4, float, vec4]:
+    return color[0, 0] + 0.25, other[0, 0].g * 0.5, last[-1, 0] - color[0, 0]
+"""
+    three, add = pg.kernel(source=source), pg.kernel(source="def add(a: Image) -> vec4: return a[0, 0] + 1.0")
+    frame = pg.Input("frame", "rgba32f", SIZE)
+    parts = [DOUBLE(frame, into=pg.target(name, "rgba32f")) for name in ("a", "b", "c")]
+    specs = [pg.target(*row) for row in (("x", "rgba16f"), ("y", "r32f"), ("z", "rgba32f"))]
+    out = add(three(*parts, into=specs)[wanted], into=pg.target("out", "rgba32f"))
+    picture = np.random.default_rng(2).random((*SIZE[::-1], 4), np.float32)
+    results = []
+    for options in (Options(fuse=fuse), Options(fuse=False, cull=False)):
+        with pg.compile(out, options=options) as program:
+            results.append(program(frame=picture)["out"])
+            names = {resource.name for resource in program.plan.resources}
+        left = ("", "", "c")[wanted] if fuse else ("ax", "by", "acz")[wanted]
+        assert names == {"frame", "out", *(left if options.cull else "abcxyz")}
+    np.testing.assert_array_equal(*results)
 
 
 def test_what_the_next_run_reads_stays() -> None:
