@@ -167,9 +167,9 @@ def _private_group(group: int) -> bool:
 
 
 @cache
-def text_digest(folder: Path, endings: tuple[str, ...] = (".py",)) -> str:
-    """Stands for the text of a package: part of every name of what all of it decides."""
-    files = sorted(path for path in folder.rglob("*") if path.suffix in endings)
+def text_digest(place: Path, endings: tuple[str, ...] = (".py",)) -> str:
+    """Stands for the text of a package, or of one file: part of every name of what all of it decides."""
+    files = [place] if place.is_file() else sorted(path for path in place.rglob("*") if path.suffix in endings)
     return hashlib.sha256(b"".join(path.read_bytes() for path in files)).hexdigest()
 
 

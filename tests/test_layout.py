@@ -21,6 +21,7 @@ package = root / "passgraph"
 IMPORT_OF_NUMPY = 1.4
 
 
+@cache
 def modules() -> dict[str, Path]:
     """Every module by its installed name, found through the symbolic links."""
     found: dict[str, Path] = {}
@@ -34,6 +35,7 @@ def modules() -> dict[str, Path]:
     return found
 
 
+@cache
 def packages() -> set[str]:
     return {name for name, path in modules().items() if path.name == "__init__.py"}
 
@@ -141,7 +143,7 @@ def imported(tree: ast.Module, *, inside_functions: bool) -> Iterator[str]:
         elif isinstance(node, ast.ImportFrom):
             assert node.level == 0, "imports are absolute"
             yield from (f"{node.module}.{alias.name}" for alias in node.names)
-        elif isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test):
+        elif isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING":
             pending += node.orelse
         elif inside_functions or not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
             pending += ast.iter_child_nodes(node)

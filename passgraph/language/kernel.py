@@ -1,13 +1,16 @@
-"""Kernels as objects: parsed where they are defined, checked for constants that changed since."""
+"""Kernels as objects: refused where they are defined, checked for constants that changed since."""
 
 from __future__ import annotations
 
 import ast
 import dataclasses
 import inspect
+import os
 import sys
 import types as pytypes
 from collections.abc import Callable
+from functools import cached_property
+from pathlib import Path
 from typing import Any, Self, TypeVar, dataclass_transform
 
 from passgraph.arguments import shown
@@ -18,28 +21,45 @@ from passgraph.language.signature import literal_value, read_signature, read_str
 from passgraph.language.source import Source, fail, source_from_text, source_of, source_of_class
 
 T = TypeVar("T")
+#: Where kernels of this package stand.
+_OURS = f"{Path(__file__).parents[1]}{os.sep}"
 
 
 class Kernel:
-    """A parsed kernel of one stage.  ``program`` is its typed representation."""
+    """A kernel of one stage.
+
+    It is parsed where it is defined; those of this package when they are first used, since its tests parse them all
+    and a program uses few.
+    """
 
     def __init__(self, function: FunctionSource, stage: ir.Stage) -> None:
+        self.stage: ir.Stage = stage
+        self.name = self.__name__ = function.name
+        self.__doc__ = ast.get_docstring(function.node)
+        self._function = function
+        # Inside of a function, what names stand for may change before the first use.
+        if function.source.indent or not function.source.file.startswith(_OURS):
+            _ = self._parsed
+
+    @cached_property
+    def _parsed(self) -> tuple[ir.TypedKernel, tuple[Scope, ...]]:
         # Whoever only imports this package needs no parser.
         from passgraph.language.parse import parse_with_scopes
 
-        program, scopes = parse_with_scopes(function, stage)
-        self._take(program, tuple(scopes.values()), ast.get_docstring(function.node))
+        program, scopes = parse_with_scopes(self._function, self.stage)
+        return program, tuple(scopes.values())
 
-    def _take(self, program: ir.TypedKernel, scopes: tuple[Scope, ...], doc: str | None) -> None:
-        self.stage, self.program, self._scopes = program.stage, program, scopes
-        self.name = self.__name__ = program.name
-        self.__doc__ = doc
+    @cached_property
+    def program(self) -> ir.TypedKernel:
+        """The typed representation."""
+        return self._parsed[0]
 
     @classmethod
     def of_program(cls, program: ir.TypedKernel) -> Self:
         """A kernel without text: one that was parsed elsewhere."""
         made = cls.__new__(cls)
-        made._take(program, (), None)
+        made.stage, made.__doc__, made._parsed = program.stage, None, (program, ())
+        made.name = made.__name__ = program.name
         return made
 
     @property
@@ -48,7 +68,7 @@ class Kernel:
 
     def check_constants(self) -> None:
         """Raise when a captured constant no longer has the value that the kernel was built with."""
-        changed = [name for scope in self._scopes for name in scope.changed_constants()]
+        changed = [name for scope in self._parsed[1] for name in scope.changed_constants()]
         if changed:
             raise KernelError(
                 f"{self.program.source.file}:{self.program.source.line}: kernel {self.name} captured "

@@ -54,7 +54,7 @@ def lower_once(
     """As :func:`~.lower.lower`, from disk where it is there; ``known`` holds those of one plan, by name."""
     known = {} if known is None else known
     try:
-        parts = (disk_cache.text_digest(Path(__file__).parent), _told(program), _facts_told(facts))
+        parts = (disk_cache.text_digest(Path(__file__).parent), _told(program), facts_told(facts))
     except TypeError:
         return lower(program, facts)
     name = hashlib.sha256("\0".join(parts).encode()).hexdigest()
@@ -80,7 +80,7 @@ def _told(program: ir.TypedKernel) -> str:
     return program.digest
 
 
-def _facts_told(facts: Facts) -> str:
+def facts_told(facts: Facts) -> str:
     """A digest of every field; TypeError for values that no text tells apart.
 
     Facts of what is fused come first, each once and as a digest of its own: text inside text would be quoted again

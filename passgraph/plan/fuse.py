@@ -55,9 +55,9 @@ def fuse(work: Work, limits: Limits) -> None:
                     _note_fused(target.made_by, consumer, known)
     # Lowered once, when all that belongs inside is known.
     for consumer in grown.values():
-        assert isinstance(consumer.node, PixelPass)
+        assert isinstance(consumer.done, PixelPass)
         _number_anew(consumer)
-        consumer.program = lower_once(consumer.node.kernel.program, consumer.facts, work.programs)
+        consumer.program = lower_once(consumer.done.kernel.program, consumer.facts, work.programs)
         consumer.images = {use.name: consumer.images[use.name] for use in consumer.program.images}
 
 
@@ -96,7 +96,7 @@ def _fusable(target: Target, consumer: Lowered, known: Known, work: Work) -> boo
     if producer is None or not isinstance(producer.node, PixelPass) or producer.size != consumer.size:
         return False
     assert consumer.program is not None and producer.program is not None
-    if any(Target(spec, producer.node, slot) in known.wanted for slot, spec in enumerate(producer.node.into)):
+    if any(target in known.wanted for target in producer.colours):
         return False
     if known.readers[producer.node] != {consumer.node}:
         return False
@@ -113,7 +113,7 @@ def _fusable(target: Target, consumer: Lowered, known: Known, work: Work) -> boo
         return False
     images = len(consumer.images) - len(names) + len(producer.images)
     numbers = _together(known, producer.node, consumer.node)
-    return images <= MAX_FUSED_IMAGES and known.limits.fits(images, len(consumer.node.into), *numbers)
+    return images <= MAX_FUSED_IMAGES and known.limits.fits(images, len(consumer.slots), *numbers)
 
 
 def _together(known: Known, one: Pass, other: Pass) -> tuple[int, int, int]:
@@ -139,12 +139,13 @@ def _static_passes(work: Work) -> set[Pass]:
 def _fuse_into(consumer: Lowered, target: Target, work: Work) -> None:
     assert target.made_by is not None and isinstance(consumer.node, PixelPass)
     producer = work.passes[target.made_by]
-    assert isinstance(producer.node, PixelPass)
+    assert isinstance(producer.done, PixelPass)
     prefix = f"p{producer.index}/"
     images = dict(consumer.facts.images)
     for name, read in consumer.node.images.items():
-        if read.made_by is producer.node:
-            fused = Fused(producer.node.kernel.program, producer.facts, prefix, read.slot)
+        if read.made_by is producer.node and name in consumer.images:
+            slot = producer.slots.index(read.slot)
+            fused = Fused(producer.done.kernel.program, producer.facts, prefix, slot)
             images[name] = replace(images[name], fused=fused)
             consumer.images.pop(name, None)
     consumer.facts = replace(consumer.facts, images=images)

@@ -3,24 +3,22 @@
 Reads JSON: ``backend``; ``first``, beginnings of names of cases to run before others; ``accepted``, names of the cases
 that count (those that pass without a mistake); ``everything``, whether to go on to the others, effects apart: they take
 long, and what only an effect catches is a hole in the other groups; ``list``, to run all of a group list and print the
-names of those that pass; ``bounds``, a folder where what the oracle allows is kept from one run to the next.
+names of those that pass; ``anew``, whether to ask the oracle anew, and not to read what the first run of each case
+left in the cache folder.
 """
 
 from __future__ import annotations
 
-import hashlib
 import json
-import os
-import pickle
 import sys
 from collections.abc import Iterator
-from pathlib import Path
 from typing import Any
 
 from passgraph.backends.base import Backend
 from passgraph.backends.registry import open_backend
 from passgraph.verify.conformance import GROUPS, Case, Verdict, cases, judge
 from passgraph.verify.conformance.judging import Judge
+from passgraph.verify.oracle.kept import Kept
 
 
 def chosen(request: dict[str, Any]) -> Iterator[Case]:
@@ -42,30 +40,20 @@ def chosen(request: dict[str, Any]) -> Iterator[Case]:
         yield from (case for rank, case in ranked if rank is None)
 
 
-def verdict(case: Case, backend: Backend, bounds: str) -> Verdict:
-    """What the oracle allows is read from a file where an earlier run has left one: it takes most of the time."""
-    if not bounds:
-        return judge(case, [backend])[0]
-    file = Path(bounds) / f"{hashlib.sha256(case.id.encode()).hexdigest()[:16]}-{backend.snaps}.pickle"
+def verdict(case: Case, backend: Backend, anew: bool) -> Verdict:
+    """By the bounds that a tree without a mistake left, see :class:`Kept`."""
     try:
-        made = Judge(case)
+        made = Judge(case, Kept() if anew else Kept(on_disk=True, case=f"{case.id}, {backend.snaps}"))
     except Exception:
         return judge(case, [backend])[0]  # it fails there too, and says why
-    if file.exists():
-        made.passes.found = pickle.loads(file.read_bytes())
-        return made.verdict(backend)
-    found = made.verdict(backend)
-    part = file.with_suffix(f".{os.getpid()}")
-    part.write_bytes(pickle.dumps(made.passes.found))
-    part.replace(file)
-    return found
+    return made.verdict(backend)
 
 
 def main(request: dict[str, Any]) -> dict[str, Any]:
     ran, passing = 0, []
     with open_backend(request["backend"]) as backend:
         for case in chosen(request):
-            found = verdict(case, backend, request["bounds"])
+            found = verdict(case, backend, request["anew"])
             ran += 1
             if found.outcome == "passed":
                 passing.append(case.id)

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from passgraph.verify.oracle.kept import PART
 from tests.mutation.places import PARTS, ROOT, Place, places, sources
 
 #: Generated code is kept under its text and its programs, so these may share a cache of compiled code; mistakes in what
@@ -133,8 +134,8 @@ class Tree:
 
     def passing(self, backend: str, first: tuple[str, ...], *, everything: bool) -> list[str]:
         """Names of the cases that pass on the tree as it is: of those that ``first`` names, and of the usual ones."""
-        request = {"backend": backend, "first": first, "accepted": [], "everything": everything, "list": True}
-        lines = self._judge(request)
+        request = {"backend": backend, "first": first, "accepted": [], "everything": everything, "anew": False}
+        lines = self._judge(request | {"list": True})
         if isinstance(lines, Fate):
             raise RuntimeError(f"the suite does not run on {backend} without a mistake: {lines.detail}")
         return list(lines["passing"])
@@ -153,8 +154,8 @@ class Tree:
 
         ``fresh`` compiles everything anew; ``anew`` asks the oracle anew.
         """
-        request = {"backend": backend, "first": first, "accepted": accepted, "everything": everything}
-        made = self._judge(request | ({"bounds": ""} if anew else {}), fresh)
+        request = {"backend": backend, "first": first, "accepted": accepted, "everything": everything, "anew": anew}
+        made = self._judge(request, fresh)
         return made if isinstance(made, Fate) else Fate(**made)
 
     def _judge(self, request: dict[str, Any], fresh: bool = False) -> dict[str, Any] | Fate:
@@ -162,6 +163,9 @@ class Tree:
         cache = self.folder / ("fresh" if fresh else "kept")
         if fresh:
             shutil.rmtree(cache, ignore_errors=True)
+        cache.mkdir(exist_ok=True)
+        if not (cache / PART).is_symlink():
+            (cache / PART).symlink_to(self.bounds)
         environment = {
             **os.environ,
             "PYTHONPATH": str(self.folder / "tree"),
@@ -170,10 +174,9 @@ class Tree:
             "PASSGRAPH_THREADS": "2",
         }
         command = [sys.executable, str(Path(__file__).with_name("judge.py"))]
-        text = json.dumps({"bounds": str(self.bounds), **request})
         try:
             ended = subprocess.run(
-                command, input=text, capture_output=True, text=True, env=environment, cwd=self.folder,
+                command, input=json.dumps(request), capture_output=True, text=True, env=environment, cwd=self.folder,
                 timeout=TIMEOUT_S, check=False,
             )  # fmt: skip
         except subprocess.TimeoutExpired:

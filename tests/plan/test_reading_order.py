@@ -7,11 +7,13 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 from types import FrameType
+from typing import Any
 
 import numpy as np
 import pytest
 
 import passgraph as pg
+from passgraph.graph.outputs import Outputs
 from passgraph.plan.build import build
 from passgraph.verify.compare import compare
 from tests.corners import placed
@@ -31,8 +33,9 @@ ORACLES_NOUNS = {
         "allowed", "domain", "functions", "interval", "merge", "pace", "storage", "vectors",
     )),
 }  # fmt: skip
-#: A graph is made, run and asked about in one file; a stage is made and then bounded, of a draw two, over and over.
-MOST_OF_COMPARE = {"pass": 3, "draw": 6}
+#: A graph is made, run and asked about in one file, and what was found before too; a stage is made and then bounded, of
+#: a draw two, over and over; each pass goes the way of the one before it.
+MOST_OF_COMPARE = {"pass": 4, "draw": 6, "rich": 6}
 half = pg.kernel(source="def half(color: Image, other: Image) -> vec4: return color[0, 0] * 0.5 + other[1, 0]")
 zoom = pg.kernel(source="def zoom(color: Image, by: float) -> vec4: return color.sample(uv()) * by")
 STAGES = placed("""
@@ -91,11 +94,16 @@ def test_comparing_is_read_file_by_file(kind: str) -> None:
     mesh = pg.Mesh.make([[-1, -1, 0], [1, -1, 0], [0, 1, 0]], [[0, 1, 2]])
     stages = {"vertex": pg.vertex(source=STAGES, name="place"), "fragment": pg.fragment(source=STAGES, name="paint")}
     color, depth = pg.target("color", "rgba32f"), pg.target("depth", "depth32f")
-    outputs = zoom(frame, 0.5) if kind == "pass" else pg.draw(mesh, into=color, depth=depth, **stages)
     picture = np.random.default_rng(1).random((4, 8, 4)).astype(np.float32)
+    graphs: dict[str, tuple[Outputs, dict[str, Any]]] = {
+        "pass": (zoom(frame, 0.5), {"frame": picture}),
+        "draw": (pg.draw(mesh, into=color, depth=depth, **stages), {"size": (8, 4)}),
+        "rich": (rich(), {"frame": picture, "still": picture, "by": 0.5}),
+    }
+    outputs, given = graphs[kind]
 
     def follow() -> None:
-        compare(outputs, ["numpy"], **({"frame": picture} if kind == "pass" else {"size": (8, 4)}))
+        compare(outputs, ["numpy"], **given)
 
     follow()  # what is loaded and lowered once
     entered = left_and_entered_again(follow)

@@ -19,9 +19,8 @@ class _Once(type):
 
     def __call__(cls, *given: Any) -> Any:
         key = (cls, *(tuple(part) if isinstance(part, list) else part for part in given))
-        if key not in _Once.made:
-            _Once.made[key] = super().__call__(*key[1:])
-        return _Once.made[key]
+        found = _Once.made.get(key)
+        return found or _Once.made.setdefault(key, super().__call__(*key[1:]))  # one object in all threads
 
 
 class Type(metaclass=_Once):

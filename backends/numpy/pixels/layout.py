@@ -23,12 +23,16 @@ from passgraph.plan.footprint import Halo
 MAX_AT_ONCE = 400
 #: Rows at once at most: more need more registers than there are, and with four channels to a texel sooner.
 MAX_ROWS, MAX_ROWS_OF_PIXELS = 8, 4
+#: Lanes at least: of narrower vectors processors make no use.
+LEAST_LANES = 4
 #: Vectors side by side at most.
 MAX_VECTORS = 3
 #: Numbers of a row that are decoded at once: they stay in the level-1 cache.
 SEGMENT = 2048
 #: Columns of a row between its ends at least.
 NARROW = 16
+#: Columns of a slender picture at most, and pixels from which on its time is worth code of its own.
+SLENDER, MANY = 16, 1 << 14
 #: So often may a body read an image whose numbers it decodes itself.
 MAX_READS = 3
 #: What the context says of an image: where it begins, its width and height, pixels from row to row, the number of the
@@ -141,6 +145,17 @@ class StageLayout:
         """Images that a stage before makes: that stage, and which of its outputs."""
         return {image: (producer, slot) for image, producer, slot in self.stage.rings}
 
+    @property
+    def numbers(self) -> int:
+        """Of a whole row that its vectors go along: pixels, or channels where these are alike."""
+        return self.stage.step.size[0] * self.alike
+
+    @property
+    def is_slender(self) -> bool:
+        """Whether rows are so short and so many that code of its own is worth making; one code serves other widths."""
+        width, height = self.stage.step.size
+        return width <= SLENDER and width * height >= MANY
+
     @cached_property
     def _flat(self) -> bool:
         """Whether vectors hold consecutive numbers of memory."""
@@ -167,6 +182,8 @@ class StageLayout:
         """Vectors side by side that are made at once: they share what they read left and right."""
         left, right, _, _ = self.reach
         most = min(MAX_VECTORS, ROOM // self.lanes)
+        if self.is_slender:
+            most = max(1, min(most, self.numbers // self.lanes))
         return min(most, self._fitting) if self._flat and self.rows == 1 and left + right else 1
 
     @property
@@ -329,7 +346,12 @@ class _Step:
 
 @lru_cache(maxsize=64)
 def _layout(chain: tuple[Stage, ...], lanes: int) -> Layout:
-    stages = tuple(StageLayout(chain, number, lanes) for number in range(len(chain)))
+    wide = tuple(StageLayout(chain, number, lanes) for number in range(len(chain)))
+    # A turn that is wider than a row computes what nobody wants, and what is wanted of it is copied number by number.
+    if wide[-1].is_slender:
+        while lanes > max(LEAST_LANES, min(stage.numbers for stage in wide)):
+            lanes //= 2
+    stages = tuple(replace(stage, lanes=lanes) for stage in wide)
     if stages[-1].selects:
         stages = (StageLayout(chain, 0, lanes * 32 // stages[-1].formats[0].bits),)
     return Layout(stages)

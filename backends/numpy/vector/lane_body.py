@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from passgraph.backends.numpy.machine import ir
+from passgraph.backends.numpy.vector.called import called
 from passgraph.backends.numpy.vector.constants import zeros
 from passgraph.backends.numpy.vector.lanes import Lanes, border, is_vector, offset_within
 from passgraph.backends.numpy.vector.operations import BOOL, F32, HELD, I8, I32, I64, TYPES, constant, emit_operation
@@ -18,6 +19,7 @@ from passgraph.backends.numpy.vector.windows import Window, windows_of
 from passgraph.formats import Format
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS
+from passgraph.language.repeated import repeated
 
 #: Branches with more instructions than this, or with loops, are jumped over where no lane takes them.
 MAX_UNCONDITIONAL = 12
@@ -36,6 +38,8 @@ class LaneBody:
         self.values: dict[int, Any] = {}
         self.tables: dict[str, Any] = {}
         self.windows = windows_of(program)
+        self.calls = repeated(program)
+        self.called: set[int] = set()  # values that are inside functions
         self.slots = {name: self._slot(TYPES[kind]) for name, kind in program.variables}
         self.arrays = {name: self._array(HELD[kind], length) for name, kind, length in program.arrays}
         self.straight = s.is_straight(program)
@@ -62,11 +66,24 @@ class LaneBody:
         for instruction in instructions:
             if self.builder.block.is_terminated:
                 return
+            if isinstance(instruction, (s.Op, s.Choose)) and self._is_called(instruction):
+                continue
             if self.straight and self._is_steady(instruction):
                 with self.builder.goto_entry_block():
                     self.emit(instruction)
             else:
                 self.emit(instruction)
+
+    def _is_called(self, i: s.Op | s.Choose) -> bool:
+        """Whether an instruction is part of a call, which is made where its first one stands."""
+        call = self.calls.get(i.to.id)
+        if call is not None:
+            given = [self.operand(value) for value in call.given]
+            if any(map(is_vector, given)):  # of one number for all pixels what it computes is little work
+                self.called.update(made.to.id for made in call.instructions)
+                found = called(self.builder, call, given)
+                self.values |= {value.id: result for value, result in zip(call.wanted, found, strict=True)}
+        return i.to.id in self.called
 
     def _is_steady(self, i: s.Instruction) -> bool:
         """Whether an instruction of a straight program gives one number for all pixels, found before their loop."""

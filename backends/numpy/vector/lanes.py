@@ -36,7 +36,7 @@ class Lanes:
     def __init__(self, builder: Any, lanes: int) -> None:
         self.plain, self.lanes = builder, lanes
         self.reads = 0  # of scattered texels so far
-        #: What is known where the function begins, in every lane.
+        #: In every lane: what is known where the function begins, and in a block what is found in it.
         self._spread: dict[Any, Any] = {}
         #: Of numbers decoded from whole ones these, and their format: stored there again they are what they were.
         self.undecoded: dict[Any, tuple[Any, Format]] = {}
@@ -115,9 +115,11 @@ class Lanes:
         kind = self.vector(value.type)
         if type(value) is ir.Constant:
             return same(kind, value)
-        entry = self.plain.function.entry_basic_block
-        if getattr(value, "parent", None) is not entry or self.plain.block is entry:
-            return self._in_every_lane(value, kind)
+        entry, here = self.plain.function.entry_basic_block, self.plain.block
+        if getattr(value, "parent", None) is not entry or here is entry:
+            if (value, here) not in self._spread:
+                self._spread[value, here] = self._in_every_lane(value, kind)
+            return self._spread[value, here]
         # Once for all loops.
         if value not in self._spread:
             with self.goto_entry_block():

@@ -21,6 +21,7 @@ from passgraph.run.compile import compile
 from passgraph.verify.compare import distance
 from passgraph.verify.conformance.case import Case, Picture
 from passgraph.verify.oracle.allowed import Allowed
+from passgraph.verify.oracle.kept import Kept
 from passgraph.verify.oracle.passes import Passes
 
 Outcome = Literal["passed", "diverged", "vacuous", "failed"]
@@ -114,12 +115,12 @@ class Verdict:
 
 
 class Judge:
-    """A case with its plan; what conforming backends may write is found when first needed."""
+    """A case with its plan; what conforming backends may write is found when first needed, or read where it is kept."""
 
-    def __init__(self, case: Case) -> None:
+    def __init__(self, case: Case, kept: Kept | None = None) -> None:
         self.case = case
         self.outputs = dict(case.graph())
-        self.passes = Passes(self.outputs, case.size, case.frames)
+        self.passes = Passes(self.outputs, case.size, case.frames, kept=kept or Kept(on_disk=True))
 
     def verdict(self, backend: Backend) -> Verdict:
         """Of one open backend; what it raises becomes the verdict."""

@@ -2,6 +2,7 @@
 
 In reading order: ``interval`` (arithmetic), ``functions`` (the rest of the operations table), ``decisions`` (what
 rounding may turn, tried both ways), ``vectors`` and ``domain`` (for the reference's interpreter), ``storage`` (what
-formats do), ``stage``; ``coverage``, ``merge`` and ``draw`` (draws); ``allowed``, ``backend``, ``passes`` (a graph);
-beside them ``pace`` (how long it takes) and ``watch`` (why bounds are as they are).
+formats do), ``stage``; ``coverage`` and ``merge`` (of draws); ``allowed``, ``backend`` (passes and draws), ``passes``
+(a graph); beside them ``kept`` (bounds that were found before), ``pace`` (how long it takes) and ``watch`` (why bounds
+are as they are).
 """

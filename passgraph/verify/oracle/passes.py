@@ -21,6 +21,7 @@ from passgraph.run.admission import admitted_picture, bound_to
 from passgraph.run.execution import Execution
 from passgraph.verify.oracle.allowed import Allowed
 from passgraph.verify.oracle.backend import OracleBackend
+from passgraph.verify.oracle.kept import Kept
 from passgraph.verify.oracle.pace import Pace
 from passgraph.verify.oracle.watch import Watch
 
@@ -45,6 +46,8 @@ class Passes:
         Inputs and values of each run, by name.
     pace
         How long bounds may be looked for, and who is told.
+    kept
+        Where bounds are looked for first; left out, those of this graph alone.
 
     Raises
     ------
@@ -58,8 +61,9 @@ class Passes:
         size: tuple[int, int] | None,
         frames: Sequence[Mapping[str, Any]],
         pace: Pace | None = None,
+        kept: Kept | None = None,
     ) -> None:
-        self.pace = pace or Pace()
+        self.pace, self.kept = pace or Pace(), kept or Kept()
         specs = inputs_behind(list(outputs.values()))
         bound: dict[str, tuple[Format, tuple[int, int]]] = {}
         #: Of each run, pictures by input and values by name.
@@ -77,7 +81,6 @@ class Passes:
         self.plan: Plan = self._build()
         #: By whether corners snap, what :meth:`allowed` found.
         self.found: dict[bool, tuple[dict[Key, Picture], dict[Key, Allowed]]] = {}
-        self._known: dict[int, list[Allowed]] = {}
 
     def written(self, backend: Backend, fed: Mapping[Key, Picture] | None = None) -> Iterator[dict[Key, Picture]]:
         """Of each run what every step wrote; pictures of ``fed`` take its place before the next step reads it."""
@@ -110,7 +113,7 @@ class Passes:
         """The reference's pictures, and what backends may write that snap corners as documented, or need not."""
         snaps = snaps or not any(isinstance(step, DrawStep) for step in self.plan.steps)
         if snaps not in self.found:
-            oracle = OracleBackend(snaps, self._known, pace=self.pace)
+            oracle = OracleBackend(snaps, self.kept, pace=self.pace)
             expected: dict[Key, Picture] = {}
             allowed: dict[Key, Allowed] = {}
             for written in self.written(oracle):
@@ -120,8 +123,6 @@ class Passes:
                     moved = isinstance(step, CopyStep)
                     place = step.writes.index(key[2])
                     allowed[key] = Allowed.exactly(picture) if moved else oracle.found[id(step)][place]
-            if len(self.frames) == 1:  # what the oracle found is that of the last run
-                self._known = oracle.found
             self.found[snaps] = expected, allowed
         return self.found[snaps]
 

@@ -1,0 +1,111 @@
+"""Drops targets of passes that nobody reads: their memory, their attachment, and what only they are computed for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import TypeVar
+
+from passgraph.graph.targets import DrawPass, Pass, PixelPass, Target
+from passgraph.language.ir import TypedKernel
+from passgraph.language.kernel import Kernel
+from passgraph.language.lower_cache import lower_once
+from passgraph.plan.specialise import link, varyings_of
+from passgraph.plan.work import Lowered, Work
+
+T = TypeVar("T")
+
+
+def trim(work: Work) -> bool:
+    """True where a pass was left with fewer targets, and so may read less."""
+    if not work.options.cull:
+        return False
+    live = _live(work)
+    # A pass of which nothing is live is drawn over where nobody looks, and goes once the draws over it are trimmed.
+    makers = {target.made_by for target in live}
+    found = False
+    for lowered in (lowered for node, lowered in work.passes.items() if node in makers):
+        dead = [target for target in lowered.colours if target not in live]
+        kept = _kept(lowered, dead)
+        if len(kept) < len(lowered.slots):
+            names = ", ".join(target.name for target in dead)
+            work.notes.append(f"left out {names} of pass {lowered.name}: nothing that reaches an output reads it")
+            _leave(lowered, kept, work)
+            found = True
+    return found
+
+
+def _live(work: Work) -> set[Target]:
+    """Contents that an output or the next run needs, each target of a pass by itself."""
+    live: set[Target] = set()
+    seen: set[Pass] = set()
+    pending = [target.content for target in work.roots()]
+    while pending:
+        target = pending.pop()
+        lowered = work.passes.get(target.made_by) if target.made_by is not None else None
+        if lowered is None or target in live:
+            continue
+        live.add(target)
+        done = lowered.done
+        if lowered.node not in seen:
+            seen.add(lowered.node)
+            pending += [image.content for image in lowered.images.values() if not image.is_previous]
+            if isinstance(done, DrawPass) and done.depth_load is not None:
+                pending.append(done.depth_load.content)  # its tests read it
+        if isinstance(done, DrawPass) and target.slot in lowered.slots:
+            over = done.loads[lowered.slots.index(target.slot)]
+            pending += [] if over is None else [over.content]
+    return live
+
+
+def _kept(lowered: Lowered, dead: Sequence[Target]) -> list[int]:
+    """Which of its colour targets stay, counted among those that it has."""
+    kept = [number for number, target in enumerate(lowered.colours) if target not in dead]
+    # Without any there is no fragment program, which may be what says where depth is not written.
+    discards = lowered.fragment is not None and lowered.fragment.keep is not None
+    return kept or ([0] if discards else [])
+
+
+def _leave(lowered: Lowered, kept: Sequence[int], work: Work) -> None:
+    """Lower a pass anew with these of its colour targets."""
+    lowered.facts = replace(lowered.facts, stores=_chosen(lowered.facts.stores, kept))
+    if isinstance(lowered.done, DrawPass):
+        lowered.trimmed = _draw_with(lowered, lowered.done, kept, work)
+    else:
+        lowered.trimmed = _pixels_with(lowered, lowered.done, kept, work)
+    lowered.slots = _chosen(lowered.slots, kept)
+    programs = (lowered.program, lowered.vertex, lowered.fragment)
+    read = {use.name for program in programs if program is not None for use in program.images}
+    lowered.images = {name: target for name, target in lowered.images.items() if name in read}
+
+
+def _pixels_with(lowered: Lowered, made: PixelPass, kept: Sequence[int], work: Work) -> PixelPass:
+    kernel = Kernel.of_program(_with_results(made.kernel.program, kept))
+    lowered.program = lower_once(kernel.program, lowered.facts, work.programs)
+    return replace(made, kernel=kernel, into=_chosen(made.into, kept))
+
+
+def _draw_with(lowered: Lowered, drawn: DrawPass, kept: Sequence[int], work: Work) -> DrawPass:
+    state = replace(
+        drawn.state, blend=_chosen(drawn.state.blend, kept), color_mask=_chosen(drawn.state.color_mask, kept)
+    )
+    fragment = None
+    if drawn.fragment is not None and kept:
+        fragment = Kernel.of_program(_with_results(drawn.fragment.program, kept))
+    lowered.fragment = None if fragment is None else lower_once(fragment.program, lowered.facts, work.programs)
+    lowered.varyings = varyings_of(lowered.fragment)
+    vertex = lower_once(drawn.vertex.program, lowered.vertex_facts, work.programs)
+    lowered.vertex = link(vertex, lowered.varyings)
+    into, loads = _chosen(drawn.into, kept), _chosen(drawn.loads, kept)
+    return replace(drawn, fragment=fragment, into=into, loads=loads, state=state)
+
+
+def _with_results(program: TypedKernel, kept: Sequence[int]) -> TypedKernel:
+    """The same kernel with some of its results; what is kept of lowered programs tells it from the whole."""
+    digest = program.digest and f"{program.digest} {' '.join(map(str, kept))} of {len(program.results)}"
+    return replace(program, results=_chosen(program.results, kept), digest=digest)
+
+
+def _chosen(parts: Sequence[T], kept: Sequence[int]) -> tuple[T, ...]:
+    """Those of each target's parts; none where they stand for none."""
+    return tuple(parts[number] for number in kept) if parts else ()

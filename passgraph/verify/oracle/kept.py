@@ -1,0 +1,247 @@
+"""Bounds that are found once: of a graph in memory, of conformance cases on disk for the next process.
+
+They are kept by a name that stands for all that decides them: a step's kernels as they were read, every bit that it is
+given or draws over, and the text of what finds bounds.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import zlib
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph import disk_cache, language
+from passgraph.backends import reference, steps
+from passgraph.backends.base import Block, vertex_builtins
+from passgraph.backends.reference.stage import Stage
+from passgraph.backends.reference.storage import Storage
+from passgraph.graph.geometry import Geometry
+from passgraph.language.lower_cache import facts_told
+from passgraph.language.scope import freeze
+from passgraph.plan.data import DrawStep, PixelStep
+from passgraph.verify.oracle.allowed import Allowed
+from passgraph.verify.oracle.interval import Interval
+
+Ints = NDArray[np.int64]
+
+#: Kind of file, see :mod:`passgraph.disk_cache`.
+PART = "bounds"
+#: More than this is not written, in bytes before they are packed: pictures of the suite are small.
+MOST_BYTES = 64 * 1024**2
+#: Little is gained by packing tighter, and it takes three times as long.
+PACKING = 1
+#: What finds bounds, beside the packages of the language, the reference and the oracle: files of the package.
+_BESIDE = ("arguments.py", "formats.py", "ranges.py", "srgb.py", "graph/draw_state.py", "plan/blending.py")
+#: The arrays of one target.
+_ARRAYS = ("lo", "hi", "nan", "ambiguous", "unpromised")
+
+
+@dataclass(frozen=True, eq=False)
+class Found:
+    """What a step may write: of each target, and of a stencil the lowest and the highest value of each pixel."""
+
+    allowed: list[Allowed]
+    stencil: tuple[Ints, Ints] | None = None
+
+
+class Kept:
+    """Bounds of steps by what decides them.
+
+    Parameters
+    ----------
+    on_disk
+        Whether they outlive the process.
+    case
+        Name them on disk after this and the order in which they are asked for, and not after what decides them: a tree
+        with a mistake in it is judged by what one without it allows.
+    """
+
+    def __init__(self, on_disk: bool = False, case: str = "") -> None:
+        self.on_disk, self.case = on_disk, case
+        self._held: dict[str, Found] = {}
+        self._asked = 0
+
+    def found(self, name: str, find: Callable[[], Found]) -> Found:
+        """What ``find`` finds, asked only where nobody has found it before; nothing is kept without a name."""
+        if self.case:
+            self._asked += 1
+            name = hashlib.sha256(f"{self.case}\0{self._asked}".encode(errors="surrogatepass")).hexdigest()
+        if name in self._held:
+            return self._held[name]
+        data = disk_cache.recall(PART, name) if self.on_disk and name else None
+        made = None if data is None else _read(data)
+        if made is None:
+            made = find()
+            # What is left of them when time is up is no answer for whoever has more.
+            if self.on_disk and name and not any(one.untried for one in made.allowed):
+                data = _written(made)
+                if data is not None:
+                    disk_cache.remember(PART, name, data)
+        if name:
+            self._held[name] = made
+        return made
+
+
+def texts() -> tuple[Path, ...]:
+    """Folders and files whose text decides what bounds are."""
+    root = Path(disk_cache.__file__).parent
+    packages = (Path(__file__), Path(reference.__file__), Path(language.__file__))
+    backends = Path(steps.__file__).parent
+    return (
+        *(package.parent for package in packages), *(root / name for name in _BESIDE),
+        backends / "base.py", backends / "steps.py",
+    )  # fmt: skip
+
+
+@cache
+def texts_digest() -> str:
+    """Stands for what finds bounds: other text, or another NumPy, may find others."""
+    told = (np.__version__, *(disk_cache.text_digest(path) for path in texts()))
+    return hashlib.sha256("\0".join(told).encode()).hexdigest()
+
+
+def of_pixels(
+    step: PixelStep, stage: Stage, outputs: Sequence[Storage], images: Sequence[Storage], block: Block,
+    carried: Mapping[int, Interval],
+) -> str:  # fmt: skip
+    """The name of what a full-screen pass may write; empty where no text tells its facts from others."""
+    return _name(_pixels_told(step, stage, outputs, images, block, carried))
+
+
+def of_draw(
+    step: DrawStep, stages: Sequence[tuple[Stage | None, Block]], outputs: Sequence[Storage], depth: Storage | None,
+    images: Sequence[Storage], geometry: Geometry, snapped: bool, carried: Mapping[int, Interval],
+    stencils: Mapping[int, tuple[Ints, Ints]],
+) -> str:  # fmt: skip
+    """The same of a draw."""
+    return _name(_draw_told(step, stages, outputs, depth, images, geometry, snapped, carried, stencils))
+
+
+def _name(deciding: Iterable[object]) -> str:
+    try:
+        return _digest((texts_digest(), *deciding))
+    except (TypeError, RecursionError):
+        return ""
+
+
+def _pixels_told(
+    step: PixelStep, stage: Stage, outputs: Sequence[Storage], images: Sequence[Storage], block: Block,
+    carried: Mapping[int, Interval],
+) -> Iterable[object]:  # fmt: skip
+    yield "pixels"
+    yield step.size
+    yield [output.format for output in outputs]
+    yield from _stage_told(stage, block)
+    yield from _images_told(step.images, images, carried)
+
+
+def _draw_told(
+    step: DrawStep, stages: Sequence[tuple[Stage | None, Block]], outputs: Sequence[Storage], depth: Storage | None,
+    images: Sequence[Storage], geometry: Geometry, snapped: bool, carried: Mapping[int, Interval],
+    stencils: Mapping[int, tuple[Ints, Ints]],
+) -> Iterable[object]:  # fmt: skip
+    yield "draw"
+    yield step.size, step.state, step.clears, step.depth_clear, snapped
+    for stage, block in stages:
+        if stage is None:
+            yield "none"
+        else:
+            yield from _stage_told(stage, block)
+    yield from _images_told(step.images, images, carried)
+    for output, clear in zip(outputs, step.clears, strict=True):
+        yield output.format
+        if clear is None:
+            yield output.pixels
+    if depth is not None:
+        yield depth.format
+        if step.depth_clear is None:
+            yield from (depth.pixels, depth.stencil, carried.get(id(depth)), stencils.get(id(depth)))
+    yield geometry.triangles
+    yield len(geometry.positions)
+    yield vertex_builtins(geometry)
+
+
+def _stage_told(stage: Stage, block: Block) -> Iterable[object]:
+    """A kernel as it was read, whatever its file and its names for itself; where its parameters lie, and what they
+    are."""
+    program = stage.program
+    yield [(p.name, p.type, freeze(p.default) if p.const and p.has_default else None) for p in program.parameters]
+    yield program.stage, program.body, program.results, program.keep
+    yield facts_told(stage.facts)
+    yield [(slot.name, slot.block, slot.offset, slot.count) for slot in stage.slots.values()], sorted(stage.long)
+    yield from (block.floats, block.ints)
+
+
+def _images_told(
+    names: Sequence[tuple[str, int]], images: Sequence[Storage], carried: Mapping[int, Interval]
+) -> Iterable[object]:
+    for (name, _), image in zip(names, images, strict=True):
+        yield name, image.format
+        yield image.pixels
+        yield carried.get(id(image))
+
+
+def _digest(told: Iterable[object]) -> str:
+    """Of every bit of arrays, and of the representation of what is no array."""
+    made = hashlib.sha256()
+
+    def add(part: object) -> None:
+        if isinstance(part, np.ndarray):
+            made.update(f"{part.dtype.str}{part.shape}".encode())
+            made.update(np.ascontiguousarray(part).data)
+        elif isinstance(part, Interval):
+            add((part.lo, part.hi, part.nan))
+        elif isinstance(part, Mapping):
+            add(tuple(item for name in sorted(part) for item in (name, part[name])))
+        elif isinstance(part, tuple) and any(isinstance(one, np.ndarray) for one in part):
+            made.update(f"({len(part)} ".encode())
+            for one in part:
+                add(one)
+        else:
+            text = repr(part).encode(errors="surrogatepass")
+            made.update(f"{len(text)} ".encode())
+            made.update(text)
+
+    for part in told:
+        add(part)
+    return made.hexdigest()
+
+
+def _written(found: Found) -> bytes | None:
+    """NumPy's own arrays, without pickle; None for what is too large."""
+    arrays: dict[str, NDArray[Any]] = {}
+    for number, one in enumerate(found.allowed):
+        held = (one.values.lo, one.values.hi, one.values.nan, one.ambiguous, one.unpromised)
+        arrays |= {f"{number} {name}": array for name, array in zip(_ARRAYS, held, strict=True)}
+        arrays[f"{number} names"] = np.frombuffer(json.dumps(one.names).encode(), np.uint8)
+    if found.stencil is not None:
+        arrays["lowest"], arrays["highest"] = found.stencil
+    if sum(array.nbytes for array in arrays.values()) > MOST_BYTES:
+        return None
+    file = io.BytesIO()
+    np.savez(file, allow_pickle=False, **arrays)
+    return zlib.compress(file.getvalue(), PACKING)
+
+
+def _read(data: bytes) -> Found | None:
+    try:
+        with np.load(io.BytesIO(zlib.decompress(data)), allow_pickle=False) as file:
+            arrays = dict(file)
+    except (ValueError, zlib.error):
+        return None
+    allowed: list[Allowed] = []
+    while f"{len(allowed)} names" in arrays:
+        lo, hi, nan, ambiguous, unpromised = (arrays[f"{len(allowed)} {name}"] for name in _ARRAYS)
+        names = json.loads(arrays[f"{len(allowed)} names"].tobytes())
+        allowed.append(Allowed(Interval(lo, hi, nan), ambiguous, unpromised, Counter(names)))
+    return Found(allowed, (arrays["lowest"], arrays["highest"]) if "lowest" in arrays else None)
