@@ -24,6 +24,7 @@ class Steps:
             return found[x.id] if isinstance(x, s.Val) else x
 
         for i in self.body:
+            e.step()  # what is folded or shared takes its time too
             if isinstance(i, s.Op):
                 found[i.to.id] = e.op(i.operation, *[of(x) for x in i.arguments], span=i.span)
             else:
