@@ -21,6 +21,7 @@ from typing import ClassVar
 import numpy as np
 
 from passgraph.language import scalar as s
+from passgraph.language.repeated import Call
 from passgraph.language.source import NOWHERE, Span
 
 INT_MIN = -(2**31)
@@ -57,6 +58,8 @@ class Printer(ABC):
         self.files = {span.file for span in program.sources}
         self.here = program.sources[0] if program.sources else NOWHERE
         self.names: dict[int, str] = {}  # value id → expression without side effects
+        self.calls: dict[int, Call] = {}  # that are printed as such, by their first value
+        self.in_calls: set[int] = set()  # values that these have computed
         self.lines: list[str] = []
         self.spans: list[Span] = []
         self.depth = 0
@@ -191,7 +194,20 @@ class Printer(ABC):
 
     def block(self, body: Iterable[s.Instruction]) -> None:
         for instruction in body:
-            self.instruction(instruction)
+            if not (isinstance(instruction, (s.Op, s.Choose)) and self._is_called(instruction)):
+                self.instruction(instruction)
+
+    def _is_called(self, i: s.Op | s.Choose) -> bool:
+        """Whether an instruction is part of a call, which is printed where its first one stands."""
+        call = self.calls.get(i.to.id)
+        if call is not None:
+            self.call(call)
+            self.in_calls.update(made.to.id for made in call.instructions)
+        return i.to.id in self.in_calls
+
+    def call(self, call: Call) -> None:
+        """Print a call of one of the functions that the program is made of, and :meth:`value` what it gives."""
+        raise NotImplementedError
 
     def instruction(self, i: s.Instruction) -> None:
         if isinstance(i, s.Op):

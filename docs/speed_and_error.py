@@ -51,11 +51,11 @@ the whole light over their own plane. *Penumbra*: over pixels whose true share i
 dark*: pixels in full shadow that show more than 0.1, in full light that show less than 0.9.
 """
 REASONS = """
-Hard < PCF < PCSS is as expected, up to the noise of the clock. Moment maps cost more than PCSS because of what is
-counted: a light that moves makes them blur the whole map, a million texels, each frame, and the picture has fewer
-pixels than that. A light that stands still pays for it once. The depth-aware blur costs as much as PCSS or more: it
-reads three pictures at 15 taps in two passes at every pixel, and
-PCSS ends its work early where its search finds no caster.
+Hard < PCF < PCSS is as expected, up to the noise of the clock. Moment maps mostly cost more than PCSS because of what
+is counted: a light that moves makes them blur the whole map, a million texels, each frame, and the picture has fewer
+pixels than that. A light that stands still pays for it once. The depth-aware blur costs about as much as PCSS or more:
+it reads three pictures at 15 taps in two passes at every pixel, and PCSS ends its work early where its search finds no
+caster.
 """
 RADII = (0.01, 0.05, 0.2)
 GROWTH = """

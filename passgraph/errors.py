@@ -14,6 +14,10 @@ class KernelError(PassgraphError):
     """Kernel source that the language refuses; the message shows file, line, source line and caret."""
 
 
+class KernelLengthError(KernelError):
+    """A kernel is longer than what drivers compile in time."""
+
+
 class GraphError(PassgraphError):
     """Passes and targets that do not fit together; the message names the pass and the target."""
 

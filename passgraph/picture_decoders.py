@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.errors import InputError
+from passgraph.tiff_numbers import SIGNATURES, TiffNumbers
 
 if TYPE_CHECKING:
     from PIL.ImageFile import ImageFile
@@ -32,6 +33,8 @@ Stored = NDArray[Any]  # (h, w, 4) uint8, uint16 or float32
 
 #: What Pillow is let to open. Some of its other formats start programs (EPS runs Ghostscript), none is promised.
 PILLOW_FORMATS = ("PNG", "JPEG", "TIFF", "WEBP", "BMP", "GIF", "TGA")
+#: Those of which a file may hold several pictures.
+_MANY = ("TIFF", "WEBP", "GIF")
 EXPECTED = "PNG, JPEG, TIFF, WebP, BMP, GIF, TGA, OpenEXR or npy"
 #: Of the result, four float32.
 BYTES_A_PIXEL = 16
@@ -41,6 +44,8 @@ _STORED = {"1": 1, "L": 1, "P": 1, "I;16": 2, "I;16L": 2, "I;16B": 2, "I;16N": 2
 #: their copies for WebP and GIF, and for TIFF another image, which it is turned into, and a strip as large as it.
 _HELD_BESIDE = {"JPEG": 6, "WEBP": 16, "GIF": 8, "TIFF": 8}
 _PIXELS_AT_ONCE = 1 << 16
+#: Opaque, as the bytes red, green, blue and alpha.
+_BLACK = 0xFF000000
 #: What files begin with of which Pillow has a module of that name.
 _SIGNATURES = {b"\x89PNG\r\n\x1a\n": "Png", b"\xff\xd8\xff": "Jpeg"}
 
@@ -61,6 +66,8 @@ def decode(file: Path, data: bytes, max_bytes: int, *, as_stored: bool = False) 
         return _decode_npy(file, data, max_bytes, as_stored)
     if data.startswith((b"#?RADIANCE", b"#?RGBE")):
         raise InputError(f"{file}: Radiance HDR is not read; convert it to OpenEXR")
+    if data.startswith(SIGNATURES) and not _is_known_to_pillow(data):
+        return _decode_tiff(file, data, max_bytes, as_stored)
     return _decode_with_pillow(file, data, max_bytes, as_stored)
 
 
@@ -86,6 +93,26 @@ def open_picture(data: bytes, where: str) -> ImageFile:
             f"{where}: not a picture that can be read, or corrupt; expected {EXPECTED},"
             f" got {len(data)} bytes that begin with {data[:8]!r}"
         ) from error
+
+
+def holds_several(file: Path) -> bool:
+    """Whether a GIF, TIFF or WebP file has pictures behind the first; False of what cannot be read."""
+    from PIL import Image as pillow
+
+    try:
+        with without_pillow_limit(), pillow.open(file, formats=_MANY) as image:
+            return bool(getattr(image, "is_animated", False))
+    except Exception:  # decoders meet broken bytes with errors of every kind, told when the picture is read
+        return False
+
+
+def _is_known_to_pillow(data: bytes) -> bool:
+    """Whether Pillow reads a TIFF file in full: of planes (tag 284 is 2) it takes 8 of 16 bits (258)."""
+    try:
+        tags = getattr(open_picture(data, ""), "tag_v2", {})
+    except InputError:
+        return False
+    return tags.get(284) != 2 or max(tags.get(258, (1,))) <= 8
 
 
 def _opened_by_its_own(data: bytes) -> ImageFile | None:
@@ -174,8 +201,11 @@ def _loaded_in_place(image: ImageFile) -> Stored | None:
 
     if image.format not in ("PNG", "JPEG") or image.mode not in ("RGB", "RGBA") or "transparency" in image.info:
         return None
-    picture = np.empty((image.height, image.width, 4), np.uint8)
-    layout = "RGBA" if image.mode == "RGBA" else "RGBX"
+    if not image.tile:  # a file without pixels, which Pillow refuses only where there is no memory yet
+        return None
+    layout, unsaid = ("RGBA", 0) if image.mode == "RGBA" else ("RGBX", _BLACK)
+    # Files may end before their last row.
+    picture = np.full((image.height, image.width, 1), unsaid, "<u4").view(np.uint8)
     ours = pillow.frombuffer(layout, image.size, picture, "raw", layout, 0, 1).im
     image.im = ours
     image.load()
@@ -324,6 +354,17 @@ def _decode_npy(file: Path, data: bytes, max_bytes: int, as_stored: bool) -> tup
             part = array[top:bottom, left:right].astype(kept)
         _put(picture[top:bottom, left:right], part if as_stored else scaled(part))
     return picture, kept is not np.float32
+
+
+def _decode_tiff(file: Path, data: bytes, max_bytes: int, as_stored: bool) -> tuple[Stored, bool]:
+    """What Pillow does not read of TIFF, such as several channels of floats."""
+    tiff = TiffNumbers(file, data)
+    _check_size(file, tiff.width, tiff.height, tiff.held + len(data), max_bytes)
+    turn, back = _turns.get(tiff.orientation, (_as_it_is, _as_it_is))
+    values = tiff.decoded()
+    picture: Stored = np.empty((*turn(values).shape[:2], 4), values.dtype if as_stored else np.float32)
+    _put(back(picture), values if as_stored else scaled(values))
+    return picture, values.dtype.kind == "u"
 
 
 def _decode_exr(file: Path, file_bytes: int, max_bytes: int) -> Picture:

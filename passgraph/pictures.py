@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 
 from passgraph import arguments
 from passgraph.errors import InputError
-from passgraph.picture_decoders import decode, import_openexr
+from passgraph.picture_decoders import decode, import_openexr, scaled
+from passgraph.pictures_16 import png_of, tiff_of
 from passgraph.quantise import check_no_nan, quantised
 from passgraph.reading import read_bytes
 from passgraph.srgb import linear_to_srgb, srgb_to_linear
@@ -126,15 +127,16 @@ def save(path: str | os.PathLike[str], picture: object, *, linear: bool = False)
     Parameters
     ----------
     path : the suffix chooses the format: .png .jpg .jpeg .tif .tiff .webp (8-bit), .exr .npy (float32).
+        uint16 is stored in 16 bits by .png and .tif.
     picture : (h, w) or (h, w, 1 | 2 | 3 | 4), row 0 on top: gray, gray and alpha, RGB, RGBA.
         Floats are clipped to [0, 1] and rounded half to even for 8-bit formats and written unchanged to
-        float formats. uint8 goes to 8-bit formats as it is and to float formats divided by 255.
+        float formats. uint8 and uint16 are stored as they are, by float formats divided by 255 and 65535.
     linear : encode the colours of floats from linear light to sRGB for 8-bit formats.
 
     Raises
     ------
     InputError : unknown suffix, no such folder, a place that cannot be written, a shape or dtype that is no
-        picture, zero size, NaN in an 8-bit format, transparency in a JPEG.
+        picture, zero size, NaN in an 8-bit format, transparency or uint16 in a JPEG, uint16 in a WebP.
 
     Examples
     --------
@@ -157,6 +159,12 @@ def save(path: str | os.PathLike[str], picture: object, *, linear: bool = False)
         buffer = io.BytesIO()
         np.save(buffer, _as_float32(file, pixels), allow_pickle=False)
         _write(file, lambda temporary: _write_new(temporary, buffer.getvalue()))
+    elif pixels.dtype == np.uint16:
+        check_holds_16(file)
+        if linear:
+            raise InputError(f"{file}: uint16 with linear=True; expected floats")
+        wide = _encoded_wide(file, pixels, kind)
+        _write(file, lambda temporary: _write_new(temporary, wide))
     else:
         encoded = encode_with_pillow(file, _as_uint8(file, pixels, linear), kind)
         _write(file, lambda temporary: _write_new(temporary, encoded))
@@ -165,8 +173,23 @@ def save(path: str | os.PathLike[str], picture: object, *, linear: bool = False)
 # Writing
 
 
+def check_holds_16(file: Path) -> None:
+    """Raise InputError where a file of this name does not hold 16 bits a channel."""
+    if type_of_suffix.get(file.suffix.lower()) not in ("PNG", "TIFF"):
+        floats = file.suffix.lower() in (".exr", ".npy")
+        held = "floats, which need no bits to be named" if floats else "8 bits a channel"
+        raise InputError(f"{file}: holds {held}; 16 bits go into .png and .tif")
+
+
+def _encoded_wide(file: Path, pixels: NDArray[Any], kind: str) -> bytes:
+    try:
+        return png_of(pixels) if kind == "PNG" else tiff_of(pixels)
+    except (ValueError, struct.error, MemoryError) as error:
+        raise InputError(f"{file}: {kind} cannot hold these pixels ({_reason(error)}); save as .exr") from error
+
+
 def _checked(file: Path, picture: object) -> NDArray[Any]:
-    """The picture as (h, w, 1 | 2 | 3 | 4) of floats or uint8."""
+    """The picture as (h, w, 1 | 2 | 3 | 4) of floats, uint8 or uint16."""
     if type(picture) is not np.ndarray:
         picture = arguments.numbers(picture, f"{file}: a picture", "be an array (h, w) or (h, w, 1 to 4) of numbers")
     pixels = np.asarray(picture)
@@ -177,14 +200,14 @@ def _checked(file: Path, picture: object) -> NDArray[Any]:
         raise InputError(f"{file}: a picture of shape {shape}; expected (h, w) or (h, w, 1 to 4)")
     if 0 in pixels.shape:
         raise InputError(f"{file}: a picture of {pixels.shape[1]}×{pixels.shape[0]} pixels; expected at least 1×1")
-    if pixels.dtype.kind != "f" and pixels.dtype != np.uint8:
-        raise InputError(f"{file}: a picture of dtype {pixels.dtype}; expected float in [0, 1] or uint8")
+    if pixels.dtype.kind != "f" and pixels.dtype not in (np.uint8, np.uint16):
+        raise InputError(f"{file}: a picture of dtype {pixels.dtype}; expected float in [0, 1], uint8 or uint16")
     return pixels
 
 
 def _as_float32(file: Path, pixels: NDArray[Any]) -> NDArray[np.float32]:
-    if pixels.dtype == np.uint8:
-        return pixels.astype(np.float32) / np.float32(255)
+    if pixels.dtype.kind == "u":
+        return scaled(pixels)
     with np.errstate(over="ignore"):  # a float64 beyond float32 becomes infinity, as in a float target
         return np.ascontiguousarray(pixels, np.float32)
 

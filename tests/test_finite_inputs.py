@@ -294,6 +294,17 @@ def test_every_half_is_told_finite_or_not(turned: bool) -> None:
         assert found is None or (found.row, found.column, found.channel) == (1, 2, 3)
 
 
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_halves_for_an_input_of_halves_are_refused_and_replaced(value: float) -> None:
+    picture = plain().astype(np.float16)
+    picture[7, 11, 1] = value
+    graph = copy(pg.Input("frame", "rgba16f"), into=pg.target("out", "rgba16f"))
+    with pg.compile(graph) as program, pytest.raises(pg.InputError, match=r"column 11, row 7.*"):
+        program(frame=picture)
+    with pg.compile(graph, non_finite="replace") as program:
+        assert program(frame=picture)["out"][7, 11, 1] == (0.0 if np.isnan(value) else LARGEST_HALF)
+
+
 @pytest.mark.parametrize("dtype", [np.float16, np.float32])
 def test_pictures_are_looked_through_without_a_copy(dtype: type) -> None:
     """Whatever their strides: rows apart, upside down."""

@@ -10,8 +10,10 @@ import zlib
 from pathlib import Path
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
+import tifffile
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from PIL import Image, ImageFile, ImageOps
@@ -170,6 +172,83 @@ def test_one_bit(tmp_path: Path) -> None:
 def test_float_tiff_is_linear_and_not_clipped(tmp_path: Path) -> None:
     Image.fromarray(np.array([[0.5, 7.0]], np.float32)).save(tmp_path / "float.tiff")
     assert load(tmp_path / "float.tiff", linear=True)[0, :, 0].tolist() == [0.5, 7.0]
+
+
+@pytest.mark.parametrize("dtype", [np.float16, np.float32, np.float64, np.uint16])
+@pytest.mark.parametrize("planar", ["contig", "separate"])
+@pytest.mark.parametrize("channels", [1, 2, 3, 4])
+def test_tiff_of_many_floats_is_what_was_written(tmp_path: Path, dtype: Any, planar: str, channels: int) -> None:
+    numbers = rng.normal(0.5, 10, (7, 5, channels)).astype(dtype) if dtype != np.uint16 else None
+    written = rng.integers(0, 65536, (7, 5, channels)).astype(dtype) if numbers is None else numbers
+    shown = written if channels > 1 else written[..., 0]
+    shown = np.moveaxis(shown, -1, 0) if planar == "separate" and channels > 1 else shown
+    tifffile.imwrite(
+        tmp_path / "f.tif", shown, photometric="rgb" if channels > 2 else "minisblack",
+        planarconfig=planar if channels > 1 else None, extrasamples=["unassalpha"] if channels in (2, 4) else None,
+        compression="zlib",
+    )  # fmt: skip
+    floats = written.astype(np.float32) / (65535 if numbers is None else 1)
+    assert np.array_equal(load(tmp_path / "f.tif"), rgba_of(floats))
+    stored = load_stored(tmp_path / "f.tif")
+    assert stored.dtype == (np.uint16 if numbers is None else np.float32)
+
+
+@pytest.mark.parametrize("suffix", [".png", ".tif"])
+@pytest.mark.parametrize("channels", [1, 2, 3, 4])
+@pytest.mark.parametrize("size", [(1, 1), (3, 1), (1, 4), (300, 7)])
+def test_16_bits_are_what_others_read(tmp_path: Path, suffix: str, channels: int, size: tuple[int, int]) -> None:
+    """By OpenCV's decoders, and tifffile where OpenCV has none."""
+    pixels = rng.integers(0, 65536, (*size, channels)).astype(np.uint16)
+    file = tmp_path / f"a{suffix}"
+    save(file, pixels)
+    if suffix == ".tif":
+        with tifffile.TiffFile(file) as tiff:
+            assert len(tiff.pages) == 1
+            read = tiff.asarray()
+    else:
+        read = cv2.imread(os.fspath(file), cv2.IMREAD_UNCHANGED)
+        order = {1: [0], 2: [0, 3], 3: [2, 1, 0], 4: [2, 1, 0, 3]}[channels]  # OpenCV has gray with alpha as BGRA
+        read = read.reshape(*size, -1)[..., order]
+    assert read.dtype == np.uint16
+    assert np.array_equal(read.reshape(pixels.shape), pixels)
+    if channels != 2 or suffix == ".tif":  # of PNG, gray with alpha of 16 bits is not read here
+        assert np.array_equal(load(file), rgba_of(pixels.astype(np.float32) / np.float32(65535)))
+
+
+def test_16_bits_in_other_formats(tmp_path: Path) -> None:
+    pixels = rng.integers(0, 65536, (4, 5, 3)).astype(np.uint16)
+    refused("holds 8 bits a channel; 16 bits go into .png and .tif", save, tmp_path / "a.jpg", pixels)
+    refused("holds 8 bits a channel", save, tmp_path / "a.webp", pixels)
+    refused("uint16 with linear=True", save, tmp_path / "a.png", pixels, linear=True)
+    save(tmp_path / "a.npy", pixels)
+    assert np.array_equal(load(tmp_path / "a.npy")[..., :3], pixels / np.float32(65535))
+
+
+def test_float_tiff_is_turned_and_made_straight_and_keeps_nan(tmp_path: Path) -> None:
+    numbers = rng.random((4, 6, 4), np.float32) + 0.1
+    numbers[1, 2, 0] = np.nan
+    times = numbers * np.append(numbers[..., 3:].repeat(3, -1), np.ones((4, 6, 1), np.float32), -1)
+    tifffile.imwrite(
+        tmp_path / "f.tif", times, photometric="rgb", extrasamples=["assocalpha"], extratags=[(274, 3, 1, 6)]
+    )
+    np.testing.assert_allclose(load(tmp_path / "f.tif"), np.rot90(numbers, -1), rtol=1e-6)
+
+
+@pytest.mark.parametrize("dtype", [np.int16, np.uint32, np.int8])
+def test_tiff_of_whole_numbers_without_a_scale_is_refused(tmp_path: Path, dtype: Any) -> None:
+    tifffile.imwrite(tmp_path / "f.tif", np.zeros((4, 6, 3), dtype), photometric="rgb")
+    refused(f"holds {np.dtype(dtype)}; expected 8 or 16 bits, or floats", load, tmp_path / "f.tif")
+
+
+def test_broken_float_tiffs_are_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    tifffile.imwrite(tmp_path / "f.tif", np.zeros((40, 60, 3), np.float32), photometric="rgb")
+    data = (tmp_path / "f.tif").read_bytes()
+    refused("says it is 60×40 = 2400 pixels, which take", load, tmp_path / "f.tif", max_bytes=100_000)
+    for kept in (12, 100, 1000, len(data) - 50):
+        (tmp_path / "cut.tif").write_bytes(data[:kept])
+        refused("cut.tif: ", load, tmp_path / "cut.tif")
+    monkeypatch.setitem(sys.modules, "tifffile", None)
+    refused(r"pip install 'passgraph\[tiles\]'", load, tmp_path / "f.tif")
 
 
 @pytest.mark.parametrize(("mode", "name"), [("CMYK", "ink.jpg"), ("LAB", "lab.tiff"), ("I", "int.tiff")])

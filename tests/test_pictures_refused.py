@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from PIL import Image
 
 from passgraph.errors import InputError
-from passgraph.pictures import load, save
+from passgraph.pictures import load, load_stored, save
 from tests.picture_files import bytes_of, png, png_16, refused
 
 rng = np.random.default_rng(1)
@@ -88,6 +88,25 @@ def test_truncated_16_bit_file(tmp_path: Path) -> None:
     data = png_16(rng.integers(0, 65536, (64, 64, 3), dtype=np.uint16), 2)
     (tmp_path / "cut.png").write_bytes(data[: len(data) // 2])
     refused("truncated or corrupt", load, tmp_path / "cut.png")
+
+
+@pytest.mark.parametrize(("colour", "channels"), [(2, 3), (6, 4)])
+def test_rows_that_a_file_leaves_out_are_black(tmp_path: Path, colour: int, channels: int) -> None:
+    (tmp_path / "short.png").write_bytes(png(4, 4, 8, colour, b"\0" + bytes([7] * 4 * channels)))
+    used = [np.full((4, 4, 4), 77, np.uint8) for _ in range(64)]
+    del used  # memory that has been written to
+    left_out = 255 if channels == 3 else 0
+    assert load_stored(tmp_path / "short.png")[1:].tolist() == [[[0, 0, 0, left_out]] * 4] * 3
+
+
+@pytest.mark.parametrize(("suffix", "mark"), [(".png", b"IDAT"), (".jpg", b"\xff\xda")])
+def test_a_file_without_pixels(tmp_path: Path, suffix: str, mark: bytes) -> None:
+    file = tmp_path / f"header{suffix}"
+    save(file, rng.random((8, 8, 3)))
+    data = file.read_bytes()
+    at = data.index(mark)
+    file.write_bytes(data[:at] + data[at:].replace(mark, b"IEND") if suffix == ".png" else data[:at])
+    refused(r"truncated or corrupt \(.+\); make or copy", load_stored, file)
 
 
 def test_corrupt_file(tmp_path: Path) -> None:
@@ -209,10 +228,10 @@ def test_zero_size(tmp_path: Path, shape: tuple[int, ...], suffix: str) -> None:
     refused("pixels; expected at least 1×1", save, tmp_path / f"a{suffix}", np.zeros(shape))
 
 
-@pytest.mark.parametrize("dtype", [np.int32, np.uint16, bool, complex, object])
+@pytest.mark.parametrize("dtype", [np.int32, np.uint32, bool, complex, object])
 def test_dtypes_without_a_scale(tmp_path: Path, dtype: Any) -> None:
     refused(
-        r"of dtype \w+; expected float in \[0, 1\] or uint8",
+        r"of dtype \w+; expected float in \[0, 1\], uint8 or uint16",
         save,
         tmp_path / "a.png",
         np.zeros((2, 2), dtype),

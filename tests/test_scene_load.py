@@ -161,7 +161,7 @@ def test_corners_with_other_normals_keep_their_own_uv(tmp_path):
 
 
 def test_normals_are_smooth_across_texture_seams(tmp_path):
-    text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\nvt 1 0\nvt 0 1\nvt .5 .5\nf 1/1 2/2 3/3\nf 1/4 3/2 4/3\n"
+    text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv -1 0 .5\nvt 0 0\nvt 1 0\nvt 0 1\nvt .5 .5\nf 1/1 2/2 3/3\nf 1/4 3/2 4/3\n"
     mesh = Scene.load(obj(tmp_path, text), ground=False).nodes[0].mesh
     at_origin = mesh.normals[(mesh.positions == 0).all(axis=1)]
     assert len(at_origin) == 2
@@ -330,6 +330,27 @@ def test_huge_texture_is_refused(tmp_path, monkeypatch):
         Scene.load(path)
 
 
+@pytest.mark.parametrize(
+    ("scale", "told"),
+    [
+        (0.0, "all its vertices are at one place; nothing could be seen"),
+        (1e-20, "its extent, 1e-20, is below what float32 can draw; scale it up"),
+        (1e20, "is beyond what float32 can draw; scale it down"),
+    ],
+)
+def test_models_of_no_size_that_can_be_drawn_are_refused(tmp_path, scale, told):
+    text = f"v 0 0 0\nv {scale:g} 0 0\nv 0 {scale:g} 0\nf 1 2 3\n"
+    with pytest.raises(InputError, match=told):
+        Scene.load(obj(tmp_path, text))
+
+
+def test_triangles_without_area_are_a_warning(tmp_path):
+    scene = Scene.load(obj(tmp_path, "v 0 0 0\nv 1 0 0\nv 2 0 0\nf 1 2 3\n"), ground=False)
+    assert [line for line in scene.warnings if "none of its 1 triangles has an area" in line]
+    scene = Scene.load(obj(tmp_path, "v 0 0 0\nv 1e-9 0 0\nv 0 1e-9 0\nf 1 2 3\n"), ground=False)
+    assert not [line for line in scene.warnings if "area" in line]
+
+
 def test_bad_normals_are_computed_with_a_warning(tmp_path):
     normals = [[0, 0, 1], [0, 0, 0], [np.nan, 0, 0]]
     scene = Scene.load(gltf(tmp_path, *TRIANGLE, attributes={"NORMAL": normals}), ground=False)
@@ -389,9 +410,12 @@ def test_absurd_counts_are_refused_before_allocation(tmp_path):
 def test_truncated_files_are_refused(tmp_path, suffix):
     path = tmp_path / f"m.{suffix}"
     trimesh.creation.icosphere(subdivisions=2).export(path)
-    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
-    with pytest.raises(InputError, match="truncated"):
+    whole = path.read_bytes()
+    path.write_bytes(whole[: len(whole) // 2])
+    with pytest.raises(InputError, match="truncated") as caught:
         Scene.load(path)
+    if suffix == "stl":
+        assert f"truncated, 320 triangles take {len(whole)} bytes and {len(whole) // 2} are there" in str(caught.value)
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.base import Backend, DeviceInfo, FloatBlock, device_number
+from passgraph.backends.base import Backend, DeviceInfo, FloatBlock, PixelRunner, device_number
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl import state as fixed
 from passgraph.backends.gl import transfers
@@ -245,7 +245,7 @@ class GLBackend(Backend):
             gl.drain()
             return Mesh(self.objects, mesh)
 
-    def pixel_pass(self, step: PixelStep) -> PixelRun:
+    def pixel_pass(self, step: PixelStep) -> PixelRunner:
         with self.context as gl:
             gl.drain()
             if self._counts(step):

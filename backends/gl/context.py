@@ -16,7 +16,7 @@ from types import TracebackType
 from typing import Any
 
 from passgraph.backends.gl.bound import Bound
-from passgraph.backends.gl.current import Current
+from passgraph.backends.gl.current import Current, library
 from passgraph.backends.gl.functions import Functions
 from passgraph.backends.gl.windowing import State
 from passgraph.backends.turn import Turn, open_driver
@@ -156,7 +156,9 @@ class OwnContext(Context):
         try:
             with _making:
                 if linux:
-                    return glcontext.get_backend_by_name("egl")(glversion=330, mode="standalone", device_index=index)
+                    return glcontext.get_backend_by_name("egl")(
+                        glversion=330, mode="standalone", device_index=index, libgl=library("GL"), libegl=library("EGL")
+                    )
                 return glcontext.default_backend()(glversion=330, mode="standalone")
         except Exception as error:  # glcontext raises plain Exception, and ImportError for absent libraries
             raise DeviceMissingError(

@@ -8,6 +8,7 @@ for what a host has adopted or lays out otherwise, the step's program counts.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 from passgraph.backends.base import Block
@@ -66,22 +67,27 @@ def shader_text(known: Counting) -> str:
     return text
 
 
-class CountRun(PixelRun):
+class CountRun:
     """The pass at work."""
 
     def __init__(self, backend: GLBackend, step: PixelStep) -> None:
-        super().__init__(backend, step)
         assert step.known is not None
+        self.backend, self.step = backend, step
         self.counting = backend.programs.compute(shader_text(step.known), step.program)
+
+    @cached_property
+    def plain(self) -> PixelRun:
+        """The step's program, made once a host's picture needs it: drivers take many times as long to compile it."""
+        return PixelRun(self.backend, self.step)
 
     def __call__(self, outputs: Sequence[Texture], images: Sequence[Texture], block: Block) -> None:
         backend = self.backend
-        of_host = any(output.surface is not None for output in outputs)
-        if of_host or placements_of(outputs, images) is not ALL_PLAIN:
-            return super().__call__(outputs, images, block)
         if not backend.in_run:
             with backend.running():
                 return self(outputs, images, block)
+        of_host = any(output.surface is not None for output in outputs)
+        if of_host or placements_of(outputs, images) is not ALL_PLAIN:
+            return self.plain(outputs, images, block)
         gl, bound = backend.context.gl, backend.context.bound
         fixed.bind_images(gl, bound, images)
         fixed.use(gl, bound, self.counting.name, backend.no_vertices)

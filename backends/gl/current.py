@@ -9,6 +9,7 @@ from __future__ import annotations
 import ctypes
 import ctypes.util
 import sys
+from functools import cache
 
 from passgraph.backends.gl.egl import Egl
 from passgraph.backends.gl.elsewhere import system_elsewhere
@@ -17,11 +18,17 @@ from passgraph.backends.gl.windowing import GONE, State, System
 from passgraph.errors import BackendError
 
 
+@cache
+def library(name: str) -> str | None:
+    """The file of a library of the system, or None; asked once, since Python starts a process for the answer."""
+    return ctypes.util.find_library(name)
+
+
 class Current:
     """Reads and changes what is current in the calling thread."""
 
     def __init__(self) -> None:
-        path = ctypes.util.find_library("EGL") if sys.platform.startswith("linux") else None
+        path = library("EGL") if sys.platform.startswith("linux") else None
         #: Without it nothing here is known.
         self.egl = None if path is None else Egl(ctypes.CDLL(path))
         self.glx: Glx | None = None

@@ -375,6 +375,8 @@ class Host(GLBackend):
 def check_asked(name: object, region: object, size: object, origin: object, srgb: object) -> None:
     """What a host is asked for a picture with, before OpenGL sees any of it."""
     if name is not None:
+        if isinstance(getattr(name, "glo", None), int):
+            raise InputError("the name of OpenGL's object is a whole number; moderngl's objects have it as .glo")
         arguments.whole(name, "the name of OpenGL's object", 0, (1 << 32) - 1, InputError)
     if size is not None:
         checked_size(size, "a picture of the host's")

@@ -8,8 +8,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from passgraph.backends.opencl.opencl_c import element, join, load_expression, package_text, prologue
-from passgraph.backends.opencl.pixel import GROUP_GPU, Launch, PixelPassRunner
+from passgraph.backends.opencl.opencl_c import join, load_expression, package_text, prologue
+from passgraph.backends.opencl.pixel import GROUP_GPU, Launch, PixelPassRunner, parameters
 from passgraph.backends.opencl.storage import ImageLayout
 from passgraph.backends.printing import Listing
 from passgraph.plan.known import Counting
@@ -40,12 +40,9 @@ def items_of(backend: OpenCLBackend) -> int:
 
 def counts_source(known: Counting, image: ImageLayout, outputs: tuple[ImageLayout, ...], items: int) -> Listing:
     """The kernel ``pg_counts``, with the arguments of a pixel pass."""
-    arguments = [f"__global const {element(image.format)}* restrict image0"]
-    arguments += [f"__global {element(made.format)}* restrict out{k}" for k, made in enumerate(outputs)]
-    arguments += ["PG_UNIFORMS float* restrict floats", "PG_UNIFORMS int* restrict ints", "int4 cut"]
     # Bins lie side by side in a row of an output, as the channels of its pixels do.
     defined = {
-        "ARGUMENTS": ", ".join(arguments),
+        "ARGUMENTS": parameters([image], outputs),
         "WIDTH": image.size[0],
         "HEIGHT": image.size[1],
         "NUMBER(x, y)": load_expression(image.format, "image0", image.place("(x)", "(y)")),

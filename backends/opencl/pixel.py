@@ -11,9 +11,9 @@ first.  The sRGB curve on three channels takes a sixteenth of the time.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 from weakref import ReferenceType, ref
 
 from passgraph.backends.base import Block
@@ -42,14 +42,12 @@ def pixel_source(
     images: Sequence[tuple[str, ImageLayout]],
     outputs: Sequence[ImageLayout],
     constant: bool,
-    run: int = 1,
+    run: int,
+    kernels: Collection[str],
 ) -> Listing:
-    """Kernels ``pg_pixel`` (with borders) and ``pg_inner`` (without; ``run`` pixels a work-item)."""
-    return join(
-        prologue(constant),
-        _kernel("pg_pixel", program, images, outputs, 1, inner=False),
-        _kernel("pg_inner", program, images, outputs, run, inner=True),
-    )
+    """Kernels ``pg_pixel`` (with borders) and ``pg_inner`` (without; ``run`` pixels a work-item), those of both that
+    are asked for."""
+    return join(prologue(constant), *(_kernel(name, program, images, outputs, run) for name in sorted(kernels)))
 
 
 def _kernel(
@@ -58,18 +56,16 @@ def _kernel(
     images: Sequence[tuple[str, ImageLayout]],
     outputs: Sequence[ImageLayout],
     run: int,
-    *,
-    inner: bool,
 ) -> Listing:
+    inner, on_cpu = name == "pg_inner", run > 1
     width, height = outputs[0].size
     builtins = {"pixel.0": "x", "pixel.1": "y", "output_size.0": str(width), "output_size.1": str(height)}
     named = {image: (f"image{i}", layout) for i, (image, layout) in enumerate(images)}
     printer = OpenCLPrinter(program, builtins, named, inner=inner, prefix=f"{name}_")
-    parameters = [f"__global const {element(layout.format)}* restrict {n}" for n, layout in named.values()]
-    parameters += [f"__global {element(o.format)}* restrict out{i}" for i, o in enumerate(outputs)]
-    parameters += ["PG_UNIFORMS float* restrict floats", "PG_UNIFORMS int* restrict ints", "int4 cut"]
-    printer.open(f"__kernel void {name}({', '.join(parameters)})")
-    if inner and run > 1:
+    if on_cpu:
+        printer.functions()
+    printer.open(f"__kernel void {name}({parameters([layout for _, layout in images], outputs)})")
+    if inner and on_cpu:
         # cut: columns of the first and the last run, which overlaps: some pixels twice cost less than one more kernel.
         printer.line("int y = (int)get_global_id(1);")
         printer.line(f"int start = min(cut.x + (int)get_global_id(0) * {run}, cut.y);")
@@ -86,9 +82,16 @@ def _kernel(
         printer.line(f"{layout.index_type} o{i} = {layout.place('x', 'y')};")
         for channel, value in enumerate(output.values):
             printer.line(f"out{i}[o{i} + {layout.channel(channel)}] = {printer.stored(layout.format, value)};")
-    if inner and run > 1:
+    if inner and on_cpu:
         printer.line("}")
     return printer.close()
+
+
+def parameters(images: Sequence[ImageLayout], outputs: Sequence[ImageLayout]) -> str:
+    """What kernels of a pixel pass take: ``image0`` and so on, ``out0`` and so on, and what `Launch` gives each."""
+    found = [f"__global const {element(layout.format)}* restrict image{i}" for i, layout in enumerate(images)]
+    found += [f"__global {element(layout.format)}* restrict out{i}" for i, layout in enumerate(outputs)]
+    return ", ".join([*found, "PG_UNIFORMS float* restrict floats", "PG_UNIFORMS int* restrict ints", "int4 cut"])
 
 
 def inner_block(program: ScalarProgram, size: tuple[int, int], group: int) -> tuple[int, int, int, int]:
@@ -98,6 +101,10 @@ def inner_block(program: ScalarProgram, size: tuple[int, int], group: int) -> tu
     right, bottom = (max([0, *(getattr(use, axis)[1] for use in uses)]) for axis in "xy")
     width, height = size[0] - left - right, size[1] - top - bottom
     return (left, top, width, height) if width >= group and height > 0 else (0, 0, 0, 0)
+
+
+#: A kernel, its work-items, their groups, the first of them, and ``cut``.
+Launched: TypeAlias = tuple[str, tuple[int, int], tuple[int, int] | None, tuple[int, int], tuple[int, int, int, int]]
 
 
 @dataclass(eq=False)
@@ -160,15 +167,21 @@ class PixelPassRunner:
         constant = self.uniforms.fits_constant()
         group = GROUP if self.backend.is_cpu else GROUP_GPU
         run = GROUP if self.backend.is_cpu else 1
-        source = pixel_source(self.step.program, images, layouts[image_count:], constant, run)
+        ranges = self._ranges(layouts[-1].size, group, run)
+        kernels = {name for name, *_ in ranges}
+        source = pixel_source(self.step.program, images, layouts[image_count:], constant, run, kernels)
         built = self.backend.programs.build(source, self.what)
-        with self.backend.reported(f"making the kernels of {self.what}"):
-            return self._launches(built, layouts[-1].size, group, run)
-
-    def _launches(self, built: Any, size: tuple[int, int], group: int, run: int) -> list[Launch]:
         cl = self.backend.cl
+        with self.backend.reported(f"making the kernels of {self.what}"):
+            return [
+                Launch(cl.Kernel(built, name), items, local, first, cl.cltypes.make_int4(*cut))
+                for name, items, local, first, cut in ranges
+            ]
+
+    def _ranges(self, size: tuple[int, int], group: int, run: int) -> list[Launched]:
+        """Which kernel runs where."""
         x, y, width, height = inner_block(self.step.program, size, group)
-        ranges: list[tuple[str, tuple[int, int], Any, tuple[int, int], Any]] = []
+        ranges: list[Launched] = []
         if width and run > 1:
             items = (-(-width // run), height)
             ranges.append(("pg_inner", items, self._group(items), (0, y), (x, x + width - run, 0, 0)))
@@ -180,10 +193,7 @@ class PixelPassRunner:
                 ranges.append(("pg_inner", (count, height), (group, 1), (start, y), (0, 0, 0, 0)))
         for strip, cut, first in strips(size, (x, y, width, height)):
             ranges.append(("pg_pixel", strip, (1, 1) if self._alone() else None, first, cut))
-        return [
-            Launch(cl.Kernel(built, name), items, local, first, cl.cltypes.make_int4(*cut))
-            for name, items, local, first, cut in ranges
-        ]
+        return ranges
 
     def _alone(self) -> bool:
         """Whether work-items go one by one: PoCL holds the arrays of a whole group on the stack, for each its own."""

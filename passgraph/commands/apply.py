@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from passgraph.commands.files import check_apart, check_no_video, is_one_picture
+from passgraph.commands.files import check_apart, check_no_video, is_one_picture, tell_of_several
 from passgraph.commands.named import named_effect
 from passgraph.commands.options import (
     Decorated,
@@ -34,8 +34,8 @@ if TYPE_CHECKING:
 
 INPUTS = "Reads each INPUT: a picture, folder, wildcard, numbered sequence, video, or - (a stream)."
 OUTPUT = (
-    "A picture (.png .jpg .tif .webp in 8 bits, .exr .npy float32), a folder, a numbered sequence (out.%04d.png), a "
-    "video (.mp4 .mov .mkv .webm), or - for a stream."
+    "A picture (.png .jpg .tif .webp in 8 bits, of .png .tif as --bits says, .exr .npy float32), a folder, a numbered "
+    "sequence (out.%04d.png), a video (.mp4 .mov .mkv .webm), or - for a stream."
 )
 OUTPUT_OF_NOTHING = (
     "Picture to write: .png .jpg .tif .webp (8 bit), .exr .npy (float32); with --frames as many or a video."
@@ -51,6 +51,12 @@ def frames_option(of: str) -> Callable[[Decorated], Decorated]:
         "--frames", type=click.IntRange(1, MOST_FRAMES), metavar="NUMBER",
         help=f"Make so many frames of {of}, for what changes with time or over frames (NUMBER..NUMBER).",
     )  # fmt: skip
+
+
+bits_option = click.option(
+    "--bits", type=click.Choice(["8", "16"]), default="8", show_default=True,
+    help="Of a channel in .png and .tif; the other formats have 8, or floats.",
+)  # fmt: skip
 
 
 def video_options(command: Decorated) -> Decorated:
@@ -116,6 +122,7 @@ def command_of(effect: Effect) -> click.Command:
     )  # fmt: skip
     @click.option("--resume", is_flag=True, help="Leave out what is there already, whole and newer than its input.")
     @click.option("--raw", metavar="WxH:LAYOUT@RATE", help="Streams (-) are raw pixels, such as 640x480:rgb24@25.")
+    @bits_option
     @video_options
     @frames_option("one picture")
     @click.option("--sound/--no-sound", default=True, show_default=True, help="Copy a video's sound and subtitles.")
@@ -153,7 +160,9 @@ def apply_effect(
     from passgraph.commands.apply_many import apply_to_many, writing_of
     from passgraph.commands.frames import Settings
 
-    writing = writing_of(options["rate"], options["codec"], options["codec_option"], options["raw"], options["sound"])
+    writing = writing_of(
+        options["rate"], options["codec"], options["codec_option"], options["bits"], options["raw"], options["sound"]
+    )
     settings = Settings(
         options["backend"], options["linear"], options["jobs"], options["resume"], options["non_finite"],
         options["check_finite"], options["scheduler"],
@@ -167,10 +176,12 @@ def generator_command(effect: Effect) -> click.Command:
     """The subcommand of an effect that makes its picture of parameters alone."""
 
     @click.command(effect.name, help=f"{effect.summary}  Makes its picture without another.")
+    @click.argument("inputs", metavar="", nargs=-1, type=click.Path())
     @click.option("--output", "-o", required=True, type=click.Path(path_type=Path), help=OUTPUT_OF_NOTHING)
     @backend_option
     @size_option(RENDER_SIZE)
     @frames_option("it")
+    @bits_option
     @video_options
     @capture_option
     @check_finite_option
@@ -184,25 +195,30 @@ def generator_command(effect: Effect) -> click.Command:
 
 
 def generate(
-    effect: Effect, given: dict[str, Any], /, output: Path, backend: str | None, size: tuple[int, int],
-    capture: Path | None, check_finite: bool, profile: bool, **options: Any,
+    effect: Effect, given: dict[str, Any], /, inputs: tuple[str, ...], output: Path, backend: str | None,
+    size: tuple[int, int], capture: Path | None, check_finite: bool, profile: bool, **options: Any,
 ) -> int:  # fmt: skip
     """One picture or many of an effect that reads none; ``given`` are its parameters."""
+    if inputs:
+        raise InputError(
+            f"{inputs[0]}: {effect.name} reads no picture, it makes its own; leave that out, and say how large: "
+            f"--size {size[0]}x{size[1]}"
+        )
     if options["frames"] is not None:
         check_one_picture(capture, profile, "--frames makes several pictures")
         from passgraph.commands.apply_many import apply_to_many, writing_of
         from passgraph.commands.frames import Settings
 
-        writing = writing_of(options["rate"], options["codec"], options["codec_option"])
+        writing = writing_of(options["rate"], options["codec"], options["codec_option"], options["bits"])
         settings = Settings(backend, check_finite=check_finite)
         return apply_to_many(effect, (), str(output), given, writing, settings, frames=options["frames"], size=size)
     check_no_ramps(effect, given)
     if is_video(output) or Pattern.is_in(str(output)):
         raise InputError(f"{output}: holds frames; say how many: --frames 100")
     check_no_video(options["rate"], options["codec"], options["codec_option"])
-    check_outputs(output, capture)
+    check_outputs(output, capture, int(options["bits"]))
     job = generator_job(effect, None, size, given)
-    run_and_save(job, backend, output, capture, check_finite=check_finite, profile=profile)
+    run_and_save(job, backend, output, capture, check_finite=check_finite, profile=profile, bits=int(options["bits"]))
     return 0
 
 
@@ -215,12 +231,15 @@ def apply_to_one(
 
     check_apart([picture, *([depth] if depth else [])], [(output, str(picture))])
     check_no_video(options["rate"], options["codec"], options["codec_option"])
-    check_outputs(output, capture)
+    bits = int(options["bits"])
+    check_outputs(output, capture, bits)
     if options["resume"] and is_made(output, [picture]):
         click.echo(f"{output}: is there already")
         return 0
+    tell_of_several([picture])
     job = picture_job(effect, picture, depth, options["linear"], given, holds)
     run_and_save(
-        job, options["backend"], output, capture, options["non_finite"], options["check_finite"], options["profile"]
-    )
+        job, options["backend"], output, capture, options["non_finite"], options["check_finite"], options["profile"],
+        bits,
+    )  # fmt: skip
     return 0

@@ -16,7 +16,7 @@ from passgraph.commands.clips import (
     inputs_of,
     sources_of,
 )
-from passgraph.commands.files import STREAM, rate_of
+from passgraph.commands.files import STREAM, rate_of, tell_of_several
 from passgraph.commands.frames import FramesJob, RedOf, Settings, run_clips
 from passgraph.commands.options import flag_of
 from passgraph.commands.over_frames import Changing
@@ -27,6 +27,7 @@ from passgraph.frames.frame import Source
 from passgraph.frames.names import Pattern, is_video
 from passgraph.frames.pictures import Numbers, Repeated
 from passgraph.frames.pipe import Raw
+from passgraph.frames.video import Video
 
 if TYPE_CHECKING:
     from passgraph.scene.hardware_depth import HardwareDepth
@@ -48,6 +49,7 @@ def apply_to_many(
     depths = None if depth is None else depth_of(depth, clips)
     pictures = [path for path in given.values() if isinstance(path, Path)]
     check_clips(clips, output, [*pictures, *(inputs_of(depths) if depths else [])])
+    tell_of_several(path for clip in clips if not isinstance(clip.source, Video) for path in inputs_of(clip.source))
     changing = Changing.of(effect, given)
     parameters, constants = picture_parameters(effect, given)
     depth_source = None if depths is None else RedOf(depths)
@@ -79,8 +81,9 @@ def _check_further_pictures(effect: Effect, inputs: tuple[str, ...], output: str
 
 
 def writing_of(
-    rate: str | None, codec: str | None, codec_option: Sequence[str], raw: str | None = None, sound: bool = True
-) -> Writing:
+    rate: str | None, codec: str | None, codec_option: Sequence[str], bits: str, raw: str | None = None,
+    sound: bool = True,
+) -> Writing:  # fmt: skip
     """How outputs are written, from the options of these names."""
     layout = None if raw is None else Raw.parsed(raw)
     a_second = None if rate is None else rate_of(rate)
@@ -90,4 +93,4 @@ def writing_of(
         if not (key and equals):
             raise InputError(f"--codec-option {text!r}: expected KEY=VALUE, such as crf=23")
         codec_options[key] = value
-    return Writing(layout, a_second, codec, codec_options, sound)
+    return Writing(layout, a_second, codec, codec_options, sound, int(bits))

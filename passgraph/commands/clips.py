@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
@@ -35,7 +35,7 @@ from passgraph.frames.pictures import Pictures, Repeated, Still, ToPictures
 from passgraph.frames.pipe import Pipe, Raw, ToPipe
 from passgraph.frames.video import Video
 from passgraph.frames.video_sink import ToVideo, rate_given
-from passgraph.pictures import type_of_suffix
+from passgraph.pictures import check_holds_16, type_of_suffix
 from passgraph.reading import check_regular
 
 
@@ -48,6 +48,10 @@ class Writing:
     codec: str | None = None
     codec_options: dict[str, str] = field(default_factory=dict)
     sound: bool = True
+    bits: int = 8
+
+    def pictures(self, paths: Mapping[int, Path] | Pattern) -> ToPictures:
+        return ToPictures(paths, self.bits)
 
     def video(self, path: Path) -> ToVideo:
         return ToVideo(path, rate=self.rate, codec=self.codec, options=self.codec_options, sound=self.sound)
@@ -136,11 +140,11 @@ def _sink(source: Source, output: str, writing: Writing) -> Sink:
             raise InputError("pictures are not written to a terminal; send the output on, as in: -o - | ffplay -")
         return ToPipe(sys.stdout.buffer, writing.raw)
     if Pattern.is_in(output):
-        return ToPictures(Pattern(output))
+        return writing.pictures(Pattern(output))
     if is_video(Path(output)):
         return writing.video(Path(output))
     if isinstance(source, Pictures) and source.count == 1:
-        return ToPictures(dict.fromkeys(source.paths, Path(output)))
+        return writing.pictures(dict.fromkeys(source.paths, Path(output)))
     count = f"{source.count} frames" if source.count else "frames"
     raise InputError(
         f"{output}: is one picture, and there are {count} of {source.name}; give a folder (-o out/), a numbered "
@@ -152,9 +156,9 @@ def _into_folder(source: Source, folder: Path, writing: Writing) -> Sink:
     """The same names in a folder; formats that are not written become PNG."""
     if isinstance(source, Repeated):
         path = folder / _written_name(source.paths[1])
-        return ToPictures(Pattern(os.fspath(path.with_name(f"{path.stem}.%04d{path.suffix}"))))
+        return writing.pictures(Pattern(os.fspath(path.with_name(f"{path.stem}.%04d{path.suffix}"))))
     if isinstance(source, Pictures):
-        return ToPictures({number: folder / _written_name(path) for number, path in source.paths.items()})
+        return writing.pictures({number: folder / _written_name(path) for number, path in source.paths.items()})
     if isinstance(source, Video):
         return writing.video(folder / source.path.name)
     raise InputError(f"{folder}: nothing names the files of {source.name}; give numbers: -o {folder}/%04d.png")
@@ -197,6 +201,12 @@ def check_writing(writing: Writing, clips: list[Clip]) -> None:
         check_no_video(writing.rate, writing.codec, writing.codec_options)
     if writing.rate and any(isinstance(clip.source, Video) for clip in videos):
         raise InputError("--rate is for videos made of pictures; frames of a video keep their times; leave it out")
+    if writing.bits == 16:
+        made = [path for clip in clips if isinstance(clip.sink, ToPictures) for path, _ in outputs_of(clip)]
+        if not made:
+            raise InputError("--bits is for picture files, and none is written; name some: -o out.%04d.png")
+        for path in made:
+            check_holds_16(path)
     if writing.raw and not any(isinstance(clip.source, Pipe) or isinstance(clip.sink, ToPipe) for clip in clips):
         raise InputError("--raw is for streams, and none is read or written; name one: -o -")
 

@@ -9,13 +9,18 @@ from fractions import Fraction
 from importlib.util import find_spec
 from pathlib import Path
 
+import click
+
 from passgraph.arguments import shown
 from passgraph.errors import InputError
 from passgraph.frames.names import Pattern, has_wildcard, is_video
+from passgraph.picture_decoders import holds_several
 from passgraph.pictures import place_of, type_of_suffix
 
 #: Suffixes of float formats: they hold light as it is, beyond 1 too.
 FLOAT_SUFFIXES = (".exr", ".npy")
+#: Suffixes of files that may hold several pictures.
+_SEVERAL = (".gif", ".tif", ".tiff", ".webp")
 #: Standard input or output.
 STREAM = "-"
 
@@ -37,6 +42,14 @@ def is_one_picture(inputs: tuple[str, ...], output: str) -> bool:
 
 def is_folder(output: str) -> bool:
     return output.endswith(("/", os.sep)) or (output != STREAM and Path(output).is_dir())
+
+
+def tell_of_several(paths: Iterable[Path]) -> None:
+    """Warn where files hold pictures behind the first, which alone is read."""
+    suspects = (path for path in paths if path.suffix.lower() in _SEVERAL and path.is_file())
+    if found := [path for path in suspects if holds_several(path)]:
+        others = f", and so do {len(found) - 1} others" if len(found) > 1 else ""
+        click.echo(f"passgraph: warning: {found[0]}: holds several pictures{others}; the first is read", err=True)
 
 
 def check_picture_path(path: Path) -> None:

@@ -12,7 +12,7 @@ from passgraph.arguments import near, shown
 from passgraph.commands.shader_files import effects_of_shader
 from passgraph.effects.registry import EFFECTS, Effect, summary_of
 from passgraph.errors import InputError
-from passgraph.shaders import EXPORT_SUFFIX, SUFFIXES
+from passgraph.shaders import EXPORT_SUFFIX, NOT_READ, SUFFIXES
 
 if TYPE_CHECKING:
     from passgraph.commands.own_file import Graph
@@ -73,7 +73,7 @@ def _chosen(found: Mapping[str, Effect], path: Path, name: str | None) -> Effect
 def is_named(text: str) -> bool:
     """Whether it reads as an effect or as a file of kernels, rather than as a picture or a scene."""
     path, _ = file_and_name(text)
-    return text in EFFECTS if path is None else path.suffix in READERS and path.suffix != EXPORT_SUFFIX
+    return text in EFFECTS if path is None else path.suffix.lower() in READERS and path.suffix.lower() != EXPORT_SUFFIX
 
 
 def file_and_name(text: str) -> tuple[Path | None, str | None]:
@@ -143,12 +143,12 @@ _TEXT = Reader(effects_of_text, _graphs_of_module_or_text)
 #: What reads a file, by its suffix; any other one that is named is the text of a kernel too.
 READERS = {
     ".py": Reader(effects_of_module, _graphs_of_module_or_text), ".txt": _TEXT,
-    **dict.fromkeys((*SUFFIXES, EXPORT_SUFFIX), Reader(effects_of_shader, _graphs_of_shader)),
+    **dict.fromkeys((*SUFFIXES, *NOT_READ, EXPORT_SUFFIX), Reader(effects_of_shader, _graphs_of_shader)),
 }  # fmt: skip
 
 
 def reader_of(path: Path) -> Reader:
-    return READERS.get(path.suffix, _TEXT)
+    return READERS.get(path.suffix.lower(), _TEXT)
 
 
 # Kernels

@@ -8,6 +8,7 @@ from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
 import click
+import numpy as np
 
 from passgraph.commands.capture import Capture
 from passgraph.commands.files import FLOAT_SUFFIXES, check_folder, check_picture_path
@@ -15,6 +16,8 @@ from passgraph.commands.options import check_computes
 from passgraph.commands.progress import progress
 from passgraph.commands.sources import Job, in_bytes
 from passgraph.errors import InputError
+from passgraph.pictures import check_holds_16
+from passgraph.quantise import quantised
 from passgraph.run.finite_checks import NonFinite
 
 if TYPE_CHECKING:
@@ -31,9 +34,11 @@ def check_one_picture(capture: Path | None, profile: bool, why: str) -> None:
         raise InputError(f"--profile times the passes on one picture, and {why}; leave out one")
 
 
-def check_outputs(output: Path, capture: Path | None) -> None:
+def check_outputs(output: Path, capture: Path | None, bits: int = 8) -> None:
     """Refuse what cannot be written before the long work."""
     check_picture_path(output)
+    if bits == 16:
+        check_holds_16(output)
     if capture is not None:
         check_folder(capture)
 
@@ -46,9 +51,11 @@ def run_and_save(
     non_finite: NonFinite = "error",
     check_finite: bool = False,
     profile: bool = False,
+    bits: int = 8,
 ) -> None:
     """Run a job once and write its first output; ``non_finite`` and ``check_finite`` as for :func:`passgraph.compile`.
 
+    ``bits``: 8 or 16 a channel, of formats that have either.
     ``profile``: run it some more times, and say how long each pass takes.
     """
     from passgraph.pictures import save
@@ -58,7 +65,8 @@ def run_and_save(
     observer = None if capture is None else Capture(capture)
     options = Options() if observer is None else Options(fuse=False, alias=False)
     # Values that are not finite are named where a file cannot hold them; finite pictures of bytes stay bytes.
-    in_whole = not (observer or check_finite or output.suffix.lower() in FLOAT_SUFFIXES) and job.holds_bytes
+    keeps_more = output.suffix.lower() in FLOAT_SUFFIXES or bits == 16
+    in_whole = not (observer or check_finite or keeps_more) and job.holds_bytes
     outputs = in_bytes(job.outputs) if in_whole else job.outputs
     with progress("compiling") as say:
         start = perf_counter()
@@ -76,7 +84,7 @@ def run_and_save(
                 say(f"timing each pass on {name}")
                 times = program.profile(**job.given)
         say(f"writing {output}")
-        save(output, array)
+        save(output, quantised(array, np.dtype(np.uint16), str(output)) if bits == 16 else array)
     height, width = array.shape[:2]
     looking = " (with capture)" if observer is not None else ""
     click.echo(

@@ -36,7 +36,7 @@ def attach(
 
     >>> attached = attach(pygame.display, gaussian_blur, radius_px=4)    # doctest: +SKIP
     """
-    check_has(display, "pygame", "the module pygame.display", "flip", "quit", "set_mode")
+    check_has(display, "pygame", "the module pygame.display", "flip", "quit", "set_mode", "get_surface")
     _check_has_opengl(display)
 
     def frame(host: Host) -> HostFramebuffer:

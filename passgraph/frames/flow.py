@@ -20,7 +20,6 @@ from passgraph.frames.frame import Frame, Outcome, OutputError, Sink, Source, St
 from passgraph.frames.stored import given, stored
 from passgraph.graph.values import FRAME_INDEX
 from passgraph.run.program import Program
-from passgraph.run.room import Rooms
 
 Values: TypeAlias = "Mapping[str, Any] | Callable[[int], Mapping[str, Any]]"
 Watch: TypeAlias = Callable[[Outcome], None]
@@ -50,11 +49,6 @@ class Run:
     is_full: bool = False
     sizes: dict[str, tuple[int, int]] = field(default_factory=dict)
     first: int = 0  # number of the first frame
-    #: Shapes and types of the pictures before, for which there is room: memory of frames that are stored.
-    _kinds: dict[str, Any] = field(default_factory=dict)
-
-    def __post_init__(self) -> None:
-        self._rooms = Rooms(self.program)
 
     def all(self, jobs: int) -> Summary:
         start = perf_counter()
@@ -117,10 +111,7 @@ class Run:
             self.program.run(**brought)
             result = None
         else:
-            kinds = {name: (picture.shape, picture.dtype) for name, picture in pictures.items()}
-            wanted = self._rooms.room() if self.ran and kinds == self._kinds else None
-            results = self.program(into=wanted, **brought)
-            self._kinds = kinds
+            results = self.program(**brought)
             result = results[next(iter(results)) if self.output is None else self.output]
         self.ran += 1
         return result

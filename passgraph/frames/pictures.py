@@ -15,9 +15,9 @@ from passgraph import arguments
 from passgraph.errors import InputError
 from passgraph.frames.frame import Frame, Sink, Source, Stored
 from passgraph.frames.names import Pattern
-from passgraph.pictures import load_stored, save, type_of_suffix
+from passgraph.pictures import check_holds_16, load_stored, save, type_of_suffix
 
-#: Formats that hold float32; the others hold 8 bits.
+#: Formats that hold float32; the others hold whole numbers.
 _FLOAT_SUFFIXES = (".exr", ".npy")
 #: Most frames without pictures.
 MOST_NUMBERS = 1 << 31
@@ -79,14 +79,17 @@ class ToPictures(Sink):
     Parameters
     ----------
     paths : the files by the frames' numbers, or a `Pattern`
+    bits : 8, or 16 for .png and .tif
 
-    Formats of 8 bits hold results rounded; .exr and .npy hold them as they are.
+    Formats of whole numbers hold results rounded; .exr and .npy hold them as they are.
     """
 
     whole_when_prepared = True
 
-    def __init__(self, paths: Mapping[int, Path] | Pattern) -> None:
-        self.paths = paths
+    def __init__(self, paths: Mapping[int, Path] | Pattern, bits: int = 8) -> None:
+        if bits not in (8, 16):
+            raise InputError(f"bits of pictures are 8 or 16, got {arguments.shown(bits)}")
+        self.paths, self.bits = paths, bits
         self._inputs: Mapping[int, Path] = {}
 
     @property
@@ -104,6 +107,8 @@ class ToPictures(Sink):
         for path in self._named:
             if path.suffix.lower() not in type_of_suffix:
                 raise InputError(f"{path}: unknown suffix {path.suffix!r}; expected one of {' '.join(type_of_suffix)}")
+            if self.bits == 16:
+                check_holds_16(path)
 
     @property
     def _named(self) -> list[Path]:
@@ -111,14 +116,16 @@ class ToPictures(Sink):
         return [self.paths.path(1)] if isinstance(self.paths, Pattern) else list(self.paths.values())
 
     def in_bytes(self, source: Source) -> bool:
-        return not any(path.suffix.lower() in _FLOAT_SUFFIXES for path in self._named)
+        return self.bits == 8 and not any(path.suffix.lower() in _FLOAT_SUFFIXES for path in self._named)
 
     def holds(self, frame: Frame) -> bool:
         given = self._inputs.get(frame.number)
         return is_made(self.path(frame), [] if given is None else [given])
 
     def stores(self, frame: Frame, size: tuple[int, int]) -> np.dtype[Any]:
-        return np.dtype(np.float32 if self.path(frame).suffix.lower() in _FLOAT_SUFFIXES else np.uint8)
+        if self.path(frame).suffix.lower() in _FLOAT_SUFFIXES:
+            return np.dtype(np.float32)
+        return np.dtype(np.uint16 if self.bits == 16 else np.uint8)
 
     def prepare(self, frame: Frame, picture: Stored) -> None:
         save(self.path(frame), picture)

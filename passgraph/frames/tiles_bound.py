@@ -25,6 +25,7 @@ from passgraph.run.admission import admitted_picture, format_of
 from passgraph.run.execution import Execution
 from passgraph.run.finite_checks import NonFinite, checked_choice
 from passgraph.run.program import Program
+from passgraph.run.result import Results
 
 if TYPE_CHECKING:
     from passgraph.backends.base import Backend
@@ -147,12 +148,13 @@ class Windows:
         # Tiles of one picture are one frame, however many runs they take.
         told = {FRAME_INDEX.name: 0, **values, WINDOW.name: (left, top, *self.size), OUTPUT_SIZE.name: self.size}
         given = {name: value for name, value in told.items() if name in values or name in self.plan.values}
+        results: Results = "stored" if stored else "float32"
         backend = self.bound.backend
         # Between two windows others may use the backend, the one that computes a source among them.
         with backend.turn:
-            self.execution.run(pictures, given, None)
+            self.execution.run(pictures, given, None, results=results)
             with backend.running():
-                made = {name: self.execution.result(resource, stored) for name, resource in self.plan.outputs.items()}
+                made = {name: self.execution.result(resource, results) for name, resource in self.plan.outputs.items()}
         # Nothing was given to write into, so that results are arrays.
         return cast("dict[str, Numbers]", made)
 

@@ -25,8 +25,11 @@ from passgraph.frames.video import FULL, UNSPECIFIED, Conversion, Video, import_
 RATE = Fraction(25)
 #: Encoders whose time base has 16 bits (ISO/IEC 14496-2, vop_time_increment_resolution) or is the frame rate.
 _COARSE = ("mpeg4", "mpeg2video", "mpeg1video", "msmpeg4", "wmv2")
-#: What is asked of an encoder where nothing is said: nearly no visible loss.
-_QUALITY = {"libx264": {"crf": "18"}, "libx265": {"crf": "20"}, "libvpx-vp9": {"crf": "24", "b": "0"}}
+#: What is asked of an encoder where nothing is said: nearly no visible loss, and of x265 no talk on stderr.
+_USUAL = {
+    "libx264": {"crf": "18"}, "libx265": {"crf": "20", "x265-params": "log-level=error"},
+    "libvpx-vp9": {"crf": "24", "b": "0"},
+}  # fmt: skip
 #: Where a container's own choice is older than what everybody plays.
 _CODECS = {".avi": "libx264", ".mkv": "libx264", ".mp4": "libx264", ".mov": "libx264", ".m4v": "libx264"}
 #: What a file says of itself, which is not true of another.
@@ -215,7 +218,7 @@ class ToVideo(Sink):
         """Streams, when the size is known."""
         assert self._size is not None
         video, rate = self._video, Fraction(self._rate).limit_denominator(1 << 16)
-        options = {**_QUALITY.get(self._encoder.name, {}), **self.options}
+        options = {**_USUAL.get(self._encoder.name, {}), **self.options}
         stream = self._stream = self._container.add_stream(self._encoder.name, rate=rate, options=options)
         (stream.width, stream.height), stream.pix_fmt = self._size, self._format
         coarse = self._encoder.name.startswith(_COARSE)

@@ -90,8 +90,14 @@ class PixelKernel(Kernel, Generic[Made]):
         made.leveled = shader.leveled
         return made
 
-    def __call__(self, *arguments: Any, into: Any = None, name: str | None = None, **named: Any) -> Made:
+    def __call__(self, /, *arguments: Any, into: Any = None, name: str | None = None, **named: Any) -> Made:
         """Add a pass that writes ``into``; its name, where none is given, is that of its target, or the kernel's."""
+        return self.called(named, into, name, arguments)
+
+    def called(
+        self, named: Mapping[str, Any], into: Any = None, name: str | None = None, arguments: Sequence[Any] = ()
+    ) -> Made:
+        """The same for parameters that others have named: ``into`` and ``name`` may be among them."""
         self.check_constants()
         name = pass_name(name, into, self.name, f"kernel {self.name}: the pass's name")
         bound = bind(self, arguments, named)

@@ -22,6 +22,9 @@ _BLOCKS: dict[str | None, tuple[int, tuple[int, int], int]] = {
     "x": (1, (64, 1), 3),
     "y": (2, (1, 64), 3),
 }
+#: From the lower end of a histogram to the upper one: float32 holds that, and what a number is multiplied by for its
+#: bin, of as many bins as there may be.
+_WIDTHS = (1e-34, 3.4e38)
 #: Most bins of a histogram: of so many a table lies in the memory that a work-group or a core has near.
 MOST_BINS = 2048
 
@@ -52,7 +55,8 @@ def reduce(
         ``"x"`` along each row, which gives 1 x height pixels; ``"y"`` along each column, width x 1; left out, both:
         1 x 1.
     channel
-        For ``"arg_min"`` and ``"arg_max"``: 0 to 3 (the default is 0) or ``"luma"``, Rec. 709 weights.
+        For ``"arg_min"`` and ``"arg_max"``: 0 to 3 (the default is 0) or ``"luma"``: Rec. 709 weights; the first
+        of formats with one or two.
     into
         Where it goes, without a size; left out, a float32 target.  With fewer channels than four, the first ones.
     name
@@ -95,7 +99,7 @@ def reduce(
             f"pg.reduce: channel is for 'arg_min' and 'arg_max', and {how!r} gives every channel; leave it out, and "
             "read the one that you need"
         )
-    number = _channel_number(0 if channel is None else channel, "pg.reduce: channel")
+    number = _channel_number(0 if channel is None else channel, image, "pg.reduce: channel")
     made = _declared(into, name, f"{image.name}.{how}", "rg32f" if place else "rgba32f", f"pg.reduce {how!r}")
     name = _named(name, made)
     top = _tree(image, _HOW[how], axis, number, made.name)
@@ -131,10 +135,10 @@ def histogram(
     bins
         1 to 2048.
     channel
-        0 to 3, or ``"luma"``: Rec. 709 weights on red, green and blue.
+        0 to 3, or ``"luma"``: Rec. 709 weights on red, green and blue; the first of formats with one or two.
     low, high
-        The ends, ``low`` below ``high``; numbers or run values.  With 256 bins from 0 to 1, an 8-bit channel has a bin
-        for each of its numbers.
+        The ends, ``low`` below ``high`` by 1e-34 at least; numbers or run values.  With 256 bins from 0 to 1, an 8-bit
+        channel has a bin for each of its numbers.
     into
         Where it goes, with one channel and without a size; left out, an r32f target.
     name
@@ -164,10 +168,10 @@ def histogram(
 
     _check_picture(image, "pg.histogram")
     arguments.whole(bins, "pg.histogram: bins", 1, MOST_BINS)
-    number = _channel_number(channel, "pg.histogram: channel")
-    ends = [_end(low, "low"), _end(high, "high")]
-    if not any(isinstance(end, (Value, Derived)) for end in ends) and not ends[0] < ends[1]:  # type: ignore[operator]
-        raise GraphError(f"pg.histogram: low must be below high, got {low!r} and {high!r}")
+    number = _channel_number(channel, image, "pg.histogram: channel")
+    ends = _end(low, "low"), _end(high, "high")
+    if not isinstance(low, (Value, Derived)) and not isinstance(high, (Value, Derived)):
+        _check_width(low, high)
     made = _declared(into, name, f"{image.name}.histogram", "r32f", "pg.histogram")
     name = _named(name, made)
     # last run's content lends no size by itself
@@ -208,13 +212,25 @@ def _check_picture(image: object, what: str) -> None:
     arguments.instance(image, Target, f"{what}: image", "a target that a pass returned, or pg.Input(...)")
 
 
-def _channel_number(channel: object, what: str) -> int:
-    """As the kernels take it; ``"luma"`` is the one behind the channels."""
+def _channel_number(channel: object, image: Target, what: str) -> int:
+    """As the kernels take it; ``"luma"`` is the one behind the channels, and the first where there are one or two."""
     if arguments.among(channel, ("luma",)):
-        return 4
+        stored = image.spec.format
+        return 0 if stored is not None and stored.channels < 3 else 4
     if isinstance(channel, bool) or not isinstance(channel, (int, np.integer)) or channel not in range(4):
         raise GraphError(f"{what} must be 0, 1, 2, 3 or 'luma', got {arguments.shown(channel)}")
     return int(channel)
+
+
+def _check_width(low: float, high: float) -> None:
+    if not low < high:
+        raise GraphError(f"pg.histogram: low must be below high, got {low!r} and {high!r}")
+    width = float(np.float32(high)) - float(np.float32(low))
+    if not _WIDTHS[0] <= width <= _WIDTHS[1]:
+        raise GraphError(
+            f"pg.histogram: low and high must lie from {_WIDTHS[0]:g} to {_WIDTHS[1]:g} apart as float32, got {low!r} "
+            f"and {high!r}"
+        )
 
 
 def _end(value: object, what: str) -> object:

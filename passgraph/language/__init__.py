@@ -12,6 +12,7 @@ Read in the order in which a kernel passes through:
    :mod:`.vectors` and :mod:`.whole_numbers`, with :mod:`.meanings` and :mod:`.domains`), :mod:`.prelude`,
    :mod:`.prelude_whole` and :mod:`.library`; rules of borders: :mod:`.border_rules`, :mod:`.borders`.
 4. :mod:`.facts`, :mod:`.sized`, :mod:`.lower` with :mod:`.lower_loops`, :mod:`.ranges`, :mod:`.lower_elements`,
-   :mod:`.lower_buffers` and :mod:`.arrays`, :mod:`.expand`, :mod:`.emitter` and :mod:`.liveness` (to :mod:`.scalar`),
-   :mod:`.lower_cache` (from disk), :mod:`.nameless`, :mod:`.layout`.
+   :mod:`.lower_buffers` and :mod:`.arrays`, :mod:`.evaluate`, :mod:`.expand`, :mod:`.emitter` and :mod:`.liveness` (to
+   :mod:`.scalar`), :mod:`.lower_cache` (from disk), :mod:`.nameless`, :mod:`.layout`, :mod:`.repeated` (of long
+   programs).
 """

@@ -9,14 +9,17 @@ from typing import cast
 
 import numpy as np
 
+from passgraph.errors import KernelLengthError
 from passgraph.language import scalar as s
 from passgraph.language.liveness import eliminate_dead
 from passgraph.language.operations import OPERATIONS
 from passgraph.language.ranges import Ranges
-from passgraph.language.source import NOWHERE, Span, fail
+from passgraph.language.source import NOWHERE, Span
 
 #: Branches at most this long become selections, which vectorise; longer ones stay branches.
 MAX_SELECTED_INSTRUCTIONS = 12
+#: Functions of the prelude that make at least so many values are told apart in the program: :attr:`Emitter.calls`.
+MIN_CALL = 12
 #: Expressions lowered and instructions made for one kernel, loops unrolled.
 MAX_STEPS = 200_000
 _RESULT = {
@@ -41,6 +44,7 @@ class Emitter:
         self.table_names: dict[int, str] = {}  # by the identity of the values, which the program keeps
         self.held_tables: dict[int, tuple[int | float, ...]] = {}  # of uints, by the identity of their values
         self.builtins: dict[str, str] = {}
+        self.calls: list[tuple[int, int]] = []  # of long functions of the prelude: first and last value
         self.steps = 0
         self.span = NOWHERE  # of the statement being lowered, for errors
         self.made: dict[int, s.Op | s.Choose] = {}
@@ -55,7 +59,8 @@ class Emitter:
         """Counts work, so that no text makes compiling endless."""
         self.steps += 1
         if self.steps > MAX_STEPS:
-            fail(self.span, f"the kernel takes more than {MAX_STEPS} steps to compile; make loops shorter")
+            message = f"the kernel takes more than {MAX_STEPS} steps to compile; make loops shorter"
+            raise KernelLengthError(self.span.point_at(message))
 
     def fresh(self, type_: str) -> s.Val:
         self.ids += 1
@@ -66,6 +71,12 @@ class Emitter:
         for bounds in (self.bounds, self.trip_bounds):
             bounds.forget(self.ids)
         return s.Val(type_, self.ids)
+
+    def back_to(self, ids: int) -> None:
+        """Give the numbers of values behind this one anew: what they were is dropped."""
+        self.ids = ids
+        while self.calls and self.calls[-1][1] > ids:
+            self.calls.pop()
 
     def push(self, instruction: s.Instruction) -> None:
         self.step()

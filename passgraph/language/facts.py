@@ -89,8 +89,9 @@ def inner_first(facts: Facts) -> list[Facts]:
 class Shared:
     """What a kernel and everything fused into it have in common."""
 
-    def __init__(self, emitter: Emitter) -> None:
+    def __init__(self, emitter: Emitter, by_table: bool = False) -> None:
         self.emitter = emitter
+        self.by_table = by_table  # texels are decoded, which is shorter and mostly slower than computing
         self.slots: dict[str, s.UniformSlot] = {}
         self.uses: dict[str, s.ImageUse] = {}
         self.buffers: dict[str, Array] = {}
@@ -135,6 +136,7 @@ class Shared:
             (program.source, *self.sources),
             tuple((n, t, length) for n, (t, length) in self.emitter.arrays.items() if n in arrays),
             tuple((n, t) for n, t in self.buffers.items() if n in read),
+            tuple(self.emitter.calls),
         )
 
     def _live_use(self, use: s.ImageUse, used: list[s.Instruction]) -> s.ImageUse:

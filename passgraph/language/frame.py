@@ -331,8 +331,7 @@ class Frame:
             self.assigned.add(name)
             self.store(variable, part, span, name)
         else:
-            known = settled(part) if self.in_function else part
-            self.parts[name] = self.name_part(known, span) if self.in_function else part
+            self.parts[name] = self.name_part(settled(part), span) if self.in_function else part
 
     def run(self) -> None:
         """The body, with its result in ``self.result`` at the end."""

@@ -11,14 +11,17 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any, TypeAlias
 
-from passgraph.errors import KernelError
+import numpy as np
+
+from passgraph.errors import KernelError, KernelLengthError
 from passgraph.formats import Store
 from passgraph.language import ir
 from passgraph.language import scalar as s
 from passgraph.language.arrays import Arrays
-from passgraph.language.emitter import Emitter, eliminate_dead
+from passgraph.language.emitter import MIN_CALL, Emitter, eliminate_dead
+from passgraph.language.evaluate import computed
 from passgraph.language.expand import EXPANSIONS, whole_power
-from passgraph.language.facts import Facts, Fused, ImageFacts, Shared
+from passgraph.language.facts import Facts, Fused, ImageFacts, Shared, inner_first
 from passgraph.language.library import prelude_function
 from passgraph.language.lower_elements import Elements
 from passgraph.language.lower_loops import Loops, leaves, most_work, names_assigned
@@ -50,7 +53,16 @@ def lower(program: ir.TypedKernel, facts: Facts | None = None) -> s.ScalarProgra
 
 
 def _lower(program: ir.TypedKernel, facts: Facts) -> s.ScalarProgram:
-    shared = Shared(Emitter(facts.simplify))
+    try:
+        return _lowered(program, facts)
+    except KernelLengthError:
+        if not any(image.decode for each in inner_first(facts) for image in each.images.values()):
+            raise
+    return _lowered(program, facts, by_table=True)
+
+
+def _lowered(program: ir.TypedKernel, facts: Facts, by_table: bool = False) -> s.ScalarProgram:
+    shared = Shared(Emitter(facts.simplify), by_table)
     lowering = Lowering(program, facts, shared, prefix="")
     lowering.run()
     emitter = shared.emitter
@@ -71,7 +83,8 @@ def _check_size(program: s.ScalarProgram, span: Span, most: int) -> None:
     length, steps = s.count(program.body), s.work(program.body)
     numbers = sum(len(values) for _, _, values in program.tables)
     if length > MAX_INSTRUCTIONS:
-        fail(span, f"{program.name} has {length} instructions, loops unrolled; at most {MAX_INSTRUCTIONS}")
+        message = f"{program.name} has {length} instructions, loops unrolled; at most {MAX_INSTRUCTIONS}"
+        raise KernelLengthError(span.point_at(message))
     if steps > most:
         fail(span, f"{program.name} takes {steps} instructions a pixel, loops run; at most {most}")
     if numbers > MAX_TABLE_NUMBERS:
@@ -320,8 +333,12 @@ class Lowering:
         program = _prelude_program(name)
         bound = {p.name: [a] for p, a in zip(program.parameters, arguments, strict=True)}
         inner = Lowering(program, Facts(simplify=self.facts.simplify), self.shared, "", bound)
+        e, before = self.emitter, self.emitter.ids
         inner.run()
-        return inner.value(program.results[0].value)[0]
+        result = inner.value(program.results[0].value)[0]
+        if not self.arguments and e.ids - before >= MIN_CALL:  # calls inside a call are part of it
+            e.calls.append((before + 1, e.ids))
+        return result
 
     # Images
 
@@ -347,8 +364,17 @@ class Lowering:
         name = self.prefix + expression.image
         texel = self.emitter.texel(name, x, y, expression.relative, facts.border, facts.channels, expression.span)
         if facts.decode is not None:
-            texel = [self.prelude(facts.decode, [c]) if i < min(3, facts.channels) else c for i, c in enumerate(texel)]
+            texel = [self._decoded(facts.decode, c) if i < min(3, facts.channels) else c for i, c in enumerate(texel)]
         return texel
+
+    def _decoded(self, function: str, value: s.Operand) -> s.Operand:
+        """A channel, which has 8 bits wherever texels are decoded, as kernels see it."""
+        if not self.shared.by_table:
+            return self.prelude(function, [value])
+        e, entries = self.emitter, _decoded_steps(function)
+        step = e.op("to_int", e.op("add", e.op("mul", value, s.Lit("float", 255.0)), s.Lit("float", 0.5)))
+        inside = e.op("min", e.op("max", step, s.Lit("int", 0)), s.Lit("int", 255))
+        return e.table(e.table_name("float", entries), "float", entries, inside)
 
     def _filtered(self, expression: ir.Filtered) -> list[s.Operand]:
         facts, name = self._facts(expression.image), self.prefix + expression.image
@@ -362,7 +388,7 @@ class Lowering:
         """The producer's results for this pixel, stored through its format, padded to four."""
         values = self.shared.fused[fused.prefix][fused.output]
         if decode is not None:
-            values = [self.prelude(decode, [c]) if i < 3 else c for i, c in enumerate(values)]
+            values = [self._decoded(decode, c) if i < 3 else c for i, c in enumerate(values)]
         missing = [s.Lit("float", v) for v in (0.0, 0.0, 0.0, 1.0)]
         return [*values, *missing[len(values) :]]
 
@@ -385,6 +411,18 @@ _OF_NUMBERS = frozenset(row.name for row in OPERATIONS.values() if row.kind == "
 @cache
 def _prelude_program(name: str) -> ir.TypedKernel:
     return parse_kernel(prelude_function(name), "function")
+
+
+@cache
+def _decoded_steps(function: str) -> tuple[float, ...]:
+    """What a function of the prelude makes of the 256 steps of a channel: the bits that it computes."""
+    shared, program = Shared(Emitter()), _prelude_program(function)
+    step = shared.emitter.builtin("step", "float")
+    lowering = Lowering(program, Facts(), shared, "", {program.parameters[0].name: [step]})
+    lowering.run()
+    (result,) = lowering.value(program.results[0].value)
+    steps = np.arange(256, dtype=np.float32) / np.float32(255)
+    return tuple(computed(shared.emitter.blocks[0], {"step": steps}, result).tolist())
 
 
 def _both(

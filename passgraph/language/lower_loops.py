@@ -117,7 +117,8 @@ class Loops:
             grown += s.count(e.blocks[-1][start:])
             expected = grown * len(trips) if count == 1 else grown
             if expected > min(MAX_UNROLLED_INSTRUCTIONS, MAX_UNROLLED_TOGETHER - unrolled):
-                lowering.locals, e.ids, e.known[-1], shared.unrolled = before, ids, known, unrolled
+                lowering.locals, e.known[-1], shared.unrolled = before, known, unrolled
+                e.back_to(ids)
                 del e.blocks[-1][length:]
                 self.trips //= len(trips)
                 return False

@@ -273,6 +273,8 @@ class ScalarProgram:
     arrays: tuple[tuple[str, str, int], ...] = ()  # name, scalar type, length
     #: Images that hold long arrays of parameters (:mod:`.buffers`): name, Array of passgraph.language.types.
     buffers: tuple[tuple[str, object], ...] = ()
+    #: Numbers of the first and the last value of each call of a function of the prelude that is long.
+    calls: tuple[tuple[int, int], ...] = field(default=(), compare=False, repr=False)
 
     @cached_property
     def key(self) -> str:
@@ -355,6 +357,11 @@ def trips(body: Iterable[Instruction], certain: bool = False) -> int:
 def breaks(body: Iterable[Instruction]) -> bool:
     """Whether the loop of this body may be left."""
     return any(isinstance(i, Break) or (isinstance(i, If) and (breaks(i.then) or breaks(i.orelse))) for i in body)
+
+
+def is_straight(program: ScalarProgram) -> bool:
+    """Whether all instructions run once, one after another, and what they name is never written again."""
+    return not program.variables and not program.arrays and not any(isinstance(i, (If, For)) for i in program.body)
 
 
 def results_of(instruction: Instruction) -> tuple[Val, ...]:

@@ -78,11 +78,16 @@ class Statements:
         pending = list(nodes)
         for position, node in enumerate(pending, 1):
             if isinstance(node, ast.Match):
-                return self.block([*self._match(node), *pending[position:]])
-            if isinstance(node, (ast.If, ast.For)):
+                pending[position:position] = self._match(node)
+            elif isinstance(node, (ast.If, ast.For)):
                 done = None
                 if isinstance(node, ast.If):
-                    done = self._if(node, pending, position)
+                    condition = self._condition(node)
+                    if isinstance(condition, ir.Literal):
+                        # What never runs is not read; what does, next in this loop.
+                        pending[position:position] = node.body if condition.value else node.orelse
+                        continue
+                    done = self._if(node, condition, pending, position)
                 else:
                     self._for(node)
                 if done is None and _returns(node):
@@ -111,15 +116,14 @@ class Statements:
         made = self.frame.builder.captured(lambda: returns.append(self.block(nodes)), self._here)
         return made, returns[0]
 
-    def _if(self, node: ast.If, pending: list[ast.stmt], position: int) -> bool | None:
+    def _condition(self, node: ast.If) -> ir.Expr:
+        self._here = self.span(node.test)
+        return decided(self.frame.expressions.condition(node.test))
+
+    def _if(self, node: ast.If, condition: ir.Expr, pending: list[ast.stmt], position: int) -> bool | None:
         """A branch; what follows from ``position`` on too where the branch decides about it: true when every path
         through both returns.  None: what follows is still to be parsed."""
         frame, span = self.frame, self.span(node.test)
-        self._here = span
-        condition = decided(frame.expressions.condition(node.test))
-        if isinstance(condition, ir.Literal):
-            # What never runs is not read.
-            return self.block([*(node.body if condition.value else node.orelse), *pending[position:]])
         then_returns, else_returns = self._always_returns(node.body), self._always_returns(node.orelse)
         # What follows a branch that returned belongs to the other branch alone.
         then_nodes = [*node.body, *pending[position:]] if else_returns and not then_returns else node.body

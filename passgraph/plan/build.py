@@ -1,7 +1,7 @@
 """From targets to a plan, phase by phase.
 
-collect → specialise → levels → cull → fuse → order → lifetimes and memory → static → emit → limits.  Each phase takes
-and returns plain data; what it decided goes into ``notes``.
+collect → specialise → levels → cull, trim → fuse → order → lifetimes and memory → static → emit → limits.  Each
+phase takes and returns plain data; what it decided goes into ``notes``.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from passgraph.plan.fuse import fuse
 from passgraph.plan.limits import Limits
 from passgraph.plan.order import order
 from passgraph.plan.specialise import specialise
+from passgraph.plan.trim import trim
 from passgraph.plan.within_limits import check
 
 
@@ -65,6 +66,8 @@ def build(
 
         add_levels(work)
     cull(work)
+    while trim(work):
+        cull(work)
     fuse(work, limits)
     sequence = order(work)
     plan = emit(work, sequence)

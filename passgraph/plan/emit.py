@@ -12,7 +12,7 @@ from passgraph.graph.targets import DrawPass, InputSpec, Pass, Target, TargetSpe
 from passgraph.graph.values import Derived, Value
 from passgraph.plan.data import BufferSpec, CopyStep, DrawStep, Memory, PixelStep, Plan, Resource, Step, lifetimes
 from passgraph.plan.order import Copies
-from passgraph.plan.work import Work
+from passgraph.plan.work import Lowered, Work
 
 #: Notes name so many targets that share one memory.
 MAX_NAMED = 16
@@ -67,7 +67,7 @@ def emit(work: Work, sequence: tuple[list[Pass], Copies]) -> Plan:
     resources = Resources(work)
     steps: list[Step] = []
     for node in order:
-        _share_pictures(node, resources, copies, steps)
+        _share_pictures(work.passes[node], resources, copies, steps)
         steps.append(_step(node, work, resources))
     outputs = {name: resources.of(target) for name, target in work.outputs.items()}
     read = {spec: resources.of(Target(spec)) for spec in work.inputs if Target(spec) in resources.by_content}
@@ -92,12 +92,10 @@ def emit(work: Work, sequence: tuple[list[Pass], Copies]) -> Plan:
     )
 
 
-def _share_pictures(node: Pass, resources: Resources, copies: Copies, steps: list[Step]) -> None:
+def _share_pictures(lowered: Lowered, resources: Resources, copies: Copies, steps: list[Step]) -> None:
     """What a draw writes over keeps its picture, or gets a copy of it where the old content is still needed."""
-    if not isinstance(node, DrawPass):
-        return
-    for spec, load, slot in _loads(node):
-        new = Target(spec, node, slot)
+    node = lowered.node
+    for new, load in _loads(lowered):
         if load is None:
             continue
         old = resources.of(load)
@@ -108,10 +106,14 @@ def _share_pictures(node: Pass, resources: Resources, copies: Copies, steps: lis
             resources.by_content[new] = old
 
 
-def _loads(node: DrawPass) -> list[tuple[TargetSpec, Target | None, int]]:
-    rows = [(spec, load, slot) for slot, (spec, load) in enumerate(zip(node.into, node.loads, strict=True))]
-    if node.depth is not None:
-        rows.append((node.depth, node.depth_load, -1))
+def _loads(lowered: Lowered) -> list[tuple[Target, Target | None]]:
+    """What a draw makes, and what it draws over."""
+    done = lowered.done
+    if not isinstance(done, DrawPass):
+        return []
+    rows = list(zip(lowered.colours, done.loads, strict=True))
+    if done.depth is not None:
+        rows.append((Target(done.depth, lowered.node, -1), done.depth_load))
     return rows
 
 
@@ -120,22 +122,23 @@ def _step(node: Pass, work: Work, resources: Resources) -> Step:
     programs = (low.program, low.vertex, low.fragment)
     names = [use.name for program in programs if program is not None for use in program.images]
     images = tuple((name, resources.of(low.images[name])) for name in names)
-    outputs = tuple(resources.of(Target(spec, node, slot)) for slot, spec in enumerate(node.into))
-    if not isinstance(node, DrawPass):
+    outputs = tuple(map(resources.of, low.colours))
+    done = low.done
+    if not isinstance(done, DrawPass):
         assert low.program is not None
         return PixelStep(
             low.name, low.program, images, resources.formats(r for _, r in images), outputs,
-            resources.formats(outputs), low.size, low.values, node, low.facts, low.fused,
+            resources.formats(outputs), low.size, low.values, done, low.facts, low.fused,
         )  # fmt: skip
     assert low.vertex is not None
-    depth = None if node.depth is None else resources.of(Target(node.depth, node, -1))
+    depth = None if done.depth is None else resources.of(Target(done.depth, node, -1))
     return DrawStep(
         low.name, low.vertex, low.fragment, low.varyings,
         images, resources.formats(r for _, r in images), outputs, resources.formats(outputs),
-        tuple(_clear(spec) if load is None else None for spec, load in zip(node.into, node.loads, strict=True)),
+        tuple(_clear(spec) if load is None else None for spec, load in zip(done.into, done.loads, strict=True)),
         depth,
-        None if node.depth is None or node.depth_load is not None else _depth_clear(node.depth),
-        node.state, low.size, low.values, node, low.vertex_facts, low.facts,
+        None if done.depth is None or done.depth_load is not None else _depth_clear(done.depth),
+        done.state, low.size, low.values, done, low.vertex_facts, low.facts,
     )  # fmt: skip
 
 

@@ -20,7 +20,7 @@ def order(work: Work) -> tuple[list[Pass], Copies]:
     """The sequence of passes and the contents to copy first."""
     waits, copies = dependencies(work)
     for node, lowered in work.passes.items():
-        for content in node.drawn_over:
+        for content in lowered.done.drawn_over:
             if (content, node) in copies:
                 work.notes.append(
                     f"copied {content.name} before {lowered.name} draws over it: its content is still needed"
@@ -45,10 +45,10 @@ def dependencies(work: Work) -> tuple[Waits, Copies]:
     kept = {t.content for t in work.roots()}
     copies: Copies = set()
     before: list[tuple[Target, Pass, list[Pass]]] = []
-    for draw in work.passes:
-        for content in draw.drawn_over:
+    for draw, lowered in work.passes.items():
+        for content in lowered.done.drawn_over:
             others = [r for r in readers.get(content, []) if r is not draw]
-            if content in kept or any(content in r.drawn_over for r in others):
+            if content in kept or any(content in work.passes[r].done.drawn_over for r in others):
                 copies.add((content, draw))
             else:
                 before.append((content, draw, others))
@@ -85,7 +85,8 @@ def _least_memory(as_written: list[Pass], waits: Mapping[Pass, Mapping[Pass, Non
     Source: R. Sethi and J. D. Ullman, "The Generation of Optimal Code for Arithmetic Expressions", 1970.
     """
     place = {node: number for number, node in enumerate(as_written)}
-    left = {node: sum(bytes_of(spec, work) for spec in node.writes) for node in as_written}
+    done = {node: work.passes[node].done for node in as_written}
+    left = {node: sum(bytes_of(spec, work) for spec in done[node].writes) for node in as_written}
     needed: dict[Pass, int] = {}
     first: dict[Pass, list[Pass]] = {}
     for node in as_written:
@@ -94,8 +95,8 @@ def _least_memory(as_written: list[Pass], waits: Mapping[Pass, Mapping[Pass, Non
         for one in first[node]:
             most = max(most, held + needed[one])
             held += left[one]
-        over = {target.spec for target in node.drawn_over}
-        needed[node] = max(most, held + sum(bytes_of(spec, work) for spec in node.writes if spec not in over))
+        over = {target.spec for target in done[node].drawn_over}
+        needed[node] = max(most, held + sum(bytes_of(spec, work) for spec in done[node].writes if spec not in over))
     sequence: dict[Pass, None] = {}
     results = [target.made_by for target in work.roots() if target.made_by in place]
     pending = [*reversed(as_written), *reversed(results)]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from passgraph.formats import Format, float_format
-from passgraph.graph.targets import InputSpec, Pass, Target, TargetSpec
+from passgraph.graph.targets import DrawPass, InputSpec, Pass, Target, TargetSpec
 from passgraph.language.buffers import layout_of
 from passgraph.language.lower import Facts
 from passgraph.language.scalar import ScalarProgram
@@ -30,6 +30,22 @@ class Lowered:
     images: dict[str, Target] = field(default_factory=dict)
     values: dict[str, object] = field(default_factory=dict)
     fused: tuple[str, ...] = ()
+    #: A draw without colour targets that nobody reads, and which of the pass's targets are left.
+    trimmed: DrawPass | None = None
+    slots: tuple[int, ...] = ()
+
+    def __post_init__(self) -> None:
+        self.slots = self.slots or tuple(range(len(self.node.into)))
+
+    @property
+    def done(self) -> Pass:
+        """The pass as it is done."""
+        return self.trimmed or self.node
+
+    @property
+    def colours(self) -> list[Target]:
+        """The contents that it makes, without depth."""
+        return [Target(spec, self.node, slot) for spec, slot in zip(self.done.into, self.slots, strict=True)]
 
     @property
     def name(self) -> str:
@@ -38,12 +54,12 @@ class Lowered:
     @property
     def reads(self) -> list[Target]:
         """Images that it really reads, last frame's too, and contents that it draws over."""
-        return [*self.images.values(), *self.node.drawn_over]
+        return [*self.images.values(), *self.done.drawn_over]
 
     @property
     def awaits(self) -> list[Target]:
         """Contents that must be there first: images of this run, and what it draws over."""
-        return [*(t.content for t in self.images.values() if not t.is_previous), *self.node.drawn_over]
+        return [*(t.content for t in self.images.values() if not t.is_previous), *self.done.drawn_over]
 
 
 @dataclass

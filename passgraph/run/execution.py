@@ -23,6 +23,7 @@ from passgraph.run.admission import Picture as Given
 from passgraph.run.buffers import Buffers
 from passgraph.run.given import picked, resolve
 from passgraph.run.lending import Lending
+from passgraph.run.result import Results
 
 if TYPE_CHECKING:
     from passgraph.backends.base import Backend, Block
@@ -179,13 +180,15 @@ class Execution:
         check: PassCheck | None = None,
         room: Mapping[int, Given] | None = None,
         timed: Timed | None = None,
+        results: Results | None = None,
     ) -> None:
         """Every step in order; static ones only where something that they depend on is new.
 
         ``observe`` and ``check`` see what each step wrote, which is then read back: slow, for looking.  ``room`` says
-        where results go, by resource.  ``timed`` is handed each step to run.
+        where results go, by resource; ``results`` as what the others are asked for afterwards, None if they are not.
+        ``timed`` is handed each step to run.
         """
-        self.lending.begin(room or {})
+        self.lending.begin(room or {}, results)
         values = self._values(given)
         static = {name: values[name] for name, handle in self.plan.values.items() if handle.static}
         static |= {str(number): _contents(resolve(handle, values)) for number, handle in enumerate(self._by_value)}
@@ -328,16 +331,14 @@ class Execution:
         """A picture of the last run."""
         return self.backend.download(self._storage(resource))
 
-    def result(self, resource: int, stored: bool = False) -> Given:
+    def result(self, resource: int, results: Results) -> Given:
         """The same as its caller wants it: what was given to write into, the format's numbers, or values."""
-        if resource in self.lending.room:
-            return self.lending.room[resource]
-        made = self.plan.resources[resource]
-        if not stored:
-            return self.backend.download(self._storage(resource))
-        numbers = np.empty((made.size[1], made.size[0], made.format.channels), made.format.number)
-        self.backend.download_into(self._storage(resource), numbers, made.format)
-        return numbers
+        found = self.lending.result(resource)
+        if found is None:
+            format_ = self.plan.resources[resource].format
+            found = self.lending.array(resource, np.dtype(format_.number if results == "stored" else np.float32))
+            self.backend.download_into(self._storage(resource), found, format_)
+        return found
 
     def replace(self, resource: int, picture: Picture) -> None:
         """Put another picture in the place of what a step wrote: for comparing pass by pass."""

@@ -75,7 +75,9 @@ def find(picture: Picture, format: Format | None = None) -> Found | None:
     # The sum of squares cannot be below the largest of them, so one pass over memory clears nearly every picture.
     elif _squares(picture) < (HALF_OVERFLOW**2 if half else np.inf):
         return None
-    bad = ~(np.abs(picture) < HALF_OVERFLOW) if half else ~np.isfinite(picture)
+    # to halves themselves that number is infinite, which NumPy would warn of
+    becomes_half = half and picture.dtype != np.float16
+    bad = ~(np.abs(picture) < HALF_OVERFLOW) if becomes_half else ~np.isfinite(picture)
     if not bad.any():
         return None
     row, column, channel = (int(i) for i in np.unravel_index(np.argmax(bad), bad.shape))

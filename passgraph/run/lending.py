@@ -7,12 +7,21 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from passgraph.backends.base import OVERWRITTEN, READ, DevicePicture, Use
 from passgraph.plan.data import DrawStep, Plan
 from passgraph.run.admission import Picture
+from passgraph.run.result import Results
+from passgraph.run.room import Spare
 
 if TYPE_CHECKING:
     from passgraph.backends.base import Backend
+
+
+#: Bytes of a result from which on passes write it where its caller will have it.
+WORTH_MAKING = 1 << 13
 
 
 class Lending:
@@ -22,12 +31,16 @@ class Lending:
     ----------
     storages : those that the backend made of such arrays, by the place of the memory that they stand for
     room : where the caller wants results of the last run, by resource
+    made : memory for others of them, which will be the caller's, written as the caller wants them
     """
 
     def __init__(self, plan: Plan, backend: Backend) -> None:
         self.plan, self.backend = plan, backend
         self.storages: dict[int, Any] = {}
         self.room: dict[int, Picture] = {}
+        self.made: dict[int, NDArray[Any]] = {}
+        self._handed_out: set[int] = set()
+        self.spare = Spare()
         #: How each array of the last run came in or went out: in words, and what tells of its layout.
         self._transfers: dict[str, tuple[str, tuple[object, ...]]] = {}
 
@@ -36,11 +49,35 @@ class Lending:
         """How each array of the last run came in or went out, in words, which few runs are asked for."""
         return {what: f"{how} {_in_words(layout)}" for what, (how, layout) in self._transfers.items()}
 
-    def begin(self, room: Mapping[int, Picture]) -> None:
-        """Another run begins: what the one before was lent is the caller's alone."""
+    def begin(self, room: Mapping[int, Picture], results: Results | None = None) -> None:
+        """Another run begins: what the one before was lent is the caller's alone.
+
+        ``results``: as what its caller wants those that are not in ``room``; None for one that reads none.
+        """
         self.storages.clear()
         self._transfers.clear()
+        self.made.clear()
+        self._handed_out.clear()
         self.room = dict(room)
+        for resource in self._worth_making if results else ():
+            number = self.plan.resources[resource].format.number
+            if resource not in room and (results == "stored" or number == "f4"):
+                self.made[resource] = self.array(resource, np.dtype(number))
+
+    def array(self, resource: int, dtype: np.dtype[Any]) -> NDArray[Any]:
+        """An array of a result's size, which is the caller's from then on."""
+        made = self.plan.resources[resource]
+        return self.spare.array((*made.size[::-1], made.format.channels), dtype)
+
+    def result(self, resource: int) -> Picture | None:
+        """A result that is where its caller wants it; None for one that must be moved."""
+        made = self.made.get(resource)
+        if made is None:
+            return self.room.get(resource)
+        if resource in self._handed_out:
+            return made.copy()
+        self._handed_out.add(resource)
+        return made
 
     def takes(self, name: str, resource: int, place: int, picture: Picture) -> bool:
         """Whether an input's picture is read where it lies, or a copy of it on the device."""
@@ -70,11 +107,14 @@ class Lending:
 
     def take_room(self, places: Sequence[int]) -> None:
         """Results that the backend can write where the caller wants them are written there."""
-        for resource in self.room.keys() & self._plain_results:
-            made = self.plan.resources[resource]
-            storage = self.backend.adopt(self.room[resource], made.format, self._uses[made.memory].use)
+        for resource in (self.room.keys() & self._plain_results) | self.made.keys():
+            target = self.plan.resources[resource]
+            array = self.room[resource] if resource in self.room else self.made[resource]
+            storage = self.backend.adopt(array, target.format, self._uses[target.memory].use)
             if storage is not None:
                 self.storages[places[resource]] = storage
+            else:
+                self.made.pop(resource, None)
 
     def end(self, places: Sequence[int], memories: Sequence[Any]) -> None:
         """Move the other results to where they are wanted, and give the inputs back.
@@ -126,6 +166,12 @@ class Lending:
         static = {r for step in plan.steps if step.static for r in step.writes}
         plain = (plan.resources[r] for r in plan.outputs.values() if r not in static)
         return {made.id for made in plain if made.kind == "target" and made.history is None}
+
+    @cached_property
+    def _worth_making(self) -> list[int]:
+        """Plain results that take longer to be moved than to be lent memory."""
+        memories = ((r, self.plan.memories[self.plan.resources[r].memory]) for r in self._plain_results)
+        return [resource for resource, memory in memories if memory.bytes >= WORTH_MAKING]
 
 
 @dataclass(frozen=True)

@@ -203,6 +203,8 @@ class Program:
     def __call__(self, /, into: Into | None = None, **given: Any) -> Result:
         """Run once and read every output.
 
+        A result is the caller's: no later run changes it.  Once nobody has it, its memory serves another one.
+
         Parameters
         ----------
         into
@@ -221,7 +223,7 @@ class Program:
             array to write into that has another shape or type, is read-only, or shares memory with another one.
         """
         with self._alone("called"):
-            self._run(None, given, into)
+            self._run(None, given, into, results=self._results)
             return self._read(None)
 
     def run(self, _observe: Observer | None = None, /, into: Into | None = None, **given: Any) -> None:
@@ -235,18 +237,19 @@ class Program:
             self._run(_observe, given, into)
 
     def _run(
-        self, observe: Observer | None, given: Mapping[str, Any], into: Into | None, timed: Timed | None = None
-    ) -> None:
+        self, observe: Observer | None, given: Mapping[str, Any], into: Into | None, timed: Timed | None = None,
+        results: Results | None = None,
+    ) -> None:  # fmt: skip
         pictures = self._admission.pictures(given, self.backend.picture_of)
         if self._bind(pictures) or self._plan is None:
             self._make_plan()
         assert self._execution is not None
         values = {name: value for name, value in given.items() if name not in self._inputs}
         room = given_room(into or {}, self.plan, pictures, self.backend.picture_of)
-        self._execution.run(pictures, values, observe, self._pass_check, room, timed)
+        self._execution.run(pictures, values, observe, self._pass_check, room, timed, results)
 
     def read(self, name: str | None = None) -> Result:
-        """The outputs of the last run (or one of them)."""
+        """The outputs of the last run (or one of them); after a call, copies of what it gave, as they are now."""
         with self._alone("read"):
             return self._read(name)
 
@@ -259,7 +262,7 @@ class Program:
             raise GraphError(f"there is no output {arguments.shown(name)}; there are {', '.join(outputs)}")
         names = list(outputs) if name is None else [name]
         with self.backend.running():
-            return Result({n: execution.result(outputs[n], self._results == "stored") for n in names})
+            return Result({n: execution.result(outputs[n], self._results) for n in names})
 
     def reset(self) -> None:
         """Begin anew: the next run is the first, for `passgraph.FRAME_INDEX` and for what `passgraph.previous` reads.

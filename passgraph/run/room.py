@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import weakref
-from collections.abc import Iterable, Mapping
+from collections import defaultdict, deque
+from collections.abc import Iterable
 from math import prod
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -11,42 +12,42 @@ import numpy as np
 from numpy.typing import NDArray
 
 if TYPE_CHECKING:
-    from passgraph.plan.data import Plan
     from passgraph.run.program import Program
 
 #: Shape and type of an array.
 Kind: TypeAlias = "tuple[tuple[int, int, int], np.dtype[Any]]"
+#: Bytes of a result from which on its memory is kept: less than that the allocator keeps itself.
+LEAST = 1 << 17
+#: Bytes of a cache line: vectors that straddle two are stored in twice the time.
+LINE = 64
 
 
-class Rooms:
-    """Room for one run after another, each in memory that nobody has any more, where there is some.
+class Spare:
+    """Memory of results, handed out again once nobody has it any more.
 
     A result belongs to whom it is handed to, so that its memory cannot simply be written again; but once the last array
     that looks at it is gone, it is.  New memory would be asked of the system, and zeroed by it, with each run.
     """
 
-    def __init__(self, program: Program, most: int = 4) -> None:
-        self._program, self._most = program, most
-        self._free: list[NDArray[np.uint8]] = []
-        self._plan: Plan | None = None
-        self._kinds: Mapping[str, Kind] = {}
+    def __init__(self, most: int = 2) -> None:
+        #: By size in bytes.  Whoever drops a result may do so in any thread: adding and taking are one step each.
+        self._free: defaultdict[int, deque[NDArray[np.uint8]]] = defaultdict(lambda: deque(maxlen=most))
 
-    def room(self) -> dict[str, NDArray[Any]]:
-        """As `room_of`, for the sizes of the program's last run."""
-        if self._plan is not self._program.plan:
-            self._plan, self._kinds = self._program.plan, _kinds(self._program)
-        return {name: self._array(*kind) for name, kind in self._kinds.items()}
-
-    def _array(self, shape: tuple[int, ...], dtype: np.dtype[Any]) -> NDArray[Any]:
+    def array(self, shape: tuple[int, ...], dtype: np.dtype[Any]) -> NDArray[Any]:
+        """An array that holds anything."""
         needed = prod(shape) * dtype.itemsize
-        place = next((n for n, memory in enumerate(self._free) if memory.nbytes == needed), None)
-        memory = np.empty(needed, np.uint8) if place is None else self._free.pop(place)
+        if needed < LEAST:
+            return np.empty(shape, dtype)
+        free = self._free[needed]
+        try:
+            memory = free.pop()
+        except IndexError:
+            whole = np.empty(needed + LINE, np.uint8)
+            first = -whole.ctypes.data % LINE
+            memory = whole[first : first + needed]
         lent = _Lent(memory)
-        weakref.finalize(lent, self._given_back, memory).atexit = False
+        weakref.finalize(lent, free.append, memory).atexit = False
         return np.asarray(lent).view(dtype).reshape(shape)
-
-    def _given_back(self, memory: NDArray[np.uint8]) -> None:
-        self._free = [memory, *self._free][: self._most]
 
 
 class _Lent:

@@ -40,9 +40,15 @@ def checked_path(path: str | PathLike[str], max_bytes: int = MAX_FILE_BYTES) -> 
 
 def _check_counts(file: Path, size: int) -> None:
     """Refuse headers that announce more elements than the file has bytes, before a reader allocates them."""
-    if file.suffix.lower() not in (".ply", ".off"):
+    if file.suffix.lower() not in (".ply", ".off", ".stl"):
         return
     head = read_model(file)[: 1 << 16]
+    if file.suffix.lower() == ".stl":
+        # a header of 80 bytes, the number of triangles, 50 bytes each; text begins with "solid"
+        count = int.from_bytes(head[80:84], "little")
+        if not head.lstrip().startswith(b"solid") and (len(head) < 84 or 84 + 50 * count > size):
+            raise InputError(f"{file}: truncated, {count} triangles take {84 + 50 * count} bytes and {size} are there")
+        return
     if file.suffix.lower() == ".ply":
         counts = [int(n) for n in re.findall(rb"^element\s+\S+\s+(\d+)", head.split(b"end_header")[0], re.M)]
     else:

@@ -22,7 +22,7 @@ from passgraph.scene.ground import lacks_ground
 from passgraph.scene.light import Light
 from passgraph.scene.load_geometry import PlacedMeshes, arrays_of
 from passgraph.scene.load_materials import MtlReader
-from passgraph.scene.matrices import MOST_RADIUS, Float64, sphere_of
+from passgraph.scene.matrices import LEAST_RADIUS, MOST_RADIUS, Float64, sphere_of
 from passgraph.scene.node import Node
 from passgraph.scene.notes import Notes
 
@@ -172,6 +172,10 @@ def _framed(make: type[Scene], nodes: list[Node], file: Path, notes: list[str]) 
     bounds = np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
     if not np.isfinite(bounds).all() or sphere_of(bounds)[1] > MOST_RADIUS:
         raise InputError(f"{file}: its extent {bounds.tolist()} is beyond what float32 can draw; scale it down")
+    extent = float(np.ptp(bounds, axis=0).max())
+    if extent < LEAST_RADIUS:
+        what = f"its extent, {extent:g}, is below what float32 can draw; scale it up"
+        raise InputError(f"{file}: {what if extent else 'all its vertices are at one place; nothing could be seen'}")
     made = make(tuple(nodes), Camera.framing(bounds), (default_light(),), file.name, tuple(notes))
     return made.seen_from()
 

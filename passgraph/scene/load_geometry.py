@@ -15,7 +15,7 @@ from passgraph.scene.material import Material
 from passgraph.scene.matrices import Float64, is_singular, translation
 from passgraph.scene.mesh import Mesh
 from passgraph.scene.node import Node
-from passgraph.scene.normals import smooth_normals
+from passgraph.scene.normals import creased_normals, smooth_normals
 from passgraph.srgb import srgb_to_linear
 
 # Beyond this ratio of distance to extent float32 loses more than 6 of its 24 bits. Nearer meshes keep their
@@ -69,12 +69,11 @@ def arrays_of(geometry: Any, name: str) -> Arrays:
 def mesh_of(arrays: Arrays, name: str, flat: bool, warnings: list[str]) -> tuple[Mesh, Float64]:
     """A checked mesh and the (4, 4) float64 matrix that puts it back where the file had it.
 
-    Missing normals are smooth, and continuous across seams of the texture; where ``flat`` they are those of the
-    triangles: STL has nothing else, and the glTF specification asks for it (section 3.7.2.1).
+    Missing normals are smooth but for sharp edges, and continuous across seams of the texture; where ``flat`` they are
+    those of the triangles: STL has nothing else, and the glTF specification asks for it (section 3.7.2.1).
     """
     _check(arrays.positions, arrays.triangles, name)
-    weld = arrays.normals is not None or not flat
-    if not weld:
+    if arrays.normals is None and flat:
         arrays = arrays.apart()
     positions, triangles, normals = arrays.positions, arrays.triangles, arrays.normals
     uvs, colors = arrays.uvs, arrays.colors
@@ -83,8 +82,16 @@ def mesh_of(arrays: Arrays, name: str, flat: bool, warnings: list[str]) -> tuple
     if np.abs(np.stack([low, high])).max() > FAR_OFFSET * max(float((high - low).max()), 1e-30):
         centre = 0.5 * (low + high)
     local = positions - centre
-    smooth = smooth_normals(local, triangles, weld=weld)
-    shown = smooth if normals is None else _mended(np.asarray(normals, dtype=np.float64), smooth, name, warnings)
+    if not _has_area(local, triangles):
+        warnings.append(f"mesh {name!r}: none of its {len(triangles)} triangles has an area; nothing of it is seen")
+    if normals is not None:
+        smooth = smooth_normals(local, triangles, weld=True)
+        shown: NDArray[Any] = _mended(np.asarray(normals, dtype=np.float64), smooth, name, warnings)
+    elif flat:
+        shown = smooth_normals(local, triangles)
+    else:
+        of, triangles, shown = creased_normals(local, triangles)
+        local, uvs, colors = local[of], *(None if table is None else table[of] for table in (uvs, colors))
     mesh = Mesh.make(local, triangles, shown, uvs, colors, name)
     return dataclasses.replace(mesh, has_normals=normals is not None), translation(centre)
 
@@ -140,6 +147,13 @@ def _check(positions: Float64, triangles: NDArray[Any], name: str) -> None:
     if not np.isfinite(positions).all() or bad.any():
         Mesh.make(positions, triangles, np.ones((count, 3)), name=name)
         raise InputError(f"mesh {name!r}: positions or triangles are broken")
+
+
+def _has_area(positions: Float64, triangles: NDArray[Any]) -> bool:
+    """Whether one of the triangles has, in units of the whole."""
+    extent = max(float(np.ptp(positions, axis=0).max()), 1e-300)
+    a, b, c = (positions[triangles[:, k]] / extent for k in range(3))
+    return bool((np.abs(np.cross(b - a, c - a)) > 0.0).any())
 
 
 def _mended(given: Float64, smooth: NDArray[np.float32], name: str, warnings: list[str]) -> Float64:

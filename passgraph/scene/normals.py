@@ -8,6 +8,10 @@ from numpy.typing import NDArray
 Float = NDArray[np.floating]
 Int = NDArray[np.integer]
 
+#: Where two triangles turn by more, their edge is to be seen: what has eight sides (45 degrees) looks round, what has
+#: six (60 degrees) does not.
+CREASE_RAD = np.radians(50.0)
+
 
 def _scaled_edges(positions: Float, triangles: Int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Corners (m, 3, 3) and edges (m, 3, 3), scaled to unit size so that products cannot overflow."""
@@ -41,21 +45,94 @@ def smooth_normals(positions: Float, triangles: Int, *, weld: bool = False) -> N
     >>> smooth_normals(np.eye(3), np.array([[0, 1, 2]])).round(3)[0].tolist() == [np.float32(0.577)] * 3
     True
     """
+    face, angle = _corners(positions, triangles)
+    group = _places(positions) if weld else np.arange(len(positions))
+    return _summed(group[triangles], face, angle, int(group.max()) + 1)[group].astype(np.float32)
+
+
+def creased_normals(positions: Float, triangles: Int) -> tuple[Int, Int, NDArray[np.float32]]:
+    """Normals that are smooth but for sharp edges, where vertices are split so that each side has its own.
+
+    An edge is sharp where its triangles turn by more than `CREASE_RAD`, or where it has one triangle alone. Vertices at
+    the same position count as one, so that a seam of the texture does not become an edge.
+
+    Parameters
+    ----------
+    positions : (n, 3) float
+    triangles : (m, 3) int, counter-clockwise from outside
+
+    Returns
+    -------
+    which vertex each new one is, (k,) int; the triangles of the new ones, (m, 3) int; their unit normals, (k, 3)
+    float32. Vertices that no triangle has are left out.
+
+    >>> cube = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
+    >>> sides = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])
+    >>> of, triangles, normals = creased_normals(cube, sides[:, [[0, 1, 2], [0, 2, 3]]].reshape(-1, 3))
+    >>> len(of), bool((abs(normals).max(axis=1) == 1).all())
+    (24, True)
+    """
+    face, angle = _corners(positions, triangles)
+    fans = _fans(_places(positions)[triangles], face)
+    count = fans.size
+    keys, corners = np.unique(triangles.astype(np.int64) * count + fans, return_inverse=True)
+    normals = _summed(fans, face, angle, count)[keys % count]
+    return keys // count, corners.reshape(-1, 3), normals.astype(np.float32)
+
+
+def _corners(positions: Float, triangles: Int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Unit normals of the triangles, (m, 3), zero of degenerate ones; and their angles, (m, 3) radians."""
     _, edges = _scaled_edges(positions, triangles)
     face = _unit_rows(np.cross(edges[:, 0], -edges[:, 2]), np.zeros(3))
     towards = edges / np.maximum(np.linalg.norm(edges, axis=2, keepdims=True), 1e-30)
     cosine = -(towards * np.roll(towards, 1, axis=1)).sum(axis=2)
-    angle = np.arccos(np.clip(cosine, -1.0, 1.0))
-    group = np.arange(len(positions))
-    if weld:
-        group = np.unique(positions, axis=0, return_inverse=True)[1].reshape(-1)
-    total = np.zeros((int(group.max()) + 1, 3))
+    return face, np.arccos(np.clip(cosine, -1.0, 1.0))
+
+
+def _places(positions: Float) -> Int:
+    """A number for each vertex, the same for those at one position."""
+    return np.unique(positions, axis=0, return_inverse=True)[1].reshape(-1)
+
+
+def _summed(groups: Int, face: NDArray[np.float64], angle: NDArray[np.float64], count: int) -> NDArray[np.float64]:
+    """Unit sums of the normals of triangles at the corners, (m, 3), of each group, weighted by the angle there."""
+    total = np.zeros((count, 3))
     for corner in range(3):
         # bincount adds repeated indices and is many times faster than np.add.at
-        where = group[triangles[:, corner]]
         for axis in range(3):
-            total[:, axis] += np.bincount(where, angle[:, corner] * face[:, axis], len(total))
-    return _unit_rows(total, np.array([0.0, 1.0, 0.0]))[group].astype(np.float32)
+            total[:, axis] += np.bincount(groups[:, corner], angle[:, corner] * face[:, axis], count)
+    return _unit_rows(total, np.array([0.0, 1.0, 0.0]))
+
+
+def _fans(places: Int, face: NDArray[np.float64]) -> Int:
+    """A number for each corner, (m, 3), the same where smooth edges join corners at one place."""
+    corner = np.arange(places.size).reshape(-1, 3)
+    ends = np.stack([places, np.roll(places, -1, axis=1)], axis=-1).reshape(-1, 2)
+    corners = np.stack([corner, np.roll(corner, -1, axis=1)], axis=-1).reshape(-1, 2)
+    turned = ends[:, 0] > ends[:, 1]
+    ends[turned], corners[turned] = ends[turned, ::-1], corners[turned, ::-1]
+    key = ends[:, 0].astype(np.int64) * (int(places.max()) + 1) + ends[:, 1]
+    order = np.argsort(key, kind="stable")
+    order = order[np.flatnonzero(ends[order, 0] != ends[order, 1])]
+    same = np.flatnonzero(key[order[1:]] == key[order[:-1]])
+    one, other = order[same], order[same + 1]
+    smooth = (face[one // 3] * face[other // 3]).sum(axis=1) >= np.cos(CREASE_RAD)
+    joins = np.concatenate([np.stack([corners[one[smooth], k], corners[other[smooth], k]]) for k in (0, 1)], axis=1)
+    return _least_joined(places.size, joins).reshape(-1, 3)
+
+
+def _least_joined(count: int, joins: Int) -> Int:
+    """For each of so many numbers the least that ``joins``, (2, n), lead to: the roots of joined ones are joined, and
+    every path to a root made short, which ends after about log2(count) rounds."""
+    label = np.arange(count)
+    while joins.size:
+        roots = label[joins]
+        joins = joins[:, roots[0] != roots[1]]
+        roots = label[joins]
+        np.minimum.at(label, roots.max(axis=0), roots.min(axis=0))
+        while not np.array_equal(shorter := label[label], label):
+            label = shorter
+    return label
 
 
 def tangents_of(positions: Float, triangles: Int, normals: Float, uvs: Float) -> NDArray[np.float32]:

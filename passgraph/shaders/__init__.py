@@ -4,3 +4,17 @@
 SUFFIXES = (".fs", ".glsl", ".frag", ".fsh", ".hook", ".glslp")
 #: Of Shadertoy's exports, and of flat worlds too: a shader where an effect is asked for.
 EXPORT_SUFFIX = ".json"
+#: Endings of what is no fragment shader in GLSL, what that is, and what to do.
+NOT_READ = {
+    ".slangp": ("a preset of libretro's Slang shaders", "most have a .glslp beside them, which is read"),
+    ".slang": ("a Slang shader", "libretro's mostly have a .glsl beside them, which is read; else give its GLSL"),
+    ".gdshader": ("a shader of Godot", "write its fragment() as GLSL: uniforms, in vec2 UV, out vec4 COLOR and main()"),
+    ".vert": ("a vertex shader", "give the fragment shader that goes with it (.frag)"),
+    ".vs": ("a vertex shader", "give the fragment shader that goes with it (.fs), which finds it where it is ISF"),
+    ".comp": ("a compute shader", "write it as a fragment shader, which gives its own pixel a colour"),
+    ".geom": ("a geometry shader", "give the fragment shader that goes with it (.frag)"),
+    **dict.fromkeys((".hlsl", ".fx", ".cg", ".cgfx"), ("HLSL or Cg", "translate it to GLSL first")),
+    ".wgsl": ("WGSL", "translate it to GLSL first (naga, tint)"),
+    ".metal": ("Metal's language", "translate it to GLSL first"),
+    ".spv": ("SPIR-V", "translate it to GLSL first (spirv-cross)"),
+}

@@ -12,6 +12,7 @@ from passgraph.errors import InputError
 from passgraph.graph.calls import PixelKernel
 from passgraph.graph.targets import Target, TargetSpec
 from passgraph.language.types import ImageType, Struct
+from passgraph.shaders import NOT_READ, SUFFIXES
 from passgraph.shaders.containers.effect import ShaderEffect, ShaderParameter, name_of, zero_of_type
 from passgraph.shaders.containers.isf import read_isf
 from passgraph.shaders.containers.isf_header import is_isf
@@ -76,6 +77,9 @@ def load_shader(path: str | os.PathLike[str]) -> ShaderEffect:
     0.25
     """
     file = arguments.path(path, "the path of a shader")
+    if file.suffix.lower() in NOT_READ:
+        what, instead = NOT_READ[file.suffix.lower()]
+        raise InputError(f"{file}: is {what}; expected a fragment shader in GLSL ({' '.join(SUFFIXES)}); {instead}")
     text = shader_text(file, "a shader")
     if "\0" in text:
         raise InputError(f"{file}: is no text")
@@ -86,6 +90,11 @@ def read_plain(text: str, path: Path) -> ShaderEffect:
     """A fragment shader by itself: its samplers are pictures, its other uniforms parameters."""
     shader = parse(text, name=name_of(path), file=str(path), folder=path.parent)
     kernel = PixelKernel[Target].of_shader(shader)
+    if len(shader.program.results) > 1:
+        raise InputError(
+            f"{path}: has {len(shader.program.results)} outputs, and an effect makes one picture; leave one output, or "
+            "write all of them with pg.kernel(glsl=...), which takes as many targets: into=(pg.target(...), ...)"
+        )
     images = tuple(u.name for u in shader.uniforms if isinstance(u.type, ImageType))
     parameters = {
         u.name: ShaderParameter(u.name, u.type, u.default if u.has_default else zero_of_type(u.type))
@@ -95,7 +104,7 @@ def read_plain(text: str, path: Path) -> ShaderEffect:
 
     def build(pictures: Mapping[str, Target], values: Mapping[str, Any], into: TargetSpec) -> Target:
         given: dict[str, Any] = {name: handle_or_black(pictures.get(name)) for name in images}
-        return kernel(into=into, **given, **values)
+        return kernel.called({**given, **values}, into)
 
     summary = f"{path.stem}: a fragment shader"
     return ShaderEffect(name_of(path), "GLSL", summary, "", images, parameters, shader.notes, str(path), build)

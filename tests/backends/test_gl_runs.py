@@ -15,6 +15,7 @@ from passgraph.backends.gl import GLBackend
 from passgraph.graph.draw_state import Blend, Stencil
 from tests.backends.test_uploads import CountedFunctions
 from tests.corners import placed
+from tests.offscreen import offscreen
 
 pytestmark = pytest.mark.gl
 
@@ -166,23 +167,22 @@ def test_a_host_that_enters_the_context_during_a_run_changes_nothing() -> None:
 def test_a_run_makes_the_context_current_once(monkeypatch: pytest.MonkeyPatch) -> None:
     with GLBackend() as backend, pg.compile(chain(5), backend=backend, options=pg.Options(fuse=False)) as program:
         program.run(frame=picture())
-        other = moderngl.create_context(standalone=True, backend="egl")
-        current = backend.context.current
-        before = current.state()
-        changes: list[object] = []
-        for name in ("change", "put_back"):
-            whole = getattr(current, name)
+        with offscreen():
+            current = backend.context.current
+            before = current.state()
+            changes: list[object] = []
+            for name in ("change", "put_back"):
+                whole = getattr(current, name)
 
-            def count(now: object, after: object, whole: Callable[..., None] = whole) -> None:
-                changes.append(after)
-                whole(now, after)
+                def count(now: object, after: object, whole: Callable[..., None] = whole) -> None:
+                    changes.append(after)
+                    whole(now, after)
 
-            monkeypatch.setattr(current, name, count)
-        program.run(frame=picture())
-        # there and back, for the upload of the picture and all passes together
-        assert changes == [backend.context._state, before]
-        assert current.state() == before
-        other.release()
+                monkeypatch.setattr(current, name, count)
+            program.run(frame=picture())
+            # there and back, for the upload of the picture and all passes together
+            assert changes == [backend.context._state, before]
+            assert current.state() == before
 
 
 def test_a_failing_pass_leaves_nothing_behind(monkeypatch: pytest.MonkeyPatch) -> None:

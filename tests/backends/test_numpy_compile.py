@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -9,9 +10,11 @@ import pytest
 
 import passgraph as pg
 from passgraph.backends.numpy.machine import compiler, native
+from passgraph.backends.numpy.pixels import runner
 from passgraph.backends.numpy.pixels.body import body_text
 from passgraph.backends.numpy.pixels.chains import alone
 from passgraph.backends.numpy.pixels.layout import Layout
+from passgraph.backends.numpy.pixels.literals import MAX_LITERALS, with_literals_apart
 from passgraph.backends.numpy.vector import lane_body
 from passgraph.backends.numpy.vector.texels import MAX_INLINED
 from passgraph.language import scalar as s
@@ -138,6 +141,101 @@ def test_passes_alike_are_compiled_once(monkeypatch: pytest.MonkeyPatch, tmp_pat
         assert len(layouts) <= 3
         np.testing.assert_array_equal(program(frame=picture)["last"], want)
     assert len(list((tmp_path / "code").glob("*.o"))) <= 4
+
+
+def compiled_row(count: int, fuse: bool, text: Callable[[int], str], cache: Path) -> tuple[int, np.ndarray]:
+    """How many codes a row of so many passes takes that knows none, and what it makes of a picture."""
+    last = pg.Input("frame", "rgba16f", SIZE)
+    for number in range(count):
+        last = pg.kernel(source=text(number))(last, into=pg.target(f"t{number}", "rgba16f"), name=f"pass {number}")
+    picture = np.random.default_rng(0).random((SIZE[1], SIZE[0], 4), np.float32)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("PASSGRAPH_CACHE", str(cache))
+        patch.setattr(native, "_codes", {})
+        with pg.compile({"last": last}, options=pg.Options(fuse=fuse)) as program:
+            made = program(frame=picture)["last"]
+    return len(list((cache / "code").glob("*.o"))), made
+
+
+def other_numbers(number: int) -> str:
+    """Passes that differ in their numbers only, of which some are the same in one of them."""
+    one, two = 0.3 + 0.0137 * number, 0.71 if number % 2 else 0.3 + 0.0137 * number
+    return f"def k(c: Image) -> vec4: return c[-1, 0] * {one} + c[1, 0].yxwz * {two} + 0.01"
+
+
+def other_operations(number: int) -> str:
+    """Passes of which none computes what another does."""
+    steps = " ".join(f"c = {'abs' if number >> bit & 1 else 'sqrt'}(c + 0.5)\n   " for bit in range(6))
+    return f"def k(image: Image) -> vec4:\n    c = image[-1, 0] + image[1, 0]\n    {steps} return c * 0.5"
+
+
+@pytest.mark.parametrize("fuse", [False, True])
+def test_passes_that_differ_in_numbers_share_their_code(
+    fuse: bool, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """Rows of a few have their numbers in code; results are the same bits."""
+    found = {}
+    for most in (1, 20):
+        monkeypatch.setattr(runner, "MAX_IN_CODE", most)
+        found[most] = [compiled_row(count, fuse, other_numbers, tmp_path / f"{most} {count}") for count in (9, 18)]
+    for (codes, made), (apart, want) in zip(found[1], found[20], strict=True):
+        np.testing.assert_array_equal(made, want)
+        assert codes < apart
+    more = found[1][1][0] - found[1][0][0]
+    assert more <= (4 if fuse else 0)  # another chain's first and last pass, and what is around it
+
+
+def test_what_is_compiled_grows_with_the_passes_that_differ(tmp_path: Path) -> None:
+    """One body for each pass; what is around them, and moves pictures, once."""
+    counts = [compiled_row(count, False, other_operations, tmp_path / f"{count}")[0] for count in (6, 12, 18)]
+    assert np.diff(counts).tolist() == [6, 6]
+    assert counts[0] <= 6 + 4
+
+
+def program_of(text: str) -> s.ScalarProgram:
+    with pg.compile(pg.kernel(source=text)(pg.Input("c", "rgba32f", SIZE), into=pg.target("o", "rgba32f"))) as program:
+        return step_of(program).program
+
+
+def test_numbers_that_llvm_has_rules_for_stay_in_code() -> None:
+    found = with_literals_apart(
+        program_of("def k(c: Image) -> vec4: return (c[0, 0] * 0.1 - 0.5) / 8.0 + c[0, 0] * 1e30 + 3.0 * c[1, 0] * 0.1")
+    )
+    assert found is not None
+    program, numbers = found.program, found.literals
+    assert numbers == pytest.approx((0.1, 1e30))
+    assert {x.value for i in program.body for x in s.operands_of(i) if isinstance(x, s.Lit) and x.type == "float"} == {
+        0.5,
+        8.0,
+        3.0,
+    }
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "def k(c: Image) -> vec4: return c[0, 0] * 0.5",
+        f"def k(c: Image) -> vec4: return {' + '.join(f'c[0, 0] * 0.{n}1' for n in range(10, 10 + MAX_LITERALS + 1))}",
+        "def k(c: Image) -> vec4:\n    t = c[0, 0]\n    for i in range(40):\n        if t.x > 0.7:\n            break\n"
+        "        t = t * 1.1\n    return t",
+    ],
+    ids=["none", "many", "branches"],
+)
+def test_other_bodies_keep_their_numbers(text: str) -> None:
+    assert with_literals_apart(program_of(text)) is None
+
+
+@pytest.mark.parametrize("format_", ["rgba16f", "rgba8", "rgba16"])
+def test_what_the_language_says_of_rounding_is_not_compiled(format_: str) -> None:
+    """Of halves it is longer than most kernels; stores round by themselves, and nothing of it would be used."""
+    kernel = pg.kernel(source="def k(c: Image) -> vec4: return c[0, 0] * 0.3 + c[1, 1].yxwz")
+    lengths = []
+    for stored in ("rgba32f", format_):
+        with pg.compile(kernel(pg.Input("frame", "rgba32f", SIZE), into=pg.target("out", stored))) as program:
+            step = step_of(program)
+        lengths.append((s.count(Layout.of(alone(step), 16).stages[0].program.body), s.count(step.program.body)))
+    (exact, said_exact), (made, said) = lengths
+    assert made == exact == said_exact < said
 
 
 def test_constant_vectors_are_short_and_results_are_woven_once() -> None:

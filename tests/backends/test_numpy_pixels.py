@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import passgraph as pg
 from passgraph.backends.numpy.pixels.chains import alone
-from passgraph.backends.numpy.pixels.layout import StageLayout
+from passgraph.backends.numpy.pixels.layout import MANY, Layout, StageLayout
 from passgraph.plan.data import PixelStep
 
 #: The border rules as NumPy pads.
@@ -67,6 +69,40 @@ def test_rows_of_every_width_meet_their_edges(kernel: pg.Kernel, border: str) ->
         with pg.compile(made, "numpy:1") as program:
             found = program(frame=picture)["out"]
         np.testing.assert_array_equal(found, expected(kernel.name, picture, border), err_msg=f"{width} wide")
+
+
+@pytest.mark.parametrize(("width", "lanes"), [(1, 4), (3, 4), (5, 4), (8, 8), (11, 8), (16, 16)])
+@pytest.mark.parametrize("kernel", [ALIKE, MIXED], ids=lambda kernel: str(kernel.name))
+def test_slender_pictures_have_vectors_that_fit_their_rows(kernel: pg.Kernel, width: int, lanes: int) -> None:
+    """The same bits as NumPy's, of floats and of halves; small pictures of that width have the code of wide ones."""
+    height = MANY // width + 1
+    whole = np.random.default_rng(width).random((height, width, 4), np.float32)
+    for format_, picture in (("rgba32f", whole), ("rgba16f", whole.astype(np.float16))):
+        made = kernel(pg.Input("frame", format_, (width, height)), into=pg.target("out", "rgba32f"))
+        with pg.compile(made, "numpy:2") as program:
+            (step,) = program.plan.steps
+            found = program(frame=picture)["out"]
+        np.testing.assert_array_equal(found, expected(kernel.name, picture.astype(np.float32), "clamp"))
+        assert isinstance(step, PixelStep)
+        layout = Layout.of(alone(step), 16)
+        alike = 1 << min(4 * width, 16).bit_length() - 1  # of four channels
+        assert layout.stages[0].lanes == (lanes if kernel is MIXED else alike)
+        assert Layout.of(alone(replace(step, size=(width, 9))), 16).stages[0].lanes == 16
+
+
+@pytest.mark.parametrize("width", [2, 5, 13])
+def test_slender_pictures_of_bytes_are_exact(width: int) -> None:
+    """Channels that change places, and numbers that a pass only chooses among."""
+    turned = pg.kernel(source="def turned(c: Image) -> vec3: return vec3(c[0, 0].b, c[0, 0].r, c[-1, 0].g)")
+    least = pg.kernel(source="def least(c: Image) -> vec3: return min(c[0, 0], c[-1, 0]).rgb")
+    picture = np.random.default_rng(width).integers(0, 256, (MANY // width + 1, width, 3)).astype(np.uint8)
+    before = np.concatenate([picture[:, :1], picture[:, :-1]], 1)
+    frame = pg.Input("c")
+    outputs = [kernel(frame, into=pg.target(kernel.name, "rgb8")) for kernel in (turned, least)]
+    with pg.compile(outputs, "numpy:2", results="stored") as program:
+        made = program(c=picture)
+    assert np.array_equal(made["turned"], np.stack([picture[..., 2], picture[..., 0], before[..., 1]], -1))
+    assert np.array_equal(made["least"], np.minimum(picture, before))
 
 
 FAR = pg.kernel(source="def far(c: Image) -> vec4: return c[-70, -1].abgr * 0.5 + c[60, 0] + c[-3, -1] * 0.25")

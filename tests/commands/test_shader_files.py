@@ -87,6 +87,41 @@ def test_a_generator_makes_a_picture_of_a_size(capsys: pytest.CaptureFixture[str
     assert "takes no picture, got gray.png" in capsys.readouterr().err
 
 
+def test_a_picture_for_what_reads_none_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(["apply", "level.fs", "gray.png", "-o", "out.png"]) == 2
+    assert "gray.png: level reads no picture, it makes its own" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("a.slangp", "is a preset of libretro's Slang shaders; expected a fragment shader in GLSL (.fs .glsl"),
+        ("a.gdshader", "is a shader of Godot"), ("a.FX", "is HLSL or Cg"), ("a.comp", "is a compute shader"),
+        ("a.vert", "is a vertex shader"), ("a.wgsl", "is WGSL"),
+    ],
+)  # fmt: skip
+def test_other_shaders_are_told_by_what_they_are(name: str, told: str, capsys: pytest.CaptureFixture[str]) -> None:
+    Path(name).write_text(IMAGE)
+    assert run(["apply", name, "gray.png", "-o", "out.png"]) == 2
+    assert told in capsys.readouterr().err
+    with pytest.raises(pg.errors.InputError, match="expected a fragment shader in GLSL"):
+        pg.load_shader(name)
+
+
+def test_a_shader_of_several_outputs_says_what_takes_them(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("two.frag").write_text(
+        "#version 330\nlayout(location = 0) out vec4 a;\nlayout(location = 1) out vec4 b;\n"
+        "void main() { a = vec4(0.0); b = vec4(1.0); }"
+    )
+    assert run(["apply", "two.frag", "-o", "out.png"]) == 2
+    assert "two.frag: has 2 outputs, and an effect makes one picture; leave one output, or" in capsys.readouterr().err
+
+
+def test_endings_in_capitals_are_the_same() -> None:
+    Path("LEVEL.FS").write_text(GENERATOR)
+    assert applied("LEVEL.FS", "--size", "4x4")[:3] == [64, 64, 64]
+
+
 def test_frames_of_a_sequence_count() -> None:
     Path("in").mkdir()
     for number in range(3):

@@ -6,7 +6,6 @@ What is right follows from exact whole numbers here, not from the reference.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import Literal, get_args
 
 import numpy as np
@@ -15,8 +14,6 @@ from numpy.typing import NDArray
 
 import passgraph as pg
 from passgraph.backends.base import Backend
-from passgraph.backends.registry import open_backend
-from tests.conftest import require
 
 Border = Literal["clamp", "zero", "repeat", "mirror"]
 BORDERS: tuple[Border, ...] = get_args(Border)
@@ -42,14 +39,6 @@ INTS = (
 )  # fmt: skip
 #: uv: beyond 2^31 texels (2.2e6 is what a projective division reached in a picture 1024 wide), and not finite.
 UVS = np.float32([2.2e6 * 1024, -2.2e6 * 1024, 4e8, -4e8, 3e38, -3e38, 1e20, -1e20, np.inf, -np.inf])
-
-
-@pytest.fixture(scope="module", params=["reference", "numpy", "gl", "opencl"])
-def device(request: pytest.FixtureRequest) -> Iterator[Backend]:
-    if request.param != "reference":
-        require(request.param)
-    with open_backend(request.param) as opened:
-        yield opened
 
 
 def picture(width: int) -> NDArray[np.float32]:

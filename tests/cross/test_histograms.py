@@ -109,6 +109,35 @@ def test_counting_is_the_kernel_whatever_a_picture_holds(device: Backend, option
     assert known == [options.simplify]
 
 
+def test_counts_go_where_each_picture_lies(device: Backend) -> None:
+    """In memory of the caller's whose rows lie apart by different lengths, or from the bottom up."""
+    counts, picture, expected = counted_alone()
+    outer = [np.full((23, 3 + 100 * beside, 4), 7, np.float32) for beside in range(4)]
+    inner = [array[:: -1 if beside % 2 else 1, :3] for beside, array in enumerate(outer)]
+    with pg.compile(counts, backend=device, non_finite="keep") as program:
+        program(numbers=picture[..., None], into=dict(zip((quarter.name for quarter in counts), inner, strict=True)))
+    assert np.concatenate([array.reshape(23, 12) for array in inner], axis=1).tolist() == expected
+    assert all((array[:, 3:] == 7).all() for array in outer)
+
+
+def test_pictures_of_a_host_are_counted_by_the_program_which_is_compiled_for_them_alone() -> None:
+    require("gl")
+    from tests.offscreen import offscreen
+
+    counts, picture, expected = counted_alone()
+    with offscreen(430) as context, pg.gl.Host.current("sibling") as host:
+        with pg.compile(counts, backend=host, non_finite="keep") as program:
+            made = program(numbers=picture[..., None])
+            assert [key for key, *_ in host.programs.made if key]  # a compute shader
+            assert "" not in [key for key, *_ in host.programs.made]
+            textures = [context.texture((3, 23), 4, dtype="f4") for _ in counts]
+            given = {q.name: host.texture(t.glo) for q, t in zip(counts, textures, strict=True)}
+            program.run(numbers=picture[..., None], into=given)
+        of_host = [np.frombuffer(t.read(), np.float32).reshape(23, 12)[::-1] for t in textures]
+    for rows in (of_host, [made[q.name].reshape(23, 12) for q in counts]):
+        assert np.concatenate(rows, axis=1).tolist() == expected
+
+
 def test_the_reference_counts_by_the_kernel() -> None:
     """What the oracle judges by, against NumPy."""
     counts, picture, expected = counted_alone()
@@ -144,6 +173,20 @@ def test_a_count_beyond_what_floats_hold_is_near() -> None:
         counts = program(frame=np.full((height, width), 255, np.uint8))["frame.histogram"][0, :, 0].astype(np.float64)
     assert counts[:3].tolist() == [0, 0, 0]
     assert 0 < abs(counts[3] - width * height) <= 2.0**-20 * width * height
+
+
+@pytest.mark.parametrize("format_", ["r8", "rg16f", "r32f"])
+def test_luma_of_one_or_two_channels_is_the_first(format_: str) -> None:
+    """A target that a kernel wrote a brightness into is counted as bright as it is."""
+    levels = np.random.default_rng(7).integers(0, 8, (9, 11, 4))
+    first = pg.kernel(source="def first(c: Image) -> float: return c[0, 0].r")
+    both = pg.kernel(source="def both(c: Image) -> vec2: return c[0, 0].rg")
+    made = (both if format_ == "rg16f" else first)(pg.Input("frame", "rgba8"), into=pg.target("light", format_))
+    with pg.compile([pg.histogram(made, 8), pg.reduce(made, "arg_max", channel="luma")]) as program:
+        result = program(frame=np.round((levels + 0.5) / 8 * 255).astype(np.uint8))
+    assert np.array_equal(result["light.histogram"][0, :, 0], np.bincount(levels[..., 0].ravel(), minlength=8))
+    row, column = np.unravel_index(levels[..., 0].argmax(), (9, 11))
+    assert result["light.arg_max"][0, 0].tolist() == [column, row]
 
 
 def test_luma_is_weighted() -> None:

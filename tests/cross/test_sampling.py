@@ -25,14 +25,6 @@ BORDERS: tuple[Border, ...] = get_args(Border)
 HARDWARE = 3 * 2.0**-8
 
 
-@pytest.fixture(scope="module", params=["reference", "numpy", "gl", "opencl"])
-def device(request: pytest.FixtureRequest) -> Iterator[Backend]:
-    if request.param != "reference":
-        require(request.param)
-    with open_backend(request.param) as opened:
-        yield opened
-
-
 @pytest.fixture(scope="module", params=["reference", "numpy"])
 def quick(request: pytest.FixtureRequest) -> Iterator[Backend]:
     """Where conformance holds the other backends to what is right here."""

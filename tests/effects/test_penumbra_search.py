@@ -51,6 +51,31 @@ def test_it_is_as_soft_as_the_light_makes_it(lights: str, backend_name: str) -> 
     assert ours < 0.6 * rmse(lights, backend_name, filter=Hard())
 
 
+def stairs(count: int, height: float, depth: float) -> pg.Mesh:
+    """Steps that rise towards +x, 2 wide."""
+    corners: list[tuple[float, float, float]] = []
+    for i in range(count):
+        x, low, high = (i - count / 2) * depth, i * height, (i + 1) * height
+        end = x + depth
+        corners += [(x, low, 1), (end, low, 1), (end, low, -1), (x, low, -1)]
+        corners += [(end, low, -1), (end, low, 1), (end, high, 1), (end, high, -1)]
+    triangles = [(4 * i, 4 * i + k, 4 * i + k + 1) for i in range(2 * count) for k in (1, 2)]
+    return pg.Mesh.make(corners, triangles, name="stairs")
+
+
+def test_what_stands_a_texel_before_a_surface_shadows_it() -> None:
+    """Steps that are one texel of the map high: a quarter of their light is each other's shadow."""
+    camera = pg.Camera((0.0, 3.5, 0.6), (0.0, 0.25, 0.0), vertical_fov_rad=0.5)
+    nodes = (pg.Node(stairs(25, 0.02, 0.08)), floor())
+    made = pg.Scene(nodes, camera, (sun(40, 180, radius=0.01),))
+    traced = visible_share(made, SIZE, samples=36, tracer="bvh")
+    target = soft_shadow_passes(made, ambient=0.0, map_size=128, filter=Penumbra()).shadows_blurred
+    assert target is not None
+    share = render(target, size=SIZE, backend="numpy")[target.name][:, :, 0]
+    assert abs(traced.share[traced.valid].mean() - 0.783) < 0.005
+    assert abs((share - traced.share)[traced.valid].mean()) < 0.06
+
+
 #: Models of small triangles with smooth normals, of which much stands within a texel or two of the next: RMSE at most.
 TOUCHING = {"samurai": 0.06, "bunny": 0.02}
 

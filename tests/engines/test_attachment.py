@@ -7,6 +7,7 @@ import logging
 import os
 import threading
 from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
 from typing import Any
 
 import moderngl
@@ -22,6 +23,7 @@ from passgraph.effects.checked import effect
 from passgraph.engines.attachment import Attachment, Seen, View, imported
 from tests.conftest import require
 from tests.engines.harmless import root
+from tests.offscreen import offscreen
 
 pytestmark = pytest.mark.gl
 SIZE = (9, 6)
@@ -31,9 +33,8 @@ CAMERA = pg.Camera((0.0, 0.0, 5.0), (0.0, 0.0, 0.0), near=1.0, far=9.0)
 class Engine:
     """A framebuffer with a depth, drawn in a context that is current."""
 
-    def __init__(self, size: tuple[int, int] = SIZE, internal: int | None = None) -> None:
-        require("gl")
-        self.context = moderngl.create_context(standalone=True, backend="egl")
+    def __init__(self, context: moderngl.Context, size: tuple[int, int], internal: int | None) -> None:
+        self.context = context
         self.internal = internal
         self.resize(size)
 
@@ -55,11 +56,17 @@ class Engine:
         return np.frombuffer(self.color.read(), np.uint8).reshape(height, width, 4)[::-1]
 
 
+@contextmanager
+def opened(size: tuple[int, int] = SIZE, internal: int | None = None) -> Iterator[Engine]:
+    require("gl")
+    with offscreen() as context:
+        yield Engine(context, size, internal)
+
+
 @pytest.fixture
 def engine() -> Iterator[Engine]:
-    made = Engine()
-    yield made
-    made.context.release()
+    with opened() as made:
+        yield made
 
 
 def attach(effect_: Any, **options: Any) -> Attachment:
@@ -232,26 +239,24 @@ def halved_light(frame: pg.Target) -> pg.Target:
 @pytest.mark.parametrize("internal", [None, 0x8C43], ids=["rgba8", "srgb8_alpha8"])
 def test_effects_in_linear_light_get_it_and_are_stored_encoded(internal: int | None) -> None:
     """0.8 in sRGB is 0.6038 of light; half of that is 0.5857 in sRGB."""
-    engine = Engine(internal=internal)
-    with attach(halved_light) as attached:
-        engine.color.write(bytes([204, 0, 255, 77] * (SIZE[0] * SIZE[1])))
-        attached.draw()
-        assert attached.error is None
-    red, green, blue, alpha = engine.picture()[0, 0].tolist()
-    assert (red, green, blue, alpha) == (149, 0, 188, 77)
-    engine.context.release()
+    with opened(internal=internal) as engine:
+        with attach(halved_light) as attached:
+            engine.color.write(bytes([204, 0, 255, 77] * (SIZE[0] * SIZE[1])))
+            attached.draw()
+            assert attached.error is None
+        red, green, blue, alpha = engine.picture()[0, 0].tolist()
+        assert (red, green, blue, alpha) == (149, 0, 188, 77)
 
 
 def test_an_engine_s_new_context_is_followed() -> None:
-    first = Engine()
-    with attach(inverse) as attached:
-        attached.draw()
-        second = Engine((7, 5))
-        attached.draw()
-        assert attached.error is None
-        np.testing.assert_array_equal(second.picture()[..., :3], inverse_of(second.drawn[..., :3]))
-    second.context.release()
-    first.context.release()
+    with ExitStack() as engines:
+        engines.enter_context(opened())
+        with attach(inverse) as attached:
+            attached.draw()
+            second = engines.enter_context(opened((7, 5)))
+            attached.draw()
+            assert attached.error is None
+            np.testing.assert_array_equal(second.picture()[..., :3], inverse_of(second.drawn[..., :3]))
 
 
 def test_views_are_made_anew_where_matrices_change() -> None:

@@ -76,7 +76,7 @@ def test_a_hook_may_end_itself() -> None:
     [
         ("pyglet", "pyglet: attach takes a pyglet.window.Window or an arcade.Window, got 'no window', which has"),
         ("moderngl_window", "moderngl-window: attach takes a window of moderngl_window's, got 'no window'"),
-        ("pygame", "pygame: attach takes the module pygame.display, got 'no window', which has no flip"),
+        ("pygame", "pygame: attach takes the module pygame.display, got 'no window', which has no flip .*get_surface"),
         ("qt", "qt: attach takes a QOpenGLWidget or QOpenGLWindow, got 'no window', which has no paintGL"),
         ("vispy", "vispy: attach takes a vispy.scene.SceneCanvas, got 'no window'"),
         ("kivy", "kivy: attach takes kivy.core.window.Window, got 'no window'"),

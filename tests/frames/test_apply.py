@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import passgraph as pg
 from passgraph.commands.clips import Clip
@@ -20,6 +21,7 @@ from passgraph.commands.frames import FramesJob, Settings, run_clips
 from passgraph.effects.registry import EFFECTS
 from passgraph.frames import Pattern, ToPictures
 from passgraph.frames.open import open_source
+from passgraph.pictures import load_stored
 from tests.commands.told import Outcome, refused
 from tests.frames.made import ADD, grays, picture, sequence, value, video
 from tests.picture_files import png_16
@@ -55,6 +57,44 @@ def test_every_way_to_name_pictures(capsys: pytest.CaptureFixture[str], inputs: 
     assert out.startswith("out: 3 frames 6x4 by reference in ")
     assert names("out") == [f"in.000{n}.png" for n in (2, 3, 4)]
     assert [value(Path("out", name)) for name in names("out")] == [20, 30, 40]
+
+
+def test_pictures_behind_the_first_of_a_file_are_told(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("in").mkdir()
+    stack = [Image.fromarray(np.full((4, 6, 3), 40 * n, np.uint8)) for n in (1, 2, 3)]
+    for name in ("a.gif", "b.tif", "c.webp"):
+        stack[0].save(Path("in", name), save_all=True, append_images=stack[1:])
+    stack[0].save("in/d.tif")
+    Path("in/e.tif").write_bytes(b"II*\0")
+    told = "passgraph: warning: in/{}: holds several pictures{}; the first is read\n"
+    one = Outcome(capsys, *TINY, "in/b.tif", "-o", "one.png")
+    assert (one.status, one.err) == (0, told.format("b.tif", ""))
+    assert value(Path("one.png")) == 40
+    assert Outcome(capsys, *TINY, "in", "-o", "out/").err.startswith(told.format("a.gif", ", and so do 2 others"))
+    assert well(capsys, *TINY, "in/d.tif", "-o", "two.png")
+
+
+def test_16_bits_stay_16_bits_where_it_is_said(capsys: pytest.CaptureFixture[str]) -> None:
+    """One picture, a folder and a sequence; and where files cannot hold them it is said before the work."""
+    wide = np.random.default_rng(0).integers(0, 65536, (5, 7, 3)).astype(np.uint16)
+    Path("in").mkdir()
+    for name in ("a.png", "b.tif"):
+        pg.save(Path("in", name), wide)
+    well(capsys, *TINY, "in/a.png", "--bits", "16", "-o", "one.tif")
+    well(capsys, *TINY, "in", "--bits", "16", "-o", "out/")
+    well(capsys, *TINY, "in", "--bits", "16", "-o", "n.%d.png")
+    for file in ("one.tif", "out/a.png", "out/b.tif", "n.1.png", "n.2.png"):
+        assert np.array_equal(load_stored(Path(file))[..., :3], wide), file
+    well(capsys, *TINY, "in/a.png", "-o", "eight.png")
+    assert load_stored(Path("eight.png")).dtype == np.uint8
+    for told, *arguments in (
+        ("x.jpg: holds 8 bits a channel", "in/a.png", "-o", "x.jpg"),
+        ("x/a.webp: holds 8 bits a channel", "in/a.webp", "in/a.png", "-o", "x/"),
+        ("x.1.exr: holds floats", "in", "-o", "x.%d.exr"),
+        ("--bits is for picture files, and none is written", "in", "-o", "x.mp4"),
+    ):
+        pg.save("in/a.webp", np.zeros((5, 7, 3)))
+        assert told in refused(capsys, *TINY, *arguments, "--bits", "16")
 
 
 def test_folders_need_no_slash_and_may_be_there(capsys: pytest.CaptureFixture[str]) -> None:

@@ -205,6 +205,15 @@ def test_pictures_become_a_video_and_back(tmp_path: Path) -> None:
     assert [abs(value(tmp_path / f"out.{n}.png") - 10 * (n + 4)) <= 3 for n in range(1, 5)] == [True] * 4
 
 
+def test_no_encoder_talks_on_stderr(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    """x265 writes there by itself, past Python."""
+    sequence(tmp_path, range(2), (64, 64))
+    with inverted() as program:
+        for codec in ("libx264", "libx265", "libvpx-vp9"):
+            pg.frames(program, tmp_path / "in.####.png", ToVideo(tmp_path / f"{codec}.mkv", codec=codec))
+    assert capfd.readouterr() == ("", "")
+
+
 def test_a_missing_frame_leaves_its_time(tmp_path: Path) -> None:
     sequence(tmp_path, [1, 2, 5], (32, 32))
     with inverted() as program:

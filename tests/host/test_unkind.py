@@ -12,6 +12,7 @@ import pytest
 import passgraph as pg
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl.foreign import EmptyPictureError
+from passgraph.backends.gl.host import check_asked
 from passgraph.errors import BackendError, InputError
 from tests.host.application import BYTES, DEPTH, FLOATS, HEIGHT, RED, RGBA, SIZE, WIDTH, Application
 from tests.host.test_life import compiled
@@ -32,6 +33,17 @@ def copied(channels: int = 4, **target: Any) -> pg.Target:
     source = f"def copied(c: Image) -> {'float' if channels == 1 else 'vec4'}: return c[0, 0]"
     source = source.replace("c[0, 0]", "c[0, 0].r") if channels == 1 else source
     return pg.kernel(source=source)(pg.Input("frame"), into=pg.target("copied", **target))
+
+
+class _Named:
+    """As moderngl's textures and framebuffers are."""
+
+    glo = 3
+
+
+def test_an_object_of_moderngl_is_told_where_its_name_is() -> None:
+    with pytest.raises(pg.InputError, match=r"is a whole number; moderngl's objects have it as \.glo"):
+        check_asked(_Named(), None, None, "bottom", None)
 
 
 @pytest.mark.parametrize("isolation", ISOLATIONS)

@@ -62,3 +62,12 @@ def test_the_type_of_a_choice_of_whole_numbers_is_that_of_both_sides() -> None:
     assert run("vec4((1 if 2 > 1 else 2.0) / 4)") == [0.25] * 4
     assert run("vec4((7 if 2 > 1 else missing) // 2)") == [3.0] * 4
     assert run("vec4(float((uint(5) if 1 > 2 else 7) - 8)) - 4294967295.0") == [0.0] * 4
+
+
+@pytest.mark.parametrize(
+    "branch", ["    if True:\n        x += 1.0\n", "    match 1:\n        case _:\n            x += 1.0\n"]
+)
+def test_branches_one_behind_another_are_no_deeper_than_one(branch: str) -> None:
+    text = f"def f() -> vec4:\n    x = 0.0\n{branch * 1200}    return vec4(x)\n"
+    shown = pg.compile(pg.kernel(source=text)(into=pg.target("o", "rgba32f")), size=(1, 1))()["o"]
+    assert shown[0, 0].tolist() == [1200.0] * 4

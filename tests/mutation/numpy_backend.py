@@ -318,5 +318,5 @@ MUTANTS = (
     _n("_bins", 'b.fcmp_ordered("<=", value, most)', 'b.fcmp_ordered("<", value, most)', "plans/a histogram"),
     _n("_row", "b.sub(across, b.srem(across, _long(turns)))", "b.sdiv(across, _long(turns))", "plans/a histogram"),
     _n("_sums", "_long(table * ROOM + 1)", "_long(table * ROOM)", "plans/a histogram"),
-    _n("counts_text", "b.mul(y, output_pitch)", "b.mul(y, bins)", harmless="rows of our own are as long"),
+    _n("counts_text", "b.mul(y, apart)", "b.mul(y, b.sdiv(quarter, _long(4)))", harmless="rows of our own are as long"),
 )

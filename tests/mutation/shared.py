@@ -13,8 +13,8 @@ def _pre(function: str, old: str, new: str, *catchers: str, harmless: str = "") 
     return Mutant(function, old, new, "gl", catchers, harmless)
 
 
-def _plan(function: str, old: str, new: str, harmless: str = "") -> Mutant:
-    return Mutant(function, old, new, "gl", ("plans/", "sequences/"), harmless)
+def _plan(function: str, old: str, new: str, *first: str, harmless: str = "") -> Mutant:
+    return Mutant(function, old, new, "gl", (*first, "plans/", "sequences/"), harmless)
 
 
 def _composite(function: str, old: str, new: str) -> Mutant:
@@ -235,7 +235,12 @@ MUTANTS = (
         "pictures/",
     ),
     # The plan: results are known to the bit, whatever is optimised
-    _plan("_Shared.taken", "self.busy[0][0] < first:", "self.busy[0][0] <= first:"),
+    _plan(
+        "_Shared.taken",
+        "self.busy[0][0] < first:",
+        "self.busy[0][0] <= first:",
+        "sequences/memories shared along a chain",
+    ),
     _plan("lifetimes", "spans[resource] = (first, index)", "spans[resource] = (first, first)"),
     _plan(
         "emit",
@@ -266,7 +271,7 @@ MUTANTS = (
         "cull",
         "*(work.final[s] for s in history)",
         "",
-        "a graph that reads history which no output needs is refused before",
+        harmless="a graph that reads history which no output needs is refused before",
     ),
     _plan("Execution._run_steps", "static_changed |= self._upload(pictures)", "self._upload(pictures)"),
     _plan("Execution._move_history", "for now, before in self._histories:", "for now, before in ():"),
@@ -400,7 +405,7 @@ MUTANTS = (
         "return round(min(max(low, x), 1.0) * steps) / steps",
         "return floor(min(max(low, x), 1.0) * steps + 0.5) / steps",
         "gl",
-        ("language/stored", "pictures/"),
+        ("pictures/r16 7x5", "language/stored", "pictures/"),
     ),
     Mutant(
         "quantize",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cProfile
 import gc
 import sys
 import tracemalloc
@@ -150,19 +151,10 @@ def own_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 @contextmanager
 def counted(calls: list[int]) -> Iterator[None]:
     """How many functions, Python's and built-in ones, are called."""
-    count = 0
-
-    def note(_frame: object, event: str, _argument: object) -> None:
-        nonlocal count
-        count += event in ("call", "c_call")
-
-    before = sys.getprofile()
-    sys.setprofile(note)
-    try:
+    profile = cProfile.Profile()
+    with profile:
         yield
-    finally:
-        sys.setprofile(before)
-        calls.append(count)
+    calls.append(sum(entry.callcount for entry in profile.getstats()))
 
 
 def plan(outputs: list[Target]) -> pg.Program:

@@ -290,3 +290,70 @@ def test_sizes_come_from_numbers_and_not_from_runs(
     assert shader.constants >= {parameter}
     with pytest.raises(pg.InputError, match=f"a.*: parameter '{parameter}', which sizes of passes come from, must be"):
         shader(*pictures, **{parameter: given})
+
+
+#: A parameter ``{0}``, which the picture is multiplied by; it is 0.5 if nobody says else.
+NAMING = {
+    "s.fs": '/*{{"INPUTS": [{{"NAME": "p", "TYPE": "image"}}, {{"NAME": "{0}", "TYPE": "float", "DEFAULT": 0.5}}]}}*/\n'
+    "void main() {{ gl_FragColor = IMG_THIS_PIXEL(p) * {0}; }}",
+    "t.glsl": "uniform float {0}; // = 0.5\nvec4 transition(vec2 uv) {{ return getFromColor(uv) * {0}; }}",
+    "m.glsl": "//!PARAM {0}\n//!TYPE float\n0.5\n//!HOOK MAIN\n//!BIND HOOKED\n"
+    "vec4 hook() {{ return HOOKED_tex(HOOKED_pos) * {0}; }}",
+    "l.glsl": '#pragma parameter {0} "a" 0.5 0.0 1.0 0.1\n#if defined(VERTEX)\nattribute vec4 VertexCoord, TexCoord; '
+    "uniform mat4 MVPMatrix; varying vec2 v; void main() {{ gl_Position = MVPMatrix * VertexCoord; v = TexCoord.xy; }}"
+    "\n#elif defined(FRAGMENT)\nvarying vec2 v; uniform sampler2D Texture; uniform float {0}; "
+    "void main() {{ gl_FragColor = texture2D(Texture, v) * {0}; }}\n#endif",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("file", NAMING)
+@pytest.mark.parametrize("called", ["name", "self", "arguments", "lambda", "MAIN"])
+def test_a_parameter_may_be_called_as_python_and_passgraph_call_something(
+    tmp_path: Path, file: str, called: str
+) -> None:
+    (tmp_path / file).write_text(NAMING[file].format(called))
+    effect = load_shader(tmp_path / file)
+    pictures = [pg.Input("frame", "rgba32f", (1, 1)) for _ in effect.images[:1]]
+    for given, expected in (({}, 0.25), ({called: 1.0}, 0.5)):
+        with pg.compile(effect(*pictures, into=pg.target("o", "rgba32f", size=(1, 1)), **given)) as program:
+            assert program(frame=np.full((1, 1, 4), 0.5, np.float32))["o"][0, 0, 0] == expected
+
+
+@pytest.mark.parametrize("file", NAMING)
+def test_no_parameter_is_called_as_the_target(tmp_path: Path, file: str) -> None:
+    (tmp_path / file).write_text(NAMING[file].format("into"))
+    with pytest.raises(pg.InputError, match=f"{file}: calls a parameter or picture 'into'.* give it another name"):
+        load_shader(tmp_path / file)
+
+
+def test_a_texture_within_a_file_may_be_called_as_a_target_is(tmp_path: Path) -> None:
+    texture = "//!TEXTURE into\n//!SIZE 1 1\n//!FORMAT r8\nFF\n"
+    hook = "//!HOOK MAIN\n//!BIND into\nvec4 hook() { return vec4(texture(into, vec2(0.5)).r); }"
+    (tmp_path / "m.glsl").write_text(texture + hook)
+    with pg.compile(load_shader(tmp_path / "m.glsl")(pg.Input("frame")), size=(1, 1)) as program:
+        assert program(frame=np.zeros((1, 1, 4), np.float32))["m"].min() == 1.0
+
+
+def test_a_name_of_other_letters_is_told_with_its_line(tmp_path: Path) -> None:
+    (tmp_path / "m.glsl").write_text(NAMING["m.glsl"].format("été"))
+    with pytest.raises(pg.InputError, match=r"m\.glsl:1: //!PARAM is a name that shaders can write, got 'été'"):
+        load_shader(tmp_path / "m.glsl")
+
+
+def test_a_transition_says_defaults_behind_declarations_and_within_them(tmp_path: Path) -> None:
+    """Both ways stand in what gl-transitions publishes."""
+    file = tmp_path / "a.glsl"
+    file.write_text(
+        "uniform float soft; // = 0.25\n"
+        "uniform ivec2 least/* = ivec2(20) */; // so many squares\n"
+        "uniform int steps /* = 5 * 10 */; // 0 for none\n"
+        "uniform vec3 rim /* of each square */;\n"
+        "vec4 transition(vec2 uv) { return vec4(rim * soft, float(steps + least.x)) + progress * getToColor(uv); }\n"
+    )
+    said = {name: np.ravel(one.default).tolist() for name, one in load_shader(file).parameters.items()}
+    assert said == {"progress": [0.5], "soft": [0.25], "least": [20, 20], "steps": [50], "rim": [0, 0, 0]}
+    file.write_text("uniform float k /* = nowhere */;\nvec4 transition(vec2 uv) { return vec4(k); }")
+    with pytest.raises(pg.KernelError) as caught:
+        load_shader(file)
+    assert str(caught.value).splitlines()[0].startswith(f"{file}:1: 'nowhere' is not defined")
+    assert str(caught.value).splitlines()[2].index("^") == 4 + len("uniform float k /* = ")

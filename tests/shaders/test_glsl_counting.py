@@ -44,6 +44,21 @@ def test_a_counter_is_followed_to_its_end(statement: str, expected: int) -> None
     assert expected <= trips(statement)[0] <= expected + 2
 
 
+@pytest.mark.parametrize(
+    "loop",
+    [
+        "for (r.x = 0.0; r.x + 1e8 <= 1e8; r.x++) s++;",
+        "for (r.x = 0.0; r.x - 1e8 >= -1e8; r.x--) s++;",
+        "for (r.x = 0.0; r.x + 16777216.0 <= 16777216.0; r.x += 0.25) s++;",
+        "for (r.x = 999996.0; r.x + 0.03 <= 1e6; r.x++) s++;",
+    ],
+)
+def test_trips_that_rounding_adds_are_made(loop: str) -> None:
+    shader = parse(f"void main() {{ float s = 0.0; vec3 r; {loop} gl_FragColor = vec4(s); }}")
+    assert run(shader, (1, 1), {}, backend="numpy")[0, 0, 0] == 5  # float32 rounds sums to even
+    assert trips(loop)[0] < 64
+
+
 def test_bounds_come_from_the_counters_around() -> None:
     outer, inner = trips("for (r.x = -9.0; r.x <= 9.0; r.x++) for (r.y = -abs(r.x); r.y <= abs(r.x); r.y++) s++;")
     assert 19 <= outer <= 21
@@ -63,6 +78,9 @@ def test_bounds_come_from_the_counters_around() -> None:
         "for (r.x = 0.0; r.x < 5.0; r.x++) { s++; r.s -= 0.5; }",
         "for (r.x = 0.0; r.x < 5.0; r.x++) { s++; r = r * 0.5; if (s > 9.0) break; }",
         "for (uint i = 5u; i >= 0u && s < 9.0; i--) s++;",
+        "for (int i = 1; i + 2147483647 < 10 && s < 9.0; i++) s++;",  # what is compared begins anew at the lowest int
+        "for (int i = -2; i - 2147483647 > -10 && s < 9.0; i--) s++;",
+        "for (float x = 0.0; x < 1.0 && s < 9.0; x = x + 1e8 - 1e8 + 0.25) s++;",
     ],
 )
 def test_counters_that_tell_no_end_leave_a_note(loop: str) -> None:

@@ -55,6 +55,14 @@ def test_an_argument_of_a_macro_keeps_its_place() -> None:
         ("void f() {} void main() { float a = f(); }", "a void function gives no value"),
         ("void f(out float a) {} void main() { f(1.0); }", "writes to its parameter 'a'"),
         ("void main() { nothing(1.0); }", "there is no function 'nothing'"),
+        ("void main() { vec3 colour; gl_FragColor = vec4(color, 1); }", "not defined here; did you mean 'colour'?"),
+        ("void main() { float x = smothstep(0., 1., .5); }", "function 'smothstep'; did you mean 'smoothstep'?"),
+        ("void main() { float x = lerp(0., 1., .5); }", "there is no function 'lerp'; write mix(a, b, t)"),
+        ("void main() { float4 c = float4(1); }", "there is no type 'float4'; write vec4"),
+        ("float3x2 m; void main() { }", "there is no type 'float3x2'; write mat2x3"),
+        ("void main() { Lamp a; }", "there is no type 'Lamp'; declare it before"),
+        ("void main() { float a = 1.0 gl_FragColor = vec4(a); }", "';' is expected here, got 'gl_FragColor'"),
+        ("void main() { vec2 a = vec2(1.0 2.0); }", "')' is expected here, got '2.0'"),
         ("float f(vec3 c, int k) { return c[k]; } void main() { f(vec3(1), 3); }", "index 3 is outside vec3 (0 to 2)"),
         ("void f(int k) { vec3 c; c[k] = 1.0; } void main() { f(-1); }", "index -1 is outside vec3 (0 to 2)"),
         ("uniform bool b; void main() { vec3 c = vec3(1); if (b) c[3] = 1.0; }", "index 3 is outside vec3 (0 to 2)"),
@@ -124,7 +132,8 @@ def test_includes_stay_in_their_folder(tmp_path: Path) -> None:
     for name, told in (
         ("../secret.glsl", "may not leave"),
         ("/etc/passwd", "may not leave"),
-        ("no.glsl", "there is no file"),
+        ("no.glsl", "there is no file 'no.glsl' in .*shaders"),
+        ("common", "pieces of three.js are not read"),
     ):
         with pytest.raises(KernelError, match=told):
             parse(f'#include "{name}"\n{main}', folder=inner)

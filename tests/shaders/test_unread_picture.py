@@ -31,6 +31,17 @@ def test_a_shader_that_never_reads_its_picture_is_as_large_as_that(tmp_path: Pat
             np.testing.assert_allclose(seen, 0.5, atol=3e-3)
 
 
+@pytest.mark.parametrize("name", ["isf.fs", "transition.glsl"])
+def test_its_earlier_frames_are_read_by_the_target_that_was_given(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).write_text(FILES[name])
+    into = pg.target("out", "rgba32f", scale=1.0)
+    drawn = pg.load_shader(tmp_path / name)(pg.Input("frame"), into=into, **given(name))
+    add = pg.kernel(source="def add(now: Image, before: Image) -> vec4: return now[0, 0] + before[0, 0]")
+    with pg.compile(add(drawn, pg.previous(into), into=pg.target("sum", "rgba32f"))) as program:
+        sums = [program(frame=np.zeros((2, 3, 4), np.float32))["sum"] for _ in range(2)]
+    np.testing.assert_allclose([one[1, 2, 0] for one in sums], [0.5, 1.0], atol=6e-3)
+
+
 def given(name: str) -> dict[str, float]:
     return {"progress": 0.5} if name == "transition.glsl" else {}
 

@@ -3,19 +3,19 @@
 Where rows begin, and what their ends hold, is found around them (code.py) and handed over in a frame (frame.py).
 """
 
-# mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from typing import Any
 
-from llvmlite import ir
-
+from passgraph.backends.numpy.machine import ir
+from passgraph.backends.numpy.machine.builder import IRBuilder
 from passgraph.backends.numpy.pixels.frame import Frame
 from passgraph.backends.numpy.pixels.layout import StageLayout, View
+from passgraph.backends.numpy.pixels.literals import Apart
 from passgraph.backends.numpy.vector.lane_body import LaneBody
 from passgraph.backends.numpy.vector.lanes import Lanes
-from passgraph.backends.numpy.vector.operations import BOOL, I32, I64
+from passgraph.backends.numpy.vector.operations import BOOL, F32, I32, I64
 from passgraph.backends.numpy.vector.stored import decoded, element, woven
 from passgraph.backends.numpy.vector.texels import neighbours
 from passgraph.language import scalar as s
@@ -33,14 +33,14 @@ def times(b: Lanes, value: Any, count: int) -> Any:
     return value if count == 1 else b.mul(value, number(count))
 
 
-def body_text(stage: StageLayout, name: str) -> str:
-    """A module with the function :data:`BODY` of a stage."""
+def body_text(stage: StageLayout, name: str, apart: Apart | None = None) -> str:
+    """A module with the function :data:`BODY` of a stage; ``apart``: one that finds its literals in memory."""
     module = ir.Module(name)
     function = ir.Function(module, BODY, name)
     # Nothing writes to the frame meanwhile.
     function.args[0].add_attribute("noalias")
-    b = Lanes(ir.IRBuilder(function.append_basic_block("entry")), stage.lanes)
-    Stretch(b, stage, function.args[0]).emit(*function.args[1:])
+    b = Lanes(IRBuilder(function), stage.lanes)
+    Stretch(b, stage, function.args[0], apart).emit(*function.args[1:])
     b.ret_void()
     return str(module)
 
@@ -55,7 +55,7 @@ class Entries(dict[str, Any]):
 
     def __missing__(self, name: str) -> Any:
         place = self.frame.places[name]
-        if name in ("floats", "ints") or name.endswith(tuple("0123456789")):
+        if name in ("floats", "ints", "literals") or name.endswith(tuple("0123456789")):
             made = self.row(place)
         else:
             with self.b.goto_entry_block():
@@ -81,9 +81,14 @@ class Entries(dict[str, Any]):
 class Stretch:
     """Emits the loop along a row."""
 
-    def __init__(self, b: Lanes, stage: StageLayout, frame: Any) -> None:
+    def __init__(self, b: Lanes, stage: StageLayout, frame: Any, apart: Apart | None) -> None:
         self.b, self.stage = b, stage
+        self.program = stage.program if apart is None else apart.program
         self.entries = Entries(b, stage.frame, frame)
+        #: By their values' numbers.
+        self.literals: dict[int, Any] = {}
+        for place in range(0 if apart is None else len(apart.literals)):
+            self.literals[-1 - place] = b.load_at(self.entries["literals"], number(place), F32, steady=True)
 
     def emit(self, y: Any, begin: Any, last: Any) -> None:
         """From number ``begin`` of the row to ``last``: a turn's worth at least.
@@ -145,7 +150,8 @@ class PixelBody(LaneBody):
         if apart or read & {"pixel.0", "pixel.1"}:
             given["pixel.0"] = b.add(b.trunc(at, I32), b.counting(I32))
             given["pixel.1"] = b.add(b.trunc(y, I32), ir.Constant(I32, row))
-        super().__init__(stage.program, b, given, entries, b.spread(ir.Constant(BOOL, 1)), stage.images)
+        super().__init__(place.program, b, given, entries, b.spread(ir.Constant(BOOL, 1)), stage.images)
+        self.values |= place.literals
         self.views = {(view.image, view.border): number for number, view in enumerate(stage.views)}
 
     def stored(self) -> list[Any]:

@@ -21,6 +21,13 @@ _STRUCTURED = (s.If, s.For, s.Read, s.Write, s.ReadAt, s.WriteAt, s.Break, s.Con
 Numbering: TypeAlias = dict[tuple[object, ...], int]
 
 
+def before_rounding(program: s.ScalarProgram) -> s.ScalarProgram:
+    """The program up to what is rounded to the targets' formats: machine code rounds as it stores."""
+    outputs = tuple(replace(output, values=output.unrounded) for output in program.outputs)
+    body = eliminate_dead(program.body, [value for output in outputs for value in output.values])
+    return replace(program, body=body, outputs=outputs)
+
+
 def single_channel(program: s.ScalarProgram, channels: tuple[int, ...]) -> s.ScalarProgram | None:
     """The program of one channel that stands for all, or None where the channels differ."""
     if len(program.outputs) != 1 or channels[0] < 2 or any(use.channels != channels[0] for use in program.images):
@@ -38,8 +45,7 @@ def single_channel(program: s.ScalarProgram, channels: tuple[int, ...]) -> s.Sca
         return None
     output = program.outputs[0]
     first = replace(output, values=output.values[:1], unrounded=output.unrounded[:1])
-    body = eliminate_dead(list(program.body), [*first.values, *first.unrounded])
-    return replace(program, body=body, outputs=(first,))
+    return replace(program, body=eliminate_dead(program.body, first.values), outputs=(first,))
 
 
 def selection(program: s.ScalarProgram, images: Sequence[Format], outputs: Sequence[Format]) -> s.ScalarProgram | None:
@@ -53,15 +59,12 @@ def selection(program: s.ScalarProgram, images: Sequence[Format], outputs: Seque
     (output,), (stored,) = program.outputs, outputs
     if any((held.number, held.steps) != (stored.number, stored.steps) for held in images):
         return None
-    body = eliminate_dead(list(program.body), list(output.unrounded))
-    for i in body:
+    for i in program.body:
         chooses = isinstance(i, s.Op) and i.on == "float" and i.operation in ("min", "max")
         reads = isinstance(i, s.LoadTexel) and i.relative
         if not (chooses or reads) or (chooses and any(isinstance(part, s.Lit) for part in s.operands_of(i))):
             return None
-    if not all(isinstance(value, s.Val) for value in output.unrounded):
-        return None
-    return replace(program, body=body, outputs=(replace(output, values=output.unrounded),))
+    return program if all(isinstance(value, s.Val) for value in output.values) else None
 
 
 def _shape(program: s.ScalarProgram, channel: int, result: s.Operand, numbering: Numbering) -> int | None:

@@ -9,15 +9,14 @@ A body is a function of its own that is called for each stretch of a row: passes
 compute, share what is here.
 """
 
-# mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from llvmlite import ir
-
+from passgraph.backends.numpy.machine import ir
+from passgraph.backends.numpy.machine.builder import IRBuilder
 from passgraph.backends.numpy.pixels.body import BODY, POINTER, number, times
 from passgraph.backends.numpy.pixels.frame import IMAGE
 from passgraph.backends.numpy.pixels.layout import Layout, StageLayout, View
@@ -31,7 +30,7 @@ def pixel_text(layout: Layout, name: str) -> str:
     """A module with ``pieces(context, own)``: both lead to entries as :class:`Layout` names them."""
     module = ir.Module(name)
     function = ir.Function(module, ir.FunctionType(ir.VoidType(), [POINTER, POINTER]), name)
-    b = Lanes(ir.IRBuilder(function.append_basic_block("entry")), layout.stages[0].lanes)
+    b = Lanes(IRBuilder(function), layout.stages[0].lanes)
     memory = {}
     for block, names in zip(function.args, ([*layout.fixed, *layout.bound], layout.own), strict=True):
         for place, entry in enumerate(names):
@@ -93,7 +92,6 @@ class StageRows:
         with b.goto_entry_block():
             self.behind = b.alloca(I64)
             self.entries = b.alloca(I64, number(self.frame.count))
-            self.entries.type = POINTER  # to entries of either kind
             #: Rows of each view that is read across; of others what the body reads is them.
             self.rows = [b.alloca(POINTER, number(view.rows)) if view.across else None for view in stage.views]
         self.turns: dict[int, Any] = {}
@@ -103,7 +101,7 @@ class StageRows:
         """What stays the same from row to row."""
         b, memory, n = self.b, self.memory, self.stage.number
         found = {name: memory[name] for name in ("width", "height")}
-        found |= {name: memory[f"{name}{n}"] for name in ("floats", "ints")}
+        found |= {name: memory[f"{name}{n}"] for name in ("floats", "ints", "literals")}
         for image in range(len(self.stage.program.images)):
             if image in self.stage.rings:
                 found |= {f"im{image}_w": memory["width"], f"im{image}_h": memory["height"]}
@@ -324,7 +322,6 @@ class StageRows:
         if slot not in self.turns:
             with b.goto_entry_block():
                 self.turns[slot] = b.alloca(element(stage.outputs[slot]), number(self._numbers(slot) * stage.rows))
-                self.turns[slot].type = POINTER
         kind = element(stage.outputs[slot])
         return b.gep(self.turns[slot], [b.mul(row, number(self._numbers(slot)))], True, source_etype=kind)
 

@@ -1,6 +1,5 @@
 """Bins of rows, counted (:class:`passgraph.plan.known.Counting`): each texel adds to its bin in a table."""
 
-# mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
 
 import ctypes
@@ -8,8 +7,8 @@ from collections.abc import Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from llvmlite import ir
-
+from passgraph.backends.numpy.machine import ir
+from passgraph.backends.numpy.machine.builder import IRBuilder
 from passgraph.backends.numpy.machine.native import function_code, lanes
 from passgraph.backends.numpy.machine.workers import Workers
 from passgraph.backends.numpy.vector.constants import zeros
@@ -30,7 +29,7 @@ TABLES = 4
 ROOM = MOST_BINS + 32
 #: Texels in one piece of work.
 PIECE = 65_536
-_CALL = ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 12)
+_CALL = ctypes.CFUNCTYPE(None, *[ctypes.c_int64] * 15)
 
 
 class Counts:
@@ -46,13 +45,13 @@ class Counts:
         return _CALL(self.code.address)
 
     def __call__(self, outputs: Sequence[Storage], images: Sequence[Storage], block: Block) -> None:
-        (image,), addresses = images, [output.address for output in outputs]
+        (image,), made = images, [number for output in outputs for number in (output.address, output.pitch)]
         each = max(1, PIECE // image.size[0])
 
         def piece(number: int) -> None:
             first = number * each
             end = min(first + each, self.rows)
-            self.function(*image.by_rows, *addresses, outputs[0].pitch, self.quarter, first, end)
+            self.function(*image.by_rows, *made, self.quarter, first, end)
 
         self.workers.each(piece, -(-self.rows // each))
 
@@ -60,13 +59,12 @@ class Counts:
 def counts_text(name: str, width: int) -> str:
     """A module with ``counts(picture…, outputs…, quarter, first, end)``: these rows, each to a row of the outputs."""
     module = ir.Module(name)
-    function = ir.Function(module, ir.FunctionType(ir.VoidType(), [I64] * 12), name)
-    b = Lanes(ir.IRBuilder(function.append_basic_block("entry")), width)
-    picture, across, down, pitch, *outputs, output_pitch, quarter, first, end = function.args
+    function = ir.Function(module, ir.FunctionType(ir.VoidType(), [I64] * 15), name)
+    b = Lanes(IRBuilder(function), width)
+    picture, across, down, pitch, *outputs, quarter, first, end = function.args
     bins = b.mul(quarter, _long(4))
     tables = b.alloca(I32, _long(TABLES * ROOM))
-    tables.type = ir.PointerType()  # to single numbers and to vectors
-    source, *made = (b.inttoptr(address, ir.PointerType()) for address in (picture, *outputs))
+    source, *made = (b.inttoptr(address, ir.PointerType()) for address in (picture, *outputs[::2]))
     with counting(b, first, end, _long(1)) as y:
         with counting(b, _long(0), b.add(bins, _long(1)), _long(width)) as entry:
             for table in range(TABLES):
@@ -74,8 +72,8 @@ def counts_text(name: str, width: int) -> str:
                 b.plain.store(zeros(b.vector(I32)), place, align=4)
         with b.if_then(b.icmp_signed("<", y, down)):  # below the picture nothing is counted
             _row(b, _place(b, source, b.mul(y, pitch), element(COUNTED)), across, bins, tables)
-        row = b.mul(b.mul(y, output_pitch), _long(4))
-        for part, target in enumerate(made):
+        for part, (target, apart) in enumerate(zip(made, outputs[1::2], strict=True)):
+            row = b.mul(b.mul(y, apart), _long(4))
             mine = _place(b, tables, b.mul(quarter, _long(part)), I32)
             _sums(b, mine, _place(b, target, row, F32), quarter)
     b.ret_void()

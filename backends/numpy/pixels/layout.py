@@ -9,7 +9,7 @@ from functools import cached_property, lru_cache
 
 from passgraph.backends.numpy.machine.memory import ROOM
 from passgraph.backends.numpy.pixels.chains import Stage, Work
-from passgraph.backends.numpy.pixels.channels import selection, single_channel
+from passgraph.backends.numpy.pixels.channels import before_rounding, selection, single_channel
 from passgraph.backends.numpy.pixels.frame import Frame
 from passgraph.backends.numpy.pixels.near import near_images, reach
 from passgraph.backends.numpy.storage import FLOAT
@@ -23,12 +23,16 @@ from passgraph.plan.footprint import Halo
 MAX_AT_ONCE = 400
 #: Rows at once at most: more need more registers than there are, and with four channels to a texel sooner.
 MAX_ROWS, MAX_ROWS_OF_PIXELS = 8, 4
+#: Lanes at least: of narrower vectors processors make no use.
+LEAST_LANES = 4
 #: Vectors side by side at most.
 MAX_VECTORS = 3
 #: Numbers of a row that are decoded at once: they stay in the level-1 cache.
 SEGMENT = 2048
 #: Columns of a row between its ends at least.
 NARROW = 16
+#: Columns of a slender picture at most, and pixels from which on its time is worth code of its own.
+SLENDER, MANY = 16, 1 << 14
 #: So often may a body read an image whose numbers it decodes itself.
 MAX_READS = 3
 #: What the context says of an image: where it begins, its width and height, pixels from row to row, the number of the
@@ -77,8 +81,12 @@ class StageLayout:
         return self.stage.channels
 
     @cached_property
+    def _whole(self) -> s.ScalarProgram:
+        return before_rounding(self.stage.step.program)
+
+    @cached_property
     def _single(self) -> s.ScalarProgram | None:
-        program = self.stage.step.program
+        program = self._whole
         # Texels that are read one by one are found by the numbers of pixels, not of channels.
         windows = all(use in near_images(program) for use in program.images if use.relative)
         return single_channel(program, self.channels) if windows else None
@@ -90,7 +98,7 @@ class StageLayout:
 
     @cached_property
     def _selection(self) -> s.ScalarProgram | None:
-        program = self._single or self.stage.step.program
+        program = self._single or self._whole
         flat = self._single is not None or {*self.channels, *(use.channels for use in program.images)} == {1}
         windows = len(near_images(program)) == len(program.images)
         if not flat or not windows or len(self.chain) > 1:
@@ -105,7 +113,7 @@ class StageLayout:
 
     @property
     def program(self) -> s.ScalarProgram:
-        return self._selection or self._single or self.stage.step.program
+        return self._selection or self._single or self._whole
 
     @cached_property
     def reach(self) -> Halo:
@@ -137,6 +145,17 @@ class StageLayout:
         """Images that a stage before makes: that stage, and which of its outputs."""
         return {image: (producer, slot) for image, producer, slot in self.stage.rings}
 
+    @property
+    def numbers(self) -> int:
+        """Of a whole row that its vectors go along: pixels, or channels where these are alike."""
+        return self.stage.step.size[0] * self.alike
+
+    @property
+    def is_slender(self) -> bool:
+        """Whether rows are so short and so many that code of its own is worth making; one code serves other widths."""
+        width, height = self.stage.step.size
+        return width <= SLENDER and width * height >= MANY
+
     @cached_property
     def _flat(self) -> bool:
         """Whether vectors hold consecutive numbers of memory."""
@@ -163,6 +182,8 @@ class StageLayout:
         """Vectors side by side that are made at once: they share what they read left and right."""
         left, right, _, _ = self.reach
         most = min(MAX_VECTORS, ROOM // self.lanes)
+        if self.is_slender:
+            most = max(1, min(most, self.numbers // self.lanes))
         return min(most, self._fitting) if self._flat and self.rows == 1 and left + right else 1
 
     @property
@@ -231,10 +252,9 @@ class StageLayout:
         around = self.stage.margin, self.stage.rings, len(self.program.images)
         return (*self._turn, *self.reach, *around, tuple(views), tuple(held))
 
-    @cached_property
-    def parts(self) -> tuple[str, ...]:
-        """What tells the body from all other."""
-        program = nameless(self.program)
+    def parts(self, program: s.ScalarProgram) -> tuple[str, ...]:
+        """What tells the body of this program, the stage's own or one of its numbers apart, from all other."""
+        program = nameless(program)
         held = [_held(format_) for format_ in (*self.images, *self.formats, *self.outputs)]
         views = [(v.image, v.border, v.rows, v.decodes) for v in self.views]
         builtins = [name for name, _ in program.builtins]
@@ -266,8 +286,8 @@ class Layout:
     def fixed(self) -> list[str]:
         """Names of the first entries of the context, the same at each run: what the pieces decide, where bodies are."""
         pitches = [f"pitch{stage.number}" for stage in self.stages[:-1]]
-        bodies = [f"body{stage.number}" for stage in self.stages]
-        return ["counter", "count", "columns", "tile", "band", "width", "height", "zeros", *pitches, *bodies]
+        own = [f"{what}{stage.number}" for what in ("literals", "body") for stage in self.stages]
+        return ["counter", "count", "columns", "tile", "band", "width", "height", "zeros", *pitches, *own]
 
     @property
     def bound(self) -> list[str]:
@@ -326,7 +346,12 @@ class _Step:
 
 @lru_cache(maxsize=64)
 def _layout(chain: tuple[Stage, ...], lanes: int) -> Layout:
-    stages = tuple(StageLayout(chain, number, lanes) for number in range(len(chain)))
+    wide = tuple(StageLayout(chain, number, lanes) for number in range(len(chain)))
+    # A turn that is wider than a row computes what nobody wants, and what is wanted of it is copied number by number.
+    if wide[-1].is_slender:
+        while lanes > max(LEAST_LANES, min(stage.numbers for stage in wide)):
+            lanes //= 2
+    stages = tuple(replace(stage, lanes=lanes) for stage in wide)
     if stages[-1].selects:
         stages = (StageLayout(chain, 0, lanes * 32 // stages[-1].formats[0].bits),)
     return Layout(stages)

@@ -1,12 +1,12 @@
 """Pictures from memory to memory and from one format's numbers to another's, by compiled code and all threads.
 
-What is moved is a pixel pass that computes nothing: loads decode, stores round, and channels may come in reverse, as
-programs that say BGR hold them.
+What is moved is a pixel pass that computes nothing: loads decode, stores round, channels may come in reverse, as
+programs that say BGR hold them, and some of each pixel's may be left, as in ``rgba[..., :3]``.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import Any
 
@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.backends.base import Block
+from passgraph.backends.numpy.machine.memory import rest_of_page
 from passgraph.backends.numpy.machine.workers import Workers
 from passgraph.backends.numpy.pixels.chains import Stage
 from passgraph.backends.numpy.pixels.runner import PixelRun
@@ -25,6 +26,8 @@ from passgraph.plan.footprint import Halo
 
 #: Numbers below which NumPy has moved a picture before compiled code is found.
 LEAST = 1 << 14
+#: Numbers of a pixel at most.
+MOST_CHANNELS = 4
 _NOTHING = Block(np.zeros(1, np.float32), np.zeros(1, np.int32))
 
 
@@ -41,12 +44,12 @@ class Move:
 
 
 @lru_cache(maxsize=8)
-def _program(channels: int, is_reversed: bool) -> s.ScalarProgram:
-    """``picture[0, 0]``, its channels in order or in reverse."""
+def _program(channels: int, held: int, is_reversed: bool) -> s.ScalarProgram:
+    """``picture[0, 0]``, the first channels of so many that it holds, in order or in reverse."""
     values = tuple(s.Val("float", channel) for channel in range(channels))
     zero, results = s.Lit("int", 0), values[::-1] if is_reversed else values
     load = s.LoadTexel(values, "picture", zero, zero, relative=True, border="clamp")
-    use = s.ImageUse("picture", channels, relative=True)
+    use = s.ImageUse("picture", held, relative=True)
     return s.ScalarProgram(
         "move", "pixel", (load,), (s.Output("moved", results, results),), None, (), (), (), (use,), ()
     )
@@ -60,7 +63,7 @@ class Moves:
         self._run = lru_cache(maxsize=32)(self._made)
 
     def _made(self, size: tuple[int, int], source: Format, target: Format, is_reversed: bool) -> PixelRun:
-        step = Move(_program(source.channels, is_reversed), size, (source,), (target,))
+        step = Move(_program(target.channels, source.channels, is_reversed), size, (source,), (target,))
         run = PixelRun.made((Stage(step, Halo(), ()),), self.workers)
         assert run is not None  # a pass by itself
         return run
@@ -69,11 +72,28 @@ class Moves:
         """The numbers of one format as those of another; arrays are (height, width, channels), with any strides."""
         if source.size >= LEAST:
             (one, other), is_reversed = _side_by_side(source, target)
-            read, written = adopted(one, held), adopted(other, wanted)
+            whole = _whole_pixels(one)
+            source_format = held if whole is one else replace(held, channels=whole.shape[2])
+            read, written = adopted(whole, source_format), adopted(other, wanted)
             if read is not None and written is not None:
-                self._run(read.size, held, wanted, is_reversed)((written,), ((read,),), (_NOTHING,))
+                self._run(read.size, source_format, wanted, is_reversed)((written,), ((read,),), (_NOTHING,))
                 return
         np.copyto(target, source if held.number == wanted.number else numbers_of(values_of(source, held), wanted))
+
+
+def _whole_pixels(array: NDArray[Any]) -> NDArray[Any]:
+    """The array, or where its pixels lie a few numbers apart, one that has these numbers as channels too."""
+    (_, width, channels), item = array.shape, array.itemsize
+    together, rest = divmod(array.strides[1], item)
+    side_by_side = channels == 1 or array.strides[2] == item
+    if width == 1 or rest or not side_by_side or not channels < together <= MOST_CHANNELS:
+        return array
+    # Nothing may be behind the last of them; what is still in its page may be read.
+    end = np.lib.array_utils.byte_bounds(array)[1]
+    if rest_of_page(end) < (together - channels) * item:
+        return array
+    strides = (array.strides[0], array.strides[1], item)
+    return np.lib.stride_tricks.as_strided(array, (*array.shape[:2], together), strides, writeable=False)
 
 
 def _side_by_side(source: NDArray[Any], target: NDArray[Any]) -> tuple[tuple[NDArray[Any], NDArray[Any]], bool]:

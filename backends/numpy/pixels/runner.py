@@ -11,10 +11,11 @@ import numpy as np
 
 from passgraph.backends.base import Block, FloatBlock
 from passgraph.backends.numpy.machine.memory import aligned_zeros
-from passgraph.backends.numpy.machine.native import function_code, lanes
+from passgraph.backends.numpy.machine.native import Code, function_code, lanes, place_among
 from passgraph.backends.numpy.machine.workers import Workers
 from passgraph.backends.numpy.pixels.chains import Stage, Tiling, pitch, tiling
 from passgraph.backends.numpy.pixels.layout import Layout, StageLayout
+from passgraph.backends.numpy.pixels.literals import MAX_IN_CODE, Apart, with_literals_apart
 from passgraph.language.scalar import work
 
 if TYPE_CHECKING:
@@ -33,10 +34,13 @@ class PixelRun:
     def __init__(self, chain: Sequence[Stage], tiles: Tiling, layout: Layout, workers: Workers) -> None:
         self.workers = workers
         self.code = function_code(layout.parts, lambda name: _text(layout, name))
-        self.bodies = [function_code(stage.parts, partial(_body_text, stage)) for stage in layout.stages]
+        found = [_body(stage) for stage in layout.stages]
+        self.bodies = [code for code, _ in found]
+        self.literals = [np.array(literals, np.float32) for _, literals in found]
         self.zeros = aligned_zeros(layout.zeros)
         fixed = [0, tiles.pieces, tiles.columns, tiles.width, tiles.rows, *chain[-1].step.size, self.zeros.ctypes.data]
-        fixed += [pitch(stage, tiles.width) for stage in chain[:-1]] + [0] * len(chain)
+        fixed += [pitch(stage, tiles.width) for stage in chain[:-1]]
+        fixed += [literals.ctypes.data for literals in self.literals] + [0] * len(chain)
         self.context = np.zeros(len(fixed) + len(layout.bound), np.int64)
         self.context[: len(fixed)] = fixed
         self.begin = len(fixed)
@@ -102,6 +106,16 @@ class _Own:
         self.address = self.entries.ctypes.data
 
 
+def _body(stage: StageLayout) -> tuple[Code, tuple[float, ...]]:
+    """The body of a stage; the literals that it finds in memory, where the plan has many like it."""
+    apart = with_literals_apart(stage.program)
+    if apart is not None:
+        parts = stage.parts(apart.program)
+        if place_among(parts, apart.literals) >= MAX_IN_CODE:
+            return function_code(parts, partial(_body_text, stage, apart)), apart.literals
+    return function_code(stage.parts(stage.program), partial(_body_text, stage, None)), ()
+
+
 def _text(layout: Layout, name: str) -> str:
     """What writes code is loaded only where there is some to compile."""
     from passgraph.backends.numpy.pixels.code import pixel_text
@@ -109,10 +123,10 @@ def _text(layout: Layout, name: str) -> str:
     return pixel_text(layout, name)
 
 
-def _body_text(stage: StageLayout, name: str) -> str:
+def _body_text(stage: StageLayout, apart: Apart | None, name: str) -> str:
     from passgraph.backends.numpy.pixels.body import body_text
 
-    return body_text(stage, name)
+    return body_text(stage, name, apart)
 
 
 def _places(stage: StageLayout) -> list[tuple[int, bool]]:

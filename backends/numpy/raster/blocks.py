@@ -1,13 +1,11 @@
 """Pictures in blocks of pixels: a vector holds a few columns of one row, or of four."""
 
-# mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Any
 
-from llvmlite import ir
-
+from passgraph.backends.numpy.machine import ir
 from passgraph.backends.numpy.vector.constants import blank, lanes_of, zeros
 from passgraph.backends.numpy.vector.lanes import Lanes
 from passgraph.backends.numpy.vector.operations import I32

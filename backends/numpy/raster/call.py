@@ -9,7 +9,7 @@ from llvmlite import ir
 from numba import types
 from numba.extending import intrinsic
 
-from passgraph.backends.numpy.vector.operations import I64
+_I64 = ir.IntType(64)
 
 
 @intrinsic
@@ -18,7 +18,7 @@ def pg_take(typing_context: Any, counter: Any) -> Any:
 
     def generate(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
         array = context.make_array(signature.args[0])(context, builder, arguments[0])
-        return builder.atomic_rmw("add", array.data, ir.Constant(I64, 1), "monotonic")
+        return builder.atomic_rmw("add", array.data, ir.Constant(_I64, 1), "monotonic")
 
     return types.int64(counter), generate
 
@@ -31,7 +31,7 @@ def pg_soon(typing_context: Any, array: Any, row: Any) -> Any:
         kind = signature.args[0]
         made = context.make_array(kind)(context, builder, arguments[0])
         step = builder.extract_value(made.strides, 0)
-        start = builder.ptrtoint(made.data, I64)
+        start = builder.ptrtoint(made.data, _I64)
         place = builder.inttoptr(builder.add(start, builder.mul(arguments[1], step)), ir.PointerType())
         name, number = "llvm.prefetch.p0", ir.IntType(32)
         declared = ir.FunctionType(ir.VoidType(), [ir.PointerType(), number, number, number])

@@ -1,13 +1,12 @@
 """A fragment kernel in vectors, and what it and the rest of its draw find in memory."""
 
-# mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from llvmlite import ir
-
+from passgraph.backends.numpy.machine import ir
+from passgraph.backends.numpy.machine.builder import IRBuilder
 from passgraph.backends.numpy.machine.native import lanes
 from passgraph.backends.numpy.raster.layout import is_of_triangle
 from passgraph.backends.numpy.vector.lane_body import LaneBody
@@ -75,7 +74,7 @@ class Fragments:
         self.module = ir.Module(name)
         kind = ir.FunctionType(ir.VoidType(), [ir.PointerType()] * pointers + [I64] * numbers)
         self.function = ir.Function(self.module, kind, name)
-        self.builder = Lanes(ir.IRBuilder(self.function.append_basic_block("entry")), lanes())
+        self.builder = Lanes(IRBuilder(self.function), lanes())
         self.memory: dict[str, Any] = {}
         builtins = [] if self.program is None else [name for name, _ in self.program.builtins]
         #: Builtins that depend on the triangle.

@@ -1,13 +1,11 @@
 """Fragments that depend on those below them: stencil and depth tests, updates, blending and masks, in vectors."""
 
-# mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
 
 from collections.abc import Callable
 from typing import Any
 
-from llvmlite import ir
-
+from passgraph.backends.numpy.machine import ir
 from passgraph.backends.numpy.machine.native import Code, function_code
 from passgraph.backends.numpy.raster.blocks import Blocks
 from passgraph.backends.numpy.raster.entries import SPAN_ROWS
@@ -71,7 +69,7 @@ class _Merge(Fragments):
         context, spans, self.triangle, left, top, bottom, clear = self.function.args
         for given in (spans, self.triangle):
             given.add_attribute("noalias")
-        self.triangle.attributes.dereferenceable = 8 * plane_numbers(self.step)
+        self.triangle.add_attribute(f"dereferenceable({8 * plane_numbers(self.step)})")
         self.memory = self.found_in(context)
         left, top, bottom = (b.trunc(number, I32) for number in (left, top, bottom))
         with b.if_else(b.icmp_signed("!=", clear, ir.Constant(I64, 0))) as (clears, draws):

@@ -1,12 +1,10 @@
 """What triangles' numbers (layout.py) say at the pixels of a vector."""
 
-# mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
 
 from typing import Any
 
-from llvmlite import ir
-
+from passgraph.backends.numpy.machine import ir
 from passgraph.backends.numpy.raster.layout import DEPTH, EDGE1, EDGE2, FRONT, NEARNESS, PLANES, TO_Y, VARYINGS
 from passgraph.backends.numpy.vector.lanes import Lanes
 from passgraph.backends.numpy.vector.operations import F32, F64, I32

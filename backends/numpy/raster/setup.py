@@ -16,8 +16,6 @@ from passgraph.backends.numpy.machine.jit import compiled
 from passgraph.backends.numpy.raster.entries import CORNER_LISTS, MAX_CORNERS, NEW_VERTICES
 from passgraph.backends.numpy.raster.layout import TILE
 
-#: Window coordinates carry 8 bits below the pixel.
-SUBPIXEL = 256
 #: No corner is drawn farther than this many half-screens from the centre: twice the guard band.
 FARTHEST = 16.0
 
@@ -45,6 +43,7 @@ def _project(
             code |= NOT_FINITE
         codes[v] = code
         if w > 0:
+            # Window coordinates carry 8 bits below the pixel.
             window_x[v] = np.int32(min(max(np.rint((x / w * 0.5 + 0.5) * width * 256.0), -1.0e9), 1.0e9))
             window_y[v] = np.int32(min(max(np.rint((0.5 - y / w * 0.5) * height * 256.0), -1.0e9), 1.0e9))
             depth[v] = z / w * 0.5 + 0.5

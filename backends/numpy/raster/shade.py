@@ -3,13 +3,11 @@
 Only draws whose fragments do not depend on one another are shaded so; the rest go through merge.py.
 """
 
-# mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
 
 from typing import Any
 
-from llvmlite import ir
-
+from passgraph.backends.numpy.machine import ir
 from passgraph.backends.numpy.machine.native import Code, function_code
 from passgraph.backends.numpy.raster.kernel import Fragments, kernel_parts
 from passgraph.backends.numpy.raster.layout import TILE

@@ -1,6 +1,5 @@
 """The vertex stage of a draw: clip coordinates and varyings of a stretch of vertices."""
 
-# mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
 
 import ctypes
@@ -9,9 +8,10 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from llvmlite import ir
 
 from passgraph.backends.base import ATTRIBUTES, Block
+from passgraph.backends.numpy.machine import ir
+from passgraph.backends.numpy.machine.builder import IRBuilder
 from passgraph.backends.numpy.machine.native import function_code, lanes
 from passgraph.backends.numpy.raster.kernel import found_in, image_names, image_sizes
 from passgraph.backends.numpy.vector.lane_body import LaneBody
@@ -69,7 +69,7 @@ def _text(step: DrawStep, name: str) -> str:
     module = ir.Module(name)
     kind = ir.FunctionType(ir.VoidType(), [ir.PointerType(), I64, I64])
     function = ir.Function(module, kind, name)
-    b = Lanes(ir.IRBuilder(function.append_basic_block("entry")), lanes())
+    b = Lanes(IRBuilder(function), lanes())
     context, first, last = function.args
     memory = found_in(b, context, _context_names(step))
     with counting(b, first, last, ir.Constant(I64, b.lanes)) as at:

@@ -1,23 +1,20 @@
 """Constant vectors, written down once and short: in long kernels most of LLVM's text would be numbers."""
 
-# mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
 
-from llvmlite import ir
+from passgraph.backends.numpy.machine import ir
 
 
-class Written(ir.Constant):  # type: ignore[misc]
+class Written(ir.Constant):
     """A constant whose text is known; ``numbers`` are those of each lane, where they are told apart."""
 
     def __init__(self, kind: Any, text: str, numbers: Sequence[Any] = ()) -> None:
-        self.type, self.constant, self.text = kind, numbers, text
-
-    def _get_reference(self) -> str:
-        return self.text
+        ir.Value.__init__(self, kind, text)
+        self.constant = numbers
 
 
 def same(kind: Any, value: Any) -> Written:

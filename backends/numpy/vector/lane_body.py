@@ -3,14 +3,13 @@
 LLVM's own vectoriser gives up on loops and branches inside a loop over pixels; here it need not find anything out.
 """
 
-# mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Any
 
-from llvmlite import ir
-
+from passgraph.backends.numpy.machine import ir
+from passgraph.backends.numpy.vector.called import called
 from passgraph.backends.numpy.vector.constants import zeros
 from passgraph.backends.numpy.vector.lanes import Lanes, border, is_vector, offset_within
 from passgraph.backends.numpy.vector.operations import BOOL, F32, HELD, I8, I32, I64, TYPES, constant, emit_operation
@@ -20,6 +19,7 @@ from passgraph.backends.numpy.vector.windows import Window, windows_of
 from passgraph.formats import Format
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS
+from passgraph.language.repeated import repeated
 
 #: Branches with more instructions than this, or with loops, are jumped over where no lane takes them.
 MAX_UNCONDITIONAL = 12
@@ -38,9 +38,11 @@ class LaneBody:
         self.values: dict[int, Any] = {}
         self.tables: dict[str, Any] = {}
         self.windows = windows_of(program)
+        self.calls = repeated(program)
+        self.called: set[int] = set()  # values that are inside functions
         self.slots = {name: self._slot(TYPES[kind]) for name, kind in program.variables}
         self.arrays = {name: self._array(HELD[kind], length) for name, kind, length in program.arrays}
-        self.straight = is_straight(program)
+        self.straight = s.is_straight(program)
         self.all, self.mask = mask, None  # lanes at work, first and later
         if not self.straight:
             self.mask = self._slot(BOOL)
@@ -64,11 +66,24 @@ class LaneBody:
         for instruction in instructions:
             if self.builder.block.is_terminated:
                 return
+            if isinstance(instruction, (s.Op, s.Choose)) and self._is_called(instruction):
+                continue
             if self.straight and self._is_steady(instruction):
                 with self.builder.goto_entry_block():
                     self.emit(instruction)
             else:
                 self.emit(instruction)
+
+    def _is_called(self, i: s.Op | s.Choose) -> bool:
+        """Whether an instruction is part of a call, which is made where its first one stands."""
+        call = self.calls.get(i.to.id)
+        if call is not None:
+            given = [self.operand(value) for value in call.given]
+            if any(map(is_vector, given)):  # of one number for all pixels what it computes is little work
+                self.called.update(made.to.id for made in call.instructions)
+                found = called(self.builder, call, given)
+                self.values |= {value.id: result for value, result in zip(call.wanted, found, strict=True)}
+        return i.to.id in self.called
 
     def _is_steady(self, i: s.Instruction) -> bool:
         """Whether an instruction of a straight program gives one number for all pixels, found before their loop."""
@@ -184,9 +199,7 @@ class LaneBody:
             kind, values = next((kind, values) for name, kind, values in self.program.tables if name == i.table)
             entries = [constant(s.Lit(kind, value)) for value in values]
             array = ir.Constant(ir.ArrayType(TYPES[kind], len(values)), entries)
-            held = ir.GlobalVariable(b.module, array.type, b.module.get_unique_name("table"))
-            held.linkage, held.global_constant, held.initializer = "internal", True, array
-            self.tables[i.table] = held
+            self.tables[i.table] = ir.GlobalVariable(b.module, array)
         return self._entry(self.tables[i.table], self.operand(i.index), TYPES[i.to.type])
 
     def texel(self, i: s.LoadTexel) -> None:
@@ -222,7 +235,7 @@ class LaneBody:
             b.icmp_signed(">=", x, least), b.icmp_signed("<", x, b.sub(width, ir.Constant(I32, max(0, high))))
         )
         together, apart, behind = (b.append_basic_block(name) for name in ("together", "apart", "behind"))
-        b.cbranch(b.all(b.or_(inside, b.not_(self._at_work()))), together, apart).set_weights([1000, 1])
+        b.cbranch(b.all(b.or_(inside, b.not_(self._at_work()))), together, apart, (1000, 1))
         b.position_at_end(together)
         start = b.add(b.select(inside, x, least), ir.Constant(I32, low))
         held = self.held[number]
@@ -338,11 +351,6 @@ class LaneBody:
         b.branch(check)
         b.position_at_end(behind)
         b.store(before, self.mask)
-
-
-def is_straight(program: s.ScalarProgram) -> bool:
-    """Whether all instructions of a program run once, one after another, and what they name is never written again."""
-    return not program.variables and not program.arrays and not any(isinstance(i, (s.If, s.For)) for i in program.body)
 
 
 def _leaves(body: tuple[s.Instruction, ...]) -> bool:

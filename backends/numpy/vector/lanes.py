@@ -5,7 +5,6 @@ it is spread.  So the emitters of single operations (operations.py) serve both, 
 more.
 """
 
-# mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
@@ -13,8 +12,7 @@ from contextlib import contextmanager
 from functools import partial
 from typing import Any
 
-from llvmlite import ir
-
+from passgraph.backends.numpy.machine import ir
 from passgraph.backends.numpy.vector.constants import blank, lanes_of, same
 from passgraph.backends.numpy.vector.operations import BOOL, I32
 from passgraph.formats import Format
@@ -38,7 +36,7 @@ class Lanes:
     def __init__(self, builder: Any, lanes: int) -> None:
         self.plain, self.lanes = builder, lanes
         self.reads = 0  # of scattered texels so far
-        #: What is known where the function begins, in every lane.
+        #: In every lane: what is known where the function begins, and in a block what is found in it.
         self._spread: dict[Any, Any] = {}
         #: Of numbers decoded from whole ones these, and their format: stored there again they are what they were.
         self.undecoded: dict[Any, tuple[Any, Format]] = {}
@@ -117,9 +115,11 @@ class Lanes:
         kind = self.vector(value.type)
         if type(value) is ir.Constant:
             return same(kind, value)
-        entry = self.plain.function.entry_basic_block
-        if getattr(value, "parent", None) is not entry or self.plain.block is entry:
-            return self._in_every_lane(value, kind)
+        entry, here = self.plain.function.entry_basic_block, self.plain.block
+        if getattr(value, "parent", None) is not entry or here is entry:
+            if (value, here) not in self._spread:
+                self._spread[value, here] = self._in_every_lane(value, kind)
+            return self._spread[value, here]
         # Once for all loops.
         if value not in self._spread:
             with self.goto_entry_block():
@@ -155,15 +155,10 @@ class Lanes:
         ``steady``: nothing writes there meanwhile, so that LLVM may load once for many uses.
         """
         if not is_vector(index):
-            loaded = self.plain.load(
-                self.plain.gep(pointer, [index], True, source_etype=kind), typ=kind, align=_size(kind)
-            )
-            if steady:
-                loaded.set_metadata("invariant.load", self.plain.module.add_metadata([]))
-            return loaded
+            place = self.plain.gep(pointer, [index], True, source_etype=kind)
+            return self.plain.load(place, typ=kind, align=_size(kind), steady=steady)
         vector, pointers = self.vector(kind), self.vector(ir.PointerType())
         places = self.plain.gep(pointer, [index], True, source_etype=kind)
-        places.type = pointers
         name = f"llvm.masked.gather.v{self.lanes}{_LETTERS[str(kind)]}.v{self.lanes}p0"
         gather = self.intrinsic(name, vector, [pointers, I32, self.vector(BOOL), vector])
         which = self.spread(ir.Constant(BOOL, 1) if mask is None else mask)
@@ -182,7 +177,6 @@ class Lanes:
         """``pointer[index] = value`` in the lanes of the mask."""
         vector, pointers = self.vector(kind), self.vector(ir.PointerType())
         places = self.plain.gep(pointer, [index], True, source_etype=kind)
-        places.type = pointers
         name = f"llvm.masked.scatter.v{self.lanes}{_LETTERS[str(kind)]}.v{self.lanes}p0"
         scatter = self.intrinsic(name, ir.VoidType(), [vector, pointers, I32, self.vector(BOOL)])
         self.plain.call(scatter, [self.spread(value), places, ir.Constant(I32, _size(kind)), mask])

@@ -7,8 +7,8 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from llvmlite import ir
 
+from passgraph.backends.numpy.machine import ir
 from passgraph.language import scalar as s
 
 F32, F64, I32, I64, BOOL = ir.FloatType(), ir.DoubleType(), ir.IntType(32), ir.IntType(64), ir.IntType(1)

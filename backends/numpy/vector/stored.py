@@ -1,14 +1,13 @@
 """Numbers as formats hold them in memory, and the float32 that a kernel computes with: loads decode, stores round."""
 
-# mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from llvmlite import ir
 
+from passgraph.backends.numpy.machine import ir
 from passgraph.backends.numpy.vector.constants import blank, lanes_of
 from passgraph.backends.numpy.vector.lanes import Lanes, is_vector
 from passgraph.backends.numpy.vector.operations import F32, I32

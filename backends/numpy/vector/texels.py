@@ -1,14 +1,13 @@
 """Texels of many pixels at once: neighbours in a row, or anywhere in a picture; one vector a channel."""
 
-# mypy: disable-error-code="no-untyped-call"
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import Any
 
-from llvmlite import ir
-
+from passgraph.backends.numpy.machine import ir
+from passgraph.backends.numpy.machine.builder import IRBuilder
 from passgraph.backends.numpy.storage import FLOAT
 from passgraph.backends.numpy.vector.constants import blank, lanes_of
 from passgraph.backends.numpy.vector.lanes import Lanes
@@ -78,7 +77,7 @@ def scattered(
         function = ir.Function(module, ir.FunctionType(made, [picture.type, pixels.type]), name)
         function.linkage = "internal"
         function.attributes.add("noinline" if rarely else "alwaysinline")
-        inner = Lanes(ir.IRBuilder(function.append_basic_block("entry")), b.lanes)
+        inner = Lanes(IRBuilder(function), b.lanes)
         packed = blank(made)
         where, which = function.args
         put_together = _floats if held.number == FLOAT.number else partial(_words, held)

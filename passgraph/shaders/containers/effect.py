@@ -76,7 +76,14 @@ class ShaderEffect:
     build: Build = field(repr=False)
     constants: frozenset[str] = frozenset()
 
-    def __call__(self, *pictures: Target, into: TargetSpec | None = None, **given: Any) -> Target:
+    def __post_init__(self) -> None:
+        if "into" in (*self.images, *self.parameters):
+            raise InputError(
+                f"{self.file}: calls a parameter or picture 'into', as effects call the target that they draw into; "
+                "give it another name"
+            )
+
+    def __call__(self, /, *pictures: Target, into: TargetSpec | None = None, **given: Any) -> Target:
         """The graph of the shader's passes.
 
         Raises
@@ -118,7 +125,8 @@ class ShaderEffect:
             return made
         # A shader that never reads its picture is as large as that all the same.
         made = self.build(named, values, replace(written, name=f"{written.name}.drawn"))
-        return shown_beside(made, [frame], replace(written, size=None))
+        # Some containers say themselves how large the result is.
+        return shown_beside(made, [frame], written if made.spec.size == written.size else replace(written, size=None))
 
 
 def checked(effect: ShaderEffect, name: str, value: Any) -> Any:

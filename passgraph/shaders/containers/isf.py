@@ -128,7 +128,7 @@ class _Graph:
                     given[name] = previous(last[name])
                 else:
                     given[name] = handle_or_black(pictures.get(name) or self.imported.get(name))
-            drawn.append(kernel(into=spec, **given))
+            drawn.append(kernel.called(given, spec))
             if one.target:
                 held[one.target] = drawn[-1]
         return drawn

@@ -139,7 +139,7 @@ def _built(
                 given[name] = values.get(
                     name, parameter.default if parameter.has_default else zero_of_type(parameter.type)
                 )
-        result = step.kernel(into=spec, **given)
+        result = step.kernel.called(given, spec)
         made.append(_read_as(result, steps[number].told) if number < len(steps) else result)
     return made[-1]
 

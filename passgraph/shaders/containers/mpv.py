@@ -268,7 +268,7 @@ def _add_pass(
         side_formula(one.block.first(side, f"HOOKED.{side[0].lower()}"), sizes, f"{where}: {side}", numbers)
         for side in ("WIDTH", "HEIGHT")
     )
-    known = {**uniforms, **chain.held, **{f"pg_of_{texture}": held for texture, held in chain.held.items()}}
+    known = {**chain.held, **{f"pg_of_{texture}": held for texture, held in chain.held.items()}, **uniforms}
     known |= {"pg_of_HOOKED": hooked, f"pg_of_{one.hook}": hooked, "pg_offset": chain.offsets[own]}
     known |= {"pg_frame_before": frame, "pg_frame_now": chain.held["OUTPUT"]}
     given: dict[str, Any] = {}
@@ -277,7 +277,7 @@ def _add_pass(
             name = parameter.name.removeprefix("pg_of_")
             raise InputError(f"{where}: //!BIND {name}: no pass before has saved it")
         given[parameter.name] = known[parameter.name]
-    made = one.kernel(into=_spec(target_name, (width, height)), **given)
+    made = one.kernel.called(given, _spec(target_name, (width, height)))
     saved = one.block.first("SAVE", one.hook)
     if saved != one.hook:
         chain.keep([saved], made, (width, height))

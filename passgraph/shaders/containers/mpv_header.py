@@ -97,7 +97,7 @@ def read_blocks(text: str, file: str) -> list[MpvBlock]:
                 raise InputError(f"{file}:{number}: {_REFUSED[name]} (//!{name}) is not read here\n    {line}")
             if name not in _KNOWN:
                 raise InputError(f"{file}:{number}: //!{name} is no directive of mpv's\n    {line}")
-            if name in _NAMES and re.fullmatch(r"(?!gl_|pg_)[A-Za-z_]\w*", value) is None:
+            if name in _NAMES and re.fullmatch(r"(?!gl_|pg_)[A-Za-z_]\w*", value, re.ASCII) is None:
                 raise InputError(
                     f"{file}:{number}: //!{name} is a name that shaders can write, got {value!r}\n    {line}"
                 )

@@ -259,5 +259,5 @@ def _drawn(
                 picture = made[source.buffer] if source.buffer < number else previous(specs[source.buffer])
             black = handle_or_black(picture)
             named[name] = black if source is None else source.reading(black)
-        made.append(one.kernel(into=specs[number], **named))
+        made.append(one.kernel.called(named, specs[number]))
     return made

@@ -25,6 +25,8 @@ vec4 getToColor(vec2 uv) { return texture2D(pg_to, uv); }
 _BEHIND = "void pg_main() { gl_FragColor = transition(pg_position); }"
 #: ``uniform float size; // = 0.1`` says a default behind its end, and may say more behind another one.
 _DEFAULT = re.compile(r"^(\s*uniform\s[^;/]*);(\s*)//(\s*=[^;\n]*)(?:;[ \t]*(?://.*)?)?$", re.MULTILINE)
+#: ``uniform int steps /* = 50 */;`` says it before its end.
+_DEFAULT_WITHIN = re.compile(r"^(\s*uniform\s[^;/]*)/\*(\s*=(?:(?!\*/)[^;\n])*)\*/([ \t]*;)", re.MULTILINE)
 #: A shader may have a variable of this name, so that it is no macro.
 _VALUES = {"ratio": aspect}
 _PICTURES = {"from": "pg_from", "to": "pg_to"}
@@ -45,6 +47,7 @@ def read_transition(text: str, path: Path) -> ShaderEffect:
     """
     # The default moves into the declaration, and everything before it stays in its column.
     told = _DEFAULT.sub(lambda m: f"{m[1]} {m[2]}  {m[3]};", text)
+    told = _DEFAULT_WITHIN.sub(r"\1  \2  \3", told)
     shader = parse(
         told, name=name_of(path), file=str(path), entry="pg_main", prelude=_BEFORE, postlude=_BEHIND, values=_VALUES
     )
@@ -62,7 +65,7 @@ def read_transition(text: str, path: Path) -> ShaderEffect:
     def build(pictures: Mapping[str, Target], values: Mapping[str, Any], into: TargetSpec) -> Target:
         named = {own: pictures.get(name) for name, own in _PICTURES.items()} | {n: pictures.get(n) for n in others}
         given: dict[str, Any] = {name: handle_or_black(picture) for name, picture in named.items()} | dict(values)
-        return kernel(into=into, **{name: value for name, value in given.items() if name in used})
+        return kernel.called({name: value for name, value in given.items() if name in used}, into)
 
     author = re.search(r"^\s*//\s*[Aa]uthors?\s*:\s*(.+)$", text, re.MULTILINE)
     credit = author[1].strip() if author else ""

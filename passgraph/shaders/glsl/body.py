@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 from functools import partial
+from itertools import chain
 
 from passgraph.language import ir
 from passgraph.language.buffers import check_local
@@ -17,7 +18,7 @@ from passgraph.language.values import ImageValue, Part
 from passgraph.language.variables import new_variable, read_variable
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.builtins import overloads
-from passgraph.shaders.glsl.elsewhere import elsewhere
+from passgraph.shaders.glsl.elsewhere import elsewhere, mending
 from passgraph.shaders.glsl.expressions import Expressions
 from passgraph.shaders.glsl.places import Place, read_place, write_place
 from passgraph.shaders.glsl.statements import Statements
@@ -58,8 +59,10 @@ class Body:
         if found is None and name in self.unit.missing:
             fail(span, self.unit.missing[name])
         if found is None:
-            known = "it is a function; call it" if name in self.unit.functions else "declare it before"
-            fail(span, elsewhere(name) or f"{name!r} is not defined here; {known}")
+            if name in self.unit.functions:
+                fail(span, f"{name!r} is not defined here; it is a function; call it")
+            known = mending(name, (*chain(*self.scopes), *self.unit.names, *self.unit.values))
+            fail(span, elsewhere(name) or f"{name!r} is not defined here{known or '; declare it before'}")
         return found
 
     def bind(self, name: str, binding: Binding) -> None:

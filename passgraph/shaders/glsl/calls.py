@@ -14,8 +14,9 @@ from passgraph.language.types import INT, Array, Matrix, Scalar, Struct, Type, V
 from passgraph.language.values import ImageChoice, Part, StructValue, construct, part_type, swizzle
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.builtins import BUILTINS, overloads
-from passgraph.shaders.glsl.elsewhere import elsewhere
+from passgraph.shaders.glsl.elsewhere import elsewhere, mending
 from passgraph.shaders.glsl.operators import plain
+from passgraph.shaders.glsl.parse_expressions import TYPES
 from passgraph.shaders.glsl.places import Place, place_of, read_place
 from passgraph.shaders.glsl.typing import cost_of, fitted
 
@@ -75,7 +76,11 @@ class Calls:
         if functions:
             counts = sorted({len(f.parameters) for f in functions})
             fail(span, f"{node.name} takes {' or '.join(map(str, counts))} arguments, got {len(node.arguments)}")
-        fail(span, elsewhere(node.name) or f"there is no function {node.name!r}")
+        fail(span, elsewhere(node.name) or f"there is no function {node.name!r}{self._near(node.name)}")
+
+    def _near(self, name: str) -> str:
+        unit = self.body.unit
+        return mending(name, (*unit.functions, *unit.natives, *unit.structs, *BUILTINS, *TYPES))
 
     def _arguments(self, node: g.Call, candidates: list[g.Function]) -> list[Part | Place]:
         """Values, and places where a function may write to."""

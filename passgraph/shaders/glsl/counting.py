@@ -156,13 +156,20 @@ def _combined(operation: str, of_floats: bool, parts: Sequence[_Amount]) -> _Amo
     if not any(part.follows for part in parts):
         found = of_operation(operation, of_floats, ranges)
         return _UNKNOWN if found is None else _Amount(found)
-    # What follows the counter still does where a number is added; of what that rounds the loop's count takes care.
+    # What follows the counter still does where a number is added.
     a, b = ranges if len(ranges) == 2 else (ANY_FLOAT, ANY_FLOAT)
     if operation == "add" and not (parts[0].follows and parts[1].follows):
-        return _Amount(Range(a.low + b.low, a.high + b.high, a.nan or b.nan), follows=True)
+        return _following(a.low + b.low, a.high + b.high, a.nan or b.nan, of_floats)
     if operation == "sub" and not parts[1].follows:
-        return _Amount(Range(a.low - b.high, a.high - b.low, a.nan or b.nan), follows=True)
+        return _following(a.low - b.high, a.high - b.low, a.nan or b.nan, of_floats)
     return _UNKNOWN
+
+
+def _following(low: float, high: float, nan: bool, of_floats: bool) -> _Amount:
+    """What lies so far above the counter, with what a float sum loses; of what the counter adds to that the loop's
+    count takes care."""
+    lost = _LOST * max(abs(low), abs(high)) if of_floats else 0.0
+    return _Amount(Range(low - lost, high + lost, nan), follows=True)
 
 
 def _bounded(
@@ -185,8 +192,8 @@ def _bounded(
             step, last = after.held[update.name][i], tests[-1]
             assert isinstance(last, ir.Assign)
             is_int = element_of(update.value.type) is INT
-            for grows, end in _ends(last.value, tested):
-                trips = _trips(first.range, end, step, grows, is_int)
+            for grows, end, aside in _ends(last.value, tested):
+                trips = _trips(first.range, end, aside, step, grows, is_int)
                 if trips is not None:
                     within = Range(first.range.low, max(first.range.low, end)) if grows else Range(
                         min(first.range.high, end), first.range.high)  # fmt: skip
@@ -194,8 +201,9 @@ def _bounded(
     return None
 
 
-def _ends(condition: ir.Expr, amounts: _Amounts) -> Iterator[tuple[bool, float]]:
-    """Numbers beyond which a condition does not hold: whether it holds below, and the farthest."""
+def _ends(condition: ir.Expr, amounts: _Amounts) -> Iterator[tuple[bool, float, float]]:
+    """Numbers beyond which a condition does not hold: whether it holds below, the farthest, and how far from the
+    counter at most lies what is compared."""
     if not isinstance(condition, ir.Apply):
         return
     if condition.operation == "logical_and":
@@ -212,21 +220,23 @@ def _ends(condition: ir.Expr, amounts: _Amounts) -> Iterator[tuple[bool, float]]
         left, right, operation = right, left, MIRRORED[operation]
     if left.follows and not right.follows:
         grows = operation.startswith("less")
-        yield grows, right.range.high - left.range.low if grows else right.range.low - left.range.high
+        end = right.range.high - left.range.low if grows else right.range.low - left.range.high
+        yield grows, end, max(abs(left.range.low), abs(left.range.high))
 
 
-def _trips(first: Range, end: float, step: _Amount, grows: bool, is_int: bool) -> int | None:
-    """The most steps from where a counter may begin to an end."""
+def _trips(first: Range, end: float, aside: float, step: _Amount, grows: bool, is_int: bool) -> int | None:
+    """The most steps from where a counter may begin to an end, where what lies ``aside`` of it is compared."""
     if not step.follows or first.nan or step.range.nan:
         return None
     by = step.range if grows else Range(-step.range.high, -step.range.low)
     way = end - first.low if grows else first.high - end
-    least = by.low
+    least, farthest = by.low, max(abs(end), abs(first.low), abs(first.high))
     if is_int:
-        if max(abs(end), abs(first.low), abs(first.high)) + by.high > INT_MAX:
+        if farthest + by.high + aside > INT_MAX:  # begun anew at the other end of all ints
             return None
     else:
-        least -= _LOST * max(abs(end), abs(first.low), abs(first.high))
+        least -= _LOST * farthest
+        way += _LOST * farthest
     if not (math.isfinite(way) and least > 0):
         return None
     trips = max(0, math.floor(way / least * (1 + _LOST)) + 1)

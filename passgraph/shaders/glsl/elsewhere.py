@@ -1,8 +1,10 @@
-"""Words of other stages: what is refused by the name of the stage that it belongs to."""
+"""Words that have no meaning in a fragment shader: of other stages, of HLSL and Cg, and those with a slip in them."""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
+from difflib import get_close_matches
 
 _STAGES = {
     "compute": re.compile(
@@ -28,3 +30,47 @@ def elsewhere(word: str) -> str | None:
             reason = "which are not read here: a fragment shader gives its own pixel a colour"
             return f"{word} belongs to {stage} shaders, {reason}"
     return None
+
+
+#: Functions of HLSL and Cg, each as GLSL has it.
+_FUNCTIONS = {
+    "lerp": "mix(a, b, t)", "frac": "fract(x)", "saturate": "clamp(x, 0.0, 1.0)", "atan2": "atan(y, x)",
+    "rsqrt": "inversesqrt(x)", "ddx": "dFdx(v)", "ddy": "dFdy(v)", "mul": "a * b", "mad": "a * b + c",
+    "tex2D": "texture(s, uv)", "tex2Dlod": "textureLod(s, uv, level)", "tex2Dproj": "textureProj(s, p)",
+    "fmod": "a - b * trunc(a / b)", "clip": "if (x < 0.0) discard;", "asfloat": "intBitsToFloat(i)",
+    "asint": "floatBitsToInt(x)", "asuint": "floatBitsToUint(x)",
+}  # fmt: skip
+#: Its types.
+_VECTOR = re.compile(r"(float|half|fixed|double|int|uint|bool)([234])(?:x([234]))?")
+_KINDS = {"int": "i", "uint": "u", "bool": "b"}
+#: A longer word is no slip: to look for near ones would take long.
+_LONGEST = 64
+
+
+def mending(word: str, known: Iterable[str]) -> str:
+    """What to write for a word that has no meaning, to be put behind a message; empty where nothing is near.
+
+    >>> mending("lerp", ()), mending("float3x3", ()), mending("colr", ["color", "k"]), mending("zzz", ["color"])
+    ('; write mix(a, b, t)', '; write mat3', "; did you mean 'color'?", '')
+    """
+    if word in _FUNCTIONS:
+        return f"; write {_FUNCTIONS[word]}"
+    if (type_name := type_of(word)) is not None:
+        return f"; write {type_name}"
+    found = get_close_matches(word, dict.fromkeys(known), n=1, cutoff=0.75) if len(word) <= _LONGEST else ()
+    return f"; did you mean {found[0]!r}?" if found else ""
+
+
+def type_of(word: str) -> str | None:
+    """The type of GLSL that one of HLSL and Cg is.
+
+    >>> type_of("half4"), type_of("uint2"), type_of("float2x3"), type_of("vec4")
+    ('vec4', 'uvec2', 'mat3x2', None)
+    """
+    found = _VECTOR.fullmatch(word)
+    if found is None:
+        return None
+    kind, rows, columns = found.groups()
+    if columns is None:
+        return f"{_KINDS.get(kind, '')}vec{rows}"
+    return f"mat{rows}" if rows == columns else f"mat{columns}x{rows}"  # GLSL counts columns first

@@ -6,7 +6,7 @@ from typing import Literal
 
 from passgraph.language.source import Span, fail
 from passgraph.shaders.glsl import syntax as g
-from passgraph.shaders.glsl.elsewhere import elsewhere
+from passgraph.shaders.glsl.elsewhere import elsewhere, mending
 from passgraph.shaders.glsl.parse_expressions import ExpressionParser
 from passgraph.shaders.glsl.tokens import Token
 
@@ -108,6 +108,8 @@ class Parser(ExpressionParser):
             return g.TypeName(struct.span, struct.name, self.lengths())
         if self.here.text not in self.types:
             self._check_stage()
+            if mending(self.here.text, self.types):
+                self.no_type(self.here)
             self.unexpected("a type")
         token = self.take()
         return g.TypeName(token.span, token.text, self.lengths())

@@ -11,6 +11,7 @@ import numpy as np
 from passgraph.language.meanings import int_of_bits
 from passgraph.language.source import MAX_NESTING, Span, fail
 from passgraph.shaders.glsl import syntax as g
+from passgraph.shaders.glsl.elsewhere import mending
 from passgraph.shaders.glsl.tokens import Token
 
 E = TypeVar("E", bound=g.Node)
@@ -67,8 +68,20 @@ class ExpressionParser:
 
     def expect(self, text: str, what: str = "") -> Token:
         if self.here.text != text:
+            if text == ";":
+                self._check_statement()
             self.unexpected(what or repr(text))
         return self.take()
+
+    def _check_statement(self) -> None:
+        """Of two names that begin a statement, the first is meant as a type."""
+        before = [token.text for token in self.tokens[max(self.position - 2, 0) : self.position]]
+        first = self.tokens[self.position - 1]
+        if self.here.kind == first.kind == "name" and (len(before) < 2 or before[0] in (";", "{", "}", "(", ")")):
+            self.no_type(first)
+
+    def no_type(self, word: Token) -> NoReturn:
+        fail(word.span, f"there is no type {word.text!r}{mending(word.text, self.types) or '; declare it before'}")
 
     def unexpected(self, wanted: str) -> NoReturn:
         got = self.here.text if self.here.kind == "end" else repr(self.here.text)

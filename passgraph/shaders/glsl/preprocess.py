@@ -23,6 +23,8 @@ MAX_INCLUDES = 1000
 MAX_CONDITIONS = 100
 
 _INCLUDE = re.compile(r"""\s*#\s*include\s*(?:"([^"]+)"|<([^>]+)>)""")
+#: Names without an ending are three.js's, which has pieces of shaders by name.
+_CHUNK = "; pieces of three.js are not read: write what the shader uses of it in its place"
 
 
 @dataclass
@@ -230,7 +232,7 @@ class Preprocessor:
             fail(span, f"more than {MAX_INCLUDES} files are included")
         try:
             if not path.is_file():
-                fail(span, f"there is no file {name!r}")
+                fail(span, f"there is no file {name!r} in {self.folder}{'' if path.suffix else _CHUNK}")
             with path.open(encoding="utf-8", errors="replace") as file:
                 text = file.read(self._room + 1)
         except OSError as error:
