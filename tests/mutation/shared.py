@@ -262,7 +262,7 @@ MUTANTS = (
     _plan("_fusable", "not consumer.program.image(name).pointwise or", "False or"),
     _plan(
         "_fusable",
-        "if any(Target(spec, producer.node, slot) in known.wanted for slot, spec in enumerate(producer.node.into)):",
+        "if any(target in known.wanted for target in producer.colours):",
         "if False:",
     ),
     _plan("_fusable", "if known.readers[producer.node] != {consumer.node}:", "if False:"),
@@ -417,7 +417,7 @@ MUTANTS = (
     Mutant("dependencies", "in_place[draw] |= dict.fromkeys(others)", "pass", "gl", ("plans/", "sequences/")),
     Mutant(
         "dependencies",
-        "if content in kept or any(content in r.drawn_over for r in others):",
+        "if content in kept or any(content in work.passes[r].done.drawn_over for r in others):",
         "if False:",
         "gl",
         ("plans/", "sequences/"),
