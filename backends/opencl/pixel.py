@@ -35,6 +35,9 @@ GROUP = 128
 ROWS = (4, 3, 2, 1)
 #: The same on graphics processors: a few warps.
 GROUP_GPU = 64
+#: Pixels of a strip, up to which its work-items go one by one on CPUs where there are two strips: PoCL compiles a
+#: kernel for each size of group, which takes a fifth of the first run, and so few groups take microseconds.
+FEW = 512
 
 
 def pixel_source(
@@ -191,8 +194,10 @@ class PixelPassRunner:
             spans = [(x, whole), *([(x + width - group, group)] if whole < width else [])]
             for start, count in spans:
                 ranges.append(("pg_inner", (count, height), (group, 1), (start, y), (0, 0, 0, 0)))
-        for strip, cut, first in strips(size, (x, y, width, height)):
-            ranges.append(("pg_pixel", strip, (1, 1) if self._alone() else None, first, cut))
+        around = strips(size, (x, y, width, height))
+        few = self.backend.is_cpu and len(around) > 1 and all(across * down <= FEW for (across, down), _, _ in around)
+        for strip, cut, first in around:
+            ranges.append(("pg_pixel", strip, (1, 1) if few or self._alone() else None, first, cut))
         return ranges
 
     def _alone(self) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 import pytest
@@ -286,27 +287,49 @@ class Limited:
         return getattr(self.inner, name)
 
 
+Launched = list[tuple[tuple[int, int], tuple[int, int] | None]]
+
+
+@pytest.fixture
+def launched(device: OpenCLBackend, monkeypatch: pytest.MonkeyPatch) -> Launched:
+    """Work-items and group of each kernel that runs from now on."""
+    noted: Launched = []
+    enqueue = device.cl.enqueue_nd_range_kernel
+
+    def note(queue: object, kernel: object, items: tuple[int, int], group: tuple[int, int] | None, *rest: Any) -> None:
+        noted.append((items, group))
+        enqueue(queue, kernel, items, group, *rest)
+
+    monkeypatch.setattr(device.cl, "enqueue_nd_range_kernel", note)
+    return noted
+
+
+@pytest.mark.parametrize(("height", "groups"), [(9, [(1, 1), (1, 1)]), (600, [None, None])])
+def test_two_strips_of_few_pixels_share_a_size_of_group(
+    device: OpenCLBackend, height: int, groups: list[tuple[int, int] | None], launched: Launched
+) -> None:
+    """Which is compiled once; of many pixels each has its own, and runs faster."""
+    if not device.is_cpu:
+        pytest.skip("graphics processors compile a kernel for groups of every size")
+    picture = np.rint(noise(200, height) * 64).astype(np.float32)
+    got = run(device, "def both(c: Image) -> vec4: return c[1, 0] + c[0, 1]", picture)
+    padded = np.pad(picture, ((0, 1), (0, 1), (0, 0)), mode="edge")
+    np.testing.assert_array_equal(got, padded[:-1, 1:] + padded[1:, :-1])
+    assert launched[1:] == [((200, 1), groups[0]), ((1, height - 1), groups[1])]
+
+
 @pytest.mark.parametrize("height", [12, 9, 10, 7])
 @pytest.mark.parametrize(
     ("sizes", "most"),
     [((4096,) * 3, 4096), ((4096,) * 3, 6), ((4096, 1, 1), 4096), ((2, 4096, 1), 4096), ((1, 1, 1), 1)],
 )
 def test_groups_stay_within_what_the_device_takes(
-    device: OpenCLBackend, sizes: tuple[int, int, int], most: int, height: int, monkeypatch: pytest.MonkeyPatch
-) -> None:
+    device: OpenCLBackend, sizes: tuple[int, int, int], most: int, height: int, monkeypatch: pytest.MonkeyPatch,
+    launched: Launched,
+) -> None:  # fmt: skip
     """Three runs across, the last one over a part of the second; rows in groups of 4, 3, 2 or 1."""
     monkeypatch.setattr(device, "device", Limited(device.device, sizes, most))
     monkeypatch.setattr(device, "is_cpu", True)
-    launched: list[tuple[tuple[int, int], tuple[int, int] | None]] = []
-    enqueue = device.cl.enqueue_nd_range_kernel
-
-    def noted(
-        queue: object, kernel: object, items: tuple[int, int], group: tuple[int, int] | None, *rest: object
-    ) -> None:
-        launched.append((items, group))
-        enqueue(queue, kernel, items, group, *rest)
-
-    monkeypatch.setattr(device.cl, "enqueue_nd_range_kernel", noted)
     picture = noise(300, height)
     got = run(device, "def shifted(c: Image) -> vec4: return c[1, 0]", picture)
     np.testing.assert_array_equal(got, picture[:, np.minimum(np.arange(300) + 1, 299)])
