@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import Any
 
@@ -39,6 +39,17 @@ class Original:
     def __init__(self, context: moderngl.Context) -> None:
         self.context = context
         self.corners = context.buffer(np.array([-1, -1, 3, -1, -1, 3], np.float32).tobytes())
+        #: The last one, with its text and the names of its values, which each run sets anew.
+        self._kept: tuple[tuple[str, ...], moderngl.Program] | None = None
+
+    def _program(self, text: str, names: Iterable[str]) -> moderngl.Program:
+        """The program of a text: long ones take seconds, and are run with one set of values after another."""
+        key = (text, *sorted(names))
+        if self._kept is None or self._kept[0] != key:
+            if self._kept is not None:
+                self._kept[1].release()
+            self._kept = (key, self.context.program(vertex_shader=_QUAD, fragment_shader=text))
+        return self._kept[1]
 
     def run(
         self, text: str, size: tuple[int, int], pictures: Mapping[str, Picture], values: Mapping[str, Any],
@@ -47,7 +58,7 @@ class Original:
         """The picture (h, w, 4) that a shader draws, row 0 on top, as pictures are given; ``levels``, with mip maps."""
         context = self.context
         context.__enter__()  # whichever is current, this one stays so
-        program = context.program(vertex_shader=_QUAD, fragment_shader=head + text)
+        program = self._program(head + text, [*values, *pictures])
         textures = []
         for unit, (name, picture) in enumerate(pictures.items()):
             height, width = picture.shape[:2]
@@ -70,7 +81,7 @@ class Original:
         quad = context.vertex_array(program, [(self.corners, "2f", "corner")])
         quad.render(moderngl.TRIANGLES)
         found = np.frombuffer(frame.read(components=4, dtype="f4"), np.float32).reshape(size[1], size[0], 4)
-        for owned in (quad, frame, target, program, *textures):
+        for owned in (quad, frame, target, *textures):
             owned.release()
         return found[::-1].copy()
 
