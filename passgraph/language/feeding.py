@@ -6,7 +6,7 @@ Pixels of a quad are numbered by how they lie to this one: 0 is itself, 1 the on
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, TypeAlias
 
 from passgraph.language import ir
@@ -143,18 +143,10 @@ class Feeding:
 
 def _asks_for_pixels(expression: ir.Expr) -> bool:
     """Whether an expression may differ from pixel to pixel although what it reads of variables does not."""
-    pending: list[Any] = [expression]
-    seen: set[int] = set()
-    while pending:
-        node = pending.pop()
-        if id(node) not in seen:
-            seen.add(id(node))
-            if isinstance(node, ir.Builtin) and node.name != "output_size":
-                return True
-            if isinstance(node, ir.Texel) and node.relative:
-                return True
-            pending += ir.parts_of(node)
-    return False
+    return any(
+        node.name != "output_size" if isinstance(node, ir.Builtin) else isinstance(node, ir.Texel) and node.relative
+        for node in _nodes(expression)
+    )
 
 
 def _decides(statement: ir.If | ir.For) -> tuple[ir.Expr, ...]:
@@ -165,14 +157,16 @@ def _decides(statement: ir.If | ir.For) -> tuple[ir.Expr, ...]:
 
 def names(expression: ir.Expr) -> set[str]:
     """The variables that an expression reads."""
-    found: set[str] = set()
+    return {node.name for node in _nodes(expression) if isinstance(node, ir.Local)}
+
+
+def _nodes(expression: ir.Expr) -> Iterator[Any]:
+    """What an expression is made of, each part once however often it is named."""
     pending: list[Any] = [expression]
     seen: set[int] = set()
     while pending:
         node = pending.pop()
         if id(node) not in seen:
             seen.add(id(node))
-            if isinstance(node, ir.Local):
-                found.add(node.name)
+            yield node
             pending += ir.parts_of(node)
-    return found
