@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 import passgraph as pg
 from passgraph.backends.base import Backend
+from passgraph.backends.gl.backend import GLBackend
 from passgraph.backends.registry import open_backend
 from passgraph.graph.reduction_kernels import count_bins
 from passgraph.plan.build import build
@@ -18,9 +20,9 @@ from passgraph.plan.data import PixelStep
 from tests.conftest import require
 
 Picture = NDArray[Any]
-#: Backends, and ways that the machine of these tests does not take by itself: work-groups of OpenCL on graphics
-#: processors, and OpenGL before 4.3.
-WAYS = ("numpy", "opencl", "gl", "opencl in groups", "gl without compute shaders")
+#: Backends, and ways that the machine of these tests does not take by itself: those of graphics processors, and OpenGL
+#: without compute shaders.
+WAYS = ("numpy", "opencl", "gl", "opencl in groups", "gl in groups", "gl without compute shaders")
 
 
 @pytest.fixture(params=WAYS, scope="module")
@@ -28,10 +30,13 @@ def device(request: pytest.FixtureRequest) -> Iterator[Backend]:
     name, _, way = request.param.partition(" ")
     require(name)
     with open_backend(name) as opened:
-        if way == "in groups":
+        if way == "in groups" and name == "opencl":
             opened.is_cpu = False  # type: ignore[attr-defined]
+        elif way == "in groups":
+            assert isinstance(opened, GLBackend) and opened.compute is not None
+            opened.compute = replace(opened.compute, on_processor=False)
         elif way:
-            opened.context.dispatches = False  # type: ignore[attr-defined]
+            opened.compute = None  # type: ignore[attr-defined]
         yield opened
 
 
@@ -120,22 +125,27 @@ def test_counts_go_where_each_picture_lies(device: Backend) -> None:
     assert all((array[:, 3:] == 7).all() for array in outer)
 
 
-def test_pictures_of_a_host_are_counted_by_the_program_which_is_compiled_for_them_alone() -> None:
+@pytest.mark.parametrize("isolation", ["sibling", "guard"])
+def test_pictures_of_a_host_are_counted_where_they_lie_and_it_is_told(isolation: Any) -> None:
+    """Read and written in an engine's own textures, their rows from the bottom up, and one a part of a larger."""
     require("gl")
     from tests.offscreen import offscreen
 
     counts, picture, expected = counted_alone()
-    with offscreen(430) as context, pg.gl.Host.current("sibling") as host:
+    padded = np.full((40, 200), 5, np.float32)
+    padded[4:25, 10:187] = picture[::-1]
+    with offscreen(430) as context, pg.gl.Host.current(isolation) as host:
+        numbers = context.texture((200, 40), 1, padded.tobytes(), dtype="f4")
+        textures = [context.texture((3, 23), 4, dtype="f4") for _ in counts]
+        given = {q.name: host.texture(t.glo) for q, t in zip(counts, textures, strict=True)}
         with pg.compile(counts, backend=host, non_finite="keep") as program:
-            made = program(numbers=picture[..., None])
-            assert [key for key, *_ in host.programs.made if key]  # a compute shader
-            assert "" not in [key for key, *_ in host.programs.made]
-            textures = [context.texture((3, 23), 4, dtype="f4") for _ in counts]
-            given = {q.name: host.texture(t.glo) for q, t in zip(counts, textures, strict=True)}
-            program.run(numbers=picture[..., None], into=given)
-        of_host = [np.frombuffer(t.read(), np.float32).reshape(23, 12)[::-1] for t in textures]
-    for rows in (of_host, [made[q.name].reshape(23, 12) for q in counts]):
-        assert np.concatenate(rows, axis=1).tolist() == expected
+            program.run(numbers=host.texture(numbers.glo, region=(10, 4, 177, 21)), into=given)
+            assert [line for line in program.explain().splitlines() if "in a compute shader" in line]
+            (step,) = program.plan.steps
+            assert isinstance(step, PixelStep)
+            assert ("", step.program.key) not in [key[:2] for key in host.programs.made]  # its program is not even made
+        rows = [np.frombuffer(t.read(), np.float32).reshape(23, 12)[::-1] for t in textures]
+    assert np.concatenate(rows, axis=1).tolist() == expected
 
 
 def test_the_reference_counts_by_the_kernel() -> None:
@@ -158,12 +168,15 @@ def test_the_counting_of_a_histogram_is_known() -> None:
 
 def test_it_is_told_which_way_counts(device: Backend) -> None:
     made = pg.histogram(pg.Input("frame", "r8", (8, 8)), name="counts")
-    with pg.compile(made, backend=device) as program:
-        lines = [line for line in program.explain().splitlines() if "in a way of this device" in line]
-        (step,) = [s for s in program.plan.steps if isinstance(s, PixelStep) and s.known is not None]
-    way = device.own_way(step)
-    assert lines == ([] if way is None else [f"- counts rows is done in a way of this device: {way}"])
-    assert (way is None) == (device.name == "gl" and not device.context.dispatches)  # type: ignore[attr-defined]
+    for options in (pg.Options(), pg.Options(fuse=False)):
+        with pg.compile(made, backend=device, options=options) as program:
+            lines = [line for line in program.explain().splitlines() if "in a way of this device" in line]
+            ran = program.profile(1, frame=np.zeros((8, 8), np.uint8)).passes
+        (names,) = [row.passes for row in ran if "counts rows" in row.passes]
+        as_one = ", ".join(names[:-1]) + f" and {names[-1]} are" if names[1:] else f"{names[0]} is"
+        plain = isinstance(device, GLBackend) and device.compute is None
+        assert [line.partition(" done in a way")[0] for line in lines] == ([] if plain else [f"- {as_one}"])
+        assert len(names) == (5 if options.fuse and not plain and device.name != "numpy" else 1)
 
 
 def test_a_count_beyond_what_floats_hold_is_near() -> None:
