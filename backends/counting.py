@@ -6,9 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 
+from passgraph.graph.targets import MAX_SIDE
 from passgraph.language.scalar import ScalarProgram
 from passgraph.plan.data import PixelStep
 from passgraph.plan.known import COUNTED, Counting, counting_of
+
+#: Strips that the cores of a device share at least, where there are as many rows.
+LEAST_STRIPS = 8
 
 
 @dataclass(frozen=True)
@@ -73,14 +77,14 @@ class Strips:
         return self.together * -(-self.height // self.each)
 
 
-def strips_of(work: Work, size: tuple[int, int], rows: int) -> Strips:
-    """Strips of about so many rows.
+def strips_of(work: Work, size: tuple[int, int], texels: int, most_rows: int = MAX_SIDE) -> Strips:
+    """Strips of about so many texels.
 
     >>> work = Work(in_picture(), None, Counting(16, 64), 3)
-    >>> strips_of(work, (640, 130), 100), strips_of(work, (640, 130), 30).count
-    (Strips(width=640, height=130, rows=64, each=64, together=1), 9)
+    >>> strips_of(work, (640, 130), 1 << 15), strips_of(work, (640, 130), 1 << 13).count
+    (Strips(width=640, height=130, rows=17, each=64, together=4), 18)
     """
     each = work.counting.each
     height = min(size[1], work.rows * each)
-    rows = min(max(rows, 1), each, height)
+    rows = max(1, min(texels // size[0], most_rows, each, -(-height // LEAST_STRIPS)))
     return Strips(size[0], height, rows, each, -(-min(each, height) // rows))

@@ -32,14 +32,14 @@ if TYPE_CHECKING:
 
 #: Programs up to this length are computed for several texels a trip: llvmpipe takes a fifth less for short ones.
 SHORT = 64
+#: Bins up to which llvmpipe's invocations have tables of their own: for 2048 it compiles for three seconds.
+MOST_OWN = 512
 #: Texels of a strip for each entry of its tables, which are emptied and added up; and texels of a strip at least.
 FOR_EACH_ENTRY, LEAST = 256, 1 << 15
 #: On graphics processors: texels of a strip, of which there are enough for many groups then.
 STRIP_GPU = 1 << 13
 #: Uniforms besides the program's parameters: a picture's size, strips, and where images lie.
 OWN_NUMBERS = 16
-#: Strips that a processor's cores share at least.
-STRIPS = 8
 
 
 def ways_of(work: Work, has: Compute) -> Ways:
@@ -48,7 +48,7 @@ def ways_of(work: Work, has: Compute) -> Ways:
     if not has.on_processor:
         return Ways(256, turns, own=False)
     # llvmpipe computes eight invocations at once; tables of their own are worth emptying for more than a row.
-    own = work.counting.each > 1
+    own = work.counting.each > 1 and work.counting.bins <= MOST_OWN
     return Ways(8 if own else 16, turns, own)
 
 
@@ -60,13 +60,11 @@ def cut(work: Work, ways: Ways, size: tuple[int, int], most_trips: int) -> Strip
     >>> [cut(work, ways, (1280, 720), 65_535).rows for ways in (Ways(256, 4, False), Ways(8, 4, True))]
     [6, 51]
     """
-    (width, height), bins = size, work.counting.bins
-    rows = STRIP_GPU // width
-    if ways.own:
-        rows = min(max(FOR_EACH_ENTRY * (bins + 1), LEAST) // width, -(-height // STRIPS))
-    a_row = width // (ways.group * ways.turns) + ways.turns + 1 + -(-width // ways.group) * trips(work.program.body)
+    bins, across = work.counting.bins, -(-size[0] // ways.group)
+    texels = max(FOR_EACH_ENTRY * (bins + 1), LEAST) if ways.own else STRIP_GPU
+    a_row = across // ways.turns + ways.turns + 1 + across * trips(work.program.body)
     most = (most_trips - 2 * (bins + 1)) // a_row
-    return strips_of(work, size, min(rows, most)) if most > 0 else None
+    return strips_of(work, size, texels, most) if most > 0 else None
 
 
 class CountRun:

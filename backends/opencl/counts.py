@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from passgraph.backends.opencl.backend import OpenCLBackend
 
 #: Texels of a strip, on CPUs and on graphics processors: enough that emptying tables is little, few enough that there
-#: are strips for all cores.
+#: are strips for many cores.
 STRIP_CPU, STRIP_GPU = 1 << 15, 1 << 13
 
 
@@ -41,7 +41,7 @@ class CountsRunner(PixelPassRunner):
         backend, cl, work = self.backend, self.backend.cl, self.work
         images, outputs, items = layouts[:image_count], layouts[image_count:], items_of(backend)
         size = work.size or images[0].size
-        strips = strips_of(work, size, (STRIP_CPU if backend.is_cpu else STRIP_GPU) // size[0])
+        strips = strips_of(work, size, STRIP_CPU if backend.is_cpu else STRIP_GPU)
         source = counts_source(work, images, outputs, strips, items, self.uniforms.fits_constant())
         built = backend.programs.build(source, self.what)
         tables = backend.allocate(4 * strips.count * work.counting.bins, f"the tables of {self.what}")

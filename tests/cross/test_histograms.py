@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from typing import Any
 
@@ -16,6 +17,7 @@ from passgraph.backends.gl.backend import GLBackend
 from passgraph.backends.registry import open_backend
 from passgraph.graph.reduction_kernels import count_bins
 from passgraph.plan.build import build
+from passgraph.plan.chains import Chains
 from passgraph.plan.data import PixelStep
 from tests.conftest import require
 
@@ -179,13 +181,90 @@ def test_it_is_told_which_way_counts(device: Backend) -> None:
         assert len(names) == (5 if options.fuse and not plain and device.name != "numpy" else 1)
 
 
-def test_a_count_beyond_what_floats_hold_is_near() -> None:
-    """An odd number of texels above 2^24, all of them in one bin."""
+@pytest.mark.parametrize("backend", ["numpy", "opencl", "gl"])
+def test_a_count_beyond_what_floats_hold_is_near(backend: str) -> None:
+    """An odd number of texels above 2^24, all of them in one bin: the sum of rows that the passes make, to the bit."""
+    require(backend)
     width, height = 16_383, 1_025
-    with pg.compile(pg.histogram(pg.Input("frame", "r8"), 4, channel=0)) as program:
+    with pg.compile(pg.histogram(pg.Input("frame", "r8"), 4, channel=0), backend=backend) as program:
         counts = program(frame=np.full((height, width), 255, np.uint8))["frame.histogram"][0, :, 0].astype(np.float64)
-    assert counts[:3].tolist() == [0, 0, 0]
+    assert counts.tolist() == [0, 0, 0, 16_792_576]
     assert 0 < abs(counts[3] - width * height) <= 2.0**-20 * width * height
+
+
+@pytest.mark.parametrize(("size", "fits"), [((4096, 4096), 5), ((16_384, 1025), 3)], ids=str)
+def test_rows_are_added_up_as_far_as_every_order_has_the_same_bits(size: tuple[int, int], fits: int) -> None:
+    plan = build({"made": pg.histogram(pg.Input("frame", "r8", size), 16)})
+    assert next(iter(Chains(plan).ends(0))) == fits
+    assert not list(
+        Chains(build({"made": pg.histogram(pg.Input("frame", "r8", size))}, None, {}, pg.Options(fuse=False))).ends(0)
+    )
+
+
+def test_what_somebody_else_looks_at_is_written() -> None:
+    """A picture of numbers, or of counts, that is an output too, is no chain's inside."""
+    made = pg.histogram(pg.Input("frame", "r8", (8, 8)), 16, name="counts")
+    line = made.made_by.images["top"].made_by
+    top = line.images["first"].made_by.images["first"].made_by.images["first"]
+    rows = top.made_by.images["first"]
+    numbers = rows.made_by.images["numbers"]
+    for looked, ends in ((top, [3, 2]), (rows, [2]), (numbers, [])):
+        plan = build({"made": made, "looked": looked})
+        assert [step.name for step in plan.steps[:2]] == ["counts bins", "counts rows"]
+        assert list(Chains(plan).ends(0)) == ends, looked.name
+
+
+LOOPING = """
+def looping(a: Image, b: Image) -> float:
+    found = a[1, -1].r
+    for i in range(300):
+        if b[0, 0].r * 300.0 <= float(i):
+            break
+        found = max(found, a.texel(ivec2(pixel().x + i, pixel().y)).r)
+    return found
+"""
+
+
+def test_what_is_fused_into_a_histogram_is_computed_where_it_counts(device: Backend) -> None:
+    """Of two pictures, one with a border and read by place, in a loop that uses up a device's trips."""
+    random = np.random.default_rng(8)
+    frame, reach = random.random((9, 700, 1)).astype(np.float32), random.random((9, 700, 1)).astype(np.float32)
+    looping = pg.kernel(source=LOOPING)
+    most = looping(pg.Input("a", "r32f").border("mirror"), pg.Input("b", "r32f"), into=pg.target("most", "r32f"))
+    outputs = {"counts": pg.histogram(most, 37, channel=0)}
+    kept = {**outputs, "most": most}
+    with pg.compile(outputs, backend=device) as program, pg.compile(kept, backend=device) as apart:
+        made, given = program(a=frame, b=reach)["counts"], apart(a=frame, b=reach)
+        assert program.plan.steps[0].work.startswith("pixels with most")
+    expected = np.histogram(given["most"], 37, (0, 1))[0]
+    assert np.abs(made[0, :, 0] - expected).sum() <= 2  # a number beside an edge
+    assert np.array_equal(made, given["counts"])
+
+
+def test_every_texel_of_one_bin_is_counted(device: Backend) -> None:
+    """All add to one entry of a table, in groups that share it."""
+    with pg.compile(pg.histogram(pg.Input("frame", "r8"), 2048, channel=0), backend=device) as program:
+        for level in (0, 255):
+            counts = program(frame=np.full((301, 517), level, np.uint8))["frame.histogram"][0, :, 0]
+            assert counts[-1 if level else 0] == counts.sum() == 301 * 517
+
+
+def test_histograms_of_one_picture_go_beside_one_another_and_in_threads(device: Backend) -> None:
+    random = np.random.default_rng(9)
+    pictures = [random.integers(0, 256, (33, 70, 4)).astype(np.uint8) for _ in range(4)]
+    frame = pg.Input("frame", "rgba8")
+    outputs = [pg.histogram(frame, channel=channel, name=f"{channel}") for channel in (0, 3)]
+
+    def count(picture: Picture) -> None:
+        with pg.compile(outputs, backend=device) as program:
+            for _ in range(3):
+                made = program(frame=picture)
+        for channel in (0, 3):
+            expected = np.bincount(picture[..., channel].ravel(), minlength=256)
+            assert np.array_equal(made[f"{channel}"][0, :, 0], expected)
+
+    with ThreadPoolExecutor(4) as pool:
+        list(pool.map(count, pictures))
 
 
 @pytest.mark.parametrize("format_", ["r8", "rg16f", "r32f"])
