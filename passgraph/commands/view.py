@@ -114,7 +114,7 @@ def view_options(command: Decorated) -> Decorated:
         ),
         click.option(
             "--turntable", type=click.IntRange(1), metavar="FRAMES",
-            help="As many pictures once round the scene: numbered files (-o turn.%04d.png) or a video (-o turn.mp4).",
+            help="As many pictures once round the scene: numbered files (-o turn.%04d.png) or a video (.mp4, .gif).",
         ),
     ]  # fmt: skip
     for option in reversed(options):
