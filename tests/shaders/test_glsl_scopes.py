@@ -156,6 +156,8 @@ def test_a_shader_may_declare_what_its_container_has() -> None:
         prelude="uniform float level; float own() { return 1.0; } float other;", postlude="float other;",
     )  # fmt: skip
     assert [one.name for one in shader.uniforms] == ["level"]
+    with pytest.raises(KernelError, match="uniform level is float already"):
+        parse("uniform vec2 level; void main() { gl_FragColor = vec4(1.0); }", prelude="uniform float level;")
 
 
 def test_what_an_included_file_has_is_named_with_its_file(tmp_path: Path) -> None:
