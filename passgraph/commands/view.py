@@ -46,6 +46,7 @@ class View:
     light_radius: float | None = None
     light_color: Color | None = None
     ground: Ground | None = None
+    two_sided: bool | None = None
     turntable: int | None = None
 
     def given(self) -> list[str]:
@@ -113,6 +114,10 @@ def view_options(command: Decorated) -> Decorated:
             help="A floor under the lowest vertex: auto where the scene has nothing like one.  [default: auto]",
         ),
         click.option(
+            "--two-sided", is_flag=True, default=None,
+            help="Show both sides of every surface, whatever the model says.",
+        ),
+        click.option(
             "--turntable", type=click.IntRange(1), metavar="FRAMES",
             help="As many pictures once round the scene: numbered files (-o turn.%04d.png) or a video (.mp4, .gif).",
         ),
@@ -135,6 +140,8 @@ def seen_by(view: View, path: Path | None, size: tuple[int, int]) -> Seen:
     """Read a scene and look at it."""
     # the floor comes last: what stands on it says where the camera is, and that how far the floor reaches
     scene = load_scene(path, up=view.up, ground=False)
+    if view.two_sided:
+        scene = scene.two_sided()
     cameras, lines = _cameras(scene, view, size[0] / size[1])
     scene = scene.with_(camera=cameras[0], lights=_lights(scene, view))
     if lacks_ground(scene, _GROUNDS[view.ground or "auto"]):
