@@ -16,7 +16,7 @@ def with_outside(mesh: Mesh) -> tuple[Mesh, bool]:
 
     Triangles whose normals in the file point to their other side are turned round; without such normals the whole mesh
     is, where it is closed and inside out.  It is seen from one side where it is closed and each of its parts is wound
-    counter-clockwise seen from outside.  Vertices at one position count as one.  A hollow within a body counts as a part
+    counter-clockwise seen from outside.  Vertices at one position count as one.  A hollow within a body is a part
     that is wound the other way.
 
     >>> corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
@@ -61,7 +61,8 @@ def _volumes(mesh: Mesh) -> NDArray[np.float64] | None:
     points = mesh.positions.astype(np.float64) - mesh.positions.mean(axis=0, dtype=np.float64)
     points /= max(float(np.abs(points).max()), 1e-300)
     a, b, c = (points[mesh.triangles[:, k]] for k in range(3))
-    return np.bincount(part, (a * np.cross(b, c)).sum(axis=1), count)[np.unique(part)]
+    volumes: NDArray[np.float64] = np.bincount(part, (a * np.cross(b, c)).sum(axis=1), count)[np.unique(part)]
+    return volumes
 
 
 def _places(positions: NDArray[np.float32]) -> Int:
