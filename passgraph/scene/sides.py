@@ -61,8 +61,8 @@ def _volumes(mesh: Mesh) -> NDArray[np.float64] | None:
     points = mesh.positions.astype(np.float64) - mesh.positions.mean(axis=0, dtype=np.float64)
     points /= max(float(np.abs(points).max()), 1e-300)
     a, b, c = (points[mesh.triangles[:, k]] for k in range(3))
-    volumes: NDArray[np.float64] = np.bincount(part, (a * np.cross(b, c)).sum(axis=1), count)[np.unique(part)]
-    return volumes
+    volumes = np.bincount(part, (a * np.cross(b, c)).sum(axis=1), count)
+    return np.asarray(volumes[np.unique(part)], np.float64)
 
 
 def _places(positions: NDArray[np.float32]) -> Int:
