@@ -48,7 +48,8 @@ def tell_of_several(paths: Iterable[Path]) -> None:
     """Warn where files hold pictures behind the first, which alone is read."""
     suspects = (path for path in paths if path.suffix.lower() in _SEVERAL and path.is_file())
     if found := [path for path in suspects if holds_several(path)]:
-        others = f", and so do {len(found) - 1} others" if len(found) > 1 else ""
+        more = len(found) - 1
+        others = f", and so {'does 1 other' if more == 1 else f'do {more} others'}" if more else ""
         click.echo(f"passgraph: warning: {found[0]}: holds several pictures{others}; the first is read", err=True)
 
 
