@@ -240,6 +240,6 @@ def apply_to_one(
     job = picture_job(effect, picture, depth, options["linear"], given, holds)
     run_and_save(
         job, options["backend"], output, capture, options["non_finite"], options["check_finite"], options["profile"],
-        bits,
+        bits, picture,
     )  # fmt: skip
     return 0
