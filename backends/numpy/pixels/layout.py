@@ -17,6 +17,7 @@ from passgraph.formats import Format
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS
 from passgraph.language.nameless import nameless
+from passgraph.language.repeated import repeated
 from passgraph.plan.footprint import Halo
 
 #: Instructions that one turn of the loop may have where it makes several rows or vectors at once.
@@ -114,6 +115,11 @@ class StageLayout:
     @property
     def program(self) -> s.ScalarProgram:
         return self._selection or self._single or self._whole
+
+    @cached_property
+    def takes_literals(self) -> bool:
+        """Whether its body may find them in memory: where they are used, and what runs once, and is in one piece."""
+        return s.is_straight(self.program) and not repeated(self.program)
 
     @cached_property
     def reach(self) -> Halo:
@@ -253,7 +259,16 @@ class StageLayout:
         return (*self._turn, *self.reach, *around, tuple(views), tuple(held))
 
     def parts(self, program: s.ScalarProgram) -> tuple[str, ...]:
-        """What tells the body of this program, the stage's own or one of its numbers apart, from all other."""
+        """What tells the body of this program, the stage's own or that with other literals, from all other."""
+        if program is self.program:
+            return self._parts
+        return self._told(program)
+
+    @cached_property
+    def _parts(self) -> tuple[str, ...]:
+        return self._told(self.program)
+
+    def _told(self, program: s.ScalarProgram) -> tuple[str, ...]:
         program = nameless(program)
         held = [_held(format_) for format_ in (*self.images, *self.formats, *self.outputs)]
         views = [(v.image, v.border, v.rows, v.decodes) for v in self.views]
@@ -279,7 +294,7 @@ class Layout:
 
     @classmethod
     def of(cls, chain: Sequence[Stage], lanes: int) -> Layout:
-        """``lanes`` are those of float32.  Chains that are alike share one layout: long graphs repeat a few."""
+        """``lanes`` are those of float32.  Chains that differ in their numbers only share one layout."""
         return _layout(tuple(replace(stage, step=_Step.of(stage.step)) for stage in chain), lanes)
 
     @property
@@ -339,9 +354,14 @@ class _Step:
 
     @classmethod
     def of(cls, step: Work) -> _Step:
-        program = step.program
+        program = step.program if step.program.apart is None else step.program.apart.program
         told = program.key, program.builtins, step.size, step.image_formats, step.output_formats
         return cls(*told, program)
+
+
+def literals_of(step: Work) -> tuple[float, ...]:
+    """The numbers that a step has in the places of its layout's program."""
+    return () if step.program.apart is None else step.program.apart.literals
 
 
 @lru_cache(maxsize=64)
