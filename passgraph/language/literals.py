@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from operator import is_
-from typing import TypeAlias, cast
+from typing import TypeAlias
 
 from passgraph.language import scalar as s
 from passgraph.language.source import Span
@@ -31,11 +31,6 @@ def is_own(value: float) -> bool:
     return math.isfinite(value) and not (mantissa * 2**SHORT_BITS).is_integer()
 
 
-def place(number: int) -> s.Lit:
-    """The literal that is a number of a row."""
-    return s.Lit("float", cast(float, s.Place(number)))
-
-
 def place_of(x: s.Operand) -> int | None:
     """Which number of a row it is; None for what is not one."""
     value: object = x.value if isinstance(x, s.Lit) else None
@@ -48,7 +43,7 @@ def with_literals_apart(program: s.ScalarProgram) -> s.Apart | None:
 
     def of(x: s.Operand) -> s.Operand:
         if isinstance(x, s.Lit) and x.type == "float" and is_own(x.value):
-            return found.setdefault(float(x.value), place(len(found)))
+            return found.setdefault(float(x.value), s.place(len(found)))
         return x
 
     made = rewritten(program, of)

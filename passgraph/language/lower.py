@@ -19,7 +19,7 @@ from passgraph.formats import Store
 from passgraph.language import ir
 from passgraph.language import scalar as s
 from passgraph.language.arrays import Arrays
-from passgraph.language.emitter import MIN_CALL, Emitter, eliminate_dead
+from passgraph.language.emitter import MIN_CALL, Derived, Emitter, eliminate_dead
 from passgraph.language.evaluate import computed
 from passgraph.language.expand import EXPANSIONS, whole_power
 from passgraph.language.facts import Facts, Fused, ImageFacts, Shared, inner_first
@@ -39,11 +39,13 @@ MAX_TABLE_NUMBERS = 16_384
 
 
 def lower(
-    program: ir.TypedKernel, facts: Facts | None = None, literals: Mapping[float, s.Lit] = MappingProxyType({})
-) -> s.ScalarProgram:
+    program: ir.TypedKernel, facts: Facts | None = None, literals: Mapping[float, s.Lit] = MappingProxyType({}),
+    derived: Derived | None = None,
+) -> s.ScalarProgram:  # fmt: skip
     """The scalar program of a kernel under given facts.
 
     ``literals``: what stands for these float literals of the kernel, and of those fused into it (literals.py).
+    ``derived`` takes what follows from them.
 
     Raises
     ------
@@ -54,25 +56,28 @@ def lower(
     """
     facts = facts or Facts()
     try:
-        return _lower(program, facts, literals)
+        return _lower(program, facts, literals, derived)
     except RecursionError:
         message = f"{program.name} nests too deeply (calls, branches and expressions together)"
         raise KernelError(program.source.point_at(message)) from None
 
 
-def _lower(program: ir.TypedKernel, facts: Facts, literals: Mapping[float, s.Lit]) -> s.ScalarProgram:
+def _lower(
+    program: ir.TypedKernel, facts: Facts, literals: Mapping[float, s.Lit], derived: Derived | None
+) -> s.ScalarProgram:
     try:
-        return _lowered(program, facts, literals)
+        return _lowered(program, facts, literals, derived)
     except KernelLengthError:
         if not any(image.decode for each in inner_first(facts) for image in each.images.values()):
             raise
-    return _lowered(program, facts, literals, by_table=True)
+    return _lowered(program, facts, literals, derived, by_table=True)
 
 
 def _lowered(
-    program: ir.TypedKernel, facts: Facts, literals: Mapping[float, s.Lit], by_table: bool = False
-) -> s.ScalarProgram:
-    shared = Shared(Emitter(facts.simplify), by_table, literals)
+    program: ir.TypedKernel, facts: Facts, literals: Mapping[float, s.Lit], derived: Derived | None,
+    by_table: bool = False,
+) -> s.ScalarProgram:  # fmt: skip
+    shared = Shared(Emitter(facts.simplify, derived), by_table, literals)
     lowering = Lowering(program, facts, shared, prefix="")
     lowering.run()
     emitter = shared.emitter

@@ -13,13 +13,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from passgraph import disk_cache
 from passgraph.errors import PassgraphError
 from passgraph.language import ir, scalar, types
+from passgraph.language.emitter import Derived, fold
 from passgraph.language.facts import Facts, ImageFacts, inner_first
-from passgraph.language.literals import filling, instruction_of, outputs_of, place
+from passgraph.language.literals import filling, instruction_of, is_own, outputs_of
 from passgraph.language.lower import lower
 from passgraph.language.scope import freeze
 from passgraph.language.shape import Shape, shape_of
@@ -122,6 +123,8 @@ class _Common:
 
     program: scalar.ScalarProgram
     spans: tuple[Span, ...]
+    #: How the numbers behind the kernel's own come about.
+    derived: tuple[tuple[str, tuple[scalar.Lit, ...]], ...]
 
     @cached_property
     def _places(self) -> dict[int, int]:
@@ -131,13 +134,24 @@ class _Common:
     @cached_property
     def _changing(self) -> list[int]:
         """Instructions that numbers or places decide."""
-        numbers = filling([0.0] * len(self.spans))
+        numbers = filling([0.0] * (len(self.spans) + len(self.derived)))
 
         def elsewhere(span: Span) -> Span:
             return NOWHERE if id(span) in self._places else span
 
         body = self.program.body
         return [n for n, i in enumerate(body) if instruction_of(i, numbers, elsewhere) is not i]
+
+    def numbers(self, literals: tuple[float, ...]) -> tuple[float, ...] | None:
+        """All numbers, by the kernel's own; None where one is of those that there are rules for."""
+        found = list(literals)
+        for operation, arguments in self.derived:
+            of = filling(found)
+            made = fold(operation, "float", tuple([cast(scalar.Lit, of(x)) for x in arguments])).value
+            if not is_own(made):
+                return None
+            found.append(made)
+        return tuple(found)
 
     def filled(self, name: str, literals: tuple[float, ...], spans: Sequence[Span]) -> scalar.ScalarProgram:
         """The program of a kernel with these numbers, which stands there."""
@@ -171,13 +185,14 @@ def lower_once(program: ir.TypedKernel, facts: Facts, known: Programs | None = N
     made = name, *map(id, told.shapes)
     if made not in known.filled:
         spans = tuple([span for shape in told.shapes for span in shape.spans])
-        literals = own = tuple(told.literals)
-        common = _common(program, facts, name, own, spans, known)
-        if common is None:
-            name, own = _digest(name, repr(literals)), ()
-            common = _common(program, facts, name, own, spans, known)
+        literals = tuple(told.literals)
+        common = _common(program, facts, name, literals, spans, known)
+        numbers = None if common is None else common.numbers(literals)
+        if common is None or numbers is None:
+            numbers = ()
+            common = _common(program, facts, _digest(name, repr(literals)), numbers, spans, known)
             assert common is not None
-        known.filled[made] = common.filled(program.name, own, spans)
+        known.filled[made] = common.filled(program.name, numbers, spans)
     return known.filled[made]
 
 
@@ -204,13 +219,14 @@ def _made(
     program: ir.TypedKernel, facts: Facts, name: str, literals: tuple[float, ...], spans: tuple[Span, ...]
 ) -> _Common | None:
     try:
-        lowered = lower(program, facts, {value: place(number) for number, value in enumerate(literals)})
+        derived = Derived(len(literals))
+        lowered = lower(program, facts, {value: scalar.place(number) for number, value in enumerate(literals)}, derived)
     except (TypeError, PassgraphError):
         if not literals:
             raise
         disk_cache.remember("programs", name, _ASKED)
         return None
-    found = _Common(lowered, spans)
+    found = _Common(lowered, spans, tuple(derived.steps))
     data = _written(found) if scalar.count(lowered.body) >= MIN_INSTRUCTIONS else None
     if data is not None:
         disk_cache.remember("programs", name, data)
@@ -239,7 +255,7 @@ class _Reader(pickle.Unpickler):
 def _written(common: _Common) -> bytes | None:
     file = io.BytesIO()
     try:
-        _Writer(file, protocol=5).dump((common.program.key, common.program, common.spans))
+        _Writer(file, protocol=5).dump((common.program.key, common.program, common.spans, common.derived))
     except RecursionError:  # branches in branches in branches
         return None
     return file.getvalue()
@@ -247,9 +263,9 @@ def _written(common: _Common) -> bytes | None:
 
 def _read(data: bytes) -> _Common | None:
     try:
-        key, program, spans = _Reader(io.BytesIO(data)).load()
-        assert isinstance(program, scalar.ScalarProgram) and isinstance(spans, tuple)
+        key, program, spans, derived = _Reader(io.BytesIO(data)).load()
+        assert isinstance(program, scalar.ScalarProgram) and isinstance(spans, tuple) and isinstance(derived, tuple)
         vars(program)["key"] = key
     except Exception:  # a damaged pickle may raise anything
         return None
-    return _Common(program, spans)
+    return _Common(program, spans, derived)

@@ -12,7 +12,7 @@ import hashlib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import TypeAlias
+from typing import TypeAlias, cast
 
 from passgraph.language.meanings import int_of_bits
 from passgraph.language.source import NOWHERE, Span
@@ -49,6 +49,16 @@ class Lit:
         if self.type == "float" and not isinstance(value, Place):
             value = float(self.value).hex()
         return f"{self.type}:{value}"
+
+
+def place(number: int) -> Lit:
+    """The literal that is a number of a row."""
+    return Lit("float", cast(float, Place(number)))
+
+
+def is_place(x: Lit) -> bool:
+    """Whether a literal is a number of a row."""
+    return isinstance(cast(object, x.value), Place)
 
 
 @dataclass(frozen=True, slots=True)

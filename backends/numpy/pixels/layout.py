@@ -16,6 +16,7 @@ from passgraph.backends.numpy.storage import FLOAT
 from passgraph.formats import Format
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS
+from passgraph.language.literals import place_of
 from passgraph.language.nameless import nameless
 from passgraph.language.repeated import repeated
 from passgraph.plan.footprint import Halo
@@ -118,8 +119,15 @@ class StageLayout:
 
     @cached_property
     def takes_literals(self) -> bool:
-        """Whether its body may find them in memory: where they are used, and what runs once, and is in one piece."""
+        """Whether its body may find them in memory: it runs once, and is in one piece."""
         return s.is_straight(self.program) and not repeated(self.program)
+
+    @cached_property
+    def places(self) -> int:
+        """Literals of its program that are known later."""
+        inside = (x for i in self.program.body for x in s.operands_of(i))
+        found = {place_of(x) for x in (*inside, *(x for output in self.program.outputs for x in output.values))}
+        return len(found - {None})
 
     @cached_property
     def reach(self) -> Halo:
@@ -364,7 +372,7 @@ def literals_of(step: Work) -> tuple[float, ...]:
     return () if step.program.apart is None else step.program.apart.literals
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=512)
 def _layout(chain: tuple[Stage, ...], lanes: int) -> Layout:
     wide = tuple(StageLayout(chain, number, lanes) for number in range(len(chain)))
     # A turn that is wider than a row computes what nobody wants, and what is wanted of it is copied number by number.

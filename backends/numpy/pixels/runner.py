@@ -30,6 +30,8 @@ MIN_WORK_A_PIECE = 128 * MIN_PIXELS_A_PIECE
 MAX_LITERALS = 16
 #: So many bodies of a plan have their numbers in code before others like them share one.
 MAX_IN_CODE = 8
+#: So many of all: in a long plan of many kinds others may come.
+MAX_IN_CODE_OF_ALL = 32
 _CALL = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
 
 
@@ -114,9 +116,11 @@ class _Own:
 def _body(stage: StageLayout, literals: tuple[float, ...]) -> tuple[Code, tuple[float, ...]]:
     """The body of a stage with these literals; those that it finds in memory, where the plan has many like it."""
     apart = Apart(stage.program, literals) if literals else with_literals_apart(stage.program)
-    if apart is not None and stage.takes_literals and len(apart.literals) <= MAX_LITERALS:
+    most = stage.places if literals else 0 if apart is None else len(apart.literals)
+    if apart is not None and stage.takes_literals and most <= MAX_LITERALS:
         parts = stage.parts(apart.program)
-        if place_among(parts, apart.literals) >= MAX_IN_CODE:
+        alike, before = place_among(parts, apart.literals)
+        if alike >= MAX_IN_CODE or before >= MAX_IN_CODE_OF_ALL:
             return function_code(parts, partial(_body_text, stage, apart.program)), apart.literals
     program = filled(apart) if literals and apart is not None else stage.program
     return function_code(stage.parts(program), partial(_body_text, stage, program)), ()
