@@ -93,12 +93,13 @@ class Program:
 
     @property
     def plan(self) -> Plan:
-        """The plan; where inputs were left open it exists after the first run."""
+        """The plan; where inputs are open and have no default it exists after the first run."""
         self._check_open()
         plan = self._plan
         if plan is None:
             with self._alone("planned"):
                 if self._plan is None:
+                    self._bound = self._bound or self._admission.known()
                     self._make_plan()
                 plan = self._plan
         assert plan is not None
