@@ -271,8 +271,8 @@ class Backend(ABC):
 
     def __reduce__(self) -> NoReturn:
         raise BackendError(
-            f"{self.name}: an open backend is a device of this process, and is neither copied nor pickled; give its name "
-            "to the other process, and open it there"
+            f"{self.name}: an open backend is a device of this process, and is neither copied nor pickled; give its "
+            "name to the other process, and open it there"
         )
 
     def __enter__(self) -> Backend:
