@@ -24,13 +24,11 @@ class CountsRunner(PixelPassRunner):
     def _compile(self, layouts: tuple[ImageLayout, ...], image_count: int) -> list[Launch]:
         if any(layout.placement is not None for layout in layouts):
             return super()._compile(layouts, image_count)
-        cl, known, rows = self.backend.cl, self.step.known, self.step.size[1]
+        known, rows = self.step.known, self.step.size[1]
         assert known is not None
         items = items_of(self.backend)
         built = self.backend.programs.build(counts_source(known, layouts[0], layouts[1:], items), self.what)
-        with self.backend.reported(f"making the kernels of {self.what}"):
-            kernel = cl.Kernel(built, "pg_counts")
-        return [Launch(kernel, (items * rows, 1), (items, 1), (0, 0), cl.cltypes.make_int4(0, 0, 0, 0))]
+        return [self.launch(built, "pg_counts", (items * rows, 1), (items, 1))]
 
 
 def items_of(backend: OpenCLBackend) -> int:

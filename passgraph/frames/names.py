@@ -14,10 +14,12 @@ from passgraph.errors import InputError
 
 #: Files of a folder that are read as pictures: what `passgraph.load` reads.
 PICTURE_SUFFIXES = (
-    ".png", ".jpg", ".jpeg", ".tif", ".tiff", ".webp", ".bmp", ".gif", ".tga", ".exr", ".npy",
+    ".png", ".apng", ".jpg", ".jpeg", ".tif", ".tiff", ".webp", ".bmp", ".gif", ".tga", ".exr", ".npy",
 )  # fmt: skip
 #: Files that are read and written as videos.
 VIDEO_SUFFIXES = (".mp4", ".m4v", ".mov", ".mkv", ".webm", ".avi", ".ts", ".mpg", ".mpeg", ".ogv", ".wmv", ".flv")
+#: Files that are written as animated pictures, and what Pillow calls their formats.
+WRITTEN_ANIMATIONS = {".gif": "GIF", ".apng": "PNG"}
 
 _PLACE = re.compile(r"%(0?)(\d*)d|#+")
 #: Digits of a frame's number; no sequence has more.
@@ -111,6 +113,11 @@ def is_picture(path: Path) -> bool:
 
 def is_video(path: Path) -> bool:
     return path.suffix.lower() in VIDEO_SUFFIXES
+
+
+def is_film(path: Path) -> bool:
+    """Whether an output of this name is one file of many frames: a video or an animated picture."""
+    return is_video(path) or path.suffix.lower() in WRITTEN_ANIMATIONS
 
 
 def folder_files(folder: Path) -> list[Path]:

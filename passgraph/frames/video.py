@@ -16,6 +16,7 @@ import numpy as np
 from passgraph import arguments
 from passgraph.errors import InputError
 from passgraph.frames.frame import Frame, Stored
+from passgraph.frames.video_ends import promised_end
 from passgraph.reading import check_regular
 
 if TYPE_CHECKING:
@@ -129,6 +130,8 @@ class Video:
             self.primaries, self.transfer = context.color_primaries, context.color_trc
             self.deep = any(part.bits > 8 for part in context.format.components) if context.format else False
             self.frames, self.duration = stream.frames, _duration(stream)
+            # ASF says how long its longest stream lasts, which may be the sound.
+            self._says_its_time = container.format.name != "asf"
             self.start = stream.start_time or 0
             self.metadata = dict(container.metadata)
 
@@ -182,15 +185,17 @@ class Video:
                 yield "is damaged (the decoder made up a part of it)" if frame.is_corrupt else frame
 
     def _check_end(self, number: int, end: Fraction) -> None:
-        """Whether the file ended before the time that its header says; decoders end there without a word."""
-        if not self.duration or not self.rate or (self.frames and number >= self.frames):
-            return
-        lacking = self.duration - end - 1 / self.rate
-        if lacking > Fraction(1, 2) / self.rate:
-            raise InputError(
-                f"{self.path}: truncated; it says it lasts {float(self.duration):.2f} s, and its frames end at "
-                f"{float(end + 1 / self.rate):.2f} s; the {number} frames until there are done"
-            )
+        """Whether the file ended before its header says, in seconds or in bytes; decoders end there without a word."""
+        said = ""
+        has_all = not self._says_its_time or (self.frames and number >= self.frames)
+        if self.duration and self.rate and not has_all:
+            last = end + 1 / self.rate
+            if self.duration - last > Fraction(1, 2) / self.rate:
+                said = f"it says it lasts {float(self.duration):.2f} s, and its frames end at {float(last):.2f} s"
+        if not said and (promised := promised_end(self.path)) is not None:
+            said = f"it says it goes on to byte {promised}, and it has {self.path.stat().st_size}"
+        if said:
+            raise InputError(f"{self.path}: truncated; {said}; the {number} frames until there are done")
 
     def _picture(self, frame: VideoFrame, converted: Conversion) -> Stored:
         matrix, colour_range = stated(frame.colorspace, frame.color_range, frame.format.name, frame.height)
@@ -240,10 +245,11 @@ def _duration(stream: VideoStream) -> Fraction | None:
     """Seconds that a stream lasts, where its header says so."""
     if stream.duration and stream.time_base:
         return stream.duration * stream.time_base
-    # Matroska: hours:minutes:seconds
+    # Matroska: hours:minutes:seconds, from time 0 on
     try:
         hours, minutes, seconds = stream.metadata["DURATION"].split(":")
-        return (int(hours) * 60 + int(minutes)) * 60 + Fraction(seconds)
+        start = max(stream.start_time or 0, 0) * (stream.time_base or 0)
+        return (int(hours) * 60 + int(minutes)) * 60 + Fraction(seconds) - start
     except (KeyError, ValueError):
         return None
 

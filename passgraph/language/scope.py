@@ -73,6 +73,9 @@ class FunctionSource:
     source: Source
     node: ast.FunctionDef
     scope: Scope
+    #: Where Python finds the function that it was written as; empty of text.
+    module: str = ""
+    qualname: str = ""
 
     @cached_property
     def assigned(self) -> frozenset[str]:

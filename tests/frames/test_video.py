@@ -449,6 +449,24 @@ def test_pooled_conversions_give_the_bits_of_plain_ones(format: str, interlaced:
             assert frame.pts == 11
 
 
+@pytest.mark.parametrize("format", ["yuv420p", "yuv444p", "yuv422p10le"])
+def test_what_pools_are_told_of_frames_is_true(format: str) -> None:
+    """Of another matrix or range than it was told, libavfilter warns with each frame, and promises nothing."""
+    pixels = np.zeros((48, 64, 4), np.uint8)
+    before = av.logging.get_level()
+    av.logging.set_level(av.logging.VERBOSE)
+    try:
+        with av.logging.Capture(local=False) as said:
+            for matrix in (1, 4, 5, 6, 7, 9):
+                for colour_range in (1, 2):
+                    frame = av.VideoFrame.from_ndarray(pixels, "rgba").reformat(format=format)
+                    frame.colorspace, frame.color_range, frame.pts = matrix, colour_range, 0
+                    Conversion()(frame, "rgba")
+    finally:
+        av.logging.set_level(before)
+    assert [text for _, _, text in said if "on the fly" in text or "filter context" in text] == []
+
+
 @pytest.mark.parametrize("width", [34, 66, 98, 100, 130])
 def test_every_column_of_a_narrow_video_is_read(tmp_path: Path, width: int) -> None:
     """Widths that are no multiple of what swscale writes at once."""
