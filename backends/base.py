@@ -10,7 +10,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
-from typing import Any, ClassVar, Protocol, Self
+from typing import Any, ClassVar, NoReturn, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from passgraph.backends.steps import numbers_of as numbers_of
 from passgraph.backends.steps import quantised as quantised
 from passgraph.backends.steps import values_of as values_of
 from passgraph.backends.turn import Turn, turn_of
+from passgraph.errors import BackendError
 from passgraph.formats import Format
 from passgraph.graph.geometry import Geometry
 from passgraph.plan.data import DrawStep, PixelStep
@@ -267,6 +268,12 @@ class Backend(ABC):
     @abstractmethod
     def close(self) -> None:
         """Give everything back; idempotent."""
+
+    def __reduce__(self) -> NoReturn:
+        raise BackendError(
+            f"{self.name}: an open backend is a device of this process, and is neither copied nor pickled; give its "
+            "name to the other process, and open it there"
+        )
 
     def __enter__(self) -> Backend:
         return self

@@ -24,6 +24,9 @@ from passgraph.errors import PassgraphError
 DEVICES = ("gl", "opencl", "numpy")
 #: The same for what numpy shows as well, and PoCL would compile dozens of programs for.
 SLOW_ON_OPENCL = ("gl", pytest.param("opencl", marks=pytest.mark.slow), "numpy")
+#: New objects after which Python looks for cycles among them: kernels are trees of many small ones that stay, and its
+#: own 700 cost tests a twentieth of their time.
+GARBAGE_AFTER = 20_000
 
 
 @pytest.hookimpl(wrapper=True)
@@ -39,6 +42,7 @@ def pytest_collection() -> Generator[None, object, object]:
     finally:
         gc.collect()
         gc.freeze()
+        gc.set_threshold(GARBAGE_AFTER, *gc.get_threshold()[1:])
         gc.enable()
 
 

@@ -38,19 +38,16 @@ class CountsRunner(PixelPassRunner):
         self(outputs, images[0], blocks[0])
 
     def _compile(self, layouts: tuple[ImageLayout, ...], image_count: int) -> list[Launch]:
-        backend, cl, work = self.backend, self.backend.cl, self.work
+        backend, work = self.backend, self.work
         images, outputs, items = layouts[:image_count], layouts[image_count:], items_of(backend)
         size = work.size or images[0].size
         strips = strips_of(work, size, STRIP_CPU if backend.is_cpu else STRIP_GPU)
         source = counts_source(work, images, outputs, strips, items, self.uniforms.fits_constant())
         built = backend.programs.build(source, self.what)
         tables = backend.allocate(4 * strips.count * work.counting.bins, f"the tables of {self.what}")
-        none = cl.cltypes.make_int4(0, 0, 0, 0)
-        with backend.reported(f"making the kernels of {self.what}"):
-            counts, sums = cl.Kernel(built, "pg_counts"), cl.Kernel(built, "pg_sums")
         launches = [
-            Launch(counts, (items * strips.count, 1), (items, 1), (0, 0), none, tables),
-            Launch(sums, outputs[0].size, None, (0, 0), none, tables),
+            self.launch(built, "pg_counts", (items * strips.count, 1), (items, 1), own=tables),
+            self.launch(built, "pg_sums", outputs[0].size, None, own=tables),
         ]
         backend.free_with(launches[0], tables)
         return launches

@@ -73,15 +73,15 @@ def _kernel(
     printer.open(f"__kernel void {name}({parameters([layout for _, layout in images], outputs)})")
     if inner and on_cpu:
         # cut: columns of the first and the last run, which overlaps: some pixels twice cost less than one more kernel.
-        printer.line("int y = (int)get_global_id(1);")
+        printer.line("int y = (int)get_global_id(1) + first.y;")
         printer.line(f"int start = min(cut.x + (int)get_global_id(0) * {run}, cut.y);")
         printer.line(f"for (int x = start; x < start + {run}; ++x)\n{{")
     elif inner:
-        printer.line("int x = (int)get_global_id(0);\nint y = (int)get_global_id(1);")
+        printer.line("int x = (int)get_global_id(0) + first.x;\nint y = (int)get_global_id(1) + first.y;")
     else:
         # cut: first column and row of the block that the inner kernel covers, and its width and height.
-        printer.line("int x = (int)get_global_id(0);\nx = x < cut.x ? x : x + cut.z;")
-        printer.line("int y = (int)get_global_id(1);\ny = y < cut.y ? y : y + cut.w;")
+        printer.line("int x = (int)get_global_id(0) + first.x;\nx = x < cut.x ? x : x + cut.z;")
+        printer.line("int y = (int)get_global_id(1) + first.y;\ny = y < cut.y ? y : y + cut.w;")
     printer.variables()
     printer.block(program.body)
     for i, (output, layout) in enumerate(zip(program.outputs, outputs, strict=True)):
@@ -94,9 +94,9 @@ def _kernel(
 
 
 def parameters(images: Sequence[ImageLayout], outputs: Sequence[ImageLayout], *own: str) -> str:
-    """What kernels of a pixel pass take: ``out0`` and so on, what it reads, buffers of its own, and ``cut``."""
+    """What kernels of a pixel pass take: ``out0`` …, what it reads, buffers of its own, ``cut`` and ``first``."""
     found = [f"__global {element(layout.format)}* restrict out{i}" for i, layout in enumerate(outputs)]
-    return ", ".join([*found, *inputs(images), *own, "int4 cut"])
+    return ", ".join([*found, *inputs(images), *own, "int4 cut", "int2 first"])
 
 
 def inputs(images: Sequence[ImageLayout]) -> list[str]:
@@ -132,18 +132,22 @@ Launched: TypeAlias = tuple[str, tuple[int, int], tuple[int, int] | None, tuple[
 
 @dataclass(eq=False)
 class Launch:
-    """One kernel with its arguments, over a range of pixels."""
+    """One kernel with its arguments, over a range of pixels.
+
+    Where the range begins is an argument too: PoCL compiles a kernel again for work-items that are counted from
+    elsewhere than 0.
+    """
 
     kernel: Any
     items: tuple[int, int]
     group: tuple[int, int] | None
-    first: tuple[int, int]
     cut: Any
+    first: Any
     #: A buffer of its own, where it takes one.
     own: Any = None
 
     def bind(self, buffers: Sequence[Any]) -> None:
-        self.kernel.set_args(*buffers, *([] if self.own is None else [self.own]), self.cut)
+        self.kernel.set_args(*buffers, *([] if self.own is None else [self.own]), self.cut, self.first)
 
 
 class PixelPassRunner:
@@ -169,7 +173,7 @@ class PixelPassRunner:
             self.uniforms.update(block)
             enqueue, queue = backend.cl.enqueue_nd_range_kernel, backend.queue
             for launch in self.launches:
-                enqueue(queue, launch.kernel, launch.items, launch.group, launch.first)
+                enqueue(queue, launch.kernel, launch.items, launch.group)
         except backend.cl.Error:
             with backend.reported(f"running {self.what}"):
                 raise
@@ -198,12 +202,17 @@ class PixelPassRunner:
         kernels = {name for name, *_ in ranges}
         source = pixel_source(self.step.program, images, layouts[image_count:], constant, run, kernels)
         built = self.backend.programs.build(source, self.what)
+        return [self.launch(built, *one) for one in ranges]
+
+    def launch(
+        self, program: Any, name: str, items: tuple[int, int], group: tuple[int, int] | None,
+        first: tuple[int, int] = (0, 0), cut: tuple[int, int, int, int] = (0, 0, 0, 0), own: Any = None,
+    ) -> Launch:  # fmt: skip
+        """A kernel of a built program over some pixels, with a buffer of its own where it takes one."""
         cl = self.backend.cl
         with self.backend.reported(f"making the kernels of {self.what}"):
-            return [
-                Launch(cl.Kernel(built, name), items, local, first, cl.cltypes.make_int4(*cut))
-                for name, items, local, first, cut in ranges
-            ]
+            kernel = cl.Kernel(program, name)
+        return Launch(kernel, items, group, cl.cltypes.make_int4(*cut), cl.cltypes.make_int2(*first), own)
 
     def _ranges(self, size: tuple[int, int], block: tuple[int, int, int, int], group: int, run: int) -> list[Launched]:
         """Which kernel runs where."""

@@ -46,6 +46,8 @@ class Interpreter(Generic[V, M]):
         self.program, self.domain, self.surroundings = program, domain, surroundings
         self.locals: dict[str, V] = {}
         self.loops: list[_Loop[M]] = []
+        #: By which expression they are: loops come back to the same ones.
+        self._constants: dict[int, V] = {}
 
     def run(self) -> tuple[dict[str, V], V | None]:
         """Results by name, and where fragments are kept (None: everywhere)."""
@@ -61,10 +63,13 @@ class Interpreter(Generic[V, M]):
 
         When none left on the way, that is the very mask that came in.
         """
+        focused = False
         for statement in statements:
-            if not self.domain.some(active):
-                return active
-            self.domain.focus(active)
+            if not focused:
+                if not self.domain.some(active):
+                    return active
+                self.domain.focus(active)
+            focused = isinstance(statement, ir.Assign)
             if isinstance(statement, ir.Assign):
                 self._assign(statement, active)
             elif isinstance(statement, ir.If):
@@ -118,12 +123,12 @@ class Interpreter(Generic[V, M]):
 
     def value(self, expression: ir.Expr) -> V:
         domain = self.domain
-        if isinstance(expression, ir.Literal):
-            return domain.constant(expression.type, (expression.value,))
-        if isinstance(expression, ir.Local):
-            return self.locals[expression.name]
         if isinstance(expression, ir.Apply):
             return domain.apply(expression.operation, [self.value(a) for a in expression.arguments])
+        if isinstance(expression, ir.Local):
+            return self.locals[expression.name]
+        if isinstance(expression, (ir.Literal, ir.Table)):
+            return self._constant(expression)
         if isinstance(expression, ir.Swizzle):
             return domain.swizzle(self.value(expression.value), expression.components)
         if isinstance(expression, ir.Construct):
@@ -136,19 +141,25 @@ class Interpreter(Generic[V, M]):
         if isinstance(expression, ir.Insert):
             value, index = self.value(expression.value), self.value(expression.index)
             return domain.insert(value, index, self.value(expression.element))
-        if isinstance(expression, ir.Table):
-            return domain.constant(expression.type, expression.values)
         if isinstance(expression, ir.Filtered):
             return domain.widened(self.value(expression.value), self.value(expression.slack))
-        if isinstance(expression, ir.Property):
-            return domain.constant(expression.type, (self.surroundings.property(expression.image, expression.name),))
         return self._outside(expression)
 
-    def _outside(self, expression: ir.Uniform | ir.Builtin | ir.Texel | ir.Size) -> V:
+    def _constant(self, expression: ir.Literal | ir.Table) -> V:
+        found = self._constants.get(id(expression))
+        if found is None:
+            numbers = (expression.value,) if isinstance(expression, ir.Literal) else expression.values
+            found = self._constants[id(expression)] = self.domain.constant(expression.type, numbers)
+        return found
+
+    def _outside(self, expression: ir.Uniform | ir.Builtin | ir.Texel | ir.Size | ir.Property) -> V:
         if isinstance(expression, ir.Uniform):
             return self.surroundings.uniform(expression)
         if isinstance(expression, ir.Builtin):
             return self.surroundings.builtin(expression)
+        if isinstance(expression, ir.Property):
+            number = self.surroundings.property(expression.image, expression.name)
+            return self.domain.constant(expression.type, (number,))
         if isinstance(expression, ir.Texel):
             x, y = self.value(expression.x), self.value(expression.y)
             return self.surroundings.texel(expression.image, x, y, expression.relative)

@@ -32,7 +32,9 @@ def together(values: Sequence[Numbers]) -> list[Numbers]:
 def spread(values: Sequence[Numbers]) -> list[Numbers]:
     """Scalars with an axis for components where others are vectors."""
     depth = max(value.ndim for value in values)
-    return [value.reshape(value.shape + (1,) * (depth - value.ndim)) for value in values]
+    return [
+        value if value.ndim == depth else value.reshape(value.shape + (1,) * (depth - value.ndim)) for value in values
+    ]
 
 
 def shaped(numbers: Sequence[ir.Number] | Numbers, type_: Type) -> Numbers:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import weakref
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from passgraph import arguments
 from passgraph.errors import GraphError
@@ -61,8 +61,7 @@ class Program:
             options if backend.optimises else replace(options, fuse=False, simplify=True),
         )
         self._inputs = inputs_behind(list(outputs.values()))
-        if "into" in self._inputs:
-            raise GraphError("an input cannot be called 'into': that says where results go; give it another name")
+        _check_names(self._inputs, outputs.values())
         self._bound: dict[str, tuple[Format, tuple[int, int]]] = {}
         self._plan: Plan | None = None
         self._busy = False
@@ -94,12 +93,13 @@ class Program:
 
     @property
     def plan(self) -> Plan:
-        """The plan; where inputs were left open it exists after the first run."""
+        """The plan; where inputs are open and have no default it exists after the first run."""
         self._check_open()
         plan = self._plan
         if plan is None:
             with self._alone("planned"):
                 if self._plan is None:
+                    self._bound = self._bound or self._admission.known()
                     self._make_plan()
                 plan = self._plan
         assert plan is not None
@@ -430,8 +430,23 @@ class Program:
                 self.backend.close()
             self._held.execution = None
 
+    def __reduce__(self) -> NoReturn:
+        raise GraphError(
+            "a program has a device of this process, and is neither copied nor pickled; compile the graph again, in "
+            "another process from program.to_data() and pg.from_data(...)"
+        )
+
     def __enter__(self) -> Program:
+        self._check_open()
         return self
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def _check_names(inputs: Mapping[str, InputSpec], outputs: Iterable[Target]) -> None:
+    """Runs are given inputs and values by name, and ``into``, which says where results go."""
+    values = {value.name for made in passes_behind(list(outputs)) for value in sources_of(made.values)}
+    for what, names in (("an input", inputs), ("a value", values)):
+        if "into" in names:
+            raise GraphError(f"{what} cannot be called 'into': that says where results go; give it another name")

@@ -119,13 +119,13 @@ class Walk:
 
     def loop(self, statement: ir.For, states: States, leader: int, active: Mask) -> None:
         bounds = (statement.start, statement.stop, statement.step)
-        active = active.copy()
-        for i in range(*(int(np.ravel(self.value(bound, leader, states))[0]) for bound in bounds)):
+        for index, over in self.domain.trips(*(self.value(bound, leader, states) for bound in bounds)):
+            active = active & ~over
             for state in states.values():
-                state[statement.name] = np.array([i])
+                state[statement.name] = index
             broken = [np.zeros_like(active)]
             self.block(statement.body, states, leader, active, broken)
-            active &= ~broken[0]
+            active = active & ~broken[0]
 
     def holds(self, statement: ir.Stmt) -> bool:
         if isinstance(statement, ir.Assign):

@@ -248,6 +248,16 @@ def test_pixels_enter_what_is_around_a_derivative_together(name: str) -> None:
     assert_walked(INSIDE[name])
 
 
+def test_pixels_go_round_loops_around_a_derivative_as_often_as_their_own_data_say() -> None:
+    assert_walked("""
+def k(c: Image) -> vec4:
+    p = c[0, 0]
+    for i in range(clamp(int(p.x), -2, 2), clamp(int(p.y * 4.0), -3, 5), clamp(int(p.w * 2.0), -2, 2)):
+        p += dfdx(p * float(i)) + p.yzwx
+    return fwidth(p)
+""")
+
+
 @pytest.mark.parametrize("name", INSIDE)
 def test_backends_agree_on_what_is_around_a_derivative(name: str) -> None:
     given = np.random.default_rng(3).integers(-8, 8, (5, 7, 4)).astype(np.float32) / 4

@@ -152,6 +152,9 @@ MUTANTS = (
     _o("pg_slots", "? 1 : 7;", "? 1 : 1;", "coverage/beyond", "coverage/through", "coverage/one triangle"),
     _o("pg_depth_offset", "* inverse_area * 256.0f;", "* inverse_area;", "draw states/polygon offset"),
     _o("pg_depth_offset", "ldexp(1.0f, exponent - 23)", "ldexp(1.0f, exponent - 22)", "draw states/polygon offset"),
+    _o("pg_emit", "cull == 1 + front", "cull == 2 - front", "draw states/cull"),
+    _o("pg_send", "into[1] = front ? c : b;", "into[1] = b;", "draw states/cull none", "draw states/cull back"),
+    _o("pg_emit_clipped", "b[4 + k], c[4 + k]", "c[4 + k], b[4 + k]", "coverage/beyond", "coverage/through"),
     _o("pg_emit", "int front = area < 0 ? 1 : 0;", "int front = area > 0 ? 1 : 0;", "draw states/cull"),
     _o(
         "pg_touches",

@@ -168,7 +168,10 @@ class Writer(Expressions):
             return ends[1]
         if form == "masked":
             return f"({self.of('int', 2)}) & 3"
-        return ", ".join(ends) if form == "start" else f"{ends[0]}, {ends[1]}, clamp({self.of('int', 2)}, -2, 2)"
+        if form == "start":
+            return ", ".join(ends)
+        # A step that is known to be 0 is refused.  With a texel in it none is known: no other text has this factor.
+        return f"{ends[0]}, {ends[1]}, clamp({self.of('int', 2)} + int(c[0, 0].w * 2.1), -2, 2)"
 
     def _match(self, nest: int) -> None:
         self.line(f"match {self.of('int', 2)}:")

@@ -91,7 +91,7 @@ class IntervalDomain(Domain[Bounded, Lanes]):
 
     def _hangs_on(self, numbers: Sequence[Numbers]) -> None:
         """Nothing is known of a lane where more than which texel is read hangs on an int that may be any."""
-        if self.track.vague.any() and any(n.dtype.kind in "iu" for n in numbers):
+        if any(n.dtype.kind in "iu" for n in numbers) and self.track.vague.any():
             self.track.mark(self.track.lost, self.track.vague)
 
     def _float(self, name: str, a: list[Interval]) -> Bounded:
@@ -351,4 +351,4 @@ class _Part(Part[Bounded]):
 def _spread(values: list[Interval]) -> list[Interval]:
     """Scalars with an axis for components where others are vectors."""
     depth = max(v.ndim for v in values)
-    return [v.map(lambda x: x.reshape(x.shape + (1,) * (depth - x.ndim))) for v in values]
+    return [v if v.ndim == depth else v.map(lambda x: x.reshape(x.shape + (1,) * (depth - x.ndim))) for v in values]
