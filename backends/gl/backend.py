@@ -16,7 +16,7 @@ from passgraph.backends.gl import state as fixed
 from passgraph.backends.gl import transfers
 from passgraph.backends.gl.capabilities import compute_of, loop_trips
 from passgraph.backends.gl.context import Context, OwnContext, device_names
-from passgraph.backends.gl.counts import count_run, counted, ways_of
+from passgraph.backends.gl.counts import CountRun, counted, ways_of
 from passgraph.backends.gl.geometry import Mesh
 from passgraph.backends.gl.objects import Objects
 from passgraph.backends.gl.passes import DrawRun, PixelRun
@@ -250,15 +250,19 @@ class GLBackend(Backend):
     def pixel_pass(self, step: PixelStep) -> PixelRunner:
         with self.context as gl:
             gl.drain()
-            counting = count_run(self, [step])
-            if counting is not None:
-                return lambda outputs, images, block: counting(outputs, [images], [block])
-            return PixelRun(self, step)
+            work = counted(self, [step])
+            if work is None:
+                return PixelRun(self, step)
+            counting = CountRun(self, [step], work)
+            return lambda outputs, images, block: counting(outputs, [images], [block])
 
     def pixel_chain(self, steps: Sequence[PixelStep]) -> ChainRunner | None:
+        work = counted(self, steps)
+        if work is None:
+            return None
         with self.context as gl:
             gl.drain()
-            return count_run(self, steps)
+            return CountRun(self, steps, work)
 
     def own_way(self, steps: Sequence[PixelStep]) -> str | None:
         work = counted(self, steps)

@@ -12,7 +12,7 @@ from passgraph.plan.limits import NONE
 
 Version = tuple[int, int]
 _VERSION, _EXTENSIONS, _EXTENSION_COUNT, _NO_ERROR = 0x1F02, 0x1F03, 0x821D, 0
-_RENDERER, _COMPUTE_IMAGES, _COMPUTE_NUMBERS, _BUFFER_BYTES, _FRAGMENT_BUFFERS = 0x1F01, 0x91BC, 0x8263, 0x90DE, 0x90DA
+_RENDERER, _COMPUTE_IMAGES, _COMPUTE_NUMBERS, _FRAGMENT_BUFFERS = 0x1F01, 0x91BC, 0x8263, 0x90DA
 #: The oldest of each kind that has all that passes need.
 OLDEST_DESKTOP, OLDEST_ES = (3, 3), (3, 0)
 
@@ -139,13 +139,11 @@ class Compute:
     ----------
     images : that one reads
     numbers : of its parameters, of 4 bytes
-    entries : of 4 bytes, of a buffer that it writes
     on_processor : whether it runs on the CPU
     """
 
     images: int
     numbers: int
-    entries: int
     on_processor: bool
 
 
@@ -154,8 +152,7 @@ def compute_of(gl: Any) -> Compute | None:
     lacks = gl.DispatchCompute is None or gl.MemoryBarrier is None or not gl.has.has_buffers
     if lacks or gl.integer(_FRAGMENT_BUFFERS) < 1:
         return None
-    images, numbers, size = (gl.integer(what) for what in (_COMPUTE_IMAGES, _COMPUTE_NUMBERS, _BUFFER_BYTES))
-    return Compute(images, numbers, size // 4, on_processor(gl.text(_RENDERER)))
+    return Compute(gl.integer(_COMPUTE_IMAGES), gl.integer(_COMPUTE_NUMBERS), on_processor(gl.text(_RENDERER)))
 
 
 def capabilities_of(gl: Any) -> Capabilities:

@@ -38,6 +38,8 @@ MOST_OWN = 512
 FOR_EACH_ENTRY, LEAST = 256, 1 << 15
 #: On graphics processors: texels of a strip, of which there are enough for many groups then.
 STRIP_GPU = 1 << 13
+#: Of the tables together: 16 MiB, which every OpenGL with buffers that shaders write gives them.
+MOST_ENTRIES = 1 << 22
 #: Uniforms besides the program's parameters: a picture's size, strips, and where images lie.
 OWN_NUMBERS = 16
 
@@ -68,7 +70,7 @@ def cut(work: Work, ways: Ways, size: tuple[int, int], most_trips: int) -> Strip
 
 
 class CountRun:
-    """The steps at work."""
+    """What :func:`counted` has found, at work."""
 
     def __init__(self, backend: GLBackend, steps: Sequence[PixelStep], work: Work) -> None:
         self.backend, self.steps, self.work = backend, steps, work
@@ -118,12 +120,6 @@ class CountRun:
         fixed.use(gl, bound, 0, backend.no_vertices)
 
 
-def count_run(backend: GLBackend, steps: Sequence[PixelStep]) -> CountRun | None:
-    """What counts in these steps' place; None where their programs have to."""
-    work = counted(backend, steps)
-    return None if work is None else CountRun(backend, steps, work)
-
-
 def counted(backend: GLBackend, steps: Sequence[PixelStep]) -> Work | None:
     """What steps count, where this device can."""
     has, limits, work = backend.compute, backend.limits, work_of(steps)
@@ -136,6 +132,6 @@ def counted(backend: GLBackend, steps: Sequence[PixelStep]) -> Work | None:
         cut(work, ways_of(work, has), size, limits.trips) is not None
         and len(program.images) <= has.images
         and limits.numbers_taken(program.float_count, program.int_count) + OWN_NUMBERS <= has.numbers
-        and work.rows * work.counting.bins <= has.entries
+        and work.rows * work.counting.bins <= MOST_ENTRIES
     )
     return work if fits else None

@@ -65,17 +65,19 @@ class Chains:
         yield from reversed(closed)
 
     def _ends_of_counting(self, start: int) -> Iterator[int]:
-        """Those of what counts bins together: the longest adds up all rows there are."""
+        """Those of what counts bins together: the longest chain adds most rows up."""
         steps: list[PixelStep] = []
         found: list[int] = []
         for end, step in enumerate(self.plan.steps[start : start + MAX_STEPS], start + 1):
             if not isinstance(step, PixelStep) or (steps and step.static != steps[0].static):
                 break
             steps.append(step)
-            if len(steps) > 1 and counting_of(steps) is None:
+            if len(steps) == 1:
+                continue
+            if counting_of(steps) is None:
                 break
-            closed = all(first >= start and last < end for first, last in self.spans[start : end - 1])
-            found += [end] * (closed and len(steps) > 1)
+            if all(first >= start and last < end for first, last in self.spans[start : end - 1]):
+                found.append(end)
         yield from reversed(found)
 
     def _alike(self, start: int, number: int) -> bool:
