@@ -62,8 +62,9 @@ class Interval:
         return np.asarray(np.where(np.isnan(exact), ~self.nan, ~inside))
 
     def map(self, function: Callable[[NDArray[Any]], NDArray[Any]]) -> Interval:
-        """The same rearrangement of all three arrays."""
-        return Interval(function(self.lo), function(self.hi), function(self.nan))
+        """The same rearrangement of all three arrays; of numbers that are known, one array stays both bounds."""
+        lo = function(self.lo)
+        return Interval(lo, lo if self.hi is self.lo else function(self.hi), function(self.nan))
 
     def both(self, function: Callable[[Float64], Float64]) -> Interval:
         """Both bounds through a function that does not fall."""
@@ -119,7 +120,9 @@ def mapped(value: Bounded, function: Callable[[NDArray[Any]], NDArray[Any]]) -> 
 
 
 def flushed(a: Interval) -> Interval:
-    """With 0 where a number too small to be normal may be in it."""
+    """With 0 where a number too small to be normal may be in it; numbers that are known stay one array."""
+    if a.lo is a.hi and not ((np.abs(a.lo) < SMALLEST_NORMAL) & (a.lo != 0)).any():
+        return a
     lo = np.where((a.lo > 0) & (a.lo < SMALLEST_NORMAL), 0.0, a.lo)
     hi = np.where((a.hi < 0) & (a.hi > -SMALLEST_NORMAL), 0.0, a.hi)
     return Interval(lo, hi, a.nan)
@@ -200,9 +203,12 @@ def sub(a: Interval, b: Interval, ulp: float = 0.5) -> Interval:
 
 
 def mul(a: Interval, b: Interval, ulp: float = 0.5) -> Interval:
-    products = (a.lo * b.lo, a.lo * b.hi, a.hi * b.lo, a.hi * b.hi)
-    first, last = products[:2], products[2:]
-    lo, hi = np.minimum(np.minimum(*first), np.minimum(*last)), np.maximum(np.maximum(*first), np.maximum(*last))
+    a, b = (b, a) if a.lo is a.hi else (a, b)
+    known = b.lo is b.hi  # as parameters, literals and texels are
+    products = (a.lo * b.lo, a.hi * b.lo) if known else (a.lo * b.lo, a.hi * b.lo, a.lo * b.hi, a.hi * b.hi)
+    lo, hi = np.minimum(*products[:2]), np.maximum(*products[:2])
+    if not known:
+        lo, hi = np.minimum(lo, np.minimum(*products[2:])), np.maximum(hi, np.maximum(*products[2:]))
     if _all_finite(lo, hi):
         return rounded(lo, hi, a.nan | b.nan, ulp)
     lo, hi = products[0], products[0]
