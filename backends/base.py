@@ -10,7 +10,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
-from typing import Any, ClassVar, Protocol, Self
+from typing import Any, ClassVar, NoReturn, Protocol, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from passgraph.backends.steps import numbers_of as numbers_of
 from passgraph.backends.steps import quantised as quantised
 from passgraph.backends.steps import values_of as values_of
 from passgraph.backends.turn import Turn, turn_of
+from passgraph.errors import BackendError
 from passgraph.formats import Format
 from passgraph.graph.geometry import Geometry
 from passgraph.plan.data import DrawStep, PixelStep
@@ -224,14 +225,14 @@ class Backend(ABC):
     def pixel_pass(self, step: PixelStep) -> PixelRunner:
         """Compile a pixel pass."""
 
-    def own_way(self, step: PixelStep) -> str | None:
-        """How this device does what a step is known to do (`PixelStep.known`) in a way of its own, in a few words for
-        ``explain()``; the results must be the same bits.  None where it runs the step's program."""
+    def own_way(self, steps: Sequence[PixelStep]) -> str | None:
+        """How this device does what a step, or a chain that it took, is known to do (`PixelStep.known`) in a way of its
+        own, in a few words for ``explain()``; the results must be the same bits.  None where it runs the programs."""
         return None
 
     def pixel_chain(self, steps: Sequence[PixelStep]) -> ChainRunner | None:
-        """Compile consecutive pixel passes of one size as one; what lies between them is read by them alone, and the
-        results must be the same bits.  None where that brings nothing: they then run one by one."""
+        """Compile consecutive pixel passes as one, see :mod:`passgraph.plan.chains`; what lies between them is read by
+        them alone, and the results must be the same bits.  None where that brings nothing: they then run one by one."""
         return None
 
     @abstractmethod
@@ -267,6 +268,12 @@ class Backend(ABC):
     @abstractmethod
     def close(self) -> None:
         """Give everything back; idempotent."""
+
+    def __reduce__(self) -> NoReturn:
+        raise BackendError(
+            f"{self.name}: an open backend is a device of this process, and is neither copied nor pickled; give its "
+            "name to the other process, and open it there"
+        )
 
     def __enter__(self) -> Backend:
         return self

@@ -33,8 +33,6 @@ Stored = NDArray[Any]  # (h, w, 4) uint8, uint16 or float32
 
 #: What Pillow is let to open. Some of its other formats start programs (EPS runs Ghostscript), none is promised.
 PILLOW_FORMATS = ("PNG", "JPEG", "TIFF", "WEBP", "BMP", "GIF", "TGA")
-#: Those of which a file may hold several pictures.
-_MANY = ("TIFF", "WEBP", "GIF")
 EXPECTED = "PNG, JPEG, TIFF, WebP, BMP, GIF, TGA, OpenEXR or npy"
 #: Of the result, four float32.
 BYTES_A_PIXEL = 16
@@ -96,11 +94,13 @@ def open_picture(data: bytes, where: str) -> ImageFile:
 
 
 def holds_several(file: Path) -> bool:
-    """Whether a GIF, TIFF or WebP file has pictures behind the first; False of what cannot be read."""
+    """Whether a TIFF file has pictures behind the first; False of what cannot be read."""
     from PIL import Image as pillow
 
+    if file.suffix.lower() not in (".tif", ".tiff") or not file.is_file():
+        return False
     try:
-        with without_pillow_limit(), pillow.open(file, formats=_MANY) as image:
+        with without_pillow_limit(), pillow.open(file, formats=("TIFF",)) as image:
             return bool(getattr(image, "is_animated", False))
     except Exception:  # decoders meet broken bytes with errors of every kind, told when the picture is read
         return False
@@ -154,8 +154,11 @@ def without_pillow_limit() -> Iterator[None]:
                 pillow.MAX_IMAGE_PIXELS = _pillow_limit
 
 
-def _check_size(file: Path, width: int, height: int, held: int, max_bytes: int) -> None:
-    """``held`` is what else is in memory while the result is: stored pixels, decoders, the file."""
+def check_size(file: Path, width: int, height: int, held: int, max_bytes: int) -> None:
+    """Refuse a picture that is empty or takes too much memory.
+
+    ``held`` is what else is in memory while the result is: stored pixels, decoders, the file.
+    """
     if width < 1 or height < 1:
         raise InputError(f"{file}: says it is {width}×{height} pixels; expected at least 1×1")
     needed = width * height * BYTES_A_PIXEL + held
@@ -170,7 +173,7 @@ def _decode_with_pillow(file: Path, data: bytes, max_bytes: int, as_stored: bool
     image = open_picture(data, str(file))
     stored = _stored_as(image)
     is_wide = stored.startswith(("RGB;16", "RGBA;16"))
-    _check_size(file, image.width, image.height, _held(image, is_wide) + len(data), max_bytes)
+    check_size(file, image.width, image.height, _held(image, is_wide) + len(data), max_bytes)
     _check_mode(file, image, stored, is_wide)
     with without_pillow_limit():
         whole = _loaded_in_place(image) if as_stored and not is_wide else None
@@ -342,7 +345,7 @@ def _decode_npy(file: Path, data: bytes, max_bytes: int, as_stored: bool) -> tup
     shape, by_columns, dtype = read_header(stream)
     if len(shape) not in (2, 3) or (len(shape) == 3 and shape[2] not in (1, 2, 3, 4)):
         raise InputError(f"{file}: has shape {shape}; expected (h, w) or (h, w, 1 to 4)")
-    _check_size(file, shape[1], shape[0], len(data), max_bytes)
+    check_size(file, shape[1], shape[0], len(data), max_bytes)
     kept = {"f": np.float32, "u1": np.uint8, "u2": np.uint16}.get("f" if dtype.kind == "f" else dtype.str[1:])
     if kept is None:
         raise InputError(f"{file}: has dtype {dtype}; expected float, uint8 or uint16")
@@ -359,7 +362,7 @@ def _decode_npy(file: Path, data: bytes, max_bytes: int, as_stored: bool) -> tup
 def _decode_tiff(file: Path, data: bytes, max_bytes: int, as_stored: bool) -> tuple[Stored, bool]:
     """What Pillow does not read of TIFF, such as several channels of floats."""
     tiff = TiffNumbers(file, data)
-    _check_size(file, tiff.width, tiff.height, tiff.held + len(data), max_bytes)
+    check_size(file, tiff.width, tiff.height, tiff.held + len(data), max_bytes)
     turn, back = _turns.get(tiff.orientation, (_as_it_is, _as_it_is))
     values = tiff.decoded()
     picture: Stored = np.empty((*turn(values).shape[:2], 4), values.dtype if as_stored else np.float32)
@@ -376,8 +379,8 @@ def _decode_exr(file: Path, file_bytes: int, max_bytes: int) -> Picture:
     (x0, y0), (x1, y1) = _window(header, "dataWindow")
     # All channels of all parts are read together, whatever is wanted of them.
     held = file_bytes + sum(_exr_bytes(part.header) for part in parts)
-    _check_size(file, right - left + 1, bottom - top + 1, held, max_bytes)
-    _check_size(file, x1 - x0 + 1, y1 - y0 + 1, held, max_bytes)
+    check_size(file, right - left + 1, bottom - top + 1, held, max_bytes)
+    check_size(file, x1 - x0 + 1, y1 - y0 + 1, held, max_bytes)
     names = {channel.name for channel in header["channels"]}
     found = next((order for order in (["R", "G", "B"], ["Y"]) if names.issuperset(order)), None)
     if found is None or any(channel.xSampling != 1 or channel.ySampling != 1 for channel in header["channels"]):

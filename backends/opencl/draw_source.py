@@ -26,7 +26,6 @@ from passgraph.plan.data import DrawStep
 TRIANGLE_INTS = 12
 #: Where the other pixels of a quad lie, and their numbers in pixels.cl.
 PIXELS = {axes: number for number, axes in enumerate(("", *OTHER_PIXELS))}
-CULL = {"none": 0, "back": 1, "front": 2}
 
 
 @dataclass(frozen=True)
@@ -45,18 +44,17 @@ def draw_sources(
 ) -> dict[tuple[str, ...], Listing]:
     """Kernels → their source; ``serial`` gives a tile to one work-item instead of a work-group.
 
-    Three sources, since compilers take long: draws of one vertex kernel share the first, and of one size, culling and
-    number of varyings the second.
+    Three sources, since compilers take long: draws of one vertex kernel share the first, and all draws the second.
     """
-    triangles = _defines(_triangle_rows(step, tile))
-    pixels = _defines(_pixel_rows(step, layouts, serial))
+    triangles = {"PG_TILE": tile, "PG_INTS": TRIANGLE_INTS}
+    pixels = _defines(triangles | _pixel_rows(step, layouts, tile, serial))
     return {
         ("pg_vertices",): join(prologue(constant), _vertex(step, layouts)),
         ("pg_count", "pg_setup", "pg_scan", "pg_fill"): join(
-            prologue(True), triangles, _defines(_setup_rows(step)), package_text("raster.cl")
+            package_text("helpers.cl"), _defines(triangles), package_text("raster.cl")
         ),
         ("pg_tiles",): join(
-            prologue(constant), triangles, pixels, _clear(step, layouts), *_blends(step), _shade(step, layouts),
+            prologue(constant), pixels, _clear(step, layouts), *_blends(step), _shade(step, layouts),
             package_text("pixels.cl"),
         ),
     }  # fmt: skip
@@ -71,37 +69,12 @@ def _defines(rows: Mapping[str, object]) -> str:
     return "".join(f"#define {name} {value}\n" for name, value in rows.items())
 
 
-def _triangle_rows(step: DrawStep, tile: int) -> dict[str, object]:
-    """What both who makes triangles and who draws them must know."""
-    width, height = step.size
-    return {
-        "PG_WIDTH": width,
-        "PG_HEIGHT": height,
-        "PG_TILE": tile,
-        "PG_TILES_X": -(-width // tile),
-        "PG_TILES_Y": -(-height // tile),
-        "PG_INTS": TRIANGLE_INTS,
-        "PG_FLOATS": triangle_floats(step),
-    }
-
-
-def _setup_rows(step: DrawStep) -> dict[str, object]:
-    factor, units = (OpenCLPrinter(step.vertex, {}).float_literal(n) for n in step.state.polygon_offset)
-    return {
-        "PG_SENT": len(step.varyings),
-        "PG_CULL": CULL[step.state.cull],
-        "PG_OFFSET": int(step.state.polygon_offset != (0.0, 0.0)),
-        "PG_OFFSET_FACTOR": factor,
-        "PG_OFFSET_UNITS": units,
-    }
-
-
 def _read(program: ScalarProgram | None) -> list[tuple[str, str]]:
     """What a fragment kernel is handed, and at which pixel of its quad."""
     return [] if program is None else [own_pixel(name) for name, _ in program.builtins]
 
 
-def _pixel_rows(step: DrawStep, layouts: DrawLayouts, serial: bool) -> dict[str, object]:
+def _pixel_rows(step: DrawStep, layouts: DrawLayouts, tile: int, serial: bool) -> dict[str, object]:
     width, height = step.size
     fragment = step.fragment
     resources = _image_parameters(layouts.images)
@@ -113,6 +86,10 @@ def _pixel_rows(step: DrawStep, layouts: DrawLayouts, serial: bool) -> dict[str,
     # pg_tiles has parameters of these names of its own.
     resources = [text.removesuffix(name) + f"pg_{name}" for text, name in zip(resources, names, strict=True)]
     return {
+        "PG_WIDTH": width,
+        "PG_HEIGHT": height,
+        "PG_TILES_X": -(-width // tile),
+        "PG_FLOATS": triangle_floats(step),
         "PG_DEPTH": int(layouts.depth),
         "PG_READS_DEPTH": int(any(name == "fragment_depth" for name, _ in _read(fragment))),
         "PG_BESIDE": sum(1 << pixel for pixel in {PIXELS[axes] for _, axes in _read(fragment)} if pixel),

@@ -70,15 +70,15 @@ def _kernel(
     printer.open(f"__kernel void {name}({parameters([layout for _, layout in images], outputs)})")
     if inner and on_cpu:
         # cut: columns of the first and the last run, which overlaps: some pixels twice cost less than one more kernel.
-        printer.line("int y = (int)get_global_id(1);")
+        printer.line("int y = (int)get_global_id(1) + first.y;")
         printer.line(f"int start = min(cut.x + (int)get_global_id(0) * {run}, cut.y);")
         printer.line(f"for (int x = start; x < start + {run}; ++x)\n{{")
     elif inner:
-        printer.line("int x = (int)get_global_id(0);\nint y = (int)get_global_id(1);")
+        printer.line("int x = (int)get_global_id(0) + first.x;\nint y = (int)get_global_id(1) + first.y;")
     else:
         # cut: first column and row of the block that the inner kernel covers, and its width and height.
-        printer.line("int x = (int)get_global_id(0);\nx = x < cut.x ? x : x + cut.z;")
-        printer.line("int y = (int)get_global_id(1);\ny = y < cut.y ? y : y + cut.w;")
+        printer.line("int x = (int)get_global_id(0) + first.x;\nx = x < cut.x ? x : x + cut.z;")
+        printer.line("int y = (int)get_global_id(1) + first.y;\ny = y < cut.y ? y : y + cut.w;")
     printer.variables()
     printer.block(program.body)
     for i, (output, layout) in enumerate(zip(program.outputs, outputs, strict=True)):
@@ -90,11 +90,16 @@ def _kernel(
     return printer.close()
 
 
-def parameters(images: Sequence[ImageLayout], outputs: Sequence[ImageLayout]) -> str:
-    """What kernels of a pixel pass take: ``image0`` and so on, ``out0`` and so on, and what `Launch` gives each."""
+def parameters(images: Sequence[ImageLayout], outputs: Sequence[ImageLayout], *own: str) -> str:
+    """What kernels of a pixel pass take: ``out0`` …, what it reads, buffers of its own, ``cut`` and ``first``."""
+    found = [f"__global {element(layout.format)}* restrict out{i}" for i, layout in enumerate(outputs)]
+    return ", ".join([*found, *inputs(images), *own, "int4 cut", "int2 first"])
+
+
+def inputs(images: Sequence[ImageLayout]) -> list[str]:
+    """What a pixel pass reads: ``image0`` and so on, and its parameters."""
     found = [f"__global const {element(layout.format)}* restrict image{i}" for i, layout in enumerate(images)]
-    found += [f"__global {element(layout.format)}* restrict out{i}" for i, layout in enumerate(outputs)]
-    return ", ".join([*found, "PG_UNIFORMS float* restrict floats", "PG_UNIFORMS int* restrict ints", "int4 cut"])
+    return [*found, "PG_UNIFORMS float* restrict floats", "PG_UNIFORMS int* restrict ints"]
 
 
 def inner_block(program: ScalarProgram, size: tuple[int, int], group: int) -> tuple[int, int, int, int]:
@@ -112,16 +117,22 @@ Launched: TypeAlias = tuple[str, tuple[int, int], tuple[int, int] | None, tuple[
 
 @dataclass(eq=False)
 class Launch:
-    """One kernel with its arguments, over a range of pixels."""
+    """One kernel with its arguments, over a range of pixels.
+
+    Where the range begins is an argument too: PoCL compiles a kernel again for work-items that are counted from
+    elsewhere than 0.
+    """
 
     kernel: Any
     items: tuple[int, int]
     group: tuple[int, int] | None
-    first: tuple[int, int]
     cut: Any
+    first: Any
+    #: A buffer of its own, where it takes one.
+    own: Any = None
 
     def bind(self, buffers: Sequence[Any]) -> None:
-        self.kernel.set_args(*buffers, self.cut)
+        self.kernel.set_args(*buffers, *([] if self.own is None else [self.own]), self.cut, self.first)
 
 
 class PixelPassRunner:
@@ -147,7 +158,7 @@ class PixelPassRunner:
             self.uniforms.update(block)
             enqueue, queue = backend.cl.enqueue_nd_range_kernel, backend.queue
             for launch in self.launches:
-                enqueue(queue, launch.kernel, launch.items, launch.group, launch.first)
+                enqueue(queue, launch.kernel, launch.items, launch.group)
         except backend.cl.Error:
             with backend.reported(f"running {self.what}"):
                 raise
@@ -159,7 +170,8 @@ class PixelPassRunner:
             self.compiled[layouts] = self._compile(layouts, image_count)
         self.launches = self.compiled[layouts]
         self.storages = []  # nothing counts as bound where an argument is refused
-        buffers = [*(storage.buffer for storage in storages), *self.uniforms.buffers]
+        written, read = storages[image_count:], storages[:image_count]
+        buffers = [*(storage.buffer for storage in [*written, *read]), *self.uniforms.buffers]
         for launch in self.launches:
             launch.bind(buffers)
         self.storages = [ref(storage) for storage in storages]
@@ -174,12 +186,17 @@ class PixelPassRunner:
         kernels = {name for name, *_ in ranges}
         source = pixel_source(self.step.program, images, layouts[image_count:], constant, run, kernels)
         built = self.backend.programs.build(source, self.what)
+        return [self.launch(built, *one) for one in ranges]
+
+    def launch(
+        self, program: Any, name: str, items: tuple[int, int], group: tuple[int, int] | None,
+        first: tuple[int, int] = (0, 0), cut: tuple[int, int, int, int] = (0, 0, 0, 0), own: Any = None,
+    ) -> Launch:  # fmt: skip
+        """A kernel of a built program over some pixels, with a buffer of its own where it takes one."""
         cl = self.backend.cl
         with self.backend.reported(f"making the kernels of {self.what}"):
-            return [
-                Launch(cl.Kernel(built, name), items, local, first, cl.cltypes.make_int4(*cut))
-                for name, items, local, first, cut in ranges
-            ]
+            kernel = cl.Kernel(program, name)
+        return Launch(kernel, items, group, cl.cltypes.make_int4(*cut), cl.cltypes.make_int2(*first), own)
 
     def _ranges(self, size: tuple[int, int], group: int, run: int) -> list[Launched]:
         """Which kernel runs where."""

@@ -1,12 +1,17 @@
 // Triangles into tiles, tiles into pixels; docs/rasterisation.md has the rules by number.
 //
-// The host defines, before this text: PG_WIDTH, PG_HEIGHT, PG_TILE, PG_TILES_X, PG_TILES_Y, PG_SENT (varyings),
-// PG_CULL (0 none, 1 back, 2 front), PG_OFFSET and its two numbers, PG_INTS and PG_FLOATS.
+// The host defines PG_TILE and PG_INTS before this text.  What draws differ in comes as arguments, so that compilers,
+// which take half a second here, meet one text: ``screen`` (width and height in pixels, tiles across and
+// down), ``cull`` (0 none, 1 back, 2 front), ``offset`` (factor and units of rule 5) and the number of ``varyings``.
 
 // A triangle in slot t: six window coordinates in 1/256 pixel, wound so that its area is positive;
 // the box of pixels that it can touch (x, X, y, Y; empty where x > X); whether it faces front: PG_INTS in all.
-// PG_FLOATS: three depths, three 1/w relative to the largest, 1/area, polygon offset, then each varying's three values.
-#define PG_CORNER (4 + PG_SENT)
+// Three depths, three 1/w relative to the largest, 1/area, polygon offset; then each varying's three values.
+#define PG_PLACED 8
+
+// Varyings that go through clipping together.
+#define PG_TOGETHER 4
+#define PG_CORNER (4 + PG_TOGETHER)
 // A triangle cut by six planes has at most nine corners.
 #define PG_CORNERS 9
 // No corner is drawn farther than this many half-screens from the centre: twice the guard band.
@@ -102,9 +107,9 @@ void pg_scale(pg_corner* corners)
 }
 
 // Rule 5: units are steps of a float depth at the triangle's largest depth.
-float pg_depth_offset(float3 z, int2 a, int2 b, int2 c, float inverse_area)
+float pg_depth_offset(float3 z, int2 a, int2 b, int2 c, float inverse_area, float2 offset)
 {
-#if PG_OFFSET
+    if (offset.x == 0.0f && offset.y == 0.0f) { return 0.0f; }
     float2 u = convert_float2(b - a), v = convert_float2(c - a);
     float du = z.y - z.x, dv = z.z - z.x;
     float slope_x = fabs(du * v.y - dv * u.y), slope_y = fabs(dv * u.x - du * v.x);
@@ -112,14 +117,13 @@ float pg_depth_offset(float3 z, int2 a, int2 b, int2 c, float inverse_area)
     float slope = (slope_x < slope_y ? slope_y : slope_x) * inverse_area * 256.0f;
     float largest = fmax(fmax(z.x, z.y), z.z);
     int exponent = max((int)((as_uint(largest) >> 23) & 255u), 1) - 127;
-    return PG_OFFSET_FACTOR * slope + PG_OFFSET_UNITS * ldexp(1.0f, exponent - 23);
-#else
-    return 0.0f;
-#endif
+    return offset.x * slope + offset.y * ldexp(1.0f, exponent - 23);
 }
 
 // Rules 2, 3 and 5 for one triangle without parts outside.
-void pg_emit(const float* a, const float* b, const float* c, __global int* ints, __global float* floats)
+void pg_emit(
+    const float* a, const float* b, const float* c, int4 screen, int cull, float2 offset, __global int* ints,
+    __global float* floats)
 {
     const float* corner[3] = {a, b, c};
     float x[3], y[3];
@@ -131,22 +135,18 @@ void pg_emit(const float* a, const float* b, const float* c, __global int* ints,
         float w = corner[i][3], right = corner[i][0] / w, up = corner[i][1] / w;
         // A corner at the eye has no place on the screen, nor has one that rounding alone put far off.
         if (!(w > 0.0f && fabs(right) <= PG_FARTHEST && fabs(up) <= PG_FARTHEST)) { return; }
-        x[i] = rint((right * 0.5f + 0.5f) * PG_WIDTH * 256.0f);
-        y[i] = rint((0.5f - up * 0.5f) * PG_HEIGHT * 256.0f);
+        x[i] = rint((right * 0.5f + 0.5f) * screen.x * 256.0f);
+        y[i] = rint((0.5f - up * 0.5f) * screen.y * 256.0f);
     }
     int2 p = (int2)((int)x[0], (int)y[0]), q = (int2)((int)x[1], (int)y[1]), r = (int2)((int)x[2], (int)y[2]);
     long area = (long)(q.x - p.x) * (r.y - p.y) - (long)(q.y - p.y) * (r.x - p.x);
     if (area == 0) { return; }
     // y runs down here: counter-clockwise with y up is negative.
     int front = area < 0 ? 1 : 0;
-#if PG_CULL == 1
-    if (front == 0) { return; }
-#elif PG_CULL == 2
-    if (front == 1) { return; }
-#endif
+    if (cull == 1 + front) { return; }
     // Pixels whose centre lies in the box: 256 * i + 128 between the smallest and the largest coordinate.
     int2 low = max((min(min(p, q), r) + 127) >> 8, (int2)(0, 0));
-    int2 high = min((max(max(p, q), r) - 128) >> 8, (int2)(PG_WIDTH - 1, PG_HEIGHT - 1));
+    int2 high = min((max(max(p, q), r) - 128) >> 8, screen.xy - 1);
     if (low.x > high.x || low.y > high.y) { return; }
     if (front) {
         int2 s = q;
@@ -173,40 +173,60 @@ void pg_emit(const float* a, const float* b, const float* c, __global int* ints,
         depth[i] = corner[i][2] / w * 0.5f + 0.5f;
         floats[i] = depth[i];
         floats[3 + i] = nearest / w;
-        for (int k = 0; k < PG_SENT; ++k) { floats[8 + 3 * k + i] = corner[i][4 + k]; }
     }
     floats[6] = 1.0f / (float)area;
-    floats[7] = pg_depth_offset((float3)(depth[0], depth[1], depth[2]), p, q, r, floats[6]);
+    floats[7] = pg_depth_offset((float3)(depth[0], depth[1], depth[2]), p, q, r, floats[6], offset);
 }
 
-pg_corner pg_fetch(__global const float* clip, __global const float* sent, int vertex)
+// A varying's values at three corners, in the order in which pg_emit wound them.
+void pg_send(float a, float b, float c, int front, __global float* into)
+{
+    into[0] = a;
+    into[1] = front ? c : b;
+    into[2] = front ? b : c;
+}
+
+// A vertex with ``count`` of its varyings.
+pg_corner pg_fetch(__global const float* clip, __global const float* varying, int count)
 {
     pg_corner made;
-    for (int k = 0; k < 4; ++k) { made.v[k] = clip[4 * vertex + k]; }
-    for (int k = 0; k < PG_SENT; ++k) { made.v[4 + k] = sent[PG_SENT * vertex + k]; }
+    for (int k = 0; k < 4; ++k) { made.v[k] = clip[k]; }
+    for (int k = 0; k < PG_TOGETHER; ++k) { made.v[4 + k] = k < count ? varying[k] : 0.0f; }
     return made;
 }
 
-// A triangle that some plane cuts, into its seven slots.
-void pg_emit_clipped(pg_corner a, pg_corner b, pg_corner c, __global int* ints, __global float* floats)
+// A triangle that some plane cuts, into its seven slots: the same corners for each few of its varyings.
+void pg_emit_clipped(
+    __global const float* clip, __global const float* sent, __global const int* index, int4 screen, int cull,
+    float2 offset, int varyings, __global int* ints, __global float* floats)
 {
-    pg_corner first[PG_CORNERS], second[PG_CORNERS];
-    first[0] = a;
-    first[1] = b;
-    first[2] = c;
-    pg_scale(first);
-    int count = 3;
-    for (int plane = 0; plane < 6 && count > 0; ++plane) {
-        int run = pg_run(first, count, plane);
-        if (run == (1 << count) - 1) { continue; }
-        count = run == 0 ? 0 : pg_clip(first, count, second, plane, run);
-        for (int i = 0; i < count; ++i) { first[i] = second[i]; }
-    }
-    for (int i = 0; i < PG_CORNERS - 2; ++i) {
-        ints[i * PG_INTS + 6] = 1;
-        ints[i * PG_INTS + 7] = 0;
-        if (i + 2 < count) {
-            pg_emit(first[0].v, first[i + 1].v, first[i + 2].v, ints + i * PG_INTS, floats + i * PG_FLOATS);
+    int floats_each = PG_PLACED + 3 * varyings;
+    for (int done = 0; done == 0 || done < varyings; done += PG_TOGETHER) {
+        int together = min(PG_TOGETHER, varyings - done);
+        pg_corner first[PG_CORNERS], second[PG_CORNERS];
+        for (int i = 0; i < 3; ++i) {
+            first[i] = pg_fetch(clip + 4 * index[i], sent + varyings * index[i] + done, together);
+        }
+        pg_scale(first);
+        int count = 3;
+        for (int plane = 0; plane < 6 && count > 0; ++plane) {
+            int run = pg_run(first, count, plane);
+            if (run == (1 << count) - 1) { continue; }
+            count = run == 0 ? 0 : pg_clip(first, count, second, plane, run);
+            for (int i = 0; i < count; ++i) { first[i] = second[i]; }
+        }
+        for (int i = 0; i < PG_CORNERS - 2; ++i) {
+            const float *a = first[0].v, *b = first[i + 1].v, *c = first[i + 2].v;
+            __global int* to = ints + i * PG_INTS;
+            __global float* values = floats + i * floats_each;
+            if (done == 0) {
+                to[6] = 1;
+                to[7] = 0;
+                if (i + 2 < count) { pg_emit(a, b, c, screen, cull, offset, to, values); }
+            }
+            for (int k = 0; k < together && to[6] <= to[7]; ++k) {
+                pg_send(a[4 + k], b[4 + k], c[4 + k], to[10], values + PG_PLACED + 3 * (done + k));
+            }
         }
     }
 }
@@ -246,12 +266,13 @@ __kernel void pg_count(
 __kernel void pg_setup(
     __global const float* restrict clip, __global const float* restrict sent, __global const int* restrict triangles,
     int first, int count, int chunk, int chunks, __global const int* restrict starts, __global int* restrict ints,
-    __global float* restrict floats, __global int* restrict bins)
+    __global float* restrict floats, __global int* restrict bins, int4 screen, int cull, float2 offset, int varyings)
 {
     int id = (int)get_global_id(0);
     if (id >= chunks) { return; }
-    __global int* bin = bins + (long)id * PG_TILES_X * PG_TILES_Y;
-    for (int i = 0; i < PG_TILES_X * PG_TILES_Y; ++i) { bin[i] = 0; }
+    int tiles = screen.z * screen.w;
+    __global int* bin = bins + (long)id * tiles;
+    for (int i = 0; i < tiles; ++i) { bin[i] = 0; }
     int slot = starts[id];
     int end = min(count, (id + 1) * chunk);
     for (int t = id * chunk; t < end; ++t) {
@@ -260,20 +281,25 @@ __kernel void pg_setup(
         int c = pg_outside(vload4(index[2], clip));
         int made = pg_slots(a, b, c);
         if (made == 0) { continue; }
-        pg_corner p = pg_fetch(clip, sent, index[0]), q = pg_fetch(clip, sent, index[1]);
-        pg_corner r = pg_fetch(clip, sent, index[2]);
         __global int* into = ints + (long)slot * PG_INTS;
-        __global float* into_floats = floats + (long)slot * PG_FLOATS;
+        __global float* values = floats + (long)slot * (PG_PLACED + 3 * varyings);
         if (made == 1) {
-            pg_emit(p.v, q.v, r.v, into, into_floats);
+            pg_corner p = pg_fetch(clip + 4 * index[0], sent, 0), q = pg_fetch(clip + 4 * index[1], sent, 0);
+            pg_corner r = pg_fetch(clip + 4 * index[2], sent, 0);
+            pg_emit(p.v, q.v, r.v, screen, cull, offset, into, values);
+            __global const float *at_p = sent + varyings * index[0], *at_q = sent + varyings * index[1];
+            __global const float* at_r = sent + varyings * index[2];
+            for (int k = 0; k < varyings && into[6] <= into[7]; ++k) {
+                pg_send(at_p[k], at_q[k], at_r[k], into[10], values + PG_PLACED + 3 * k);
+            }
         } else {
-            pg_emit_clipped(p, q, r, into, into_floats);
+            pg_emit_clipped(clip, sent, index, screen, cull, offset, varyings, into, values);
         }
         for (int k = 0; k < made; ++k, into += PG_INTS) {
             if (into[6] > into[7]) { continue; }
             int x = into[6] / PG_TILE, far_x = into[7] / PG_TILE, y = into[8] / PG_TILE, far_y = into[9] / PG_TILE;
             for (int v = y; v <= far_y; ++v) {
-                for (int u = x; u <= far_x; ++u) { bin[v * PG_TILES_X + u] += pg_touches(into, u, v) ? 1 : 0; }
+                for (int u = x; u <= far_x; ++u) { bin[v * screen.z + u] += pg_touches(into, u, v) ? 1 : 0; }
             }
         }
         slot += made;
@@ -281,13 +307,13 @@ __kernel void pg_setup(
 }
 
 // For each tile: counts of the chunks become where each chunk begins in the tile's list; and the list's length.
-__kernel void pg_scan(__global int* restrict bins, int chunks, __global int* restrict totals)
+__kernel void pg_scan(__global int* restrict bins, int chunks, __global int* restrict totals, int tiles)
 {
     int tile = (int)get_global_id(0);
-    if (tile >= PG_TILES_X * PG_TILES_Y) { return; }
+    if (tile >= tiles) { return; }
     int total = 0;
     for (int id = 0; id < chunks; ++id) {
-        __global int* bin = bins + (long)id * PG_TILES_X * PG_TILES_Y + tile;
+        __global int* bin = bins + (long)id * tiles + tile;
         int here = *bin;
         *bin = total;
         total += here;
@@ -298,18 +324,18 @@ __kernel void pg_scan(__global int* restrict bins, int chunks, __global int* res
 // Slots of a chunk into the lists of the tiles, in order of submission.
 __kernel void pg_fill(
     __global const int* restrict starts, int chunks, __global const int* restrict ints, __global int* restrict bins,
-    __global const int* restrict tile_starts, __global int* restrict list)
+    __global const int* restrict tile_starts, __global int* restrict list, int4 screen)
 {
     int id = (int)get_global_id(0);
     if (id >= chunks) { return; }
-    __global int* bin = bins + (long)id * PG_TILES_X * PG_TILES_Y;
+    __global int* bin = bins + (long)id * screen.z * screen.w;
     for (int slot = starts[id]; slot < starts[id + 1]; ++slot) {
         __global const int* from = ints + (long)slot * PG_INTS;
         if (from[6] > from[7]) { continue; }
         int x = from[6] / PG_TILE, far_x = from[7] / PG_TILE, y = from[8] / PG_TILE, far_y = from[9] / PG_TILE;
         for (int v = y; v <= far_y; ++v) {
             for (int u = x; u <= far_x; ++u) {
-                int tile = v * PG_TILES_X + u;
+                int tile = v * screen.z + u;
                 if (pg_touches(from, u, v)) { list[tile_starts[tile] + bin[tile]++] = slot; }
             }
         }

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from passgraph.backends.opencl.backend import OpenCLBackend
     from passgraph.backends.opencl.geometry import DeviceMesh
 
+#: What raster.cl calls the sides that are left out.
+CULL = {"none": 0, "back": 1, "front": 2}
 #: Side of a tile in pixels: for CPUs (one work-item a tile) and for others (a work-group of 256).
 TILE_SERIAL, TILE_PARALLEL = 32, 16
 #: Chunks that triangles are split into (a work-item each), on CPUs and on others.
@@ -44,6 +46,11 @@ class DrawPassRunner:
         self.serial = backend.is_cpu if serial is None else serial
         self.tile = TILE_SERIAL if self.serial else TILE_PARALLEL
         self.tiles = -(-step.size[0] // self.tile), -(-step.size[1] // self.tile)
+        vectors = backend.cl.cltypes
+        #: What raster.cl calls ``screen``, and the rest of what draws differ in there.
+        self.screen = vectors.make_int4(*step.size, *self.tiles)
+        offset = vectors.make_float2(*step.state.polygon_offset)
+        self.differing = self.screen, np.int32(CULL[step.state.cull]), offset, np.int32(len(step.varyings))
         vertex, fragment = step.vertex, step.fragment
         self.vertex_uniforms = Uniforms(backend, vertex.float_count, vertex.int_count, self.what)
         counts = (fragment.float_count, fragment.int_count) if fragment is not None else (0, 0)
@@ -164,14 +171,14 @@ class Triangles:
         )
         bins = self.backend.scratch_buffer("bins", 4 * chunks * self.tile_count)
         mesh = self.mesh.triangles
-        setup = (self.clip, self.sent, mesh, *span, starts, *buffers, bins)
+        setup = (self.clip, self.sent, mesh, *span, starts, *buffers, bins, *self.runner.differing)
         self.runner.launch(self.kernels["pg_setup"], chunks, setup, self.group)
         tile_starts, length = self._tile_starts(bins, chunks)
         if 4 * length > self.runner.max_scratch:
             self._halves(first, count)
             return
         listed = self.backend.scratch_buffer("tile lists", 4 * length)
-        fill = (starts, np.int32(chunks), buffers[0], bins, tile_starts, listed)
+        fill = (starts, np.int32(chunks), buffers[0], bins, tile_starts, listed, self.runner.screen)
         self.runner.launch(self.kernels["pg_fill"], chunks, fill, self.group)
         self._tiles(buffers, listed, tile_starts)
 
@@ -194,7 +201,9 @@ class Triangles:
     def _tile_starts(self, bins: Any, chunks: int) -> tuple[Any, int]:
         """Where each tile's list begins, and the length of all together."""
         totals = self.backend.scratch_buffer("tile totals", 4 * self.tile_count)
-        self.runner.launch(self.kernels["pg_scan"], self.tile_count, (bins, np.int32(chunks), totals))
+        self.runner.launch(
+            self.kernels["pg_scan"], self.tile_count, (bins, np.int32(chunks), totals, np.int32(self.tile_count))
+        )
         return self._summed(totals, self.tile_count, "tile starts")
 
     def _summed(self, counts: Any, count: int, purpose: str) -> tuple[Any, int]:

@@ -27,18 +27,18 @@ from passgraph.commands.sources import RENDER_SIZE, generator_job, picture_job
 from passgraph.effects.registry import EFFECTS, Effect
 from passgraph.errors import InputError
 from passgraph.frames.frame import MOST_JOBS
-from passgraph.frames.names import Pattern, is_video
+from passgraph.frames.names import Pattern, is_film
 
 if TYPE_CHECKING:
     from passgraph.scene.hardware_depth import HardwareDepth
 
-INPUTS = "Reads each INPUT: a picture, folder, wildcard, numbered sequence, video, or - (a stream)."
+INPUTS = "Reads each INPUT: a picture, folder, wildcard, numbered sequence, video, animation, or - (a stream)."
 OUTPUT = (
     "A picture (.png .jpg .tif .webp in 8 bits, of .png .tif as --bits says, .exr .npy float32), a folder, a numbered "
-    "sequence (out.%04d.png), a video (.mp4 .mov .mkv .webm), or - for a stream."
+    "sequence (out.%04d.png), a video (.mp4 .mov .mkv .webm), an animation (.gif .apng), or - for a stream."
 )
 OUTPUT_OF_NOTHING = (
-    "Picture to write: .png .jpg .tif .webp (8 bit), .exr .npy (float32); with --frames as many or a video."
+    "Picture to write: .png .jpg .tif .webp (8 bit), .exr .npy (float32); with --frames as many, a video or a .gif."
 )
 
 
@@ -95,7 +95,8 @@ def apply() -> None:
     which is only parsed.
 
     Each INPUT is a picture (PNG, JPEG, TIFF, WebP, OpenEXR, npy), a folder of them, a quoted wildcard ("*.png"), a
-    numbered sequence (shot.%04d.exr or shot.####.exr), a video, or - for PNG pictures on standard input.
+    numbered sequence (shot.%04d.exr or shot.####.exr), a video, an animation (GIF, APNG, WebP), or - for PNG pictures
+    on standard input.
 
     Numbers of an effect may change over the frames: --progress 0..1 goes from 0 at the first to 1 at the last.
 
@@ -213,7 +214,7 @@ def generate(
         settings = Settings(backend, check_finite=check_finite)
         return apply_to_many(effect, (), str(output), given, writing, settings, frames=options["frames"], size=size)
     check_no_ramps(effect, given)
-    if is_video(output) or Pattern.is_in(str(output)):
+    if is_film(output) or Pattern.is_in(str(output)):
         raise InputError(f"{output}: holds frames; say how many: --frames 100")
     check_no_video(options["rate"], options["codec"], options["codec_option"])
     check_outputs(output, capture, int(options["bits"]))
@@ -240,6 +241,6 @@ def apply_to_one(
     job = picture_job(effect, picture, depth, options["linear"], given, holds)
     run_and_save(
         job, options["backend"], output, capture, options["non_finite"], options["check_finite"], options["profile"],
-        bits,
+        bits, picture,
     )  # fmt: skip
     return 0

@@ -24,10 +24,9 @@ from passgraph.commands.sources import picture_parameters
 from passgraph.effects.registry import Effect
 from passgraph.errors import InputError
 from passgraph.frames.frame import Source
-from passgraph.frames.names import Pattern, is_video
-from passgraph.frames.pictures import Numbers, Repeated
+from passgraph.frames.names import Pattern, is_film, is_video
+from passgraph.frames.pictures import Numbers, Pictures, Repeated
 from passgraph.frames.pipe import Raw
-from passgraph.frames.video import Video
 
 if TYPE_CHECKING:
     from passgraph.scene.hardware_depth import HardwareDepth
@@ -49,7 +48,7 @@ def apply_to_many(
     depths = None if depth is None else depth_of(depth, clips)
     pictures = [path for path in given.values() if isinstance(path, Path)]
     check_clips(clips, output, [*pictures, *(inputs_of(depths) if depths else [])])
-    tell_of_several(path for clip in clips if not isinstance(clip.source, Video) for path in inputs_of(clip.source))
+    tell_of_several(path for clip in clips if isinstance(clip.source, Pictures) for path in inputs_of(clip.source))
     changing = Changing.of(effect, given)
     parameters, constants = picture_parameters(effect, given)
     depth_source = None if depths is None else RedOf(depths)
@@ -72,7 +71,7 @@ def _repeated(effect: Effect, inputs: tuple[str, ...], frames: int | None) -> li
 def _check_further_pictures(effect: Effect, inputs: tuple[str, ...], output: str) -> None:
     """Tell who names two pictures for an effect of two where the second goes."""
     further = [flag_of(parameter) for parameter in effect.parameters if parameter.type == "picture"]
-    one_file = not (goes_into_folder(output) or Pattern.is_in(output) or is_video(Path(output)) or output == STREAM)
+    one_file = not (goes_into_folder(output) or Pattern.is_in(output) or is_film(Path(output)) or output == STREAM)
     if further and one_file and len(inputs) > 1:
         raise InputError(
             f"{output}: is one picture, and {len(inputs)} are read as frames; what {effect.name} takes beside a "

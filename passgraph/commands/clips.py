@@ -21,12 +21,17 @@ from passgraph.commands.files import (
     is_folder,
 )
 from passgraph.errors import InputError
+from passgraph.frames.animation import Animation
+from passgraph.frames.animation_sink import ToAnimation
+from passgraph.frames.animation_times import is_animated
+from passgraph.frames.film import Film, rate_given
 from passgraph.frames.frame import Sink, Source
 from passgraph.frames.names import (
     Pattern,
     folder_files,
     glob_files,
     has_wildcard,
+    is_film,
     is_video,
     missing_numbers,
 )
@@ -34,7 +39,7 @@ from passgraph.frames.open import open_source
 from passgraph.frames.pictures import Pictures, Repeated, Still, ToPictures
 from passgraph.frames.pipe import Pipe, Raw, ToPipe
 from passgraph.frames.video import Video
-from passgraph.frames.video_sink import ToVideo, rate_given
+from passgraph.frames.video_sink import ToVideo
 from passgraph.pictures import check_holds_16, type_of_suffix
 from passgraph.reading import check_regular
 
@@ -53,7 +58,9 @@ class Writing:
     def pictures(self, paths: Mapping[int, Path] | Pattern) -> ToPictures:
         return ToPictures(paths, self.bits)
 
-    def video(self, path: Path) -> ToVideo:
+    def film(self, path: Path) -> Film:
+        if not is_video(path):
+            return ToAnimation(path, rate=self.rate)
         return ToVideo(path, rate=self.rate, codec=self.codec, options=self.codec_options, sound=self.sound)
 
 
@@ -67,7 +74,7 @@ class Clip:
     @property
     def rate(self) -> Fraction | None:
         """Frames a second; None of pictures."""
-        return self.sink.rate_for(self.source) if isinstance(self.sink, ToVideo) else rate_given(self.source)
+        return self.sink.rate_for(self.source) if isinstance(self.sink, Film) else rate_given(self.source)
 
 
 def sources_of(inputs: Iterable[str], raw: Raw | None, broken: list[str]) -> Iterator[Source]:
@@ -75,7 +82,8 @@ def sources_of(inputs: Iterable[str], raw: Raw | None, broken: list[str]) -> Ite
     loose = list[Path]()
     for text in inputs:
         path = Path(text)
-        if text != STREAM and not path.is_dir() and os.path.lexists(path) and not is_video(path):
+        is_moving = is_video(path) or is_animated(path)
+        if text != STREAM and not path.is_dir() and os.path.lexists(path) and not is_moving:
             loose.append(path)
             continue
         yield from _together(loose)
@@ -89,7 +97,7 @@ def sources_of(inputs: Iterable[str], raw: Raw | None, broken: list[str]) -> Ite
             yield from _mixed(list(files.values()), text, broken) if is_video(path) else [Pictures(files, text)]
         elif has_wildcard(text):
             yield from _mixed(glob_files(text), text, broken)
-        elif is_video(path):
+        elif is_moving:
             yield from _mixed([path], text, broken)
         else:
             check_regular(path, "a picture file")  # raises: nothing is there
@@ -104,16 +112,16 @@ def _together(paths: list[Path]) -> Iterator[Source]:
 
 
 def _mixed(paths: list[Path], name: str, broken: list[str]) -> Iterator[Source]:
-    """The pictures among files, then its videos one by one."""
-    pictures = [path for path in paths if not is_video(path)]
+    """The pictures among files, then its videos and animations one by one."""
+    moving = {path: Video if is_video(path) else Animation for path in paths if is_video(path) or is_animated(path)}
+    pictures = [path for path in paths if path not in moving]
     if pictures:
         yield Pictures(pictures, name)
-    for path in paths:
-        if is_video(path):
-            try:
-                yield Video(path)
-            except InputError as error:
-                broken.append(str(error))
+    for path, opened in moving.items():
+        try:
+            yield opened(path)
+        except InputError as error:
+            broken.append(str(error))
 
 
 def _numbered(text: str) -> dict[int, Path]:
@@ -141,26 +149,26 @@ def _sink(source: Source, output: str, writing: Writing) -> Sink:
         return ToPipe(sys.stdout.buffer, writing.raw)
     if Pattern.is_in(output):
         return writing.pictures(Pattern(output))
-    if is_video(Path(output)):
-        return writing.video(Path(output))
+    if is_film(Path(output)):
+        return writing.film(Path(output))
     if isinstance(source, Pictures) and source.count == 1:
         return writing.pictures(dict.fromkeys(source.paths, Path(output)))
     count = f"{source.count} frames" if source.count else "frames"
     raise InputError(
         f"{output}: is one picture, and there are {count} of {source.name}; give a folder (-o out/), a numbered "
-        "sequence (-o out.%04d.png) or a video (-o out.mp4)"
+        "sequence (-o out.%04d.png), a video (-o out.mp4) or an animation (-o out.gif)"
     )
 
 
 def _into_folder(source: Source, folder: Path, writing: Writing) -> Sink:
     """The same names in a folder; formats that are not written become PNG."""
-    if isinstance(source, Repeated):
-        path = folder / _written_name(source.paths[1])
+    if isinstance(source, (Animation, Repeated)):
+        path = folder / _written_name(source.path if isinstance(source, Animation) else source.paths[1])
         return writing.pictures(Pattern(os.fspath(path.with_name(f"{path.stem}.%04d{path.suffix}"))))
     if isinstance(source, Pictures):
         return writing.pictures({number: folder / _written_name(path) for number, path in source.paths.items()})
     if isinstance(source, Video):
-        return writing.video(folder / source.path.name)
+        return writing.film(folder / source.path.name)
     raise InputError(f"{folder}: nothing names the files of {source.name}; give numbers: -o {folder}/%04d.png")
 
 
@@ -176,12 +184,12 @@ def goes_into_folder(output: str) -> bool:
 def inputs_of(source: Source) -> list[Path]:
     if isinstance(source, Pictures):
         return list(source.paths.values())
-    return [source.path] if isinstance(source, Video) else []
+    return [source.path] if isinstance(source, (Animation, Video)) else []
 
 
 def outputs_of(clip: Clip) -> list[tuple[Path, str]]:
     """Each file that is known to be written, and what for."""
-    if isinstance(clip.sink, ToVideo):
+    if isinstance(clip.sink, Film):
         return [(clip.sink.path, clip.source.name)]
     if isinstance(clip.sink, ToPictures) and isinstance(clip.source, Pictures):
         paths = clip.sink.paths
@@ -196,10 +204,12 @@ def outputs_of(clip: Clip) -> list[tuple[Path, str]]:
 
 def check_writing(writing: Writing, clips: list[Clip]) -> None:
     """Refuse options that nothing here is for."""
-    videos = [clip for clip in clips if isinstance(clip.sink, ToVideo)]
-    if not videos:
-        check_no_video(writing.rate, writing.codec, writing.codec_options)
-    if writing.rate and any(isinstance(clip.source, Video) for clip in videos):
+    films = [clip for clip in clips if isinstance(clip.sink, Film)]
+    if not films:
+        check_no_video(writing.rate)
+    if not any(isinstance(clip.sink, ToVideo) for clip in films):
+        check_no_video(writing.codec, writing.codec_options)
+    if writing.rate and any(isinstance(clip.source, (Animation, Video)) for clip in films):
         raise InputError("--rate is for videos made of pictures; frames of a video keep their times; leave it out")
     if writing.bits == 16:
         made = [path for clip in clips if isinstance(clip.sink, ToPictures) for path, _ in outputs_of(clip)]
@@ -221,7 +231,7 @@ def check_clips(clips: list[Clip], output: str, others: Iterable[Path] = ()) -> 
     if goes_into_folder(output):
         check_folder(Path(output))
     for clip in clips:
-        if isinstance(clip.sink, ToVideo):
+        if isinstance(clip.sink, Film):
             check_path(clip.sink.path)
         elif made := outputs_of(clip):
             check_picture_path(made[0][0])

@@ -13,14 +13,13 @@ import click
 
 from passgraph.arguments import shown
 from passgraph.errors import InputError
-from passgraph.frames.names import Pattern, has_wildcard, is_video
+from passgraph.frames.animation_times import is_animated
+from passgraph.frames.names import Pattern, has_wildcard, is_film, is_video
 from passgraph.picture_decoders import holds_several
 from passgraph.pictures import place_of, type_of_suffix
 
 #: Suffixes of float formats: they hold light as it is, beyond 1 too.
 FLOAT_SUFFIXES = (".exr", ".npy")
-#: Suffixes of files that may hold several pictures.
-_SEVERAL = (".gif", ".tif", ".tiff", ".webp")
 #: Standard input or output.
 STREAM = "-"
 
@@ -32,8 +31,10 @@ def is_one_picture(inputs: tuple[str, ...], output: str) -> bool:
     path = Path(inputs[0])
     # One # may be meant as it stands, as in a#1.png.
     numbered = Pattern.is_in(output) and ("##" in output or "%" in output)
-    if numbered or is_video(Path(output)) or is_video(path):
+    if numbered or is_film(Path(output)) or is_video(path):
         return False
+    if is_animated(path) and not Path(output).suffix:
+        return False  # a folder for its frames
     if path.is_dir():
         # Its pictures go into a folder or have numbers; else it is said that a picture is expected.
         return bool(Path(output).suffix) and not Pattern.is_in(output)
@@ -46,10 +47,11 @@ def is_folder(output: str) -> bool:
 
 def tell_of_several(paths: Iterable[Path]) -> None:
     """Warn where files hold pictures behind the first, which alone is read."""
-    suspects = (path for path in paths if path.suffix.lower() in _SEVERAL and path.is_file())
-    if found := [path for path in suspects if holds_several(path)]:
-        others = f", and so do {len(found) - 1} others" if len(found) > 1 else ""
-        click.echo(f"passgraph: warning: {found[0]}: holds several pictures{others}; the first is read", err=True)
+    if found := [path for path in paths if path.is_file() and (is_animated(path) or holds_several(path))]:
+        more = len(found) - 1
+        others = f", and so {'does 1 other' if more == 1 else f'do {more} others'}" if more else ""
+        mend = "; for all of them: -o out.gif, out.mp4 or out/" if is_animated(found[0]) else ""
+        click.echo(f"passgraph: warning: {found[0]}: holds several pictures{others}; the first is read{mend}", err=True)
 
 
 def check_picture_path(path: Path) -> None:

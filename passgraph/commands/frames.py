@@ -17,12 +17,12 @@ from passgraph.commands.progress import frame_progress
 from passgraph.commands.sources import as_distance, effect_output, in_bytes
 from passgraph.effects.registry import Effect
 from passgraph.errors import InputError
+from passgraph.frames.film import Film
 from passgraph.frames.flow import Values
 from passgraph.frames.frame import Frame, Outcome, Source, Stored, Summary
 from passgraph.frames.pipe import Pipe, ToPipe
 from passgraph.frames.remote import connected
 from passgraph.frames.run import frames
-from passgraph.frames.video_sink import ToVideo
 from passgraph.graph.outputs import named_outputs
 from passgraph.graph.targets import OPEN_SRGB, Input, Target
 from passgraph.picture_decoders import scaled
@@ -151,7 +151,7 @@ def _run_clip(
     program: Program, job: FramesJob, clip: Clip, settings: Settings, is_one_of_many: bool, client: Any
 ) -> bool:
     name = clip.sink.name
-    if settings.resume and isinstance(clip.sink, ToVideo) and clip.sink.is_made(clip.source):
+    if settings.resume and isinstance(clip.sink, Film) and clip.sink.is_made(clip.source):
         _say(clip, f"{name}: is there already")
         return True
     values, done = job.values(clip), 0

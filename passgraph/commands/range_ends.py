@@ -120,14 +120,17 @@ class Tries:
     def passed(self, name: str, graph: Graph, pace: Pace, say: Callable[[str], None]) -> bool:
         """Whether a graph passes with each; what was tried is printed, and each fault with the value that brings it."""
         ends = range_ends(graph, self.settings)
-        tried, left = ends[: self.most], ends[self.most :]
         if not ends or not self.most:
             return True
-        well = True
-        for end in tried:
+        well, tried = True, 0
+        for end in ends[: self.most]:
+            if pace.over:
+                break
             say(f"{name}: {end}")
             well &= self._passes(f"{name} with {end}", graph, end, pace, say)
-        click.echo(f"{name}: tried {_told(tried)}{_left(left)}")
+            tried += 1
+        more = "--most-seconds N: more time" if pace.over else "--ends N: more runs"
+        click.echo(f"{name}: tried {_told(ends[:tried]) or 'nothing more'}{_left(ends[tried:], more)}")
         return well
 
     def _passes(self, title: str, graph: Graph, end: End, pace: Pace, say: Callable[[str], None]) -> bool:
@@ -186,7 +189,5 @@ def _told(ends: Sequence[End]) -> str:
     return "; ".join(f"{name} = {', '.join(told)}" for name, told in numbers.items())
 
 
-def _left(ends: Sequence[End]) -> str:
-    if not ends:
-        return ""
-    return f"; not tried: {', '.join(map(str, ends))} (--ends N: more runs)"
+def _left(ends: Sequence[End], more: str) -> str:
+    return f"; not tried: {', '.join(map(str, ends))} ({more})" if ends else ""

@@ -24,20 +24,20 @@ if TYPE_CHECKING:
 
 def check_turntable(output: Path, capture: Path | None, profile: bool, rate: Fraction | None) -> None:
     """Refuse what cannot be written before the long work."""
-    from passgraph.frames.names import Pattern, is_video
+    from passgraph.frames.names import Pattern, is_film
 
     text = os.fspath(output)
     check_one_picture(capture, profile, "--turntable makes several")
-    if rate is not None and not is_video(output):
+    if rate is not None and not is_film(output):
         raise InputError(f"--rate is for videos, and {text} is none; leave it out, or name one: -o turn.mp4")
-    if is_video(output):
+    if is_film(output):
         check_path(output)
     elif Pattern.is_in(text):
         check_picture_path(Pattern(text).path(1))
     else:
         raise InputError(
             f"{text}: is one picture, and --turntable makes several; give a numbered sequence (-o turn.%04d.png) or a "
-            "video (-o turn.mp4)"
+            "video (-o turn.mp4), or an animation (-o turn.gif)"
         )
 
 
@@ -51,9 +51,9 @@ def run_turntable(
     InputError
         The graph does not take its camera anew with each run, or frames cannot be written.
     """
+    from passgraph.frames.open import open_film
     from passgraph.frames.pictures import Numbers
     from passgraph.frames.run import frames
-    from passgraph.frames.video_sink import ToVideo
     from passgraph.run.compile import compile
 
     if all(value.name != "camera" for value in run_values(job.outputs)):
@@ -62,7 +62,7 @@ def run_turntable(
         check_computes(type(program.backend))
         with frame_progress(str(output), len(cameras), complain_of) as step:
             summary = frames(
-                program, Numbers(len(cameras)), output if rate is None else ToVideo(output, rate=rate), watch=step,
+                program, Numbers(len(cameras)), output if rate is None else open_film(output, rate), watch=step,
                 values=lambda number: {**job.given, "camera": cameras[number - 1]},
             )  # fmt: skip
         click.echo(summary_line(str(output), summary, program.backend.name))

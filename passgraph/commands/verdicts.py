@@ -33,7 +33,8 @@ def most_ambiguous_option(command: Decorated) -> Decorated:
 def most_seconds_option(command: Decorated) -> Decorated:
     return click.option(
         "--most-seconds", type=FiniteRange(0.0), metavar="SECONDS",
-        help="Look for bounds no longer than this; what is left then is undecided. Without it: as long as it takes.",
+        help="Run the reference, which ends at any rate, and look for bounds no longer than this; what is left then is "
+        "undecided. Without it: as long as it takes.",
     )(command)  # fmt: skip
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields, replace
+from itertools import zip_longest
 from math import degrees, fmod, radians
 from pathlib import Path
 from typing import Any, Literal, TypeVar
@@ -46,6 +47,7 @@ class View:
     light_radius: float | None = None
     light_color: Color | None = None
     ground: Ground | None = None
+    two_sided: bool | None = None
     turntable: int | None = None
 
     def given(self) -> list[str]:
@@ -113,8 +115,12 @@ def view_options(command: Decorated) -> Decorated:
             help="A floor under the lowest vertex: auto where the scene has nothing like one.  [default: auto]",
         ),
         click.option(
+            "--two-sided", is_flag=True, default=None,
+            help="Show both sides of every surface, whatever the model says.",
+        ),
+        click.option(
             "--turntable", type=click.IntRange(1), metavar="FRAMES",
-            help="As many pictures once round the scene: numbered files (-o turn.%04d.png) or a video (-o turn.mp4).",
+            help="As many pictures once round the scene: numbered files (-o turn.%04d.png) or a video (.mp4, .gif).",
         ),
     ]  # fmt: skip
     for option in reversed(options):
@@ -135,6 +141,8 @@ def seen_by(view: View, path: Path | None, size: tuple[int, int]) -> Seen:
     """Read a scene and look at it."""
     # the floor comes last: what stands on it says where the camera is, and that how far the floor reaches
     scene = load_scene(path, up=view.up, ground=False)
+    if view.two_sided:
+        scene = scene.two_sided()
     cameras, lines = _cameras(scene, view, size[0] / size[1])
     scene = scene.with_(camera=cameras[0], lights=_lights(scene, view))
     if lacks_ground(scene, _GROUNDS[view.ground or "auto"]):
@@ -149,13 +157,13 @@ def seen_by(view: View, path: Path | None, size: tuple[int, int]) -> Seen:
 
 def _cameras(scene: Scene, view: View, aspect: float) -> tuple[list[Camera], list[str]]:
     """The camera, or those of a turntable, and what is said of the choice."""
-    own = [one.name for one in scene.cameras]
+    own, lenses = [one.name for one in scene.cameras], [one.lens for one in scene.cameras]
     if view.camera is not None and view.placing:
         raise InputError(
             f"--camera is a view of the scene's own, and {', '.join(view.placing)} would place another; leave out one"
         )
     if view.camera is not None or (own and not view.placing):
-        at = chosen("--camera", view.camera or "1", own, "camera")
+        at = chosen("--camera", view.camera or "1", own, "camera", lenses)
         told = view.camera is None and len(own) > 1
         return [_own(scene.cameras[at].camera, view)], [
             f"camera: {_listed(own[:1])} of {len(own)}; --camera NAME or NUMBER chooses"
@@ -215,13 +223,16 @@ def _lights(scene: Scene, view: View) -> list[Light]:
 # Choices
 
 
-def chosen(flag: str, given: str, names: Sequence[str], what: str) -> int:
-    """Which of several is meant, counted from 0: a name, or else a number from 1.
+def chosen(flag: str, given: str, names: Sequence[str], what: str, others: Sequence[str] = ()) -> int:
+    """Which of several is meant, counted from 0: a name, or the other name that each may have, or else a number from 1.
 
     >>> chosen("--camera", "side", ["front", "side"], "camera"), chosen("--camera", "1", ["front", "side"], "camera")
     (1, 0)
+    >>> chosen("--camera", "wide", ["front", "side"], "camera", ["wide", ""])
+    0
     """
     found = [at for at, name in enumerate(names) if name == given]
+    found = found or [at for at, name in enumerate(others) if name and name == given]
     if len(found) == 1:
         return found[0]
     if not found and given.isascii() and given.isdigit() and len(given) < 9 and 1 <= int(given) <= len(names):
@@ -229,8 +240,10 @@ def chosen(flag: str, given: str, names: Sequence[str], what: str) -> int:
     if not names:
         raise InputError(f"{flag} {shown(given)}: the scene has no {what} of its own; leave it out")
     wrong = f"{len(found)} have that name" if found else f"the scene has no such {what}"
-    raise InputError(f"{flag} {shown(given)}: {wrong}; expected a number or a name of {_listed(names)}")
+    raise InputError(f"{flag} {shown(given)}: {wrong}; expected a number or a name of {_listed(names, others)}")
 
 
-def _listed(names: Sequence[str]) -> str:
-    return ", ".join(f"{number} {shown(name)}" for number, name in enumerate(names, 1))
+def _listed(names: Sequence[str], others: Sequence[str] = ()) -> str:
+    both = zip_longest(names, others, fillvalue="")
+    told = (f"{shown(name)} ({shown(other)})" if other else shown(name) for name, other in both)
+    return ", ".join(f"{number} {text}" for number, text in enumerate(told, 1))

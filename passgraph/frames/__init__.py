@@ -11,6 +11,8 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from passgraph.frames.animation import Animation
+    from passgraph.frames.animation_sink import ToAnimation
     from passgraph.frames.frame import Frame, Outcome, Sink, Source, Summary
     from passgraph.frames.names import Pattern
     from passgraph.frames.pictures import Arrays, Numbers, Pictures, Still, ToArrays, ToPictures
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
 
 #: Module → what this package has of it, loaded when first used: one picture needs none of it.
 _MODULES = {
+    "animation": "Animation", "animation_sink": "ToAnimation",
     "frame": "Frame Outcome Sink Source Summary", "names": "Pattern",
     "pictures": "Arrays Numbers Pictures Still ToArrays ToPictures", "pipe": "Pipe Raw ToPipe", "run": "frames",
     "video": "Video", "video_sink": "ToVideo",
@@ -44,6 +47,6 @@ class _Callable(ModuleType):
 sys.modules[__name__].__class__ = _Callable
 
 __all__ = [
-    "Arrays", "Frame", "Numbers", "Outcome", "Pattern", "Pictures", "Pipe", "Raw", "Sink", "Source", "Still", "Summary",
-    "ToArrays", "ToPictures", "ToPipe", "ToVideo", "Video", "frames",
+    "Animation", "Arrays", "Frame", "Numbers", "Outcome", "Pattern", "Pictures", "Pipe", "Raw", "Sink", "Source",
+    "Still", "Summary", "ToAnimation", "ToArrays", "ToPictures", "ToPipe", "ToVideo", "Video", "frames",
 ]  # fmt: skip

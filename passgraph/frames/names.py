@@ -14,10 +14,12 @@ from passgraph.errors import InputError
 
 #: Files of a folder that are read as pictures: what `passgraph.load` reads.
 PICTURE_SUFFIXES = (
-    ".png", ".jpg", ".jpeg", ".tif", ".tiff", ".webp", ".bmp", ".gif", ".tga", ".exr", ".npy",
+    ".png", ".apng", ".jpg", ".jpeg", ".tif", ".tiff", ".webp", ".bmp", ".gif", ".tga", ".exr", ".npy",
 )  # fmt: skip
 #: Files that are read and written as videos.
 VIDEO_SUFFIXES = (".mp4", ".m4v", ".mov", ".mkv", ".webm", ".avi", ".ts", ".mpg", ".mpeg", ".ogv", ".wmv", ".flv")
+#: Files that are written as animated pictures, and what Pillow calls their formats.
+WRITTEN_ANIMATIONS = {".gif": "GIF", ".apng": "PNG"}
 
 _PLACE = re.compile(r"%(0?)(\d*)d|#+")
 #: Digits of a frame's number; no sequence has more.
@@ -113,13 +115,21 @@ def is_video(path: Path) -> bool:
     return path.suffix.lower() in VIDEO_SUFFIXES
 
 
+def is_film(path: Path) -> bool:
+    """Whether an output of this name is one file of many frames: a video or an animated picture."""
+    return is_video(path) or path.suffix.lower() in WRITTEN_ANIMATIONS
+
+
 def folder_files(folder: Path) -> list[Path]:
     """Pictures and videos of a folder, not of those in it; hidden files are left out."""
     try:
         names = [name for name in os.listdir(folder) if not name.startswith(".")]
     except OSError as error:
         raise InputError(f"{folder}: cannot be read ({error.strerror}); check its permissions") from error
-    found = [path for name in names if (is_picture(path := folder / name) or is_video(path)) and path.is_file()]
+    known = [path for name in names if is_picture(path := folder / name) or is_video(path)]
+    found = [
+        path for path in known if path.is_file() or not path.exists()
+    ]  # a link to nothing is named when it is read
     if not found:
         raise InputError(f"{folder}: has no pictures and no videos; expected files such as .png, .exr, .mp4")
     return in_order(found)

@@ -4,23 +4,30 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable
+from fractions import Fraction
 from pathlib import Path
 
 from passgraph import arguments
 from passgraph.errors import InputError
+from passgraph.frames.animation import Animation
+from passgraph.frames.animation_sink import ToAnimation
+from passgraph.frames.animation_times import is_animated
+from passgraph.frames.film import Film
 from passgraph.frames.frame import Sink, Source
-from passgraph.frames.names import Pattern, folder_files, glob_files, has_wildcard, is_picture, is_video
+from passgraph.frames.names import Pattern, folder_files, glob_files, has_wildcard, is_film, is_picture, is_video
 from passgraph.frames.pictures import Pictures, ToPictures
 from passgraph.frames.video import Video
 from passgraph.frames.video_sink import ToVideo
 
 
 def open_source(path: str | os.PathLike[str]) -> Source:
-    """A video, a numbered sequence, the pictures of a folder or a wildcard, or one picture."""
+    """A video, an animated picture, a numbered sequence, the pictures of a folder or a wildcard, or one picture."""
     file = arguments.path(path, "a source of frames")
     text = os.fspath(path)
     if is_video(file):
         return Video(file)
+    if is_animated(file):
+        return Animation(file)
     if file.is_dir():
         return Pictures(only_pictures(folder_files(file), text), text)
     if os.path.lexists(file):
@@ -40,14 +47,19 @@ def only_pictures(paths: Iterable[Path], where: str) -> list[Path]:
     return pictures
 
 
+def open_film(path: Path, rate: Fraction | None = None) -> Film:
+    """A video or an animated picture to write; ``rate``: frames a second of pictures."""
+    return ToVideo(path, rate=rate) if is_video(path) else ToAnimation(path, rate=rate)
+
+
 def open_sink(path: str | os.PathLike[str]) -> Sink:
-    """A video, or a numbered sequence of pictures."""
+    """A video, an animated picture, or a numbered sequence of pictures."""
     file = arguments.path(path, "where frames go")
-    if is_video(file):
-        return ToVideo(file)
+    if is_film(file):
+        return open_film(file)
     if Pattern.is_in(os.fspath(path)):
         return ToPictures(Pattern(os.fspath(path)))
     raise InputError(
-        f"{file}: expected a numbered sequence such as shot.%04d.png, or a video such as shot.mp4; for other names "
-        "give ToPictures({1: path, ...})"
+        f"{file}: expected a numbered sequence such as shot.%04d.png, or a video such as shot.mp4, or shot.gif; for "
+        "other names give ToPictures({1: path, ...})"
     )

@@ -3,26 +3,22 @@
 from __future__ import annotations
 
 import os
-import secrets
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from fractions import Fraction
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from passgraph import arguments
 from passgraph.errors import InputError
-from passgraph.frames.frame import Frame, OutputError, Sink, Source, Stored
-from passgraph.frames.pictures import Pictures, is_made
-from passgraph.frames.pipe import Pipe
+from passgraph.frames.film import Film
+from passgraph.frames.frame import Frame, OutputError, Source, Stored
 from passgraph.frames.sound import Sound, check_sound
 from passgraph.frames.stored import with_channels
 from passgraph.frames.video import FULL, UNSPECIFIED, Conversion, Video, import_av, reason, stated
 
-#: Frames a second of pictures that do not say how many.
-RATE = Fraction(25)
+#: libavcodec's flag that frames say how long they last.
+_FRAME_DURATION = 1 << 8
 #: Encoders whose time base has 16 bits (ISO/IEC 14496-2, vop_time_increment_resolution) or is the frame rate.
 _COARSE = ("mpeg4", "mpeg2video", "mpeg1video", "msmpeg4", "wmv2")
 #: What is asked of an encoder where nothing is said: nearly no visible loss, and of x265 no talk on stderr.
@@ -36,14 +32,7 @@ _CODECS = {".avi": "libx264", ".mkv": "libx264", ".mp4": "libx264", ".mov": "lib
 _OWN_METADATA = ("encoder", "major_brand", "minor_version", "compatible_brands", "duration")
 
 
-def rate_given(source: Source) -> Fraction | None:
-    """Frames a second, where a source says it; of a video on average."""
-    if isinstance(source, Video):
-        return Fraction(source.rate) if source.rate else None
-    return source.raw.rate if isinstance(source, Pipe) and source.raw else None
-
-
-class ToVideo(Sink):
+class ToVideo(Film):
     """Frames to one video file, which has its name when it is whole.
 
     Parameters
@@ -54,10 +43,11 @@ class ToVideo(Sink):
     options : of the encoder, such as ``{"crf": "23"}``
     sound : copy the sound and subtitles of a source that is a video, as they are
 
-    A source's matrix, range, primaries and transfer are kept, and its pixel format where the encoder has it.
+    A source's matrix, range, primaries and transfer are kept, and its pixel format where the encoder has it, else
+    one that holds transparency where it has any and the encoder can.
     """
 
-    is_one_file = True
+    kind = "a video"
 
     def __init__(
         self,
@@ -68,39 +58,19 @@ class ToVideo(Sink):
         options: Mapping[str, str] | None = None,
         sound: bool = True,
     ) -> None:
-        self.path = arguments.path(path, "a video to write")
-        self.rate, self.codec, self.options, self.sound = rate, codec, dict(options or {}), sound
-        self._temporary: Path | None = None
-
-    @property
-    def name(self) -> str:
-        return os.fspath(self.path)
-
-    def rate_for(self, source: Source) -> Fraction:
-        """How many frames of a source there are a second."""
-        return self.rate or rate_given(source) or RATE
+        super().__init__(path, rate)
+        self.codec, self.options, self.sound = codec, dict(options or {}), sound
 
     def begin(self, source: Source) -> None:
         self._av, self._converted = import_av(self.path), Conversion()
         self._video = source if isinstance(source, Video) else None
-        self._rate = self.rate_for(source)
+        self._base: Fraction | None = getattr(source, "time_base", None)
         self._sound: Sound | None = None
         self._stream: Any = None
-        self._size: tuple[int, int] | None = None
         self._format = ""
-        self._first: int | None = None  # number of the first frame
         self._last: int | None = None  # pts of the last one
-        try:
-            target = Path(os.path.realpath(self.path))
-        except ValueError as error:
-            raise InputError(f"{arguments.shown(self.path)}: cannot be the name of a file ({error})") from error
-        if self._video is not None and target == Path(os.path.realpath(self._video.path)):
-            raise InputError(f"{self.path}: would be overwritten while it is read; give the output another name")
-        if target.is_dir() or not target.parent.is_dir():
-            what = "is a directory" if target.is_dir() else f"the folder {target.parent} does not exist"
-            raise InputError(f"{self.path}: {what}; expected the name of a video in a folder that is there")
-        self._target = target
-        self._temporary = target.with_name(f".passgraph-{secrets.token_hex(6)}{target.suffix}")
+        super().begin(source)
+        assert self._temporary is not None
         try:
             self._container = self._av.open(os.fspath(self._temporary), "w")
             self._encoder = self._chosen()
@@ -127,23 +97,13 @@ class ToVideo(Sink):
             "libvpx-vp9, libsvtav1, prores_ks, ffv1"
         )
 
-    def is_made(self, source: Source) -> bool:
-        """Whether the whole video is there, newer than what it is made from: it has its name only then."""
-        if isinstance(source, Video):
-            return is_made(self.path, [source.path])
-        return isinstance(source, Pictures) and is_made(self.path, source.paths.values())
-
     def in_bytes(self, source: Source) -> bool:
         return not (isinstance(source, Video) and source.deep)
 
     def stores(self, frame: Frame, size: tuple[int, int]) -> np.dtype[Any]:
         if self._size is None:
-            self._size, self._format = size, self._pixel_format(*size)
-        if size != self._size:
-            raise InputError(
-                f"{frame.name}: makes {size[0]}x{size[1]} pixels, and {self.path} has frames of {self._size[0]}x"
-                f"{self._size[1]}; a video has one size"
-            )
+            self._format = self._pixel_format(*size)
+        self._check_size(frame, size)
         deep = self._video is not None and self._video.deep
         return np.dtype(np.uint16 if deep else np.uint8)
 
@@ -169,6 +129,9 @@ class ToVideo(Sink):
         video = self._video
         deep = video is not None and video.deep
         wanted = [] if video is None else [video.format.replace("yuvj", "yuv") if "mjpeg" not in known else ""]
+        if video is not None and video.has_alpha:
+            wanted += [] if deep else ["rgba", "argb", "yuva420p", "yuva444p"]
+            wanted += ["yuva444p10le"]
         wanted += ["yuv420p10le", "yuv422p10le", "yuv444p10le"] if deep else []
         wanted += ["yuv420p", "yuvj420p", "yuv422p", "yuv444p", "yuvj444p"]
         name: str
@@ -196,19 +159,14 @@ class ToVideo(Sink):
         if self._stream is None:
             self._start()
         prepared.pts, prepared.time_base, prepared.pict_type = self._pts(frame), self._time_base, 0
-        prepared.duration = max(1, round(1 / (self._rate * self._time_base)))
+        prepared.duration = max(1, round(self._length_of(frame) / self._time_base))
         if self._sound is not None:
             for packet in self._sound.until(prepared.pts * self._time_base):
                 self._container.mux(packet)
         self._container.mux(self._stream.encode(prepared))
 
     def _pts(self, frame: Frame) -> int:
-        """A video's own times; a picture's by its number, so that one that is missing leaves its time."""
-        if self._first is None:
-            self._first = frame.number
-        pts = frame.metadata.get("pts")
-        seconds = (frame.number - self._first) / self._rate if pts is None else pts * frame.metadata["time_base"]
-        made = round(seconds / self._time_base)
+        made = round(self._start_of(frame) / self._time_base)
         if self._last is not None:
             made = max(made, self._last + 1)
         self._last = made
@@ -222,9 +180,12 @@ class ToVideo(Sink):
         stream = self._stream = self._container.add_stream(self._encoder.name, rate=rate, options=options)
         (stream.width, stream.height), stream.pix_fmt = self._size, self._format
         coarse = self._encoder.name.startswith(_COARSE)
-        self._time_base = 1 / rate if video is None or coarse else video.time_base
+        self._time_base = 1 / rate if self._base is None or coarse else self._base
         context = stream.codec_context
         context.time_base, context.thread_count, context.thread_type = self._time_base, 0, "AUTO"
+        if video is None and self._base is not None:
+            # Frames of other lengths each: the last one's is kept where frames are stored in the order of their times.
+            context.flags, context.max_b_frames = context.flags | _FRAME_DURATION, 0
         context.colorspace = UNSPECIFIED if video is None else video.matrix
         context.color_range = self._colours()[1]
         if video is not None:
@@ -251,9 +212,7 @@ class ToVideo(Sink):
             self._sound.close()
         self._container.mux(self._stream.encode())
         self._container.close()
-        assert self._temporary is not None
-        os.replace(self._temporary, self._target)
-        self._temporary = None
+        self._renamed()
 
     def abandon(self) -> None:
         temporary, self._temporary = self._temporary, None

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from copy import copy
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Generic, Protocol, Self, TypeAlias, TypeVar, cast, overload
 
@@ -152,9 +151,7 @@ def _with_levels(kernel: PixelKernel[Made], images: Mapping[str, Target]) -> Ker
     names = frozenset(name for name, target in images.items() if target.has_levels)
     if kernel.leveled is None or not names:
         return kernel
-    deep = copy(kernel)
-    deep.program = kernel.leveled(names)
-    return deep
+    return kernel.computing(kernel.leveled(names))
 
 
 def _without_alpha(kernel: Kernel, specs: Sequence[TargetSpec]) -> Kernel:
@@ -168,9 +165,7 @@ def _without_alpha(kernel: Kernel, specs: Sequence[TargetSpec]) -> Kernel:
             program = replace(program, digest=program.digest and f"{program.digest} rgb {slot}")
     if program is kernel.program:
         return kernel
-    narrow = copy(kernel)
-    narrow.program = replace(program, results=tuple(results))
-    return narrow
+    return kernel.computing(replace(program, results=tuple(results)))
 
 
 def _check_result(name: str, spec: TargetSpec, type_: Type) -> None:

@@ -23,8 +23,22 @@ ATTRIBUTE_TYPES = {"positions": np.float32, "triangles": np.int32, "normals": np
           "colors": np.float32, "tangents": np.float32, "instances": np.float32}  # fmt: skip
 
 
+class Fixed:
+    """Data whose arrays nobody can write to, behind a pickle and a deep copy too."""
+
+    def __setstate__(self, state: dict[str, Any]) -> None:
+        vars(self).update({name: fixed(v) if isinstance(v, np.ndarray) else v for name, v in state.items()})
+
+
+def fixed(array: NDArray[Any]) -> NDArray[Any]:
+    """An array of ours that cannot be written to, nor the memory that it looks at."""
+    owned = array if array.base is None else array.copy()
+    owned.setflags(write=False)
+    return owned
+
+
 @dataclass(frozen=True, eq=False)
-class FrozenGeometry:
+class FrozenGeometry(Fixed):
     """Copies of a mesh's arrays, which nobody can write to."""
 
     positions: NDArray[np.float32]

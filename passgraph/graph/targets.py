@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
-from typing import TypeAlias
+from typing import NoReturn, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -171,6 +171,19 @@ class Target:
     @property
     def name(self) -> str:
         return self.spec.name
+
+    def __copy__(self) -> Target:
+        return self
+
+    def __deepcopy__(self, _: object) -> Target:
+        """Itself: another handle would stand for another content."""
+        return self
+
+    def __reduce__(self) -> NoReturn:
+        raise GraphError(
+            f"handle of {self.name!r}: graphs are not pickled; send plain data: pg.to_data(...), and pg.from_data(...) "
+            "where it arrives"
+        )
 
     @property
     def is_previous(self) -> bool:

@@ -37,6 +37,7 @@ class Kernel:
         self.name = self.__name__ = function.name
         self.__doc__ = ast.get_docstring(function.node)
         self._function = function
+        self.__module__, self.__qualname__ = function.module, function.qualname
         # Inside of a function, what names stand for may change before the first use.
         if function.source.indent or not function.source.file.startswith(_OURS):
             _ = self._parsed
@@ -60,7 +61,30 @@ class Kernel:
         made = cls.__new__(cls)
         made.stage, made.__doc__, made._parsed = program.stage, None, (program, ())
         made.name = made.__name__ = program.name
+        made.__module__ = made.__qualname__ = ""
         return made
+
+    def computing(self, program: ir.TypedKernel) -> Self:
+        """The same kernel with another representation in the place of its own."""
+        made = type(self).__new__(type(self))
+        vars(made).update(vars(self), program=program)
+        return made
+
+    def __copy__(self) -> Self:
+        return self
+
+    def __deepcopy__(self, _: object) -> Self:
+        return self
+
+    def __reduce__(self) -> str:
+        """Found by its name, as Python's functions are: a kernel sees what is around it, which no pickle can hold."""
+        if not self.__qualname__ or "<locals>" in self.__qualname__:
+            where = "inside of a function" if self.__qualname__ else "from text"
+            raise KernelError(
+                f"kernel {self.name} was made {where}, and pickle finds kernels by their names, as it does functions: "
+                "define it at the top of a module, or send the graph as plain data: pg.to_data(...), pg.from_data(...)"
+            )
+        return self.__qualname__
 
     @property
     def parameters(self) -> tuple[ir.Parameter, ...]:
@@ -94,7 +118,8 @@ def function_source(function: Callable[..., Any]) -> FunctionSource:
             f"{source.file}:{source.first_line}: the text of {function.__name__} is not here any more; "
             "the file changed after it was imported"
         )
-    return FunctionSource(function.__name__, source, node, python_scope(function))
+    scope = python_scope(function)
+    return FunctionSource(function.__name__, source, node, scope, function.__module__ or "", function.__qualname__)
 
 
 def function(definition: Callable[..., T]) -> Callable[..., T]:
@@ -108,7 +133,8 @@ def function(definition: Callable[..., T]) -> Callable[..., T]:
     def marked(*_: Any, **__: Any) -> T:
         raise PassgraphError(f"{source.name}() is a function of the kernel language; kernels call it, Python does not")
 
-    marked.__name__ = definition.__name__
+    marked.__name__, marked.__qualname__ = definition.__name__, definition.__qualname__
+    marked.__module__ = definition.__module__  # pickle finds it by its name, as any function
     marked.__doc__ = definition.__doc__
     marked.__passgraph_function__ = source  # type: ignore[attr-defined]
     return marked

@@ -96,6 +96,16 @@ class Admission:
         #: Of static inputs what was given last, and what that became.
         self._static: dict[str, tuple[Any, Any]] = {}
 
+    def known(self) -> dict[str, tuple[Format, tuple[int, int]]]:
+        """Formats and sizes before a run: as declared, or those of what stands in where a run brings none."""
+        found: dict[str, tuple[Format, tuple[int, int]]] = {}
+        for name, spec in self._specs.items():
+            if spec.format is not None and spec.size is not None:
+                found[name] = spec.format, spec.size
+            elif spec.default is not None:
+                found[name] = bound_to(_picture(spec.default, spec), spec)
+        return found
+
     def pictures(self, given: Mapping[str, Any], on_device: Callable[[object], DevicePicture | None]) -> dict[str, Any]:
         """Of one run; InputError for one that is missing or unfit."""
         pictures: dict[str, Any] = {}

@@ -90,7 +90,6 @@ def compile(
     program = Program(named, opened, owns, bound, options, choice, checking, typed)
     try:
         if all(spec.size and spec.format for spec in program.inputs.values()):
-            program._bound = {n: (s.format, s.size) for n, s in program.inputs.items()}  # type: ignore[misc]
             assert program.plan is not None
     except BaseException:
         program.close()

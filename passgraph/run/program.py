@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import weakref
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from passgraph import arguments
 from passgraph.errors import GraphError
@@ -61,8 +61,7 @@ class Program:
             options if backend.optimises else replace(options, fuse=False, simplify=True),
         )
         self._inputs = inputs_behind(list(outputs.values()))
-        if "into" in self._inputs:
-            raise GraphError("an input cannot be called 'into': that says where results go; give it another name")
+        _check_names(self._inputs, outputs.values())
         self._bound: dict[str, tuple[Format, tuple[int, int]]] = {}
         self._plan: Plan | None = None
         self._busy = False
@@ -94,12 +93,13 @@ class Program:
 
     @property
     def plan(self) -> Plan:
-        """The plan; where inputs were left open it exists after the first run."""
+        """The plan; where inputs are open and have no default it exists after the first run."""
         self._check_open()
         plan = self._plan
         if plan is None:
             with self._alone("planned"):
                 if self._plan is None:
+                    self._bound = self._bound or self._admission.known()
                     self._make_plan()
                 plan = self._plan
         assert plan is not None
@@ -116,14 +116,24 @@ class Program:
     def explain(self) -> str:
         """What runs in which order and why, and how the arrays of the last run came in and went out."""
         lines = [self.plan.explain()]
-        known = (step for step in self.plan.steps if isinstance(step, PixelStep) and step.known is not None)
-        ways = ((step.name, self.backend.own_way(step)) for step in known)
-        lines += [f"- {name} is done in a way of this device: {way}" for name, way in ways if way is not None]
+        lines += self._own_ways()
         if self.backend.about:
             lines.append(f"- runs in {self.backend.about}")
         if self._execution is not None:
             lines += [f"- {what}: {how}" for what, how in self._execution.lending.transfers.items()]
         return "\n".join(lines)
+
+    def _own_ways(self) -> list[str]:
+        """What the device does in ways of its own, as it was compiled."""
+        lines: list[str] = []
+        for unit in [] if self._execution is None else self._execution.units:
+            steps = [step for step in unit if isinstance(step, PixelStep)]
+            way = self.backend.own_way(steps) if any(step.known is not None for step in steps) else None
+            if way is not None:
+                *names, last = (step.name for step in steps)
+                what = f"{', '.join(names)} and {last} are" if names else f"{last} is"
+                lines.append(f"- {what} done in a way of this device: {way}")
+        return lines
 
     def map_blocks(self, array: Any = None, /, **given: Any) -> Any:
         """The result over a dask array, as a dask array of the same chunks: bit for bit that of the whole picture.
@@ -420,8 +430,23 @@ class Program:
                 self.backend.close()
             self._held.execution = None
 
+    def __reduce__(self) -> NoReturn:
+        raise GraphError(
+            "a program has a device of this process, and is neither copied nor pickled; compile the graph again, in "
+            "another process from program.to_data() and pg.from_data(...)"
+        )
+
     def __enter__(self) -> Program:
+        self._check_open()
         return self
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+
+def _check_names(inputs: Mapping[str, InputSpec], outputs: Iterable[Target]) -> None:
+    """Runs are given inputs and values by name, and ``into``, which says where results go."""
+    values = {value.name for made in passes_behind(list(outputs)) for value in sources_of(made.values)}
+    for what, names in (("an input", inputs), ("a value", values)):
+        if "into" in names:
+            raise GraphError(f"{what} cannot be called 'into': that says where results go; give it another name")

@@ -327,7 +327,11 @@ class Camera:
 
 
 class NamedCamera(NamedTuple):
-    """One of the views that come with a scene."""
+    """One of the views that come with a scene.
+
+    ``lens`` is what the file calls the camera itself, where its place in the scene has another name.
+    """
 
     name: str
     camera: Camera
+    lens: str = ""

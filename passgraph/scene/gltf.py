@@ -180,7 +180,9 @@ def cameras_of(header: dict[str, Any], file: Path, bounds: Float64, turn: Float6
         target = eye + forward * (depth if depth > 0.0 else max(reach, 1.0))
         fov = DEFAULT_FOV_RAD if height is not None else lens["yfov"]
         made = Camera(tuple(eye.tolist()), tuple(target.tolist()), tuple(up.tolist()), fov, near, far, height)
-        result.append(NamedCamera(str(node.get("name", data.get("name", f"camera {len(result) + 1}"))), made))
+        lens = str(data.get("name", ""))
+        name = str(node.get("name", lens or f"camera {len(result) + 1}"))
+        result.append(NamedCamera(name, made, "" if lens == name else lens))
     return result
 
 

@@ -22,9 +22,11 @@ from passgraph.scene.ground import lacks_ground
 from passgraph.scene.light import Light
 from passgraph.scene.load_geometry import PlacedMeshes, arrays_of
 from passgraph.scene.load_materials import MtlReader
+from passgraph.scene.material import Material
 from passgraph.scene.matrices import LEAST_RADIUS, MOST_RADIUS, Float64, sphere_of
 from passgraph.scene.node import Node
 from passgraph.scene.notes import Notes
+from passgraph.scene.sides import with_outside
 
 if TYPE_CHECKING:
     from passgraph.scene.scene import Scene
@@ -68,7 +70,9 @@ def load_scene(
     Notes
     -----
     Colours of vertices are taken as linear in glTF, as its specification says, and as sRGB elsewhere. Surfaces are
-    matt: of metal, roughness and gloss nothing is read, nor are animations, of which the pose at rest is shown.
+    matt: of metal, roughness and gloss nothing is read, nor are animations, of which the pose at rest is shown. Both
+    sides of a surface are seen where glTF says so; the others do not say it, and there they are of what is not closed.
+    There, too, triangles have their outer side where the file's normals point, and what is inside out is turned.
     """
     if up is not None and not among(up, ("y", "z")):
         raise InputError(f"{shown(path)}: up: expected 'y' or 'z', got {shown(up)}")
@@ -152,6 +156,8 @@ def _nodes(loaded: Any, file: Path, reader: MtlReader, turn: Float64) -> tuple[l
     import trimesh
 
     placed = PlacedMeshes(file, turn, flat=file.suffix.lower() == ".stl")
+    bodies: dict[Any, bool] = {}
+    both_sides: dict[Material, Material] = {}
     names = list(loaded.graph.nodes_geometry)
     placed.check_count(len(names))
     for name in names:
@@ -162,7 +168,12 @@ def _nodes(loaded: Any, file: Path, reader: MtlReader, turn: Float64) -> tuple[l
             continue
         if key not in placed.meshes:
             placed.make(key, arrays_of(geometry, f"{file.name}:{key}"), f"{file.name}:{key}")
+            mesh, offset = placed.meshes[key]
+            mesh, bodies[key] = with_outside(mesh)
+            placed.meshes[key] = mesh, offset
         material = reader.read(getattr(geometry.visual, "material", None))
+        if not bodies[key]:
+            material = both_sides.setdefault(material, replace(material, double_sided=True))
         placed.put(key, np.asarray(matrix, dtype=np.float64), material, str(name))
     return placed.done(len(loaded.geometry) > 0)
 

@@ -6,13 +6,13 @@ import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from passgraph.arguments import numbers, shown, string
 from passgraph.errors import InputError
+from passgraph.graph.geometry import Fixed, fixed
 from passgraph.scene.matrices import Float64, floats, transform_points, vec3
 from passgraph.scene.normals import smooth_normals, tangents_of
 
@@ -23,7 +23,7 @@ COLUMNS = {"positions": 3, "triangles": 3, "normals": 3, "uvs": 2, "colors": 4, 
 
 
 @dataclass(frozen=True, eq=False)
-class Mesh:
+class Mesh(Fixed):
     """A triangle mesh in its own frame; build it with `Mesh.make`, which checks and completes it.
 
     Attributes
@@ -141,13 +141,6 @@ class Mesh:
             return self
         tangents = fixed(tangents_of(self.positions, self.triangles, self.normals, self.uvs))
         return dataclasses.replace(self, tangents=tangents, has_tangents=True)
-
-
-def fixed(array: NDArray[Any]) -> NDArray[Any]:
-    """An array of ours that cannot be written to, nor the memory that it looks at."""
-    owned = array if array.base is None else array.copy()
-    owned.setflags(write=False)
-    return owned
 
 
 def merge(parts: Sequence[tuple[Mesh, Float64]], origin: ArrayLike = (0.0, 0.0, 0.0), name: str = "merged") -> Mesh:

@@ -118,10 +118,10 @@ def _fans(places: Int, face: NDArray[np.float64]) -> Int:
     one, other = order[same], order[same + 1]
     smooth = (face[one // 3] * face[other // 3]).sum(axis=1) >= np.cos(CREASE_RAD)
     joins = np.concatenate([np.stack([corners[one[smooth], k], corners[other[smooth], k]]) for k in (0, 1)], axis=1)
-    return _least_joined(places.size, joins).reshape(-1, 3)
+    return least_joined(places.size, joins).reshape(-1, 3)
 
 
-def _least_joined(count: int, joins: Int) -> Int:
+def least_joined(count: int, joins: Int) -> Int:
     """For each of so many numbers the least that ``joins``, (2, n), lead to: the roots of joined ones are joined, and
     every path to a root made short, which ends after about log2(count) rounds."""
     label = np.arange(count)

@@ -139,6 +139,17 @@ class Scene:
         """The scene on a plain floor that reaches to the horizon; see `passgraph.scene.ground.with_ground`."""
         return with_ground(self)
 
+    def two_sided(self) -> Scene:
+        """The scene with both sides of every surface seen, whatever its file says.
+
+        >>> {node.material.double_sided for node in Scene.shipped().two_sided().nodes}
+        {True}
+        """
+        # What nodes share they go on sharing: it is drawn at once.
+        made = {node.material: dataclasses.replace(node.material, double_sided=True) for node in self.nodes}
+        nodes = [dataclasses.replace(node, material=made[node.material]) for node in self.nodes]
+        return self.with_(nodes=nodes)
+
     @property
     def triangle_count(self) -> int:
         """Number of triangles of all nodes."""

@@ -71,8 +71,9 @@ def compare(
     most_ambiguous
         Share of a target's pixels, 0 to 1, that may hang on decisions before there is no verdict.
     most_seconds
-        How long bounds may be looked for, all passes together; a target with pixels beyond that is undecided.  None:
-        as long as it takes, which grows with the pixels, and with what their kernels' decisions may lead to.
+        How long the reference may run and bounds be looked for, all passes together; a target with pixels beyond that
+        is undecided.  The reference runs to its end all the same.  None: as long as it takes, which grows with the
+        pixels, and with what their kernels' decisions may lead to.
     **given
         Inputs and values of the run, by name.
 

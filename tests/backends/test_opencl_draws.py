@@ -11,9 +11,12 @@ import pytest
 from numpy.typing import NDArray
 
 import passgraph as pg
-from passgraph import fragment_depth, front_facing, vec4
+from passgraph import fragment_depth, front_facing, vec2, vec4
 from passgraph.backends.base import Backend
+from passgraph.backends.opencl.draw_source import DrawLayouts, draw_sources
+from passgraph.backends.opencl.storage import ImageLayout
 from passgraph.backends.registry import open_backend
+from passgraph.plan.data import DrawStep
 from tests.conftest import require
 
 pytestmark = pytest.mark.opencl
@@ -230,3 +233,57 @@ def test_varyings_follow_the_perspective(device: Backend) -> None:
     drawn = run(device, pg.draw(strip, vertex=deep, fragment=painted, into=colour()))[6, :, 0]
     t = (np.arange(SIZE[0]) + 0.5) / SIZE[0]
     np.testing.assert_allclose(drawn, (t / 4) / ((1 - t) + t / 4), rtol=1e-5)
+
+
+@pg.struct
+class Many:
+    position: vec4
+    plain: vec4
+    mixed: vec4
+    last: vec2
+
+
+@pg.vertex
+def wide(vertex: pg.Vertex) -> Many:
+    """Ten numbers that are sums of the place on the screen, and a plane that near and far cut."""
+    p = vertex.position
+    plain, mixed = vec4(p.x, p.y, p.x + p.y, 1.0), vec4(2.0 * p.x, 3.0 * p.y, p.x - p.y, 2.0)
+    return Many(vec4(p.xy, 1.2 * p.x, 1.0), plain, mixed, vec2(5.0 * p.y, 7.0 * p.x))
+
+
+@pg.fragment
+def tens(many: Many) -> tuple[vec4, vec4, vec4]:
+    return many.plain, many.mixed, vec4(many.last, many.last)
+
+
+def test_a_triangle_is_cut_with_all_its_varyings(device: Backend) -> None:
+    """Against what the numbers are at each centre; corners lie beyond the guard band too, on a 256th of a pixel."""
+    huge = mesh([(-20, -20, 0), (20, -20, 0), (0, 20, 0)], [(0, 1, 2)])
+    into = tuple(pg.target(name, "rgba32f", SIZE) for name in ("plain", "mixed", "last"))
+    made = pg.draw(huge, vertex=wide, fragment=tens, into=into)
+    with pg.compile(list(made), backend=device) as program:
+        drawn = np.concatenate([program()[name] for name in ("plain", "mixed", "last")], axis=-1)[..., :10]
+    x = np.broadcast_to((np.arange(SIZE[0]) + 0.5) / SIZE[0] * 2 - 1, drawn.shape[:2])
+    y = np.broadcast_to(1 - (np.arange(SIZE[1])[:, None] + 0.5) / SIZE[1] * 2, drawn.shape[:2])
+    expected = np.stack([x, y, x + y, 1 + 0 * x, 2 * x, 3 * y, x - y, 2 + 0 * x, 5 * y, 7 * x], axis=-1)
+    expected[np.abs(1.2 * x) > 1] = 0
+    np.testing.assert_allclose(drawn, expected, atol=7 * 2 / 256 / min(SIZE))
+
+
+def test_draws_of_every_kind_share_what_makes_triangles() -> None:
+    """Compilers take half a second for it."""
+    kinds = (
+        pg.draw(quad(), vertex=flat, fragment=white, into=colour()),
+        pg.draw(quad(), vertex=wide, fragment=tens, into=tuple(pg.target(name, "rgba8", (300, 70)) for name in "abc"))[
+            0
+        ],
+        pg.draw(rows(), vertex=flat, depth=depth_target(), cull="back", polygon_offset=(1.0, 2.0)),
+    )
+    texts = set()
+    for target in kinds:
+        with pg.compile(target, backend="null") as program:
+            (step,) = (step for step in program.plan.steps if isinstance(step, DrawStep))
+        layouts = [ImageLayout(format_, step.size) for format_ in step.output_formats]
+        sources = draw_sources(step, DrawLayouts((), (), tuple(layouts), False, False), 32, serial=True, constant=True)
+        texts.add(sources["pg_count", "pg_setup", "pg_scan", "pg_fill"].text)
+    assert len(texts) == 1

@@ -11,7 +11,8 @@ import pytest
 import passgraph as pg
 from passgraph.backends.reference import ReferenceBackend
 from passgraph.commands.own_file import graphs_of
-from passgraph.commands.range_ends import range_ends
+from passgraph.commands.range_ends import Tries, range_ends
+from passgraph.verify.oracle.pace import Pace
 from tests.commands.told import Outcome
 
 HEAD = "from typing import Annotated\nimport passgraph as pg\nfrom passgraph import Image, Range, uint, vec2, vec4\n\n"
@@ -104,6 +105,16 @@ def test_runs_are_bounded_and_what_is_left_out_is_said(capsys: pytest.CaptureFix
     told = checked(capsys, f"@pg.kernel\ndef many({many}) -> vec4:\n    return vec4({' + '.join(names)})\n")
     assert told.status == 0, told.out
     assert "; p3 = 0.5 (its default), 0, 1; not tried: p4 = 0, p4 = 1 (--ends N: more runs)\n" in told.out
+
+
+def test_no_end_is_tried_when_the_time_is_over(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("two.txt").write_text("def two(color: Image, gain: Annotated[float, Range(0, 2)] = 1.0) -> vec4:\n"
+                               "    return color[0, 0] * gain\n")  # fmt: skip
+    (graph,) = graphs_of(Path("two.txt"), None).values()
+    tries = Tries(8, {}, {}, (4, 3), [], 0.01)
+    assert tries.passed("two", graph, Pace(0.0), lambda _: None)
+    left = "two: tried nothing more; not tried: gain = 0, gain = 2 (--most-seconds N: more time)\n"
+    assert capsys.readouterr().out == left
 
 
 def test_what_is_set_and_what_nobody_wants_is_not_tried(capsys: pytest.CaptureFixture[str]) -> None:

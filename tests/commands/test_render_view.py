@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import json
+import re
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -13,6 +14,7 @@ import pytest
 
 import passgraph as pg
 from passgraph.commands.entry import run
+from passgraph.commands.view import View, seen_by
 from tests.commands.told import refused
 
 SIZE = ["--size", "64x36", "--map-size", "128", "--antialias", "none", "-b", "numpy"]
@@ -171,6 +173,31 @@ def test_the_cameras_and_lights_of_a_file_are_chosen_by_name_or_number(capsys: p
     assert (sun != lamp).any()
     turned = render(capsys, file, "--azimuth", "90", "--elevation", "0", "--ground", "none")[1]
     assert (turned != side).any()
+
+
+def test_a_camera_s_own_name_stands_behind_that_of_its_node() -> None:
+    """A lens may hang on several nodes, and be called as another node is."""
+    lens = {"type": "perspective", "perspective": {"yfov": 0.7, "znear": 0.1}}
+    names = {"name": "front", "camera": 0}, {"name": "side", "camera": 1}, {"camera": 2}, {"name": "top", "camera": 1}
+    nodes = [{"mesh": 0}, *({**one, "translation": [0, 3, 30 + at]} for at, one in enumerate(names))]
+    file = own_file(
+        scenes=[{"nodes": list(range(5))}], nodes=nodes,
+        cameras=[{**lens, "name": name} for name in ("wide", "front", "alone")],
+    )  # fmt: skip
+
+    def shown(camera: str) -> float:
+        return seen_by(View(camera=camera, ground="none"), Path(file), (64, 48)).scene.camera.eye[2]
+
+    for camera, at in (("wide", 30), ("front", 30), ("1", 30), ("2", 31), ("side", 31), ("alone", 32), ("top", 33)):
+        assert shown(camera) == at, camera
+    listed = "1 'front' ('wide'), 2 'side' ('front'), 3 'alone', 4 'top' ('front')"
+    for camera in ("narrow", "5"):
+        with pytest.raises(pg.InputError, match=re.escape(f"expected a number or a name of {listed}")):
+            shown(camera)
+    nodes[1]["name"], nodes[3]["name"] = "first", "third"
+    own_file(scenes=[{"nodes": list(range(5))}], nodes=nodes, cameras=[{**lens, "name": "front"}] * 3)
+    with pytest.raises(pg.InputError, match="4 have that name"):
+        shown("front")
 
 
 @pytest.mark.parametrize(

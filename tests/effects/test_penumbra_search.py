@@ -77,7 +77,7 @@ def test_what_stands_a_texel_before_a_surface_shadows_it() -> None:
 
 
 #: Models of small triangles with smooth normals, of which much stands within a texel or two of the next: RMSE at most.
-TOUCHING = {"samurai": 0.06, "bunny": 0.02}
+TOUCHING = {"samurai": 0.064, "bunny": 0.02}
 
 
 @pytest.mark.slow

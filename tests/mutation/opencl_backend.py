@@ -152,6 +152,9 @@ MUTANTS = (
     _o("pg_slots", "? 1 : 7;", "? 1 : 1;", "coverage/beyond", "coverage/through", "coverage/one triangle"),
     _o("pg_depth_offset", "* inverse_area * 256.0f;", "* inverse_area;", "draw states/polygon offset"),
     _o("pg_depth_offset", "ldexp(1.0f, exponent - 23)", "ldexp(1.0f, exponent - 22)", "draw states/polygon offset"),
+    _o("pg_emit", "cull == 1 + front", "cull == 2 - front", "draw states/cull"),
+    _o("pg_send", "into[1] = front ? c : b;", "into[1] = b;", "draw states/cull none", "draw states/cull back"),
+    _o("pg_emit_clipped", "b[4 + k], c[4 + k]", "c[4 + k], b[4 + k]", "coverage/beyond", "coverage/through"),
     _o("pg_emit", "int front = area < 0 ? 1 : 0;", "int front = area > 0 ? 1 : 0;", "draw states/cull"),
     _o(
         "pg_touches",
@@ -220,6 +223,8 @@ MUTANTS = (
     _o("pg_bin", "number <= (float)BINS", "number < (float)BINS", "plans/a histogram", "plans/counts of"),
     _o("pg_bin", "(float)near == number ? near : 0", "near", "plans/counts of wild"),
     _o("pg_counts", "min(PIECE, WIDTH - x)", "PIECE", "plans/a histogram"),
-    _o("pg_counts", "x < WIDTH && y < HEIGHT; x += PIECE", "x < WIDTH; x += PIECE", "plans/counts of wild"),
+    _o("pg_end", ", HEIGHT)", ", HEIGHT - 1)", "plans/a histogram"),
+    _o("pg_end", "(together + 1) * EACH", "y + ROWS", "plans/counts of 64 rows"),
+    _o("pg_sum", "(row * TOGETHER + i)", "(row + i)", "plans/counts of 64 rows"),
     _o("pg_counts", "tables[3][entries[i + 3]] += 1;", "tables[3][entries[i + 2]] += 1;", "plans/a histogram"),
 )

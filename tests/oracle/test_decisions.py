@@ -114,6 +114,25 @@ def test_a_jump_that_leads_to_no_other_result_is_not_ambiguous() -> None:
     assert found.values.width.max() < 2 * 2 * 8 * 20 * 2.0**-23
 
 
+def test_a_mean_of_many_filtered_texels_is_bounded() -> None:
+    """At texel centres each read turns on rounding, by less than a unit in the last place; all together by some."""
+    given = picture()
+    given[..., 3] = 1.0
+    body = """
+        total, weights = vec4(0.0), 0.0
+        for i in range(-8, 9):
+            weight = float((9 - abs(i)) * (9 - abs(i)))
+            total += weight * c.sample(uv() + vec2(i, 0) / vec2(c.size))
+            weights += weight
+        return total / weights"""
+    found = allowed(body, given)
+    assert not found.ambiguous.any()
+    # 17 reads of two decisions each, half a unit in the last place for each, and the sums' own on either side.
+    assert found.values.width[..., 3].max() < 2 * (17 * 2 + 3 * 17) * 2.0**-24
+    report = compare(kernel(body)(pg.Input("c")), [Conforming(seed) for seed in range(4)], c=given)
+    assert report.passed, report.backends[0].targets[0]
+
+
 def test_an_index_that_may_be_any_leaves_nothing_known() -> None:
     """1e9 / 3 has dozens of whole numbers within 2.5 ULP."""
     given = np.full((1, 1, 4), 1e9, np.float32)

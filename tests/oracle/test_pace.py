@@ -14,6 +14,8 @@ import numpy as np
 import pytest
 
 import passgraph as pg
+from passgraph.backends.reference.draw_pass import ReferenceDrawPass
+from passgraph.backends.reference.pixel_pass import ReferencePixelPass
 from passgraph.verify.compare import compare
 from passgraph.verify.oracle import decisions, domain
 from passgraph.verify.oracle.allowed import Allowed
@@ -264,3 +266,43 @@ def test_who_waits_is_told() -> None:
     bounds("march", 96, 64, Pace(say=said.append))
     (line,) = said
     assert line.startswith("bounds of march: 17% done, up to ")
+
+
+def slowed(monkeypatch: pytest.MonkeyPatch, kind: type) -> list[float]:
+    """The time now, which goes on by 6 s with each of the reference's own runs of a kind of pass."""
+    now, plain = [0.0], kind.__call__
+
+    def slow(self: Any, *given: Any) -> None:
+        now[0] += 6.0
+        plain(self, *given)
+
+    monkeypatch.setattr(kind, "__call__", slow)
+    return now
+
+
+DOUBLED = pg.kernel(source="def doubled(color: Image) -> vec4: return color[0, 0] * 2.0")
+
+
+@pytest.mark.parametrize(("limit", "untried"), [(20.0, [0, 0]), (10.0, [0, 24]), (5.0, [24, 24])])
+def test_the_reference_s_own_runs_count(monkeypatch: pytest.MonkeyPatch, limit: float, untried: list[int]) -> None:
+    """They are made to their ends, and leave so much less for bounds."""
+    now = slowed(monkeypatch, ReferencePixelPass)
+    pace = Pace(limit, clock=lambda: now[0])
+    chain = DOUBLED(DOUBLED(pg.Input("color")), into=pg.target("second", "rgba32f"))
+    passes = Passes({"made": chain}, None, [{"color": np.ones((4, 6, 4), np.float32)}], pace)
+    pictures, allowed = passes.allowed(True)
+    assert [one.untried for one in allowed.values()] == untried
+    assert [picture[0, 0, 0] for picture in pictures.values()] == [2.0, 4.0]
+    assert pace.left_s == limit - 12.0
+
+
+def test_the_reference_s_own_draws_count(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = slowed(monkeypatch, ReferenceDrawPass)
+    text = placed("\ndef paint(corner: Corner) -> vec4:\n    return vec4(1.0)\n")
+    mesh = pg.Mesh.make(positions=[[-1, -1, 0.5], [3, -1, 0.5], [-1, 3, 0.5]], triangles=[[0, 1, 2]])
+    place, paint = (pg.vertex(source=text, name="place"), pg.fragment(source=text, name="paint"))
+    drawn = pg.draw(mesh, vertex=place, fragment=paint, into=pg.target("color", "rgba8"))
+    for limit, untried in ((10.0, [0, 0]), (5.0, [0, 24])):
+        pace = Pace(limit, clock=lambda: now[0])
+        passes = Passes({"made": DOUBLED(drawn)}, (6, 4), [{}], pace)
+        assert [one.untried for one in passes.allowed(True)[1].values()] == untried

@@ -83,7 +83,7 @@ def test_an_argument_of_a_macro_keeps_its_place() -> None:
         ("in vec4 tint; void main() { gl_FragColor = tint; }", "input tint has no value"),
         ("struct S { S s; }; " + MAIN, "a type is expected here"),
         ("struct S { float a; }; void main() { S s; s.b = 1.0; }", "S has no field 'b'"),
-        ("uniform float a; uniform vec2 a; " + MAIN, "uniform a is float already"),
+        ("uniform float a; uniform vec2 a; " + MAIN, "a is a uniform already"),
         ("out int n; void main() { n = 1; }", "an output is a float"),
         ("void main() { int a = 4294967296; }", "does not fit 32 bits"),
         ("void main() { float a = 1e39; }", "does not fit float32"),

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.errors import InputError
-from passgraph.graph.targets import Input, Target
+from passgraph.graph.targets import Target
 from passgraph.shaders.containers.mpv_header import MpvBlock
+from passgraph.shaders.containers.pictures import brought
 
 #: Texels to a side, and to a texture.
 MAX_SIDE, MAX_TEXELS = 16_384, 1 << 22
@@ -49,9 +50,7 @@ def read_texture(block: MpvBlock, file: str) -> Target:
         )
     letters, kind = found[1], found[2]
     texels = _texels(block.code, (height * depth, width, len(letters)), np.dtype(_KINDS[kind]), where)
-    picture: Target = Input(
-        where, f"{letters}{kind.replace('h', '')}", (width, height * depth), static=True, default=texels
-    )
+    picture = brought(where, f"{letters}{kind.replace('h', '')}", texels)
     picture = picture.filter(_said(block, "FILTER", _FILTERS, where)).border(_said(block, "BORDER", _BORDERS, where))
     return picture.slices(depth) if len(sides) == 3 else picture
 

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
+from weakref import WeakValueDictionary
 
 import numpy as np
+from numpy.typing import NDArray
 
 from passgraph.errors import InputError
 from passgraph.graph.calls import PixelKernel
-from passgraph.graph.targets import Input, Target, TargetSpec
+from passgraph.graph.targets import Input, InputSpec, Target, TargetSpec
 from passgraph.language.kernel import kernel_from_text
 from passgraph.plan.reach import inputs_of, passes_behind
 from passgraph.reading import check_regular
@@ -106,5 +109,21 @@ def loaded(name: str, path: Path, what: str) -> Target:
 
     if check_regular(path, what) > MAX_BYTES:
         raise InputError(f"{what}: {path} is larger than {MAX_BYTES >> 20} MiB")
-    picture: Any = load(path)
-    return Input(name, None, (picture.shape[1], picture.shape[0]), static=True, default=picture)
+    return brought(name, "rgba32f", load(path))
+
+
+#: Pictures that shaders bring, as long as somebody has them, by name, format and content.
+_BROUGHT: WeakValueDictionary[tuple[str, str, tuple[int, ...], bytes], InputSpec] = WeakValueDictionary()
+
+
+def brought(name: str, format: str, picture: NDArray[Any]) -> Target:
+    """A picture as an input that is there already.
+
+    The same one again is the same input: a graph may hold a shader that was loaded twice, and names of inputs are one
+    picture's alone.
+    """
+    size = picture.shape[1], picture.shape[0]
+    spec = Input(name, format, size, static=True, default=picture).spec
+    assert isinstance(spec, InputSpec)
+    content = hashlib.sha256(picture.tobytes()).digest()
+    return Target(_BROUGHT.setdefault((name, format, picture.shape, content), spec))

@@ -28,6 +28,7 @@ from passgraph.language.variables import Place, Variable
 from passgraph.shaders.glsl import syntax as g
 from passgraph.shaders.glsl.body import Body
 from passgraph.shaders.glsl.builtins import overloads
+from passgraph.shaders.glsl.declared_once import check_declared_once
 from passgraph.shaders.glsl.images import STAGE
 from passgraph.shaders.glsl.parse import Parser
 from passgraph.shaders.glsl.preprocess import preprocessed
@@ -140,6 +141,7 @@ def _program(
     tree: list[g.Outer], unit: Unit, name: str, entry: str, file: str, defaults: Mapping[str, object]
 ) -> tuple[ir.TypedKernel, tuple[Uniform, ...]]:
     """The typed kernel, and what is known of its parameters."""
+    check_declared_once(tree, unit.around)
     body = Body(unit, name)
     unit.builder.calls.append(tree)  # what stands outside of functions is the outermost of them
     unit.builder.emit(ir.Assign(KEPT, ir.Literal(BOOL, True)))

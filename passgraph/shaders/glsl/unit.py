@@ -31,7 +31,7 @@ class Uniform:
 
 #: Samplers that are pictures; what they hold arrives as floats.  A volume is a picture of its slices.
 _PICTURES = frozenset(["sampler2D", "sampler2DRect", "samplerExternalOES", "sampler3D"])
-_SQUARE = {f"mat{n}x{n}": f"mat{n}" for n in (2, 3, 4)}
+SQUARE = {f"mat{n}x{n}": f"mat{n}" for n in (2, 3, 4)}
 _NEVER = 1 << 62
 T = TypeVar("T")
 
@@ -146,7 +146,7 @@ class Unit:
             return self.structs[name]
         if name in _PICTURES:
             return IMAGE
-        found = NAMED.get(_SQUARE.get(name, name))
+        found = NAMED.get(SQUARE.get(name, name))
         if found is None or isinstance(found, ImageType):
             fail(span, f"{name} is not a type that shaders have here")
         return found

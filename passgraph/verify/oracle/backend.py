@@ -95,7 +95,8 @@ class _PixelPass(ReferencePixelPass):
         self.oracle = oracle
 
     def __call__(self, outputs: Sequence[Storage], images: Sequence[Storage], block: Block) -> None:
-        super().__call__(outputs, images, block)
+        with self.oracle.pace.spent():
+            super().__call__(outputs, images, block)
         if not self.oracle.wants(self.step):
             return
         name = of_pixels(self.step, self.stage, outputs, images, block, self.oracle.carried)
@@ -146,7 +147,8 @@ class _DrawPass(ReferenceDrawPass):
             if depth is not None and found.stencil is not None:
                 oracle.carried[id(depth)] = found.allowed[-1].values.map(np.ravel)
                 oracle.stencils[id(depth)] = found.stencil
-        super().__call__(outputs, depth, images, geometry, vertex, fragment)
+        with oracle.pace.spent():
+            super().__call__(outputs, depth, images, geometry, vertex, fragment)
 
     def _find(
         self, outputs: Sequence[Storage], depth: Storage | None, images: Sequence[Storage], geometry: Geometry,

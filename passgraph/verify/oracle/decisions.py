@@ -9,7 +9,7 @@ centre) stays as tight as it is, which a hull at the jump would lose.
 Lanes with more paths than :data:`MAX_PATHS` are bounded to first order instead: the first path, moved by the
 sum of what each of its decisions can move it, alone or with the next one (x and y of one texel).  That holds
 for sums over decisions, such as filters.  Whether a program is one is tried: where turning many decisions at
-once leads out of that bound, nothing is said of the lane.
+once leads out of that bound by more than rounding, nothing is said of the lane.
 """
 
 from __future__ import annotations
@@ -34,6 +34,9 @@ MAX_PATHS = 64
 MAX_DECISIONS = 256
 #: Ways of turning many decisions at once that are tried on lanes that are bounded to first order.
 JOINT_PATHS = 8
+#: What rounding to float32 may hide of a decision that is turned alone, and show where many are: half a unit in the
+#: last place of the result.
+HIDDEN = 2.0**-24
 
 
 @dataclass
@@ -207,6 +210,8 @@ class _Search:
         self.paths = np.zeros(count, np.int64)
         self.first_order = np.zeros(count, np.bool_)
         self.vague, self.lost = np.zeros(count, np.bool_), np.zeros(count, np.bool_)
+        #: What rounding adds where many decisions are turned at once.
+        self.hidden = [np.zeros(s) for s in shapes]
         #: Results that turned out not to be sums over decisions.
         self.unbounded = [np.zeros(count, np.bool_) for _ in components]
         self.untried = np.zeros(count, np.bool_)
@@ -286,7 +291,8 @@ class _Search:
 
     def first_order_bounds(self, i: int, lanes: Ints | slice) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         lo = np.fmin(self.lo[i][lanes], self.root_lo[i][lanes] + self.total_down[i][lanes])
-        return lo, np.fmax(self.hi[i][lanes], self.root_hi[i][lanes] + self.total_up[i][lanes])
+        hi = np.fmax(self.hi[i][lanes], self.root_hi[i][lanes] + self.total_up[i][lanes])
+        return lo - self.hidden[i][lanes], hi + self.hidden[i][lanes]
 
     def try_all_ways(self, lanes: Ints) -> None:
         for way in range(JOINT_PATHS):
@@ -306,6 +312,10 @@ class _Search:
         self.vague[lanes] |= track.vague | track.wide
         self.lost[lanes] |= track.lost
         for i, result in enumerate(results):
+            lo, hi = self.first_order_bounds(i, lanes)
+            rounding = HIDDEN * np.maximum(track.met, 1)[:, None] * np.fmax(abs(lo), abs(hi))
+            outside = ((result.lo < lo) | (result.hi > hi)) & (rounding < np.inf)
+            self.hidden[i][lanes] = np.where(outside, np.fmax(self.hidden[i][lanes], rounding), self.hidden[i][lanes])
             lo, hi = self.first_order_bounds(i, lanes)
             beyond = (result.lo < lo) | (result.hi > hi) | (result.nan & ~self.nan[i][lanes])
             self.unbounded[i][lanes] |= beyond.any(axis=1)

@@ -1,9 +1,11 @@
-"""How long looking for bounds takes: estimated from a sample of the pixels, told while it lasts, limited on request."""
+"""How long the reference and its bounds take: estimated from a sample of the pixels, told while it lasts, limited on
+request."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,7 +43,7 @@ class Pace:
     Parameters
     ----------
     most_seconds
-        Look for bounds no longer than this; None: as long as it takes.
+        Look for bounds no longer than this, less what the reference itself takes; None: as long as it takes.
     say
         Called with how far a pass is, and how long the rest of it may take.
     clock
@@ -74,6 +76,15 @@ class Pace:
         """How many of its lanes were not tried."""
         self._spent += self.clock() - self._since
         return self.untried
+
+    @contextmanager
+    def spent(self) -> Iterator[None]:
+        """What is done within counts, and is done to its end."""
+        start = self.clock()
+        try:
+            yield
+        finally:
+            self._spent += self.clock() - start
 
     @property
     def left_s(self) -> float:

@@ -45,7 +45,7 @@ class Passes:
     frames
         Inputs and values of each run, by name.
     pace
-        How long bounds may be looked for, and who is told.
+        How long the reference and its bounds may take, and who is told.
     kept
         Where bounds are looked for first; left out, those of this graph alone.
 

@@ -1,0 +1,36 @@
+// What our kernels call of OpenCL C: declared here where a compiler need not read all of it (programs.py).  Each function
+// has the types that the language gives it, as far as ours could call it with them, so that calls mean the same.
+#define PG_VALUE __attribute__((overloadable, const))
+
+size_t PG_VALUE get_global_id(uint);
+size_t PG_VALUE get_local_id(uint);
+size_t PG_VALUE get_group_id(uint);
+void __attribute__((overloadable, convergent)) barrier(cl_mem_fence_flags);
+int __attribute__((overloadable)) atomic_inc(volatile __local int*);
+uint __attribute__((overloadable)) atomic_inc(volatile __local uint*);
+float4 __attribute__((overloadable, pure)) vload4(size_t, const __global float*);
+
+float PG_VALUE fabs(float);
+float PG_VALUE floor(float);
+float PG_VALUE ceil(float);
+float PG_VALUE trunc(float);
+float PG_VALUE rint(float);
+float PG_VALUE sqrt(float);
+float PG_VALUE fmin(float, float);
+float PG_VALUE fmax(float, float);
+float PG_VALUE ldexp(float, int);
+uint PG_VALUE abs(int);
+float2 PG_VALUE convert_float2(int2);
+uchar PG_VALUE convert_uchar_sat_rte(float);
+ushort PG_VALUE convert_ushort_sat_rte(float);
+
+#define PG_ORDER(type) \
+    type PG_VALUE min(type, type); \
+    type PG_VALUE max(type, type); \
+    type PG_VALUE clamp(type, type, type);
+PG_ORDER(float)
+PG_ORDER(int)
+PG_ORDER(uint)
+PG_ORDER(long)
+PG_ORDER(ulong)
+PG_ORDER(int2)

@@ -1,0 +1,76 @@
+"""Which side of a surface is the outer one, where a file does not say whether it is seen from both."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from passgraph.scene.mesh import Mesh
+from passgraph.scene.normals import Int, least_joined
+
+
+def with_outside(mesh: Mesh) -> tuple[Mesh, bool]:
+    """The mesh wound as its file means it, and whether only one side of it can be seen from outside then.
+
+    Triangles whose normals in the file point to their other side are turned round; without such normals the whole mesh
+    is, where it is closed and inside out.  It is seen from one side where it is closed and each of its parts is wound
+    counter-clockwise seen from outside.  Vertices at one position count as one.  A hollow within a body is a part
+    that is wound the other way.
+
+    >>> corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    >>> sides = np.array([[0, 2, 1], [0, 1, 3], [1, 2, 3], [0, 3, 2]])
+    >>> [with_outside(Mesh.make(corners, triangles))[1] for triangles in (sides, sides[:, ::-1], sides[1:])]
+    [True, True, False]
+    """
+    mesh = _by_normals(mesh)
+    volumes = _volumes(mesh)
+    if volumes is None:
+        return mesh, False
+    if volumes.sum() < 0.0 and not mesh.has_normals:
+        mesh = replace(mesh, triangles=np.ascontiguousarray(mesh.triangles[:, ::-1]), normals=-mesh.normals)
+        volumes = -volumes
+    return mesh, bool((volumes > 0.0).all())
+
+
+def _by_normals(mesh: Mesh) -> Mesh:
+    if not mesh.has_normals:
+        return mesh
+    a, b, c = (mesh.positions[mesh.triangles[:, k]].astype(np.float64) for k in range(3))
+    meant = mesh.normals[mesh.triangles].sum(axis=1, dtype=np.float64)
+    turned = (np.cross(b - a, c - a) * meant).sum(axis=1) < 0.0
+    if not turned.any():
+        return mesh
+    return replace(mesh, triangles=np.where(turned[:, None], mesh.triangles[:, ::-1], mesh.triangles))
+
+
+def _volumes(mesh: Mesh) -> NDArray[np.float64] | None:
+    """Six times the volume of each of its parts, below 0 where one is inside out; None where it is not closed.
+
+    In no unit: the mesh's own extent.
+    """
+    places = _places(mesh.positions)[mesh.triangles]
+    count = int(places.max()) + 1
+    starts, ends = places.reshape(-1).astype(np.int64), np.roll(places, -1, axis=1).reshape(-1).astype(np.int64)
+    edges, of = np.unique(np.minimum(starts, ends) * count + np.maximum(starts, ends), return_inverse=True)
+    # As many triangles have an edge one way as the other.
+    if np.bincount(of.reshape(-1), np.sign(ends - starts), len(edges)).any():
+        return None
+    part = least_joined(count, np.stack([starts, ends]))[places[:, 0]]
+    points = mesh.positions.astype(np.float64) - mesh.positions.mean(axis=0, dtype=np.float64)
+    points /= max(float(np.abs(points).max()), 1e-300)
+    a, b, c = (points[mesh.triangles[:, k]] for k in range(3))
+    volumes = np.bincount(part, (a * np.cross(b, c)).sum(axis=1), count)
+    return np.asarray(volumes[np.unique(part)], np.float64)
+
+
+def _places(positions: NDArray[np.float32]) -> Int:
+    """A number for each vertex, the same for those at one position.
+
+    Two coordinates at a time are one whole number each, which sort many times faster than rows.
+    """
+    bits = (positions + np.float32(0.0)).view(np.uint32).astype(np.uint64)  # -0 is 0
+    plane = np.unique(bits[:, 0] << np.uint64(32) | bits[:, 1], return_inverse=True)[1].reshape(-1)
+    both = plane.astype(np.uint64) << np.uint64(32) | bits[:, 2]
+    return np.unique(both, return_inverse=True)[1].reshape(-1)
