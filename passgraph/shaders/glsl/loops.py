@@ -97,7 +97,7 @@ def _open_trips(unit: Unit, block: tuple[ir.Stmt, ...]) -> int:
     work = _work(block)
     room = (_MAX_WORK - unit.work) // _SHARE
     together = min(_MAX_TOGETHER // (unit.told * _trips(block)), room // (unit.told * work))
-    trips = max(1, min(MAX_OPEN, math.floor(together ** (1 / (1 + unit.undecided)))))
+    trips = max(1, min(MAX_OPEN, math.floor(math.pow(together, 1 / (1 + unit.undecided)))))
     if unit.trips == 1:  # loops within others are part of what these do
         unit.work += trips * work
     return trips
