@@ -91,7 +91,7 @@ def _kernel(
 
 
 def parameters(images: Sequence[ImageLayout], outputs: Sequence[ImageLayout], *own: str) -> str:
-    """What kernels of a pixel pass take: ``out0`` and so on, what it reads, buffers of its own, ``cut`` and ``first``."""
+    """What kernels of a pixel pass take: ``out0`` …, what it reads, buffers of its own, ``cut`` and ``first``."""
     found = [f"__global {element(layout.format)}* restrict out{i}" for i, layout in enumerate(outputs)]
     return ", ".join([*found, *inputs(images), *own, "int4 cut", "int2 first"])
 
