@@ -16,6 +16,8 @@ from passgraph.effects.checked import POSITIONAL, Choice
 from passgraph.language.types import Type
 
 ParameterType = Literal["float", "int", "bool", "choice", "rgb", "picture", "value"]
+#: ``*these`` and ``**these``.
+_ANY_NUMBER = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
 #: One entry of a docstring's list of parameters: names, a colon, and what they are.
 ENTRY = re.compile(r"^(\w+(?:, \w+)*) : (.*)$")
 
@@ -151,9 +153,9 @@ def _arguments(function: Callable[..., Any]) -> Iterator[tuple[str, Any, Any, st
     hints, texts = get_type_hints(function, include_extras=True), help_of(function)
     mark = getattr(function, "effect", None)
     for place, (name, parameter) in enumerate(inspect.signature(function).parameters.items()):
-        by_position = mark is None or place < POSITIONAL[mark.takes]
+        by_position = mark is None or place < POSITIONAL[mark.takes] or parameter.kind in _ANY_NUMBER
         if parameter.default is not inspect.Parameter.empty or not by_position:
-            yield name, hints[name], parameter.default, texts.get(name, "")
+            yield name, hints.get(name, Any), parameter.default, texts.get(name, "")
 
 
 @dataclass(frozen=True, slots=True)

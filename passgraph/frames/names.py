@@ -141,8 +141,12 @@ def folder_files(folder: Path) -> list[Path]:
 
 
 def unread_files(folder: Path) -> list[Path]:
-    """Pictures of a folder in formats that are not read."""
-    return in_order(path for path in folder.iterdir() if path.suffix.lower() in UNREAD_SUFFIXES and path.is_file())
+    """Pictures of a folder in formats that are not read; none where it cannot be listed, see `folder_files`."""
+    try:
+        found = [path for path in folder.iterdir() if path.suffix.lower() in UNREAD_SUFFIXES and path.is_file()]
+    except OSError:
+        return []
+    return in_order(found)
 
 
 def glob_files(text: str) -> list[Path]:
