@@ -47,6 +47,7 @@ def text_of(program: pg.Program) -> str:
     return body_text(Layout.of(alone(step_of(program)), 16).stages[0], "body")
 
 
+BRANCHED = "for i in range(40):\n        if t > c[0, 0].x:\n            break\n        t *= 2.0\n   "
 LONG = " ".join(f"t = abs(t * 1.{k}1 - 0.{k}3) + sqrt(t + 0.{k}7) * c[0, 0].x\n   " for k in range(1, 9))
 
 
@@ -57,10 +58,7 @@ LONG = " ".join(f"t = abs(t * 1.{k}1 - 0.{k}3) + sqrt(t + 0.{k}7) * c[0, 0].x\n 
         ("return vec4(0.3)", True),
         ("return c[0, 0] + c[1, 0]", False),
         ("return c.texel(ivec2(c[0, 0].xy))", False),
-        (
-            "t = 0.5\n    for i in range(40):\n        if t > c[0, 0].x:\n            break\n        t *= 2.0\n    return vec4(t)",
-            False,
-        ),
+        (f"t = 0.5\n    {BRANCHED} return vec4(t)", False),
     ],
     ids=["long", "no picture", "window", "anywhere", "branches"],
 )
