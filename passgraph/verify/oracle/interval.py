@@ -72,7 +72,7 @@ class Interval:
         """Both bounds through a function that does not fall."""
         return Interval(function(self.lo), function(self.hi), self.nan)
 
-    def take(self, chosen: NDArray[Any] | slice) -> Interval:
+    def take(self, chosen: NDArray[Any] | slice | tuple[slice, ...]) -> Interval:
         """Some of the lanes."""
         return Interval(self.lo[chosen], self.hi[chosen], self.nan[chosen])
 
