@@ -263,9 +263,9 @@ def test_the_rest_is_estimated_from_the_sample() -> None:
 
 def test_who_waits_is_told() -> None:
     said: list[str] = []
-    bounds("march", 96, 64, Pace(say=said.append))
+    bounds("nested", 96, 64, Pace(say=said.append))
     (line,) = said
-    assert line.startswith("bounds of march: 17% done, up to ")
+    assert line.startswith("bounds of nested: 17% done, up to ")
 
 
 def slowed(monkeypatch: pytest.MonkeyPatch, kind: type) -> list[float]:
