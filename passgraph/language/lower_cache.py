@@ -144,6 +144,10 @@ class _Common:
 
         return [n for n, i in enumerate(self.program.body) if instruction_of(i, known, elsewhere) is not i]
 
+    def _stands_at(self, spans: Sequence[Span]) -> bool:
+        """Whether a kernel with parts there is of the same text at the same place: mostly, the kernel itself."""
+        return all(spans[number] == span for number, span in self.spans.items())
+
     def numbers(self, literals: tuple[float, ...]) -> tuple[float, ...] | None:
         """All numbers, by the kernel's own; None where one is of those that there are rules for."""
         found = list(literals)
@@ -157,6 +161,10 @@ class _Common:
 
     def filled(self, name: str, literals: tuple[float, ...], spans: Sequence[Span]) -> scalar.ScalarProgram:
         """The program of a kernel with these numbers, which stands there."""
+        if not literals and self._stands_at(spans):
+            made = replace(self.program, name=name)
+            object.__setattr__(made, "apart", scalar.Apart(self.program, ()))
+            return made
         numbers, places, body = filling(literals), self._places, list(self.program.body)
 
         def at(span: Span) -> Span:
