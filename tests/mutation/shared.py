@@ -52,7 +52,7 @@ MUTANTS = (
     # Kernels that differ in their numbers
     _row("_Walk.node", "self.literals.setdefault(float(node.value), len(self.literals))", "0"),
     _row("filling", "numbers[number]", "numbers[0]"),
-    _row("_Common.numbers", "found.append(made)", "found.append(0.0)"),
+    _row("_Common.numbers", "found.append(made)", "found.append(made + 8.0)"),
     _row("_Common.filled", "body[n] = instruction_of(body[n], numbers, at)", "pass", "gl"),
     _row("Derived.of", "self.first + len(self.steps)", "self.first - 1"),
     # Ranges of parameters
