@@ -28,8 +28,11 @@ from passgraph.plan.data import PixelStep
 if TYPE_CHECKING:
     from passgraph.backends.opencl.backend import OpenCLBackend
 
-#: Pixels of a run, or of a group along x, on CPUs: from 64 on, a pass that only copies runs at the speed of memory.
+#: Pixels of a run at most, or of a group along x, on CPUs: from 64 on, a pass that only copies runs at the speed of
+#: memory.
 GROUP = 128
+#: Floats of the longest vectors that CPUs have.
+VECTOR = 16
 #: Rows of a group on CPUs, the first that divides the height: a group writes whole rows, one behind the other in
 #: memory, and there are few groups to hand out.  A pass that only copies takes 5 % less than with a group for each run.
 ROWS = (4, 3, 2, 1)
@@ -111,6 +114,18 @@ def inner_block(program: ScalarProgram, size: tuple[int, int], group: int) -> tu
     return (left, top, width, height) if width >= group and height > 0 else (0, 0, 0, 0)
 
 
+def run_of(width: int) -> int:
+    """Pixels of a run on CPUs, in a row of so many: whole vectors, and so few as divide the row evenly, since the last
+    run overlaps the one before.
+
+    >>> run_of(1280), run_of(160), run_of(0)
+    (128, 80, 128)
+    """
+    runs = max(1, -(-width // GROUP))
+    vectors = -(-width // (runs * VECTOR))
+    return vectors * VECTOR or GROUP
+
+
 #: A kernel, its work-items, their groups, the first of them, and ``cut``.
 Launched: TypeAlias = tuple[str, tuple[int, int], tuple[int, int] | None, tuple[int, int], tuple[int, int, int, int]]
 
@@ -181,8 +196,9 @@ class PixelPassRunner:
         images = list(zip(names, layouts[:image_count], strict=True))
         constant = self.uniforms.fits_constant()
         group = GROUP if self.backend.is_cpu else GROUP_GPU
-        run = GROUP if self.backend.is_cpu else 1
-        ranges = self._ranges(layouts[-1].size, group, run)
+        block = inner_block(self.step.program, layouts[-1].size, group)
+        run = run_of(block[2]) if self.backend.is_cpu else 1
+        ranges = self._ranges(layouts[-1].size, block, group, run)
         kernels = {name for name, *_ in ranges}
         source = pixel_source(self.step.program, images, layouts[image_count:], constant, run, kernels)
         built = self.backend.programs.build(source, self.what)
@@ -198,9 +214,9 @@ class PixelPassRunner:
             kernel = cl.Kernel(program, name)
         return Launch(kernel, items, group, cl.cltypes.make_int4(*cut), cl.cltypes.make_int2(*first), own)
 
-    def _ranges(self, size: tuple[int, int], group: int, run: int) -> list[Launched]:
+    def _ranges(self, size: tuple[int, int], block: tuple[int, int, int, int], group: int, run: int) -> list[Launched]:
         """Which kernel runs where."""
-        x, y, width, height = inner_block(self.step.program, size, group)
+        x, y, width, height = block
         ranges: list[Launched] = []
         if width and run > 1:
             items = (-(-width // run), height)

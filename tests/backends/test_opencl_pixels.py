@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph import vec3
 from passgraph.backends.opencl import OpenCLBackend
-from passgraph.backends.opencl.pixel import inner_block, strips
+from passgraph.backends.opencl.pixel import GROUP, inner_block, run_of, strips
 from passgraph.language.lower import Facts, ImageFacts, lower
 from tests.conftest import require
 
@@ -339,3 +339,11 @@ def test_groups_stay_within_what_the_device_takes(
     assert items == (3, height) and group is not None
     assert group[0] <= sizes[0] and group[1] <= sizes[1] and group[0] * group[1] <= most
     assert items[0] % group[0] == items[1] % group[1] == 0
+
+
+def test_runs_cover_rows_of_any_width_and_little_twice() -> None:
+    for width in range(GROUP, 4 * GROUP + 1):
+        run = run_of(width)
+        items = -(-width // run)
+        assert run % 16 == 0 and GROUP // 2 <= run <= GROUP
+        assert (items - 1) * run < width and items * run - width < 16 * items
