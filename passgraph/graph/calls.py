@@ -162,8 +162,7 @@ def _without_alpha(kernel: Kernel, specs: Sequence[TargetSpec]) -> Kernel:
         if spec.format.channels == 3 and result.type == VEC4:
             colour = ir.Swizzle(VEC3, result.value, (0, 1, 2))
             results[slot] = ir.Result(result.name, VEC3, colour)
-            program = replace(program, digest=program.digest and f"{program.digest} rgb {slot}")
-    if program is kernel.program:
+    if results == list(program.results):
         return kernel
     return kernel.computing(replace(program, results=tuple(results)))
 

@@ -320,8 +320,6 @@ class TypedKernel:
     results: tuple[Result, ...]
     keep: Expr | None = None  # false where a fragment is discarded; None when nothing discards
     source: Span = field(default=NOWHERE, compare=False, repr=False)
-    #: Stands for the text that it was parsed from and for what the names there meant; empty where there was no text.
-    digest: str = field(default="", compare=False, repr=False)
 
     @property
     def images(self) -> tuple[str, ...]:

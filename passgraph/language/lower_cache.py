@@ -20,7 +20,7 @@ from passgraph.errors import PassgraphError
 from passgraph.language import ir, scalar, types
 from passgraph.language.emitter import Derived, fold
 from passgraph.language.facts import Facts, ImageFacts, inner_first
-from passgraph.language.literals import filling, instruction_of, is_own, outputs_of
+from passgraph.language.literals import filling, instruction_of, is_own, outputs_of, place_of
 from passgraph.language.lower import lower
 from passgraph.language.scope import freeze
 from passgraph.language.shape import Shape, shape_of
@@ -119,28 +119,34 @@ def facts_told(facts: Facts) -> str:
 
 @dataclass(frozen=True)
 class _Common:
-    """A program with places for numbers, and where its parts stand in the text of the kernel that it was made of."""
+    """A program with places for numbers, and where it stands in the text of the kernel that it was made of."""
 
     program: scalar.ScalarProgram
-    spans: tuple[Span, ...]
+    #: By the numbers of the kernel's parts.
+    spans: dict[int, Span]
     #: How the numbers behind the kernel's own come about.
     derived: tuple[tuple[str, tuple[scalar.Lit, ...]], ...]
 
     @cached_property
     def _places(self) -> dict[int, int]:
         """Of each span by its identity, its number."""
-        return {id(span): number for number, span in reversed(list(enumerate(self.spans)))}
+        return {id(span): number for number, span in self.spans.items()}
 
     @cached_property
     def _changing(self) -> list[int]:
         """Instructions that numbers or places decide."""
-        numbers = filling([0.0] * (len(self.spans) + len(self.derived)))
+
+        def known(x: scalar.Operand) -> scalar.Operand:
+            return x if place_of(x) is None else scalar.Lit("float", 0.0)
 
         def elsewhere(span: Span) -> Span:
             return NOWHERE if id(span) in self._places else span
 
-        body = self.program.body
-        return [n for n, i in enumerate(body) if instruction_of(i, numbers, elsewhere) is not i]
+        return [n for n, i in enumerate(self.program.body) if instruction_of(i, known, elsewhere) is not i]
+
+    def _stands_at(self, spans: Sequence[Span]) -> bool:
+        """Whether a kernel with parts there is of the same text at the same place: mostly, the kernel itself."""
+        return all(spans[number] == span for number, span in self.spans.items())
 
     def numbers(self, literals: tuple[float, ...]) -> tuple[float, ...] | None:
         """All numbers, by the kernel's own; None where one is of those that there are rules for."""
@@ -155,6 +161,10 @@ class _Common:
 
     def filled(self, name: str, literals: tuple[float, ...], spans: Sequence[Span]) -> scalar.ScalarProgram:
         """The program of a kernel with these numbers, which stands there."""
+        if not literals and self._stands_at(spans):
+            made = replace(self.program, name=name)
+            object.__setattr__(made, "apart", scalar.Apart(self.program, ()))
+            return made
         numbers, places, body = filling(literals), self._places, list(self.program.body)
 
         def at(span: Span) -> Span:
@@ -226,7 +236,11 @@ def _made(
             raise
         disk_cache.remember("programs", name, _ASKED)
         return None
-    found = _Common(lowered, spans, tuple(derived.steps))
+    numbers = {id(span): number for number, span in reversed(list(enumerate(spans)))}
+    stands = {id(span): span for span in lowered.sources}
+    stands |= {id(i.span): i.span for i in scalar.walk(lowered.body) if isinstance(i, (scalar.Op, scalar.LoadTexel))}
+    used = {numbers[key]: span for key, span in stands.items() if key in numbers}
+    found = _Common(lowered, used, tuple(derived.steps))
     data = _written(found) if scalar.count(lowered.body) >= MIN_INSTRUCTIONS else None
     if data is not None:
         disk_cache.remember("programs", name, data)
@@ -264,7 +278,7 @@ def _written(common: _Common) -> bytes | None:
 def _read(data: bytes) -> _Common | None:
     try:
         key, program, spans, derived = _Reader(io.BytesIO(data)).load()
-        assert isinstance(program, scalar.ScalarProgram) and isinstance(spans, tuple) and isinstance(derived, tuple)
+        assert isinstance(program, scalar.ScalarProgram) and isinstance(spans, dict) and isinstance(derived, tuple)
         vars(program)["key"] = key
     except Exception:  # a damaged pickle may raise anything
         return None

@@ -6,16 +6,14 @@ Functions are inlined and structs taken apart (:mod:`.frame`); branches, loops a
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Iterable, Mapping
-from dataclasses import replace
 
 from passgraph.errors import KernelError
 from passgraph.language import ir
 from passgraph.language.buffers import check_reads
 from passgraph.language.composites import array_part
 from passgraph.language.frame import KEPT, Builder, Frame
-from passgraph.language.scope import FunctionSource, ModuleName, Scope
+from passgraph.language.scope import FunctionSource, Scope
 from passgraph.language.signature import VERTEX, read_signature
 from passgraph.language.source import Span, fail
 from passgraph.language.types import (
@@ -55,32 +53,12 @@ def parse_with_scopes(
     """The kernel, and for each function in it the scope that recorded which constants it captured."""
     builder = Builder(stage)
     try:
-        program = _parse(function, stage, builder)
-        return replace(program, digest=_digest(stage, builder.scopes)), builder.scopes
+        return _parse(function, stage, builder), builder.scopes
     except RecursionError:
         span = function.source.span(function.node)
         raise KernelError(
             span.point_at(f"{function.name} nests too deeply (calls, branches and expressions together)")
         ) from None
-
-
-def _digest(stage: ir.Stage, scopes: Mapping[FunctionSource, Scope]) -> str:
-    """Of everything that a program is made from: the text of each function, and what its names stood for."""
-    numbers = {function: str(number) for number, function in enumerate(scopes)}
-    parts: list[str] = [stage]
-    for function, scope in scopes.items():
-        source = function.source
-        parts += [function.name, source.file, f"{source.first_line} {source.indent}", source.text]
-        for names in (function.scope, scope):
-            parts += [f"{path} {_told(meaning, numbers)}" for path, meaning in sorted(names.meanings.items())]
-    return hashlib.sha256("\0".join(parts).encode(errors="surrogatepass")).hexdigest()
-
-
-def _told(meaning: object, numbers: Mapping[FunctionSource, str]) -> str:
-    """A meaning as text that tells it from every other."""
-    if isinstance(meaning, FunctionSource):
-        return f"function {numbers.get(meaning, meaning.name)}"
-    return "module" if isinstance(meaning, ModuleName) else repr(meaning)
 
 
 def _parse(function: FunctionSource, stage: ir.Stage, builder: Builder) -> ir.TypedKernel:

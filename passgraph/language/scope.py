@@ -106,12 +106,10 @@ def _assigned_names(nodes: Iterable[ast.stmt]) -> set[str]:
 
 @dataclass(eq=False)
 class Scope:
-    """Names around a kernel.  ``captured`` remembers every constant that was taken by value, ``meanings`` what every
-    (dotted) name that was asked for stood for."""
+    """Names around a kernel.  ``captured`` remembers every constant that was taken by value."""
 
     names: Callable[[str], object]
     captured: dict[str, object] = field(default_factory=dict)
-    meanings: dict[str, object] = field(default_factory=dict)
     #: Tables met, by name, with the values that they were made from; None where values may change between uses.
     tables: dict[str, tuple[object, ir.Table]] | None = None
     #: Names that errors may take one with a mistake for.
@@ -215,10 +213,10 @@ Meaning: TypeAlias = "Type | Struct | FunctionSource | symbols.Symbol | ModuleNa
 
 
 def meaning_of(value: object, path: str, scope: Scope, span: Span) -> Any:
-    """What a name leads to (:func:`classified`), noted in its scope."""
+    """What a name leads to (:func:`classified`); tables are made once where the scope keeps them."""
     if scope.tables is not None and path in scope.tables and scope.tables[path][0] is value:
         return dataclasses.replace(scope.tables[path][1], span=span)
-    meaning = scope.meanings[path] = classified(value, path, scope, span)
+    meaning = classified(value, path, scope, span)
     if scope.tables is not None and isinstance(meaning, ir.Table):
         scope.tables[path] = value, meaning
     return meaning

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any
 
 from passgraph.language import ir
@@ -46,12 +45,12 @@ def shape_of(program: ir.TypedKernel) -> Shape:
     found = _Walk()
     for parameter in program.parameters:
         default = freeze(parameter.default) if parameter.const and parameter.has_default else None
-        found.say(parameter.name, _typed(parameter.type), parameter.const, default, parameter.range)
+        found.say(parameter.name, found.typed(parameter.type), parameter.const, default, parameter.range)
     found.say(program.stage, len(program.body))
     for statement in program.body:
         found.node(statement)
     for result in program.results:
-        found.say(result.name, _typed(result.type))
+        found.say(result.name, found.typed(result.type))
         found.node(result.value)
     if program.keep is not None:
         found.say("keep")
@@ -69,9 +68,16 @@ class _Walk:
         self.spans: list[Span] = []
         self.met: dict[int, int] = {}
         self.names: dict[str, int] = {}
+        self.types: dict[int, str] = {}  # by identity: the kernel keeps them
 
     def say(self, *told: object) -> None:
         self.text += map(repr, told)
+
+    def typed(self, type_: object) -> str:
+        """A type as text."""
+        if id(type_) not in self.types:
+            self.types[id(type_)] = repr(type_)
+        return self.types[id(type_)]
 
     def node(self, node: Any) -> None:
         number = self.met.setdefault(id(node), len(self.met))
@@ -89,7 +95,7 @@ class _Walk:
             if name == "name" and kind in _OF_VARIABLES:
                 text.append(f"variable {self.names.setdefault(said, len(self.names))}")
             else:
-                text.append(_typed(said) if name == "type" else repr(said))
+                text.append(self.typed(said) if name == "type" else repr(said))
         for name in ir.PARTS[kind]:
             part = getattr(node, name)
             if isinstance(part, tuple):
@@ -98,8 +104,3 @@ class _Walk:
                     self.node(one)
             else:
                 self.node(part)
-
-
-@lru_cache(maxsize=256)
-def _typed(type_: object) -> str:
-    return repr(type_)

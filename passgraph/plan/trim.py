@@ -101,9 +101,8 @@ def _draw_with(lowered: Lowered, drawn: DrawPass, kept: Sequence[int], work: Wor
 
 
 def _with_results(program: TypedKernel, kept: Sequence[int]) -> TypedKernel:
-    """The same kernel with some of its results; what is kept of lowered programs tells it from the whole."""
-    digest = program.digest and f"{program.digest} {' '.join(map(str, kept))} of {len(program.results)}"
-    return replace(program, results=_chosen(program.results, kept), digest=digest)
+    """The same kernel with some of its results."""
+    return replace(program, results=_chosen(program.results, kept))
 
 
 def _chosen(parts: Sequence[T], kept: Sequence[int]) -> tuple[T, ...]:

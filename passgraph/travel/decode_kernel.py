@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
-import json
 from dataclasses import fields
 from typing import Any
 
@@ -76,10 +74,7 @@ class _Reader:
             document.wrong(f"{where}.keep", "null, or a bool of a fragment kernel", record["keep"])
         self._check_body(body, [one.value for one in results] + ([] if keep is None else [keep]), record, parameters)
         name, source = document.identifier(record["name"], f"{where}.name"), self._span(record["source"], where)
-        # What the document says was counted and is finite; its text tells this kernel from every other.
-        told = "data\0" + json.dumps(data, sort_keys=True)
-        digest = hashlib.sha256(told.encode()).hexdigest()
-        return ir.TypedKernel(name, stage, parameters, body, results, keep, source, digest)
+        return ir.TypedKernel(name, stage, parameters, body, results, keep, source)
 
     def _check_body(
         self, body: tuple[Any, ...], read: list[Any], record: Any, parameters: tuple[ir.Parameter, ...]

@@ -25,8 +25,8 @@ def _long(function: str, old: str, new: str, backend: str = "numpy", where: str 
     return Mutant(function, old, new, backend, (where,))
 
 
-def _row(function: str, old: str, new: str) -> Mutant:
-    return Mutant(function, old, new, "numpy", ("plans/passes that differ in numbers",))
+def _row(function: str, old: str, new: str, backend: str = "numpy") -> Mutant:
+    return Mutant(function, old, new, backend, ("plans/passes that differ in numbers",))
 
 
 def _reduce(function: str, old: str, new: str, *catchers: str) -> Mutant:
@@ -52,8 +52,8 @@ MUTANTS = (
     # Kernels that differ in their numbers
     _row("_Walk.node", "self.literals.setdefault(float(node.value), len(self.literals))", "0"),
     _row("filling", "numbers[number]", "numbers[0]"),
-    _row("_Common.numbers", "found.append(made)", "found.append(0.0)"),
-    _row("_Common.filled", "body[n] = instruction_of(body[n], numbers, at)", "pass"),
+    _row("_Common.numbers", "found.append(made)", "found.append(made + 8.0)"),
+    _row("_Common.filled", "body[n] = instruction_of(body[n], numbers, at)", "pass", "gl"),
     _row("Derived.of", "self.first + len(self.steps)", "self.first - 1"),
     # Ranges of parameters
     Mutant("ends", "max(first, least)", "max(first + 1, least)", "numpy", ("language/loops and offsets within a par",)),

@@ -54,7 +54,6 @@ class Preprocessor:
     es: bool = False
     extensions: list[str] = field(default_factory=list)
     pragmas: list[tuple[str, Span]] = field(default_factory=list)
-    included: dict[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         self._expander = Expander()
@@ -221,7 +220,6 @@ class Preprocessor:
         if len(self._files) >= MAX_INCLUDE_DEPTH:
             fail(span, f"files include files deeper than {MAX_INCLUDE_DEPTH}")
         text = self._file(path, match[1] or match[2], span)
-        self.included[str(path)] = text
         self._files.append(path)
         yield from self._read(text, path.name)
         self._files.pop()

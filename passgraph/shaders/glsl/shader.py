@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import hashlib
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache, partial
 from pathlib import Path
 
-from passgraph import disk_cache
 from passgraph.errors import KernelError
 from passgraph.language import ir
 from passgraph.language.buffers import check_reads, check_sizes
@@ -119,11 +117,6 @@ def parse(
         program, uniforms = _program(Parser(tokens, file).shader(), unit, name, entry, file, defaults or {})
     except RecursionError:
         raise KernelError(f"{file}: the shader nests too deeply") from None
-    if not natives and not values:
-        said = repr((pieces, name, entry, rows_up, sorted(levels), sorted((defines or {}).items()),
-                     sorted(reader.included.items())))  # fmt: skip
-        own = disk_cache.text_digest(Path(__file__).parent)
-        program = replace(program, digest=hashlib.sha256(f"{own}{said}".encode(errors="surrogatepass")).hexdigest())
     notes = tuple(sorted(unit.notes.values(), key=lambda note: (note.span.file, note.span.line)))
 
     @cache
