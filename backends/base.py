@@ -225,14 +225,14 @@ class Backend(ABC):
     def pixel_pass(self, step: PixelStep) -> PixelRunner:
         """Compile a pixel pass."""
 
-    def own_way(self, step: PixelStep) -> str | None:
-        """How this device does what a step is known to do (`PixelStep.known`) in a way of its own, in a few words for
-        ``explain()``; the results must be the same bits.  None where it runs the step's program."""
+    def own_way(self, steps: Sequence[PixelStep]) -> str | None:
+        """How this device does what a step, or a chain that it took, is known to do (`PixelStep.known`) in a way of its
+        own, in a few words for ``explain()``; the results must be the same bits.  None where it runs the programs."""
         return None
 
     def pixel_chain(self, steps: Sequence[PixelStep]) -> ChainRunner | None:
-        """Compile consecutive pixel passes of one size as one; what lies between them is read by them alone, and the
-        results must be the same bits.  None where that brings nothing: they then run one by one."""
+        """Compile consecutive pixel passes as one, see :mod:`passgraph.plan.chains`; what lies between them is read by
+        them alone, and the results must be the same bits.  None where that brings nothing: they then run one by one."""
         return None
 
     @abstractmethod
@@ -271,8 +271,8 @@ class Backend(ABC):
 
     def __reduce__(self) -> NoReturn:
         raise BackendError(
-            f"{self.name}: an open backend is a device of this process, and is neither copied nor pickled; give its name "
-            "to the other process, and open it there"
+            f"{self.name}: an open backend is a device of this process, and is neither copied nor pickled; give its "
+            "name to the other process, and open it there"
         )
 
     def __enter__(self) -> Backend:

@@ -2,7 +2,8 @@
 
 Row 0 is the top row. Values of 8- and 16-bit files are scaled to [0, 1] and kept as stored, which for
 nearly every such file means sRGB-encoded; `linear=True` decodes them on reading and encodes them on writing.
-OpenEXR, float TIFF and float npy hold linear light and pass unchanged. Embedded colour profiles are ignored.
+OpenEXR, float TIFF and float npy hold linear light and pass unchanged. Embedded colour profiles change no number; they
+go from one file to another with `like`.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from numpy.typing import NDArray
 from passgraph import arguments
 from passgraph.errors import InputError
 from passgraph.picture_decoders import decode, import_openexr, scaled
+from passgraph.picture_notes import Notes, notes_of
 from passgraph.pictures_16 import png_of, tiff_of
 from passgraph.quantise import check_no_nan, quantised
 from passgraph.reading import read_bytes
@@ -51,6 +53,8 @@ MAX_BYTES = 1 << 32
 MOST_BYTES = 1 << 52
 #: Pixels that are decoded from sRGB at a time, so that what is held beside the picture stays small.
 _PIXELS_AT_ONCE = 1 << 18
+#: Of pictures that come from no file.
+_NOTHING = Notes()
 
 
 def load(path: str | os.PathLike[str], *, max_bytes: int = MAX_BYTES, linear: bool = False) -> NDArray[np.float32]:
@@ -121,7 +125,13 @@ def _decoded(file: Path, data: bytes, max_bytes: int, *, as_stored: bool) -> tup
         raise InputError(f"{file}: truncated or corrupt ({message}); make or copy the file again") from error
 
 
-def save(path: str | os.PathLike[str], picture: object, *, linear: bool = False) -> None:
+def save(
+    path: str | os.PathLike[str],
+    picture: object,
+    *,
+    linear: bool = False,
+    like: str | os.PathLike[str] | None = None,
+) -> None:
     """Write a picture file; an older file of that name stays until the new one is complete.
 
     Parameters
@@ -132,6 +142,9 @@ def save(path: str | os.PathLike[str], picture: object, *, linear: bool = False)
         Floats are clipped to [0, 1] and rounded half to even for 8-bit formats and written unchanged to
         float formats. uint8 and uint16 are stored as they are, by float formats divided by 255 and 65535.
     linear : encode the colours of floats from linear light to sRGB for 8-bit formats.
+    like : a picture file whose colour profile (ICC), resolution and EXIF go along, where both formats hold them; of
+        EXIF neither size and turn nor the small copy of the picture.  Where it has no transparency, and the picture
+        is opaque, no alpha is stored.
 
     Raises
     ------
@@ -151,6 +164,7 @@ def save(path: str | os.PathLike[str], picture: object, *, linear: bool = False)
         expected = " ".join(type_of_suffix)
         raise InputError(f"{file}: unknown suffix '{file.suffix}'; expected one of {expected}")
     pixels = _checked(file, picture)
+    notes = _NOTHING if like is None else notes_of(arguments.path(like, "the picture that another is like"))
     if kind == "EXR":
         values = _as_float32(file, pixels)
         openexr = import_openexr(file)
@@ -163,10 +177,10 @@ def save(path: str | os.PathLike[str], picture: object, *, linear: bool = False)
         check_holds_16(file)
         if linear:
             raise InputError(f"{file}: uint16 with linear=True; expected floats")
-        wide = _encoded_wide(file, pixels, kind)
+        wide = _encoded_wide(file, notes.channels(pixels), kind, notes)
         _write(file, lambda temporary: _write_new(temporary, wide))
     else:
-        encoded = encode_with_pillow(file, _as_uint8(file, pixels, linear), kind)
+        encoded = encode_with_pillow(file, notes.channels(_as_uint8(file, pixels, linear)), kind, notes)
         _write(file, lambda temporary: _write_new(temporary, encoded))
 
 
@@ -181,9 +195,9 @@ def check_holds_16(file: Path) -> None:
         raise InputError(f"{file}: holds {held}; 16 bits go into .png and .tif")
 
 
-def _encoded_wide(file: Path, pixels: NDArray[Any], kind: str) -> bytes:
+def _encoded_wide(file: Path, pixels: NDArray[Any], kind: str, notes: Notes) -> bytes:
     try:
-        return png_of(pixels) if kind == "PNG" else tiff_of(pixels)
+        return png_of(pixels, notes.profile) if kind == "PNG" else tiff_of(pixels, notes.profile)
     except (ValueError, struct.error, MemoryError) as error:
         raise InputError(f"{file}: {kind} cannot hold these pixels ({_reason(error)}); save as .exr") from error
 
@@ -226,7 +240,7 @@ def _as_uint8(file: Path, pixels: NDArray[Any], linear: bool) -> NDArray[np.uint
     return encoded
 
 
-def encode_with_pillow(file: Path, pixels: NDArray[np.uint8], kind: str) -> bytes:
+def encode_with_pillow(file: Path, pixels: NDArray[np.uint8], kind: str, notes: Notes = _NOTHING) -> bytes:
     """The bytes of a file: PNG, JPEG, TIFF or WEBP; ``file`` says whose they are."""
     from PIL import Image as pillow
 
@@ -244,7 +258,7 @@ def encode_with_pillow(file: Path, pixels: NDArray[np.uint8], kind: str) -> byte
     if kind == "WEBP" and channels < 3:
         image = image.convert("RGB" if channels == 1 else "RGBA")
     try:
-        image.save(buffer, **_options.get(kind, {}))
+        image.save(buffer, **_options.get(kind, {}), **notes.options(kind))
     except (OSError, ValueError, struct.error, MemoryError) as error:
         size = f"{image.width}×{image.height}"
         raise InputError(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 import zlib
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,12 +17,12 @@ _UP = 2
 _LEVEL = 4
 #: Rows that are compressed at a time.
 _ROWS_AT_ONCE = 256
-#: Types of TIFF's entries: SHORT and LONG (TIFF 6.0, section 2), by struct's letters.
-_SHORT, _LONG = (3, "H"), (4, "I")
+#: Types of TIFF's entries: SHORT, LONG and UNDEFINED (TIFF 6.0, section 2), by struct's letters.
+_SHORT, _LONG, _BYTES = (3, "H"), (4, "I"), (7, "B")
 
 
-def png_of(pixels: NDArray[np.uint16]) -> bytes:
-    """The bytes of a PNG file of (h, w, 1 to 4) uint16.
+def png_of(pixels: NDArray[np.uint16], profile: bytes = b"") -> bytes:
+    """The bytes of a PNG file of (h, w, 1 to 4) uint16, with a colour profile (ICC) where one is given.
 
     >>> png_of(np.zeros((2, 3, 4), np.uint16))[:8]
     b'\\x89PNG\\r\\n\\x1a\\n'
@@ -39,7 +40,10 @@ def png_of(pixels: NDArray[np.uint16]) -> bytes:
         parts.append(packed.compress(filtered.tobytes()))
         above = rows[-1:]
     data = b"".join([*parts, packed.flush()])
-    return b"".join([b"\x89PNG\r\n\x1a\n", _chunk(b"IHDR", header), _chunk(b"IDAT", data), _chunk(b"IEND", b"")])
+    colours = _chunk(b"iCCP", b"ICC profile\0\0" + zlib.compress(profile)) if profile else b""
+    return b"".join(
+        [b"\x89PNG\r\n\x1a\n", _chunk(b"IHDR", header), colours, _chunk(b"IDAT", data), _chunk(b"IEND", b"")]
+    )
 
 
 def _chunk(kind: bytes, data: bytes) -> bytes:
@@ -51,8 +55,8 @@ def _chunk(kind: bytes, data: bytes) -> bytes:
     )
 
 
-def tiff_of(pixels: NDArray[np.uint16]) -> bytes:
-    """The bytes of a TIFF file of (h, w, 1 to 4) uint16, in one strip, not compressed.
+def tiff_of(pixels: NDArray[np.uint16], profile: bytes = b"") -> bytes:
+    """The bytes of a TIFF file of (h, w, 1 to 4) uint16, in one strip, not compressed, with a colour profile or none.
 
     Raises
     ------
@@ -64,11 +68,12 @@ def tiff_of(pixels: NDArray[np.uint16]) -> bytes:
     height, width, channels = pixels.shape
     data = np.ascontiguousarray(pixels, "<u2").tobytes()
     gray, alpha = channels < 3, channels in (2, 4)
-    entries: list[tuple[int, tuple[int, str], list[int]]] = [
+    entries: list[tuple[int, tuple[int, str], Sequence[int]]] = [
         (256, _LONG, [width]), (257, _LONG, [height]), (258, _SHORT, [16] * channels),
         (259, _SHORT, [1]), (262, _SHORT, [1 if gray else 2]), (273, _LONG, [8]), (277, _SHORT, [channels]),
         (278, _LONG, [height]), (279, _LONG, [len(data)]), (284, _SHORT, [1]),
         *([(338, _SHORT, [2])] if alpha else []),  # straight alpha
+        *([(34675, _BYTES, profile)] if profile else []),  # ICC.1:2022, annex B.4
     ]  # fmt: skip
     directory = 8 + len(data)  # even, as its place must be
     beyond = directory + 2 + 12 * len(entries) + 4

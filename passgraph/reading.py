@@ -102,6 +102,8 @@ def _size(path: str | os.PathLike[str], status: os.stat_result, what: str) -> in
 
 
 def _missing(path: str | os.PathLike[str]) -> InputError:
+    if os.path.islink(path):
+        return InputError(f"{path}: is a link to {os.readlink(path)}, which is not there; mend the link")
     return InputError(f"{path}: no such file; check the path (the folder here is {Path.cwd()})")
 
 

@@ -90,7 +90,7 @@ def test_a_kernel_of_a_function_says_where_to_define_it() -> None:
     def inner(color: Image) -> vec4:
         return color[0, 0]
 
-    with pytest.raises(PassgraphError, match="kernel inner was made inside of a function, .* at the top of a module"):
+    with pytest.raises(PassgraphError, match=r"kernel inner was made inside of a function, .* at the top of a module"):
         pickle.dumps(inner)
 
 

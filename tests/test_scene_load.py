@@ -287,6 +287,17 @@ def test_missing_texture_is_a_warning(tmp_path):
     assert scene.warnings == ("gone.png: not found beside m.obj; left out",)
 
 
+@pytest.mark.parametrize("name", ["t.png", "../t.png", "..\\inner\\t.png", "inner/t.png"])
+def test_textures_lie_beside_their_material_file_too(tmp_path, name):
+    """As modellers write them: an MTL file in a folder of its own, with names as seen from there, or from the model."""
+    (tmp_path / "inner").mkdir()
+    picture(tmp_path / ("t.png" if name == "../t.png" else "inner/t.png"))
+    (tmp_path / "inner" / "m.mtl").write_text(f"newmtl a\nmap_Kd {name}\n")
+    scene = Scene.load(obj(tmp_path, "mtllib inner/m.mtl\nusemtl a\n" + QUAD + FACES), ground=False)
+    assert scene.nodes[0].material.base_color_texture is not None
+    assert scene.warnings == ()
+
+
 @pytest.mark.parametrize(
     "name", ["../secret.png", "/etc/secret.png", "C:\\secret.png", "..\\secret.png", "%2e%2e/secret.png"]
 )
@@ -295,6 +306,16 @@ def test_textures_outside_the_folder_are_not_read(tmp_path, name):
     inner = tmp_path / "inner"
     inner.mkdir()
     scene = Scene.load(obj(inner, QUAD + FACES, f"newmtl a\nmap_Kd {name}\n"), ground=False)
+    assert scene.nodes[0].material.base_color_texture is None
+    assert "leads out of the folder of the model" in scene.warnings[0]
+
+
+def test_a_material_file_in_a_folder_leads_no_farther_out(tmp_path):
+    picture(tmp_path / "secret.png")
+    (tmp_path / "model" / "inner").mkdir(parents=True)
+    (tmp_path / "model" / "inner" / "m.mtl").write_text("newmtl a\nmap_Kd ../../secret.png\n")
+    model = obj(tmp_path / "model", "mtllib inner/m.mtl\nusemtl a\n" + QUAD + FACES)
+    scene = Scene.load(model, ground=False)
     assert scene.nodes[0].material.base_color_texture is None
     assert "leads out of the folder of the model" in scene.warnings[0]
 

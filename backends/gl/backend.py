@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.base import Backend, DeviceInfo, FloatBlock, PixelRunner, device_number
+from passgraph.backends.base import Backend, ChainRunner, DeviceInfo, FloatBlock, PixelRunner, device_number
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl import state as fixed
 from passgraph.backends.gl import transfers
-from passgraph.backends.gl.capabilities import loop_trips
+from passgraph.backends.gl.capabilities import compute_of, loop_trips
 from passgraph.backends.gl.context import Context, OwnContext, device_names
+from passgraph.backends.gl.counts import count_run, counted, ways_of
 from passgraph.backends.gl.geometry import Mesh
 from passgraph.backends.gl.objects import Objects
 from passgraph.backends.gl.passes import DrawRun, PixelRun
@@ -71,6 +72,7 @@ class GLBackend(Backend):
                 not_kept=gl.has.not_kept(),
                 not_written=gl.has.not_drawn(),
             )
+            self.compute = compute_of(gl)
             self.no_vertices = self.objects.new("VertexArray")
         self.values: Texture | None = None  # float32 on its way into a texture; the last one stays
         self._gl_formats: dict[Format, GLFormat] = {}
@@ -248,19 +250,22 @@ class GLBackend(Backend):
     def pixel_pass(self, step: PixelStep) -> PixelRunner:
         with self.context as gl:
             gl.drain()
-            if self._counts(step):
-                from passgraph.backends.gl.counts import CountRun
-
-                return CountRun(self, step)
+            counting = count_run(self, [step])
+            if counting is not None:
+                return lambda outputs, images, block: counting(outputs, [images], [block])
             return PixelRun(self, step)
 
-    def own_way(self, step: PixelStep) -> str | None:
-        return "each texel adds atomically to its bin in a table of its row" if self._counts(step) else None
+    def pixel_chain(self, steps: Sequence[PixelStep]) -> ChainRunner | None:
+        with self.context as gl:
+            gl.drain()
+            return count_run(self, steps)
 
-    def _counts(self, step: PixelStep) -> bool:
-        """Whether a compute shader counts bins: where there are such, and what they bind is in nobody's way."""
-        gl = self.context.gl
-        return gl.DispatchCompute is not None and self.context.dispatches and step.known is not None
+    def own_way(self, steps: Sequence[PixelStep]) -> str | None:
+        work = counted(self, steps)
+        if work is None or self.compute is None:
+            return None
+        table = "a table of its invocation" if ways_of(work, self.compute).own else "its group's table"
+        return f"each texel adds to its bin in {table}, in a compute shader"
 
     def draw_pass(self, step: DrawStep) -> DrawRun:
         with self.context as gl:

@@ -12,6 +12,7 @@ from passgraph.plan.limits import NONE
 
 Version = tuple[int, int]
 _VERSION, _EXTENSIONS, _EXTENSION_COUNT, _NO_ERROR = 0x1F02, 0x1F03, 0x821D, 0
+_RENDERER, _COMPUTE_IMAGES, _COMPUTE_NUMBERS, _BUFFER_BYTES, _FRAGMENT_BUFFERS = 0x1F01, 0x91BC, 0x8263, 0x90DE, 0x90DA
 #: The oldest of each kind that has all that passes need.
 OLDEST_DESKTOP, OLDEST_ES = (3, 3), (3, 0)
 
@@ -87,6 +88,11 @@ class Capabilities:
         return FRAMEBUFFER_SRGB not in self.off
 
     @property
+    def has_buffers(self) -> bool:
+        """Whether shaders can write buffers."""
+        return self.has(_BUFFERS)
+
+    @property
     def has_layers(self) -> bool:
         """Whether a framebuffer can draw into all layers of a texture at once."""
         return self.version >= (3, 2)
@@ -121,7 +127,35 @@ class Capabilities:
 _SHORTS = Where((3, 3), None, {"GL_EXT_texture_norm16": ""})
 _HALVES = Where((3, 3), (3, 2), {"GL_EXT_color_buffer_float": "", "GL_EXT_color_buffer_half_float": ""})
 _FLOATS = Where((3, 3), (3, 2), {"GL_EXT_color_buffer_float": ""})
+_BUFFERS = Where((4, 3), None, {"GL_ARB_shader_storage_buffer_object": ""})
 _FLOAT_BLENDING = Where((3, 3), None, {"GL_EXT_float_blend": ""})
+
+
+@dataclass(frozen=True)
+class Compute:
+    """What compute shaders may be.
+
+    Attributes
+    ----------
+    images : that one reads
+    numbers : of its parameters, of 4 bytes
+    entries : of 4 bytes, of a buffer that it writes
+    on_processor : whether it runs on the CPU
+    """
+
+    images: int
+    numbers: int
+    entries: int
+    on_processor: bool
+
+
+def compute_of(gl: Any) -> Compute | None:
+    """Those of the current context, whose results fragment shaders can read; None where there are none."""
+    lacks = gl.DispatchCompute is None or gl.MemoryBarrier is None or not gl.has.has_buffers
+    if lacks or gl.integer(_FRAGMENT_BUFFERS) < 1:
+        return None
+    images, numbers, size = (gl.integer(what) for what in (_COMPUTE_IMAGES, _COMPUTE_NUMBERS, _BUFFER_BYTES))
+    return Compute(images, numbers, size // 4, on_processor(gl.text(_RENDERER)))
 
 
 def capabilities_of(gl: Any) -> Capabilities:
@@ -154,7 +188,12 @@ def loop_trips(renderer: str) -> int:
     >>> loop_trips("llvmpipe (LLVM 15.0.6, 256 bits)"), loop_trips("NVIDIA H200") > 1 << 40
     (65535, True)
     """
-    return 65_535 if renderer.startswith(("llvmpipe", "softpipe")) else NONE
+    return 65_535 if on_processor(renderer) else NONE
+
+
+def on_processor(renderer: str) -> bool:
+    """Whether it is one of Mesa's rasterisers on the CPU."""
+    return renderer.startswith(("llvmpipe", "softpipe"))
 
 
 def version_of(text: str) -> tuple[bool, Version]:

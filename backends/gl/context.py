@@ -67,8 +67,6 @@ class Context:
     gl: Functions
     #: In words, for whoever asks what a program runs in.
     about = ""
-    #: Whether compute shaders may run: what they bind is not the host's.
-    dispatches = True
 
     def __init__(self, turn: Turn | None) -> None:
         self.turn = turn or Turn("gl")

@@ -1,100 +1,141 @@
-"""Bins of rows, counted (:class:`passgraph.plan.known.Counting`) by compute shaders, where a context has them.
+"""Bins counted (:class:`passgraph.plan.known.Counting`) by a compute shader, where a context has such.
 
-A group of invocations goes through a row; each texel adds atomically to the entry of its bin in the group's table.
-Where there are none, before OpenGL 4.3 and on OpenGL ES (whose shaders write textures of another kind than ours), and
-for what a host has adopted or lays out otherwise, the step's program counts.
+Invocations of a group go through a strip of rows, compute the numbers of bins as the pass that writes them would, and
+count in tables of their own or of the group; what these hold is added atomically to one table for each row of the
+outputs, which a pass then writes.  Where there are no compute shaders, before OpenGL 4.2 and on OpenGL ES, and where
+a table would be too large, the steps' programs count.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import cached_property
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from passgraph.backends.base import Block
+from passgraph.backends.counting import Strips, Work, strips_of, work_of
 from passgraph.backends.gl import functions as g
 from passgraph.backends.gl import state as fixed
-from passgraph.backends.gl.passes import PixelRun
-from passgraph.backends.gl.placement import ALL_PLAIN, placements_of
+from passgraph.backends.gl.capabilities import Compute
+from passgraph.backends.gl.counts_source import Ways
+from passgraph.backends.gl.passes import filtered_images, run_pixels, with_filters
+from passgraph.backends.gl.placement import ALL_PLAIN, Placements, placements_of
+from passgraph.backends.gl.programs import LinkedProgram
 from passgraph.backends.gl.textures import Texture
+from passgraph.graph.targets import MAX_SIDE
+from passgraph.language.scalar import count, trips
 from passgraph.plan.data import PixelStep
-from passgraph.plan.known import Counting
 
 if TYPE_CHECKING:
     from passgraph.backends.gl.backend import GLBackend
 
-#: Invocations that go through a row together: half a warp, for more of which llvmpipe takes a fifth longer.
-GROUP = 16
-
-SHADER = """#version 430 core
-layout(local_size_x = GROUP) in;
-layout(rgba32f, binding = 0) writeonly uniform image2D pg_counts[4];
-uniform sampler2D pg_image0;
-const int bins = 4 * QUARTER;
-shared uint table[bins + 1];
-void main()
-{
-    int me = int(gl_LocalInvocationID.x), y = int(gl_WorkGroupID.x);
-    ivec2 size = textureSize(pg_image0, 0);
-    vec2 width = 1.0 / vec2(size);
-    for (int i = me; i <= bins; i += GROUP) { table[i] = 0u; }
-    barrier();
-    for (int x = me; x < size.x && y < size.y; x += GROUP) {
-        float number = textureLod(pg_image0, (vec2(x, y) + 0.5) * width, 0.0).x;
-        bool inside = number >= 1.0 && number <= float(bins);
-        int entry = int(inside ? number : 0.0);
-        if (entry > 0 && float(entry) == number) { atomicAdd(table[entry], 1u); }
-    }
-    barrier();
-    for (int at = me; at < bins / 4; at += GROUP) {
-        int first = 4 * at + 1, picture = 4 * at / QUARTER;
-        vec4 four = vec4(table[first], table[first + 1], table[first + 2], table[first + 3]);
-        ivec2 place = ivec2(at - picture * (QUARTER / 4), y);
-        WRITES
-    }
-}
-"""
+#: Programs up to this length are computed for several texels a trip: llvmpipe takes a fifth less for short ones.
+SHORT = 64
+#: Bins up to which llvmpipe's invocations have tables of their own: for 2048 it compiles for three seconds.
+MOST_OWN = 512
+#: Texels of a strip for each entry of its tables, which are emptied and added up; and texels of a strip at least.
+FOR_EACH_ENTRY, LEAST = 256, 1 << 15
+#: On graphics processors: texels of a strip, of which there are enough for many groups then.
+STRIP_GPU = 1 << 13
+#: Uniforms besides the program's parameters: a picture's size, strips, and where images lie.
+OWN_NUMBERS = 16
 
 
-def shader_text(known: Counting) -> str:
-    """The whole compute shader."""
-    # By constant numbers: images of an array may be chosen by nothing else.
-    writes = "\n        ".join(f"if (picture == {k}) {{ imageStore(pg_counts[{k}], place, four); }}" for k in range(4))
-    replaced = {"GROUP": str(GROUP), "QUARTER": str(known.quarter), "WRITES": writes}
-    text = SHADER
-    for word, by in replaced.items():
-        text = text.replace(word, by)
-    return text
+def ways_of(work: Work, has: Compute) -> Ways:
+    """How invocations of this device count best."""
+    turns = 4 if count(work.program.body) <= SHORT else 1
+    if not has.on_processor:
+        return Ways(256, turns, own=False)
+    # llvmpipe computes eight invocations at once; tables of their own are worth emptying for more than a row.
+    own = work.counting.each > 1 and work.counting.bins <= MOST_OWN
+    return Ways(8 if own else 16, turns, own)
+
+
+def cut(work: Work, ways: Ways, size: tuple[int, int], most_trips: int) -> Strips | None:
+    """The strips of a picture; None where one row takes more trips of loops than the device makes.
+
+    >>> from passgraph.backends.counting import Counting, in_picture
+    >>> work = Work(in_picture(), None, Counting(64, 4096), 1)
+    >>> [cut(work, ways, (1280, 720), 65_535).rows for ways in (Ways(256, 4, False), Ways(8, 4, True))]
+    [6, 51]
+    """
+    bins, across = work.counting.bins, -(-size[0] // ways.group)
+    texels = max(FOR_EACH_ENTRY * (bins + 1), LEAST) if ways.own else STRIP_GPU
+    a_row = across // ways.turns + ways.turns + 1 + across * trips(work.program.body)
+    most = (most_trips - 2 * (bins + 1)) // a_row
+    return strips_of(work, size, texels, most) if most > 0 else None
 
 
 class CountRun:
-    """The pass at work."""
+    """The steps at work."""
 
-    def __init__(self, backend: GLBackend, step: PixelStep) -> None:
-        assert step.known is not None
-        self.backend, self.step = backend, step
-        self.counting = backend.programs.compute(shader_text(step.known), step.program)
+    def __init__(self, backend: GLBackend, steps: Sequence[PixelStep], work: Work) -> None:
+        self.backend, self.steps, self.work = backend, steps, work
+        assert backend.compute is not None
+        self.ways = ways_of(work, backend.compute)
+        self.zeros = np.zeros(work.rows * work.counting.bins, np.uint32)
+        self.filtered = filtered_images(work.program)
+        self.counting(ALL_PLAIN)
 
-    @cached_property
-    def plain(self) -> PixelRun:
-        """The step's program, made once a host's picture needs it: drivers take many times as long to compile it."""
-        return PixelRun(self.backend, self.step)
+    def counting(self, placements: Placements) -> LinkedProgram:
+        work = self.work
+        return self.backend.programs.counting(work.program, placements, work.counting.bins, self.ways)
 
-    def __call__(self, outputs: Sequence[Texture], images: Sequence[Texture], block: Block) -> None:
+    def __call__(
+        self, outputs: Sequence[Texture], images: Sequence[Sequence[Texture]], blocks: Sequence[Block]
+    ) -> None:
         backend = self.backend
         if not backend.in_run:
             with backend.running():
-                return self(outputs, images, block)
-        of_host = any(output.surface is not None for output in outputs)
-        if of_host or placements_of(outputs, images) is not ALL_PLAIN:
-            return self.plain(outputs, images, block)
+                return self(outputs, images, blocks)
+        read, gl = with_filters(backend, images[0], self.filtered), backend.context.gl
+        # What can be refused comes before anything is under way.
+        counting = self.counting(placements_of((), read))
+        sums = backend.programs.sums(self.steps[-1].program, placements_of(outputs, ()), self.work.counting.quarter)
+        gl.BindBuffer(g.SHADER_STORAGE_BUFFER, backend.objects.table())
+        gl.BufferData(g.SHADER_STORAGE_BUFFER, self.zeros.nbytes, self.zeros.ctypes.data, g.STREAM_DRAW)
+        gl.BindBufferBase(g.SHADER_STORAGE_BUFFER, 0, backend.objects.table())
+        self._count(counting, read, blocks[0])
+        gl.MemoryBarrier(g.SHADER_STORAGE_BARRIER)
+        run_pixels(backend, sums, outputs, (), blocks[-1], self.steps[-1].size)
+        gl.BindBufferBase(g.SHADER_STORAGE_BUFFER, 0, 0)
+        gl.check("running pass", self.steps[-1].name)
+
+    def _count(self, program: LinkedProgram, images: Sequence[Texture], block: Block) -> None:
+        backend, size = self.backend, self.work.size or images[0].size
         gl, bound = backend.context.gl, backend.context.bound
+        strips = cut(self.work, self.ways, size, backend.limits.trips)
+        assert strips is not None
         fixed.bind_images(gl, bound, images)
-        fixed.use(gl, bound, self.counting.name, backend.no_vertices)
-        for unit, output in enumerate(outputs):
-            gl.BindImageTexture(unit, output.name, 0, 0, 0, g.WRITE_ONLY, g.RGBA32F)
-        gl.DispatchCompute(self.step.size[1], 1, 1)
-        gl.MemoryBarrier(g.ALL_BARRIERS)
-        for unit in range(len(outputs)):
-            gl.BindImageTexture(unit, 0, 0, 0, 0, g.WRITE_ONLY, g.RGBA32F)
-        gl.check("running pass", self.step.name)
+        fixed.use(gl, bound, program.name, backend.no_vertices)
+        program.send(gl, "pixel", block)
+        program.send_size(gl, size)
+        program.send_parts(gl, (), images)
+        gl.Uniform4i(program.strips, strips.rows, strips.each, strips.together, strips.height)
+        gl.DispatchCompute(strips.count, 1, 1)
+        # Mesa never lets go of a program that follows one of compute shaders directly.
+        fixed.use(gl, bound, 0, backend.no_vertices)
+
+
+def count_run(backend: GLBackend, steps: Sequence[PixelStep]) -> CountRun | None:
+    """What counts in these steps' place; None where their programs have to."""
+    work = counted(backend, steps)
+    return None if work is None else CountRun(backend, steps, work)
+
+
+def counted(backend: GLBackend, steps: Sequence[PixelStep]) -> Work | None:
+    """What steps count, where this device can."""
+    has, limits, work = backend.compute, backend.limits, work_of(steps)
+    if has is None or work is None:
+        return None
+    program = work.program
+    # A picture of numbers may be any, up to the largest there is.
+    size = work.size or (MAX_SIDE, 1)
+    fits = (
+        cut(work, ways_of(work, has), size, limits.trips) is not None
+        and len(program.images) <= has.images
+        and limits.numbers_taken(program.float_count, program.int_count) + OWN_NUMBERS <= has.numbers
+        and work.rows * work.counting.bins <= has.entries
+    )
+    return work if fits else None

@@ -24,7 +24,8 @@ _TYPES: dict[str, Any] = {
 #: What every context has.
 SIGNATURES = """
     ActiveTexture(u)  AttachShader(uu)  BindBuffer(uu)  BindFramebuffer(uu)  BindRenderbuffer(uu)  BindSampler(uu)
-    BindTexture(uu)  BindVertexArray(u)  BlendColor(ffff)  BlendEquationSeparate(uu)
+    BindBufferBase(uuu)  BindBufferRange(uuunn)  BindTexture(uu)  BindVertexArray(u)  BlendColor(ffff)
+    BlendEquationSeparate(uu)
     BlendFuncSeparate(uuuu)  BlitFramebuffer(iiiiiiiiuu)  BufferData(unpu)
     CheckFramebufferStatus(u:u)  ClearBufferfi(uifi)  ClearBufferfv(uip)  ColorMask(bbbb)
     CompileShader(u)  CreateProgram(:u)  CreateShader(u:u)  CullFace(u)
@@ -35,7 +36,8 @@ SIGNATURES = """
     FenceSync(uu:p)  Finish()  Flush()  FramebufferRenderbuffer(uuuu)  FramebufferTexture2D(uuuui)
     FramebufferTextureLayer(uuuii)  FrontFace(u)  GenBuffers(ip)  GenFramebuffers(ip)  GenSamplers(ip)
     GenTextures(ip)  GenVertexArrays(ip)  GetBooleanv(up)  GetError(:u)  GetFloatv(up)
-    GetFramebufferAttachmentParameteriv(uuup)  GetInteger64v(up)  GetIntegeri_v(uup)  GetIntegerv(up)
+    GetFramebufferAttachmentParameteriv(uuup)  GetInteger64i_v(uup)  GetInteger64v(up)  GetIntegeri_v(uup)
+    GetIntegerv(up)
     GetProgramInfoLog(uipp)  GetProgramiv(uup)  GetRenderbufferParameteriv(uup)  GetShaderInfoLog(uipp)
     GetShaderSource(uipp)  GetShaderiv(uup)
     GetString(u:s)  GetStringi(uu:s)
@@ -60,7 +62,8 @@ OPTIONAL = {
     "BlendFuncSeparatei(uuuuu)  BlendEquationSeparatei(uuu)": Where(
         (4, 0), (3, 2), {"GL_ARB_draw_buffers_blend": "ARB", **_INDEXED}
     ),
-    "BindImageTexture(uuibiuu)  DispatchCompute(uuu)  MemoryBarrier(u)": Where((4, 3)),
+    "DispatchCompute(uuu)": Where((4, 3), None, {"GL_ARB_compute_shader": ""}),
+    "MemoryBarrier(u)": Where((4, 2), None, {"GL_ARB_shader_image_load_store": ""}),
     "GetFloati_v(uup)  ViewportIndexedf(uffff)": Where(
         (4, 1), None, {"GL_ARB_viewport_array": "", "GL_OES_viewport_array": "OES", "GL_NV_viewport_array": "NV"}
     ),
@@ -89,7 +92,7 @@ SRGB_DECODE, SKIP_DECODE = 0x8A48, 0x8A4A
 FRONT, BACK, FRONT_AND_BACK, FILL, CLOCKWISE = 0x404, 0x405, 0x408, 0x1B02, 0x900
 VERTEX_SHADER, FRAGMENT_SHADER, COMPUTE_SHADER = 0x8B31, 0x8B30, 0x91B9
 COMPILE_STATUS, LINK_STATUS, INFO_LOG_LENGTH = 0x8B81, 0x8B82, 0x8B84
-WRITE_ONLY, RGBA32F, ALL_BARRIERS = 0x88B9, 0x8814, 0xFFFFFFFF
+SHADER_STORAGE_BUFFER, SHADER_STORAGE_BARRIER, STREAM_DRAW = 0x90D2, 0x2000, 0x88E0
 VENDOR, RENDERER, VERSION = 0x1F00, 0x1F01, 0x1F02
 MAX_TEXTURE_SIZE, MAX_DRAW_BUFFERS, MAX_TEXTURE_UNITS = 0x0D33, 0x8824, 0x8872
 MAX_VIEWPORT, MAX_COLOUR_ATTACHMENTS = 0x0D3A, 0x8CDF

@@ -70,6 +70,8 @@ class GLSL(CLike):
     """A program of any stage as one shader; ``varyings`` names the scalars sent from vertex to fragment."""
 
     spelled: ClassVar[Mapping[str, Mapping[str, str]]] = SPELLED
+    #: The centre of this pixel in the target.
+    place: ClassVar[str] = "gl_FragCoord.xy"
 
     def __init__(
         self,
@@ -238,10 +240,10 @@ class GLSL(CLike):
         lies, output = self._lies(image), self.placements.output
         same = lies.bottom_up == output.bottom_up
         if same and not lies.is_part and not output.is_part:
-            self.declarations.setdefault("pg_here", f"vec2 pg_here = gl_FragCoord.xy * {self._width(image)};")
+            self.declarations.setdefault("pg_here", f"vec2 pg_here = {self.place} * {self._width(image)};")
             return "pg_here"
         name = f"pg_here{self.image_numbers[image]}"
-        place = "gl_FragCoord.xy"
+        place = self.place
         if output.is_part:
             place = f"({place} - vec2(pg_output_origin))"
         if not same:
@@ -263,7 +265,7 @@ class GLSL(CLike):
         return name
 
     def _pixel(self) -> str:
-        place, lies = "ivec2(gl_FragCoord.xy)", self.placements.output
+        place, lies = f"ivec2({self.place})", self.placements.output
         if lies.is_part:
             place = f"({place} - pg_output_origin)"
         if lies.bottom_up:

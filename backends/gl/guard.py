@@ -29,6 +29,7 @@ _STENCIL = {g.FRONT: (0xB92, 0xB97, 0xB93, 0xB94, 0xB95, 0xB96, 0xB98),
 _BLEND_TERMS = (0x80C9, 0x80C8, 0x80CB, 0x80CA, 0x8009, 0x883D)
 _FEEDBACK_ACTIVE, _FEEDBACK_PAUSED = 0x8E24, 0x8E23
 _CLIP_ORIGIN, _CLIP_DEPTH, _LOWER_LEFT, _MINUS_ONE_TO_ONE = 0x935C, 0x935D, 0x8CA1, 0x935E
+_STORAGE, _STORAGE_START, _STORAGE_SIZE = 0x90D3, 0x90D4, 0x90D5
 _CLAMPS, _FALSE = (0x891A, 0x891B, 0x891C), 0
 _ALL_STENCIL = 0xFFFFFFFF
 
@@ -71,7 +72,15 @@ class Guard:
                 "begins or after it ends"
             )
         saved: list[Restore] = []
-        for part in (self._bindings, self._textures, self._switches, self._colours, self._geometry, self._stencil):
+        for part in (
+            self._bindings,
+            self._buffers,
+            self._textures,
+            self._switches,
+            self._colours,
+            self._geometry,
+            self._stencil,
+        ):
             saved += part()
         self._neutralise()
         return saved
@@ -89,6 +98,22 @@ class Guard:
         yield _later(gl.BindRenderbuffer, g.RENDERBUFFER, ask(0x8CA7))
         for what in self.pixel_store:
             yield _later(gl.PixelStorei, what, ask(what))
+
+    def _buffers(self) -> Iterable[Restore]:
+        """The buffer that shaders write; binding it with a number binds it without one too."""
+        gl, number, wide = self.gl, ctypes.c_int(0), ctypes.c_int64(0)
+        if not gl.has.has_buffers:
+            return
+        yield _later(gl.BindBuffer, g.SHADER_STORAGE_BUFFER, gl.integer(_STORAGE))
+        gl.GetIntegeri_v(_STORAGE, 0, ctypes.byref(number))
+        part = []
+        for what in (_STORAGE_START, _STORAGE_SIZE):
+            gl.GetInteger64i_v(what, 0, ctypes.byref(wide))
+            part.append(wide.value)
+        if part[1]:
+            yield _later(gl.BindBufferRange, g.SHADER_STORAGE_BUFFER, 0, number.value, *part)
+        else:
+            yield _later(gl.BindBufferBase, g.SHADER_STORAGE_BUFFER, 0, number.value)
 
     def _textures(self) -> Iterable[Restore]:
         gl = self.gl
@@ -202,7 +227,6 @@ class GuardedContext(HostContext):
     """Entered where the host's context is current; its state is put aside for as long."""
 
     about = "the host's context, whose state is read before and set again behind"
-    dispatches = False
 
     def __init__(self, turn: Turn | None = None) -> None:
         super().__init__(turn)

@@ -24,7 +24,13 @@ class Objects:
         self.framebuffers: dict[tuple[tuple[int, ...], int], int] = {}
         #: For pictures that are not ours, and how many are attached to it.
         self.for_foreign = self.attached = 0
-        self._linear = 0
+        self._linear = self._table = 0
+
+    def table(self) -> int:
+        """A buffer for what one pass of a run counts; whoever uses it says what it holds."""
+        if not self._table:
+            self._table = self.new("Buffer")
+        return self._table
 
     def linear_sampler(self) -> int:
         """In the place of a texture's own parameters: bilinear, clamped to the edge."""
@@ -48,7 +54,7 @@ class Objects:
 
     def delete_all(self) -> None:
         self.framebuffers.clear()
-        self._linear = 0
+        self._linear = self._table = 0
         for kind, name in list(self.alive):
             self.delete(kind, name)
 

@@ -14,7 +14,7 @@ from passgraph.backends.gl.geometry import Mesh
 from passgraph.backends.gl.placement import ALL_PLAIN, placements_of
 from passgraph.backends.gl.programs import LinkedProgram
 from passgraph.backends.gl.textures import Texture, stored_clear
-from passgraph.language.scalar import LoadTexel, walk
+from passgraph.language.scalar import LoadTexel, ScalarProgram, walk
 from passgraph.plan.data import DrawStep, PixelStep
 
 if TYPE_CHECKING:
@@ -40,15 +40,27 @@ def run_pixels(
     gl.DrawArrays(g.TRIANGLES, 0, 3)
 
 
+def filtered_images(program: ScalarProgram) -> list[int]:
+    """Which images of a program the device filters."""
+    names = {i.image for i in walk(program.body) if isinstance(i, LoadTexel) and i.filtered}
+    return [number for number, use in enumerate(program.images) if use.name in names]
+
+
+def with_filters(backend: GLBackend, images: Sequence[Texture], filtered: Sequence[int]) -> Sequence[Texture]:
+    """The same textures, some of them to be filtered."""
+    if not filtered:
+        return images
+    linear = backend.objects.linear_sampler()
+    return [replace(image, sampler=linear) if number in filtered else image for number, image in enumerate(images)]
+
+
 class PixelRun:
     """A pixel pass: one triangle over the whole target."""
 
     def __init__(self, backend: GLBackend, step: PixelStep) -> None:
         self.backend, self.step = backend, step
         self.program = backend.programs.pixel(step.program)
-        names = {i.image for i in walk(step.program.body) if isinstance(i, LoadTexel) and i.filtered}
-        #: Which images the device filters.
-        self.filtered = [number for number, use in enumerate(step.program.images) if use.name in names]
+        self.filtered = filtered_images(step.program)
 
     def __call__(self, outputs: Sequence[Texture], images: Sequence[Texture], block: Block) -> None:
         backend = self.backend
@@ -59,11 +71,7 @@ class PixelRun:
         program = self.program
         if placements is not ALL_PLAIN:
             program = backend.programs.pixel(self.step.program, placements)
-        if self.filtered:
-            linear = backend.objects.linear_sampler()
-            images = [replace(image, sampler=linear) if number in self.filtered else image
-                      for number, image in enumerate(images)]  # fmt: skip
-        run_pixels(backend, program, outputs, images, block, self.step.size)
+        run_pixels(backend, program, outputs, with_filters(backend, images, self.filtered), block, self.step.size)
         backend.context.gl.check("running pass", self.step.name)
 
 

@@ -10,7 +10,8 @@ from typing import Any
 
 from passgraph.backends.base import Block
 from passgraph.backends.gl import functions as g
-from passgraph.backends.gl.dialect import dialect_of
+from passgraph.backends.gl.counts_source import Ways, counting_dialect, counts_listing, sums_text
+from passgraph.backends.gl.dialect import Dialect, dialect_of
 from passgraph.backends.gl.glsl import GLSL, NAMES, in_vectors, region_name, vec4_count
 from passgraph.backends.gl.objects import Objects
 from passgraph.backends.gl.placement import ALL_PLAIN, Placements
@@ -44,6 +45,7 @@ class LinkedProgram:
     stages: dict[str, StageUniforms] = field(default_factory=dict)
     output_size: int = -1
     output_origin: int = -1
+    strips: int = -1
     guard: int = -1
     #: By unit: where the uniform is that says which part of its texture an image is.
     regions: list[int] = field(default_factory=list)
@@ -99,12 +101,26 @@ class Programs:
             self.made[key] = self._link(Listing(self.dialect.fullscreen, (NOWHERE,)), fragment, (program,))
         return self.made[key]
 
-    def compute(self, text: str, program: ScalarProgram) -> LinkedProgram:
-        """A compute shader that does what a pixel pass's program does, with its images."""
-        key = (text, program.key, (), ALL_PLAIN)
+    def counting(self, program: ScalarProgram, placements: Placements, bins: int, ways: Ways) -> LinkedProgram:
+        """A compute shader that counts in bins what a pixel pass's program gives."""
+        key = (f"{bins} {ways}", program.key, (), placements)
         if key not in self.made:
-            self.made[key] = self._linked({g.COMPUTE_SHADER: Listing(text, (NOWHERE,))}, (program,))
+            shader = counts_listing(program, placements, self._counting_dialect, bins, ways)
+            self.made[key] = self._linked({g.COMPUTE_SHADER: shader}, (program,))
         return self.made[key]
+
+    def sums(self, program: ScalarProgram, placements: Placements, quarter: int) -> LinkedProgram:
+        """What writes the counts that are the results of a program."""
+        key = (f"sums {quarter}", program.key, (), placements)
+        if key not in self.made:
+            shader = sums_text(quarter, placements.output, self._counting_dialect)
+            full = Listing(self._counting_dialect.fullscreen, (NOWHERE,))
+            self.made[key] = self._link(full, Listing(shader, (NOWHERE,)), (program,))
+        return self.made[key]
+
+    @property
+    def _counting_dialect(self) -> Dialect:
+        return counting_dialect(self.dialect, self.objects.gl.has.version >= (4, 3))
 
     def draw(
         self,
@@ -177,6 +193,7 @@ class Programs:
                 unit += 1
         made.output_origin = gl.GetUniformLocation(name, b"pg_output_origin")
         made.output_size = gl.GetUniformLocation(name, b"pg_output_size")
+        made.strips = gl.GetUniformLocation(name, b"pg_strips")
         made.guard = gl.GetUniformLocation(name, b"pg_guard")
         gl.UseProgram(0)
         return made

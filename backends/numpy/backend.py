@@ -121,14 +121,15 @@ class NumpyBackend(Backend):
         assert run is not None
         return lambda outputs, images, block: run(outputs, (images,), (block,))
 
-    def own_way(self, step: PixelStep) -> str | None:
-        return None if step.known is None else "each texel adds to its bin in a table of its row"
+    def own_way(self, steps: Sequence[PixelStep]) -> str | None:
+        return "each texel adds to its bin in a table of its row"
 
     def pixel_chain(self, steps: Sequence[PixelStep]) -> ChainRunner | None:
         from passgraph.backends.numpy.pixels.chains import stages
         from passgraph.backends.numpy.pixels.runner import PixelRun
 
-        chain = stages(steps)
+        # Bins are counted as fast as their numbers are written and read.
+        chain = None if any(step.known is not None for step in steps) else stages(steps)
         return None if chain is None else PixelRun.made(chain, self.workers)
 
     def draw_pass(self, step: DrawStep) -> DrawRunner:

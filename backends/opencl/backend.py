@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import weakref
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.backends.base import READ, Backend, DeviceInfo, DrawRunner, FloatBlock, PixelRunner, Use
+from passgraph.backends.base import READ, Backend, ChainRunner, DeviceInfo, DrawRunner, FloatBlock, PixelRunner, Use
+from passgraph.backends.counting import work_of
 from passgraph.backends.opencl import transfers
 from passgraph.backends.opencl.devices import choose, device_infos
 from passgraph.backends.opencl.programs import MOST_LAYOUTS, Programs, Recent
@@ -214,18 +215,25 @@ class OpenCLBackend(Backend):
         from passgraph.backends.opencl.pixel import PixelPassRunner
 
         self.check_open()
-        if step.known is not None:
+        work = work_of([step])
+        if work is not None:
             from passgraph.backends.opencl.counts import CountsRunner
 
-            return CountsRunner(self, step)
+            return CountsRunner(self, [step], work)
         return PixelPassRunner(self, step)
 
-    def own_way(self, step: PixelStep) -> str | None:
-        if step.known is None:
+    def pixel_chain(self, steps: Sequence[PixelStep]) -> ChainRunner | None:
+        work = work_of(steps)
+        if work is None:
             return None
+        from passgraph.backends.opencl.counts import CountsRunner
+
+        return CountsRunner(self, steps, work).chain
+
+    def own_way(self, steps: Sequence[PixelStep]) -> str | None:
         if self.is_cpu:
-            return "each texel adds to its bin in a table of its row"
-        return "each texel adds atomically to its bin in a table of its row, in the memory of a work-group"
+            return "each texel adds to its bin in a table of its strip of rows"
+        return "each texel adds atomically to its bin in a table of its strip of rows, in the memory of a work-group"
 
     def draw_pass(self, step: DrawStep) -> DrawRunner:
         from passgraph.backends.opencl.raster import DrawPassRunner

@@ -144,12 +144,16 @@ def pixels_around(block: Inner, size: tuple[int, int]) -> int:
     return size[0] * size[1] - block[2] * block[3]
 
 
-def parameters(images: Sequence[ImageLayout], outputs: Sequence[ImageLayout]) -> str:
-    """What kernels of a pixel pass take: ``image0`` and so on, ``out0`` and so on, and what `Launch` gives each."""
+def parameters(images: Sequence[ImageLayout], outputs: Sequence[ImageLayout], *own: str) -> str:
+    """What kernels of a pixel pass take: ``out0`` …, what it reads, buffers of its own and ``cut``."""
+    found = [f"__global {element(layout.format)}* restrict out{i}" for i, layout in enumerate(outputs)]
+    return ", ".join([*found, *inputs(images), *own, "int4 cut"])
+
+
+def inputs(images: Sequence[ImageLayout]) -> list[str]:
+    """What a pixel pass reads: ``image0`` and so on, and its parameters."""
     found = [f"__global const {element(layout.format)}* restrict image{i}" for i, layout in enumerate(images)]
-    found += [f"__global {element(layout.format)}* restrict out{i}" for i, layout in enumerate(outputs)]
-    found += ["PG_UNIFORMS float* restrict floats", "PG_UNIFORMS int* restrict ints", "int4 cut"]
-    return ", ".join(found)
+    return [*found, "PG_UNIFORMS float* restrict floats", "PG_UNIFORMS int* restrict ints"]
 
 
 def inner_block(program: ScalarProgram, size: tuple[int, int], group: int) -> Inner:
@@ -172,9 +176,11 @@ class Launch:
     items: tuple[int, int]
     group: tuple[int, int] | None
     cut: Any
+    #: A buffer of its own, where it takes one.
+    own: Any = None
 
     def bind(self, buffers: Sequence[Any]) -> None:
-        self.kernel.set_args(*buffers, self.cut)
+        self.kernel.set_args(*buffers, *([] if self.own is None else [self.own]), self.cut)
 
 
 class PixelPassRunner:
@@ -212,7 +218,8 @@ class PixelPassRunner:
             self.compiled[layouts] = self._compile(layouts, image_count)
         self.launches = self.compiled[layouts]
         self.storages = []  # nothing counts as bound where an argument is refused
-        buffers = [*(storage.buffer for storage in storages), *self.uniforms.buffers]
+        written, read = storages[image_count:], storages[:image_count]
+        buffers = [*(storage.buffer for storage in [*written, *read]), *self.uniforms.buffers]
         for launch in self.launches:
             launch.bind(buffers)
         self.storages = [ref(storage) for storage in storages]
@@ -232,12 +239,12 @@ class PixelPassRunner:
 
     def launch(
         self, program: Any, name: str, items: tuple[int, int], group: tuple[int, int] | None,
-        cut: tuple[int, int, int, int] = (0, 0, 0, 0),
+        cut: tuple[int, int, int, int] = (0, 0, 0, 0), own: Any = None,
     ) -> Launch:  # fmt: skip
-        """A kernel of a built program over some pixels."""
+        """A kernel of a built program over some pixels, with a buffer of its own where it takes one."""
         cl = self.backend.cl
         with self.backend.reported(f"making the kernels of {self.what}"):
-            return Launch(cl.Kernel(program, name), items, group, cl.cltypes.make_int4(*cut))
+            return Launch(cl.Kernel(program, name), items, group, cl.cltypes.make_int4(*cut), own)
 
     def _items(self, name: str, size: tuple[int, int], block: Inner) -> tuple[tuple[int, int], tuple[int, int] | None]:
         """Work-items of a kernel, and of its groups."""

@@ -32,7 +32,7 @@ from passgraph.frames.names import Pattern, is_film
 if TYPE_CHECKING:
     from passgraph.scene.hardware_depth import HardwareDepth
 
-INPUTS = "Reads each INPUT: a picture, folder, wildcard, numbered sequence, video, or - (a stream)."
+INPUTS = "Reads each INPUT: a picture, folder, wildcard, numbered sequence, video, animation, or - (a stream)."
 OUTPUT = (
     "A picture (.png .jpg .tif .webp in 8 bits, of .png .tif as --bits says, .exr .npy float32), a folder, a numbered "
     "sequence (out.%04d.png), a video (.mp4 .mov .mkv .webm), an animation (.gif .apng), or - for a stream."
@@ -95,7 +95,8 @@ def apply() -> None:
     which is only parsed.
 
     Each INPUT is a picture (PNG, JPEG, TIFF, WebP, OpenEXR, npy), a folder of them, a quoted wildcard ("*.png"), a
-    numbered sequence (shot.%04d.exr or shot.####.exr), a video, or - for PNG pictures on standard input.
+    numbered sequence (shot.%04d.exr or shot.####.exr), a video, an animation (GIF, APNG, WebP), or - for PNG pictures
+    on standard input.
 
     Numbers of an effect may change over the frames: --progress 0..1 goes from 0 at the first to 1 at the last.
 
@@ -240,6 +241,6 @@ def apply_to_one(
     job = picture_job(effect, picture, depth, options["linear"], given, holds)
     run_and_save(
         job, options["backend"], output, capture, options["non_finite"], options["check_finite"], options["profile"],
-        bits,
+        bits, picture,
     )  # fmt: skip
     return 0

@@ -47,8 +47,9 @@ def is_folder(output: str) -> bool:
 
 def tell_of_several(paths: Iterable[Path]) -> None:
     """Warn where files hold pictures behind the first, which alone is read."""
-    if found := [path for path in paths if is_animated(path) or holds_several(path)]:
-        others = f", and so do {len(found) - 1} others" if len(found) > 1 else ""
+    if found := [path for path in paths if path.is_file() and (is_animated(path) or holds_several(path))]:
+        more = len(found) - 1
+        others = f", and so {'does 1 other' if more == 1 else f'do {more} others'}" if more else ""
         mend = "; for all of them: -o out.gif, out.mp4 or out/" if is_animated(found[0]) else ""
         click.echo(f"passgraph: warning: {found[0]}: holds several pictures{others}; the first is read{mend}", err=True)
 

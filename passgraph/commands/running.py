@@ -52,11 +52,13 @@ def run_and_save(
     check_finite: bool = False,
     profile: bool = False,
     bits: int = 8,
+    like: Path | None = None,
 ) -> None:
     """Run a job once and write its first output; ``non_finite`` and ``check_finite`` as for :func:`passgraph.compile`.
 
     ``bits``: 8 or 16 a channel, of formats that have either.
-    ``profile``: run it some more times, and say how long each pass takes.
+    ``profile``: run it some more times, and say how long each pass takes.  ``like``: the picture file that the output
+    is made of, whose colour profile it keeps.
     """
     from passgraph.pictures import save
     from passgraph.plan.data import Options
@@ -84,7 +86,8 @@ def run_and_save(
                 say(f"timing each pass on {name}")
                 times = program.profile(**job.given)
         say(f"writing {output}")
-        save(output, quantised(array, np.dtype(np.uint16), str(output)) if bits == 16 else array)
+        held = quantised(array, np.dtype(np.uint16), str(output)) if bits == 16 else array
+        save(output, held, like=like)
     height, width = array.shape[:2]
     looking = " (with capture)" if observer is not None else ""
     click.echo(

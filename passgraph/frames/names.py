@@ -126,7 +126,10 @@ def folder_files(folder: Path) -> list[Path]:
         names = [name for name in os.listdir(folder) if not name.startswith(".")]
     except OSError as error:
         raise InputError(f"{folder}: cannot be read ({error.strerror}); check its permissions") from error
-    found = [path for name in names if (is_picture(path := folder / name) or is_video(path)) and path.is_file()]
+    known = [path for name in names if is_picture(path := folder / name) or is_video(path)]
+    found = [
+        path for path in known if path.is_file() or not path.exists()
+    ]  # a link to nothing is named when it is read
     if not found:
         raise InputError(f"{folder}: has no pictures and no videos; expected files such as .png, .exr, .mp4")
     return in_order(found)

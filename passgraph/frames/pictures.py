@@ -81,7 +81,8 @@ class ToPictures(Sink):
     paths : the files by the frames' numbers, or a `Pattern`
     bits : 8, or 16 for .png and .tif
 
-    Formats of whole numbers hold results rounded; .exr and .npy hold them as they are.
+    Formats of whole numbers hold results rounded; .exr and .npy hold them as they are.  Of a source that is `Pictures`
+    each keeps its colour profile, resolution and EXIF.
     """
 
     whole_when_prepared = True
@@ -128,7 +129,7 @@ class ToPictures(Sink):
         return np.dtype(np.uint16 if self.bits == 16 else np.uint8)
 
     def prepare(self, frame: Frame, picture: Stored) -> None:
-        save(self.path(frame), picture)
+        save(self.path(frame), picture, like=self._inputs.get(frame.number))
 
 
 def is_made(output: Path, inputs: Iterable[Path]) -> bool:

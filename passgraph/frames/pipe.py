@@ -18,13 +18,35 @@ from passgraph.graph.targets import MAX_SIDE
 from passgraph.pictures import MAX_BYTES, encode_with_pillow, load_stored
 
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
-#: Layouts of raw pixels, by ffmpeg's names: type and channels.
-LAYOUTS: dict[str, tuple[np.dtype[Any], int]] = {
-    "gray": (np.dtype(np.uint8), 1),
-    "rgb24": (np.dtype(np.uint8), 3),
-    "rgba": (np.dtype(np.uint8), 4),
-    "rgb48le": (np.dtype("<u2"), 3),
-    "rgba64le": (np.dtype("<u2"), 4),
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Raw pixels: type of a number, and which channels a pixel has, in order."""
+
+    dtype: np.dtype[Any]
+    order: tuple[int, ...]
+
+    @property
+    def channels(self) -> int:
+        return len(self.order)
+
+    def ordered(self, pixels: Stored) -> Stored:
+        """Between this order and red, green, blue, alpha: to either from the other."""
+        return pixels if self.order == tuple(range(self.channels)) else pixels[..., self.order]
+
+
+_BYTE, _WORD = np.dtype(np.uint8), np.dtype("<u2")
+#: By ffmpeg's names.
+LAYOUTS = {
+    "gray": Layout(_BYTE, (0,)),
+    "rgb24": Layout(_BYTE, (0, 1, 2)),
+    "bgr24": Layout(_BYTE, (2, 1, 0)),
+    "rgba": Layout(_BYTE, (0, 1, 2, 3)),
+    "bgra": Layout(_BYTE, (2, 1, 0, 3)),
+    "gray16le": Layout(_WORD, (0,)),
+    "rgb48le": Layout(_WORD, (0, 1, 2)),
+    "rgba64le": Layout(_WORD, (0, 1, 2, 3)),
 }
 _RAW = re.compile(r"(?:(\d{1,6})x(\d{1,6}):)?(\w+)(?:@(\d{1,6}(?:/\d{1,6}|\.\d{1,6})?))?", re.ASCII)
 
@@ -82,16 +104,17 @@ class Pipe:
         if self.raw is None:
             return Frame(number, name, lambda: load_stored(Path(name), data))
         assert self.raw.size is not None
-        (width, height), (dtype, channels) = self.raw.size, LAYOUTS[self.raw.layout]
-        return Frame.of(number, name, np.frombuffer(data, dtype).reshape(height, width, channels))
+        (width, height), layout = self.raw.size, LAYOUTS[self.raw.layout]
+        pixels = np.frombuffer(data, layout.dtype).reshape(height, width, layout.channels)
+        return Frame.of(number, name, layout.ordered(pixels))
 
     def _next(self, number: int) -> bytes:
         """The bytes of one picture; none at the end."""
         if self.raw is None:
             return self._next_png(number)
         assert self.raw.size is not None
-        (width, height), (dtype, channels) = self.raw.size, LAYOUTS[self.raw.layout]
-        wanted = width * height * channels * dtype.itemsize
+        (width, height), layout = self.raw.size, LAYOUTS[self.raw.layout]
+        wanted = width * height * layout.channels * layout.dtype.itemsize
         data = self._read(wanted)
         if 0 < len(data) < wanted:
             raise InputError(
@@ -144,7 +167,7 @@ class ToPipe(Sink):
         return self._name
 
     def in_bytes(self, source: Source) -> bool:
-        return self.raw is None or LAYOUTS[self.raw.layout][0] == np.uint8
+        return self.raw is None or LAYOUTS[self.raw.layout].dtype == np.uint8
 
     def stores(self, frame: Frame, size: tuple[int, int]) -> np.dtype[Any]:
         if self.raw is None:
@@ -155,12 +178,13 @@ class ToPipe(Sink):
                 f"{frame.name}: makes {size[0]}x{size[1]} pixels, and {self.name} holds {self._size[0]}x"
                 f"{self._size[1]}; raw pixels have one size"
             )
-        return LAYOUTS[self.raw.layout][0]
+        return LAYOUTS[self.raw.layout].dtype
 
     def prepare(self, frame: Frame, picture: Stored) -> bytes:
         if self.raw is None:
             return encode_with_pillow(Path(frame.name), picture, "PNG")
-        return with_channels(picture, LAYOUTS[self.raw.layout][1]).tobytes()
+        layout = LAYOUTS[self.raw.layout]
+        return layout.ordered(with_channels(picture, layout.channels)).tobytes()
 
     def take(self, frame: Frame, prepared: bytes) -> None:
         self.stream.write(prepared)

@@ -54,15 +54,18 @@ class Conversion(threading.local):
     """
 
     def __init__(self) -> None:
-        from av.video.reformatter import VideoReformatter
+        from av.video.reformatter import Interpolation, VideoReformatter
 
         self._converter = VideoReformatter()
+        self._quick = Interpolation.BILINEAR
+        self._exact = Interpolation.BILINEAR | Interpolation.ACCURATE_RND | Interpolation.FULL_CHR_H_INT
         self._pools: dict[tuple[object, ...], Any] = {}
 
     def __call__(self, frame: VideoFrame, format: str) -> VideoFrame:
         matrix, colour_range = int(frame.colorspace), int(frame.color_range)
         if matrix not in _MATRICES or colour_range not in _RANGES:
-            return self._converter.reformat(frame, format=format, threads=1)
+            how = self._quick if _is_wide(frame.format.name, format) else self._exact
+            return self._converter.reformat(frame, format=format, interpolation=how, threads=1)
         key = frame.width, frame.height, frame.format.name, format, matrix, colour_range
         if key not in self._pools:
             self._pools = {key: _pool(*key)}  # one at a time: a video has one size
@@ -84,7 +87,8 @@ def _pool(width: int, height: int, source: str, target: str, matrix: int, colour
     given = f"video_size={width}x{height}:pix_fmt={source}:time_base=1/1"
     if not source.startswith("rgb"):
         given += f":colorspace={matrix}:range={colour_range}"
-    options = f"interl=-1:flags=bilinear:out_color_matrix={_MATRICES[matrix]}:out_range={_RANGES[colour_range]}"
+    flags = "bilinear" if _is_wide(source, target) else "bilinear+accurate_rnd+full_chroma_int"
+    options = f"interl=-1:flags={flags}:out_color_matrix={_MATRICES[matrix]}:out_range={_RANGES[colour_range]}"
     parts = [
         graph.add("buffer", given), graph.add("scale", options), graph.add("format", f"pix_fmts={target}"),
         graph.add("buffersink"),
@@ -95,11 +99,20 @@ def _pool(width: int, height: int, source: str, target: str, matrix: int, colour
     return graph
 
 
+def _is_wide(*formats: str) -> bool:
+    """Whether pixels have 16 bits on the way.
+
+    Of 8 bits swscale's quick ways make quarter colour darker by a step of 255, so they are told to round.  With 16 bits
+    it rounds by itself, and is wrong about the colours of yuv420p10 where it is told.
+    """
+    return "rgba64le" in formats
+
+
 class Video:
     """Frames of a file's first video stream: (h, w, 4) uint8, or uint16 where it has more than 8 bits.
 
     Colours are converted from the file's own matrix and range; where it does not say which, BT.709 from 720 lines on
-    and BT.601 below, limited range.  A picture that the file says is to be turned is turned.
+    and BT.601 below, limited range.  A picture that the file says is to be turned or mirrored is.
 
     Attributes
     ----------
@@ -108,7 +121,7 @@ class Video:
     rate : frames a second on average, or None
     time_base : what one unit of ``pts`` in a frame's metadata is, in seconds
     matrix, colour_range, primaries, transfer : as the file says, by the numbers of libavutil; written again as they are
-    deep : whether it has more than 8 bits
+    deep, has_alpha : whether it has more than 8 bits, and transparency
 
     Raises
     ------
@@ -128,7 +141,9 @@ class Video:
             self.aspect = stream.sample_aspect_ratio
             self.matrix, self.colour_range = context.colorspace, context.color_range
             self.primaries, self.transfer = context.color_primaries, context.color_trc
-            self.deep = any(part.bits > 8 for part in context.format.components) if context.format else False
+            parts = context.format.components if context.format else ()
+            self.deep = any(part.bits > 8 for part in parts)
+            self.has_alpha = any(part.is_alpha for part in parts)
             self.frames, self.duration = stream.frames, _duration(stream)
             # ASF says how long its longest stream lasts, which may be the sound.
             self._says_its_time = container.format.name != "asf"
@@ -202,8 +217,26 @@ class Video:
         frame.colorspace, frame.color_range = matrix, colour_range
         made = converted(frame, "rgba64le" if self.deep else "rgba")
         picture: Stored = made.to_ndarray()
-        turns = round(frame.rotation / 90) % 4
-        return np.ascontiguousarray(np.rot90(picture, turns)) if turns else picture
+        return np.ascontiguousarray(_upright(picture, frame))
+
+
+def _upright(picture: Stored, frame: VideoFrame) -> Stored:
+    """A picture turned, or mirrored, as its frame says it is to be shown.
+
+    The matrix takes a pixel's column and row to those where it is shown, x' = a x + c y and y' = b x + d y (ISO/IEC
+    14496-12, section 6.2.2); what is no quarter turn is taken as the nearest.
+    """
+    from av.sidedata.sidedata import Type
+
+    said: Any = frame.side_data  # by types, though PyAV says by names
+    matrix = said.get(Type.DISPLAYMATRIX)
+    if matrix is None:
+        return picture
+    (a, b, _), (c, d, _), _ = np.frombuffer(matrix, np.int32).reshape(3, 3).tolist()
+    is_quarter = abs(b) + abs(c) > abs(a) + abs(d)
+    across, down = (c, b) if is_quarter else (a, d)
+    picture = picture.swapaxes(0, 1) if is_quarter else picture
+    return picture[:: -1 if down < 0 else 1, :: -1 if across < 0 else 1]
 
 
 def stated(matrix: int, colour_range: int, format: str, height: int) -> tuple[int, int]:

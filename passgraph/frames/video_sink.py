@@ -43,7 +43,8 @@ class ToVideo(Film):
     options : of the encoder, such as ``{"crf": "23"}``
     sound : copy the sound and subtitles of a source that is a video, as they are
 
-    A source's matrix, range, primaries and transfer are kept, and its pixel format where the encoder has it.
+    A source's matrix, range, primaries and transfer are kept, and its pixel format where the encoder has it, else
+    one that holds transparency where it has any and the encoder can.
     """
 
     kind = "a video"
@@ -128,6 +129,9 @@ class ToVideo(Film):
         video = self._video
         deep = video is not None and video.deep
         wanted = [] if video is None else [video.format.replace("yuvj", "yuv") if "mjpeg" not in known else ""]
+        if video is not None and video.has_alpha:
+            wanted += [] if deep else ["rgba", "argb", "yuva420p", "yuva444p"]
+            wanted += ["yuva444p10le"]
         wanted += ["yuv420p10le", "yuv422p10le", "yuv444p10le"] if deep else []
         wanted += ["yuv420p", "yuvj420p", "yuv422p", "yuv444p", "yuvj444p"]
         name: str

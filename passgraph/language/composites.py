@@ -115,6 +115,13 @@ def array_part(type_: Array, leaf: Callable[[str, Array], Parts], name: str) -> 
     return cast(ir.Expr, parts) if is_plain(type_) else ArrayValue(type_, parts)
 
 
+def of_constant(constant: ir.Literal | ir.Table | ir.Construct) -> Part:
+    """A captured constant as values are: a table of tables lies in one flat table."""
+    if isinstance(constant, ir.Table) and not is_plain(constant.type):
+        return ArrayValue(constant.type, ir.Table(flat_type(constant.type), constant.values, constant.span))
+    return constant
+
+
 def mapped(parts: Parts, each: Callable[[ir.Expr], ir.Expr]) -> Parts:
     """The same parts with each flat array replaced."""
     if isinstance(parts, tuple):

@@ -8,7 +8,7 @@ from contextlib import contextmanager, nullcontext
 from typing import TYPE_CHECKING, cast
 
 from passgraph.language import images, ir, symbols
-from passgraph.language.composites import array_of, each_image, entry
+from passgraph.language.composites import array_of, each_image, entry, of_constant
 from passgraph.language.folding import decided
 from passgraph.language.operations import OPERATIONS, called, signed
 from passgraph.language.powers import written_power
@@ -153,7 +153,7 @@ class Expressions:
     def _outer(self, node: ast.expr) -> Part:
         meaning = resolve(node, self.frame.scope, self.frame.source)
         if isinstance(meaning, (ir.Literal, ir.Table, ir.Construct)):
-            return meaning
+            return of_constant(meaning)
         if isinstance(meaning, (symbols.Symbol, FunctionSource, str)):
             fail(self.span(node), f"{ast.unparse(node)} is a function; call it")
         fail(self.span(node), f"{ast.unparse(node)} is not a value")

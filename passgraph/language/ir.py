@@ -254,9 +254,13 @@ Stmt: TypeAlias = Assign | If | For | Break | Continue
 EXPRESSIONS: tuple[type[Expr], ...] = get_args(Expr)
 STATEMENTS: tuple[type[Stmt], ...] = get_args(Stmt)
 #: Class of a node → its fields that hold a node or several.
-_PARTS: dict[type[Any], tuple[str, ...]] = {
+PARTS: dict[type[Any], tuple[str, ...]] = {
     cls: tuple(f.name for f in fields(cls) if f.type in ("Expr", "tuple[Expr, ...]", "tuple[Stmt, ...]"))
     for cls in (*EXPRESSIONS, *STATEMENTS)
+}
+#: Class of a node → what it says besides, but for where it stands in the text.
+SAID: dict[type[Any], tuple[str, ...]] = {
+    cls: tuple(f.name for f in fields(cls) if f.compare and f.name not in parts) for cls, parts in PARTS.items()
 }
 
 
@@ -266,14 +270,14 @@ def parts_of(node: Expr) -> tuple[Expr, ...]: ...
 def parts_of(node: Stmt | Expr) -> tuple[Stmt | Expr, ...]: ...
 def parts_of(node: Stmt | Expr) -> tuple[Stmt | Expr, ...]:
     """The expressions and statements that an expression or a statement is made of, in the order of its fields."""
-    held = (getattr(node, name) for name in _PARTS[type(node)])
+    held = (getattr(node, name) for name in PARTS[type(node)])
     return tuple(part for value in held for part in (value if isinstance(value, tuple) else (value,)))
 
 
 def with_parts(expression: Expr, change: Callable[[Expr], Expr]) -> Expr:
     """The same expression of changed parts; itself where it has none."""
     made: dict[str, Any] = {}
-    for name in _PARTS[type(expression)]:
+    for name in PARTS[type(expression)]:
         held = getattr(expression, name)
         made[name] = tuple(change(part) for part in held) if isinstance(held, tuple) else change(held)
     return replace(expression, **made) if made else expression

@@ -158,7 +158,7 @@ class Loops:
     def _carry(self, statement: ir.For) -> dict[tuple[str, int], str]:
         """A variable for each number that a trip hands on to the next."""
         carried: dict[tuple[str, int], str] = {}
-        for name in sorted(names_assigned(statement.body)):
+        for name in names_assigned(statement.body):
             for i, value in enumerate(self.lowering.locals.get(name, [])):
                 carried[name, i] = self.emitter.variable(value.type)
                 self.emitter.push(s.Write(carried[name, i], value))
@@ -229,8 +229,9 @@ class Loops:
         return index
 
 
-def names_assigned(statements: tuple[ir.Stmt, ...]) -> set[str]:
-    return {assigned.name for assigned in ir.assignments(statements)}
+def names_assigned(statements: tuple[ir.Stmt, ...]) -> list[str]:
+    """Each once, in an order that does not hang on what they are called."""
+    return list(dict.fromkeys(assigned.name for assigned in ir.assignments(statements)))
 
 
 def _jumps(statements: tuple[ir.Stmt, ...]) -> bool:

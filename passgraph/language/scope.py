@@ -233,8 +233,10 @@ def classified(value: object, path: str, scope: Scope, span: Span) -> Any:
         return attached
     if isinstance(value, pytypes.BuiltinFunctionType | type) and value in BUILTINS:
         return BUILTINS[value]
-    if isinstance(value, (tuple, list, np.ndarray)) and len(value) > MAX_TABLE_ENTRIES:
-        fail(span, f"{path} has {len(value)} entries; kernels capture at most {MAX_TABLE_ENTRIES}")
+    if isinstance(value, np.ndarray):
+        _check_entries(math.prod(_sides(value.shape)), path, span)  # before they become Python's numbers
+    elif isinstance(value, (tuple, list)):
+        _check_entries(len(value), path, span)
     try:
         frozen = freeze(value)
     except TypeError:
@@ -312,14 +314,33 @@ def constant(value: object, path: str, span: Span) -> ir.Expr:
     array = as_array(value)
     if array.dtype.kind not in "biuf" or array.size == 0:
         fail(span, f"{path} must hold numbers of one type, got {shown(value)}")
+    if array.ndim == 0:
+        return number(array.item(), span)
     element = {"b": BOOL, "i": INT, "u": INT, "f": FLOAT}[array.dtype.kind]
-    if array.ndim == 1:
-        type_ = Array(element, array.shape[0])
-    elif array.ndim == 2 and 2 <= array.shape[1] <= 4:
-        type_ = Array(Vector(element, array.shape[1]), array.shape[0])
-    else:
-        fail(span, f"{path} has shape {array.shape}; kernels capture (n,) and (n, 2..4) tables")
-    return ir.Table(type_, tuple(number(v, span).value for v in array.ravel()), span)
+    return ir.Table(
+        _table_type(array.shape, element, path, span), tuple(number(v, span).value for v in array.ravel()), span
+    )
+
+
+def _sides(shape: tuple[int, ...]) -> tuple[int, ...]:
+    """Sides of a table of this shape: rows of two to four numbers are vectors."""
+    return shape[:-1] if len(shape) > 1 and 2 <= shape[-1] <= 4 else shape
+
+
+def _check_entries(entries: int, path: str, span: Span) -> None:
+    if entries > MAX_TABLE_ENTRIES:
+        fail(span, f"{path} has {entries} entries; kernels capture at most {MAX_TABLE_ENTRIES}")
+
+
+def _table_type(shape: tuple[int, ...], element: Scalar, path: str, span: Span) -> Array:
+    """Arrays of scalars or vectors, in arrays."""
+    sides = _sides(shape)
+    _check_entries(math.prod(sides), path, span)
+    entry: Scalar | Vector | Array = Vector(element, shape[-1]) if sides != shape else element
+    for side in reversed(sides):
+        entry = Array(entry, side)
+    assert isinstance(entry, Array)
+    return entry
 
 
 def typed_constant(value: object, type_: Type, path: str, span: Span) -> ir.Expr:

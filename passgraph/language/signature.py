@@ -30,6 +30,7 @@ from passgraph.language.types import (
     innermost,
     longest,
     plain_parts,
+    sides_of,
 )
 
 #: What a mesh can hand to a vertex kernel, with the value where the mesh has none.
@@ -259,11 +260,17 @@ def literal_value(node: ast.expr, source: Source, scope: Scope) -> object:
 def host_value(constant: ir.Construct | ir.Table) -> object:
     """A captured vector, matrix or table as the host would write it."""
     if isinstance(constant, ir.Table):
-        width = component_count(constant.type.element)
-        rows = [constant.values[i : i + width] for i in range(0, len(constant.values), width)]
-        return constant.values if width == 1 else tuple(rows)
+        return _rows(constant.values, (*sides_of(constant.type), component_count(innermost(constant.type))))
     flat = [part.value for part in constant.arguments if isinstance(part, ir.Literal)]
     return next(cls for cls, name in symbols.TYPE_MARKERS.items() if name == str(constant.type))(*flat)  # type: ignore[operator]
+
+
+def _rows(values: tuple[ir.Number, ...], sides: tuple[int, ...]) -> object:
+    """Flat numbers as rows in rows; the last side may be 1, of a scalar."""
+    if len(sides) == 1:
+        return values if sides[0] > 1 else values[0]
+    each = len(values) // sides[0]
+    return tuple(_rows(values[i : i + each], sides[1:]) for i in range(0, len(values), each))
 
 
 def _fold(operator: ast.operator, left: float, right: float, span: Span) -> float:

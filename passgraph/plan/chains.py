@@ -1,4 +1,8 @@
-"""Chains: consecutive pixel steps that a backend may make one, since what lies between is read by them alone."""
+"""Chains: consecutive pixel steps that a backend may make one, since what lies between is read by them alone.
+
+They are of one size; or they count bins together (:func:`passgraph.plan.known.counting_of`), from the step that finds
+the numbers of bins on.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +11,7 @@ from collections.abc import Iterator
 
 from passgraph.language import scalar as s
 from passgraph.plan.data import PixelStep, Plan, Step
+from passgraph.plan.known import counting_of
 
 #: Steps of a chain at most.  What a chain computes again around a piece grows with its length, and one kernel of many
 #: passes takes long to compile; longer rows of passes become several chains.
@@ -45,6 +50,7 @@ class Chains:
         """Steps before which a chain that begins with step ``start`` may end, the longest chain first."""
         if not self.plan.options.fuse:
             return
+        yield from self._ends_of_counting(start)
         closed: list[int] = []
         last = start  # that reads what the chain's steps but its last write
         length = 0
@@ -57,6 +63,20 @@ class Chains:
             first, last_reader = self.spans[end - 1]
             last = max(last, last_reader if first >= start else len(self.plan.steps))
         yield from reversed(closed)
+
+    def _ends_of_counting(self, start: int) -> Iterator[int]:
+        """Those of what counts bins together: the longest adds up all rows there are."""
+        steps: list[PixelStep] = []
+        found: list[int] = []
+        for end, step in enumerate(self.plan.steps[start : start + MAX_STEPS], start + 1):
+            if not isinstance(step, PixelStep) or (steps and step.static != steps[0].static):
+                break
+            steps.append(step)
+            if len(steps) > 1 and counting_of(steps) is None:
+                break
+            closed = all(first >= start and last < end for first, last in self.spans[start : end - 1])
+            found += [end] * (closed and len(steps) > 1)
+        yield from reversed(found)
 
     def _alike(self, start: int, number: int) -> bool:
         first, step = self.plan.steps[start], self.plan.steps[number]

@@ -8,6 +8,7 @@ from passgraph.formats import Format, float_format
 from passgraph.graph.targets import InputSpec, Pass, Target, TargetSpec
 from passgraph.language.buffers import layout_of
 from passgraph.language.lower import Facts
+from passgraph.language.lower_cache import Programs
 from passgraph.language.scalar import ScalarProgram
 from passgraph.language.types import Array
 from passgraph.plan.data import BufferSpec, Options
@@ -80,8 +81,8 @@ class Work:
     not_asked: dict[TargetSpec, str] = field(default_factory=dict)
     #: Who writes a target first: a size may be taken from a target that is not read.
     makers: dict[TargetSpec, Pass] = field(default_factory=dict)
-    #: Programs lowered so far, by digest: many passes of one kernel share one.
-    programs: dict[str, ScalarProgram] = field(default_factory=dict)
+    #: Programs lowered so far: many passes of one kernel share one.
+    programs: Programs = field(default_factory=Programs)
     #: Pictures of long arrays, by the value that a parameter has, the way from it to the array, and its type: passes
     #: that are given one array share one.
     buffers: dict[tuple[int, tuple[str, ...], Array], BufferSpec] = field(default_factory=dict)

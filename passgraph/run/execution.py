@@ -61,6 +61,8 @@ class Execution:
         #: Steps one by one, and with chains made one (under the chain's last step).
         self._runs: list[tuple[Step, Execute]] = []
         self._chained: list[tuple[Step, Execute]] = []
+        #: Steps that run as one, in order.
+        self.units: list[tuple[Step, ...]] = []
         #: Results of chains whose memory one of the chain's images has, and the memory that they have instead.
         self._apart: dict[int, int] = {}
         self.lending = Lending(plan, backend)
@@ -96,11 +98,13 @@ class Execution:
             execute = self._compile_chain(cast("tuple[PixelStep, ...]", steps))
             if execute is not None:
                 self._chained.append((steps[-1], execute))
+                self.units.append(steps)
                 self._runs += [(step, self._compiled_when_run(step)) for step in steps]
                 return
         step = self.plan.steps[start]
         self._runs.append((step, self._compile(step)))
         self._chained.append(self._runs[-1])
+        self.units.append((step,))
 
     def _compiled_when_run(self, step: Step) -> Execute:
         """A step of a chain by itself: needed where someone looks at what every step writes."""

@@ -116,14 +116,24 @@ class Program:
     def explain(self) -> str:
         """What runs in which order and why, and how the arrays of the last run came in and went out."""
         lines = [self.plan.explain()]
-        known = (step for step in self.plan.steps if isinstance(step, PixelStep) and step.known is not None)
-        ways = ((step.name, self.backend.own_way(step)) for step in known)
-        lines += [f"- {name} is done in a way of this device: {way}" for name, way in ways if way is not None]
+        lines += self._own_ways()
         if self.backend.about:
             lines.append(f"- runs in {self.backend.about}")
         if self._execution is not None:
             lines += [f"- {what}: {how}" for what, how in self._execution.lending.transfers.items()]
         return "\n".join(lines)
+
+    def _own_ways(self) -> list[str]:
+        """What the device does in ways of its own, as it was compiled."""
+        lines: list[str] = []
+        for unit in [] if self._execution is None else self._execution.units:
+            steps = [step for step in unit if isinstance(step, PixelStep)]
+            way = self.backend.own_way(steps) if any(step.known is not None for step in steps) else None
+            if way is not None:
+                *names, last = (step.name for step in steps)
+                what = f"{', '.join(names)} and {last} are" if names else f"{last} is"
+                lines.append(f"- {what} done in a way of this device: {way}")
+        return lines
 
     def map_blocks(self, array: Any = None, /, **given: Any) -> Any:
         """The result over a dask array, as a dask array of the same chunks: bit for bit that of the whole picture.

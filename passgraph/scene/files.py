@@ -76,6 +76,7 @@ class FolderReader:
     refused : sentences about names that must not be read
     materials : of MTL files that were read: for each name, its lines by their first word in lower case
     picture : the name of the picture that a file without materials asked for (PLY)
+    folders : where names are looked for: the model's, then those of its MTL files, beside which their pictures lie
     """
 
     def __init__(self, model: Path) -> None:
@@ -85,17 +86,20 @@ class FolderReader:
         self.refused: list[str] = []
         self.materials: dict[str, dict[str, str]] = {}
         self.picture: str | None = None
+        self.folders = [self.folder]
 
     def find(self, name: str) -> Path | None:
         """The file a model names, or None (noted in ``missing`` or ``refused``)."""
         clean = unquote(name.replace("\\", "/"))
         outside = clean.startswith(("/", "~")) or bool(PureWindowsPath(clean).drive) or "\0" in clean
         # resolve follows links, so that neither '..' nor a link leads out
-        path = self.folder if outside else (self.folder / clean).resolve()
-        if outside or not path.is_relative_to(self.folder):
+        paths = [] if outside else [(folder / clean).resolve() for folder in self.folders]
+        paths = [path for path in paths if path.is_relative_to(self.folder)]
+        if not paths:
             self._note(self.refused, f"{name!r} leads out of the folder of the model")
             return None
-        if not path.exists():
+        path = next((path for path in paths if path.exists()), None)
+        if path is None:
             self._note(self.missing, clean)
             return None
         if not path.is_file():
@@ -119,9 +123,11 @@ class FolderReader:
         if not name.lower().endswith(".mtl"):
             self.picture = name
             return EMPTY_PICTURE
-        data = self.read(name)
-        if data is None:
+        path, data = self.find(name), self.read(name)
+        if path is None or data is None:
             raise FileNotFoundError(name)
+        if path.parent not in self.folders:
+            self.folders.append(path.parent)
         text = as_utf8(data)
         self.materials |= materials_of(text.decode())
         return text

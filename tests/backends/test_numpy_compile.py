@@ -14,10 +14,10 @@ from passgraph.backends.numpy.pixels import runner
 from passgraph.backends.numpy.pixels.body import body_text
 from passgraph.backends.numpy.pixels.chains import alone
 from passgraph.backends.numpy.pixels.layout import Layout
-from passgraph.backends.numpy.pixels.literals import MAX_LITERALS, with_literals_apart
 from passgraph.backends.numpy.vector import lane_body
 from passgraph.backends.numpy.vector.texels import MAX_INLINED
 from passgraph.language import scalar as s
+from passgraph.language.literals import with_literals_apart
 from passgraph.plan.data import PixelStep
 
 SIZE = (40, 30)
@@ -204,25 +204,29 @@ def test_numbers_that_llvm_has_rules_for_stay_in_code() -> None:
     assert found is not None
     program, numbers = found.program, found.literals
     assert numbers == pytest.approx((0.1, 1e30))
-    assert {x.value for i in program.body for x in s.operands_of(i) if isinstance(x, s.Lit) and x.type == "float"} == {
-        0.5,
-        8.0,
-        3.0,
-    }
+    left = {x.value for i in program.body for x in s.operands_of(i) if isinstance(x, s.Lit) and x.type == "float"}
+    assert left == {0.5, 8.0, 3.0, s.Place(0), s.Place(1)}
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "def k(c: Image) -> vec4: return c[0, 0] * 0.5",
-        f"def k(c: Image) -> vec4: return {' + '.join(f'c[0, 0] * 0.{n}1' for n in range(10, 10 + MAX_LITERALS + 1))}",
+def many_numbers(number: int) -> str:
+    numbers = [f"c[{k}, 0] * {0.3013 + 0.0137 * (k + number)}" for k in range(runner.MAX_LITERALS + 1)]
+    return f"def k(c: Image) -> vec4: return {' + '.join(numbers)}"
+
+
+def branching(number: int) -> str:
+    return (
         "def k(c: Image) -> vec4:\n    t = c[0, 0]\n    for i in range(40):\n        if t.x > 0.7:\n            break\n"
-        "        t = t * 1.1\n    return t",
-    ],
-    ids=["none", "many", "branches"],
-)
-def test_other_bodies_keep_their_numbers(text: str) -> None:
-    assert with_literals_apart(program_of(text)) is None
+        f"        t = t * {1.1 + 0.0137 * number}\n    return t"
+    )
+
+
+@pytest.mark.parametrize("text", [many_numbers, branching])
+def test_other_bodies_keep_their_numbers(
+    text: Callable[[int], str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setattr(runner, "MAX_IN_CODE", 0)
+    counts = [compiled_row(count, False, text, tmp_path / f"{count}")[0] for count in (2, 4)]
+    assert counts[1] - counts[0] == 2
 
 
 @pytest.mark.parametrize("format_", ["rgba16f", "rgba8", "rgba16"])

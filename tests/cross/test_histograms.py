@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,16 +13,18 @@ from numpy.typing import NDArray
 
 import passgraph as pg
 from passgraph.backends.base import Backend
+from passgraph.backends.gl.backend import GLBackend
 from passgraph.backends.registry import open_backend
 from passgraph.graph.reduction_kernels import count_bins
 from passgraph.plan.build import build
+from passgraph.plan.chains import Chains
 from passgraph.plan.data import PixelStep
 from tests.conftest import require
 
 Picture = NDArray[Any]
-#: Backends, and ways that the machine of these tests does not take by itself: work-groups of OpenCL on graphics
-#: processors, and OpenGL before 4.3.
-WAYS = ("numpy", "opencl", "gl", "opencl in groups", "gl without compute shaders")
+#: Backends, and ways that the machine of these tests does not take by itself: those of graphics processors, and OpenGL
+#: without compute shaders.
+WAYS = ("numpy", "opencl", "gl", "opencl in groups", "gl in groups", "gl without compute shaders")
 
 
 @pytest.fixture(params=WAYS, scope="module")
@@ -28,10 +32,13 @@ def device(request: pytest.FixtureRequest) -> Iterator[Backend]:
     name, _, way = request.param.partition(" ")
     require(name)
     with open_backend(name) as opened:
-        if way == "in groups":
+        if way == "in groups" and name == "opencl":
             opened.is_cpu = False  # type: ignore[attr-defined]
+        elif way == "in groups":
+            assert isinstance(opened, GLBackend) and opened.compute is not None
+            opened.compute = replace(opened.compute, on_processor=False)
         elif way:
-            opened.context.dispatches = False  # type: ignore[attr-defined]
+            opened.compute = None  # type: ignore[attr-defined]
         yield opened
 
 
@@ -120,22 +127,27 @@ def test_counts_go_where_each_picture_lies(device: Backend) -> None:
     assert all((array[:, 3:] == 7).all() for array in outer)
 
 
-def test_pictures_of_a_host_are_counted_by_the_program_which_is_compiled_for_them_alone() -> None:
+@pytest.mark.parametrize("isolation", ["sibling", "guard"])
+def test_pictures_of_a_host_are_counted_where_they_lie_and_it_is_told(isolation: Any) -> None:
+    """Read and written in an engine's own textures, their rows from the bottom up, and one a part of a larger."""
     require("gl")
     from tests.offscreen import offscreen
 
     counts, picture, expected = counted_alone()
-    with offscreen(430) as context, pg.gl.Host.current("sibling") as host:
+    padded = np.full((40, 200), 5, np.float32)
+    padded[4:25, 10:187] = picture[::-1]
+    with offscreen(430) as context, pg.gl.Host.current(isolation) as host:
+        numbers = context.texture((200, 40), 1, padded.tobytes(), dtype="f4")
+        textures = [context.texture((3, 23), 4, dtype="f4") for _ in counts]
+        given = {q.name: host.texture(t.glo) for q, t in zip(counts, textures, strict=True)}
         with pg.compile(counts, backend=host, non_finite="keep") as program:
-            made = program(numbers=picture[..., None])
-            assert [key for key, *_ in host.programs.made if key]  # a compute shader
-            assert "" not in [key for key, *_ in host.programs.made]
-            textures = [context.texture((3, 23), 4, dtype="f4") for _ in counts]
-            given = {q.name: host.texture(t.glo) for q, t in zip(counts, textures, strict=True)}
-            program.run(numbers=picture[..., None], into=given)
-        of_host = [np.frombuffer(t.read(), np.float32).reshape(23, 12)[::-1] for t in textures]
-    for rows in (of_host, [made[q.name].reshape(23, 12) for q in counts]):
-        assert np.concatenate(rows, axis=1).tolist() == expected
+            program.run(numbers=host.texture(numbers.glo, region=(10, 4, 177, 21)), into=given)
+            assert [line for line in program.explain().splitlines() if "in a compute shader" in line]
+            (step,) = program.plan.steps
+            assert isinstance(step, PixelStep)
+            assert ("", step.program.key) not in [key[:2] for key in host.programs.made]  # its program is not even made
+        rows = [np.frombuffer(t.read(), np.float32).reshape(23, 12)[::-1] for t in textures]
+    assert np.concatenate(rows, axis=1).tolist() == expected
 
 
 def test_the_reference_counts_by_the_kernel() -> None:
@@ -158,21 +170,101 @@ def test_the_counting_of_a_histogram_is_known() -> None:
 
 def test_it_is_told_which_way_counts(device: Backend) -> None:
     made = pg.histogram(pg.Input("frame", "r8", (8, 8)), name="counts")
-    with pg.compile(made, backend=device) as program:
-        lines = [line for line in program.explain().splitlines() if "in a way of this device" in line]
-        (step,) = [s for s in program.plan.steps if isinstance(s, PixelStep) and s.known is not None]
-    way = device.own_way(step)
-    assert lines == ([] if way is None else [f"- counts rows is done in a way of this device: {way}"])
-    assert (way is None) == (device.name == "gl" and not device.context.dispatches)  # type: ignore[attr-defined]
+    for options in (pg.Options(), pg.Options(fuse=False)):
+        with pg.compile(made, backend=device, options=options) as program:
+            lines = [line for line in program.explain().splitlines() if "in a way of this device" in line]
+            ran = program.profile(1, frame=np.zeros((8, 8), np.uint8)).passes
+        (names,) = [row.passes for row in ran if "counts rows" in row.passes]
+        as_one = ", ".join(names[:-1]) + f" and {names[-1]} are" if names[1:] else f"{names[0]} is"
+        plain = isinstance(device, GLBackend) and device.compute is None
+        assert [line.partition(" done in a way")[0] for line in lines] == ([] if plain else [f"- {as_one}"])
+        assert len(names) == (5 if options.fuse and not plain and device.name != "numpy" else 1)
 
 
-def test_a_count_beyond_what_floats_hold_is_near() -> None:
-    """An odd number of texels above 2^24, all of them in one bin."""
+@pytest.mark.parametrize("backend", ["numpy", "opencl", "gl"])
+def test_a_count_beyond_what_floats_hold_is_near(backend: str) -> None:
+    """An odd number of texels above 2^24, all of them in one bin: the sum of rows that the passes make, to the bit."""
+    require(backend)
     width, height = 16_383, 1_025
-    with pg.compile(pg.histogram(pg.Input("frame", "r8"), 4, channel=0)) as program:
+    with pg.compile(pg.histogram(pg.Input("frame", "r8"), 4, channel=0), backend=backend) as program:
         counts = program(frame=np.full((height, width), 255, np.uint8))["frame.histogram"][0, :, 0].astype(np.float64)
-    assert counts[:3].tolist() == [0, 0, 0]
+    assert counts.tolist() == [0, 0, 0, 16_792_576]
     assert 0 < abs(counts[3] - width * height) <= 2.0**-20 * width * height
+
+
+@pytest.mark.parametrize(("size", "fits"), [((4096, 4096), 5), ((16_384, 1025), 3)], ids=str)
+def test_rows_are_added_up_as_far_as_every_order_has_the_same_bits(size: tuple[int, int], fits: int) -> None:
+    plan = build({"made": pg.histogram(pg.Input("frame", "r8", size), 16)})
+    assert next(iter(Chains(plan).ends(0))) == fits
+    assert not list(
+        Chains(build({"made": pg.histogram(pg.Input("frame", "r8", size))}, None, {}, pg.Options(fuse=False))).ends(0)
+    )
+
+
+def test_what_somebody_else_looks_at_is_written() -> None:
+    """A picture of numbers, or of counts, that is an output too, is no chain's inside."""
+    made = pg.histogram(pg.Input("frame", "r8", (8, 8)), 16, name="counts")
+    line = made.made_by.images["top"].made_by
+    top = line.images["first"].made_by.images["first"].made_by.images["first"]
+    rows = top.made_by.images["first"]
+    numbers = rows.made_by.images["numbers"]
+    for looked, ends in ((top, [3, 2]), (rows, [2]), (numbers, [])):
+        plan = build({"made": made, "looked": looked})
+        assert [step.name for step in plan.steps[:2]] == ["counts bins", "counts rows"]
+        assert list(Chains(plan).ends(0)) == ends, looked.name
+
+
+LOOPING = """
+def looping(a: Image, b: Image) -> float:
+    found = a[1, -1].r
+    for i in range(300):
+        if b[0, 0].r * 300.0 <= float(i):
+            break
+        found = max(found, a.texel(ivec2(pixel().x + i, pixel().y)).r)
+    return found
+"""
+
+
+def test_what_is_fused_into_a_histogram_is_computed_where_it_counts(device: Backend) -> None:
+    """Of two pictures, one with a border and read by place, in a loop that uses up a device's trips."""
+    random = np.random.default_rng(8)
+    frame, reach = random.random((9, 700, 1)).astype(np.float32), random.random((9, 700, 1)).astype(np.float32)
+    looping = pg.kernel(source=LOOPING)
+    most = looping(pg.Input("a", "r32f").border("mirror"), pg.Input("b", "r32f"), into=pg.target("most", "r32f"))
+    outputs = {"counts": pg.histogram(most, 37, channel=0)}
+    kept = {**outputs, "most": most}
+    with pg.compile(outputs, backend=device) as program, pg.compile(kept, backend=device) as apart:
+        made, given = program(a=frame, b=reach)["counts"], apart(a=frame, b=reach)
+        assert program.plan.steps[0].work.startswith("pixels with most")
+    expected = np.histogram(given["most"], 37, (0, 1))[0]
+    assert np.abs(made[0, :, 0] - expected).sum() <= 2  # a number beside an edge
+    assert np.array_equal(made, given["counts"])
+
+
+def test_every_texel_of_one_bin_is_counted(device: Backend) -> None:
+    """All add to one entry of a table, in groups that share it."""
+    with pg.compile(pg.histogram(pg.Input("frame", "r8"), 2048, channel=0), backend=device) as program:
+        for level in (0, 255):
+            counts = program(frame=np.full((301, 517), level, np.uint8))["frame.histogram"][0, :, 0]
+            assert counts[-1 if level else 0] == counts.sum() == 301 * 517
+
+
+def test_histograms_of_one_picture_go_beside_one_another_and_in_threads(device: Backend) -> None:
+    random = np.random.default_rng(9)
+    pictures = [random.integers(0, 256, (33, 70, 4)).astype(np.uint8) for _ in range(4)]
+    frame = pg.Input("frame", "rgba8")
+    outputs = [pg.histogram(frame, channel=channel, name=f"{channel}") for channel in (0, 3)]
+
+    def count(picture: Picture) -> None:
+        with pg.compile(outputs, backend=device) as program:
+            for _ in range(3):
+                made = program(frame=picture)
+        for channel in (0, 3):
+            expected = np.bincount(picture[..., channel].ravel(), minlength=256)
+            assert np.array_equal(made[f"{channel}"][0, :, 0], expected)
+
+    with ThreadPoolExecutor(4) as pool:
+        list(pool.map(count, pictures))
 
 
 @pytest.mark.parametrize("format_", ["r8", "rg16f", "r32f"])

@@ -71,7 +71,20 @@ def test_pictures_behind_the_first_of_a_file_are_told(capsys: pytest.CaptureFixt
     assert (one.status, one.err) == (0, told.format("b.tif", ""))
     assert value(Path("one.png")) == 40
     assert Outcome(capsys, *TINY, "in", "-o", "out/").err.startswith(told.format("a.tif", ", and so do 2 others"))
+    two = Outcome(capsys, *TINY, "in/a.tif", "in/b.tif", "-o", "both/")
+    assert two.err == told.format("a.tif", ", and so does 1 other")
     assert well(capsys, *TINY, "in/d.tif", "-o", "two.png")
+
+
+def test_a_link_of_a_folder_that_leads_nowhere_is_named(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("in").mkdir()
+    Image.fromarray(np.zeros((2, 3, 3), np.uint8)).save("in/a.png")
+    Path("in/b.png").symlink_to("nowhere.png")
+    Path("in/c.png").mkdir()
+    outcome = Outcome(capsys, *TINY, "in", "-o", "out/")
+    assert outcome.status == 1
+    assert outcome.err == "passgraph: error: in/b.png: is a link to nowhere.png, which is not there; mend the link\n"
+    assert sorted(path.name for path in Path("out").iterdir()) == ["a.png"]
 
 
 def test_16_bits_stay_16_bits_where_it_is_said(capsys: pytest.CaptureFixture[str]) -> None:

@@ -72,6 +72,7 @@ def test_an_empty_stream_is_an_error() -> None:
 
 @pytest.mark.parametrize(("layout", "dtype", "channels"), [
     ("gray", np.uint8, 1), ("rgb24", np.uint8, 3), ("rgba", np.uint8, 4), ("rgb48le", "<u2", 3), ("rgba64le", "<u2", 4),
+    ("bgr24", np.uint8, 3), ("bgra", np.uint8, 4), ("gray16le", "<u2", 1),
 ])  # fmt: skip
 def test_raw_pixels_go_through_streams(layout: str, dtype: Any, channels: int) -> None:
     given = np.random.default_rng(0).integers(0, np.iinfo(dtype).max, (3, 4, 5, channels)).astype(dtype)
@@ -85,6 +86,14 @@ def test_raw_pixels_go_through_streams(layout: str, dtype: Any, channels: int) -
         summary = pg.frames(program, Pipe(io.BytesIO(given.tobytes()), raw), ToPipe(out, raw))
     assert summary.written == 3
     assert out.getvalue() == given.tobytes()
+
+
+@pytest.mark.parametrize(("layout", "channels"), [("bgr24", 3), ("bgra", 4)])
+def test_blue_may_come_first(layout: str, channels: int) -> None:
+    """As OpenCV has it."""
+    given = np.arange(2 * 3 * channels, dtype=np.uint8)
+    frame = next(iter(Pipe(io.BytesIO(given.tobytes()), Raw.parsed(f"3x2:{layout}")))).read()
+    assert frame[0, 0].tolist() == [2, 1, 0, 3][:channels]
 
 
 def test_raw_pixels_that_end_inside_a_picture() -> None:

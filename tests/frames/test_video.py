@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from fractions import Fraction
 from itertools import pairwise
 from pathlib import Path
@@ -244,6 +245,83 @@ def test_a_turned_video_is_read_upright(tmp_path: Path) -> None:
     assert upright[8, 16, 0] > 200 > 50 > upright[56, 16, 0]
 
 
+@pytest.mark.parametrize(
+    "shown",
+    # The columns of a, b, c, d, and what is shown of [[1, 2, 3], [4, 5, 6]].
+    [
+        ((1, 0, 0, 1), [[1, 2, 3], [4, 5, 6]]), ((-1, 0, 0, 1), [[3, 2, 1], [6, 5, 4]]),
+        ((1, 0, 0, -1), [[4, 5, 6], [1, 2, 3]]), ((-1, 0, 0, -1), [[6, 5, 4], [3, 2, 1]]),
+        ((0, 1, -1, 0), [[4, 1], [5, 2], [6, 3]]), ((0, -1, 1, 0), [[3, 6], [2, 5], [1, 4]]),
+        ((0, 1, 1, 0), [[1, 4], [2, 5], [3, 6]]), ((0, -1, -1, 0), [[6, 3], [5, 2], [4, 1]]),
+    ],
+)  # fmt: skip
+def test_a_video_is_read_as_it_is_shown(tmp_path: Path, shown: tuple[tuple[int, ...], list[list[int]]]) -> None:
+    """All turns and mirrorings that the header of a track may ask for: cameras that show one their face mirror."""
+    (a, b, c, d), expected = shown
+    blocks = np.kron(np.arange(1, 7, dtype=np.uint8).reshape(2, 3) * 40, np.ones((16, 16), np.uint8))
+    copied(Arrays([blocks[..., None].repeat(3, 2)]), tmp_path / "plain.mp4", options={"crf": "1"})
+    data = (tmp_path / "plain.mp4").read_bytes()
+    plain, one = struct.pack(">9i", 1 << 16, 0, 0, 0, 1 << 16, 0, 0, 0, 1 << 30), 1 << 16
+    at = data.index(plain, data.index(b"tkhd"))
+    matrix = struct.pack(">9i", a * one, b * one, 0, c * one, d * one, 0, 0, 0, 1 << 30)
+    (tmp_path / "said.mp4").write_bytes(data[:at] + matrix + data[at + len(plain) :])
+    picture = next(iter(Video(tmp_path / "said.mp4"))).read()
+    assert np.rint(picture[8::16, 8::16, 1] / 40).tolist() == expected
+
+
+@pytest.mark.parametrize("format", ["yuv420p", "yuv422p", "yuv444p", "yuv420p10le"])
+def test_a_video_that_is_not_changed_is_as_bright_as_before(tmp_path: Path, format: str) -> None:
+    """Brightness is held against the definition of luma; through a lossless codec it comes back as it was."""
+    step = 4 if format.endswith("10le") else 1
+    with av.open(str(tmp_path / "a.mkv"), "w") as container:
+        stream = container.add_stream("ffv1", rate=25)
+        stream.width, stream.height, stream.pix_fmt = 96, 64, format
+        frame = av.VideoFrame(96, 64, format)
+        for number, plane in enumerate(frame.planes):
+            y, x = np.mgrid[: plane.height, : plane.width]
+            wave = 120 + 30 * np.sin(x / 37 + y / 23) if number == 0 else 128 + 15 * np.sin(x / 17 + number)
+            rows = np.zeros((plane.height, plane.line_size // (1 + step // 4)), np.uint16 if step > 1 else np.uint8)
+            rows[:, : plane.width] = wave * step
+            plane.update(rows.tobytes())
+        container.mux(stream.encode(frame))
+        container.mux(stream.encode())
+
+    def luma(path: Path) -> Any:
+        frame = next(av.open(str(path)).decode(video=0))
+        return frame.to_ndarray()[:64] if format != "yuv444p" else frame.to_ndarray()[0]
+
+    copied(Video(tmp_path / "a.mkv"), tmp_path / "b.mkv")
+    assert np.array_equal(luma(tmp_path / "a.mkv"), luma(tmp_path / "b.mkv"))
+    picture = next(iter(Video(tmp_path / "a.mkv"))).read()
+    colours = picture[..., :3] / (65535 if step > 1 else 255)
+    bright = 16 + 219 * (colours @ [0.299, 0.587, 0.114])  # ITU-R BT.601-7
+    assert abs((bright - luma(tmp_path / "a.mkv") / step).mean()) < 0.5
+
+
+@pytest.mark.parametrize(
+    ("source", "codec", "kept"),
+    [
+        ("yuva444p10le", "prores_ks", "yuva444p12le"),
+        ("yuva420p", "prores_ks", "yuva444p12le"),
+        ("argb", "qtrle", "argb"),
+    ],
+)
+def test_transparency_stays_where_an_encoder_can(tmp_path: Path, source: str, codec: str, kept: str) -> None:
+    given = tmp_path / ("a.mov" if source == "argb" else "a.mkv")
+    with av.open(str(given), "w") as container:
+        stream = container.add_stream("qtrle" if source == "argb" else "ffv1", rate=25)
+        stream.width, stream.height, stream.pix_fmt = 32, 16, source
+        half = np.full((16, 32, 4), (90, 120, 150, 255), np.uint8)
+        half[:, :16, 3] = 128
+        container.mux(stream.encode(av.VideoFrame.from_ndarray(half, "rgba").reformat(format=source)))
+        container.mux(stream.encode())
+    copied(Video(given), tmp_path / "b.mov", codec=codec)
+    again = Video(tmp_path / "b.mov")
+    picture = next(iter(again)).read()
+    alpha = picture[..., 3] / np.iinfo(picture.dtype).max * 255
+    assert again.format == kept and abs(alpha[8, 4] - 128) < 3 and abs(alpha[8, 28] - 255) < 1
+
+
 # Files that are not whole
 
 
@@ -426,12 +504,15 @@ def test_pooled_conversions_give_the_bits_of_plain_ones(format: str, interlaced:
     """There and back, for every matrix and range."""
     size = 64, 48
     plain, pooled = av.video.reformatter.VideoReformatter(), Conversion()
+    how = av.video.reformatter.Interpolation.BILINEAR
+    if not format.endswith("10le"):
+        how |= av.video.reformatter.Interpolation.ACCURATE_RND | av.video.reformatter.Interpolation.FULL_CHR_H_INT
     wide = "rgba64le" if format.endswith("10le") else "rgba"
     number = np.uint16 if wide == "rgba64le" else np.uint8
     pixels = np.random.default_rng(0).integers(0, np.iinfo(number).max, (size[1], size[0], 4)).astype(number)
 
     def both(frame: Any, wanted: str) -> Any:
-        one, other = plain.reformat(frame, format=wanted, threads=1), pooled(frame, wanted)
+        one, other = plain.reformat(frame, format=wanted, interpolation=how, threads=1), pooled(frame, wanted)
         assert (other.colorspace, other.color_range, other.pts) == (matrix, colour_range, 11)
         # Rows may have room behind them, which is nobody's.
         item = np.dtype(number).itemsize * (4 if wanted == wide else 1)

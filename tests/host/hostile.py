@@ -10,7 +10,8 @@ from passgraph.backends.gl import functions as g
 from tests.host.application import BYTES, RGBA, Application
 
 _SIGNATURES = {
-    "BindBufferBase": "uuu", "BlendColor": "ffff", "BlendEquationSeparatei": "uuu", "BlendFuncSeparatei": "uuuuu",
+    "BindBufferBase": "uuu", "BindBufferRange": "uuunn",
+    "BlendColor": "ffff", "BlendEquationSeparatei": "uuu", "BlendFuncSeparatei": "uuuuu",
     "ClearColor": "ffff", "ClearDepth": "d", "ClearStencil": "i", "ClipControl": "uu", "DepthRangeIndexed": "udd",
     "LineWidth": "f", "LogicOp": "u", "PrimitiveRestartIndex": "u", "ProvokingVertex": "u", "SampleCoverage": "fb",
     "SampleMaski": "uu", "ScissorIndexed": "uiiii", "TexBuffer": "uuu", "ViewportIndexedf": "uffff", "Hint": "uu",
@@ -20,6 +21,7 @@ _SIGNATURES = {
 _TYPES = {
     "u": ctypes.c_uint,
     "i": ctypes.c_int,
+    "n": ctypes.c_ssize_t,
     "f": ctypes.c_float,
     "d": ctypes.c_double,
     "b": ctypes.c_ubyte,
@@ -152,6 +154,15 @@ def _uniform_buffers(app: Application, more: More) -> None:
         more.BindBufferBase(0x8A11, k, app.gl.new("Buffer"))
 
 
+def _storage_buffers(app: Application, more: More) -> None:
+    """The first in part, and another one behind it."""
+    for k in (1, 0):
+        more.BindBufferBase(g.SHADER_STORAGE_BUFFER, k, app.gl.new("Buffer"))
+    app.gl.BufferData(g.SHADER_STORAGE_BUFFER, 1024, None, g.STATIC_DRAW)
+    more.BindBufferRange(g.SHADER_STORAGE_BUFFER, 0, app.gl.integer(0x90D3), 256, 512)
+    app.gl.BindBuffer(g.SHADER_STORAGE_BUFFER, app.gl.new("Buffer"))
+
+
 #: What is left set → how.  Each stays when the next is set.
 STATES: dict[str, Callable[[Application, More], Any]] = {
     "scissor": lambda app, more: (app.gl.Enable(0xC11), more.ScissorIndexed(0, 1, 1, 1, 1)),
@@ -187,6 +198,7 @@ STATES: dict[str, Callable[[Application, More], Any]] = {
         more.ClearColor(0.5, 0.25, 1.0, 0.0), more.ClearDepth(0.25), more.ClearStencil(7),
     ),
     "uniform buffers": _uniform_buffers,
+    "storage buffers": _storage_buffers,
     "textures": lambda app, more: _textures(app),
     "samplers": lambda app, more: _samplers(app),
     "a program": lambda app, more: use_program(

@@ -42,6 +42,9 @@ def a_life(app: Application, isolation: Any, source: int, target: int, kept: tup
         same = pg.kernel(source="def same(d: Image) -> float: return d[0, 0].r")
         with pg.compile(same(pg.Input("depth"), into=pg.target("d", "r32f")), backend=host) as program:
             program(depth=of_host(app, host, kept[1]))
+        counts = pg.histogram(pg.Input("frame"), 5)
+        with pg.compile(counts, backend=host) as program:
+            assert program(frame=host.texture(source))["frame.histogram"].sum() == WIDTH * HEIGHT
         with pg.compile(drawn(pg.target("picture", "rgba8")), backend=host, size=(WIDTH, HEIGHT)) as program:
             program.run(into={"picture": host.texture(target)})
 
@@ -105,7 +108,9 @@ def same_program() -> pg.Target:
     return same(pg.Input("frame", "rgba8"), into=pg.target("same", "rgba8"))
 
 
-@pytest.mark.parametrize("part", ["_bindings", "_textures", "_switches", "_colours", "_geometry", "_stencil"])
+@pytest.mark.parametrize(
+    "part", ["_bindings", "_buffers", "_textures", "_switches", "_colours", "_geometry", "_stencil"]
+)
 def test_a_guard_that_forgets_something_is_found(app: Application, part: str, monkeypatch: pytest.MonkeyPatch) -> None:
     engine = an_engine(app)
     make_hostile(app)

@@ -366,7 +366,10 @@ TEXTS: list[tuple[str, str]] = [
     ("import passgraph as pg\ndef k(c: Image) -> float: return «pg.os»", "module passgraph has no 'os'"),
     ("import passgraph as pg\ndef k(c: Image) -> float: return «pg.__dict__»", "is a dict, which kernels cannot use"),
     ("W = ((1, 2), (3,))\ndef k(c: Image) -> float: return «W»[0]", "W must hold numbers of one type"),
-    ("W = (((1, 2),), ((3, 4),))\ndef k(c: Image) -> float: return «W»[0]", "W has shape (2, 1, 2); kernels capture"),
+    (
+        "W = (" + "(1, 2, 3, 4, 5), " * 205 + ")\ndef k(c: Image) -> float: return float(«W»[0][0])",
+        "W has 1025 entries; kernels capture at most",
+    ),
     (
         "W = (" + "1, " * 1025 + ")\ndef k(c: Image) -> float: return «W»[0]",
         "W has 1025 entries; kernels capture at most",

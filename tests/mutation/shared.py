@@ -441,6 +441,8 @@ MUTANTS = (
     _composite(
         "Place.index", 'inside = apply("logical_and", [inside, _inside', 'inside = apply("logical_or", [inside, _inside'
     ),
+    _composite("_table_type", "reversed(sides)", "sides"),
+    _composite("_rows", "len(values) // sides[0]", "len(values) // sides[-1]"),
     _composite("nth", "if k else first", "if k > 1 else first"),
     _composite("each_image", "ir.Literal(INT, first + half, span)", "ir.Literal(INT, first + half - 1, span)"),
     _composite("each_image", "branch(images[half:], first + half)", "branch(images[half:], first)"),

@@ -8,7 +8,8 @@ from agreement_glsl import run
 
 import passgraph as pg
 from passgraph.language import ir
-from passgraph.shaders.glsl import parse
+from passgraph.shaders.glsl import loops, parse
+from passgraph.shaders.glsl.stepping import MOST_STEPS
 
 
 def trips(statement: str) -> list[int]:
@@ -120,3 +121,69 @@ def test_five_nested_loops_by_components_make_all_their_trips() -> None:
     z, x, y, a, b = np.meshgrid([0, 1], *[range(-4, 5)] * 2, *[range(-2, 3)] * 2, indexing="ij")
     expected = [z.size, (x * a + z).sum(), (y * y).sum(), np.abs(b).sum()]
     np.testing.assert_array_equal(run(parse(text), (1, 1), {}, backend="numpy")[0, 0], expected)
+
+
+@pytest.mark.parametrize(
+    ("statement", "expected", "most"),
+    [
+        ("int i = 0; do { s++; i++; } while (i < 5);", 5, 5),
+        ("int i = 0; while (i < 5) { s++; i++; }", 5, 5),
+        ("int i = 0; while (i < 5) { ++i; s++; }", 5, 5),
+        ("for (int i = 0; i < 5;) { i += 1; s++; }", 5, 5),
+        ("float x = 1.0; do { s++; x *= 2.0; } while (x < 100.0);", 7, 7),
+        ("int i = 9; do { s += float(i); i--; } while (i > 3); s += 100.0 * float(i);", 339, 6),
+        ("int i = 0; do { s++; if (s > 2.0) break; i++; } while (i < 5); s += 10.0 * float(i);", 23, 5),
+        ("int i = 0; while (i < 5) { i++; if (i == 2) continue; s++; }", 4, 5),
+        ("int i = 0; do { int k = i; switch (k) { case 1: break; default: s++; } i++; } while (i < 5);", 4, 5),
+        ("for (int k = 0; k < 3; k++) { int i = 0; do { s++; i++; } while (i < k); }", 4, 3),
+        ("int i = 0; float t = s; r.x = 1.0; while (i < 5 && t < 9.0) { s++; i++; }", 5, 6),
+    ],
+)
+def test_a_step_within_the_block_counts(statement: str, expected: int, most: int) -> None:
+    text = f"void main() {{ float s = 0.0; vec3 r; {statement} gl_FragColor = vec4(s); }}"
+    for backend in ("reference", "numpy"):
+        assert run(parse(text), (1, 1), {}, backend=backend)[0, 0, 0] == expected
+    assert trips(statement)[0] == most
+
+
+@pytest.mark.parametrize(
+    ("statement", "expected"),
+    [
+        ("int i = 7; do { s++; i++; } while (i < 5);", 1),
+        ("int i = 5; do { s++; i--; if (s > 39.0) break; } while (i < 5);", 40),
+        ("int i = 0; do { s++; if (s < 20.0) continue; i++; } while (i < 5);", 24),
+        ("int i = 0; while (i < 5) { s++; if (s > 20.0) i++; }", 25),
+        ("int i = 0; while (i < 5) { s++; i++; if (s < 20.0) i = 0; }", 24),
+        ("int i = 0; while (i < 5) { int k = int(s) / 20; s++; i += k; }", 25),
+        ("int i = 0; while (i < 5) { float i = 0.0; s++; i++; if (s > 20.0) break; }", 21),
+    ],
+)
+def test_what_no_step_ends_is_open(statement: str, expected: int) -> None:
+    """A first trip that is not tested, a step that trips leave out, and one that is not the counter's alone."""
+    shader = parse(f"void main() {{ float s = 0.0; {statement} gl_FragColor = vec4(s); }}")
+    assert any("the end of this loop is not known here" in note.text for note in shader.notes)
+    assert run(shader, (1, 1), {}, backend="numpy")[0, 0, 0] == expected
+
+
+def test_nested_loops_with_steps_in_their_blocks_are_read_as_for_is() -> None:
+    """Open ones would have too few trips for each other."""
+    text = "s++;"
+    for name in "abcd":
+        text = f"int {name} = 0; do {{ {text} {name}++; }} while ({name} < 7);"
+    assert trips(text) == [7, 7, 7, 7]
+    shader = parse(f"void main() {{ float s = 0.0; {text} gl_FragColor = vec4(s); }}")
+    assert run(shader, (1, 1), {}, backend="numpy")[0, 0, 0] == 7**4
+
+
+def test_blocks_of_many_steps_are_read_in_time_that_grows_with_them() -> None:
+    """Only the first few steps may be a counter's."""
+    looked = 0
+
+    def counting(*given: object) -> None:
+        nonlocal looked
+        looked += 1
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(loops, "counted", counting)
+        parse(f"void main() {{ int i = 0; while (i < 5) {{ {'i++; ' * 400} }} gl_FragColor = vec4(float(i)); }}")
+    assert looked == MOST_STEPS

@@ -147,13 +147,19 @@ def function_code(parts: tuple[str, ...], emit: Callable[[str], str], *, loops: 
     return code
 
 
-def place_among(family: tuple[str, ...], member: Hashable) -> int:
-    """How many others of a family this thread has named before, since :func:`side_by_side` began; 0 outside of it."""
+def place_among(family: tuple[str, ...], member: Hashable) -> tuple[int, int]:
+    """How many others this thread had named before, since :func:`side_by_side` began: of a family, and of all.
+
+    None outside of it.
+    """
     batch: _Batch | None = getattr(_local, "batch", None)
     if batch is None:
-        return 0
+        return 0, 0
     members = batch.families.setdefault(family, {})
-    return members.setdefault(member, len(members))
+    if member not in members:
+        members[member] = len(members), batch.members
+        batch.members += 1
+    return members[member]
 
 
 def _code(parts: tuple[str, ...], emit: Callable[[str], str], loops: int) -> Code:
@@ -193,7 +199,8 @@ class _Batch:
         self.codes: list[Code] = []
         self.queue: SimpleQueue[Code | None] = SimpleQueue()
         self.started = 0
-        self.families: dict[tuple[str, ...], dict[Hashable, int]] = {}
+        self.families: dict[tuple[str, ...], dict[Hashable, tuple[int, int]]] = {}
+        self.members = 0  # of all families
 
     def add(self, code: Code) -> None:
         self.codes.append(code)

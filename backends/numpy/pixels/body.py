@@ -12,13 +12,13 @@ from passgraph.backends.numpy.machine import ir
 from passgraph.backends.numpy.machine.builder import IRBuilder
 from passgraph.backends.numpy.pixels.frame import Frame
 from passgraph.backends.numpy.pixels.layout import StageLayout, View
-from passgraph.backends.numpy.pixels.literals import Apart
 from passgraph.backends.numpy.vector.lane_body import LaneBody
 from passgraph.backends.numpy.vector.lanes import Lanes
 from passgraph.backends.numpy.vector.operations import BOOL, F32, I32, I64
 from passgraph.backends.numpy.vector.stored import decoded, element, woven
 from passgraph.backends.numpy.vector.texels import neighbours
 from passgraph.language import scalar as s
+from passgraph.language.literals import place_of
 
 POINTER = ir.PointerType()
 #: A frame, the number of the (first) row, and from which number of it to which.
@@ -33,14 +33,17 @@ def times(b: Lanes, value: Any, count: int) -> Any:
     return value if count == 1 else b.mul(value, number(count))
 
 
-def body_text(stage: StageLayout, name: str, apart: Apart | None = None) -> str:
-    """A module with the function :data:`BODY` of a stage; ``apart``: one that finds its literals in memory."""
+def body_text(stage: StageLayout, name: str, program: s.ScalarProgram | None = None) -> str:
+    """A module with the function :data:`BODY` of a stage.
+
+    ``program`` is the stage's own, or that with its literals elsewhere: in code, or where it has places, in memory.
+    """
     module = ir.Module(name)
     function = ir.Function(module, BODY, name)
     # Nothing writes to the frame meanwhile.
     function.args[0].add_attribute("noalias")
     b = Lanes(IRBuilder(function), stage.lanes)
-    Stretch(b, stage, function.args[0], apart).emit(*function.args[1:])
+    Stretch(b, stage, function.args[0], program or stage.program).emit(*function.args[1:])
     b.ret_void()
     return str(module)
 
@@ -81,14 +84,18 @@ class Entries(dict[str, Any]):
 class Stretch:
     """Emits the loop along a row."""
 
-    def __init__(self, b: Lanes, stage: StageLayout, frame: Any, apart: Apart | None) -> None:
-        self.b, self.stage = b, stage
-        self.program = stage.program if apart is None else apart.program
+    def __init__(self, b: Lanes, stage: StageLayout, frame: Any, program: s.ScalarProgram) -> None:
+        self.b, self.stage, self.program = b, stage, program
         self.entries = Entries(b, stage.frame, frame)
-        #: By their values' numbers.
-        self.literals: dict[int, Any] = {}
-        for place in range(0 if apart is None else len(apart.literals)):
-            self.literals[-1 - place] = b.load_at(self.entries["literals"], number(place), F32, steady=True)
+        self._literals: dict[int, Any] = {}
+
+    def literal(self, place: int) -> Any:
+        """A literal that is in memory."""
+        if place not in self._literals:
+            row = self.entries["literals"]
+            with self.b.goto_entry_block():
+                self._literals[place] = self.b.load_at(row, number(place), F32, steady=True)
+        return self._literals[place]
 
     def emit(self, y: Any, begin: Any, last: Any) -> None:
         """From number ``begin`` of the row to ``last``: a turn's worth at least.
@@ -151,7 +158,6 @@ class PixelBody(LaneBody):
             given["pixel.0"] = b.add(b.trunc(at, I32), b.counting(I32))
             given["pixel.1"] = b.add(b.trunc(y, I32), ir.Constant(I32, row))
         super().__init__(place.program, b, given, entries, b.spread(ir.Constant(BOOL, 1)), stage.images)
-        self.values |= place.literals
         self.views = {(view.image, view.border): number for number, view in enumerate(stage.views)}
 
     def stored(self) -> list[Any]:
@@ -163,6 +169,10 @@ class PixelBody(LaneBody):
             numbers = self.rounded(output, meant)
             found += numbers if held is meant else [decoded(b, b.spread(number), meant) for number in numbers]
         return found
+
+    def operand(self, value: s.Operand) -> Any:
+        place = place_of(value)
+        return super().operand(value) if place is None else self.place.literal(place)
 
     def texel(self, i: s.LoadTexel) -> None:
         at = self.views.get((self.numbers[i.image], i.border)) if i.relative else None

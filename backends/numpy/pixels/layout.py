@@ -16,7 +16,9 @@ from passgraph.backends.numpy.storage import FLOAT
 from passgraph.formats import Format
 from passgraph.language import scalar as s
 from passgraph.language.borders import BORDERS
+from passgraph.language.literals import place_of
 from passgraph.language.nameless import nameless
+from passgraph.language.repeated import repeated
 from passgraph.plan.footprint import Halo
 
 #: Instructions that one turn of the loop may have where it makes several rows or vectors at once.
@@ -114,6 +116,18 @@ class StageLayout:
     @property
     def program(self) -> s.ScalarProgram:
         return self._selection or self._single or self._whole
+
+    @cached_property
+    def takes_literals(self) -> bool:
+        """Whether its body may find them in memory: it runs once, and is in one piece."""
+        return s.is_straight(self.program) and not repeated(self.program)
+
+    @cached_property
+    def places(self) -> int:
+        """Literals of its program that are known later."""
+        inside = (x for i in self.program.body for x in s.operands_of(i))
+        found = {place_of(x) for x in (*inside, *(x for output in self.program.outputs for x in output.values))}
+        return len(found - {None})
 
     @cached_property
     def reach(self) -> Halo:
@@ -253,7 +267,16 @@ class StageLayout:
         return (*self._turn, *self.reach, *around, tuple(views), tuple(held))
 
     def parts(self, program: s.ScalarProgram) -> tuple[str, ...]:
-        """What tells the body of this program, the stage's own or one of its numbers apart, from all other."""
+        """What tells the body of this program, the stage's own or that with other literals, from all other."""
+        if program is self.program:
+            return self._parts
+        return self._told(program)
+
+    @cached_property
+    def _parts(self) -> tuple[str, ...]:
+        return self._told(self.program)
+
+    def _told(self, program: s.ScalarProgram) -> tuple[str, ...]:
         program = nameless(program)
         held = [_held(format_) for format_ in (*self.images, *self.formats, *self.outputs)]
         views = [(v.image, v.border, v.rows, v.decodes) for v in self.views]
@@ -279,7 +302,7 @@ class Layout:
 
     @classmethod
     def of(cls, chain: Sequence[Stage], lanes: int) -> Layout:
-        """``lanes`` are those of float32.  Chains that are alike share one layout: long graphs repeat a few."""
+        """``lanes`` are those of float32.  Chains that differ in their numbers only share one layout."""
         return _layout(tuple(replace(stage, step=_Step.of(stage.step)) for stage in chain), lanes)
 
     @property
@@ -339,12 +362,17 @@ class _Step:
 
     @classmethod
     def of(cls, step: Work) -> _Step:
-        program = step.program
+        program = step.program if step.program.apart is None else step.program.apart.program
         told = program.key, program.builtins, step.size, step.image_formats, step.output_formats
         return cls(*told, program)
 
 
-@lru_cache(maxsize=64)
+def literals_of(step: Work) -> tuple[float, ...]:
+    """The numbers that a step has in the places of its layout's program."""
+    return () if step.program.apart is None else step.program.apart.literals
+
+
+@lru_cache(maxsize=512)
 def _layout(chain: tuple[Stage, ...], lanes: int) -> Layout:
     wide = tuple(StageLayout(chain, number, lanes) for number in range(len(chain)))
     # A turn that is wider than a row computes what nobody wants, and what is wanted of it is copied number by number.

@@ -43,7 +43,7 @@ class Count:
 
 def counted(body: Body, node: g.Loop) -> Count | None:
     """How many trips a loop makes; None where neither constants nor the counters around tell."""
-    if node.condition is None or node.update is None or node.late:
+    if node.condition is None or node.update is None:
         return None
     functions = partial(overloads, body.unit)
     changed = assigned_parts(node.update, functions)
@@ -58,6 +58,11 @@ def counted(body: Body, node: g.Loop) -> Count | None:
     updates, _ = body.unit.captured(partial(body.expressions.effect, node.update), node.span)
     exact = None if tests else _exactly(before, condition, updates)
     bounded = _bounded(body.unit.counters, before, (*tests, ir.Assign("", condition)), updates, _fixed(body, node))
+    if node.late:
+        # The first trip is not tested; if it were made all the same, the others are those of a tested loop.
+        if exact is not None:
+            return Count(exact, True, {}) if exact > 0 else None
+        return None if bounded is None else Count(bounded.trips + 1, False, {})
     if exact is not None:
         return Count(exact, True, bounded.within if bounded else {})
     return bounded

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from passgraph.language import ir
@@ -13,7 +14,8 @@ from passgraph.language.operations import OPERATIONS
 from passgraph.language.source import fail
 from passgraph.language.types import component_count
 from passgraph.shaders.glsl import syntax as g
-from passgraph.shaders.glsl.counting import counted
+from passgraph.shaders.glsl.counting import Count, counted
+from passgraph.shaders.glsl.stepping import with_step
 
 if TYPE_CHECKING:
     from passgraph.shaders.glsl.body import Body
@@ -37,7 +39,7 @@ def emit_loop(body: Body, node: g.Loop) -> None:
     body.scopes.append({})
     if node.start is not None:
         body.statements.start(node.start)
-    count, around, outer = counted(body, node), unit.trips, unit.counters
+    count, around, outer = _counted(body, node), unit.trips, unit.counters
     if count is not None and not count.exact and count.trips > min(MAX_OPEN, _MAX_TOGETHER // around):
         count = None
     # How many trips an open loop makes is decided behind its body; loops within may need as many as itself.
@@ -64,7 +66,7 @@ def emit_loop(body: Body, node: g.Loop) -> None:
         unit.note(span, f"the end of this loop is not known here: it makes {most} trips at most")
     else:
         # To the end, where the counter is read by what follows.
-        most = count.trips + (not isinstance(node.start, g.Declaration))
+        most = count.trips + (node.update is not None and not isinstance(node.start, g.Declaration))
     tested = node.condition is not None and (count is None or not count.exact or most > count.trips)
     bounded_loop(
         builder,
@@ -76,6 +78,16 @@ def emit_loop(body: Body, node: g.Loop) -> None:
         after=test if tested and node.late else None,
     )
     body.scopes.pop()
+
+
+def _counted(body: Body, node: g.Loop) -> Count | None:
+    """How many trips a loop makes by the step in its head, or else by one in its block."""
+    if node.update is not None:
+        return counted(body, node)
+    counts = (counted(body, stepped) for stepped in with_step(node))
+    count = next((count for count in counts if count is not None), None)
+    # Behind the step the counter is elsewhere.
+    return None if count is None else replace(count, within={})
 
 
 def _open_trips(unit: Unit, block: tuple[ir.Stmt, ...]) -> int:

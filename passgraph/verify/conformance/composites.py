@@ -95,6 +95,21 @@ def run(color: Image, n: int, words: Array[uint, 1500], lamps: Array[Lamp, 1030]
     return total + lamps[1028].place.x
 """
 
+TABLES = """
+GRID = ((1, 2, 3, 4, 5), (6, 7, 8, 9, 10), (11, 12, 13, 14, 15))
+PAIRS = (((1.0, 2.0), (3.0, 4.0), (5.0, 6.0)), ((7.0, 8.0), (9.0, 10.0), (11.0, 12.0)))
+DEEP = ((((1.0,), (2.0,)), ((3.0,), (4.0,))), (((5.0,), (6.0,)), ((7.0,), (8.0,))))
+
+def row(numbers: Array[int, 5], k: int) -> int:
+    return numbers[k] * 100 + len(numbers)
+
+def run(color: Image, grid: Array[Array[int, 5], 3] = GRID) -> vec4:
+    p = pixel() - 2
+    pair = PAIRS[p.y][p.x]
+    return color[0, 0] + vec4(float(GRID[p.y][p.x]), pair.x + pair[p.x] * 16.0, DEEP[p.x][p.y][p.x - p.y][0],
+        float(row(GRID[p.x], p.y) + grid[p.y - 1][p.x + 1]))
+"""
+
 BROUGHT = """
 def run(color: Image, table: Array[float, 1500]) -> vec4:
     return color[0, 0] + table[pixel().x * 70]
@@ -105,6 +120,7 @@ def cases() -> Iterator[Case]:
     """Each kernel with what it must give."""
     yield _oblong()
     yield _arrays()
+    yield _tables()
     yield _images()
     yield _long()
     yield _brought()
@@ -179,6 +195,23 @@ def _arrays() -> Case:
         return [total, row[_end(x, 3)] * 10 + row[2], third, last]
 
     return _case("arrays of structs and of arrays", ARRAYS, one, lamps=lamps, grid=grid.tolist(), n=n)
+
+
+def _tables() -> Case:
+    """Constants in rows, whose indices run out of every range; one beyond a row reads the end of that row."""
+    grid, pairs = np.arange(1, 16).reshape(3, 5), np.arange(1.0, 13.0).reshape(2, 3, 2)
+    deep = np.arange(1.0, 9.0).reshape(2, 2, 2)
+
+    def one(c: NDArray[Any], x: int, y: int) -> NDArray[Any]:
+        x, y = x - 2, y - 2
+        pair = pairs[_end(y, 2), _end(x, 3)]
+        row = grid[_end(x, 3), _end(y, 5)] * 100 + 5
+        far = grid[_end(y - 1, 3), _end(x + 1, 5)]
+        third = deep[_end(x, 2), _end(y, 2), _end(x - y, 2)]
+        first, second = grid[_end(y, 3), _end(x, 5)], pair[0] + pair[_end(x, 2)] * 16.0
+        return np.asarray(c + np.array([first, second, third, row + far]))
+
+    return _case("tables in rows", TABLES, one)
 
 
 def _long() -> Case:

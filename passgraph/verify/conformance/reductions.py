@@ -6,6 +6,7 @@ Numbers are small whole ones, so that sums are exact in any order, and places ar
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,8 @@ EVEN = (64, 8)
 BINS = 48
 #: Of what is counted row by row: those pixels, and two rows that no row of the picture stands behind.
 ROWS = (3, SIZE[1] + 2)
+#: Of rows that are counted 64 together, the last ones fewer.
+HIGH = (7, 150)
 
 
 def cases() -> Iterator[Case]:
@@ -41,6 +44,13 @@ def cases() -> Iterator[Case]:
     numbers = wild_numbers()
     exact = {f"quarter {k}": quarter for k, quarter in enumerate(quarters_of(numbers))}
     yield Case(GROUP, "counts of wild numbers", counted_rows, ROWS, ({"numbers": numbers},), exact=exact, quick=False)
+    high = np.random.default_rng(12).integers(1, BINS + 1, (HIGH[1], HIGH[0], 1))
+    blocks = np.array([np.bincount(high[y : y + 64].ravel() - 1, minlength=BINS) for y in range(0, HIGH[1], 64)])
+    exact = {f"quarter {k}": quarter for k, quarter in enumerate(_in_quarters(blocks))}
+    together = ({"numbers": high.astype(np.float32)},)
+    yield Case(
+        GROUP, "counts of 64 rows each", counted_together, (ROWS[0], len(blocks)), together, exact=exact, quick=False
+    )
     last, now = whole(8, EVEN), whole(9, EVEN)
     above = now - last.mean((0, 1), np.float64)
     yield Case(GROUP, "less last frame's mean", levelled, EVEN, ({"frame": last}, {"frame": now}), exact={"out": above})
@@ -80,7 +90,12 @@ def quarters_of(numbers: NDArray[np.float32]) -> NDArray[np.float64]:
     """How often each bin's number stands in each row, as four pictures; rows below the picture count nothing."""
     counts = np.zeros((ROWS[1], BINS))
     counts[: SIZE[1]] = (numbers == np.arange(1, BINS + 1)).sum(1)
-    return counts.reshape(ROWS[1], 4, ROWS[0], 4).swapaxes(0, 1)
+    return _in_quarters(counts)
+
+
+def _in_quarters(counts: NDArray[Any]) -> NDArray[Any]:
+    """Rows of counts as four pictures."""
+    return counts.reshape(-1, 4, ROWS[0], 4).swapaxes(0, 1)
 
 
 def counted_rows() -> Mapping[str, pg.Target]:
@@ -89,6 +104,19 @@ def counted_rows() -> Mapping[str, pg.Target]:
 
     into = tuple(pg.target(f"quarter {k}", "rgba32f", ROWS) for k in range(4))
     made: tuple[pg.Target, ...] = count_bins(pg.Input("numbers", "r32f", SIZE).border("zero"), into=into)
+    return {target.name: target for target in made}
+
+
+def counted_together() -> Mapping[str, pg.Target]:
+    """Counts of rows added up once, which nobody else reads."""
+    from passgraph.graph.reduction_kernels import count_bins, sum_counts
+
+    same = pg.kernel(source="def same(a: Image) -> float: return a[0, 0].r")
+    numbered: pg.Target = same(pg.Input("numbers", "r32f", HIGH), into=pg.target("same", "r32f"))
+    rows = tuple(pg.target(f"rows {k}", "rgba32f", (ROWS[0], HIGH[1])) for k in range(4))
+    counts: tuple[pg.Target, ...] = count_bins(numbered.border("zero"), into=rows)
+    into = tuple(pg.target(f"quarter {k}", "rgba32f", (ROWS[0], -(-HIGH[1] // 64))) for k in range(4))
+    made: tuple[pg.Target, ...] = sum_counts(*(part.border("clamp") for part in counts), into=into)
     return {target.name: target for target in made}
 
 

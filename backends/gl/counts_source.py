@@ -1,0 +1,159 @@
+"""The shaders that count bins: a compute shader around a pixel program, and the pass that writes what it counted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from passgraph.backends.gl.dialect import Dialect
+from passgraph.backends.gl.glsl import GLSL, functions
+from passgraph.backends.gl.placement import Placement, Placements
+from passgraph.backends.printing import Listing
+from passgraph.language.scalar import ScalarProgram
+from passgraph.language.source import NOWHERE
+
+#: What has compute shaders and buffers that they write, where both are extensions.
+_EXTENSIONS = """#version 420 core
+#extension GL_ARB_compute_shader : require
+#extension GL_ARB_shader_storage_buffer_object : require"""
+
+#: ``pg_strips``: rows of a strip, rows counted together, strips of those, rows of the picture that are counted.
+_MAIN = """layout(local_size_x = GROUP) in;
+layout(std430) buffer Counts { uint pg_counts[]; };
+uniform ivec4 pg_strips;
+const int bins = BINS;
+SHARED
+// The entry of a number's bin; 0 for what is in none.
+int pg_bin(float number)
+{
+    bool inside = number >= 1.0 && number <= float(bins);
+    int entry = int(inside ? number : 0.0);
+    return float(entry) == number ? entry : 0;
+}
+int pg_entry(int x, int y) { return pg_bin(pg_number(vec2(x, y) + 0.5)); }
+void main()
+{
+    int me = int(gl_LocalInvocationID.x), group = int(gl_WorkGroupID.x);
+    int together = group / pg_strips.z, width = pg_output_size.x;
+    int y = together * pg_strips.y + (group - together * pg_strips.z) * pg_strips.x;
+    int end = min(min(y + pg_strips.x, (together + 1) * pg_strips.y), pg_strips.w);
+    int whole = width - width % (GROUP * TURNS);
+    OWN
+    for (int i = FIRST; i <= bins; i += STEP) { table[i] = 0u; }
+    MEET
+    for (; y < end; ++y) {
+        int x = me;
+        for (; x < whole; x += GROUP * TURNS) {
+            TOGETHER
+        }
+        for (; x < width; x += GROUP) {
+            int entry0 = pg_entry(x, y);
+            ADD0
+        }
+    }
+    MEET
+    for (int i = FIRST; i < bins; i += STEP) {
+        uint found = table[i + 1];
+        if (found > 0u) { atomicAdd(pg_counts[together * bins + i], found); }
+    }
+}
+"""
+
+_SUMS = """layout(std430) readonly buffer Counts { uint pg_counts[]; };
+layout(location = 0) out vec4 pg_out0;
+layout(location = 1) out vec4 pg_out1;
+layout(location = 2) out vec4 pg_out2;
+layout(location = 3) out vec4 pg_out3;
+UNIFORMS
+vec4 four(int i) { return vec4(pg_counts[i], pg_counts[i + 1], pg_counts[i + 2], pg_counts[i + 3]); }
+void main()
+{
+    ivec2 at = PLACE;
+    int first = at.y * 4 * QUARTER + 4 * at.x;
+    pg_out0 = four(first);
+    pg_out1 = four(first + QUARTER);
+    pg_out2 = four(first + 2 * QUARTER);
+    pg_out3 = four(first + 3 * QUARTER);
+}
+"""
+
+
+@dataclass(frozen=True)
+class Ways:
+    """How invocations count.
+
+    Attributes
+    ----------
+    group : invocations that go through a strip together
+    turns : texels of one in a trip
+    own : whether each has a table of its own, else the group has one
+    """
+
+    group: int
+    turns: int
+    own: bool
+
+
+class Numbers(GLSL):
+    """A pixel program as ``pg_number``, of the centre of a pixel."""
+
+    place = "pg_place"
+
+    def function(self) -> Listing:
+        """With what stands before it."""
+        self.depth = 1
+        self.variables()
+        self.block(self.program.body)
+        (output,) = self.program.outputs
+        self.line(f"return {self.operand(output.values[0])};")
+        self.depth = 0
+        self.line("}")
+        declared = "".join(f"\n    {text}" for text in self.declarations.values())
+        interface = [line for line in self.interface() if " out " not in line]
+        size = "uniform ivec2 pg_output_size;"
+        parts = [
+            self.dialect.header, *interface, *([] if size in interface else [size]), self.called(functions()),
+            f"float pg_number(vec2 pg_place)\n{{{declared}",
+        ]  # fmt: skip
+        self.front("\n".join(part for part in parts if part))
+        return self.listing()
+
+
+def counts_listing(program: ScalarProgram, placements: Placements, dialect: Dialect, bins: int, ways: Ways) -> Listing:
+    """The compute shader."""
+    numbers = Numbers(program, (), replace(placements, output=Placement()), dialect).function()
+    add = "table[entry{0}] += 1u;" if ways.own else "if (entry{0} > 0) {{ atomicAdd(table[entry{0}], 1u); }}"
+    turns = range(ways.turns)
+    found = [f"int entry{k} = pg_entry(x + {k * ways.group}, y);" for k in turns]
+    text = _MAIN
+    for word, by in {
+        "SHARED": "" if ways.own else "shared uint table[bins + 1];",
+        "OWN": "uint table[bins + 1];" if ways.own else "",
+        "FIRST": "0" if ways.own else "me",
+        "STEP": "1" if ways.own else "GROUP",
+        "MEET": "" if ways.own else "barrier();",
+        "TOGETHER": " ".join([*found, *(add.format(k) for k in turns)]),
+        "ADD0": add.format(0),
+        "GROUP": str(ways.group),
+        "TURNS": str(ways.turns),
+        "BINS": str(bins),
+    }.items():
+        text = text.replace(word, by)
+    return Listing(numbers.text + text, (*numbers.spans, *(NOWHERE,) * text.count("\n")))
+
+
+def sums_text(quarter: int, output: Placement, dialect: Dialect) -> str:
+    """The fragment shader that writes the four outputs."""
+    uniforms, place = [], "ivec2(gl_FragCoord.xy)"
+    if output.is_part:
+        uniforms.append("uniform ivec2 pg_output_origin;")
+        place = f"({place} - pg_output_origin)"
+    if output.bottom_up:
+        uniforms.append("uniform ivec2 pg_output_size;")
+        place = f"ivec2({place}.x, pg_output_size.y - 1 - {place}.y)"
+    text = _SUMS.replace("QUARTER", str(quarter)).replace("PLACE", place).replace("UNIFORMS", "\n".join(uniforms))
+    return f"{dialect.header}\n{text}"
+
+
+def counting_dialect(dialect: Dialect, is_core: bool) -> Dialect:
+    """The same GLSL with compute shaders: of OpenGL 4.3, or of 4.2 with extensions."""
+    return replace(dialect, version="#version 430 core" if is_core else _EXTENSIONS)
