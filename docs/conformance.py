@@ -30,14 +30,19 @@ INTEL = "libintelocl.so"
 ROWS = {"numpy": "numpy", "gl": "gl", "opencl (PoCL)": "opencl", "opencl (Intel)": "opencl"}
 #: Part of the sources → beginnings of the paths that belong to it; the first that fits.
 PARTS = {
-    "functions written in the kernel language": ("passgraph/language/prelude.py",),
+    "functions written in the kernel language": (
+        "passgraph/language/prelude",
+        "passgraph/graph/reduction_kernels.py",
+        "effects/",
+    ),
     "spelling of operations, lowering, printing": (
         "passgraph/language/",
         "backends/printing.py",
         "backends/c_like.py",
         "backends/steps.py",
     ),
-    "schedule and execution": ("passgraph/plan/", "passgraph/run/execution.py"),
+    "schedule and execution": ("passgraph/plan/", "passgraph/run/"),
+    "reference": ("backends/reference/",),
     "gl": ("backends/gl/",),
     "opencl": ("backends/opencl/",),
     "numpy": ("backends/numpy/",),

@@ -17,6 +17,8 @@ R = TypeVar("R")
 SUFFIXES = ("_passes", "_targets")
 #: What an effect is applied to: one picture; a picture and a linear depth picture; a scene; a flat world and a size.
 Takes = Literal["picture", "picture+depth", "scene", "world2d"]
+#: How many arguments that is; those behind it are parameters.
+POSITIONAL: dict[Takes, int] = {"picture": 1, "picture+depth": 2, "scene": 1, "world2d": 2}
 
 
 def checked(function: Callable[P, R]) -> Callable[P, R]:

@@ -12,10 +12,12 @@ from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_typ
 
 import passgraph as pg
 from passgraph.effects.annotations import words_of
-from passgraph.effects.checked import Choice
+from passgraph.effects.checked import POSITIONAL, Choice
 from passgraph.language.types import Type
 
 ParameterType = Literal["float", "int", "bool", "choice", "rgb", "picture", "value"]
+#: ``*these`` and ``**these``.
+_ANY_NUMBER = (inspect.Parameter.VAR_POSITIONAL, inspect.Parameter.VAR_KEYWORD)
 #: One entry of a docstring's list of parameters: names, a colon, and what they are.
 ENTRY = re.compile(r"^(\w+(?:, \w+)*) : (.*)$")
 
@@ -55,7 +57,8 @@ class Parameter:
 
 
 def parameters_of(function: Callable[..., Any]) -> tuple[Parameter, ...]:
-    """Every argument that has a default and that text can say; names, targets to write into and scenes it cannot.
+    """Every argument that text can say, beside what an effect takes by position; names, targets to write into and
+    scenes it cannot.  Of a function that is no effect those with a default.
 
     >>> from passgraph.effects.checked import checked
     >>> @checked
@@ -78,8 +81,10 @@ def parameters_of(function: Callable[..., Any]) -> tuple[Parameter, ...]:
             made.append(Parameter(kind.called or name, "choice", words[0], pg.Range(), text, words))
             made += _settings(kind.alternatives)
         elif kind.said is not None:
-            words = tuple(words_of(kind.hint))
-            made.append(Parameter(kind.called or name, kind.said, default, kind.range, text, words))
+            words, is_required = tuple(words_of(kind.hint)), default is inspect.Parameter.empty
+            default = None if is_required else default
+            said = kind.called or name
+            made.append(Parameter(said, kind.said, default, kind.range, text, words, required=is_required))
     return tuple(made)
 
 
@@ -144,11 +149,13 @@ def _fields(of: type[Choice]) -> Iterator[tuple[Any, _Kind]]:
 
 
 def _arguments(function: Callable[..., Any]) -> Iterator[tuple[str, Any, Any, str]]:
-    """Name, annotation, default and help of what may be left out."""
+    """Name, annotation, default (none: `inspect.Parameter.empty`) and help of what is given by name."""
     hints, texts = get_type_hints(function, include_extras=True), help_of(function)
-    for name, parameter in inspect.signature(function).parameters.items():
-        if parameter.default is not inspect.Parameter.empty:
-            yield name, hints[name], parameter.default, texts.get(name, "")
+    mark = getattr(function, "effect", None)
+    for place, (name, parameter) in enumerate(inspect.signature(function).parameters.items()):
+        by_position = mark is None or place < POSITIONAL[mark.takes] or parameter.kind in _ANY_NUMBER
+        if parameter.default is not inspect.Parameter.empty or not by_position:
+            yield name, hints.get(name, Any), parameter.default, texts.get(name, "")
 
 
 @dataclass(frozen=True, slots=True)

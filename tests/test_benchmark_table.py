@@ -37,5 +37,13 @@ def test_an_absent_peer_is_named_with_what_to_install() -> None:
     assert table.splitlines()[-1] == "| bloom: needs arcade: pip install arcade | | | | | skipped |"
 
 
+@pytest.mark.slow
+@pytest.mark.opencl
+@pytest.mark.parametrize("name", ["compile", "opencl", "opencl host", "overhead", "memory"])
+def test_benchmarks_that_look_into_programs_run(name: str) -> None:
+    found = run.measured(name, True, sys.executable)
+    assert found.ratios, found.skipped
+
+
 def test_a_row_says_what_was_wanted() -> None:
     assert run.cells(Ratio("a / b", 1.314, 1.3, 2.0, 1.522)) == ("a / b", "1.31 ×", "≤ 1.3 ×", "2.00", "1.52", "missed")

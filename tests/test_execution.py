@@ -11,6 +11,7 @@ from passgraph.backends.base import Backend
 from passgraph.backends.null import NullBackend
 from passgraph.backends.registry import open_backend
 from passgraph.errors import BackendError
+from passgraph.formats import Format
 from tests.corners import placed
 
 copy = pg.kernel(source="def copy(color: Image) -> vec4: return color[0, 0]")
@@ -302,3 +303,32 @@ def paint(corner: Corner) -> vec4:
     before = alive()
     draw()
     assert alive() == before
+
+
+class Narrow(NullBackend):
+    """A device with memory for one picture."""
+
+    name = "narrow"
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.held: list[object] = []
+
+    def make(self, format: Format, size: tuple[int, int]) -> object:
+        if self.held:
+            raise MemoryError("no more")
+        self.held.append(super().make(format, size))
+        return self.held[-1]
+
+    def release(self, storage: object) -> None:
+        self.held.remove(storage)
+
+
+def test_memory_that_is_not_there_is_told_with_what_it_is_for_and_nothing_is_kept() -> None:
+    backend = Narrow()
+    made = copy(pg.Input("frame", "rgba32f", (512, 256)))
+    says = r"'copy' is 512x256 rgba32f \(2 MiB\), for which narrow finds no memory; use a smaller size or format"
+    for _ in range(2):
+        with pytest.raises(BackendError, match=says):
+            pg.compile(made, backend=backend)
+        assert not backend.held

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shlex
 from collections.abc import Iterator
@@ -12,6 +13,7 @@ from pathlib import Path
 import pytest
 
 import passgraph as pg
+from docs.conformance import MUTANTS, PARTS, mutant_text
 from passgraph.effects.registry import EFFECTS
 from tests.commands.told import Outcome
 
@@ -112,3 +114,11 @@ def options(command: list[str], capsys: pytest.CaptureFixture[str]) -> set[str]:
     told = Outcome(capsys, name, *about, "--help")
     assert told.status == 0, told.err
     return set(re.findall(r"(?<![\w-])--?[A-Za-z][\w-]*", told.out))
+
+
+def test_every_mistake_has_a_row_on_the_page_of_conformance() -> None:
+    rows = json.loads(MUTANTS.read_text(encoding="utf-8"))
+    counts = re.findall(r"^\| (.+) \| (\d+) \| \d+(?: \(.*\))? \| (\d+) \|$", mutant_text(rows), re.MULTILINE)
+    assert [part for part, *_ in counts] == [*PARTS, "all"]
+    planted = [int(mistakes) + int(harmless) for _, mistakes, harmless in counts]
+    assert planted[-1] == sum(planted[:-1]) > 0

@@ -57,13 +57,7 @@ class NumpyBackend(Backend):
             raise BackendError(
                 f"a {size[0]}x{size[1]} target has more pixels than backend numpy counts, {MAX_PIXELS - 1}"
             )
-        try:
-            return made(format, size)
-        except MemoryError:
-            needed = size[0] * size[1] * format.bytes_per_pixel / 2**30
-            raise BackendError(
-                f"a {size[0]}x{size[1]} {format.name} target needs {needed:.1f} GiB, which is not there"
-            ) from None
+        return made(format, size)
 
     def adopt(self, external: NDArray[Any], format: Format, use: Use = READ) -> Storage | None:
         return adopted(external, format)

@@ -30,8 +30,11 @@ from passgraph.plan.data import PixelStep
 if TYPE_CHECKING:
     from passgraph.backends.opencl.backend import OpenCLBackend
 
-#: Pixels of a run, or of a group along x, on CPUs: from 64 on, a pass that only copies runs at the speed of memory.
+#: Pixels of a run at most, or of a group along x, on CPUs: from 64 on, a pass that only copies runs at the speed of
+#: memory.
 GROUP = 128
+#: Floats of the longest vectors that CPUs have.
+VECTOR = 16
 #: Rows of a group on CPUs, the first that divides the height: a group writes whole rows, one behind the other in
 #: memory, and there are few groups to hand out.  A pass that only copies takes 5 % less than with a group for each run.
 ROWS = (4, 3, 2, 1)
@@ -168,6 +171,18 @@ def inner_block(program: ScalarProgram, size: tuple[int, int], group: int) -> In
     return block if fits else (0, 0, 0, 0)
 
 
+def run_of(width: int) -> int:
+    """Pixels of a run on CPUs, in a row of so many: whole vectors, and so few as divide the row evenly, since the last
+    run overlaps the one before.
+
+    >>> run_of(1280), run_of(160), run_of(0)
+    (128, 80, 128)
+    """
+    runs = max(1, -(-width // GROUP))
+    vectors = -(-width // (runs * VECTOR))
+    return vectors * VECTOR or GROUP
+
+
 @dataclass(eq=False)
 class Launch:
     """One kernel with its arguments, over a range of pixels."""
@@ -229,13 +244,13 @@ class PixelPassRunner:
         images = list(zip(names, layouts[:image_count], strict=True))
         constant = self.uniforms.fits_constant()
         group = GROUP if self.backend.is_cpu else GROUP_GPU
-        run = GROUP if self.backend.is_cpu else 1
         size = layouts[-1].size
         block = inner_block(self.step.program, size, group)
+        run = run_of(block[2]) if self.backend.is_cpu else 1
         source = pixel_source(self.step.program, images, layouts[image_count:], constant, run, block)
         built = self.backend.programs.build(source, self.what)
         cut = cut_of(block, run)
-        return [self.launch(built, name, *self._items(name, size, block), cut) for name in kernels_of(size, block)]
+        return [self.launch(built, name, *self._items(name, size, block, run), cut) for name in kernels_of(size, block)]
 
     def launch(
         self, program: Any, name: str, items: tuple[int, int], group: tuple[int, int] | None,
@@ -246,17 +261,20 @@ class PixelPassRunner:
         with self.backend.reported(f"making the kernels of {self.what}"):
             return Launch(cl.Kernel(program, name), items, group, cl.cltypes.make_int4(*cut), own)
 
-    def _items(self, name: str, size: tuple[int, int], block: Inner) -> tuple[tuple[int, int], tuple[int, int] | None]:
+    def _items(
+        self, name: str, size: tuple[int, int], block: Inner, run: int
+    ) -> tuple[tuple[int, int], tuple[int, int] | None]:
         """Work-items of a kernel, and of its groups."""
         _, _, width, height = block
         if name == "pg_inner" and self.backend.is_cpu:
-            items = (-(-width // GROUP), height)
+            items = (-(-width // run), height)
             return items, self._group(items)
         if name == "pg_inner":
             return (-(-width // GROUP_GPU) * GROUP_GPU, height), (GROUP_GPU, 1)
         if not width:
             return size, (1, 1) if self._alone() else None
-        across = 1 if self._alone() else GROUP_AROUND
+        device = self.backend.device
+        across = 1 if self._alone() else min(GROUP_AROUND, device.max_work_group_size, device.max_work_item_sizes[0])
         return (-(-pixels_around(block, size) // across) * across, 1), (across, 1)
 
     def _alone(self) -> bool:

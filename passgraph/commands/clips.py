@@ -19,6 +19,7 @@ from passgraph.commands.files import (
     check_path,
     check_picture_path,
     is_folder,
+    tell_of_unread,
 )
 from passgraph.errors import InputError
 from passgraph.frames.animation import Animation
@@ -91,6 +92,7 @@ def sources_of(inputs: Iterable[str], raw: Raw | None, broken: list[str]) -> Ite
         if text == STREAM:
             yield Pipe(sys.stdin.buffer, raw)
         elif path.is_dir():
+            tell_of_unread(path)
             yield from _mixed(folder_files(path), text, broken)
         elif not os.path.lexists(path) and Pattern.is_in(text):
             files = _numbered(text)

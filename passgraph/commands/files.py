@@ -14,7 +14,7 @@ import click
 from passgraph.arguments import shown
 from passgraph.errors import InputError
 from passgraph.frames.animation_times import is_animated
-from passgraph.frames.names import Pattern, has_wildcard, is_film, is_video
+from passgraph.frames.names import Pattern, has_wildcard, is_film, is_video, unread_files
 from passgraph.picture_decoders import holds_several
 from passgraph.pictures import place_of, type_of_suffix
 
@@ -52,6 +52,18 @@ def tell_of_several(paths: Iterable[Path]) -> None:
         others = f", and so {'does 1 other' if more == 1 else f'do {more} others'}" if more else ""
         mend = "; for all of them: -o out.gif, out.mp4 or out/" if is_animated(found[0]) else ""
         click.echo(f"passgraph: warning: {found[0]}: holds several pictures{others}; the first is read{mend}", err=True)
+
+
+def tell_of_unread(folder: Path) -> None:
+    """Warn where a folder has pictures in formats that are not read: whoever counts on all of them would miss some."""
+    if found := unread_files(folder):
+        more = len(found) - 1
+        others = f" and {more} other{'s' if more > 1 else ''} in that folder" if more else ""
+        click.echo(
+            f"passgraph: warning: {found[0]}{others}: left out, pictures of such a format are not read; convert them "
+            "to PNG or OpenEXR",
+            err=True,
+        )
 
 
 def check_picture_path(path: Path) -> None:

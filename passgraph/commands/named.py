@@ -167,8 +167,22 @@ class KernelEffect(Effect):
         from passgraph.effects.parameters import help_of
 
         picture, texts = self.kernel.program.images[0], help_of(self.kernel)
+        self._check_flat()
         others = (parameter for parameter in self.kernel.parameters if parameter.name != picture)
         return tuple(_said(parameter, texts.get(parameter.name, ""), self) for parameter in others)
+
+    def _check_flat(self) -> None:
+        """Pictures of files have no slices; taken for volumes of one slice they would be read as something else."""
+        from passgraph.language import ir
+
+        read = ir.expressions(*self.kernel.program.body)
+        volume = next((one.image for one in read if isinstance(one, ir.Property) and one.name == "slices"), None)
+        if volume is not None:
+            raise InputError(
+                f"{self.path}: {volume!r} is read as a volume, and the command line has pictures only; write a "
+                f"function from a target to a target that says how many slices it has, {volume}.slices(33), and mark "
+                "it with @effect (docs/effects.md)"
+            )
 
     @property
     def linear(self) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from importlib.machinery import SourceFileLoader
 from importlib.util import module_from_spec, spec_from_file_location
 from math import isfinite
@@ -18,6 +18,8 @@ import passgraph as pg
 from passgraph.arguments import near, shown
 from passgraph.commands.shader_files import ShaderFileEffect
 from passgraph.effects.checked import Mark
+from passgraph.effects.parameters import Parameter as EffectParameter
+from passgraph.effects.parameters import parameters_of
 from passgraph.effects.registry import Effect
 from passgraph.errors import InputError
 from passgraph.graph.calls import PixelKernel
@@ -109,8 +111,18 @@ def _effects(names: Mapping[str, Any], module: str) -> dict[str, Graph]:
     for function in names.values():
         mark = getattr(function, "effect", None)
         if isinstance(mark, Mark) and function.__module__ == module and mark.takes in TAKEN:
-            made[mark.name] = named_outputs(function(*map(pg.Input, TAKEN[mark.takes])))
+            taken = map(pg.Input, TAKEN[mark.takes])
+            made[mark.name] = named_outputs(function(*taken, **_needed(parameters_of(function), mark.name)))
     return made
+
+
+def _needed(parameters: Iterable[EffectParameter], name: str) -> dict[str, pg.Target]:
+    """Inputs for pictures without which an effect is none; other parameters need a default to be checked."""
+    needed = [parameter for parameter in parameters if parameter.required]
+    number = next((parameter for parameter in needed if parameter.type != "picture"), None)
+    if number is not None:
+        raise InputError(f"effect {name}: nothing is made up for its parameter {number.name!r}; give it a default")
+    return {parameter.name: pg.Input(parameter.name) for parameter in needed}
 
 
 def on_inputs(effect: Effect) -> Graph:
@@ -122,7 +134,7 @@ def on_inputs(effect: Effect) -> Graph:
             f"effect {effect.name} takes a {effect.takes}, which nothing is made up for; use: passgraph compare "
             f"{effect.name}"
         )
-    return named_outputs(effect.made(*map(pg.Input, TAKEN[effect.takes])))
+    return named_outputs(effect.made(*map(pg.Input, TAKEN[effect.takes]), **_needed(effect.parameters, effect.name)))
 
 
 class _AsWritten(SourceFileLoader):

@@ -16,6 +16,11 @@ from passgraph.errors import InputError
 PICTURE_SUFFIXES = (
     ".png", ".apng", ".jpg", ".jpeg", ".tif", ".tiff", ".webp", ".bmp", ".gif", ".tga", ".exr", ".npy",
 )  # fmt: skip
+#: Pictures as well, which are not read.
+UNREAD_SUFFIXES = (
+    ".avif", ".heic", ".heif", ".jxl", ".jp2", ".j2k", ".hdr", ".pfm", ".ppm", ".pgm", ".pbm", ".pnm", ".psd", ".dng",
+    ".cr2", ".cr3", ".nef", ".arw",
+)  # fmt: skip
 #: Files that are read and written as videos.
 VIDEO_SUFFIXES = (".mp4", ".m4v", ".mov", ".mkv", ".webm", ".avi", ".ts", ".mpg", ".mpeg", ".ogv", ".wmv", ".flv")
 #: Files that are written as animated pictures, and what Pillow calls their formats.
@@ -132,6 +137,15 @@ def folder_files(folder: Path) -> list[Path]:
     ]  # a link to nothing is named when it is read
     if not found:
         raise InputError(f"{folder}: has no pictures and no videos; expected files such as .png, .exr, .mp4")
+    return in_order(found)
+
+
+def unread_files(folder: Path) -> list[Path]:
+    """Pictures of a folder in formats that are not read; none where it cannot be listed, see `folder_files`."""
+    try:
+        found = [path for path in folder.iterdir() if path.suffix.lower() in UNREAD_SUFFIXES and path.is_file()]
+    except OSError:
+        return []
     return in_order(found)
 
 

@@ -46,7 +46,7 @@ def neutral(how: int) -> vec4:
 def leaf(color: vec4, at: ivec2, how: int, channel: int) -> vec4:
     """A texel as the tree takes it.  NaN is no candidate for the least nor the largest.
 
-    A candidate's place: how large, where, and 1; 0 in the last component means none.
+    A candidate's place: how large, where, and 1; 0 in the last component means none, whatever the others are.
     """
     if how == MIN:
         return min(neutral(how), color)
@@ -55,13 +55,11 @@ def leaf(color: vec4, at: ivec2, how: int, channel: int) -> vec4:
     if how == SUM:
         return color
     number = of_channel(color, channel)
-    if isnan(number):
-        return neutral(how)
-    return vec4(-number if how == ARG_MIN else number, at.x, at.y, 1.0)
+    return vec4(-number if how == ARG_MIN else number, at.x, at.y, 0.0 if isnan(number) else 1.0)
 
 
 @function
-def joined(a: vec4, b: vec4, how: int) -> vec4:
+def joined(a: vec4, b: vec4, how: int, first: bool) -> vec4:
     """One of two, ``a`` before ``b`` in the picture: left of it, or above."""
     if how == SUM:
         return a + b
@@ -69,8 +67,8 @@ def joined(a: vec4, b: vec4, how: int) -> vec4:
         return min(a, b)
     if how == MAX:
         return max(a, b)
-    # Of one row, what is in ``a`` is left of what is in ``b``.
-    larger = b.x > a.x or (b.x == a.x and b.z < a.z)
+    # Of one row, what is in ``a`` is left of what is in ``b``; blocks have several rows.
+    larger = b.x > a.x or (not first and b.x == a.x and b.z < a.z)
     return b if b.w > a.w or (b.w == a.w and larger) else a
 
 
@@ -80,7 +78,10 @@ def at_place(image: Image, at: ivec2, how: int, channel: int, first: bool) -> ve
     color = image.texel(at)
     if first:
         color = leaf(color, at, how, channel)
-    return color if at.x < image.size.x and at.y < image.size.y else neutral(how)
+    inside = at.x < image.size.x and at.y < image.size.y
+    if how >= ARG_MIN:
+        return vec4(color.rgb, color.a if inside else 0.0)
+    return color if inside else neutral(how)
 
 
 @function
@@ -89,9 +90,10 @@ def eight(image: Image, at: ivec2, step: ivec2, how: int, channel: int, first: b
     line = [vec4(0.0)] * SIDE
     for i in range(SIDE):
         line[i] = at_place(image, at + i * step, how, channel, first)
-    left = joined(joined(line[0], line[1], how), joined(line[2], line[3], how), how)
-    right = joined(joined(line[4], line[5], how), joined(line[6], line[7], how), how)
-    return joined(left, right, how)
+    for i in range(0, SIDE, 2):
+        line[i] = joined(line[i], line[i + 1], how, first)
+    left, right = joined(line[0], line[2], how, first), joined(line[4], line[6], how, first)
+    return joined(left, right, how, first)
 
 
 @function
@@ -108,8 +110,8 @@ def level(image: Image, how: int, over: int, channel: int, first: bool) -> vec4:
         # Nothing lies beyond; and a loop with a break stays one, which compiles in a third of the time.
         if at.x >= image.size.x or at.y >= image.size.y:
             break
-        total = joined(total, eight(image, at, step, how, channel, first), how)
-    return total
+        total = joined(total, eight(image, at, step, how, channel, first), how, first)
+    return neutral(how) if how >= ARG_MIN and total.w == 0.0 else total
 
 
 @kernel

@@ -254,7 +254,9 @@ class Builder:
 
     def scope(self, function: FunctionSource) -> Scope:
         if function not in self.scopes:
-            self.scopes[function] = Scope(function.scope.names, tables={}, listed=function.nearby)
+            self.scopes[function] = Scope(
+                function.scope.names, tables={}, listed=function.nearby, lacking=function.scope.lacking
+            )
         return self.scopes[function]
 
 

@@ -119,7 +119,7 @@ def described(type_: Type) -> str:
     count, matrix = component_count(type_), innermost(type_)
     if isinstance(matrix, Matrix) and matrix.rows != matrix.columns:
         return f"{count} numbers; {matrix.rows} rows of {matrix.columns} each"
-    return f"{count} numbers"
+    return "a number" if count == 1 else f"{count} numbers"
 
 
 def _wide(array: NDArray[Any], type_: Type) -> NDArray[np.float64] | None:

@@ -60,7 +60,7 @@ def filling(literals: Sequence[float]) -> Of:
     numbers = [s.Lit("float", value) for value in literals]
 
     def of(x: s.Operand) -> s.Operand:
-        number = place_of(x)
+        number = place_of(x) if isinstance(x, s.Lit) else None
         return x if number is None else numbers[number]
 
     return of

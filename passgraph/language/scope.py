@@ -116,6 +116,8 @@ class Scope:
     tables: dict[str, tuple[object, ir.Table]] | None = None
     #: Names that errors may take one with a mistake for.
     listed: Callable[[], Iterable[str]] = tuple
+    #: Every name of the language that the text uses and does not have, where that is known.
+    lacking: Callable[[], Iterable[str]] = tuple
 
     def lookup(self, name: str, span: Span) -> object:
         try:
@@ -123,14 +125,19 @@ class Scope:
         except KeyError:
             from passgraph.language.foreign import mending  # what errors say is loaded with the first
 
-            ours = name in TEXT_NAMES and name != "pi"
-            home = "typing" if name == "Annotated" else "passgraph"
-            mend = f"; import it: from {home} import {name}" if ours else mending(name, self.listed())
+            mend = self._importing(name) if name in TEXT_NAMES and name != "pi" else mending(name, self.listed())
             sees = (
                 "; a kernel sees its parameters, its own variables, functions marked @pg.function, and numbers of the "
                 "module"
             )
             fail(span, f"name {name!r} is not defined here{mend or sees}")
+
+    def _importing(self, name: str) -> str:
+        """Where a name of the language comes from, and the others that the text lacks: they are mended at once."""
+        if name == "Annotated":
+            return "; import it: from typing import Annotated"
+        every = sorted({name, *self.lacking()} - {"pi", "Annotated"})
+        return f"; import {'it' if len(every) == 1 else 'them'}: from passgraph import {', '.join(every)}"
 
     def changed_constants(self) -> list[str]:
         """Captured names whose value is not what the kernel was built with."""
@@ -163,7 +170,17 @@ def python_scope(function: Callable[..., Any]) -> Scope:
             return getattr(builtins, name)
         raise KeyError(name)
 
-    return Scope(names, listed=lambda: (*cells, *function.__globals__))
+    def lacking() -> list[str]:
+        import dis  # for an error alone
+
+        read = {one.argval for one in dis.get_instructions(function) if one.opname == "LOAD_GLOBAL"}
+        return [
+            name
+            for name in TEXT_NAMES.keys() & read
+            if name not in function.__globals__ and not hasattr(builtins, name)
+        ]
+
+    return Scope(names, listed=lambda: (*cells, *function.__globals__), lacking=lacking)
 
 
 def text_scope(own: Mapping[str, object]) -> Scope:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from passgraph.arguments import text
 from passgraph.backends.base import DevicePicture
-from passgraph.errors import GraphError, InputError
+from passgraph.errors import BackendError, GraphError, InputError
 from passgraph.graph.values import FRAME_INDEX, OUTPUT_SIZE, Derived, Value
 from passgraph.language.layout import in_range
 from passgraph.language.scalar import ScalarProgram
@@ -71,8 +71,8 @@ class Execution:
         #: Resource id and that of its content one run before, the earliest first.
         self._histories = _earliest_first(plan)
         try:
-            for memory in plan.memories:
-                self.memories.append(backend.make(memory.format, memory.size))
+            for number in range(len(plan.memories)):
+                self.memories.append(self._made(number))
             self._begin_history(started=True)
             # Nothing moves them, and they know nothing of this: a program that nobody has is gone at once.
             self._buffers = Buffers(plan, backend, {resource: self._storage(resource) for resource in plan.buffers})
@@ -129,9 +129,9 @@ class Execution:
         taken = {self._apart.get(r, self.places[r]) for ids in image_ids for r in ids if r not in inner}
         for resource in outputs:
             if self.places[resource] in taken:
-                memory = self.plan.memories[self.places[resource]]
+                apart = self._made(self.places[resource])
                 self._apart[resource] = len(self.memories)
-                self.memories.append(self.backend.make(memory.format, memory.size))
+                self.memories.append(apart)
         return lambda values: run(
             [self._storage(r) for r in outputs],
             [[self._storage(r) for r in ids] for ids in image_ids],
@@ -151,6 +151,18 @@ class Execution:
                 block.pack(values),
             )
         return self._compile_draw(step)
+
+    def _made(self, number: int) -> Any:
+        """A storage for one of the plan's memories."""
+        memory = self.plan.memories[number]
+        try:
+            return self.backend.make(memory.format, memory.size)
+        except MemoryError as error:
+            name = next(resource.name for resource in self.plan.resources if resource.memory == number)
+            raise BackendError(
+                f"{name!r} is {memory.size[0]}x{memory.size[1]} {memory.format.name} ({memory.bytes / 2**20:.0f} MiB), "
+                f"for which {self.backend.name} finds no memory; use a smaller size or format, or work tile by tile"
+            ) from error
 
     def _compile_draw(self, step: DrawStep) -> Execute:
         run = self.backend.draw_pass(step)

@@ -68,8 +68,8 @@ class OtherKind:
 
     @property
     def given(self) -> str:
-        """What the pass reads there, in words; empty where it reads nothing."""
-        return "".join(f", given {name} = {numbers(values)}" for name, values in self.reads)
+        """What the pass reads there, in words."""
+        return given(self.reads)
 
     @property
     def why(self) -> str:
@@ -88,6 +88,15 @@ class OtherKind:
         mends = dict.fromkeys(MENDS.get(cause.operation, SMALLER) for cause in causes)
         reasons = " and ".join(f"{cause} {_reason(cause.operation)}" for cause in causes)
         return f"{reasons}; mend the kernel there, such as: {', or '.join(mends)}"
+
+
+def given(reads: tuple[tuple[str, tuple[float, ...]], ...]) -> str:
+    """What a pass reads at a pixel, in words; empty where it reads nothing.
+
+    >>> given((("a", (0.5,)),))
+    ', given a = (0.5)'
+    """
+    return "".join(f", given {name} = {numbers(values)}" for name, values in reads)
 
 
 def numbers(values: tuple[float, ...]) -> str:
@@ -139,7 +148,7 @@ def told(
         (column, row),
         _values(got[row, column]),
         _values(expected[key][row, column]),
-        _reads(passes, key, expected, row, column),
+        reads_at(passes, key, expected, row, column),
         causes,
     )
 
@@ -148,7 +157,7 @@ def _values(pixel: NDArray[np.floating]) -> tuple[float, ...]:
     return tuple(float(value) for value in pixel)
 
 
-def _reads(
+def reads_at(
     passes: Passes, key: Key, expected: dict[Key, Picture], row: int, column: int
 ) -> tuple[tuple[str, tuple[float, ...]], ...]:
     """Images of the same size at the same pixel: mostly what the values come from."""

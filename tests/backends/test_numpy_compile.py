@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph.backends.numpy.machine import compiler, native
+from passgraph.backends.numpy.machine import compiler, ir, native
 from passgraph.backends.numpy.pixels import runner
 from passgraph.backends.numpy.pixels.body import body_text
 from passgraph.backends.numpy.pixels.chains import alone
-from passgraph.backends.numpy.pixels.layout import Layout
+from passgraph.backends.numpy.pixels.layout import Layout, literals_of
 from passgraph.backends.numpy.vector import lane_body
 from passgraph.backends.numpy.vector.texels import MAX_INLINED
 from passgraph.language import scalar as s
@@ -45,6 +45,31 @@ def taps(count: int) -> pg.Program:
 
 def text_of(program: pg.Program) -> str:
     return body_text(Layout.of(alone(step_of(program)), 16).stages[0], "body")
+
+
+BRANCHED = "for i in range(40):\n        if t > c[0, 0].x:\n            break\n        t *= 2.0\n   "
+LONG = " ".join(f"t = abs(t * 1.{k}1 - 0.{k}3) + sqrt(t + 0.{k}7) * c[0, 0].x\n   " for k in range(1, 9))
+
+
+@pytest.mark.parametrize(
+    ("body", "points"),
+    [
+        (f"t = c[0, 0]\n    {LONG} return t", True),
+        ("return vec4(0.3)", True),
+        ("return c[0, 0] + c[1, 0]", False),
+        ("return c.texel(ivec2(c[0, 0].xy))", False),
+        (f"t = 0.5\n    {BRANCHED} return vec4(t)", False),
+    ],
+    ids=["long", "no picture", "window", "anywhere", "branches"],
+)
+def test_what_computes_points_alone_is_simplified_once_over(body: str, points: bool) -> None:
+    """LLVM finds little more in it at its own level: what becomes of it is as long."""
+    kernel = pg.kernel(source=f"def k(c: Image) -> vec4:\n    {body}")
+    with pg.compile(kernel(pg.Input("c", "rgba16f", SIZE), into=pg.target("o", "rgba16f"))) as program:
+        text = text_of(program)
+    assert (ir.POINTS in text) == points
+    lengths = [len(compiler.compiled(each, 0)) for each in (text, text.replace(ir.POINTS, ""))]
+    assert lengths[0] <= 1.02 * lengths[1]
 
 
 def test_reads_beyond_so_many_are_calls() -> None:
@@ -206,6 +231,34 @@ def test_numbers_that_llvm_has_rules_for_stay_in_code() -> None:
     assert numbers == pytest.approx((0.1, 1e30))
     left = {x.value for i in program.body for x in s.operands_of(i) if isinstance(x, s.Lit) and x.type == "float"}
     assert left == {0.5, 8.0, 3.0, s.Place(0), s.Place(1)}
+
+
+def other_kinds(number: int) -> str:
+    """Passes of three kinds, with other numbers in each."""
+    operation = ("+", "-", "*")[number % 3]
+    return f"def k(c: Image) -> vec4: return c[-1, 0] * {0.3 + 0.0137 * number} {operation} c[1, 0].yxwz"
+
+
+def test_in_a_long_plan_passes_of_many_kinds_share_their_code(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    """What comes behind the first few has its numbers in memory, though there are few of its kind."""
+    found = {}
+    for most in (4, 99):
+        monkeypatch.setattr(runner, "MAX_IN_CODE_OF_ALL", most)
+        found[most] = [compiled_row(count, False, other_kinds, tmp_path / f"{most} {count}") for count in (12, 18)]
+    (few, made), (more, _) = found[4]
+    assert more == few < found[99][0][0]
+    np.testing.assert_array_equal(made, found[99][0][1])
+
+
+def test_passes_that_differ_in_numbers_share_their_layout() -> None:
+    last = pg.Input("frame", "rgba16f", SIZE)
+    for number in range(6):
+        last = pg.kernel(source=other_kinds(number))(last, into=pg.target(f"t{number}", "rgba16f"))
+    with pg.compile({"last": last}, "null", options=pg.Options(fuse=False)) as program:
+        steps = [step for step in program.plan.steps if isinstance(step, PixelStep)]
+    layouts = [Layout.of(alone(step), 16) for step in steps]
+    assert len({id(layout) for layout in layouts[1:]}) == 3  # the first reads the input, which others hold else
+    assert [literals_of(step) for step in steps] == [pytest.approx((0.3 + 0.0137 * number,)) for number in range(6)]
 
 
 def many_numbers(number: int) -> str:

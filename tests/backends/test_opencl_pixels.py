@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph import vec3
 from passgraph.backends.opencl import OpenCLBackend
-from passgraph.backends.opencl.pixel import inner_block
+from passgraph.backends.opencl.pixel import GROUP, inner_block, run_of
 from passgraph.language.lower import Facts, ImageFacts, lower
 from tests.conftest import require
 
@@ -354,7 +354,16 @@ def test_groups_stay_within_what_the_device_takes(
     picture = noise(300, height)
     got = run(device, "def shifted(c: Image) -> vec4: return c[1, 0]", picture)
     np.testing.assert_array_equal(got, picture[:, np.minimum(np.arange(300) + 1, 299)])
-    (items, group), *_ = launched
-    assert items == (3, height) and group is not None
-    assert group[0] <= sizes[0] and group[1] <= sizes[1] and group[0] * group[1] <= most
-    assert items[0] % group[0] == items[1] % group[1] == 0
+    assert launched[0][0] == (3, height) and len(launched) == 2
+    for items, group in launched:
+        assert group is not None
+        assert group[0] <= sizes[0] and group[1] <= sizes[1] and group[0] * group[1] <= most
+        assert items[0] % group[0] == items[1] % group[1] == 0
+
+
+def test_runs_cover_rows_of_any_width_and_little_twice() -> None:
+    for width in range(GROUP, 4 * GROUP + 1):
+        run = run_of(width)
+        items = -(-width // run)
+        assert run % 16 == 0 and GROUP // 2 <= run <= GROUP
+        assert (items - 1) * run < width and items * run - width < 16 * items

@@ -113,9 +113,10 @@ def pixel_ratios(device: OpenCLBackend, rounds: int = ROUNDS) -> list[Ratio]:
         target = kernel(frame, into=pg.target(name, "rgba32f"), **values)
         options = pg.Options(static=False)
         with pg.compile(target, backend=device, options=options) as program:
-            program(frame=picture)
+            program.run(frame=picture)  # which lends no array for the result
             execution = program._execution
             assert execution is not None
+            device.upload(execution.memories[0], picture)  # the run read it where it lay
             buffers = [storage.buffer for storage in execution.memories]
             flags = cl.mem_flags.READ_ONLY | cl.mem_flags.COPY_HOST_PTR
             weights = (

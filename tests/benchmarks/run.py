@@ -81,7 +81,7 @@ def compiling(quick: bool, _: str) -> list[Ratio]:
     found = []
     for backend in ("numpy",) if quick else ("numpy", "gl", "opencl"):
         with tempfile.TemporaryDirectory() as cache:
-            bench.run(bench.PRIME, [], cache)
+            bench.run(bench.PRIME, [bench.KERNELS], cache)
             cold, *warm = (float(bench.run(bench.SCRIPT, [backend], cache)) for _ in range(3))
         wanted = (2.0, 0.1) if backend == "numpy" else (None, None)
         found += [

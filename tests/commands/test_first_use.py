@@ -71,13 +71,35 @@ MIXED = """
 def mixed(color: Image, other: Image, share: float) -> vec4:
     return mix(color[0, 0], other[0, 0], share)
 """
+GRADED = '''
+import passgraph as pg
+from passgraph import Image, mix, vec4
+from passgraph.effects import effect
+
+@pg.kernel
+def through(color: Image, table: Image, share: float) -> vec4:
+    c = color[0, 0]
+    return mix(c, vec4(table.sample3(c.rgb * 0.5 + 0.25).rgb, c.a), share)
+
+@effect("graded")
+def graded(frame: pg.Target, table: pg.Target, share: float) -> pg.Target:
+    """Colours through a table of 2 slices.
+
+    Parameters
+    ----------
+    frame : any picture
+    table : its slices below one another
+    share : of the table in the result
+    """
+    return through(frame, table.slices(2), share)
+'''
 
 
 @pytest.fixture(autouse=True)
 def in_a_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("PASSGRAPH_TRACEBACK", raising=False)
-    for name, text in {"mine.py": MINE, "dimmed.py": DIMMED, "mixed.txt": MIXED}.items():
+    for name, text in {"mine.py": MINE, "dimmed.py": DIMMED, "mixed.txt": MIXED, "graded.py": GRADED}.items():
         Path(name).write_text(text)
     colours = np.arange(7 * 5 * 3, dtype=np.uint8).reshape(5, 7, 3) * 2
     Image.fromarray(colours).save("photo.png")
@@ -140,6 +162,27 @@ def test_a_text_of_kernels_takes_pictures_by_name(capsys: pytest.CaptureFixture[
     pg.save("white.png", np.ones((5, 7, 4), np.float32))
     well(capsys, "apply mixed.txt photo.png -o out.png --share 1 --other white.png")
     assert (colours("out.png") == 255).all()
+
+
+def test_what_an_effect_needs_is_an_option_that_must_be_given(capsys: pytest.CaptureFixture[str]) -> None:
+    """A picture and a number without a default; the table turns red into blue, by its corners."""
+    assert "Missing option '--table'" in refused(capsys, "apply graded.py photo.png -o out.png --share 1")
+    corners = np.stack([np.stack(np.meshgrid([0.0, 1.0], [0.0, 1.0], indexing="ij"), -1)] * 2)
+    table = np.concatenate([np.array([0.0, 1.0])[:, None, None, None] * np.ones((2, 2, 2, 1)), corners], -1)
+    np.save("table.npy", pg.stacked(table.astype(np.float32)))
+    assert "Missing option '--share'" in refused(capsys, "apply graded.py photo.png -o out.png --table table.npy")
+    well(capsys, "apply graded.py photo.png -o out.png --table table.npy --share 1")
+    assert np.abs(colours("out.png") - colours("photo.png")[..., [2, 1, 0]]).max() <= 1
+    assert "nothing is made up for its parameter 'share'; give it a default" in refused(capsys, "check graded.py")
+    Path("given.py").write_text(GRADED.replace("share: float) -> pg", "share: float = 1.0) -> pg"))
+    assert "graded" in well(capsys, "check given.py -b numpy --size 8x6 --most-ambiguous 1")
+
+
+def test_a_kernel_that_reads_a_volume_needs_somebody_who_says_its_slices(capsys: pytest.CaptureFixture[str]) -> None:
+    """Taken for a volume of one slice, a table is read as something else without a word."""
+    said_so = refused(capsys, "apply graded.py:through photo.png --table photo.png -o out.png")
+    assert "'table' is read as a volume, and the command line has pictures only" in said_so
+    assert "table.slices(33)" in said_so
 
 
 @pytest.mark.parametrize("named", ["mine.py", "mine.py:black_and_white", "dimmed.py:dimmed", "black-and-white"])

@@ -228,7 +228,7 @@ def looping(a: Image, b: Image) -> float:
 def test_what_is_fused_into_a_histogram_is_computed_where_it_counts(device: Backend) -> None:
     """Of two pictures, one with a border and read by place, in a loop that uses up a device's trips."""
     random = np.random.default_rng(8)
-    frame, reach = random.random((9, 700, 1)).astype(np.float32), random.random((9, 700, 1)).astype(np.float32)
+    frame, reach = (random.random((40, 700, 1)).astype(np.float32) for _ in range(2))
     looping = pg.kernel(source=LOOPING)
     most = looping(pg.Input("a", "r32f").border("mirror"), pg.Input("b", "r32f"), into=pg.target("most", "r32f"))
     outputs = {"counts": pg.histogram(most, 37, channel=0)}
@@ -287,3 +287,16 @@ def test_luma_is_weighted() -> None:
     with pg.compile(pg.histogram(pg.Input("frame", "rgb32f"), 100)) as program:
         counts = program(frame=picture)["frame.histogram"][0, :, 0]
     assert np.flatnonzero(counts).tolist() == [0, 7, 21, 71]
+
+
+def test_an_opengl_that_has_compute_shaders_by_extensions_counts_in_them() -> None:
+    """As of 4.2, whose shaders say which extensions they are of."""
+    require("gl")
+    picture = np.random.default_rng(10).integers(0, 9, (20, 30)).astype(np.uint8)
+    with open_backend("gl") as opened:
+        assert isinstance(opened, GLBackend)
+        opened.context.gl.has = replace(opened.context.gl.has, version=(4, 2))
+        with pg.compile(pg.histogram(pg.Input("frame", "r8"), channel=0), backend=opened) as program:
+            counts = program(frame=picture)["frame.histogram"][0, :, 0]
+        assert [key for key, *_ in opened.programs.made if key.startswith("256 ")]
+    assert np.array_equal(counts, np.bincount(picture.ravel(), minlength=256))

@@ -76,6 +76,27 @@ def test_pictures_behind_the_first_of_a_file_are_told(capsys: pytest.CaptureFixt
     assert well(capsys, *TINY, "in/d.tif", "-o", "two.png")
 
 
+@pytest.mark.parametrize(
+    ("names", "told"),
+    [
+        (["b.HEIC"], "in/b.HEIC: left out, pictures of such a format are not read"),
+        (["b.hdr", "c.avif"], "in/b.hdr and 1 other in that folder: left out"),
+        (["b10.ppm", "b9.ppm", "c.dng"], "in/b9.ppm and 2 others in that folder: left out"),
+        (["notes.txt", ".b.avif.txt"], ""),
+    ],
+)
+def test_pictures_of_a_folder_that_are_not_read_are_told(
+    capsys: pytest.CaptureFixture[str], names: list[str], told: str
+) -> None:
+    Path("in").mkdir()
+    Image.fromarray(np.zeros((2, 3, 3), np.uint8)).save("in/a.png")
+    for name in names:
+        Path("in", name).touch()
+    outcome = Outcome(capsys, *TINY, "in", "-o", "out/")
+    assert (outcome.status, outcome.err.startswith(f"passgraph: warning: {told}")) == (0, bool(told)), outcome.err
+    assert sorted(path.name for path in Path("out").iterdir()) == ["a.png"]
+
+
 def test_a_link_of_a_folder_that_leads_nowhere_is_named(capsys: pytest.CaptureFixture[str]) -> None:
     Path("in").mkdir()
     Image.fromarray(np.zeros((2, 3, 3), np.uint8)).save("in/a.png")

@@ -68,7 +68,8 @@ def test_kernels_use_the_whole_language_and_are_taken() -> None:
             found.update(word for word in WORDS if word in text)
 
     wanted = {*OPERATIONS, *WORDS}
-    for round_ in range(24):
+    # First those that drew rare ones; all others, where the generator draws otherwise now.
+    for round_ in (6, 11, *range(24)):
         if wanted - set(found):
             seed(round_)(collect)()
     assert wanted - set(found) == set()

@@ -12,6 +12,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
+from runpy import run_path
 from typing import Any
 
 import pytest
@@ -248,6 +249,25 @@ def test_what_cannot_be_captured_is_named(tmp_path: Path) -> None:
         with pytest.raises(KernelError) as caught:
             module_from(tmp_path, f"X = {value}\n@kernel\ndef k(c: Image) -> float: return X\n")
         assert words in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("body", "told"),
+    [
+        ("return c.sample(uv())", "it: from passgraph import uv"),
+        (
+            "return mix(c[0, 0], vec4(uv().x + max(1.0, pi)), 0.5) + length(nonsense)",
+            "them: from passgraph import length, mix, uv",
+        ),
+    ],
+)
+def test_names_to_import_are_told_at_once(tmp_path: Path, body: str, told: str) -> None:
+    """Not what Python has itself, what is there, attributes, or names that are not the language's."""
+    text = f"from passgraph import Image, kernel, vec4\n@kernel\ndef k(c: Image) -> vec4:\n    x = uv()\n    {body}\n"
+    (tmp_path / "lean.py").write_text(text)
+    with pytest.raises(KernelError) as caught:
+        run_path(str(tmp_path / "lean.py"))
+    assert f"'uv' is not defined here; import {told}\n" in str(caught.value)
 
 
 @pytest.mark.parametrize("value", ["float('nan')", "-0.0", "True", "[1.0, float('nan')]"])

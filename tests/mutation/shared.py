@@ -25,6 +25,10 @@ def _long(function: str, old: str, new: str, backend: str = "numpy", where: str 
     return Mutant(function, old, new, backend, (where,))
 
 
+def _row(function: str, old: str, new: str) -> Mutant:
+    return Mutant(function, old, new, "numpy", ("plans/passes that differ in numbers",))
+
+
 def _reduce(function: str, old: str, new: str, *catchers: str) -> Mutant:
     return Mutant(function, old, new, "gl", catchers or ("plans/sums", "plans/a histogram", "plans/less last"))
 
@@ -45,6 +49,12 @@ MUTANTS = (
     _long("Buffers.bring", "self.written[resource] is not value or ", "", where="composites/long arrays that"),
     _long("Shared.finish", "(n, t) for n, t in self.buffers.items() if n in read", "(n, t) for n, t in ()"),
     _long("picked", 'not hasattr(value, "_fields")', "not hasattr(value, field)"),
+    # Kernels that differ in their numbers
+    _row("_Walk.node", "self.literals.setdefault(float(node.value), len(self.literals))", "0"),
+    _row("filling", "numbers[number]", "numbers[0]"),
+    _row("_Common.numbers", "found.append(made)", "found.append(0.0)"),
+    _row("_Common.filled", "body[n] = instruction_of(body[n], numbers, at)", "pass"),
+    _row("Derived.of", "self.first + len(self.steps)", "self.first - 1"),
     # Ranges of parameters
     Mutant("ends", "max(first, least)", "max(first + 1, least)", "numpy", ("language/loops and offsets within a par",)),
     Mutant(
@@ -449,10 +459,24 @@ MUTANTS = (
     # Reductions, which the oracle computes as they are written: what they must give, cases say
     _reduce("joined", "return a + b", "return a - b"),
     _reduce("joined", "b.x == a.x and b.z < a.z", "b.x == a.x", "plans/the first place"),
-    _reduce("at_place", "at.x < image.size.x and at.y < image.size.y", "at.x < image.size.x"),
+    Mutant(  # gl and opencl count without adding rows up
+        "at_place",
+        "at.x < image.size.x and at.y < image.size.y",
+        "at.x < image.size.x",
+        "numpy",
+        ("plans/a histogram",),
+    ),
+    _reduce("joined", "not first and b.x == a.x", "first and b.x == a.x", "plans/the first place"),
     _reduce("level", "ivec2(SIDE, 0), ivec2(SIDE * SIDE, 1)", "ivec2(SIDE, 0), ivec2(SIDE, 1)"),
     _reduce("per_texel", "float(size.x // made.x) * float(size.y // made.y)", "float(size.x // made.x)"),
-    _reduce("bin_of", "number >= low and number <= high", "number <= high"),
+    Mutant(
+        "bin_of",
+        "number >= low and number <= high",
+        "number <= high",
+        "gl",
+        (),
+        harmless="what lies below has a number below 1, which is no bin's",
+    ),
     _reduce("bin_of", "min(place, float(bins - 1)) + 1.0", "place + 1.0"),
     _reduce("count_bins", "4 * pixel().x", "3 * pixel().x"),
     _reduce("count_bins", "2.0 * quarter", "quarter"),

@@ -29,7 +29,7 @@ BOUNDED = settings(
 )
 
 
-@settings(BOUNDED, max_examples=25)
+@settings(BOUNDED, max_examples=14)
 @given(graphs())
 def test_plans_never_let_pictures_overlap(case: dict[str, Any]) -> None:
     assert_no_pictures_overlap(case)
@@ -94,7 +94,7 @@ def test_every_order_of_passes_gives_the_same(backend_name: str, case: dict[str,
             assert different(outputs, backend, options, options, expected) == ""
 
 
-@settings(BOUNDED, max_examples=15)
+@settings(BOUNDED, max_examples=9)
 @given(case=graphs())
 def test_the_plan_means_what_was_written(case: dict[str, Any]) -> None:
     assert_means_what_was_written(case)

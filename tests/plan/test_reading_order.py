@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -61,6 +62,14 @@ def rich() -> dict[str, pg.Target]:
     return {"out": half(again, both, into=pg.target("out")), "kept": over}
 
 
+@cache
+def counted(file: str) -> str:
+    """A file by its place in the package; empty where it counts for nothing."""
+    path = Path(file)
+    name = path.relative_to(root).as_posix() if path.is_relative_to(root) else ""
+    return "" if name in NOUNS or name.startswith("language/") else name
+
+
 def left_and_entered_again(follow: Callable[[], object]) -> set[tuple[str, str]]:
     """From which file to which that had been left, each pair once."""
     inside: list[str] = []
@@ -68,14 +77,13 @@ def left_and_entered_again(follow: Callable[[], object]) -> set[tuple[str, str]]
     found: set[tuple[str, str]] = set()
 
     def note(frame: FrameType, event: str, _: object) -> None:
-        path = Path(frame.f_code.co_filename)
-        name = path.relative_to(root).as_posix() if path.is_relative_to(root) else ""
-        counts = bool(name) and name not in NOUNS and not name.startswith("language/")
         if event == "call":
-            if counts and name in met and name not in inside:
+            name = counted(frame.f_code.co_filename)
+            if name and name in met and name not in inside:
                 found.add((inside[-1] if inside else "", name))
-            met.update([name] if counts else [])
-            inside.append(name if counts else "")
+            if name:
+                met.add(name)
+            inside.append(name)
         elif event == "return" and inside:
             inside.pop()
 

@@ -187,3 +187,33 @@ def test_blocks_of_many_steps_are_read_in_time_that_grows_with_them() -> None:
         patch.setattr(loops, "counted", counting)
         parse(f"void main() {{ int i = 0; while (i < 5) {{ {'i++; ' * 400} }} gl_FragColor = vec4(float(i)); }}")
     assert looked == MOST_STEPS
+
+
+def test_what_variables_hold_is_known_behind_other_loops() -> None:
+    """Those that branches and loops leave alone."""
+    left = "int k = 2; for (int i = 0; i < 3; i++) s += 0.0; if (s > 5.0) s = 5.0; for (int j = -k; j <= k; j++) s++;"
+    assert trips(left) == [3, 5]
+    for changed in ("if (gl_FragCoord.x > 0.0) k = 4;", "for (int i = 0; i < 2; i++) k++;"):
+        shader = parse(
+            f"void main() {{ float s = 0.0; int k = 2; {changed} for (int j = -k; j <= k; j++) s++; "
+            "gl_FragColor = vec4(s); }"
+        )
+        assert any("the end of this loop" in note.text for note in shader.notes)
+        assert run(shader, (1, 1), {}, backend="numpy")[0, 0, 0] == 9
+
+
+def test_open_loops_within_each_other_have_as_many_trips_each() -> None:
+    """As in a mean over a picture, whose sides nobody knows: a dear read leaves both of them some tens."""
+    text = """uniform sampler2D t; void main() {
+        vec2 many = floor(vec2(textureSize(t, 0)) / 8.0); float s = 0.0;
+        for (float i = 0.0; i <= many.x; i++) {
+            for (float j = 0.0; j <= many.y; j++) { s += textureLod(t, vec2(i, j) / (many + 1.0), 1.5).r + 1.0; }
+        }
+        gl_FragColor = vec4(s);
+    }"""
+    told = [int(note.text.split()[-4]) for note in parse(text, levels=("t",)).notes if "end of this loop" in note.text]
+    assert len(told) == 2
+    assert min(told) >= 20
+    assert max(told) <= 1.2 * min(told)
+    frame = np.zeros((8 * 11, 8 * 17, 4), np.float32)
+    assert run(parse(text), (1, 1), {"t": frame}, backend="numpy")[0, 0, 0] == 12 * 18

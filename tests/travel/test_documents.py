@@ -67,7 +67,7 @@ def test_spoiled_documents_take_little_memory() -> None:
     ways = places(DATA)
     tracemalloc.start()
     try:
-        for seed in range(20):
+        for seed in range(10):
             document = spoiled(DATA, ways, random.Random(seed))
             tracemalloc.reset_peak()
             before = tracemalloc.get_traced_memory()[0]

@@ -11,6 +11,9 @@ from collections.abc import Sequence
 from itertools import count
 from typing import Any
 
+#: Attribute of a function that is one loop over points: nothing in it branches, or is found beside them.
+POINTS = '"points"'
+
 
 class _Once(type):
     """Types that are equal are one object."""

@@ -40,6 +40,8 @@ def body_text(stage: StageLayout, name: str, program: s.ScalarProgram | None = N
     """
     module = ir.Module(name)
     function = ir.Function(module, BODY, name)
+    if s.is_straight(stage.program) and all(use.pointwise for use in stage.program.images):
+        function.attributes.add(ir.POINTS)
     # Nothing writes to the frame meanwhile.
     function.args[0].add_attribute("noalias")
     b = Lanes(IRBuilder(function), stage.lanes)

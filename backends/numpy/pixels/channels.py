@@ -40,10 +40,11 @@ def single_channel(program: s.ScalarProgram, channels: tuple[int, ...]) -> s.Sca
     if not all(name.startswith(_SHARED_BUILTINS) for name in builtins):
         return None
     numbering: Numbering = {}
-    shapes = {_shape(program, channel, value, numbering) for channel, value in enumerate(program.outputs[0].values)}
-    if len(shapes) != 1 or None in shapes:
-        return None
     output = program.outputs[0]
+    shape = _shape(program, 0, output.values[0], numbering)
+    others = ((channel, value) for channel, value in enumerate(output.values) if channel)
+    if shape is None or any(_shape(program, channel, value, numbering) != shape for channel, value in others):
+        return None
     first = replace(output, values=output.values[:1], unrounded=output.unrounded[:1])
     return replace(program, body=eliminate_dead(program.body, first.values), outputs=(first,))
 

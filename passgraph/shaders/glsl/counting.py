@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 Component: TypeAlias = tuple[str, int]
 #: What a sum of float32 may lose, of its larger part: a step that is smaller than that may be no step.
 _LOST = 2.0**-23
+#: Statements before a loop that are looked at for what its variables hold.
+_LOOKED_BACK = 64
 
 
 @dataclass(frozen=True)
@@ -120,6 +122,14 @@ class _Amounts:
             self.held[statement.name] = self.of(statement.value)
         return True
 
+    def come_to(self, statements: Sequence[ir.Stmt]) -> None:
+        """Obey assignments; of what branches and loops assign nothing is known behind them."""
+        for statement in statements:
+            if isinstance(statement, ir.Assign):
+                self.held[statement.name] = self.of(statement.value)
+            else:
+                self.held |= {one.name: [] for one in ir.assignments((statement,))}
+
     def of(self, value: ir.Expr) -> list[_Amount]:
         if isinstance(value.type, (Array, Matrix)) or element_of(value.type) is UINT:
             return [_UNKNOWN]
@@ -183,8 +193,7 @@ def _bounded(
 ) -> Count | None:  # fmt: skip
     """The most trips by a counter that steps grow, or shrink, and that the condition holds below, or above, a bound."""
     start = _Amounts(known)
-    straight = next((i for i, one in enumerate(reversed(before)) if not isinstance(one, ir.Assign)), len(before))
-    start.run(before[len(before) - straight :])
+    start.come_to(before[-_LOOKED_BACK:])
     for update in updates:
         if not isinstance(update, ir.Assign) or update.name not in start.held:
             continue

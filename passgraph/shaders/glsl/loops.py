@@ -44,11 +44,13 @@ def emit_loop(body: Body, node: g.Loop) -> None:
         count = None
     # How many trips an open loop makes is decided behind its body; loops within may need as many as itself.
     unit.trips = around * max(1, math.isqrt(_MAX_TOGETHER // around) if count is None else count.trips)
+    told, undecided = unit.told, unit.undecided
+    unit.told, unit.undecided = (told, undecided + 1) if count is None else (told * max(1, count.trips), undecided)
     unit.counters = outer if count is None else {**outer, **count.within}
     body.heads.add(len(body.scopes))
     block = body.statements.inside(node, [node.body])
     body.heads.remove(len(body.scopes))
-    unit.trips, unit.counters = around, outer
+    unit.trips, unit.counters, unit.told, unit.undecided = around, outer, told, undecided
 
     def test() -> ir.Expr:
         assert node.condition is not None
@@ -91,11 +93,12 @@ def _counted(body: Body, node: g.Loop) -> Count | None:
 
 
 def _open_trips(unit: Unit, block: tuple[ir.Stmt, ...]) -> int:
-    """As many trips as the limits of a kernel leave."""
-    around, work = unit.trips, _work(block)
+    """As many trips as the limits of a kernel leave; open loops around have as many."""
+    work = _work(block)
     room = (_MAX_WORK - unit.work) // _SHARE
-    trips = max(1, min(MAX_OPEN, _MAX_TOGETHER // (around * _trips(block)), room // (around * work)))
-    if around == 1:  # loops within others are part of what these do
+    together = min(_MAX_TOGETHER // (unit.told * _trips(block)), room // (unit.told * work))
+    trips = max(1, min(MAX_OPEN, math.floor(math.pow(together, 1 / (1 + unit.undecided)))))
+    if unit.trips == 1:  # loops within others are part of what these do
         unit.work += trips * work
     return trips
 

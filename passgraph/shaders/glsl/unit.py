@@ -92,7 +92,9 @@ class Unit:
     notes: dict[tuple[str, int, str], Note] = field(default_factory=dict)
     leaving: dict[g.Statement, bool] = field(default_factory=dict)  # statements that may leave their function
     work: int = 0  # instructions that open loops may take
-    trips: int = 1  # of the loops around together
+    trips: int = 1  # of the loops around together, as many as open ones may make at most
+    told: int = 1  # of those around whose trips are told
+    undecided: int = 0  # how many around are open
     #: Between what the counters of the loops around lie, by their names in the representation and their components.
     counters: dict[tuple[str, int], Range] = field(default_factory=dict)
     #: The oldest variable written since the last look, by the count of names when it was made.

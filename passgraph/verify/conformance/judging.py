@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import traceback
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Literal
 
@@ -20,9 +20,11 @@ from passgraph.formats import Format
 from passgraph.run.compile import compile
 from passgraph.verify.compare import distance
 from passgraph.verify.conformance.case import Case, Picture
+from passgraph.verify.conformance.causes import Found, cause
+from passgraph.verify.kinds import given, reads_at
 from passgraph.verify.oracle.allowed import Allowed
 from passgraph.verify.oracle.kept import Kept
-from passgraph.verify.oracle.passes import Passes
+from passgraph.verify.oracle.passes import Key, Passes
 
 Outcome = Literal["passed", "diverged", "vacuous", "failed"]
 
@@ -55,7 +57,11 @@ class TargetVerdict:
 
 @dataclass(frozen=True, eq=False)
 class Divergence:
-    """The first target that is beyond its bounds, and the pixel that is farthest beyond."""
+    """The first target that is beyond its bounds, and the pixel that is farthest beyond.
+
+    ``reads``: what the pass reads at this very pixel, by the kernel's name of the image; ``cause``: what the picture
+    tells of what is wrong, empty where it tells nothing.
+    """
 
     where: str
     pixel: tuple[int, int]  # column, row
@@ -65,6 +71,8 @@ class Divergence:
     low: float
     high: float
     pictures: tuple[Picture, Picture, NDArray[np.bool_]]  # got, expected, pixels outside
+    reads: tuple[tuple[str, tuple[float, ...]], ...] = ()
+    cause: str = ""
 
     def __str__(self) -> str:
         column, row = self.pixel
@@ -72,7 +80,7 @@ class Divergence:
         return (
             f"{self.where}: outside its bounds at {share:.3%} of pixels; worst at column {column}, row {row}, "
             f"channel {self.channel}: {self.got:.9g} where {self.expected:.9g} is expected and {self.low:.9g} to "
-            f"{self.high:.9g} is allowed"
+            f"{self.high:.9g} is allowed{given(self.reads)}{'. ' if self.cause else ''}{self.cause}"
         )
 
 
@@ -153,11 +161,21 @@ class Judge:
                 share = float(beyond.any(axis=2).mean())
                 figures = share, float(bounds.ambiguous.mean()), float(told(bounds, target.format).mean())
                 known = target.name in self.case.exact
-                divergent = None
-                if share:
-                    where = f"frame {frame}, pass {step.name}, target {target.name}"
-                    divergent = divergence(where, got, expected[key], bounds.values.lo, bounds.values.hi, beyond)
+                divergent = self._divergent(key, got, expected, allowed, beyond) if share else None
                 yield TargetVerdict(frame, step.name, target.name, *figures, known), divergent
+
+    def _divergent(
+        self, key: Key, got: Picture, expected: dict[Key, Picture], allowed: dict[Key, Allowed],
+        beyond: NDArray[np.bool_],
+    ) -> Divergence:  # fmt: skip
+        """With what is known of its cause."""
+        plan, bounds, before = self.passes.plan, allowed[key].values, allowed.get((key[0] - 1, *key[1:]))
+        target = plan.resources[key[2]]
+        where = f"frame {key[0]}, pass {plan.steps[key[1]].name}, target {target.name}"
+        made = divergence(where, got, expected[key], bounds.lo, bounds.hi, beyond)
+        column, row = made.pixel
+        found = Found(got, expected[key], bounds, target.format, None if before is None else before.values)
+        return replace(made, reads=reads_at(self.passes, key, expected, row, column), cause=cause(found))
 
     def _vacuous(self, targets: Sequence[TargetVerdict]) -> tuple[Outcome, str]:
         for target in targets:

@@ -137,5 +137,6 @@ def _entry(verdict: Verdict) -> dict[str, Any]:
         entry["divergence"] = {
             "where": found.where, "column": found.pixel[0], "row": found.pixel[1], "channel": found.channel,
             **{name: value if np.isfinite(value) else str(value) for name, value in numbers.items()},
+            "cause": found.cause,
         }  # fmt: skip
     return entry

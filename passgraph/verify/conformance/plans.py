@@ -18,6 +18,8 @@ from passgraph.verify.conformance.meshes import quad
 from passgraph.verify.conformance.sequences import KERNELS, SIZE, shift, whole
 
 GROUP = "plans"
+#: Passes alike, more than backends make code of their own for.
+ROW = 12
 
 
 def _pass(name: str, *arguments: object, into: object, **values: object) -> pg.Target:
@@ -30,6 +32,16 @@ def _pass(name: str, *arguments: object, into: object, **values: object) -> pg.T
 def _beside(picture: Any, into: str) -> pg.Target:
     """A pass that reads beside its pixel, so that it is never fused with what it reads."""
     return _pass("shift", picture.border("zero"), into=into)
+
+
+def row() -> dict[str, pg.Target]:
+    """Passes of one kernel with other numbers in each, one of which is found by comparing two."""
+    frame = pg.Input("frame", "rgba32f", SIZE)
+    made = {}
+    for k in range(ROW):
+        text = f"def scaled(c: Image) -> vec4: return c[0, 0] * {67 + 2 * k}.0 + max({67 + 2 * k}.0, {301 + 2 * k}.0)"
+        made[f"row {k}"] = pg.kernel(source=text)(frame, into=pg.target(f"row {k}", "rgba32f"), name=f"row {k}")
+    return made
 
 
 def cases() -> Iterator[Case]:
@@ -59,6 +71,8 @@ def cases() -> Iterator[Case]:
     yield Case(GROUP, "only a static picture changes", baked, SIZE, new_picture, exact={"out": shift(two * 2.0)})
     new_value = ({"table": one, "factor": 2.0}, {"table": one, "factor": 3.0})
     yield Case(GROUP, "only a static value changes", baked, SIZE, new_value, exact={"out": shift(one * 3.0)})
+    wanted = {f"row {k}": lone * (67.0 + 2 * k) + (301.0 + 2 * k) for k in range(ROW)}
+    yield Case(GROUP, "passes that differ in numbers", row, SIZE, frames[:1], exact=wanted)
     yield Case(GROUP, "drawn over while still needed", needed_later, SIZE, exact={"sum": 3.0, "again": 2.0})
     yield Case(GROUP, "drawn over twice", branching, SIZE, exact={"first": 1.0, "left": 2.0, "right": 4.0})
     yield from reductions.cases()

@@ -24,6 +24,8 @@ FLOAT_MAX = float(np.finfo(np.float32).max)
 SMALLEST_NORMAL = 2.0**-126
 #: How many numbers of one sign are too small to be normal.
 DENORMALS = np.uint32((1 << 23) - 1)
+#: The bits of the negative number next to 0.
+FIRST_BELOW_ZERO = np.uint32(0x80000001)
 #: Beyond this divisor OpenGL promises nothing of a quotient: its reciprocal may be flushed.
 LARGEST_DIVISOR = 2.0**126
 
@@ -62,14 +64,15 @@ class Interval:
         return np.asarray(np.where(np.isnan(exact), ~self.nan, ~inside))
 
     def map(self, function: Callable[[NDArray[Any]], NDArray[Any]]) -> Interval:
-        """The same rearrangement of all three arrays."""
-        return Interval(function(self.lo), function(self.hi), function(self.nan))
+        """The same rearrangement of all three arrays; of numbers that are known, one array stays both bounds."""
+        lo = function(self.lo)
+        return Interval(lo, lo if self.hi is self.lo else function(self.hi), function(self.nan))
 
     def both(self, function: Callable[[Float64], Float64]) -> Interval:
         """Both bounds through a function that does not fall."""
         return Interval(function(self.lo), function(self.hi), self.nan)
 
-    def take(self, chosen: NDArray[Any] | slice) -> Interval:
+    def take(self, chosen: NDArray[Any] | slice | tuple[slice, ...]) -> Interval:
         """Some of the lanes."""
         return Interval(self.lo[chosen], self.hi[chosen], self.nan[chosen])
 
@@ -119,7 +122,9 @@ def mapped(value: Bounded, function: Callable[[NDArray[Any]], NDArray[Any]]) -> 
 
 
 def flushed(a: Interval) -> Interval:
-    """With 0 where a number too small to be normal may be in it."""
+    """With 0 where a number too small to be normal may be in it; numbers that are known stay one array."""
+    if a.lo is a.hi and not ((np.abs(a.lo) < SMALLEST_NORMAL) & (a.lo != 0)).any():
+        return a
     lo = np.where((a.lo > 0) & (a.lo < SMALLEST_NORMAL), 0.0, a.lo)
     hi = np.where((a.hi < 0) & (a.hi > -SMALLEST_NORMAL), 0.0, a.hi)
     return Interval(lo, hi, a.nan)
@@ -148,7 +153,7 @@ def rounded(lo: Float64, hi: Float64, nan: Lanes, ulp: float, absolute: float = 
     if ulp > 1.0 or absolute > 0.0:
         lo = lo - np.nan_to_num(ulp * spacing(lo) + absolute, nan=0.0)
         hi = hi + np.nan_to_num(ulp * spacing(hi) + absolute, nan=0.0)
-    return Interval(_outward(lo, -1), _outward(hi, 1), nan)
+    return Interval(*_outward(lo, hi), nan)
 
 
 def spacing(number: Float64) -> Float64:
@@ -158,18 +163,23 @@ def spacing(number: Float64) -> Float64:
     return np.where(np.isfinite(number), unit, 0.0)
 
 
-def _outward(x: Float64, side: int) -> Float64:
-    """The next float32 down (side -1) or up (1) of what is none, and 0 where that way a denormal may have become it."""
-    nearest = x.astype(np.float32)
-    past = (nearest > x) if side < 0 else (nearest < x)
+def _outward(lo: Float64, hi: Float64) -> tuple[Float64, Float64]:
+    """The next float32 down and up of what is none, and 0 where that way a denormal may have become it.
+
+    Both at once, as negated, what is next down is next up: small arrays take as long as there are calls.
+    """
+    exact = np.empty((2, *lo.shape))
+    np.negative(lo, out=exact[0])
+    exact[1] = hi
+    nearest = exact.astype(np.float32)
     bits = nearest.view(np.int32)
     # Neighbours of a float32 have neighbouring bits, that grow away from 0; what rounds to a zero keeps its sign.
-    bits += ((bits >> 31) | 1) * (past * np.int32(side))
-    first = np.uint32(1 if side < 0 else 0x80000001)  # the smallest number beyond 0 on the inner side
-    tiny = bits.view(np.uint32) - first < DENORMALS
+    bits += ((bits >> 31) | 1) * (nearest < exact)
+    tiny = bits.view(np.uint32) - FIRST_BELOW_ZERO < DENORMALS
     if tiny.any():
-        nearest = np.where(tiny, np.float32(0.0), nearest)
-    return nearest.astype(np.float64)
+        nearest[0][tiny[0]], nearest[1][tiny[1]] = -0.0, 0.0
+    made = nearest.astype(np.float64)
+    return np.negative(made[0], out=made[0]), made[1]
 
 
 # Arithmetic
@@ -200,9 +210,12 @@ def sub(a: Interval, b: Interval, ulp: float = 0.5) -> Interval:
 
 
 def mul(a: Interval, b: Interval, ulp: float = 0.5) -> Interval:
-    products = (a.lo * b.lo, a.lo * b.hi, a.hi * b.lo, a.hi * b.hi)
-    first, last = products[:2], products[2:]
-    lo, hi = np.minimum(np.minimum(*first), np.minimum(*last)), np.maximum(np.maximum(*first), np.maximum(*last))
+    a, b = (b, a) if a.lo is a.hi else (a, b)
+    known = b.lo is b.hi  # as parameters, literals and texels are
+    products = (a.lo * b.lo, a.hi * b.lo) if known else (a.lo * b.lo, a.hi * b.lo, a.lo * b.hi, a.hi * b.hi)
+    lo, hi = np.minimum(*products[:2]), np.maximum(*products[:2])
+    if not known:
+        lo, hi = np.minimum(lo, np.minimum(*products[2:])), np.maximum(hi, np.maximum(*products[2:]))
     if _all_finite(lo, hi):
         return rounded(lo, hi, a.nan | b.nan, ulp)
     lo, hi = products[0], products[0]
