@@ -103,6 +103,44 @@ def test_lists_strips_and_fans(tmp_path: Path, mode: int, expected: list[list[in
     assert corners(file.load(tmp_path, primitive)).tolist() == points[np.array(order)[expected]].tolist()
 
 
+def test_copies_of_a_node_stand_where_their_tables_say(tmp_path: Path) -> None:
+    """Half a turn about z, then a scale and a place of its own; the node's transform comes after."""
+    file = File()
+    tables = {
+        "TRANSLATION": file.accessor([[0, 0, 0], [10, 0, 0], [0, 20, 0]]),
+        "ROTATION": file.accessor([[0, 0, 0, 1], [0, 0, 1, 0], [0, 0, 0, 1]]),
+        "SCALE": file.accessor([[1, 1, 1], [2, 1, 1], [1, -3, 1]]),
+        "_ID": file.accessor([1, 2, 3]),
+    }
+    copied = {
+        "translation": [0, 0, 5],
+        "scale": [2, 1, 1],
+        "extensions": {"EXT_mesh_gpu_instancing": {"attributes": tables}},
+    }
+    scene = file.load(
+        tmp_path, {"attributes": {"POSITION": file.accessor(TRIANGLE)}}, copied,
+        extensionsRequired=["EXT_mesh_gpu_instancing"],
+    )  # fmt: skip
+    made = [(node.transform @ np.append(corner, 1.0))[:3] for node in scene.nodes for corner in node.mesh.positions]
+    assert np.allclose(np.reshape(made, (3, 3, 3)), [
+        [[0, 0, 5], [2, 0, 5], [0, 1, 5]], [[20, 0, 5], [16, 0, 5], [20, -1, 5]], [[0, 20, 5], [2, 20, 5], [0, 17, 5]],
+    ])  # fmt: skip
+    assert scene.warnings == ()
+    assert len({id(node.mesh) for node in scene.nodes}) == 1
+
+
+@pytest.mark.parametrize(
+    ("rows", "message"),
+    [((3, 2), "has tables of 2, 3 rows; expected one row in each"), ((1 << 18, 1 << 18), "more than the limit")],
+)
+def test_copies_that_are_refused(tmp_path: Path, rows: tuple[int, int], message: str) -> None:
+    file = File()
+    tables = {"TRANSLATION": file.accessor(np.zeros((rows[0], 3))), "SCALE": file.accessor(np.ones((rows[1], 3)))}
+    copied = {"extensions": {"EXT_mesh_gpu_instancing": {"attributes": tables}}}
+    with pytest.raises(InputError, match=message):
+        file.load(tmp_path, {"attributes": {"POSITION": file.accessor(TRIANGLE)}}, copied)
+
+
 @pytest.mark.parametrize("based", [True, False])
 def test_sparse_rows_replace_those_of_the_base_or_zeros(tmp_path: Path, based: bool) -> None:
     file = File()

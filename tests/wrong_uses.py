@@ -147,7 +147,7 @@ USES: dict[str, Wrong] = {
     "masked numbers": Wrong(
         good("a pixel kernel", a=np.ma.masked_array([1.0, 2, 3], [0, 1, 0])), INPUT, "fill them first"
     ),
-    "complex numbers": Wrong(good("a pixel kernel", gain=1j), INPUT, r"'gain' must be float \(1 numbers\), got 1j"),
+    "complex numbers": Wrong(good("a pixel kernel", gain=1j), INPUT, r"'gain' must be float \(a number\), got 1j"),
     "too large an int": Wrong(
         good("a pixel kernel", count=2**32), INPUT, "must be int, got 4294967296; ints reach from -21"
     ),

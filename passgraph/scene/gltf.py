@@ -24,6 +24,7 @@ MAX_UNBACKED_VALUES = 1 << 24
 UNREADABLE = ("KHR_draco_mesh_compression", "EXT_meshopt_compression")
 # What is read of them suffices to show what the file means.
 READABLE = (
+    "EXT_mesh_gpu_instancing",
     "EXT_texture_webp",
     "KHR_lights_punctual",
     "KHR_materials_pbrSpecularGlossiness",

@@ -7,7 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from passgraph.scene.gltf import walk_nodes
+from passgraph.errors import InputError
+from passgraph.scene.gltf import local_matrix, walk_nodes
 from passgraph.scene.gltf_data import GltfData
 from passgraph.scene.gltf_materials import Coordinates, GltfMaterials
 from passgraph.scene.gltf_mesh import arrays_of, skinned, uvs_of
@@ -16,14 +17,21 @@ from passgraph.scene.material import Material
 from passgraph.scene.matrices import Float64
 from passgraph.scene.node import Node
 
+# Copies of a node's mesh, and what places them; attributes that begin with "_" are an application's own.
+_COPIES, _PLACES = "EXT_mesh_gpu_instancing", ("TRANSLATION", "ROTATION", "SCALE")
 # Of nodes and primitives; everything else that a file names there is noted.
-_READ = ("KHR_lights_punctual",)
+_READ = ("KHR_lights_punctual", _COPIES)
 
 
 def nodes_of(data: GltfData, turn: Float64) -> tuple[list[Node], list[str]]:
     """Each primitive of each node of the default scene, and warnings about meshes; the rest is in ``data.notes``."""
     placed, materials = PlacedMeshes(data.file, turn, flat=True), GltfMaterials(data)
-    walked = [(node, world) for node, world in walk_nodes(data.header, data.file) if "mesh" in node]
+    walked = [
+        (node, world @ copy)
+        for node, world in walk_nodes(data.header, data.file)
+        if "mesh" in node
+        for copy in _copies(data, node, placed)
+    ]
     primitives = [data.entry("meshes", node["mesh"]).get("primitives", []) for node, _ in walked]
     placed.check_count(sum(map(len, primitives)))
     for number, (node, world) in enumerate(walked):
@@ -31,6 +39,23 @@ def nodes_of(data: GltfData, turn: Float64) -> tuple[list[Node], list[str]]:
         for index, primitive in enumerate(primitives[number]):
             _place(data, placed, materials, node, world, primitive, (number, index))
     return placed.done(False)
+
+
+def _copies(data: GltfData, node: dict[str, Any], placed: PlacedMeshes) -> list[Float64]:
+    """Where a node's mesh stands, as seen from the node: once at its place, or a copy for each row of a table."""
+    attributes = node.get("extensions", {}).get(_COPIES, {}).get("attributes", {})
+    rows = {said.lower(): data.array(attributes[said]) for said in _PLACES if said in attributes}
+    if not rows:
+        return [np.eye(4)]
+    counts = {len(table) for table in rows.values()}
+    if len(counts) > 1:
+        said = ", ".join(map(str, sorted(counts)))
+        raise InputError(
+            f"{data.file}: node {node.get('name', '')!r}: {_COPIES} has tables of {said} rows; expected one row in "
+            "each for every copy"
+        )
+    placed.check_count(max(counts))
+    return [local_matrix({said: table[i] for said, table in rows.items()}) for i in range(max(counts))]
 
 
 def _place(

@@ -58,8 +58,9 @@ def load_scene(
     Returns
     -------
     A scene with the file's camera and lights (glTF), or else a camera that sees the whole model and one key
-    light with an extent. Transforms, base colours, textures, vertex colours, normal maps and alpha modes are
-    kept. Positions far from the origin are recentred in float64. What could not be had is in ``warnings``.
+    light with an extent. Transforms, copies (EXT_mesh_gpu_instancing), base colours, textures, vertex colours,
+    normal maps and alpha modes are kept. Positions far from the origin are recentred in float64. What could not be
+    had is in ``warnings``.
 
     Raises
     ------
