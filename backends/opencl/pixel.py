@@ -42,7 +42,7 @@ ROWS = (4, 3, 2, 1)
 GROUP_GPU = 64
 #: Pixels of a group around an inner block.
 GROUP_AROUND = 64
-#: Instructions from which on a group has one run: compilers spare a loop over long code, a fifth of their time.
+#: Instructions from which on a group has one run: compilers spare a loop over long code, up to a fifth of their time.
 LONG = 100
 #: (x, y, width, height) of an inner block.
 Inner: TypeAlias = tuple[int, int, int, int]
