@@ -1,7 +1,9 @@
 """Pixel passes: one work-item a pixel, or on CPUs one a run of pixels.
 
 A pass that reads neighbours runs as two kernels.  The inner one covers the block of pixels whose reads all
-lie inside, so that no border code keeps its loads from vectorising; the other one the strips around.
+lie inside, so that no border code keeps its loads from vectorising; the other one what surrounds it, row by row and in
+groups of one size: PoCL compiles a kernel again for each size of group, and where work-items are counted from elsewhere
+than 0, which takes a fifth of the first run.
 
 On CPUs the inner kernel goes through a run of pixels in a loop of its own.  PoCL optimises a kernel before it makes
 the loop over a group's work-items: LLVM then packs the channels of one pixel into short vectors (its SLP vectoriser),
@@ -11,7 +13,7 @@ first.  The sRGB curve on three channels takes a sixteenth of the time.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 from weakref import ReferenceType, ref
@@ -19,10 +21,10 @@ from weakref import ReferenceType, ref
 from passgraph.backends.base import Block
 from passgraph.backends.opencl.opencl_c import OpenCLPrinter, element, join, prologue
 from passgraph.backends.opencl.programs import MOST_LAYOUTS, Recent
-from passgraph.backends.opencl.storage import ImageLayout, Storage
+from passgraph.backends.opencl.storage import INT_LIMIT, ImageLayout, Storage
 from passgraph.backends.opencl.uniforms import Uniforms
 from passgraph.backends.printing import Listing
-from passgraph.language.scalar import ScalarProgram
+from passgraph.language.scalar import ScalarProgram, count
 from passgraph.plan.data import PixelStep
 
 if TYPE_CHECKING:
@@ -38,9 +40,12 @@ VECTOR = 16
 ROWS = (4, 3, 2, 1)
 #: The same on graphics processors: a few warps.
 GROUP_GPU = 64
-#: Pixels of a strip, up to which its work-items go one by one on CPUs where there are two strips: PoCL compiles a
-#: kernel for each size of group, which takes a fifth of the first run, and so few groups take microseconds.
-FEW = 512
+#: Pixels of a group around an inner block.
+GROUP_AROUND = 64
+#: Instructions from which on a group has one run: compilers spare a loop over long code, up to a fifth of their time.
+LONG = 100
+#: (x, y, width, height) of an inner block.
+Inner: TypeAlias = tuple[int, int, int, int]
 
 
 def pixel_source(
@@ -49,11 +54,19 @@ def pixel_source(
     outputs: Sequence[ImageLayout],
     constant: bool,
     run: int,
-    kernels: Collection[str],
+    block: Inner,
 ) -> Listing:
     """Kernels ``pg_pixel`` (with borders) and ``pg_inner`` (without; ``run`` pixels a work-item), those of both that
-    are asked for."""
-    return join(prologue(constant), *(_kernel(name, program, images, outputs, run) for name in sorted(kernels)))
+    have pixels."""
+    names = kernels_of(outputs[0].size, block)
+    return join(prologue(constant), *(_kernel(name, program, images, outputs, run, block) for name in names))
+
+
+def kernels_of(size: tuple[int, int], block: Inner) -> tuple[str, ...]:
+    """Those that a pass runs."""
+    if not block[2]:
+        return ("pg_pixel",)
+    return ("pg_inner",) if block[2:] == size else ("pg_inner", "pg_pixel")
 
 
 def _kernel(
@@ -62,6 +75,7 @@ def _kernel(
     images: Sequence[tuple[str, ImageLayout]],
     outputs: Sequence[ImageLayout],
     run: int,
+    block: Inner,
 ) -> Listing:
     inner, on_cpu = name == "pg_inner", run > 1
     width, height = outputs[0].size
@@ -71,17 +85,12 @@ def _kernel(
     if on_cpu:
         printer.functions()
     printer.open(f"__kernel void {name}({parameters([layout for _, layout in images], outputs)})")
-    if inner and on_cpu:
-        # cut: columns of the first and the last run, which overlaps: some pixels twice cost less than one more kernel.
-        printer.line("int y = (int)get_global_id(1) + first.y;")
-        printer.line(f"int start = min(cut.x + (int)get_global_id(0) * {run}, cut.y);")
-        printer.line(f"for (int x = start; x < start + {run}; ++x)\n{{")
-    elif inner:
-        printer.line("int x = (int)get_global_id(0) + first.x;\nint y = (int)get_global_id(1) + first.y;")
+    if inner:
+        printer.line(_inner_place(run))
     else:
-        # cut: first column and row of the block that the inner kernel covers, and its width and height.
-        printer.line("int x = (int)get_global_id(0) + first.x;\nx = x < cut.x ? x : x + cut.z;")
-        printer.line("int y = (int)get_global_id(1) + first.y;\ny = y < cut.y ? y : y + cut.w;")
+        printer.line(_around_place(block, outputs[0].size) if block[2] else WHOLE)
+    if inner and on_cpu:
+        printer.line(f"for (int x = start; x < start + {run}; ++x)\n{{")
     printer.variables()
     printer.block(program.body)
     for i, (output, layout) in enumerate(zip(program.outputs, outputs, strict=True)):
@@ -93,10 +102,55 @@ def _kernel(
     return printer.close()
 
 
+#: Where the pixel of a work-item is in a picture without inner block.
+WHOLE = "int x = (int)get_global_id(0);\nint y = (int)get_global_id(1);"
+
+
+def _inner_place(run: int) -> str:
+    """Of a work-item in the inner block, which begins at column ``cut.x`` and row ``cut.z``, and whose last run begins
+    at column ``cut.y``.  The last run, or the last pixel until its group is whole, is gone over again: that costs less
+    than one more kernel."""
+    row = "int y = (int)get_global_id(1) + cut.z;"
+    if run > 1:
+        return f"{row}\nint start = min(cut.x + (int)get_global_id(0) * {run}, cut.y);"
+    return f"{row}\nint x = min(cut.x + (int)get_global_id(0), cut.y);"
+
+
+def cut_of(block: Inner, run: int) -> tuple[int, int, int, int]:
+    """What `_inner_place` speaks of: an argument, since LLVM makes unsigned what it knows to be positive, and then does
+    not see that texels to the left lie side by side (four times slower)."""
+    x, y, width, _ = block
+    return x, x + width - run, y, 0
+
+
+def _around_place(block: Inner, size: tuple[int, int]) -> str:
+    """Of a work-item around the inner block, which are counted row by row: first the rows above and below, then the
+    columns left and right.  The last pixel is gone over until its group is whole."""
+    x, y, width, height = block
+    rows, columns = size[1] - height, size[0] - width
+    lines = [f"int i = min((int)get_global_id(0), {pixels_around(block, size) - 1});"]
+    if rows:
+        lines += [f"int x = i % {size[0]};", f"int y = i / {size[0]};", f"y = y < {y} ? y : y + {height};"]
+    else:
+        lines += ["int x = 0;", "int y = 0;"]
+    if columns:
+        lines += [
+            f"int j = i - {rows * size[0]};",
+            f"x = j < 0 ? x : j % {columns} < {x} ? j % {columns} : j % {columns} + {width};",
+            f"y = j < 0 ? y : j / {columns} + {y};",
+        ]
+    return "\n".join(lines)
+
+
+def pixels_around(block: Inner, size: tuple[int, int]) -> int:
+    """How many pixels of a picture an inner block leaves."""
+    return size[0] * size[1] - block[2] * block[3]
+
+
 def parameters(images: Sequence[ImageLayout], outputs: Sequence[ImageLayout], *own: str) -> str:
-    """What kernels of a pixel pass take: ``out0`` …, what it reads, buffers of its own, ``cut`` and ``first``."""
+    """What kernels of a pixel pass take: ``out0`` …, what it reads, buffers of its own and ``cut``."""
     found = [f"__global {element(layout.format)}* restrict out{i}" for i, layout in enumerate(outputs)]
-    return ", ".join([*found, *inputs(images), *own, "int4 cut", "int2 first"])
+    return ", ".join([*found, *inputs(images), *own, "int4 cut"])
 
 
 def inputs(images: Sequence[ImageLayout]) -> list[str]:
@@ -105,13 +159,16 @@ def inputs(images: Sequence[ImageLayout]) -> list[str]:
     return [*found, "PG_UNIFORMS float* restrict floats", "PG_UNIFORMS int* restrict ints"]
 
 
-def inner_block(program: ScalarProgram, size: tuple[int, int], group: int) -> tuple[int, int, int, int]:
-    """(x, y, width, height) of the pixels whose reads all lie inside; empty below one group's width."""
+def inner_block(program: ScalarProgram, size: tuple[int, int], group: int) -> Inner:
+    """(x, y, width, height) of the pixels whose reads all lie inside; empty below one group's width, and where int
+    counts no more what surrounds it."""
     uses = [use for use in program.images if use.relative]
     left, top = (max([0, *(-getattr(use, axis)[0] for use in uses)]) for axis in "xy")
     right, bottom = (max([0, *(getattr(use, axis)[1] for use in uses)]) for axis in "xy")
     width, height = size[0] - left - right, size[1] - top - bottom
-    return (left, top, width, height) if width >= group and height > 0 else (0, 0, 0, 0)
+    block = (left, top, width, height)
+    fits = width >= group and height > 0 and pixels_around(block, size) < INT_LIMIT - GROUP_AROUND
+    return block if fits else (0, 0, 0, 0)
 
 
 def run_of(width: int) -> int:
@@ -126,28 +183,19 @@ def run_of(width: int) -> int:
     return vectors * VECTOR or GROUP
 
 
-#: A kernel, its work-items, their groups, the first of them, and ``cut``.
-Launched: TypeAlias = tuple[str, tuple[int, int], tuple[int, int] | None, tuple[int, int], tuple[int, int, int, int]]
-
-
 @dataclass(eq=False)
 class Launch:
-    """One kernel with its arguments, over a range of pixels.
-
-    Where the range begins is an argument too: PoCL compiles a kernel again for work-items that are counted from
-    elsewhere than 0.
-    """
+    """One kernel with its arguments, over a range of pixels."""
 
     kernel: Any
     items: tuple[int, int]
     group: tuple[int, int] | None
     cut: Any
-    first: Any
     #: A buffer of its own, where it takes one.
     own: Any = None
 
     def bind(self, buffers: Sequence[Any]) -> None:
-        self.kernel.set_args(*buffers, *([] if self.own is None else [self.own]), self.cut, self.first)
+        self.kernel.set_args(*buffers, *([] if self.own is None else [self.own]), self.cut)
 
 
 class PixelPassRunner:
@@ -196,42 +244,38 @@ class PixelPassRunner:
         images = list(zip(names, layouts[:image_count], strict=True))
         constant = self.uniforms.fits_constant()
         group = GROUP if self.backend.is_cpu else GROUP_GPU
-        block = inner_block(self.step.program, layouts[-1].size, group)
+        size = layouts[-1].size
+        block = inner_block(self.step.program, size, group)
         run = run_of(block[2]) if self.backend.is_cpu else 1
-        ranges = self._ranges(layouts[-1].size, block, group, run)
-        kernels = {name for name, *_ in ranges}
-        source = pixel_source(self.step.program, images, layouts[image_count:], constant, run, kernels)
+        source = pixel_source(self.step.program, images, layouts[image_count:], constant, run, block)
         built = self.backend.programs.build(source, self.what)
-        return [self.launch(built, *one) for one in ranges]
+        cut = cut_of(block, run)
+        return [self.launch(built, name, *self._items(name, size, block, run), cut) for name in kernels_of(size, block)]
 
     def launch(
         self, program: Any, name: str, items: tuple[int, int], group: tuple[int, int] | None,
-        first: tuple[int, int] = (0, 0), cut: tuple[int, int, int, int] = (0, 0, 0, 0), own: Any = None,
+        cut: tuple[int, int, int, int] = (0, 0, 0, 0), own: Any = None,
     ) -> Launch:  # fmt: skip
         """A kernel of a built program over some pixels, with a buffer of its own where it takes one."""
         cl = self.backend.cl
         with self.backend.reported(f"making the kernels of {self.what}"):
-            kernel = cl.Kernel(program, name)
-        return Launch(kernel, items, group, cl.cltypes.make_int4(*cut), cl.cltypes.make_int2(*first), own)
+            return Launch(cl.Kernel(program, name), items, group, cl.cltypes.make_int4(*cut), own)
 
-    def _ranges(self, size: tuple[int, int], block: tuple[int, int, int, int], group: int, run: int) -> list[Launched]:
-        """Which kernel runs where."""
-        x, y, width, height = block
-        ranges: list[Launched] = []
-        if width and run > 1:
+    def _items(
+        self, name: str, size: tuple[int, int], block: Inner, run: int
+    ) -> tuple[tuple[int, int], tuple[int, int] | None]:
+        """Work-items of a kernel, and of its groups."""
+        _, _, width, height = block
+        if name == "pg_inner" and self.backend.is_cpu:
             items = (-(-width // run), height)
-            ranges.append(("pg_inner", items, self._group(items), (0, y), (x, x + width - run, 0, 0)))
-        elif width:
-            whole = width // group * group
-            # The last group overlaps: some pixels twice are cheaper than a group of another size.
-            spans = [(x, whole), *([(x + width - group, group)] if whole < width else [])]
-            for start, count in spans:
-                ranges.append(("pg_inner", (count, height), (group, 1), (start, y), (0, 0, 0, 0)))
-        around = strips(size, (x, y, width, height))
-        few = self.backend.is_cpu and len(around) > 1 and all(across * down <= FEW for (across, down), _, _ in around)
-        for strip, cut, first in around:
-            ranges.append(("pg_pixel", strip, (1, 1) if few or self._alone() else None, first, cut))
-        return ranges
+            return items, self._group(items)
+        if name == "pg_inner":
+            return (-(-width // GROUP_GPU) * GROUP_GPU, height), (GROUP_GPU, 1)
+        if not width:
+            return size, (1, 1) if self._alone() else None
+        device = self.backend.device
+        across = 1 if self._alone() else min(GROUP_AROUND, device.max_work_group_size, device.max_work_item_sizes[0])
+        return (-(-pixels_around(block, size) // across) * across, 1), (across, 1)
 
     def _alone(self) -> bool:
         """Whether work-items go one by one: PoCL holds the arrays of a whole group on the stack, for each its own."""
@@ -239,29 +283,10 @@ class PixelPassRunner:
 
     def _group(self, items: tuple[int, int]) -> tuple[int, int]:
         """Whole rows of runs, as far as the device takes them."""
-        if self._alone():
+        if self._alone() or count(self.step.program.body) >= LONG:
             return 1, 1
         across, down = self.backend.device.max_work_item_sizes[:2]
         most = self.backend.device.max_work_group_size
         fit = (n for n in ROWS if items[1] % n == 0 and n <= down and items[0] <= across and items[0] * n <= most)
         rows = next(fit, 0)
         return (items[0], rows) if rows else (1, 1)
-
-
-def strips(
-    size: tuple[int, int], block: tuple[int, int, int, int]
-) -> list[tuple[tuple[int, int], tuple[int, int, int, int], tuple[int, int]]]:
-    """What a block leaves of a picture: rows above and below together, columns left and right together.
-
-    Returns
-    -------
-    list
-        (work-items along x and y, cut, first work-item) for each; coordinates from ``cut`` on skip the block.
-    """
-    x, y, width, height = block
-    found = []
-    if height < size[1]:
-        found.append(((size[0], size[1] - height), (size[0], y, 0, height), (0, 0)))
-    if height and width < size[0]:
-        found.append(((size[0] - width, height), (x, size[1], width, 0), (0, y)))
-    return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -12,7 +13,7 @@ from numpy.typing import NDArray
 import passgraph as pg
 from passgraph import vec3
 from passgraph.backends.opencl import OpenCLBackend
-from passgraph.backends.opencl.pixel import GROUP, inner_block, run_of, strips
+from passgraph.backends.opencl.pixel import GROUP, inner_block, run_of
 from passgraph.language.lower import Facts, ImageFacts, lower
 from tests.conftest import require
 
@@ -262,19 +263,29 @@ def test_two_runs_give_the_same_bits(device: OpenCLBackend) -> None:
     assert first.tobytes() == second.tobytes()
 
 
-def test_the_inner_block_and_the_strips_cover_each_pixel_once() -> None:
-    program = pg.kernel(source="def b(c: Image) -> vec4: return c[-7, 0] + c[3, -2] + c[0, 5]").program
-    lowered = lower(program, Facts(images={"c": ImageFacts(4)}))
-    for size in ((1, 1), (40, 9), (139, 7), (139, 8), (400, 50)):
-        block = inner_block(lowered, size, 128)
-        hit = np.zeros((size[1], size[0]), int)
-        x, y, width, height = block
-        hit[y : y + height, x : x + width] += 1
-        for (columns, rows), cut, (first_x, first_y) in strips(size, block):
-            for j in range(first_y, first_y + rows):
-                for i in range(first_x, first_x + columns):
-                    hit[j if j < cut[1] else j + cut[3], i if i < cut[0] else i + cut[2]] += 1
-        np.testing.assert_array_equal(hit, 1)
+@pytest.mark.parametrize(
+    ("width", "reads"),
+    [
+        *((width, "c[-7, 0] + c[3, -2] + c[0, 5]") for width in (138, 139)),
+        *((200, reads) for reads in ("c[0, -3]", "c[0, 1]", "c[-2, 0]", "c[1, 0]")),
+    ],
+)
+def test_the_inner_block_and_what_surrounds_it_are_the_picture(device: OpenCLBackend, width: int, reads: str) -> None:
+    """With rows above, below or both, columns left, right or both, and neither; against NumPy."""
+    picture = np.rint(noise(width, 9) * 64).astype(np.float32)
+    got = run(device, f"def around(c: Image) -> vec4: return {reads}", picture, "zero")
+    padded = np.pad(picture, ((9, 9), (9, 9), (0, 0)))
+    offsets = [tuple(map(int, pair)) for pair in re.findall(r"(-?\d+), (-?\d+)", reads)]
+    expected = sum(padded[9 + dy : 18 + dy, 9 + dx : 9 + dx + width] for dx, dy in offsets)
+    np.testing.assert_array_equal(got, expected)
+
+
+def test_a_block_that_leaves_more_pixels_than_int_counts_is_none() -> None:
+    program = lower(
+        pg.kernel(source="def far(c: Image) -> vec4: return c[0, 60000]").program, Facts(images={"c": ImageFacts(4)})
+    )
+    assert inner_block(program, (30_000, 70_000), 128) == (0, 0, 30_000, 10_000)
+    assert inner_block(program, (40_000, 70_000), 128) == (0, 0, 0, 0)
 
 
 class Limited:
@@ -306,18 +317,26 @@ def launched(device: OpenCLBackend, monkeypatch: pytest.MonkeyPatch) -> Launched
     return noted
 
 
-@pytest.mark.parametrize(("height", "groups"), [(9, [(1, 1), (1, 1)]), (600, [None, None])])
-def test_two_strips_of_few_pixels_share_a_size_of_group(
-    device: OpenCLBackend, height: int, groups: list[tuple[int, int] | None], launched: Launched
+@pytest.mark.parametrize("height", [9, 600])
+def test_what_surrounds_the_inner_block_is_one_kernel_of_one_size_of_group(
+    device: OpenCLBackend, height: int, launched: Launched
 ) -> None:
-    """Which is compiled once; of many pixels each has its own, and runs faster."""
-    if not device.is_cpu:
-        pytest.skip("graphics processors compile a kernel for groups of every size")
+    """Which PoCL compiles once."""
     picture = np.rint(noise(200, height) * 64).astype(np.float32)
     got = run(device, "def both(c: Image) -> vec4: return c[1, 0] + c[0, 1]", picture)
     padded = np.pad(picture, ((0, 1), (0, 1), (0, 0)), mode="edge")
     np.testing.assert_array_equal(got, padded[:-1, 1:] + padded[1:, :-1])
-    assert launched[1:] == [((200, 1), groups[0]), ((1, height - 1), groups[1])]
+    pixels = 200 + height - 1
+    assert launched[1:] == [((-(-pixels // 64) * 64, 1), (64, 1))]
+
+
+def test_long_code_has_groups_of_one_run(device: OpenCLBackend, launched: Launched) -> None:
+    if not device.is_cpu:
+        pytest.skip("graphics processors have no runs")
+    for terms in (2, 150):
+        text = "c[0, 0]" + "".join(f" * 1.5 + vec4({k}.0)" for k in range(terms))
+        run(device, f"def long(c: Image) -> vec4: return {text}", noise(256, 8))
+    assert launched == [((2, 8), (2, 4)), ((2, 8), (1, 1))]
 
 
 @pytest.mark.parametrize("height", [12, 9, 10, 7])
@@ -335,10 +354,11 @@ def test_groups_stay_within_what_the_device_takes(
     picture = noise(300, height)
     got = run(device, "def shifted(c: Image) -> vec4: return c[1, 0]", picture)
     np.testing.assert_array_equal(got, picture[:, np.minimum(np.arange(300) + 1, 299)])
-    (items, group), *_ = launched
-    assert items == (3, height) and group is not None
-    assert group[0] <= sizes[0] and group[1] <= sizes[1] and group[0] * group[1] <= most
-    assert items[0] % group[0] == items[1] % group[1] == 0
+    assert launched[0][0] == (3, height) and len(launched) == 2
+    for items, group in launched:
+        assert group is not None
+        assert group[0] <= sizes[0] and group[1] <= sizes[1] and group[0] * group[1] <= most
+        assert items[0] % group[0] == items[1] % group[1] == 0
 
 
 def test_runs_cover_rows_of_any_width_and_little_twice() -> None:

@@ -133,7 +133,7 @@ def test_blades_give_points_corners_and_lenses_turn_them_over() -> None:
 @pytest.mark.parametrize("backend_name", [*DEVICES, "reference"], indirect=True)
 def test_every_backend_shows_the_same(backend_name: str) -> None:
     """But where rounding moves a tap to the next texel."""
-    camera = Camera((48, 36), 4.0, 0.2, 4.0)
+    camera = Camera((96, 96), 4.0, 0.2, 4.0)
     color, depth = pinhole(camera, (FRONT, FOCUS, BACK))
     off = np.abs(run(color, depth, backend_name) - run(color, depth, "numpy")).max(axis=2)
     assert (off > 1e-3).mean() < 0.01

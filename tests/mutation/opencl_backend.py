@@ -191,8 +191,8 @@ MUTANTS = (
         "draw states/clears",
         harmless="the first draw into a stencil clears it, in every plan",
     ),
-    _o("_kernel", "x = x < cut.x ? x : x + cut.z;", "x = x <= cut.x ? x : x + cut.z;", "language/a wide"),
-    _o("PixelPassRunner._ranges", "(x, x + width - run, 0, 0)", "(x, x + width - run - 1, 0, 0)", "language/a wide"),
+    _o("_around_place", "j % {columns} < {x} ?", "j % {columns} <= {x} ?", "language/a wide"),
+    _o("cut_of", "x + width - run, y", "x + width - run - 1, y", "language/a wide"),
     _o(
         "inner_block",
         'max([0, *(getattr(use, axis)[1] for use in uses)]) for axis in "xy")',
