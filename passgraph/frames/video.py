@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import os
-import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from fractions import Fraction
-from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +15,7 @@ from passgraph import arguments
 from passgraph.errors import InputError
 from passgraph.frames.frame import Frame, Stored
 from passgraph.frames.video_ends import promised_end
+from passgraph.frames.video_pixels import FULL, LIMITED, Conversion
 from passgraph.reading import check_regular
 
 if TYPE_CHECKING:
@@ -28,11 +27,6 @@ if TYPE_CHECKING:
 BT709, BT601, UNSPECIFIED = 1, 6, 2
 #: Formats of files that are opened, by libavformat's names.  Others are lists of further files and addresses.
 _FORMATS = "mov,matroska,avi,mpegts,mpeg,mpegvideo,h264,hevc,ivf,ogg,asf,flv,mxf,nut"
-#: Numbers of libavutil's AVColorRange: 16 to 235, and 0 to 255.
-LIMITED, FULL = 1, 2
-#: Those that libavfilter converts between, by its names.
-_MATRICES = {1: "bt709", 4: "fcc", 5: "bt470bg", 6: "smpte170m", 7: "smpte240m", 9: "bt2020nc"}
-_RANGES = {LIMITED: "tv", FULL: "pc"}
 #: A file may not make libav read other ones.
 OPENING = {"format_whitelist": _FORMATS, "protocol_whitelist": "file"}
 
@@ -43,71 +37,6 @@ def import_av(file: Path) -> Any:
     except ImportError as error:
         raise InputError(f"{file}: PyAV is not installed; run: pip install 'passgraph[video]'") from error
     return av
-
-
-class Conversion(threading.local):
-    """Frames in other pixel formats, of the same matrix and range.
-
-    Each thread keeps what converts, with its tables: a new one costs a 1080p frame more than its pixels do.  Where
-    libavfilter can do it, it does, since its frames come from a pool: no memory that the system has to make ready, page
-    by page, for each frame, and rows with room behind them, without which swscale leaves out the last pixels of some.
-    """
-
-    def __init__(self) -> None:
-        from av.video.reformatter import Interpolation, VideoReformatter
-
-        self._converter = VideoReformatter()
-        self._quick = Interpolation.BILINEAR
-        self._exact = Interpolation.BILINEAR | Interpolation.ACCURATE_RND | Interpolation.FULL_CHR_H_INT
-        self._pools: dict[tuple[object, ...], Any] = {}
-
-    def __call__(self, frame: VideoFrame, format: str) -> VideoFrame:
-        matrix, colour_range = int(frame.colorspace), int(frame.color_range)
-        if matrix not in _MATRICES or colour_range not in _RANGES:
-            how = self._quick if _is_wide(frame.format.name, format) else self._exact
-            return self._converter.reformat(frame, format=format, interpolation=how, threads=1)
-        key = frame.width, frame.height, frame.format.name, format, matrix, colour_range
-        if key not in self._pools:
-            self._pools = {key: _pool(*key)}  # one at a time: a video has one size
-        graph = self._pools[key]
-        frame.pts, pts = 0, frame.pts
-        graph.push(frame)
-        frame.pts = pts
-        made: VideoFrame = graph.pull()
-        made.pts, made.colorspace, made.color_range = pts, matrix, colour_range
-        return made
-
-
-def _pool(width: int, height: int, source: str, target: str, matrix: int, colour_range: int) -> Any:
-    """A graph of libavfilter's that converts frames."""
-    from av.filter import Graph
-
-    graph = Graph()
-    graph.threads = 1
-    given = f"video_size={width}x{height}:pix_fmt={source}:time_base=1/1"
-    if not source.startswith("rgb"):
-        given += f":colorspace={matrix}:range={colour_range}"
-    flags = "bilinear" if _is_wide(source, target) else "bilinear+accurate_rnd+full_chroma_int"
-    options = f"interl=-1:flags={flags}:out_color_matrix={_MATRICES[matrix]}:out_range={_RANGES[colour_range]}"
-    parts = [graph.add("buffer", given), graph.add("scale", options)]
-    if source.startswith("yuv") and target == "rgba":
-        # Where swscale rounds it makes planes in a third of the time of pixels, and these from planes in as much: the
-        # same bits.
-        parts += [graph.add("format", "pix_fmts=gbrap"), graph.add("scale", "flags=bilinear")]
-    parts += [graph.add("format", f"pix_fmts={target}"), graph.add("buffersink")]
-    for one, other in pairwise(parts):
-        one.link_to(other)
-    graph.configure()
-    return graph
-
-
-def _is_wide(*formats: str) -> bool:
-    """Whether pixels have 16 bits on the way.
-
-    Of 8 bits swscale's quick ways make quarter colour darker by a step of 255, so they are told to round.  With 16 bits
-    it rounds by itself, and is wrong about the colours of yuv420p10 where it is told.
-    """
-    return "rgba64le" in formats
 
 
 class Video:
@@ -217,9 +146,7 @@ class Video:
     def _picture(self, frame: VideoFrame, converted: Conversion) -> Stored:
         matrix, colour_range = stated(frame.colorspace, frame.color_range, frame.format.name, frame.height)
         frame.colorspace, frame.color_range = matrix, colour_range
-        made = converted(frame, "rgba64le" if self.deep else "rgba")
-        picture: Stored = made.to_ndarray()
-        return np.ascontiguousarray(_upright(picture, frame))
+        return np.ascontiguousarray(_upright(converted.pixels(frame, self.deep), frame))
 
 
 def _upright(picture: Stored, frame: VideoFrame) -> Stored:

@@ -15,7 +15,8 @@ from passgraph.frames.film import Film
 from passgraph.frames.frame import Frame, OutputError, Source, Stored
 from passgraph.frames.sound import Sound, check_sound
 from passgraph.frames.stored import with_channels
-from passgraph.frames.video import FULL, UNSPECIFIED, Conversion, Video, import_av, reason, stated
+from passgraph.frames.video import UNSPECIFIED, Video, import_av, reason, stated
+from passgraph.frames.video_pixels import FULL, Conversion
 
 #: libavcodec's flag that frames say how long they last.
 _FRAME_DURATION = 1 << 8
@@ -110,11 +111,8 @@ class ToVideo(Film):
     # Any thread
 
     def prepare(self, frame: Frame, picture: Stored) -> Any:
-        deep = picture.dtype == np.uint16
         pixels = np.ascontiguousarray(with_channels(picture, 4))
-        made = self._av.VideoFrame.from_numpy_buffer(pixels, "rgba64le" if deep else "rgba")
-        made.colorspace, made.color_range = self._colours()
-        return self._converted(made, self._format)
+        return self._converted.frame(pixels, self._format, *self._colours())
 
     def _colours(self) -> tuple[int, int]:
         assert self._size is not None

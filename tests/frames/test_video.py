@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import struct
 from fractions import Fraction
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +13,6 @@ import pytest
 import passgraph as pg
 from passgraph.errors import InputError
 from passgraph.frames import Arrays, Outcome, ToArrays, ToVideo, Video
-from passgraph.frames.video import Conversion
 from tests.frames.made import INVERT, SCALED, grays, inverted, picture, sequence, summed, value, video
 
 av: Any = pytest.importorskip("av")
@@ -481,71 +479,6 @@ def test_without_pyav_the_cure_is_named(tmp_path: Path, monkeypatch: pytest.Monk
     with inverted() as program, pytest.raises(InputError, match=r"PyAV is not installed; run: pip install"):
         pg.frames(program, Arrays([picture(1)]), tmp_path / "a.mp4")
     assert INVERT is not None
-
-
-def in_fields(frame: Any) -> Any:
-    """The same frame, said to be interlaced."""
-    graph = av.filter.Graph()
-    size = f"video_size={frame.width}x{frame.height}:pix_fmt={frame.format.name}:time_base=1/1"
-    parts = graph.add("buffer", size), graph.add("setfield", "tff"), graph.add("buffersink")
-    for one, other in pairwise(parts):
-        one.link_to(other)
-    graph.configure()
-    graph.push(frame)
-    made = graph.pull()
-    made.colorspace, made.color_range = frame.colorspace, frame.color_range
-    assert made.interlaced_frame
-    return made
-
-
-@pytest.mark.parametrize("interlaced", [False, True])
-@pytest.mark.parametrize("format", ["yuv420p", "yuv422p", "yuv444p", "yuvj420p", "yuv420p10le"])
-def test_pooled_conversions_give_the_bits_of_plain_ones(format: str, interlaced: bool) -> None:
-    """There and back, for every matrix and range."""
-    size = 64, 48
-    plain, pooled = av.video.reformatter.VideoReformatter(), Conversion()
-    how = av.video.reformatter.Interpolation.BILINEAR
-    if not format.endswith("10le"):
-        how |= av.video.reformatter.Interpolation.ACCURATE_RND | av.video.reformatter.Interpolation.FULL_CHR_H_INT
-    wide = "rgba64le" if format.endswith("10le") else "rgba"
-    number = np.uint16 if wide == "rgba64le" else np.uint8
-    pixels = np.random.default_rng(0).integers(0, np.iinfo(number).max, (size[1], size[0], 4)).astype(number)
-
-    def both(frame: Any, wanted: str) -> Any:
-        one, other = plain.reformat(frame, format=wanted, interpolation=how, threads=1), pooled(frame, wanted)
-        assert (other.colorspace, other.color_range, other.pts) == (matrix, colour_range, 11)
-        # Rows may have room behind them, which is nobody's.
-        item = np.dtype(number).itemsize * (4 if wanted == wide else 1)
-        for a, b in zip(one.planes, other.planes, strict=True):
-            first, second = (np.frombuffer(p, np.uint8).reshape(p.height, p.line_size) for p in (a, b))
-            assert np.array_equal(first[:, : a.width * item], second[:, : a.width * item])
-        return other
-
-    for matrix in (1, 4, 5, 6, 7, 9):
-        for colour_range in (1, 2):
-            frame = av.VideoFrame.from_ndarray(pixels, wide)
-            frame.colorspace, frame.color_range, frame.pts = matrix, colour_range, 11
-            frame = in_fields(frame) if interlaced else frame
-            both(both(frame, format), wide)
-            assert frame.pts == 11
-
-
-@pytest.mark.parametrize("format", ["yuv420p", "yuv444p", "yuv422p10le"])
-def test_what_pools_are_told_of_frames_is_true(format: str) -> None:
-    """Of another matrix or range than it was told, libavfilter warns with each frame, and promises nothing."""
-    pixels = np.zeros((48, 64, 4), np.uint8)
-    before = av.logging.get_level()
-    av.logging.set_level(av.logging.VERBOSE)
-    try:
-        with av.logging.Capture(local=False) as said:
-            for matrix in (1, 4, 5, 6, 7, 9):
-                for colour_range in (1, 2):
-                    frame = av.VideoFrame.from_ndarray(pixels, "rgba").reformat(format=format)
-                    frame.colorspace, frame.color_range, frame.pts = matrix, colour_range, 0
-                    Conversion()(frame, "rgba")
-    finally:
-        av.logging.set_level(before)
-    assert [text for _, _, text in said if "on the fly" in text or "filter context" in text] == []
 
 
 @pytest.mark.parametrize("width", [34, 66, 98, 100, 130])

@@ -1,0 +1,159 @@
+"""Frames of videos as pixels, and pixels as frames in a video's own format."""
+
+from __future__ import annotations
+
+import threading
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from passgraph.frames.frame import Stored
+from passgraph.frames.ycbcr import Code, Plane, pixels_of, to_planes
+
+if TYPE_CHECKING:
+    from av.video.frame import VideoFrame
+
+#: Numbers of libavutil's AVColorRange: 16 to 235, and 0 to 255.
+LIMITED, FULL = 1, 2
+_RANGES = {LIMITED: "tv", FULL: "pc"}
+#: Y'CbCr of 8 bits in planes.
+_PLANAR = {f"yuv{j}4{way}p" for j in ("", "j") for way in ("10", "11", "20", "22", "40", "44")}
+_PLANAR_WITH_ALPHA = {f"yuva4{way}p" for way in ("20", "22", "44")}
+
+
+class Matrix(NamedTuple):
+    """What libavfilter calls it, and what luma weighs red and blue."""
+
+    name: str
+    red: float
+    blue: float
+
+
+#: By their numbers in ITU-T H.273, table 4.
+_MATRICES = {
+    1: Matrix("bt709", 0.2126, 0.0722), 4: Matrix("fcc", 0.30, 0.11), 5: Matrix("bt470bg", 0.299, 0.114),
+    6: Matrix("smpte170m", 0.299, 0.114), 7: Matrix("smpte240m", 0.212, 0.087), 9: Matrix("bt2020nc", 0.2627, 0.0593),
+}  # fmt: skip
+
+
+class Conversion(threading.local):
+    """Frames to (h, w, 4) pixels and back, of the same matrix and range.
+
+    Colours of 8 bits are ours, since swscale either makes quarter colour darker by a step of 255 or takes four times as
+    long; it makes chroma as wide as luma, and does all of the rest.  Each thread keeps what converts, with its tables:
+    a new one costs a 1080p frame more than its pixels do.  Where libavfilter can do it, it does, since its frames come
+    from a pool: no memory that the system has to make ready, page by page, for each frame, and rows with room behind
+    them, without which swscale leaves out the last pixels of some.
+    """
+
+    def __init__(self) -> None:
+        from av.video.reformatter import Interpolation, VideoReformatter
+
+        self._converter = VideoReformatter()
+        self._quick = Interpolation.BILINEAR
+        self._exact = Interpolation.BILINEAR | Interpolation.ACCURATE_RND | Interpolation.FULL_CHR_H_INT
+        self._pools: dict[tuple[object, ...], Any] = {}
+        self._kept: VideoFrame | None = None  # what goes on to the encoder in another format
+
+    def pixels(self, frame: VideoFrame, deep: bool) -> Stored:
+        """(h, w, 4) uint8, or uint16 where it is ``deep``."""
+        code, wide = _code(frame), _wide(frame.format.name)
+        is_upright = all(plane.line_size >= plane.width for plane in frame.planes)
+        if deep or code is None or wide is None or not is_upright:
+            return self.converted(frame, "rgba64le" if deep else "rgba").to_ndarray()
+        return pixels_of(_planes(self.converted(frame, wide)), code)
+
+    def frame(self, pixels: Stored, format: str, matrix: int, colour_range: int) -> VideoFrame:
+        """A frame in a pixel format by libavutil's name, of contiguous (h, w, 4) pixels."""
+        from av import VideoFrame
+
+        wide = _wide(format)
+        if pixels.dtype == np.uint8 and wide is not None and matrix in _MATRICES:
+            made = self._empty(pixels.shape[1], pixels.shape[0], wide, handed_out=wide == format)
+            made.colorspace, made.color_range = matrix, colour_range
+            code = _code(made)
+            assert code is not None
+            to_planes(pixels, _planes(made), code)
+        else:
+            made = VideoFrame.from_numpy_buffer(pixels, "rgba64le" if pixels.dtype == np.uint16 else "rgba")
+            made.colorspace, made.color_range = matrix, colour_range
+        return self.converted(made, format)
+
+    def _empty(self, width: int, height: int, format: str, handed_out: bool) -> VideoFrame:
+        from av import VideoFrame
+
+        if handed_out:
+            return VideoFrame(width, height, format)
+        kept = self._kept
+        if kept is None or (kept.width, kept.height, kept.format.name) != (width, height, format):
+            kept = self._kept = VideoFrame(width, height, format)
+        return kept
+
+    def converted(self, frame: VideoFrame, format: str) -> VideoFrame:
+        """A frame in another pixel format."""
+        if frame.format.name == format:
+            return frame
+        matrix, colour_range = int(frame.colorspace), int(frame.color_range)
+        if matrix not in _MATRICES or colour_range not in _RANGES:
+            how = self._exact if _needs_rounding(frame.format.name, format) else self._quick
+            return self._converter.reformat(frame, format=format, interpolation=how, threads=1)
+        key = frame.width, frame.height, frame.format.name, format, matrix, colour_range
+        if key not in self._pools:
+            self._pools = {key: _pool(*key)}  # one at a time: a video has one size
+        graph = self._pools[key]
+        frame.pts, pts = 0, frame.pts
+        graph.push(frame)
+        frame.pts = pts
+        made: VideoFrame = graph.pull()
+        made.pts, made.colorspace, made.color_range = pts, matrix, colour_range
+        return made
+
+
+def _pool(width: int, height: int, source: str, target: str, matrix: int, colour_range: int) -> Any:
+    """A graph of libavfilter's that converts frames."""
+    from av.filter import Graph
+
+    graph = Graph()
+    graph.threads = 1
+    given = f"video_size={width}x{height}:pix_fmt={source}:time_base=1/1"
+    if not source.startswith("rgb"):
+        given += f":colorspace={matrix}:range={colour_range}"
+    flags = "bilinear+accurate_rnd+full_chroma_int" if _needs_rounding(source, target) else "bilinear"
+    options = f"interl=-1:flags={flags}:out_color_matrix={_MATRICES[matrix].name}:out_range={_RANGES[colour_range]}"
+    parts = [graph.add("buffer", given), graph.add("scale", options)]
+    parts += [graph.add("format", f"pix_fmts={target}"), graph.add("buffersink")]
+    for one, other in pairwise(parts):
+        one.link_to(other)
+    graph.configure()
+    return graph
+
+
+def _needs_rounding(source: str, target: str) -> bool:
+    """Whether swscale is to be told to round.
+
+    Where it makes colours of 8 bits its quick ways make them darker by a step of 255.  Chroma alone it rounds, and with
+    16 bits on the way it does so by itself, and is wrong about the colours of yuv420p10 where it is told.
+    """
+    return "rgba64le" not in (source, target) and (_wide(source) is None or _wide(target) is None)
+
+
+def _wide(format: str) -> str | None:
+    """The format with chroma as wide as luma, where ours are the colours."""
+    if format in _PLANAR:
+        return "yuvj444p" if "j" in format else "yuv444p"
+    return "yuva444p" if format in _PLANAR_WITH_ALPHA else None
+
+
+def _code(frame: VideoFrame) -> Code | None:
+    matrix, colour_range = _MATRICES.get(int(frame.colorspace)), int(frame.color_range)
+    if matrix is None or colour_range not in _RANGES:
+        return None
+    return Code(matrix.red, matrix.blue, full=colour_range == FULL)
+
+
+def _planes(frame: VideoFrame) -> list[Plane]:
+    """A frame's own memory, of planes that are all of its size; the arrays keep it alive."""
+    planes: tuple[Any, ...] = frame.planes
+    rows = (np.frombuffer(plane, np.uint8).reshape(frame.height, plane.line_size) for plane in planes)
+    return [row[:, : frame.width] for row in rows]
