@@ -27,6 +27,8 @@ from passgraph.plan.data import DrawStep, PixelStep
 from passgraph.plan.limits import Limits
 from passgraph.srgb import linear_to_srgb
 
+_NOTHING = nullcontext()
+
 IntBlock = NDArray[np.int32]
 
 
@@ -246,7 +248,7 @@ class Backend(ABC):
     def running(self) -> AbstractContextManager[None]:
         """Around the transfers and passes of one run, between which nobody else uses the device: what they share is
         done once, and at the end what was adopted is the caller's again.  May be entered inside of itself."""
-        return nullcontext()
+        return _NOTHING
 
     def finish(self) -> None:
         """Wait until everything that was asked for has happened."""

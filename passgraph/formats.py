@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import difflib
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, cached_property
 from typing import TypeAlias
 
 from passgraph.arguments import among, shown
@@ -18,7 +18,7 @@ from passgraph.errors import GraphError
 Store: TypeAlias = tuple[str | float, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True)
 class Format:
     """One way to store a pixel: so many channels of so many ``bits``.
 
@@ -41,7 +41,7 @@ class Format:
         """As specified; a backend may need more (3-channel targets are padded on some GL drivers)."""
         return self.channels * self.bits // 8 + (1 if self.stencil else 0)
 
-    @property
+    @cached_property
     def number(self) -> str:
         """What a channel holds, as NumPy names it: ``"f4"``, ``"f2"``, ``"u1"`` …"""
         kind = "f" if not self.steps else "i" if self.low < 0 else "u"

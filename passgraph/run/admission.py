@@ -174,7 +174,7 @@ def given_room(
     InputError
         For an array that does not fit its target, cannot be written, or lies where another picture lies.
     """
-    if not isinstance(into, Mapping):
+    if type(into) is not dict and not isinstance(into, Mapping):  # the second asks Python code
         raise InputError(f"into= takes arrays by output name, {{'name': array}}, got {arguments.shown(into)}")
     room: dict[int, Picture] = {}
     arrays = {}
@@ -189,13 +189,15 @@ def given_room(
         else:
             arrays[name] = array
             room[plan.outputs[name]] = _room(array, resource.format, resource.size, f"into={{{name!r}: …}}")
-    given = {name: picture for name, picture in pictures.items() if not isinstance(picture, DevicePicture)}
-    for (one, array), (other, another) in _pairs(arrays, given):
-        if _overlap(array, another):
-            raise InputError(f"the array given for output {one!r} shares memory with {other}; give each its own")
-    for one_picture, other_picture in combinations([p for p in room.values() if isinstance(p, DevicePicture)], 2):
-        if one_picture.overlaps(other_picture):
-            raise InputError(f"into= gives {one_picture} for two outputs; give each its own")
+    if arrays:
+        given = {name: picture for name, picture in pictures.items() if not isinstance(picture, DevicePicture)}
+        for (one, array), (other, another) in _pairs(arrays, given):
+            if _overlap(array, another):
+                raise InputError(f"the array given for output {one!r} shares memory with {other}; give each its own")
+    if len(arrays) < len(room):
+        for one_picture, other_picture in combinations([p for p in room.values() if isinstance(p, DevicePicture)], 2):
+            if one_picture.overlaps(other_picture):
+                raise InputError(f"into= gives {one_picture} for two outputs; give each its own")
     return room
 
 
@@ -219,7 +221,7 @@ def _room(array: Any, format_: Format, size: tuple[int, int], what: str) -> NDAr
         raise InputError(f"{what} takes {_expected_room(format_, size)}, got {array.shape} of {array.dtype}")
     if not array.flags.writeable:
         raise InputError(f"{what} is read-only; give an array that may be written, such as a copy of it")
-    if _overlaps_itself(shaped):
+    if not array.flags.c_contiguous and _overlaps_itself(shaped):
         raise InputError(f"{what} has pixels that share memory (strides {array.strides}); give a plain array")
     made: NDArray[Any] = shaped
     return made

@@ -50,6 +50,7 @@ class Execution:
         self._overrides: dict[tuple[str, str], object] = {}
         self._uploaded: dict[str, object] = {}
         self._static_seen: dict[str, object] | None = None
+        self._static_values = [name for name, handle in plan.values.items() if handle.static]
         #: What static steps derive from sources that are not static.
         self._by_value = [
             value
@@ -206,8 +207,9 @@ class Execution:
         """
         self.lending.begin(room or {}, results)
         values = self._values(given)
-        static = {name: values[name] for name, handle in self.plan.values.items() if handle.static}
-        static |= {str(number): _contents(resolve(handle, values)) for number, handle in enumerate(self._by_value)}
+        static = {name: values[name] for name in self._static_values}
+        for number, handle in enumerate(self._by_value):
+            static[str(number)] = _contents(resolve(handle, values))
         static_changed = self._changed(static)
         self._static_seen = None  # until this run has ended well, nothing counts as done
         if check is not None:
@@ -283,11 +285,12 @@ class Execution:
     def _values(self, given: Mapping[str, object]) -> dict[Any, object]:
         """Run values by handle; derived ones are computed when first asked for."""
         needed = self.plan.values
-        surplus = [name for name in given if name not in needed]
-        if surplus:
+        if given and (surplus := [name for name in given if name not in needed]):
             known = ", ".join([*self.plan.inputs, *needed]) or "nothing"
             raise InputError(f"there is no input or value {surplus[0]!r} in this graph; it takes {known}")
         values: dict[Any, object] = {}
+        if not needed:
+            return values
         for name, handle in needed.items():
             value = given.get(name, self._told(handle))
             if value is None:
@@ -326,6 +329,8 @@ class Execution:
     def _changed(self, static: dict[str, object]) -> bool:
         """Whether a static value is another one than in the last run; arrays count as new whenever given anew."""
         seen = self._static_seen
+        if seen is not None and not static:
+            return False
         return seen is None or any(not _same(seen.get(name), value) for name, value in static.items())
 
     def override(self, step: str, name: str, value: object) -> None:

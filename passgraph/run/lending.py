@@ -40,6 +40,7 @@ class Lending:
         self.room: dict[int, Picture] = {}
         self.made: dict[int, NDArray[Any]] = {}
         self._handed_out: set[int] = set()
+        self._names = {resource: name for name, resource in plan.outputs.items()}
         self.spare = Spare()
         #: How each array of the last run came in or went out: in words, and what tells of its layout.
         self._transfers: dict[str, tuple[str, tuple[object, ...]]] = {}
@@ -82,7 +83,8 @@ class Lending:
     def takes(self, name: str, resource: int, place: int, picture: Picture) -> bool:
         """Whether an input's picture is read where it lies, or a copy of it on the device."""
         format_ = self.plan.resources[resource].format
-        use = OVERWRITTEN if self._is_overwritten(resource, picture) else READ
+        is_overwritten = isinstance(picture, DevicePicture) and self._is_overwritten(resource, picture)
+        use = OVERWRITTEN if is_overwritten else READ
         storage = self.backend.adopt(picture, format_, use) if resource in self._read_only else None
         how = "read in place"
         if storage is None:
@@ -94,10 +96,8 @@ class Lending:
             self.storages[place] = storage
         return storage is not None
 
-    def _is_overwritten(self, resource: int, picture: Picture) -> bool:
+    def _is_overwritten(self, resource: int, picture: DevicePicture) -> bool:
         """Whether a step reads an input's picture where, or after, a result is written over it."""
-        if not isinstance(picture, DevicePicture):
-            return False
         over = [
             self._uses[self.plan.resources[result].memory].first_written
             for result, room in self.room.items()
@@ -121,13 +121,12 @@ class Lending:
 
         Results stay lent until the next run, so that they can be read.
         """
-        names = {resource: name for name, resource in self.plan.outputs.items()}
         for resource, array in self.room.items():
             moved = places[resource] not in self.storages
             if moved:
                 self.backend.download_into(memories[places[resource]], array, self.plan.resources[resource].format)
             how = "moved into" if moved else "written in place in"
-            self._transfers[f"output {names[resource]!r}"] = how, _layout(array)
+            self._transfers[f"output {self._names[resource]!r}"] = how, _layout(array)
         for resource in self._read_only:
             self.storages.pop(places[resource], None)
 

@@ -253,10 +253,11 @@ class Program:
         pictures = self._admission.pictures(given, self.backend.picture_of)
         if self._bind(pictures) or self._plan is None:
             self._make_plan()
-        assert self._execution is not None
+        execution, plan = self._held.execution, self._plan
+        assert execution is not None and plan is not None
         values = {name: value for name, value in given.items() if name not in self._inputs}
-        room = given_room(into or {}, self.plan, pictures, self.backend.picture_of)
-        self._execution.run(pictures, values, observe, self._pass_check, room, timed, results)
+        room = {} if into is None else given_room(into, plan, pictures, self.backend.picture_of)
+        execution.run(pictures, values, observe, self._pass_check, room, timed, results)
 
     def read(self, name: str | None = None) -> Result:
         """The outputs of the last run (or one of them); after a call, copies of what it gave, as they are now."""

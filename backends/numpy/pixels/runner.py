@@ -5,6 +5,7 @@ from __future__ import annotations
 import ctypes
 from collections.abc import Sequence
 from functools import cached_property, partial
+from operator import is_not
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -79,7 +80,7 @@ class PixelRun:
         self, outputs: Sequence[Storage], images: Sequence[Sequence[Storage]], blocks: Sequence[Block]
     ) -> None:
         """The context holds bare addresses: the caller's arguments keep alive what they lead to."""
-        if any(a is not b for a, b in zip(blocks, self.blocks or (None,) * len(blocks), strict=True)):
+        if not self.blocks or any(map(is_not, blocks, self.blocks)):
             self.blocks = tuple(blocks)
             self.block_addresses = [(block.floats.ctypes.data, block.ints.ctypes.data) for block in blocks]
         entries: list[int] = []
