@@ -9,7 +9,9 @@ from __future__ import annotations
 import hashlib
 import io
 import pickle
-from collections.abc import Mapping, Sequence
+from collections import defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
@@ -66,6 +68,22 @@ class Programs:
         self.common: dict[str, _Common | None] = {}
         #: Programs by the names of these and the identities of the shapes that fill them.
         self.filled: dict[tuple[object, ...], scalar.ScalarProgram] = {}
+        #: Shapes of which the plan has one kernel only: places for its numbers would serve nobody, and where what
+        #: becomes of it hangs on one of them it would be lowered twice.
+        self._alone: set[str] = set()
+
+    def expect(self, programs: Iterable[ir.TypedKernel]) -> None:
+        """The kernels of a plan, before the first is lowered."""
+        numbers: defaultdict[str, set[tuple[float, ...]]] = defaultdict(set)
+        for program in programs:
+            with suppress(TypeError, RecursionError):  # it is lowered by itself
+                shape = self.shape(program)
+                numbers[shape.told].add(shape.literals)
+        self._alone = {told for told, met in numbers.items() if len(met) == 1}
+
+    def are_alone(self, shapes: Iterable[Shape]) -> bool:
+        """Whether no other kernel of the plan differs from these in its numbers only."""
+        return all(shape.told in self._alone for shape in shapes)
 
     def shape(self, program: ir.TypedKernel) -> Shape:
         if id(program) not in self._shapes:
@@ -183,8 +201,8 @@ class _Common:
 def lower_once(program: ir.TypedKernel, facts: Facts, known: Programs | None = None) -> scalar.ScalarProgram:
     """As :func:`~.lower.lower`, from disk where it is there; ``known`` holds those of one plan.
 
-    Kernels that differ in their numbers only are lowered once, with places for the numbers; where what becomes of a
-    kernel hangs on a number, as the length of a loop may, each is lowered by itself.
+    Kernels of a plan that differ in their numbers only are lowered once, with places for the numbers; where what
+    becomes of a kernel hangs on a number, as the length of a loop may, each is lowered by itself.
     """
     known = Programs() if known is None else known
     try:
@@ -196,7 +214,7 @@ def lower_once(program: ir.TypedKernel, facts: Facts, known: Programs | None = N
     if made not in known.filled:
         spans = tuple([span for shape in told.shapes for span in shape.spans])
         literals = tuple(told.literals)
-        common = _common(program, facts, name, literals, spans, known)
+        common = None if known.are_alone(told.shapes) else _common(program, facts, name, literals, spans, known)
         numbers = None if common is None else common.numbers(literals)
         if common is None or numbers is None:
             numbers = ()

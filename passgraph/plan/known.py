@@ -51,10 +51,13 @@ class Counting:
 
 def known_work(step: PixelStep) -> Counting | None:
     """What a step is known to do; None for nearly every one."""
+    if not _is_of(step, (COUNTED,)):
+        return None
+    # Few plans count, and these kernels take a while to read.
     from passgraph.graph.reduction_kernels import count_bins
     from passgraph.graph.reductions import MOST_BINS
 
-    if 16 * step.size[0] > MOST_BINS or not _is(step, count_bins, (COUNTED,), "zero"):
+    if 16 * step.size[0] > MOST_BINS or not _runs(step, count_bins, (COUNTED,), "zero"):
         return None
     return Counting(4 * step.size[0])
 
@@ -66,30 +69,35 @@ def counting_of(steps: Sequence[PixelStep]) -> Counting | None:
     count can leave the whole numbers that float32 holds: then whoever counts them in another order, or as ints, has
     the same bits.
     """
-    from passgraph.graph.reduction_kernels import SIDE, sum_counts
-
     if len(steps) < 2:
         return None
     numbers, counts, *levels = steps
     known, (width, height) = counts.known, numbers.size
     if known is None or counts.reads != numbers.outputs or counts.size[1] != height:
         return None
+    from passgraph.graph.reduction_kernels import SIDE, sum_counts
+
     each, below = 1, counts
     for level in levels:
         each *= SIDE * SIDE
         across, down = below.size
         if level.reads != below.outputs or level.size != (across, -(-down // (SIDE * SIDE))):
             return None
-        if min(each, height) * width > EXACT or not _is(level, sum_counts, (COUNTS,) * 4, "clamp"):
+        if min(each, height) * width > EXACT or not _is_of(level, (COUNTS,) * 4):
+            return None
+        if not _runs(level, sum_counts, (COUNTS,) * 4, "clamp"):
             return None
         below = level
     return Counting(known.quarter, each)
 
 
-def _is(step: PixelStep, kernel: PixelKernel[Any], formats: tuple[Format, ...], border: str) -> bool:
-    """Whether a step runs a kernel of ours, that reads pictures of such formats and writes four of counts."""
-    if (step.image_formats, step.output_formats) != (formats, (COUNTS,) * 4):
-        return False
+def _is_of(step: PixelStep, formats: tuple[Format, ...]) -> bool:
+    """Whether a step reads pictures of such formats and writes four of counts."""
+    return (step.image_formats, step.output_formats) == (formats, (COUNTS,) * 4)
+
+
+def _runs(step: PixelStep, kernel: PixelKernel[Any], formats: tuple[Format, ...], border: str) -> bool:
+    """Whether it runs a kernel of ours."""
     return nameless(step.program).key == _key(kernel, formats, border)
 
 

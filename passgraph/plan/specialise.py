@@ -8,7 +8,7 @@ from typing import cast
 from passgraph.errors import GraphError
 from passgraph.graph.targets import DrawPass, Pass, PixelPass, Target
 from passgraph.language.emitter import eliminate_dead
-from passgraph.language.ir import MIPS, own_pixel
+from passgraph.language.ir import MIPS, TypedKernel, own_pixel
 from passgraph.language.lower import Facts, ImageFacts
 from passgraph.language.lower_cache import lower_once
 from passgraph.language.scalar import LoadBuiltin, LoadTexel, Output, ScalarProgram, walk
@@ -35,6 +35,7 @@ def image_facts(target: Target, where: str, work: Work, sized: bool = False, by_
 
 
 def specialise(work: Work) -> None:
+    work.programs.expect(program for lowered in work.passes.values() for program in _programs_of(lowered.node))
     for lowered in work.passes.values():
         specialise_pass(lowered, work)
 
@@ -79,9 +80,13 @@ def _filter_apart(lowered: Lowered, work: Work) -> None:
 
 def _made_for_sizes(node: Pass) -> bool:
     """Where it is asked for, and where loops go over whole pictures: known sizes bound their trips."""
+    return (isinstance(node, PixelPass) and node.known_sizes) or any(map(loops_over_sizes, _programs_of(node)))
+
+
+def _programs_of(node: Pass) -> list[TypedKernel]:
     if isinstance(node, PixelPass):
-        return node.known_sizes or loops_over_sizes(node.kernel.program)
-    return any(loops_over_sizes(made.program) for made in (node.vertex, node.fragment) if made is not None)
+        return [node.kernel.program]
+    return [made.program for made in (node.vertex, node.fragment) if made is not None]
 
 
 def _specialise_draw(
