@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from passgraph.arguments import near, shown
+from passgraph.commands.flat import read_as_volumes
 from passgraph.commands.shader_files import effects_of_shader
 from passgraph.effects.registry import EFFECTS, Effect, summary_of
 from passgraph.errors import InputError
@@ -172,12 +173,7 @@ class KernelEffect(Effect):
         return tuple(_said(parameter, texts.get(parameter.name, ""), self) for parameter in others)
 
     def _check_flat(self) -> None:
-        """Pictures of files have no slices; taken for volumes of one slice they would be read as something else."""
-        from passgraph.language import ir
-
-        read = ir.expressions(*self.kernel.program.body)
-        volume = next((one.image for one in read if isinstance(one, ir.Property) and one.name == "slices"), None)
-        if volume is not None:
+        for volume in read_as_volumes(self.kernel.program):
             raise InputError(
                 f"{self.path}: {volume!r} is read as a volume, and the command line has pictures only; write a "
                 f"function from a target to a target that says how many slices it has, {volume}.slices(33), and mark "

@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from passgraph.commands.flat import flat_volumes
 from passgraph.effects.registry import Effect
+from passgraph.errors import InputError
 
 if TYPE_CHECKING:
     from passgraph.commands.own_file import Graph
@@ -66,7 +68,7 @@ class ShaderFileEffect(Effect):
         return next(times, None)
 
     def made(self, *taken: Any, **given: Any) -> Any:
-        return self.shader(*taken, **{self.own_names[name]: value for name, value in given.items()})
+        return self._of_pictures(self.shader(*taken, **{self.own_names[name]: value for name, value in given.items()}))
 
     def on_inputs(self) -> Graph:
         """On inputs by the shader's own names; parameters are values of the run, where sizes do not need them."""
@@ -78,7 +80,17 @@ class ShaderFileEffect(Effect):
         values: dict[str, Any] = {
             n: pg.Value(n, default=p.default) for n, p in self.shader.parameters.items() if n in settable
         }
-        return named_outputs(self.shader(*map(pg.Input, self.shader.images), **values))
+        return named_outputs(self._of_pictures(self.shader(*map(pg.Input, self.shader.images), **values)))
+
+    def _of_pictures(self, made: Any) -> Any:
+        """What was made, where no picture that was brought is read as a volume."""
+        for volume in flat_volumes([made]):
+            raise InputError(
+                f"{self.path}: {volume!r} is a sampler3D, and the command line has pictures only; in Python "
+                f"pg.load_shader({self.path!r}) takes a target that says how many slices it has, "
+                f"{volume}=table.slices(33)"
+            )
+        return made
 
 
 def effects_of_shader(path: Path) -> Mapping[str, Effect]:

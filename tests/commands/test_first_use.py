@@ -185,6 +185,29 @@ def test_a_kernel_that_reads_a_volume_needs_somebody_who_says_its_slices(capsys:
     assert "table.slices(33)" in said_so
 
 
+def test_a_shader_that_reads_a_volume_needs_one_too(capsys: pytest.CaptureFixture[str]) -> None:
+    Path("lut.frag").write_text("""
+        #version 330
+        uniform sampler2D image;
+        uniform sampler3D lut;
+        in vec2 uv;
+        out vec4 color;
+        void main() { color = texture(lut, texture(image, uv).rgb); }
+    """)
+    for line in ("apply lut.frag photo.png -o out.png", "apply lut.frag photo.png --lut photo.png -o out.png",
+                 "plan lut.frag photo.png", "check lut.frag"):  # fmt: skip
+        said_so = refused(capsys, line)
+        assert "lut.frag: 'lut' is a sampler3D, and the command line has pictures only" in said_so
+        assert "lut=table.slices(33)" in said_so
+    assert not Path("out.png").exists()
+    table = pg.Input("table", "rgba32f", (2, 4)).slices(2)  # black for red 0, white for red 1
+    graded = pg.load_shader("lut.frag")(pg.Input("photo"), lut=table)
+    dark_and_light = np.float32([[[0, 0, 0, 1], [1, 1, 1, 1]]] * 4)
+    with pg.compile(graded) as program:
+        made = program(photo=np.float32([[[0, 0, 0, 1], [1, 0, 0, 1]]]), table=dark_and_light)["lut"]
+    assert made[0, :, :3].tolist() == [[0, 0, 0], [1, 1, 1]]
+
+
 @pytest.mark.parametrize("named", ["mine.py", "mine.py:black_and_white", "dimmed.py:dimmed", "black-and-white"])
 def test_every_command_takes_the_same_names(named: str, capsys: pytest.CaptureFixture[str]) -> None:
     well(capsys, f"apply {named} photo.png -o out.png")
