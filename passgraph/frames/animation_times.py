@@ -82,7 +82,7 @@ def _of_gif(data: bytes) -> Times:
     seconds: list[Fraction] = []
     delay, plays, whole, at, reach = Fraction(0), 1, False, 13, (0, 0)
     try:
-        at += _table(data[10])
+        at += table_bytes(data[10])
         while not whole:
             kind, at = data[at], at + 1
             if kind == 0x3B:
@@ -90,7 +90,7 @@ def _of_gif(data: bytes) -> Times:
             elif kind == 0x2C:  # a picture: its place, its colours, its pixels
                 left, top, width, height = struct.unpack_from("<HHHH", data, at)
                 reach = max(reach[0], left + width), max(reach[1], top + height)
-                at = _behind(data, at + 9 + _table(data[at + 8]) + 1)
+                at = behind(data, at + 9 + table_bytes(data[at + 8]) + 1)
                 seconds.append(_shown(delay))
                 delay = Fraction(0)
             elif kind == 0x21:
@@ -99,7 +99,7 @@ def _of_gif(data: bytes) -> Times:
                 elif data[at + 1 : at + 15] == b"\x0bNETSCAPE2.0\x03\x01":
                     again = struct.unpack_from("<H", data, at + 15)[0]
                     plays = again + 1 if again else 0
-                at = _behind(data, at + 1)
+                at = behind(data, at + 1)
             else:
                 break
     except (IndexError, struct.error):
@@ -107,12 +107,12 @@ def _of_gif(data: bytes) -> Times:
     return Times(tuple(seconds), plays, len(seconds), whole, reach=reach)
 
 
-def _table(packed: int) -> int:
+def table_bytes(packed: int) -> int:
     """Bytes of a table of colours."""
     return 3 << ((packed & 7) + 1) if packed & 0x80 else 0
 
 
-def _behind(data: bytes, at: int) -> int:
+def behind(data: bytes, at: int) -> int:
     """Where a chain of blocks, each with its length before it, has ended; IndexError where the file ends before."""
     while length := data[at]:
         at += length + 1

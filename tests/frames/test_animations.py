@@ -162,6 +162,66 @@ def test_a_gif_has_as_many_colours_as_it_can(count: int, is_whole: bool) -> None
     assert np.array_equal(shown[0][..., 3], frame[..., 3])
 
 
+def theirs(path: str) -> list[np.ndarray[Any, Any]]:
+    """What libav makes of a file."""
+    av = pytest.importorskip("av")
+    with av.open(path) as container:
+        return [frame.to_ndarray(format="rgba") for frame in container.decode(video=0)]
+
+
+@pytest.mark.parametrize("order", ["wtwt", "ttww", "etee", "eew", "tete", "ww"])
+def test_whole_pictures_and_such_that_are_seen_through_come_in_any_order(order: str) -> None:
+    """Whole ones (w), some seen through (t) and empty ones (e): what is behind never shows, and none is lost."""
+    drawn = {"t": frames_of(len(order), seed=3), "w": frames_of(len(order), seed=4), "e": frames_of(len(order))}
+    for whole, empty in zip(drawn["w"], drawn["e"], strict=True):
+        whole[..., 3], empty[:] = 255, 0
+    frames = [drawn[kind][number] for number, kind in enumerate(order)]
+    copied(Arrays(frames), "b.gif", rate=Fraction(10))
+    # One that is as the one before is that one for longer.
+    changes = [one for number, one in enumerate(frames) if not number or not alike([one], [frames[number - 1]])]
+    made = Animation("b.gif")
+    assert alike([frame.read() for frame in made], changes)
+    assert sum(lengths(made)) == Fraction(len(order), 10)
+    assert alike(theirs("b.gif"), changes)
+
+
+def test_a_whole_picture_of_all_colours_makes_room_for_what_is_seen_through() -> None:
+    whole, part = np.zeros((2, 16, 32, 4), np.uint8)
+    whole[..., 0], whole[..., 3], part[:8] = np.arange(512).reshape(16, 32) % 256, 255, (9, 8, 7, 255)
+    copied(Arrays([whole, part, whole]), "b.gif")
+    for made in [frame.read() for frame in Animation("b.gif")], theirs("b.gif"):
+        for drawn, one in zip([whole, part, whole], made, strict=True):
+            assert np.array_equal(one[..., 3], drawn[..., 3])
+            seen = drawn[..., 3] == 255
+            assert np.abs(one[seen].astype(int) - drawn[seen]).max() <= 1
+
+
+def test_only_what_changes_is_stored_of_whole_pictures() -> None:
+    still = np.random.default_rng(5).integers(0, 200, (64, 64, 4)).astype(np.uint8)
+    still[..., 1:] = 0, 0, 255
+    other = still.copy()
+    other[20:22, 30:34] = 7, 200, 9, 255
+    copied(Arrays([still, still]), "one.gif")
+    copied(Arrays([still, other, still]), "b.gif")
+    assert alike([frame.read() for frame in Animation("b.gif")], [still, other, still])
+    assert Path("b.gif").stat().st_size < Path("one.gif").stat().st_size + 2000
+
+
+def test_a_gif_says_times_of_any_length() -> None:
+    """Two bytes hold eleven minutes of hundredths: a picture that is shown for longer stands there again."""
+    drawn = frames_of(3)
+    copied(Arrays(drawn), "b.gif", rate=Fraction(1, 700))
+    made = Animation("b.gif")
+    assert lengths(made) == [Fraction(65535, 100), Fraction(4465, 100)] * 3
+    assert alike([frame.read() for frame in made][::2], drawn)
+    assert alike([frame.read() for frame in made][1::2], drawn)
+
+
+def test_a_gif_is_shown_as_often_as_it_can_say() -> None:
+    copied(Animation(animation("a.png", frames_of(), loop=70_000)), "b.gif")
+    assert Animation("b.gif").plays == 65_536
+
+
 def test_frames_too_short_to_show_are_left_out_and_time_goes_on() -> None:
     """60 a second are more than a GIF shows: each that is kept lasts 20 ms or more, and all end when they should."""
     drawn = [np.full((2, 3, 4), (n, 0, 0, 255), np.uint8) for n in range(61)]
