@@ -1,5 +1,6 @@
-"""An animated GIF of pictures with palettes of their own: Pillow packs the pixels of each, and this file does the rest.
+"""Animated GIFs, in and out: Pillow packs and unpacks the pixels of each frame, and this file does the rest.
 
+Of frames that leave the one before them, or what lies behind all, Pillow shows others than browsers do.
 Of frames of which some are seen through Pillow writes wrong ones and files that break off, and of times and repeats
 that a GIF does not say it raises errors without a name.
 
@@ -24,8 +25,10 @@ MOST = 65_535
 LEAST = 2
 #: Of a table of colours.
 _ENTRIES = 256
-#: How a frame is left: as it is, or all of it seen through.
-_STAYS, _GOES = 1, 2
+#: How a frame is left: as it is, or all of it seen through, or as it was before.
+_STAYS, _GOES, _BACK = 1, 2, 3
+#: Shades of grey, whose entries are their numbers.
+_GREYS = np.arange(256, dtype=np.uint8).repeat(3).tobytes()
 #: Left, upper, right and lower.
 _Box: TypeAlias = "tuple[int, int, int, int]"
 
@@ -142,3 +145,45 @@ def _packed(indices: NDArray[np.uint8]) -> bytes:
         at = behind(data, at + 2)
     at += 10
     return data[at : behind(data, at + 1)]
+
+
+def pictures_of(data: bytes, size: tuple[int, int]) -> Iterator[NDArray[np.uint8]]:
+    """Whole pictures (h, w, 4) as browsers show them: behind all frames there is nothing.
+
+    Raises whatever Pillow raises of pixels that are damaged, and IndexError or struct.error where the file breaks off.
+    """
+    shown = np.zeros((size[1], size[0]), np.uint32)  # four bytes as one number: found and kept at once
+    at, how, unseen = 13 + table_bytes(data[10]), 0, None
+    common = data[13:at] or _GREYS
+    while data[at] in (0x21, 0x2C):
+        if data[at] == 0x21:
+            if data[at + 1] == 0xF9:
+                how, unseen = data[at + 3] >> 2 & 7, data[at + 6] if data[at + 3] & 1 else None
+            at = behind(data, at + 2)
+            continue
+        left, upper, width, height, packed = struct.unpack_from("<HHHHB", data, at + 1)
+        begin = at + 10 + table_bytes(packed)
+        table, at = data[at + 10 : begin] or common, behind(data, begin + 1)
+        colours = np.zeros((256, 4), np.uint8)
+        colours[:, 3] = 255
+        colours[: len(table) // 3, :3] = np.frombuffer(table, np.uint8).reshape(-1, 3)
+        if unseen is not None:
+            colours[unseen] = 0
+        before = shown.copy() if how == _BACK else shown
+        place = shown[upper : upper + height, left : left + width]
+        indices = _unpacked(data[begin:at], width, height, packed)[: place.shape[0], : place.shape[1]]
+        np.copyto(place, colours.view(np.uint32)[:, 0][indices], where=True if unseen is None else indices != unseen)
+        yield shown.copy().view(np.uint8).reshape(*shown.shape, 4)
+        if how == _GOES:
+            place[:] = 0
+        shown, how, unseen = before, 0, None
+
+
+def _unpacked(pixels: bytes, width: int, height: int, packed: int) -> NDArray[np.uint8]:
+    """Indices (h, w), as a frame's pixels have them."""
+    from PIL import Image
+
+    head = b"GIF89a" + struct.pack("<HHBBB", width, height, 0xF7, 0, 0) + _GREYS
+    place = b"," + struct.pack("<HHHHB", 0, 0, width, height, packed & 0x40)
+    with Image.open(io.BytesIO(head + place + pixels + b";"), formats=["GIF"]) as image:
+        return np.asarray(image)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import struct
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from PIL import Image
 import passgraph as pg
 from passgraph.commands.turntable import check_turntable
 from passgraph.errors import InputError
-from passgraph.frames import Animation, Arrays, ToAnimation
+from passgraph.frames import Animation, Arrays, ToAnimation, gif
 from passgraph.frames.animation_times import is_animated, times_of
 from passgraph.frames.open import open_film, open_sink, open_source
 from tests.commands.told import Outcome, refused
@@ -92,6 +93,42 @@ def test_what_a_gif_leaves_of_the_frame_before_is_what_another_decoder_leaves(di
     with av.open("a.gif") as container:
         theirs = [frame.to_ndarray(format="rgba") for frame in container.decode(video=0)]
     assert alike([frame.read() for frame in Animation("a.gif")], theirs)
+
+
+def by_chance(seed: int) -> tuple[bytes, list[np.ndarray[Any, Any]]]:
+    """A GIF of parts that leave what browsers know to leave, some seen through, and the pictures that these show."""
+    draw = np.random.default_rng(seed)
+    (width, height), common = draw.integers(2, 12, 2).tolist(), draw.bytes(24)
+    is_common = seed % 2 == 0
+    shown, pictures = np.zeros((height, width, 4), np.uint8), []
+    data = b"GIF89a" + struct.pack("<HHBBB", width, height, 0xF2 if is_common else 0x70, draw.integers(8), 0)
+    data += common if is_common else b""
+    for number in range(5):
+        x, y = (0, 0) if number % 2 == 0 else (int(draw.integers(width)), int(draw.integers(height)))
+        w, h = int(draw.integers(1, width - x + 3)), int(draw.integers(1, height - y + 3))  # beyond the picture too
+        w, h = (w, h) if number else (width, height)
+        how, unseen, is_own = int(draw.integers(4)), int(draw.integers(16)), not is_common or bool(draw.integers(2))
+        table, indices = draw.bytes(24) if is_own else common, draw.integers(0, 8, (h, w)).astype(np.uint8)
+        data += b"!\xf9\x04" + struct.pack("<BHBB", how << 2 | (unseen < 8), 10, unseen, 0)
+        data += b"," + struct.pack("<HHHHB", x, y, w, h, 0x82 if is_own else 0) + (table if is_own else b"")
+        data += gif._packed(indices)
+        colours = np.full((h, w, 4), 255, np.uint8)
+        colours[..., :3] = np.frombuffer(table, np.uint8).reshape(-1, 3)[indices]
+        before, part = shown.copy(), shown[y : y + h, x : x + w]
+        fits = slice(part.shape[0]), slice(part.shape[1])
+        part[:] = np.where((indices == unseen)[fits][..., None], part, colours[fits])
+        pictures.append(shown.copy())
+        if how == 2:
+            part[:] = 0
+        shown = before if how == 3 else shown
+    return data + b";", pictures
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_what_a_gif_leaves_is_what_browsers_leave(seed: int) -> None:
+    data, pictures = by_chance(seed)
+    Path("a.gif").write_bytes(data)
+    assert alike([frame.read() for frame in Animation("a.gif")], pictures)
 
 
 def test_a_picture_before_the_first_frame_is_not_shown() -> None:
