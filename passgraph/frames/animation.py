@@ -1,4 +1,4 @@
-"""Frames of animated pictures: GIF (gif.py), and APNG and WebP through Pillow."""
+"""Frames of animated pictures: GIF (gif.py), APNG (apng.py), and WebP through Pillow."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import numpy as np
 
 from passgraph import arguments
 from passgraph.errors import InputError
-from passgraph.frames import gif
+from passgraph.frames import apng, gif
 from passgraph.frames.animation_times import times_of
 from passgraph.frames.frame import Frame
 from passgraph.picture_decoders import check_size, open_picture, without_pillow_limit
@@ -71,7 +71,9 @@ class Animation:
         return len(self._times.seconds)
 
     def __iter__(self) -> Iterator[Frame]:
-        shown = gif.pictures_of(self._data, self.size) if self._data.startswith(b"GIF") else self._pictures()
+        kinds = {b"GIF": gif.pictures_of, b"\x89PN": apng.pictures_of}
+        known = kinds.get(self._data[:3])
+        shown = self._pictures() if known is None else known(self._data, self.size)
         ends = [round(end / TIME_BASE) for end in accumulate(self._times.seconds, initial=Fraction(0))]
         for number, (start, end) in enumerate(pairwise(ends), 1):
             picture = self._decoded(shown, number)
@@ -92,7 +94,7 @@ class Animation:
         """Whole pictures, which Pillow puts together from what the file stores."""
         image = self._opened()
         for number in range(self.count):
-            image.seek(number + self._times.hidden)
+            image.seek(number)
             picture = image.convert("RGBA")
             yield np.asarray(picture if picture.size == self.size else picture.crop((0, 0, *self.size)))
 

@@ -29,7 +29,6 @@ class Times:
     plays : how often all of them are, 0 for without end
     said : how many frames its header promises; as many as there are where it says nothing
     whole : whether the file goes on to its end
-    hidden : pictures before the first frame, for readers that know no animations
     reach : (width, height) that frames reach, which may lie beyond the picture
     until : bytes up to the end of the last whole frame, where this is told
     """
@@ -38,7 +37,6 @@ class Times:
     plays: int
     said: int
     whole: bool
-    hidden: int = 0
     reach: tuple[int, int] = (0, 0)
     until: int = 0
 
@@ -121,7 +119,7 @@ def behind(data: bytes, at: int) -> int:
 
 def _of_png(data: bytes) -> Times | None:
     seconds: list[Fraction] = []
-    at, plays, said, hidden, whole = len(_PNG), 0, 0, 0, False
+    at, plays, said, whole = len(_PNG), 0, 0, False
     while at + 12 <= len(data) and not whole:
         length, kind = struct.unpack_from(">I4s", data, at)
         is_there = at + 12 + length <= len(data)
@@ -130,11 +128,9 @@ def _of_png(data: bytes) -> Times | None:
         elif kind == b"fcTL" and length == 26 and is_there:
             number, of = struct.unpack_from(">HH", data, at + 28)
             seconds.append(_shown(Fraction(number, of or 100)))
-        elif kind == b"IDAT" and not seconds:
-            hidden = 1
         whole = kind == b"IEND"
         at += length + 12
-    return Times(tuple(seconds), plays, said, whole, hidden) if said else None
+    return Times(tuple(seconds), plays, said, whole) if said else None
 
 
 def _of_webp(data: bytes) -> Times | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import struct
+import zlib
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -129,6 +130,83 @@ def test_what_a_gif_leaves_is_what_browsers_leave(seed: int) -> None:
     data, pictures = by_chance(seed)
     Path("a.gif").write_bytes(data)
     assert alike([frame.read() for frame in Animation("a.gif")], pictures)
+
+
+def chunk(kind: bytes, body: bytes) -> bytes:
+    return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
+
+
+def apng_by_chance(seed: int) -> tuple[bytes, list[np.ndarray[Any, Any]]]:
+    """An APNG of parts, laid and left in every way, and the pictures that these show, not rounded."""
+    draw = np.random.default_rng(seed)
+    width, height = draw.integers(1, 9, 2).tolist()
+    type_, channels = [(6, 4), (2, 3), (0, 1), (4, 2)][seed % 4]
+    shown, pictures, order, has_other = np.zeros((height, width, 4)), [], 0, seed % 3 == 0
+    data = chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, type_, 0, 0, 0)) + chunk(
+        b"acTL", bytes([0, 0, 0, 5] * 2)
+    )
+
+    def part(w: int, h: int) -> tuple[np.ndarray[Any, Any], bytes]:
+        pixels = draw.integers(0, 256, (h, w, channels)).astype(np.uint8)
+        pixels[..., -1] = draw.choice([0, 90, 255], (h, w))
+        rgba = np.full((h, w, 4), 255.0)
+        rgba[..., :3] = pixels[..., :3] if channels > 2 else pixels[..., :1]
+        rgba[..., 3] = pixels[..., -1] if channels % 2 == 0 else 255
+        return rgba, zlib.compress(b"".join(b"\0" + row.tobytes() for row in pixels))
+
+    data += chunk(b"IDAT", part(width, height)[1]) if has_other else b""
+    for number in range(5):
+        x, y = (int(draw.integers(width)), int(draw.integers(height))) if number else (0, 0)
+        w, h = (
+            (int(draw.integers(1, width - x + 1)), int(draw.integers(1, height - y + 1))) if number else (width, height)
+        )
+        left, laid = int(draw.integers(3)), int(draw.integers(2))
+        data += chunk(b"fcTL", struct.pack(">IIIIIHHBB", order, w, h, x, y, 1, 10, left, laid))
+        rgba, pixels = part(w, h)
+        is_first = number == 0 and not has_other
+        data += chunk(b"IDAT", pixels) if is_first else chunk(b"fdAT", struct.pack(">I", order + 1) + pixels)
+        order += 1 if is_first else 2
+        before, place = shown.copy(), shown[y : y + h, x : x + w]
+        share = rgba[..., 3:] / 255 if laid else np.ones((h, w, 1))
+        rest = place[..., 3:] / 255 * (1 - share)
+        alpha = share + rest if laid else rgba[..., 3:] / 255
+        place[..., :3] = (rgba[..., :3] * share + place[..., :3] * rest) / np.maximum(share + rest, 1e-9)
+        place[..., 3:] = alpha * 255
+        pictures.append(shown.copy())
+        if left == 1 or (left == 2 and number == 0):
+            place[:] = 0
+        shown = before if left == 2 and number else shown
+    return b"\x89PNG\r\n\x1a\n" + data + chunk(b"IEND", b""), pictures
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_what_an_apng_leaves_and_lays_over_is_as_its_specification_says(seed: int) -> None:
+    data, pictures = apng_by_chance(seed)
+    Path("a.png").write_bytes(data)
+    for frame, expected in zip(Animation("a.png"), pictures, strict=True):
+        made = frame.read().astype(float)
+        assert np.abs(made - expected)[..., 3].max() <= 0.51 * (1 + len(pictures))
+        assert np.abs(made - expected)[expected[..., 3] > 60].max(initial=0) <= 3
+
+
+def test_a_damaged_apng_is_told() -> None:
+    path = animation("a.png", frames_of())
+    data = path.read_bytes()
+    at = data.rindex(b"fdAT") + 12
+    path.write_bytes(data[:at] + bytes([data[at] ^ 1]) + data[at + 1 :])
+    with pytest.raises(
+        InputError, match=r"a\.png: truncated or corrupt from frame 5 on \(the chunk 'fdAT' is damaged\)"
+    ):
+        [frame.read() for frame in Animation(path)]
+
+
+def test_an_apng_of_a_frame_beyond_the_picture_is_refused_before_memory_is_asked_for() -> None:
+    data, _ = apng_by_chance(1)
+    at = data.index(b"fcTL", data.index(b"fcTL") + 4)
+    body = data[at + 4 : at + 8] + struct.pack(">II", 1 << 30, 1 << 30) + data[at + 16 : at + 30]
+    Path("a.png").write_bytes(data[: at - 4] + chunk(b"fcTL", body) + data[at + 34 :])
+    with pytest.raises(InputError, match=r"corrupt from frame 2 on \(the frame lies beyond the picture\)"):
+        [frame.read() for frame in Animation("a.png")]
 
 
 def test_a_picture_before_the_first_frame_is_not_shown() -> None:
