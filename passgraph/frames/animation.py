@@ -1,4 +1,4 @@
-"""Frames of animated pictures: GIF, APNG and WebP, through Pillow."""
+"""Frames of animated pictures: GIF (gif.py), APNG (apng.py), and WebP through Pillow."""
 
 from __future__ import annotations
 
@@ -13,6 +13,7 @@ import numpy as np
 
 from passgraph import arguments
 from passgraph.errors import InputError
+from passgraph.frames import apng, gif
 from passgraph.frames.animation_times import times_of
 from passgraph.frames.frame import Frame
 from passgraph.picture_decoders import check_size, open_picture, without_pillow_limit
@@ -70,12 +71,14 @@ class Animation:
         return len(self._times.seconds)
 
     def __iter__(self) -> Iterator[Frame]:
-        image = self._opened()
+        kinds = {b"GIF": gif.pictures_of, b"\x89PN": apng.pictures_of}
+        known = kinds.get(self._data[:3])
+        shown = self._pictures() if known is None else known(self._data, self.size)
         ends = [round(end / TIME_BASE) for end in accumulate(self._times.seconds, initial=Fraction(0))]
         for number, (start, end) in enumerate(pairwise(ends), 1):
-            picture = self._decoded(image, number)
+            picture = self._decoded(shown, number)
             metadata = {"pts": start, "duration": end - start, "time_base": TIME_BASE}
-            yield Frame(number, f"{self.path}, frame {number}", lambda picture=picture: np.asarray(picture), metadata)  # type: ignore[misc]
+            yield Frame(number, f"{self.path}, frame {number}", lambda picture=picture: picture, metadata)  # type: ignore[misc]
         if not self._times.whole or self.count < self._times.said:
             raise InputError(f"{self.path}: truncated; {_until(self.count)}")
 
@@ -87,13 +90,18 @@ class Animation:
         except Exception as error:
             raise InputError(f"{self.path}: truncated or corrupt ({_text(error)}); make or copy it again") from error
 
-    def _decoded(self, image: Any, number: int) -> Any:
-        """The whole picture that is shown, which Pillow puts together from what the file stores."""
+    def _pictures(self) -> Iterator[Any]:
+        """Whole pictures, which Pillow puts together from what the file stores."""
+        image = self._opened()
+        for number in range(self.count):
+            image.seek(number)
+            picture = image.convert("RGBA")
+            yield np.asarray(picture if picture.size == self.size else picture.crop((0, 0, *self.size)))
+
+    def _decoded(self, shown: Iterator[Any], number: int) -> Any:
         try:
             with without_pillow_limit():
-                image.seek(number - 1 + self._times.hidden)
-                picture = image.convert("RGBA")
-                return picture if picture.size == self.size else picture.crop((0, 0, *self.size))
+                return next(shown)
         except Exception as error:  # decoders meet broken bytes with errors of every kind
             raise InputError(
                 f"{self.path}: truncated or corrupt from frame {number} on ({_text(error)}); {_until(number - 1)}"

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from passgraph.errors import InputError
+from passgraph.frames import gif
 from passgraph.frames.animation import Animation
 from passgraph.frames.film import Film
 from passgraph.frames.frame import Frame, Source, Stored
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
     from PIL.Image import Image
 
 #: Units of a second that a format counts in, and the fewest of them that players do not show for longer.
-_UNITS = {"GIF": (100, 2), "PNG": (1000, 11)}
+_UNITS = {"GIF": (100, gif.LEAST), "PNG": (1000, 11)}
 #: Colours of a GIF's frame.
 _COLOURS = 256
 
@@ -54,7 +55,7 @@ class ToAnimation(Film):
         super().begin(source)
         self._plays = source.plays if isinstance(source, Animation) else 0
         #: Pictures that are kept, and when each begins, in the format's units; and when the last one ends.
-        self._kept: list[tuple[int, Image]] = []
+        self._kept: list[tuple[int, Image | gif.Paletted]] = []
         self._end = Fraction(0)
 
     def in_bytes(self, source: Source) -> bool:
@@ -64,13 +65,13 @@ class ToAnimation(Film):
         self._check_size(frame, size)
         return np.dtype(np.uint8)
 
-    def prepare(self, frame: Frame, picture: Stored) -> Image:
+    def prepare(self, frame: Frame, picture: Stored) -> Image | gif.Paletted:
         from PIL import Image as pillow
 
         pixels = np.ascontiguousarray(with_channels(picture, 4))
         return _of_few_colours(pixels) if self._format == "GIF" else pillow.fromarray(pixels)
 
-    def take(self, frame: Frame, prepared: Image) -> None:
+    def take(self, frame: Frame, prepared: Image | gif.Paletted) -> None:
         units, least = _UNITS[self._format]
         start = self._start_of(frame)
         begins, self._end = round(start * units), start + self._length_of(frame)
@@ -81,19 +82,14 @@ class ToAnimation(Film):
         units, least = _UNITS[self._format]
         begins, pictures = zip(*self._kept, strict=True)
         ends = max(round(self._end * units), begins[-1] + least)
-        lengths = [(after - before) * 1000 // units for before, after in pairwise((*begins, ends))]
-        options: dict[str, Any] = {"loop": self._plays}
-        if self._format == "GIF":
-            # Where a picture is transparent the one before it must be gone.
-            is_seen_through = any("transparency" in picture.info for picture in pictures)
-            # Netscape's extension counts what follows the first time.
-            again = {} if self._plays == 1 else {"loop": max(0, self._plays - 1)}
-            options = {**again, "disposal": 2 if is_seen_through else 1, "optimize": False}
+        lengths = [after - before for before, after in pairwise((*begins, ends))]
         assert self._temporary is not None
         with self._temporary.open("xb") as stream:
-            pictures[0].save(
-                stream, self._format, save_all=True, append_images=pictures[1:], duration=lengths, **options
-            )
+            if self._format == "GIF":
+                gif.write_gif(stream, pictures, lengths, self._plays)
+            else:
+                more: dict[str, Any] = {"append_images": pictures[1:], "duration": lengths, "loop": self._plays}
+                pictures[0].save(stream, "PNG", save_all=True, **more)
         self._renamed()
 
     def abandon(self) -> None:
@@ -103,7 +99,7 @@ class ToAnimation(Film):
             self._temporary = None
 
 
-def _of_few_colours(pixels: NDArray[np.uint8]) -> Image:
+def _of_few_colours(pixels: NDArray[np.uint8]) -> gif.Paletted:
     """A picture (h, w, 4) with a palette; one more entry is what cannot be seen."""
     from PIL import Image as pillow
 
@@ -123,8 +119,4 @@ def _of_few_colours(pixels: NDArray[np.uint8]) -> Image:
         colours = np.array(chosen.getpalette(), np.uint8).reshape(-1, 3)[:most]
         dithered = image.quantize(palette=chosen, dither=pillow.Dither.FLOYDSTEINBERG)
         indices = np.where(seen, np.asarray(dithered), np.uint8(len(colours) % _COLOURS))
-    made = pillow.fromarray(indices, "P")
-    made.putpalette(colours.tobytes() + (b"" if seen.all() else b"\0\0\0"), "RGB")
-    if not seen.all():
-        made.info["transparency"] = len(colours)
-    return made
+    return gif.Paletted(indices, colours, None if seen.all() else len(colours))

@@ -29,7 +29,6 @@ class Times:
     plays : how often all of them are, 0 for without end
     said : how many frames its header promises; as many as there are where it says nothing
     whole : whether the file goes on to its end
-    hidden : pictures before the first frame, for readers that know no animations
     reach : (width, height) that frames reach, which may lie beyond the picture
     until : bytes up to the end of the last whole frame, where this is told
     """
@@ -38,7 +37,6 @@ class Times:
     plays: int
     said: int
     whole: bool
-    hidden: int = 0
     reach: tuple[int, int] = (0, 0)
     until: int = 0
 
@@ -82,7 +80,7 @@ def _of_gif(data: bytes) -> Times:
     seconds: list[Fraction] = []
     delay, plays, whole, at, reach = Fraction(0), 1, False, 13, (0, 0)
     try:
-        at += _table(data[10])
+        at += table_bytes(data[10])
         while not whole:
             kind, at = data[at], at + 1
             if kind == 0x3B:
@@ -90,7 +88,7 @@ def _of_gif(data: bytes) -> Times:
             elif kind == 0x2C:  # a picture: its place, its colours, its pixels
                 left, top, width, height = struct.unpack_from("<HHHH", data, at)
                 reach = max(reach[0], left + width), max(reach[1], top + height)
-                at = _behind(data, at + 9 + _table(data[at + 8]) + 1)
+                at = behind(data, at + 9 + table_bytes(data[at + 8]) + 1)
                 seconds.append(_shown(delay))
                 delay = Fraction(0)
             elif kind == 0x21:
@@ -99,7 +97,7 @@ def _of_gif(data: bytes) -> Times:
                 elif data[at + 1 : at + 15] == b"\x0bNETSCAPE2.0\x03\x01":
                     again = struct.unpack_from("<H", data, at + 15)[0]
                     plays = again + 1 if again else 0
-                at = _behind(data, at + 1)
+                at = behind(data, at + 1)
             else:
                 break
     except (IndexError, struct.error):
@@ -107,12 +105,12 @@ def _of_gif(data: bytes) -> Times:
     return Times(tuple(seconds), plays, len(seconds), whole, reach=reach)
 
 
-def _table(packed: int) -> int:
+def table_bytes(packed: int) -> int:
     """Bytes of a table of colours."""
     return 3 << ((packed & 7) + 1) if packed & 0x80 else 0
 
 
-def _behind(data: bytes, at: int) -> int:
+def behind(data: bytes, at: int) -> int:
     """Where a chain of blocks, each with its length before it, has ended; IndexError where the file ends before."""
     while length := data[at]:
         at += length + 1
@@ -121,7 +119,7 @@ def _behind(data: bytes, at: int) -> int:
 
 def _of_png(data: bytes) -> Times | None:
     seconds: list[Fraction] = []
-    at, plays, said, hidden, whole = len(_PNG), 0, 0, 0, False
+    at, plays, said, whole = len(_PNG), 0, 0, False
     while at + 12 <= len(data) and not whole:
         length, kind = struct.unpack_from(">I4s", data, at)
         is_there = at + 12 + length <= len(data)
@@ -130,11 +128,9 @@ def _of_png(data: bytes) -> Times | None:
         elif kind == b"fcTL" and length == 26 and is_there:
             number, of = struct.unpack_from(">HH", data, at + 28)
             seconds.append(_shown(Fraction(number, of or 100)))
-        elif kind == b"IDAT" and not seconds:
-            hidden = 1
         whole = kind == b"IEND"
         at += length + 12
-    return Times(tuple(seconds), plays, said, whole, hidden) if said else None
+    return Times(tuple(seconds), plays, said, whole) if said else None
 
 
 def _of_webp(data: bytes) -> Times | None:

@@ -6,6 +6,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -23,8 +24,8 @@ if TYPE_CHECKING:
     from av.video.frame import VideoFrame
     from av.video.stream import VideoStream
 
-#: Numbers of ITU-T H.273 (matrix coefficients), as libavutil has them: BT.709, BT.601, and "not said".
-BT709, BT601, UNSPECIFIED = 1, 6, 2
+#: Numbers of ITU-T H.273 (matrix coefficients), as libavutil has them: none, BT.709, BT.601, and "not said".
+RGB, BT709, BT601, UNSPECIFIED = 0, 1, 6, 2
 #: Formats of files that are opened, by libavformat's names.  Others are lists of further files and addresses.
 _FORMATS = "mov,matroska,avi,mpegts,mpeg,mpegvideo,h264,hevc,ivf,ogg,asf,flv,mxf,nut"
 #: A file may not make libav read other ones.
@@ -52,7 +53,7 @@ class Video:
     rate : frames a second on average, or None
     time_base : what one unit of ``pts`` in a frame's metadata is, in seconds
     matrix, colour_range, primaries, transfer : as the file says, by the numbers of libavutil; written again as they are
-    deep, has_alpha : whether it has more than 8 bits, and transparency
+    deep, has_alpha, has_chroma : whether it has more than 8 bits, transparency, and colours as Y'CbCr
 
     Raises
     ------
@@ -75,6 +76,8 @@ class Video:
             parts = context.format.components if context.format else ()
             self.deep = any(part.bits > 8 for part in parts)
             self.has_alpha = any(part.is_alpha for part in parts)
+            is_rgb = context.format is not None and context.format.is_rgb
+            self.has_chroma = not is_rgb and sum(not part.is_alpha for part in parts) != 1
             self.frames, self.duration = stream.frames, _duration(stream)
             # ASF says how long its longest stream lasts, which may be the sound.
             self._says_its_time = container.format.name != "asf"
@@ -105,7 +108,7 @@ class Video:
                 if frame.pts is not None:
                     end = max(end, (frame.pts - self.start) * self.time_base)
                 metadata = {"pts": frame.pts, "time_base": self.time_base}
-                yield Frame(number, name, lambda frame=frame: self._picture(frame, converted), metadata)  # type: ignore[misc]
+                yield Frame(number, name, partial(self._picture, name, frame, converted), metadata)
         if number == 0:
             raise InputError(f"{self.path}: has no frame that can be decoded; make or copy the file again")
         self._check_end(number, end)
@@ -143,10 +146,17 @@ class Video:
         if said:
             raise InputError(f"{self.path}: truncated; {said}; the {number} frames until there are done")
 
-    def _picture(self, frame: VideoFrame, converted: Conversion) -> Stored:
+    def _picture(self, name: str, frame: VideoFrame, converted: Conversion) -> Stored:
         matrix, colour_range = stated(frame.colorspace, frame.color_range, frame.format.name, frame.height)
         frame.colorspace, frame.color_range = matrix, colour_range
-        return np.ascontiguousarray(_upright(converted.pixels(frame, self.deep), frame))
+        try:
+            pixels = converted.pixels(frame, self.deep)
+        except import_av(self.path).error.FFmpegError as error:
+            raise InputError(
+                f"{name}: its colours cannot be read ({reason(error)}): pixel format {frame.format.name}, matrix "
+                f"{matrix} of H.273; convert the video to BT.709 first"
+            ) from error
+        return np.ascontiguousarray(_upright(pixels, frame))
 
 
 def _upright(picture: Stored, frame: VideoFrame) -> Stored:
@@ -170,7 +180,7 @@ def _upright(picture: Stored, frame: VideoFrame) -> Stored:
 
 def stated(matrix: int, colour_range: int, format: str, height: int) -> tuple[int, int]:
     """Matrix and range of YUV pixels, with a guess where the file does not say."""
-    if matrix == UNSPECIFIED:
+    if matrix == UNSPECIFIED or (matrix == RGB and format.startswith("yuv")):
         matrix = BT709 if height >= 720 else BT601
     if colour_range not in (LIMITED, FULL):
         colour_range = FULL if format.startswith("yuvj") else LIMITED

@@ -37,6 +37,11 @@ _MATRICES = {
 }  # fmt: skip
 
 
+def is_matrix(number: int) -> bool:
+    """Whether colours are converted by this matrix."""
+    return number in _MATRICES
+
+
 class Conversion(threading.local):
     """Frames to (h, w, 4) pixels and back, of the same matrix and range.
 

@@ -15,13 +15,16 @@ from passgraph.frames.film import Film
 from passgraph.frames.frame import Frame, OutputError, Source, Stored
 from passgraph.frames.sound import Sound, check_sound
 from passgraph.frames.stored import with_channels
-from passgraph.frames.video import UNSPECIFIED, Video, import_av, reason, stated
-from passgraph.frames.video_pixels import FULL, Conversion
+from passgraph.frames.video import Video, import_av, reason
+from passgraph.frames.video_colours import Coding, coding_of
+from passgraph.frames.video_pixels import Conversion
 
 #: libavcodec's flag that frames say how long they last.
 _FRAME_DURATION = 1 << 8
 #: Encoders whose time base has 16 bits (ISO/IEC 14496-2, vop_time_increment_resolution) or is the frame rate.
 _COARSE = ("mpeg4", "mpeg2video", "mpeg1video", "msmpeg4", "wmv2")
+#: Frames of so few are stored in the order of their times by every encoder.
+_IN_ORDER = 2
 #: What is asked of an encoder where nothing is said: nearly no visible loss, and of x265 no talk on stderr.
 _USUAL = {
     "libx264": {"crf": "18"}, "libx265": {"crf": "20", "x265-params": "log-level=error"},
@@ -31,6 +34,9 @@ _USUAL = {
 _CODECS = {".avi": "libx264", ".mkv": "libx264", ".mp4": "libx264", ".mov": "libx264", ".m4v": "libx264"}
 #: What a file says of itself, which is not true of another.
 _OWN_METADATA = ("encoder", "major_brand", "minor_version", "compatible_brands", "duration")
+
+
+_OTHERS = "use another --codec"
 
 
 class ToVideo(Film):
@@ -70,6 +76,7 @@ class ToVideo(Film):
         self._stream: Any = None
         self._format = ""
         self._last: int | None = None  # pts of the last one
+        self._count = 0
         super().begin(source)
         assert self._temporary is not None
         try:
@@ -111,15 +118,16 @@ class ToVideo(Film):
     # Any thread
 
     def prepare(self, frame: Frame, picture: Stored) -> Any:
-        pixels = np.ascontiguousarray(with_channels(picture, 4))
-        return self._converted.frame(pixels, self._format, *self._colours())
+        pixels, coding = np.ascontiguousarray(with_channels(picture, 4)), self._coding()
+        try:
+            return self._converted.frame(pixels, self._format, coding.matrix, coding.colour_range)
+        except self._av.error.FFmpegError as error:
+            raise OutputError(f"{self.path}: no pixels can be made in the format {self._format}; {_OTHERS}") from error
 
-    def _colours(self) -> tuple[int, int]:
+    def _coding(self) -> Coding:
         assert self._size is not None
-        video = self._video
-        if video is None:
-            return stated(UNSPECIFIED, FULL if self._format.startswith("yuvj") else 0, self._format, self._size[1])
-        return stated(video.matrix, video.colour_range, video.format, self._size[1])
+        form = self._av.VideoFormat(self._format, *self._size)
+        return coding_of(self._encoder.name, self.path.suffix.lower(), form, self._video, self._size[1])
 
     def _pixel_format(self, width: int, height: int) -> str:
         """The source's where the encoder has it, else the nearest; quarter colour needs even sides."""
@@ -137,13 +145,13 @@ class ToVideo(Film):
             form = self._av.VideoFormat(name, width, height) if name in known else None
             if form is not None and self._fits(form):
                 return name
-        raise OutputError(
-            f"{self.path}: the encoder {self._encoder.name} takes no {width}x{height} pixels; use another --codec"
-        )
+        raise OutputError(f"{self.path}: the encoder {self._encoder.name} takes no {width}x{height} pixels; {_OTHERS}")
 
     @staticmethod
     def _fits(form: Any) -> bool:
-        """Whether each chroma sample stands for whole pixels."""
+        """Whether pixels can be brought into it, and each chroma sample stands for whole ones."""
+        if form.has_palette:
+            return False  # nothing makes a choice of colours
         width, height = form.width, form.height
         across, down = form.chroma_width(64), form.chroma_height(64)
         return bool(width % (64 // across) == 0 and height % (64 // down) == 0)
@@ -161,6 +169,7 @@ class ToVideo(Film):
         if self._sound is not None:
             for packet in self._sound.until(prepared.pts * self._time_base):
                 self._container.mux(packet)
+        self._count += 1
         self._container.mux(self._stream.encode(prepared))
 
     def _pts(self, frame: Frame) -> int:
@@ -177,15 +186,20 @@ class ToVideo(Film):
         options = {**_USUAL.get(self._encoder.name, {}), **self.options}
         stream = self._stream = self._container.add_stream(self._encoder.name, rate=rate, options=options)
         (stream.width, stream.height), stream.pix_fmt = self._size, self._format
-        coarse = self._encoder.name.startswith(_COARSE)
+        # AVI counts frames and nothing else: of a finer base it would be mostly frames that are not there, and of
+        # frames that are stored in another order it tells the times of others.
+        is_avi = self.path.suffix.lower() == ".avi"
+        coarse = self._encoder.name.startswith(_COARSE) or is_avi
         self._time_base = 1 / rate if self._base is None or coarse else self._base
         context = stream.codec_context
         context.time_base, context.thread_count, context.thread_type = self._time_base, 0, "AUTO"
+        if is_avi:
+            context.max_b_frames = 0
         if video is None and self._base is not None:
             # Frames of other lengths each: the last one's is kept where frames are stored in the order of their times.
             context.flags, context.max_b_frames = context.flags | _FRAME_DURATION, 0
-        context.colorspace = UNSPECIFIED if video is None else video.matrix
-        context.color_range = self._colours()[1]
+        coding = self._coding()
+        context.colorspace, context.color_range = coding.said, coding.colour_range
         if video is not None:
             context.color_primaries, context.color_trc = video.primaries, video.transfer
             if video.aspect:
@@ -208,7 +222,12 @@ class ToVideo(Film):
             for packet in self._sound.until(None):
                 self._container.mux(packet)
             self._sound.close()
-        self._container.mux(self._stream.encode())
+        packets = self._stream.encode()
+        if self._count <= _IN_ORDER:
+            # x265 tells when they are decoded by memory that it has not written yet.
+            for packet in packets:
+                packet.dts = packet.pts
+        self._container.mux(packets)
         self._container.close()
         self._renamed()
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import io
+import struct
+import zlib
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -14,7 +16,7 @@ from PIL import Image
 import passgraph as pg
 from passgraph.commands.turntable import check_turntable
 from passgraph.errors import InputError
-from passgraph.frames import Animation, Arrays, ToAnimation
+from passgraph.frames import Animation, Arrays, ToAnimation, gif
 from passgraph.frames.animation_times import is_animated, times_of
 from passgraph.frames.open import open_film, open_sink, open_source
 from tests.commands.told import Outcome, refused
@@ -94,6 +96,119 @@ def test_what_a_gif_leaves_of_the_frame_before_is_what_another_decoder_leaves(di
     assert alike([frame.read() for frame in Animation("a.gif")], theirs)
 
 
+def by_chance(seed: int) -> tuple[bytes, list[np.ndarray[Any, Any]]]:
+    """A GIF of parts that leave what browsers know to leave, some seen through, and the pictures that these show."""
+    draw = np.random.default_rng(seed)
+    (width, height), common = draw.integers(2, 12, 2).tolist(), draw.bytes(24)
+    is_common = seed % 2 == 0
+    shown, pictures = np.zeros((height, width, 4), np.uint8), []
+    data = b"GIF89a" + struct.pack("<HHBBB", width, height, 0xF2 if is_common else 0x70, draw.integers(8), 0)
+    data += common if is_common else b""
+    for number in range(5):
+        x, y = (0, 0) if number % 2 == 0 else (int(draw.integers(width)), int(draw.integers(height)))
+        w, h = int(draw.integers(1, width - x + 3)), int(draw.integers(1, height - y + 3))  # beyond the picture too
+        w, h = (w, h) if number else (width, height)
+        how, unseen, is_own = int(draw.integers(4)), int(draw.integers(16)), not is_common or bool(draw.integers(2))
+        table, indices = draw.bytes(24) if is_own else common, draw.integers(0, 8, (h, w)).astype(np.uint8)
+        data += b"!\xf9\x04" + struct.pack("<BHBB", how << 2 | (unseen < 8), 10, unseen, 0)
+        data += b"," + struct.pack("<HHHHB", x, y, w, h, 0x82 if is_own else 0) + (table if is_own else b"")
+        data += gif._packed(indices)
+        colours = np.full((h, w, 4), 255, np.uint8)
+        colours[..., :3] = np.frombuffer(table, np.uint8).reshape(-1, 3)[indices]
+        before, part = shown.copy(), shown[y : y + h, x : x + w]
+        fits = slice(part.shape[0]), slice(part.shape[1])
+        part[:] = np.where((indices == unseen)[fits][..., None], part, colours[fits])
+        pictures.append(shown.copy())
+        if how == 2:
+            part[:] = 0
+        shown = before if how == 3 else shown
+    return data + b";", pictures
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_what_a_gif_leaves_is_what_browsers_leave(seed: int) -> None:
+    data, pictures = by_chance(seed)
+    Path("a.gif").write_bytes(data)
+    assert alike([frame.read() for frame in Animation("a.gif")], pictures)
+
+
+def chunk(kind: bytes, body: bytes) -> bytes:
+    return struct.pack(">I", len(body)) + kind + body + struct.pack(">I", zlib.crc32(kind + body))
+
+
+def apng_by_chance(seed: int) -> tuple[bytes, list[np.ndarray[Any, Any]]]:
+    """An APNG of parts, laid and left in every way, and the pictures that these show, not rounded."""
+    draw = np.random.default_rng(seed)
+    width, height = draw.integers(1, 9, 2).tolist()
+    type_, channels = [(6, 4), (2, 3), (0, 1), (4, 2)][seed % 4]
+    shown, pictures, order, has_other = np.zeros((height, width, 4)), [], 0, seed % 3 == 0
+    data = chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, 8, type_, 0, 0, 0)) + chunk(
+        b"acTL", bytes([0, 0, 0, 5] * 2)
+    )
+
+    def part(w: int, h: int) -> tuple[np.ndarray[Any, Any], bytes]:
+        pixels = draw.integers(0, 256, (h, w, channels)).astype(np.uint8)
+        pixels[..., -1] = draw.choice([0, 90, 255], (h, w))
+        rgba = np.full((h, w, 4), 255.0)
+        rgba[..., :3] = pixels[..., :3] if channels > 2 else pixels[..., :1]
+        rgba[..., 3] = pixels[..., -1] if channels % 2 == 0 else 255
+        return rgba, zlib.compress(b"".join(b"\0" + row.tobytes() for row in pixels))
+
+    data += chunk(b"IDAT", part(width, height)[1]) if has_other else b""
+    for number in range(5):
+        x, y = (int(draw.integers(width)), int(draw.integers(height))) if number else (0, 0)
+        w, h = (
+            (int(draw.integers(1, width - x + 1)), int(draw.integers(1, height - y + 1))) if number else (width, height)
+        )
+        left, laid = int(draw.integers(3)), int(draw.integers(2))
+        data += chunk(b"fcTL", struct.pack(">IIIIIHHBB", order, w, h, x, y, 1, 10, left, laid))
+        rgba, pixels = part(w, h)
+        is_first = number == 0 and not has_other
+        data += chunk(b"IDAT", pixels) if is_first else chunk(b"fdAT", struct.pack(">I", order + 1) + pixels)
+        order += 1 if is_first else 2
+        before, place = shown.copy(), shown[y : y + h, x : x + w]
+        share = rgba[..., 3:] / 255 if laid else np.ones((h, w, 1))
+        rest = place[..., 3:] / 255 * (1 - share)
+        alpha = share + rest if laid else rgba[..., 3:] / 255
+        place[..., :3] = (rgba[..., :3] * share + place[..., :3] * rest) / np.maximum(share + rest, 1e-9)
+        place[..., 3:] = alpha * 255
+        pictures.append(shown.copy())
+        if left == 1 or (left == 2 and number == 0):
+            place[:] = 0
+        shown = before if left == 2 and number else shown
+    return b"\x89PNG\r\n\x1a\n" + data + chunk(b"IEND", b""), pictures
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_what_an_apng_leaves_and_lays_over_is_as_its_specification_says(seed: int) -> None:
+    data, pictures = apng_by_chance(seed)
+    Path("a.png").write_bytes(data)
+    for frame, expected in zip(Animation("a.png"), pictures, strict=True):
+        made = frame.read().astype(float)
+        assert np.abs(made - expected)[..., 3].max() <= 0.51 * (1 + len(pictures))
+        assert np.abs(made - expected)[expected[..., 3] > 60].max(initial=0) <= 3
+
+
+def test_a_damaged_apng_is_told() -> None:
+    path = animation("a.png", frames_of())
+    data = path.read_bytes()
+    at = data.rindex(b"fdAT") + 12
+    path.write_bytes(data[:at] + bytes([data[at] ^ 1]) + data[at + 1 :])
+    with pytest.raises(
+        InputError, match=r"a\.png: truncated or corrupt from frame 5 on \(the chunk 'fdAT' is damaged\)"
+    ):
+        [frame.read() for frame in Animation(path)]
+
+
+def test_an_apng_of_a_frame_beyond_the_picture_is_refused_before_memory_is_asked_for() -> None:
+    data, _ = apng_by_chance(1)
+    at = data.index(b"fcTL", data.index(b"fcTL") + 4)
+    body = data[at + 4 : at + 8] + struct.pack(">II", 1 << 30, 1 << 30) + data[at + 16 : at + 30]
+    Path("a.png").write_bytes(data[: at - 4] + chunk(b"fcTL", body) + data[at + 34 :])
+    with pytest.raises(InputError, match=r"corrupt from frame 2 on \(the frame lies beyond the picture\)"):
+        [frame.read() for frame in Animation("a.png")]
+
+
 def test_a_picture_before_the_first_frame_is_not_shown() -> None:
     """A PNG for readers that know no animations."""
     drawn = frames_of()
@@ -160,6 +275,66 @@ def test_a_gif_has_as_many_colours_as_it_can(count: int, is_whole: bool) -> None
     shown = [one.read() for one in Animation("b.gif")]
     assert alike(shown, [frame, frame[:, ::-1]]) == (count <= (256 if is_whole else 255))
     assert np.array_equal(shown[0][..., 3], frame[..., 3])
+
+
+def theirs(path: str) -> list[np.ndarray[Any, Any]]:
+    """What libav makes of a file."""
+    av = pytest.importorskip("av")
+    with av.open(path) as container:
+        return [frame.to_ndarray(format="rgba") for frame in container.decode(video=0)]
+
+
+@pytest.mark.parametrize("order", ["wtwt", "ttww", "etee", "eew", "tete", "ww"])
+def test_whole_pictures_and_such_that_are_seen_through_come_in_any_order(order: str) -> None:
+    """Whole ones (w), some seen through (t) and empty ones (e): what is behind never shows, and none is lost."""
+    drawn = {"t": frames_of(len(order), seed=3), "w": frames_of(len(order), seed=4), "e": frames_of(len(order))}
+    for whole, empty in zip(drawn["w"], drawn["e"], strict=True):
+        whole[..., 3], empty[:] = 255, 0
+    frames = [drawn[kind][number] for number, kind in enumerate(order)]
+    copied(Arrays(frames), "b.gif", rate=Fraction(10))
+    # One that is as the one before is that one for longer.
+    changes = [one for number, one in enumerate(frames) if not number or not alike([one], [frames[number - 1]])]
+    made = Animation("b.gif")
+    assert alike([frame.read() for frame in made], changes)
+    assert sum(lengths(made)) == Fraction(len(order), 10)
+    assert alike(theirs("b.gif"), changes)
+
+
+def test_a_whole_picture_of_all_colours_makes_room_for_what_is_seen_through() -> None:
+    whole, part = np.zeros((2, 16, 32, 4), np.uint8)
+    whole[..., 0], whole[..., 3], part[:8] = np.arange(512).reshape(16, 32) % 256, 255, (9, 8, 7, 255)
+    copied(Arrays([whole, part, whole]), "b.gif")
+    for made in [frame.read() for frame in Animation("b.gif")], theirs("b.gif"):
+        for drawn, one in zip([whole, part, whole], made, strict=True):
+            assert np.array_equal(one[..., 3], drawn[..., 3])
+            seen = drawn[..., 3] == 255
+            assert np.abs(one[seen].astype(int) - drawn[seen]).max() <= 1
+
+
+def test_only_what_changes_is_stored_of_whole_pictures() -> None:
+    still = np.random.default_rng(5).integers(0, 200, (64, 64, 4)).astype(np.uint8)
+    still[..., 1:] = 0, 0, 255
+    other = still.copy()
+    other[20:22, 30:34] = 7, 200, 9, 255
+    copied(Arrays([still, still]), "one.gif")
+    copied(Arrays([still, other, still]), "b.gif")
+    assert alike([frame.read() for frame in Animation("b.gif")], [still, other, still])
+    assert Path("b.gif").stat().st_size < Path("one.gif").stat().st_size + 2000
+
+
+def test_a_gif_says_times_of_any_length() -> None:
+    """Two bytes hold eleven minutes of hundredths: a picture that is shown for longer stands there again."""
+    drawn = frames_of(3)
+    copied(Arrays(drawn), "b.gif", rate=Fraction(1, 700))
+    made = Animation("b.gif")
+    assert lengths(made) == [Fraction(65535, 100), Fraction(4465, 100)] * 3
+    assert alike([frame.read() for frame in made][::2], drawn)
+    assert alike([frame.read() for frame in made][1::2], drawn)
+
+
+def test_a_gif_is_shown_as_often_as_it_can_say() -> None:
+    copied(Animation(animation("a.png", frames_of(), loop=70_000)), "b.gif")
+    assert Animation("b.gif").plays == 65_536
 
 
 def test_frames_too_short_to_show_are_left_out_and_time_goes_on() -> None:

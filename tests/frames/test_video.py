@@ -213,6 +213,33 @@ def test_no_encoder_talks_on_stderr(tmp_path: Path, capfd: pytest.CaptureFixture
     assert capfd.readouterr() == ("", "")
 
 
+class Forgetful:
+    """An encoder that tells when packets are decoded by what lies in its memory, as x265 does of two frames."""
+
+    def __init__(self, stream: Any) -> None:
+        self.stream = stream
+
+    def encode(self, frame: Any = None) -> Any:
+        packets = self.stream.encode(frame)
+        for packet in packets:
+            packet.dts = 1 << 50
+        return packets
+
+
+@pytest.mark.parametrize("codec", ["libx264", "libx265"])
+@pytest.mark.parametrize("count", [1, 2])
+def test_few_frames_have_their_times(tmp_path: Path, codec: str, count: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    def start(sink: Any) -> None:
+        begin(sink)
+        sink._stream = Forgetful(sink._stream)
+
+    begin = ToVideo._start
+    monkeypatch.setattr(ToVideo, "_start", start)
+    frames = Arrays([picture(20 + 40 * i, (64, 64)) for i in range(count)])
+    assert copied(frames, tmp_path / "a.mkv", codec=codec, rate=Fraction(25)).whole
+    assert times(tmp_path / "a.mkv") == [Fraction(i, 25) for i in range(count)]
+
+
 def test_a_missing_frame_leaves_its_time(tmp_path: Path) -> None:
     sequence(tmp_path, [1, 2, 5], (32, 32))
     with inverted() as program:
