@@ -41,8 +41,8 @@ def mod(x: float, y: float) -> float:
     """x - y * floor(x / y), of sizes first: their rest is exact for quotients below 2**20, as its products are."""
     size = abs(y)
     whole = abs(x)
-    # A quotient that is too small to be normal may come out on either side of 0.
-    q = floor(max(whole / size, 0.0))
+    # A quotient that is too small to be normal may come out below 0, and max() of it and 0 may be either.
+    q = floor(abs(whole / size))
     q_high = upper_bits(q)
     q_low = q - q_high
     high = upper_bits(size)

@@ -128,7 +128,7 @@ MUTANTS = (
     _pre("mix", "return x * (1.0 - a) + y * a", "return y * (1.0 - a) + x * a", "operations/mix"),
     _pre("step", "return 0.0 if x < edge else 1.0", "return 0.0 if x <= edge else 1.0", "operations/step"),
     _pre("mod", "raised = rest + size if rest < 0.0 else rest", "raised = rest", "operations/mod"),
-    _pre("mod", "q = floor(max(whole / size, 0.0))", "q = floor(max(whole / size + 0.9999, 0.0))", "operations/mod"),
+    _pre("mod", "q = floor(abs(whole / size))", "q = floor(abs(whole / size) + 0.9999)", "operations/mod"),
     _pre("mod", "other_sign = (x < 0.0) != (y < 0.0)", "other_sign = (x < 0.0)", "operations/mod"),
     _pre(
         "reduce_angle",

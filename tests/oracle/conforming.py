@@ -2,7 +2,8 @@
 
 Every operation is rounded in a direction of its own, numbers too small to be normal are flushed or not, a
 product goes into the sum behind it unrounded or not, quotients and roots are off by what OpenGL and OpenCL
-leave them.  What the oracle allows must contain all of it.
+leave them.  Every other lane sees zeros where it compares such numbers, and hands on the numbers themselves, so
+that a minimum may be the larger of two.  What the oracle allows must contain all of it.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from evaluate import Evaluator
+from evaluate import COMPUTE, Evaluator
 from numpy.typing import NDArray
 
 from passgraph.backends.base import Block, quantised
@@ -28,6 +29,7 @@ Numbers = NDArray[Any]
 SMALLEST_NORMAL = 2.0**-126
 #: ULP of float32 that an operation may be off where its standard does not round it correctly.
 LOOSE = {"div": 2.5, "sqrt": 3.0}
+COMPARED = {"less", "less_equal", "greater", "greater_equal", "equal", "not_equal"}
 EXACT: dict[str, Any] = {"add": np.add, "sub": np.subtract, "mul": np.multiply, "div": np.divide, "sqrt": np.sqrt}
 
 
@@ -54,8 +56,18 @@ class Perturbed(Evaluator):
     def run(self, i: s.Instruction, active: Numbers) -> None:
         if isinstance(i, s.Op) and i.on == "float" and i.operation in EXACT:
             self.put(i.to, self._computed(i))
+        elif isinstance(i, s.Op) and i.on == "float" and i.operation in COMPARED:
+            self.put(i.to, COMPUTE[i.operation](*(self._seen(self.get(a)) for a in i.arguments)))
+        elif isinstance(i, s.Op) and i.on == "float" and i.operation in ("min", "max"):
+            a, b = (self.get(argument) for argument in i.arguments)
+            low, high = (a, b) if i.operation == "max" else (b, a)
+            self.put(i.to, np.where(self._seen(low) < self._seen(high), b, a))
         else:
             super().run(i, active)
+
+    def _seen(self, x: Numbers) -> Numbers:
+        """What a comparison sees, in one way throughout a lane: a device compares in one mode."""
+        return np.where((np.abs(x) < SMALLEST_NORMAL) & (np.arange(self.lanes) % 2 == 1), np.float32(0), x)
 
     def _computed(self, i: s.Op) -> Numbers:
         arguments = [self._read(a, i.operation) for a in i.arguments]

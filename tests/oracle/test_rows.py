@@ -183,3 +183,25 @@ def test_min_and_max_keep_the_order_of_their_ternaries() -> None:
         kept = allowed(name, [two, nan])
         assert (kept.lo.item(), kept.hi.item(), kept.nan.item()) == (2.0, 2.0, False)
         assert np.isnan(allowed(name, [nan, two]).lo.item())
+
+
+def test_of_two_numbers_too_small_to_be_normal_min_and_max_may_be_either() -> None:
+    """What compares them may see two zeros and hand on the wrong one as it is; beside normal numbers it sees them."""
+    small, normal = 2.0**-127, SMALLEST_NORMAL
+    below, above = Interval.of(np.float32([-small])), Interval.of(np.float32([small]))
+    zero, one = Interval.of(np.float32([0.0])), Interval.of(np.float32([1.0]))
+
+    def ends(name: str, *arguments: Interval) -> tuple[float, float]:
+        made = allowed(name, list(arguments))
+        return made.lo.item(), made.hi.item()
+
+    for name in ("min", "max"):
+        assert ends(name, below, above) == ends(name, above, below) == (-small, small)
+    assert ends("min", zero, above) == ends("max", above, zero) == (0.0, small)
+    assert ends("clamp", below, zero, one) == ends("saturate", below) == (-small, 0.0)
+    for size in (normal, 1.0):
+        assert ends("min", above, Interval.of(np.float32([-size]))) == (-size, -size)
+        assert ends("max", below, Interval.of(np.float32([size]))) == (size, size)
+    # Of a wide interval only what is so small comes through.
+    wide = Interval(np.float64([-1.0]), np.float64([1.0]), np.zeros(1, np.bool_))
+    assert -normal < ends("max", wide, zero)[0] < 0.0 < ends("min", wide, zero)[1] < normal

@@ -22,6 +22,8 @@ ULP = 2.0**-23
 FLOAT_MAX = float(np.finfo(np.float32).max)
 #: Below this a backend may flush to zero, what it reads and what it makes.
 SMALLEST_NORMAL = 2.0**-126
+#: The largest number of those.
+LARGEST_DENORMAL = 2.0**-126 - 2.0**-149
 #: How many numbers of one sign are too small to be normal.
 DENORMALS = np.uint32((1 << 23) - 1)
 #: The bits of the negative number next to 0.
@@ -260,11 +262,12 @@ def div(a: Interval, b: Interval, ulp: float = 2.5) -> Interval:
 
 
 def sqrt(a: Interval, ulp: float = 3.0) -> Interval:
-    """Below 0 nothing is promised."""
+    """Below 0 nothing is promised, but of what is too small to be normal: the root of 0, or NaN."""
     lo, hi = np.sqrt(np.maximum(a.lo, 0.0)), np.sqrt(np.maximum(a.hi, 0.0))
-    result = rounded(lo, hi, a.nan, ulp)
-    result = where(a.exact & (a.lo == 0), Interval.point(lo), result)  # 0 has its exact root on every target
-    return where(a.lo < 0, Interval.anything(lo.shape), result)
+    result = rounded(lo, hi, a.nan | (a.lo < 0), ulp)
+    zero = (a.lo > -SMALLEST_NORMAL) & (a.hi <= 0)  # 0 has its exact root on every target
+    result = where(zero, Interval(lo, lo, result.nan), result)
+    return where(a.lo <= -SMALLEST_NORMAL, Interval.anything(lo.shape), result)
 
 
 def absolute(a: Interval) -> Interval:
@@ -274,14 +277,27 @@ def absolute(a: Interval) -> Interval:
 
 def minimum(a: Interval, b: Interval) -> Interval:
     """``b if b < a else a``: a NaN in ``b`` gives a, one in ``a`` stays."""
-    both = Interval(np.minimum(a.lo, b.lo), np.minimum(a.hi, b.hi), a.nan)
-    return _with_nan(a, b, both)
+    hi = np.minimum(a.hi, b.hi)
+    hi = np.where(_taken_for_equal(a, b), np.maximum(hi, np.minimum(np.maximum(a.hi, b.hi), LARGEST_DENORMAL)), hi)
+    return _with_nan(a, b, Interval(np.minimum(a.lo, b.lo), hi, a.nan))
 
 
 def maximum(a: Interval, b: Interval) -> Interval:
     """``b if a < b else a``."""
-    both = Interval(np.maximum(a.lo, b.lo), np.maximum(a.hi, b.hi), a.nan)
-    return _with_nan(a, b, both)
+    lo = np.maximum(a.lo, b.lo)
+    lo = np.where(_taken_for_equal(a, b), np.minimum(lo, np.maximum(np.minimum(a.lo, b.lo), -LARGEST_DENORMAL)), lo)
+    return _with_nan(a, b, Interval(lo, np.maximum(a.hi, b.hi), a.nan))
+
+
+def _taken_for_equal(a: Interval, b: Interval) -> Lanes:
+    """Where both may be too small to be normal: what compares them may see two zeros, and hands on either as it is.
+
+    GLSL 4.60, 4.7.1, lets any operation flush what it reads, OpenCL C 3.0, 7.5.3, a device without denormals; both
+    define the two functions by a comparison that chooses.
+    """
+    return np.asarray(
+        (a.lo < SMALLEST_NORMAL) & (a.hi > -SMALLEST_NORMAL) & (b.lo < SMALLEST_NORMAL) & (b.hi > -SMALLEST_NORMAL)
+    )
 
 
 def _with_nan(a: Interval, b: Interval, both: Interval) -> Interval:
