@@ -8,6 +8,10 @@
 #   PYTHON            the interpreter to build the virtual environment with (default: python3, 3.11 or later)
 #   PASSGRAPH_VENV    where that environment is (default: .venv-tests in the checkout)
 #   PASSGRAPH_EXPECT  devices that must be here; a missing one fails, it does not skip (default: gl,opencl,numpy)
+#   GALLIVM_PERF      how Mesa's software renderer compiles shaders (default: nopt, not optimised, which saves a third
+#                     of the time of tests that draw; tests/conformance/test_driver.py runs the driver as users have it).
+#                     Empty, it is as users have it throughout, and so it is where the arguments choose marks, as
+#                     -m "" does: who waits for the slow tests waits for these too
 #
 # Every step runs, also after one has failed; the exit status is 0 only if all passed.
 set -euo pipefail
@@ -22,6 +26,11 @@ if [ "${1-}" = --quick ]; then
            tests/test_layout.py tests/test_execution.py
            tests/mutation/test_mutants.py::test_every_mistake_can_still_be_planted passgraph docs README.md)
 fi
+
+case " $* " in
+    *" -m"*) ;;
+    *) export GALLIVM_PERF=${GALLIVM_PERF-nopt} ;;
+esac
 
 heading() { printf '\n=== %s\n' "$*"; }
 stop() {
