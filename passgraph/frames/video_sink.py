@@ -34,8 +34,7 @@ _USUAL = {
 _CODECS = {".avi": "libx264", ".mkv": "libx264", ".mp4": "libx264", ".mov": "libx264", ".m4v": "libx264"}
 #: What a file says of itself, which is not true of another.
 _OWN_METADATA = ("encoder", "major_brand", "minor_version", "compatible_brands", "duration")
-
-
+#: What mends most refusals.
 _OTHERS = "use another --codec"
 
 
@@ -111,6 +110,7 @@ class ToVideo(Film):
     def stores(self, frame: Frame, size: tuple[int, int]) -> np.dtype[Any]:
         if self._size is None:
             self._format = self._pixel_format(*size)
+            self._coding = self._coding_of(*size)
         self._check_size(frame, size)
         deep = self._video is not None and self._video.deep
         return np.dtype(np.uint16 if deep else np.uint8)
@@ -118,16 +118,15 @@ class ToVideo(Film):
     # Any thread
 
     def prepare(self, frame: Frame, picture: Stored) -> Any:
-        pixels, coding = np.ascontiguousarray(with_channels(picture, 4)), self._coding()
+        pixels = np.ascontiguousarray(with_channels(picture, 4))
         try:
-            return self._converted.frame(pixels, self._format, coding.matrix, coding.colour_range)
+            return self._converted.frame(pixels, self._format, self._coding.matrix, self._coding.colour_range)
         except self._av.error.FFmpegError as error:
             raise OutputError(f"{self.path}: no pixels can be made in the format {self._format}; {_OTHERS}") from error
 
-    def _coding(self) -> Coding:
-        assert self._size is not None
-        form = self._av.VideoFormat(self._format, *self._size)
-        return coding_of(self._encoder.name, self.path.suffix.lower(), form, self._video, self._size[1])
+    def _coding_of(self, width: int, height: int) -> Coding:
+        form = self._av.VideoFormat(self._format, width, height)
+        return coding_of(self._encoder.name, self.path.suffix.lower(), form, self._video, height)
 
     def _pixel_format(self, width: int, height: int) -> str:
         """The source's where the encoder has it, else the nearest; quarter colour needs even sides."""
@@ -198,8 +197,7 @@ class ToVideo(Film):
         if video is None and self._base is not None:
             # Frames of other lengths each: the last one's is kept where frames are stored in the order of their times.
             context.flags, context.max_b_frames = context.flags | _FRAME_DURATION, 0
-        coding = self._coding()
-        context.colorspace, context.color_range = coding.said, coding.colour_range
+        context.colorspace, context.color_range = self._coding.said, self._coding.colour_range
         if video is not None:
             context.color_primaries, context.color_trc = video.primaries, video.transfer
             if video.aspect:
