@@ -10,7 +10,6 @@ from passgraph.graph.calls import kernel
 from passgraph.verify.conformance import cases
 from passgraph.verify.conformance.case import Case
 
-
 CHAINS = [case for case in cases(["language"]) if case.name.startswith("chains after ")]
 
 

@@ -78,6 +78,8 @@ STEPS: dict[str, Step] = {
     "int(float(a >> 8) * 1024.0)": lambda a, b: _clamped((a >> 8) * 1024, -(2**31), 2**31 - 1),
     "int(abs(uint(a)) >> 1)": lambda a, b: (a % 2**32) >> 1,
 }  # fmt: skip
+#: Operations that overflow.
+QUICK = ("abs(a)", "-a", "a // b", "a << b")
 #: What a result is used for, and what is counted of it.
 USES: dict[str, Step] = {
     "(1 if r < 0 else 2)": lambda r, b: 1 if r < 0 else 2,
@@ -146,7 +148,6 @@ def cases(graph: Callable[..., Mapping[str, pg.Target]]) -> Iterator[Case]:
     color = np.concatenate([_halves_of(pairs[..., 0]), _halves_of(pairs[..., 1])], axis=-1)
     given = tuple(float(value) for value in TABLE)
     for first in STEPS:
-        yield Case(
-            GROUP, f"chains after {first}", partial(graph, kernel_text(first), given=given), (side, side),
-            ({"color": color},), exact={"result0": partial(totals, first)}, quick=first in ("abs(a)", "-a", "a // b", "a << b"),
-        )  # fmt: skip
+        made, exact = partial(graph, kernel_text(first), given=given), {"result0": partial(totals, first)}
+        frames = ({"color": color},)
+        yield Case(GROUP, f"chains after {first}", made, (side, side), frames, exact=exact, quick=first in QUICK)
