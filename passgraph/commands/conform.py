@@ -60,7 +60,7 @@ def _bar(count: int) -> Iterator[Progress]:
     if not sys.stderr.isatty():
         begun = set[str]()
 
-        def name_group(number: int, case: Case, state: str) -> None:
+        def name_group(number: int, case: Case, state: object) -> None:
             if case.group not in begun:
                 begun.add(case.group)
                 click.echo(f"passgraph: {case.group} (case {number + 1} of {count})", err=True)

@@ -95,9 +95,9 @@ class Naive:
             self._programs[node] = self._compiled(node)
         program, made = self._programs[node]
         pictures = {_name(source): self._value(source) for source in (*node.reads, *_lent_sizes(node))}
-        brought = {name: picture for name, picture in pictures.items() if name in program.inputs}
-        values = {name: self._given[name] for name in program.plan.values}
-        results = program(**brought, **values)
+        brought: dict[str, Any] = {name: picture for name, picture in pictures.items() if name in program.inputs}
+        brought |= {name: self._given[name] for name in program.plan.values}
+        results = program(**brought)
         self._values |= {made[name]: np.array(result) for name, result in results.items()}
 
     def _compiled(self, node: Pass) -> tuple[Program, dict[str, Target]]:
