@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import cached_property
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -12,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from passgraph import arguments
+from passgraph.cached import cached_property
 from passgraph.errors import InputError
 from passgraph.frames.frame import Frame, Sink, Source, Stored
 from passgraph.frames.names import Pattern

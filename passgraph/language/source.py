@@ -11,9 +11,10 @@ import unicodedata
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import NoReturn
 
+from passgraph.cached import cached_property
 from passgraph.errors import KernelError, PassgraphError
 
 #: Longest kernel text taken from a stranger, in characters; the longest kernel of our own has about 5,000.
