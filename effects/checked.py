@@ -8,6 +8,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal, ParamSpec, TypeVar, get_args, get_type_hints
 
+import numpy as np
+
 from passgraph.arguments import flag, one_of, text
 from passgraph.effects.annotations import check, check_fields
 
@@ -50,10 +52,14 @@ def checked(function: Callable[P, R]) -> Callable[P, R]:
 
     @functools.wraps(function)
     def made(*args: P.args, **options: P.kwargs) -> R:
-        for argument, value in signature.bind(*args, **options).arguments.items():
+        bound = signature.bind(*args, **options)
+        for argument, value in bound.arguments.items():
             if value is not signature.parameters[argument].default:
                 check(value, hints().get(argument, Any), f"{name}: {argument}")
-        return function(*args, **options)
+                if isinstance(value, np.generic):
+                    # NumPy's scalars wrap at 8 bits and round to halves when an effect computes with them.
+                    bound.arguments[argument] = value.item()
+        return function(*bound.args, **bound.kwargs)
 
     return made
 

@@ -81,6 +81,10 @@ def __getattr__(name: str) -> Any:
     raise AttributeError(f"module 'passgraph' has no attribute {name!r}")
 
 
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_LATER, *_MODULES})
+
+
 __all__ = [
     "FRAME_INDEX", "OUTPUT_SIZE", "BackendError", "Blend", "Camera", "Derived", "DeviceMissingError", "GraphError",
     "HardwareDepth", "Input", "InputError", "KernelError", "Light", "Material", "Mesh", "Node", "Options",
