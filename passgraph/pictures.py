@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import io
 import os
-import secrets
 import struct
 from collections.abc import Callable
 from pathlib import Path
@@ -27,6 +26,7 @@ from passgraph.pictures_16 import png_of, tiff_of
 from passgraph.quantise import check_no_nan, quantised
 from passgraph.reading import read_bytes
 from passgraph.srgb import linear_to_srgb, srgb_to_linear
+from passgraph.writing import NewFile
 
 type_of_suffix = {
     ".png": "PNG",
@@ -287,32 +287,12 @@ def _write_new(temporary: Path, data: bytes) -> None:
         stream.write(data)
 
 
-def place_of(file: Path) -> Path:
-    """Where a file of this name is written: through a symbolic link, so that the link stays one.
-
-    Raises
-    ------
-    InputError
-        For a directory, and a folder that is not there.
-    """
-    target = Path(os.path.realpath(file))
-    if target.is_dir():
-        raise InputError(f"{file}: is a directory; expected the name of a file")
-    if not target.parent.is_dir():
-        raise InputError(f"{file}: the folder {target.parent} does not exist; make it first")
-    return target
-
-
 def _write(file: Path, write_to: Callable[[Path], None]) -> None:
     """Calls `write_to` with a new name in the same folder, then gives that file its name in one step."""
     try:
-        target = place_of(file)
-        temporary = target.with_name(f".passgraph-{secrets.token_hex(6)}{target.suffix}")
-        try:
-            write_to(temporary)
-            os.replace(temporary, target)
-        finally:
-            temporary.unlink(missing_ok=True)
+        with NewFile(file) as made:
+            write_to(made.temporary)
+            made.complete()
     except (OSError, ValueError, RuntimeError) as error:  # RuntimeError: OpenEXR
         raise InputError(
             f"{file}: cannot be written ({_reason(error)}); check the folder's permissions and free space"

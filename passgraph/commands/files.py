@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import secrets
 from collections.abc import Iterable
 from fractions import Fraction
 from importlib.util import find_spec
@@ -16,7 +15,8 @@ from passgraph.errors import InputError
 from passgraph.frames.animation_times import is_animated
 from passgraph.frames.names import Pattern, has_wildcard, is_film, is_video, unread_files
 from passgraph.picture_decoders import holds_several
-from passgraph.pictures import place_of, type_of_suffix
+from passgraph.pictures import type_of_suffix
+from passgraph.writing import NewFile
 
 #: Suffixes of float formats: they hold light as it is, beyond 1 too.
 FLOAT_SUFFIXES = (".exr", ".npy")
@@ -77,10 +77,9 @@ def check_picture_path(path: Path) -> None:
 
 def check_path(path: Path) -> None:
     """Raise InputError where no file of this name can be made; a file is made and removed to find out."""
-    probe = place_of(path).with_name(f".passgraph-{secrets.token_hex(6)}")
     try:
-        probe.touch(exist_ok=False)
-        probe.unlink()
+        with NewFile(path) as probe:
+            probe.temporary.touch(exist_ok=False)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
         raise InputError(f"{path}: cannot be written ({reason}); check the folder's permissions") from error
@@ -122,17 +121,6 @@ def _identities(path: Path) -> list[object]:
     except (OSError, ValueError):
         return [os.path.realpath(path)]
     return [os.path.realpath(path), (status.st_dev, status.st_ino)]
-
-
-def write_text(path: Path, text: str) -> None:
-    """A text file, whole or not at all."""
-    target = Path(os.path.realpath(path))
-    temporary = target.with_name(f".passgraph-{secrets.token_hex(6)}")
-    try:
-        temporary.write_text(text, encoding="utf-8")
-        os.replace(temporary, target)
-    finally:
-        temporary.unlink(missing_ok=True)
 
 
 def rate_of(text: str) -> Fraction:

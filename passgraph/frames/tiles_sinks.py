@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import secrets
-import shutil
 from os import PathLike
 from pathlib import Path
 from typing import Any, Protocol
@@ -26,6 +23,7 @@ from passgraph.frames.tiles_parts import (
     pieces,
 )
 from passgraph.frames.tiles_tiff import TILE, TiffSink
+from passgraph.writing import NewFile, place_of
 
 #: Sides of the chunks of a new Zarr array, in pixels.
 CHUNK = 512
@@ -134,28 +132,29 @@ class FileSink:
     """A file or Zarr store under another name, which it takes at the end: whole or not at all."""
 
     def __init__(self, path: Path, shape: tuple[int, int, int], dtype: np.dtype[Any], what: str, kind: str) -> None:
-        # Through a symbolic link, so that the link stays one.
-        self.path = Path(os.path.realpath(path))
+        place_of(path, is_folder=kind == "Zarr")  # refused before the work
+        self.path = path
         self.shape, self.dtype, self.what, self._kind = shape, dtype, f"{what} ({path})", kind
         self.block = (TILE, TILE) if kind == "TIFF" else (min(CHUNK, shape[0]), min(CHUNK, shape[1]))
         if dtype.kind == "b":
             raise InputError(f"{self.what}: dtype bool cannot be written; give uint8, uint16 or floats")
         self._package = imported("tifffile" if kind == "TIFF" else "zarr", self.what)
-        self._made = self.path.with_name(f".passgraph-{secrets.token_hex(6)}{self.path.suffix}")
+        self._made: NewFile | None = None
         self._inner: Any = None
 
     def open(self) -> None:
+        self._made = NewFile(self.path, is_folder=self._kind == "Zarr")
         try:
             if self._kind == "TIFF":
-                self._inner = TiffSink(self._made, self.shape, self.dtype)
+                self._inner = TiffSink(self._made.temporary, self.shape, self.dtype)
             else:
-                self._inner = ArraySink(self._new_zarr(), self.shape, self.what)
+                self._inner = ArraySink(self._new_zarr(self._made.temporary), self.shape, self.what)
         except OSError as error:
             raise self._failed(error) from error
 
-    def _new_zarr(self) -> Any:
+    def _new_zarr(self, path: Path) -> Any:
         chunks = (*self.block, self.shape[2])
-        return self._package.create_array(store=str(self._made), shape=self.shape, dtype=self.dtype, chunks=chunks)
+        return self._package.create_array(store=str(path), shape=self.shape, dtype=self.dtype, chunks=chunks)
 
     def write(self, part: Part, picture: Convert) -> None:
         try:
@@ -166,7 +165,8 @@ class FileSink:
     def finish(self) -> None:
         try:
             self._inner.finish()
-            _rename(self._made, self.path)
+            assert self._made is not None
+            self._made.complete()
         except OSError as error:
             raise self._failed(error) from error
         self._inner = None
@@ -179,22 +179,5 @@ class FileSink:
         if isinstance(self._inner, TiffSink):
             self._inner.close()
         self._inner = None
-        if self._made.is_dir():
-            shutil.rmtree(self._made, ignore_errors=True)
-        else:
-            self._made.unlink(missing_ok=True)
-
-
-def _rename(made: Path, path: Path) -> None:
-    """Give what is made its name; a Zarr store of that name, which is a folder, makes way first."""
-    if not path.is_dir() or path.is_symlink():
-        os.replace(made, path)
-        return
-    old = path.with_name(f".passgraph-{secrets.token_hex(6)}{path.suffix}")
-    os.rename(path, old)
-    try:
-        os.rename(made, path)
-    except OSError:
-        os.rename(old, path)
-        raise
-    shutil.rmtree(old, ignore_errors=True)
+        if self._made is not None:
+            self._made.discard()
