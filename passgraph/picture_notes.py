@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.picture_decoders import without_pillow_limit
+from passgraph.picture_decoders import opened
 
 if TYPE_CHECKING:
     from PIL.ImageFile import ImageFile
@@ -74,10 +74,8 @@ class Notes:
 
 def notes_of(file: Path) -> Notes:
     """The notes of a picture file; none of what has none, or cannot be read."""
-    from PIL import Image as pillow
-
     try:
-        with without_pillow_limit(), pillow.open(file, formats=_FORMATS) as image:
+        with file.open("rb") as stream, opened(stream, _FORMATS) as image:
             return Notes(_profile(image), _exif(image), _resolution(image), not image.has_transparency_data)
     except Exception:  # notes are broken in every way, and a picture is as good without
         return Notes()
