@@ -160,7 +160,7 @@ def _decode_with_pillow(file: Path, data: bytes, max_bytes: int, as_stored: bool
     from PIL import Image as pillow
 
     image = open_picture(data, str(file))
-    stored = _stored_as(image)
+    stored = stored_as(image)
     is_wide = stored.startswith(("RGB;16", "RGBA;16"))
     check_size(file, image.width, image.height, _held(image, is_wide) + len(data), max_bytes)
     _check_mode(file, image, stored, is_wide)
@@ -252,7 +252,7 @@ def scaled(values: Stored) -> Picture:
     return floats / np.float32(np.iinfo(values.dtype).max) if values.dtype.kind == "u" else floats
 
 
-def _stored_as(image: ImageFile) -> str:
+def stored_as(image: ImageFile) -> str:
     """Pillow's name for the layout in the file, such as 'RGB;16B'; '' where it does not say."""
     arguments = image.tile[0].args if image.tile else ""
     first = arguments[0] if isinstance(arguments, tuple) and arguments else arguments
@@ -265,7 +265,7 @@ def _low_bytes(file: Path, data: bytes, image: ImageFile) -> ImageFile:
     Told that the bytes are in the other order, Pillow delivers them; so the file is decoded twice.
     """
     other = open_picture(data, str(file))
-    mode, order = _stored_as(other).split(";16")
+    mode, order = stored_as(other).split(";16")
     native = "L" if sys.byteorder == "little" else "B"
     swapped = "B" if (native if order == "N" else order) == "L" else "L"
     layout = f"{mode};16{swapped}"

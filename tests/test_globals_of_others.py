@@ -48,7 +48,7 @@ calls(np.random, "seed")
 calls(cv2, "setNumThreads", "setUseOptimized")
 calls(random, "seed")
 calls(logging, "basicConfig", "disable", "captureWarnings")
-calls(av.logging, "set_level", "set_libav_level") if hasattr(av.logging, "set_libav_level") else calls(av.logging, "set_level")
+calls(av.logging, "set_level", *(["set_libav_level"] if hasattr(av.logging, "set_libav_level") else []))
 for module in (PIL.Image, numba.core.config):
     watch(module)
 

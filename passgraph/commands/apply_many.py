@@ -80,7 +80,7 @@ def _check_further_pictures(effect: Effect, inputs: tuple[str, ...], output: str
 
 
 def writing_of(
-    rate: str | None, codec: str | None, codec_option: Sequence[str], bits: str, raw: str | None = None,
+    rate: str | None, codec: str | None, codec_option: Sequence[str], bits: str | None, raw: str | None = None,
     sound: bool = True,
 ) -> Writing:  # fmt: skip
     """How outputs are written, from the options of these names."""
@@ -92,4 +92,4 @@ def writing_of(
         if not (key and equals):
             raise InputError(f"--codec-option {text!r}: expected KEY=VALUE, such as crf=23")
         codec_options[key] = value
-    return Writing(layout, a_second, codec, codec_options, sound, int(bits))
+    return Writing(layout, a_second, codec, codec_options, sound, None if bits is None else int(bits))

@@ -13,7 +13,9 @@ import click
 from passgraph.arguments import shown
 from passgraph.errors import InputError
 from passgraph.frames.animation_times import is_animated
+from passgraph.frames.frame import Source
 from passgraph.frames.names import Pattern, has_wildcard, is_film, is_video, unread_files
+from passgraph.frames.pictures import ToPictures
 from passgraph.picture_decoders import holds_several
 from passgraph.pictures import type_of_suffix
 from passgraph.writing import NewFile
@@ -64,6 +66,12 @@ def tell_of_unread(folder: Path) -> None:
             "to PNG or OpenEXR",
             err=True,
         )
+
+
+def tell_of_lost_bits(sink: ToPictures, source: Source) -> None:
+    """Warn where pictures of 16 bits a channel go into a format that holds 8."""
+    if loss := sink.lost_bits(source):
+        click.echo(f"passgraph: warning: {loss}", err=True)
 
 
 def check_picture_path(path: Path) -> None:
