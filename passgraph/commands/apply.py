@@ -23,7 +23,7 @@ from passgraph.commands.options import (
 )
 from passgraph.commands.ramps import FramesOption, check_no_ramps
 from passgraph.commands.running import check_one_picture, check_outputs, run_and_save
-from passgraph.commands.sources import RENDER_SIZE, generator_job, picture_job
+from passgraph.commands.sources import RENDER_SIZE, generator_job, picture_job, pictures_beside
 from passgraph.effects.registry import EFFECTS, Effect
 from passgraph.errors import InputError
 from passgraph.frames.frame import MOST_JOBS
@@ -152,7 +152,7 @@ def apply_effect(
     depth: Path | None = None, depth_buffer: HardwareDepth | None = None, **options: Any,
 ) -> int:  # fmt: skip
     """One picture or many through an effect that reads them; ``given`` are its parameters."""
-    if is_one_picture(inputs, output) and options["frames"] is None:
+    if is_one_picture(inputs, output) and options["frames"] is None and not pictures_beside(effect, given):
         check_no_ramps(effect, given)
         if options["scheduler"] is not None:
             raise InputError("--scheduler is for many frames; one picture is computed here: leave it out")

@@ -247,9 +247,16 @@ def check_clips(clips: list[Clip], output: str, others: Iterable[Path] = ()) -> 
 
 def depth_of(path: Path, clips: list[Clip]) -> Source:
     """One picture for all frames, or a sequence in step with them."""
+    return frames_beside(path, clips) if path.is_dir() or not os.path.lexists(path) or is_video(path) else Still(path)
+
+
+def frames_beside(path: Path, clips: list[Clip], raw: Raw | None = None) -> Source:
+    """Frames that go in step with those of the one clip."""
     text = os.fspath(path)
-    if path.is_dir() or not os.path.lexists(path):
-        if len(clips) != 1:
-            raise InputError(f"{text}: goes with one sequence, and there are {len(clips)} inputs; run them apart")
+    if len(clips) != 1 and not is_video(path):
+        raise InputError(f"{text}: goes with one sequence, and there are {len(clips)} inputs; run them apart")
+    if text != STREAM:
         return open_source(path)
-    return Video(path) if is_video(path) else Still(path)
+    if isinstance(clips[0].source, Pipe):
+        raise InputError("-: standard input is INPUT already; give another one of the two by a file")
+    return Pipe(sys.stdin.buffer, raw)

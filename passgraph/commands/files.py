@@ -43,6 +43,14 @@ def is_one_picture(inputs: tuple[str, ...], output: str) -> bool:
     return os.path.lexists(path) or not (Pattern.is_in(inputs[0]) or has_wildcard(inputs[0]))
 
 
+def is_several(path: Path) -> bool:
+    """Return True if a picture parameter names frames: a stream, a folder, a sequence, a video or an animation."""
+    text = os.fspath(path)
+    if os.path.lexists(path):
+        return path.is_dir() or is_video(path) or is_animated(path)
+    return text == STREAM or Pattern.is_in(text) or has_wildcard(text) or is_video(path)
+
+
 def is_folder(output: str) -> bool:
     return output.endswith(("/", os.sep)) or (output != STREAM and Path(output).is_dir())
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import cached_property
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import cache, cached_property
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -193,6 +193,30 @@ class Still:
     def __iter__(self) -> Iterator[Frame]:
         for number in count(1):
             yield Frame.of(number, self.name, self._picture)
+
+
+class Held:
+    """Frames of a source that goes with another one: where it ends first, its last frame is repeated.
+
+    ``tell`` is called with a line that says so, once.
+    """
+
+    endless = True
+
+    def __init__(self, source: Source, tell: Callable[[str], object]) -> None:
+        self.source, self.name, self.count, self._tell = source, source.name, source.count, tell
+
+    def __iter__(self) -> Iterator[Frame]:
+        last, number = None, 0
+        for last in self.source:
+            number += 1
+            yield last
+        if last is None:
+            raise InputError(f"{self.name}: has no frames; expected one or more")
+        held = Frame(last.number, last.name, cache(last.read), last.metadata)
+        self._tell(f"{self.name}: ends after {number} frames; its last one goes with those that follow")
+        while True:
+            yield held
 
 
 class Arrays:

@@ -154,9 +154,7 @@ def _sinks(plan: Plan, given: object, dtype: object, sources: Mapping[str, Sourc
     for name, resource in plan.outputs.items():
         made = plan.resources[resource]
         shape = made.size[1], made.size[0], made.format.channels
-        found[name] = planned_sink(
-            given[name], shape, made.format, dtype, f"sink of {name!r}", _notes(sources, made_of)
-        )
+        found[name] = planned_sink(given[name], shape, made.format, dtype, f"sink of {name!r}", notes)
         _check_apart(given[name], sources, f"sink of {name!r}")
     return found
 
