@@ -159,7 +159,7 @@ def option_of(parameter: Parameter, kind: type[EffectOption] = EffectOption) -> 
     elif parameter.type == "choice":
         settings["type"] = click.Choice(parameter.choices)
     elif parameter.type == "picture":
-        settings |= {"type": click.Path(path_type=Path), "metavar": "PICTURE"}
+        settings |= {"type": click.Path(path_type=Path), "metavar": "FILE"}
     elif parameter.of is not None:
         from passgraph.commands.given_values import TypedValue
 
