@@ -22,10 +22,11 @@ _received: int | None = None
 
 def is_command() -> bool:
     """Return True in the process of the installed script, or of ``python -m passgraph``."""
-    if sys.orig_argv[1:] and "-m" in sys.orig_argv[:-1]:
-        place = sys.orig_argv.index("-m")
-        return sys.orig_argv[place + 1] in ("passgraph", "passgraph.__main__") and sys.argv[:1] == ["-m"]
-    return bool(sys.argv) and os.path.basename(sys.argv[0]) in ("passgraph", "passgraph.exe", "passgraph-script.py")
+    first = next(iter(getattr(sys, "argv", [])), "")  # a program that embeds Python may have none
+    if first != "-m":  # while Python looks for the module
+        return os.path.basename(first) in ("passgraph", "passgraph.exe", "passgraph-script.py")
+    module = sys.orig_argv[sys.orig_argv.index("-m") + 1 :][:1] if "-m" in sys.orig_argv else []
+    return module in (["passgraph"], ["passgraph.__main__"])
 
 
 def install() -> None:

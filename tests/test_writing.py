@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 import passgraph as pg
-from passgraph import writing
+from passgraph import interrupts, writing
 from passgraph.bench.charts import Point, pareto_plot
 from passgraph.frames.animation_sink import ToAnimation
 from passgraph.frames.pictures import Arrays, ToPictures
@@ -176,7 +176,7 @@ def test_signals_leave_nothing_behind(tmp_path: Path, number: signal.Signals) ->
         write_text(tmp_path / "b.txt", "")  # the next one who writes there
         (tmp_path / "b.txt").unlink()
     else:
-        assert told.strip() in ("passgraph: interrupted", "passgraph: terminated")
+        assert told.strip() == f"passgraph: {'interrupted' if number == signal.SIGINT else 'terminated'}"
     assert not list(tmp_path.iterdir())
 
 
@@ -212,3 +212,25 @@ def test_the_host_keeps_its_handlers() -> None:
         "assert before == (signal.getsignal(2), signal.getsignal(15), sys.unraisablehook)"
     )
     subprocess.run([sys.executable, "-c", text], check=True)
+
+
+@pytest.mark.parametrize(
+    ("argv", "started", "expected"),
+    [
+        (["/usr/bin/passgraph", "apply", "-m"], ["python", "/usr/bin/passgraph", "apply", "-m"], True),
+        (["-m"], ["python", "-X", "dev", "-m", "passgraph", "apply"], True),
+        (["-m"], ["python", "-m", "pytest", "-m", "passgraph"], False),
+        (["tool.py", "passgraph"], ["python", "tool.py", "passgraph"], False),
+        (["-c"], ["python", "-c", "import passgraph"], False),
+        ([], ["host"], False),
+    ],
+)
+def test_only_the_command_is_the_command(
+    monkeypatch: pytest.MonkeyPatch, argv: list[str], started: list[str], expected: bool
+) -> None:
+    monkeypatch.setattr(sys, "argv", argv)
+    monkeypatch.setattr(sys, "orig_argv", started)
+    assert interrupts.is_command() is expected
+    if not argv:
+        monkeypatch.delattr(sys, "argv")  # as in a program that embeds Python
+        assert not interrupts.is_command()

@@ -115,7 +115,8 @@ def _run(arguments: list[str] | None) -> int:
             sys.stdout.flush()
     except (KeyboardInterrupt, click.Abort) as error:
         where = error if str(error) else error.__cause__ or ""  # click makes its own of Python's
-        click.echo(f"passgraph: interrupted {where}".rstrip(), err=True)
+        what = "interrupted" if interrupts.status() == 130 else "terminated"
+        click.echo(f"passgraph: {what} {where}".rstrip(), err=True)
         return interrupts.status()
     except BrokenPipeError:
         _drop_output()
