@@ -13,6 +13,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from passgraph import interrupts
+
+if interrupts.is_command():  # before the imports that take long
+    interrupts.install()
+
 from passgraph.errors import (
     BackendError,
     DeviceMissingError,

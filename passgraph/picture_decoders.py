@@ -11,13 +11,11 @@ import io
 import os
 import struct
 import sys
-import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Container, Iterator
 from importlib import import_module
 from math import prod
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -44,8 +42,12 @@ _HELD_BESIDE = {"JPEG": 6, "WEBP": 16, "GIF": 8, "TIFF": 8}
 _PIXELS_AT_ONCE = 1 << 16
 #: Opaque, as the bytes red, green, blue and alpha.
 _BLACK = 0xFF000000
-#: What files begin with of which Pillow has a module of that name.
-_SIGNATURES = {b"\x89PNG\r\n\x1a\n": "Png", b"\xff\xd8\xff": "Jpeg"}
+#: Formats by Pillow's name, the module for each, and what its files begin with.
+_SIGNATURES = (
+    ("PNG", "Png", b"\x89PNG\r\n\x1a\n"), ("JPEG", "Jpeg", b"\xff\xd8\xff"),
+    ("TIFF", "Tiff", (b"II", b"MM")), ("WEBP", "WebP", b"RIFF"), ("BMP", "Bmp", b"BM"),
+    ("GIF", "Gif", (b"GIF87a", b"GIF89a")), ("TGA", "Tga", b""),
+)  # fmt: skip
 
 
 def decode(file: Path, data: bytes, max_bytes: int, *, as_stored: bool = False) -> tuple[Stored, bool]:
@@ -84,8 +86,12 @@ def open_picture(data: bytes, where: str) -> ImageFile:
     from PIL import UnidentifiedImageError
 
     try:
-        with without_pillow_limit():
-            return _opened_by_its_own(data) or pillow.open(io.BytesIO(data), formats=PILLOW_FORMATS)
+        return opened(io.BytesIO(data))
+    except pillow.DecompressionBombError as error:  # of WebP, where nothing but a setting of the process prevents it
+        raise InputError(
+            f"{where}: is larger than Pillow reads in this process ({' '.join(str(error).split())}); expected at most "
+            "twice PIL.Image.MAX_IMAGE_PIXELS pixels. Raise that, or convert the picture to PNG"
+        ) from error
     except (UnidentifiedImageError, struct.error) as error:
         raise InputError(
             f"{where}: not a picture that can be read, or corrupt; expected {EXPECTED},"
@@ -95,12 +101,10 @@ def open_picture(data: bytes, where: str) -> ImageFile:
 
 def holds_several(file: Path) -> bool:
     """Whether a TIFF file has pictures behind the first; False of what cannot be read."""
-    from PIL import Image as pillow
-
     if file.suffix.lower() not in (".tif", ".tiff") or not file.is_file():
         return False
     try:
-        with without_pillow_limit(), pillow.open(file, formats=("TIFF",)) as image:
+        with file.open("rb") as stream, opened(stream, ("TIFF",)) as image:
             return bool(getattr(image, "is_animated", False))
     except Exception:  # decoders meet broken bytes with errors of every kind, told when the picture is read
         return False
@@ -115,43 +119,26 @@ def _is_known_to_pillow(data: bytes) -> bool:
     return tags.get(284) != 2 or max(tags.get(258, (1,))) <= 8
 
 
-def _opened_by_its_own(data: bytes) -> ImageFile | None:
-    """A PNG or JPEG by Pillow's module for it alone: `PIL.Image.open` would load those of five formats first."""
+def opened(stream: BinaryIO, formats: Container[str] = PILLOW_FORMATS) -> ImageFile:
+    """Open a picture by Pillow's module for its format alone.
+
+    `PIL.Image.open` would hold it to a limit of pixels that is one global for the whole process; `check_size` is ours.
+    And it loads the modules of five formats.
+    """
     from PIL import Image as pillow
+    from PIL import UnidentifiedImageError
 
-    kind = next((kind for signature, kind in _SIGNATURES.items() if data.startswith(signature)), None)
-    if kind is None:
-        return None
-    import_module(f"PIL.{kind}ImagePlugin")
-    factory, _ = pillow.OPEN[kind.upper()]
-    try:
-        return factory(io.BytesIO(data), "")
-    except (SyntaxError, IndexError, TypeError, struct.error):  # as `PIL.Image.open`, which then says what is wrong
-        return None
-
-
-_pillow_lock = threading.Lock()
-_pillow_users = 0
-_pillow_limit: int | None = None
-
-
-@contextmanager
-def without_pillow_limit() -> Iterator[None]:
-    """Pillow's own limit on pixels, one global of its module, is put aside while ours holds, and put back after."""
-    from PIL import Image as pillow
-
-    global _pillow_users, _pillow_limit
-    with _pillow_lock:
-        if _pillow_users == 0:
-            _pillow_limit, pillow.MAX_IMAGE_PIXELS = pillow.MAX_IMAGE_PIXELS, None
-        _pillow_users += 1
-    try:
-        yield
-    finally:
-        with _pillow_lock:
-            _pillow_users -= 1
-            if _pillow_users == 0:
-                pillow.MAX_IMAGE_PIXELS = _pillow_limit
+    begin = stream.read(16)
+    for kind, module, signatures in _SIGNATURES:
+        if kind in formats and begin.startswith(signatures):
+            import_module(f"PIL.{module}ImagePlugin")
+            factory, _ = pillow.OPEN[kind]
+            stream.seek(0)
+            try:
+                return factory(stream, "")
+            except (SyntaxError, IndexError, TypeError, struct.error):  # those that `PIL.Image.open` takes so
+                continue
+    raise UnidentifiedImageError
 
 
 def check_size(file: Path, width: int, height: int, held: int, max_bytes: int) -> None:
@@ -170,15 +157,18 @@ def check_size(file: Path, width: int, height: int, held: int, max_bytes: int) -
 
 
 def _decode_with_pillow(file: Path, data: bytes, max_bytes: int, as_stored: bool) -> tuple[Stored, bool]:
+    from PIL import Image as pillow
+
     image = open_picture(data, str(file))
-    stored = _stored_as(image)
+    stored = stored_as(image)
     is_wide = stored.startswith(("RGB;16", "RGBA;16"))
     check_size(file, image.width, image.height, _held(image, is_wide) + len(data), max_bytes)
     _check_mode(file, image, stored, is_wide)
-    with without_pillow_limit():
-        whole = _loaded_in_place(image) if as_stored and not is_wide else None
-        image.load()
-        other = _low_bytes(file, data, image) if is_wide else None
+    whole = _loaded_in_place(image) if as_stored and not is_wide else None
+    if isinstance(tile := getattr(image, "_tile_size", None), tuple):  # TIFF: else Pillow applies its own limit again
+        image.im = pillow.new(image.mode, tile, None).im
+    image.load()
+    other = _low_bytes(file, data, image) if is_wide else None
     # Asked after decoding: Pillow turns TIFF pictures itself and then removes the tag.
     turn, back = _turns.get(image.getexif().get(0x0112, 1), (_as_it_is, _as_it_is))
     if whole is not None:
@@ -189,7 +179,7 @@ def _decode_with_pillow(file: Path, data: bytes, max_bytes: int, as_stored: bool
     picture: Stored = np.empty((*turn(np.empty((height, width, 0))).shape[:2], 4), dtype)
     upside = back(picture)
     for box in _pieces(width, height):
-        values = _piece(image.crop(box), None if other is None else other.crop(box))
+        values = _piece(_cut(image, box), None if other is None else _cut(other, box))
         _put(upside[box[1] : box[3], box[0] : box[2]], values if as_stored else scaled(values))
     return picture, image.mode != "F"
 
@@ -237,6 +227,11 @@ def _check_mode(file: Path, image: ImageFile, stored: str, is_wide: bool) -> Non
     )
 
 
+def _cut(image: ImageFile, box: tuple[int, int, int, int]) -> Any:
+    """As `Image.crop`, of a picture that is loaded, without Pillow's limit of pixels."""
+    return image._new(image.im.crop(box))
+
+
 def _piece(image: Any, low: Any) -> Stored:
     """A part of Pillow's image as it is stored: (h, w) or (h, w, 1 to 4)."""
     key = image.info.get("transparency")
@@ -257,7 +252,7 @@ def scaled(values: Stored) -> Picture:
     return floats / np.float32(np.iinfo(values.dtype).max) if values.dtype.kind == "u" else floats
 
 
-def _stored_as(image: ImageFile) -> str:
+def stored_as(image: ImageFile) -> str:
     """Pillow's name for the layout in the file, such as 'RGB;16B'; '' where it does not say."""
     arguments = image.tile[0].args if image.tile else ""
     first = arguments[0] if isinstance(arguments, tuple) and arguments else arguments
@@ -270,7 +265,7 @@ def _low_bytes(file: Path, data: bytes, image: ImageFile) -> ImageFile:
     Told that the bytes are in the other order, Pillow delivers them; so the file is decoded twice.
     """
     other = open_picture(data, str(file))
-    mode, order = _stored_as(other).split(";16")
+    mode, order = stored_as(other).split(";16")
     native = "L" if sys.byteorder == "little" else "B"
     swapped = "B" if (native if order == "N" else order) == "L" else "L"
     layout = f"{mode};16{swapped}"

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from passgraph.picture_decoders import without_pillow_limit
+from passgraph.picture_decoders import opened, stored_as
 
 if TYPE_CHECKING:
     from PIL.ImageFile import ImageFile
@@ -45,12 +45,14 @@ class Notes:
     exif : without the picture's size and turn, and without its small copy
     resolution : dots an inch, across and down
     opaque : whether it has no transparency
+    deep : whether it has 16 bits a channel
     """
 
     profile: bytes = b""
     exif: bytes = b""
     resolution: tuple[float, float] | None = None
     opaque: bool = False
+    deep: bool = False
 
     def channels(self, pixels: NDArray[Any]) -> NDArray[Any]:
         """What is stored of (h, w, 4) uint8 or uint16: no alpha where neither this picture nor its source uses one.
@@ -74,13 +76,28 @@ class Notes:
 
 def notes_of(file: Path) -> Notes:
     """The notes of a picture file; none of what has none, or cannot be read."""
-    from PIL import Image as pillow
-
     try:
-        with without_pillow_limit(), pillow.open(file, formats=_FORMATS) as image:
-            return Notes(_profile(image), _exif(image), _resolution(image), not image.has_transparency_data)
+        with file.open("rb") as stream, opened(stream, _FORMATS) as image:
+            opaque = not image.has_transparency_data
+            return Notes(_profile(image), _exif(image), _resolution(image), opaque, _is_deep(image))
     except Exception:  # notes are broken in every way, and a picture is as good without
         return Notes()
+
+
+def is_deep(file: Path) -> bool:
+    """Whether a picture file has whole numbers of 16 bits; told from its header, False of what cannot be read."""
+    try:
+        with file.open("rb") as stream, opened(stream, ("PNG", "TIFF")) as image:
+            return _is_deep(image)
+    except Exception:  # headers are broken in every way; what is wrong is told when the picture is read
+        return False
+
+
+def _is_deep(image: ImageFile) -> bool:
+    tags = getattr(image, "tag_v2", None)
+    if tags is not None:  # bits of each channel, and what they are (3: floats)
+        return bool(max(tags.get(258, (1,))) == 16 and 3 not in tags.get(339, (1,)))
+    return image.mode.startswith("I;16") or ";16" in stored_as(image)
 
 
 def _profile(image: ImageFile) -> bytes:

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import io
 import os
-import secrets
 import struct
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -27,6 +27,7 @@ from passgraph.pictures_16 import png_of, tiff_of
 from passgraph.quantise import check_no_nan, quantised
 from passgraph.reading import read_bytes
 from passgraph.srgb import linear_to_srgb, srgb_to_linear
+from passgraph.writing import NewFile
 
 type_of_suffix = {
     ".png": "PNG",
@@ -130,7 +131,7 @@ def save(
     picture: object,
     *,
     linear: bool = False,
-    like: str | os.PathLike[str] | None = None,
+    like: str | os.PathLike[str] | Notes | None = None,
 ) -> None:
     """Write a picture file; an older file of that name stays until the new one is complete.
 
@@ -144,7 +145,8 @@ def save(
     linear : encode the colours of floats from linear light to sRGB for 8-bit formats.
     like : a picture file whose colour profile (ICC), resolution and EXIF go along, where both formats hold them; of
         EXIF neither size and turn nor the small copy of the picture.  Where it has no transparency, and the picture
-        is opaque, no alpha is stored.
+        is opaque, no alpha is stored.  Where it has 16 bits a channel, floats are stored in 16 bits by .png and .tif;
+        other 8-bit formats warn.
 
     Raises
     ------
@@ -164,7 +166,12 @@ def save(
         expected = " ".join(type_of_suffix)
         raise InputError(f"{file}: unknown suffix '{file.suffix}'; expected one of {expected}")
     pixels = _checked(file, picture)
-    notes = _NOTHING if like is None else notes_of(arguments.path(like, "the picture that another is like"))
+    notes = _notes(like)
+    if notes.deep and pixels.dtype.kind == "f":
+        if kind in ("PNG", "TIFF"):
+            pixels, linear = _as_whole(file, pixels, linear, np.uint16), False
+        elif kind in ("JPEG", "WEBP"):
+            warnings.warn(f"{file}: {fewer_bits(kind)}", stacklevel=2)
     if kind == "EXR":
         values = _as_float32(file, pixels)
         openexr = import_openexr(file)
@@ -180,7 +187,7 @@ def save(
         wide = _encoded_wide(file, notes.channels(pixels), kind, notes)
         _write(file, lambda temporary: _write_new(temporary, wide))
     else:
-        encoded = encode_with_pillow(file, notes.channels(_as_uint8(file, pixels, linear)), kind, notes)
+        encoded = encode_with_pillow(file, notes.channels(_as_whole(file, pixels, linear, np.uint8)), kind, notes)
         _write(file, lambda temporary: _write_new(temporary, encoded))
 
 
@@ -197,7 +204,7 @@ def check_holds_16(file: Path) -> None:
 
 def _encoded_wide(file: Path, pixels: NDArray[Any], kind: str, notes: Notes) -> bytes:
     try:
-        return png_of(pixels, notes.profile) if kind == "PNG" else tiff_of(pixels, notes.profile)
+        return png_of(pixels, notes) if kind == "PNG" else tiff_of(pixels, notes)
     except (ValueError, struct.error, MemoryError) as error:
         raise InputError(f"{file}: {kind} cannot hold these pixels ({_reason(error)}); save as .exr") from error
 
@@ -226,7 +233,18 @@ def _as_float32(file: Path, pixels: NDArray[Any]) -> NDArray[np.float32]:
         return np.ascontiguousarray(pixels, np.float32)
 
 
-def _as_uint8(file: Path, pixels: NDArray[Any], linear: bool) -> NDArray[np.uint8]:
+def _notes(like: str | os.PathLike[str] | Notes | None) -> Notes:
+    if like is None or isinstance(like, Notes):
+        return like or _NOTHING
+    return notes_of(arguments.path(like, "the picture that another is like"))
+
+
+def fewer_bits(kind: str) -> str:
+    """What is said where a picture of 16 bits goes into a format without them."""
+    return f"{kind} holds 8 bits a channel, and what it is made of has 16; to keep them, save as .png or .tif"
+
+
+def _as_whole(file: Path, pixels: NDArray[Any], linear: bool, dtype: type[np.uint8 | np.uint16]) -> NDArray[Any]:
     if pixels.dtype == np.uint8:
         if linear:
             raise InputError(f"{file}: uint8 with linear=True; expected floats (8 bits of linear light band)")
@@ -236,7 +254,7 @@ def _as_uint8(file: Path, pixels: NDArray[Any], linear: bool) -> NDArray[np.uint
         pixels = np.clip(pixels, 0, 1).astype(np.float32)
         colours = 3 if pixels.shape[2] > 2 else 1
         pixels[..., :colours] = linear_to_srgb(pixels[..., :colours])
-    encoded: NDArray[np.uint8] = quantised(pixels, np.dtype(np.uint8), str(file))
+    encoded: NDArray[Any] = quantised(pixels, np.dtype(dtype), str(file))
     return encoded
 
 
@@ -287,32 +305,12 @@ def _write_new(temporary: Path, data: bytes) -> None:
         stream.write(data)
 
 
-def place_of(file: Path) -> Path:
-    """Where a file of this name is written: through a symbolic link, so that the link stays one.
-
-    Raises
-    ------
-    InputError
-        For a directory, and a folder that is not there.
-    """
-    target = Path(os.path.realpath(file))
-    if target.is_dir():
-        raise InputError(f"{file}: is a directory; expected the name of a file")
-    if not target.parent.is_dir():
-        raise InputError(f"{file}: the folder {target.parent} does not exist; make it first")
-    return target
-
-
 def _write(file: Path, write_to: Callable[[Path], None]) -> None:
     """Calls `write_to` with a new name in the same folder, then gives that file its name in one step."""
     try:
-        target = place_of(file)
-        temporary = target.with_name(f".passgraph-{secrets.token_hex(6)}{target.suffix}")
-        try:
-            write_to(temporary)
-            os.replace(temporary, target)
-        finally:
-            temporary.unlink(missing_ok=True)
+        with NewFile(file) as made:
+            write_to(made.temporary)
+            made.complete()
     except (OSError, ValueError, RuntimeError) as error:  # RuntimeError: OpenEXR
         raise InputError(
             f"{file}: cannot be written ({_reason(error)}); check the folder's permissions and free space"

@@ -9,6 +9,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from passgraph.picture_notes import Notes
+
 #: Colour types by channels (PNG, 3rd edition, section 11.2.1): gray, gray and alpha, RGB, RGBA.
 _PNG_COLOURS = {1: 0, 2: 4, 3: 2, 4: 6}
 #: Each row is stored as its differences from the one above: filter type 2, "Up" (section 9.2).
@@ -17,12 +19,12 @@ _UP = 2
 _LEVEL = 4
 #: Rows that are compressed at a time.
 _ROWS_AT_ONCE = 256
-#: Types of TIFF's entries: SHORT, LONG and UNDEFINED (TIFF 6.0, section 2), by struct's letters.
-_SHORT, _LONG, _BYTES = (3, "H"), (4, "I"), (7, "B")
+#: Types of TIFF's entries (TIFF 6.0, section 2), by struct's letters; a RATIONAL is two numbers.
+_SHORT, _LONG, _RATIONAL, _BYTES = (3, "H"), (4, "I"), (5, "I"), (7, "B")
 
 
-def png_of(pixels: NDArray[np.uint16], profile: bytes = b"") -> bytes:
-    """The bytes of a PNG file of (h, w, 1 to 4) uint16, with a colour profile (ICC) where one is given.
+def png_of(pixels: NDArray[np.uint16], notes: Notes | None = None) -> bytes:
+    """The bytes of a PNG file of (h, w, 1 to 4) uint16, with notes of another file.
 
     >>> png_of(np.zeros((2, 3, 4), np.uint16))[:8]
     b'\\x89PNG\\r\\n\\x1a\\n'
@@ -40,7 +42,12 @@ def png_of(pixels: NDArray[np.uint16], profile: bytes = b"") -> bytes:
         parts.append(packed.compress(filtered.tobytes()))
         above = rows[-1:]
     data = b"".join([*parts, packed.flush()])
-    colours = _chunk(b"iCCP", b"ICC profile\0\0" + zlib.compress(profile)) if profile else b""
+    notes = notes or Notes()
+    colours = _chunk(b"iCCP", b"ICC profile\0\0" + zlib.compress(notes.profile)) if notes.profile else b""
+    if notes.resolution:
+        colours += _chunk(b"pHYs", struct.pack(">IIB", *(round(dots / 0.0254) for dots in notes.resolution), 1))
+    if notes.exif:
+        colours += _chunk(b"eXIf", notes.exif.removeprefix(b"Exif\0\0"))
     return b"".join(
         [b"\x89PNG\r\n\x1a\n", _chunk(b"IHDR", header), colours, _chunk(b"IDAT", data), _chunk(b"IEND", b"")]
     )
@@ -55,8 +62,8 @@ def _chunk(kind: bytes, data: bytes) -> bytes:
     )
 
 
-def tiff_of(pixels: NDArray[np.uint16], profile: bytes = b"") -> bytes:
-    """The bytes of a TIFF file of (h, w, 1 to 4) uint16, in one strip, not compressed, with a colour profile or none.
+def tiff_of(pixels: NDArray[np.uint16], notes: Notes | None = None) -> bytes:
+    """The bytes of a TIFF file of (h, w, 1 to 4) uint16, in one strip, not compressed, with notes of another file.
 
     Raises
     ------
@@ -67,13 +74,17 @@ def tiff_of(pixels: NDArray[np.uint16], profile: bytes = b"") -> bytes:
     """
     height, width, channels = pixels.shape
     data = np.ascontiguousarray(pixels, "<u2").tobytes()
+    notes = notes or Notes()
+    dots_an_inch = notes.resolution or ()
     gray, alpha = channels < 3, channels in (2, 4)
     entries: list[tuple[int, tuple[int, str], Sequence[int]]] = [
         (256, _LONG, [width]), (257, _LONG, [height]), (258, _SHORT, [16] * channels),
         (259, _SHORT, [1]), (262, _SHORT, [1 if gray else 2]), (273, _LONG, [8]), (277, _SHORT, [channels]),
-        (278, _LONG, [height]), (279, _LONG, [len(data)]), (284, _SHORT, [1]),
+        (278, _LONG, [height]), (279, _LONG, [len(data)]),
+        *((tag, _RATIONAL, [round(dots * 1000), 1000]) for tag, dots in zip((282, 283), dots_an_inch, strict=False)),
+        (284, _SHORT, [1]), *([(296, _SHORT, [2])] if dots_an_inch else []),
         *([(338, _SHORT, [2])] if alpha else []),  # straight alpha
-        *([(34675, _BYTES, profile)] if profile else []),  # ICC.1:2022, annex B.4
+        *([(34675, _BYTES, notes.profile)] if notes.profile else []),  # ICC.1:2022, annex B.4
     ]  # fmt: skip
     directory = 8 + len(data)  # even, as its place must be
     beyond = directory + 2 + 12 * len(entries) + 4
@@ -84,5 +95,6 @@ def tiff_of(pixels: NDArray[np.uint16], profile: bytes = b"") -> bytes:
         held = struct.pack(f"<{len(values)}{letter}", *values)
         if len(held) > 4:
             held, far = struct.pack("<I", beyond + len(far)), far + held
-        rows.append(struct.pack("<HHI", tag, kind, len(values)) + held.ljust(4, b"\0"))
+        count = len(values) // (2 if kind == _RATIONAL[0] else 1)
+        rows.append(struct.pack("<HHI", tag, kind, count) + held.ljust(4, b"\0"))
     return b"".join([b"II*\0", struct.pack("<I", directory), data, struct.pack("<H", len(rows)), *rows, b"\0" * 4, far])

@@ -112,12 +112,20 @@ def test_channels_that_are_not_shown_count(tmp_path: Path) -> None:
 
 def test_pillows_own_limit_is_not_ours(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Pillow calls pictures of more than twice its limit bombs, TIFF once more when it decodes."""
-    for name in ("a.png", "a.tiff", "a.jpg", "a.webp"):
+    for name in ("a.png", "a.tiff", "a.jpg", "a.gif", "a.bmp", "a.tga"):
         Image.new("L", (64, 32)).save(tmp_path / name)
         with monkeypatch.context() as patch:
             patch.setattr(Image, "MAX_IMAGE_PIXELS", 1000)
             assert pg.load(tmp_path / name).shape == (32, 64, 4)
             assert Image.MAX_IMAGE_PIXELS == 1000
+
+
+def test_pillows_own_limit_holds_for_webp(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nothing but the setting of the whole process switches it off there."""
+    Image.new("L", (64, 32)).save(tmp_path / "a.webp")
+    monkeypatch.setattr(Image, "MAX_IMAGE_PIXELS", 1000)
+    with pytest.raises(pg.InputError, match=r"larger than Pillow reads in this process .*Raise that, or convert"):
+        pg.load(tmp_path / "a.webp")
 
 
 def test_other_formats_of_pillow_are_not_opened(tmp_path: Path) -> None:

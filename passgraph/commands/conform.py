@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, get_args
 
 import click
 
-from passgraph.commands.files import check_path, write_text
+from passgraph.commands.files import check_path
 from passgraph.commands.options import BackendType
+from passgraph.writing import write_text
 
 if TYPE_CHECKING:
     from passgraph.verify.conformance import SuiteReport

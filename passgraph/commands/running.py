@@ -86,7 +86,8 @@ def run_and_save(
                 say(f"timing each pass on {name}")
                 times = program.profile(**job.given)
         say(f"writing {output}")
-        held = quantised(array, np.dtype(np.uint16), str(output)) if bits == 16 else array
+        is_whole = array.dtype.kind == "u" or output.suffix.lower() in FLOAT_SUFFIXES
+        held = array if is_whole else quantised(array, np.dtype(f"u{bits // 8}"), str(output))
         save(output, held, like=like)
     height, width = array.shape[:2]
     looking = " (with capture)" if observer is not None else ""

@@ -16,7 +16,7 @@ from passgraph.errors import InputError
 from passgraph.frames import apng, gif
 from passgraph.frames.animation_times import times_of
 from passgraph.frames.frame import Frame
-from passgraph.picture_decoders import check_size, open_picture, without_pillow_limit
+from passgraph.picture_decoders import check_size, open_picture
 from passgraph.pictures import MAX_BYTES
 from passgraph.reading import read_bytes
 
@@ -95,13 +95,12 @@ class Animation:
         image = self._opened()
         for number in range(self.count):
             image.seek(number)
-            picture = image.convert("RGBA")
-            yield np.asarray(picture if picture.size == self.size else picture.crop((0, 0, *self.size)))
+            picture = np.asarray(image.convert("RGBA"))
+            yield picture[: self.size[1], : self.size[0]]
 
     def _decoded(self, shown: Iterator[Any], number: int) -> Any:
         try:
-            with without_pillow_limit():
-                return next(shown)
+            return next(shown)
         except Exception as error:  # decoders meet broken bytes with errors of every kind
             raise InputError(
                 f"{self.path}: truncated or corrupt from frame {number} on ({_text(error)}); {_until(number - 1)}"

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+import warnings
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from functools import cache
 from itertools import count
 from pathlib import Path
 from typing import Any
@@ -15,7 +17,8 @@ from passgraph.cached import cached_property
 from passgraph.errors import InputError
 from passgraph.frames.frame import Frame, Sink, Source, Stored
 from passgraph.frames.names import Pattern
-from passgraph.pictures import check_holds_16, load_stored, save, type_of_suffix
+from passgraph.picture_notes import Notes, is_deep, notes_of
+from passgraph.pictures import check_holds_16, fewer_bits, load_stored, save, type_of_suffix
 
 #: Formats that hold float32; the others hold whole numbers.
 _FLOAT_SUFFIXES = (".exr", ".npy")
@@ -79,19 +82,21 @@ class ToPictures(Sink):
     Parameters
     ----------
     paths : the files by the frames' numbers, or a `Pattern`
-    bits : 8, or 16 for .png and .tif
+    bits : 8, or 16 for .png and .tif; left out, those of the source: 16 where its picture file has 16, or its video
+        more than 8.  Where the format holds 8, a warning says so.
 
     Formats of whole numbers hold results rounded; .exr and .npy hold them as they are.  Of a source that is `Pictures`
-    each keeps its colour profile, resolution and EXIF.
+    each keeps its color profile, resolution and EXIF.
     """
 
     whole_when_prepared = True
 
-    def __init__(self, paths: Mapping[int, Path] | Pattern, bits: int = 8) -> None:
-        if bits not in (8, 16):
+    def __init__(self, paths: Mapping[int, Path] | Pattern, bits: int | None = None) -> None:
+        if bits not in (None, 8, 16):
             raise InputError(f"bits of pictures are 8 or 16, got {arguments.shown(bits)}")
         self.paths, self.bits = paths, bits
         self._inputs: Mapping[int, Path] = {}
+        self._deep = False
 
     @property
     def name(self) -> str:
@@ -105,6 +110,9 @@ class ToPictures(Sink):
 
     def begin(self, source: Source) -> None:
         self._inputs = source.paths if isinstance(source, Pictures) else {}
+        self._deep = getattr(source, "deep", False)
+        if loss := self.lost_bits(source):
+            warnings.warn(loss, stacklevel=2)
         for path in self._named:
             if path.suffix.lower() not in type_of_suffix:
                 raise InputError(f"{path}: unknown suffix {path.suffix!r}; expected one of {' '.join(type_of_suffix)}")
@@ -117,7 +125,22 @@ class ToPictures(Sink):
         return [self.paths.path(1)] if isinstance(self.paths, Pattern) else list(self.paths.values())
 
     def in_bytes(self, source: Source) -> bool:
-        return self.bits == 8 and not any(path.suffix.lower() in _FLOAT_SUFFIXES for path in self._named)
+        kinds = {type_of_suffix.get(path.suffix.lower(), "") for path in self._named}
+        holds_16 = bool(kinds & {"PNG", "TIFF"})
+        return self.bits != 16 and not kinds & {"EXR", "NPY"} and not (holds_16 and self.bits is None and _deep(source))
+
+    def lost_bits(self, source: Source) -> str:
+        """What to say where a source has 16 bits a channel and a format here holds 8; empty where none is lost."""
+        for path in self._named if self.bits is None else []:
+            kind = type_of_suffix.get(path.suffix.lower(), "")
+            if kind in ("JPEG", "WEBP") and (name := _deep(source)):
+                return f"{path}: {fewer_bits(kind)} ({name})"
+        return ""
+
+    def notes(self, frame: Frame) -> Notes | None:
+        """What a frame's output keeps of the picture file that it is made of."""
+        made_of = self._inputs.get(frame.number)
+        return None if made_of is None else notes_of(made_of)
 
     def holds(self, frame: Frame) -> bool:
         given = self._inputs.get(frame.number)
@@ -126,10 +149,25 @@ class ToPictures(Sink):
     def stores(self, frame: Frame, size: tuple[int, int]) -> np.dtype[Any]:
         if self.path(frame).suffix.lower() in _FLOAT_SUFFIXES:
             return np.dtype(np.float32)
-        return np.dtype(np.uint16 if self.bits == 16 else np.uint8)
+        bits = self.bits or bits_of(self.path(frame), self._inputs.get(frame.number), self._deep)
+        return np.dtype(np.uint16 if bits == 16 else np.uint8)
 
     def prepare(self, frame: Frame, picture: Stored) -> None:
-        save(self.path(frame), picture, like=self._inputs.get(frame.number))
+        save(self.path(frame), picture, like=self.notes(frame))
+
+
+def bits_of(output: Path, made_of: Path | None, deep: bool = False) -> int:
+    """Bits a channel of an output where nothing is said: those of what it is made of, if the format has them."""
+    if type_of_suffix.get(output.suffix.lower()) not in ("PNG", "TIFF"):
+        return 8
+    return 16 if deep or (made_of is not None and is_deep(made_of)) else 8
+
+
+def _deep(source: Source) -> str:
+    """The name of a source's first picture, or of its video, with more than 8 bits a channel; empty where none has."""
+    if isinstance(source, Pictures):
+        return next((os.fspath(path) for path in source.paths.values() if is_deep(path)), "")
+    return source.name if getattr(source, "deep", False) else ""
 
 
 def is_made(output: Path, inputs: Iterable[Path]) -> bool:
@@ -156,6 +194,30 @@ class Still:
     def __iter__(self) -> Iterator[Frame]:
         for number in count(1):
             yield Frame.of(number, self.name, self._picture)
+
+
+class Held:
+    """Frames of a source that goes with another one: where it ends first, its last frame is repeated.
+
+    ``tell`` is called with a line that says so, once.
+    """
+
+    endless = True
+
+    def __init__(self, source: Source, tell: Callable[[str], object]) -> None:
+        self.source, self.name, self.count, self._tell = source, source.name, source.count, tell
+
+    def __iter__(self) -> Iterator[Frame]:
+        last, number = None, 0
+        for last in self.source:
+            number += 1
+            yield last
+        if last is None:
+            raise InputError(f"{self.name}: has no frames; expected one or more")
+        held = Frame(last.number, last.name, cache(last.read), last.metadata)
+        self._tell(f"{self.name}: ends after {number} frames; its last one goes with those that follow")
+        while True:
+            yield held
 
 
 class Arrays:
